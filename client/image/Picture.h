@@ -1,0 +1,39 @@
+/// 8-bit pictures, PNG files, and the wall's mosaic.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/Bytes.h"
+#include "common/base/Error.h"
+
+namespace tessera {
+
+/// RGB, 8 bit, sRGB, rows from the top, no padding.
+struct Picture {
+    int widthPx = 0, heightPx = 0;
+    std::vector<std::uint8_t> rgb;
+
+    [[nodiscard]] static Picture filled(int widthPx, int heightPx, std::uint8_t r, std::uint8_t g, std::uint8_t b);
+    bool operator==(const Picture&) const = default;
+};
+
+/// PNG with the frame's number in a text chunk "frame". Fast compression.
+[[nodiscard]] Bytes encodePng(const Picture& picture, std::optional<std::uint64_t> frame);
+struct DecodedPng {
+    Picture picture;
+    std::optional<std::uint64_t> frame;
+};
+/// At most 16384 × 16384; never crashes whatever the bytes are.
+[[nodiscard]] Expected<DecodedPng> decodePng(ByteSpan bytes);
+
+/// Writes to a temporary name beside `path` and renames: a reader never sees half a file. Makes missing folders.
+[[nodiscard]] Expected<void> writeFile(const std::string& path, ByteSpan bytes);
+[[nodiscard]] Expected<Bytes> readFile(const std::string& path, std::size_t maxBytes);
+
+/// Copies `part` into `whole` with its upper left corner at (xPx, yPx); what does not fit is cut off.
+void paste(Picture& whole, const Picture& part, int xPx, int yPx);
+
+}  // namespace tessera

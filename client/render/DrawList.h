@@ -1,0 +1,39 @@
+/// What one tile draws: the outcome of culling, the input of drawing. No GL.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/base/Blob.h"
+#include "common/math/Types.h"
+#include "common/scene/Cores.h"
+
+namespace tessera {
+
+/// One geometry at one place. Items are drawn in the list's order, which is the same on every tile (a subsequence of one
+/// order: depth from the wall's camera, then node id); ties of depth are then decided alike everywhere.
+struct DrawItem {
+    ObjectId node;
+    ObjectId geometry;
+    ObjectId material;
+    Affine3d world_T_item;
+    bool mirrored = false;  ///< odd number of reflections: front faces are clockwise
+};
+
+struct LightItem {
+    enum class Kind : std::uint8_t { kDirectional, kPoint } kind = Kind::kPoint;
+    Vec3d position = Vec3d::Zero();   ///< world
+    Vec3d direction = -Vec3d::UnitZ();  ///< world, the way the light travels
+    Vec3f radiance = Vec3f::Ones();   ///< colour × intensity
+    float range = 0;
+};
+
+struct DrawList {
+    std::vector<DrawItem> opaque;       ///< front to back
+    std::vector<DrawItem> transparent;  ///< back to front
+    std::vector<LightItem> lights;      ///< in document order, at most kMaxLights
+    Environment environment;
+    static constexpr std::size_t kMaxLights = 16;
+};
+
+}  // namespace tessera

@@ -1,0 +1,54 @@
+/// Scene → draw list for one tile: the one draw order, culling by frustum, culling of what is hidden.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "client/render/DrawList.h"
+#include "common/base/Error.h"
+#include "common/scene/Aspect.h"
+#include "common/wall/View.h"
+
+namespace tessera {
+
+enum class CullerKind : std::uint8_t { kNone, kFrustum, kMasked };
+[[nodiscard]] Expected<CullerKind> parseCuller(std::string_view name);
+[[nodiscard]] std::string_view nameOf(CullerKind kind);
+
+/// Everything of a scene that does not depend on a tile: items with world transforms and bounds in a hierarchy, meshes'
+/// bounds and occluders (cached by blob). Kept from frame to frame; brought up to date by `update`.
+class RenderScene {
+public:
+    RenderScene();
+    ~RenderScene();
+    /// Call after the aspect has changed by `list` (null: anything may have changed).
+    void update(const Aspect& aspect, const ChangeList* list);
+    [[nodiscard]] Box bounds() const;  ///< world bounds of all visible geometry
+
+    struct Impl;
+    [[nodiscard]] const Impl& impl() const { return *impl_; }
+
+private:
+    std::unique_ptr<Impl> impl_;
+};
+
+struct CullCounts {
+    std::uint64_t inFrustum = 0;
+    std::uint64_t drawn = 0;
+    std::uint64_t trianglesDrawn = 0;
+};
+
+/// Culls and orders for one tile. Conservative: what leaves no pixel may be left away, what leaves one never is.
+class RenderAction {
+public:
+    explicit RenderAction(CullerKind kind);
+    ~RenderAction();
+    /// `pixels` is the tile's rectangle in the pixels of its whole screen.
+    [[nodiscard]] DrawList run(const RenderScene& scene, const ScreenCamera& camera, const PixelRect& pixels, CullCounts* counts);
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,133 @@
+/// What applications ask and what they are told (proto/application.proto): the body of Request, Reply and Notice.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/Bytes.h"
+#include "common/base/Error.h"
+#include "common/change/Value.h"
+#include "common/math/Types.h"
+
+namespace tessera {
+
+namespace request {
+
+/// An encoded ChangeList (ChangeCodec); new objects carry placeholders. Blobs it names are uploaded in `blobs`.
+struct Propose {
+    SharedBytes list;
+    std::vector<SharedBytes> blobs;
+};
+struct Undo {};
+struct GetStatus {};
+/// Imports a file on the server and adds it below `parent` (0: the root).
+struct Load {
+    std::string path;
+    ObjectId parent;
+};
+/// Moves the wall in the world, or a user's head in the wall. Unset parts stay. `reset`: back to the scene's camera.
+struct SetView {
+    std::optional<Vec3d> position;
+    std::optional<Quatd> orientation;
+    std::optional<double> worldUnitsPerMetre;
+    std::string user;
+    std::optional<Vec3d> head;
+    bool reset = false;
+};
+/// Pixel of the mosaic, from the upper left.
+struct Pick {
+    double xPx = 0, yPx = 0;
+};
+struct GetContacts {};
+/// The wall as it is now: one TileImage per tile.
+struct GetImages {};
+struct Subscribe {
+    bool contacts = false, picks = false, frames = false;
+};
+
+}  // namespace request
+
+using ApplicationRequest =
+    std::variant<request::Propose, request::Undo, request::GetStatus, request::Load, request::SetView, request::Pick,
+                 request::GetContacts, request::GetImages, request::Subscribe>;
+
+/// One touching pair of faces. World coordinates; the normal points from A to B.
+struct ContactValue {
+    ObjectId objectA, objectB;  ///< nodes
+    std::uint32_t faceA = 0, faceB = 0;
+    Vec3d point = Vec3d::Zero();
+    Vec3d normal = Vec3d::UnitY();
+};
+
+namespace answer {
+
+struct Committed {
+    Sequence sequence;
+    /// Ids given to the placeholders of the proposal.
+    std::vector<std::pair<ObjectId, ObjectId>> ids;
+    /// Objects whose transforms the collision response kept from going where the proposal wanted them.
+    std::vector<ObjectId> stopped;
+};
+struct HostInfo {
+    std::string name, state;
+    std::uint64_t lastShown = 0;
+    double roundTripMs = 0;
+};
+struct Status {
+    std::string wallName;
+    std::uint64_t epoch = 0, frame = 0, sequence = 0, stateHash = 0;
+    std::vector<HostInfo> hosts;
+    std::vector<std::string> waitingFor;
+    std::uint64_t objects = 0, nodes = 0, undoDepth = 0, applications = 0;
+};
+struct Loaded {
+    ObjectId node;  ///< the new node that holds the file's content
+    std::uint64_t objects = 0, triangles = 0;
+};
+struct Picked {
+    bool hit = false;
+    ObjectId node;
+    std::uint32_t face = 0;
+    Vec3d point = Vec3d::Zero();
+    double xPx = 0, yPx = 0;
+};
+struct Contacts {
+    std::uint64_t frame = 0;
+    std::uint64_t begun = 0;  ///< over the run
+    std::vector<ContactValue> contacts;
+};
+struct TileImageValue {
+    std::string tile, host;
+    std::uint64_t frame = 0;
+    SharedBytes png;
+};
+struct Images {
+    std::vector<TileImageValue> tiles;
+    std::vector<std::string> missing;  ///< tiles of hosts that are not there
+};
+struct Done {};
+
+}  // namespace answer
+
+using ApplicationAnswer = std::variant<answer::Done, answer::Committed, answer::Status, answer::Loaded, answer::Picked,
+                                       answer::Contacts, answer::Images>;
+
+namespace notice {
+struct Frame {
+    std::uint64_t frame = 0;
+    std::vector<std::string> shown, held;
+};
+}  // namespace notice
+using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::Picked>;
+
+[[nodiscard]] Bytes encodeRequest(const ApplicationRequest& request);
+[[nodiscard]] Expected<ApplicationRequest> decodeRequest(ByteSpan bytes);
+[[nodiscard]] Bytes encodeAnswer(const ApplicationAnswer& answer);
+[[nodiscard]] Expected<ApplicationAnswer> decodeAnswer(ByteSpan bytes);
+[[nodiscard]] Bytes encodeNotice(const ApplicationNotice& notice);
+[[nodiscard]] Expected<ApplicationNotice> decodeNotice(ByteSpan bytes);
+
+}  // namespace tessera

@@ -1,0 +1,28 @@
+/// Change lists and views as bytes: protobuf, column-packed (proto/change.proto).
+#pragma once
+
+#include "common/base/Blob.h"
+#include "common/base/Bytes.h"
+#include "common/base/Error.h"
+#include "common/change/ChangeList.h"
+
+namespace tessera {
+
+struct ChangeLimits {
+    std::size_t maxBytes = std::size_t{256} << 20;
+    std::size_t maxChanges = 8'000'000;  ///< creations, placements, rows and destructions together
+    std::size_t maxColumns = 4096;
+    std::size_t maxTextBytes = 4096;
+};
+
+[[nodiscard]] Bytes encodeChangeList(const ChangeList& list);
+
+/// What to do with a blob that the store does not have.
+enum class AbsentBlobs { kRefuse, kKeepAbsent };
+
+/// Never crashes whatever the bytes are; takes no memory out of proportion to them. Blob columns are resolved in `store`.
+[[nodiscard]] Expected<ChangeList> decodeChangeList(ByteSpan bytes, const BlobStore& store,
+                                                    AbsentBlobs absent = AbsentBlobs::kRefuse,
+                                                    const ChangeLimits& limits = {});
+
+}  // namespace tessera

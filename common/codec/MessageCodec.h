@@ -1,0 +1,24 @@
+/// Session messages as the type and payload of a net frame (proto/session.proto).
+#pragma once
+
+#include "common/base/Bytes.h"
+#include "common/base/Error.h"
+#include "common/session/Messages.h"
+
+namespace tessera {
+
+struct MessageLimits {
+    std::size_t maxTextBytes = 1024;
+    std::size_t maxEntries = 1'000'000;  ///< blobs of a snapshot, hash entries
+};
+
+/// The number in a net frame's header; 0 is never used.
+[[nodiscard]] std::uint16_t wireType(const Message& message);
+/// Large byte fields (lists, chunks, images) stand raw behind a small protobuf head, so that nothing is copied twice.
+[[nodiscard]] Bytes encodeMessage(const Message& message);
+[[nodiscard]] Expected<Message> decodeMessage(std::uint16_t type, SharedBytes payload, const MessageLimits& limits = {});
+
+/// Largest payload that a message of this type may have, known before memory is taken; 0 for unknown types.
+[[nodiscard]] std::size_t maxPayloadBytes(std::uint16_t type);
+
+}  // namespace tessera

@@ -1,0 +1,58 @@
+/// Triangle meshes: a checked view of a Geometry's arrays, and meshes made from shapes. No scene, no GL.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/base/Blob.h"
+#include "common/base/Error.h"
+#include "common/math/Box.h"
+
+namespace tessera {
+
+/// The arrays of a Geometry core (see common/scene/Cores.h for their layouts), not yet checked.
+struct MeshArrays {
+    Blob positions, normals, colors, texcoords, indices;
+};
+
+struct MeshLimits {
+    std::size_t maxVertices = 64'000'000;
+    std::size_t maxTriangles = 64'000'000;
+};
+
+/// Says what is wrong: a size that is not a whole number of elements, arrays of different vertex counts, an index out of
+/// range (which), a position that is not finite, an absent blob. Costs one pass.
+[[nodiscard]] Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits = {});
+
+/// Local bounds; empty for no vertices.
+[[nodiscard]] Box boundsOf(std::span<const float> positions);
+
+/// A mesh under construction. Counter-clockwise triangles seen from outside.
+struct MeshData {
+    std::vector<float> positions;   ///< xyz
+    std::vector<float> normals;     ///< xyz, or empty
+    std::vector<float> texcoords;   ///< uv, or empty
+    std::vector<std::uint8_t> colors;  ///< rgba, or empty
+    std::vector<std::uint32_t> indices;
+
+    [[nodiscard]] MeshArrays toArrays() const;
+    void append(const MeshData& other, const Affine3d& place);
+};
+
+/// Shapes stand on their own centre; lengths in scene units.
+[[nodiscard]] MeshData makeBox(const Vec3d& size);
+/// Along +Y, closed by caps.
+[[nodiscard]] MeshData makeCylinder(double radius, double height, int segments);
+/// Along +Y; a ring with a square profile is a tube seen from its end.
+[[nodiscard]] MeshData makeTube(double outerRadius, double innerRadius, double height, int segments);
+[[nodiscard]] MeshData makeSphere(double radius, int segments);
+/// Around +Y.
+[[nodiscard]] MeshData makeTorus(double ringRadius, double pipeRadius, int ringSegments, int pipeSegments);
+/// A round pipe along a polyline, its bends mitred.
+[[nodiscard]] MeshData makePipe(std::span<const Vec3d> path, double radius, int segments);
+
+/// Area-weighted vertex normals where a file has none.
+void computeNormals(MeshData& mesh);
+
+}  // namespace tessera

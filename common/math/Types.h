@@ -1,0 +1,30 @@
+/// Eigen under Tessera's names. Column vectors, radians, right-handed, +Y up, -Z forward. `parent_T_child` maps child
+/// coordinates to the parent's. Transforms are double; vertices are float.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace tessera {
+
+using Vec2f = Eigen::Vector2f;
+using Vec3f = Eigen::Vector3f;
+using Vec4f = Eigen::Vector4f;
+using Vec2d = Eigen::Vector2d;
+using Vec3d = Eigen::Vector3d;
+using Vec4d = Eigen::Vector4d;
+using Mat3d = Eigen::Matrix3d;
+using Mat4d = Eigen::Matrix4d;
+using Mat4f = Eigen::Matrix4f;
+using Quatd = Eigen::Quaterniond;
+using Affine3d = Eigen::Affine3d;
+
+/// translation · rotation · scale, the order of every transform in a scene.
+[[nodiscard]] inline Affine3d composeTransform(const Vec3d& translation, const Quatd& rotation, const Vec3d& scale) {
+    Affine3d m = Affine3d::Identity();
+    m.linear() = rotation.normalized().toRotationMatrix() * scale.asDiagonal();
+    m.translation() = translation;
+    return m;
+}
+
+}  // namespace tessera

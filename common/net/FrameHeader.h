@@ -1,0 +1,31 @@
+/// The fixed header in front of every message: versioned, bounded, checksummed.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "common/base/Bytes.h"
+#include "common/base/Error.h"
+
+namespace tessera {
+
+/// 32 bytes, little-endian: magic "TSRA", header version u16, message type u16, payload length u32, reserved u32,
+/// epoch u64, checksum u64 (XXH3-64 over the first 24 bytes of the header and the payload).
+struct FrameHeader {
+    static constexpr std::size_t kBytes = 32;
+    static constexpr std::uint32_t kMagic = 0x41525354;  // "TSRA" in memory
+    static constexpr std::uint16_t kVersion = 1;
+
+    std::uint16_t type = 0;
+    std::uint32_t payloadBytes = 0;
+    std::uint64_t epoch = 0;
+    std::uint64_t checksum = 0;
+};
+
+[[nodiscard]] std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, std::uint64_t epoch, ByteSpan payload);
+/// Refuses a wrong magic ("not a Tessera peer"), another version, before any payload is looked at. The caller checks
+/// length against its limit for the type *before* taking memory.
+[[nodiscard]] Expected<FrameHeader> decodeHeader(std::span<const std::byte, FrameHeader::kBytes> bytes);
+[[nodiscard]] Expected<void> checkPayload(const FrameHeader& header, ByteSpan payload);
+
+}  // namespace tessera

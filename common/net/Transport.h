@@ -1,0 +1,80 @@
+/// Bytes over TCP (Boost.Asio, epoll). Threads: one network thread inside; everything comes out as events on a channel.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "common/base/Bytes.h"
+#include "common/base/Clock.h"
+#include "common/base/Error.h"
+#include "common/base/StrongId.h"
+
+namespace tessera {
+
+using LinkId = StrongId<struct LinkIdTag>;
+
+struct Address {
+    std::string host;  ///< numeric IPv4, numeric IPv6 or a name
+    std::uint16_t port = 0;
+    [[nodiscard]] bool isLoopback() const;
+};
+/// "127.0.0.1:7000", "[::1]:7000", "wallhost:7000".
+[[nodiscard]] Expected<Address> parseAddress(std::string_view text);
+[[nodiscard]] std::string toString(const Address& address);
+
+namespace link_event {
+struct Opened {
+    LinkId link;
+    std::string peer;  ///< its address, for logs
+};
+struct Received {
+    LinkId link;
+    std::uint16_t type = 0;
+    std::uint64_t epoch = 0;
+    SharedBytes payload;
+};
+/// Always the last event of a link, once. Empty reason: closed by us.
+struct Closed {
+    LinkId link;
+    std::string reason;
+};
+}  // namespace link_event
+
+struct LinkEvent {
+    TimePoint at;  ///< when the bytes arrived (steady clock)
+    std::variant<link_event::Opened, link_event::Received, link_event::Closed> what;
+};
+
+struct TransportLimits {
+    std::size_t maxLinks = 1024;
+    std::size_t maxSendQueueBytes = std::size_t{1} << 30;  ///< per link; above it the link is closed as too slow
+    /// Largest payload for a message type; 0 refuses the type. Called on the network thread.
+    std::function<std::size_t(std::uint16_t)> maxPayload;
+};
+
+/// Owns the network thread. All members may be called from any thread. `onEvent` is called on the network thread and must not
+/// block for long. Destruction closes everything and joins the thread.
+class Transport {
+public:
+    Transport(TransportLimits limits, std::function<void(LinkEvent)> onEvent);
+    ~Transport();
+
+    /// Returns the bound port (for port 0). kNetwork: cannot bind, saying why.
+    [[nodiscard]] Expected<std::uint16_t> listen(const Address& address);
+    /// Starts to connect; Opened or Closed follows within `timeout`.
+    LinkId connect(const Address& address, std::chrono::milliseconds timeout);
+    /// Queues one frame; the same SharedBytes may go to many links. Unknown or closed links are ignored.
+    void send(LinkId link, std::uint16_t type, std::uint64_t epoch, SharedBytes payload);
+    /// Sends what is queued (for at most a second), then closes.
+    void close(LinkId link, std::string reason);
+    /// Bytes waiting to be sent.
+    [[nodiscard]] std::size_t queuedBytes(LinkId link) const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,128 @@
+/// One peer's side of the cluster: a render host, or an application that follows the scene.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/session/Messages.h"
+
+namespace tessera {
+
+struct ClientSessionConfig {
+    std::string name;
+    PeerRole role = PeerRole::kHost;
+    std::uint64_t schema = 0;
+    std::uint64_t pixelProbe = 0;
+    bool wantBlobs = true;
+    std::size_t maxBlobBytes = std::size_t{4} << 30;  ///< one blob; refused before memory is taken
+    std::uint32_t chunkBytes = 256 * 1024;
+    std::uint32_t chunksInFlight = 8;
+    /// Silence of the server for this long counts as a broken connection.
+    std::chrono::milliseconds serverLostAfter{5'000};
+};
+
+namespace client_action {
+
+struct Send {
+    ChannelKind channel;
+    Message message;
+};
+/// Open the bulk connection; then call `channelOpened(kBulk)`.
+struct OpenBulk {};
+/// The wall has been handed out (Welcome).
+struct Configured {
+    std::uint64_t epoch = 0;
+    SharedBytes configuration;
+};
+/// Make this the scene. All blobs it names are here (as far as `wantBlobs`). Answer with `applied`.
+struct ApplySnapshot {
+    message::Snapshot snapshot;
+};
+/// Apply this list (off the barrier). Answer with `applied`.
+struct ApplyChanges {
+    message::Changes changes;
+};
+/// Apply what `begin.payload` holds, draw, and answer with `drawn`. Never a second one before the first is answered.
+struct Draw {
+    message::Begin begin;
+};
+/// Make image `frame` the one shown, then call `shown`.
+struct Show {
+    std::uint64_t frame = 0;
+};
+/// Keep this blob; it is complete and its hash is right.
+struct StoreBlob {
+    Blob blob;
+};
+/// Answer with `hashes`.
+struct DescribeState {
+    message::HashQuery query;
+};
+struct SendImages {
+    message::ImageRequest request;
+};
+struct ReplyReceived {
+    message::Reply reply;
+};
+struct NoticeReceived {
+    message::Notice notice;
+};
+/// The connection is useless: close all channels, and dial again if `retry`.
+struct Disconnect {
+    std::string reason;
+    bool retry = true;
+    ErrorCode code = ErrorCode::kNetwork;
+};
+/// The server said that it is over: exit 0.
+struct Finish {
+    std::string reason;
+};
+
+}  // namespace client_action
+
+using ClientAction = std::variant<client_action::Send, client_action::OpenBulk, client_action::Configured,
+                                  client_action::ApplySnapshot, client_action::ApplyChanges, client_action::Draw,
+                                  client_action::Show, client_action::StoreBlob, client_action::DescribeState,
+                                  client_action::SendImages, client_action::ReplyReceived, client_action::NoticeReceived,
+                                  client_action::Disconnect, client_action::Finish>;
+using ClientActions = std::vector<ClientAction>;
+
+/// Pure state machine for one connection to a server (make a new one for each attempt; known blobs are handed over).
+/// No socket, no clock, no thread; not thread-safe. Work that takes time (apply, draw) is handed out as actions and
+/// answered by a call.
+class ClientSession {
+public:
+    explicit ClientSession(ClientSessionConfig config);
+    ~ClientSession();
+
+    [[nodiscard]] ClientActions channelOpened(ChannelKind channel, TimePoint now);
+    [[nodiscard]] ClientActions received(ChannelKind channel, const Message& message, TimePoint now);
+    [[nodiscard]] ClientActions channelClosed(ChannelKind channel, TimePoint now);
+    /// Heartbeats and deadlines.
+    [[nodiscard]] ClientActions advance(TimePoint now);
+    [[nodiscard]] TimePoint nextDeadline() const;
+
+    /// Blobs that are here already (cache) and need not be fetched.
+    void holdBlob(const BlobId& id);
+
+    [[nodiscard]] ClientActions applied(std::uint64_t sequence, std::uint64_t stateHash);
+    /// A list or snapshot could not be applied: asks for a fresh snapshot by reconnecting.
+    [[nodiscard]] ClientActions applyFailed(const std::string& reason);
+    [[nodiscard]] ClientActions drawn(std::uint64_t frame, std::uint64_t stateHash, SharedBytes stats);
+    [[nodiscard]] ClientActions shown(std::uint64_t frame, TimePoint at);
+    [[nodiscard]] ClientActions hashes(message::HashAnswer answer);
+    [[nodiscard]] ClientActions image(message::TileImage image);
+    [[nodiscard]] ClientActions request(message::Request request);
+
+    /// The server's clock minus ours, in ns, from the heartbeat with the shortest round trip so far.
+    [[nodiscard]] std::int64_t clockOffsetNs() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera

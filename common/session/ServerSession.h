@@ -1,0 +1,220 @@
+/// The server's side of the cluster: who is there, in which state, and which frame everybody is at.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/session/Messages.h"
+#include "common/session/SwapBarrier.h"
+
+namespace tessera {
+
+using ConnectionId = StrongId<struct ConnectionIdTag>;
+
+enum class HostState : std::uint8_t {
+    kAbsent,   ///< never seen
+    kJoining,  ///< said hello; its snapshot is being made
+    kSyncing,  ///< fetching blobs, applying the snapshot and the lists since
+    kLive,     ///< in the barrier
+    kLate,     ///< held back this frame (policies hold and drop)
+    kLost,     ///< disconnected, silent or stalled
+};
+[[nodiscard]] std::string_view nameOf(HostState state);
+
+enum class FaultKind : std::uint8_t {
+    kDisconnected,   ///< its connection closed
+    kSilent,         ///< no byte for SyncPolicy::lostAfter
+    kDrawStalled,    ///< alive by its heartbeats, but missed the frame deadline
+    kStateMismatch,  ///< its replica differs; repaired by a snapshot
+    kProtocol,       ///< said something a host must not say
+    kBlobsLate,      ///< did not fetch announced blobs in time
+};
+[[nodiscard]] std::string_view nameOf(FaultKind kind);
+
+struct ServerSessionConfig {
+    std::vector<std::string> hosts;  ///< every host of the wall
+    SyncPolicy sync;
+    std::uint64_t epoch = 1;
+    std::uint64_t schema = 0;
+    SharedBytes configuration;  ///< handed out in Welcome
+    std::uint64_t tokenSeed = 1;
+    std::size_t maxApplications = 64;
+    std::size_t maxPendingConnections = 64;
+    /// A connection that has not said a valid Hello by then is closed.
+    std::chrono::milliseconds helloDeadline{2'000};
+    /// A host that has not synced by then is told to start over.
+    std::chrono::milliseconds syncDeadline{60'000};
+    /// A live host that has not fetched announced blobs by then leaves the barrier.
+    std::chrono::milliseconds blobDeadline{10'000};
+};
+
+/// What the frame loop hands in for one frame.
+struct FrameContent {
+    std::uint64_t frame = 0;
+    std::uint64_t sequence = 0;   ///< the scene's after this frame's list
+    std::uint64_t stateHash = 0;
+    SharedBytes payload;          ///< for hosts in the barrier
+    /// Lists committed for this frame, for those who follow off the barrier. May be none.
+    std::vector<message::Changes> changes;
+};
+
+namespace server_action {
+
+struct Send {
+    ConnectionId connection;
+    Message message;
+};
+struct Close {
+    ConnectionId connection;
+    std::string reason;
+};
+/// Answer with `snapshotReady(connection, …)` from the committed scene.
+struct SnapshotWanted {
+    ConnectionId connection;
+    std::string name;
+};
+struct HostEntered {
+    std::string host;
+    std::uint64_t frame = 0;      ///< the first frame it takes part in
+    bool rejoined = false;
+    Duration awayFor{};           ///< since it was lost; zero on the first time
+};
+struct Fault {
+    std::string host;
+    FaultKind kind{};
+    std::uint64_t frame = 0;      ///< the frame open or next when it was found
+    Duration detectedAfter{};     ///< since the last byte received from it
+    std::string detail;
+};
+/// Frame `frame` was released to `shown`; `held` keep their last image.
+struct FrameReleased {
+    std::uint64_t frame = 0;
+    std::vector<std::string> shown;
+    std::vector<std::string> held;
+    Duration barrierTime{};       ///< first Ready to release
+    Duration frameTime{};         ///< Begin to release
+    std::string lastHost;         ///< whom it waited for
+};
+struct FrameStats {
+    std::string host;
+    std::uint64_t frame = 0;
+    SharedBytes stats;
+};
+struct FrameShown {
+    std::string host;
+    std::uint64_t frame = 0;
+    std::int64_t shownAtNs = 0;   ///< on the server's clock, as the host estimates it
+};
+/// The host's replica stood at `expected` ≠ `actual` after `frame`. Its hash tree follows as `HashesReceived`.
+struct StateMismatch {
+    std::string host;
+    std::uint64_t frame = 0;
+    std::uint64_t expected = 0;
+    std::uint64_t actual = 0;
+};
+/// Part of the hash tree of a mismatched host. Answer with `queryObjects` (after leaves) or `repair`.
+struct HashesReceived {
+    std::string host;
+    bool objects = false;
+    std::vector<HashEntry> entries;
+};
+struct RequestReceived {
+    ConnectionId connection;
+    std::string application;
+    std::uint64_t id = 0;
+    SharedBytes body;
+};
+struct ApplicationJoined {
+    ConnectionId connection;
+    std::string name;
+};
+struct ApplicationLeft {
+    ConnectionId connection;
+};
+/// Every live host holds the blobs announced under `token` (or has left the barrier).
+struct BlobsEverywhere {
+    std::uint64_t token = 0;
+};
+/// Answer with BlobChunk on the same connection.
+struct BlobRequested {
+    ConnectionId connection;
+    message::BlobRequest request;
+};
+struct ImageReceived {
+    std::string host;
+    message::TileImage image;
+};
+/// A host's probe image differs from the first host's: its pixels will not match.
+struct PixelsDiffer {
+    std::string host;
+    std::string reference;
+};
+
+}  // namespace server_action
+
+using ServerAction =
+    std::variant<server_action::Send, server_action::Close, server_action::SnapshotWanted, server_action::HostEntered,
+                 server_action::Fault, server_action::FrameReleased, server_action::FrameStats, server_action::FrameShown,
+                 server_action::StateMismatch, server_action::HashesReceived, server_action::RequestReceived,
+                 server_action::ApplicationJoined, server_action::ApplicationLeft, server_action::BlobsEverywhere,
+                 server_action::BlobRequested, server_action::ImageReceived, server_action::PixelsDiffer>;
+using ServerActions = std::vector<ServerAction>;
+
+/// Pure state machine: no socket, no clock, no thread. Every call takes the time of the event on the caller's monotonic
+/// clock and returns what is to be done, in order. Not thread-safe.
+///
+/// Whatever a peer says is answered or the peer is closed; nothing a peer says can stop the others. Memory is bounded by
+/// the configuration, not by time.
+class ServerSession {
+public:
+    explicit ServerSession(ServerSessionConfig config);
+    ~ServerSession();
+
+    [[nodiscard]] ServerActions connectionOpened(ConnectionId connection, TimePoint now);
+    /// `now` is when the bytes arrived, not when they are looked at.
+    [[nodiscard]] ServerActions received(ConnectionId connection, const Message& message, TimePoint now);
+    [[nodiscard]] ServerActions connectionClosed(ConnectionId connection, TimePoint now);
+    /// Heartbeats and deadlines. Call when the clock passes `nextDeadline()`, after all events up to then.
+    [[nodiscard]] ServerActions advance(TimePoint now);
+    [[nodiscard]] TimePoint nextDeadline() const;
+
+    /// Whether frame `nextFrame()` may begin: none is open, and all hosts are there or the start deadline is over.
+    [[nodiscard]] bool mayBegin(TimePoint now) const;
+    [[nodiscard]] std::uint64_t nextFrame() const;
+    /// Sends Begin to everybody in the barrier, Changes to everybody who follows off it. Hosts that are synced enter here.
+    /// With no host in the barrier the frame is released at once.
+    [[nodiscard]] ServerActions beginFrame(const FrameContent& content, TimePoint now);
+
+    /// The answer to SnapshotWanted. Lists committed after `snapshot.sequence` follow by themselves.
+    [[nodiscard]] ServerActions snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now);
+    /// Announces blobs; BlobsEverywhere follows (at once when no host is live).
+    [[nodiscard]] ServerActions announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now);
+    [[nodiscard]] ServerActions queryObjects(const std::string& host, std::uint64_t leaf);
+    [[nodiscard]] ServerActions repair(const std::string& host, TimePoint now);
+    [[nodiscard]] ServerActions requestImages(std::uint64_t request, std::uint64_t frame);
+    [[nodiscard]] ServerActions reply(ConnectionId application, message::Reply reply);
+    [[nodiscard]] ServerActions notify(ConnectionId application, message::Notice notice);
+    /// Tells everybody; afterwards nothing is accepted.
+    [[nodiscard]] ServerActions finish(const std::string& reason);
+
+    struct HostStatus {
+        std::string name;
+        HostState state = HostState::kAbsent;
+        std::uint64_t lastShown = 0;
+        bool everShown = false;
+        Duration roundTrip{};
+    };
+    [[nodiscard]] std::vector<HostStatus> hosts() const;
+    [[nodiscard]] std::vector<std::string> waitingFor() const;
+    /// Hosts that have never joined.
+    [[nodiscard]] std::vector<std::string> missing() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,53 @@
+/// From eyes and screens to matrices.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/math/Box.h"
+#include "common/math/Frustum.h"
+#include "common/math/Ray.h"
+#include "common/wall/Wall.h"
+
+namespace tessera {
+
+/// Where the wall stands in the world and where its users' heads are: the part of a frame that is not the scene.
+struct View {
+    Vec3d position = Vec3d::Zero();  ///< of the wall's origin, world units
+    Quatd orientation = Quatd::Identity();
+    double worldUnitsPerMetre = 1.0;
+    std::vector<User> users;  ///< as in the wall, moved by head tracking or `tessera-ctl view`
+
+    [[nodiscard]] Affine3d world_T_wall() const;
+};
+
+/// Clip planes in metres from the eye, for everything this wall draws.
+struct ClipRange {
+    double nearMetres = 0.05;
+    double farMetres = 1000.0;
+};
+
+/// The camera of one *whole* screen for one eye. All tiles of the screen share these very matrices: that makes seams
+/// exact (see client/draw/README.md).
+struct ScreenCamera {
+    Vec3d eyeWorld;        ///< world units
+    Affine3d eye_T_world;  ///< metres in eye space, axes along the screen: x right, y up, -z into the screen
+    Mat4d clip_T_eye;      ///< off-axis projection of the whole screen, OpenGL clip space (Kooima 2008)
+    ScreenPixels pixels;
+};
+
+[[nodiscard]] ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const View& view,
+                                        const ClipRange& range = {});
+
+/// Frustum of one tile in world coordinates, grown by `marginPx` on each side.
+[[nodiscard]] Frustum tileFrustum(const ScreenCamera& camera, const PixelRect& rect, double marginPx = 1.0);
+
+/// World-space ray through a pixel centre of the mosaic of the wall's first screen, x from the left, y from the *top*, as
+/// in a picture. Fails when no tile shows that pixel.
+[[nodiscard]] Expected<Ray> pickRay(const Wall& wall, const View& view, double xPx, double yPx);
+
+/// The scene's bounding sphere fills the first screen, seen from its user: the camera of a scene that has none.
+/// Empty bounds: the identity.
+[[nodiscard]] View defaultView(const Wall& wall, const Box& sceneBounds);
+
+}  // namespace tessera

@@ -1,0 +1,109 @@
+/// The display: screens in metres, tiles in pixels, users with eyes, hosts with tiles. Values only; `common/codec`
+/// reads them from files, `checkWall` says what is wrong with them in words.
+///
+/// Frame of reference: the wall's own, metres, right-handed, +Y up, -Z into the front wall.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/Error.h"
+#include "common/math/Types.h"
+#include "common/session/SwapBarrier.h"
+
+namespace tessera {
+
+/// One physical plane and the grid of tiles on it. Column 0 is left, row 0 is at the bottom.
+struct Screen {
+    std::string name;
+    Vec3d lowerLeft = Vec3d::Zero();
+    Vec3d lowerRight = Vec3d::UnitX();
+    Vec3d upperLeft = Vec3d::UnitY();
+    struct Grid {
+        int columns = 1, rows = 1;
+        int tileWidthPx = 960, tileHeightPx = 540;
+        /// Uneven shares of an odd total (`--size`); empty: all alike.
+        std::vector<int> columnWidthsPx, rowHeightsPx;
+        int bezelXPx = 0, bezelYPx = 0;      ///< pixels hidden behind the frame between two tiles
+        int overlapXPx = 0, overlapYPx = 0;  ///< pixels that two neighbours both show (blended projectors)
+    } grid;
+
+    [[nodiscard]] double widthMetres() const { return (lowerRight - lowerLeft).norm(); }
+    [[nodiscard]] double heightMetres() const { return (upperLeft - lowerLeft).norm(); }
+};
+
+enum class Eye : std::uint8_t { kCenter, kLeft, kRight };
+
+struct User {
+    std::string name;
+    Vec3d position{0, 1.7, 2.4};
+    Quatd orientation = Quatd::Identity();
+    double eyeSeparationMetres = 0.065;
+    /// Left and right lie along the head's own right axis.
+    [[nodiscard]] Vec3d eye(Eye which) const;
+};
+
+struct TileAssignment {
+    std::string screen;
+    int column = 0, row = 0;
+    Eye eye = Eye::kCenter;
+    std::string user;
+};
+
+struct WallHost {
+    std::string name;
+    std::vector<TileAssignment> tiles;
+};
+
+struct Wall {
+    std::string name;
+    std::vector<Screen> screens;
+    std::vector<User> users;
+    std::vector<WallHost> hosts;
+    SyncPolicy sync;
+    int samples = 4;  ///< per pixel: 1 or 4
+
+    [[nodiscard]] const Screen* findScreen(std::string_view name) const;
+    [[nodiscard]] const User* findUser(std::string_view name) const;
+};
+
+/// Rectangle in the pixels of a whole screen, origin at the lower left.
+struct PixelRect {
+    int x = 0, y = 0, width = 0, height = 0;
+    bool operator==(const PixelRect&) const = default;
+};
+
+/// One tile, ready to draw.
+struct Tile {
+    std::string name;      ///< e.g. "front-0-1", with "-left" or "-right" for eyes; also the folder of its images
+    std::string host;
+    std::string screen;
+    int column = 0, row = 0;
+    Eye eye = Eye::kCenter;
+    std::string user;
+    PixelRect rect;        ///< in the screen's picture, hidden pixels behind bezels counted
+    PixelRect mosaicRect;  ///< in the exact stitch without gaps
+};
+
+/// Pixels of a screen's whole picture, those behind bezels included.
+struct ScreenPixels {
+    int width = 0, height = 0;
+};
+[[nodiscard]] ScreenPixels screenPixels(const Screen& screen);
+/// Of the exact stitch: the visible pixels only.
+[[nodiscard]] ScreenPixels mosaicPixels(const Screen& screen);
+
+/// All tiles in the order hosts and tiles are written.
+[[nodiscard]] std::vector<Tile> layoutTiles(const Wall& wall);
+[[nodiscard]] std::vector<Tile> tilesOf(const Wall& wall, std::string_view host);
+
+/// Explains skewed, left-handed, zero-sized, millimetre-like, doubly assigned, uncovered, unknown-name and oversized
+/// (over 16384 px) walls, and names what to change. First finding only.
+[[nodiscard]] Expected<void> checkWall(const Wall& wall);
+
+/// The visible pixels of the whole wall become width × height, shared out over the tiles of each screen; the odd rest
+/// goes to the first columns and rows, so that the mosaic is exactly that size. Bezels stay as they are.
+[[nodiscard]] Expected<Wall> withSize(const Wall& wall, int widthPx, int heightPx);
+
+}  // namespace tessera

@@ -1,0 +1,1 @@
+# find_package(Tessera) gives Tessera::application and the layers below it.
