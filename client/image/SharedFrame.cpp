@@ -1,0 +1,186 @@
+#include "client/image/SharedFrame.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <thread>
+#include <utility>
+
+#include "common/base/Hash.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::uint64_t kMagic = 0x31454d4152465354;  // "TSFRAME1" in memory
+constexpr std::size_t kHeaderBytes = 4096;
+constexpr int kMaxSidePx = 16384;
+constexpr int kReadAttempts = 200;
+
+struct Slot {
+    std::uint64_t frame;
+    std::uint64_t checksum;  ///< of the pixels, seeded with the frame number
+};
+
+/// Start of the file. The pixels of slot i stand at kHeaderBytes + i * widthPx * heightPx * 3.
+struct Header {
+    std::uint64_t magic;
+    std::int32_t widthPx, heightPx;
+    std::uint64_t shown;  ///< 0: nothing yet; else (times shown << 1) | slot
+    Slot slots[2];
+};
+static_assert(sizeof(Header) <= kHeaderBytes);
+
+std::size_t slotBytes(int widthPx, int heightPx) {
+    return static_cast<std::size_t>(widthPx) * static_cast<std::size_t>(heightPx) * 3;
+}
+
+std::uint64_t checksumOf(std::uint64_t frame, const std::uint8_t* pixels, std::size_t bytes) {
+    return hash64(ByteSpan(reinterpret_cast<const std::byte*>(pixels), bytes), frame);
+}
+
+class FileDescriptor {
+public:
+    explicit FileDescriptor(int fd) : fd_(fd) {}
+    ~FileDescriptor() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    FileDescriptor(const FileDescriptor&) = delete;
+    FileDescriptor& operator=(const FileDescriptor&) = delete;
+    [[nodiscard]] int get() const { return fd_; }
+
+private:
+    int fd_;
+};
+
+bool readAt(int fd, void* to, std::size_t bytes, std::size_t offset) {
+    auto* out = static_cast<std::byte*>(to);
+    while (bytes > 0) {
+        const ssize_t n = ::pread(fd, out, bytes, static_cast<off_t>(offset));
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return false;
+        out += n;
+        offset += static_cast<std::size_t>(n);
+        bytes -= static_cast<std::size_t>(n);
+    }
+    return true;
+}
+
+}  // namespace
+
+Expected<SharedFrameWriter> SharedFrameWriter::create(const std::string& path, int widthPx, int heightPx) {
+    if (widthPx <= 0 || heightPx <= 0 || widthPx > kMaxSidePx || heightPx > kMaxSidePx)
+        return fail(ErrorCode::kLimit, path + ": a picture's sides must be 1 to 16384 pixels");
+    std::error_code ignored;
+    std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
+
+    SharedFrameWriter writer;
+    writer.path_ = path;
+    std::string name = path + ".XXXXXX";
+    const FileDescriptor file(::mkostemp(name.data(), O_CLOEXEC));
+    if (file.get() < 0)
+        return fail(ErrorCode::kFailed, path + ": cannot make the file of the shown image: " + std::strerror(errno));
+    writer.unnamed_ = name;
+    const std::size_t bytes = kHeaderBytes + 2 * slotBytes(widthPx, heightPx);
+    // Taking the blocks now turns a full disk into an error here; without them it would be a SIGBUS in a frame.
+    if (const int error = ::posix_fallocate(file.get(), 0, static_cast<off_t>(bytes)); error != 0)
+        return fail(ErrorCode::kFailed, path + ": no room for the shown image: " + std::strerror(error));
+    ::fchmod(file.get(), 0644);
+    void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file.get(), 0);
+    if (memory == MAP_FAILED)
+        return fail(ErrorCode::kFailed, path + ": cannot map the file of the shown image: " + std::strerror(errno));
+    writer.memory_ = static_cast<std::byte*>(memory);
+    writer.mappedBytes_ = bytes;
+    writer.widthPx_ = widthPx;
+    writer.heightPx_ = heightPx;
+    auto* header = reinterpret_cast<Header*>(writer.memory_);
+    *header = Header{.magic = kMagic, .widthPx = widthPx, .heightPx = heightPx, .shown = 0, .slots = {}};
+    return writer;
+}
+
+SharedFrameWriter::~SharedFrameWriter() { close(); }
+
+SharedFrameWriter::SharedFrameWriter(SharedFrameWriter&& other) noexcept { *this = std::move(other); }
+
+SharedFrameWriter& SharedFrameWriter::operator=(SharedFrameWriter&& other) noexcept {
+    if (this == &other) return *this;
+    close();
+    path_ = std::move(other.path_);
+    unnamed_ = std::exchange(other.unnamed_, {});
+    memory_ = std::exchange(other.memory_, nullptr);
+    mappedBytes_ = std::exchange(other.mappedBytes_, 0);
+    widthPx_ = other.widthPx_;
+    heightPx_ = other.heightPx_;
+    prepared_ = std::exchange(other.prepared_, -1);
+    return *this;
+}
+
+void SharedFrameWriter::close() {
+    if (memory_) ::munmap(memory_, mappedBytes_);
+    memory_ = nullptr;
+    if (!unnamed_.empty()) ::unlink(unnamed_.c_str());
+    unnamed_.clear();
+}
+
+void SharedFrameWriter::prepare(std::uint64_t frame, const Picture& picture) {
+    TESSERA_CHECK(picture.widthPx == widthPx_ && picture.heightPx == heightPx_, "the picture has the size of its tile");
+    auto* header = reinterpret_cast<Header*>(memory_);
+    const std::uint64_t shown = std::atomic_ref(header->shown).load(std::memory_order_relaxed);
+    const int slot = shown == 0 ? 0 : static_cast<int>(1 - (shown & 1));
+    const std::size_t bytes = slotBytes(widthPx_, heightPx_);
+    std::byte* pixels = memory_ + kHeaderBytes + static_cast<std::size_t>(slot) * bytes;
+    std::memcpy(pixels, picture.rgb.data(), bytes);
+    header->slots[slot] = {.frame = frame, .checksum = checksumOf(frame, picture.rgb.data(), bytes)};
+    prepared_ = slot;
+}
+
+Expected<void> SharedFrameWriter::show() {
+    TESSERA_CHECK(prepared_ >= 0, "an image is prepared before it is shown");
+    auto* header = reinterpret_cast<Header*>(memory_);
+    std::atomic_ref shown(header->shown);
+    const std::uint64_t times = (shown.load(std::memory_order_relaxed) >> 1) + 1;
+    shown.store((times << 1) | static_cast<std::uint64_t>(prepared_), std::memory_order_release);
+    prepared_ = -1;
+    if (unnamed_.empty()) return {};
+    if (::rename(unnamed_.c_str(), path_.c_str()) != 0)
+        return fail(ErrorCode::kFailed, path_ + ": cannot put the shown image in place: " + std::strerror(errno));
+    unnamed_.clear();
+    return {};
+}
+
+Expected<ShownImage> readSharedFrame(const std::string& path) {
+    // Read, not mapped: a file that is cut short under our hands is a short read, where a mapping would be a SIGBUS.
+    const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (file.get() < 0) {
+        const bool missing = errno == ENOENT || errno == ENOTDIR;
+        return fail(missing ? ErrorCode::kNotFound : ErrorCode::kFailed, path + ": " + std::strerror(errno));
+    }
+    for (int attempt = 0; attempt < kReadAttempts; ++attempt) {
+        if (attempt > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        Header header{};
+        if (!readAt(file.get(), &header, sizeof header, 0) || header.magic != kMagic || header.widthPx <= 0 ||
+            header.heightPx <= 0 || header.widthPx > kMaxSidePx || header.heightPx > kMaxSidePx)
+            return fail(ErrorCode::kBadInput, path + ": not the shown image of a Tessera host");
+        if (header.shown == 0) return fail(ErrorCode::kNotFound, path + ": no image has been shown yet");
+        const std::size_t bytes = slotBytes(header.widthPx, header.heightPx);
+        struct stat status {};
+        if (::fstat(file.get(), &status) != 0 || static_cast<std::size_t>(status.st_size) < kHeaderBytes + 2 * bytes)
+            return fail(ErrorCode::kBadInput, path + ": the file is shorter than its pictures");
+
+        const std::size_t slot = header.shown & 1;
+        ShownImage image{.frame = header.slots[slot].frame,
+                         .picture = {.widthPx = header.widthPx, .heightPx = header.heightPx, .rgb = {}}};
+        image.picture.rgb.resize(bytes);
+        if (!readAt(file.get(), image.picture.rgb.data(), bytes, kHeaderBytes + slot * bytes))
+            return fail(ErrorCode::kBadInput, path + ": the file is shorter than its pictures");
+        if (checksumOf(image.frame, image.picture.rgb.data(), bytes) == header.slots[slot].checksum) return image;
+    }
+    return fail(ErrorCode::kFailed, path + ": no whole picture in many attempts; the file is damaged");
+}
+
+}  // namespace tessera

@@ -1,0 +1,53 @@
+/// The image a render host shows, in a file that other processes may look into at any instant.
+///
+/// A host keeps `tiles/TILE/shown.frame` mapped: a dead host's tile keeps its last image because the file outlives the
+/// process, however that ended. Two slots: the next image is laid into the one that is not shown, then one word flips. A
+/// reader that is overtaken twice while it copies finds a checksum that does not fit and tries again: it never returns a
+/// torn image.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "client/image/Picture.h"
+
+namespace tessera {
+
+/// What a host shows, and which frame that is.
+struct ShownImage {
+    std::uint64_t frame = 0;
+    Picture picture;
+};
+
+/// Keeps one shared frame file. One thread; one writer per file. The file of an earlier writer, and the image in it,
+/// stay until the first `show` of this one.
+class SharedFrameWriter {
+public:
+    /// Reserves room for pictures of exactly this size in a file beside `path`; makes missing folders.
+    [[nodiscard]] static Expected<SharedFrameWriter> create(const std::string& path, int widthPx, int heightPx);
+    ~SharedFrameWriter();
+    SharedFrameWriter(SharedFrameWriter&& other) noexcept;
+    SharedFrameWriter& operator=(SharedFrameWriter&& other) noexcept;
+
+    /// Lays the picture into the slot that is not shown. Preparing again replaces what was prepared.
+    void prepare(std::uint64_t frame, const Picture& picture);
+    /// Makes the prepared picture the one shown. A few nanoseconds, but for the first time, when the file gets its name.
+    [[nodiscard]] Expected<void> show();
+
+private:
+    SharedFrameWriter() = default;
+    void close();
+
+    std::string path_;
+    std::string unnamed_;  ///< where the file lies until the first image is shown; then empty
+    std::byte* memory_ = nullptr;
+    std::size_t mappedBytes_ = 0;
+    int widthPx_ = 0, heightPx_ = 0;
+    int prepared_ = -1;  ///< slot, or none
+};
+
+/// The image shown now. kNotFound: no host has shown anything there yet; kBadInput: not such a file; kFailed: the writer
+/// was quicker than the reader many times over.
+[[nodiscard]] Expected<ShownImage> readSharedFrame(const std::string& path);
+
+}  // namespace tessera

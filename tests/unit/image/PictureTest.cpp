@@ -1,0 +1,132 @@
+#include "client/image/Picture.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <random>
+
+#include "tests/unit/image/TestFolder.h"
+
+namespace tessera {
+namespace {
+
+Picture noise(int widthPx, int heightPx, unsigned seed) {
+    Picture picture = Picture::filled(widthPx, heightPx, 0, 0, 0);
+    std::mt19937 random(seed);
+    for (std::uint8_t& value : picture.rgb) value = static_cast<std::uint8_t>(random());
+    return picture;
+}
+
+TEST(Png, BringsEveryPixelAndTheFrameNumberBack) {
+    const Picture picture = noise(37, 11, 1);
+    const auto decoded = decodePng(encodePng(picture, 119));
+    ASSERT_TRUE(decoded) << decoded.error().message;
+    EXPECT_EQ(decoded->picture, picture);
+    EXPECT_EQ(decoded->frame, 119u);
+}
+
+TEST(Png, KeepsTheFrameNumberBesideThePixelsNotInThem) {
+    const Picture picture = noise(8, 8, 2);
+    const auto first = decodePng(encodePng(picture, 0));
+    const auto last = decodePng(encodePng(picture, ~std::uint64_t{0}));
+    const auto without = decodePng(encodePng(picture, std::nullopt));
+    ASSERT_TRUE(first && last && without);
+    EXPECT_EQ(first->picture, last->picture);
+    EXPECT_EQ(first->frame, 0u);
+    EXPECT_EQ(last->frame, ~std::uint64_t{0});
+    EXPECT_EQ(without->frame, std::nullopt);
+}
+
+TEST(Png, RefusesEveryTruncation) {
+    const Bytes whole = encodePng(noise(16, 16, 3), 5);
+    // The last 12 bytes are the end chunk, which adds nothing to the pixels.
+    for (std::size_t length = 0; length + 12 < whole.size(); ++length)
+        EXPECT_FALSE(decodePng(ByteSpan(whole).first(length))) << length;
+}
+
+TEST(Png, SurvivesEveryFlippedByte) {
+    const Picture picture = noise(6, 5, 4);
+    const Bytes whole = encodePng(picture, 5);
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+        Bytes damaged = whole;
+        damaged[i] ^= std::byte{0x55};
+        const auto decoded = decodePng(damaged);
+        if (decoded) {
+            EXPECT_EQ(decoded->picture.rgb.size(), 3u * static_cast<std::size_t>(decoded->picture.widthPx) *
+                                                       static_cast<std::size_t>(decoded->picture.heightPx));
+        }
+    }
+}
+
+TEST(Png, RefusesASizeThatOnlyTheHeaderHas) {
+    Bytes bytes = encodePng(noise(4, 4, 5), std::nullopt);
+    // Width and height stand at 16 and 20; 0x4001 = 16385 is one too many.
+    for (const std::size_t at : {std::size_t{18}, std::size_t{22}}) {
+        Bytes huge = bytes;
+        huge[at] = std::byte{0x40};
+        huge[at + 1] = std::byte{0x01};
+        const auto decoded = decodePng(huge);
+        ASSERT_FALSE(decoded);
+        EXPECT_EQ(decoded.error().code, ErrorCode::kBadInput);
+    }
+    EXPECT_FALSE(decodePng({}));
+    EXPECT_FALSE(decodePng(asBytes("P6 4 4 255 not a PNG at all")));
+}
+
+TEST(Paste, CutsOffWhatDoesNotFit) {
+    const Picture part = noise(4, 3, 6);
+    for (int x = -5; x <= 6; ++x) {
+        for (int y = -4; y <= 6; ++y) {
+            Picture whole = Picture::filled(5, 5, 1, 2, 3);
+            paste(whole, part, x, y);
+            for (int wy = 0; wy < 5; ++wy) {
+                for (int wx = 0; wx < 5; ++wx) {
+                    const std::size_t at = 3 * static_cast<std::size_t>(wy * 5 + wx);
+                    const bool inside = wx >= x && wx < x + 4 && wy >= y && wy < y + 3;
+                    const std::uint8_t expected =
+                        inside ? part.rgb[3 * static_cast<std::size_t>((wy - y) * 4 + wx - x)] : std::uint8_t{1};
+                    ASSERT_EQ(whole.rgb[at], expected) << x << ' ' << y << ' ' << wx << ' ' << wy;
+                }
+            }
+        }
+    }
+}
+
+TEST(WriteFile, ReplacesWholeFilesAndMakesFolders) {
+    const test::TestFolder folder;
+    const std::string path = folder / "tiles/front-0-0/000001.png";
+    ASSERT_TRUE(writeFile(path, asBytes("first")));
+    ASSERT_TRUE(writeFile(path, asBytes("second")));
+    const auto read = readFile(path, 100);
+    ASSERT_TRUE(read);
+    EXPECT_EQ(asText(*read), "second");
+    const auto begin = std::filesystem::directory_iterator(std::filesystem::path(path).parent_path());
+    EXPECT_EQ(std::distance(begin, std::filesystem::directory_iterator()), 1) << "no temporary file is left";
+}
+
+TEST(WriteFile, SaysWhatIsInTheWay) {
+    const test::TestFolder folder;
+    ASSERT_TRUE(writeFile(folder / "plain", asBytes("x")));
+    const auto written = writeFile(folder / "plain/below", asBytes("y"));
+    ASSERT_FALSE(written);
+    EXPECT_NE(written.error().message.find("plain/below"), std::string::npos);
+}
+
+TEST(ReadFile, StopsAtItsLimit) {
+    const test::TestFolder folder;
+    ASSERT_TRUE(writeFile(folder / "ten", asBytes("0123456789")));
+    EXPECT_TRUE(readFile(folder / "ten", 10));
+    const auto tooLarge = readFile(folder / "ten", 9);
+    ASSERT_FALSE(tooLarge);
+    EXPECT_EQ(tooLarge.error().code, ErrorCode::kLimit);
+    const auto endless = readFile("/dev/zero", 100'000);
+    ASSERT_FALSE(endless);
+    EXPECT_EQ(endless.error().code, ErrorCode::kLimit);
+    const auto missing = readFile(folder / "none", 10);
+    ASSERT_FALSE(missing);
+    EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+    EXPECT_FALSE(readFile(folder / "", 10)) << "a folder is no file";
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,150 @@
+#include "client/image/SharedFrame.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <thread>
+
+#include "tests/unit/image/TestFolder.h"
+
+namespace tessera {
+namespace {
+
+constexpr int kWidthPx = 200, kHeightPx = 150;
+
+/// All pixels tell the frame, so that a torn picture shows.
+Picture pictureOf(std::uint64_t frame) {
+    const auto value = static_cast<std::uint8_t>(frame % 251);
+    return Picture::filled(kWidthPx, kHeightPx, value, value, value);
+}
+
+void showFrame(SharedFrameWriter& writer, std::uint64_t frame) {
+    writer.prepare(frame, pictureOf(frame));
+    ASSERT_TRUE(writer.show());
+}
+
+TEST(SharedFrame, ShowsOnlyWhatWasMadeTheShownImage) {
+    const test::TestFolder folder;
+    const std::string path = folder / "tiles/front-0-0/shown.frame";
+    auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
+    ASSERT_TRUE(writer) << writer.error().message;
+    writer->prepare(7, pictureOf(7));
+    const auto before = readSharedFrame(path);
+    ASSERT_FALSE(before);
+    EXPECT_EQ(before.error().code, ErrorCode::kNotFound);
+
+    ASSERT_TRUE(writer->show());
+    writer->prepare(8, pictureOf(8));
+    writer->prepare(9, pictureOf(9));
+    const auto shown = readSharedFrame(path);
+    ASSERT_TRUE(shown) << shown.error().message;
+    EXPECT_EQ(shown->frame, 7u);
+    EXPECT_EQ(shown->picture, pictureOf(7));
+
+    ASSERT_TRUE(writer->show());
+    EXPECT_EQ(readSharedFrame(path)->frame, 9u);
+}
+
+TEST(SharedFrame, OutlivesAWriterKilledAtAnyInstant) {
+    const test::TestFolder folder;
+    const std::string path = folder / "shown.frame";
+    for (int run = 0; run < 10; ++run) {
+        const pid_t child = ::fork();
+        ASSERT_GE(child, 0);
+        if (child == 0) {
+            auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
+            for (std::uint64_t frame = 0; writer; ++frame) {
+                writer->prepare(frame, pictureOf(frame));
+                if (!writer->show()) break;
+            }
+            ::_exit(1);
+        }
+        // A loaded machine may take its time to start the child; what is killed is a writer at work.
+        for (int wait = 0; wait < 10'000 && !readSharedFrame(path); ++wait) ::usleep(1'000);
+        ::usleep(static_cast<useconds_t>(3'000 + 1'300 * run));
+        ::kill(child, SIGKILL);
+        ::waitpid(child, nullptr, 0);
+        const auto shown = readSharedFrame(path);
+        ASSERT_TRUE(shown) << shown.error().message;
+        EXPECT_EQ(shown->picture, pictureOf(shown->frame));
+    }
+}
+
+TEST(SharedFrame, KeepsTheLastImageUntilARestartedWriterShowsItsFirst) {
+    const test::TestFolder folder;
+    const std::string path = folder / "shown.frame";
+    {
+        auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
+        ASSERT_TRUE(writer);
+        showFrame(*writer, 41);
+    }
+    auto restarted = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
+    ASSERT_TRUE(restarted);
+    restarted->prepare(60, pictureOf(60));
+    EXPECT_EQ(readSharedFrame(path)->frame, 41u);
+    ASSERT_TRUE(restarted->show());
+    EXPECT_EQ(readSharedFrame(path)->frame, 60u);
+}
+
+TEST(SharedFrame, NeverGivesAReaderATornImage) {
+    const test::TestFolder folder;
+    const std::string path = folder / "shown.frame";
+    auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
+    ASSERT_TRUE(writer);
+    showFrame(*writer, 0);
+    std::atomic<bool> stop = false;
+    std::thread writing([&] {
+        for (std::uint64_t frame = 1; !stop; ++frame) {
+            writer->prepare(frame, pictureOf(frame));
+            if (!writer->show()) return;
+            // A frame takes time; a writer that does nothing but flip would leave no reader an instant.
+            std::this_thread::sleep_for(std::chrono::microseconds(200));
+        }
+    });
+    std::uint64_t last = 0;
+    for (int i = 0; i < 500; ++i) {
+        const auto shown = readSharedFrame(path);
+        EXPECT_TRUE(shown) << shown.error().message;
+        if (!shown) break;
+        EXPECT_EQ(shown->picture, pictureOf(shown->frame));
+        EXPECT_GE(shown->frame, last);
+        last = shown->frame;
+    }
+    stop = true;
+    writing.join();
+}
+
+TEST(SharedFrame, RefusesFilesThatAreSomethingElse) {
+    const test::TestFolder folder;
+    const std::string path = folder / "shown.frame";
+    EXPECT_EQ(readSharedFrame(path).error().code, ErrorCode::kNotFound);
+    ASSERT_TRUE(writeFile(path, asBytes("short")));
+    EXPECT_EQ(readSharedFrame(path).error().code, ErrorCode::kBadInput);
+    ASSERT_TRUE(writeFile(path, Bytes(100'000, std::byte{0x7f})));
+    EXPECT_EQ(readSharedFrame(path).error().code, ErrorCode::kBadInput);
+
+    auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
+    ASSERT_TRUE(writer);
+    showFrame(*writer, 3);
+    auto bytes = readFile(path, 10'000'000);
+    ASSERT_TRUE(bytes);
+    bytes->resize(bytes->size() - 1);
+    ASSERT_TRUE(writeFile(folder / "cut", *bytes));
+    EXPECT_EQ(readSharedFrame(folder / "cut").error().code, ErrorCode::kBadInput);
+}
+
+TEST(SharedFrame, SaysWhereItCannotWrite) {
+    const test::TestFolder folder;
+    ASSERT_TRUE(writeFile(folder / "file", asBytes("x")));
+    const auto writer = SharedFrameWriter::create(folder / "file/shown.frame", kWidthPx, kHeightPx);
+    ASSERT_FALSE(writer);
+    EXPECT_NE(writer.error().message.find("file/shown.frame"), std::string::npos);
+    EXPECT_FALSE(SharedFrameWriter::create(folder / "x", 0, 5));
+    EXPECT_FALSE(SharedFrameWriter::create(folder / "x", 16385, 5));
+}
+
+}  // namespace
+}  // namespace tessera
