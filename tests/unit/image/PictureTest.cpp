@@ -73,6 +73,16 @@ TEST(Png, RefusesASizeThatOnlyTheHeaderHas) {
     EXPECT_FALSE(decodePng(asBytes("P6 4 4 255 not a PNG at all")));
 }
 
+TEST(Png, TakesNoMemoryForATextThatIsNotThere) {
+    Bytes bytes = encodePng(noise(4, 4, 5), 7);
+    const std::string_view text = asText(bytes);
+    const std::size_t lengthAt = text.find("tEXt") - 4;
+    bytes[lengthAt] = std::byte{0x55};  // 1.4 GB
+    const auto decoded = decodePng(bytes);
+    ASSERT_FALSE(decoded);
+    EXPECT_NE(decoded.error().message.find("too large"), std::string::npos) << decoded.error().message;
+}
+
 TEST(Paste, CutsOffWhatDoesNotFit) {
     const Picture part = noise(4, 3, 6);
     for (int x = -5; x <= 6; ++x) {
