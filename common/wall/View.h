@@ -1,7 +1,7 @@
 /// From eyes and screens to matrices.
 #pragma once
 
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/math/Box.h"
@@ -19,6 +19,7 @@ struct View {
     std::vector<User> users;  ///< as in the wall, moved by head tracking or `tessera-ctl view`
 
     [[nodiscard]] Affine3d world_T_wall() const;
+    [[nodiscard]] const User* findUser(std::string_view name) const;
 };
 
 /// Clip planes in metres from the eye, for everything this wall draws.
@@ -36,18 +37,27 @@ struct ScreenCamera {
     ScreenPixels pixels;
 };
 
+/// Eyes are held in front of their screen: one that is nearer than a centimetre, or behind, is moved to a centimetre, so
+/// that there is always a picture.
 [[nodiscard]] ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const View& view,
                                         const ClipRange& range = {});
+/// The camera of the screen that `tile` is part of, for the tile's eye. The view's user of that name, else the wall's.
+[[nodiscard]] ScreenCamera tileCamera(const Wall& wall, const Tile& tile, const View& view, const ClipRange& range = {});
 
 /// Frustum of one tile in world coordinates, grown by `marginPx` on each side.
 [[nodiscard]] Frustum tileFrustum(const ScreenCamera& camera, const PixelRect& rect, double marginPx = 1.0);
 
-/// World-space ray through a pixel centre of the mosaic of the wall's first screen, x from the left, y from the *top*, as
-/// in a picture. Fails when no tile shows that pixel.
+/// World-space ray of unit direction from the eye through the centre of a pixel of the mosaic of the wall's first screen, x
+/// from the left, y from the *top*, as in a picture: (0, 0) is the upper left pixel. Fails when no tile shows that pixel.
 [[nodiscard]] Expected<Ray> pickRay(const Wall& wall, const View& view, double xPx, double yPx);
 
-/// The scene's bounding sphere fills the first screen, seen from its user: the camera of a scene that has none.
-/// Empty bounds: the identity.
+/// The scene's bounding sphere fills the first screen, seen from its user: the camera of a scene that has none. The wall
+/// stands upright in the world (its axes are the world's); the sphere's centre lies in the middle of the screen and its
+/// silhouette touches the nearest edges. Empty bounds: the identity.
 [[nodiscard]] View defaultView(const Wall& wall, const Box& sceneBounds);
+
+/// Says what is wrong with a view for this wall: a number that is not finite, a scale that is not positive, an unknown
+/// user, a head so far that it must be millimetres, an eye on or behind a screen it looks at.
+[[nodiscard]] Expected<void> checkView(const Wall& wall, const View& view);
 
 }  // namespace tessera

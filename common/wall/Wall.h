@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/Error.h"
@@ -27,6 +28,9 @@ struct Screen {
         std::vector<int> columnWidthsPx, rowHeightsPx;
         int bezelXPx = 0, bezelYPx = 0;      ///< pixels hidden behind the frame between two tiles
         int overlapXPx = 0, overlapYPx = 0;  ///< pixels that two neighbours both show (blended projectors)
+
+        [[nodiscard]] int columnWidthPx(int column) const;
+        [[nodiscard]] int rowHeightPx(int row) const;
     } grid;
 
     [[nodiscard]] double widthMetres() const { return (lowerRight - lowerLeft).norm(); }
@@ -98,12 +102,33 @@ struct ScreenPixels {
 [[nodiscard]] std::vector<Tile> layoutTiles(const Wall& wall);
 [[nodiscard]] std::vector<Tile> tilesOf(const Wall& wall, std::string_view host);
 
+/// Bounds on what a wall may hold, checked before anything is laid out.
+struct WallLimits {
+    std::size_t maxScreens = 64, maxUsers = 64, maxHosts = 1024, maxTiles = 4096;
+    int maxGrid = 128;         ///< columns, rows
+    int maxPixels = 16384;     ///< of a screen's picture, each way: what one framebuffer can hold
+    std::size_t maxName = 64;  ///< bytes; names become names of folders
+    double maxMetres = 100;    ///< longer than that, a screen was written in millimetres
+};
+
+/// What is wrong with a wall, and in which part of it (so that a file's line can be named).
+struct WallFault {
+    enum class Part { kWall, kScreen, kUser, kHost, kTile, kSync } part = Part::kWall;
+    std::size_t index = 0;  ///< of the screen, user or host
+    std::size_t tile = 0;   ///< kTile: of the assignment in its host
+    std::string message;
+};
+/// The first finding.
+[[nodiscard]] std::optional<WallFault> findWallFault(const Wall& wall, const WallLimits& limits = {});
+
 /// Explains skewed, left-handed, zero-sized, millimetre-like, doubly assigned, uncovered, unknown-name and oversized
 /// (over 16384 px) walls, and names what to change. First finding only.
 [[nodiscard]] Expected<void> checkWall(const Wall& wall);
 
 /// The visible pixels of the whole wall become width × height, shared out over the tiles of each screen; the odd rest
-/// goes to the first columns and rows, so that the mosaic is exactly that size. Bezels stay as they are.
+/// goes to the first columns and rows, so that the mosaic is exactly that size. Several screens stand side by side in the
+/// mosaic: they share the width in proportion to what they had, and the height is that of the tallest. Bezels stay as
+/// they are.
 [[nodiscard]] Expected<Wall> withSize(const Wall& wall, int widthPx, int heightPx);
 
 }  // namespace tessera

@@ -1,0 +1,183 @@
+#include "common/geometry/Mesh.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace tessera {
+
+namespace {
+
+Expected<std::size_t> elementCount(const Blob& blob, std::size_t bytesEach, std::string_view name) {
+    if (!blob.empty() && !blob.resident()) {
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("the {} are not here: blob {} has to be fetched first", name, toHex(blob.id())));
+    }
+    if (blob.sizeBytes() % bytesEach != 0) {
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("the {} have {} bytes, not a whole number of elements of {} bytes", name,
+                                blob.sizeBytes(), bytesEach));
+    }
+    return blob.sizeBytes() / bytesEach;
+}
+
+/// An optional per-vertex array is left out or as long as the positions.
+Expected<void> checkPerVertex(const Blob& blob, std::size_t bytesEach, std::string_view name, std::size_t vertices) {
+    const Expected<std::size_t> count = elementCount(blob, bytesEach, name);
+    if (!count) return tl::unexpected(count.error());
+    if (!blob.empty() && *count != vertices) {
+        return fail(
+            ErrorCode::kBadInput,
+            fmt::format("{} {} for {} vertices: leave the array out or give one per vertex", *count, name, vertices));
+    }
+    return {};
+}
+
+Expected<void> checkFinite(std::span<const float> values, std::size_t perVertex, std::string_view name) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        if (!std::isfinite(values[i])) {
+            return fail(ErrorCode::kBadInput, fmt::format("the {} of vertex {} are not finite", name, i / perVertex));
+        }
+    }
+    return {};
+}
+
+}  // namespace
+
+Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits) {
+    const Expected<std::size_t> vertices = elementCount(arrays.positions, 3 * sizeof(float), "positions");
+    if (!vertices) return tl::unexpected(vertices.error());
+    if (*vertices > limits.maxVertices) {
+        return fail(ErrorCode::kLimit,
+                    fmt::format("{} vertices, at most {} are allowed", *vertices, limits.maxVertices));
+    }
+    const Expected<std::size_t> triangles = elementCount(arrays.indices, 3 * sizeof(std::uint32_t), "triangle indices");
+    if (!triangles) return tl::unexpected(triangles.error());
+    if (*triangles > limits.maxTriangles) {
+        return fail(ErrorCode::kLimit,
+                    fmt::format("{} triangles, at most {} are allowed", *triangles, limits.maxTriangles));
+    }
+    if (auto ok = checkPerVertex(arrays.normals, 3 * sizeof(float), "normals", *vertices); !ok) return ok;
+    if (auto ok = checkPerVertex(arrays.colors, 4, "colours", *vertices); !ok) return ok;
+    if (auto ok = checkPerVertex(arrays.texcoords, 2 * sizeof(float), "texture coordinates", *vertices); !ok) return ok;
+
+    if (auto ok = checkFinite(arrays.positions.as<float>(), 3, "positions"); !ok) return ok;
+    if (auto ok = checkFinite(arrays.normals.as<float>(), 3, "normals"); !ok) return ok;
+    if (auto ok = checkFinite(arrays.texcoords.as<float>(), 2, "texture coordinates"); !ok) return ok;
+
+    const std::span<const std::uint32_t> indices = arrays.indices.as<std::uint32_t>();
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+        if (indices[i] >= *vertices) {
+            return fail(ErrorCode::kBadInput, fmt::format("triangle {} names vertex {}, but there are {} vertices",
+                                                          i / 3, indices[i], *vertices));
+        }
+    }
+    return {};
+}
+
+Box boundsOf(std::span<const float> positions) {
+    Vec3f lower = Vec3f::Constant(std::numeric_limits<float>::infinity());
+    Vec3f upper = -lower;
+    for (std::size_t i = 0; i + 2 < positions.size(); i += 3) {
+        const Vec3f p(positions[i], positions[i + 1], positions[i + 2]);
+        lower = lower.cwiseMin(p);
+        upper = upper.cwiseMax(p);
+    }
+    Box box;
+    if ((lower.array() <= upper.array()).all()) {
+        box.lower = lower.cast<double>();
+        box.upper = upper.cast<double>();
+    }
+    return box;
+}
+
+MeshArrays MeshData::toArrays() const {
+    const auto blob = [](const auto& values) {
+        using Value = typename std::decay_t<decltype(values)>::value_type;
+        return values.empty() ? Blob() : Blob::of(std::span<const Value>(values));
+    };
+    return {.positions = blob(positions),
+            .normals = blob(normals),
+            .colors = blob(colors),
+            .texcoords = blob(texcoords),
+            .indices = blob(indices)};
+}
+
+void MeshData::append(const MeshData& other, const Affine3d& place) {
+    const std::size_t before = positions.size() / 3;
+    const std::size_t added = other.positions.size() / 3;
+    if (added == 0) return;
+
+    // An array that only one side has is made up for the other.
+    if (before > 0 && normals.empty() && !other.normals.empty()) computeNormals(*this);
+    const bool wantNormals = before == 0 ? !other.normals.empty() : !normals.empty();
+    if (wantNormals && other.normals.empty()) {
+        MeshData withNormals = other;
+        computeNormals(withNormals);
+        append(withNormals, place);
+        return;
+    }
+    if (!texcoords.empty() || !other.texcoords.empty()) {
+        texcoords.resize(2 * before, 0.0f);
+        texcoords.insert(texcoords.end(), other.texcoords.begin(), other.texcoords.end());
+        texcoords.resize(2 * (before + added), 0.0f);
+    }
+    if (!colors.empty() || !other.colors.empty()) {
+        colors.resize(4 * before, 255);
+        colors.insert(colors.end(), other.colors.begin(), other.colors.end());
+        colors.resize(4 * (before + added), 255);
+    }
+
+    const auto addTransformed = [](std::vector<float>& to, const Vec3d& v) {
+        for (int axis = 0; axis < 3; ++axis) to.push_back(static_cast<float>(v[axis]));
+    };
+    const double handedness = place.linear().determinant() < 0 ? -1.0 : 1.0;
+    // The cofactor matrix: normals' transform up to a positive factor, and defined for flattening transforms too.
+    const Mat3d& m = place.linear();
+    Mat3d cofactor;
+    cofactor.col(0) = m.col(1).cross(m.col(2));
+    cofactor.col(1) = m.col(2).cross(m.col(0));
+    cofactor.col(2) = m.col(0).cross(m.col(1));
+    for (std::size_t i = 0; i < added; ++i) {
+        const Vec3d p(other.positions[3 * i], other.positions[3 * i + 1], other.positions[3 * i + 2]);
+        addTransformed(positions, place * p);
+        if (!wantNormals) continue;
+        const Vec3d n(other.normals[3 * i], other.normals[3 * i + 1], other.normals[3 * i + 2]);
+        addTransformed(normals, (handedness * (cofactor * n)).normalized());
+    }
+    for (std::size_t i = 0; i + 2 < other.indices.size(); i += 3) {
+        const std::uint32_t base = static_cast<std::uint32_t>(before);
+        const std::uint32_t a = base + other.indices[i], b = base + other.indices[i + 1],
+                            c = base + other.indices[i + 2];
+        // A reflection turns triangles around; turned back, they are counter-clockwise seen from outside again.
+        if (handedness > 0) {
+            indices.insert(indices.end(), {a, b, c});
+        } else {
+            indices.insert(indices.end(), {a, c, b});
+        }
+    }
+}
+
+void computeNormals(MeshData& mesh) {
+    const std::size_t vertices = mesh.positions.size() / 3;
+    std::vector<Vec3d> sums(vertices, Vec3d::Zero());
+    const auto position = [&](std::uint32_t v) {
+        return Vec3d(mesh.positions[3 * v], mesh.positions[3 * v + 1], mesh.positions[3 * v + 2]);
+    };
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+        const std::uint32_t a = mesh.indices[i], b = mesh.indices[i + 1], c = mesh.indices[i + 2];
+        // The cross product's length is twice the area: that is the weight.
+        const Vec3d normal = (position(b) - position(a)).cross(position(c) - position(a));
+        for (const std::uint32_t v : {a, b, c}) sums[v] += normal;
+    }
+    mesh.normals.resize(3 * vertices);
+    for (std::size_t v = 0; v < vertices; ++v) {
+        // A vertex of degenerate triangles alone, or of none, still gets a unit vector: shaders divide by its length.
+        const double length = sums[v].norm();
+        const Vec3d normal = length > 0 ? Vec3d(sums[v] / length) : Vec3d(Vec3d::UnitY());
+        for (int axis = 0; axis < 3; ++axis)
+            mesh.normals[3 * v + static_cast<std::size_t>(axis)] = static_cast<float>(normal[axis]);
+    }
+}
+
+}  // namespace tessera
