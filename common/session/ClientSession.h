@@ -22,6 +22,14 @@ struct ClientSessionConfig {
     std::uint32_t chunksInFlight = 8;
     /// Silence of the server for this long counts as a broken connection.
     std::chrono::milliseconds serverLostAfter{5'000};
+    /// Pause before a bulk connection that broke or could not be made is tried again.
+    std::chrono::milliseconds bulkRetry{200};
+    /// What may wait behind missing blobs and slow drawing; beyond either bound the connection is given up.
+    std::size_t maxQueuedMessages = 16'384;
+    std::size_t maxQueuedBytes = std::size_t{256} << 20;
+    /// Application requests and images that may wait for their channel.
+    std::size_t maxWaitingRequests = 256;
+    std::size_t maxWaitingImages = 64;
 };
 
 namespace client_action {
@@ -92,7 +100,10 @@ using ClientActions = std::vector<ClientAction>;
 
 /// Pure state machine for one connection to a server (make a new one for each attempt; known blobs are handed over).
 /// No socket, no clock, no thread; not thread-safe. Work that takes time (apply, draw) is handed out as actions and
-/// answered by a call.
+/// answered by a call. Snapshot, lists, frames, swaps and hash queries are handed out one at a time in the order of the
+/// server, each once the one before is answered: so a host says Ready(n + 1) only after it has shown n.
+///
+/// After Disconnect or Finish every call is harmless and returns nothing.
 class ClientSession {
 public:
     explicit ClientSession(ClientSessionConfig config);
@@ -100,6 +111,9 @@ public:
 
     [[nodiscard]] ClientActions channelOpened(ChannelKind channel, TimePoint now);
     [[nodiscard]] ClientActions received(ChannelKind channel, const Message& message, TimePoint now);
+    /// Bytes that are no message (wrong checksum, undecodable): gives the connection up.
+    [[nodiscard]] ClientActions malformed(ChannelKind channel, const std::string& reason);
+    /// Also for a bulk connection that could not be made.
     [[nodiscard]] ClientActions channelClosed(ChannelKind channel, TimePoint now);
     /// Heartbeats and deadlines.
     [[nodiscard]] ClientActions advance(TimePoint now);
@@ -107,6 +121,8 @@ public:
 
     /// Blobs that are here already (cache) and need not be fetched.
     void holdBlob(const BlobId& id);
+    /// The owner has let go of this blob: should a list name it again, it is fetched again.
+    void dropBlob(const BlobId& id);
 
     [[nodiscard]] ClientActions applied(std::uint64_t sequence, std::uint64_t stateHash);
     /// A list or snapshot could not be applied: asks for a fresh snapshot by reconnecting.

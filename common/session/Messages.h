@@ -138,11 +138,12 @@ struct Snapshot {
     SharedBytes list;
     std::vector<BlobInfo> blobs;
 };
-/// A committed list off the barrier (joining hosts, applications).
+/// A committed list off the barrier (joining and late hosts, applications).
 struct Changes {
     std::uint64_t sequence = 0;
     std::uint64_t stateHash = 0;
     SharedBytes list;
+    std::vector<BlobInfo> blobs;  ///< that the list names and earlier lists did not; to be fetched before it is applied
 };
 /// Draw frame `frame`: `payload` holds view and change list (codec FrameCodec); the replica must then stand at
 /// `sequence` with `stateHash`.
@@ -151,6 +152,7 @@ struct Begin {
     std::uint64_t sequence = 0;
     std::uint64_t stateHash = 0;
     SharedBytes payload;
+    std::vector<BlobInfo> blobs;  ///< new in this frame's list; hosts hold them already where they were announced
 };
 /// Make image `frame` the one shown.
 struct Swap {

@@ -45,10 +45,19 @@ struct ServerSessionConfig {
     std::size_t maxPendingConnections = 64;
     /// A connection that has not said a valid Hello by then is closed.
     std::chrono::milliseconds helloDeadline{2'000};
-    /// A host that has not synced by then is told to start over.
+    /// A host that neither synced nor asked for a part of a blob for so long is told to start over.
     std::chrono::milliseconds syncDeadline{60'000};
     /// A live host that has not fetched announced blobs by then leaves the barrier.
     std::chrono::milliseconds blobDeadline{10'000};
+    /// Applications may be slower than hosts: silent for this long, they are closed.
+    std::chrono::milliseconds applicationLostAfter{5'000};
+    /// Lists kept for peers whose snapshot is being made. Beyond either bound a newer snapshot is asked for.
+    std::size_t maxTailLists = 4096;
+    std::size_t maxTailBytes = std::size_t{256} << 20;
+    /// Announcements that no list has named yet, kept for hosts that join meanwhile. Beyond it the oldest is forgotten.
+    std::size_t maxAnnouncements = 256;
+    /// A BlobRequest for more than this is a protocol fault.
+    std::uint32_t maxChunkBytes = 4u << 20;
 };
 
 /// What the frame loop hands in for one frame.
@@ -57,7 +66,9 @@ struct FrameContent {
     std::uint64_t sequence = 0;   ///< the scene's after this frame's list
     std::uint64_t stateHash = 0;
     SharedBytes payload;          ///< for hosts in the barrier
-    /// Lists committed for this frame, for those who follow off the barrier. May be none.
+    /// Lists committed for this frame, for those who follow off the barrier. May be none. Lists are numbered one by one:
+    /// each is in exactly one frame's `changes`, in order, the last one has the number `sequence`, and a frame without
+    /// lists has the sequence of the frame before it. (Checked: a gap would leave a joining host with another scene.)
     std::vector<message::Changes> changes;
 };
 
@@ -108,16 +119,19 @@ struct FrameShown {
     std::uint64_t frame = 0;
     std::int64_t shownAtNs = 0;   ///< on the server's clock, as the host estimates it
 };
-/// The host's replica stood at `expected` ≠ `actual` after `frame`. Its hash tree follows as `HashesReceived`.
+/// The host's replica stood at `expected` ≠ `actual` after `frame`. Its hash tree follows as `HashesReceived`. The host is
+/// out of the barrier and its replica stands still until `repair`.
 struct StateMismatch {
     std::string host;
     std::uint64_t frame = 0;
+    std::uint64_t sequence = 0;   ///< at which the replica stands
     std::uint64_t expected = 0;
     std::uint64_t actual = 0;
 };
 /// Part of the hash tree of a mismatched host. Answer with `queryObjects` (after leaves) or `repair`.
 struct HashesReceived {
     std::string host;
+    std::uint64_t sequence = 0;   ///< at which the replica stands
     bool objects = false;
     std::vector<HashEntry> entries;
 };
@@ -176,21 +190,26 @@ public:
     [[nodiscard]] ServerActions connectionOpened(ConnectionId connection, TimePoint now);
     /// `now` is when the bytes arrived, not when they are looked at.
     [[nodiscard]] ServerActions received(ConnectionId connection, const Message& message, TimePoint now);
+    /// Bytes that are no message (wrong checksum, undecodable): closes this peer, nobody else.
+    [[nodiscard]] ServerActions malformed(ConnectionId connection, const std::string& reason, TimePoint now);
     [[nodiscard]] ServerActions connectionClosed(ConnectionId connection, TimePoint now);
     /// Heartbeats and deadlines. Call when the clock passes `nextDeadline()`, after all events up to then.
     [[nodiscard]] ServerActions advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
 
-    /// Whether frame `nextFrame()` may begin: none is open, and all hosts are there or the start deadline is over.
+    /// Whether frame `nextFrame()` may begin: none is open, and all hosts are there or the start deadline is over. Not
+    /// while every host left in the barrier still draws an older frame (policies hold and drop): nobody would draw it.
     [[nodiscard]] bool mayBegin(TimePoint now) const;
     [[nodiscard]] std::uint64_t nextFrame() const;
-    /// Sends Begin to everybody in the barrier, Changes to everybody who follows off it. Hosts that are synced enter here.
+    /// Sends Begin to everybody in the barrier, Changes to everybody who follows off it. Hosts that are synced enter here,
+    /// unless their snapshot holds a list of this very frame already: then they enter at the next.
     /// With no host in the barrier the frame is released at once.
     [[nodiscard]] ServerActions beginFrame(const FrameContent& content, TimePoint now);
 
     /// The answer to SnapshotWanted. Lists committed after `snapshot.sequence` follow by themselves.
     [[nodiscard]] ServerActions snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now);
-    /// Announces blobs; BlobsEverywhere follows (at once when no host is live).
+    /// Announces blobs; BlobsEverywhere follows (at once when no host is live). Tokens are the caller's, each used once.
+    /// Joining hosts are told too: they are not waited for, but do not enter the barrier without these blobs.
     [[nodiscard]] ServerActions announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now);
     [[nodiscard]] ServerActions queryObjects(const std::string& host, std::uint64_t leaf);
     [[nodiscard]] ServerActions repair(const std::string& host, TimePoint now);

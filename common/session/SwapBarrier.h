@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -12,9 +11,9 @@
 
 namespace tessera {
 
-/// What happens when a host misses the frame deadline.
+/// What happens when a host is later than the others.
 enum class LateFramePolicy : std::uint8_t {
-    kWait,  ///< nobody is left behind, up to the deadline; then the host is lost
+    kWait,  ///< nobody is left behind, up to the frame deadline; then the host is lost
     kHold,  ///< the others go on without it for this frame; its tiles show their last image
     kDrop,  ///< as hold, and the host leaves the barrier until it has caught up
 };
@@ -22,7 +21,7 @@ enum class LateFramePolicy : std::uint8_t {
 struct SyncPolicy {
     LateFramePolicy lateFrame = LateFramePolicy::kWait;
     std::chrono::milliseconds frameDeadline{10'000};
-    /// Hold and drop: how long the others wait for a late host before they go on.
+    /// Hold and drop: how long the others wait for a late host before they go on, from the first host's Ready.
     std::chrono::milliseconds lateAfter{100};
     std::chrono::milliseconds heartbeat{50};
     std::chrono::milliseconds lostAfter{250};
@@ -32,54 +31,80 @@ struct SyncPolicy {
 
 /// Pure state machine over host names: feed it events, carry out what it returns. Not thread-safe; one owner. Frames
 /// begin and are released in order, each exactly once. Times are the caller's clock.
+///
+/// A late host (hold, drop) is *behind*: it still draws an older frame, so it is neither told to draw newer ones nor
+/// waited for. Under hold it stays a member and takes part in the first frame that begins after its Ready; under drop
+/// that Ready ends its membership, and the owner enters it again once it has caught up. A host that draws one frame for
+/// longer than the frame deadline has stalled and is out, whatever the policy. The frame deadline is
+/// `SyncPolicy::frameDeadline`, but never under three times the median of the recent frames.
 class SwapBarrier {
 public:
     explicit SwapBarrier(SyncPolicy policy);
 
-    /// Hosts take part from the next begun frame on.
+    /// The host takes part from the next begun frame on. Entering twice is harmless.
     void enter(const std::string& host);
-    /// Removes a host now (lost, resyncing). May release the current frame: see `poll`.
+    /// Removes a host now (lost, resyncing). May release the open frame: see `poll`.
     void leave(const std::string& host);
 
+    /// Whether `begin` makes sense: no frame is open, and not all hosts that are left are behind.
+    [[nodiscard]] bool mayBegin() const;
     /// Begins `frame`, one past the last; only when no frame is open. Returns who has to draw it.
     std::vector<std::string> begin(std::uint64_t frame, TimePoint now);
-    /// A repeat for the same frame is harmless, an older frame too (a straggler); a future frame, or one from a host that
-    /// is not in the barrier, is a protocol error.
+    /// A repeat for the same frame is harmless, an older frame too (a straggler); a frame that this host was not told to
+    /// draw, or one from a host that is not in the barrier, is a protocol error.
     [[nodiscard]] Expected<void> ready(const std::string& host, std::uint64_t frame, TimePoint now);
 
     struct Outcome {
         bool released = false;            ///< the open frame is complete: tell `show` to swap
         std::uint64_t frame = 0;
         std::vector<std::string> show;    ///< hosts that have drawn it
-        std::vector<std::string> held;    ///< hosts that keep their last image (policy hold, drop)
+        std::vector<std::string> held;    ///< hosts that keep their last image: those behind; under drop, those just dropped
         std::vector<std::string> stalled; ///< hosts that missed the frame deadline; they have left the barrier
         Duration barrierTime{};           ///< first ready to release
+        Duration frameTime{};             ///< begin to release
+        std::string lastHost;             ///< the last one waited for; empty when nobody drew
     };
     /// Call after every event and whenever the clock passes `nextDeadline()`.
     [[nodiscard]] Outcome poll(TimePoint now);
     /// When something would change without an event; TimePoint::max() for never.
     [[nodiscard]] TimePoint nextDeadline() const;
 
-    [[nodiscard]] bool open() const;
-    [[nodiscard]] std::uint64_t nextFrame() const;
+    [[nodiscard]] bool open() const { return open_; }
+    [[nodiscard]] std::uint64_t nextFrame() const { return next_; }
     /// Who has not drawn the open frame yet: always known, and reported.
     [[nodiscard]] std::vector<std::string> waitingFor() const;
+    /// Dropped hosts are not in the barrier.
     [[nodiscard]] bool contains(const std::string& host) const;
+    [[nodiscard]] Duration frameDeadline() const;
 
 private:
-    struct Member {
-        bool drawing = false;  ///< takes part in the open frame
-        bool done = false;     ///< has drawn the open frame
-        std::uint64_t lastReady = 0;
-        bool everReady = false;
+    enum class Progress : std::uint8_t {
+        kIdle,     ///< takes part in the next frame
+        kDrawing,  ///< the open frame
+        kDone,     ///< with the open frame
+        kBehind,   ///< draws a frame that the others have left
     };
+    struct Member {
+        Progress progress = Progress::kIdle;
+        bool dropped = false;
+        bool everBegun = false;
+        std::uint64_t frame = 0;  ///< the last it was told to draw
+        TimePoint begunAt{};
+        TimePoint readyAt{};
+    };
+    [[nodiscard]] std::size_t count(Progress progress) const;
+    [[nodiscard]] TimePoint firstReady() const;
+    void removeStalled(TimePoint now, Outcome& outcome);
+    void leaveLateBehind(TimePoint now, Outcome& outcome);
+    void release(TimePoint now, Outcome& outcome);
+
     SyncPolicy policy_;
     std::map<std::string, Member> members_;
     std::vector<Duration> recentFrames_;
     std::uint64_t next_ = 0;
     bool open_ = false;
     TimePoint begun_{};
-    TimePoint firstReady_{};
+    std::string lastHost_;
 };
 
 }  // namespace tessera

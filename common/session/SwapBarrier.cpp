@@ -1,0 +1,174 @@
+#include "common/session/SwapBarrier.h"
+
+#include <algorithm>
+
+namespace tessera {
+
+namespace {
+/// Odd, so that the median is one of them. Half a second of a wall at 60 Hz.
+constexpr std::size_t kRecentFrames = 31;
+}  // namespace
+
+SwapBarrier::SwapBarrier(SyncPolicy policy) : policy_(policy) {}
+
+void SwapBarrier::enter(const std::string& host) {
+    Member& member = members_[host];
+    if (member.dropped) member = Member{};
+}
+
+void SwapBarrier::leave(const std::string& host) {
+    const auto it = members_.find(host);
+    if (it == members_.end()) return;
+    if (it->second.progress == Progress::kDrawing) lastHost_ = host;
+    members_.erase(it);
+}
+
+bool SwapBarrier::mayBegin() const {
+    return !open_ && (members_.empty() || count(Progress::kBehind) < members_.size());
+}
+
+std::vector<std::string> SwapBarrier::begin(std::uint64_t frame, TimePoint now) {
+    TESSERA_CHECK(!open_, "a frame begins while another one is open");
+    TESSERA_CHECK(frame == next_, "frames begin one after the other");
+    open_ = true;
+    ++next_;
+    begun_ = now;
+    lastHost_.clear();
+    std::vector<std::string> drawing;
+    for (auto& [name, member] : members_) {
+        if (member.progress == Progress::kBehind) continue;
+        member.progress = Progress::kDrawing;
+        member.everBegun = true;
+        member.frame = frame;
+        member.begunAt = now;
+        drawing.push_back(name);
+    }
+    return drawing;
+}
+
+Expected<void> SwapBarrier::ready(const std::string& host, std::uint64_t frame, TimePoint now) {
+    const auto it = members_.find(host);
+    if (it == members_.end())
+        return fail(ErrorCode::kRefused, "host '" + host + "' says ready for frame " + std::to_string(frame) +
+                                             " but is not in the barrier");
+    Member& member = it->second;
+    if (!member.everBegun || frame > member.frame)
+        return fail(ErrorCode::kRefused, "host '" + host + "' says ready for frame " + std::to_string(frame) +
+                                             ", which it was not told to draw");
+    if (frame < member.frame) return {};
+    if (member.progress == Progress::kDrawing) {
+        member.progress = Progress::kDone;
+        member.readyAt = now;
+        lastHost_ = host;
+    } else if (member.progress == Progress::kBehind) {
+        if (member.dropped)
+            members_.erase(it);
+        else
+            member.progress = Progress::kIdle;
+    }
+    return {};
+}
+
+SwapBarrier::Outcome SwapBarrier::poll(TimePoint now) {
+    Outcome outcome;
+    removeStalled(now, outcome);
+    if (!open_) return outcome;
+    leaveLateBehind(now, outcome);
+    if (count(Progress::kDrawing) == 0) release(now, outcome);
+    return outcome;
+}
+
+void SwapBarrier::removeStalled(TimePoint now, Outcome& outcome) {
+    const Duration deadline = frameDeadline();
+    for (auto it = members_.begin(); it != members_.end();) {
+        const Member& member = it->second;
+        const bool draws = member.progress == Progress::kDrawing || member.progress == Progress::kBehind;
+        if (draws && now >= member.begunAt + deadline) {
+            if (member.progress == Progress::kDrawing) lastHost_ = it->first;
+            outcome.stalled.push_back(it->first);
+            it = members_.erase(it);
+        } else {
+            ++it;
+        }
+    }
+}
+
+void SwapBarrier::leaveLateBehind(TimePoint now, Outcome& outcome) {
+    if (policy_.lateFrame == LateFramePolicy::kWait || count(Progress::kDone) == 0) return;
+    if (now < firstReady() + policy_.lateAfter) return;
+    for (auto& [name, member] : members_) {
+        if (member.progress != Progress::kDrawing) continue;
+        member.progress = Progress::kBehind;
+        member.dropped = policy_.lateFrame == LateFramePolicy::kDrop;
+        lastHost_ = name;
+        if (member.dropped) outcome.held.push_back(name);
+    }
+}
+
+void SwapBarrier::release(TimePoint now, Outcome& outcome) {
+    outcome.released = true;
+    outcome.frame = next_ - 1;
+    outcome.frameTime = std::max(Duration::zero(), now - begun_);
+    outcome.lastHost = lastHost_;
+    if (count(Progress::kDone) > 0) {
+        outcome.barrierTime = std::max(Duration::zero(), now - firstReady());
+        if (recentFrames_.size() == kRecentFrames) recentFrames_.erase(recentFrames_.begin());
+        recentFrames_.push_back(outcome.frameTime);
+    }
+    for (auto& [name, member] : members_) {
+        if (member.progress == Progress::kDone) {
+            member.progress = Progress::kIdle;
+            outcome.show.push_back(name);
+        } else if (member.progress == Progress::kBehind && !member.dropped) {
+            outcome.held.push_back(name);
+        }
+    }
+    open_ = false;
+}
+
+TimePoint SwapBarrier::nextDeadline() const {
+    const bool waiting = count(Progress::kDrawing) > 0;
+    if (open_ && !waiting) return begun_;
+    TimePoint next = TimePoint::max();
+    const Duration deadline = frameDeadline();
+    for (const auto& [name, member] : members_)
+        if (member.progress == Progress::kDrawing || member.progress == Progress::kBehind)
+            next = std::min(next, member.begunAt + deadline);
+    if (open_ && policy_.lateFrame != LateFramePolicy::kWait && count(Progress::kDone) > 0)
+        next = std::min(next, firstReady() + policy_.lateAfter);
+    return next;
+}
+
+std::vector<std::string> SwapBarrier::waitingFor() const {
+    std::vector<std::string> names;
+    for (const auto& [name, member] : members_)
+        if (member.progress == Progress::kDrawing) names.push_back(name);
+    return names;
+}
+
+bool SwapBarrier::contains(const std::string& host) const {
+    const auto it = members_.find(host);
+    return it != members_.end() && !it->second.dropped;
+}
+
+Duration SwapBarrier::frameDeadline() const {
+    if (recentFrames_.empty()) return policy_.frameDeadline;
+    std::vector<Duration> sorted = recentFrames_;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    return std::max<Duration>(policy_.frameDeadline, 3 * *middle);
+}
+
+std::size_t SwapBarrier::count(Progress progress) const {
+    return static_cast<std::size_t>(std::count_if(members_.begin(), members_.end(),
+                                                  [&](const auto& item) { return item.second.progress == progress; }));
+}
+
+TimePoint SwapBarrier::firstReady() const {
+    TimePoint first = TimePoint::max();
+    for (const auto& [name, member] : members_)
+        if (member.progress == Progress::kDone) first = std::min(first, member.readyAt);
+    return first;
+}
+
+}  // namespace tessera
