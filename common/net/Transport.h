@@ -35,10 +35,10 @@ struct Received {
     std::uint64_t epoch = 0;
     SharedBytes payload;
 };
-/// Always the last event of a link, once. Empty reason: closed by us.
+/// Always the last event of a link, once.
 struct Closed {
     LinkId link;
-    std::string reason;
+    std::string reason;  ///< for a person; closed by us: what `close` was given
 };
 }  // namespace link_event
 
@@ -54,10 +54,14 @@ struct TransportLimits {
     std::function<std::size_t(std::uint16_t)> maxPayload;
 };
 
-/// Owns the network thread. All members may be called from any thread. `onEvent` is called on the network thread and must not
-/// block for long. Destruction closes everything and joins the thread.
+/// Owns the network thread. All members may be called from any thread, from within `onEvent` too. `onEvent` is called on the
+/// network thread and must not block for long: nothing is sent or received meanwhile.
+///
+/// Destruction sends what is queued (for at most a second), closes everything and joins the thread; no event is
+/// delivered once it has begun. An `onEvent` that waits for room in a channel must be let go first (close the channel).
 class Transport {
 public:
+    /// `limits.maxPayload` must be set.
     Transport(TransportLimits limits, std::function<void(LinkEvent)> onEvent);
     ~Transport();
 
@@ -65,11 +69,12 @@ public:
     [[nodiscard]] Expected<std::uint16_t> listen(const Address& address);
     /// Starts to connect; Opened or Closed follows within `timeout`.
     LinkId connect(const Address& address, std::chrono::milliseconds timeout);
-    /// Queues one frame; the same SharedBytes may go to many links. Unknown or closed links are ignored.
+    /// Queues one frame (before Opened too); the same SharedBytes may go to many links; none is an empty payload. Unknown or
+    /// closed links are ignored. Frames of one thread to one link arrive in order.
     void send(LinkId link, std::uint16_t type, std::uint64_t epoch, SharedBytes payload);
-    /// Sends what is queued (for at most a second), then closes.
+    /// Sends what is queued, then closes; takes at most a second. `reason` comes back in Closed.
     void close(LinkId link, std::string reason);
-    /// Bytes waiting to be sent.
+    /// Bytes waiting to be sent, headers included. Never waits.
     [[nodiscard]] std::size_t queuedBytes(LinkId link) const;
 
 private:

@@ -1,0 +1,84 @@
+#include "common/net/FrameReader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace tessera {
+
+namespace {
+constexpr std::size_t kBufferBytes = 16 * 1024;
+constexpr std::size_t kFirstStepBytes = 64 * 1024;
+}  // namespace
+
+FrameReader::FrameReader(std::function<std::size_t(std::uint16_t)> maxPayload)
+    : maxPayload_(std::move(maxPayload)), buffer_(kBufferBytes) {}
+
+std::span<std::byte> FrameReader::room() {
+    if (header_) {
+        growPayload();
+        return std::span(payload_).subspan(arrived_);
+    }
+    return std::span(buffer_).subspan(end_);
+}
+
+Expected<void> FrameReader::filled(std::size_t count, std::vector<ReceivedFrame>& frames) {
+    if (header_) {
+        arrived_ += count;
+        if (arrived_ < header_->payloadBytes) return {};
+        return finish(frames);
+    }
+    end_ += count;
+    while (begin_ < end_) {
+        const ByteSpan unread = ByteSpan(buffer_).subspan(begin_, end_ - begin_);
+        if (unread.size() < FrameHeader::kBytes) {
+            if (auto magic = checkMagic(unread); !magic) return magic;
+            break;
+        }
+        const auto header = decodeHeader(unread.first<FrameHeader::kBytes>());
+        if (!header) return tl::unexpected(header.error());
+        begin_ += FrameHeader::kBytes;
+        if (auto begun = begin(*header); !begun) return begun;
+
+        arrived_ = std::min<std::size_t>(header->payloadBytes, end_ - begin_);
+        payload_.assign(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),
+                        buffer_.begin() + static_cast<std::ptrdiff_t>(begin_ + arrived_));
+        begin_ += arrived_;
+        if (arrived_ < header->payloadBytes) break;  // the buffer is used up: the rest goes straight into the payload
+        if (auto finished = finish(frames); !finished) return finished;
+    }
+    // At most the beginning of a header is left; it moves to the front, so that there is always room.
+    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    end_ -= begin_;
+    begin_ = 0;
+    return {};
+}
+
+Expected<void> FrameReader::begin(const FrameHeader& header) {
+    const std::size_t most = maxPayload_(header.type);
+    if (most == 0)
+        return fail(ErrorCode::kNetwork, fmt::format("the peer sent a message of unexpected type {}", header.type));
+    if (header.payloadBytes > most)
+        return fail(ErrorCode::kNetwork, fmt::format("a message of type {} claims {} bytes; at most {} are allowed",
+                                                     header.type, header.payloadBytes, most));
+    header_ = header;
+    return {};
+}
+
+void FrameReader::growPayload() {
+    if (arrived_ < payload_.size()) return;
+    const std::size_t step = std::max(kFirstStepBytes, payload_.size());
+    payload_.resize(std::min<std::size_t>(header_->payloadBytes, payload_.size() + step));
+}
+
+Expected<void> FrameReader::finish(std::vector<ReceivedFrame>& frames) {
+    if (auto good = checkPayload(*header_, payload_); !good) return good;
+    frames.push_back({header_->type, header_->epoch, share(std::move(payload_))});
+    payload_ = {};
+    header_.reset();
+    arrived_ = 0;
+    return {};
+}
+
+}  // namespace tessera

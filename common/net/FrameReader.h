@@ -1,0 +1,49 @@
+/// The receiving half of a link, without its socket: bytes in, whole frames out.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/base/Bytes.h"
+#include "common/base/Error.h"
+#include "common/net/FrameHeader.h"
+
+namespace tessera {
+
+struct ReceivedFrame {
+    std::uint16_t type = 0;
+    std::uint64_t epoch = 0;
+    SharedBytes payload;  ///< never null
+};
+
+/// Takes memory only as bytes arrive: a payload's buffer is at most twice what has come of it (and 64 KiB), whatever length
+/// the header claims. Not thread-safe. After an error the stream cannot be read any further.
+class FrameReader {
+public:
+    /// `maxPayload`: see TransportLimits.
+    explicit FrameReader(std::function<std::size_t(std::uint16_t)> maxPayload);
+
+    /// Where the next bytes are to be written; never empty. Valid until the next call of `filled`.
+    [[nodiscard]] std::span<std::byte> room();
+    /// The first `count` bytes of `room()` have arrived. Appends the frames that are now complete to `frames`.
+    [[nodiscard]] Expected<void> filled(std::size_t count, std::vector<ReceivedFrame>& frames);
+    /// Whether the stream stands in the middle of a frame.
+    [[nodiscard]] bool midFrame() const { return header_.has_value() || begin_ != end_; }
+
+private:
+    Expected<void> begin(const FrameHeader& header);
+    void growPayload();
+    Expected<void> finish(std::vector<ReceivedFrame>& frames);
+
+    std::function<std::size_t(std::uint16_t)> maxPayload_;
+    // Small frames come through here, many per read; the rest of a large payload goes straight to its place.
+    Bytes buffer_;
+    std::size_t begin_ = 0, end_ = 0;    ///< unread bytes of buffer_
+    std::optional<FrameHeader> header_;  ///< of the frame whose payload is arriving
+    Bytes payload_;
+    std::size_t arrived_ = 0;  ///< bytes of payload_ that are there
+};
+
+}  // namespace tessera

@@ -1,0 +1,381 @@
+#include "common/net/Transport.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <deque>
+#include <thread>
+#include <unordered_map>
+
+#include "common/net/FrameHeader.h"
+#include "common/net/FrameReader.h"
+#include "common/net/LinkTable.h"
+
+namespace tessera {
+
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+using tcp = asio::ip::tcp;
+using namespace std::chrono_literals;
+
+constexpr auto kAcceptPause = 50ms;   ///< after a failed accept (no descriptors left): time for some to be closed
+constexpr auto kFlushTime = 1s;       ///< for what is queued when a link is closed by us
+constexpr std::size_t kGatherFrames = 32;  ///< in one write: two buffers each, the kernel's limit is 1024
+constexpr std::size_t kWorthCaching = 64 * 1024;  ///< payloads whose checksum is kept for the next link
+
+enum class LinkState {
+    kConnecting,
+    kOpen,
+    kClosing,  ///< sends its queue, then waits for the peer's end; what still arrives is thrown away
+    kClosed,
+};
+
+struct OutgoingFrame {
+    std::array<std::byte, FrameHeader::kBytes> header;
+    SharedBytes payload;
+    [[nodiscard]] std::size_t bytes() const { return header.size() + (payload ? payload->size() : 0); }
+};
+
+struct Link {
+    Link(LinkId linkId, tcp::socket s, const TransportLimits& limits)
+        : id(linkId), socket(std::move(s)), timer(socket.get_executor()), reader(limits.maxPayload) {}
+
+    LinkId id;
+    tcp::socket socket;
+    asio::steady_timer timer;  ///< connecting: the timeout; closing: the end of patience
+    LinkState state = LinkState::kConnecting;
+    FrameReader reader;
+    std::deque<OutgoingFrame> queue;
+    std::size_t writing = 0;  ///< frames at the front of the queue that are under way
+    std::string target;       ///< what it connects to
+    std::string closeReason;
+};
+using LinkPtr = std::shared_ptr<Link>;
+
+std::string describe(const tcp::endpoint& endpoint) {
+    return toString(Address{endpoint.address().to_string(), endpoint.port()});
+}
+
+std::string reasonFor(const error_code& error, bool midFrame) {
+    if (error == asio::error::eof)
+        return midFrame ? "the peer closed the connection in the middle of a message" : "the peer closed the connection";
+    return fmt::format("the connection broke: {}", error.message());
+}
+
+}  // namespace
+
+struct Transport::Impl {
+    Impl(TransportLimits l, std::function<void(LinkEvent)> f)
+        : limits(std::move(l)), onEvent(std::move(f)), table(limits.maxLinks), work(io.get_executor()) {
+        TESSERA_CHECK(limits.maxPayload != nullptr, "a transport needs to know how long messages may be");
+        thread = std::thread([this] { io.run(); });
+    }
+
+    // All members below run on the network thread but those that say otherwise.
+
+    void emit(decltype(LinkEvent::what) what, TimePoint at = std::chrono::steady_clock::now()) {
+        if (!ending) onEvent({at, std::move(what)});
+    }
+
+    struct Listener {
+        explicit Listener(asio::io_context& io) : acceptor(io), pause(io) {}
+        tcp::acceptor acceptor;
+        asio::steady_timer pause;
+    };
+
+    void accept(Listener& listener) {
+        listener.acceptor.async_accept([this, &listener](const error_code& error, tcp::socket socket) {
+            if (ending || error == asio::error::operation_aborted) return;
+            if (error) {
+                // Out of descriptors, most likely: the connection stays in the backlog, and trying again at once
+                // would only burn the processor.
+                listener.pause.expires_after(kAcceptPause);
+                listener.pause.async_wait([this, &listener](const error_code& stopped) {
+                    if (!stopped) accept(listener);
+                });
+                return;
+            }
+            adopt(std::move(socket));
+            accept(listener);
+        });
+    }
+
+    /// A connection above the limit is closed at once.
+    void adopt(tcp::socket socket) {
+        const std::optional<LinkId> id = table.claim();
+        if (!id) return;
+        const auto link = std::make_shared<Link>(*id, std::move(socket), limits);
+        links.emplace(*id, link);
+        open(link);
+    }
+
+    void open(const LinkPtr& link) {
+        error_code ignored;
+        link->socket.set_option(tcp::no_delay(true), ignored);
+        error_code error;
+        const tcp::endpoint peer = link->socket.remote_endpoint(error);
+        link->state = LinkState::kOpen;
+        link->timer.cancel();
+        emit(link_event::Opened{link->id, error ? link->target : describe(peer)});
+        read(link);
+        write(link);
+    }
+
+    void dial(LinkId id, const Address& address, std::chrono::milliseconds timeout) {
+        const auto link = std::make_shared<Link>(id, tcp::socket(io), limits);
+        link->target = toString(address);
+        links.emplace(id, link);
+        if (!table.holds(id))
+            return finish(link, fmt::format("cannot connect to {}: {} connections are open already, which is the limit",
+                                            link->target, limits.maxLinks));
+        link->timer.expires_after(timeout);
+        link->timer.async_wait([this, link, timeout](const error_code& error) {
+            if (!error && link->state == LinkState::kConnecting)
+                finish(link, fmt::format("no answer from {} within {} ms", link->target, timeout.count()));
+        });
+        error_code notNumeric;
+        const auto numeric = asio::ip::make_address(address.host, notNumeric);
+        if (!notNumeric) return connectTo(link, std::array{tcp::endpoint(numeric, address.port)});
+        // Asio resolves names on a thread of its own.
+        const auto resolver = std::make_shared<tcp::resolver>(io);
+        resolver->async_resolve(
+            address.host, std::to_string(address.port),
+            [this, link, resolver](const error_code& error, const tcp::resolver::results_type& found) {
+                if (link->state != LinkState::kConnecting) return;
+                if (error) return finish(link, fmt::format("cannot find {}: {}", link->target, error.message()));
+                std::vector<tcp::endpoint> endpoints;
+                for (const auto& entry : found) endpoints.push_back(entry.endpoint());
+                connectTo(link, endpoints);
+            });
+    }
+
+    template <typename Endpoints>
+    void connectTo(const LinkPtr& link, const Endpoints& endpoints) {
+        asio::async_connect(link->socket, endpoints, [this, link](const error_code& error, const tcp::endpoint&) {
+            if (link->state != LinkState::kConnecting) return;
+            if (error) return finish(link, fmt::format("cannot connect to {}: {}", link->target, error.message()));
+            open(link);
+        });
+    }
+
+    void read(const LinkPtr& link) {
+        const std::span<std::byte> room =
+            link->state == LinkState::kClosing ? std::span<std::byte>(discarded) : link->reader.room();
+        link->socket.async_read_some(asio::buffer(room.data(), room.size()),
+                                     [this, link](const error_code& error, std::size_t count) {
+                                         const TimePoint now = std::chrono::steady_clock::now();
+                                         if (link->state == LinkState::kClosed) return;
+                                         if (link->state == LinkState::kClosing)
+                                             return error ? finish(link, link->closeReason) : read(link);
+                                         if (error) return finish(link, reasonFor(error, link->reader.midFrame()));
+                                         take(link, count, now);
+                                     });
+    }
+
+    void take(const LinkPtr& link, std::size_t count, TimePoint arrived) {
+        frames.clear();
+        const Expected<void> good = link->reader.filled(count, frames);
+        for (ReceivedFrame& frame : frames)
+            emit(link_event::Received{link->id, frame.type, frame.epoch, std::move(frame.payload)}, arrived);
+        if (!good) return finish(link, good.error().message);
+        read(link);
+    }
+
+    void queue(LinkId id, std::uint16_t type, std::uint64_t epoch, const SharedBytes& payload) {
+        const auto found = links.find(id);
+        OutgoingFrame frame{{}, payload};
+        if (found == links.end() || found->second->state == LinkState::kClosing)
+            return table.discharge(id, frame.bytes());
+        frame.header = headerOf(type, epoch, payload);
+        found->second->queue.push_back(std::move(frame));
+        write(found->second);
+    }
+
+    /// One large payload for many links is hashed once.
+    std::array<std::byte, FrameHeader::kBytes> headerOf(std::uint16_t type, std::uint64_t epoch, const SharedBytes& payload) {
+        if (!payload || payload->size() < kWorthCaching)
+            return encodeHeader(type, epoch, payload ? ByteSpan(*payload) : ByteSpan());
+        if (cached.type != type || cached.epoch != epoch || cached.payload.lock() != payload)
+            cached = {type, epoch, payload, encodeHeader(type, epoch, *payload)};
+        return cached.header;
+    }
+
+    void write(const LinkPtr& link) {
+        if (link->writing != 0 || link->state == LinkState::kConnecting || link->state == LinkState::kClosed) return;
+        if (link->queue.empty()) {
+            if (link->state == LinkState::kClosing) {
+                // The peer reads our last words and closes; closing first would take them away from it if anything of
+                // its own were still unread here (TCP answers that with a reset).
+                error_code ignored;
+                link->socket.shutdown(tcp::socket::shutdown_send, ignored);
+            }
+            return;
+        }
+        link->writing = std::min(link->queue.size(), kGatherFrames);
+        std::vector<asio::const_buffer> buffers;
+        buffers.reserve(2 * link->writing);
+        std::size_t total = 0;
+        for (std::size_t i = 0; i < link->writing; ++i) {
+            const OutgoingFrame& frame = link->queue[i];
+            buffers.emplace_back(frame.header.data(), frame.header.size());
+            if (frame.payload && !frame.payload->empty())
+                buffers.emplace_back(frame.payload->data(), frame.payload->size());
+            total += frame.bytes();
+        }
+        asio::async_write(link->socket, std::move(buffers), [this, link, total](const error_code& error, std::size_t) {
+            if (link->state == LinkState::kClosed) return;
+            if (error) return finish(link, link->state == LinkState::kClosing ? link->closeReason : reasonFor(error, false));
+            table.discharge(link->id, total);
+            link->queue.erase(link->queue.begin(), link->queue.begin() + static_cast<std::ptrdiff_t>(link->writing));
+            link->writing = 0;
+            write(link);
+        });
+    }
+
+    void beginClose(const LinkPtr& link, std::string reason) {
+        if (link->state == LinkState::kConnecting) return finish(link, std::move(reason));
+        if (link->state != LinkState::kOpen) return;
+        link->state = LinkState::kClosing;
+        link->closeReason = std::move(reason);
+        link->timer.expires_after(kFlushTime);
+        link->timer.async_wait([this, link](const error_code& error) {
+            if (!error) finish(link, link->closeReason);
+        });
+        write(link);
+    }
+
+    void finish(const LinkPtr& link, std::string reason) {
+        if (link->state == LinkState::kClosed) return;
+        link->state = LinkState::kClosed;
+        link->timer.cancel();
+        error_code ignored;
+        link->socket.close(ignored);
+        // The queue itself stays until the last handler lets go of the link: a write may still point into it.
+        for (const OutgoingFrame& frame : link->queue) table.discharge(link->id, frame.bytes());
+        table.release(link->id);
+        links.erase(link->id);
+        emit(link_event::Closed{link->id, std::move(reason)});
+        if (ending && links.empty()) io.stop();
+    }
+
+    void end() {
+        ending = true;
+        for (const auto& listener : listeners) {
+            error_code ignored;
+            listener->acceptor.close(ignored);
+            listener->pause.cancel();
+        }
+        if (links.empty()) return io.stop();
+        std::vector<LinkPtr> all;
+        for (const auto& [id, link] : links) all.push_back(link);
+        for (const LinkPtr& link : all) beginClose(link, {});
+    }
+
+    /// Runs on the caller's thread.
+    Expected<tcp::endpoint> resolveHere(const Address& address) {
+        error_code error;
+        const auto numeric = asio::ip::make_address(address.host, error);
+        if (!error) return tcp::endpoint(numeric, address.port);
+        tcp::resolver resolver(io);
+        const auto found = resolver.resolve(address.host, std::to_string(address.port), error);
+        if (error || found.empty())
+            return fail(ErrorCode::kNetwork, fmt::format("cannot listen on {}: {}", toString(address), error.message()));
+        return found.begin()->endpoint();
+    }
+
+    struct CachedHeader {
+        std::uint16_t type = 0;
+        std::uint64_t epoch = 0;
+        std::weak_ptr<const Bytes> payload;
+        std::array<std::byte, FrameHeader::kBytes> header{};
+    };
+
+    TransportLimits limits;
+    std::function<void(LinkEvent)> onEvent;
+    LinkTable table;
+    asio::io_context io{1};
+    asio::executor_work_guard<asio::io_context::executor_type> work;
+    std::vector<std::unique_ptr<Listener>> listeners;
+    std::unordered_map<LinkId, LinkPtr> links;
+    std::vector<ReceivedFrame> frames;
+    std::array<std::byte, 4096> discarded;
+    CachedHeader cached;
+    bool ending = false;
+    std::thread thread;
+};
+
+Transport::Transport(TransportLimits limits, std::function<void(LinkEvent)> onEvent)
+    : impl_(std::make_unique<Impl>(std::move(limits), std::move(onEvent))) {}
+
+Transport::~Transport() {
+    asio::post(impl_->io, [impl = impl_.get()] { impl->end(); });
+    impl_->thread.join();
+}
+
+Expected<std::uint16_t> Transport::listen(const Address& address) {
+    const Expected<tcp::endpoint> endpoint = impl_->resolveHere(address);
+    if (!endpoint) return tl::unexpected(endpoint.error());
+    auto listener = std::make_unique<Impl::Listener>(impl_->io);
+    error_code error;
+    listener->acceptor.open(endpoint->protocol(), error);
+    if (!error) listener->acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) listener->acceptor.bind(*endpoint, error);
+    if (!error) listener->acceptor.listen(asio::socket_base::max_listen_connections, error);
+    if (error)
+        return fail(ErrorCode::kNetwork, fmt::format("cannot listen on {}: {}{}", toString(address), error.message(),
+                                                     error == asio::error::address_in_use
+                                                         ? " (does another server run there? port 0 picks a free one)"
+                                                         : ""));
+    const std::uint16_t port = listener->acceptor.local_endpoint(error).port();
+    asio::post(impl_->io, [impl = impl_.get(), listener = std::move(listener)]() mutable {
+        if (impl->ending) return;
+        impl->listeners.push_back(std::move(listener));
+        impl->accept(*impl->listeners.back());
+    });
+    return port;
+}
+
+LinkId Transport::connect(const Address& address, std::chrono::milliseconds timeout) {
+    const std::optional<LinkId> claimed = impl_->table.claim();
+    const LinkId id = claimed ? *claimed : impl_->table.stillborn();
+    asio::post(impl_->io, [impl = impl_.get(), id, address, timeout] { impl->dial(id, address, timeout); });
+    return id;
+}
+
+void Transport::send(LinkId link, std::uint16_t type, std::uint64_t epoch, SharedBytes payload) {
+    const std::size_t bytes = FrameHeader::kBytes + (payload ? payload->size() : 0);
+    const std::optional<std::size_t> queued = impl_->table.charge(link, bytes);
+    if (!queued) return;
+    if (*queued > impl_->limits.maxSendQueueBytes) {
+        impl_->table.discharge(link, bytes);
+        asio::post(impl_->io, [impl = impl_.get(), link, waiting = *queued - bytes] {
+            if (const auto found = impl->links.find(link); found != impl->links.end())
+                impl->finish(LinkPtr(found->second),
+                             fmt::format("the peer reads too slowly: {} bytes wait for it and at most {} may", waiting,
+                                         impl->limits.maxSendQueueBytes));
+        });
+        return;
+    }
+    asio::post(impl_->io, [impl = impl_.get(), link, type, epoch, payload = std::move(payload)] {
+        impl->queue(link, type, epoch, payload);
+    });
+}
+
+void Transport::close(LinkId link, std::string reason) {
+    asio::post(impl_->io, [impl = impl_.get(), link, reason = std::move(reason)]() mutable {
+        if (const auto found = impl->links.find(link); found != impl->links.end())
+            impl->beginClose(LinkPtr(found->second), std::move(reason));
+    });
+}
+
+std::size_t Transport::queuedBytes(LinkId link) const { return impl_->table.queued(link); }
+
+}  // namespace tessera

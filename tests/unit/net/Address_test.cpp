@@ -1,0 +1,37 @@
+#include <gtest/gtest.h>
+
+#include "common/net/Transport.h"
+
+namespace tessera {
+namespace {
+
+TEST(Address, IsReadAndWritten) {
+    for (const char* text : {"127.0.0.1:7000", "[::1]:7000", "wallhost:7000", "10.0.0.255:0", "[fe80::1%eth0]:65535"}) {
+        const auto address = parseAddress(text);
+        ASSERT_TRUE(address) << text;
+        EXPECT_EQ(toString(*address), text);
+    }
+    EXPECT_EQ(parseAddress("[::1]:7000")->host, "::1");
+}
+
+TEST(Address, NonsenseIsExplained) {
+    const auto why = [](std::string_view text) {
+        const auto address = parseAddress(text);
+        return address ? std::string("accepted") : address.error().message;
+    };
+    EXPECT_NE(why("wallhost").find("it has no port"), std::string::npos);
+    EXPECT_NE(why(":7000").find("it names no host"), std::string::npos);
+    EXPECT_NE(why("::1:7000").find("IPv6 address stands in brackets"), std::string::npos);
+    EXPECT_NE(why("[::1:7000").find("bracket is not closed"), std::string::npos);
+    for (const char* text : {"a:", "a:65536", "a:-1", "a:7x", "a: 7"})
+        EXPECT_NE(why(text).find("port is not a number"), std::string::npos) << text;
+    EXPECT_NE(why(std::string(5000, 'a')).find("more than 300"), std::string::npos);
+}
+
+TEST(Address, KnowsLoopback) {
+    for (const char* host : {"localhost", "127.0.0.1", "127.9.9.9", "::1"}) EXPECT_TRUE((Address{host, 1}.isLoopback())) << host;
+    for (const char* host : {"0.0.0.0", "::", "10.0.0.1", "wallhost", ""}) EXPECT_FALSE((Address{host, 1}.isLoopback())) << host;
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,133 @@
+#include "common/net/FrameReader.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+
+#include "Peers.h"
+
+namespace tessera {
+namespace {
+
+using test::frameBytes;
+using test::pattern;
+
+std::size_t generous(std::uint16_t type) { return type < 100 ? std::size_t{256} << 20 : 0; }
+
+/// Hands bytes to the reader in pieces of at most `piece`.
+Expected<void> feed(FrameReader& reader, ByteSpan bytes, std::size_t piece, std::vector<ReceivedFrame>& frames) {
+    while (!bytes.empty()) {
+        const std::span<std::byte> room = reader.room();
+        const std::size_t n = std::min({room.size(), bytes.size(), piece});
+        std::memcpy(room.data(), bytes.data(), n);
+        bytes = bytes.subspan(n);
+        if (auto good = reader.filled(n, frames); !good) return good;
+    }
+    return {};
+}
+
+std::string refusal(ByteSpan bytes) {
+    FrameReader reader(generous);
+    std::vector<ReceivedFrame> frames;
+    const auto good = feed(reader, bytes, 1 << 20, frames);
+    return good ? "accepted" : good.error().message;
+}
+
+TEST(FrameHeader, SaysTheSameAfterTheWire) {
+    const Bytes payload = pattern(1000);
+    const auto header = decodeHeader(encodeHeader(7, 0x123456789abcdef0ull, payload));
+    ASSERT_TRUE(header);
+    EXPECT_EQ(header->type, 7);
+    EXPECT_EQ(header->payloadBytes, 1000u);
+    EXPECT_EQ(header->epoch, 0x123456789abcdef0ull);
+    EXPECT_TRUE(checkPayload(*header, payload));
+}
+
+TEST(FrameHeader, EveryFlippedBitIsFound) {
+    const Bytes payload = pattern(40);
+    const Bytes whole = frameBytes(3, payload, 5);
+    for (std::size_t bit = 0; bit < whole.size() * 8; ++bit) {
+        Bytes damaged = whole;
+        damaged[bit / 8] ^= static_cast<std::byte>(1u << (bit % 8));
+        FrameReader reader(generous);
+        std::vector<ReceivedFrame> frames;
+        const auto good = feed(reader, damaged, damaged.size(), frames);
+        // A length that grew leaves the frame unfinished; everything else is refused.
+        EXPECT_TRUE(frames.empty()) << "bit " << bit;
+        EXPECT_TRUE(!good || reader.midFrame()) << "bit " << bit;
+    }
+}
+
+TEST(FrameReader, FindsTheFramesHoweverTheBytesAreCut) {
+    Bytes stream;
+    std::vector<Bytes> sent;
+    for (const std::size_t size : {0u, 1u, 31u, 32u, 33u, 16352u, 16384u, 200000u, 5u, 0u, 70000u}) {
+        sent.push_back(pattern(size, static_cast<unsigned>(sent.size())));
+        const Bytes frame = frameBytes(static_cast<std::uint16_t>(sent.size()), sent.back(), 9);
+        stream.insert(stream.end(), frame.begin(), frame.end());
+    }
+    for (const std::size_t piece : {1u, 7u, 32u, 33u, 4096u, 1000000u}) {
+        FrameReader reader(generous);
+        std::vector<ReceivedFrame> frames;
+        ASSERT_TRUE(feed(reader, stream, piece, frames));
+        ASSERT_EQ(frames.size(), sent.size()) << "pieces of " << piece;
+        for (std::size_t i = 0; i < sent.size(); ++i) {
+            EXPECT_EQ(frames[i].type, i + 1);
+            EXPECT_EQ(frames[i].epoch, 9u);
+            EXPECT_EQ(*frames[i].payload, sent[i]);
+        }
+        EXPECT_FALSE(reader.midFrame());
+    }
+}
+
+TEST(FrameReader, AClaimOfManyMegabytesTakesNoMemoryUntilTheyCome) {
+    FrameReader reader(generous);
+    std::vector<ReceivedFrame> frames;
+    Bytes header = frameBytes(1, {});
+    const std::uint32_t claimed = 200u << 20;
+    std::memcpy(header.data() + 8, &claimed, 4);
+    ASSERT_TRUE(feed(reader, header, header.size(), frames));
+    EXPECT_TRUE(reader.midFrame());
+    EXPECT_LE(reader.room().size(), 64u * 1024);
+    const Bytes some = pattern(1 << 20);
+    ASSERT_TRUE(feed(reader, some, 1 << 20, frames));
+    EXPECT_LE(reader.room().size(), some.size() + 64 * 1024) << "the buffer is at most twice what has come";
+}
+
+TEST(FrameReader, SaysWhatIsWrong) {
+    EXPECT_NE(refusal(asBytes("GET / HTTP/1.1\r\n")).find("not a Tessera peer: it began a message with \"GET / HTTP/1.1\\x0d"),
+              std::string::npos);
+
+    Bytes future = frameBytes(1, {});
+    future[4] = std::byte{2};
+    EXPECT_NE(refusal(future).find("version 2, this program in version 1"), std::string::npos);
+
+    EXPECT_NE(refusal(frameBytes(100, {})).find("unexpected type 100"), std::string::npos);
+
+    Bytes endless = frameBytes(1, {});
+    std::memset(endless.data() + 8, 0xff, 4);
+    EXPECT_NE(refusal(endless).find("claims 4294967295 bytes; at most 268435456"), std::string::npos);
+
+    Bytes damaged = frameBytes(1, pattern(50));
+    damaged.back() ^= std::byte{1};
+    EXPECT_NE(refusal(damaged).find("checksum is wrong"), std::string::npos);
+}
+
+TEST(FrameReader, NoBytesCrashIt) {
+    std::mt19937 random(4711);
+    const Bytes good = frameBytes(5, pattern(300), 2);
+    for (int round = 0; round < 3000; ++round) {
+        Bytes bytes = good;
+        bytes.insert(bytes.end(), good.begin(), good.end());
+        for (unsigned n = random() % 8; n > 0; --n) bytes[random() % bytes.size()] = static_cast<std::byte>(random());
+        bytes.resize(random() % bytes.size());
+        FrameReader reader(generous);
+        std::vector<ReceivedFrame> frames;
+        (void)feed(reader, bytes, 1 + random() % 400, frames);
+        for (const ReceivedFrame& frame : frames) EXPECT_EQ(*frame.payload, pattern(300));
+    }
+}
+
+}  // namespace
+}  // namespace tessera

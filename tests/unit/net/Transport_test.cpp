@@ -1,0 +1,370 @@
+#include "common/net/Transport.h"
+
+#include <sys/resource.h>
+
+#include <ctime>
+#include <future>
+#include <set>
+#include <thread>
+
+#include "Peers.h"
+
+namespace tessera {
+namespace {
+
+using namespace std::chrono_literals;
+using link_event::Closed;
+using link_event::Opened;
+using link_event::Received;
+using test::BareSocket;
+using test::frameBytes;
+using test::pattern;
+using test::Peer;
+
+TEST(Transport, CarriesFramesBothWaysInOrder) {
+    Peer server, client;
+    const LinkId link = client->connect({"127.0.0.1", server.listen()}, 5s);
+    const LinkId accepted = server.next<Opened>().link;
+    for (std::uint16_t i = 1; i <= 50; ++i) client->send(link, i, 1000 + i, share(pattern(i * 37u, i)));
+    for (std::uint16_t i = 1; i <= 50; ++i) {
+        const Received frame = server.next<Received>();
+        EXPECT_EQ(frame.link, accepted);
+        EXPECT_EQ(frame.type, i);
+        EXPECT_EQ(frame.epoch, 1000u + i);
+        EXPECT_EQ(*frame.payload, pattern(i * 37u, i));
+    }
+    server->send(accepted, 5, 1, nullptr);
+    const Received back = client.next<Received>();
+    EXPECT_EQ(back.link, link);
+    ASSERT_NE(back.payload, nullptr);
+    EXPECT_TRUE(back.payload->empty());
+}
+
+TEST(Transport, SpeaksIpv6AndNames) {
+    Peer server, client;
+    for (const char* host : {"::1", "localhost"}) {
+        const auto port = server->listen({host, 0});
+        if (!port && std::string(host) == "::1") continue;  // a machine without IPv6
+        ASSERT_TRUE(port) << port.error().message;
+        client->connect({host, *port}, 5s);
+        EXPECT_FALSE(client.next<Opened>().peer.empty());
+        server.next<Opened>();
+    }
+}
+
+TEST(Transport, EchoesFiftyMegabytesWhole) {
+    Peer server, client;
+    const LinkId link = client->connect({"127.0.0.1", server.listen()}, 5s);
+    const SharedBytes big = share(pattern(50u << 20));
+    client->send(link, 1, 0, big);
+    const Received there = server.next<Received>();
+    server->send(there.link, 1, 0, there.payload);
+    const Received back = client.next<Received>();
+    ASSERT_NE(back.payload, nullptr);
+    EXPECT_TRUE(*back.payload == *big);
+    EXPECT_EQ(client->queuedBytes(link), 0u);
+}
+
+TEST(Transport, OneBufferGoesToManyLinks) {
+    Peer server;
+    const std::uint16_t port = server.listen();
+    const SharedBytes big = share(pattern(3u << 20));
+    std::vector<std::unique_ptr<Peer>> clients;
+    for (int i = 0; i < 16; ++i) {
+        clients.push_back(std::make_unique<Peer>());
+        (*clients.back())->connect({"127.0.0.1", port}, 5s);
+        server->send(server.next<Opened>().link, 2, 7, big);
+    }
+    for (const auto& client : clients) {
+        const Received frame = client->next<Received>();
+        ASSERT_NE(frame.payload, nullptr);
+        EXPECT_TRUE(*frame.payload == *big);
+    }
+}
+
+TEST(Transport, RefusesAndTimesOutInWords) {
+    Peer client;
+    std::uint16_t deadPort = 0;
+    {
+        Peer gone;
+        deadPort = gone.listen();
+    }
+    client->connect({"127.0.0.1", deadPort}, 5s);
+    EXPECT_NE(client.next<Closed>().reason.find("Connection refused"), std::string::npos);
+
+    client->connect({"no-such-host.invalid", 1}, 5s);
+    EXPECT_NE(client.next<Closed>().reason.find("no-such-host.invalid:1"), std::string::npos);
+}
+
+TEST(Transport, AHostThatDoesNotAnswerIsGivenUp) {
+    // A listener whose backlog is full answers nothing at all: Linux drops the SYN.
+    const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    ASSERT_EQ(::bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    ASSERT_EQ(::listen(fd, 0), 0);
+    socklen_t length = sizeof address;
+    ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &length);
+
+    Peer client;
+    std::vector<std::string> reasons;
+    for (int i = 0; i < 4; ++i) client->connect({"127.0.0.1", ntohs(address.sin_port)}, 300ms);
+    while (auto event = client.any(2s))
+        if (const auto* closed = std::get_if<Closed>(&event->what)) {
+            reasons.push_back(closed->reason);
+            if (reasons.size() == 2) break;
+        }
+    ::close(fd);
+    ASSERT_FALSE(reasons.empty());
+    EXPECT_NE(reasons[0].find("within 300 ms"), std::string::npos) << reasons[0];
+}
+
+TEST(Transport, AnotherServersPortIsNamed) {
+    Peer first, second;
+    const std::uint16_t port = first.listen();
+    const auto again = second->listen({"127.0.0.1", port});
+    ASSERT_FALSE(again);
+    EXPECT_EQ(again.error().code, ErrorCode::kNetwork);
+    EXPECT_NE(again.error().message.find("127.0.0.1:" + std::to_string(port)), std::string::npos);
+}
+
+TEST(Transport, RubbishClosesItsOwnLinkAndDisturbsNoOther) {
+    Peer server, client;
+    const std::uint16_t port = server.listen();
+    const LinkId good = client->connect({"127.0.0.1", port}, 5s);
+    server.next<Opened>();
+
+    Bytes endless = frameBytes(1, {});
+    std::memset(endless.data() + 8, 0xff, 4);
+    Bytes damaged = frameBytes(1, pattern(100));
+    damaged[60] ^= std::byte{4};
+    Bytes future = frameBytes(1, {});
+    future[4] = std::byte{9};
+    const Bytes unknown = frameBytes(400, {});
+    const std::vector<std::pair<Bytes, std::string>> rubbish = {
+        {pattern(5000), "not a Tessera peer"},
+        {Bytes(64, std::byte{0}), "not a Tessera peer"},
+        {endless, "claims 4294967295 bytes"},
+        {damaged, "checksum"},
+        {future, "version 9"},
+        {unknown, "unexpected type 400"},
+    };
+    for (const auto& [bytes, expected] : rubbish) {
+        BareSocket bare(port);
+        bare.say(bytes);
+        const LinkId link = server.next<Opened>().link;
+        const Closed closed = server.next<Closed>();
+        EXPECT_EQ(closed.link, link);
+        EXPECT_NE(closed.reason.find(expected), std::string::npos) << closed.reason;
+    }
+    // Half a header, half a payload, nothing at all: links that end when their peers do.
+    for (const std::size_t size : {0u, 10u, 100u}) {
+        BareSocket bare(port);
+        bare.say(ByteSpan(frameBytes(1, pattern(500))).first(size));
+        bare.closeNow();
+        const std::string reason = server.next<Closed>().reason;
+        EXPECT_EQ(reason.find("in the middle of a message") != std::string::npos, size > 0) << reason;
+    }
+    client->send(good, 1, 0, share(pattern(10)));
+    EXPECT_EQ(*server.next<Received>().payload, pattern(10));
+}
+
+TEST(Transport, SilentAndHalfOpenConnectionsHoldNobodyUp) {
+    Peer server, client;
+    const std::uint16_t port = server.listen();
+    std::vector<BareSocket> silent;
+    for (int i = 0; i < 20; ++i) {
+        silent.emplace_back(port);
+        silent.back().say(ByteSpan(frameBytes(1, pattern(500))).first(static_cast<std::size_t>(i)));
+    }
+    const LinkId link = client->connect({"127.0.0.1", port}, 5s);
+    client->send(link, 1, 0, share(pattern(10)));
+    EXPECT_EQ(*server.next<Received>().payload, pattern(10));
+}
+
+TEST(Transport, AFloodOfSmallFramesStarvesNobody) {
+    Peer server, client;
+    const std::uint16_t port = server.listen();
+    std::promise<void> stop;
+    std::thread flood([port, stopped = stop.get_future().share()] {
+        BareSocket bare(port);
+        Bytes many;
+        for (int i = 0; i < 500; ++i) {
+            const Bytes frame = frameBytes(2, {});
+            many.insert(many.end(), frame.begin(), frame.end());
+        }
+        for (int i = 0; i < 200 && stopped.wait_for(0s) != std::future_status::ready; ++i) bare.say(many);
+    });
+    const LinkId link = client->connect({"127.0.0.1", port}, 5s);
+    client->send(link, 1, 0, share(pattern(10)));
+    bool heard = false;
+    for (int i = 0; i < 200'000 && !heard; ++i) heard = server.next<Received>().type == 1;
+    EXPECT_TRUE(heard);
+    stop.set_value();
+    flood.join();
+}
+
+TEST(Transport, ASlowReaderIsClosedAndNotBuffered) {
+    TransportLimits limits;
+    limits.maxSendQueueBytes = 4 << 20;
+    Peer server(std::move(limits));
+    BareSocket slow(server.listen());  // never reads
+    const LinkId link = server.next<Opened>().link;
+    const SharedBytes part = share(pattern(1 << 20));
+    for (int i = 0; i < 200; ++i) {
+        server->send(link, 1, 0, part);
+        EXPECT_LE(server->queuedBytes(link), std::size_t{5} << 20);
+    }
+    EXPECT_NE(server.next<Closed>().reason.find("reads too slowly"), std::string::npos);
+    EXPECT_EQ(server->queuedBytes(link), 0u);
+}
+
+TEST(Transport, ClosingSendsTheLastWords) {
+    Peer server;
+    BareSocket bare(server.listen());
+    const LinkId link = server.next<Opened>().link;
+    bare.say(ByteSpan(frameBytes(1, pattern(5000))).first(2000));  // unread bytes on our side must not reset the link
+    const SharedBytes last = share(pattern(2 << 20));
+    server->send(link, 3, 0, last);
+    server->close(link, "we are done");
+    server->send(link, 4, 0, last);  // too late
+    EXPECT_EQ(bare.hear(), frameBytes(3, *last));
+    bare.closeNow();
+    EXPECT_EQ(server.next<Closed>().reason, "we are done");
+}
+
+TEST(Transport, ClosingALinkWhosePeerNeverReadsTakesAboutASecond) {
+    Peer server;
+    BareSocket bare(server.listen());
+    const LinkId link = server.next<Opened>().link;
+    server->send(link, 3, 0, share(pattern(40 << 20)));
+    const auto begun = std::chrono::steady_clock::now();
+    server->close(link, "enough");
+    EXPECT_EQ(server.next<Closed>().reason, "enough");
+    EXPECT_LT(std::chrono::steady_clock::now() - begun, 10s);
+    EXPECT_EQ(server->queuedBytes(link), 0u);
+}
+
+TEST(Transport, ClosedIsTheLastEventAndComesOnce) {
+    Peer server;
+    const std::uint16_t port = server.listen();
+    {
+        Peer client;
+        for (int i = 0; i < 30; ++i) {
+            const LinkId link = client->connect({"127.0.0.1", port}, 5s);
+            for (int k = 0; k < 5; ++k) client->send(link, 1, 0, share(pattern(100'000)));
+            if (i % 3 == 0) client->close(link, "early");
+        }
+        for (int i = 0; i < 10; ++i) client.next<Closed>();
+    }  // the others are closed with their transport, their queues sent
+    std::set<LinkId> open, closed;
+    while (closed.size() < 20 || closed.size() < open.size()) {
+        const auto event = server.any(5s);
+        if (!event) break;
+        if (const auto* opened = std::get_if<Opened>(&event->what)) {
+            EXPECT_TRUE(open.insert(opened->link).second);
+        } else if (const auto* received = std::get_if<Received>(&event->what)) {
+            EXPECT_TRUE(open.contains(received->link) && !closed.contains(received->link));
+        } else {
+            EXPECT_TRUE(closed.insert(std::get<Closed>(event->what).link).second);
+        }
+    }
+    EXPECT_EQ(open, closed);
+    EXPECT_GE(closed.size(), 20u);
+}
+
+TEST(Transport, LinksAboveTheLimitAreClosedAndTheOthersStay) {
+    TransportLimits limits;
+    limits.maxLinks = 3;
+    Peer server(std::move(limits));
+    const std::uint16_t port = server.listen();
+    std::vector<BareSocket> sockets;
+    for (int i = 0; i < 3; ++i) {
+        sockets.emplace_back(port);
+        server.next<Opened>();
+    }
+    BareSocket extra(port);
+    EXPECT_TRUE(extra.hear().empty()) << "closed at once";
+    server->connect({"127.0.0.1", port}, 5s);
+    EXPECT_NE(server.next<Closed>().reason.find("which is the limit"), std::string::npos);
+
+    sockets.pop_back();
+    server.next<Closed>();
+    BareSocket again(port);
+    server.next<Opened>();
+    sockets.front().say(frameBytes(1, pattern(3)));
+    EXPECT_EQ(*server.next<Received>().payload, pattern(3));
+}
+
+TEST(Transport, RunningOutOfDescriptorsStopsNothing) {
+    Peer server, client;
+    const std::uint16_t port = server.listen();
+    const LinkId link = client->connect({"127.0.0.1", port}, 5s);
+    server.next<Opened>();
+    client.next<Opened>();
+
+    BareSocket waiting(port);  // made while there are descriptors; accepted when there are some again
+    server.next<Opened>();
+    rlimit before{};
+    ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+    const int highest = ::dup(0);
+    ::close(highest);
+    // One descriptor for the client's end, none for the server's.
+    const rlimit tight{static_cast<rlim_t>(highest) + 1, before.rlim_max};
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &tight), 0);
+    const auto cpuBefore = std::clock();
+    BareSocket starved(port);
+    std::this_thread::sleep_for(300ms);
+    const double cpuSeconds = static_cast<double>(std::clock() - cpuBefore) / CLOCKS_PER_SEC;
+    client->send(link, 1, 0, share(pattern(10)));
+    EXPECT_EQ(*server.next<Received>().payload, pattern(10));
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+    EXPECT_LT(cpuSeconds, 0.15) << "accepting again and again burns the processor";
+    starved.say(frameBytes(2, {}));
+    EXPECT_EQ(server.next<Received>().type, 2) << "the connection waited in the backlog";
+}
+
+TEST(Transport, ManyLinksAtOnce) {
+    Peer server, client;
+    const std::uint16_t port = server.listen();
+    constexpr int kLinks = 200;
+    std::vector<LinkId> links;
+    for (int i = 0; i < kLinks; ++i) links.push_back(client->connect({"127.0.0.1", port}, 10s));
+    for (const LinkId link : links) client->send(link, 1, 0, share(pattern(1000)));
+    for (int i = 0; i < kLinks; ++i) {
+        const Received frame = server.next<Received>();
+        ASSERT_NE(frame.payload, nullptr);
+        server->send(frame.link, 2, 0, frame.payload);
+    }
+    std::set<LinkId> answered;
+    for (int i = 0; i < kLinks; ++i) answered.insert(client.next<Received>().link);
+    EXPECT_EQ(answered.size(), static_cast<std::size_t>(kLinks));
+}
+
+TEST(Transport, UnknownLinksAreIgnored) {
+    Peer peer;
+    peer->send(LinkId{12345}, 1, 0, share(pattern(10)));
+    peer->send(LinkId{}, 1, 0, nullptr);
+    peer->close(LinkId{12345}, "nobody");
+    EXPECT_EQ(peer->queuedBytes(LinkId{12345}), 0u);
+    EXPECT_FALSE(peer.any(50ms));
+}
+
+TEST(Transport, EventsCarryTheTimeOfArrival) {
+    Peer server, client;
+    const LinkId link = client->connect({"127.0.0.1", server.listen()}, 5s);
+    const TimePoint before = std::chrono::steady_clock::now();
+    client->send(link, 1, 0, share(pattern(10)));
+    for (;;) {
+        const auto event = server.any(5s);
+        ASSERT_TRUE(event);
+        if (!std::holds_alternative<Received>(event->what)) continue;
+        EXPECT_GE(event->at, before);
+        EXPECT_LE(event->at, TimePoint(std::chrono::steady_clock::now()));
+        break;
+    }
+}
+
+}  // namespace
+}  // namespace tessera
