@@ -16,7 +16,7 @@ public:
 
     void info(std::string_view text) { line("", text); }
     void warning(std::string_view text) { line("warning: ", text); }
-    void error(std::string_view text) { line("error: ", text); }
+    void error(std::string_view text) { line("", text); }
 
 private:
     void line(std::string_view kind, std::string_view text) {

@@ -12,11 +12,9 @@
 #include "common/base/Clock.h"
 #include "common/base/Error.h"
 #include "common/base/StrongId.h"
+#include "common/base/Version.h"
 
 namespace tessera {
-
-/// Version of everything on the wire. A peer with another one is refused with both numbers in the message.
-inline constexpr std::uint32_t kProtocolVersion = 1;
 
 /// Channels of one peer, each a connection of its own, so that bulk data never delays a frame.
 enum class ChannelKind : std::uint8_t {
