@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// One geometry at one place. Items are drawn in the list's order, which is the same on every tile (a subsequence of one
-/// order: depth from the wall's camera, then node id); ties of depth are then decided alike everywhere.
+/// One geometry at one place. Items are drawn in the list's order, which is the same on every tile (a subsequence of
+/// one order: depth from the wall's camera, then node id); ties of depth are then decided alike everywhere.
 struct DrawItem {
     ObjectId node;
     ObjectId geometry;
@@ -22,9 +22,9 @@ struct DrawItem {
 
 struct LightItem {
     enum class Kind : std::uint8_t { kDirectional, kPoint } kind = Kind::kPoint;
-    Vec3d position = Vec3d::Zero();   ///< world
+    Vec3d position = Vec3d::Zero();     ///< world
     Vec3d direction = -Vec3d::UnitZ();  ///< world, the way the light travels
-    Vec3f radiance = Vec3f::Ones();   ///< colour × intensity
+    Vec3f radiance = Vec3f::Ones();     ///< colour × intensity
     float range = 0;
 };
 

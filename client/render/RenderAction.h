@@ -16,7 +16,8 @@ enum class CullerKind : std::uint8_t { kNone, kFrustum, kMasked };
 [[nodiscard]] std::string_view nameOf(CullerKind kind);
 
 /// Everything of a scene that does not depend on a tile: items with world transforms and bounds in a hierarchy, meshes'
-/// bounds and occluders (cached by blob). Kept from frame to frame; brought up to date by `update`.
+/// bounds and occluders (cached by blob). Kept from frame to frame; brought up to date by `update`. Belongs to one
+/// thread, together with the actions that run on it.
 class RenderScene {
 public:
     RenderScene();
@@ -33,8 +34,8 @@ private:
 };
 
 struct CullCounts {
-    std::uint64_t inFrustum = 0;
-    std::uint64_t drawn = 0;
+    std::uint64_t inFrustum = 0;  ///< items that passed the frustum test (culler `none`: all)
+    std::uint64_t drawn = 0;      ///< items in the draw list
     std::uint64_t trianglesDrawn = 0;
 };
 
@@ -44,7 +45,8 @@ public:
     explicit RenderAction(CullerKind kind);
     ~RenderAction();
     /// `pixels` is the tile's rectangle in the pixels of its whole screen.
-    [[nodiscard]] DrawList run(const RenderScene& scene, const ScreenCamera& camera, const PixelRect& pixels, CullCounts* counts);
+    [[nodiscard]] DrawList run(const RenderScene& scene, const ScreenCamera& camera, const PixelRect& pixels,
+                               CullCounts* counts);
 
 private:
     struct Impl;

@@ -1,0 +1,78 @@
+#include "client/render/OccluderMesh.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace tessera {
+
+namespace {
+
+/// Vertices that files store several times (for their normals) become one, by exact position: only positions that the
+/// rasteriser maps to the very same place make a surface without cracks.
+std::vector<std::uint32_t> weld(std::span<const float> positions, std::vector<OccluderMesh::Point>& points) {
+    const std::size_t count = positions.size() / 3;
+    std::size_t size = 16;
+    while (size < 2 * count) size *= 2;
+    std::vector<std::uint32_t> slots(size, OccluderMesh::kNone);
+    std::vector<std::uint32_t> welded(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        // Adding zero turns -0 into +0: they are the same place.
+        const OccluderMesh::Point p{positions[3 * i] + 0.0f, positions[3 * i + 1] + 0.0f, positions[3 * i + 2] + 0.0f};
+        std::array<std::uint32_t, 3> bits;
+        std::memcpy(bits.data(), p.data(), sizeof bits);
+        std::uint64_t h = (std::uint64_t{bits[0]} << 32 | bits[1]) * 0x9E3779B97F4A7C15ull;
+        h = (h ^ (h >> 29) ^ bits[2]) * 0xBF58476D1CE4E5B9ull;
+        std::size_t slot = (h ^ (h >> 32)) & (size - 1);
+        while (slots[slot] != OccluderMesh::kNone && points[slots[slot]] != p) slot = (slot + 1) & (size - 1);
+        if (slots[slot] == OccluderMesh::kNone) {
+            slots[slot] = static_cast<std::uint32_t>(points.size());
+            points.push_back(p);
+        }
+        welded[i] = slots[slot];
+    }
+    return welded;
+}
+
+struct HalfEdge {
+    std::uint64_t edge;  ///< lower vertex, higher vertex
+    std::uint32_t triangle;
+    std::uint8_t corner;
+    bool forwards;  ///< from the lower to the higher vertex
+};
+
+}  // namespace
+
+OccluderMesh::OccluderMesh(std::span<const float> positions, std::span<const std::uint32_t> indices) {
+    const std::vector<std::uint32_t> welded = weld(positions, points_);
+    triangles_.reserve(indices.size() / 3);
+    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+        const std::array<std::uint32_t, 3> v{welded[indices[i]], welded[indices[i + 1]], welded[indices[i + 2]]};
+        // A triangle with two equal corners covers nothing; its neighbours meet each other.
+        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
+        triangles_.push_back({v, {kNone, kNone, kNone}});
+    }
+
+    std::vector<HalfEdge> edges;
+    edges.reserve(3 * triangles_.size());
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+        for (std::uint8_t corner = 0; corner < 3; ++corner) {
+            const std::uint32_t a = triangles_[t].vertex[corner];
+            const std::uint32_t b = triangles_[t].vertex[(corner + 1u) % 3];
+            edges.push_back({std::uint64_t{std::min(a, b)} << 32 | std::max(a, b), t, corner, a < b});
+        }
+    }
+    std::sort(edges.begin(), edges.end(), [](const HalfEdge& x, const HalfEdge& y) {
+        return x.edge != y.edge ? x.edge < y.edge : x.triangle < y.triangle;
+    });
+    for (std::size_t i = 0; i < edges.size();) {
+        std::size_t end = i + 1;
+        while (end < edges.size() && edges[end].edge == edges[i].edge) ++end;
+        if (end == i + 2 && edges[i].forwards != edges[i + 1].forwards) {
+            triangles_[edges[i].triangle].behind[edges[i].corner] = edges[i + 1].triangle;
+            triangles_[edges[i + 1].triangle].behind[edges[i + 1].corner] = edges[i].triangle;
+        }
+        i = end;
+    }
+}
+
+}  // namespace tessera

@@ -1,0 +1,150 @@
+#include "client/render/RenderAction.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "client/render/SceneItems.h"
+
+namespace tessera {
+
+namespace {
+
+struct NamedCuller {
+    std::string_view name;
+    CullerKind kind;
+};
+constexpr NamedCuller kCullers[] = {
+    {"none", CullerKind::kNone}, {"frustum", CullerKind::kFrustum}, {"masked", CullerKind::kMasked}};
+
+/// An item's place in the one draw order. Node ids are unique, so the order is total.
+struct Ranked {
+    double depth;
+    ObjectId node;
+    std::uint32_t item;
+};
+
+bool nearerFirst(const Ranked& a, const Ranked& b) {
+    return std::tie(a.depth, a.node) < std::tie(b.depth, b.node);
+}
+bool fartherFirst(const Ranked& a, const Ranked& b) {
+    return std::tie(b.depth, a.node) < std::tie(a.depth, b.node);
+}
+
+/// Items whose box is not wholly outside; what a box is inside of is not tested again below it.
+void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found) {
+    const std::span<const BoxTree::Node> nodes = scene.tree.nodes();
+    if (nodes.empty()) return;
+    struct Open {
+        std::uint32_t node;
+        Frustum::Mask mask;
+    };
+    std::vector<Open> open{{0, Frustum::kAllPlanes}};
+    while (!open.empty()) {
+        const auto [index, mask] = open.back();
+        open.pop_back();
+        const BoxTree::Node& node = nodes[index];
+        const Frustum::Result result = frustum.classify(node.box, mask);
+        if (result.outside) continue;
+        if (node.second != 0 && result.undecided != 0) {
+            open.push_back({node.second, result.undecided});
+            open.push_back({index + 1, result.undecided});
+            continue;
+        }
+        for (const std::uint32_t item : scene.tree.itemsOf(node)) {
+            if (!frustum.classify(scene.boxes[item], result.undecided).outside) found.push_back(item);
+        }
+    }
+}
+
+}  // namespace
+
+Expected<CullerKind> parseCuller(std::string_view name) {
+    for (const NamedCuller& culler : kCullers) {
+        if (culler.name == name) return culler.kind;
+    }
+    return fail(ErrorCode::kUsage, fmt::format("there is no culler '{}': use none, frustum or masked", name));
+}
+
+std::string_view nameOf(CullerKind kind) {
+    for (const NamedCuller& culler : kCullers) {
+        if (culler.kind == kind) return culler.name;
+    }
+    return "unknown";
+}
+
+struct RenderAction::Impl {
+    CullerKind kind = CullerKind::kMasked;
+    std::vector<std::uint32_t> items;
+    std::vector<Ranked> opaque, transparent;
+
+    void rank(const RenderScene::Impl& scene, const ScreenCamera& camera);
+    [[nodiscard]] DrawList list(const RenderScene::Impl& scene) const;
+};
+
+RenderAction::RenderAction(CullerKind kind) : impl_(std::make_unique<Impl>()) {
+    impl_->kind = kind;
+}
+RenderAction::~RenderAction() = default;
+
+DrawList RenderAction::run(const RenderScene& scene, const ScreenCamera& camera, const PixelRect& pixels,
+                           CullCounts* counts) {
+    const RenderScene::Impl& all = scene.impl();
+    std::vector<std::uint32_t>& items = impl_->items;
+    items.clear();
+    if (impl_->kind == CullerKind::kNone) {
+        for (std::uint32_t i = 0; i < all.items.size(); ++i) {
+            if (!all.boxes[i].empty()) items.push_back(i);
+        }
+    } else {
+        collectInFrustum(all, tileFrustum(camera, pixels), items);
+    }
+    CullCounts count;
+    count.inFrustum = items.size();
+    count.drawn = items.size();
+    for (const std::uint32_t item : items) count.trianglesDrawn += all.items[item].mesh->triangles;
+    if (counts) *counts = count;
+
+    impl_->rank(all, camera);
+    return impl_->list(all);
+}
+
+// The order looks at the screen's camera and the item alone: not at the tile, the culler or what else is there.
+void RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera& camera) {
+    opaque.clear();
+    transparent.clear();
+    const Vec3d axis = -camera.eye_T_world.linear().row(2).transpose();
+    const double offset = -camera.eye_T_world.translation().z();
+    for (const std::uint32_t i : items) {
+        const SceneItem& item = scene.items[i];
+        const Ranked ranked{axis.dot(scene.boxes[i].center()) + offset, item.node, i};
+        (item.transparent ? transparent : opaque).push_back(ranked);
+    }
+    std::sort(opaque.begin(), opaque.end(), nearerFirst);
+    std::sort(transparent.begin(), transparent.end(), fartherFirst);
+}
+
+DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
+    const auto drawItems = [&scene](const std::vector<Ranked>& ranking) {
+        std::vector<DrawItem> result;
+        result.reserve(ranking.size());
+        for (const Ranked& ranked : ranking) {
+            const SceneItem& item = scene.items[ranked.item];
+            result.push_back({.node = item.node,
+                              .geometry = item.geometry,
+                              .material = item.material,
+                              .world_T_item = scene.places[item.place].world_T_node,
+                              .mirrored = item.mirrored});
+        }
+        return result;
+    };
+    DrawList result;
+    result.opaque = drawItems(opaque);
+    result.transparent = drawItems(transparent);
+    result.lights = scene.lights;
+    result.environment = scene.environment;
+    return result;
+}
+
+}  // namespace tessera
