@@ -1,0 +1,72 @@
+#include "common/codec/Parts.h"
+
+namespace tessera {
+
+namespace {
+template <typename T>
+T take(ByteSpan& bytes) {
+    T value;
+    std::memcpy(&value, bytes.data(), sizeof value);
+    bytes = bytes.subspan(sizeof value);
+    return value;
+}
+}  // namespace
+
+Bytes joinParts(const google::protobuf::MessageLite& head, std::span<const ByteSpan> parts) {
+    const std::size_t headBytes = head.ByteSizeLong();
+    std::size_t total = 8 + 8 * parts.size() + headBytes;
+    for (const ByteSpan part : parts) total += part.size();
+
+    Bytes bytes;
+    bytes.reserve(total);
+    bytes.resize(8 + 8 * parts.size() + headBytes);
+    std::byte* at = bytes.data();
+    const auto put = [&at](const auto& value) {
+        std::memcpy(at, &value, sizeof value);
+        at += sizeof value;
+    };
+    put(static_cast<std::uint32_t>(headBytes));
+    put(static_cast<std::uint32_t>(parts.size()));
+    for (const ByteSpan part : parts) put(static_cast<std::uint64_t>(part.size()));
+    head.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(at));
+    for (const ByteSpan part : parts) bytes.insert(bytes.end(), part.begin(), part.end());
+    return bytes;
+}
+
+Expected<SplitParts> splitParts(ByteSpan bytes, std::size_t maxHeadBytes, std::size_t maxParts) {
+    if (bytes.size() < 8) return fail(ErrorCode::kBadInput, "it is too short");
+    const auto headBytes = take<std::uint32_t>(bytes);
+    const auto count = take<std::uint32_t>(bytes);
+    if (headBytes > maxHeadBytes)
+        return fail(ErrorCode::kLimit, "its head claims " + std::to_string(headBytes) + " bytes; at most " +
+                                           std::to_string(maxHeadBytes) + " are allowed");
+    if (count > maxParts)
+        return fail(ErrorCode::kLimit, "it claims " + std::to_string(count) + " parts; at most " + std::to_string(maxParts) +
+                                           " are allowed");
+    if (bytes.size() / 8 < count) return fail(ErrorCode::kBadInput, "it is cut off");
+    ByteSpan sizes = bytes.first(8 * std::size_t{count});
+    bytes = bytes.subspan(sizes.size());
+    if (bytes.size() < headBytes) return fail(ErrorCode::kBadInput, "it is cut off");
+
+    SplitParts split;
+    split.head = bytes.first(headBytes);
+    bytes = bytes.subspan(headBytes);
+    split.parts.reserve(count);
+    while (!sizes.empty()) {
+        const auto size = take<std::uint64_t>(sizes);
+        if (size > bytes.size()) return fail(ErrorCode::kBadInput, "it is cut off");
+        split.parts.push_back(bytes.first(size));
+        bytes = bytes.subspan(size);
+    }
+    if (!bytes.empty()) return fail(ErrorCode::kBadInput, std::to_string(bytes.size()) + " bytes follow its end");
+    return split;
+}
+
+std::string_view shortened(std::string_view text, std::size_t maxBytes) {
+    if (text.size() <= maxBytes) return text;
+    std::size_t end = maxBytes;
+    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // UTF-8: not inside a character
+    return text.substr(0, end);
+}
+
+}  // namespace tessera
