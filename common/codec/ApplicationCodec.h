@@ -123,11 +123,22 @@ struct Frame {
 }  // namespace notice
 using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::Picked>;
 
+struct ApplicationLimits {
+    std::size_t maxTextBytes = 4096;
+    std::size_t maxBlobs = 65'536;      ///< of one proposal
+    std::size_t maxIds = 8'000'000;     ///< given by one commit
+    std::size_t maxContacts = 100'000;
+    std::size_t maxTiles = 4096;
+    std::size_t maxHosts = 4096;
+};
+
+/// Decoding never crashes whatever the bytes are and takes no memory out of proportion to them. Numbers that are not
+/// finite and quaternions of no length are refused. Byte fields are never null. kBadInput, kLimit.
 [[nodiscard]] Bytes encodeRequest(const ApplicationRequest& request);
-[[nodiscard]] Expected<ApplicationRequest> decodeRequest(ByteSpan bytes);
+[[nodiscard]] Expected<ApplicationRequest> decodeRequest(ByteSpan bytes, const ApplicationLimits& limits = {});
 [[nodiscard]] Bytes encodeAnswer(const ApplicationAnswer& answer);
-[[nodiscard]] Expected<ApplicationAnswer> decodeAnswer(ByteSpan bytes);
+[[nodiscard]] Expected<ApplicationAnswer> decodeAnswer(ByteSpan bytes, const ApplicationLimits& limits = {});
 [[nodiscard]] Bytes encodeNotice(const ApplicationNotice& notice);
-[[nodiscard]] Expected<ApplicationNotice> decodeNotice(ByteSpan bytes);
+[[nodiscard]] Expected<ApplicationNotice> decodeNotice(ByteSpan bytes, const ApplicationLimits& limits = {});
 
 }  // namespace tessera

@@ -1,0 +1,246 @@
+#include "common/codec/ApplicationCodec.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+#include <random>
+
+namespace tessera {
+namespace {
+
+SharedBytes some(std::size_t size) {
+    Bytes bytes(size);
+    for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::byte>(i * 37 + size);
+    return share(std::move(bytes));
+}
+
+answer::Contacts twoContacts() {
+    answer::Contacts contacts{100, 7, {}};
+    contacts.contacts.push_back({ObjectId{3}, ObjectId{4}, 5, 6, Vec3d(0.1, -2, 1e300), Vec3d(0, 1, 0)});
+    contacts.contacts.push_back({ObjectId{8}, ObjectId{~0ull >> 1}, 0xffffffffu, 0, Vec3d(-0.0, 2, 3), Vec3d(1, 0, 0)});
+    return contacts;
+}
+
+std::vector<ApplicationRequest> everyRequest() {
+    request::SetView view;
+    view.position = Vec3d(1, 2, 3);
+    view.orientation = Quatd(0.5, -0.5, 0.5, -0.5);
+    view.worldUnitsPerMetre = 1000;
+    view.user = "viewer";
+    view.head = Vec3d(0, 1.7, 2.4);
+    view.reset = true;
+    return {request::Propose{some(300), {some(0), some(70'000)}}, request::Undo{}, request::GetStatus{},
+            request::Load{"models/2CylinderEngine.glb", ObjectId{17}}, view, request::Pick{12.5, -3}, request::GetContacts{},
+            request::GetImages{}, request::Subscribe{true, false, true}};
+}
+
+std::vector<ApplicationAnswer> everyAnswer() {
+    answer::Status status;
+    status.wallName = "2x2";
+    status.epoch = 11;
+    status.frame = 12;
+    status.sequence = 13;
+    status.stateHash = ~0ull;
+    status.hosts = {{"lower-left", "live", 14, 0.25}, {"lower-right", "lost", 15, 0}};
+    status.waitingFor = {"lower-left"};
+    status.objects = 16;
+    status.nodes = 17;
+    status.undoDepth = 18;
+    status.applications = 19;
+    const ObjectId placeholder{kFirstPlaceholder + 5};
+    return {answer::Done{},
+            answer::Committed{Sequence{21}, {{placeholder, ObjectId{22}}}, {ObjectId{23}, ObjectId{24}}},
+            status,
+            answer::Loaded{ObjectId{25}, 26, 27},
+            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
+            twoContacts(),
+            answer::Images{{{"front-0-0", "a", 32, some(100)}, {"front-1-0", "b", 33, some(5)}}, {"front-0-1"}}};
+}
+
+std::vector<ApplicationNotice> everyNotice() {
+    return {notice::Frame{40, {"a", "b"}, {"c"}}, twoContacts(),
+            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5}};
+}
+
+/// Encoding is deterministic and complete (the fields are compared one by one below), so equal bytes mean equal values.
+TEST(ApplicationCodec, EverythingSaidIsHeardAsItWas) {
+    ASSERT_EQ(everyRequest().size(), std::variant_size_v<ApplicationRequest>);
+    ASSERT_EQ(everyAnswer().size(), std::variant_size_v<ApplicationAnswer>);
+    ASSERT_EQ(everyNotice().size(), std::variant_size_v<ApplicationNotice>);
+    for (const auto& value : everyRequest()) {
+        const auto back = decodeRequest(encodeRequest(value));
+        ASSERT_TRUE(back) << value.index() << ": " << back.error().message;
+        EXPECT_EQ(back->index(), value.index());
+        EXPECT_EQ(encodeRequest(*back), encodeRequest(value)) << value.index();
+    }
+    for (const auto& value : everyAnswer()) {
+        const auto back = decodeAnswer(encodeAnswer(value));
+        ASSERT_TRUE(back) << value.index() << ": " << back.error().message;
+        EXPECT_EQ(back->index(), value.index());
+        EXPECT_EQ(encodeAnswer(*back), encodeAnswer(value)) << value.index();
+    }
+    for (const auto& value : everyNotice()) {
+        const auto back = decodeNotice(encodeNotice(value));
+        ASSERT_TRUE(back) << value.index() << ": " << back.error().message;
+        EXPECT_EQ(back->index(), value.index());
+        EXPECT_EQ(encodeNotice(*back), encodeNotice(value)) << value.index();
+    }
+}
+
+TEST(ApplicationCodec, ARequestKeepsItsFields) {
+    const auto propose = std::get<request::Propose>(*decodeRequest(encodeRequest(everyRequest()[0])));
+    EXPECT_EQ(*propose.list, *some(300));
+    ASSERT_EQ(propose.blobs.size(), 2u);
+    EXPECT_TRUE(propose.blobs[0]->empty());
+    EXPECT_EQ(*propose.blobs[1], *some(70'000));
+
+    const auto load = std::get<request::Load>(*decodeRequest(encodeRequest(everyRequest()[3])));
+    EXPECT_EQ(load.path, "models/2CylinderEngine.glb");
+    EXPECT_EQ(load.parent, ObjectId{17});
+
+    const auto view = std::get<request::SetView>(*decodeRequest(encodeRequest(everyRequest()[4])));
+    EXPECT_EQ(*view.position, Vec3d(1, 2, 3));
+    EXPECT_EQ(view.orientation->coeffs(), Quatd(0.5, -0.5, 0.5, -0.5).coeffs());
+    EXPECT_EQ(*view.worldUnitsPerMetre, 1000);
+    EXPECT_EQ(view.user, "viewer");
+    EXPECT_EQ(*view.head, Vec3d(0, 1.7, 2.4));
+    EXPECT_TRUE(view.reset);
+
+    const auto still = std::get<request::SetView>(*decodeRequest(encodeRequest(request::SetView{})));
+    EXPECT_FALSE(still.position || still.orientation || still.worldUnitsPerMetre || still.head || still.reset)
+        << "what is not set stays not set";
+
+    const auto pick = std::get<request::Pick>(*decodeRequest(encodeRequest(everyRequest()[5])));
+    EXPECT_EQ(pick.xPx, 12.5);
+    EXPECT_EQ(pick.yPx, -3);
+    const auto subscribe = std::get<request::Subscribe>(*decodeRequest(encodeRequest(everyRequest()[8])));
+    EXPECT_TRUE(subscribe.contacts && !subscribe.picks && subscribe.frames);
+}
+
+TEST(ApplicationCodec, AnAnswerKeepsItsFields) {
+    const auto answers = everyAnswer();
+    const auto committed = std::get<answer::Committed>(*decodeAnswer(encodeAnswer(answers[1])));
+    EXPECT_EQ(committed.sequence, Sequence{21});
+    EXPECT_EQ(committed.ids, std::get<answer::Committed>(answers[1]).ids);
+    EXPECT_EQ(committed.stopped, std::get<answer::Committed>(answers[1]).stopped);
+
+    const auto status = std::get<answer::Status>(*decodeAnswer(encodeAnswer(answers[2])));
+    EXPECT_EQ(status.wallName, "2x2");
+    EXPECT_EQ(status.epoch, 11u);
+    EXPECT_EQ(status.frame, 12u);
+    EXPECT_EQ(status.sequence, 13u);
+    EXPECT_EQ(status.stateHash, ~0ull);
+    ASSERT_EQ(status.hosts.size(), 2u);
+    EXPECT_EQ(status.hosts[0].name, "lower-left");
+    EXPECT_EQ(status.hosts[0].state, "live");
+    EXPECT_EQ(status.hosts[0].lastShown, 14u);
+    EXPECT_EQ(status.hosts[0].roundTripMs, 0.25);
+    EXPECT_EQ(status.waitingFor, std::vector<std::string>{"lower-left"});
+    EXPECT_EQ(status.objects + status.nodes + status.undoDepth + status.applications, 16u + 17 + 18 + 19);
+
+    const auto loaded = std::get<answer::Loaded>(*decodeAnswer(encodeAnswer(answers[3])));
+    EXPECT_EQ(loaded.node, ObjectId{25});
+    EXPECT_EQ(loaded.objects, 26u);
+    EXPECT_EQ(loaded.triangles, 27u);
+
+    const auto picked = std::get<answer::Picked>(*decodeAnswer(encodeAnswer(answers[4])));
+    EXPECT_TRUE(picked.hit);
+    EXPECT_EQ(picked.node, ObjectId{28});
+    EXPECT_EQ(picked.face, 29u);
+    EXPECT_EQ(picked.point, Vec3d(1, 2, 3));
+    EXPECT_EQ(picked.xPx, 30.5);
+    EXPECT_EQ(picked.yPx, 31.5);
+
+    const auto contacts = std::get<answer::Contacts>(*decodeAnswer(encodeAnswer(answers[5])));
+    EXPECT_EQ(contacts.frame, 100u);
+    EXPECT_EQ(contacts.begun, 7u);
+    ASSERT_EQ(contacts.contacts.size(), 2u);
+    EXPECT_EQ(contacts.contacts[0].objectA, ObjectId{3});
+    EXPECT_EQ(contacts.contacts[0].objectB, ObjectId{4});
+    EXPECT_EQ(contacts.contacts[0].faceA, 5u);
+    EXPECT_EQ(contacts.contacts[0].faceB, 6u);
+    EXPECT_EQ(contacts.contacts[0].point, Vec3d(0.1, -2, 1e300));
+    EXPECT_EQ(contacts.contacts[0].normal, Vec3d(0, 1, 0));
+
+    const auto images = std::get<answer::Images>(*decodeAnswer(encodeAnswer(answers[6])));
+    ASSERT_EQ(images.tiles.size(), 2u);
+    EXPECT_EQ(images.tiles[1].tile, "front-1-0");
+    EXPECT_EQ(images.tiles[1].host, "b");
+    EXPECT_EQ(images.tiles[1].frame, 33u);
+    EXPECT_EQ(*images.tiles[1].png, *some(5));
+    EXPECT_EQ(images.missing, std::vector<std::string>{"front-0-1"});
+    EXPECT_TRUE(decodeAnswer(encodeAnswer(answer::Images{})));
+
+    const auto frame = std::get<notice::Frame>(*decodeNotice(encodeNotice(everyNotice()[0])));
+    EXPECT_EQ(frame.frame, 40u);
+    EXPECT_EQ(frame.shown, (std::vector<std::string>{"a", "b"}));
+    EXPECT_EQ(frame.held, std::vector<std::string>{"c"});
+}
+
+TEST(ApplicationCodec, RefusesNumbersThatAreNone) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto refused = [](const request::SetView& view) { return !decodeRequest(encodeRequest(view)); };
+    request::SetView view;
+    view.position = Vec3d(0, nan, 0);
+    EXPECT_TRUE(refused(view));
+    view = {};
+    view.orientation = Quatd(0, 0, 0, 0);
+    EXPECT_TRUE(refused(view));
+    view = {};
+    view.worldUnitsPerMetre = 0;
+    EXPECT_TRUE(refused(view));
+    view.worldUnitsPerMetre = -1;
+    EXPECT_TRUE(refused(view));
+    EXPECT_FALSE(decodeRequest(encodeRequest(request::Pick{nan, 0})));
+    answer::Contacts contacts = twoContacts();
+    contacts.contacts[0].point.x() = std::numeric_limits<double>::infinity();
+    EXPECT_FALSE(decodeAnswer(encodeAnswer(contacts)));
+}
+
+TEST(ApplicationCodec, BoundsWhatItTakes) {
+    EXPECT_FALSE(decodeRequest(encodeRequest(request::Load{std::string(5000, 'x'), {}})));
+    ApplicationLimits tight;
+    tight.maxBlobs = 1;
+    EXPECT_FALSE(decodeRequest(encodeRequest(everyRequest()[0]), tight));
+    tight.maxContacts = 1;
+    EXPECT_FALSE(decodeAnswer(encodeAnswer(twoContacts()), tight));
+    tight.maxTiles = 1;
+    EXPECT_FALSE(decodeAnswer(encodeAnswer(everyAnswer()[6]), tight));
+    tight.maxHosts = 1;
+    EXPECT_FALSE(decodeAnswer(encodeAnswer(everyAnswer()[2]), tight));
+    EXPECT_FALSE(decodeNotice(encodeNotice(everyNotice()[0]), tight));
+    EXPECT_FALSE(decodeRequest({})) << "nothing at all";
+}
+
+TEST(ApplicationCodec, WhatANewerVersionAsksIsRefusedInWords) {
+    // Field 500 of the oneof, length-delimited, empty.
+    Bytes bytes(8);
+    bytes[0] = std::byte{3};
+    for (const int b : {0xa2, 0x1f, 0x00}) bytes.push_back(static_cast<std::byte>(b));
+    const auto request = decodeRequest(bytes);
+    ASSERT_FALSE(request);
+    EXPECT_NE(request.error().message.find("this version does not know"), std::string::npos);
+}
+
+TEST(ApplicationCodec, NoBytesCrashIt) {
+    std::mt19937 random(3);
+    std::vector<Bytes> seeds;
+    for (const auto& value : everyRequest()) seeds.push_back(encodeRequest(value));
+    for (const auto& value : everyAnswer()) seeds.push_back(encodeAnswer(value));
+    for (const auto& value : everyNotice()) seeds.push_back(encodeNotice(value));
+    std::size_t accepted = 0;
+    for (int round = 0; round < 10'000; ++round) {
+        Bytes bytes = seeds[random() % seeds.size()];
+        if (bytes.size() > 2000) bytes.resize(2000);
+        for (unsigned n = random() % 5; n > 0; --n) bytes[random() % bytes.size()] = static_cast<std::byte>(random());
+        if (random() % 3 == 0) bytes.resize(random() % (bytes.size() + 1));
+        if (const auto r = decodeRequest(bytes)) accepted += decodeRequest(encodeRequest(*r)).has_value();
+        if (const auto a = decodeAnswer(bytes)) accepted += decodeAnswer(encodeAnswer(*a)).has_value();
+        if (const auto n = decodeNotice(bytes)) accepted += decodeNotice(encodeNotice(*n)).has_value();
+    }
+    EXPECT_GT(accepted, 1000u);
+}
+
+}  // namespace
+}  // namespace tessera
