@@ -42,6 +42,12 @@ struct FieldColumn {
     [[nodiscard]] FieldValue value(std::size_t row) const;
     /// The value's kind and width must be the column's.
     void append(ObjectId id, const FieldValue& value);
+    /// Replaces the value of a row.
+    void assign(std::size_t row, const FieldValue& value);
+    /// Entries of `values`: rows times width in a well-formed column.
+    [[nodiscard]] std::size_t scalarCount() const;
+    /// A column without rows.
+    [[nodiscard]] static FieldColumn ofShape(ObjectType type, FieldId field, FieldKind kind, std::uint8_t width);
     bool operator==(const FieldColumn&) const = default;
 };
 
@@ -52,7 +58,8 @@ struct ChangeList {
     std::vector<Placement> placements;
     std::vector<FieldColumn> columns;
     std::vector<ObjectId> destructions;
-    /// Only in snapshots: ids from here on have never been given. Zero elsewhere.
+    /// Ids from here on have never been given. In snapshots, and in compacted lists that leave out an object which came and
+    /// went; zero elsewhere.
     std::uint64_t nextFreeId = 0;
 
     [[nodiscard]] bool empty() const {

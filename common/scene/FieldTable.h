@@ -1,7 +1,7 @@
 /// The one table of object types and fields. Codec, snapshot, inspector, text format and hash see only fields and values.
 #pragma once
 
-#include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -21,7 +21,23 @@ struct FieldInfo {
     bool quaternion = false;  ///< width 4, must not be zero
     FieldValue (*load)(const Object&);
     void (*store)(Object&, const FieldValue&);  ///< kind and width already checked
+    /// Where the value lies in an object of this type: `width` floats or doubles, one std::int64_t, ObjectId, std::string
+    /// or Blob. Quaternions lie there as x y z w, while values say w x y z.
+    void* (*at)(Object&);
+    /// What a number of this field may be (each scalar of it). Every number must be finite besides.
+    double least = -std::numeric_limits<double>::infinity();
+    double greatest = std::numeric_limits<double>::infinity();
 };
+
+/// The field's value where it lies; T is the C++ type of its kind (see FieldInfo::at).
+template <typename T>
+[[nodiscard]] T* fieldAt(const FieldInfo& field, Object& object) {
+    return static_cast<T*>(field.at(object));
+}
+template <typename T>
+[[nodiscard]] const T* fieldAt(const FieldInfo& field, const Object& object) {
+    return static_cast<const T*>(field.at(const_cast<Object&>(object)));
+}
 
 struct TypeInfo {
     ObjectType type;
@@ -35,8 +51,14 @@ struct TypeInfo {
 /// Null where the number or name is unknown.
 [[nodiscard]] const TypeInfo* findType(ObjectType type);
 [[nodiscard]] const TypeInfo* findType(std::string_view name);
+/// The entry of an object that is there.
+[[nodiscard]] const TypeInfo& typeInfo(const Object& object);
 [[nodiscard]] const FieldInfo* findField(const TypeInfo& type, FieldId field);
 [[nodiscard]] const FieldInfo* findField(const TypeInfo& type, std::string_view name);
+
+/// Hash over numbers, names, kinds and widths of all types and fields. Two programs with different hashes do not
+/// understand each other's change lists.
+[[nodiscard]] std::uint64_t schemaHash();
 
 /// Field ids by name for code that sets fields: `field::kTranslation` and so on.
 namespace field {

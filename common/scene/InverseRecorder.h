@@ -1,0 +1,38 @@
+/// Writes down, while a list is applied, the list that leads back. Internal to common/scene.
+#pragma once
+
+#include <unordered_set>
+
+#include "common/scene/FieldTable.h"
+#include "common/scene/ObjectTable.h"
+
+namespace tessera {
+
+/// The inverse of creations C, placements P, values V, destructions D creates D, undoes P backwards, sets the values that
+/// were there before V, and destroys C.
+///
+/// A node that came and went within the list comes and goes within the inverse too: while it was there it held children
+/// and shifted its siblings' indices, and the steps backwards count on that.
+class InverseRecorder {
+public:
+    /// Before anything is applied; `table` is the scene as it still is.
+    InverseRecorder(const ChangeList& list, const ObjectTable& table);
+
+    /// Before a node is taken from `parent` (none: it was detached), where it stands at `index`.
+    void moved(ObjectId node, ObjectId parent, std::uint32_t index);
+    /// Before the rows of a column are written.
+    void overwritten(const FieldColumn& column, const FieldInfo& field, const ObjectTable& table);
+
+    [[nodiscard]] ChangeList take();
+
+private:
+    ChangeList inverse_;
+    std::unordered_set<ObjectId> created_, destroyed_;
+    /// Of the objects that the list destroys; rows of survivors are recorded column by column.
+    ChangeListBuilder lost_;
+};
+
+/// Sets all fields of an object that are not as in a fresh one.
+void setAllFields(ChangeListBuilder& list, ObjectId id, const Object& object);
+
+}  // namespace tessera

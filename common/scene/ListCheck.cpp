@@ -1,0 +1,348 @@
+#include "common/scene/ListCheck.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+
+#include "common/scene/Text.h"
+
+namespace tessera {
+
+namespace {
+
+std::string nameOf(ObjectId id) {
+    return isPlaceholder(id) ? fmt::format("placeholder {}", id.value - kFirstPlaceholder) : fmt::format("#{}", id.value);
+}
+
+std::string_view nameOf(FieldKind kind) {
+    static constexpr std::string_view kNames[] = {"float", "double", "int", "ref", "text", "blob"};
+    return kNames[static_cast<std::size_t>(kind)];
+}
+
+tl::unexpected<Error> refuse(std::string message) { return fail(ErrorCode::kRefused, std::move(message)); }
+
+/// `what` of `id` cannot be done because there is no such object.
+tl::unexpected<Error> missing(std::string_view what, ObjectId id) {
+    if (isPlaceholder(id))
+        return refuse(fmt::format("{} {}: placeholders stand for objects that the server still has to number, and this one "
+                                  "is not created by the list",
+                                  what, nameOf(id)));
+    return refuse(fmt::format("{} {}: there is no such object", what, nameOf(id)));
+}
+
+}  // namespace
+
+Expected<void> ListCheck::run() {
+    if (list_.nextFreeId > kFirstPlaceholder)
+        return fail(ErrorCode::kBadInput, "the next free id lies among the placeholders");
+    if (auto ok = checkCreations(); !ok) return ok;
+    if (auto ok = checkPlacements(); !ok) return ok;
+    if (auto ok = checkColumns(); !ok) return ok;
+    return checkDestructions();
+}
+
+const TypeInfo* ListCheck::typeOfObject(ObjectId id) const {
+    if (const ObjectTable::Slot* slot = table_.find(id)) return &typeInfo(*slot->object);
+    const auto it = created_.find(id);
+    return it == created_.end() ? nullptr : it->second.type;
+}
+
+// ---- creations -----------------------------------------------------------------------------------------------------
+
+Expected<void> ListCheck::checkCreations() {
+    const std::size_t before = table_.size() + list_.creations.size();
+    if (before > limits_.maxObjects && before - std::min(before, list_.destructions.size()) > limits_.maxObjects)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("the scene would hold {} objects, more than its limit of {}",
+                                before - list_.destructions.size(), limits_.maxObjects));
+    created_.reserve(list_.creations.size());
+    for (const Creation& creation : list_.creations) {
+        const TypeInfo* type = findType(creation.type);
+        if (!type)
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("create {}: object type {} is unknown", nameOf(creation.id), creation.type.value));
+        if (!creation.id) return fail(ErrorCode::kBadInput, fmt::format("create {}: id 0 means none", type->name));
+        if (isPlaceholder(creation.id))
+            return refuse(fmt::format("create {} {}: placeholders must be replaced by ids before a list is applied",
+                                      type->name, nameOf(creation.id)));
+        if (table_.find(creation.id) || !created_.try_emplace(creation.id, Created{type}).second)
+            return refuse(fmt::format("create {} {}: the id is taken", type->name, nameOf(creation.id)));
+    }
+    return {};
+}
+
+// ---- placements ----------------------------------------------------------------------------------------------------
+
+ObjectId ListCheck::parentOf(ObjectId node) const {
+    if (const auto it = places_.find(node); it != places_.end()) return it->second.parent;
+    const ObjectTable::Slot* slot = table_.find(node);
+    return slot ? std::get<Node>(*slot->object).parent : ObjectId();
+}
+
+ListCheck::Place& ListCheck::place(ObjectId node) {
+    const auto [it, isNew] = places_.try_emplace(node);
+    if (isNew)
+        if (const ObjectTable::Slot* slot = table_.find(node)) {
+            const Node& present = std::get<Node>(*slot->object);
+            it->second.parent = present.parent;
+            it->second.children = present.children.size();
+        }
+    return it->second;
+}
+
+Expected<void> ListCheck::checkPlacements() {
+    for (const Placement& placement : list_.placements)
+        if (auto ok = checkPlacement(placement); !ok) return ok;
+    return checkDepths();
+}
+
+Expected<void> ListCheck::checkPlacement(const Placement& p) {
+    const TypeInfo* type = typeOfObject(p.node);
+    if (!type) return missing("place", p.node);
+    if (type->type != typeOf<Node>())
+        return refuse(fmt::format("place {}: it is a {}, and only nodes have a place in the tree", nameOf(p.node), type->name));
+    if (p.node == kRootNode) return refuse("place #1: the root cannot be moved");
+    if (p.parent) {
+        const TypeInfo* parentType = typeOfObject(p.parent);
+        if (!parentType) return missing(fmt::format("place {} under", nameOf(p.node)), p.parent);
+        if (parentType->type != typeOf<Node>())
+            return refuse(fmt::format("place {} under {}: that is a {}, and only nodes have children", nameOf(p.node),
+                                      nameOf(p.parent), parentType->name));
+        std::size_t depth = 1;
+        for (ObjectId above = p.parent; above; above = parentOf(above)) {
+            if (above == p.node)
+                return refuse(fmt::format("place {} under {}: a node cannot be below itself", nameOf(p.node), nameOf(p.parent)));
+            if (++depth > limits_.maxDepth)
+                return fail(ErrorCode::kLimit, fmt::format("place {} under {}: the tree would be deeper than {} nodes",
+                                                           nameOf(p.node), nameOf(p.parent), limits_.maxDepth));
+        }
+    }
+    const ObjectId oldParent = parentOf(p.node);
+    if (oldParent) --place(oldParent).children;
+    if (p.parent) {
+        Place& parent = place(p.parent);
+        if (p.index != Placement::kLast && p.index > parent.children)
+            return refuse(fmt::format("place {} under {}: index {} is past its {} children", nameOf(p.node), nameOf(p.parent),
+                                      p.index, parent.children));
+        if (++parent.children > limits_.maxChildren)
+            return fail(ErrorCode::kLimit, fmt::format("place {} under {}: more than {} children", nameOf(p.node),
+                                                       nameOf(p.parent), limits_.maxChildren));
+    }
+    Place& node = place(p.node);
+    node.parent = p.parent;
+    node.placed = true;
+    return {};
+}
+
+Expected<void> ListCheck::checkDepths() {
+    // A node was checked when it was placed, but what lies below it was not, nor a move of what lies above it.
+    std::unordered_map<ObjectId, std::vector<ObjectId>> placedBelow;
+    for (const auto& [id, place] : places_)
+        if (place.placed && place.parent) placedBelow[place.parent].push_back(id);
+
+    const auto isPlaced = [&](ObjectId id) {
+        const auto it = places_.find(id);
+        return it != places_.end() && it->second.placed;
+    };
+    struct Step {
+        ObjectId id;
+        std::size_t depth;
+    };
+    std::vector<Step> open;
+    for (const auto& [id, place] : places_) {
+        if (!place.placed) continue;
+        std::size_t depth = 1;
+        ObjectId above = place.parent;
+        for (; above && !isPlaced(above); above = parentOf(above)) ++depth;
+        if (above) continue;  // found again below that one
+        open.push_back({id, depth});
+        while (!open.empty()) {
+            const Step step = open.back();
+            open.pop_back();
+            if (step.depth > limits_.maxDepth)
+                return fail(ErrorCode::kLimit, fmt::format("place {}: the tree below it would be deeper than {} nodes",
+                                                           nameOf(id), limits_.maxDepth));
+            if (const ObjectTable::Slot* slot = table_.find(step.id))
+                for (const ObjectId child : std::get<Node>(*slot->object).children)
+                    if (!isPlaced(child)) open.push_back({child, step.depth + 1});
+            if (const auto it = placedBelow.find(step.id); it != placedBelow.end())
+                for (const ObjectId child : it->second) open.push_back({child, step.depth + 1});
+        }
+    }
+    return {};
+}
+
+// ---- columns -------------------------------------------------------------------------------------------------------
+
+Expected<void> ListCheck::checkColumns() {
+    std::unordered_set<std::uint32_t> seen;
+    for (const FieldColumn& column : list_.columns) {
+        const TypeInfo* type = findType(column.type);
+        if (!type) return fail(ErrorCode::kBadInput, fmt::format("set: object type {} is unknown", column.type.value));
+        const FieldInfo* field = findField(*type, column.field);
+        if (!field) return fail(ErrorCode::kBadInput, fmt::format("set: {} has no field {}", type->name, column.field.value));
+        if (!seen.insert(std::uint32_t{column.type.value} << 16 | column.field.value).second)
+            return fail(ErrorCode::kBadInput, fmt::format("set {}.{}: the list holds this column twice", type->name, field->name));
+        if (column.kind() != field->kind || column.width != field->width)
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("set {}.{}: it holds {} {}, not {} {}", type->name, field->name, field->width,
+                                    nameOf(field->kind), column.width, nameOf(column.kind())));
+        if (column.scalarCount() != column.ids.size() * column.width)
+            return fail(ErrorCode::kBadInput, fmt::format("set {}.{}: {} objects, but {} scalars", type->name, field->name,
+                                                          column.ids.size(), column.scalarCount()));
+        if (auto ok = checkRows(column, *type); !ok) return failWith(fmt::format("set {}.{}", type->name, field->name), ok.error());
+        if (auto ok = checkValues(column, *type, *field); !ok) return ok;
+    }
+    return {};
+}
+
+Expected<void> ListCheck::checkRows(const FieldColumn& column, const TypeInfo& type) {
+    const std::uint32_t mark = table_.newMark();
+    const std::size_t alternative = type.make().index();
+    ObjectTable::ConstCursor cursor(table_);
+    for (const ObjectId id : column.ids) {
+        std::uint32_t* lastMark = nullptr;
+        const TypeInfo* actual = &type;
+        if (const ObjectTable::Slot* slot = cursor.find(id)) {
+            lastMark = &slot->mark;
+            if (slot->object->index() != alternative) actual = &typeInfo(*slot->object);
+        } else if (const auto it = created_.find(id); it != created_.end()) {
+            lastMark = &it->second.mark;
+            actual = it->second.type;
+        } else {
+            return missing("of", id);
+        }
+        if (actual != &type) return refuse(fmt::format("{} is a {}", nameOf(id), actual->name));
+        if (*lastMark == mark) return fail(ErrorCode::kBadInput, fmt::format("{} twice", nameOf(id)));
+        *lastMark = mark;
+    }
+    return {};
+}
+
+Expected<void> ListCheck::checkValues(const FieldColumn& column, const TypeInfo& type, const FieldInfo& field) {
+    const auto bad = [&](std::size_t row, std::string_view why) {
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("set {}.{} of {}: {}", type.name, field.name, nameOf(column.ids[row]), why));
+    };
+    const auto checkNumbers = [&](const auto& numbers) -> Expected<void> {
+        for (std::size_t i = 0; i < numbers.size(); ++i) {
+            const double number = static_cast<double>(numbers[i]);
+            if (!std::isfinite(number)) return bad(i / field.width, "not a finite number");
+            if (number < field.least || number > field.greatest)
+                return bad(i / field.width, fmt::format("{} is not between {} and {}", number, field.least, field.greatest));
+        }
+        return {};
+    };
+    switch (field.kind) {
+        case FieldKind::kFloat:
+            return checkNumbers(std::get<std::vector<float>>(column.values));
+        case FieldKind::kDouble: {
+            const auto& numbers = std::get<std::vector<double>>(column.values);
+            if (auto ok = checkNumbers(numbers); !ok || !field.quaternion) return ok;
+            for (std::size_t row = 0; row < column.ids.size(); ++row) {
+                const double* q = &numbers[4 * row];
+                const double squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+                // Below and above, the square of the length no longer tells a direction that can be normalised.
+                if (squared < 1e-100) return bad(row, "a rotation of zero has no direction");
+                if (!(squared < 1e100)) return bad(row, "a rotation this long cannot be normalised");
+            }
+            return {};
+        }
+        case FieldKind::kInt:
+            return checkNumbers(std::get<std::vector<std::int64_t>>(column.values));
+        case FieldKind::kRef: {
+            const auto& refs = std::get<std::vector<ObjectId>>(column.values);
+            for (std::size_t row = 0; row < refs.size(); ++row)
+                if (auto ok = checkRef(field, refs[row]); !ok)
+                    return failWith(fmt::format("set {}.{} of {}", type.name, field.name, nameOf(column.ids[row])), ok.error());
+            return {};
+        }
+        case FieldKind::kText: {
+            const auto& texts = std::get<std::vector<std::string>>(column.values);
+            for (std::size_t row = 0; row < texts.size(); ++row) {
+                if (texts[row].size() > limits_.maxTextBytes)
+                    return fail(ErrorCode::kLimit,
+                                fmt::format("set {}.{} of {}: {} bytes of text, more than the limit of {}", type.name,
+                                            field.name, nameOf(column.ids[row]), texts[row].size(), limits_.maxTextBytes));
+                if (!isUtf8(texts[row])) return bad(row, "text that is not UTF-8");
+            }
+            return {};
+        }
+        case FieldKind::kBlob:
+            return {};
+    }
+    return {};
+}
+
+Expected<void> ListCheck::checkRef(const FieldInfo& field, ObjectId target) {
+    if (!target) return {};
+    const TypeInfo* type = typeOfObject(target);
+    if (!type) return missing("to", target);
+    if (field.refType ? type->type != *field.refType : !type->isCore)
+        return refuse(fmt::format("{} is a {}, not a {}", nameOf(target), type->name,
+                                  field.refType ? findType(*field.refType)->name : "core"));
+    return {};
+}
+
+// ---- destructions --------------------------------------------------------------------------------------------------
+
+Expected<void> ListCheck::checkDestructions() {
+    if (list_.destructions.empty()) return {};
+    std::unordered_set<ObjectId> destroyed;
+    destroyed.reserve(list_.destructions.size());
+    for (const ObjectId id : list_.destructions) {
+        const TypeInfo* type = typeOfObject(id);
+        if (!type) return missing("destroy", id);
+        if (id == kRootNode) return refuse("destroy #1: the root stays");
+        if (!destroyed.insert(id).second) return fail(ErrorCode::kBadInput, fmt::format("destroy {}: twice", nameOf(id)));
+        if (type->type != typeOf<Node>()) continue;
+        const Place& last = place(id);
+        if (last.children != 0)
+            return refuse(fmt::format("destroy {}: the node has {} children, detach and destroy them too", nameOf(id), last.children));
+        if (last.parent)
+            return refuse(fmt::format("destroy {}: the node is still below {}, detach it first", nameOf(id), nameOf(last.parent)));
+    }
+    const auto uses = usesOfDestroyed(destroyed);
+    for (const ObjectId id : list_.destructions)
+        if (const auto it = uses.find(id); it != uses.end() && it->second != 0)
+            return refuse(fmt::format("destroy {}: the {} is in use by {} other objects", nameOf(id), typeOfObject(id)->name,
+                                      it->second));
+    return {};
+}
+
+std::unordered_map<ObjectId, std::int64_t> ListCheck::usesOfDestroyed(const std::unordered_set<ObjectId>& destroyed) const {
+    std::unordered_map<ObjectId, std::int64_t> uses;
+    for (const ObjectId id : destroyed)
+        if (const ObjectTable::Slot* slot = table_.find(id)) uses[id] = slot->uses;
+
+    const auto presentRef = [&](ObjectId object, const FieldInfo& field) {
+        const ObjectTable::Slot* slot = table_.find(object);
+        return slot ? *fieldAt<ObjectId>(field, std::as_const(*slot->object)) : ObjectId();
+    };
+    // What columns let go of, and what they take hold of. Refs of objects that go themselves do not count.
+    std::unordered_set<RefRow, RefRowHash> rowsOfDestroyed;
+    for (const FieldColumn& column : list_.columns) {
+        if (column.kind() != FieldKind::kRef) continue;
+        const FieldInfo& field = *findField(*findType(column.type), column.field);
+        const auto& refs = std::get<std::vector<ObjectId>>(column.values);
+        for (std::size_t row = 0; row < refs.size(); ++row) {
+            const ObjectId object = column.ids[row];
+            if (const ObjectId old = presentRef(object, field); destroyed.contains(old)) --uses[old];
+            if (destroyed.contains(object))
+                rowsOfDestroyed.insert({object, column.field});
+            else if (destroyed.contains(refs[row]))
+                ++uses[refs[row]];
+        }
+    }
+    for (const ObjectId id : destroyed) {
+        const ObjectTable::Slot* slot = table_.find(id);
+        if (!slot) continue;
+        for (const FieldInfo& field : typeInfo(*slot->object).fields) {
+            if (field.kind != FieldKind::kRef || rowsOfDestroyed.contains({id, field.id})) continue;
+            if (const ObjectId held = *fieldAt<ObjectId>(field, std::as_const(*slot->object)); destroyed.contains(held)) --uses[held];
+        }
+    }
+    return uses;
+}
+
+}  // namespace tessera

@@ -1,0 +1,69 @@
+/// Whether a change list may be applied to a scene, found out without touching the scene. Internal to common/scene.
+#pragma once
+
+#include <unordered_map>
+#include <unordered_set>
+
+#include "common/scene/FieldTable.h"
+#include "common/scene/ObjectTable.h"
+
+namespace tessera {
+
+/// Plays a list on an overlay of the scene: what it creates, where it places nodes, what it lets go of. Everything the
+/// contract of Aspect names is refused here, so that applying afterwards cannot fail. Used once.
+///
+/// Cost: proportional to the list, plus the subtrees that it moves (their depth is bounded).
+class ListCheck {
+public:
+    ListCheck(const ObjectTable& table, const SceneLimits& limits, const ChangeList& list)
+        : table_(table), limits_(limits), list_(list) {}
+
+    [[nodiscard]] Expected<void> run();
+
+private:
+    struct Created {
+        const TypeInfo* type = nullptr;
+        std::uint32_t mark = 0;
+    };
+    /// A node's place in the overlay.
+    struct Place {
+        ObjectId parent;
+        std::size_t children = 0;
+        bool placed = false;  ///< named by a placement, not only as a parent
+    };
+    /// (type, field, object) of a ref column's row.
+    struct RefRow {
+        ObjectId object;
+        FieldId field;
+        bool operator==(const RefRow&) const = default;
+    };
+    struct RefRowHash {
+        std::size_t operator()(const RefRow& row) const { return row.object.value * 31 + row.field.value; }
+    };
+
+    [[nodiscard]] Expected<void> checkCreations();
+    [[nodiscard]] Expected<void> checkPlacements();
+    [[nodiscard]] Expected<void> checkPlacement(const Placement& placement);
+    [[nodiscard]] Expected<void> checkDepths();
+    [[nodiscard]] Expected<void> checkColumns();
+    [[nodiscard]] Expected<void> checkRows(const FieldColumn& column, const TypeInfo& type);
+    [[nodiscard]] Expected<void> checkValues(const FieldColumn& column, const TypeInfo& type, const FieldInfo& field);
+    [[nodiscard]] Expected<void> checkRef(const FieldInfo& field, ObjectId target);
+    [[nodiscard]] Expected<void> checkDestructions();
+    /// How many refs of objects that stay name each destroyed object.
+    [[nodiscard]] std::unordered_map<ObjectId, std::int64_t> usesOfDestroyed(
+        const std::unordered_set<ObjectId>& destroyed) const;
+
+    /// Null where there is no such object, in the scene or created by the list.
+    [[nodiscard]] const TypeInfo* typeOfObject(ObjectId id) const;
+    [[nodiscard]] Place& place(ObjectId node);
+    [[nodiscard]] ObjectId parentOf(ObjectId node) const;
+
+    const ObjectTable& table_;
+    const SceneLimits& limits_;
+    const ChangeList& list_;
+    std::unordered_map<ObjectId, Created> created_;
+    std::unordered_map<ObjectId, Place> places_;
+};
+
+}  // namespace tessera

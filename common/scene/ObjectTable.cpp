@@ -1,0 +1,171 @@
+#include "common/scene/ObjectTable.h"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "common/base/Hash.h"
+
+namespace tessera {
+
+namespace {
+
+std::uint64_t mix(std::uint64_t value, std::uint64_t seed) { return hash64(std::as_bytes(std::span(&value, 1)), seed); }
+
+}  // namespace
+
+std::size_t ObjectTable::home(std::uint64_t leaf) const {
+    // Fibonacci hashing: neighbouring leaves spread well and cost one multiplication.
+    return static_cast<std::size_t>((leaf * 0x9E3779B97F4A7C15ull) >> (64 - std::countr_zero(entries_.size())));
+}
+
+ObjectTable::Page* ObjectTable::findPage(std::uint64_t leaf) const {
+    for (std::size_t i = home(leaf); entries_[i].page; i = (i + 1) & (entries_.size() - 1))
+        if (entries_[i].leaf == leaf) return entries_[i].page.get();
+    return nullptr;
+}
+
+void ObjectTable::grow() {
+    std::vector<Entry> old = std::exchange(entries_, std::vector<Entry>(entries_.size() * 2));
+    for (Entry& entry : old) {
+        if (!entry.page) continue;
+        std::size_t i = home(entry.leaf);
+        while (entries_[i].page) i = (i + 1) & (entries_.size() - 1);
+        entries_[i] = std::move(entry);
+    }
+}
+
+ObjectTable::Page& ObjectTable::makePage(std::uint64_t leaf) {
+    if (2 * (pages_ + 1) > entries_.size()) grow();
+    std::size_t i = home(leaf);
+    while (entries_[i].page) i = (i + 1) & (entries_.size() - 1);
+    entries_[i] = {leaf, std::make_unique<Page>()};
+    ++pages_;
+    return *entries_[i].page;
+}
+
+void ObjectTable::removePage(std::uint64_t leaf) {
+    const std::size_t last = entries_.size() - 1;
+    std::size_t hole = home(leaf);
+    while (entries_[hole].leaf != leaf || !entries_[hole].page) hole = (hole + 1) & last;
+    // Close the gap, so that probing needs no tombstones: whoever stands behind the hole and belongs at or before it moves up.
+    for (std::size_t i = (hole + 1) & last; entries_[i].page; i = (i + 1) & last) {
+        const std::size_t distanceHome = (i - home(entries_[i].leaf)) & last;
+        const std::size_t distanceHole = (i - hole) & last;
+        if (distanceHome < distanceHole) continue;
+        entries_[hole] = std::move(entries_[i]);
+        hole = i;
+    }
+    entries_[hole] = {};
+    --pages_;
+}
+
+ObjectTable::Block* ObjectTable::findBlock(std::uint64_t blockKey) const {
+    const Page* page = findPage(blockKey / kBlocksPerPage);
+    return page ? page->blocks[blockKey % kBlocksPerPage].get() : nullptr;
+}
+
+ObjectTable::Slot* ObjectTable::find(ObjectId id) {
+    Block* block = findBlock(id.value / kIdsPerBlock);
+    if (!block) return nullptr;
+    Slot& slot = block->slots[id.value % kIdsPerBlock];
+    return slot.object ? &slot : nullptr;
+}
+
+const ObjectTable::Slot* ObjectTable::find(ObjectId id) const { return const_cast<ObjectTable*>(this)->find(id); }
+
+ObjectTable::Slot& ObjectTable::insert(ObjectId id, Object object) {
+    const std::uint64_t leaf = id.value / Aspect::kIdsPerLeaf;
+    Page* page = findPage(leaf);
+    if (!page) page = &makePage(leaf);
+    std::unique_ptr<Block>& block = page->blocks[(id.value / kIdsPerBlock) % kBlocksPerPage];
+    if (!block) block = std::make_unique<Block>();
+    Slot& slot = block->slots[id.value % kIdsPerBlock];
+    TESSERA_CHECK(!slot.object, "an object with this id is there already");
+    slot.object = std::make_unique<Object>(std::move(object));
+    ++block->live;
+    ++page->live;
+    ++size_;
+    return slot;
+}
+
+void ObjectTable::erase(ObjectId id) {
+    const std::uint64_t leaf = id.value / Aspect::kIdsPerLeaf;
+    Page* page = findPage(leaf);
+    TESSERA_CHECK(page, "no object with this id");
+    std::unique_ptr<Block>& block = page->blocks[(id.value / kIdsPerBlock) % kBlocksPerPage];
+    TESSERA_CHECK(block && block->slots[id.value % kIdsPerBlock].object, "no object with this id");
+    Slot& slot = block->slots[id.value % kIdsPerBlock];
+    page->sum -= slot.hash;
+    sum_ -= slot.hash;
+    slot = {};
+    --size_;
+    if (--block->live == 0) block.reset();
+    if (--page->live == 0) removePage(leaf);
+}
+
+void ObjectTable::setHash(ObjectId id, Slot& slot, std::uint64_t hash) {
+    Page* page = findPage(id.value / Aspect::kIdsPerLeaf);
+    TESSERA_CHECK(page, "no object with this id");
+    page->sum += hash - slot.hash;
+    sum_ += hash - slot.hash;
+    slot.hash = hash;
+}
+
+std::uint64_t ObjectTable::rootHash() const { return mix(sum_, 0); }
+
+std::vector<const ObjectTable::Entry*> ObjectTable::sortedEntries() const {
+    std::vector<const Entry*> sorted;
+    sorted.reserve(pages_);
+    for (const Entry& entry : entries_)
+        if (entry.page) sorted.push_back(&entry);
+    std::sort(sorted.begin(), sorted.end(), [](const Entry* a, const Entry* b) { return a->leaf < b->leaf; });
+    return sorted;
+}
+
+std::vector<Aspect::LeafHash> ObjectTable::leafHashes() const {
+    std::vector<Aspect::LeafHash> hashes;
+    hashes.reserve(pages_);
+    for (const Entry* entry : sortedEntries()) hashes.push_back({entry->leaf, mix(entry->page->sum, entry->leaf)});
+    return hashes;
+}
+
+std::vector<Aspect::ObjectHash> ObjectTable::objectHashes(std::uint64_t leaf) const {
+    std::vector<Aspect::ObjectHash> hashes;
+    const Page* page = findPage(leaf);
+    if (!page) return hashes;
+    for (std::uint64_t i = 0; i < Aspect::kIdsPerLeaf; ++i) {
+        const Block* block = page->blocks[i / kIdsPerBlock].get();
+        if (!block) continue;
+        const Slot& slot = block->slots[i % kIdsPerBlock];
+        if (slot.object) hashes.push_back({ObjectId(leaf * Aspect::kIdsPerLeaf + i), slot.hash});
+    }
+    return hashes;
+}
+
+std::vector<ObjectId> ObjectTable::ids() const {
+    std::vector<ObjectId> all;
+    all.reserve(size_);
+    for (const Entry* entry : sortedEntries())
+        for (std::uint64_t i = 0; i < Aspect::kIdsPerLeaf; ++i) {
+            const Block* block = entry->page->blocks[i / kIdsPerBlock].get();
+            if (block && block->slots[i % kIdsPerBlock].object)
+                all.push_back(ObjectId(entry->leaf * Aspect::kIdsPerLeaf + i));
+        }
+    return all;
+}
+
+std::uint32_t ObjectTable::newMark() const {
+    if (++lastMark_ == 0) {  // wrapped: old marks would come to life again
+        for (const Entry& entry : entries_) {
+            if (!entry.page) continue;
+            for (const std::unique_ptr<Block>& block : entry.page->blocks)
+                if (block)
+                    for (const Slot& slot : block->slots) slot.mark = 0;
+        }
+        lastMark_ = 1;
+    }
+    return lastMark_;
+}
+
+}  // namespace tessera
