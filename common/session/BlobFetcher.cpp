@@ -1,0 +1,80 @@
+#include "common/session/BlobFetcher.h"
+
+#include <algorithm>
+
+namespace tessera {
+
+Expected<void> BlobFetcher::want(const std::vector<BlobInfo>& blobs) {
+    for (const BlobInfo& blob : blobs) {
+        if (held_.contains(blob.id) || fetches_.contains(blob.id)) continue;
+        if (blob.sizeBytes > limits_.maxBlobBytes)
+            return fail(ErrorCode::kLimit, "blob " + toHex(blob.id) + " has " + std::to_string(blob.sizeBytes) +
+                                               " bytes, more than the " + std::to_string(limits_.maxBlobBytes) + " allowed here");
+        if (blob.sizeBytes == 0) {
+            if (Blob(Bytes{}).id() != blob.id)
+                return fail(ErrorCode::kBadInput, "blob " + toHex(blob.id) + " is announced as empty, but its name says otherwise");
+            held_.insert(blob.id);
+            continue;
+        }
+        fetches_[blob.id].sizeBytes = blob.sizeBytes;
+        order_.push_back(blob.id);
+    }
+    return {};
+}
+
+std::vector<message::BlobRequest> BlobFetcher::requests() {
+    std::vector<message::BlobRequest> wanted;
+    while (!order_.empty() && inFlight_.size() < limits_.chunksInFlight) {
+        Fetch& fetch = fetches_.at(order_.front());
+        const auto length =
+            static_cast<std::uint32_t>(std::min<std::uint64_t>(limits_.chunkBytes, fetch.sizeBytes - fetch.asked));
+        const message::BlobRequest request{order_.front(), fetch.asked, length};
+        fetch.asked += length;
+        if (fetch.asked == fetch.sizeBytes) order_.pop_front();
+        inFlight_.push_back(request);
+        wanted.push_back(request);
+    }
+    return wanted;
+}
+
+Expected<std::optional<Blob>> BlobFetcher::chunk(const message::BlobChunk& chunk) {
+    const auto asked = std::find_if(inFlight_.begin(), inFlight_.end(), [&](const message::BlobRequest& request) {
+        return request.id == chunk.id && request.offset == chunk.offset;
+    });
+    if (asked == inFlight_.end())
+        return fail(ErrorCode::kBadInput, "a chunk of blob " + toHex(chunk.id) + " came that nobody asked for");
+    if (chunk.totalBytes == 0) return fail(ErrorCode::kNotFound, "the server does not have blob " + toHex(chunk.id));
+    Fetch& fetch = fetches_.at(chunk.id);
+    if (chunk.totalBytes != fetch.sizeBytes || !chunk.bytes || chunk.bytes->size() != asked->length)
+        return fail(ErrorCode::kBadInput, "a chunk of blob " + toHex(chunk.id) + " has the wrong size");
+    inFlight_.erase(asked);
+    if (fetch.bytes.size() < chunk.offset + chunk.bytes->size()) {
+        // All at once for small blobs; large ones grow as they come, whatever size was announced.
+        if (fetch.bytes.empty()) fetch.bytes.reserve(static_cast<std::size_t>(std::min<std::uint64_t>(fetch.sizeBytes, std::uint64_t{16} << 20)));
+        fetch.bytes.resize(static_cast<std::size_t>(chunk.offset) + chunk.bytes->size());
+    }
+    std::copy(chunk.bytes->begin(), chunk.bytes->end(), fetch.bytes.begin() + static_cast<std::ptrdiff_t>(chunk.offset));
+    fetch.received += chunk.bytes->size();
+    if (fetch.received < fetch.sizeBytes) return std::optional<Blob>{};
+    Blob blob(std::move(fetch.bytes));
+    fetches_.erase(chunk.id);
+    if (blob.id() != chunk.id)
+        return fail(ErrorCode::kBadInput, "blob " + toHex(chunk.id) + " arrived damaged: its bytes hash to " + toHex(blob.id()));
+    held_.insert(blob.id());
+    return std::optional<Blob>{std::move(blob)};
+}
+
+void BlobFetcher::interrupted() {
+    // Back to the first gap of each blob; blobs that were wholly asked for queue up again, before the others.
+    std::sort(inFlight_.begin(), inFlight_.end(), [](const auto& a, const auto& b) { return a.offset > b.offset; });
+    for (const message::BlobRequest& lost : inFlight_) {
+        Fetch& fetch = fetches_.at(lost.id);
+        if (fetch.asked == fetch.sizeBytes) order_.push_front(lost.id);
+        fetch.asked = lost.offset;
+        fetch.received = lost.offset;
+        if (fetch.bytes.size() > lost.offset) fetch.bytes.resize(static_cast<std::size_t>(lost.offset));
+    }
+    inFlight_.clear();
+}
+
+}  // namespace tessera

@@ -1,0 +1,53 @@
+/// Fetches blobs in chunks, a bounded number of them under way, and believes nothing that does not hash right.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "common/session/Messages.h"
+
+namespace tessera {
+
+struct FetchLimits {
+    std::size_t maxBlobBytes = std::size_t{4} << 30;
+    std::uint32_t chunkBytes = 256 * 1024;
+    std::uint32_t chunksInFlight = 8;
+};
+
+/// Pure state machine. Memory grows with what has arrived, not with what was announced.
+class BlobFetcher {
+public:
+    explicit BlobFetcher(FetchLimits limits) : limits_(limits) {}
+
+    void hold(const BlobId& id) { held_.insert(id); }
+    void drop(const BlobId& id) { held_.erase(id); }
+    [[nodiscard]] bool holds(const BlobId& id) const { return held_.contains(id); }
+
+    /// First come, first fetched; what is held or wanted already costs nothing. kLimit: a blob larger than allowed.
+    [[nodiscard]] Expected<void> want(const std::vector<BlobInfo>& blobs);
+    /// What to ask for now. Only while the bulk connection is open.
+    [[nodiscard]] std::vector<message::BlobRequest> requests();
+    /// A blob, when this chunk was its last. Chunks may come in any order, but only those asked for.
+    [[nodiscard]] Expected<std::optional<Blob>> chunk(const message::BlobChunk& chunk);
+    /// The bulk connection broke: what was under way is asked for again.
+    void interrupted();
+
+private:
+    struct Fetch {
+        std::uint64_t sizeBytes = 0;
+        std::uint64_t asked = 0;     ///< every byte before this has been asked for
+        std::uint64_t received = 0;  ///< in any order
+        Bytes bytes;
+    };
+
+    FetchLimits limits_;
+    std::unordered_set<BlobId> held_;
+    std::unordered_map<BlobId, Fetch> fetches_;
+    std::deque<BlobId> order_;                   ///< of those not wholly asked for
+    std::vector<message::BlobRequest> inFlight_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,451 @@
+#include "common/session/ClientSession.h"
+
+#include <deque>
+#include <optional>
+
+#include "common/session/BlobFetcher.h"
+#include "common/session/HeartbeatClock.h"
+
+namespace tessera {
+
+namespace {
+
+std::size_t bytesOf(const SharedBytes& bytes) { return bytes ? bytes->size() : 0; }
+
+std::size_t bytesOf(const Message& message) {
+    if (const auto* snapshot = std::get_if<message::Snapshot>(&message))
+        return bytesOf(snapshot->list) + snapshot->blobs.size() * sizeof(BlobInfo);
+    if (const auto* changes = std::get_if<message::Changes>(&message))
+        return bytesOf(changes->list) + changes->blobs.size() * sizeof(BlobInfo);
+    if (const auto* begin = std::get_if<message::Begin>(&message))
+        return bytesOf(begin->payload) + begin->blobs.size() * sizeof(BlobInfo);
+    return 0;
+}
+
+const std::vector<BlobInfo>& blobsOf(const Message& message) {
+    static const std::vector<BlobInfo> kNone;
+    if (const auto* snapshot = std::get_if<message::Snapshot>(&message)) return snapshot->blobs;
+    if (const auto* changes = std::get_if<message::Changes>(&message)) return changes->blobs;
+    if (const auto* begin = std::get_if<message::Begin>(&message)) return begin->blobs;
+    return kNone;
+}
+
+}  // namespace
+
+struct ClientSession::Impl {
+    enum class Stage : std::uint8_t { kUnconnected, kGreeting, kWelcomed, kDead };
+    enum class Bulk : std::uint8_t { kUnwanted, kClosed, kOpening, kOpen };
+    enum class Work : std::uint8_t { kNone, kApplying, kDrawing, kShowing, kDescribing };
+
+    /// A step of the replica, in the server's order. `held` blobs from the front are known to be here.
+    struct Step {
+        Message message;
+        std::size_t held = 0;
+    };
+    struct Notice {
+        message::BlobNotice notice;
+        std::size_t held = 0;
+    };
+
+    explicit Impl(ClientSessionConfig c)
+        : config(std::move(c)), fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight}) {}
+
+    void opened(ChannelKind channel, TimePoint now);
+    void received(ChannelKind channel, const Message& message, TimePoint now);
+    void receivedBulk(const Message& message);
+    void closed(ChannelKind channel, TimePoint now);
+    void advance(TimePoint now);
+    [[nodiscard]] TimePoint nextDeadline() const;
+    void welcome(const message::Welcome& welcome);
+    void heartbeat(const message::Heartbeat& heartbeat, TimePoint now);
+    void enqueue(const Message& message);
+    void enqueueNotice(const message::BlobNotice& notice);
+    [[nodiscard]] bool want(const std::vector<BlobInfo>& blobs);
+    [[nodiscard]] bool allHeld(const std::vector<BlobInfo>& blobs, std::size_t& held) const;
+    void fetch();
+    void reportHeld();
+    /// Hands out the next step if its turn has come.
+    void pump();
+    void start(const Message& message);
+    void applied(std::uint64_t sequence, std::uint64_t stateHash);
+    void image(message::TileImage image);
+    void request(message::Request request);
+    void disconnect(std::string reason, bool retry = true, ErrorCode code = ErrorCode::kNetwork);
+
+    [[nodiscard]] bool dead() const { return stage == Stage::kDead; }
+    [[nodiscard]] Duration heartbeatInterval() const { return std::max<Duration>(heartbeatEvery, std::chrono::milliseconds(1)); }
+    void send(ChannelKind channel, Message message) {
+        out.push_back(client_action::Send{channel, std::move(message)});
+    }
+    ClientActions take() { return std::exchange(out, {}); }
+
+    ClientSessionConfig config;
+    BlobFetcher fetcher;
+    Stage stage = Stage::kUnconnected;
+    Bulk bulk = Bulk::kUnwanted;
+    TimePoint bulkRetryAt{};
+    std::uint64_t token = 0;
+
+    std::deque<Step> steps;
+    std::size_t queuedBytes = 0;
+    std::deque<Notice> notices;
+    Work work = Work::kNone;
+    std::uint64_t workNumber = 0;  ///< the sequence or frame that `work` is about
+    std::uint64_t workHash = 0;
+    bool everDrawn = false;
+    std::uint64_t lastDrawn = 0;
+    bool reportSynced = false;  ///< something was applied off the barrier since the last Synced
+    std::uint64_t sequence = 0, stateHash = 0;
+
+    std::deque<message::TileImage> waitingImages;
+    std::deque<message::Request> waitingRequests;
+
+    HeartbeatClock clock;
+    std::optional<HeartbeatClock::Sample> best;
+    std::chrono::milliseconds heartbeatEvery{50};
+    TimePoint nextHeartbeat{};
+    TimePoint lastByte{};
+    std::optional<TimePoint> lastAdvance;
+    TimePoint graceUntil{};
+    ClientActions out;
+};
+
+void ClientSession::Impl::opened(ChannelKind channel, TimePoint now) {
+    message::Hello hello{.schema = config.schema,
+                         .role = config.role,
+                         .channel = channel,
+                         .name = config.name,
+                         .token = token,
+                         .pixelProbe = config.pixelProbe,
+                         .wantBlobs = config.wantBlobs};
+    send(channel, hello);
+    if (channel == ChannelKind::kControl) {
+        stage = Stage::kGreeting;
+        lastByte = now;
+        nextHeartbeat = now + heartbeatInterval();
+        return;
+    }
+    bulk = Bulk::kOpen;
+    fetch();
+    for (message::TileImage& waiting : waitingImages) send(ChannelKind::kBulk, std::move(waiting));
+    waitingImages.clear();
+}
+
+void ClientSession::Impl::received(ChannelKind channel, const Message& message, TimePoint now) {
+    lastByte = std::max(lastByte, now);
+    if (const auto* refused = std::get_if<message::Refused>(&message))
+        return disconnect(refused->reason, refused->retry, refused->code);
+    if (const auto* over = std::get_if<message::Over>(&message)) {
+        stage = Stage::kDead;
+        out.push_back(client_action::Finish{over->reason});
+        return;
+    }
+    if (channel == ChannelKind::kBulk) return receivedBulk(message);
+    if (const auto* beat = std::get_if<message::Heartbeat>(&message)) return heartbeat(*beat, now);
+    if (stage == Stage::kGreeting) {
+        if (const auto* hello = std::get_if<message::Welcome>(&message)) return welcome(*hello);
+        return disconnect("the server said " + std::string(nameOf(message)) + " before Welcome", true, ErrorCode::kBadInput);
+    }
+    const bool host = config.role == PeerRole::kHost;
+    const bool shared = std::holds_alternative<message::Snapshot>(message) || std::holds_alternative<message::Changes>(message);
+    const bool forHosts = std::holds_alternative<message::Begin>(message) || std::holds_alternative<message::Swap>(message) ||
+                          std::holds_alternative<message::HashQuery>(message);
+    if (shared || (host && forHosts)) return enqueue(message);
+    if (host) {
+        if (const auto* notice = std::get_if<message::BlobNotice>(&message)) return enqueueNotice(*notice);
+        if (const auto* images = std::get_if<message::ImageRequest>(&message)) {
+            out.push_back(client_action::SendImages{*images});
+            return;
+        }
+    } else {
+        if (const auto* reply = std::get_if<message::Reply>(&message)) {
+            out.push_back(client_action::ReplyReceived{*reply});
+            return;
+        }
+        if (const auto* notice = std::get_if<message::Notice>(&message)) {
+            out.push_back(client_action::NoticeReceived{*notice});
+            return;
+        }
+    }
+    disconnect("the server said " + std::string(nameOf(message)) + ", which it must not say to this peer", true,
+               ErrorCode::kBadInput);
+}
+
+void ClientSession::Impl::receivedBulk(const Message& message) {
+    const auto* chunk = std::get_if<message::BlobChunk>(&message);
+    if (!chunk)
+        return disconnect("the server said " + std::string(nameOf(message)) + " on the bulk connection", true, ErrorCode::kBadInput);
+    Expected<std::optional<Blob>> blob = fetcher.chunk(*chunk);
+    if (!blob) return disconnect(blob.error().message, true, blob.error().code);
+    fetch();
+    if (!*blob) return;
+    out.push_back(client_action::StoreBlob{std::move(**blob)});
+    reportHeld();
+    pump();
+}
+
+void ClientSession::Impl::closed(ChannelKind channel, TimePoint now) {
+    if (channel == ChannelKind::kControl) return disconnect("the server closed the connection");
+    if (bulk != Bulk::kOpen && bulk != Bulk::kOpening) return;
+    bulk = Bulk::kClosed;
+    bulkRetryAt = now + config.bulkRetry;
+    fetcher.interrupted();
+}
+
+void ClientSession::Impl::advance(TimePoint now) {
+    if (stage == Stage::kUnconnected) return;
+    // Where this process itself stood still, what the server said meanwhile may lie unread in a queue.
+    if (lastAdvance && now - *lastAdvance > config.serverLostAfter / 2) graceUntil = now + heartbeatInterval();
+    lastAdvance = now;
+    if (now >= nextHeartbeat) {
+        nextHeartbeat = now + heartbeatInterval();
+        send(ChannelKind::kControl, clock.next(now));
+    }
+    if (now >= lastByte + config.serverLostAfter && now >= graceUntil)
+        return disconnect("the server was silent for " + std::to_string((now - lastByte) / std::chrono::milliseconds(1)) + " ms");
+    if (bulk == Bulk::kClosed && now >= bulkRetryAt) {
+        bulk = Bulk::kOpening;
+        out.push_back(client_action::OpenBulk{});
+    }
+}
+
+TimePoint ClientSession::Impl::nextDeadline() const {
+    if (stage == Stage::kUnconnected || dead()) return TimePoint::max();
+    TimePoint next = std::min(nextHeartbeat, std::max(graceUntil, lastByte + config.serverLostAfter));
+    if (bulk == Bulk::kClosed) next = std::min(next, bulkRetryAt);
+    return next;
+}
+
+void ClientSession::Impl::welcome(const message::Welcome& welcome) {
+    stage = Stage::kWelcomed;
+    token = welcome.token;
+    heartbeatEvery = welcome.heartbeat;
+    out.push_back(client_action::Configured{welcome.epoch, welcome.configuration});
+    if (config.role == PeerRole::kHost || config.wantBlobs) {
+        bulk = Bulk::kOpening;
+        out.push_back(client_action::OpenBulk{});
+    }
+    for (message::Request& waiting : waitingRequests) send(ChannelKind::kControl, std::move(waiting));
+    waitingRequests.clear();
+}
+
+void ClientSession::Impl::heartbeat(const message::Heartbeat& beat, TimePoint now) {
+    const auto sample = clock.received(beat, now);
+    if (sample && (!best || sample->roundTrip <= best->roundTrip)) best = sample;
+}
+
+void ClientSession::Impl::enqueue(const Message& message) {
+    queuedBytes += bytesOf(message);
+    steps.push_back({message});
+    if (steps.size() > config.maxQueuedMessages || queuedBytes > config.maxQueuedBytes) {
+        // The one in front is no backlog, however large it is.
+        if (steps.size() > 1) return disconnect("fell too far behind the server; starting over from a snapshot");
+    }
+    if (!want(blobsOf(message))) return;
+    pump();
+}
+
+void ClientSession::Impl::enqueueNotice(const message::BlobNotice& notice) {
+    if (notices.size() >= config.maxQueuedMessages) return disconnect("the server announces data faster than it can be fetched");
+    notices.push_back({notice});
+    if (!want(notice.blobs)) return;
+    reportHeld();
+}
+
+/// False when that ended the connection.
+bool ClientSession::Impl::want(const std::vector<BlobInfo>& blobs) {
+    if (!config.wantBlobs) return true;
+    if (const Expected<void> wanted = fetcher.want(blobs); !wanted) {
+        // A blob that is too large now is too large after the next attempt as well.
+        disconnect(wanted.error().message, wanted.error().code != ErrorCode::kLimit, wanted.error().code);
+        return false;
+    }
+    fetch();
+    return true;
+}
+
+bool ClientSession::Impl::allHeld(const std::vector<BlobInfo>& blobs, std::size_t& held) const {
+    if (!config.wantBlobs) return true;
+    while (held < blobs.size() && fetcher.holds(blobs[held].id)) ++held;
+    return held == blobs.size();
+}
+
+void ClientSession::Impl::fetch() {
+    if (bulk != Bulk::kOpen) return;
+    for (const message::BlobRequest& wanted : fetcher.requests()) send(ChannelKind::kBulk, wanted);
+}
+
+void ClientSession::Impl::reportHeld() {
+    std::erase_if(notices, [&](Notice& waiting) {
+        if (!allHeld(waiting.notice.blobs, waiting.held)) return false;
+        send(ChannelKind::kControl, message::BlobsHeld{waiting.notice.token});
+        return true;
+    });
+}
+
+void ClientSession::Impl::pump() {
+    if (work != Work::kNone) return;
+    if (steps.empty()) {
+        if (!reportSynced || config.role != PeerRole::kHost) return;
+        reportSynced = false;
+        send(ChannelKind::kControl, message::Synced{sequence, stateHash});
+        return;
+    }
+    Step& next = steps.front();
+    if (!allHeld(blobsOf(next.message), next.held)) return;
+    const Message message = std::move(next.message);
+    steps.pop_front();
+    queuedBytes -= bytesOf(message);
+    start(message);
+}
+
+void ClientSession::Impl::start(const Message& message) {
+    if (const auto* snapshot = std::get_if<message::Snapshot>(&message)) {
+        work = Work::kApplying;
+        workNumber = snapshot->sequence;
+        workHash = snapshot->stateHash;
+        out.push_back(client_action::ApplySnapshot{*snapshot});
+    } else if (const auto* changes = std::get_if<message::Changes>(&message)) {
+        work = Work::kApplying;
+        workNumber = changes->sequence;
+        workHash = changes->stateHash;
+        out.push_back(client_action::ApplyChanges{*changes});
+    } else if (const auto* begin = std::get_if<message::Begin>(&message)) {
+        work = Work::kDrawing;
+        workNumber = begin->frame;
+        reportSynced = false;  // it is in the barrier: nobody waits for that any more
+        out.push_back(client_action::Draw{*begin});
+    } else if (const auto* swap = std::get_if<message::Swap>(&message)) {
+        if (!everDrawn || swap->frame != lastDrawn)
+            return disconnect("the server released frame " + std::to_string(swap->frame) + ", which is not the one drawn last", true,
+                              ErrorCode::kBadInput);
+        work = Work::kShowing;
+        workNumber = swap->frame;
+        out.push_back(client_action::Show{swap->frame});
+    } else if (const auto* query = std::get_if<message::HashQuery>(&message)) {
+        work = Work::kDescribing;
+        out.push_back(client_action::DescribeState{*query});
+    }
+}
+
+void ClientSession::Impl::applied(std::uint64_t at, std::uint64_t hash) {
+    TESSERA_CHECK(work == Work::kApplying && workNumber == at, "`applied` answers the list handed out last");
+    if (hash != workHash)
+        return disconnect("the replica differs from the server's scene after list " + std::to_string(at), true, ErrorCode::kFailed);
+    work = Work::kNone;
+    sequence = at;
+    stateHash = hash;
+    reportSynced = true;
+    pump();
+}
+
+void ClientSession::Impl::image(message::TileImage image) {
+    if (bulk == Bulk::kOpen) return send(ChannelKind::kBulk, std::move(image));
+    waitingImages.push_back(std::move(image));
+    if (waitingImages.size() > config.maxWaitingImages) waitingImages.pop_front();
+}
+
+void ClientSession::Impl::request(message::Request request) {
+    if (stage == Stage::kWelcomed) return send(ChannelKind::kControl, std::move(request));
+    if (waitingRequests.size() >= config.maxWaitingRequests) {
+        out.push_back(client_action::ReplyReceived{
+            {request.id, ErrorCode::kLimit, "too many requests wait for the connection to the server", nullptr}});
+        return;
+    }
+    waitingRequests.push_back(std::move(request));
+}
+
+void ClientSession::Impl::disconnect(std::string reason, bool retry, ErrorCode code) {
+    stage = Stage::kDead;
+    steps.clear();
+    notices.clear();
+    out.push_back(client_action::Disconnect{std::move(reason), retry, code});
+}
+
+// ---- the public face -----------------------------------------------------------------------------------------------
+
+ClientSession::ClientSession(ClientSessionConfig config) : impl_(std::make_unique<Impl>(std::move(config))) {}
+ClientSession::~ClientSession() = default;
+
+ClientActions ClientSession::channelOpened(ChannelKind channel, TimePoint now) {
+    if (!impl_->dead()) impl_->opened(channel, now);
+    return impl_->take();
+}
+
+ClientActions ClientSession::received(ChannelKind channel, const Message& message, TimePoint now) {
+    if (!impl_->dead()) impl_->received(channel, message, now);
+    return impl_->take();
+}
+
+ClientActions ClientSession::malformed(ChannelKind, const std::string& reason) {
+    if (!impl_->dead()) impl_->disconnect("what the server sent makes no sense: " + reason, true, ErrorCode::kBadInput);
+    return impl_->take();
+}
+
+ClientActions ClientSession::channelClosed(ChannelKind channel, TimePoint now) {
+    if (!impl_->dead()) impl_->closed(channel, now);
+    return impl_->take();
+}
+
+ClientActions ClientSession::advance(TimePoint now) {
+    if (!impl_->dead()) impl_->advance(now);
+    return impl_->take();
+}
+
+TimePoint ClientSession::nextDeadline() const { return impl_->nextDeadline(); }
+
+void ClientSession::holdBlob(const BlobId& id) { impl_->fetcher.hold(id); }
+void ClientSession::dropBlob(const BlobId& id) { impl_->fetcher.drop(id); }
+
+ClientActions ClientSession::applied(std::uint64_t sequence, std::uint64_t stateHash) {
+    if (!impl_->dead()) impl_->applied(sequence, stateHash);
+    return impl_->take();
+}
+
+ClientActions ClientSession::applyFailed(const std::string& reason) {
+    if (!impl_->dead()) impl_->disconnect("a list could not be applied: " + reason, true, ErrorCode::kFailed);
+    return impl_->take();
+}
+
+ClientActions ClientSession::drawn(std::uint64_t frame, std::uint64_t stateHash, SharedBytes stats) {
+    if (impl_->dead()) return {};
+    TESSERA_CHECK(impl_->work == Impl::Work::kDrawing && impl_->workNumber == frame, "`drawn` answers the frame handed out last");
+    impl_->work = Impl::Work::kNone;
+    impl_->everDrawn = true;
+    impl_->lastDrawn = frame;
+    impl_->send(ChannelKind::kControl, message::Ready{frame, stateHash, std::move(stats)});
+    impl_->pump();
+    return impl_->take();
+}
+
+ClientActions ClientSession::shown(std::uint64_t frame, TimePoint at) {
+    if (impl_->dead()) return {};
+    TESSERA_CHECK(impl_->work == Impl::Work::kShowing && impl_->workNumber == frame, "`shown` answers the Show handed out last");
+    impl_->work = Impl::Work::kNone;
+    impl_->send(ChannelKind::kControl, message::Shown{frame, toNs(at) + clockOffsetNs()});
+    impl_->pump();
+    return impl_->take();
+}
+
+ClientActions ClientSession::hashes(message::HashAnswer answer) {
+    if (impl_->dead()) return {};
+    TESSERA_CHECK(impl_->work == Impl::Work::kDescribing, "`hashes` answers DescribeState");
+    impl_->work = Impl::Work::kNone;
+    impl_->send(ChannelKind::kControl, std::move(answer));
+    impl_->pump();
+    return impl_->take();
+}
+
+ClientActions ClientSession::image(message::TileImage image) {
+    if (!impl_->dead()) impl_->image(std::move(image));
+    return impl_->take();
+}
+
+ClientActions ClientSession::request(message::Request request) {
+    if (!impl_->dead()) impl_->request(std::move(request));
+    return impl_->take();
+}
+
+std::int64_t ClientSession::clockOffsetNs() const { return impl_->best ? impl_->best->offsetNs : 0; }
+
+}  // namespace tessera

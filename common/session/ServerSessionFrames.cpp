@@ -1,0 +1,225 @@
+// Frames, who follows them on and off the barrier, and the blobs that have to be there first.
+#include "common/session/ServerSessionImpl.h"
+
+namespace tessera {
+
+bool ServerSession::Impl::mayBegin(TimePoint now) const {
+    if (!barrier.mayBegin()) return false;
+    if (barrier.nextFrame() > 0) return true;
+    if (std::all_of(hosts.begin(), hosts.end(), [](const Host& host) { return host.mayEnter(); })) return true;
+    return startedAt && now - *startedAt >= config.sync.startDeadline;
+}
+
+void ServerSession::Impl::beginFrame(const FrameContent& content, TimePoint now) {
+    const bool numbered = content.changes.empty() ? (!tail.started() || content.sequence == tail.last())
+                                                  : content.changes.back().sequence == content.sequence;
+    TESSERA_CHECK(numbered, "a frame's lists end at its sequence, and nothing is between two frames");
+    forgetCommitted(content);
+    enterSynced(content, now);
+    const std::vector<std::string> drawing = barrier.begin(content.frame, now);
+    message::Begin begin{.frame = content.frame,
+                         .sequence = content.sequence,
+                         .stateHash = content.stateHash,
+                         .payload = content.payload};
+    for (const message::Changes& changes : content.changes)
+        begin.blobs.insert(begin.blobs.end(), changes.blobs.begin(), changes.blobs.end());
+    for (const std::string& name : drawing) {
+        Host& host = *findHost(name);
+        host.state = HostState::kLive;
+        host.everBegun = true;
+        host.answered = false;
+        host.frame = content.frame;
+        host.sequence = content.sequence;
+        host.stateHash = content.stateHash;
+        find(host.connection)->sentThrough = content.sequence;
+        send(host.connection, begin);
+    }
+    for (auto& [id, peer] : peers) {
+        if (!peer.following) continue;
+        for (const message::Changes& changes : content.changes) follow(peer, changes, now);
+    }
+    record(content);
+    settle(now);
+}
+
+void ServerSession::Impl::enterSynced(const FrameContent& content, TimePoint now) {
+    for (Host& host : hosts) {
+        if (!host.mayEnter() || !fits(*find(host.connection), content)) continue;
+        barrier.enter(host.name);
+        host.state = HostState::kLive;
+        const Duration away = host.everEntered ? std::max(Duration::zero(), now - host.awaySince) : Duration::zero();
+        out.push_back(server_action::HostEntered{host.name, content.frame, host.everEntered, away});
+        host.everEntered = true;
+    }
+}
+
+/// Whether this frame's lists are just what the peer's replica lacks. A snapshot may be ahead of them: it is made of the
+/// committed scene, and a list may be committed before the frame that carries it begins.
+bool ServerSession::Impl::fits(const Peer& peer, const FrameContent& content) const {
+    if (!content.changes.empty()) return peer.sentThrough + 1 == content.changes.front().sequence;
+    return peer.sentThrough == content.sequence;
+}
+
+void ServerSession::Impl::record(const FrameContent& content) {
+    if (!tail.started() && content.changes.empty()) tail.startAt(content.sequence, content.stateHash);
+    for (const message::Changes& changes : content.changes) tail.append(changes);
+}
+
+void ServerSession::Impl::follow(Peer& peer, const message::Changes& changes, TimePoint now) {
+    if (changes.sequence <= peer.sentThrough) return;
+    TESSERA_CHECK(changes.sequence == peer.sentThrough + 1, "a follower gets every list");
+    peer.sentThrough = changes.sequence;
+    send(peer.id, changes);
+    if (peer.role != PeerRole::kHost || changes.blobs.empty()) return;
+    // What it has to fetch must not make the barrier wait: it enters after this list, not before.
+    if (Host& host = hostOf(peer); host.state == HostState::kSyncing) {
+        host.synced = false;
+        host.mustReach = changes.sequence;
+        host.syncProgress = now;
+    }
+}
+
+void ServerSession::Impl::askSnapshot(Peer& peer) {
+    peer.snapshotAsked = true;
+    peer.following = false;
+    updateTail();
+    out.push_back(server_action::SnapshotWanted{peer.id, peer.name});
+}
+
+void ServerSession::Impl::snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now) {
+    Peer* peer = find(connection);
+    if (!peer || !peer->snapshotAsked) return;
+    if (!tail.covers(snapshot.sequence)) return askSnapshot(*peer);  // it took so long that lists since are gone
+    peer->snapshotAsked = false;
+    peer->following = true;
+    peer->everFollowed = true;
+    peer->sentThrough = snapshot.sequence;
+    if (peer->role == PeerRole::kHost) {
+        Host& host = hostOf(*peer);
+        host.state = HostState::kSyncing;
+        host.synced = false;
+        host.mustReach = snapshot.sequence;
+        host.snapshotSequence = snapshot.sequence;
+        host.snapshotHash = snapshot.stateHash;
+        host.syncProgress = now;
+        for (const Announcement& announcement : announcements)
+            if (host.owedBlobs.insert(announcement.token).second)
+                send(connection, message::BlobNotice{announcement.token, announcement.blobs});
+    }
+    send(connection, std::move(snapshot));
+    for (const message::Changes& changes : tail.lists()) follow(*peer, changes, now);
+    updateTail();
+}
+
+void ServerSession::Impl::updateTail() {
+    tail.keep(std::any_of(peers.begin(), peers.end(), [](const auto& item) { return item.second.snapshotAsked; }));
+}
+
+void ServerSession::Impl::announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now) {
+    Announcement announcement{.token = token, .blobs = std::move(blobs), .deadline = now + config.blobDeadline};
+    for (Host& host : hosts) {
+        if (!host.connection) continue;
+        host.owedBlobs.insert(token);
+        if (barrier.contains(host.name)) announcement.awaited.insert(host.name);
+        send(host.connection, message::BlobNotice{token, announcement.blobs});
+    }
+    announcements.push_back(std::move(announcement));
+    reportEverywhere();
+    if (announcements.size() > config.maxAnnouncements) {
+        const auto oldest = std::find_if(announcements.begin(), announcements.end(),
+                                         [](const Announcement& known) { return known.everywhere; });
+        if (oldest != announcements.end()) announcements.erase(oldest);
+    }
+}
+
+void ServerSession::Impl::forgetCommitted(const FrameContent& content) {
+    std::set<BlobId> named;
+    for (const message::Changes& changes : content.changes)
+        for (const BlobInfo& blob : changes.blobs) named.insert(blob.id);
+    std::erase_if(announcements, [&](const Announcement& announcement) {
+        return announcement.everywhere && std::all_of(announcement.blobs.begin(), announcement.blobs.end(),
+                                                      [&](const BlobInfo& blob) { return named.contains(blob.id); });
+    });
+}
+
+void ServerSession::Impl::notAwaited(const std::string& host) {
+    for (Announcement& announcement : announcements) announcement.awaited.erase(host);
+}
+
+void ServerSession::Impl::reportEverywhere() {
+    for (Announcement& announcement : announcements) {
+        if (announcement.everywhere || !announcement.awaited.empty()) continue;
+        announcement.everywhere = true;
+        out.push_back(server_action::BlobsEverywhere{announcement.token});
+    }
+}
+
+void ServerSession::Impl::leaveBarrier(Host& host, TimePoint now) {
+    if (host.inBarrier()) host.awaySince = now;
+    barrier.leave(host.name);
+    notAwaited(host.name);
+}
+
+void ServerSession::Impl::resync(Host& host, TimePoint now) {
+    leaveBarrier(host, now);
+    host.state = HostState::kJoining;
+    host.synced = false;
+    host.mismatched = false;
+    host.syncProgress = now;
+    askSnapshot(*find(host.connection));
+}
+
+void ServerSession::Impl::queryObjects(const std::string& name, std::uint64_t leaf) {
+    Host* host = findHost(name);
+    if (!host || !host->mismatched) return;  // it may have gone meanwhile
+    ++host->queriesOpen;
+    send(host->connection, message::HashQuery{.objects = true, .leaf = leaf});
+}
+
+void ServerSession::Impl::repair(const std::string& name, TimePoint now) {
+    Host* host = findHost(name);
+    if (!host || !host->connection || find(host->connection)->snapshotAsked) return;
+    resync(*host, now);
+    settle(now);
+}
+
+void ServerSession::Impl::requestImages(std::uint64_t request, std::uint64_t frame) {
+    constexpr std::size_t kRemembered = 64;
+    imageRequests.push_back(request);
+    if (imageRequests.size() > kRemembered) imageRequests.pop_front();
+    for (const Host& host : hosts)
+        if (host.inBarrier()) send(host.connection, message::ImageRequest{request, frame});
+}
+
+void ServerSession::Impl::settle(TimePoint now) {
+    const std::uint64_t frame = currentFrame();
+    SwapBarrier::Outcome outcome = barrier.poll(now);
+    if (outcome.released) {
+        for (const std::string& name : outcome.show) {
+            Host& host = *findHost(name);
+            host.everSwapped = true;
+            host.lastSwap = outcome.frame;
+            send(host.connection, message::Swap{outcome.frame});
+        }
+        for (const std::string& name : outcome.held) {
+            Host& host = *findHost(name);
+            if (host.state == HostState::kLive) host.awaySince = now;
+            host.state = HostState::kLate;
+            if (!barrier.contains(name)) notAwaited(name);
+        }
+        for (std::string& name : heldByMismatch) outcome.held.push_back(std::move(name));
+        heldByMismatch.clear();
+        out.push_back(server_action::FrameReleased{outcome.frame, std::move(outcome.show), std::move(outcome.held),
+                                                   outcome.barrierTime, outcome.frameTime, outcome.lastHost});
+    }
+    for (const std::string& name : outcome.stalled) {
+        Host& host = *findHost(name);
+        const ConnectionId connection = host.connection;
+        const std::string detail = "no picture of frame " + std::to_string(host.frame) + " within the frame deadline";
+        lose(host, FaultKind::kDrawStalled, detail, frame, now);
+        close(*find(connection), detail);
+    }
+    reportEverywhere();
+}
+
+}  // namespace tessera

@@ -1,0 +1,178 @@
+/// Inside of ServerSession: what is known of peers and hosts, and what is done about it. Not for other modules.
+#pragma once
+
+#include <algorithm>
+#include <deque>
+#include <optional>
+#include <set>
+
+#include "common/session/HeartbeatClock.h"
+#include "common/session/ListTail.h"
+#include "common/session/ServerSession.h"
+
+namespace tessera {
+
+struct ServerSession::Impl {
+    /// One connection. A host or an application is its control connection; its bulk connection hangs on that.
+    struct Peer {
+        enum class Stage : std::uint8_t { kPending, kControl, kBulk };
+
+        ConnectionId id;
+        Stage stage = Stage::kPending;
+        PeerRole role = PeerRole::kHost;
+        std::string name;
+        std::uint64_t token = 0;
+        ConnectionId other;  ///< of a control connection its bulk one, and the other way round
+        TimePoint openedAt{};
+        TimePoint lastByte{};
+        HeartbeatClock clock;
+
+        bool snapshotAsked = false;
+        bool following = false;         ///< has its snapshot: lists are sent to it
+        bool everFollowed = false;
+        std::uint64_t sentThrough = 0;  ///< the last list sent to it, or in its snapshot
+    };
+
+    struct Host {
+        std::string name;
+        HostState state = HostState::kAbsent;
+        ConnectionId connection;
+        bool everJoined = false;
+        bool everEntered = false;
+        TimePoint awaySince{};
+
+        // Catching up: it may enter once it has said Synced for `mustReach` or later and holds all blobs it was told of.
+        bool synced = false;
+        std::uint64_t mustReach = 0;
+        TimePoint syncProgress{};
+        std::set<std::uint64_t> owedBlobs;  ///< tokens of announcements
+        std::uint64_t snapshotSequence = 0, snapshotHash = 0;
+
+        // The frame it was last told to draw.
+        bool everBegun = false;
+        bool answered = true;
+        std::uint64_t frame = 0, sequence = 0, stateHash = 0;
+
+        bool everSwapped = false;
+        std::uint64_t lastSwap = 0;
+        bool everShown = false;
+        std::uint64_t lastShown = 0;
+
+        bool mismatched = false;  ///< out of the barrier until `repair`
+        std::size_t queriesOpen = 0;
+        Duration roundTrip{};
+        std::uint64_t pixelProbe = 0;
+
+        [[nodiscard]] bool inBarrier() const { return state == HostState::kLive || state == HostState::kLate; }
+        [[nodiscard]] bool mayEnter() const { return state == HostState::kSyncing && synced && owedBlobs.empty(); }
+    };
+
+    /// Blobs that a coming list will name. Stays until that list is committed, for hosts that join in between.
+    struct Announcement {
+        std::uint64_t token = 0;
+        std::vector<BlobInfo> blobs;
+        std::set<std::string> awaited;
+        TimePoint deadline{};
+        bool everywhere = false;
+    };
+
+    explicit Impl(ServerSessionConfig c);
+
+    // ServerSession.cpp: connections, hello, farewell
+    void opened(ConnectionId connection, TimePoint now);
+    void closed(ConnectionId connection, TimePoint now);
+    void hello(Peer& peer, const message::Hello& hello, TimePoint now);
+    void helloBulk(Peer& peer, const message::Hello& hello);
+    void admitHost(Peer& peer, Host& host, const message::Hello& hello, TimePoint now);
+    void welcome(Peer& peer, TimePoint now);
+    void refuse(Peer& peer, ErrorCode code, std::string reason, bool retry);
+    void comparePixels(Host& host, std::uint64_t probe);
+    void finish(const std::string& reason);
+
+    // ServerSessionMessages.cpp: what welcomed peers say
+    void received(ConnectionId connection, const Message& message, TimePoint now);
+    void malformed(ConnectionId connection, const std::string& reason, TimePoint now);
+    void fromBulk(Peer& peer, const Message& message, TimePoint now);
+    void fromHost(Peer& peer, Host& host, const Message& message, TimePoint now);
+    void fromApplication(Peer& peer, const Message& message, TimePoint now);
+    void heartbeat(Peer& peer, const message::Heartbeat& heartbeat, TimePoint now);
+    void on(Peer& peer, Host& host, const message::Synced& message, TimePoint now);
+    void on(Peer& peer, Host& host, const message::Ready& message, TimePoint now);
+    void on(Peer& peer, Host& host, const message::Shown& message, TimePoint now);
+    void on(Peer& peer, Host& host, const message::BlobsHeld& message, TimePoint now);
+    void on(Peer& peer, Host& host, const message::HashAnswer& message, TimePoint now);
+    void violated(Peer& peer, const std::string& what, TimePoint now);
+    void mismatch(Peer& peer, Host& host, std::uint64_t sequence, std::uint64_t expected, std::uint64_t actual,
+                  TimePoint now);
+
+    // ServerSessionFrames.cpp: frames, catching up, blobs
+    [[nodiscard]] bool mayBegin(TimePoint now) const;
+    void beginFrame(const FrameContent& content, TimePoint now);
+    void enterSynced(const FrameContent& content, TimePoint now);
+    [[nodiscard]] bool fits(const Peer& peer, const FrameContent& content) const;
+    void record(const FrameContent& content);
+    void follow(Peer& peer, const message::Changes& changes, TimePoint now);
+    void askSnapshot(Peer& peer);
+    void snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now);
+    void updateTail();
+    void announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now);
+    void forgetCommitted(const FrameContent& content);
+    void notAwaited(const std::string& host);
+    void reportEverywhere();
+    void leaveBarrier(Host& host, TimePoint now);
+    void resync(Host& host, TimePoint now);
+    void queryObjects(const std::string& name, std::uint64_t leaf);
+    void repair(const std::string& name, TimePoint now);
+    void requestImages(std::uint64_t request, std::uint64_t frame);
+    /// Polls the barrier and carries out what it says.
+    void settle(TimePoint now);
+
+    // ServerSessionDeadlines.cpp
+    void advance(TimePoint now);
+    [[nodiscard]] TimePoint nextDeadline() const;
+    void sendHeartbeats(TimePoint now);
+    void closeSilent(TimePoint now);
+    void closeUnsynced(TimePoint now);
+    void leaveBlobsLate(TimePoint now);
+    [[nodiscard]] TimePoint silenceDeadline(const Peer& peer) const;
+    [[nodiscard]] bool awaitsSync(const Host& host) const;
+    /// The last byte on any of its connections.
+    [[nodiscard]] TimePoint lastHeard(const Peer& peer) const;
+
+    [[nodiscard]] Peer* find(ConnectionId connection);
+    [[nodiscard]] const Peer* find(ConnectionId connection) const;
+    [[nodiscard]] Host* findHost(const std::string& name);
+    [[nodiscard]] Host& hostOf(const Peer& peer);
+    [[nodiscard]] std::uint64_t currentFrame() const;
+    void send(ConnectionId connection, Message message) {
+        out.push_back(server_action::Send{connection, std::move(message)});
+    }
+    void fault(const Host& host, FaultKind kind, const std::string& detail, std::uint64_t frame, TimePoint now);
+    /// The host is gone: fault, out of the barrier. What happens to its connection is the caller's.
+    void lose(Host& host, FaultKind kind, const std::string& detail, std::uint64_t frame, TimePoint now);
+    /// Tells a welcomed peer why, closes its connection and its bulk one, and forgets them. `peer` is gone afterwards.
+    void close(Peer& peer, const std::string& reason);
+    /// Forgets a connection that is closed, and closes the bulk one that hangs on it.
+    void forget(Peer& peer);
+    ServerActions take() { return std::exchange(out, {}); }
+
+    ServerSessionConfig config;
+    SwapBarrier barrier;
+    ListTail tail;
+    std::map<ConnectionId, Peer> peers;
+    std::vector<Host> hosts;  ///< in the wall's order
+    std::deque<Announcement> announcements;
+    std::deque<std::uint64_t> imageRequests;
+    std::vector<std::string> heldByMismatch;  ///< hosts that drew the open frame from a wrong replica
+    std::string probeHost;                    ///< the first host with a pixel probe, the reference
+    std::uint64_t tokensGiven = 0;
+    std::optional<TimePoint> startedAt;
+    std::optional<TimePoint> lastAdvance;
+    TimePoint graceUntil{};
+    TimePoint nextHeartbeat{};
+    bool finished = false;
+    std::string finishReason;
+    ServerActions out;
+};
+
+}  // namespace tessera
