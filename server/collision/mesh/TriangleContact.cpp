@@ -1,0 +1,266 @@
+#include "server/collision/mesh/TriangleContact.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "server/collision/mesh/Predicates.h"
+
+namespace tessera {
+
+namespace {
+
+Vec3d areaNormal(const Triangle& t) { return (t[1] - t[0]).cross(t[2] - t[0]); }
+
+Vec3d unit(const Vec3d& v) {
+    const double largest = v.cwiseAbs().maxCoeff();
+    if (!(largest > 0)) return Vec3d::Zero();
+    return (v / largest).normalized();
+}
+
+Vec3d longestEdge(const Triangle& t) {
+    Vec3d best = t[1] - t[0];
+    for (const Vec3d& e : {Vec3d(t[2] - t[1]), Vec3d(t[0] - t[2])})
+        if (e.squaredNorm() > best.squaredNorm()) best = e;
+    return best;
+}
+
+/// `preferred` made a unit vector, or something across `along`, or anything at all: a normal is never missing.
+Vec3d normalOr(const Vec3d& preferred, const Vec3d& along) {
+    const Vec3d n = unit(preferred);
+    if (n != Vec3d::Zero()) return n;
+    const Vec3d d = unit(along);
+    return d != Vec3d::Zero() ? unit(d.unitOrthogonal()) : Vec3d(Vec3d::UnitX());
+}
+
+/// One end of a triangle's interval on the line in which two planes meet.
+struct End {
+    double at = 0;
+    Vec3d point = Vec3d::Zero();
+    Vec3d edge = Vec3d::Zero();  ///< direction of the edge that pierces the other plane there; zero for a corner in it
+};
+
+/// Where the edges of `t` pierce a plane, given the exact sides and the distances of its corners.
+std::vector<End> piercings(const Triangle& t, const std::array<int, 3>& side, const Vec3d& distance) {
+    std::vector<End> ends;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3;
+        const std::size_t k = (i + 2) % 3;
+        if (side[i] == 0) {
+            // The edge that rises from the corner stands for it when edges are crossed for a normal.
+            const Vec3d rise = side[j] != 0 ? t[j] - t[i] : t[k] - t[i];
+            ends.push_back({0, t[i], rise});
+        } else if (side[i] * side[j] < 0) {
+            const double a = distance[static_cast<int>(i)];
+            const double b = distance[static_cast<int>(j)];
+            const double f = a != b ? std::clamp(a / (a - b), 0.0, 1.0) : 0.5;
+            ends.push_back({0, t[i] + f * (t[j] - t[i]), t[j] - t[i]});
+        }
+    }
+    return ends;
+}
+
+std::pair<End, End> intervalAlong(std::vector<End>& ends, const Vec3d& direction) {
+    for (End& e : ends) e.at = direction.dot(e.point);
+    const auto byPlace = [](const End& x, const End& y) { return x.at < y.at; };
+    const auto [low, high] = std::minmax_element(ends.begin(), ends.end(), byPlace);
+    return {*low, *high};
+}
+
+std::array<int, 3> sidesOf(const Triangle& plane, const Triangle& t) {
+    return {orient3d(plane[0], plane[1], plane[2], t[0]), orient3d(plane[0], plane[1], plane[2], t[1]),
+            orient3d(plane[0], plane[1], plane[2], t[2])};
+}
+
+Vec3d distancesTo(const Triangle& plane, const Vec3d& unitNormal, const Triangle& t) {
+    return {unitNormal.dot(t[0] - plane[0]), unitNormal.dot(t[1] - plane[0]), unitNormal.dot(t[2] - plane[0])};
+}
+
+bool allZero(const std::array<int, 3>& s) { return s[0] == 0 && s[1] == 0 && s[2] == 0; }
+
+TriangleContact atPoint(const Vec3d& p, const Vec3d& normal) { return {p, p, p, normal}; }
+
+TriangleContact betweenNearest(const Triangle& a, const Triangle& b, const Vec3d& nA, const Vec3d& nB) {
+    const NearestPoints near = nearestPoints(a, b);
+    const Vec3d gap = near.onB - near.onA;
+    Vec3d normal = nA - nB;
+    if (unit(normal) == Vec3d::Zero()) normal = longestEdge(a).cross(longestEdge(b));
+    // A gap of rounding size has no direction worth the name.
+    const double size = std::max(longestEdge(a).norm(), longestEdge(b).norm());
+    if (near.distance > 1e-12 * size) normal = gap;
+    return atPoint(0.5 * (near.onA + near.onB), normalOr(normal, longestEdge(a)));
+}
+
+/// Cuts `subject` by the prism over the edges of `window` (Sutherland and Hodgman 1974).
+std::vector<Vec3d> clip(const Triangle& subject, const Triangle& window, const Vec3d& windowNormal) {
+    std::vector<Vec3d> polygon(subject.begin(), subject.end());
+    for (std::size_t i = 0; i < 3 && !polygon.empty(); ++i) {
+        const Vec3d inward = unit(windowNormal.cross(window[(i + 1) % 3] - window[i]));
+        std::vector<Vec3d> kept;
+        for (std::size_t k = 0; k < polygon.size(); ++k) {
+            const Vec3d& p = polygon[k];
+            const Vec3d& q = polygon[(k + 1) % polygon.size()];
+            const double dp = inward.dot(p - window[i]);
+            const double dq = inward.dot(q - window[i]);
+            if (dp >= 0) kept.push_back(p);
+            if ((dp < 0) != (dq < 0)) kept.push_back(p + dp / (dp - dq) * (q - p));
+        }
+        polygon = std::move(kept);
+    }
+    return polygon;
+}
+
+TriangleContact ofOverlap(const std::vector<Vec3d>& polygon, const Vec3d& normal) {
+    TriangleContact contact = atPoint(polygon.front(), normal);
+    double longest = 0;
+    for (const Vec3d& p : polygon)
+        for (const Vec3d& q : polygon)
+            if ((q - p).squaredNorm() > longest) {
+                longest = (q - p).squaredNorm();
+                contact.from = p;
+                contact.to = q;
+            }
+    contact.point = 0.5 * (contact.from + contact.to);
+    return contact;
+}
+
+TriangleContact coplanarContact(const Triangle& a, const Triangle& b, const Vec3d& nA, const Vec3d& nB) {
+    const std::vector<Vec3d> polygon = nB != Vec3d::Zero() ? clip(a, b, nB) : clip(b, a, nA);
+    if (polygon.empty()) return betweenNearest(a, b, nA, nB);
+    // Faces that look at each other push along A's outside; nearly equal normals cancel to nothing worth keeping.
+    const Vec3d apart = nA - nB;
+    return ofOverlap(polygon, normalOr(apart.norm() > 1e-6 ? apart : nA, longestEdge(a)));
+}
+
+/// `thin` has no area; `t` has.
+TriangleContact segmentContact(const Triangle& thin, const Triangle& t, const Vec3d& unitNormal, const Vec3d& normal) {
+    std::vector<End> ends = piercings(thin, sidesOf(t, thin), distancesTo(t, unitNormal, thin));
+    if (ends.empty()) return atPoint(nearestPoints(thin, t).onB, normal);
+    Vec3d middle = Vec3d::Zero();
+    for (const End& e : ends) middle += e.point;
+    return atPoint(middle / static_cast<double>(ends.size()), normal);
+}
+
+}  // namespace
+
+TriangleContact contactOf(const Triangle& a, const Triangle& b) {
+    const bool thinA = isDegenerate(a);
+    const bool thinB = isDegenerate(b);
+    const Vec3d nA = thinA ? Vec3d(Vec3d::Zero()) : unit(areaNormal(a));
+    const Vec3d nB = thinB ? Vec3d(Vec3d::Zero()) : unit(areaNormal(b));
+    if (!trianglesIntersect(a, b) || (thinA && thinB)) return betweenNearest(a, b, nA, nB);
+
+    if (thinB) {
+        if (!allZero(sidesOf(a, b))) return segmentContact(b, a, nA, nA);
+        return coplanarContact(a, b, nA, nB);
+    }
+    const std::array<int, 3> sideA = sidesOf(b, a);
+    if (allZero(sideA)) return coplanarContact(a, b, nA, nB);
+    if (thinA) return segmentContact(a, b, nB, -nB);
+
+    const std::array<int, 3> sideB = sidesOf(a, b);
+    std::vector<End> endsA = piercings(a, sideA, distancesTo(b, nB, a));
+    std::vector<End> endsB = piercings(b, sideB, distancesTo(a, nA, b));
+    if (endsA.empty() || endsB.empty()) return betweenNearest(a, b, nA, nB);
+    Vec3d line = nA.cross(nB);
+    if (unit(line) == Vec3d::Zero()) line = endsA.back().point - endsA.front().point;
+    line = unit(line);
+    const auto [lowA, highA] = intervalAlong(endsA, line);
+    const auto [lowB, highB] = intervalAlong(endsB, line);
+    const bool lowIsA = lowA.at >= lowB.at;
+    const bool highIsA = highA.at <= highB.at;
+    const End& low = lowIsA ? lowA : lowB;
+    const End& high = highIsA ? highA : highB;
+
+    TriangleContact contact;
+    contact.from = low.point;
+    contact.to = high.point;
+    contact.point = 0.5 * (low.point + high.point);
+    if (low.at > high.at) contact.from = contact.to = contact.point;  // they touch, and rounding parted them
+    if (lowIsA == highIsA) {
+        // Equal intervals belong to both; both normals then say something.
+        const bool shared = lowA.at == lowB.at && highA.at == highB.at;
+        const Vec3d apart = nA - nB;
+        contact.normal = shared ? normalOr(apart, line) : (lowIsA ? Vec3d(-nB) : nA);
+        return contact;
+    }
+    const Vec3d apart = nA - nB;
+    Vec3d across = unit((lowIsA ? low.edge : high.edge).cross(lowIsA ? high.edge : low.edge));
+    if (across.dot(apart) < 0) across = -across;
+    contact.normal = across != Vec3d::Zero() ? across : normalOr(apart, line);
+    return contact;
+}
+
+namespace {
+
+/// Nearest point of a triangle to p (C. Ericson, Real-Time Collision Detection, 5.1.5).
+Vec3d nearestOnTriangle(const Triangle& t, const Vec3d& p) {
+    const Vec3d ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
+    const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+    if (d1 <= 0 && d2 <= 0) return t[0];
+    const Vec3d bp = p - t[1];
+    const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+    if (d3 >= 0 && d4 <= d3) return t[1];
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) return d1 == d3 ? t[0] : Vec3d(t[0] + d1 / (d1 - d3) * ab);
+    const Vec3d cp = p - t[2];
+    const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+    if (d6 >= 0 && d5 <= d6) return t[2];
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) return d2 == d6 ? t[0] : Vec3d(t[0] + d2 / (d2 - d6) * ac);
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+        const double length = (d4 - d3) + (d5 - d6);
+        return length == 0 ? t[1] : Vec3d(t[1] + (d4 - d3) / length * (t[2] - t[1]));
+    }
+    const double scale = 1 / (va + vb + vc);
+    return t[0] + vb * scale * ab + vc * scale * ac;
+}
+
+/// Nearest points of two segments (Ericson, 5.1.9).
+NearestPoints nearestOnSegments(const Vec3d& p1, const Vec3d& q1, const Vec3d& p2, const Vec3d& q2) {
+    const Vec3d d1 = q1 - p1, d2 = q2 - p2, r = p1 - p2;
+    const double a = d1.squaredNorm(), e = d2.squaredNorm(), f = d2.dot(r);
+    double s = 0, t = 0;
+    if (a > 0 && e > 0) {
+        const double c = d1.dot(r), b = d1.dot(d2), denominator = a * e - b * b;
+        if (denominator > 0) s = std::clamp((b * f - c * e) / denominator, 0.0, 1.0);
+        t = (b * s + f) / e;
+        if (t < 0) {
+            t = 0;
+            s = std::clamp(-c / a, 0.0, 1.0);
+        } else if (t > 1) {
+            t = 1;
+            s = std::clamp((b - c) / a, 0.0, 1.0);
+        }
+    } else if (a > 0) {
+        s = std::clamp(-d1.dot(r) / a, 0.0, 1.0);
+    } else if (e > 0) {
+        t = std::clamp(f / e, 0.0, 1.0);
+    }
+    NearestPoints out{p1 + s * d1, p2 + t * d2, 0};
+    out.distance = (out.onA - out.onB).norm();
+    return out;
+}
+
+}  // namespace
+
+NearestPoints nearestPoints(const Triangle& a, const Triangle& b) {
+    NearestPoints best;
+    best.distance = std::numeric_limits<double>::infinity();
+    const auto offer = [&](const Vec3d& onA, const Vec3d& onB) {
+        const double distance = (onA - onB).norm();
+        if (distance < best.distance) best = {onA, onB, distance};
+    };
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) {
+            const NearestPoints near = nearestOnSegments(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]);
+            offer(near.onA, near.onB);
+        }
+    for (const Vec3d& p : a) offer(p, nearestOnTriangle(b, p));
+    for (const Vec3d& p : b) offer(nearestOnTriangle(a, p), p);
+    return best;
+}
+
+}  // namespace tessera

@@ -1,0 +1,31 @@
+/// Where two triangles meet, in words a response can use: a point and a normal. Computed in ordinary double: what the
+/// exact predicate decides is *whether*, this is *where*, to rounding.
+#pragma once
+
+#include "server/collision/mesh/TriangleTriangle.h"
+
+namespace tessera {
+
+struct TriangleContact {
+    Vec3d from, to;  ///< the segment in which they meet; equal ends for a point; the longest way across for coplanar overlap
+    Vec3d point;     ///< its middle
+    Vec3d normal;    ///< unit length, from A to B: the way in which B has to go to be free of A
+};
+
+/// The contact of two triangles that meet. Winding matters: corners run counter-clockwise seen from outside.
+///
+/// Normal: where A's edges pierce B, against B's outside; where B's edges pierce A, along A's outside; where an edge
+/// meets an edge, across both. `contactOf(b, a)` has the opposite normal, but for coplanar triangles that look the same
+/// way (no side is the outer one; A's normal is taken). For triangles that do not quite meet: the contact between their
+/// nearest points.
+[[nodiscard]] TriangleContact contactOf(const Triangle& a, const Triangle& b);
+
+struct NearestPoints {
+    Vec3d onA, onB;
+    double distance = 0;
+};
+
+/// Nearest points of the edges and corners of one to the other; of two triangles that do not meet, the nearest points.
+[[nodiscard]] NearestPoints nearestPoints(const Triangle& a, const Triangle& b);
+
+}  // namespace tessera
