@@ -1,0 +1,91 @@
+/// The OpenGL 4.5 functions that drawing uses, as a table filled from one surface. No libGL is linked: OSMesa and libGL
+/// both export the gl* names, and only one of them may be in a process.
+#pragma once
+
+#include <GL/glcorearb.h>
+
+#include "client/draw/Surface.h"
+
+namespace tessera {
+
+/// X(name without "gl", name in capitals as in PFNGL…PROC).
+#define TESSERA_GL_FUNCTIONS(X)                                             \
+    X(BindBufferBase, BINDBUFFERBASE)                                       \
+    X(BindFramebuffer, BINDFRAMEBUFFER)                                     \
+    X(BindTextureUnit, BINDTEXTUREUNIT)                                     \
+    X(BindVertexArray, BINDVERTEXARRAY)                                     \
+    X(BlendFuncSeparate, BLENDFUNCSEPARATE)                                 \
+    X(BlitNamedFramebuffer, BLITNAMEDFRAMEBUFFER)                           \
+    X(AttachShader, ATTACHSHADER)                                           \
+    X(CheckNamedFramebufferStatus, CHECKNAMEDFRAMEBUFFERSTATUS)             \
+    X(ClearNamedFramebufferfv, CLEARNAMEDFRAMEBUFFERFV)                     \
+    X(ClearNamedFramebufferuiv, CLEARNAMEDFRAMEBUFFERUIV)                   \
+    X(ClipControl, CLIPCONTROL)                                             \
+    X(CompileShader, COMPILESHADER)                                         \
+    X(CopyNamedBufferSubData, COPYNAMEDBUFFERSUBDATA)                       \
+    X(CreateBuffers, CREATEBUFFERS)                                         \
+    X(CreateFramebuffers, CREATEFRAMEBUFFERS)                               \
+    X(CreateProgram, CREATEPROGRAM)                                         \
+    X(CreateRenderbuffers, CREATERENDERBUFFERS)                             \
+    X(CreateShader, CREATESHADER)                                           \
+    X(CreateTextures, CREATETEXTURES)                                       \
+    X(CreateVertexArrays, CREATEVERTEXARRAYS)                               \
+    X(CullFace, CULLFACE)                                                   \
+    X(DeleteBuffers, DELETEBUFFERS)                                         \
+    X(DeleteFramebuffers, DELETEFRAMEBUFFERS)                               \
+    X(DeleteProgram, DELETEPROGRAM)                                         \
+    X(DeleteRenderbuffers, DELETERENDERBUFFERS)                             \
+    X(DeleteShader, DELETESHADER)                                           \
+    X(DeleteTextures, DELETETEXTURES)                                       \
+    X(DeleteVertexArrays, DELETEVERTEXARRAYS)                               \
+    X(DepthFunc, DEPTHFUNC)                                                 \
+    X(DepthMask, DEPTHMASK)                                                 \
+    X(Disable, DISABLE)                                                     \
+    X(DrawElementsInstancedBaseVertexBaseInstance, DRAWELEMENTSINSTANCEDBASEVERTEXBASEINSTANCE) \
+    X(Enable, ENABLE)                                                       \
+    X(EnableVertexArrayAttrib, ENABLEVERTEXARRAYATTRIB)                     \
+    X(FrontFace, FRONTFACE)                                                 \
+    X(GenerateTextureMipmap, GENERATETEXTUREMIPMAP)                         \
+    X(GetError, GETERROR)                                                   \
+    X(GetIntegerv, GETINTEGERV)                                             \
+    X(GetProgramInfoLog, GETPROGRAMINFOLOG)                                 \
+    X(GetProgramiv, GETPROGRAMIV)                                           \
+    X(GetShaderInfoLog, GETSHADERINFOLOG)                                   \
+    X(GetShaderiv, GETSHADERIV)                                             \
+    X(GetString, GETSTRING)                                                 \
+    X(LinkProgram, LINKPROGRAM)                                             \
+    X(NamedBufferData, NAMEDBUFFERDATA)                                     \
+    X(NamedBufferSubData, NAMEDBUFFERSUBDATA)                               \
+    X(NamedFramebufferReadBuffer, NAMEDFRAMEBUFFERREADBUFFER)               \
+    X(NamedFramebufferRenderbuffer, NAMEDFRAMEBUFFERRENDERBUFFER)           \
+    X(NamedRenderbufferStorageMultisample, NAMEDRENDERBUFFERSTORAGEMULTISAMPLE) \
+    X(PixelStorei, PIXELSTOREI)                                             \
+    X(ReadPixels, READPIXELS)                                               \
+    X(Scissor, SCISSOR)                                                     \
+    X(ShaderSource, SHADERSOURCE)                                           \
+    X(TextureParameteri, TEXTUREPARAMETERI)                                 \
+    X(TextureStorage2D, TEXTURESTORAGE2D)                                   \
+    X(TextureSubImage2D, TEXTURESUBIMAGE2D)                                 \
+    X(UseProgram, USEPROGRAM)                                               \
+    X(VertexArrayAttribBinding, VERTEXARRAYATTRIBBINDING)                   \
+    X(VertexArrayAttribFormat, VERTEXARRAYATTRIBFORMAT)                     \
+    X(VertexArrayAttribIFormat, VERTEXARRAYATTRIBIFORMAT)                   \
+    X(VertexArrayBindingDivisor, VERTEXARRAYBINDINGDIVISOR)                 \
+    X(VertexArrayElementBuffer, VERTEXARRAYELEMENTBUFFER)                   \
+    X(VertexArrayVertexBuffer, VERTEXARRAYVERTEXBUFFER)                     \
+    X(Viewport, VIEWPORT)
+
+/// `gl.Clear(…)` for glClear(…). Valid for the surface it was loaded from, on its thread.
+struct GlFunctions {
+#define TESSERA_GL_MEMBER(name, upper) PFNGL##upper##PROC name = nullptr;
+    TESSERA_GL_FUNCTIONS(TESSERA_GL_MEMBER)
+#undef TESSERA_GL_MEMBER
+
+    /// The surface must be current. kUnsupported: it gives less than OpenGL 4.5, and says what it gives.
+    [[nodiscard]] static Expected<GlFunctions> load(const Surface& surface);
+
+    /// The first error since the last call, in words. GL reports late: `what` is what was being done.
+    [[nodiscard]] Expected<void> check(std::string_view what) const;
+};
+
+}  // namespace tessera

@@ -1,0 +1,159 @@
+#include "client/draw/MeshBuffers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "common/geometry/Mesh.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::uint64_t kFirstCapacity = 64 * 1024;
+
+/// sRGB byte -> linear, 16 bit.
+std::array<std::uint16_t, 256> makeLinearTable() {
+    std::array<std::uint16_t, 256> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) {
+        const double s = static_cast<double>(i) / 255.0;
+        const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+        table[i] = static_cast<std::uint16_t>(std::lround(linear * 65535.0));
+    }
+    return table;
+}
+
+std::vector<MeshVertex> interleave(const Geometry& geometry) {
+    static const std::array<std::uint16_t, 256> kLinear = makeLinearTable();
+    const std::span<const float> positions = geometry.positions.as<float>();
+    const std::span<const float> normals = geometry.normals.as<float>();
+    const std::span<const float> texcoords = geometry.texcoords.as<float>();
+    const std::span<const std::uint8_t> colors = geometry.colors.as<std::uint8_t>();
+    std::vector<MeshVertex> vertices(positions.size() / 3);
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        MeshVertex& v = vertices[i];
+        v.position = {positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]};
+        v.normal = {0, 0, 0};
+        if (!normals.empty()) v.normal = {normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]};
+        v.color = {0xffff, 0xffff, 0xffff, 0xffff};
+        if (!colors.empty())
+            v.color = {kLinear[colors[4 * i]], kLinear[colors[4 * i + 1]], kLinear[colors[4 * i + 2]],
+                       static_cast<std::uint16_t>(colors[4 * i + 3] * 257)};
+        v.texcoord = {0, 0};
+        if (!texcoords.empty()) v.texcoord = {texcoords[2 * i], texcoords[2 * i + 1]};
+    }
+    return vertices;
+}
+
+bool allResident(const Geometry& g) {
+    for (const Blob* blob : {&g.positions, &g.normals, &g.colors, &g.texcoords, &g.indices})
+        if (!blob->empty() && !blob->resident()) return false;
+    return true;
+}
+
+}  // namespace
+
+std::size_t MeshBuffers::KeyHash::operator()(const Key& key) const {
+    std::size_t h = 0;
+    for (const BlobId& id : key) h = h * 0x9E3779B97F4A7C15ull + id.low;
+    return h;
+}
+
+MeshBuffers::MeshBuffers(const GlFunctions& gl, GLuint vertexArray, std::size_t budgetBytes)
+    : gl_(gl), vertexArray_(vertexArray), budgetBytes_(budgetBytes) {}
+
+MeshBuffers::~MeshBuffers() {
+    gl_.DeleteBuffers(1, &vertices_.name);
+    gl_.DeleteBuffers(1, &indices_.name);
+}
+
+void MeshBuffers::beginDraw() {
+    if (residentBytes() > budgetBytes_) makeRoom();
+    ++draw_;
+}
+
+std::size_t MeshBuffers::residentBytes() const {
+    return vertices_.ranges.used() * sizeof(MeshVertex) + indices_.ranges.used() * sizeof(std::uint32_t);
+}
+
+std::optional<MeshRange> MeshBuffers::find(const Geometry& geometry) {
+    const Key key{geometry.positions.id(), geometry.normals.id(), geometry.colors.id(), geometry.texcoords.id(),
+                  geometry.indices.id()};
+    auto it = meshes_.find(key);
+    if (it == meshes_.end()) {
+        if (!allResident(geometry)) return std::nullopt;
+        it = meshes_.emplace(key, upload(geometry)).first;
+    }
+    it->second.lastDraw = draw_;
+    if (it->second.refused) return std::nullopt;
+    return it->second.range;
+}
+
+MeshBuffers::Mesh MeshBuffers::upload(const Geometry& geometry) {
+    Mesh mesh;
+    const MeshArrays arrays{.positions = geometry.positions,
+                            .normals = geometry.normals,
+                            .colors = geometry.colors,
+                            .texcoords = geometry.texcoords,
+                            .indices = geometry.indices};
+    if (!checkMesh(arrays)) {
+        mesh.refused = true;
+        return mesh;
+    }
+    const std::vector<MeshVertex> vertices = interleave(geometry);
+    const std::span<const std::uint32_t> indices = geometry.indices.as<std::uint32_t>();
+    const std::uint64_t baseVertex = place(vertices_, vertices.size(), sizeof(MeshVertex));
+    const std::uint64_t firstIndex = place(indices_, indices.size(), sizeof(std::uint32_t));
+    gl_.NamedBufferSubData(vertices_.name, static_cast<GLintptr>(baseVertex * sizeof(MeshVertex)),
+                           static_cast<GLsizeiptr>(vertices.size() * sizeof(MeshVertex)), vertices.data());
+    gl_.NamedBufferSubData(indices_.name, static_cast<GLintptr>(firstIndex * sizeof(std::uint32_t)),
+                           static_cast<GLsizeiptr>(indices.size_bytes()), indices.data());
+    mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstIndex),
+                  .indexCount = static_cast<std::uint32_t>(indices.size()),
+                  .baseVertex = static_cast<std::int32_t>(baseVertex),
+                  .hasNormals = !geometry.normals.empty()};
+    mesh.vertexCount = vertices.size();
+    return mesh;
+}
+
+std::uint64_t MeshBuffers::place(Buffer& buffer, std::uint64_t count, std::size_t elementBytes) {
+    if (const auto start = buffer.ranges.allocate(count)) return *start;
+    const std::uint64_t old = buffer.ranges.capacity();
+    const std::uint64_t capacity = std::max({kFirstCapacity, 2 * old, old + count});
+    GLuint larger = 0;
+    gl_.CreateBuffers(1, &larger);
+    gl_.NamedBufferData(larger, static_cast<GLsizeiptr>(capacity * elementBytes), nullptr, GL_STATIC_DRAW);
+    if (buffer.name) {
+        gl_.CopyNamedBufferSubData(buffer.name, larger, 0, 0, static_cast<GLsizeiptr>(old * elementBytes));
+        gl_.DeleteBuffers(1, &buffer.name);
+    }
+    buffer.name = larger;
+    buffer.ranges.grow(capacity);
+    rebind();
+    const auto start = buffer.ranges.allocate(count);
+    TESSERA_CHECK(start, "the grown buffer has room");
+    return *start;
+}
+
+void MeshBuffers::rebind() {
+    if (vertices_.name) gl_.VertexArrayVertexBuffer(vertexArray_, 0, vertices_.name, 0, sizeof(MeshVertex));
+    if (indices_.name) gl_.VertexArrayElementBuffer(vertexArray_, indices_.name);
+}
+
+void MeshBuffers::makeRoom() {
+    // Least recently drawn first, until three quarters of the budget are left, so that this does not happen every frame.
+    std::vector<std::pair<std::uint64_t, const Key*>> byAge;
+    byAge.reserve(meshes_.size());
+    for (const auto& [key, mesh] : meshes_)
+        if (mesh.lastDraw != draw_) byAge.emplace_back(mesh.lastDraw, &key);
+    std::sort(byAge.begin(), byAge.end());
+    for (const auto& [age, key] : byAge) {
+        if (residentBytes() <= budgetBytes_ / 4 * 3) return;
+        const auto it = meshes_.find(*key);
+        const Mesh& mesh = it->second;
+        vertices_.ranges.release(static_cast<std::uint64_t>(mesh.range.baseVertex), mesh.vertexCount);
+        indices_.ranges.release(mesh.range.firstIndex, mesh.range.indexCount);
+        meshes_.erase(it);
+    }
+}
+
+}  // namespace tessera

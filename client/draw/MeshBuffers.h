@@ -1,0 +1,78 @@
+/// Meshes in GL buffers, found by content: geometries that share arrays share the memory.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+
+#include "client/draw/GlFunctions.h"
+#include "client/draw/RangeAllocator.h"
+#include "common/scene/Cores.h"
+
+namespace tessera {
+
+/// One vertex as the vertex array describes it to GL.
+struct MeshVertex {
+    std::array<float, 3> position;
+    std::array<float, 3> normal;        ///< zero: none, shaded by the face
+    std::array<std::uint16_t, 4> color;  ///< linear, normalised
+    std::array<float, 2> texcoord;
+};
+static_assert(sizeof(MeshVertex) == 40);
+
+/// Where a mesh lies in the two buffers.
+struct MeshRange {
+    std::uint32_t firstIndex = 0, indexCount = 0;
+    std::int32_t baseVertex = 0;
+    bool hasNormals = false;
+};
+
+/// One vertex and one index buffer for all meshes of a renderer. Meshes that have not been drawn for a while make room for
+/// others once `budgetBytes` is exceeded; what one frame needs is never thrown out in that frame.
+class MeshBuffers {
+public:
+    MeshBuffers(const GlFunctions& gl, GLuint vertexArray, std::size_t budgetBytes);
+    ~MeshBuffers();
+    MeshBuffers(const MeshBuffers&) = delete;
+    MeshBuffers& operator=(const MeshBuffers&) = delete;
+
+    /// Call before the first `find` of a draw.
+    void beginDraw();
+    /// Uploads on first sight. Nothing: an array is absent (it may come later), or checkMesh refuses the mesh (it is not
+    /// looked at again: the same arrays will never be better).
+    [[nodiscard]] std::optional<MeshRange> find(const Geometry& geometry);
+
+    [[nodiscard]] std::size_t residentBytes() const;
+    [[nodiscard]] std::size_t meshCount() const { return meshes_.size(); }
+
+private:
+    using Key = std::array<BlobId, 5>;
+    struct KeyHash {
+        std::size_t operator()(const Key& key) const;
+    };
+    struct Mesh {
+        MeshRange range;
+        std::uint64_t vertexCount = 0;
+        std::uint64_t lastDraw = 0;
+        bool refused = false;
+    };
+    struct Buffer {
+        GLuint name = 0;
+        RangeAllocator ranges;
+    };
+
+    Mesh upload(const Geometry& geometry);
+    std::uint64_t place(Buffer& buffer, std::uint64_t count, std::size_t elementBytes);
+    void rebind();
+    void makeRoom();
+
+    const GlFunctions& gl_;
+    GLuint vertexArray_;
+    std::size_t budgetBytes_;
+    Buffer vertices_, indices_;
+    std::unordered_map<Key, Mesh, KeyHash> meshes_;
+    std::uint64_t draw_ = 0;
+};
+
+}  // namespace tessera

@@ -1,0 +1,51 @@
+/// Images as GL textures with mipmaps, found by content.
+#pragma once
+
+#include <cstdint>
+#include <unordered_map>
+
+#include "client/draw/GlFunctions.h"
+#include "common/scene/Cores.h"
+
+namespace tessera {
+
+/// Trilinear, repeating, sRGB decoded on reading. Textures that have not been drawn for a while are dropped once the
+/// budget is exceeded.
+class TextureCache {
+public:
+    TextureCache(const GlFunctions& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {}
+    ~TextureCache();
+    TextureCache(const TextureCache&) = delete;
+    TextureCache& operator=(const TextureCache&) = delete;
+
+    void beginDraw();
+    /// 0: the image's bytes are absent or do not have its size; what it belongs to is then drawn as if it had none.
+    [[nodiscard]] GLuint find(const Image& image);
+
+    [[nodiscard]] std::size_t residentBytes() const { return bytes_; }
+
+private:
+    struct Key {
+        BlobId pixels;
+        std::int64_t widthPx = 0;
+        bool operator==(const Key&) const = default;
+    };
+    struct KeyHash {
+        std::size_t operator()(const Key& key) const {
+            return std::hash<BlobId>{}(key.pixels) ^ static_cast<std::size_t>(key.widthPx);
+        }
+    };
+    struct Texture {
+        GLuint name = 0;
+        std::size_t bytes = 0;
+        std::uint64_t lastDraw = 0;
+    };
+
+    const GlFunctions& gl_;
+    std::size_t budgetBytes_;
+    std::size_t bytes_ = 0;
+    std::unordered_map<Key, Texture, KeyHash> textures_;
+    std::uint64_t draw_ = 0;
+};
+
+}  // namespace tessera

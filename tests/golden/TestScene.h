@@ -1,0 +1,143 @@
+/// Hand-made scenes for tests that look at pictures.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "common/geometry/Mesh.h"
+#include "common/scene/Aspect.h"
+#include "common/scene/FieldTable.h"
+#include "common/wall/View.h"
+
+namespace tessera::test {
+
+/// Collects a scene object by object; `take` applies it to an empty aspect.
+class TestScene {
+public:
+    ObjectId add(const MeshData& mesh, ObjectId material = {}) { return add(mesh.toArrays(), material); }
+    ObjectId add(const MeshArrays& arrays, ObjectId material = {}) {
+        const ObjectId id = create<Geometry>();
+        set<Geometry>(id, field::kPositions, arrays.positions);
+        if (!arrays.normals.empty()) set<Geometry>(id, field::kNormals, arrays.normals);
+        if (!arrays.colors.empty()) set<Geometry>(id, field::kColors, arrays.colors);
+        if (!arrays.texcoords.empty()) set<Geometry>(id, field::kTexcoords, arrays.texcoords);
+        set<Geometry>(id, field::kIndices, arrays.indices);
+        if (material) set<Geometry>(id, field::kGeometryMaterial, material);
+        return id;
+    }
+    ObjectId add(const Material& material) {
+        const ObjectId id = create<Material>();
+        set<Material>(id, field::kBaseColor, material.baseColor);
+        set<Material>(id, field::kMetallic, material.metallic);
+        set<Material>(id, field::kRoughness, material.roughness);
+        set<Material>(id, field::kEmissive, material.emissive);
+        if (material.baseColorImage) set<Material>(id, field::kBaseColorImage, material.baseColorImage);
+        set<Material>(id, field::kDoubleSided, material.doubleSided);
+        return id;
+    }
+    ObjectId addImage(const Blob& pixels, int widthPx, int heightPx) {
+        const ObjectId id = create<Image>();
+        set<Image>(id, field::kPixels, pixels);
+        set<Image>(id, field::kImageWidth, std::int64_t{widthPx});
+        set<Image>(id, field::kImageHeight, std::int64_t{heightPx});
+        return id;
+    }
+    /// A light of sky and ground, and the colour of what is empty.
+    void setEnvironment(const Vec3f& sky, const Vec3f& ground, const Vec3f& background) {
+        const ObjectId id = create<Environment>();
+        set<Environment>(id, field::kSky, sky);
+        set<Environment>(id, field::kGround, ground);
+        set<Environment>(id, field::kBackground, background);
+        addNode(id);
+    }
+    /// Only what is emitted can be seen: no ambient light, and a lamp without power, since a scene without lamps is given
+    /// some.
+    void setDark(const Vec3f& background = Vec3f::Zero()) {
+        setEnvironment(Vec3f::Zero(), Vec3f::Zero(), background);
+        addDirectionalLight(-Vec3d::UnitZ(), Vec3f::Ones(), 0);
+    }
+    void addPointLight(const Vec3d& position, const Vec3f& color, float intensity, float range = 0) {
+        const ObjectId id = create<PointLight>();
+        set<PointLight>(id, field::kLightColor, color);
+        set<PointLight>(id, field::kLightIntensity, intensity);
+        set<PointLight>(id, field::kLightRange, range);
+        addNode(id, addTransform(position));
+    }
+    /// Travels along `direction`.
+    void addDirectionalLight(const Vec3d& direction, const Vec3f& color, float intensity) {
+        const ObjectId id = create<DirectionalLight>();
+        set<DirectionalLight>(id, field::kLightColor, color);
+        set<DirectionalLight>(id, field::kLightIntensity, intensity);
+        addNode(id, addTransform(Vec3d::Zero(), Quatd::FromTwoVectors(-Vec3d::UnitZ(), direction)));
+    }
+    ObjectId addTransform(const Vec3d& translation, const Quatd& rotation = Quatd::Identity(),
+                          const Vec3d& scale = Vec3d::Ones(), ObjectId parent = kRootNode) {
+        const ObjectId id = create<Transform>();
+        set<Transform>(id, field::kTranslation, translation);
+        set<Transform>(id, field::kRotation, rotation);
+        set<Transform>(id, field::kScale, scale);
+        return addNode(id, parent);
+    }
+    ObjectId addNode(ObjectId core, ObjectId parent = kRootNode) {
+        const ObjectId id = create<Node>();
+        set<Node>(id, field::kNodeCore, core);
+        list_.place(id, parent);
+        return id;
+    }
+    /// A geometry at a place: the node that holds it.
+    ObjectId place(ObjectId geometry, const Vec3d& translation, const Quatd& rotation = Quatd::Identity(),
+                   const Vec3d& scale = Vec3d::Ones()) {
+        return addNode(geometry, addTransform(translation, rotation, scale));
+    }
+
+    [[nodiscard]] Aspect take() {
+        Aspect aspect;
+        const auto applied = aspect.apply(list_.take());
+        EXPECT_TRUE(applied) << applied.error().message;
+        return aspect;
+    }
+
+private:
+    template <typename T>
+    ObjectId create() {
+        const ObjectId id{next_++};
+        list_.create(id, typeOf<T>());
+        return id;
+    }
+    template <typename T, typename Value>
+    void set(ObjectId id, FieldId field, const Value& value) {
+        list_.set(id, typeOf<T>(), field, toValue(value));
+    }
+
+    ChangeListBuilder list_;
+    std::uint64_t next_ = 2;  // 1 is the root
+};
+
+/// A rectangle in the plane z = 0 that faces +Z, with texture coordinates.
+[[nodiscard]] inline MeshData makeSheet(double width, double height, float repeats = 1) {
+    const auto w = static_cast<float>(width / 2), h = static_cast<float>(height / 2);
+    MeshData mesh;
+    mesh.positions = {-w, -h, 0, w, -h, 0, w, h, 0, -w, h, 0};
+    mesh.normals = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+    mesh.texcoords = {0, repeats, repeats, repeats, repeats, 0, 0, 0};
+    mesh.indices = {0, 1, 2, 0, 2, 3};
+    return mesh;
+}
+
+/// A flat screen of width x height metres around the origin in the plane z = 0, seen from `eye`.
+[[nodiscard]] inline ScreenCamera cameraOf(int widthPx, int heightPx, const Vec3d& eye = {0, 0, 2.4},
+                                           double widthMetres = 3.2, const View& view = {}) {
+    const double heightMetres = widthMetres * heightPx / widthPx;
+    Screen screen;
+    screen.lowerLeft = {-widthMetres / 2, -heightMetres / 2, 0};
+    screen.lowerRight = {widthMetres / 2, -heightMetres / 2, 0};
+    screen.upperLeft = {-widthMetres / 2, heightMetres / 2, 0};
+    screen.grid.tileWidthPx = widthPx;
+    screen.grid.tileHeightPx = heightPx;
+    User user;
+    user.position = eye;
+    return screenCamera(screen, user, Eye::kCenter, view);
+}
+
+}  // namespace tessera::test
