@@ -1,7 +1,10 @@
-/// Wall configurations as protobuf text files (proto/wall.proto) and as bytes for the wire.
+/// Wall configurations as protobuf text files (proto/wall.proto) and as bytes for the wire; where shipped ones lie.
 #pragma once
 
+#include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
@@ -9,12 +12,27 @@
 
 namespace tessera {
 
-/// Errors read `file:line:column: text`; an unknown key names the nearest known one. The result has passed checkWall.
+/// Files and messages above this size are refused.
+inline constexpr std::size_t kMaxWallBytes = std::size_t{1} << 20;
+
+/// Errors read `file:line:column: text`; an unknown key names the nearest known one. The result has passed checkWall. A
+/// wall without a name gets that of its file, without folder and extension.
 [[nodiscard]] Expected<Wall> parseWall(std::string_view text, std::string_view fileName);
 /// Reads a file, at most 1 MiB.
 [[nodiscard]] Expected<Wall> loadWall(const std::string& path);
 
 [[nodiscard]] Bytes encodeWall(const Wall& wall);
+/// Never crashes whatever the bytes are; the result has passed checkWall.
 [[nodiscard]] Expected<Wall> decodeWall(ByteSpan bytes);
+
+/// Folders with shipped walls (NAME.wall), seen from a program: beside it in a build, in an installation, in the
+/// sources.
+[[nodiscard]] std::vector<std::string> wallFolders(const std::string& executablePath);
+/// A name without a slash is first looked for as NAME.wall in `folders`, then as a file here; anything else is a path.
+/// kNotFound names the shipped walls.
+[[nodiscard]] Expected<std::string> resolveWallPath(const std::string& nameOrPath,
+                                                    std::span<const std::string> folders);
+/// resolveWallPath in the folders of this program.
+[[nodiscard]] Expected<std::string> findWall(const std::string& nameOrPath, const std::string& executablePath);
 
 }  // namespace tessera

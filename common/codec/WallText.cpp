@@ -1,0 +1,245 @@
+/// Wall files: protobuf text with errors that a person can act on.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/text_format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+#include "common/base/Nearest.h"
+#include "common/codec/WallCodec.h"
+#include "common/codec/WallMessage.h"
+#include "proto/wall.pb.h"
+
+namespace tessera {
+
+namespace {
+
+using google::protobuf::Descriptor;
+using google::protobuf::EnumDescriptor;
+using google::protobuf::FieldDescriptor;
+using google::protobuf::TextFormat;
+
+/// Line and column from 0; negative: unknown.
+struct Place {
+    int line = -1, column = -1;
+};
+
+std::string located(std::string_view file, Place place, std::string_view text) {
+    if (place.line < 0) return fmt::format("{}: {}", file, text);
+    return fmt::format("{}:{}:{}: {}", file, place.line + 1, std::max(place.column, 0) + 1, text);
+}
+
+/// The text between the first pair of quotes after `before`, where `message` has it.
+std::optional<std::string> quotedAfter(std::string_view message, std::string_view before) {
+    const std::size_t at = message.find(before);
+    if (at == std::string_view::npos) return std::nullopt;
+    const std::size_t start = at + before.size();
+    const std::size_t end = message.find('"', start);
+    if (end == std::string_view::npos) return std::nullopt;
+    return std::string(message.substr(start, end - start));
+}
+
+std::string listed(const std::vector<std::string>& names) {
+    return fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::string suggestion(const std::string& wanted, const std::vector<std::string>& known) {
+    const std::string nearest = nearestName(wanted, known);
+    return nearest.empty() ? fmt::format("known: {}", listed(known))
+                           : fmt::format("did you mean \"{}\"? (known: {})", nearest, listed(known));
+}
+
+const Descriptor* messageNamed(const std::string& fullName) {
+    return google::protobuf::DescriptorPool::generated_pool()->FindMessageTypeByName(fullName);
+}
+
+/// The enumeration of the field called `name` somewhere in a wall.
+const EnumDescriptor* enumOfField(const std::string& name) {
+    const Descriptor* wall = proto::Wall::descriptor();
+    for (int i = 0; i < wall->nested_type_count(); ++i) {
+        const FieldDescriptor* field = wall->nested_type(i)->FindFieldByName(name);
+        if (field != nullptr && field->enum_type() != nullptr) return field->enum_type();
+    }
+    return nullptr;
+}
+
+/// Keeps the first error, in our words where protobuf's do not help.
+class FirstError : public google::protobuf::io::ErrorCollector {
+public:
+    explicit FirstError(std::string_view text) : text_(text) {}
+
+    void AddError(int line, google::protobuf::io::ColumnNumber column, const std::string& message) override {
+        if (!message_.empty()) return;
+        place_ = {.line = line, .column = column};
+        message_ = message;
+        if (const auto key = quotedAfter(message, "has no field named \"")) {
+            pointAt(*key);
+            std::vector<std::string> known;
+            const auto type = quotedAfter(message, "Message type \"");
+            const Descriptor* descriptor = type ? messageNamed(*type) : nullptr;
+            for (int i = 0; descriptor != nullptr && i < descriptor->field_count(); ++i)
+                known.push_back(descriptor->field(i)->name());
+            message_ = fmt::format("unknown key \"{}\"; {}", *key, suggestion(*key, known));
+        } else if (const auto value = quotedAfter(message, "Unknown enumeration value of \"")) {
+            pointAt(*value);
+            std::vector<std::string> known;
+            const auto field = quotedAfter(message, "for field \"");
+            const EnumDescriptor* type = field ? enumOfField(*field) : nullptr;
+            for (int i = 0; type != nullptr && i < type->value_count(); ++i) known.push_back(type->value(i)->name());
+            message_ =
+                fmt::format("{} cannot be \"{}\"; {}", field.value_or("this key"), *value, suggestion(*value, known));
+        } else if (const auto twice = quotedAfter(message, "Non-repeated field \"")) {
+            pointAt(*twice);
+            message_ = fmt::format("\"{}\" is given twice here; only one is possible", *twice);
+        }
+    }
+
+    [[nodiscard]] bool any() const { return !message_.empty(); }
+    [[nodiscard]] Place place() const { return place_; }
+    [[nodiscard]] const std::string& message() const { return message_; }
+
+private:
+    /// Protobuf reports the token behind the word that is wrong: goes back to the word, which may stand on an earlier
+    /// line.
+    void pointAt(const std::string& word) {
+        std::size_t offset = 0;
+        for (int i = 0; i < place_.line && offset != std::string_view::npos; ++i) {
+            offset = text_.find('\n', offset);
+            if (offset != std::string_view::npos) ++offset;
+        }
+        if (offset == std::string_view::npos) return;
+        const std::size_t found = text_.rfind(word, offset + static_cast<std::size_t>(std::max(place_.column, 0)));
+        if (found == std::string_view::npos) return;
+        const std::size_t lineStart =
+            text_.rfind('\n', found) == std::string_view::npos ? 0 : text_.rfind('\n', found) + 1;
+        place_.line =
+            static_cast<int>(std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(found), '\n'));
+        place_.column = static_cast<int>(found - lineStart);
+    }
+
+    std::string_view text_;
+    Place place_;
+    std::string message_;
+};
+
+Place placeOf(const WallFault& fault, const TextFormat::ParseInfoTree& tree) {
+    const Descriptor* wall = proto::Wall::descriptor();
+    const auto index = static_cast<int>(fault.index);
+    const auto at = [](const TextFormat::ParseInfoTree& where, const FieldDescriptor* field, int i) {
+        const TextFormat::ParseLocation location = where.GetLocation(field, i);
+        return Place{.line = location.line, .column = location.column};
+    };
+    switch (fault.part) {
+        case WallFault::Part::kScreen:
+            return at(tree, wall->FindFieldByNumber(proto::Wall::kScreensFieldNumber), index);
+        case WallFault::Part::kUser:
+            return at(tree, wall->FindFieldByNumber(proto::Wall::kUsersFieldNumber), index);
+        case WallFault::Part::kHost:
+            return at(tree, wall->FindFieldByNumber(proto::Wall::kHostsFieldNumber), index);
+        case WallFault::Part::kTile: {
+            const TextFormat::ParseInfoTree* host =
+                tree.GetTreeForNested(wall->FindFieldByNumber(proto::Wall::kHostsFieldNumber), index);
+            if (host == nullptr) return {};
+            return at(*host, proto::Wall::Host::descriptor()->FindFieldByNumber(proto::Wall::Host::kTilesFieldNumber),
+                      static_cast<int>(fault.tile));
+        }
+        case WallFault::Part::kSync:
+            return at(tree, wall->FindFieldByNumber(proto::Wall::kSyncFieldNumber), -1);
+        case WallFault::Part::kWall:
+            return {.line = 0, .column = 0};
+    }
+    return {};
+}
+
+std::string withoutSlashes(const std::string& text) {
+    return text.find('/') == std::string::npos ? text : std::string();
+}
+
+}  // namespace
+
+Expected<Wall> parseWall(std::string_view text, std::string_view fileName) {
+    if (text.size() > kMaxWallBytes) {
+        return fail(ErrorCode::kLimit, fmt::format("{}: {} bytes, at most {} are allowed for a wall", fileName,
+                                                   text.size(), kMaxWallBytes));
+    }
+    FirstError errors(text);
+    TextFormat::ParseInfoTree tree;
+    TextFormat::Parser parser;
+    parser.RecordErrorsTo(&errors);
+    parser.WriteLocationsTo(&tree);
+    parser.SetRecursionLimit(8);
+    proto::Wall message;
+    const bool parsed = parser.ParseFromString(std::string(text), &message);
+    if (errors.any()) return fail(ErrorCode::kBadInput, located(fileName, errors.place(), errors.message()));
+    if (!parsed) return fail(ErrorCode::kBadInput, located(fileName, {}, "not a wall in protobuf text format"));
+
+    tl::expected<Wall, WallFault> wall = wallOf(message);
+    if (!wall) return fail(ErrorCode::kBadInput, located(fileName, placeOf(wall.error(), tree), wall.error().message));
+    if (wall->name.empty()) wall->name = std::filesystem::path(fileName).stem().string();
+    return std::move(*wall);
+}
+
+Expected<Wall> loadWall(const std::string& path) {
+    std::error_code code;
+    const std::filesystem::file_status status = std::filesystem::status(path, code);
+    if (!std::filesystem::exists(status))
+        return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such wall file", path));
+    if (!std::filesystem::is_regular_file(status))
+        return fail(ErrorCode::kBadInput, fmt::format("{}: not a file with a wall in it", path));
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return fail(ErrorCode::kBadInput, fmt::format("{}: cannot be opened: {}", path, std::strerror(errno)));
+    std::string text(kMaxWallBytes + 1, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    if (file.bad())
+        return fail(ErrorCode::kBadInput, fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    return parseWall(text, path);
+}
+
+std::vector<std::string> wallFolders(const std::string& executablePath) {
+    const std::filesystem::path folder = std::filesystem::path(executablePath).parent_path();
+    std::vector<std::string> folders;
+    for (const char* relative : {"../walls", "../share/tessera/walls", "../../deploy/walls"}) {
+        folders.push_back((folder / relative).lexically_normal().string());
+    }
+    return folders;
+}
+
+Expected<std::string> resolveWallPath(const std::string& nameOrPath, std::span<const std::string> folders) {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    const std::string name = withoutSlashes(nameOrPath);
+    for (const std::string& folder : folders) {
+        const fs::path shipped = fs::path(folder) / (name + ".wall");
+        if (!name.empty() && fs::is_regular_file(shipped, ignored)) return shipped.string();
+    }
+    // Whatever exists is opened: loadWall says what is wrong with a folder.
+    if (!nameOrPath.empty() && fs::exists(nameOrPath, ignored)) return nameOrPath;
+
+    std::vector<std::string> shipped;
+    for (const std::string& folder : folders) {
+        for (fs::directory_iterator it(folder, ignored), end; it != end; it.increment(ignored)) {
+            if (it->path().extension() == ".wall") shipped.push_back(it->path().stem().string());
+        }
+    }
+    std::sort(shipped.begin(), shipped.end());
+    shipped.erase(std::unique(shipped.begin(), shipped.end()), shipped.end());
+    const std::string nearest = nearestName(nameOrPath, shipped);
+    return fail(ErrorCode::kNotFound,
+                fmt::format("there is no wall \"{}\", neither shipped nor as a file{}; shipped: {}", nameOrPath,
+                            nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest),
+                            shipped.empty() ? "none found beside the program" : listed(shipped)));
+}
+
+Expected<std::string> findWall(const std::string& nameOrPath, const std::string& executablePath) {
+    return resolveWallPath(nameOrPath, wallFolders(executablePath));
+}
+
+}  // namespace tessera
