@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "client/render/MaskedCuller.h"
 #include "client/render/SceneItems.h"
 
 namespace tessera {
@@ -76,6 +77,7 @@ std::string_view nameOf(CullerKind kind) {
 
 struct RenderAction::Impl {
     CullerKind kind = CullerKind::kMasked;
+    MaskedCuller masked;
     std::vector<std::uint32_t> items;
     std::vector<Ranked> opaque, transparent;
 
@@ -102,6 +104,7 @@ DrawList RenderAction::run(const RenderScene& scene, const ScreenCamera& camera,
     }
     CullCounts count;
     count.inFrustum = items.size();
+    if (impl_->kind == CullerKind::kMasked) impl_->masked.cull(all, camera, pixels, items);
     count.drawn = items.size();
     for (const std::uint32_t item : items) count.trianglesDrawn += all.items[item].mesh->triangles;
     if (counts) *counts = count;

@@ -1,0 +1,41 @@
+/// Culling of what is hidden: draws the best occluders into a depth buffer of the tile's own pixels, tests all else.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "client/render/OccluderRasteriser.h"
+#include "client/render/OcclusionBuffer.h"
+#include "client/render/SceneItems.h"
+
+namespace tessera {
+
+/// After Hasselgren et al. 2016 in its idea (depth in software, coarse depth over it), not in its layout.
+///
+/// All occluders come first, then all tests: so the answer does not depend on an order. Hiding is strict: a hidden
+/// occluder is hidden by what stays, so that leaving it away uncovers nothing.
+class MaskedCuller {
+public:
+    /// `items`: what passed the frustum test; what is hidden is taken out.
+    void cull(const RenderScene::Impl& scene, const ScreenCamera& camera, const PixelRect& pixels,
+              std::vector<std::uint32_t>& items);
+
+private:
+    struct Candidate {
+        std::uint32_t item;
+        double cost;     ///< estimated, ns
+        double benefit;  ///< pixels hidden per ns
+        Footprint footprint;
+    };
+
+    void drawOccluders(const RenderScene::Impl& scene, const TileProjection& tile,
+                       const std::vector<std::uint32_t>& items);
+    void keepVisible(const RenderScene::Impl& scene, const TileProjection& tile, const Frustum& frustum,
+                     std::vector<std::uint32_t>& items) const;
+
+    OcclusionBuffer buffer_;
+    OccluderRasteriser rasteriser_;
+    std::vector<Candidate> candidates_;
+};
+
+}  // namespace tessera

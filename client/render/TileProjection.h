@@ -1,0 +1,71 @@
+/// From the world to the pixels of one tile, and how far a renderer in single precision may be off there.
+#pragma once
+
+#include <algorithm>
+
+#include "common/math/Box.h"
+#include "common/wall/View.h"
+
+namespace tessera {
+
+/// What of a tile a box can reach. Pixels count from the tile's lower left; pixel (i, j) is the square [i, i+1] × [j,
+/// j+1].
+struct Footprint {
+    bool nearPlane = false;  ///< reaches into the near plane; the rest is void
+    double lowerX = 0, lowerY = 0, upperX = 0, upperY = 0;
+    double nearest = 0;  ///< greatest inverse depth, noise added
+};
+
+/// Depth is kept as *inverse depth*, 1 / clip w, in 1/m: greater is nearer, and it is affine over a triangle's pixels.
+///
+/// Noise: a renderer transforms vertices in single precision. Each clip coordinate is then off by at most `noise`
+/// metres, a few roundings of the greatest intermediate value; that displaces a pixel at inverse depth d by at most
+/// noise · pixelsPerMetre · d, and depth by a share of itself.
+class TileProjection {
+public:
+    TileProjection(const ScreenCamera& camera, const PixelRect& pixels);
+
+    /// False for projections that are not a perspective along the eye's -z; nothing is said about hiding then.
+    [[nodiscard]] bool usable() const { return usable_; }
+    [[nodiscard]] int widthPx() const { return width_; }
+    [[nodiscard]] int heightPx() const { return height_; }
+    [[nodiscard]] const Mat4d& clip_T_world() const { return clip_T_world_; }
+    [[nodiscard]] double nearMetres() const { return near_; }
+    [[nodiscard]] double farMetres() const { return far_; }
+    [[nodiscard]] double pixelsPerMetre() const { return pixelsPerMetre_; }  ///< at 1 m
+    [[nodiscard]] double metresPerUnit() const { return metresPerUnit_; }
+    /// Farther than any pixel of the screen is from its corner: planes of attributes are rounded there.
+    [[nodiscard]] double screenReachPx() const { return screenReach_; }
+
+    [[nodiscard]] double xPx(double clipX, double clipW) const { return clipX / clipW * halfWidth_ + offsetX_; }
+    [[nodiscard]] double yPx(double clipY, double clipW) const { return clipY / clipW * halfHeight_ + offsetY_; }
+
+    /// In metres, for vertices met with intermediate values up to `magnitude` world units.
+    [[nodiscard]] double noise(double magnitude) const {
+        return kRounding * metresPerUnit_ * (magnitude + eyeMagnitude_);
+    }
+    /// Inverse depth as the renderer may see it at the least, and at the most.
+    [[nodiscard]] double farther(double inverseDepth, double noise) const {
+        return inverseDepth * (1 - 2 * noise / depthSlope_) - depthNoise_;
+    }
+    [[nodiscard]] double nearer(double inverseDepth, double noise) const {
+        return inverseDepth * (1 + 2 * noise / depthSlope_) + depthNoise_;
+    }
+
+    [[nodiscard]] Footprint footprint(const Mat4d& clip_T_box, const Box& box, double noise) const;
+
+private:
+    /// Four products and their sum, matrices rounded before: eight half units in the last place, doubled.
+    static constexpr double kRounding = 1.0 / (1 << 20);
+
+    bool usable_ = false;
+    int width_ = 0, height_ = 0;
+    Mat4d clip_T_world_;
+    double halfWidth_ = 0, halfHeight_ = 0, offsetX_ = 0, offsetY_ = 0;
+    double near_ = 0, far_ = 0;
+    double depthSlope_ = 1;  ///< of normalised depth over inverse depth
+    double depthNoise_ = 0;  ///< in inverse depth: what a 32-bit depth buffer and its interpolation round off
+    double pixelsPerMetre_ = 0, metresPerUnit_ = 1, eyeMagnitude_ = 0, screenReach_ = 0;
+};
+
+}  // namespace tessera

@@ -1,0 +1,136 @@
+#include <random>
+
+#include "client/render/BoxTree.h"
+#include "tests/unit/render/TestScene.h"
+
+namespace tessera {
+namespace {
+
+constexpr CullerKind kKinds[] = {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked};
+
+/// Boxes all around the eye, some of them several times in the very same place, some transparent.
+void fill(TestScene& scene, int count, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> place(-20, 20), size(0.2, 3);
+    const ObjectId glass = scene.material(0.5f);
+    for (int i = 0; i < count; ++i) {
+        const Vec3d center(place(random), place(random), place(random));
+        const Vec3d extent(size(random), size(random), size(random));
+        const ObjectId core = scene.geometry(makeBox(extent), i % 7 == 0 ? glass : ObjectId{});
+        for (int copies = i % 5 == 0 ? 3 : 1; copies > 0; --copies) scene.put(core, center);
+    }
+    scene.apply();
+}
+
+TEST(CullerNames, GoThereAndBackAndUnknownOnesAreRefused) {
+    for (const CullerKind kind : kKinds) EXPECT_EQ(parseCuller(nameOf(kind)).value(), kind);
+    const auto unknown = parseCuller("magic");
+    ASSERT_FALSE(unknown);
+    EXPECT_EQ(unknown.error().code, ErrorCode::kUsage);
+    EXPECT_NE(unknown.error().message.find("masked"), std::string::npos);
+}
+
+TEST(DrawOrder, OpaqueFrontToBackTransparentBackToFrontTiesByNode) {
+    TestScene scene;
+    const ObjectId glass = scene.material(0.5f);
+    const ObjectId solid = scene.geometry(makeBox({1, 1, 1}));
+    const ObjectId pane = scene.geometry(makeBox({1, 1, 1}), glass);
+    const ObjectId far = scene.put(solid, {0, 0, -30});
+    const ObjectId farPane = scene.put(pane, {0, 0, -28});
+    const ObjectId near = scene.put(solid, {4, 0, -10});
+    const ObjectId nearToo = scene.put(solid, {-4, 0, -10});
+    const ObjectId nearPane = scene.put(pane, {1, 0, -8});
+    const ObjectId nearPaneToo = scene.put(pane, {-1, 0, -8});
+    scene.apply();
+    const DrawList list = cull(scene, CullerKind::kFrustum, TestCamera());
+    EXPECT_EQ(nodesOf(list.opaque), (std::vector<ObjectId>{near, nearToo, far}));
+    EXPECT_EQ(nodesOf(list.transparent), (std::vector<ObjectId>{farPane, nearPane, nearPaneToo}));
+}
+
+TEST(DrawOrder, EveryTileAndCullerDrawsASubsequenceOfOneOrder) {
+    TestScene scene;
+    fill(scene, 300, 3);
+    TestCamera camera(160, 100, 3, 2);
+    camera.user.position += Vec3d(0.3, -0.2, 0);
+    RenderScene all;
+    all.update(scene.aspect, nullptr);
+    for (const Eye eye : {Eye::kCenter, Eye::kLeft, Eye::kRight}) {
+        const ScreenCamera view = camera.camera(eye);
+        const DrawList whole = RenderAction(CullerKind::kNone).run(all, view, camera.tile(), nullptr);
+        ASSERT_GT(whole.opaque.size(), 300u);
+        for (const CullerKind kind : kKinds) {
+            RenderAction action(kind);
+            for (int column = 0; column < 3; ++column) {
+                for (int row = 0; row < 2; ++row) {
+                    const DrawList part = action.run(all, view, camera.tile(column, row), nullptr);
+                    EXPECT_TRUE(isSubsequence(nodesOf(part.opaque), nodesOf(whole.opaque)));
+                    EXPECT_TRUE(isSubsequence(nodesOf(part.transparent), nodesOf(whole.transparent)));
+                }
+            }
+        }
+    }
+}
+
+TEST(FrustumCulling, KeepsExactlyTheBoxesThatAreNotBehindAPlane) {
+    TestScene scene;
+    fill(scene, 800, 11);
+    TestCamera camera(160, 100, 2, 2);
+    RenderScene all;
+    all.update(scene.aspect, nullptr);
+    const ScreenCamera view = camera.camera();
+    const DrawList whole = RenderAction(CullerKind::kNone).run(all, view, camera.tile(), nullptr);
+    RenderAction action(CullerKind::kFrustum);
+    for (int column = 0; column < 2; ++column) {
+        for (int row = 0; row < 2; ++row) {
+            CullCounts counts;
+            const DrawList part = action.run(all, view, camera.tile(column, row), &counts);
+            const Frustum frustum = tileFrustum(view, camera.tile(column, row));
+            std::vector<ObjectId> expected;
+            for (const DrawItem& item : whole.opaque) {
+                const Blob positions = scene.aspect.get<Geometry>(item.geometry)->positions;
+                const Box box = boundsOf(positions.as<float>()).transformed(item.world_T_item);
+                if (!frustum.classify(box).outside) expected.push_back(item.node);
+            }
+            EXPECT_EQ(nodesOf(part.opaque), expected);
+            EXPECT_LT(expected.size(), whole.opaque.size() / 2);
+            EXPECT_EQ(counts.inFrustum, nodesOf(part).size());
+            EXPECT_EQ(counts.drawn, nodesOf(part).size());
+            EXPECT_EQ(counts.trianglesDrawn, 12 * counts.drawn);
+        }
+    }
+}
+
+TEST(BoxTree, RefittedBoundsAlwaysHoldTheirItems) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> place(-10, 10);
+    std::vector<Box> boxes(500);
+    const auto shuffle = [&](Box& box) {
+        box = Box();
+        box.extend(Vec3d(place(random), place(random), place(random)));
+        box.extend(Vec3d(box.lower + Vec3d(0.5, 0.5, 0.5)));
+    };
+    for (Box& box : boxes) shuffle(box);
+    boxes[17] = Box();
+    BoxTree tree;
+    tree.build(boxes);
+    for (int step = 0; step < 40; ++step) {
+        std::vector<std::uint32_t> moved;
+        for (std::uint32_t i = 0; i < 60; ++i) {
+            moved.push_back(static_cast<std::uint32_t>(random() % boxes.size()));
+            shuffle(boxes[moved.back()]);
+        }
+        tree.refit(boxes, moved);
+        std::vector<int> seen(boxes.size(), 0);
+        for (const BoxTree::Node& node : tree.nodes()) {
+            for (const std::uint32_t item : tree.itemsOf(node)) {
+                if (node.second == 0) ++seen[item];
+                if (boxes[item].empty()) continue;
+                ASSERT_TRUE(node.box.contains(boxes[item].lower) && node.box.contains(boxes[item].upper));
+            }
+        }
+        EXPECT_EQ(seen, std::vector<int>(boxes.size(), 1));
+    }
+}
+
+}  // namespace
+}  // namespace tessera
