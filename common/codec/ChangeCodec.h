@@ -1,4 +1,4 @@
-/// Change lists and views as bytes: protobuf, column-packed (proto/change.proto).
+/// Change lists as bytes: a small protobuf head with the columns raw behind it (proto/change.proto).
 #pragma once
 
 #include "common/base/Blob.h"

@@ -1,0 +1,138 @@
+#include "common/codec/FrameCodec.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+
+#include "common/codec/Parts.h"
+#include "proto/frame.pb.h"
+
+namespace tessera {
+
+namespace {
+
+// Far above any wall, far below what would hurt.
+constexpr std::size_t kMaxUsers = 64;
+constexpr std::size_t kMaxTiles = 1024;
+constexpr std::size_t kMaxNameBytes = 256;
+constexpr std::size_t kMaxHeadBytes = std::size_t{512} << 10;
+
+tl::unexpected<Error> bad(std::string what) { return fail(ErrorCode::kBadInput, std::move(what)); }
+
+void write(proto::frame::Vector& to, const Vec3d& v) {
+    to.set_x(v.x());
+    to.set_y(v.y());
+    to.set_z(v.z());
+}
+void write(proto::frame::Rotation& to, const Quatd& q) {
+    to.set_w(q.w());
+    to.set_x(q.x());
+    to.set_y(q.y());
+    to.set_z(q.z());
+}
+
+Expected<Vec3d> readPosition(const proto::frame::Vector& from) {
+    const Vec3d v(from.x(), from.y(), from.z());
+    if (!v.allFinite()) return bad("frame: a position is not finite");
+    return v;
+}
+Expected<Quatd> readRotation(const proto::frame::Rotation& from) {
+    const Quatd q(from.w(), from.x(), from.y(), from.z());
+    const double squared = q.squaredNorm();
+    if (!(squared > 1e-100 && squared < 1e100)) return bad("frame: an orientation cannot be normalised");
+    return q;
+}
+
+Expected<User> readUser(const proto::frame::User& from) {
+    if (from.name().size() > kMaxNameBytes) return bad(fmt::format("frame: a user's name of {} bytes", from.name().size()));
+    const auto position = readPosition(from.position());
+    if (!position) return tl::unexpected(position.error());
+    const auto orientation = readRotation(from.orientation());
+    if (!orientation) return tl::unexpected(orientation.error());
+    if (!std::isfinite(from.eye_separation_metres())) return bad("frame: an eye separation is not finite");
+    User user;
+    user.name = from.name();
+    user.position = *position;
+    user.orientation = *orientation;
+    user.eyeSeparationMetres = from.eye_separation_metres();
+    return user;
+}
+
+}  // namespace
+
+Bytes encodeFrame(const FramePayload& payload) {
+    proto::frame::FrameHead head;
+    write(*head.mutable_position(), payload.view.position);
+    write(*head.mutable_orientation(), payload.view.orientation);
+    head.set_world_units_per_metre(payload.view.worldUnitsPerMetre);
+    for (const User& user : payload.view.users) {
+        proto::frame::User& to = *head.add_users();
+        to.set_name(user.name);
+        write(*to.mutable_position(), user.position);
+        write(*to.mutable_orientation(), user.orientation);
+        to.set_eye_separation_metres(user.eyeSeparationMetres);
+    }
+    if (!payload.list) return joinParts(head, {});
+    const ByteSpan list(*payload.list);
+    return joinParts(head, std::span(&list, 1));
+}
+
+Expected<FramePayload> decodeFrame(ByteSpan bytes) {
+    const auto split = splitParts(bytes, kMaxHeadBytes, 1);
+    if (!split) return failWith("frame", split.error());
+    proto::frame::FrameHead head;
+    if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size()))) return bad("frame: its head is damaged");
+    if (static_cast<std::size_t>(head.users_size()) > kMaxUsers) return bad(fmt::format("frame: {} users", head.users_size()));
+
+    FramePayload payload;
+    const auto position = readPosition(head.position());
+    if (!position) return tl::unexpected(position.error());
+    payload.view.position = *position;
+    const auto orientation = readRotation(head.orientation());
+    if (!orientation) return tl::unexpected(orientation.error());
+    payload.view.orientation = *orientation;
+    if (!(head.world_units_per_metre() > 0) || !std::isfinite(head.world_units_per_metre()))
+        return bad("frame: the scale of the wall is not a positive number");
+    payload.view.worldUnitsPerMetre = head.world_units_per_metre();
+    for (const proto::frame::User& from : head.users()) {
+        auto user = readUser(from);
+        if (!user) return tl::unexpected(user.error());
+        payload.view.users.push_back(std::move(*user));
+    }
+    if (!split->parts.empty()) payload.list = share(Bytes(split->parts[0].begin(), split->parts[0].end()));
+    return payload;
+}
+
+Bytes encodeStats(const std::vector<TileStats>& stats) {
+    proto::frame::StatsHead head;
+    for (const TileStats& tile : stats) {
+        proto::frame::TileStats& to = *head.add_tiles();
+        to.set_tile(tile.tile);
+        to.set_cull_ms(tile.cullMs);
+        to.set_draw_ms(tile.drawMs);
+        to.set_in_frustum(tile.inFrustum);
+        to.set_drawn(tile.drawn);
+        to.set_triangles_drawn(tile.trianglesDrawn);
+    }
+    return joinParts(head, {});
+}
+
+Expected<std::vector<TileStats>> decodeStats(ByteSpan bytes) {
+    const auto split = splitParts(bytes, kMaxHeadBytes, 0);
+    if (!split) return failWith("statistics", split.error());
+    proto::frame::StatsHead head;
+    if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
+        return bad("statistics: their head is damaged");
+    if (static_cast<std::size_t>(head.tiles_size()) > kMaxTiles) return bad(fmt::format("statistics: {} tiles", head.tiles_size()));
+    std::vector<TileStats> stats;
+    for (const proto::frame::TileStats& from : head.tiles()) {
+        if (from.tile().size() > kMaxNameBytes) return bad(fmt::format("statistics: a tile's name of {} bytes", from.tile().size()));
+        // They end up in a report: NaN would make it unreadable.
+        if (!(from.cull_ms() >= 0 && std::isfinite(from.cull_ms()) && from.draw_ms() >= 0 && std::isfinite(from.draw_ms())))
+            return bad("statistics: a time is not a number of milliseconds");
+        stats.push_back({from.tile(), from.cull_ms(), from.draw_ms(), from.in_frustum(), from.drawn(), from.triangles_drawn()});
+    }
+    return stats;
+}
+
+}  // namespace tessera

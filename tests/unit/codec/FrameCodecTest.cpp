@@ -1,0 +1,84 @@
+#include "common/codec/FrameCodec.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace tessera {
+namespace {
+
+View someView() {
+    View view;
+    view.position = Vec3d(1, 2, 3.5);
+    view.orientation = Quatd(0.5, -0.5, 0.5, 0.5);
+    view.worldUnitsPerMetre = 1000;
+    User user;
+    user.name = "Käthe";
+    user.position = Vec3d(0.1, 1.6, 2);
+    user.orientation = Quatd(0, 0, 1, 0);
+    user.eyeSeparationMetres = 0.06;
+    view.users = {user, User()};
+    return view;
+}
+
+TEST(FrameCodec, CarriesTheViewToTheLastBit) {
+    const auto decoded = decodeFrame(encodeFrame({someView(), nullptr}));
+    ASSERT_TRUE(decoded) << decoded.error().message;
+    const View expected = someView();
+    EXPECT_EQ(decoded->list, nullptr);
+    EXPECT_EQ(decoded->view.position, expected.position);
+    EXPECT_EQ(decoded->view.orientation.coeffs(), expected.orientation.coeffs());
+    EXPECT_EQ(decoded->view.worldUnitsPerMetre, 1000);
+    ASSERT_EQ(decoded->view.users.size(), 2u);
+    EXPECT_EQ(decoded->view.users[0].name, "Käthe");
+    EXPECT_EQ(decoded->view.users[0].position, expected.users[0].position);
+    EXPECT_EQ(decoded->view.users[0].orientation.coeffs(), expected.users[0].orientation.coeffs());
+    EXPECT_EQ(decoded->view.users[0].eyeSeparationMetres, 0.06);
+}
+
+TEST(FrameCodec, TellsAnEmptyListFromNone) {
+    const SharedBytes list = share(Bytes(3, std::byte{7}));
+    EXPECT_EQ(*decodeFrame(encodeFrame({someView(), list}))->list, *list);
+    const auto empty = decodeFrame(encodeFrame({someView(), share({})}));
+    ASSERT_NE(empty->list, nullptr);
+    EXPECT_TRUE(empty->list->empty());
+}
+
+TEST(FrameCodec, RefusesViewsThatNobodyCouldDraw) {
+    const auto error = [](auto&& spoil) {
+        FramePayload payload{someView(), nullptr};
+        spoil(payload.view);
+        const auto decoded = decodeFrame(encodeFrame(payload));
+        return decoded ? "" : decoded.error().message;
+    };
+    EXPECT_NE(error([](View& v) { v.position.x() = NAN; }).find("not finite"), std::string::npos);
+    EXPECT_NE(error([](View& v) { v.orientation.coeffs().setZero(); }).find("normalised"), std::string::npos);
+    EXPECT_NE(error([](View& v) { v.worldUnitsPerMetre = 0; }).find("scale"), std::string::npos);
+    EXPECT_NE(error([](View& v) { v.worldUnitsPerMetre = INFINITY; }).find("scale"), std::string::npos);
+    EXPECT_NE(error([](View& v) { v.users[1].position.z() = INFINITY; }).find("not finite"), std::string::npos);
+    EXPECT_NE(error([](View& v) { v.users[1].eyeSeparationMetres = NAN; }).find("eye separation"), std::string::npos);
+    EXPECT_NE(error([](View& v) { v.users[1].name.assign(1000, 'x'); }).find("1000 bytes"), std::string::npos);
+    EXPECT_NE(error([](View& v) { v.users.resize(65); }).find("65 users"), std::string::npos);
+}
+
+TEST(FrameCodec, RefusesEveryTruncation) {
+    const Bytes bytes = encodeFrame({someView(), share(Bytes(10))});
+    for (std::size_t size = 0; size < bytes.size(); ++size) EXPECT_FALSE(decodeFrame(ByteSpan(bytes).first(size))) << size;
+}
+
+TEST(FrameCodec, CarriesStatistics) {
+    const std::vector<TileStats> stats = {{"front-0-1", 0.25, 12.5, 100, 80, 75'730}, {"floor-0-0", 0, 0, 0, 0, 0}};
+    EXPECT_EQ(decodeStats(encodeStats(stats)).value(), stats);
+    EXPECT_TRUE(decodeStats(encodeStats({}))->empty());
+}
+
+TEST(FrameCodec, RefusesStatisticsThatWouldSpoilAReport) {
+    EXPECT_FALSE(decodeStats(encodeStats({{"t", NAN, 0, 0, 0, 0}})));
+    EXPECT_FALSE(decodeStats(encodeStats({{"t", 0, -1, 0, 0, 0}})));
+    EXPECT_FALSE(decodeStats(encodeStats({{std::string(300, 't'), 0, 0, 0, 0, 0}})));
+    EXPECT_FALSE(decodeStats(encodeStats(std::vector<TileStats>(2000))));
+    EXPECT_FALSE(decodeStats({}));
+}
+
+}  // namespace
+}  // namespace tessera

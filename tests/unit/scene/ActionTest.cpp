@@ -1,0 +1,94 @@
+#include "common/scene/Action.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/scene/SceneEdits.h"
+
+namespace tessera {
+namespace {
+
+std::vector<std::uint64_t> visited(const Action& prepared, const Aspect& aspect, ObjectId from = kRootNode) {
+    std::vector<std::uint64_t> ids;
+    Action action = prepared;
+    action.onNode([&](const Visit& visit) {
+        ids.push_back(visit.nodeId.value);
+        return Descend::kInto;
+    });
+    action.run(aspect, from);
+    return ids;
+}
+
+TEST(Action, VisitsDepthFirstAndChildrenInOrder) {
+    Aspect aspect = hall();
+    mustApply(aspect, Edits().node(10, "rope", 3).node(11, "first", 0).under(11, 1, 0).take());
+    EXPECT_EQ(visited(Action(), aspect), (std::vector<std::uint64_t>{1, 11, 2, 3, 10, 4}));
+    EXPECT_EQ(visited(Action(), aspect, ObjectId(3)), (std::vector<std::uint64_t>{3, 10}));
+    EXPECT_TRUE(visited(Action(), aspect, ObjectId(5)).empty()) << "a core is no place to start from";
+}
+
+TEST(Action, CallsTheHandlerOfTheCoreWithWhereItStands) {
+    Aspect aspect = hall();
+    mustApply(aspect, Edits().node(10, "load", 3).coreOfNode(10, 6).take());  // 3 carries the translation (1, 2, 3)
+    std::vector<std::pair<std::uint64_t, Vec3d>> seen;
+    Action action;
+    action.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
+        EXPECT_EQ(geometry.material, ObjectId(7));
+        EXPECT_EQ(visit.depth, visit.nodeId == ObjectId(10) ? 3u : 2u);
+        seen.emplace_back(visit.nodeId.value, visit.world_T_node.translation());
+        return Descend::kInto;
+    });
+    action.run(aspect);
+    ASSERT_EQ(seen.size(), 2u) << "a shared core is visited at each of its places";
+    EXPECT_EQ(seen[0], (std::pair<std::uint64_t, Vec3d>(10, Vec3d(1, 2, 3))));
+    EXPECT_EQ(seen[1], (std::pair<std::uint64_t, Vec3d>(4, Vec3d(0, 0, 0))));
+}
+
+TEST(Action, PassesByWhatAHandlerDeclines) {
+    Aspect aspect = hall();
+    mustApply(aspect, Edits().node(10, "load", 3).take());
+    Action action;
+    action.on<Transform>([](const Visit&, const Transform&) { return Descend::kPast; });
+    EXPECT_EQ(visited(action, aspect), (std::vector<std::uint64_t>{1, 2, 3, 4}));
+}
+
+TEST(Action, RespectsSwitches) {
+    Aspect aspect = hall();
+    mustApply(aspect, Edits().core<Switch>(20, 2).take());
+    const auto shown = [&](std::int64_t choice, bool hidden = false) {
+        mustApply(aspect, Edits().value<Switch>(20, field::kChoice, choice).take());
+        Action action;
+        action.visitHidden(hidden);
+        return visited(action, aspect);
+    };
+    EXPECT_EQ(shown(Switch::kAll), (std::vector<std::uint64_t>{1, 2, 3, 4}));
+    EXPECT_EQ(shown(1), (std::vector<std::uint64_t>{1, 2, 4}));
+    EXPECT_EQ(shown(Switch::kNone), (std::vector<std::uint64_t>{1, 2}));
+    EXPECT_EQ(shown(2), (std::vector<std::uint64_t>{1, 2})) << "past the end shows none";
+    EXPECT_EQ(shown(Switch::kNone, true), (std::vector<std::uint64_t>{1, 2, 3, 4}));
+}
+
+TEST(Action, AccumulatesTransformsAsWorldTransformDoesToTheLastBit) {
+    Aspect aspect;
+    Edits e;
+    for (std::uint64_t i = 0; i < 50; ++i) {
+        e.node(10 + i, "joint", i == 0 ? 1 : 9 + i).core<Transform>(100 + i, 10 + i);
+        e.value<Transform>(100 + i, field::kTranslation, toValue(Vec3d(0.1 * double(i), 1.0 / 3, -7)));
+        e.value<Transform>(100 + i, field::kRotation, toValue(Quatd(0.9, 0.1 * double(i % 7), 0.2, -0.3)));
+        e.value<Transform>(100 + i, field::kScale, toValue(Vec3d(1, 0.97, 1.01)));
+    }
+    mustApply(aspect, e.take());
+    std::size_t nodes = 0;
+    const auto compare = [&](const Visit& visit) {
+        ++nodes;
+        EXPECT_EQ(visit.world_T_node.matrix(), worldTransform(aspect, visit.nodeId).matrix());
+        return Descend::kInto;
+    };
+    Action action;
+    action.onNode(compare);
+    action.run(aspect);
+    action.run(aspect, ObjectId(30));  // from the middle of the chain: the ancestors count too
+    EXPECT_EQ(nodes, 51u + 30u);
+}
+
+}  // namespace
+}  // namespace tessera

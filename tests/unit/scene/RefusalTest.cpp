@@ -1,0 +1,142 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/unit/scene/SceneEdits.h"
+
+namespace tessera {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// The message with which the hall refuses a list. A refused list must leave no trace.
+Error refusalBy(Aspect aspect, const ChangeList& list) {
+    const std::uint64_t before = aspect.stateHash();
+    const std::vector<ObjectId> ids = aspect.ids();
+    const std::uint64_t nextFreeId = aspect.nextFreeId();
+    const Expected<void> done = aspect.apply(list);
+    EXPECT_FALSE(done) << "the list was not refused";
+    EXPECT_FALSE(aspect.applyWithInverse(list));
+    EXPECT_EQ(aspect.stateHash(), before);
+    EXPECT_EQ(aspect.ids(), ids);
+    EXPECT_EQ(aspect.nextFreeId(), nextFreeId);
+    return done ? Error() : done.error();
+}
+Error refusal(const ChangeList& list) { return refusalBy(hall(), list); }
+std::string message(const ChangeList& list) { return refusal(list).message; }
+
+#define EXPECT_SAYS(list, text) EXPECT_NE(message(list).find(text), std::string::npos) << message(list)
+
+TEST(Refusals, OfCreations) {
+    EXPECT_SAYS(Edits().core<Group>(0).take(), "id 0 means none");
+    EXPECT_SAYS(Edits().core<Group>(1).take(), "the id is taken");
+    EXPECT_SAYS(Edits().core<Group>(5).take(), "create Group #5: the id is taken");
+    EXPECT_SAYS(Edits().core<Group>(50).core<Switch>(50).take(), "the id is taken");
+    EXPECT_SAYS(Edits().core<Group>(kFirstPlaceholder + 3).take(), "placeholder 3");
+    ChangeListBuilder unknown;
+    unknown.create(ObjectId(50), ObjectType(77));
+    EXPECT_SAYS(unknown.take(), "object type 77 is unknown");
+}
+
+TEST(Refusals, OfPlacements) {
+    EXPECT_SAYS(Edits().under(1, 2).take(), "the root cannot be moved");
+    EXPECT_SAYS(Edits().under(1, 0).take(), "the root cannot be moved");
+    EXPECT_SAYS(Edits().under(99, 1).take(), "place #99: there is no such object");
+    EXPECT_SAYS(Edits().under(3, 99).take(), "place #3 under #99: there is no such object");
+    EXPECT_SAYS(Edits().under(5, 1).take(), "it is a Transform");
+    EXPECT_SAYS(Edits().under(3, 5).take(), "only nodes have children");
+    EXPECT_SAYS(Edits().under(2, 2).take(), "below itself");
+    EXPECT_SAYS(Edits().under(2, 3).take(), "below itself");
+    EXPECT_SAYS(Edits().under(3, 4).under(4, 3).take(), "below itself");
+    EXPECT_SAYS(Edits().under(3, 1, 2).take(), "index 2 is past its 1 children");
+    EXPECT_SAYS(Edits().under(3, 2, 2).take(), "index 2 is past its 1 children");
+    EXPECT_SAYS(Edits().under(kFirstPlaceholder, 1).take(), "placeholder 0");
+}
+
+TEST(Refusals, OfColumns) {
+    EXPECT_SAYS(Edits().value<Transform>(99, field::kScale, toValue(Vec3d(1, 1, 1))).take(), "set Transform.scale: of #99");
+    EXPECT_SAYS(Edits().value<Transform>(7, field::kScale, toValue(Vec3d(1, 1, 1))).take(), "#7 is a Material");
+    EXPECT_SAYS(Edits().value<Transform>(5, FieldId(9), toValue(1.0)).take(), "Transform has no field 9");
+    EXPECT_SAYS(Edits().value<Transform>(5, field::kScale, toValue(1.0)).take(), "it holds 3 double, not 1 double");
+    EXPECT_SAYS(Edits().value<Transform>(5, field::kScale, toValue(Vec3f(1, 1, 1))).take(), "not 3 float");
+    EXPECT_SAYS(Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, NAN, 1))).take(), "set Transform.scale of #5: not a finite number");
+    EXPECT_SAYS(Edits().value<Material>(7, field::kRoughness, toValue(float(kInfinity))).take(), "not a finite number");
+    EXPECT_SAYS(Edits().value<Transform>(5, field::kRotation, Doubles{{0, 0, 0, 0}, 4}).take(), "a rotation of zero");
+    EXPECT_SAYS(Edits().value<Transform>(5, field::kRotation, Doubles{{1e-60, 0, 0, 0}, 4}).take(), "a rotation of zero");
+    EXPECT_SAYS(Edits().value<Transform>(5, field::kRotation, Doubles{{1e200, 0, 0, 0}, 4}).take(), "cannot be normalised");
+    EXPECT_SAYS(Edits().value<Node>(4, field::kNodeName, std::string(5000, 'x')).take(), "5000 bytes of text");
+    EXPECT_SAYS(Edits().value<Node>(4, field::kNodeName, std::string("\xC3(")).take(), "not UTF-8");
+    EXPECT_SAYS(Edits().core<Image>(20).value<Image>(20, field::kImageWidth, std::int64_t{-1}).take(), "-1 is not between 0 and 65536");
+    EXPECT_SAYS(Edits().core<Camera>(20).value<Camera>(20, field::kWorldUnitsPerMetre, toValue(0.0)).take(), "not between");
+
+    ChangeList twice = Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, 1, 1))).take();
+    twice.columns[0].append(ObjectId(5), toValue(Vec3d(2, 2, 2)));
+    EXPECT_SAYS(twice, "#5 twice");
+    ChangeList createdTwice = Edits().core<Transform>(20).value<Transform>(20, field::kScale, toValue(Vec3d(1, 1, 1))).take();
+    createdTwice.columns[0].append(ObjectId(20), toValue(Vec3d(2, 2, 2)));
+    EXPECT_SAYS(createdTwice, "#20 twice");
+    ChangeList sameColumn = Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, 1, 1))).take();
+    sameColumn.columns.push_back(sameColumn.columns[0]);
+    EXPECT_SAYS(sameColumn, "this column twice");
+    ChangeList ragged = Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, 1, 1))).take();
+    ragged.columns[0].ids.push_back(ObjectId(5));
+    EXPECT_SAYS(ragged, "2 objects, but 3 scalars");
+}
+
+TEST(Refusals, OfRefs) {
+    EXPECT_SAYS(Edits().coreOfNode(4, 99).take(), "to #99: there is no such object");
+    EXPECT_SAYS(Edits().coreOfNode(4, 3).take(), "#3 is a Node, not a core");
+    EXPECT_SAYS(Edits().coreOfNode(4, 7).take(), "#7 is a Material, not a core");
+    EXPECT_SAYS(Edits().value<Geometry>(6, field::kGeometryMaterial, ObjectId(5)).take(), "#5 is a Transform, not a Material");
+    EXPECT_SAYS(Edits().coreOfNode(4, kFirstPlaceholder + 1).take(), "placeholder 1");
+}
+
+TEST(Refusals, OfDestructions) {
+    EXPECT_SAYS(Edits().gone(1).take(), "the root stays");
+    EXPECT_SAYS(Edits().gone(99).take(), "there is no such object");
+    EXPECT_SAYS(Edits().gone(2).take(), "has 2 children");
+    EXPECT_SAYS(Edits().gone(3).take(), "still below #2");
+    EXPECT_SAYS(Edits().gone(6).take(), "the Geometry is in use by 1 other");
+    EXPECT_SAYS(Edits().gone(7).take(), "the Material is in use by 1 other");
+    EXPECT_SAYS(Edits().under(4, 0).gone(4).gone(4).take(), "twice");
+    EXPECT_SAYS(Edits().core<Group>(20).coreOfNode(3, 20).gone(20).take(), "in use");
+    // Two let go of it, one takes hold of it.
+    EXPECT_SAYS(Edits().coreOfNode(4, 0).coreOfNode(3, 6).gone(6).take(), "in use by 1 other");
+}
+
+TEST(Refusals, OfTooMuch) {
+    EXPECT_NE(refusalBy(hall({.maxObjects = 8}), Edits().core<Group>(20).core<Group>(21).take()).message.find("limit of 8"),
+              std::string::npos);
+    EXPECT_EQ(refusalBy(hall({.maxChildren = 2}), Edits().node(20, "x", 2).take()).code, ErrorCode::kLimit);
+    // root, hall, crane, 20: one too deep.
+    EXPECT_EQ(refusalBy(hall({.maxDepth = 3}), Edits().node(20, "x", 3).take()).code, ErrorCode::kLimit);
+    ChangeList free;
+    free.nextFreeId = ~std::uint64_t{0};
+    EXPECT_EQ(refusal(free).code, ErrorCode::kBadInput);
+}
+
+TEST(Refusals, OfATreeThatGrowsTooDeepFromBelow) {
+    // A chain built from its lower end, each placement shallow by itself.
+    Edits e;
+    for (std::uint64_t i = 20; i < 24; ++i) e.node(i, "link", 0);
+    for (std::uint64_t i = 20; i < 23; ++i) e.under(i, i + 1);
+    e.under(23, 3);
+    EXPECT_EQ(refusalBy(hall({.maxDepth = 6}), e.take()).code, ErrorCode::kLimit);
+}
+
+TEST(Refusals, OfMovingADeepSubtreeTooDeep) {
+    Aspect aspect = hall({.maxDepth = 5});
+    mustApply(aspect, Edits().node(20, "a", 0).node(21, "b", 20).node(22, "c", 21).take());
+    mustApply(aspect, Edits().under(20, 2).take());  // root hall a b c
+    EXPECT_EQ(refusalBy(std::move(aspect), Edits().under(20, 3).take()).code, ErrorCode::kLimit);
+}
+
+TEST(Refusals, ALimitCountsWhatIsLeftInTheEnd) {
+    Aspect aspect = hall({.maxObjects = 7});
+    mustApply(aspect, Edits().core<Group>(20).coreOfNode(4, 20).gone(6).take());
+    EXPECT_EQ(aspect.objectCount(), 7u);
+}
+
+}  // namespace
+}  // namespace tessera
