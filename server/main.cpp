@@ -1,1 +1,126 @@
-int main() { return 1; }
+/// tessera-server: the authority over one scene and one wall.
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "common/base/Log.h"
+#include "common/base/Version.h"
+#include "common/codec/WallCodec.h"
+#include "server/sim/FrameLoop.h"
+
+namespace {
+
+using namespace tessera;
+
+struct Arguments {
+    std::string wall = "1x1";
+    std::vector<std::string> scenes;
+    std::string listen = "127.0.0.1:0";
+    std::vector<std::string> assets;
+    std::uint64_t frames = 0;
+    double rate = -1;
+    std::string size;
+    int samples = 0;
+    std::string camera;
+    std::string report;
+    bool progress = false;
+    bool allowUnconfined = false;
+};
+
+Expected<Wall> readWall(const Arguments& arguments, const std::string& executable) {
+    const Expected<std::string> path = findWall(arguments.wall, executable);
+    if (!path) return tl::unexpected(path.error());
+    Expected<Wall> wall = loadWall(*path);
+    if (!wall) return wall;
+    if (arguments.samples != 0) wall->samples = arguments.samples;
+    if (!arguments.size.empty()) {
+        int width = 0, height = 0, used = 0;
+        if (std::sscanf(arguments.size.c_str(), "%dx%d%n", &width, &height, &used) != 2 ||
+            static_cast<std::size_t>(used) != arguments.size.size())
+            return fail(ErrorCode::kUsage, fmt::format("--size '{}' is not WIDTHxHEIGHT, e.g. 1920x1080", arguments.size));
+        wall = withSize(*wall, width, height);
+    }
+    return wall;
+}
+
+Expected<void> serve(const Arguments& arguments, const std::string& executable, Log& log) {
+    Expected<Wall> wall = readWall(arguments, executable);
+    if (!wall) return tl::unexpected(wall.error());
+    const Expected<Address> address = parseAddress(arguments.listen);
+    if (!address) return failWith("--listen", address.error());
+
+    ServerOptions options;
+    options.wall = std::move(*wall);
+    options.scenes = arguments.scenes;
+    options.listen = *address;
+    options.import.assetFolders = arguments.assets;
+    options.import.allowUnconfined = arguments.allowUnconfined;
+    options.frames = arguments.frames;
+    options.rateHz = arguments.rate >= 0 ? arguments.rate : arguments.frames > 0 ? 0 : 60;
+    options.camera = arguments.camera;
+    options.reportPath = arguments.report;
+    options.onListening = [](const Address& bound) {
+        fmt::print("tessera-server: listening on {}\n", toString(bound));
+        std::fflush(stdout);
+    };
+    if (arguments.progress)
+        options.onProgress = [](std::uint64_t done, std::uint64_t total) {
+            fmt::print("progress {} {}\n", done, total);
+            std::fflush(stdout);
+        };
+
+    // SIGINT and SIGTERM end the show in order. They are blocked in every thread but the one that waits for them.
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    std::signal(SIGPIPE, SIG_IGN);
+
+    FrameLoop loop(std::move(options), log);
+    std::jthread watcher([&](const std::stop_token& done) {
+        const timespec tick{.tv_sec = 0, .tv_nsec = 50'000'000};
+        while (!done.stop_requested())
+            if (sigtimedwait(&signals, nullptr, &tick) > 0) loop.stop();
+    });
+    return loop.run();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Arguments arguments;
+    CLI::App app("Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.", "tessera-server");
+    app.set_version_flag("--version", tessera::versionText("tessera-server"));
+    app.add_option("--wall", arguments.wall, "Wall file, or a shipped wall's name (1x1)")->type_name("W");
+    app.add_option("--scene", arguments.scenes, "Scene or model file; may be repeated")->type_name("S");
+    app.add_option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)")->type_name("ADDR:PORT");
+    app.add_option("--assets", arguments.assets, "Folders for asset://NAME")->type_name("DIR");
+    app.add_option("--frames", arguments.frames, "Stop after N frames")->type_name("N");
+    app.add_option("--rate", arguments.rate, "Frames per second at most; 0: no limit")->type_name("HZ")->check(CLI::Range(0.0, 1000.0));
+    app.add_option("--size", arguments.size, "Visible pixels of the whole wall")->type_name("WxH");
+    app.add_option("--samples", arguments.samples, "Samples per pixel: 1 or 4")->type_name("N")->check(CLI::IsMember({1, 4}));
+    app.add_option("--camera", arguments.camera, "Node of the camera to use")->type_name("NODE");
+    app.add_option("--report", arguments.report, "Write report.json here at the end")->type_name("FILE");
+    app.add_flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
+    app.add_flag("--allow-unconfined-import", arguments.allowUnconfined, "Import even where the child cannot\nbe confined");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::CallForHelp& e) {
+        return app.exit(e);
+    } catch (const CLI::CallForVersion& e) {
+        return app.exit(e);
+    } catch (const CLI::ParseError& e) {
+        fmt::print(stderr, "tessera-server: {}; see --help\n", e.what());
+        return exitCode(ErrorCode::kUsage);
+    }
+    Log log("tessera-server");
+    const Expected<void> served = serve(arguments, std::filesystem::read_symlink("/proc/self/exe").string(), log);
+    if (served) return 0;
+    log.error(served.error().message);
+    return exitCode(served.error().code);
+}

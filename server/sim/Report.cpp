@@ -1,0 +1,207 @@
+#include "server/sim/Report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <nlohmann/json.hpp>
+
+#include "common/scene/Action.h"
+
+namespace tessera {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json toJson(const Series& series) {
+    return {{"p50", series.quantile(0.5)}, {"p99", series.quantile(0.99)}, {"max", series.quantile(1.0)}};
+}
+Json toJson(const Vec3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+std::uint64_t triangleCount(const Geometry& geometry) { return geometry.indices.sizeBytes() / (3 * sizeof(std::uint32_t)); }
+
+}  // namespace
+
+double Series::quantile(double share) const {
+    if (values_.empty()) return 0;
+    std::vector<double> sorted = values_;
+    const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
+    const std::size_t index = std::clamp<std::size_t>(rank, 1, sorted.size()) - 1;
+    std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(index));
+    return sorted[index];
+}
+
+SceneCounts countScene(const Aspect& scene) {
+    SceneCounts counts;
+    for (const ObjectId id : scene.ids()) {
+        const Object* object = scene.find(id);
+        if (std::holds_alternative<Node>(*object)) {
+            ++counts.nodes;
+        } else {
+            ++counts.cores;
+            if (const Geometry* geometry = std::get_if<Geometry>(object)) counts.trianglesStored += triangleCount(*geometry);
+        }
+    }
+    Action action;
+    action.visitHidden(true);
+    action.on<Geometry>([&](const Visit&, const Geometry& geometry) {
+        counts.triangles += triangleCount(geometry);
+        return Descend::kInto;
+    });
+    action.run(scene);
+    return counts;
+}
+
+Report::Report(const Wall& wall, std::string scene) : wall_(wall), scene_(std::move(scene)) {
+    for (const Tile& tile : layoutTiles(wall)) tiles_.push_back({.tile = tile.name, .host = tile.host});
+}
+
+void Report::frameCommitted(const FrameResult& frame) {
+    if (frame.commit.list) {
+        ++lists_;
+        changes_ += frame.commit.list->changeCount();
+        bytes_ += frame.commit.encoded->size();
+    }
+    if (collisionMs_.count() < kMaxFrames) collisionMs_.add(frame.collisionMs);
+    contactsBegun_ += frame.collision.contactsBegun;
+    pairsTested_ += frame.collision.counters.pairsTested;
+    objects_ = frame.collision.counters.objects;
+    contacts_ = frame.collision.contacts;
+}
+
+void Report::released(const server_action::FrameReleased& action) {
+    const std::set<std::string> shown(action.shown.begin(), action.shown.end());
+    for (TileRow& row : tiles_) ++(shown.contains(row.host) ? row.shown : row.missed);
+    if (shown.empty()) return;
+    ++framesShown_;
+    if (frameMs_.count() < kMaxFrames) {
+        frameMs_.add(toMilliseconds(action.frameTime));
+        barrierMs_.add(toMilliseconds(action.barrierTime));
+    }
+    if (!action.lastHost.empty()) ++waitedFor_[action.lastHost];
+}
+
+void Report::stats(const server_action::FrameStats& action) {
+    if (!action.stats) return;
+    const Expected<std::vector<TileStats>> decoded = decodeStats(*action.stats);
+    if (!decoded) return;
+    for (const TileStats& tile : *decoded) {
+        const auto row = std::ranges::find_if(tiles_, [&](const TileRow& r) { return r.tile == tile.tile && r.host == action.host; });
+        if (row == tiles_.end()) continue;
+        if (row->cullMs.count() < kMaxFrames) {
+            row->cullMs.add(tile.cullMs);
+            row->drawMs.add(tile.drawMs);
+        }
+        row->inFrustum = tile.inFrustum;
+        row->drawn = tile.drawn;
+        row->trianglesDrawn = tile.trianglesDrawn;
+    }
+}
+
+void Report::shown(const server_action::FrameShown& action) {
+    lastShown_[action.host] = action.frame;
+    const auto [it, isNew] = swapInstants_.try_emplace(action.frame, action.shownAtNs, action.shownAtNs);
+    it->second.first = std::min(it->second.first, action.shownAtNs);
+    it->second.second = std::max(it->second.second, action.shownAtNs);
+    // A frame's spread is settled once everybody is a few frames on.
+    while (swapInstants_.size() > 16) {
+        const auto oldest = swapInstants_.begin();
+        if (swapSpreadMs_.count() < kMaxFrames) swapSpreadMs_.add(static_cast<double>(oldest->second.second - oldest->second.first) * 1e-6);
+        swapInstants_.erase(oldest);
+    }
+}
+
+void Report::frameBegins() {
+    if (lastShown_.size() < 2) return;
+    std::uint64_t low = lastShown_.begin()->second, high = low;
+    for (const auto& [host, frame] : lastShown_) {
+        low = std::min(low, frame);
+        high = std::max(high, frame);
+    }
+    worstSkew_ = std::max(worstSkew_, high - low);
+}
+
+void Report::fault(const server_action::Fault& action) {
+    faults_.push_back({.frame = action.frame,
+                       .host = action.host,
+                       .kind = std::string(nameOf(action.kind)),
+                       .detail = action.detail,
+                       .detectedMs = toMilliseconds(action.detectedAfter)});
+    lastShown_.erase(action.host);  // what a lost host shows is no skew of those that are there
+    if (action.kind == FaultKind::kStateMismatch) ++mismatches_;
+}
+
+void Report::entered(const server_action::HostEntered& action) {
+    if (!action.rejoined) return;
+    ++resnapshots_;
+    for (auto row = faults_.rbegin(); row != faults_.rend(); ++row) {
+        if (row->host != action.host || row->rejoinedMs >= 0) continue;
+        row->rejoinedMs = toMilliseconds(action.awayFor);
+        break;
+    }
+}
+
+void Report::mismatch(const std::string& host, const std::string& object) {
+    for (auto row = faults_.rbegin(); row != faults_.rend(); ++row) {
+        if (row->host != host || row->kind != nameOf(FaultKind::kStateMismatch)) continue;
+        row->detail = object;
+        break;
+    }
+}
+
+std::string Report::toJson(const Aspect& scene) const {
+    const SceneCounts counts = countScene(scene);
+    Series spread = swapSpreadMs_;
+    for (const auto& [frame, instants] : swapInstants_) spread.add(static_cast<double>(instants.second - instants.first) * 1e-6);
+
+    Json report;
+    report["wall"] = wall_.name;
+    report["scene"] = {{"file", scene_},
+                       {"nodes", counts.nodes},
+                       {"cores", counts.cores},
+                       {"triangles", counts.triangles},
+                       {"triangles_stored", counts.trianglesStored}};
+    report["frames"] = framesShown_;
+    report["frame_ms"] = tessera::toJson(frameMs_);
+    report["sync"] = {{"barrier_ms", tessera::toJson(barrierMs_)},
+                      {"swap_spread_ms", tessera::toJson(spread)},
+                      {"worst_skew_frames", worstSkew_},
+                      {"waited_for", waitedFor_}};
+    report["replication"] = {{"lists", lists_},
+                             {"changes", changes_},
+                             {"bytes", bytes_},
+                             {"state_hash_mismatches", mismatches_},
+                             {"resnapshots", resnapshots_}};
+    Json contactList = Json::array();
+    for (const Contact& contact : contacts_)
+        contactList.push_back({{"objects", {pathOf(scene, contact.objectA), pathOf(scene, contact.objectB)}},
+                               {"faces", {contact.faceA, contact.faceB}},
+                               {"point", tessera::toJson(contact.point)},
+                               {"normal", tessera::toJson(contact.normal)}});
+    report["collision"] = {{"objects", objects_},
+                           {"pairs_tested", pairsTested_},
+                           {"contacts", contactsBegun_},
+                           {"contact_list", contactList},
+                           {"ms", tessera::toJson(collisionMs_)}};
+    report["tiles"] = Json::array();
+    for (const TileRow& row : tiles_)
+        report["tiles"].push_back({{"tile", row.tile},
+                                   {"host", row.host},
+                                   {"shown", row.shown},
+                                   {"missed", row.missed},
+                                   {"cull_ms", tessera::toJson(row.cullMs)},
+                                   {"draw_ms", tessera::toJson(row.drawMs)},
+                                   {"in_frustum", row.inFrustum},
+                                   {"drawn", row.drawn},
+                                   {"triangles_drawn", row.trianglesDrawn}});
+    report["faults"] = Json::array();
+    for (const FaultRow& row : faults_) {
+        Json entry = {{"frame", row.frame}, {"host", row.host}, {"kind", row.kind}, {"detected_ms", row.detectedMs}};
+        entry["rejoined_ms"] = row.rejoinedMs >= 0 ? Json(row.rejoinedMs) : Json(nullptr);
+        entry["detail"] = row.detail;
+        report["faults"].push_back(entry);
+    }
+    return report.dump(2) + "\n";
+}
+
+}  // namespace tessera

@@ -1,0 +1,82 @@
+/// What report.json says, collected while the wall runs.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/codec/FrameCodec.h"
+#include "common/session/ServerSession.h"
+#include "server/sim/Simulation.h"
+
+namespace tessera {
+
+/// Half, all but a hundredth, and the worst of a series.
+class Series {
+public:
+    void add(double value) { values_.push_back(value); }
+    [[nodiscard]] std::size_t count() const { return values_.size(); }
+    /// The smallest value that at least `share` of all values do not exceed; 0 for none.
+    [[nodiscard]] double quantile(double share) const;
+
+private:
+    std::vector<double> values_;
+};
+
+struct SceneCounts {
+    std::uint64_t nodes = 0, cores = 0;
+    std::uint64_t triangles = 0;        ///< instanced
+    std::uint64_t trianglesStored = 0;  ///< each geometry core once
+};
+[[nodiscard]] SceneCounts countScene(const Aspect& scene);
+
+/// Bounded: one number per frame and tile, at most kMaxFrames of them; later frames overwrite nothing and are counted
+/// only.
+class Report {
+public:
+    static constexpr std::size_t kMaxFrames = 1'000'000;
+
+    Report(const Wall& wall, std::string scene);
+
+    void frameCommitted(const FrameResult& frame);
+    /// `dueHosts`: hosts of the wall, whether there or not.
+    void released(const server_action::FrameReleased& action);
+    void stats(const server_action::FrameStats& action);
+    void shown(const server_action::FrameShown& action);
+    void frameBegins();
+    void fault(const server_action::Fault& action);
+    void entered(const server_action::HostEntered& action);
+    void mismatch(const std::string& host, const std::string& object);
+
+    [[nodiscard]] std::uint64_t framesShown() const { return framesShown_; }
+    [[nodiscard]] std::string toJson(const Aspect& scene) const;
+
+private:
+    struct TileRow {
+        std::string tile, host;
+        std::uint64_t shown = 0, missed = 0;
+        Series cullMs, drawMs;
+        std::uint64_t inFrustum = 0, drawn = 0, trianglesDrawn = 0;  ///< of the last frame
+    };
+    struct FaultRow {
+        std::uint64_t frame = 0;
+        std::string host, kind, detail;
+        double detectedMs = 0;
+        double rejoinedMs = -1;
+    };
+
+    Wall wall_;
+    std::string scene_;
+    std::vector<TileRow> tiles_;
+    std::vector<FaultRow> faults_;
+    std::map<std::string, std::uint64_t> lastShown_;
+    std::map<std::uint64_t, std::pair<std::int64_t, std::int64_t>> swapInstants_;  ///< frame → first, last
+    std::map<std::string, std::uint64_t> waitedFor_;
+    Series frameMs_, barrierMs_, swapSpreadMs_, collisionMs_;
+    std::uint64_t framesShown_ = 0, worstSkew_ = 0;
+    std::uint64_t lists_ = 0, changes_ = 0, bytes_ = 0, mismatches_ = 0, resnapshots_ = 0;
+    std::uint64_t contactsBegun_ = 0, pairsTested_ = 0, objects_ = 0;
+    std::vector<Contact> contacts_;
+};
+
+}  // namespace tessera

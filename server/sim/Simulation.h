@@ -1,0 +1,83 @@
+/// One frame of the authority: motions and edits in, collision response, one committed list out.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/collision/pipeline/CollisionPipeline.h"
+#include "server/sim/Committer.h"
+#include "server/sim/Motions.h"
+
+namespace tessera {
+
+/// A change that somebody wants.
+struct Edit {
+    std::uint64_t ticket = 0;  ///< comes back in the outcome
+    ChangeList list;           ///< new objects carry placeholders; ignored for an undo
+    bool undo = false;         ///< take back the newest edit instead
+    bool undoable = true;      ///< a loaded start scene is not
+};
+
+struct EditOutcome {
+    std::uint64_t ticket = 0;
+    Expected<void> result;
+    std::vector<std::pair<ObjectId, ObjectId>> ids;  ///< placeholder, id
+    std::vector<ObjectId> stopped;                   ///< transforms of this edit that did not get all the way
+};
+
+struct FrameResult {
+    CommittedFrame commit;
+    std::vector<EditOutcome> outcomes;  ///< of all edits, in their order
+    StepResult collision;
+    double collisionMs = 0;
+};
+
+/// Deterministic: the same edits in the same frames give the same scenes, whatever the time or the number of clients.
+///
+/// **Who wins.** Motions speak first, then edits in the order of their arrival; the last writer of a field wins. An edit
+/// that writes a Transform which a motion drives pauses that motion (`playing` becomes 0 in the same list) until somebody
+/// sets it again. What motions and edits want of existing Transforms goes through the collision pipeline; everything
+/// else is committed as it is. Not thread-safe.
+class Simulation {
+public:
+    explicit Simulation(SceneLimits limits = {});
+
+    /// Makes these lists the scene before the first frame; not undoable. A refused list is named by its
+    /// position.
+    [[nodiscard]] Expected<CommittedFrame> load(std::vector<ChangeList> lists);
+
+    /// Motions stand still in the first frame and advance by 1/60 s in each later one.
+    [[nodiscard]] FrameResult step(bool firstFrame, std::vector<Edit> edits);
+
+    [[nodiscard]] const Aspect& scene() const { return committer_.scene(); }
+    [[nodiscard]] std::uint64_t sequence() const { return committer_.sequence(); }
+    [[nodiscard]] std::size_t undoDepth() const { return undo_.depth(); }
+    /// Only with undoDepth() > 0.
+    [[nodiscard]] const ChangeList& newestInverse() const { return undo_.top(); }
+    /// The nearest visible triangle on a world-space ray.
+    [[nodiscard]] std::optional<PickHit> pick(const Ray& ray) { return pipeline_.pickNode(scene(), ray); }
+
+private:
+    struct Wish {
+        Pose pose;
+        ObjectId motion;           ///< the motion that wants it; none: an edit
+        double motionTime = 0;
+        std::size_t edit = 0;      ///< index of the edit that wants it
+    };
+    using Wishes = std::map<ObjectId, Wish>;  ///< by Transform
+
+    [[nodiscard]] EditOutcome applyEdit(Edit edit, std::size_t index, Wishes& wishes);
+    /// Takes the values of existing Transforms out of the list and makes wishes of them.
+    [[nodiscard]] std::vector<std::pair<ObjectId, Pose>> takeTransforms(ChangeList& list, const Wishes& wishes) const;
+    void commitPoses(const Wishes& wishes, const StepResult& step);
+    void noteMotions(const ChangeList& list);
+
+    Committer committer_;
+    UndoStack undo_;
+    CollisionPipeline pipeline_;
+    std::vector<ObjectId> motions_;  ///< ids of all Motion cores, ascending
+};
+
+}  // namespace tessera

@@ -1,0 +1,123 @@
+/// Each wrong file, wall or option gives one clear message and the right exit code.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "tests/integration/LiveWall.h"
+
+namespace tessera::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+const std::string kYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
+
+class BadInput : public testing::Test {
+protected:
+    void expect(const std::string& name, std::vector<std::string> options, int exitCode, const std::vector<std::string>& says) {
+        std::vector<std::string> command = {program("tessera-server"), "--frames", "1"};
+        command.insert(command.end(), options.begin(), options.end());
+        const Outcome outcome = run(folder_.path(), command, 60s);
+        EXPECT_EQ(outcome.exitCode, exitCode) << name << "\n" << outcome.output;
+        EXPECT_NE(outcome.output.find("tessera-server: "), std::string::npos) << name << "\n" << outcome.output;
+        for (const std::string& part : says)
+            EXPECT_NE(outcome.output.find(part), std::string::npos) << name << ": expected '" << part << "' in\n" << outcome.output;
+    }
+    void expectScene(const std::string& file, const std::string& content, const std::vector<std::string>& says) {
+        const std::string path = folder_.write(file, content);
+        std::vector<std::string> all = says;
+        all.push_back(file);
+        expect(file, {"--wall", "1x1", "--scene", path}, 3, all);
+    }
+    void expectWall(const std::string& name, const std::string& content, const std::vector<std::string>& says) {
+        const std::string path = folder_.write(name + ".wall", content);
+        expect(name, {"--wall", path, "--scene", kYard}, 3, says);
+    }
+    TemporaryFolder folder_;
+};
+
+const char* const kGoodWall = R"(
+screens { name: "front" lower_left { x: -1.6 y: 0.6 } lower_right { x: 1.6 y: 0.6 } upper_left { x: -1.6 y: 2.4 }
+  grid { columns: 2 rows: 1 tile_width_px: 64 tile_height_px: 72 } }
+users { name: "viewer" position { y: 1.7 z: 2.4 } }
+hosts { name: "left" tiles { screen: "front" column: 0 row: 0 user: "viewer" } }
+hosts { name: "right" tiles { screen: "front" column: 1 row: 0 user: "viewer" } }
+)";
+std::string changed(const std::string& from, const std::string& to) {
+    std::string wall = kGoodWall;
+    const std::size_t at = wall.find(from);
+    EXPECT_NE(at, std::string::npos);
+    return wall.replace(at, from.size(), to);
+}
+
+TEST_F(BadInput, Scenes) {
+    expect("missing", {"--scene", folder_.path() + "/nowhere.glb"}, 3, {"nowhere.glb"});
+    expectScene("empty.glb", "", {});
+    expectScene("garbage.glb", "this is no model at all, whatever its name says", {});
+    expectScene("garbage.obj", std::string(5000, '\x01'), {});
+    expectScene("open.tsct", "node { name: \"a\" ", {":1:"});
+    expectScene("unknown.tsct", "node { name: \"a\"\n  bxo { size { x: 1 } } }", {":2:", "bxo"});
+    expectScene("asset.tsct", "node { import { uri: \"asset://no/such.glb\" } }", {"no/such.glb"});
+    mkfifo((folder_.path() + "/pipe.glb").c_str(), 0600);
+    expect("fifo", {"--scene", folder_.path() + "/pipe.glb"}, 3, {"pipe.glb"});
+    expect("folder", {"--scene", folder_.path()}, 3, {folder_.path()});
+}
+
+TEST_F(BadInput, ATruncatedModelIsNamed) {
+    const std::string model = "/usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb";
+    const std::string whole = readText(model);
+    if (whole.empty()) GTEST_SKIP() << "assimp-testmodels is not installed";
+    expectScene("half.glb", whole.substr(0, whole.size() / 2), {});
+}
+
+TEST_F(BadInput, AFileThatReachesOutOfItsFolderIsRefused) {
+    expectScene("reach.gltf",
+                R"({"asset":{"version":"2.0"},"buffers":[{"uri":"../../../../../../etc/passwd","byteLength":40}],
+                    "bufferViews":[{"buffer":0,"byteLength":36}],
+                    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+                    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}]})",
+                {});
+}
+
+TEST_F(BadInput, Walls) {
+    expect("no such wall", {"--wall", "9x9", "--scene", kYard}, 3, {"9x9", "2x2"});
+    expectWall("unknown-key", changed("columns: 2", "colums: 2"), {":3:", "colums", "columns"});
+    expectWall("swapped-corners", changed("lower_left { x: -1.6 y: 0.6 } lower_right { x: 1.6 y: 0.6 }",
+                                          "lower_left { x: 1.6 y: 0.6 } lower_right { x: -1.6 y: 0.6 }"), {"front"});
+    expectWall("millimetres", "screens { name: \"front\" lower_left { x: -1600 y: 600 } lower_right { x: 1600 y: 600 } upper_left { x: -1600 y: 2400 }\n"
+                              "  grid { columns: 1 rows: 1 tile_width_px: 64 tile_height_px: 36 } }\n"
+                              "users { name: \"viewer\" position { y: 1700 z: 2400 } }\n"
+                              "hosts { name: \"all\" tiles { screen: \"front\" user: \"viewer\" } }\n", {"millimet"});
+    expectWall("tile-twice", changed("column: 1 row: 0", "column: 0 row: 0"), {"front"});
+    expectWall("unknown-user", changed("row: 0 user: \"viewer\"", "row: 0 user: \"nobody\""), {"nobody", "viewer"});
+    expectWall("empty", "", {});
+}
+
+TEST_F(BadInput, Options) {
+    expect("unknown option", {"--wal", "1x1"}, 2, {"--wal"});
+    expect("size", {"--size", "12by7", "--scene", kYard}, 2, {"12by7"});
+    expect("address", {"--listen", "nonsense", "--scene", kYard}, 2, {"nonsense"});
+    expect("camera", {"--wall", "1x1", "--scene", kYard, "--camera", "/no/such"}, 3, {"camera"});
+}
+
+TEST_F(BadInput, ATakenPortIsANetworkError) {
+    LiveWall wall({.wall = "1x1"});
+    ASSERT_FALSE(wall.address().empty());
+    const Outcome second = run(folder_.path(), {program("tessera-server"), "--wall", "1x1", "--scene", kYard, "--listen", wall.address()}, 20s);
+    EXPECT_EQ(second.exitCode, 4) << second.output;
+    EXPECT_NE(second.output.find(wall.address()), std::string::npos) << second.output;
+}
+
+TEST_F(BadInput, AnImportThatFailsWhileTheWallRunsIsAnAnswerAndNothingElse) {
+    LiveWall wall({.wall = "1x1"});
+    ASSERT_FALSE(wall.address().empty());
+    wall.startClient("all");
+    ASSERT_TRUE(wall.waitForFrame("front-0-0", 3, 30s)) << wall.logs();
+    const Outcome loaded = wall.ctl({"load", folder_.write("bad.ply", "ply\nformat ascii 1.0\nelement vertex 999999999\n")});
+    EXPECT_EQ(loaded.exitCode, 3) << loaded.output;
+    EXPECT_NE(loaded.output.find("bad.ply"), std::string::npos) << loaded.output;
+    const std::int64_t now = wall.shownFrame("front-0-0");
+    EXPECT_TRUE(wall.waitForFrame("front-0-0", now + 10, 10s));
+}
+
+}  // namespace
+}  // namespace tessera::test

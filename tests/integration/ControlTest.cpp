@@ -1,0 +1,134 @@
+/// Every verb of tessera-ctl on a live wall.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "client/image/Picture.h"
+#include "tests/integration/LiveWall.h"
+
+namespace tessera::test {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+class Control : public testing::Test {
+protected:
+    Control() : wall_({.wall = "2x2"}) {}
+    void SetUp() override {
+        ASSERT_FALSE(wall_.address().empty()) << wall_.server().output();
+        for (const std::string& host : kFourHosts) wall_.startClient(host);
+        ASSERT_TRUE(wall_.waitForFrame("front-0-0", 3, 30s)) << wall_.logs();
+    }
+    /// Runs a verb with --json and parses what it says.
+    json ask(std::vector<std::string> words) {
+        words.insert(words.begin(), "--json");
+        const Outcome outcome = wall_.ctl(words);
+        EXPECT_EQ(outcome.exitCode, 0) << words[1] << ": " << outcome.output;
+        const json answer = json::parse(outcome.output, nullptr, false);
+        EXPECT_FALSE(answer.is_discarded()) << outcome.output;
+        return answer;
+    }
+    void TearDown() override {
+        const json report = wall_.finish();
+        ASSERT_FALSE(report.is_null()) << wall_.logs();
+        EXPECT_TRUE(report["faults"].empty()) << report["faults"].dump(2);
+        EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
+    }
+    Picture snapshot(const std::string& name) {
+        const std::string path = wall_.folder() + "/" + name;
+        const Outcome outcome = wall_.ctl({"snapshot", path});
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.output;
+        const Expected<Bytes> bytes = readFile(path, 64 << 20);
+        if (!bytes) return {};
+        const Expected<DecodedPng> png = decodePng(*bytes);
+        return png ? png->picture : Picture{};
+    }
+    LiveWall wall_;
+};
+
+TEST_F(Control, StatusNamesTheHostsAndTheFrame) {
+    const json status = ask({"status"});
+    EXPECT_EQ(status["hosts"].size(), 4u);
+    for (const json& host : status["hosts"]) EXPECT_EQ(host["state"], "live") << status.dump(2);
+    const Outcome plain = wall_.ctl({"status"});
+    EXPECT_EQ(plain.exitCode, 0);
+    for (const std::string& host : kFourHosts) EXPECT_NE(plain.output.find(host), std::string::npos) << plain.output;
+}
+
+TEST_F(Control, TreeShowsNodesAndAnUnknownNodeIsToldWhatIsThere) {
+    const Outcome tree = wall_.ctl({"tree"});
+    for (const char* name : {"floor", "post", "carriage", "body"}) EXPECT_NE(tree.output.find(name), std::string::npos) << tree.output;
+    const Outcome missing = wall_.ctl({"tree", "/carriag"});
+    EXPECT_EQ(missing.exitCode, 3) << missing.output;
+    EXPECT_NE(missing.output.find("carriage"), std::string::npos) << missing.output;
+}
+
+TEST_F(Control, MoveIsSeenOnTheWallAndUndoTakesItBack) {
+    // The carriage drives for a second; then the yard stands still.
+    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    const Picture before = snapshot("before.png");
+    ASSERT_GT(before.widthPx, 0);
+    EXPECT_EQ(wall_.ctl({"move", "/row[0]", "0", "1.5", "0", "--by"}).exitCode, 0);
+    const Picture moved = snapshot("moved.png");
+    EXPECT_FALSE(moved == before);
+    EXPECT_EQ(wall_.ctl({"undo"}).exitCode, 0);
+    EXPECT_TRUE(snapshot("after.png") == before);
+    const Outcome nothing = wall_.ctl({"undo"});
+    EXPECT_EQ(nothing.exitCode, 1) << nothing.output;
+    EXPECT_NE(nothing.output.find("nothing to undo"), std::string::npos) << nothing.output;
+}
+
+TEST_F(Control, AMoveIntoThePostIsStoppedAndContactsSayWhere) {
+    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    const json moved = ask({"move", "/carriage", "8", "0.5", "0"});
+    EXPECT_FALSE(moved["stopped"].empty()) << moved.dump(2);
+    const json contacts = ask({"contacts"});
+    ASSERT_FALSE(contacts["contacts"].empty()) << contacts.dump(2);
+    // Far away again, nothing touches.
+    (void)ask({"move", "/carriage", "-2", "0.5", "0"});
+    EXPECT_TRUE(ask({"contacts"})["contacts"].empty());
+}
+
+TEST_F(Control, ViewMovesTheWallThroughTheWorldAndResets) {
+    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    const Picture before = snapshot("before.png");
+    EXPECT_EQ(wall_.ctl({"view", "--position", "1", "1", "5"}).exitCode, 0);
+    EXPECT_FALSE(snapshot("moved.png") == before);
+    EXPECT_EQ(wall_.ctl({"view", "--reset"}).exitCode, 0);
+    EXPECT_TRUE(snapshot("after.png") == before);
+    EXPECT_EQ(wall_.ctl({"view", "--head", "viewer", "0.4", "1.5", "2"}).exitCode, 0);
+    EXPECT_FALSE(snapshot("head.png") == before);
+    const Outcome behind = wall_.ctl({"view", "--head", "viewer", "0", "1.5", "-2"});
+    EXPECT_EQ(behind.exitCode, 3) << behind.output;
+}
+
+TEST_F(Control, LoadAddsAFileAndRemoveTakesItAway) {
+    const TemporaryFolder folder;
+    const std::string file = folder.write("pyramid.obj",
+                                          "v 0 1 0\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 1 3 2\nf 1 4 3\nf 1 5 4\nf 1 2 5\nf 2 3 4 5\n");
+    const json loaded = ask({"load", file});
+    EXPECT_EQ(loaded["triangles"], 6) << loaded.dump(2);
+    EXPECT_NE(wall_.ctl({"tree"}).output.find("pyramid"), std::string::npos);
+    EXPECT_EQ(wall_.ctl({"remove", "/pyramid"}).exitCode, 0);
+    EXPECT_EQ(wall_.ctl({"tree", "/pyramid"}).exitCode, 3);
+    EXPECT_EQ(wall_.ctl({"undo"}).exitCode, 0);
+    EXPECT_EQ(wall_.ctl({"tree", "/pyramid"}).exitCode, 0);
+}
+
+TEST_F(Control, PickNamesWhatIsUnderAPixel) {
+    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    // The lowest row of the picture is floor.
+    const json hit = ask({"pick", "80", "88"});
+    EXPECT_EQ(hit["hit"], true) << hit.dump(2);
+    EXPECT_EQ(hit["path"].get<std::string>().rfind("/floor", 0), 0u) << hit.dump(2);
+}
+
+TEST_F(Control, NobodyAtTheAddressIsANetworkError) {
+    const Outcome outcome = run(wall_.folder(), {program("tessera-ctl"), "--server", "127.0.0.1:1", "--timeout", "2", "status"}, 20s);
+    EXPECT_EQ(outcome.exitCode, 4) << outcome.output;
+    EXPECT_NE(outcome.output.find("127.0.0.1:1"), std::string::npos) << outcome.output;
+}
+
+}  // namespace
+}  // namespace tessera::test

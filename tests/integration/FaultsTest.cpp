@@ -1,0 +1,153 @@
+/// What happens to the others when one host goes: killed, stopped, hung, late, corrupted; and that it comes back.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <thread>
+
+#include "tests/integration/LiveWall.h"
+
+namespace tessera::test {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+/// 2x2 with the given sync line.
+std::string wallFile(const TemporaryFolder& folder, const std::string& sync) {
+    std::string text = readText(std::string(TESSERA_SOURCE_DIR) + "/deploy/walls/2x2.wall");
+    const std::size_t at = text.find("sync");
+    return folder.write("wall.wall", text.substr(0, at) + "sync { " + sync + " }\n");
+}
+
+const json* findFault(const json& report, const std::string& host) {
+    for (const json& fault : report["faults"])
+        if (fault["host"] == host) return &fault;
+    return nullptr;
+}
+
+class Faults : public testing::Test {
+protected:
+    /// A running 2x2 wall with all hosts past frame 5.
+    void start(LiveWall& wall) {
+        ASSERT_FALSE(wall.address().empty()) << wall.server().output();
+        for (const std::string& host : kFourHosts) wall.startClient(host);
+        for (const std::string& host : kFourHosts) ASSERT_TRUE(wall.waitForFrame(tileOf(host), 5, 30s)) << wall.logs();
+    }
+    /// The tiles but `host`'s go on by many frames while `host`'s stands still.
+    void expectOnlyFrozen(LiveWall& wall, const std::string& host) {
+        const std::int64_t frozen = wall.shownFrame(tileOf(host));
+        for (const std::string& other : kFourHosts)
+            if (other != host) EXPECT_TRUE(wall.waitForFrame(tileOf(other), frozen + 30, 15s)) << other << "\n" << wall.logs();
+        EXPECT_EQ(wall.shownFrame(tileOf(host)), frozen);
+    }
+};
+
+TEST_F(Faults, KillingOneClientFreezesOnlyItsTileAndARestartedOneComesBack) {
+    LiveWall wall({});
+    start(wall);
+    wall.client("upper-left").signal(SIGKILL);
+    ASSERT_EQ(wall.client("upper-left").waitForExit(5s), 128 + SIGKILL);
+    expectOnlyFrozen(wall, "upper-left");
+    const std::int64_t frozen = wall.shownFrame(tileOf("upper-left"));
+    wall.startClient("upper-left");
+    EXPECT_TRUE(wall.waitForFrame(tileOf("upper-left"), frozen + 31, 15s)) << wall.logs();
+    const json report = wall.finish();
+    ASSERT_FALSE(report.is_null()) << wall.logs();
+    const json* fault = findFault(report, "upper-left");
+    ASSERT_TRUE(fault) << report.dump(2);
+    EXPECT_EQ((*fault)["kind"], "disconnected");
+    EXPECT_TRUE((*fault)["rejoined_ms"].is_number());
+    EXPECT_EQ(report["faults"].size(), 1u) << report["faults"].dump(2);
+    EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
+    for (const std::string& host : kFourHosts) EXPECT_EQ(wall.client(host).waitForExit(1s), 0) << wall.logs();
+}
+
+TEST_F(Faults, AStoppedClientIsNoticedByItsSilenceAndRejoinsWhenItGoesOn) {
+    LiveWall wall({});
+    start(wall);
+    wall.client("lower-right").signal(SIGSTOP);
+    ASSERT_TRUE(wall.server().waitForText("lower-right: silent", 10s)) << wall.logs();
+    expectOnlyFrozen(wall, "lower-right");
+    const std::int64_t frozen = wall.shownFrame(tileOf("lower-right"));
+    wall.client("lower-right").signal(SIGCONT);
+    EXPECT_TRUE(wall.waitForFrame(tileOf("lower-right"), frozen + 31, 15s)) << wall.logs();
+    const json report = wall.finish();
+    const json* fault = findFault(report, "lower-right");
+    ASSERT_TRUE(fault) << wall.logs();
+    EXPECT_EQ((*fault)["kind"], "silent");
+    EXPECT_GE((*fault)["detected_ms"].get<double>(), 250);
+    EXPECT_TRUE((*fault)["rejoined_ms"].is_number());
+}
+
+TEST_F(Faults, AHungDrawThreadIsFoundBehindItsHeartbeats) {
+    const TemporaryFolder folder;
+    LiveWall wall({.wall = wallFile(folder, "late_frame: WAIT frame_deadline_ms: 700 heartbeat_ms: 50 lost_after_ms: 300")});
+    ASSERT_FALSE(wall.address().empty()) << wall.server().output();
+    for (const std::string& host : kFourHosts)
+        wall.startClient(host, host == "lower-left" ? std::vector<std::string>{"--inject", "draw-hang@20"} : std::vector<std::string>{});
+    ASSERT_TRUE(wall.server().waitForText("lower-left: draw-stalled", 40s)) << wall.logs();
+    expectOnlyFrozen(wall, "lower-left");
+    EXPECT_LT(wall.shownFrame(tileOf("lower-left")), 20);
+    const json report = wall.finish();
+    const json* fault = findFault(report, "lower-left");
+    ASSERT_TRUE(fault) << wall.logs();
+    EXPECT_EQ((*fault)["kind"], "draw-stalled");
+    EXPECT_EQ((*fault)["frame"], 20);
+}
+
+TEST_F(Faults, ALateHostEntersAtANamedFrame) {
+    const TemporaryFolder folder;
+    LiveWall wall({.wall = wallFile(folder, "late_frame: WAIT start_deadline_ms: 1500 heartbeat_ms: 50 lost_after_ms: 250")});
+    ASSERT_FALSE(wall.address().empty()) << wall.server().output();
+    for (const std::string& host : {"upper-left", "lower-right", "lower-left"}) wall.startClient(host);
+    const auto missing = wall.server().waitForText("starting without: ", 30s);
+    ASSERT_TRUE(missing) << wall.logs();
+    EXPECT_NE(missing->find("upper-right"), std::string::npos);
+    ASSERT_TRUE(wall.waitForFrame(tileOf("upper-left"), 10, 30s)) << wall.logs();
+    wall.startClient("upper-right");
+    const auto entered = wall.server().waitForText("upper-right enters at frame ", 30s);
+    ASSERT_TRUE(entered) << wall.logs();
+    EXPECT_GE(std::stoi(*entered), 10);
+    EXPECT_TRUE(wall.waitForFrame(tileOf("upper-right"), std::stoi(*entered) + 5, 15s)) << wall.logs();
+    const json report = wall.finish();
+    EXPECT_TRUE(report["faults"].empty()) << report["faults"].dump();
+    EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
+}
+
+TEST_F(Faults, ACorruptedReplicaIsNamedAndRepairedWhileTheWallGoesOn) {
+    LiveWall wall({});
+    ASSERT_FALSE(wall.address().empty()) << wall.server().output();
+    for (const std::string& host : kFourHosts)
+        wall.startClient(host, host == "upper-right" ? std::vector<std::string>{"--inject", "corrupt@15"} : std::vector<std::string>{});
+    const auto found = wall.server().waitForText("upper-right: first differing object: ", 40s);
+    ASSERT_TRUE(found) << wall.logs();
+    EXPECT_NE(found->find("differs"), std::string::npos) << *found;
+    const std::int64_t then = wall.shownFrame(tileOf("upper-left"));
+    EXPECT_TRUE(wall.waitForFrame(tileOf("upper-right"), then + 20, 15s)) << wall.logs();
+    const json report = wall.finish();
+    EXPECT_EQ(report["replication"]["state_hash_mismatches"], 1) << report.dump(2);
+    EXPECT_GE(report["replication"]["resnapshots"].get<int>(), 1);
+    const json* fault = findFault(report, "upper-right");
+    ASSERT_TRUE(fault);
+    EXPECT_EQ((*fault)["kind"], "state-mismatch");
+    EXPECT_EQ((*fault)["frame"], 15);
+}
+
+TEST_F(Faults, ARestartedServerGetsItsClientsBackWithANewScene) {
+    auto first = std::make_unique<LiveWall>(LiveWallOptions{});
+    start(*first);
+    const std::string address = first->address();
+    first->server().signal(SIGKILL);
+    ASSERT_TRUE(first->server().waitForExit(5s));
+    const TemporaryFolder folder;
+    Process second(folder.path(), "server", {program("tessera-server"), "--wall", "2x2", "--scene",
+                   std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct", "--listen", address, "--size", "160x90", "--samples", "1",
+                   "--frames", "40", "--report", folder.path() + "/report.json"});
+    EXPECT_EQ(second.waitForExit(60s), 0) << second.output() << first->logs();
+    for (const std::string& host : kFourHosts) EXPECT_EQ(first->client(host).waitForExit(5s), 0) << first->logs();
+    const json report = json::parse(readText(folder.path() + "/report.json"));
+    EXPECT_EQ(report["frames"], 40);
+}
+
+}  // namespace
+}  // namespace tessera::test

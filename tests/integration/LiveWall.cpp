@@ -1,0 +1,73 @@
+#include "tests/integration/LiveWall.h"
+
+#include <signal.h>
+
+#include <thread>
+
+#include "client/image/SharedFrame.h"
+
+namespace tessera::test {
+
+using namespace std::chrono_literals;
+
+LiveWall::LiveWall(const LiveWallOptions& options) {
+    std::vector<std::string> command = {program("tessera-server"), "--wall",    options.wall,
+                                        "--scene",                 options.scene, "--listen",
+                                        "127.0.0.1:0",             "--report",  folder_.path() + "/report.json"};
+    if (!options.size.empty()) command.insert(command.end(), {"--size", options.size, "--samples", "1"});
+    command.insert(command.end(), options.server.begin(), options.server.end());
+    server_ = std::make_unique<Process>(folder_.path(), "server", command);
+    address_ = server_->waitForText("listening on ", 20s).value_or("");
+}
+
+Process& LiveWall::startClient(const std::string& host, std::vector<std::string> more) {
+    std::vector<std::string> command = {program("tessera-client"), "--server", address_, "--host", host, "--output", output()};
+    command.insert(command.end(), more.begin(), more.end());
+    clients_[host] = std::make_unique<Process>(folder_.path(), host, command);
+    return *clients_[host];
+}
+
+std::int64_t LiveWall::shownFrame(const std::string& tile) const {
+    const auto image = readSharedFrame(output() + "/tiles/" + tile + "/shown.frame");
+    return image ? static_cast<std::int64_t>(image->frame) : -1;
+}
+
+bool LiveWall::waitForFrame(const std::string& tile, std::int64_t frame, std::chrono::milliseconds timeout) const {
+    const auto deadline = std::chrono::steady_clock::now() + timeout;
+    while (std::chrono::steady_clock::now() < deadline) {
+        if (shownFrame(tile) >= frame) return true;
+        std::this_thread::sleep_for(10ms);
+    }
+    return false;
+}
+
+Outcome LiveWall::ctl(std::vector<std::string> words) const {
+    std::vector<std::string> command = {program("tessera-ctl"), "--server", address_};
+    command.insert(command.end(), words.begin(), words.end());
+    return run(folder_.path(), command, 30s);
+}
+
+nlohmann::json LiveWall::finish() {
+    server_->signal(SIGTERM);
+    return waitForEnd(30s);
+}
+
+nlohmann::json LiveWall::waitForEnd(std::chrono::milliseconds timeout) {
+    if (!server_->waitForExit(timeout)) return {};
+    for (auto& [host, client] : clients_) (void)client->waitForExit(10s);
+    const std::string text = readText(folder_.path() + "/report.json");
+    return text.empty() ? nlohmann::json() : nlohmann::json::parse(text);
+}
+
+std::string LiveWall::logs() const {
+    std::string all = "--- server\n" + server_->output();
+    for (const auto& [host, client] : clients_) all += "--- " + host + "\n" + client->output();
+    return all;
+}
+
+std::string tileOf(const std::string& host) {
+    const bool right = host.ends_with("right"), upper = host.starts_with("upper");
+    return std::string("front-") + (right ? "1" : "0") + "-" + (upper ? "1" : "0");
+}
+
+}  // namespace tessera::test

@@ -1,0 +1,154 @@
+/// Whoever knocks on the server's port with something else than the protocol disturbs nobody.
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <random>
+
+#include "common/base/Channel.h"
+#include "common/codec/MessageCodec.h"
+#include "common/net/FrameHeader.h"
+#include "common/net/Transport.h"
+#include "tests/integration/LiveWall.h"
+
+namespace tessera::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A plain TCP connection.
+class Knock {
+public:
+    explicit Knock(const std::string& address) {
+        const auto parsed = parseAddress(address);
+        socket_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+        sockaddr_in to{};
+        to.sin_family = AF_INET;
+        to.sin_port = htons(parsed->port);
+        inet_pton(AF_INET, parsed->host.c_str(), &to.sin_addr);
+        connected_ = connect(socket_, reinterpret_cast<sockaddr*>(&to), sizeof to) == 0;
+    }
+    ~Knock() { close(socket_); }
+    [[nodiscard]] bool connected() const { return connected_; }
+    void say(ByteSpan bytes) const { (void)!::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+    /// Whether the server closes within the time.
+    [[nodiscard]] bool closedWithin(std::chrono::milliseconds timeout) const {
+        const timeval wait{.tv_sec = timeout.count() / 1000, .tv_usec = timeout.count() % 1000 * 1000};
+        setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
+        char buffer[4096];
+        for (;;) {
+            const ssize_t n = recv(socket_, buffer, sizeof buffer, 0);
+            if (n == 0 || (n < 0 && errno == ECONNRESET)) return true;
+            if (n < 0) return false;
+        }
+    }
+
+private:
+    int socket_ = -1;
+    bool connected_ = false;
+};
+
+class Strangers : public testing::Test {
+protected:
+    Strangers() : wall_({.wall = "2x2"}) {}
+    void SetUp() override {
+        ASSERT_FALSE(wall_.address().empty()) << wall_.server().output();
+        for (const std::string& host : kFourHosts) wall_.startClient(host);
+        ASSERT_TRUE(wall_.waitForFrame("front-0-0", 3, 30s)) << wall_.logs();
+    }
+    void TearDown() override {
+        const std::int64_t now = wall_.shownFrame("front-0-0");
+        EXPECT_TRUE(wall_.waitForFrame("front-0-0", now + 10, 10s)) << wall_.logs();
+        const nlohmann::json report = wall_.finish();
+        ASSERT_FALSE(report.is_null()) << wall_.logs();
+        EXPECT_TRUE(report["faults"].empty()) << report["faults"].dump(2);
+    }
+    LiveWall wall_;
+};
+
+TEST_F(Strangers, GarbageIsHungUpOn) {
+    std::mt19937 random(7);
+    for (int i = 0; i < 20; ++i) {
+        const Knock knock(wall_.address());
+        ASSERT_TRUE(knock.connected());
+        Bytes noise(64 + random() % 4000);
+        for (std::byte& b : noise) b = static_cast<std::byte>(random());
+        knock.say(noise);
+        EXPECT_TRUE(knock.closedWithin(5s));
+    }
+    const Knock web(wall_.address());
+    web.say(asBytes("GET / HTTP/1.1\r\nHost: wall\r\n\r\n"));
+    EXPECT_TRUE(web.closedWithin(5s));
+}
+
+TEST_F(Strangers, AFourGigabyteLengthTakesNoMemory) {
+    std::array<std::byte, FrameHeader::kBytes> header = encodeHeader(wireType(Message(message::Hello{})), 0, {});
+    const std::uint32_t huge = 0xffffffffu;
+    std::memcpy(header.data() + 8, &huge, sizeof huge);
+    const Knock knock(wall_.address());
+    knock.say(header);
+    EXPECT_TRUE(knock.closedWithin(5s));
+}
+
+TEST_F(Strangers, SilentConnectionsAreClosedAfterTheHelloDeadline) {
+    std::vector<std::unique_ptr<Knock>> silent;
+    for (int i = 0; i < 10; ++i) silent.push_back(std::make_unique<Knock>(wall_.address()));
+    // Half of a header, then nothing.
+    silent[0]->say(ByteSpan(encodeHeader(1, 0, {})).first(11));
+    for (const auto& knock : silent) EXPECT_TRUE(knock->closedWithin(6s));
+}
+
+TEST_F(Strangers, AMessageThatOnlyAHostMaySayEndsTheConnection) {
+    const Bytes payload = encodeMessage(message::Ready{.frame = 4, .stateHash = 1, .stats = nullptr});
+    const auto header = encodeHeader(wireType(Message(message::Ready{})), 0, payload);
+    const Knock knock(wall_.address());
+    knock.say(header);
+    knock.say(payload);
+    EXPECT_TRUE(knock.closedWithin(5s));
+}
+
+/// Says hello and returns the Refused that comes back.
+std::optional<message::Refused> refusalOf(const std::string& address, const message::Hello& hello) {
+    Channel<LinkEvent> events(100);
+    Transport transport({.maxPayload = maxPayloadBytes}, [&](LinkEvent event) { events.push(std::move(event)); });
+    const LinkId link = transport.connect(*parseAddress(address), 5s);
+    const auto deadline = std::chrono::steady_clock::now() + 5s;
+    while (std::chrono::steady_clock::now() < deadline) {
+        const std::optional<LinkEvent> event = events.popFor(100ms);
+        if (!event) continue;
+        if (std::holds_alternative<link_event::Opened>(event->what)) {
+            transport.send(link, wireType(Message(hello)), 0, share(encodeMessage(hello)));
+        } else if (const auto* received = std::get_if<link_event::Received>(&event->what)) {
+            const Expected<Message> message = decodeMessage(received->type, received->payload);
+            if (message && std::holds_alternative<message::Refused>(*message)) {
+                events.close();
+                return std::get<message::Refused>(*message);
+            }
+        } else {
+            break;
+        }
+    }
+    events.close();
+    return std::nullopt;
+}
+
+TEST_F(Strangers, AnotherProtocolVersionIsToldBothNumbers) {
+    const auto refused = refusalOf(wall_.address(), {.protocol = kProtocolVersion + 7, .name = "upper-left"});
+    ASSERT_TRUE(refused);
+    EXPECT_NE(refused->reason.find(std::to_string(kProtocolVersion + 7)), std::string::npos) << refused->reason;
+    EXPECT_NE(refused->reason.find(std::to_string(kProtocolVersion)), std::string::npos);
+    EXPECT_FALSE(refused->retry);
+}
+
+TEST_F(Strangers, AnUnknownHostNameIsToldTheWallsNamesAndExits) {
+    Process& stranger = wall_.startClient("middle");
+    EXPECT_EQ(stranger.waitForExit(20s), 3) << stranger.output();
+    for (const std::string& host : kFourHosts) EXPECT_NE(stranger.output().find(host), std::string::npos) << stranger.output();
+}
+
+}  // namespace
+}  // namespace tessera::test

@@ -1,0 +1,91 @@
+/// A small scene by hand: a crane with a hook box on a motion, and a wall in its way.
+#pragma once
+
+#include <vector>
+
+#include "common/geometry/Mesh.h"
+#include "common/scene/FieldTable.h"
+
+namespace tessera::test {
+
+/// Hands out placeholders and remembers nothing else.
+class ListMaker {
+public:
+    ObjectId create(ObjectType type) {
+        const ObjectId id{kFirstPlaceholder + next_++};
+        builder.create(id, type);
+        return id;
+    }
+    template <typename Core>
+    ObjectId create() {
+        return create(typeOf<Core>());
+    }
+    /// A node with a core (none: a plain one) below `parent`.
+    ObjectId node(const std::string& name, ObjectId parent, ObjectId core = {}) {
+        const ObjectId id = create<Node>();
+        builder.set(id, typeOf<Node>(), field::kNodeName, name);
+        if (core) builder.set(id, typeOf<Node>(), field::kNodeCore, core);
+        builder.place(id, parent);
+        return id;
+    }
+    ObjectId transform(const Vec3d& translation) {
+        const ObjectId id = create<Transform>();
+        builder.set(id, typeOf<Transform>(), field::kTranslation, toValue(translation));
+        return id;
+    }
+    ObjectId box(const Vec3d& size) {
+        const MeshArrays arrays = makeBox(size).toArrays();
+        const ObjectId id = create<Geometry>();
+        builder.set(id, typeOf<Geometry>(), field::kPositions, arrays.positions);
+        builder.set(id, typeOf<Geometry>(), field::kNormals, arrays.normals);
+        builder.set(id, typeOf<Geometry>(), field::kIndices, arrays.indices);
+        return id;
+    }
+    ObjectId motion(ObjectId target, const std::vector<std::array<double, 4>>& timeAndPlace) {
+        std::vector<double> keys;
+        for (const auto& [t, x, y, z] : timeAndPlace)
+            for (const double v : {t, x, y, z, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0}) keys.push_back(v);
+        const ObjectId id = create<Motion>();
+        builder.set(id, typeOf<Motion>(), field::kMotionTarget, target);
+        builder.set(id, typeOf<Motion>(), field::kMotionKeys, Blob::of(std::span<const double>(keys)));
+        return id;
+    }
+    ChangeListBuilder builder;
+
+private:
+    std::uint64_t next_ = 0;
+};
+
+/// /crane (a Transform driven from x = 0 to x = 6 in one second) carries /crane/hook, a box of 1; /wall is a box of
+/// 1 × 4 × 4 at x = 4. The interest stops the crane at the wall.
+inline ChangeList craneScene(bool withInterest = true) {
+    ListMaker make;
+    const ObjectId place = make.transform(Vec3d::Zero());
+    const ObjectId crane = make.node("crane", kRootNode, place);
+    make.node("hook", crane, make.box(Vec3d::Ones()));
+    const ObjectId wallPlace = make.node("wall", kRootNode, make.transform(Vec3d(4, 0, 0)));
+    make.node("bricks", wallPlace, make.box(Vec3d(1, 4, 4)));
+    make.node("motion", kRootNode, make.motion(place, {{0, 0, 0, 0}, {1, 6, 0, 0}}));
+    if (withInterest) {
+        const ObjectId interest = make.create<Interest>();
+        make.builder.set(interest, typeOf<Interest>(), field::kInterestObject, crane);
+        make.node("interest", kRootNode, interest);
+    }
+    return make.builder.take();
+}
+
+/// The Transform core of the node at `path`.
+inline ObjectId transformAt(const Aspect& scene, const std::string& path) {
+    return scene.get<Node>(findNode(scene, path).value())->core;
+}
+inline Vec3d placeOf(const Aspect& scene, const std::string& path) {
+    return scene.get<Transform>(transformAt(scene, path))->translation;
+}
+/// A list that moves one Transform.
+inline ChangeList moveTo(ObjectId transform, const Vec3d& translation) {
+    ChangeListBuilder builder;
+    builder.set(transform, typeOf<Transform>(), field::kTranslation, toValue(translation));
+    return builder.take();
+}
+
+}  // namespace tessera::test
