@@ -1,0 +1,282 @@
+#include "common/application/Application.h"
+
+#include <fmt/format.h>
+
+#include <deque>
+
+#include "common/application/Connection.h"
+#include "common/codec/ChangeCodec.h"
+#include "common/codec/WallCodec.h"
+
+namespace tessera {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+TimePoint now() { return std::chrono::steady_clock::now(); }
+
+/// Time left until `deadline`, never negative.
+Duration until(TimePoint deadline) { return std::max<Duration>(deadline - now(), Duration::zero()); }
+
+}  // namespace
+
+struct Application::Impl {
+    Impl(ConnectionOptions connectionOptions, const Options& o) : options(o), connection(std::move(connectionOptions)) {}
+
+    /// Puts one value aside (a reply is given back). False: nothing came until `deadline`, or it is all over.
+    bool take(TimePoint deadline, std::optional<message::Reply>* reply = nullptr);
+    /// Applies what was put aside. The error that ended everything comes only once nothing is left to apply.
+    Expected<bool> dispatch();
+    Expected<void> apply(incoming::List list);
+    void tell(const ApplicationNotice& notice);
+
+    Expected<ApplicationAnswer> ask(const ApplicationRequest& request, milliseconds timeout);
+    /// `ask` for one kind of answer.
+    template <typename Answer>
+    Expected<Answer> askFor(const ApplicationRequest& request, std::optional<milliseconds> timeout = std::nullopt) {
+        Expected<ApplicationAnswer> answer = ask(request, timeout.value_or(options.timeout));
+        if (!answer) return tl::unexpected(answer.error());
+        if (auto* expected = std::get_if<Answer>(&*answer)) return std::move(*expected);
+        return fail(ErrorCode::kBadInput, "the server answered something else than was asked; is it of another version?");
+    }
+    /// Waits until `scene` holds the list that answers a proposal.
+    Expected<answer::Committed> settled(Expected<answer::Committed> committed);
+    Expected<void> subscribe();
+
+    Options options;
+    Connection connection;
+    std::optional<Wall> wall;
+    std::optional<Error> wallFault;
+    Aspect aspect;
+    Sequence sequence;
+    bool haveScene = false;
+    std::deque<Incoming> aside;
+    std::optional<incoming::Ended> ended;
+    bool dispatching = false;
+    std::uint64_t lastRequest = 0;
+    request::Subscribe subscription;
+    std::optional<notice::Frame> lastFrame;
+    std::function<void(const ChangeList&, Sequence)> changesCallback;
+    std::function<void(const answer::Contacts&)> contactsCallback;
+    std::function<void(const answer::Picked&)> pickCallback;
+    std::function<void(const notice::Frame&)> frameCallback;
+};
+
+bool Application::Impl::take(TimePoint deadline, std::optional<message::Reply>* reply) {
+    if (ended) return false;
+    std::optional<Incoming> value = connection.next(until(deadline));
+    if (!value) return false;
+    if (auto* answer = std::get_if<incoming::Reply>(&*value)) {
+        if (reply != nullptr && answer->reply.id == lastRequest) *reply = std::move(answer->reply);
+        // Any other reply belongs to a request that was given up.
+    } else if (auto* end = std::get_if<incoming::Ended>(&*value)) {
+        ended = std::move(*end);
+    } else if (auto* configured = std::get_if<incoming::Configured>(&*value)) {
+        Expected<Wall> decoded = decodeWall(*configured->wall);
+        if (decoded)
+            wall = std::move(*decoded);
+        else
+            wallFault = Error{decoded.error().code, "the server's wall makes no sense: " + decoded.error().message};
+    } else {
+        aside.push_back(std::move(*value));
+    }
+    return true;
+}
+
+Expected<bool> Application::Impl::dispatch() {
+    bool any = false;
+    dispatching = true;
+    while (!aside.empty()) {
+        Incoming value = std::move(aside.front());
+        aside.pop_front();
+        any = true;
+        if (auto* list = std::get_if<incoming::List>(&value)) {
+            if (auto applied = apply(std::move(*list)); !applied) {
+                aside.clear();
+                ended = incoming::Ended{applied.error(), false};
+            }
+        } else if (const auto* notice = std::get_if<incoming::Notice>(&value)) {
+            tell(notice->notice);
+        }
+    }
+    dispatching = false;
+    if (!any && ended) return tl::unexpected(ended->error);
+    return any;
+}
+
+Expected<void> Application::Impl::apply(incoming::List list) {
+    if (list.whole) {
+        aspect = Aspect();
+        haveScene = true;
+    }
+    if (auto applied = aspect.apply(*list.list); !applied)
+        return failWith(fmt::format("change list {} of the server does not fit the scene here", list.sequence.value),
+                        applied.error());
+    if (aspect.stateHash() != list.stateHash)
+        return fail(ErrorCode::kFailed, fmt::format("after change list {} the scene here differs from the server's; connect again",
+                                                    list.sequence.value));
+    sequence = list.sequence;
+    if (const auto callback = changesCallback) callback(*list.list, sequence);
+    return {};
+}
+
+void Application::Impl::tell(const ApplicationNotice& notice) {
+    if (const auto* frame = std::get_if<notice::Frame>(&notice)) {
+        lastFrame = *frame;
+        if (const auto callback = frameCallback) callback(*frame);
+    } else if (const auto* contacts = std::get_if<answer::Contacts>(&notice)) {
+        if (const auto callback = contactsCallback) callback(*contacts);
+    } else if (const auto* picked = std::get_if<answer::Picked>(&notice)) {
+        if (const auto callback = pickCallback) callback(*picked);
+    }
+}
+
+Expected<ApplicationAnswer> Application::Impl::ask(const ApplicationRequest& request, milliseconds timeout) {
+    if (ended) return tl::unexpected(ended->error);
+    const TimePoint deadline = now() + timeout;
+    connection.request(++lastRequest, share(encodeRequest(request)));
+    std::optional<message::Reply> reply;
+    while (!reply) {
+        if (take(deadline, &reply)) continue;
+        if (ended) return tl::unexpected(ended->error);
+        return fail(ErrorCode::kNetwork,
+                    fmt::format("the server at {} did not answer within {} ms", options.address, timeout.count()));
+    }
+    if (!reply->error.empty()) return fail(reply->code, std::move(reply->error));
+    return decodeAnswer(*reply->body);
+}
+
+Expected<answer::Committed> Application::Impl::settled(Expected<answer::Committed> committed) {
+    if (!committed || !options.followScene || dispatching) return committed;
+    const TimePoint deadline = now() + options.timeout;
+    for (;;) {
+        if (const auto applied = dispatch(); !applied) return tl::unexpected(applied.error());
+        if (sequence >= committed->sequence) return committed;
+        if (!take(deadline) && !ended)
+            return fail(ErrorCode::kNetwork, fmt::format("change list {} was committed but did not come within {} ms",
+                                                         committed->sequence.value, options.timeout.count()));
+    }
+}
+
+Expected<void> Application::Impl::subscribe() {
+    const Expected<answer::Done> done = askFor<answer::Done>(subscription);
+    if (!done) return tl::unexpected(done.error());
+    return {};
+}
+
+Application::Application(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Application::~Application() = default;
+
+Expected<std::unique_ptr<Application>> Application::connect(const Options& options) {
+    const Expected<Address> address = parseAddress(options.address);
+    if (!address) return tl::unexpected(address.error());
+    ConnectionOptions connectionOptions;
+    connectionOptions.address = *address;
+    connectionOptions.name = options.name;
+    connectionOptions.lists = options.followScene;
+    connectionOptions.blobs = options.followScene && options.wantBlobs;
+    connectionOptions.connectTimeout = options.timeout;
+    auto impl = std::make_unique<Impl>(std::move(connectionOptions), options);
+
+    // A little more than the transport's own timeout, whose message is the better one.
+    const TimePoint deadline = now() + options.timeout + milliseconds(100);
+    while (!impl->wall || (options.followScene && !impl->haveScene)) {
+        if (!impl->take(deadline) && !impl->ended) {
+            if (!impl->wall)
+                return fail(ErrorCode::kNetwork, fmt::format("no Tessera server at {}: something accepts connections there but "
+                                                             "did not answer within {} ms",
+                                                             options.address, options.timeout.count()));
+            return fail(ErrorCode::kNetwork, fmt::format("the server at {} did not hand out its scene within {} ms",
+                                                         options.address, options.timeout.count()));
+        }
+        if (impl->wallFault) return tl::unexpected(*impl->wallFault);
+        if (const auto applied = impl->dispatch(); !applied) return tl::unexpected(applied.error());
+    }
+    return std::unique_ptr<Application>(new Application(std::move(impl)));
+}
+
+const Aspect& Application::scene() const { return impl_->aspect; }
+Sequence Application::sequence() const { return impl_->sequence; }
+const Wall& Application::wall() const { return *impl_->wall; }
+bool Application::serverIsOver() const { return impl_->ended && impl_->ended->over; }
+
+Expected<bool> Application::poll(milliseconds timeout) {
+    if (impl_->dispatching) return fail(ErrorCode::kRefused, "poll was called from within a callback");
+    if (impl_->aside.empty()) impl_->take(now() + timeout);
+    while (impl_->take(now())) continue;
+    return impl_->dispatch();
+}
+
+Expected<notice::Frame> Application::waitForFrame(milliseconds timeout) {
+    if (!impl_->subscription.frames) {
+        impl_->subscription.frames = true;
+        if (auto subscribed = impl_->subscribe(); !subscribed) return tl::unexpected(subscribed.error());
+    }
+    impl_->lastFrame.reset();
+    const TimePoint deadline = now() + timeout;
+    for (;;) {
+        const auto polled = poll(std::chrono::ceil<milliseconds>(until(deadline)));
+        if (!polled) return tl::unexpected(polled.error());
+        if (impl_->lastFrame) return *impl_->lastFrame;
+        if (now() >= deadline)
+            return fail(ErrorCode::kNetwork, fmt::format("the wall showed no frame within {} ms", timeout.count()));
+    }
+}
+
+void Application::onChanges(std::function<void(const ChangeList&, Sequence)> callback) {
+    impl_->changesCallback = std::move(callback);
+}
+Expected<void> Application::onContacts(std::function<void(const answer::Contacts&)> callback) {
+    impl_->contactsCallback = std::move(callback);
+    impl_->subscription.contacts = impl_->contactsCallback != nullptr;
+    return impl_->subscribe();
+}
+Expected<void> Application::onPick(std::function<void(const answer::Picked&)> callback) {
+    impl_->pickCallback = std::move(callback);
+    impl_->subscription.picks = impl_->pickCallback != nullptr;
+    return impl_->subscribe();
+}
+Expected<void> Application::onFrame(std::function<void(const notice::Frame&)> callback) {
+    impl_->frameCallback = std::move(callback);
+    impl_->subscription.frames = impl_->frameCallback != nullptr;
+    return impl_->subscribe();
+}
+
+Expected<answer::Committed> Application::propose(const ChangeList& list) {
+    request::Propose proposal{share(encodeChangeList(list)), {}};
+    for (const Blob& blob : blobsOf(list))
+        if (blob.resident()) proposal.blobs.push_back(blob.shared());
+    return impl_->settled(impl_->askFor<answer::Committed>(proposal));
+}
+
+Expected<answer::Committed> Application::undo() { return impl_->settled(impl_->askFor<answer::Committed>(request::Undo{})); }
+
+Expected<answer::Committed> Application::moveNode(std::string_view node, const NodeMove& move) {
+    if (!impl_->options.followScene)
+        return fail(ErrorCode::kUsage, "moving a node by its name needs an application that follows the scene");
+    const Expected<ObjectId> found = findNode(impl_->aspect, node);
+    if (!found) return tl::unexpected(found.error());
+    const Expected<ChangeList> list = moveList(impl_->aspect, *found, move);
+    if (!list) return tl::unexpected(list.error());
+    return propose(*list);
+}
+
+Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout) {
+    return impl_->askFor<answer::Loaded>(request::Load{path, parent}, timeout);
+}
+
+Expected<void> Application::setView(const request::SetView& view) {
+    const Expected<answer::Done> done = impl_->askFor<answer::Done>(view);
+    if (!done) return tl::unexpected(done.error());
+    return {};
+}
+
+Expected<answer::Picked> Application::pick(double xPx, double yPx) {
+    return impl_->askFor<answer::Picked>(request::Pick{xPx, yPx});
+}
+Expected<answer::Contacts> Application::contacts() { return impl_->askFor<answer::Contacts>(request::GetContacts{}); }
+Expected<answer::Status> Application::status() { return impl_->askFor<answer::Status>(request::GetStatus{}); }
+Expected<answer::Images> Application::images() { return impl_->askFor<answer::Images>(request::GetImages{}); }
+
+}  // namespace tessera

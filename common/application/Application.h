@@ -1,0 +1,102 @@
+/// An application's door to a running wall: connect, follow the scene, propose changes, be told what happens.
+///
+///     auto application = tessera::Application::connect({.address = "127.0.0.1:7000", .name = "mover"});
+///     if (!application) …  // application.error().message says why, for a person
+///     (*application)->moveNode("/hall/crane", {.translation = tessera::Vec3d(1, 0, 0), .relative = true});
+///
+/// One thread owns an Application and calls all its members: "the caller". Connection, heartbeats and decoding run on threads
+/// inside; nothing of the caller's is touched from there: the scene changes, and callbacks are called, only within `poll` and
+/// the other members that say so. Where two want the same node: see README.md beside this file.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/application/Edits.h"
+#include "common/base/Error.h"
+#include "common/change/ChangeList.h"
+#include "common/codec/ApplicationCodec.h"
+#include "common/scene/Aspect.h"
+#include "common/wall/Wall.h"
+
+namespace tessera {
+
+class Application {
+public:
+    struct Options {
+        std::string address;                ///< "HOST:PORT" of the server
+        std::string name = "application";   ///< for the server's log and status
+        bool followScene = true;            ///< false: `scene()` stays empty; for programs that only ask
+        bool wantBlobs = false;             ///< meshes and pixels too; false: their handles are absent (Blob)
+        std::chrono::milliseconds timeout{10'000};  ///< for connecting and for each request
+    };
+
+    /// Returns when the scene is there (with followScene), else when the server has answered. kNetwork: nobody there,
+    /// no Tessera server, too slow; other codes: refused by the server.
+    [[nodiscard]] static Expected<std::unique_ptr<Application>> connect(const Options& options);
+    /// Sends what is queued and takes leave; takes at most about a second.
+    ~Application();
+    Application(const Application&) = delete;
+    Application& operator=(const Application&) = delete;
+
+    // ---- the scene ---------------------------------------------------------------------------------------------------
+
+    /// As of the last list applied here. References into it hold until the next call that applies lists.
+    [[nodiscard]] const Aspect& scene() const;
+    /// Number of the last list applied here.
+    [[nodiscard]] Sequence sequence() const;
+    /// The wall that the server drives, as its configuration says.
+    [[nodiscard]] const Wall& wall() const;
+
+    /// Applies everything that has arrived, calling the callbacks; waits for something for at most `timeout`. False: nothing
+    /// came. An error ends it: the connection is gone (`serverIsOver` tells a regular end from a broken one).
+    [[nodiscard]] Expected<bool> poll(std::chrono::milliseconds timeout);
+    /// Polls until the wall has shown a frame that was not reported here before. Needs `onFrame` or subscribes by itself.
+    /// kNetwork also when none is shown within `timeout`.
+    [[nodiscard]] Expected<notice::Frame> waitForFrame(std::chrono::milliseconds timeout);
+    [[nodiscard]] bool serverIsOver() const;
+
+    // ---- callbacks: called by the caller's own thread, within `poll` and whatever else applies lists -------------------
+
+    /// After a list was applied; the scene is already the new one. The first call of a (re)started scene gets the whole.
+    void onChanges(std::function<void(const ChangeList&, Sequence)> callback);
+    /// The contacts of every frame, as it is made.
+    [[nodiscard]] Expected<void> onContacts(std::function<void(const answer::Contacts&)> callback);
+    /// Whenever anybody picks.
+    [[nodiscard]] Expected<void> onPick(std::function<void(const answer::Picked&)> callback);
+    /// Whenever the wall has shown a frame.
+    [[nodiscard]] Expected<void> onFrame(std::function<void(const notice::Frame&)> callback);
+
+    // ---- requests: each waits for the server's answer, at most Options::timeout ----------------------------------------
+
+    /// Asks the server to commit `list`; objects it creates carry placeholders (ids from kFirstPlaceholder up). Resident
+    /// blobs that it names are uploaded. When it returns, `scene()` holds the change (with followScene; not from
+    /// within a callback). A refused list changes nothing.
+    [[nodiscard]] Expected<answer::Committed> propose(const ChangeList& list);
+    /// Takes back the last committed change of any application, as a new change.
+    [[nodiscard]] Expected<answer::Committed> undo();
+    /// Moves the node at a path ("/hall/crane") or id ("#17"). See `moveList` in Edits.h. Needs followScene.
+    [[nodiscard]] Expected<answer::Committed> moveNode(std::string_view node, const NodeMove& move);
+    /// The server imports a file of its own and adds it below `parent` (none: the root).
+    [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
+                                                std::chrono::milliseconds timeout = std::chrono::minutes(2));
+    [[nodiscard]] Expected<void> setView(const request::SetView& view);
+    /// What is under a pixel of the mosaic of the first screen, from its upper left.
+    [[nodiscard]] Expected<answer::Picked> pick(double xPx, double yPx);
+    [[nodiscard]] Expected<answer::Contacts> contacts();
+    [[nodiscard]] Expected<answer::Status> status();
+    /// The tiles as they are shown now, all of the same frame.
+    [[nodiscard]] Expected<answer::Images> images();
+
+private:
+    struct Impl;
+    explicit Application(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,207 @@
+#include "common/application/Connection.h"
+
+#include <fmt/format.h>
+
+#include <deque>
+
+#include "common/codec/ChangeCodec.h"
+#include "common/codec/MessageCodec.h"
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t kMaxEvents = 16'384;
+/// Replies, the end and whatever else must find room behind the lists that wait.
+constexpr std::size_t kSpareRoom = 4096;
+
+TimePoint now() { return std::chrono::steady_clock::now(); }
+
+ClientSessionConfig sessionConfig(const ConnectionOptions& options) {
+    ClientSessionConfig config;
+    config.name = options.name;
+    config.role = PeerRole::kApplication;
+    config.schema = schemaHash();
+    config.wantBlobs = options.blobs;
+    return config;
+}
+
+}  // namespace
+
+Connection::Connection(ConnectionOptions options)
+    : options_(std::move(options)),
+      events_(kMaxEvents),
+      out_(options_.maxWaiting + kSpareRoom),
+      session_(sessionConfig(options_)) {
+    TransportLimits limits;
+    limits.maxPayload = maxPayloadBytes;
+    transport_ = std::make_unique<Transport>(std::move(limits), [this](LinkEvent event) { events_.push(std::move(event)); });
+    open(ChannelKind::kControl);
+    thread_ = std::thread([this] { run(); });
+}
+
+Connection::~Connection() {
+    events_.close();
+    thread_.join();
+    transport_.reset();
+}
+
+std::optional<Incoming> Connection::next(Duration timeout) {
+    std::optional<Incoming> value = out_.popFor(timeout);
+    if (value) {
+        --waiting_;
+        if (const auto* list = std::get_if<incoming::List>(&*value)) waitingBytes_ -= list->encodedBytes;
+    }
+    return value;
+}
+
+void Connection::request(std::uint64_t id, SharedBytes body) { events_.push(message::Request{id, std::move(body)}); }
+
+void Connection::run() {
+    while (!ended_) {
+        const Duration idle = std::clamp<Duration>(session_.nextDeadline() - now(), 0ns, 1s);
+        std::optional<Event> event = events_.popFor(idle);
+        if (!event && events_.closed()) return;
+        if (event) {
+            if (const auto* link = std::get_if<LinkEvent>(&*event))
+                on(*link);
+            else
+                carryOut(session_.request(std::get<message::Request>(std::move(*event))));
+        }
+        if (now() >= session_.nextDeadline()) carryOut(session_.advance(now()));
+    }
+}
+
+void Connection::on(const LinkEvent& event) {
+    const auto channelOf = [&](LinkId link) -> std::optional<ChannelKind> {
+        for (const auto& [channel, id] : links_)
+            if (id == link) return channel;
+        return std::nullopt;
+    };
+    if (const auto* opened = std::get_if<link_event::Opened>(&event.what)) {
+        if (const auto channel = channelOf(opened->link)) carryOut(session_.channelOpened(*channel, event.at));
+    } else if (const auto* received = std::get_if<link_event::Received>(&event.what)) {
+        const auto channel = channelOf(received->link);
+        if (!channel) return;
+        const Expected<Message> message = decodeMessage(received->type, received->payload);
+        carryOut(message ? session_.received(*channel, *message, event.at)
+                         : session_.malformed(*channel, message.error().message));
+    } else if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) {
+        const auto channel = channelOf(closed->link);
+        if (!channel) return;
+        links_.erase(*channel);
+        // The transport knows better than the session why.
+        if (*channel == ChannelKind::kControl) return end({ErrorCode::kNetwork, closed->reason}, false);
+        carryOut(session_.channelClosed(*channel, event.at));
+    }
+}
+
+void Connection::carryOut(ClientActions actions) {
+    std::deque<ClientAction> todo(std::make_move_iterator(actions.begin()), std::make_move_iterator(actions.end()));
+    const auto more = [&](ClientActions next) {
+        todo.insert(todo.end(), std::make_move_iterator(next.begin()), std::make_move_iterator(next.end()));
+    };
+    const auto apply = [&](bool whole, std::uint64_t sequence, std::uint64_t hash, const SharedBytes& bytes) {
+        if (options_.lists) {
+            Expected<ChangeListPtr> list = decode(bytes);
+            if (!list) return more(session_.applyFailed(list.error().message));
+            handOut({whole, Sequence{sequence}, hash, std::move(*list), bytes->size()});
+        }
+        more(session_.applied(sequence, hash));
+    };
+    while (!todo.empty() && !ended_) {
+        const ClientAction action = std::move(todo.front());
+        todo.pop_front();
+        if (const auto* send = std::get_if<client_action::Send>(&action)) {
+            carryOut(*send);
+        } else if (std::holds_alternative<client_action::OpenBulk>(action)) {
+            open(ChannelKind::kBulk);
+        } else if (const auto* configured = std::get_if<client_action::Configured>(&action)) {
+            epoch_ = configured->epoch;
+            welcomed_ = true;
+            ++waiting_;
+            out_.tryPush(incoming::Configured{configured->configuration});
+        } else if (const auto* whole = std::get_if<client_action::ApplySnapshot>(&action)) {
+            apply(true, whole->snapshot.sequence, whole->snapshot.stateHash, whole->snapshot.list);
+        } else if (const auto* part = std::get_if<client_action::ApplyChanges>(&action)) {
+            apply(false, part->changes.sequence, part->changes.stateHash, part->changes.list);
+        } else if (const auto* blob = std::get_if<client_action::StoreBlob>(&action)) {
+            store(blob->blob);
+        } else if (const auto* reply = std::get_if<client_action::ReplyReceived>(&action)) {
+            ++waiting_;
+            out_.tryPush(incoming::Reply{reply->reply});
+        } else if (const auto* notice = std::get_if<client_action::NoticeReceived>(&action)) {
+            Expected<ApplicationNotice> decoded = decodeNotice(*notice->notice.body);
+            // One who does not poll misses notices, the newest first; lists it must not miss.
+            if (decoded && waiting_ < options_.maxWaiting) {
+                ++waiting_;
+                out_.tryPush(incoming::Notice{std::move(*decoded)});
+            }
+        } else if (const auto* broken = std::get_if<client_action::Disconnect>(&action)) {
+            end({broken->code, broken->reason}, false);
+        } else if (const auto* finished = std::get_if<client_action::Finish>(&action)) {
+            end({ErrorCode::kNetwork, finished->reason}, true);
+        }
+        // Nothing else is asked of an application.
+    }
+}
+
+void Connection::carryOut(const client_action::Send& action) {
+    const auto link = links_.find(action.channel);
+    if (link != links_.end())
+        transport_->send(link->second, wireType(action.message), epoch_, share(encodeMessage(action.message)));
+}
+
+void Connection::open(ChannelKind channel) {
+    links_[channel] = transport_->connect(options_.address, options_.connectTimeout);
+}
+
+void Connection::store(const Blob& blob) {
+    arrived_.push_back(store_.add(blob));
+    arrivedBytes_ += blob.sizeBytes();
+    while (arrivedBytes_ > options_.maxBlobBytes && arrived_.size() > 1) {
+        arrivedBytes_ -= arrived_.front().sizeBytes();
+        session_.dropBlob(arrived_.front().id());
+        arrived_.erase(arrived_.begin());
+    }
+}
+
+Expected<ChangeListPtr> Connection::decode(const SharedBytes& bytes) {
+    // A blob that went with its last object and came back by an undo may be gone here: its handle is absent then.
+    Expected<ChangeList> list = decodeChangeList(*bytes, store_, AbsentBlobs::kKeepAbsent);
+    if (!list) return tl::unexpected(list.error());
+    return std::make_shared<const ChangeList>(std::move(*list));
+}
+
+void Connection::handOut(incoming::List list) {
+    if (waiting_ >= options_.maxWaiting || waitingBytes_ > options_.maxWaitingBytes)
+        return end({ErrorCode::kLimit, fmt::format("{} changes waited for the application to poll, which is the most that may",
+                                                   waiting_.load())},
+                   false);
+    ++waiting_;
+    waitingBytes_ += list.encodedBytes;
+    out_.tryPush(std::move(list));
+}
+
+void Connection::end(Error error, bool over) {
+    if (ended_) return;
+    ended_ = true;
+    const std::string address = toString(options_.address);
+    if (over)
+        error.message = fmt::format("the server at {} is over: {}", address, error.message);
+    else if (welcomed_)
+        error.message = fmt::format("the connection to the server at {} ended: {}", address, error.message);
+    else if (error.code != ErrorCode::kNetwork)
+        error.message = fmt::format("the server at {} refuses: {}", address, error.message);
+    else if (error.message.find(address) == std::string::npos)
+        error.message = fmt::format("no Tessera server at {}: {}", address, error.message);
+    ++waiting_;
+    out_.tryPush(incoming::Ended{std::move(error), over});
+    for (const auto& [channel, link] : links_) transport_->close(link, "");
+    events_.close();
+}
+
+}  // namespace tessera

@@ -1,0 +1,101 @@
+/// One connection of an application: sockets, session and decoding on threads of their own, values out.
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <thread>
+#include <variant>
+
+#include "common/base/Channel.h"
+#include "common/change/ChangeList.h"
+#include "common/codec/ApplicationCodec.h"
+#include "common/net/Transport.h"
+#include "common/session/ClientSession.h"
+
+namespace tessera {
+
+namespace incoming {
+/// The server has accepted us.
+struct Configured {
+    SharedBytes wall;
+};
+/// A committed list, or with `whole` the list that makes the scene from nothing.
+struct List {
+    bool whole = false;
+    Sequence sequence;
+    std::uint64_t stateHash = 0;
+    ChangeListPtr list;
+    std::size_t encodedBytes = 0;
+};
+struct Reply {
+    message::Reply reply;
+};
+struct Notice {
+    ApplicationNotice notice;
+};
+/// The last value.
+struct Ended {
+    Error error;
+    bool over = false;  ///< the server said that it is over
+};
+}  // namespace incoming
+using Incoming = std::variant<incoming::Configured, incoming::List, incoming::Reply, incoming::Notice, incoming::Ended>;
+
+struct ConnectionOptions {
+    Address address;
+    std::string name;
+    bool lists = true;   ///< false: lists are neither decoded nor handed out
+    bool blobs = false;
+    std::chrono::milliseconds connectTimeout{10'000};
+    /// Lists that may wait for the caller. One who does not poll for longer loses the connection.
+    std::size_t maxWaiting = 32'768;
+    std::size_t maxWaitingBytes = std::size_t{512} << 20;
+    /// Bulk bytes kept here for lists that are still to come.
+    std::size_t maxBlobBytes = std::size_t{1} << 30;
+};
+
+/// Owns two threads: the transport's and the session's. Members are called by one thread, the owner's.
+class Connection {
+public:
+    explicit Connection(ConnectionOptions options);
+    ~Connection();
+
+    /// Nothing when none came within `timeout`.
+    [[nodiscard]] std::optional<Incoming> next(Duration timeout);
+    /// The answer comes as a Reply with this id, or Ended.
+    void request(std::uint64_t id, SharedBytes body);
+
+private:
+    using Event = std::variant<LinkEvent, message::Request>;
+
+    void run();
+    void on(const LinkEvent& event);
+    void carryOut(ClientActions actions);
+    void carryOut(const client_action::Send& action);
+    void open(ChannelKind channel);
+    void store(const Blob& blob);
+    Expected<ChangeListPtr> decode(const SharedBytes& bytes);
+    void handOut(incoming::List list);
+    void end(Error error, bool over);
+
+    ConnectionOptions options_;
+    Channel<Event> events_;
+    Channel<Incoming> out_;
+    std::atomic<std::size_t> waiting_{0}, waitingBytes_{0};
+
+    // The session thread's own.
+    ClientSession session_;
+    BlobStore store_;
+    std::vector<Blob> arrived_;  ///< handles that keep blobs findable until lists name them, oldest first
+    std::size_t arrivedBytes_ = 0;
+    std::map<ChannelKind, LinkId> links_;
+    std::uint64_t epoch_ = 0;
+    bool welcomed_ = false;
+    bool ended_ = false;
+
+    std::unique_ptr<Transport> transport_;
+    std::thread thread_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,87 @@
+#include "common/application/Edits.h"
+
+#include <fmt/format.h>
+
+#include <unordered_map>
+#include <unordered_set>
+
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+
+namespace {
+
+/// Every ref of an object, once per field that holds it.
+template <typename Visit>
+void forEachRef(const Object& object, Visit visit) {
+    for (const FieldInfo& field : typeInfo(object).fields)
+        if (field.kind == FieldKind::kRef)
+            if (const ObjectId to = std::get<ObjectId>(field.load(object))) visit(to);
+}
+
+void collectSubtree(const Aspect& aspect, ObjectId node, std::vector<ObjectId>& nodes) {
+    nodes.push_back(node);
+    for (std::size_t i = nodes.size() - 1; i < nodes.size(); ++i)
+        for (const ObjectId child : aspect.get<Node>(nodes[i])->children) nodes.push_back(child);
+}
+
+}  // namespace
+
+Expected<ObjectId> movableNode(const Aspect& aspect, ObjectId node) {
+    for (ObjectId at = node; at;) {
+        const Node* here = aspect.get<Node>(at);
+        if (here == nullptr) return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", at.value));
+        if (aspect.coreOf<Transform>(*here) != nullptr) return at;
+        at = here->parent;
+    }
+    return fail(ErrorCode::kRefused, fmt::format("{} cannot be moved: neither it nor any node above it holds a Transform",
+                                                 pathOf(aspect, node)));
+}
+
+Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMove& move) {
+    const Expected<ObjectId> movable = movableNode(aspect, node);
+    if (!movable) return tl::unexpected(movable.error());
+    const ObjectId core = aspect.get<Node>(*movable)->core;
+    const Transform& present = *aspect.get<Transform>(core);
+    ChangeListBuilder edits;
+    if (move.translation) {
+        const Vec3d translation = move.relative ? Vec3d(present.translation + *move.translation) : *move.translation;
+        edits.set(core, typeOf<Transform>(), field::kTranslation, toValue(translation));
+    }
+    if (move.rotation) {
+        if (!(move.rotation->norm() > 0)) return fail(ErrorCode::kUsage, "a rotation given by a quaternion of no length");
+        const Quatd turn = move.rotation->normalized();
+        const Quatd rotation = move.relative ? Quatd((turn * present.rotation).normalized()) : turn;
+        edits.set(core, typeOf<Transform>(), field::kRotation, toValue(rotation));
+    }
+    if (move.scale) {
+        const Vec3d scale = move.relative ? Vec3d(present.scale.cwiseProduct(*move.scale)) : *move.scale;
+        edits.set(core, typeOf<Transform>(), field::kScale, toValue(scale));
+    }
+    if (edits.empty()) return fail(ErrorCode::kUsage, "a move needs a translation, a rotation or a scale");
+    return edits.take();
+}
+
+Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node) {
+    if (node == kRootNode) return fail(ErrorCode::kRefused, "the root cannot be removed; remove what is below it");
+    if (aspect.get<Node>(node) == nullptr) return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", node.value));
+    std::vector<ObjectId> gone;
+    collectSubtree(aspect, node, gone);
+    ChangeListBuilder edits;
+    for (const ObjectId id : gone) edits.detach(id);
+
+    // An object goes too when every use of it comes from what goes: users stand before what they use, so that each is
+    // unused when its turn comes.
+    std::unordered_set<ObjectId> going(gone.begin(), gone.end());
+    std::unordered_map<ObjectId, std::size_t> usesGone;
+    for (std::size_t i = 0; i < gone.size(); ++i) {
+        forEachRef(*aspect.find(gone[i]), [&](ObjectId to) {
+            if (++usesGone[to] < aspect.useCount(to) || aspect.get<Node>(to) != nullptr) return;
+            if (going.insert(to).second) gone.push_back(to);
+        });
+    }
+    for (const ObjectId id : gone) edits.destroy(id);
+    return edits.take();
+}
+
+}  // namespace tessera

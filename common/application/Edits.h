@@ -1,0 +1,34 @@
+/// Change lists for common edits, made from the scene as it is. Nothing is changed here: propose the list.
+#pragma once
+
+#include <optional>
+
+#include "common/base/Error.h"
+#include "common/change/ChangeList.h"
+#include "common/math/Types.h"
+#include "common/scene/Aspect.h"
+
+namespace tessera {
+
+/// What becomes of a node's Transform; unset parts stay as they are.
+struct NodeMove {
+    std::optional<Vec3d> translation;  ///< in the parent's coordinates
+    std::optional<Quatd> rotation;     ///< any length but zero
+    std::optional<Vec3d> scale;
+    /// Add to what is there: the translation is added, the rotation follows the present one (in the parent's
+    /// coordinates), the scale multiplies it.
+    bool relative = false;
+};
+
+/// The nearest node, from `node` upwards, whose core is a Transform: what moves when somebody moves `node`. kRefused where
+/// there is none up to the root.
+[[nodiscard]] Expected<ObjectId> movableNode(const Aspect& aspect, ObjectId node);
+
+/// Moves `movableNode(node)`. Where nodes share that Transform, all of them move.
+[[nodiscard]] Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMove& move);
+
+/// Removes `node` with everything below it, and the cores, materials and images that only they used. kRefused for the root.
+/// The server refuses the list while something outside still names a node below (an Interest, say).
+[[nodiscard]] Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node);
+
+}  // namespace tessera
