@@ -30,6 +30,10 @@ double coveredPx(const Footprint& f, const TileProjection& tile) {
     return width > 0 && height > 0 ? width * height : 0;
 }
 
+double noiseOf(const RenderScene::Impl& scene, const TileProjection& tile, const SceneItem& item) {
+    return tile.noise(item.reach, scene.places[item.place].world_T_node.translation());
+}
+
 Mat4d clipFromItem(const RenderScene::Impl& scene, const TileProjection& tile, const SceneItem& item) {
     return tile.clip_T_world() * scene.places[item.place].world_T_node.matrix();
 }
@@ -59,7 +63,7 @@ void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProje
         const double reachPx = reach * tile.metresPerUnit() * tile.pixelsPerMetre();
         if (w > reach * tile.metresPerUnit() && reachPx * reachPx < kLeastOccluderPx * w * w) continue;
         const Footprint footprint =
-            tile.footprint(clipFromItem(scene, tile, item), item.mesh->bounds, tile.noise(item.magnitude));
+            tile.footprint(clipFromItem(scene, tile, item), item.mesh->bounds, noiseOf(scene, tile, item));
         const double area = coveredPx(footprint, tile);
         if (area < kLeastOccluderPx) continue;
         const double cost =
@@ -100,7 +104,7 @@ void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProje
             rasteriser_.add(*mesh,
                             {.clip_T_mesh = clipFromItem(scene, tile, item),
                              .mirrored = item.mirrored,
-                             .noise = tile.noise(item.magnitude)},
+                             .noise = noiseOf(scene, tile, item)},
                             tile, buffer_);
         }
     }
@@ -110,7 +114,6 @@ void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProject
                                std::vector<std::uint32_t>& items) const {
     items.clear();
     const std::span<const BoxTree::Node> nodes = scene.tree.nodes();
-    const double worstNoise = tile.noise(scene.maxMagnitude);
     struct Open {
         std::uint32_t node;
         Frustum::Mask mask;
@@ -122,7 +125,8 @@ void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProject
         const BoxTree::Node& node = nodes[index];
         const Frustum::Result result = frustum.classify(node.box, mask);
         if (result.outside) continue;
-        if (buffer_.hides(tile.footprint(tile.clip_T_world(), node.box, worstNoise))) continue;
+        const double noise = tile.noise(scene.maxReach, node.box);
+        if (buffer_.hides(tile.footprint(tile.clip_T_world(), node.box, noise))) continue;
         if (node.second != 0) {
             open.push_back({node.second, result.undecided});
             open.push_back({index + 1, result.undecided});
@@ -132,7 +136,7 @@ void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProject
             if (frustum.classify(scene.boxes[i], result.undecided).outside) continue;
             const SceneItem& item = scene.items[i];
             const Footprint footprint =
-                tile.footprint(clipFromItem(scene, tile, item), item.mesh->bounds, tile.noise(item.magnitude));
+                tile.footprint(clipFromItem(scene, tile, item), item.mesh->bounds, noiseOf(scene, tile, item));
             if (!buffer_.hides(footprint)) items.push_back(i);
         }
     }

@@ -108,7 +108,7 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     transformUsers.clear();
     environmentCore = {};
     anyLight = false;
-    maxMagnitude = 0;
+    maxReach = 0;
     collect(aspect);
     for (std::uint32_t i = 0; i < places.size(); ++i) {
         setWorld(aspect, places[i]);
@@ -198,16 +198,16 @@ void RenderScene::Impl::setItem(SceneItem& item, Box& box) {
     const Affine3d& world_T_item = places[item.place].world_T_node;
     item.mirrored = world_T_item.linear().determinant() < 0;
     box = item.mesh->bounds.transformed(world_T_item);
-    const Vec3d reach = item.mesh->bounds.lower.cwiseAbs().cwiseMax(item.mesh->bounds.upper.cwiseAbs());
-    item.magnitude = (world_T_item.linear().cwiseAbs() * reach + world_T_item.translation().cwiseAbs()).norm();
+    const Vec3d farthest = item.mesh->bounds.lower.cwiseAbs().cwiseMax(item.mesh->bounds.upper.cwiseAbs());
+    item.reach = (world_T_item.linear().cwiseAbs() * farthest).norm();
     // Written so that it is false for NaN.
     const bool sane = (box.lower.array() > -kUtmost).all() && (box.upper.array() < kUtmost).all() && !box.empty() &&
-                      item.magnitude < kUtmost;
+                      item.reach < kUtmost;
     if (!sane) {
         box = Box();
-        item.magnitude = 0;
+        item.reach = 0;
     }
-    maxMagnitude = std::max(maxMagnitude, item.magnitude);
+    maxReach = std::max(maxReach, item.reach);
 }
 
 void RenderScene::Impl::moveTransforms(const Aspect& aspect, std::vector<std::uint32_t> moved) {

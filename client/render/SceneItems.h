@@ -18,9 +18,7 @@ struct SceneItem {
     bool mirrored = false;
     bool transparent = false;
     bool occludes = false;  ///< opaque in every pixel it covers
-    /// Greatest sum of absolute values met on the way from the mesh's coordinates to the world's: what single precision
-    /// rounds off there is proportional to it.
-    double magnitude = 0;
+    double reach = 0;       ///< at least the distance of any vertex from the mesh's own origin, in world units
 };
 
 /// A visible node, in document order, so that a subtree is a contiguous range.
@@ -50,7 +48,7 @@ struct RenderScene::Impl {
     std::vector<LightItem> lights;
     ObjectId environmentCore;
     Environment environment;
-    double maxMagnitude = 0;  ///< over all items since the last rebuild
+    double maxReach = 0;  ///< over all items since the last rebuild
     bool built = false;
 
     MeshCache meshes;

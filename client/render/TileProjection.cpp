@@ -13,7 +13,7 @@ TileProjection::TileProjection(const ScreenCamera& camera, const PixelRect& pixe
     offsetY_ = halfHeight_ - pixels.y;
     screenReach_ = camera.pixels.width + camera.pixels.height;
     metresPerUnit_ = camera.eye_T_world.linear().rowwise().norm().maxCoeff();
-    eyeMagnitude_ = camera.eyeWorld.norm();
+    eye_ = camera.eyeWorld;
 
     const Mat4d& p = camera.clip_T_eye;
     pixelsPerMetre_ = std::max(halfWidth_ * p.row(0).head<3>().norm(), halfHeight_ * p.row(1).head<3>().norm());

@@ -18,9 +18,9 @@ struct Footprint {
 
 /// Depth is kept as *inverse depth*, 1 / clip w, in 1/m: greater is nearer, and it is affine over a triangle's pixels.
 ///
-/// Noise: a renderer transforms vertices in single precision. Each clip coordinate is then off by at most `noise`
-/// metres, a few roundings of the greatest intermediate value; that displaces a pixel at inverse depth d by at most
-/// noise · pixelsPerMetre · d, and depth by a share of itself.
+/// Noise: a renderer makes eye_T_item in double and applies it to vertices in single precision. Each clip coordinate is
+/// then off by at most `noise` metres, a few roundings of the greatest intermediate value; that displaces a pixel at
+/// inverse depth d by at most noise · pixelsPerMetre · d, and depth by a share of itself.
 class TileProjection {
 public:
     TileProjection(const ScreenCamera& camera, const PixelRect& pixels);
@@ -40,9 +40,13 @@ public:
     [[nodiscard]] double xPx(double clipX, double clipW) const { return clipX / clipW * halfWidth_ + offsetX_; }
     [[nodiscard]] double yPx(double clipY, double clipW) const { return clipY / clipW * halfHeight_ + offsetY_; }
 
-    /// In metres, for vertices met with intermediate values up to `magnitude` world units.
-    [[nodiscard]] double noise(double magnitude) const {
-        return kRounding * metresPerUnit_ * (magnitude + eyeMagnitude_);
+    /// In metres, for a mesh with this reach (see SceneItem) whose own origin is here.
+    [[nodiscard]] double noise(double reach, const Vec3d& origin) const {
+        return kRounding * metresPerUnit_ * (reach + (origin - eye_).norm());
+    }
+    /// In metres, for all meshes up to this reach within the box.
+    [[nodiscard]] double noise(double reach, const Box& box) const {
+        return noise(2 * reach + 0.5 * box.size().norm(), box.center());
     }
     /// Inverse depth as the renderer may see it at the least, and at the most.
     [[nodiscard]] double farther(double inverseDepth, double noise) const {
@@ -65,7 +69,8 @@ private:
     double near_ = 0, far_ = 0;
     double depthSlope_ = 1;  ///< of normalised depth over inverse depth
     double depthNoise_ = 0;  ///< in inverse depth: what a 32-bit depth buffer and its interpolation round off
-    double pixelsPerMetre_ = 0, metresPerUnit_ = 1, eyeMagnitude_ = 0, screenReach_ = 0;
+    double pixelsPerMetre_ = 0, metresPerUnit_ = 1, screenReach_ = 0;
+    Vec3d eye_;
 };
 
 }  // namespace tessera
