@@ -1,8 +1,7 @@
 /// The message of proto/wall.proto as a Wall. Inside of the codec only.
 #pragma once
 
-#include <tl/expected.hpp>
-
+#include "common/base/Error.h"
 #include "common/wall/Wall.h"
 
 namespace tessera {

@@ -1,0 +1,68 @@
+/// The tree as it is, against the rules.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "tests/architecture/Rules.h"
+
+namespace tessera::architecture {
+namespace {
+
+const char* const kRoot = TESSERA_SOURCE_DIR;
+
+class Architecture : public testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        std::ifstream in(std::string(kRoot) + "/tests/architecture/layers.txt");
+        const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+        Expected<Layers> parsed = parseLayers(text, "tests/architecture/layers.txt");
+        ASSERT_TRUE(parsed) << parsed.error().message;
+        layers = std::move(*parsed);
+        product = readTree(kRoot, {"common", "server", "client", "deploy/wall"});
+        ASSERT_GT(product.size(), 50u) << "the tree was not found in " << kRoot;
+    }
+
+    static inline Layers layers;
+    static inline std::vector<SourceFile> product;
+};
+
+TEST_F(Architecture, IncludesFollowTheLayers) {
+    EXPECT_EQ(report(checkIncludes(kRoot, product, layers)), "");
+}
+
+TEST_F(Architecture, ThirdPartyHeadersStayWithTheirOwners) {
+    EXPECT_EQ(report(checkThirdParty(product, layers)), "");
+}
+
+TEST_F(Architecture, IncludesHaveNoCircles) {
+    EXPECT_EQ(report(checkAcyclic(product, layers)), "");
+}
+
+TEST_F(Architecture, ServerAndClientDoNotKnowEachOther) {
+    EXPECT_EQ(report(checkSides(product, layers)), "");
+}
+
+TEST_F(Architecture, ThreadsShareNothingButChannels) {
+    ASSERT_FALSE(layers.words.empty());
+    EXPECT_EQ(report(checkWords(product, layers)), "");
+}
+
+TEST_F(Architecture, EveryFolderExplainsItself) {
+    EXPECT_EQ(report(checkReadmes(kRoot, product,
+                                  {"common", "server", "client", "deploy", "deploy/walls", "deploy/scenes", "proto",
+                                   "tests", "tests/architecture"})),
+              "");
+}
+
+TEST_F(Architecture, FilesAreShort) {
+    EXPECT_EQ(report(checkLengths(product, 600)), "");
+    EXPECT_EQ(report(checkLengths(readTree(kRoot, {"tests"}), 600)), "");
+}
+
+TEST_F(Architecture, LayersSpeakOfWhatIsThere) {
+    EXPECT_EQ(report(checkLayersAreUsed(product, layers)), "");
+}
+
+}  // namespace
+}  // namespace tessera::architecture

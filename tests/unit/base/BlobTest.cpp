@@ -1,0 +1,103 @@
+#include "common/base/Blob.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <thread>
+
+namespace tessera {
+namespace {
+
+Bytes bytesOf(std::string_view text) {
+    return {asBytes(text).begin(), asBytes(text).end()};
+}
+
+TEST(Blob, IsNamedByItsContent) {
+    const Blob a(bytesOf("hello")), b(bytesOf("hello")), c(bytesOf("world"));
+    EXPECT_EQ(a.id(), b.id());
+    EXPECT_EQ(a, b);
+    EXPECT_FALSE(a == c);
+    EXPECT_EQ(a.sizeBytes(), 5u);
+    EXPECT_EQ(asText(a.bytes()), "hello");
+}
+
+TEST(Blob, TellsEmptyAbsentAndZeroBytesApart) {
+    const Blob none;
+    EXPECT_TRUE(none.empty());
+    EXPECT_FALSE(none.resident());
+    const Blob zero{Bytes()};
+    EXPECT_FALSE(zero.empty()) << "a blob of no bytes is a blob";
+    EXPECT_TRUE(zero.resident());
+    const Blob absent = Blob::absent(zero.id(), 7);
+    EXPECT_FALSE(absent.empty());
+    EXPECT_FALSE(absent.resident());
+    EXPECT_EQ(absent.sizeBytes(), 7u);
+    EXPECT_TRUE(absent.bytes().empty());
+}
+
+TEST(Blob, GivesItsBytesBackAsValues) {
+    const std::array<float, 3> values{1.5f, -2, 3};
+    const Blob blob = Blob::of(std::span<const float>(values));
+    ASSERT_EQ(blob.as<float>().size(), 3u);
+    EXPECT_EQ(blob.as<float>()[1], -2);
+    EXPECT_EQ(Blob(Bytes(11)).as<float>().size(), 2u) << "the tail is left off";
+    EXPECT_EQ(Blob().as<double>().size(), 0u);
+}
+
+TEST(BlobStore, FindsWhatSomebodyHolds) {
+    BlobStore store;
+    const Blob first = store.add(Blob(bytesOf("mesh")));
+    const Blob found = store.find(first.id());
+    EXPECT_TRUE(found.resident());
+    EXPECT_EQ(found.shared(), first.shared()) << "the same bytes, not a copy";
+    const Blob again = store.add(Blob(bytesOf("mesh")));
+    EXPECT_EQ(again.shared(), first.shared()) << "equal content is kept once";
+}
+
+TEST(BlobStore, KeepsNothingAliveItself) {
+    BlobStore store;
+    BlobId id;
+    {
+        const Blob blob = store.add(Blob(bytesOf("short-lived")));
+        id = blob.id();
+    }
+    EXPECT_TRUE(store.find(id).empty());
+    EXPECT_TRUE(store.find(BlobId{1, 2}).empty());
+}
+
+TEST(BlobStore, LeavesAbsentBlobsAlone) {
+    BlobStore store;
+    const Blob resident(bytesOf("x"));
+    const Blob absent = store.add(Blob::absent(resident.id(), 1));
+    EXPECT_FALSE(absent.resident());
+    EXPECT_TRUE(store.find(resident.id()).empty());
+}
+
+TEST(BlobStore, ForgetsWhatIsGoneWithoutLosingWhatIsHeld) {
+    BlobStore store;
+    std::vector<Blob> held;
+    for (int i = 0; i < 5000; ++i) {
+        Blob blob = store.add(Blob(bytesOf(std::to_string(i))));
+        if (i % 10 == 0) held.push_back(blob);
+    }
+    for (const Blob& blob : held) EXPECT_TRUE(store.find(blob.id()).resident());
+}
+
+TEST(BlobStore, IsUsedByManyThreads) {
+    BlobStore store;
+    std::array<std::vector<Blob>, 4> results;
+    {
+        std::vector<std::jthread> threads;
+        for (std::vector<Blob>& mine : results) {
+            threads.emplace_back([&store, &mine] {
+                for (int i = 0; i < 500; ++i) mine.push_back(store.add(Blob(bytesOf(std::to_string(i)))));
+            });
+        }
+    }
+    for (std::size_t i = 0; i < 500; ++i) {
+        for (const std::vector<Blob>& one : results) EXPECT_EQ(one[i].shared(), results[0][i].shared());
+    }
+}
+
+}  // namespace
+}  // namespace tessera
