@@ -1,5 +1,7 @@
 #include "common/session/ServerSession.h"
 
+#include <fmt/format.h>
+
 #include "common/base/Hash.h"
 #include "common/session/ServerSessionImpl.h"
 
@@ -111,9 +113,8 @@ void ServerSession::Impl::hello(Peer& peer, const message::Hello& hello, TimePoi
     if (hello.role != PeerRole::kHost) return refuse(peer, ErrorCode::kNetwork, "unknown role of a peer", false);
     Host* host = findHost(hello.name);
     if (!host) {
-        std::string names;
-        for (const Host& known : hosts) names += (names.empty() ? "" : ", ") + known.name;
-        return refuse(peer, ErrorCode::kNotFound, "unknown host '" + hello.name + "'; the wall has: " + names, false);
+        return refuse(peer, ErrorCode::kNotFound,
+                      fmt::format("unknown host '{}'; the wall has: {}", hello.name, fmt::join(config.hosts, ", ")), false);
     }
     if (host->connection)
         return refuse(peer, ErrorCode::kRefused, "host '" + host->name + "' is connected already", true);

@@ -1,0 +1,496 @@
+// One peer's side, with the test speaking for the server and for the replica.
+#include "common/session/ClientSession.h"
+
+#include <gtest/gtest.h>
+
+#include "common/session/BlobFetcher.h"
+#include "common/session/HeartbeatClock.h"
+#include "tests/unit/session/ServerFixture.h"
+
+namespace tessera {
+namespace {
+
+Bytes content(std::size_t size, unsigned seed) {
+    Bytes bytes(size);
+    for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::byte>((i * 131 + seed * 7919) >> 3);
+    return bytes;
+}
+
+struct ClientFixture {
+    explicit ClientFixture(ClientSessionConfig config = named()) : session(config) {}
+    static ClientSessionConfig named() {
+        ClientSessionConfig config;
+        config.name = "a";
+        config.chunkBytes = 100;
+        config.chunksInFlight = 2;
+        return config;
+    }
+
+    ClientSession session;
+    TimePoint now{10s};
+    ClientActions done;
+
+    void take(ClientActions actions) { done.insert(done.end(), actions.begin(), actions.end()); }
+    void hear(const Message& message, ChannelKind channel = ChannelKind::kControl) {
+        take(session.received(channel, message, now));
+    }
+    void connect() { take(session.channelOpened(ChannelKind::kControl, now)); }
+    void welcomed() {
+        connect();
+        hear(message::Welcome{.epoch = 3, .token = 42, .configuration = textBytes("the wall")});
+    }
+    void bulkOpen() { take(session.channelOpened(ChannelKind::kBulk, now)); }
+    /// Welcomed, and its replica stands at `sequence`.
+    void inStep(std::uint64_t sequence = 5) {
+        welcomed();
+        hear(message::Snapshot{.sequence = sequence, .stateHash = hashAfter(sequence)});
+        take(session.applied(sequence, hashAfter(sequence)));
+    }
+    void answerChunks(const std::vector<Blob>& blobs) {
+        for (bool more = true; more;) {
+            more = false;
+            for (const message::BlobRequest& request : sent<message::BlobRequest>(ChannelKind::kBulk)) {
+                if (!answered.insert({request.id, request.offset}).second) continue;
+                for (const Blob& blob : blobs) {
+                    if (blob.id() != request.id) continue;
+                    const ByteSpan part = blob.bytes().subspan(request.offset, request.length);
+                    hear(message::BlobChunk{blob.id(), request.offset, blob.sizeBytes(), share(Bytes(part.begin(), part.end()))},
+                         ChannelKind::kBulk);
+                    more = true;
+                }
+            }
+        }
+    }
+    std::set<std::pair<BlobId, std::uint64_t>> answered;
+
+    template <typename A>
+    std::vector<A> actions() const {
+        std::vector<A> found;
+        for (const ClientAction& action : done)
+            if (const A* a = std::get_if<A>(&action)) found.push_back(*a);
+        return found;
+    }
+    template <typename M>
+    std::vector<M> sent(ChannelKind channel = ChannelKind::kControl) const {
+        std::vector<M> found;
+        for (const auto& send : actions<client_action::Send>())
+            if (const M* m = std::get_if<M>(&send.message); m && send.channel == channel) found.push_back(*m);
+        return found;
+    }
+};
+
+BlobInfo infoOf(const Blob& blob) { return {blob.id(), blob.sizeBytes()}; }
+
+TEST(ClientSession, SaysHelloAndOpensItsBulkConnection) {
+    ClientFixture c;
+    c.welcomed();
+    ASSERT_EQ(c.sent<message::Hello>().size(), 1u);
+    EXPECT_EQ(c.sent<message::Hello>()[0].name, "a");
+    ASSERT_EQ(c.actions<client_action::Configured>().size(), 1u);
+    EXPECT_EQ(c.actions<client_action::Configured>()[0].epoch, 3u);
+    EXPECT_EQ(c.actions<client_action::OpenBulk>().size(), 1u);
+    c.bulkOpen();
+    ASSERT_EQ(c.sent<message::Hello>(ChannelKind::kBulk).size(), 1u);
+    EXPECT_EQ(c.sent<message::Hello>(ChannelKind::kBulk)[0].token, 42u);
+}
+
+TEST(ClientSession, AppliesSnapshotAndListsInOrderAndIsThenSynced) {
+    ClientFixture c;
+    c.welcomed();
+    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5)});
+    c.hear(message::Changes{.sequence = 6, .stateHash = hashAfter(6)});
+    EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);  // needs no bulk connection
+    EXPECT_TRUE(c.actions<client_action::ApplyChanges>().empty());
+    c.take(c.session.applied(5, hashAfter(5)));
+    EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);
+    EXPECT_TRUE(c.sent<message::Synced>().empty());
+    c.take(c.session.applied(6, hashAfter(6)));
+    EXPECT_EQ(c.sent<message::Synced>(), (std::vector{message::Synced{6, hashAfter(6)}}));
+}
+
+TEST(ClientSession, AReplicaThatDiffersStartsOver) {
+    ClientFixture c;
+    c.welcomed();
+    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5)});
+    c.take(c.session.applied(5, 666));
+    ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
+    EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
+    EXPECT_TRUE(c.sent<message::Synced>().empty());
+}
+
+TEST(ClientSession, AListThatCannotBeAppliedStartsOver) {
+    ClientFixture c;
+    c.welcomed();
+    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5)});
+    c.take(c.session.applyFailed("no such node"));
+    ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
+    EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
+}
+
+TEST(ClientSession, DrawsShowsAndSaysSo) {
+    ClientFixture c;
+    c.inStep();
+    c.hear(message::Begin{.frame = 7, .sequence = 5});
+    ASSERT_EQ(c.actions<client_action::Draw>().size(), 1u);
+    EXPECT_TRUE(c.sent<message::Ready>().empty());
+    c.take(c.session.drawn(7, 99, nullptr));
+    ASSERT_EQ(c.sent<message::Ready>().size(), 1u);
+    EXPECT_EQ(c.sent<message::Ready>()[0].stateHash, 99u);
+    EXPECT_TRUE(c.actions<client_action::Show>().empty());
+    c.hear(message::Swap{7});
+    ASSERT_EQ(c.actions<client_action::Show>().size(), 1u);
+    c.take(c.session.shown(7, c.now));
+    EXPECT_EQ(c.sent<message::Shown>().size(), 1u);
+}
+
+TEST(ClientSession, DrawsNoFrameBeforeTheLastOneIsShown) {
+    ClientFixture c;
+    c.inStep();
+    c.hear(message::Begin{.frame = 0});
+    c.take(c.session.drawn(0, 0, nullptr));
+    c.hear(message::Swap{0});
+    c.hear(message::Begin{.frame = 1});
+    EXPECT_EQ(c.actions<client_action::Draw>().size(), 1u);
+    c.take(c.session.shown(0, c.now));
+    EXPECT_EQ(c.actions<client_action::Draw>().size(), 2u);
+}
+
+TEST(ClientSession, ListsThatComeWhileItDrawsWaitTheirTurn) {
+    ClientFixture c;
+    c.inStep();
+    c.hear(message::Begin{.frame = 0});
+    c.hear(message::Changes{.sequence = 6, .stateHash = hashAfter(6)});
+    c.hear(message::Begin{.frame = 2});
+    EXPECT_TRUE(c.actions<client_action::ApplyChanges>().empty());
+    c.take(c.session.drawn(0, 0, nullptr));
+    EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);
+    EXPECT_EQ(c.actions<client_action::Draw>().size(), 1u);
+    c.take(c.session.applied(6, hashAfter(6)));
+    EXPECT_EQ(c.actions<client_action::Draw>().size(), 2u);
+}
+
+TEST(ClientSession, ASwapOfAFrameItDidNotDrawIsNonsense) {
+    ClientFixture c;
+    c.inStep();
+    c.hear(message::Begin{.frame = 3});
+    c.take(c.session.drawn(3, 0, nullptr));
+    c.hear(message::Swap{2});
+    EXPECT_TRUE(c.actions<client_action::Show>().empty());
+    EXPECT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
+}
+
+TEST(ClientSession, FetchesBlobsInAWindowBeforeItApplies) {
+    ClientFixture c;
+    const Blob large(content(450, 1)), small(content(10, 2));
+    c.welcomed();
+    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5), .blobs = {infoOf(large), infoOf(small)}});
+    EXPECT_TRUE(c.actions<client_action::ApplySnapshot>().empty());
+    c.bulkOpen();
+    EXPECT_EQ(c.sent<message::BlobRequest>(ChannelKind::kBulk).size(), 2u);  // the window
+    c.answerChunks({large, small});
+    EXPECT_EQ(c.sent<message::BlobRequest>(ChannelKind::kBulk).size(), 6u);
+    ASSERT_EQ(c.actions<client_action::StoreBlob>().size(), 2u);
+    EXPECT_EQ(c.actions<client_action::StoreBlob>()[0].blob, large);
+    EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);
+}
+
+TEST(ClientSession, DoesNotFetchWhatItHolds) {
+    ClientFixture c;
+    const Blob blob(content(450, 1));
+    c.session.holdBlob(blob.id());
+    c.welcomed();
+    c.bulkOpen();
+    c.hear(message::Snapshot{.sequence = 5, .blobs = {infoOf(blob)}});
+    EXPECT_TRUE(c.sent<message::BlobRequest>(ChannelKind::kBulk).empty());
+    EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);
+}
+
+TEST(ClientSession, GoesOnWithABlobWhereABrokenBulkConnectionLeftIt) {
+    ClientFixture c;
+    const Blob blob(content(450, 1));
+    c.welcomed();
+    c.bulkOpen();
+    c.hear(message::Snapshot{.sequence = 5, .blobs = {infoOf(blob)}});
+    const auto first = c.sent<message::BlobRequest>(ChannelKind::kBulk);
+    const ByteSpan head = blob.bytes().subspan(0, 100);
+    c.hear(message::BlobChunk{blob.id(), 0, 450, share(Bytes(head.begin(), head.end()))}, ChannelKind::kBulk);
+    c.take(c.session.channelClosed(ChannelKind::kBulk, c.now));
+    EXPECT_EQ(c.actions<client_action::OpenBulk>().size(), 1u);
+    c.now += 200ms;
+    c.take(c.session.advance(c.now));
+    ASSERT_EQ(c.actions<client_action::OpenBulk>().size(), 2u);
+    c.done.clear();
+    c.bulkOpen();
+    ASSERT_FALSE(c.sent<message::BlobRequest>(ChannelKind::kBulk).empty());
+    EXPECT_EQ(c.sent<message::BlobRequest>(ChannelKind::kBulk)[0].offset, 100u);
+    c.answerChunks({blob});
+    ASSERT_EQ(c.actions<client_action::StoreBlob>().size(), 1u);
+}
+
+TEST(ClientSession, DamagedMissingOrUnaskedChunksEndTheConnection) {
+    const Blob blob(content(80, 1));
+    const SharedBytes right = blob.shared();
+    const SharedBytes wrong = share(content(80, 2));
+    const std::vector<message::BlobChunk> bad{{blob.id(), 0, 80, wrong},
+                                              {blob.id(), 0, 0, nullptr},
+                                              {blob.id(), 0, 81, right},
+                                              {blob.id(), 0, 80, share(content(79, 1))},
+                                              {blob.id(), 1, 80, right},
+                                              {blobOf("other").id, 0, 80, right}};
+    for (const message::BlobChunk& chunk : bad) {
+        ClientFixture c;
+        c.welcomed();
+        c.bulkOpen();
+        c.hear(message::Snapshot{.sequence = 5, .blobs = {infoOf(blob)}});
+        c.hear(chunk, ChannelKind::kBulk);
+        ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
+        EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
+        EXPECT_TRUE(c.actions<client_action::StoreBlob>().empty());
+        EXPECT_TRUE(c.actions<client_action::ApplySnapshot>().empty());
+    }
+}
+
+TEST(ClientSession, ABlobAboveTheLimitIsRefusedBeforeAnyOfItIsFetched) {
+    ClientSessionConfig config = ClientFixture::named();
+    config.maxBlobBytes = 1000;
+    ClientFixture c(config);
+    c.welcomed();
+    c.bulkOpen();
+    c.hear(message::Snapshot{.sequence = 5, .blobs = {{blobOf("x").id, 1001}}});
+    ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
+    EXPECT_FALSE(c.actions<client_action::Disconnect>()[0].retry);
+    EXPECT_EQ(c.actions<client_action::Disconnect>()[0].code, ErrorCode::kLimit);
+    EXPECT_TRUE(c.sent<message::BlobRequest>(ChannelKind::kBulk).empty());
+}
+
+TEST(ClientSession, FetchesAnnouncedBlobsWhileItDraws) {
+    ClientFixture c;
+    const Blob blob(content(450, 1));
+    c.inStep();
+    c.bulkOpen();
+    c.hear(message::Begin{.frame = 0});
+    c.hear(message::BlobNotice{9, {infoOf(blob)}});
+    EXPECT_TRUE(c.sent<message::BlobsHeld>().empty());
+    c.answerChunks({blob});
+    EXPECT_EQ(c.sent<message::BlobsHeld>(), std::vector{message::BlobsHeld{9}});
+    c.hear(message::BlobNotice{10, {infoOf(blob)}});
+    EXPECT_EQ(c.sent<message::BlobsHeld>().size(), 2u);
+}
+
+TEST(ClientSession, AnswersHashQueriesBetweenItsOtherWork) {
+    ClientFixture c;
+    c.inStep();
+    c.hear(message::Begin{.frame = 0});
+    c.hear(message::HashQuery{});
+    EXPECT_TRUE(c.actions<client_action::DescribeState>().empty());
+    c.take(c.session.drawn(0, 0, nullptr));
+    ASSERT_EQ(c.actions<client_action::DescribeState>().size(), 1u);
+    c.hear(message::Snapshot{.sequence = 9, .stateHash = 1});
+    EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);  // the first one only: it is being looked at
+    c.take(c.session.hashes({.sequence = 5}));
+    EXPECT_EQ(c.sent<message::HashAnswer>().size(), 1u);
+    EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 2u);
+}
+
+TEST(ClientSession, GivesUpRatherThanQueueWithoutEnd) {
+    ClientSessionConfig config = ClientFixture::named();
+    config.maxQueuedMessages = 4;
+    ClientFixture c(config);
+    c.welcomed();
+    c.hear(message::Snapshot{.sequence = 5, .blobs = {blobOf("never comes")}});
+    for (std::uint64_t i = 6; i < 9; ++i) c.hear(message::Changes{.sequence = i});
+    EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
+    c.hear(message::Changes{.sequence = 9});
+    ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
+    EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
+}
+
+TEST(ClientSession, ARefusalSaysWhetherToTryAgain) {
+    ClientFixture c;
+    c.connect();
+    c.hear(message::Refused{ErrorCode::kNotFound, "unknown host 'a'", false});
+    const auto disconnect = c.actions<client_action::Disconnect>();
+    ASSERT_EQ(disconnect.size(), 1u);
+    EXPECT_FALSE(disconnect[0].retry);
+    EXPECT_EQ(disconnect[0].code, ErrorCode::kNotFound);
+    EXPECT_EQ(disconnect[0].reason, "unknown host 'a'");
+}
+
+TEST(ClientSession, FinishesWhenTheServerSaysSo) {
+    ClientFixture c;
+    c.inStep();
+    c.hear(message::Begin{.frame = 0});
+    c.hear(message::Over{"done"});
+    EXPECT_EQ(c.actions<client_action::Finish>().size(), 1u);
+    c.done.clear();
+    c.take(c.session.drawn(0, 0, nullptr));  // the draw thread did not know yet
+    c.take(c.session.channelClosed(ChannelKind::kControl, c.now));
+    c.take(c.session.advance(c.now + 1h));
+    EXPECT_TRUE(c.done.empty());
+    EXPECT_EQ(c.session.nextDeadline(), TimePoint::max());
+}
+
+TEST(ClientSession, ASilentServerIsABrokenConnection) {
+    ClientFixture c;
+    c.inStep();
+    for (int i = 0; i < 499; ++i) c.take(c.session.advance(c.now += 10ms));
+    EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
+    EXPECT_EQ(c.sent<message::Heartbeat>().size(), 99u);
+    c.take(c.session.advance(c.now += 10ms));
+    ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
+    EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
+}
+
+TEST(ClientSession, AfterAStandstillOfItsOwnTheServerGetsAMoment) {
+    ClientFixture c;
+    c.inStep();
+    c.take(c.session.advance(c.now));
+    c.now += 20s;
+    c.take(c.session.advance(c.now));
+    EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
+    c.hear(message::Heartbeat{.sentAtNs = 1});
+    c.take(c.session.advance(c.now += 60ms));
+    EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
+}
+
+TEST(ClientSession, MessagesThatAServerNeverSendsEndTheConnection) {
+    for (const Message& message : {Message(message::Hello{}), Message(message::Ready{}), Message(message::Welcome{}),
+                                   Message(message::Reply{}), Message(message::BlobChunk{})}) {
+        ClientFixture c;
+        c.inStep();
+        c.hear(message);
+        EXPECT_EQ(c.actions<client_action::Disconnect>().size(), 1u) << nameOf(message);
+    }
+}
+
+TEST(ClientSession, EstimatesTheServersClockFromTheShortestRoundTrip) {
+    ClientFixture c;
+    c.inStep();
+    constexpr std::int64_t kAhead = 3'000'000'000;
+    const auto exchange = [&](Duration there, Duration back) {
+        const std::int64_t sentAt = toNs(c.now);
+        c.now += there;
+        const std::int64_t server = toNs(c.now) + kAhead;
+        c.now += back;
+        c.hear(message::Heartbeat{.sentAtNs = server, .echoNs = sentAt, .heldNs = 0});
+    };
+    exchange(20ms, 2ms);  // lopsided: off by 9 ms
+    EXPECT_NE(c.session.clockOffsetNs(), kAhead);
+    exchange(1ms, 1ms);
+    EXPECT_EQ(c.session.clockOffsetNs(), kAhead);
+    exchange(2ms, 30ms);
+    EXPECT_EQ(c.session.clockOffsetNs(), kAhead);
+    c.hear(message::Begin{.frame = 0});
+    c.take(c.session.drawn(0, 0, nullptr));
+    c.hear(message::Swap{0});
+    c.take(c.session.shown(0, c.now));
+    EXPECT_EQ(c.sent<message::Shown>().at(0).shownAtNs, toNs(c.now) + kAhead);
+}
+
+TEST(ClientSession, ImagesWaitForTheBulkConnection) {
+    ClientFixture c;
+    c.inStep();
+    c.hear(message::ImageRequest{1, 0});
+    EXPECT_EQ(c.actions<client_action::SendImages>().size(), 1u);
+    c.take(c.session.image({.request = 1, .tile = "t"}));
+    EXPECT_TRUE(c.sent<message::TileImage>(ChannelKind::kBulk).empty());
+    c.bulkOpen();
+    EXPECT_EQ(c.sent<message::TileImage>(ChannelKind::kBulk).size(), 1u);
+}
+
+ClientSessionConfig application(bool wantBlobs) {
+    ClientSessionConfig config = ClientFixture::named();
+    config.role = PeerRole::kApplication;
+    config.wantBlobs = wantBlobs;
+    return config;
+}
+
+TEST(ClientSession, AnApplicationMayFollowWithoutBulkData) {
+    ClientFixture c(application(false));
+    c.welcomed();
+    EXPECT_TRUE(c.actions<client_action::OpenBulk>().empty());
+    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5), .blobs = {blobOf("x")}});
+    c.take(c.session.applied(5, hashAfter(5)));
+    c.hear(message::Changes{.sequence = 6, .blobs = {blobOf("y")}});
+    EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);
+    EXPECT_TRUE(c.sent<message::Synced>().empty());
+}
+
+TEST(ClientSession, AnApplicationThatWantsBlobsFetchesThemBeforeItApplies) {
+    ClientFixture c(application(true));
+    const Blob blob(content(250, 3));
+    c.welcomed();
+    c.bulkOpen();
+    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5)});
+    c.take(c.session.applied(5, hashAfter(5)));
+    c.hear(message::Changes{.sequence = 6, .blobs = {infoOf(blob)}});
+    EXPECT_TRUE(c.actions<client_action::ApplyChanges>().empty());
+    c.answerChunks({blob});
+    EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);
+}
+
+TEST(ClientSession, RequestsWaitForTheWelcomeWithinABound) {
+    ClientSessionConfig config = application(false);
+    config.maxWaitingRequests = 2;
+    ClientFixture c(config);
+    c.connect();
+    for (std::uint64_t id = 1; id <= 3; ++id) c.take(c.session.request({id, nullptr}));
+    EXPECT_TRUE(c.sent<message::Request>().empty());
+    ASSERT_EQ(c.actions<client_action::ReplyReceived>().size(), 1u);
+    EXPECT_EQ(c.actions<client_action::ReplyReceived>()[0].reply.id, 3u);
+    EXPECT_EQ(c.actions<client_action::ReplyReceived>()[0].reply.code, ErrorCode::kLimit);
+    c.hear(message::Welcome{});
+    EXPECT_EQ(c.sent<message::Request>().size(), 2u);
+    c.hear(message::Reply{.id = 1});
+    c.hear(message::Notice{});
+    EXPECT_EQ(c.actions<client_action::NoticeReceived>().size(), 1u);
+}
+
+TEST(BlobFetcher, TakesChunksInAnyOrderAndResumesAtTheFirstGap) {
+    BlobFetcher fetcher({.chunkBytes = 10, .chunksInFlight = 4});
+    const Blob blob(content(45, 1));
+    ASSERT_TRUE(fetcher.want({infoOf(blob)}));
+    const auto chunk = [&](const message::BlobRequest& request) {
+        const ByteSpan part = blob.bytes().subspan(request.offset, request.length);
+        return fetcher.chunk({blob.id(), request.offset, 45, share(Bytes(part.begin(), part.end()))});
+    };
+    const auto first = fetcher.requests();
+    ASSERT_EQ(first.size(), 4u);
+    ASSERT_TRUE(chunk(first[2]));
+    ASSERT_TRUE(chunk(first[0]));
+    fetcher.interrupted();
+    std::optional<Blob> whole;
+    for (auto requests = fetcher.requests(); !requests.empty(); requests = fetcher.requests()) {
+        EXPECT_GE(requests.front().offset, 10u);
+        for (const auto& request : requests) {
+            auto result = chunk(request);
+            ASSERT_TRUE(result);
+            if (*result) whole = **result;
+        }
+    }
+    ASSERT_TRUE(whole);
+    EXPECT_EQ(whole->id(), blob.id());
+}
+
+TEST(BlobFetcher, AnEmptyBlobNeedsNoFetch) {
+    BlobFetcher fetcher({});
+    const Blob empty{Bytes{}};
+    ASSERT_TRUE(fetcher.want({infoOf(empty)}));
+    EXPECT_TRUE(fetcher.holds(empty.id()));
+    EXPECT_TRUE(fetcher.requests().empty());
+    EXPECT_FALSE(fetcher.want({{blobOf("x").id, 0}}));
+}
+
+TEST(BlobFetcher, FetchesAgainWhatWasLetGo) {
+    BlobFetcher fetcher({});
+    const Blob blob(content(45, 1));
+    fetcher.hold(blob.id());
+    ASSERT_TRUE(fetcher.want({infoOf(blob)}));
+    EXPECT_TRUE(fetcher.requests().empty());
+    fetcher.drop(blob.id());
+    ASSERT_TRUE(fetcher.want({infoOf(blob)}));
+    EXPECT_EQ(fetcher.requests().size(), 1u);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,213 @@
+// What goes wrong with one host, and that it does not go wrong with the others.
+#include "tests/unit/session/ServerFixture.h"
+
+namespace tessera {
+namespace {
+
+struct Live : ServerFixture {
+    explicit Live(ServerSessionConfig config = twoHosts()) : ServerFixture(config) {
+        a = join("a");
+        b = join("b");
+        ready(a, begin());
+        ready(b, 0);
+        take(session.advance(now));
+        forget();
+    }
+    ConnectionId a, b;
+};
+
+TEST(ServerFaults, AHostThatIsSilentIsLost) {
+    Live s;
+    const std::uint64_t frame = s.begin();
+    s.ready(s.a, frame);
+    s.run(240ms, {s.a});
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty());
+    s.run(20ms, {s.a});
+    const auto faults = s.actions<server_action::Fault>();
+    ASSERT_EQ(faults.size(), 1u);
+    EXPECT_EQ(faults[0].host, "b");
+    EXPECT_EQ(faults[0].kind, FaultKind::kSilent);
+    EXPECT_EQ(faults[0].detectedAfter, 250ms);
+    EXPECT_TRUE(s.closed(s.b));
+    EXPECT_EQ(s.state("b"), HostState::kLost);
+    EXPECT_EQ(s.sent<message::Swap>(s.a).size(), 1u);
+}
+
+TEST(ServerFaults, AnyByteIsASignOfLife) {
+    Live s;
+    const ConnectionId bulk = [&] {
+        ServerFixture& f = s;
+        f.drop(s.b);
+        s.b = f.join("b");
+        return f.bulk(s.b);
+    }();
+    for (int i = 0; i < 5; ++i) {
+        s.run(200ms, {s.a});
+        s.say(bulk, message::BlobRequest{.id = blobOf("x").id, .length = 1});
+    }
+    EXPECT_FALSE(s.closed(s.b));
+}
+
+TEST(ServerFaults, EventsFromBeforeALateLookAtTheClockCount) {
+    Live s;
+    for (int i = 0; i < 20; ++i) {
+        s.pass(50ms);
+        for (const ConnectionId c : {s.a, s.b}) s.say(c, message::Heartbeat{.sentAtNs = 1});
+    }
+    s.take(s.session.advance(s.now));  // for the first time in a second
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty());
+}
+
+TEST(ServerFaults, AfterAStandstillOfOurOwnHostsGetAMoment) {
+    Live s;
+    s.pass(3s);
+    s.take(s.session.advance(s.now));
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty());
+    s.say(s.a, message::Heartbeat{.sentAtNs = 1});  // lay in the queue
+    s.run(60ms, {s.a});
+    ASSERT_EQ(s.actions<server_action::Fault>().size(), 1u);
+    EXPECT_EQ(s.actions<server_action::Fault>()[0].host, "b");
+}
+
+TEST(ServerFaults, ARestartedHostComesBackThroughTheSamePath) {
+    Live s;
+    s.drop(s.b);
+    s.pass(700ms);
+    s.say(s.a, message::Heartbeat{.sentAtNs = 1});
+    s.b = s.join("b");
+    s.begin();
+    const auto entered = s.actions<server_action::HostEntered>();
+    ASSERT_EQ(entered.size(), 1u);
+    EXPECT_TRUE(entered[0].rejoined);
+    EXPECT_EQ(entered[0].awayFor, 700ms);
+}
+
+TEST(ServerFaults, WhoSaysWhatItMustNotSayIsClosedAlone) {
+    const std::vector<Message> never{message::Hello{}, message::Welcome{}, message::Request{}, message::TileImage{},
+                                     message::BlobRequest{}, message::HashAnswer{}, message::Over{}, message::Begin{},
+                                     message::Ready{.frame = 99}, message::Shown{.frame = 99}, message::Synced{.sequence = 99}};
+    for (const Message& message : never) {
+        Live s;
+        s.say(s.b, message);
+        const auto faults = s.actions<server_action::Fault>();
+        ASSERT_EQ(faults.size(), 1u) << nameOf(message);
+        EXPECT_EQ(faults[0].kind, FaultKind::kProtocol) << nameOf(message);
+        EXPECT_TRUE(s.closed(s.b)) << nameOf(message);
+        EXPECT_FALSE(s.closed(s.a)) << nameOf(message);
+        s.ready(s.a, s.begin());
+        EXPECT_EQ(s.sent<message::Swap>(s.a).size(), 1u) << nameOf(message);
+    }
+}
+
+TEST(ServerFaults, BytesThatAreNoMessageCloseTheirSender) {
+    Live s;
+    s.take(s.session.malformed(s.b, "wrong checksum", s.now));
+    ASSERT_EQ(s.actions<server_action::Fault>().size(), 1u);
+    EXPECT_EQ(s.actions<server_action::Fault>()[0].detail, "wrong checksum");
+    const ConnectionId stranger = s.open();
+    s.take(s.session.malformed(stranger, "not a Tessera peer", s.now));
+    EXPECT_TRUE(s.closed(stranger));
+    EXPECT_EQ(s.actions<server_action::Fault>().size(), 1u);
+}
+
+TEST(ServerFaults, AnApplicationThatMisbehavesLeavesTheWallAlone) {
+    Live s;
+    const ConnectionId app = s.follow("viewer");
+    s.say(app, message::Ready{0, 0, nullptr});
+    EXPECT_TRUE(s.closed(app));
+    EXPECT_EQ(s.actions<server_action::ApplicationLeft>().size(), 1u);
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty());
+}
+
+TEST(ServerFaults, AGreedyChunkRequestIsRefused) {
+    ServerFixture s;
+    const ConnectionId a = s.hello("a");
+    const ConnectionId bulk = s.bulk(a);
+    s.say(bulk, message::BlobRequest{.id = blobOf("x").id, .length = 0xffffffffu});
+    EXPECT_TRUE(s.closed(a));
+    EXPECT_TRUE(s.closed(bulk));
+    EXPECT_TRUE(s.actions<server_action::BlobRequested>().empty());
+}
+
+TEST(ServerFaults, AWrongReplicaIsNamedQueriedAndRepaired) {
+    Live s;
+    const std::uint64_t frame = s.begin({s.commit()});
+    s.ready(s.a, frame);
+    s.say(s.b, message::Ready{frame, 666, nullptr});
+    const auto mismatch = s.actions<server_action::StateMismatch>();
+    ASSERT_EQ(mismatch.size(), 1u);
+    EXPECT_EQ(mismatch[0].host, "b");
+    EXPECT_EQ(mismatch[0].expected, hashAfter(s.sequence));
+    EXPECT_EQ(mismatch[0].actual, 666u);
+    EXPECT_EQ(mismatch[0].sequence, s.sequence);
+    ASSERT_EQ(s.actions<server_action::Fault>().size(), 1u);
+    EXPECT_EQ(s.actions<server_action::Fault>()[0].kind, FaultKind::kStateMismatch);
+    const auto released = s.actions<server_action::FrameReleased>();
+    ASSERT_EQ(released.size(), 1u);
+    EXPECT_EQ(released[0].shown, Names{"a"});
+    EXPECT_EQ(released[0].held, Names{"b"});  // its picture may be wrong
+    ASSERT_EQ(s.sent<message::HashQuery>(s.b).size(), 1u);
+
+    s.say(s.b, message::HashAnswer{.sequence = s.sequence, .entries = {{1, 2}}});
+    ASSERT_EQ(s.actions<server_action::HashesReceived>().size(), 1u);
+    s.take(s.session.queryObjects("b", 1));
+    EXPECT_EQ(s.sent<message::HashQuery>(s.b).size(), 2u);
+    s.ready(s.a, s.begin({s.commit()}));
+    EXPECT_TRUE(s.sent<message::Changes>(s.b).empty());  // it stands still while it is looked at
+    s.say(s.b, message::HashAnswer{.sequence = s.sequence, .objects = true});
+    EXPECT_EQ(s.actions<server_action::HashesReceived>().size(), 2u);
+
+    s.take(s.session.repair("b", s.now));
+    EXPECT_EQ(s.actions<server_action::SnapshotWanted>().size(), 1u);
+    s.snapshot(s.b);
+    s.synced(s.b);
+    s.forget();
+    s.begin();
+    EXPECT_EQ(s.actions<server_action::HostEntered>().size(), 1u);
+    EXPECT_EQ(s.sent<message::Begin>(s.b).size(), 1u);
+}
+
+TEST(ServerFaults, AMismatchNobodyLooksAtEndsAtTheSyncDeadline) {
+    ServerSessionConfig config = twoHosts();
+    config.syncDeadline = 500ms;
+    Live s(config);
+    s.ready(s.a, s.begin());
+    s.say(s.b, message::Ready{1, 666, nullptr});
+    s.run(510ms, {s.a, s.b});
+    EXPECT_TRUE(s.closed(s.b));
+    EXPECT_FALSE(s.closed(s.a));
+}
+
+TEST(ServerFaults, ASyncedHostWithAnotherHashIsAMismatch) {
+    ServerFixture s;
+    const ConnectionId a = s.hello("a");
+    s.snapshot(a);
+    s.say(a, message::Synced{s.sequence, 666});
+    EXPECT_EQ(s.actions<server_action::StateMismatch>().size(), 1u);
+    EXPECT_FALSE(s.session.mayBegin(s.now));
+}
+
+TEST(ServerFaults, MeasuresTheRoundTrip) {
+    Live s;
+    s.run(60ms);
+    const auto beats = s.sent<message::Heartbeat>(s.a);
+    ASSERT_FALSE(beats.empty());
+    const Duration sentAgo = Duration(s.now.time_since_epoch().count() - beats.back().sentAtNs);
+    s.pass(4ms);
+    s.say(s.a, message::Heartbeat{.sentAtNs = 5, .echoNs = beats.back().sentAtNs, .heldNs = Duration(1ms).count()});
+    EXPECT_EQ(s.session.hosts()[0].roundTrip, sentAgo + 3ms);
+}
+
+TEST(ServerFaults, ImpossibleTimesInHeartbeatsAreIgnored) {
+    Live s;
+    constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
+    constexpr auto kLeast = std::numeric_limits<std::int64_t>::min();
+    for (const auto& [sent, echo, held] :
+         {std::tuple{kMost, kMost, kMost}, {kLeast, kLeast, kLeast}, {1l, 1l, kLeast}, {kLeast, kMost, 0l}, {0l, kLeast, kMost}})
+        s.say(s.a, message::Heartbeat{sent, echo, held});
+    EXPECT_EQ(s.session.hosts()[0].roundTrip, 0ms);
+    EXPECT_FALSE(s.closed(s.a));
+}
+
+}  // namespace
+}  // namespace tessera

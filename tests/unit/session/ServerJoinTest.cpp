@@ -1,0 +1,310 @@
+// Who is let in, and how a host gets from its hello into the barrier.
+#include "tests/unit/session/ServerFixture.h"
+
+namespace tessera {
+namespace {
+
+TEST(ServerJoin, WelcomesAHostAndAsksForItsSnapshot) {
+    ServerFixture s;
+    const ConnectionId a = s.hello("a");
+    const auto welcome = s.sent<message::Welcome>(a);
+    ASSERT_EQ(welcome.size(), 1u);
+    EXPECT_NE(welcome[0].token, 0u);
+    EXPECT_EQ(asText(*welcome[0].configuration), "the wall");
+    ASSERT_EQ(s.actions<server_action::SnapshotWanted>().size(), 1u);
+    EXPECT_EQ(s.state("a"), HostState::kJoining);
+    s.snapshot(a);
+    EXPECT_EQ(s.sent<message::Snapshot>(a).size(), 1u);
+    EXPECT_EQ(s.state("a"), HostState::kSyncing);
+}
+
+TEST(ServerJoin, RefusesAnotherProtocolVersionNamingBoth) {
+    ServerFixture s;
+    const ConnectionId c = s.open();
+    message::Hello hello = s.greeting("nobody");  // version comes first: the name means nothing yet
+    hello.protocol = kProtocolVersion + 6;
+    hello.schema = 1;
+    s.say(c, hello);
+    const auto refused = s.sent<message::Refused>(c);
+    ASSERT_EQ(refused.size(), 1u);
+    EXPECT_NE(refused[0].reason.find("version " + std::to_string(kProtocolVersion)), std::string::npos);
+    EXPECT_NE(refused[0].reason.find("version " + std::to_string(kProtocolVersion + 6)), std::string::npos);
+    EXPECT_FALSE(refused[0].retry);
+    EXPECT_TRUE(s.closed(c));
+}
+
+TEST(ServerJoin, RefusesAnotherSchema) {
+    ServerFixture s;
+    const ConnectionId c = s.open();
+    message::Hello hello = s.greeting("a");
+    hello.schema = 78;
+    s.say(c, hello);
+    ASSERT_EQ(s.sent<message::Refused>(c).size(), 1u);
+    EXPECT_FALSE(s.sent<message::Refused>(c)[0].retry);
+    EXPECT_EQ(s.state("a"), HostState::kAbsent);
+}
+
+TEST(ServerJoin, RefusesAnUnknownNameAndSaysWhichThereAre) {
+    ServerFixture s;
+    const ConnectionId c = s.hello("x");
+    const auto refused = s.sent<message::Refused>(c);
+    ASSERT_EQ(refused.size(), 1u);
+    EXPECT_EQ(refused[0].reason, "unknown host 'x'; the wall has: a, b");
+    EXPECT_EQ(refused[0].code, ErrorCode::kNotFound);
+    EXPECT_FALSE(refused[0].retry);
+}
+
+TEST(ServerJoin, RefusesANameThatIsTakenUntilItsOwnerIsGone) {
+    ServerFixture s;
+    const ConnectionId first = s.hello("a");
+    const ConnectionId second = s.hello("a");
+    ASSERT_EQ(s.sent<message::Refused>(second).size(), 1u);
+    EXPECT_TRUE(s.sent<message::Refused>(second)[0].retry);
+    EXPECT_FALSE(s.closed(first));
+    s.drop(first);
+    const ConnectionId third = s.hello("a");
+    EXPECT_EQ(s.sent<message::Welcome>(third).size(), 1u);
+}
+
+TEST(ServerJoin, ClosesWhoeverSpeaksBeforeHello) {
+    ServerFixture s;
+    const ConnectionId a = s.join("a");
+    const ConnectionId c = s.open();
+    s.say(c, message::Ready{});
+    EXPECT_TRUE(s.closed(c));
+    EXPECT_FALSE(s.closed(a));
+    s.forget();
+    s.say(c, s.greeting("b"));  // was still on its way
+    EXPECT_TRUE(s.done.empty());
+}
+
+TEST(ServerJoin, ClosesConnectionsThatSayNothing) {
+    ServerFixture s;
+    const ConnectionId c = s.open();
+    s.run(1'990ms);
+    EXPECT_FALSE(s.closed(c));
+    s.run(60ms);
+    EXPECT_TRUE(s.closed(c));
+}
+
+TEST(ServerJoin, ManySilentConnectionsDoNotKeepAHostOut) {
+    ServerSessionConfig config = twoHosts();
+    config.maxPendingConnections = 3;
+    ServerFixture s(config);
+    const ConnectionId oldest = s.open();
+    for (int i = 0; i < 2; ++i) {
+        s.pass(1ms);
+        s.open();
+    }
+    s.pass(1ms);
+    const ConnectionId a = s.hello("a");
+    EXPECT_TRUE(s.closed(oldest));
+    EXPECT_EQ(s.sent<message::Welcome>(a).size(), 1u);
+}
+
+TEST(ServerJoin, BoundsApplications) {
+    ServerSessionConfig config = twoHosts();
+    config.maxApplications = 1;
+    ServerFixture s(config);
+    const ConnectionId first = s.follow("ctl");
+    const ConnectionId second = s.hello("ctl", PeerRole::kApplication);
+    ASSERT_EQ(s.sent<message::Refused>(second).size(), 1u);
+    EXPECT_TRUE(s.sent<message::Refused>(second)[0].retry);
+    s.drop(first);
+    EXPECT_EQ(s.actions<server_action::ApplicationLeft>().size(), 1u);
+    EXPECT_EQ(s.sent<message::Welcome>(s.hello("ctl", PeerRole::kApplication)).size(), 1u);
+}
+
+TEST(ServerJoin, TheFirstFrameWaitsForAllHosts) {
+    ServerFixture s;
+    s.join("a");
+    EXPECT_FALSE(s.session.mayBegin(s.now));
+    EXPECT_EQ(s.session.missing(), Names{"b"});
+    const ConnectionId b = s.hello("b");
+    EXPECT_FALSE(s.session.mayBegin(s.now));
+    s.snapshot(b);
+    EXPECT_FALSE(s.session.mayBegin(s.now));
+    s.synced(b);
+    EXPECT_TRUE(s.session.mayBegin(s.now));
+}
+
+TEST(ServerJoin, TheFirstFrameWaitsNoLongerThanTheStartDeadline) {
+    ServerFixture s;
+    const ConnectionId a = s.join("a");
+    const TimePoint start = s.now;
+    s.run(29'990ms, {a});
+    EXPECT_FALSE(s.session.mayBegin(s.now));
+    EXPECT_LE(s.session.nextDeadline(), start + 30s);
+    s.run(20ms, {a});
+    EXPECT_TRUE(s.session.mayBegin(s.now));
+    EXPECT_EQ(s.session.missing(), Names{"b"});
+}
+
+TEST(ServerJoin, ALateJoinerGetsEveryListOnceAndEntersAtANamedFrame) {
+    ServerFixture s;
+    const ConnectionId a = s.join("a");
+    s.join("b");
+    const ConnectionId gone = ConnectionId(2);
+    s.begin();
+    s.drop(gone);
+    s.ready(a, 0);
+    const ConnectionId b = s.hello("b");
+    const message::Snapshot old{.sequence = s.sequence, .stateHash = hashAfter(s.sequence)};  // made now, handed in late
+    for (int i = 0; i < 2; ++i) s.ready(a, s.begin({s.commit()}));
+    s.forget();
+    s.take(s.session.snapshotReady(b, old, s.now));
+    s.ready(a, s.begin({s.commit()}));
+    std::vector<std::uint64_t> got;
+    for (const auto& changes : s.sent<message::Changes>(b)) got.push_back(changes.sequence);
+    EXPECT_EQ(got, (std::vector<std::uint64_t>{6, 7, 8}));
+    s.say(b, message::Synced{8, hashAfter(8)});
+    s.forget();
+    const std::uint64_t frame = s.begin({s.commit()});
+    const auto entered = s.actions<server_action::HostEntered>();
+    ASSERT_EQ(entered.size(), 1u);
+    EXPECT_EQ(entered[0].host, "b");
+    EXPECT_EQ(entered[0].frame, frame);
+    EXPECT_TRUE(entered[0].rejoined);
+    EXPECT_TRUE(s.sent<message::Changes>(b).empty());
+    ASSERT_EQ(s.sent<message::Begin>(b).size(), 1u);
+    EXPECT_EQ(s.sent<message::Begin>(b)[0].sequence, 9u);
+}
+
+TEST(ServerJoin, ASyncedHostEntersThoughNewerListsAreOnTheirWayToIt) {
+    ServerFixture s;
+    const ConnectionId a = s.join("a");
+    s.join("b");
+    s.begin();
+    s.drop(ConnectionId(2));
+    s.ready(a, 0);
+    const ConnectionId b = s.hello("b");
+    s.snapshot(b);
+    s.ready(a, s.begin({s.commit()}));
+    s.say(b, message::Synced{5, hashAfter(5)});  // it has not seen list 6 yet
+    s.forget();
+    s.begin({s.commit()});
+    EXPECT_EQ(s.actions<server_action::HostEntered>().size(), 1u);
+    EXPECT_EQ(s.sent<message::Begin>(b).size(), 1u);
+}
+
+TEST(ServerJoin, ASnapshotThatHoldsThisFramesListEntersAtTheNext) {
+    ServerFixture s;
+    const message::Changes committed = s.commit();  // before the frame that carries it
+    const ConnectionId a = s.join("a");
+    s.join("b");
+    s.begin({committed});
+    EXPECT_TRUE(s.sent<message::Begin>(a).empty());
+    EXPECT_TRUE(s.sent<message::Changes>(a).empty());
+    EXPECT_EQ(s.actions<server_action::FrameReleased>().size(), 1u);
+    s.begin({s.commit()});
+    EXPECT_EQ(s.sent<message::Begin>(a).size(), 1u);
+}
+
+TEST(ServerJoin, AsksAgainWhereTheListsSinceASnapshotWereTooMany) {
+    ServerSessionConfig config = twoHosts();
+    config.maxTailLists = 2;
+    ServerFixture s(config);
+    const ConnectionId a = s.join("a");
+    s.join("b");
+    s.begin();
+    s.drop(ConnectionId(2));
+    s.ready(a, 0);
+    const ConnectionId b = s.hello("b");
+    const message::Snapshot old{.sequence = s.sequence, .stateHash = hashAfter(s.sequence)};
+    for (int i = 0; i < 3; ++i) s.ready(a, s.begin({s.commit()}));
+    s.forget();
+    s.take(s.session.snapshotReady(b, old, s.now));
+    EXPECT_TRUE(s.sent<message::Snapshot>(b).empty());
+    EXPECT_EQ(s.actions<server_action::SnapshotWanted>().size(), 1u);
+    s.snapshot(b);
+    EXPECT_EQ(s.sent<message::Snapshot>(b).size(), 1u);
+}
+
+TEST(ServerJoin, ASnapshotForSomebodyWhoLeftIsForgotten) {
+    ServerFixture s;
+    const ConnectionId a = s.hello("a");
+    s.drop(a);
+    s.forget();
+    s.snapshot(a);
+    EXPECT_TRUE(s.done.empty());
+}
+
+TEST(ServerJoin, AHostThatDoesNotSyncIsToldToStartOver) {
+    ServerSessionConfig config = twoHosts();
+    config.syncDeadline = 500ms;
+    ServerFixture s(config);
+    const ConnectionId a = s.hello("a");
+    s.snapshot(a);
+    const ConnectionId bulk = s.bulk(a);
+    s.run(400ms, {a});
+    s.say(bulk, message::BlobRequest{.id = blobOf("x").id, .length = 1});  // it is at work
+    s.run(400ms, {a});
+    EXPECT_FALSE(s.closed(a));
+    s.run(150ms, {a});
+    EXPECT_TRUE(s.closed(a));
+    EXPECT_TRUE(s.closed(bulk));
+    EXPECT_EQ(s.state("a"), HostState::kLost);
+}
+
+TEST(ServerJoin, AnApplicationFollowsFromItsSnapshot) {
+    ServerFixture s;
+    const ConnectionId app = s.follow("viewer");
+    ASSERT_EQ(s.actions<server_action::ApplicationJoined>().size(), 1u);
+    EXPECT_EQ(s.sent<message::Snapshot>(app).size(), 1u);
+    s.begin({s.commit()});
+    s.begin({s.commit()});
+    EXPECT_EQ(s.sent<message::Changes>(app).size(), 2u);
+    s.say(app, message::Request{3, textBytes("move")});
+    ASSERT_EQ(s.actions<server_action::RequestReceived>().size(), 1u);
+    EXPECT_EQ(s.actions<server_action::RequestReceived>()[0].application, "viewer");
+    s.take(s.session.reply(app, {.id = 3}));
+    EXPECT_EQ(s.sent<message::Reply>(app).size(), 1u);
+}
+
+TEST(ServerJoin, BulkConnectionsAreBoundByTheirToken) {
+    ServerFixture s;
+    const ConnectionId a = s.hello("a");
+    const ConnectionId bulk = s.bulk(a);
+    s.say(bulk, message::BlobRequest{.id = blobOf("x").id, .length = 10});
+    ASSERT_EQ(s.actions<server_action::BlobRequested>().size(), 1u);
+    EXPECT_EQ(s.actions<server_action::BlobRequested>()[0].connection, bulk);
+
+    const ConnectionId stranger = s.open();
+    message::Hello hello = s.greeting("a");
+    hello.channel = ChannelKind::kBulk;
+    hello.token = 12345;
+    s.say(stranger, hello);
+    EXPECT_EQ(s.sent<message::Refused>(stranger).size(), 1u);
+    EXPECT_FALSE(s.closed(bulk));
+}
+
+TEST(ServerJoin, ABrokenBulkConnectionMayBeOpenedAgain) {
+    ServerFixture s;
+    const ConnectionId a = s.hello("a");
+    s.drop(s.bulk(a));
+    EXPECT_EQ(s.state("a"), HostState::kJoining);
+    const ConnectionId second = s.bulk(a);
+    const ConnectionId third = s.bulk(a);  // the second broke and we have not noticed yet
+    EXPECT_TRUE(s.closed(second));
+    s.say(third, message::BlobRequest{.id = blobOf("x").id, .length = 10});
+    EXPECT_EQ(s.actions<server_action::BlobRequested>().size(), 1u);
+    s.drop(a);
+    EXPECT_TRUE(s.closed(third));
+}
+
+TEST(ServerJoin, NamesHostsWhosePixelsDiffer) {
+    ServerFixture s;
+    for (const auto& [name, probe] : {std::pair{"a", 1u}, {"b", 2u}}) {
+        const ConnectionId c = s.open();
+        message::Hello hello = s.greeting(name);
+        hello.pixelProbe = probe;
+        s.say(c, hello);
+    }
+    const auto differ = s.actions<server_action::PixelsDiffer>();
+    ASSERT_EQ(differ.size(), 1u);
+    EXPECT_EQ(differ[0].host, "b");
+    EXPECT_EQ(differ[0].reference, "a");
+}
+
+}  // namespace
+}  // namespace tessera
