@@ -1,0 +1,143 @@
+// What a change costs beside copying it: 100,000 moved transforms (translation, rotation and scale in double), encoded,
+// decoded and applied, each next to a memcpy of the same ids and values in the same run.
+//
+//     bench_change [--json FILE]
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/codec/ChangeCodec.h"
+#include "common/scene/Aspect.h"
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::uint64_t kTransforms = 100'000;
+constexpr int kRounds = 31;
+
+struct Case {
+    std::string name;
+    double ours = 0, theirs = 0;  ///< ns per transform, median of the rounds
+};
+
+ChangeList creations() {
+    ChangeListBuilder builder;
+    for (std::uint64_t i = 0; i < kTransforms; ++i) builder.create(ObjectId(2 + i), typeOf<Transform>());
+    return builder.take();
+}
+
+ChangeList moves(int frame) {
+    ChangeListBuilder builder;
+    for (std::uint64_t i = 0; i < kTransforms; ++i) {
+        const double t = 0.001 * double(i) + frame;
+        builder.set(ObjectId(2 + i), typeOf<Transform>(), field::kTranslation, toValue(Vec3d(t, -t, 0.5)));
+        builder.set(ObjectId(2 + i), typeOf<Transform>(), field::kRotation, toValue(Quatd(1, t, 0, 0)));
+        builder.set(ObjectId(2 + i), typeOf<Transform>(), field::kScale, toValue(Vec3d(1, 1, 1)));
+    }
+    return builder.take();
+}
+
+/// Copies a list's ids and values into memory that is there already: the least that any way of passing them on can cost.
+class PlainCopy {
+public:
+    explicit PlainCopy(const ChangeList& list) : list_(list) {
+        for (const FieldColumn& column : list.columns) size_ += 8 * (column.ids.size() + column.scalarCount());
+        to_.resize(size_);
+    }
+    void operator()() {
+        std::byte* at = to_.data();
+        const auto copy = [&at](const auto& values) {
+            std::memcpy(at, values.data(), 8 * values.size());
+            at += 8 * values.size();
+        };
+        for (const FieldColumn& column : list_.columns) {
+            copy(column.ids);
+            copy(std::get<std::vector<double>>(column.values));
+        }
+    }
+    [[nodiscard]] std::size_t size() const { return size_; }
+
+private:
+    const ChangeList& list_;
+    std::size_t size_ = 0;
+    std::vector<std::byte> to_;
+};
+
+double nsPerTransform(const std::function<void()>& work) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count() / double(kTransforms);
+}
+
+double median(std::vector<double> times) {
+    std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
+    return times[times.size() / 2];
+}
+
+/// Ours and the copy take turns, so that a busy machine slows both.
+Case measure(std::string name, const std::function<void()>& ours, PlainCopy& copy) {
+    std::vector<double> our, their;
+    for (int round = 0; round < kRounds; ++round) {
+        our.push_back(nsPerTransform(ours));
+        their.push_back(nsPerTransform([&] { copy(); }));
+    }
+    return {std::move(name), median(our), median(their)};
+}
+
+void must(bool done) { TESSERA_CHECK(done, "a list of the benchmark was refused"); }
+
+std::vector<Case> run() {
+    const ChangeList lists[] = {moves(1), moves(2)};
+    PlainCopy copy(lists[0]);
+    const BlobStore store;
+    Aspect aspect;
+    must(aspect.apply(creations()).has_value());
+    const Bytes encoded = encodeChangeList(lists[0]);
+    int turn = 0;
+    std::printf("%llu transforms, %.1f MB of ids and values, median of %d rounds\n", static_cast<unsigned long long>(kTransforms),
+                double(copy.size()) / 1e6, kRounds);
+    return {
+        measure("encode", [&] { must(!encodeChangeList(lists[0]).empty()); }, copy),
+        measure("decode", [&] { must(decodeChangeList(encoded, store).has_value()); }, copy),
+        measure("apply", [&] { must(aspect.apply(lists[turn++ & 1]).has_value()); }, copy),
+        measure("apply with inverse", [&] { must(aspect.applyWithInverse(lists[turn++ & 1]).has_value()); }, copy),
+    };
+}
+
+std::string json(const std::vector<Case>& cases) {
+    std::string entries;
+    for (const Case& c : cases)
+        entries += fmt::format("{}\n  {{\"case\": \"{}\", \"peer\": \"memcpy\", \"ours\": {:.17g}, \"theirs\": {:.17g}, "
+                               "\"unit\": \"ns per transform\", \"ratio\": {:.17g}}}",
+                               entries.empty() ? "" : ",", c.name, c.ours, c.theirs, c.ours / c.theirs);
+    return "{\"cases\": [" + entries + "\n]}\n";
+}
+
+}  // namespace
+}  // namespace tessera
+
+int main(int argc, char** argv) {
+    const std::vector<std::string> arguments(argv + 1, argv + argc);
+    if (!arguments.empty() && (arguments.size() != 2 || arguments[0] != "--json")) {
+        std::fprintf(stderr, "usage: bench_change [--json FILE]\n");
+        return 2;
+    }
+    const std::vector<tessera::Case> cases = tessera::run();
+    std::printf("%-20s %14s %14s %8s\n", "", "ns/transform", "memcpy", "ratio");
+    for (const tessera::Case& c : cases) std::printf("%-20s %14.1f %14.1f %8.1f\n", c.name.c_str(), c.ours, c.theirs, c.ours / c.theirs);
+    if (arguments.empty()) return 0;
+    std::FILE* file = std::fopen(arguments[1].c_str(), "w");
+    const std::string text = tessera::json(cases);
+    if (!file || std::fwrite(text.data(), 1, text.size(), file) != text.size() || std::fclose(file) != 0) {
+        std::fprintf(stderr, "bench_change: %s cannot be written\n", arguments[1].c_str());
+        return 1;
+    }
+    return 0;
+}
