@@ -114,9 +114,41 @@ vec3 toneMap(vec3 c) {
     return mix(c, vec3(newPeak), whiter);
 }
 
+struct Lit {
+    vec3 n, v, f0;
+    float nv, alpha, alpha2;
+    vec3 diffuse, specular;
+};
+
+// A software rasteriser has no jumps: lanes that a light does not reach are masked, not skipped. So there are no branches.
+void addLight(inout Lit lit, vec4 place, vec4 radiance) {
+    vec3 l = place.xyz - vPosition * place.w;
+    float d2 = max(dot(l, l), 1e-8);
+    float invD = inversesqrt(d2);
+    l *= invD;
+    // Window of KHR_lights_punctual: the light is zero at its range. Of a directional light, place.w is 0.
+    float x2 = d2 * radiance.w * radiance.w;
+    float nl = clamp(dot(lit.n, l), 0.0, 1.0);
+    float strength = nl * mix(1.0, invD * invD * max(1.0 - x2 * x2, 0.0), place.w);
+    // With h = (l + v) / |l + v|: |l + v|^2 = 2 + 2 l.v, so n.h and h.v need no vector h.
+    float lv = dot(l, lit.v);
+    float invH = inversesqrt(max(2.0 + 2.0 * lv, 1e-6));
+    float nh = min((nl + lit.nv) * invH, 1.0);
+    float grazing = 1.0 - min((1.0 + lv) * invH, 1.0);
+    float grazing2 = grazing * grazing;
+    vec3 fresnel = lit.f0 + (1.0 - lit.f0) * (grazing2 * grazing2 * grazing);
+    float q = nh * nh * (lit.alpha2 - 1.0) + 1.0;
+    float lobe = 0.5 * lit.alpha2 / max(q * q * mix(2.0 * nl * lit.nv, nl + lit.nv, lit.alpha), 1e-6);
+    vec3 arriving = radiance.rgb * strength;
+    lit.diffuse += arriving * (1.0 - fresnel);
+    lit.specular += arriving * min(lobe, 40.0) * fresnel;
+}
+
 vec3 encodeSrgb(vec3 c) {
-    vec3 high = 1.055 * pow(max(c, vec3(0.0031308)), vec3(1.0 / 2.4)) - 0.055;
-    return mix(high, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));
+    vec3 s1 = sqrt(max(c, vec3(0.0)));
+    vec3 s2 = sqrt(s1);
+    vec3 s3 = sqrt(s2);
+    return mix(0.662002687 * s1 + 0.684122060 * s2 - 0.323583601 * s3 - 0.0225411470 * c, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));
 }
 
 void main() {
@@ -134,9 +166,7 @@ void main() {
 #endif
     float roughness = clamp(vEmissiveAndRoughness.a, 0.045, 1.0);
     float metallic = vMetallicAndFaceted.x;
-    float alpha2 = roughness * roughness;
-    float alpha = alpha2;
-    alpha2 *= alpha2;
+    float alpha = roughness * roughness;
     vec3 albedo = base.rgb * (1.0 - metallic);
     vec3 f0 = mix(vec3(0.04), base.rgb, metallic);
     float nv = max(dot(n, v), 1e-3);
@@ -147,31 +177,10 @@ void main() {
     vec3 rWorld = vec3(dot(worldRow0.xyz, r), dot(worldRow1.xyz, r), dot(worldRow2.xyz, r));
     vec3 specular = environmentFactor(f0, roughness, nv) * environment(rWorld, roughness);
 
-    int lightCount = int(sky.w);
-    for (int i = 0; i < lightCount; ++i) {
-        vec4 place = lights[i].place;
-        vec4 radiance = lights[i].radiance;
-        vec3 l = place.xyz - vPosition * place.w;
-        float d2 = dot(l, l);
-        float nlRaw = dot(n, l);
-        // Window of KHR_lights_punctual: the light is zero at its range.
-        float x2 = d2 * radiance.w * radiance.w;
-        if (nlRaw <= 0.0 || x2 >= 1.0) continue;
-        float invD = inversesqrt(max(d2, 1e-8));
-        l *= invD;
-        float nl = nlRaw * invD;
-        float strength = nl * (place.w > 0.5 ? invD * invD * (1.0 - x2 * x2) : 1.0);
-        vec3 h = normalize(l + v);
-        float nh = clamp(dot(n, h), 0.0, 1.0);
-        float hv = clamp(dot(h, v), 0.0, 1.0);
-        float q = nh * nh * (alpha2 - 1.0) + 1.0;
-        float visibility = 0.5 / max(mix(2.0 * nl * nv, nl + nv, alpha), 1e-4);
-        float grazing = 1.0 - hv;
-        float grazing2 = grazing * grazing;
-        vec3 fresnel = f0 + (1.0 - f0) * (grazing2 * grazing2 * grazing);
-        diffuse += radiance.rgb * strength * (1.0 - fresnel);
-        specular += radiance.rgb * (strength * min(alpha2 / (q * q) * visibility, 40.0)) * fresnel;
-    }
+    Lit lit = Lit(n, v, f0, nv, alpha, alpha * alpha, diffuse, specular);
+    FOR_EACH_LIGHT
+    diffuse = lit.diffuse;
+    specular = lit.specular;
 
     // What is transparent shows its highlights all the same.
     vec3 solid = albedo * diffuse + vEmissiveAndRoughness.rgb;
@@ -205,8 +214,13 @@ Expected<GLuint> compile(const GlFunctions& gl, GLenum stage, const std::string&
 
 }  // namespace
 
-Expected<Program> Program::create(const GlFunctions& gl, ProgramKind kind) {
-    std::string head = "#version 450 core\n";
+Expected<Program> Program::create(const GlFunctions& gl, ProgramKind kind, std::size_t lightCount) {
+    std::string head = "#version 450 core\n#define FOR_EACH_LIGHT";
+    for (std::size_t i = 0; i < lightCount; ++i) {
+        const std::string light = "lights[" + std::to_string(i) + "]";
+        head += " addLight(lit, " + light + ".place, " + light + ".radiance);";
+    }
+    head += "\n";
     if (kind == ProgramKind::kNodeIds) head += "#define NODE_IDS\n";
     if (kind == ProgramKind::kLitTextured) head += "#define TEXTURED\n";
     head += kFrameBlockText;

@@ -29,7 +29,7 @@ struct FrameBlock {
     };
     std::array<float, 16> clip_T_eye;               ///< columns
     std::array<std::array<float, 4>, 3> world_R_eye;  ///< rows
-    std::array<float, 4> sky, ground;               ///< w of sky: number of lights
+    std::array<float, 4> sky, ground;               ///< w unused
     std::array<Light, 16> lights;
 };
 static_assert(sizeof(FrameBlock) == 64 + 48 + 32 + 16 * 32);
@@ -39,7 +39,9 @@ enum class ProgramKind { kLit, kLitTextured, kNodeIds };
 /// One linked program; destroyed with the renderer, on the surface's thread.
 class Program {
 public:
-    [[nodiscard]] static Expected<Program> create(const GlFunctions& gl, ProgramKind kind);
+    /// The number of lights is part of the program: an index that is not a constant costs a software rasteriser a read per
+    /// lane. Of no matter for node ids.
+    [[nodiscard]] static Expected<Program> create(const GlFunctions& gl, ProgramKind kind, std::size_t lightCount);
     ~Program();
     Program(Program&& other) noexcept;
     Program& operator=(Program&&) = delete;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <map>
 
 #include "client/draw/MeshBuffers.h"
 #include "client/draw/Program.h"
@@ -61,7 +62,7 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
         block.world_R_eye[static_cast<std::size_t>(i)] = four(row.cast<float>(), 0);
     }
     const std::size_t lightCount = std::min(list.lights.size(), DrawList::kMaxLights);
-    block.sky = four(list.environment.sky, static_cast<float>(lightCount));
+    block.sky = four(list.environment.sky, 0);
     block.ground = four(list.environment.ground, 0);
     for (std::size_t i = 0; i < lightCount; ++i) {
         const LightItem& light = list.lights[i];
@@ -115,6 +116,10 @@ struct Call {
     bool mirrored = false;
 };
 
+struct LitPrograms {
+    Program plain, textured;
+};
+
 Picture toPicture(const std::vector<std::uint8_t>& rgba, int widthPx, int heightPx) {
     Picture picture{.widthPx = widthPx, .heightPx = heightPx, .rgb = {}};
     const auto width = static_cast<std::size_t>(widthPx);
@@ -135,18 +140,19 @@ Picture toPicture(const std::vector<std::uint8_t>& rgba, int widthPx, int height
 }  // namespace
 
 struct Renderer::Impl {
-    Impl(Surface& onSurface, GlFunctions functions, RendererOptions options, Program litProgram, Program texturedProgram,
-         Program idProgram);
+    Impl(Surface& onSurface, GlFunctions functions, RendererOptions options, Program idProgram);
     ~Impl();
 
     void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera);
     void collect(const Aspect& aspect, const std::vector<DrawItem>& items, const ScreenCamera& camera);
     void bindFrame(const DrawList& list, const ScreenCamera& camera, GLuint framebuffer, const PixelRect& scissor);
-    void issue(std::size_t first, std::size_t last, bool lit);
+    void issue(std::size_t first, std::size_t last, const LitPrograms* lit);
+    [[nodiscard]] Expected<const LitPrograms*> litFor(std::size_t lightCount);
 
     Surface& surface;
     GlFunctions gl;
-    Program lit, textured, nodeIds;
+    Program nodeIds;
+    std::map<std::size_t, LitPrograms> lit;  ///< by number of lights; a handful in the life of a wall
     GLuint vertexArray = 0, recordBuffer = 0, frameBuffer = 0;
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
@@ -159,12 +165,9 @@ struct Renderer::Impl {
     DrawCounts counts;
 };
 
-Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions options, Program litProgram,
-                     Program texturedProgram, Program idProgram)
+Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions options, Program idProgram)
     : surface(onSurface),
       gl(functions),
-      lit(std::move(litProgram)),
-      textured(std::move(texturedProgram)),
       nodeIds(std::move(idProgram)),
       textures(gl, options.textureBudgetBytes),
       colors(gl, GL_RGBA8, options.samples),
@@ -262,14 +265,23 @@ void Renderer::Impl::bindFrame(const DrawList& list, const ScreenCamera& camera,
     gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
 }
 
-void Renderer::Impl::issue(std::size_t first, std::size_t last, bool litColors) {
+Expected<const LitPrograms*> Renderer::Impl::litFor(std::size_t lightCount) {
+    if (const auto it = lit.find(lightCount); it != lit.end()) return &it->second;
+    auto plain = Program::create(gl, ProgramKind::kLit, lightCount);
+    if (!plain) return tl::unexpected(plain.error());
+    auto textured = Program::create(gl, ProgramKind::kLitTextured, lightCount);
+    if (!textured) return tl::unexpected(textured.error());
+    return &lit.emplace(lightCount, LitPrograms{std::move(*plain), std::move(*textured)}).first->second;
+}
+
+void Renderer::Impl::issue(std::size_t first, std::size_t last, const LitPrograms* programs) {
     if (first == last) return;
-    if (!litColors) gl.UseProgram(nodeIds.name());
+    if (!programs) gl.UseProgram(nodeIds.name());
     const Call* before = nullptr;
     for (std::size_t i = first; i < last; ++i) {
         const Call& call = calls[i];
-        if (litColors && (!before || before->texture != call.texture)) {
-            gl.UseProgram(call.texture ? textured.name() : lit.name());
+        if (programs && (!before || before->texture != call.texture)) {
+            gl.UseProgram(call.texture ? programs->textured.name() : programs->plain.name());
             if (call.texture) gl.BindTextureUnit(0, call.texture);
         }
         if (!before || before->doubleSided != call.doubleSided)
@@ -292,14 +304,10 @@ Expected<std::unique_ptr<Renderer>> Renderer::create(Surface& surface, RendererO
     if (auto current = surface.makeCurrent(); !current) return tl::unexpected(current.error());
     const auto gl = GlFunctions::load(surface);
     if (!gl) return failWith(surface.description(), gl.error());
-    auto lit = Program::create(*gl, ProgramKind::kLit);
-    if (!lit) return tl::unexpected(lit.error());
-    auto textured = Program::create(*gl, ProgramKind::kLitTextured);
-    if (!textured) return tl::unexpected(textured.error());
-    auto nodeIds = Program::create(*gl, ProgramKind::kNodeIds);
+    auto nodeIds = Program::create(*gl, ProgramKind::kNodeIds, 0);
     if (!nodeIds) return tl::unexpected(nodeIds.error());
     std::unique_ptr<Renderer> renderer(new Renderer);
-    renderer->impl_ = std::make_unique<Impl>(surface, *gl, options, std::move(*lit), std::move(*textured), std::move(*nodeIds));
+    renderer->impl_ = std::make_unique<Impl>(surface, *gl, options, std::move(*nodeIds));
     if (auto good = gl->check("setting up"); !good) return tl::unexpected(good.error());
     return renderer;
 }
@@ -312,16 +320,18 @@ Expected<Picture> Renderer::draw(const Aspect& aspect, const DrawList& list, con
     const PixelRect scissor = grownToGrid(rect);
     if (auto room = d.colors.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room)
         return tl::unexpected(room.error());
+    const auto programs = d.litFor(std::min(list.lights.size(), DrawList::kMaxLights));
+    if (!programs) return tl::unexpected(programs.error());
     d.collect(aspect, list, camera);
     d.bindFrame(list, camera, d.colors.framebuffer(), scissor);
     const std::array<float, 4> background = four(encodedColor(list.environment.background), 1);
     d.gl.ClearNamedFramebufferfv(d.colors.framebuffer(), GL_COLOR, 0, background.data());
-    d.issue(0, d.opaqueCalls, true);
+    d.issue(0, d.opaqueCalls, *programs);
     // Seen through, in order, and hidden by what is solid.
     d.gl.DepthMask(GL_FALSE);
     d.gl.Enable(GL_BLEND);
     d.gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-    d.issue(d.opaqueCalls, d.calls.size(), true);
+    d.issue(d.opaqueCalls, d.calls.size(), *programs);
 
     const GLuint finished = d.colors.resolve(scissor.x, scissor.y, scissor.width, scissor.height);
     std::vector<std::uint8_t> rgba(4 * static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height));
@@ -344,7 +354,7 @@ Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect,
     d.bindFrame(list, camera, d.ids.framebuffer(), scissor);
     const std::array<GLuint, 4> nothing{};
     d.gl.ClearNamedFramebufferuiv(d.ids.framebuffer(), GL_COLOR, 0, nothing.data());
-    d.issue(0, d.calls.size(), false);
+    d.issue(0, d.calls.size(), nullptr);
 
     const auto width = static_cast<std::size_t>(rect.width);
     const auto height = static_cast<std::size_t>(rect.height);
