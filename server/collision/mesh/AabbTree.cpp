@@ -210,6 +210,10 @@ std::optional<AabbTree::RayHit> AabbTree::castRay(const Ray& ray, double maxT) c
     return best;
 }
 
+bool meetsBox(const Box& box, const Ray& ray, double maxT) {
+    return !box.empty() && !std::isinf(entry(box, ray, ray.direction.cwiseInverse(), maxT));
+}
+
 std::vector<std::uint32_t> AabbTree::facesNear(const Box& box) const {
     std::vector<std::uint32_t> faces;
     if (nodes_.empty()) return faces;

@@ -53,4 +53,7 @@ private:
     std::size_t depth_ = 0;
 };
 
+/// Does the ray come into the box at some 0 <= t <= maxT? Errs on the side of yes by a few units in the last place.
+[[nodiscard]] bool meetsBox(const Box& box, const Ray& ray, double maxT);
+
 }  // namespace tessera

@@ -79,6 +79,13 @@ Vec3d distancesTo(const Triangle& plane, const Vec3d& unitNormal, const Triangle
 
 bool allZero(const std::array<int, 3>& s) { return s[0] == 0 && s[1] == 0 && s[2] == 0; }
 
+/// How far B has to go along a direction to leave A behind.
+double wayOut(const Triangle& a, const Triangle& b, const Vec3d& direction) {
+    const double farthest = std::max({direction.dot(a[0]), direction.dot(a[1]), direction.dot(a[2])});
+    const double nearest = std::min({direction.dot(b[0]), direction.dot(b[1]), direction.dot(b[2])});
+    return farthest - nearest;
+}
+
 TriangleContact atPoint(const Vec3d& p, const Vec3d& normal) { return {p, p, p, normal}; }
 
 TriangleContact betweenNearest(const Triangle& a, const Triangle& b, const Vec3d& nA, const Vec3d& nB) {
@@ -178,17 +185,18 @@ TriangleContact contactOf(const Triangle& a, const Triangle& b) {
     contact.to = high.point;
     contact.point = 0.5 * (low.point + high.point);
     if (low.at > high.at) contact.from = contact.to = contact.point;  // they touch, and rounding parted them
-    if (lowIsA == highIsA) {
-        // Equal intervals belong to both; both normals then say something.
-        const bool shared = lowA.at == lowB.at && highA.at == highB.at;
-        const Vec3d apart = nA - nB;
-        contact.normal = shared ? normalOr(apart, line) : (lowIsA ? Vec3d(-nB) : nA);
-        return contact;
+    const double tie = 1e-12 * std::max(longestEdge(a).norm(), longestEdge(b).norm());
+    const double alongA = wayOut(a, b, nA);
+    const double againstB = wayOut(a, b, -nB);
+    if (std::abs(alongA - againstB) <= tie)
+        contact.normal = normalOr(nA - nB, line);
+    else
+        contact.normal = alongA < againstB ? nA : Vec3d(-nB);
+    if (lowIsA != highIsA) {
+        Vec3d across = unit((lowIsA ? low.edge : high.edge).cross(lowIsA ? high.edge : low.edge));
+        if (across.dot(nA - nB) < 0) across = -across;
+        if (across != Vec3d::Zero() && wayOut(a, b, across) < std::min(alongA, againstB) - tie) contact.normal = across;
     }
-    const Vec3d apart = nA - nB;
-    Vec3d across = unit((lowIsA ? low.edge : high.edge).cross(lowIsA ? high.edge : low.edge));
-    if (across.dot(apart) < 0) across = -across;
-    contact.normal = across != Vec3d::Zero() ? across : normalOr(apart, line);
     return contact;
 }
 

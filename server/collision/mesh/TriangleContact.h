@@ -14,10 +14,10 @@ struct TriangleContact {
 
 /// The contact of two triangles that meet. Winding matters: corners run counter-clockwise seen from outside.
 ///
-/// Normal: where A's edges pierce B, against B's outside; where B's edges pierce A, along A's outside; where an edge
-/// meets an edge, across both. `contactOf(b, a)` has the opposite normal, but for coplanar triangles that look the same
-/// way (no side is the outer one; A's normal is taken). For triangles that do not quite meet: the contact between their
-/// nearest points.
+/// Normal: of A's outside, the reverse of B's outside and, where an edge meets an edge, the direction across both, the one
+/// along which B has the shortest way to be free of A. `contactOf(b, a)` has the opposite normal, but for coplanar
+/// triangles that look the same way (no side is the outer one; A's normal is taken). For triangles that do not quite meet:
+/// the contact between their nearest points.
 [[nodiscard]] TriangleContact contactOf(const Triangle& a, const Triangle& b);
 
 struct NearestPoints {

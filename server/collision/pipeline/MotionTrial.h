@@ -1,0 +1,73 @@
+/// One transform on trial: where it wants to go, and what may be in its way.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/collision/mesh/TreeQueries.h"
+#include "server/collision/pipeline/Way.h"
+
+namespace tessera {
+
+struct MotionLimits {
+    double stopTolerance = 1e-4;  ///< see CollisionLimits
+    double arcTolerance = 1e-3;
+    int maxPieces = 64;
+};
+
+/// A pair of parts that move against each other, near enough that they may touch on the way.
+struct Obstacle {
+    std::uint32_t partA = 0;        ///< of an interest's object
+    std::uint32_t partB = 0;
+    std::uint64_t touchingAtStart = 0;  ///< intersecting face pairs before the motion begins
+};
+
+/// Answers a response's questions about the way. Fractions run from 0, where the transform is, to 1, where it is
+/// wanted. All answers are conservative: kUnknown means that the step's work is used up.
+class MotionTrial {
+public:
+    MotionTrial(const ObjectHandler& handler, ObjectId transform, const Way& way, std::vector<Obstacle> obstacles,
+                const MotionLimits& limits, QueryWork& work, std::uint64_t& queries);
+
+    [[nodiscard]] std::span<const Obstacle> obstacles() const { return obstacles_; }
+    [[nodiscard]] const MotionLimits& limits() const { return limits_; }
+    [[nodiscard]] const Way& way() const { return way_; }
+
+    /// No point of the pair moves further against the other over the whole way (world units).
+    [[nodiscard]] double length(std::size_t obstacle) const;
+    /// Box diagonal and smallest extent of the moving part (of the smaller one where both move), in world units.
+    [[nodiscard]] double size(std::size_t obstacle) const { return pairs_[obstacle].size; }
+    [[nodiscard]] double thickness(std::size_t obstacle) const { return pairs_[obstacle].thickness; }
+
+    [[nodiscard]] Touch touching(std::size_t obstacle, double fraction) const;
+    [[nodiscard]] FacePairs facesTouching(std::size_t obstacle, double fraction) const;
+    /// Anything on the way from one fraction (taken to be free) to another, the end included.
+    [[nodiscard]] Touch touchingOnTheWay(std::size_t obstacle, double from, double to) const;
+    [[nodiscard]] FacePairs facesTouchingOnTheWay(std::size_t obstacle, double from, double to) const;
+
+    [[nodiscard]] Affine3d worldOfA(std::size_t obstacle, double fraction) const;
+    [[nodiscard]] Affine3d worldOfB(std::size_t obstacle, double fraction) const;
+
+private:
+    struct Pair {
+        PartOnTheWay a, b;
+        WayBound boundA, boundB;
+        double size = 0;
+        double thickness = 0;
+    };
+
+    [[nodiscard]] StraightMotion straight(const Pair& pair, const Obstacle& obstacle, double from, double to) const;
+    [[nodiscard]] int pieces(const Pair& pair, double interval) const;
+    [[nodiscard]] bool boxesMeet(const Pair& pair, const Obstacle& obstacle, double from, double to) const;
+
+    const ObjectHandler& handler_;
+    Way way_;
+    std::vector<Obstacle> obstacles_;
+    std::vector<Pair> pairs_;
+    MotionLimits limits_;
+    QueryWork& work_;
+    std::uint64_t& queries_;
+};
+
+}  // namespace tessera

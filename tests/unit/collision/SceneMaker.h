@@ -1,0 +1,114 @@
+/// Scenes for the pipeline's tests: an aspect that grows by applied lists, each told to the pipeline.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "common/scene/Aspect.h"
+#include "common/scene/FieldTable.h"
+#include "server/collision/pipeline/CollisionPipeline.h"
+#include "tests/unit/collision/Shapes.h"
+
+namespace tessera {
+
+class SceneMaker {
+public:
+    Aspect aspect;
+    CollisionPipeline pipeline;
+
+    explicit SceneMaker(CollisionLimits limits = {}) : pipeline(limits) { pipeline.sceneChanged(aspect, nullptr); }
+
+    void apply(ChangeListBuilder& builder) {
+        const ChangeList list = builder.take();
+        const auto applied = aspect.apply(list);
+        ASSERT_TRUE(applied) << applied.error().message;
+        pipeline.sceneChanged(aspect, &list);
+    }
+
+    ObjectId node(ObjectId parent, ObjectId core = {}) {
+        ChangeListBuilder b;
+        const ObjectId id = fresh();
+        b.create(id, typeOf<Node>());
+        if (core) b.set(id, typeOf<Node>(), field::kNodeCore, toValue(core));
+        b.place(id, parent);
+        apply(b);
+        return id;
+    }
+    ObjectId transform(const Vec3d& translation, const Quatd& rotation = Quatd::Identity(), const Vec3d& scale = Vec3d::Ones()) {
+        ChangeListBuilder b;
+        const ObjectId id = fresh();
+        b.create(id, typeOf<Transform>());
+        set(b, id, {id, translation, rotation, scale});
+        apply(b);
+        return id;
+    }
+    ObjectId geometry(const shapes::Soup& soup) {
+        ChangeListBuilder b;
+        const ObjectId id = fresh();
+        b.create(id, typeOf<Geometry>());
+        b.set(id, typeOf<Geometry>(), field::kPositions, Blob::of(std::span<const float>(soup.positions)));
+        b.set(id, typeOf<Geometry>(), field::kIndices, Blob::of(std::span<const std::uint32_t>(soup.indices)));
+        apply(b);
+        return id;
+    }
+    ObjectId switchCore(std::int64_t choice) {
+        ChangeListBuilder b;
+        const ObjectId id = fresh();
+        b.create(id, typeOf<Switch>());
+        b.set(id, typeOf<Switch>(), field::kChoice, toValue(choice));
+        apply(b);
+        return id;
+    }
+    /// Also gives the interest its node.
+    ObjectId interest(ObjectId object, ObjectId against = {}, std::int64_t response = Interest::kStop) {
+        ChangeListBuilder b;
+        const ObjectId id = fresh();
+        b.create(id, typeOf<Interest>());
+        b.set(id, typeOf<Interest>(), field::kInterestObject, toValue(object));
+        b.set(id, typeOf<Interest>(), field::kInterestAgainst, toValue(against));
+        b.set(id, typeOf<Interest>(), field::kInterestResponse, toValue(response));
+        apply(b);
+        node(kRootNode, id);
+        return id;
+    }
+    void setChoice(ObjectId switchId, std::int64_t choice) {
+        ChangeListBuilder b;
+        b.set(switchId, typeOf<Switch>(), field::kChoice, toValue(choice));
+        apply(b);
+    }
+    void commit(const TentativeTransform& value) {
+        ChangeListBuilder b;
+        set(b, value.transform, value);
+        apply(b);
+    }
+
+    /// A step whose accepted values are committed, as the frame loop does.
+    StepResult frame(std::vector<TentativeTransform> wanted) {
+        StepResult result = pipeline.step(aspect, wanted);
+        ChangeListBuilder b;
+        for (const TentativeTransform& t : result.accepted) set(b, t.transform, t);
+        apply(b);
+        return result;
+    }
+    [[nodiscard]] const Transform& at(ObjectId transformId) const { return *aspect.get<Transform>(transformId); }
+
+    struct Body {
+        ObjectId transform, node, shape;  ///< `shape` bears the geometry
+    };
+    Body body(ObjectId parent, const shapes::Soup& soup, const Vec3d& where, const Quatd& rotation = Quatd::Identity()) {
+        Body out;
+        out.transform = transform(where, rotation);
+        out.node = node(parent, out.transform);
+        out.shape = node(out.node, geometry(soup));
+        return out;
+    }
+
+private:
+    ObjectId fresh() const { return ObjectId(aspect.nextFreeId()); }
+    static void set(ChangeListBuilder& b, ObjectId id, const TentativeTransform& v) {
+        b.set(id, typeOf<Transform>(), field::kTranslation, toValue(v.translation));
+        b.set(id, typeOf<Transform>(), field::kRotation, toValue(v.rotation));
+        b.set(id, typeOf<Transform>(), field::kScale, toValue(v.scale));
+    }
+};
+
+}  // namespace tessera
