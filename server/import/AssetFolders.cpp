@@ -1,0 +1,105 @@
+#include "server/import/AssetFolders.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+namespace tessera {
+namespace {
+
+std::optional<std::string> canonicalPath(const std::string& path) {
+    const std::unique_ptr<char, decltype(&std::free)> resolved(::realpath(path.c_str(), nullptr), &std::free);
+    if (!resolved) return std::nullopt;
+    return std::string(resolved.get());
+}
+
+/// Relative, and no step of it leads upwards. What symbolic links do is checked on the result.
+bool staysBelow(std::string_view name) {
+    if (name.empty() || name.front() == '/' || name.find('\0') != std::string_view::npos) return false;
+    const std::filesystem::path path(name);
+    return std::none_of(path.begin(), path.end(), [](const auto& step) { return step == ".."; });
+}
+
+bool isBelow(const std::string& path, const std::string& folder) {
+    const std::string prefix = folder == "/" ? folder : folder + "/";
+    return path.size() > prefix.size() && path.compare(0, prefix.size(), prefix) == 0;
+}
+
+}  // namespace
+
+Expected<std::string> ordinaryFile(const std::string& path, std::size_t maxBytes) {
+    const std::optional<std::string> resolved = canonicalPath(path);
+    if (!resolved) {
+        const int reason = errno;
+        return fail(reason == ENOENT || reason == ENOTDIR ? ErrorCode::kNotFound : ErrorCode::kBadInput,
+                    reason == ENOENT ? "there is no such file" : std::strerror(reason));
+    }
+    struct stat info {};
+    if (::stat(resolved->c_str(), &info) != 0) return fail(ErrorCode::kBadInput, std::strerror(errno));
+    if (S_ISDIR(info.st_mode)) return fail(ErrorCode::kBadInput, "this is a folder; name a file in it");
+    if (!S_ISREG(info.st_mode))
+        return fail(ErrorCode::kBadInput, "this is a device, pipe or socket, not an ordinary file");
+    if (info.st_size == 0) return fail(ErrorCode::kBadInput, "the file is empty");
+    if (static_cast<std::uint64_t>(info.st_size) > maxBytes)
+        return fail(ErrorCode::kLimit, fmt::format("the file is larger than {} MiB", maxBytes >> 20));
+    return *resolved;
+}
+
+Expected<std::string> findAsset(std::string_view name, std::span<const std::string> folders) {
+    if (!staysBelow(name))
+        return fail(ErrorCode::kRefused, fmt::format("asset '{}' leads out of the asset folders", name));
+    for (const std::string& folder : folders) {
+        const std::optional<std::string> root = canonicalPath(folder);
+        if (!root) continue;
+        const std::optional<std::string> found = canonicalPath(*root + "/" + std::string(name));
+        if (!found) continue;
+        if (!isBelow(*found, *root))
+            return fail(ErrorCode::kRefused, fmt::format("asset '{}' is a link that leads out of {}", name, folder));
+        return *found;
+    }
+    const std::string searched =
+        folders.empty() ? "no asset folder was named" : fmt::format("looked in {}", fmt::join(folders, ", "));
+    return fail(
+        ErrorCode::kNotFound,
+        fmt::format("there is no asset '{}' ({}); name its folder with --assets, or, for the models that Debian "
+                    "packages, install assimp-testmodels",
+                    name, searched));
+}
+
+Expected<std::string> findBeside(std::string_view name, const std::string& folder) {
+    if (!staysBelow(name))
+        return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", name));
+    const std::optional<std::string> found = canonicalPath(folder + "/" + std::string(name));
+    if (!found) return fail(ErrorCode::kNotFound, fmt::format("there is no file '{}' in {}", name, folder));
+    if (!isBelow(*found, folder))
+        return fail(ErrorCode::kRefused, fmt::format("'{}' is a link that leads out of {}", name, folder));
+    return *found;
+}
+
+std::string folderOf(const std::string& path) {
+    const std::size_t slash = path.rfind('/');
+    return slash == 0 || slash == std::string::npos ? "/" : path.substr(0, slash);
+}
+
+std::string stemOf(const std::string& path) {
+    return std::filesystem::path(path).stem().string();
+}
+
+std::string lowerCaseExtension(const std::string& path) {
+    std::string extension = std::filesystem::path(path).extension().string();
+    if (!extension.empty()) extension.erase(0, 1);
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+}  // namespace tessera

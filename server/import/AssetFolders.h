@@ -1,0 +1,30 @@
+/// Names in files to files on disk, without letting a name lead anywhere else.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "common/base/Error.h"
+
+namespace tessera {
+
+/// An absolute path without symbolic links, and sure to be an ordinary file (no folder, pipe or device) of at most
+/// `maxBytes`. Messages do not repeat the path.
+[[nodiscard]] Expected<std::string> ordinaryFile(const std::string& path, std::size_t maxBytes);
+
+/// The file of `asset://NAME` in the first folder that has it. NAME must stay within the folder, symbolic links
+/// followed. kNotFound says where it was looked for and which package has Debian's models.
+[[nodiscard]] Expected<std::string> findAsset(std::string_view name, std::span<const std::string> folders);
+
+/// The file `name` in `folder` or below it, symbolic links followed.
+[[nodiscard]] Expected<std::string> findBeside(std::string_view name, const std::string& folder);
+
+/// The folder part of an absolute path.
+[[nodiscard]] std::string folderOf(const std::string& path);
+/// "engine" of "/models/engine.glb".
+[[nodiscard]] std::string stemOf(const std::string& path);
+/// "glb" of "/models/engine.GLB"; empty where there is none.
+[[nodiscard]] std::string lowerCaseExtension(const std::string& path);
+
+}  // namespace tessera

@@ -1,0 +1,274 @@
+#include "server/import/ChildProcess.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "server/import/Record.h"
+
+namespace tessera {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+class FileDescriptor {
+public:
+    explicit FileDescriptor(int fd = -1) : fd_(fd) {}
+    ~FileDescriptor() { close(); }
+    FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    FileDescriptor& operator=(FileDescriptor&& other) noexcept {
+        close();
+        fd_ = std::exchange(other.fd_, -1);
+        return *this;
+    }
+    void close() {
+        if (fd_ >= 0) ::close(fd_);
+        fd_ = -1;
+    }
+    [[nodiscard]] int get() const { return fd_; }
+
+private:
+    int fd_;
+};
+
+/// Owns a child: it is killed and reaped at the latest when this goes.
+class Child {
+public:
+    explicit Child(pid_t pid) : pid_(pid) {}
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+    ~Child() {
+        if (pid_ > 0) {
+            ::kill(pid_, SIGKILL);
+            reap();
+        }
+    }
+    /// Waits for its end; the status is waitpid's.
+    int reap() {
+        int status = 0;
+        while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+        }
+        pid_ = -1;
+        return status;
+    }
+
+private:
+    pid_t pid_;
+};
+
+std::string defaultImporterProgram() {
+    std::array<char, 4096> self{};
+    const ssize_t length = ::readlink("/proc/self/exe", self.data(), self.size() - 1);
+    const std::string path(self.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
+    return path.substr(0, path.rfind('/') + 1) + "tessera-import";
+}
+
+struct Started {
+    pid_t pid;
+    FileDescriptor output;
+};
+
+Expected<Started> start(const std::string& program, const std::string& file, const ImportOptions& options) {
+    std::array<int, 2> ends{};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+        return fail(ErrorCode::kFailed, fmt::format("pipe: {}", std::strerror(errno)));
+    FileDescriptor readEnd(ends[0]);
+    FileDescriptor writeEnd(ends[1]);
+
+    std::vector<std::string> arguments = {program,
+                                          "--file",
+                                          file,
+                                          "--parent",
+                                          std::to_string(::getpid()),
+                                          "--memory",
+                                          std::to_string(options.maxMemoryBytes),
+                                          "--cpu",
+                                          std::to_string(options.maxCpuTime.count()),
+                                          "--depth",
+                                          std::to_string(options.maxDepth),
+                                          "--nodes",
+                                          std::to_string(options.maxNodes)};
+    if (options.allowUnconfined) arguments.emplace_back("--allow-unconfined");
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    // A clean environment: numbers in files are read and written in one locale, and no variable steers a library.
+    std::string locale = "LC_ALL=C";
+    std::array<char*, 2> environment = {locale.data(), nullptr};
+
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_adddup2(&files, writeEnd.get(), 1);
+    posix_spawn_file_actions_addopen(&files, 2, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addclosefrom_np(&files, 3);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    sigset_t none;
+    sigemptyset(&none);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    sigset_t all;
+    sigfillset(&all);
+    posix_spawnattr_setsigdefault(&attributes, &all);
+    // An own process group: Ctrl-C at a terminal reaches the parent, which then ends this child.
+    posix_spawnattr_setpgroup(&attributes, 0);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+
+    pid_t pid = -1;
+    const int failure = ::posix_spawn(&pid, program.c_str(), &files, &attributes, argv.data(), environment.data());
+    posix_spawn_file_actions_destroy(&files);
+    posix_spawnattr_destroy(&attributes);
+    if (failure != 0)
+        return fail(ErrorCode::kFailed, fmt::format("the importer '{}' cannot be started: {}; it belongs beside the "
+                                                    "running program",
+                                                    program, std::strerror(failure)));
+    return Started{pid, std::move(readEnd)};
+}
+
+enum class ReadEnd { kComplete, kClosed, kDeadline };
+
+/// Fills `target` from the pipe. kClosed: the writer is gone before that.
+ReadEnd readExactly(int fd, std::span<std::byte> target, SteadyClock::time_point deadline) {
+    std::size_t done = 0;
+    while (done < target.size()) {
+        const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - SteadyClock::now()).count();
+        if (left <= 0) return ReadEnd::kDeadline;
+        pollfd waiting{fd, POLLIN, 0};
+        const int ready = ::poll(&waiting, 1, static_cast<int>(std::min<long long>(left, 60'000)));
+        if (ready < 0 && errno != EINTR) return ReadEnd::kClosed;
+        if (ready <= 0) continue;
+        const ssize_t got = ::read(fd, target.data() + done, target.size() - done);
+        if (got == 0) return ReadEnd::kClosed;
+        if (got < 0 && errno != EINTR && errno != EAGAIN) return ReadEnd::kClosed;
+        if (got > 0) done += static_cast<std::size_t>(got);
+    }
+    return ReadEnd::kComplete;
+}
+
+std::string signalInWords(int signal, const ImportOptions& options) {
+    switch (signal) {
+        case SIGSEGV:
+        case SIGBUS:
+            return "its reader crashed on it (segmentation fault: malformed, or nested too deeply)";
+        case SIGABRT:
+            return "its reader gave up on it (aborted)";
+        case SIGFPE:
+            return "its reader crashed on it (arithmetic error)";
+        case SIGILL:
+        case SIGTRAP:
+            return "its reader crashed on it (illegal instruction)";
+        case SIGXCPU:
+            return fmt::format("it needs more than {} s of processor time", options.maxCpuTime.count());
+        case SIGXFSZ:
+            return "its reader tried to write a file, which is forbidden";
+        case SIGSYS:
+            return "its reader tried a system call that is forbidden to it (network, processes or the like)";
+        case SIGKILL:
+            return "its reader was killed (out of memory, or by somebody)";
+        default:
+            return fmt::format("its reader was ended by signal {} ({})", signal, strsignal(signal));
+    }
+}
+
+/// The child ended before it had said everything.
+tl::unexpected<Error> explainEnd(int status, const ImportOptions& options) {
+    if (WIFSIGNALED(status)) {
+        const int signal = WTERMSIG(status);
+        return fail(signal == SIGXCPU ? ErrorCode::kLimit : ErrorCode::kBadInput, signalInWords(signal, options));
+    }
+    return fail(ErrorCode::kBadInput,
+                fmt::format("its reader ended early without a result (exit code {})", WEXITSTATUS(status)));
+}
+
+tl::unexpected<Error> errorFrom(ByteSpan payload) {
+    if (payload.empty()) return fail(ErrorCode::kBadInput, "its reader failed without saying why");
+    const auto number = std::to_integer<int>(payload[0]);
+    const bool known = number >= 0 && number <= static_cast<int>(ErrorCode::kFailed);
+    std::string message(asText(payload.subspan(1)));
+    // A foreign file's words go to a terminal: no control characters.
+    for (char& c : message)
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+    return fail(known ? static_cast<ErrorCode>(number) : ErrorCode::kBadInput, std::move(message));
+}
+
+constexpr std::size_t kMaxSceneBytes = std::size_t{128} << 20;
+constexpr std::size_t kMaxTextBytes = 4096;
+constexpr std::size_t kMaxNotes = 64;
+constexpr std::size_t kMaxBlobs = 1'000'000;
+
+}  // namespace
+
+Expected<ImporterOutput> runImporter(const std::string& file, const ImportOptions& options) {
+    const std::string program = options.importerProgram.empty() ? defaultImporterProgram() : options.importerProgram;
+    Expected<Started> started = start(program, file, options);
+    if (!started) return tl::unexpected(started.error());
+    Child child(started->pid);
+    const SteadyClock::time_point deadline = SteadyClock::now() + options.deadline;
+    const int pipe = started->output.get();
+
+    const auto cutShort = [&](ReadEnd end) -> tl::unexpected<Error> {
+        if (end == ReadEnd::kDeadline)
+            return fail(ErrorCode::kLimit,
+                        fmt::format("it takes longer than {} s to read", options.deadline.count() / 1000.0));
+        return explainEnd(child.reap(), options);
+    };
+    const auto nonsense = [](std::string_view what) {
+        return fail(ErrorCode::kBadInput, fmt::format("its reader's answer is damaged ({})", what));
+    };
+
+    ImporterOutput output;
+    std::size_t total = 0;
+    bool haveScene = false;
+    while (true) {
+        ImportRecord record;
+        if (const ReadEnd end = readExactly(pipe, std::as_writable_bytes(std::span(&record, 1)), deadline);
+            end != ReadEnd::kComplete)
+            return cutShort(end);
+        if (record.magic != ImportRecord::kMagic) return nonsense("not a record");
+        const bool isText = record.kind == ImportRecord::Kind::kNote || record.kind == ImportRecord::Kind::kError;
+        if (record.sizeBytes > options.maxResultBytes || total + record.sizeBytes > options.maxResultBytes ||
+            (record.kind == ImportRecord::Kind::kScene && record.sizeBytes > kMaxSceneBytes))
+            return fail(ErrorCode::kLimit,
+                        fmt::format("it becomes more than {} MiB in memory", options.maxResultBytes >> 20));
+        if (isText && record.sizeBytes > kMaxTextBytes) return nonsense("a long message");
+        total += record.sizeBytes;
+
+        Bytes payload(record.sizeBytes);
+        if (const ReadEnd end = readExactly(pipe, payload, deadline); end != ReadEnd::kComplete) return cutShort(end);
+        if (hash64(payload) != record.hash) return nonsense("wrong hash");
+
+        switch (record.kind) {
+            case ImportRecord::Kind::kScene:
+                if (haveScene) return nonsense("two scenes");
+                haveScene = true;
+                output.scene = std::move(payload);
+                break;
+            case ImportRecord::Kind::kBlob:
+                if (payload.empty() || output.blobs.size() >= kMaxBlobs) return nonsense("empty or too many arrays");
+                output.blobs.emplace_back(std::move(payload));
+                break;
+            case ImportRecord::Kind::kNote:
+                if (output.notes.size() < kMaxNotes) output.notes.emplace_back(asText(payload));
+                break;
+            case ImportRecord::Kind::kError:
+                return errorFrom(payload);
+            case ImportRecord::Kind::kEnd:
+                if (!haveScene) return nonsense("no scene");
+                return output;
+            default:
+                return nonsense("unknown record");
+        }
+    }
+}
+
+}  // namespace tessera

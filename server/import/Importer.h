@@ -1,0 +1,65 @@
+/// Files of scenes and models to change lists.
+///
+/// Whatever reads a foreign file runs in a child process (`tessera-import`) that has no network, may read its file's
+/// own folder only, and has bounds on memory, processor time and wall time. What comes back is checked before it
+/// becomes a list, so a hostile file can cost its bounds and an error message, and nothing else.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/Error.h"
+#include "common/change/ChangeList.h"
+
+namespace tessera {
+
+struct ImportOptions {
+    /// Where `asset://NAME` is looked for, first match wins.
+    std::vector<std::string> assetFolders;
+    /// Import even where the system can't confine the child (no Landlock or no seccomp). Limits and deadline remain.
+    bool allowUnconfined = false;
+    /// Empty: "tessera-import" beside the running program.
+    std::string importerProgram;
+
+    std::size_t maxFileBytes = std::size_t{1} << 30;
+    std::size_t maxResultBytes = std::size_t{1} << 30;  ///< what one child may hand over
+    std::size_t maxMemoryBytes = std::size_t{2} << 30;  ///< address space of the child
+    std::chrono::seconds maxCpuTime{30};
+    std::chrono::milliseconds deadline{60'000};  ///< wall time of one child
+    std::size_t maxNodes = 1'000'000;            ///< of the whole import, instances counted
+    std::size_t maxDepth = 200;                  ///< nodes below `parent`
+    std::size_t maxImportDepth = 8;              ///< scene files that import scene files
+};
+
+struct ImportedScene {
+    /// Creates everything and places it under the parent. New objects have placeholder ids, from kFirstPlaceholder up,
+    /// in creation order. Blobs are resident.
+    ChangeList list;
+    /// The node placed under the parent. A model file becomes one node named after the file; the top-level nodes of a
+    /// .tsct or .tsc are placed directly below the parent, and this is the first of them.
+    ObjectId top;
+    std::vector<ObjectId> tops;
+    std::uint64_t nodes = 0;
+    std::uint64_t cores = 0;            ///< all objects that are not nodes
+    std::uint64_t geometries = 0;       ///< Geometry cores
+    std::uint64_t triangles = 0;        ///< as drawn: every node's
+    std::uint64_t trianglesStored = 0;  ///< every Geometry core's, once
+    bool hasCamera = false;             ///< an enabled one
+    /// What was left away or changed, for a person to read: textures made smaller, skins shown at rest, ….
+    std::vector<std::string> notes;
+};
+
+/// Reads .tsct, .tsc, .gltf, .glb and what assimp reads (.obj, .ply, .stl, …). Blocks until done; call from any thread.
+/// Errors name the file: kNotFound (no such file or asset), kBadInput (malformed, or the reader died of it), kLimit,
+/// kUnsupported (no reader for it, or the child can't be confined here).
+[[nodiscard]] Expected<ImportedScene> importScene(const std::string& path, ObjectId parent,
+                                                  const ImportOptions& options);
+
+/// Several files into one list. A file named by several of them is read once.
+[[nodiscard]] Expected<ImportedScene> importScenes(std::span<const std::string> paths, ObjectId parent,
+                                                   const ImportOptions& options);
+
+}  // namespace tessera

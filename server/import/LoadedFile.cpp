@@ -1,0 +1,199 @@
+#include "server/import/LoadedFile.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <memory>
+
+#include "server/import/AssetFolders.h"
+#include "server/import/ChildProcess.h"
+#include "server/import/SceneFileCheck.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kMaxNameBytes = 1024;
+constexpr int kMaxKeys = 1'000'000;
+/// Far beyond any scene, near enough that sums and products of coordinates stay finite in float.
+constexpr double kMaxCoordinate = 1e15;
+
+bool within(double value) {
+    return std::abs(value) <= kMaxCoordinate;
+}  // false for NaN
+
+tl::unexpected<Error> badNumber(std::string_view what) {
+    return fail(ErrorCode::kBadInput, fmt::format("{} holds a number that is not finite or beyond 1e15", what));
+}
+
+/// "file: message", or "file:line:column: message" where the message begins with a place.
+tl::unexpected<Error> failIn(const std::string& label, const Error& error) {
+    const std::size_t digits = error.message.find_first_not_of("0123456789");
+    const bool hasPlace = digits != 0 && digits != std::string::npos && error.message[digits] == ':' &&
+                          digits + 1 < error.message.size() &&
+                          std::isdigit(static_cast<unsigned char>(error.message[digits + 1])) != 0;
+    return fail(error.code, label + (hasPlace ? ":" : ": ") + error.message);
+}
+
+template <typename Item>
+std::map<std::string, const Item*> indexByName(const google::protobuf::RepeatedPtrField<Item>& items) {
+    std::map<std::string, const Item*> index;
+    for (const Item& item : items) index.emplace(item.name(), &item);
+    return index;
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const std::string& label,
+                                               const ImportOptions& options, std::vector<std::string>& notes) {
+    Expected<ImporterOutput> output = runImporter(path, options);
+    if (!output) return failIn(label, output.error());
+    Expected<proto::scene::SceneFile> content = parseSceneFile(output->scene);
+    if (!content) return failWith(label, content.error());
+    auto file = std::make_unique<LoadedFile>();
+    file->path = path;
+    file->label = label;
+    const std::string extension = lowerCaseExtension(path);
+    file->isScene = extension == "tsct" || extension == "tsc";
+    file->content = std::move(*content);
+    file->blobs = std::move(output->blobs);
+    file->meshes = indexByName(file->content.mesh());
+    file->materials = indexByName(file->content.material());
+    file->images = indexByName(file->content.image());
+    file->definitions = indexByName(file->content.definition());
+    for (const std::string& note : output->notes) notes.push_back(label + ": " + readName(note, "?"));
+    if (file->content.node().empty()) return fail(ErrorCode::kBadInput, label + ": there is nothing in it to show");
+    return file;
+}
+
+Expected<Blob> LoadedFile::blob(std::uint32_t number) const {
+    if (number == 0) return Blob();
+    if (number > blobs.size()) return fail(ErrorCode::kBadInput, fmt::format("array {} does not exist", number));
+    return blobs[number - 1];
+}
+
+Expected<MeshArrays> LoadedFile::mesh(const std::string& name) {
+    if (const auto known = checkedMeshes.find(name); known != checkedMeshes.end()) return known->second;
+    const auto found = meshes.find(name);
+    if (found == meshes.end())
+        return fail(ErrorCode::kBadInput, fmt::format("there is no mesh '{}'", readName(name, "")));
+    const proto::scene::Mesh& message = *found->second;
+    MeshArrays arrays;
+    const std::pair<Blob*, std::uint32_t> parts[] = {{&arrays.positions, message.positions_blob()},
+                                                     {&arrays.normals, message.normals_blob()},
+                                                     {&arrays.colors, message.colors_blob()},
+                                                     {&arrays.texcoords, message.texcoords_blob()},
+                                                     {&arrays.indices, message.indices_blob()}};
+    for (const auto& [target, number] : parts) {
+        Expected<Blob> part = blob(number);
+        if (!part) return tl::unexpected(part.error());
+        *target = std::move(*part);
+    }
+    if (Expected<void> checked = checkMesh(arrays); !checked)
+        return failWith(fmt::format("mesh '{}'", readName(name, "")), checked.error());
+    checkedMeshes.emplace(name, arrays);
+    return arrays;
+}
+
+Expected<Vec3f> readColor(const proto::scene::Color& message) {
+    const Vec3f color(message.r(), message.g(), message.b());
+    if (!color.allFinite()) return badNumber("a colour");
+    return Vec3f(color.cwiseMax(0.0f).cwiseMin(1e9f));
+}
+
+Expected<Transform> readTransform(const proto::scene::Transform& message) {
+    Transform transform;
+    transform.translation = Vec3d(message.translation().x(), message.translation().y(), message.translation().z());
+    if (message.rotation().has_quaternion()) {
+        const proto::scene::Quaternion& q = message.rotation().quaternion();
+        transform.rotation = Quatd(q.w(), q.x(), q.y(), q.z());
+        if (!(transform.rotation.norm() > 1e-12)) return fail(ErrorCode::kBadInput, "a rotation's quaternion is zero");
+    } else if (message.rotation().has_axis()) {
+        const Vec3d axis(message.rotation().axis().x(), message.rotation().axis().y(), message.rotation().axis().z());
+        const double length = axis.norm();
+        if (!(length > 1e-12)) return fail(ErrorCode::kBadInput, "a rotation's axis is zero");
+        const double angle = message.rotation().angle_deg() * EIGEN_PI / 180.0;
+        transform.rotation = Quatd(Eigen::AngleAxisd(angle, axis / length));
+    }
+    const proto::scene::Factors& s = message.scale();
+    if (message.has_uniform_scale())
+        transform.scale = Vec3d::Constant(message.uniform_scale());
+    else
+        transform.scale = Vec3d(s.has_x() ? s.x() : 1.0, s.has_y() ? s.y() : 1.0, s.has_z() ? s.z() : 1.0);
+    for (int i = 0; i < 3; ++i)
+        if (!within(transform.translation[i]) || !within(transform.scale[i])) return badNumber("a transform");
+    if (!transform.rotation.coeffs().allFinite()) return badNumber("a rotation");
+    transform.rotation.normalize();
+    return transform;
+}
+
+Expected<Material> readMaterial(const proto::scene::Material& message) {
+    Material material;
+    if (message.has_base_color()) {
+        const Expected<Vec3f> color = readColor(message.base_color());
+        if (!color) return tl::unexpected(color.error());
+        const float alpha = message.base_color().has_a() ? message.base_color().a() : 1.0f;
+        if (!std::isfinite(alpha)) return badNumber("a material");
+        material.baseColor << *color, std::clamp(alpha, 0.0f, 1.0f);
+    }
+    const Expected<Vec3f> emissive = readColor(message.emissive());
+    if (!emissive) return tl::unexpected(emissive.error());
+    material.emissive = *emissive;
+    if (message.has_metallic()) material.metallic = message.metallic();
+    if (message.has_roughness()) material.roughness = message.roughness();
+    if (!std::isfinite(material.metallic) || !std::isfinite(material.roughness)) return badNumber("a material");
+    material.metallic = std::clamp(material.metallic, 0.0f, 1.0f);
+    material.roughness = std::clamp(material.roughness, 0.0f, 1.0f);
+    material.doubleSided = message.double_sided() ? 1 : 0;
+    return material;
+}
+
+Expected<Environment> readEnvironment(const proto::scene::Environment& message) {
+    Environment environment;
+    const std::pair<const proto::scene::Color*, Vec3f*> colors[] = {
+        {message.has_sky() ? &message.sky() : nullptr, &environment.sky},
+        {message.has_ground() ? &message.ground() : nullptr, &environment.ground},
+        {message.has_background() ? &message.background() : nullptr, &environment.background}};
+    for (const auto& [color, target] : colors) {
+        if (color == nullptr) continue;
+        const Expected<Vec3f> value = readColor(*color);
+        if (!value) return tl::unexpected(value.error());
+        *target = *value;
+    }
+    return environment;
+}
+
+Expected<Blob> readKeys(const proto::scene::Motion& message) {
+    if (message.key_size() == 0) return fail(ErrorCode::kBadInput, "a motion has no keys");
+    if (message.key_size() > kMaxKeys)
+        return fail(ErrorCode::kLimit, fmt::format("a motion has more than {} keys", kMaxKeys));
+    std::vector<double> packed;
+    packed.reserve(static_cast<std::size_t>(message.key_size()) * 11);
+    double before = -1.0;
+    for (const proto::scene::Key& key : message.key()) {
+        if (!(key.time() > before) || !(key.time() >= 0.0) || !within(key.time()))
+            return fail(ErrorCode::kBadInput, "a motion's times do not ascend from 0");
+        before = key.time();
+        const Expected<Transform> pose = readTransform(key.transform());
+        if (!pose) return tl::unexpected(pose.error());
+        packed.push_back(key.time());
+        packed.insert(packed.end(), pose->translation.begin(), pose->translation.end());
+        packed.insert(packed.end(), {pose->rotation.w(), pose->rotation.x(), pose->rotation.y(), pose->rotation.z()});
+        packed.insert(packed.end(), pose->scale.begin(), pose->scale.end());
+    }
+    return Blob::of(std::span<const double>(packed));
+}
+
+std::string readName(const std::string& name, std::string_view otherwise) {
+    if (name.empty()) return std::string(otherwise);
+    std::string clean = name.substr(0, kMaxNameBytes);
+    // Cut between characters, not inside one (UTF-8).
+    if (clean.size() < name.size())
+        while (!clean.empty() && (static_cast<unsigned char>(name[clean.size()]) & 0xc0) == 0x80) clean.pop_back();
+    for (char& c : clean)
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+    return clean;
+}
+
+}  // namespace tessera

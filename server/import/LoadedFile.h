@@ -1,0 +1,61 @@
+/// One imported file, read by the child, opened and indexed by name.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/Blob.h"
+#include "common/change/Value.h"
+#include "common/geometry/Mesh.h"
+#include "common/scene/Cores.h"
+#include "proto/scene.pb.h"
+#include "server/import/Importer.h"
+
+namespace tessera {
+
+struct LoadedFile {
+    std::string path;      ///< canonical
+    std::string label;     ///< as it was named, for messages
+    bool isScene = false;  ///< .tsct or .tsc: its top-level nodes stand for themselves
+    proto::scene::SceneFile content;
+    std::vector<Blob> blobs;
+
+    std::map<std::string, const proto::scene::Mesh*> meshes;
+    std::map<std::string, const proto::scene::Material*> materials;
+    std::map<std::string, const proto::scene::Image*> images;
+    std::map<std::string, const proto::scene::Definition*> definitions;
+
+    // Cores already created for this file.
+    struct GeometryCore {
+        ObjectId id;
+        std::uint64_t triangles = 0;
+    };
+    std::map<std::pair<std::string, std::string>, GeometryCore> geometryCores;  ///< by mesh and material
+    std::map<std::string, MeshArrays> checkedMeshes;
+    std::map<std::string, ObjectId> materialCores, imageCores;
+
+    /// The array with this number, counted from 1; 0: an empty handle.
+    [[nodiscard]] Expected<Blob> blob(std::uint32_t number) const;
+    /// A mesh's arrays, checked.
+    [[nodiscard]] Expected<MeshArrays> mesh(const std::string& name);
+};
+
+/// Runs the child on `path` (canonical) and opens its answer. Messages begin with `label`.
+[[nodiscard]] Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const std::string& label,
+                                                             const ImportOptions& options,
+                                                             std::vector<std::string>& notes);
+
+// Plain-form values, checked: every number finite, every rotation a rotation.
+[[nodiscard]] Expected<Transform> readTransform(const proto::scene::Transform& message);
+[[nodiscard]] Expected<Material> readMaterial(const proto::scene::Material& message);
+[[nodiscard]] Expected<Environment> readEnvironment(const proto::scene::Environment& message);
+/// Key frames as the Motion core stores them.
+[[nodiscard]] Expected<Blob> readKeys(const proto::scene::Motion& message);
+[[nodiscard]] Expected<Vec3f> readColor(const proto::scene::Color& message);
+/// A node's name as it may be shown on a terminal.
+[[nodiscard]] std::string readName(const std::string& name, std::string_view otherwise);
+
+}  // namespace tessera

@@ -1,0 +1,25 @@
+/// What the importing child process says to its parent through a pipe: a few records, each with its length and hash.
+///
+/// scene (a SceneFile in plain form, without its blobs), blob* (in their order), note* (a remark for the person), end;
+/// or one error. Everything in it is a foreign file's word until the parent has checked it.
+#pragma once
+
+#include <cstdint>
+
+namespace tessera {
+
+struct ImportRecord {
+    static constexpr std::uint32_t kMagic = 0x31495354;  ///< "TSI1"; the same machine reads it, so native byte order
+
+    enum class Kind : std::uint32_t { kScene = 1, kBlob = 2, kNote = 3, kError = 4, kEnd = 5 };
+
+    std::uint32_t magic = kMagic;
+    Kind kind = Kind::kEnd;
+    std::uint64_t sizeBytes = 0;  ///< of the payload that follows
+    std::uint64_t hash = 0;       ///< hash64 of the payload
+};
+static_assert(sizeof(ImportRecord) == 24);
+
+/// The payload of an error: the number of an ErrorCode in one byte, then the message.
+
+}  // namespace tessera

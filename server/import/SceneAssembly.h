@@ -1,0 +1,60 @@
+/// Builds one change list out of checked scene files: creates cores once, places nodes as often as they are used.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/change/ChangeList.h"
+#include "common/scene/Cores.h"
+#include "server/import/Importer.h"
+#include "server/import/LoadedFile.h"
+
+namespace tessera {
+
+/// One import under way. Not thread-safe. After an error it is of no further use.
+class SceneAssembly {
+public:
+    explicit SceneAssembly(const ImportOptions& options);
+    ~SceneAssembly();
+
+    /// Reads the file (and what it imports) and places its content under `parent`.
+    [[nodiscard]] Expected<void> add(const std::string& path, ObjectId parent);
+    [[nodiscard]] ImportedScene take();
+
+private:
+    /// A node of the new scene, as far as names must be found again.
+    struct Placed;
+    /// Where a node is being placed.
+    struct Spot;
+    /// A name to be looked up once everything has its place.
+    struct PendingRef;
+
+    Expected<LoadedFile*> load(const std::string& canonicalPath, const std::string& label);
+    Expected<void> placeFile(LoadedFile& file, const Spot& spot);
+    Expected<void> placeNode(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
+    Expected<void> placeImport(LoadedFile& file, const proto::scene::Import& import, const Spot& spot);
+    Expected<void> placeInstance(LoadedFile& file, const std::string& definition, const Spot& spot);
+    /// The core that a node's content needs, or none.
+    Expected<ObjectId> contentCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
+    Expected<ObjectId> geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry);
+    Expected<ObjectId> materialCore(LoadedFile& file, const std::string& name);
+    Expected<ObjectId> imageCore(LoadedFile& file, const std::string& name);
+    Expected<Placed*> newNode(std::string name, ObjectId core, const Spot& spot);
+    Expected<void> resolvePending(std::size_t from);
+
+    ObjectId create(const Object& object);
+    void set(ObjectId id, const Object& object);
+
+    const ImportOptions& options_;
+    ChangeListBuilder builder_;
+    ImportedScene result_;
+    std::uint64_t nextId_;
+    std::map<std::string, std::unique_ptr<LoadedFile>> files_;  ///< by canonical path
+    std::vector<std::unique_ptr<Placed>> placed_;
+    std::vector<PendingRef> pending_;
+    std::vector<std::string> importing_;  ///< files being placed, outermost first
+};
+
+}  // namespace tessera

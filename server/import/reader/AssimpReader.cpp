@@ -1,0 +1,301 @@
+// OBJ, PLY, STL and the many others, by assimp.
+
+#include <assimp/GltfMaterial.h>
+#include <assimp/config.h>
+#include <assimp/material.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <assimp/IOStream.hpp>
+#include <assimp/IOSystem.hpp>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <set>
+
+#include "server/import/reader/FolderFiles.h"
+#include "server/import/reader/ImageDecoder.h"
+#include "server/import/reader/ReadScene.h"
+
+namespace tessera {
+namespace {
+
+class MemoryStream : public Assimp::IOStream {
+public:
+    explicit MemoryStream(Bytes bytes) : bytes_(std::move(bytes)) {}
+
+    std::size_t Read(void* target, std::size_t size, std::size_t count) override {
+        if (size == 0) return 0;
+        const std::size_t items = std::min(count, (bytes_.size() - at_) / size);
+        if (items > 0) std::memcpy(target, bytes_.data() + at_, items * size);
+        at_ += items * size;
+        return items;
+    }
+    std::size_t Write(const void*, std::size_t, std::size_t) override { return 0; }
+    aiReturn Seek(std::size_t offset, aiOrigin origin) override {
+        // Backwards offsets arrive as huge numbers; the sum wraps to what is meant.
+        const std::size_t base = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? at_ : bytes_.size();
+        const std::size_t target = base + offset;
+        if (target > bytes_.size()) return aiReturn_FAILURE;
+        at_ = target;
+        return aiReturn_SUCCESS;
+    }
+    std::size_t Tell() const override { return at_; }
+    std::size_t FileSize() const override { return bytes_.size(); }
+    void Flush() override {}
+
+private:
+    Bytes bytes_;
+    std::size_t at_ = 0;
+};
+
+/// assimp's only way to files: whole ones, from the folder, to memory.
+class FolderIo : public Assimp::IOSystem {
+public:
+    explicit FolderIo(const FolderFiles& files) : files_(files) {}
+
+    bool Exists(const char* name) const override { return files_.resolve(name).has_value(); }
+    char getOsSeparator() const override { return '/'; }
+    Assimp::IOStream* Open(const char* name, const char* mode) override {
+        if (std::strpbrk(mode, "wa+") != nullptr) return nullptr;
+        Expected<Bytes> bytes = files_.read(name);
+        return bytes ? new MemoryStream(std::move(*bytes)) : nullptr;
+    }
+    void Close(Assimp::IOStream* stream) override { delete stream; }
+
+private:
+    const FolderFiles& files_;
+};
+
+Affine3d toAffine(const aiMatrix4x4& m) {
+    Affine3d map = Affine3d::Identity();
+    map.matrix().row(0) << m.a1, m.a2, m.a3, m.a4;
+    map.matrix().row(1) << m.b1, m.b2, m.b3, m.b4;
+    map.matrix().row(2) << m.c1, m.c2, m.c3, m.c4;
+    return map;
+}
+
+class AssimpConverter {
+public:
+    AssimpConverter(const aiScene& scene, const FolderFiles& files, const ReadLimits& limits, bool sidesUnknown)
+        : source_(scene), files_(files), limits_(limits), sidesUnknown_(sidesUnknown) {}
+
+    Expected<PlainScene> convert() {
+        if (source_.mNumCameras > 0) scene_.note("cameras of this format are left out");
+        if (source_.mNumLights > 0) scene_.note("lights of this format are left out");
+        if (source_.mNumAnimations > 0) scene_.note("animations of this format are left out");
+        for (unsigned i = 0; i < source_.mNumMeshes; ++i) convertMesh(i);
+        // A root that does nothing but hold the rest is not worth a level.
+        const aiNode& root = *source_.mRootNode;
+        if (root.mTransformation.IsIdentity() && root.mNumMeshes == 0) {
+            for (unsigned i = 0; i < root.mNumChildren; ++i)
+                if (Expected<void> done = convertNode(
+                        *root.mChildren[i], [this] { return scene_.file.add_node(); }, 1);
+                    !done)
+                    return tl::unexpected(done.error());
+        } else if (Expected<void> done = convertNode(
+                       root, [this] { return scene_.file.add_node(); }, 1);
+                   !done) {
+            return tl::unexpected(done.error());
+        }
+        return std::move(scene_);
+    }
+
+private:
+    Expected<void> convertNode(const aiNode& node, const std::function<proto::scene::Node*()>& make,
+                               std::size_t depth) {
+        if (depth > limits_.maxDepth)
+            return fail(ErrorCode::kLimit, fmt::format("nodes are nested deeper than {} levels", limits_.maxDepth));
+        if (++nodes_ > limits_.maxNodes)
+            return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits_.maxNodes));
+        const Affine3d map = toAffine(node.mTransformation);
+        if (!map.matrix().allFinite()) return fail(ErrorCode::kBadInput, "a node has a transform that is not finite");
+        proto::scene::Node* placed = addPlacedNode(make, nameOf(node.mName, "node"), map);
+        for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+            const unsigned mesh = node.mMeshes[i];
+            if (usable_.count(mesh) == 0) continue;
+            proto::scene::Node* child = placed->add_node();
+            child->set_name(nameOf(source_.mMeshes[mesh]->mName, "part"));
+            child->mutable_geometry()->set_mesh(fmt::format("mesh {}", mesh));
+            child->mutable_geometry()->set_material(materialName(source_.mMeshes[mesh]->mMaterialIndex));
+        }
+        for (unsigned i = 0; i < node.mNumChildren; ++i)
+            if (Expected<void> done = convertNode(
+                    *node.mChildren[i], [placed] { return placed->add_node(); }, depth + 1);
+                !done)
+                return done;
+        return {};
+    }
+
+    /// Names in old formats may be in any encoding; ours are UTF-8.
+    static std::string nameOf(const aiString& name, const char* otherwise) {
+        std::string text(name.C_Str());
+        const bool ascii = std::all_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x80; });
+        if (!ascii)
+            for (char& c : text)
+                if (static_cast<unsigned char>(c) >= 0x80) c = '_';
+        return text.empty() ? otherwise : text;
+    }
+
+    void convertMesh(unsigned index) {
+        const aiMesh& mesh = *source_.mMeshes[index];
+        MeshData data;
+        data.indices.reserve(std::size_t{3} * mesh.mNumFaces);
+        for (unsigned f = 0; f < mesh.mNumFaces; ++f)
+            if (mesh.mFaces[f].mNumIndices == 3)
+                data.indices.insert(data.indices.end(), mesh.mFaces[f].mIndices, mesh.mFaces[f].mIndices + 3);
+        if (data.indices.empty() || mesh.mVertices == nullptr) return;
+        for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+            const aiVector3D& p = mesh.mVertices[v];
+            data.positions.insert(data.positions.end(), {p.x, p.y, p.z});
+        }
+        if (mesh.HasNormals()) appendNormals(mesh, data);
+        if (mesh.HasTextureCoords(0))
+            for (unsigned v = 0; v < mesh.mNumVertices; ++v)
+                data.texcoords.insert(data.texcoords.end(), {mesh.mTextureCoords[0][v].x, mesh.mTextureCoords[0][v].y});
+        if (mesh.HasVertexColors(0))
+            for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+                const aiColor4D& c = mesh.mColors[0][v];
+                for (const float part : {c.r, c.g, c.b, c.a})
+                    data.colors.push_back(
+                        static_cast<std::uint8_t>(std::lround(std::clamp(part, 0.0f, 1.0f) * 255.0f)));
+            }
+        usable_.insert(index);
+        scene_.addMesh(fmt::format("mesh {}", index), std::move(data));
+    }
+
+    /// Files hold normals of length zero or none; such a vertex gets some unit vector.
+    static void appendNormals(const aiMesh& mesh, MeshData& data) {
+        for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+            Vec3f normal(mesh.mNormals[v].x, mesh.mNormals[v].y, mesh.mNormals[v].z);
+            const float length = normal.norm();
+            normal = length > 1e-20f && std::isfinite(length) ? Vec3f(normal / length) : Vec3f(Vec3f::UnitY());
+            data.normals.insert(data.normals.end(), normal.begin(), normal.end());
+        }
+    }
+
+    std::string materialName(unsigned index) {
+        if (index >= source_.mNumMaterials) return {};
+        std::string name = fmt::format("material {}", index);
+        if (!materials_.insert(index).second) return name;
+        const aiMaterial& material = *source_.mMaterials[index];
+        proto::scene::Material* message = scene_.file.add_material();
+        message->set_name(name);
+        message->set_double_sided(sidesUnknown_);
+        int twoSided = 0;
+        if (material.Get(AI_MATKEY_TWOSIDED, twoSided) == aiReturn_SUCCESS && twoSided != 0)
+            message->set_double_sided(true);
+        aiString given;
+        material.Get(AI_MATKEY_NAME, given);
+        if (std::strcmp(given.C_Str(), AI_DEFAULT_MATERIAL_NAME) == 0) return name;
+
+        aiColor4D color(0.8f, 0.8f, 0.8f, 1.0f);
+        if (material.Get(AI_MATKEY_BASE_COLOR, color) != aiReturn_SUCCESS) material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
+        float opacity = 1.0f;
+        material.Get(AI_MATKEY_OPACITY, opacity);
+        // Exporters that mix up "d" and "Tr" would make everything vanish.
+        if (!(opacity > 0.0f)) opacity = 1.0f;
+        message->mutable_base_color()->set_r(color.r);
+        message->mutable_base_color()->set_g(color.g);
+        message->mutable_base_color()->set_b(color.b);
+        message->mutable_base_color()->set_a(std::min(opacity, 1.0f));
+        aiColor3D emissive(0.0f, 0.0f, 0.0f);
+        if (material.Get(AI_MATKEY_COLOR_EMISSIVE, emissive) == aiReturn_SUCCESS) {
+            message->mutable_emissive()->set_r(emissive.r);
+            message->mutable_emissive()->set_g(emissive.g);
+            message->mutable_emissive()->set_b(emissive.b);
+        }
+        float number = 0.0f;
+        if (material.Get(AI_MATKEY_METALLIC_FACTOR, number) == aiReturn_SUCCESS) message->set_metallic(number);
+        if (material.Get(AI_MATKEY_ROUGHNESS_FACTOR, number) == aiReturn_SUCCESS)
+            message->set_roughness(number);
+        else if (material.Get(AI_MATKEY_SHININESS, number) == aiReturn_SUCCESS && number > 0.0f)
+            // The Blinn-Phong exponent whose highlight is about as wide (Karis 2013: n = 2 / alpha² - 2, alpha =
+            // roughness²).
+            message->set_roughness(std::clamp(std::pow(2.0f / (number + 2.0f), 0.25f), 0.05f, 1.0f));
+        aiString texture;
+        if (material.GetTexture(aiTextureType_BASE_COLOR, 0, &texture) == aiReturn_SUCCESS ||
+            material.GetTexture(aiTextureType_DIFFUSE, 0, &texture) == aiReturn_SUCCESS)
+            message->set_base_color_image(imageName(texture));
+        return name;
+    }
+
+    std::string imageName(const aiString& texture) {
+        const std::string file = texture.C_Str();
+        if (const auto known = images_.find(file); known != images_.end()) return known->second;
+        std::string& name = images_[file];
+        Expected<DecodedImage> image = loadImage(file);
+        if (!image) {
+            scene_.note(fmt::format("texture {} is left out: {}", file, image.error().message));
+            return name;
+        }
+        if (image->halved)
+            scene_.note(fmt::format("texture {} was reduced to {} × {} pixels", file, image->widthPx, image->heightPx));
+        name = fmt::format("image {}", images_.size());
+        scene_.addImage(name, image->widthPx, image->heightPx, std::move(image->rgba));
+        return name;
+    }
+
+    Expected<DecodedImage> loadImage(const std::string& file) {
+        const aiTexture* embedded = source_.GetEmbeddedTexture(file.c_str());
+        if (embedded == nullptr) {
+            std::string slashes = file;
+            std::replace(slashes.begin(), slashes.end(), '\\', '/');
+            const Expected<Bytes> bytes = files_.read(slashes);
+            if (!bytes) return tl::unexpected(bytes.error());
+            return decodeImage(*bytes, limits_.maxImageSide);
+        }
+        if (embedded->mHeight != 0) return fail(ErrorCode::kUnsupported, "it is stored as bare pixels");
+        const auto* data = reinterpret_cast<const std::byte*>(embedded->pcData);
+        return decodeImage(ByteSpan(data, embedded->mWidth), limits_.maxImageSide);
+    }
+
+    const aiScene& source_;
+    const FolderFiles& files_;
+    const ReadLimits& limits_;
+    bool sidesUnknown_;
+    PlainScene scene_;
+    std::set<unsigned> usable_, materials_;
+    std::map<std::string, std::string> images_;
+    std::size_t nodes_ = 0;
+};
+
+std::string firstLine(std::string text) {
+    text = text.substr(0, std::min(text.find('\n'), std::size_t{400}));
+    while (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.pop_back();
+    return text;
+}
+
+}  // namespace
+
+Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits) {
+    const FolderFiles files(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
+    Assimp::Importer importer;
+    const std::string extension = path.substr(std::min(path.rfind('.'), path.size()));
+    if (!importer.IsExtensionSupported(extension))
+        return fail(ErrorCode::kUnsupported,
+                    fmt::format("nothing here reads files that end in '{}' (glTF, OBJ, PLY, STL and .tsct are read)",
+                                extension));
+    importer.SetIOHandler(new FolderIo(files));  // the importer owns and deletes it
+    importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+    importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60.0f);
+    const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_SortByPType |
+                                                       aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices |
+                                                       aiProcess_FlipUVs | aiProcess_ValidateDataStructure);
+    if (scene == nullptr || scene->mRootNode == nullptr) {
+        const std::string reason = firstLine(importer.GetErrorString());
+        if (reason.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
+        return fail(ErrorCode::kBadInput, "it cannot be read: " + (reason.empty() ? "no reason given" : reason));
+    }
+    // Of these formats none says whether a face has a back.
+    static const std::set<std::string> sidesUnknown = {".obj", ".ply", ".stl", ".off", ".3ds"};
+    std::string lower = extension;
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0).convert();
+}
+
+}  // namespace tessera

@@ -1,0 +1,215 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/import/reader/GltfReader.h"
+
+namespace tessera {
+namespace {
+
+int attribute(const tinygltf::Primitive& primitive, const char* name) {
+    const auto found = primitive.attributes.find(name);
+    return found == primitive.attributes.end() ? -1 : found->second;
+}
+
+/// IEC 61966-2-1. glTF's vertex colours are linear, ours are sRGB.
+std::uint8_t toSrgbByte(float linear) {
+    const float value = std::clamp(linear, 0.0f, 1.0f);
+    const float encoded = value <= 0.0031308f ? 12.92f * value : 1.055f * std::pow(value, 1.0f / 2.4f) - 0.055f;
+    return static_cast<std::uint8_t>(std::lround(encoded * 255.0f));
+}
+
+void normalise(std::vector<float>& normals) {
+    for (std::size_t i = 0; i + 3 <= normals.size(); i += 3) {
+        Vec3f normal(normals[i], normals[i + 1], normals[i + 2]);
+        const float length = normal.norm();
+        normal = length > 1e-20f && std::isfinite(length) ? Vec3f(normal / length) : Vec3f(Vec3f::UnitY());
+        std::copy(normal.begin(), normal.end(), normals.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+}
+
+/// Adds weight · delta where the target has the attribute with the same number of vertices.
+Expected<void> addTarget(const GltfAccessors& accessors, const std::map<std::string, int>& target, const char* name,
+                         double weight, std::vector<float>& values) {
+    const auto found = target.find(name);
+    if (found == target.end() || values.empty()) return {};
+    const Expected<std::vector<float>> delta = accessors.floats(found->second, 3);
+    if (!delta) return tl::unexpected(delta.error());
+    if (delta->size() != values.size())
+        return fail(ErrorCode::kBadInput, "a morph target has another number of vertices");
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] += static_cast<float>(weight) * (*delta)[i];
+    return {};
+}
+
+}  // namespace
+
+Expected<std::vector<std::uint32_t>> GltfReader::triangles(const tinygltf::Primitive& primitive, std::size_t vertices) {
+    std::vector<std::uint32_t> order;
+    if (primitive.indices >= 0) {
+        Expected<std::vector<std::uint32_t>> indices = accessors_.integers(primitive.indices, 1);
+        if (!indices) return indices;
+        order = std::move(*indices);
+    } else {
+        order.resize(vertices);
+        for (std::size_t i = 0; i < vertices; ++i) order[i] = static_cast<std::uint32_t>(i);
+    }
+    for (const std::uint32_t index : order)
+        if (index >= vertices)
+            return fail(ErrorCode::kBadInput, fmt::format("index {} in a mesh of {} vertices", index, vertices));
+    const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
+    if (mode == TINYGLTF_MODE_TRIANGLES) {
+        order.resize(order.size() / 3 * 3);
+        return order;
+    }
+    std::vector<std::uint32_t> list;
+    list.reserve(order.size() * 3);
+    for (std::size_t i = 0; i + 2 < order.size(); ++i) {
+        if (mode == TINYGLTF_MODE_TRIANGLE_FAN)
+            list.insert(list.end(), {order[0], order[i + 1], order[i + 2]});
+        else  // a strip: every second triangle turns the other way
+            list.insert(list.end(), {order[i], order[i + 1 + i % 2], order[i + 2 - i % 2]});
+    }
+    return list;
+}
+
+Expected<MeshData> GltfReader::primitive(const tinygltf::Mesh& mesh, const tinygltf::Primitive& primitive) {
+    MeshData data;
+    Expected<std::vector<float>> positions = accessors_.floats(attribute(primitive, "POSITION"), 3);
+    if (!positions) return tl::unexpected(positions.error());
+    data.positions = std::move(*positions);
+    const std::size_t vertices = data.positions.size() / 3;
+    const auto optional = [&](const char* name, int components, float fill) -> Expected<std::vector<float>> {
+        const int accessor = attribute(primitive, name);
+        if (accessor < 0) return std::vector<float>();
+        if (accessors_.count(accessor) != vertices)
+            return fail(ErrorCode::kBadInput, fmt::format("{} and POSITION have different numbers of vertices", name));
+        return accessors_.floats(accessor, components, fill);
+    };
+    Expected<std::vector<float>> normals = optional("NORMAL", 3, 0.0f);
+    if (!normals) return tl::unexpected(normals.error());
+    data.normals = std::move(*normals);
+    Expected<std::vector<float>> texcoords = optional("TEXCOORD_0", 2, 0.0f);
+    if (!texcoords) return tl::unexpected(texcoords.error());
+    data.texcoords = std::move(*texcoords);
+    const Expected<std::vector<float>> colors = optional("COLOR_0", 4, 1.0f);
+    if (!colors) return tl::unexpected(colors.error());
+    data.colors.resize(colors->size());
+    for (std::size_t i = 0; i < colors->size(); ++i)
+        data.colors[i] = i % 4 == 3
+                             ? static_cast<std::uint8_t>(std::lround(std::clamp((*colors)[i], 0.0f, 1.0f) * 255.0f))
+                             : toSrgbByte((*colors)[i]);
+
+    for (std::size_t i = 0; i < primitive.targets.size() && i < mesh.weights.size(); ++i) {
+        if (mesh.weights[i] == 0.0) continue;
+        for (const auto& [name, values] : {std::pair<const char*, std::vector<float>*>{"POSITION", &data.positions},
+                                           std::pair<const char*, std::vector<float>*>{"NORMAL", &data.normals}})
+            if (Expected<void> done = addTarget(accessors_, primitive.targets[i], name, mesh.weights[i], *values);
+                !done)
+                return tl::unexpected(done.error());
+    }
+    normalise(data.normals);
+
+    Expected<std::vector<std::uint32_t>> indices = triangles(primitive, vertices);
+    if (!indices) return tl::unexpected(indices.error());
+    data.indices = std::move(*indices);
+    return data;
+}
+
+Expected<std::vector<GltfReader::Part>> GltfReader::meshParts(int index) {
+    if (const auto known = parts_.find(index); known != parts_.end()) return known->second;
+    if (static_cast<std::size_t>(index) >= model_.meshes.size())
+        return fail(ErrorCode::kBadInput, fmt::format("mesh {} does not exist", index));
+    const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(index)];
+    std::vector<Part>& parts = parts_[index];
+    for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
+        const tinygltf::Primitive& source = mesh.primitives[i];
+        const bool surface = source.mode < 0 || source.mode == TINYGLTF_MODE_TRIANGLES ||
+                             source.mode == TINYGLTF_MODE_TRIANGLE_STRIP || source.mode == TINYGLTF_MODE_TRIANGLE_FAN;
+        if (!surface || attribute(source, "POSITION") < 0) {
+            scene_.note("points, lines and meshes without positions are left out");
+            continue;
+        }
+        if (!source.targets.empty()) scene_.note("morph targets are shown at rest");
+        Expected<MeshData> data = primitive(mesh, source);
+        if (!data) return failWith(fmt::format("mesh {}, primitive {}", index, i), data.error());
+        if (data->indices.empty()) continue;
+        Expected<std::string> material = materialName(source.material);
+        if (!material) return tl::unexpected(material.error());
+        Part part{fmt::format("mesh {}.{}", index, i), std::move(*material), boundsOf(data->positions)};
+        scene_.addMesh(part.mesh, std::move(*data));
+        parts.push_back(std::move(part));
+    }
+    return parts;
+}
+
+Expected<std::vector<GltfReader::Part>> GltfReader::skinnedParts(int nodeIndex) {
+    const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(nodeIndex)];
+    if (static_cast<std::size_t>(node.skin) >= model_.skins.size() ||
+        static_cast<std::size_t>(node.mesh) >= model_.meshes.size())
+        return fail(ErrorCode::kBadInput, fmt::format("node {} names a skin or mesh that does not exist", nodeIndex));
+    scene_.note("skins are shown in the pose that the file stands in");
+    const tinygltf::Skin& skin = model_.skins[static_cast<std::size_t>(node.skin)];
+    std::vector<float> inverseBind;
+    if (skin.inverseBindMatrices >= 0) {
+        Expected<std::vector<float>> read = accessors_.floats(skin.inverseBindMatrices, 16);
+        if (!read) return tl::unexpected(read.error());
+        inverseBind = std::move(*read);
+    }
+    std::vector<Affine3d> joints;
+    for (std::size_t i = 0; i < skin.joints.size(); ++i) {
+        const auto joint = world_.find(skin.joints[i]);
+        Affine3d matrix = joint == world_.end() ? Affine3d(Affine3d::Identity()) : joint->second;
+        if ((i + 1) * 16 <= inverseBind.size()) {
+            const Mat4f bind = Eigen::Map<const Mat4f>(inverseBind.data() + i * 16);
+            matrix = Affine3d(Mat4d(matrix.matrix() * bind.cast<double>()));
+        }
+        joints.push_back(matrix);
+    }
+
+    const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(node.mesh)];
+    std::vector<Part> parts;
+    for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
+        const tinygltf::Primitive& source = mesh.primitives[i];
+        if (attribute(source, "POSITION") < 0 || attribute(source, "JOINTS_0") < 0 ||
+            attribute(source, "WEIGHTS_0") < 0)
+            continue;
+        Expected<MeshData> data = primitive(mesh, source);
+        if (!data) return failWith(fmt::format("mesh {}, primitive {}", node.mesh, i), data.error());
+        const Expected<std::vector<std::uint32_t>> joint = accessors_.integers(attribute(source, "JOINTS_0"), 4);
+        if (!joint) return tl::unexpected(joint.error());
+        const Expected<std::vector<float>> weight = accessors_.floats(attribute(source, "WEIGHTS_0"), 4);
+        if (!weight) return tl::unexpected(weight.error());
+        const std::size_t vertices = data->positions.size() / 3;
+        if (joint->size() != vertices * 4 || weight->size() != vertices * 4)
+            return fail(ErrorCode::kBadInput, "JOINTS_0, WEIGHTS_0 and POSITION have different numbers of vertices");
+        for (std::size_t v = 0; v < vertices; ++v) {
+            Vec3d moved = Vec3d::Zero();
+            Mat3d linear = Mat3d::Zero();
+            const Vec3d position = Eigen::Map<const Vec3f>(data->positions.data() + 3 * v).cast<double>();
+            for (std::size_t k = 4 * v; k < 4 * v + 4; ++k) {
+                const auto w = static_cast<double>((*weight)[k]);
+                if (w == 0.0) continue;
+                if ((*joint)[k] >= joints.size())
+                    return fail(ErrorCode::kBadInput, "a vertex names a joint that does not exist");
+                moved += w * (joints[(*joint)[k]] * position);
+                linear += w * joints[(*joint)[k]].linear();
+            }
+            Eigen::Map<Vec3f>(data->positions.data() + 3 * v) = moved.cast<float>();
+            if (!data->normals.empty()) {
+                const Vec3d normal = Eigen::Map<const Vec3f>(data->normals.data() + 3 * v).cast<double>();
+                Eigen::Map<Vec3f>(data->normals.data() + 3 * v) = Vec3d(linear * normal).cast<float>();
+            }
+        }
+        normalise(data->normals);
+        if (data->indices.empty()) continue;
+        Expected<std::string> material = materialName(source.material);
+        if (!material) return tl::unexpected(material.error());
+        Part part{fmt::format("skin {}.{}", nodeIndex, i), std::move(*material), boundsOf(data->positions)};
+        scene_.addMesh(part.mesh, std::move(*data));
+        parts.push_back(std::move(part));
+    }
+    return parts;
+}
+
+}  // namespace tessera

@@ -1,0 +1,278 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "server/import/reader/GltfReader.h"
+#include "server/import/reader/ReadScene.h"
+
+namespace tessera {
+namespace {
+
+/// The front screen of the walls that Tessera ships, in metres: what a camera's field of view is fitted to.
+constexpr double kWindowHeight = 1.8, kWindowCenterY = 1.5, kEyeDistance = 2.4;
+
+/// Extensions that a file may insist on and still be shown well enough.
+constexpr std::array<std::string_view, 3> kUnderstood = {"KHR_lights_punctual", "KHR_mesh_quantization",
+                                                         "KHR_texture_transform"};
+constexpr std::string_view kMaterialExtensions = "KHR_materials_";
+
+template <int N>
+Eigen::Matrix<double, N, 1> vectorFrom(const std::vector<double>& values,
+                                       const Eigen::Matrix<double, N, 1>& otherwise) {
+    if (values.size() != N) return otherwise;
+    return Eigen::Map<const Eigen::Matrix<double, N, 1>>(values.data());
+}
+
+}  // namespace
+
+Affine3d localTransform(const tinygltf::Node& node) {
+    if (node.matrix.size() == 16) {
+        Affine3d map = Affine3d::Identity();
+        map.matrix().topRows<3>() = Eigen::Map<const Mat4d>(node.matrix.data()).topRows<3>();
+        return map;
+    }
+    const Vec4d q = vectorFrom<4>(node.rotation, Vec4d(0, 0, 0, 1));
+    Quatd rotation(q[3], q[0], q[1], q[2]);
+    if (!(rotation.norm() > 1e-12)) rotation = Quatd::Identity();
+    return composeTransform(vectorFrom<3>(node.translation, Vec3d::Zero()), rotation,
+                            vectorFrom<3>(node.scale, Vec3d::Ones()));
+}
+
+std::string GltfReader::nodeName(int index) const {
+    const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+    if (!node.name.empty()) return node.name;
+    if (node.mesh >= 0 && static_cast<std::size_t>(node.mesh) < model_.meshes.size() &&
+        !model_.meshes[static_cast<std::size_t>(node.mesh)].name.empty())
+        return model_.meshes[static_cast<std::size_t>(node.mesh)].name;
+    return fmt::format("node {}", index);
+}
+
+/// First pass: checks the tree, collects world transforms and bounds.
+Expected<void> GltfReader::walk(int index, const Affine3d& world_T_parent, std::size_t depth) {
+    if (index < 0 || static_cast<std::size_t>(index) >= model_.nodes.size())
+        return fail(ErrorCode::kBadInput, fmt::format("node {} does not exist", index));
+    if (depth > limits_.maxDepth)
+        return fail(ErrorCode::kLimit, fmt::format("nodes are nested deeper than {} levels", limits_.maxDepth));
+    const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+    const Affine3d world_T_node = world_T_parent * localTransform(node);
+    if (!world_T_node.matrix().allFinite())
+        return fail(ErrorCode::kBadInput, fmt::format("node {} has a transform that is not finite", index));
+    if (!world_.emplace(index, world_T_node).second)
+        return fail(ErrorCode::kBadInput, fmt::format("node {} has two parents, or is its own ancestor", index));
+    if (node.mesh >= 0 && node.skin < 0) {
+        const Expected<std::vector<Part>> parts = meshParts(node.mesh);
+        if (!parts) return tl::unexpected(parts.error());
+        for (const Part& part : *parts) bounds_.extend(part.bounds.transformed(world_T_node));
+    }
+    for (const int child : node.children)
+        if (Expected<void> done = walk(child, world_T_node, depth + 1); !done) return done;
+    return {};
+}
+
+/// Second pass: builds nodes.
+Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::Node*()>& make) {
+    const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+    proto::scene::Node* placed = addPlacedNode(make, nodeName(index), localTransform(node));
+    if (const auto motion = motions_.find(index); motion != motions_.end()) {
+        proto::scene::Node* child = placed->add_node();
+        child->set_name("motion");
+        *child->mutable_motion() = motion->second;
+    }
+    if (node.mesh >= 0 && node.skin < 0) {
+        const Expected<std::vector<Part>> parts = meshParts(node.mesh);
+        if (!parts) return tl::unexpected(parts.error());
+        for (std::size_t i = 0; i < parts->size(); ++i) {
+            proto::scene::Node* child = placed->add_node();
+            child->set_name(fmt::format("part {}", i));
+            child->mutable_geometry()->set_mesh((*parts)[i].mesh);
+            child->mutable_geometry()->set_material((*parts)[i].material);
+        }
+    }
+    if (node.camera >= 0) addCamera(node.camera, world_.at(index), *placed);
+    if (const auto light = node.extensions.find("KHR_lights_punctual");
+        light != node.extensions.end() && light->second.Has("light") && light->second.Get("light").IsNumber())
+        addLight(light->second.Get("light").GetNumberAsInt(), *placed);
+    for (const int child : node.children)
+        if (Expected<void> done = addNode(child, [placed] { return placed->add_node(); }); !done) return done;
+    return {};
+}
+
+/// A file's camera says where the eye is and how wide it looks; ours says where the wall stands and how large it is. At
+/// the depth of the scene's middle, the wall's window shall cover exactly what the file's camera shows there:
+/// scale = 2 d tan(fov / 2) / window height, and the eye stands 2.4 m × scale before that window. For a field of 41°
+/// the eye is the file's own.
+void GltfReader::addCamera(int index, const Affine3d& world_T_node, proto::scene::Node& node) {
+    if (static_cast<std::size_t>(index) >= model_.cameras.size()) return;
+    const tinygltf::Camera& camera = model_.cameras[static_cast<std::size_t>(index)];
+    const double nodeScale = std::cbrt(std::abs(world_T_node.linear().determinant()));
+    if (!(nodeScale > 1e-12)) return;
+    const Vec3d forward = -world_T_node.linear().col(2).normalized();
+    double distance = bounds_.empty() ? 0.0 : (bounds_.center() - world_T_node.translation()).dot(forward);
+    double height = 0.0;
+    if (camera.type == "perspective") {
+        const double fov = camera.perspective.yfov;
+        if (!(fov > 0.0 && fov < EIGEN_PI)) return;
+        const double perDistance = 2.0 * std::tan(fov / 2.0);
+        // A camera that looks away from the middle: its own window, one metre high.
+        if (!(distance > 1e-9)) distance = kWindowHeight / perDistance;
+        height = perDistance * distance;
+    } else {
+        height = 2.0 * std::abs(camera.orthographic.ymag);
+        distance = std::max(distance, 0.0);
+        scene_.note("an orthographic camera is shown in perspective");
+    }
+    const double worldScale = height / kWindowHeight;
+    if (!(worldScale > 1e-9 && worldScale < 1e12)) return;
+    proto::scene::Node* wall = node.add_node();
+    wall->set_name(camera.name.empty() ? fmt::format("camera {}", index) : camera.name);
+    const Vec3d windowCenter = Vec3d(0.0, 0.0, -distance);
+    const Vec3d offset = (windowCenter - Vec3d(0.0, kWindowCenterY * worldScale, 0.0)) / nodeScale;
+    setTransform(*wall->mutable_transform(), offset, Quatd::Identity(), Vec3d::Ones());
+    wall->mutable_camera()->set_world_units_per_metre(worldScale);
+}
+
+void GltfReader::addLight(int index, proto::scene::Node& node) {
+    if (index < 0 || static_cast<std::size_t>(index) >= model_.lights.size()) return;
+    const tinygltf::Light& light = model_.lights[static_cast<std::size_t>(index)];
+    proto::scene::Node* child = node.add_node();
+    child->set_name(light.name.empty() ? fmt::format("light {}", index) : light.name);
+    proto::scene::Color* color = nullptr;
+    if (light.type == "directional") {
+        color = child->mutable_directional_light()->mutable_color();
+        child->mutable_directional_light()->set_intensity(static_cast<float>(light.intensity));
+    } else {
+        if (light.type == "spot") scene_.note("spot lights shine all around");
+        color = child->mutable_point_light()->mutable_color();
+        child->mutable_point_light()->set_intensity(static_cast<float>(light.intensity));
+        child->mutable_point_light()->set_range(static_cast<float>(light.range));
+    }
+    const bool hasColor = light.color.size() >= 3;
+    color->set_r(hasColor ? static_cast<float>(light.color[0]) : 1.0f);
+    color->set_g(hasColor ? static_cast<float>(light.color[1]) : 1.0f);
+    color->set_b(hasColor ? static_cast<float>(light.color[2]) : 1.0f);
+}
+
+Expected<PlainScene> GltfReader::read() {
+    for (const std::string& extension : model_.extensionsRequired) {
+        const bool understood = std::find(kUnderstood.begin(), kUnderstood.end(), extension) != kUnderstood.end() ||
+                                extension.compare(0, kMaterialExtensions.size(), kMaterialExtensions) == 0;
+        if (!understood)
+            return fail(ErrorCode::kUnsupported,
+                        fmt::format("it cannot be shown without the glTF extension {}", extension));
+    }
+    // The scene the file names, else its first, else every node that nobody holds.
+    std::vector<int> roots;
+    if (model_.scenes.empty()) {
+        std::set<int> held;
+        for (const tinygltf::Node& node : model_.nodes) held.insert(node.children.begin(), node.children.end());
+        for (int i = 0; i < static_cast<int>(model_.nodes.size()); ++i)
+            if (held.count(i) == 0) roots.push_back(i);
+    } else {
+        const std::size_t chosen = model_.defaultScene < 0 ? 0 : static_cast<std::size_t>(model_.defaultScene);
+        if (chosen >= model_.scenes.size())
+            return fail(ErrorCode::kBadInput, fmt::format("scene {} does not exist", chosen));
+        roots = model_.scenes[chosen].nodes;
+    }
+    for (const int root : roots)
+        if (Expected<void> done = walk(root, Affine3d::Identity(), 1); !done) return tl::unexpected(done.error());
+    if (Expected<void> done = readAnimation(); !done) return tl::unexpected(done.error());
+
+    const auto addRoot = [this] { return scene_.file.add_node(); };
+    for (const int root : roots)
+        if (Expected<void> done = addNode(root, addRoot); !done) return tl::unexpected(done.error());
+    // Skinned meshes are in world coordinates.
+    for (const auto& [index, world] : world_) {
+        const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+        if (node.mesh < 0 || node.skin < 0) continue;
+        const Expected<std::vector<Part>> parts = skinnedParts(index);
+        if (!parts) return tl::unexpected(parts.error());
+        proto::scene::Node* holder = scene_.file.add_node();
+        holder->set_name(nodeName(index) + " in pose");
+        for (std::size_t i = 0; i < parts->size(); ++i) {
+            proto::scene::Node* child = holder->add_node();
+            child->set_name(fmt::format("part {}", i));
+            child->mutable_geometry()->set_mesh((*parts)[i].mesh);
+            child->mutable_geometry()->set_material((*parts)[i].material);
+        }
+    }
+    return std::move(scene_);
+}
+
+namespace {
+
+struct FileAccess {
+    const FolderFiles& files;
+    std::string refusal;  ///< the first file that was not to be had
+};
+
+bool keepEncoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes,
+                 int size, void*) {
+    image->image.assign(bytes, bytes + size);
+    return true;
+}
+
+bool fileExists(const std::string& name, void* user) {
+    auto& access = *static_cast<FileAccess*>(user);
+    const Expected<std::string> path = access.files.resolve(name);
+    if (!path && access.refusal.empty()) access.refusal = path.error().message;
+    return path.has_value();
+}
+
+bool readWhole(std::vector<unsigned char>* out, std::string* error, const std::string& name, void* user) {
+    auto& access = *static_cast<FileAccess*>(user);
+    const Expected<Bytes> bytes = access.files.read(name);
+    if (!bytes) {
+        if (access.refusal.empty()) access.refusal = bytes.error().message;
+        if (error != nullptr) *error += bytes.error().message + "\n";
+        return false;
+    }
+    const auto* data = reinterpret_cast<const unsigned char*>(bytes->data());
+    out->assign(data, data + bytes->size());
+    return true;
+}
+
+std::string firstLine(std::string text) {
+    while (!text.empty() && (text.front() == '\n' || text.front() == ' ')) text.erase(0, 1);
+    text = text.substr(0, std::min(text.find('\n'), std::size_t{400}));
+    while (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.pop_back();
+    return text;
+}
+
+}  // namespace
+
+Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits) {
+    const Expected<Bytes> bytes = readOrdinaryFile(path, std::min<std::size_t>(limits.maxFileBytes, 0x7fffffff));
+    if (!bytes) return fail(bytes.error().code, "the file " + bytes.error().message);
+    const FolderFiles files(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
+    FileAccess access{files, {}};
+    tinygltf::TinyGLTF loader;
+    loader.SetImageLoader(&keepEncoded, nullptr);
+    loader.SetFsCallbacks(
+        {&fileExists, [](const std::string& name, void*) { return name; }, &readWhole,
+         [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; }, &access});
+    tinygltf::Model model;
+    std::string error, warning;
+    const auto size = static_cast<unsigned>(bytes->size());
+    const bool binary = asText(*bytes).substr(0, 4) == "glTF";
+    const bool done =
+        binary
+            ? loader.LoadBinaryFromMemory(&model, &error, &warning,
+                                          reinterpret_cast<const unsigned char*>(bytes->data()), size, files.folder())
+            : loader.LoadASCIIFromString(&model, &error, &warning, reinterpret_cast<const char*>(bytes->data()), size,
+                                         files.folder());
+    if (!done) {
+        std::string reason = firstLine(error);
+        if (!access.refusal.empty()) reason = access.refusal + (reason.empty() ? "" : " (" + reason + ")");
+        return fail(ErrorCode::kBadInput, "it is not valid glTF: " + (reason.empty() ? "no reason given" : reason));
+    }
+    if (model.asset.version.compare(0, 2, "2.") != 0)
+        return fail(ErrorCode::kUnsupported, fmt::format("it is glTF {}; 2.0 is read here", model.asset.version));
+    GltfReader reader(model, files, limits);
+    Expected<PlainScene> scene = reader.read();
+    if (scene && !access.refusal.empty()) scene->note(access.refusal + "; left out");
+    return scene;
+}
+
+}  // namespace tessera

@@ -1,0 +1,17 @@
+/// PNG, JPEG and whatever else stb_image reads, to RGBA8.
+#pragma once
+
+#include "common/base/Bytes.h"
+#include "common/base/Error.h"
+
+namespace tessera {
+
+struct DecodedImage {
+    int widthPx = 0, heightPx = 0;
+    Bytes rgba;           ///< rows from the top
+    bool halved = false;  ///< it was larger than allowed and was averaged down
+};
+
+[[nodiscard]] Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx);
+
+}  // namespace tessera

@@ -1,0 +1,105 @@
+#include "server/import/reader/PlainScene.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace tessera {
+namespace {
+
+template <typename T>
+Bytes bytesOf(const std::vector<T>& values) {
+    Bytes bytes(values.size() * sizeof(T));
+    if (!bytes.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
+    return bytes;
+}
+
+}  // namespace
+
+void PlainScene::note(std::string text) {
+    if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(std::move(text));
+}
+
+std::uint32_t PlainScene::addBlob(Bytes bytes) {
+    if (bytes.empty()) return 0;
+    blobs.push_back(std::move(bytes));
+    return static_cast<std::uint32_t>(blobs.size());
+}
+
+void PlainScene::addMesh(const std::string& name, MeshData mesh) {
+    if (mesh.normals.empty()) computeNormals(mesh);
+    proto::scene::Mesh* message = file.add_mesh();
+    message->set_name(name);
+    message->set_positions_blob(addBlob(bytesOf(mesh.positions)));
+    message->set_normals_blob(addBlob(bytesOf(mesh.normals)));
+    message->set_texcoords_blob(addBlob(bytesOf(mesh.texcoords)));
+    message->set_colors_blob(addBlob(bytesOf(mesh.colors)));
+    message->set_indices_blob(addBlob(bytesOf(mesh.indices)));
+}
+
+void PlainScene::addImage(const std::string& name, int widthPx, int heightPx, Bytes rgba) {
+    proto::scene::Image* message = file.add_image();
+    message->set_name(name);
+    message->set_width_px(static_cast<std::uint32_t>(widthPx));
+    message->set_height_px(static_cast<std::uint32_t>(heightPx));
+    message->set_pixels_blob(addBlob(std::move(rgba)));
+}
+
+void setTransform(proto::scene::Transform& message, const Vec3d& translation, const Quatd& rotation,
+                  const Vec3d& scale) {
+    message.mutable_translation()->set_x(translation.x());
+    message.mutable_translation()->set_y(translation.y());
+    message.mutable_translation()->set_z(translation.z());
+    if (!rotation.isApprox(Quatd::Identity(), 0.0)) {
+        proto::scene::Quaternion* q = message.mutable_rotation()->mutable_quaternion();
+        q->set_w(rotation.w());
+        q->set_x(rotation.x());
+        q->set_y(rotation.y());
+        q->set_z(rotation.z());
+    }
+    if (scale != Vec3d::Ones()) {
+        message.mutable_scale()->set_x(scale.x());
+        message.mutable_scale()->set_y(scale.y());
+        message.mutable_scale()->set_z(scale.z());
+    }
+}
+
+proto::scene::Node* addPlacedNode(const std::function<proto::scene::Node*()>& make, const std::string& name,
+                                  const Affine3d& map) {
+    proto::scene::Node* node = make();
+    node->set_name(name);
+    const Mat3d linear = map.linear();
+    // Orthogonal columns: rotation · scale says it all; a reflection goes into the first factor.
+    Vec3d lengths = linear.colwise().norm();
+    const Mat3d gram = linear.transpose() * linear;
+    const double offDiagonal = std::max({std::abs(gram(0, 1)), std::abs(gram(0, 2)), std::abs(gram(1, 2))});
+    if (offDiagonal <= 1e-6 * lengths.maxCoeff() * lengths.maxCoeff() && lengths.minCoeff() > 0.0) {
+        if (linear.determinant() < 0.0) lengths.x() = -lengths.x();
+        const Mat3d rotation = linear * lengths.cwiseInverse().asDiagonal();
+        // Matrices in files are floats: what is a rounding error away from no scale is no scale.
+        for (double& length : lengths)
+            if (std::abs(std::abs(length) - 1.0) < 1e-6) length = length < 0.0 ? -1.0 : 1.0;
+        setTransform(*node->mutable_transform(), map.translation(), Quatd(rotation).normalized(), lengths);
+        return node;
+    }
+    const Eigen::JacobiSVD<Mat3d> svd(linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Mat3d outer = svd.matrixU();
+    Mat3d inner = svd.matrixV();
+    Vec3d factors = svd.singularValues();
+    // Both must be rotations: a reflection moves into the scale between them.
+    if (outer.determinant() < 0.0) {
+        outer.col(2) = -outer.col(2);
+        factors.z() = -factors.z();
+    }
+    if (inner.determinant() < 0.0) {
+        inner.col(2) = -inner.col(2);
+        factors.z() = -factors.z();
+    }
+    setTransform(*node->mutable_transform(), map.translation(), Quatd(outer).normalized(), factors);
+    proto::scene::Node* sheared = node->add_node();
+    sheared->set_name("shear");
+    const Mat3d innerTransposed = inner.transpose();
+    setTransform(*sheared->mutable_transform(), Vec3d::Zero(), Quatd(innerTransposed).normalized(), Vec3d::Ones());
+    return sheared;
+}
+
+}  // namespace tessera

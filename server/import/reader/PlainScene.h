@@ -1,0 +1,44 @@
+/// What every reader produces: a scene in plain form. Shapes are meshes, repeats are written out, arrays are blobs.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/base/Bytes.h"
+#include "common/base/Error.h"
+#include "common/geometry/Mesh.h"
+#include "proto/scene.pb.h"
+
+namespace tessera {
+
+struct ReadLimits {
+    std::size_t maxFileBytes = std::size_t{1} << 30;  ///< of one file, the ones it refers to included
+    std::size_t maxNodes = 1'000'000;
+    std::size_t maxDepth = 200;
+    int maxImageSide = 4096;  ///< pixels; larger images are halved until they fit
+};
+
+struct PlainScene {
+    proto::scene::SceneFile file;
+    std::vector<Bytes> blobs;
+    std::vector<std::string> notes;  ///< what was left away or changed; each once
+
+    void note(std::string text);
+    /// The blob's number for the plain form; 0 for no bytes.
+    [[nodiscard]] std::uint32_t addBlob(Bytes bytes);
+    /// Adds the mesh under this name. Missing normals are computed.
+    void addMesh(const std::string& name, MeshData mesh);
+    void addImage(const std::string& name, int widthPx, int heightPx, Bytes rgba);
+};
+
+void setTransform(proto::scene::Transform& message, const Vec3d& translation, const Quatd& rotation,
+                  const Vec3d& scale);
+
+/// The node below `parent` that stands for an affine map: one transform, or, where the map shears, two of them nested
+/// (a singular value decomposition is rotation · scale · rotation). Content and children belong in the node returned.
+/// `make` adds a node to the parent.
+proto::scene::Node* addPlacedNode(const std::function<proto::scene::Node*()>& make, const std::string& name,
+                                  const Affine3d& map);
+
+}  // namespace tessera

@@ -1,0 +1,41 @@
+#include "server/import/reader/ReadScene.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+
+namespace tessera {
+namespace {
+
+std::string extensionOf(const std::string& path) {
+    const std::size_t dot = path.rfind('.');
+    if (dot == std::string::npos || path.find('/', dot) != std::string::npos) return {};
+    std::string extension = path.substr(dot + 1);
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+bool beginsWith(const std::string& path, const char* magic) {
+    char head[4] = {};
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0) return false;
+    const ssize_t got = ::read(fd, head, sizeof(head));
+    ::close(fd);
+    return got == static_cast<ssize_t>(sizeof(head)) && std::memcmp(head, magic, sizeof(head)) == 0;
+}
+
+}  // namespace
+
+Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits) {
+    const std::string extension = extensionOf(path);
+    if (extension == "tsct") return readSceneText(path, limits);
+    if (extension == "tsc") return readSceneBinary(path, limits);
+    if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
+    return readWithAssimp(path, limits);
+}
+
+}  // namespace tessera

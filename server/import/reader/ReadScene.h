@@ -1,0 +1,24 @@
+/// The readers: one file in, one scene in plain form out. They run in the confined child; nothing here trusts the file,
+/// but nothing here is trusted either.
+#pragma once
+
+#include <string>
+
+#include "common/base/Error.h"
+#include "server/import/reader/PlainScene.h"
+
+namespace tessera {
+
+/// glTF 2.0, text or binary, by tinygltf.
+[[nodiscard]] Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits);
+/// Whatever assimp reads: OBJ, PLY, STL, ….
+[[nodiscard]] Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits);
+/// Tessera's own text (.tsct); messages carry line and column.
+[[nodiscard]] Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& limits);
+/// Tessera's own binary (.tsc).
+[[nodiscard]] Expected<PlainScene> readSceneBinary(const std::string& path, const ReadLimits& limits);
+
+/// The reader for the file, by its extension; GLB also by its first bytes. `path`: absolute, without symbolic links.
+[[nodiscard]] Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits);
+
+}  // namespace tessera

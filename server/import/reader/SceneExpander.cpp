@@ -1,0 +1,394 @@
+#include "server/import/reader/SceneExpander.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "server/import/reader/ImageDecoder.h"
+
+namespace tessera {
+namespace {
+
+using Content = proto::scene::Node::ContentCase;
+using google::protobuf::FieldDescriptor;
+
+const FieldDescriptor* fieldOf(const google::protobuf::Message& message, int number) {
+    return message.GetDescriptor()->FindFieldByNumber(number);
+}
+
+/// "12:5: message"; the parent puts the file's name in front.
+tl::unexpected<Error> failAt(const proto::scene::Place& place, const Error& error) {
+    if (place.line() == 0) return tl::unexpected<Error>(error);
+    return fail(error.code, fmt::format("{}:{}: {}", place.line(), place.column(), error.message));
+}
+
+std::size_t editDistance(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+            diagonal = row[j];
+            row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+        }
+    }
+    return row.back();
+}
+
+bool isLength(double value) {
+    return value > 0.0 && value < 1e9;
+}
+
+Expected<int> segmentCount(std::uint32_t asked, int otherwise) {
+    if (asked == 0) return otherwise;
+    if (asked < 3 || asked > 1024)
+        return fail(ErrorCode::kBadInput, fmt::format("segments must be 3 to 1024, not {}", asked));
+    return static_cast<int>(asked);
+}
+
+constexpr int kSegments = 24;
+
+Expected<MeshData> makeShape(const proto::scene::Node& node) {
+    const auto lengths = [](std::initializer_list<double> values, const char* what) -> Expected<void> {
+        for (const double value : values)
+            if (!isLength(value)) return fail(ErrorCode::kBadInput, fmt::format("{} must be above zero", what));
+        return {};
+    };
+    Expected<void> good;
+    switch (node.content_case()) {
+        case Content::kBox: {
+            const proto::scene::Vector& size = node.box().size();
+            good = lengths({size.x(), size.y(), size.z()}, "a box's size x, y and z");
+            if (!good) break;
+            return makeBox(Vec3d(size.x(), size.y(), size.z()));
+        }
+        case Content::kCylinder: {
+            good = lengths({node.cylinder().radius(), node.cylinder().height()}, "a cylinder's radius and height");
+            const Expected<int> segments = segmentCount(node.cylinder().segments(), kSegments);
+            if (!good || !segments) return tl::unexpected(good ? segments.error() : good.error());
+            return makeCylinder(node.cylinder().radius(), node.cylinder().height(), *segments);
+        }
+        case Content::kTube: {
+            const proto::scene::Tube& tube = node.tube();
+            good = lengths(
+                {tube.outer_radius(), tube.inner_radius(), tube.height(), tube.outer_radius() - tube.inner_radius()},
+                "a tube's radii and height, and outer_radius less inner_radius,");
+            const Expected<int> segments = segmentCount(tube.segments(), kSegments);
+            if (!good || !segments) return tl::unexpected(good ? segments.error() : good.error());
+            return makeTube(tube.outer_radius(), tube.inner_radius(), tube.height(), *segments);
+        }
+        case Content::kSphere: {
+            good = lengths({node.sphere().radius()}, "a sphere's radius");
+            const Expected<int> segments = segmentCount(node.sphere().segments(), kSegments);
+            if (!good || !segments) return tl::unexpected(good ? segments.error() : good.error());
+            return makeSphere(node.sphere().radius(), *segments);
+        }
+        case Content::kTorus: {
+            const proto::scene::Torus& torus = node.torus();
+            good = lengths({torus.ring_radius(), torus.pipe_radius()}, "a torus' radii");
+            const Expected<int> ring = segmentCount(torus.ring_segments(), 2 * kSegments);
+            const Expected<int> pipe = segmentCount(torus.pipe_segments(), kSegments / 2);
+            if (!good) break;
+            if (!ring || !pipe) return tl::unexpected(ring ? pipe.error() : ring.error());
+            return makeTorus(torus.ring_radius(), torus.pipe_radius(), *ring, *pipe);
+        }
+        case Content::kPipe: {
+            const proto::scene::Pipe& pipe = node.pipe();
+            good = lengths({pipe.radius()}, "a pipe's radius");
+            const Expected<int> segments = segmentCount(pipe.segments(), kSegments / 2);
+            if (!good || !segments) return tl::unexpected(good ? segments.error() : good.error());
+            if (pipe.point_size() < 2 || pipe.point_size() > 10'000)
+                return fail(ErrorCode::kBadInput, "a pipe needs 2 to 10000 points");
+            std::vector<Vec3d> path;
+            for (const proto::scene::Vector& point : pipe.point()) path.emplace_back(point.x(), point.y(), point.z());
+            for (std::size_t i = 0; i < path.size(); ++i)
+                if (!path[i].allFinite() || (i > 0 && !isLength((path[i] - path[i - 1]).norm())))
+                    return fail(ErrorCode::kBadInput, "a pipe's neighbouring points must differ and be finite");
+            return makePipe(path, pipe.radius(), *segments);
+        }
+        default:
+            return fail(ErrorCode::kBadInput, "not a shape");
+    }
+    return tl::unexpected(good.error());
+}
+
+bool isShape(Content content) {
+    switch (content) {
+        case Content::kBox:
+        case Content::kCylinder:
+        case Content::kTube:
+        case Content::kSphere:
+        case Content::kTorus:
+        case Content::kPipe:
+            return true;
+        default:
+            return false;
+    }
+}
+
+/// The shape alone, as a key: equal shapes are one mesh.
+std::string shapeKey(const proto::scene::Node& node) {
+    std::string bytes;
+    const FieldDescriptor* field = fieldOf(node, static_cast<int>(node.content_case()));
+    node.GetReflection()->GetMessage(node, field).SerializeToString(&bytes);
+    return fmt::format("{} {}", field->name(), bytes);
+}
+
+}  // namespace
+
+std::string nearestName(const std::set<std::string>& names, const std::string& wrong) {
+    std::string nearest;
+    if (wrong.size() > 64) return nearest;
+    std::size_t best = std::max<std::size_t>(wrong.size() / 3, 1) + 1;
+    for (const std::string& name : names) {
+        if (name.size() > 64) continue;
+        if (const std::size_t distance = editDistance(name, wrong); distance < best) {
+            best = distance;
+            nearest = name;
+        }
+    }
+    return nearest;
+}
+
+proto::scene::Place SceneExpander::Where::place() const {
+    proto::scene::Place place;
+    if (around == nullptr || field == nullptr) return place;
+    const auto location = around->GetLocation(field, index);
+    place.set_line(static_cast<std::uint32_t>(location.line + 1));
+    place.set_column(static_cast<std::uint32_t>(location.column + 1));
+    return place;
+}
+
+const SceneExpander::Places* SceneExpander::Where::inside() const {
+    return around == nullptr || field == nullptr ? nullptr : around->GetTreeForNested(field, index);
+}
+
+Expected<void> SceneExpander::checkName(const std::set<std::string>& names, const std::string& name,
+                                        const char* what) const {
+    if (names.count(name) > 0) return {};
+    const std::string nearest = nearestName(names, name);
+    return fail(ErrorCode::kBadInput, fmt::format("there is no {} '{}'{}", what, name,
+                                                  nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));
+}
+
+template <typename Items>
+Expected<void> SceneExpander::collectNames(const Items& items, const Places* places, const char* field,
+                                           std::set<std::string>& names) {
+    const FieldDescriptor* descriptor = proto::scene::SceneFile::descriptor()->FindFieldByName(field);
+    for (int i = 0; i < items.size(); ++i) {
+        const proto::scene::Place at = Where{places, descriptor, i}.place();
+        const std::string& name = items.Get(i).name();
+        if (name.empty()) return failAt(at, {ErrorCode::kBadInput, fmt::format("this {} has no name", field)});
+        if (!names.insert(name).second)
+            return failAt(at, {ErrorCode::kBadInput, fmt::format("the {} '{}' is there twice", field, name)});
+    }
+    return {};
+}
+
+Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const Places* places) {
+    if (file.version() > 1)
+        return fail(ErrorCode::kUnsupported,
+                    fmt::format("it is a scene of version {}; this program reads version 1", file.version()));
+    if (Expected<void> done = collectNames(file.material(), places, "material", materials_); !done)
+        return tl::unexpected(done.error());
+    if (Expected<void> done = collectNames(file.image(), places, "image", images_); !done)
+        return tl::unexpected(done.error());
+    if (Expected<void> done = collectNames(file.mesh(), places, "mesh", meshes_); !done)
+        return tl::unexpected(done.error());
+    if (Expected<void> done = collectNames(file.definition(), places, "definition", definitions_); !done)
+        return tl::unexpected(done.error());
+
+    const google::protobuf::Descriptor* type = file.GetDescriptor();
+    const auto where = [&](const char* field, int index) { return Where{places, type->FindFieldByName(field), index}; };
+    // The blobs keep their numbers; meshes and images made here get later ones.
+    for (std::string& blob : *file.mutable_blob()) {
+        const ByteSpan bytes = asBytes(blob);
+        scene_.blobs.emplace_back(bytes.begin(), bytes.end());
+        if (blob.empty()) return fail(ErrorCode::kBadInput, "it holds an empty array");
+        blob = std::string();
+    }
+    for (int i = 0; i < file.material_size(); ++i) {
+        const std::string& image = file.material(i).base_color_image();
+        if (!image.empty())
+            if (Expected<void> known = checkName(images_, image, "image"); !known)
+                return failAt(where("material", i).place(), known.error());
+        *scene_.file.add_material() = file.material(i);
+    }
+    for (int i = 0; i < file.image_size(); ++i)
+        if (Expected<void> done = expandImage(file.image(i)); !done)
+            return failAt(where("image", i).place(), done.error());
+    for (int i = 0; i < file.mesh_size(); ++i)
+        if (Expected<void> done = expandMesh(file.mesh(i)); !done)
+            return failAt(where("mesh", i).place(), done.error());
+    for (int i = 0; i < file.definition_size(); ++i) {
+        const proto::scene::Definition& definition = file.definition(i);
+        proto::scene::Definition* out = scene_.file.add_definition();
+        out->set_name(definition.name());
+        const Places* inside = where("definition", i).inside();
+        for (int n = 0; n < definition.node_size(); ++n)
+            if (Expected<void> done =
+                    expandNode(definition.node(n), Where{inside, fieldOf(definition, 2), n}, {}, *out->mutable_node());
+                !done)
+                return tl::unexpected(done.error());
+    }
+    for (int i = 0; i < file.node_size(); ++i)
+        if (Expected<void> done = expandNode(file.node(i), where("node", i), {}, *scene_.file.mutable_node()); !done)
+            return tl::unexpected(done.error());
+    return std::move(scene_);
+}
+
+Expected<void> SceneExpander::expandNode(const proto::scene::Node& node, const Where& where, const Context& context,
+                                         google::protobuf::RepeatedPtrField<proto::scene::Node>& out) {
+    if (context.depth > limits_.maxDepth)
+        return failAt(where.place(),
+                      {ErrorCode::kLimit, fmt::format("nodes are nested deeper than {} levels", limits_.maxDepth)});
+    const Places* places = where.inside();
+    Context below{node.material().empty() ? context.material : node.material(), context.depth + 1};
+    if (!node.material().empty())
+        if (Expected<void> known = checkName(materials_, node.material(), "material"); !known)
+            return failAt(Where{places, fieldOf(node, proto::scene::Node::kMaterialFieldNumber), -1}.place(),
+                          known.error());
+
+    const std::uint32_t count = node.has_repeat() ? node.repeat().count() : 1;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        if (++nodes_ > limits_.maxNodes)
+            return failAt(where.place(),
+                          {ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits_.maxNodes)});
+        proto::scene::Node* copy = out.Add();
+        copy->set_name(node.name());
+        if (node.has_transform()) *copy->mutable_transform() = node.transform();
+        if (i > 0) {
+            proto::scene::Vector* translation = copy->mutable_transform()->mutable_translation();
+            translation->set_x(translation->x() + i * node.repeat().step().x());
+            translation->set_y(translation->y() + i * node.repeat().step().y());
+            translation->set_z(translation->z() + i * node.repeat().step().z());
+        }
+        if (Expected<void> done = expandContent(node, places, below.material, *copy); !done)
+            return failAt(where.place(), done.error());
+        for (int n = 0; n < node.node_size(); ++n) {
+            const Where child{places, fieldOf(node, proto::scene::Node::kNodeFieldNumber), n};
+            if (Expected<void> done = expandNode(node.node(n), child, below, *copy->mutable_node()); !done) return done;
+        }
+    }
+    return {};
+}
+
+Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, const Places* places,
+                                            const std::string& material, proto::scene::Node& out) {
+    const Content content = node.content_case();
+    const proto::scene::Place at = Where{places, fieldOf(node, static_cast<int>(content)), -1}.place();
+    if (isShape(content)) {
+        Expected<std::string> mesh = shapeMesh(node);
+        if (!mesh) return tl::unexpected(mesh.error());
+        out.mutable_geometry()->set_mesh(std::move(*mesh));
+        out.mutable_geometry()->set_material(material);
+        return {};
+    }
+    switch (content) {
+        case Content::CONTENT_NOT_SET:
+            return {};
+        case Content::kGeometry: {
+            *out.mutable_geometry() = node.geometry();
+            if (Expected<void> known = checkName(meshes_, node.geometry().mesh(), "mesh"); !known) return known;
+            if (node.geometry().material().empty()) out.mutable_geometry()->set_material(material);
+            return out.geometry().material().empty() ? Expected<void>()
+                                                     : checkName(materials_, out.geometry().material(), "material");
+        }
+        case Content::kInstance:
+            out.set_instance(node.instance());
+            return checkName(definitions_, node.instance(), "definition");
+        case Content::kImport:
+            *out.mutable_import() = node.import();
+            *out.mutable_import()->mutable_at() = at;
+            return {};
+        case Content::kMotion:
+            *out.mutable_motion() = node.motion();
+            *out.mutable_motion()->mutable_at() = at;
+            return {};
+        case Content::kInterest:
+            *out.mutable_interest() = node.interest();
+            *out.mutable_interest()->mutable_at() = at;
+            return {};
+        default: {
+            // Lights, camera, switch, environment: as they are.
+            const FieldDescriptor* field = fieldOf(node, static_cast<int>(content));
+            out.GetReflection()->MutableMessage(&out, field)->CopyFrom(node.GetReflection()->GetMessage(node, field));
+            return {};
+        }
+    }
+}
+
+Expected<std::string> SceneExpander::shapeMesh(const proto::scene::Node& node) {
+    std::string& name = shapes_[shapeKey(node)];
+    if (!name.empty()) return name;
+    Expected<MeshData> mesh = makeShape(node);
+    if (!mesh) return tl::unexpected(mesh.error());
+    name = fmt::format("shape {}", shapes_.size());
+    while (meshes_.count(name) > 0) name += "'";  // a name that the file uses itself
+    scene_.addMesh(name, std::move(*mesh));
+    return name;
+}
+
+Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
+    if (mesh.positions_blob() != 0) {
+        proto::scene::Mesh* copy = scene_.file.add_mesh();
+        *copy = mesh;
+        copy->clear_position();
+        copy->clear_normal();
+        copy->clear_texcoord();
+        copy->clear_color();
+        copy->clear_index();
+        return {};
+    }
+    MeshData data;
+    data.positions.assign(mesh.position().begin(), mesh.position().end());
+    data.normals.assign(mesh.normal().begin(), mesh.normal().end());
+    data.texcoords.assign(mesh.texcoord().begin(), mesh.texcoord().end());
+    data.indices.assign(mesh.index().begin(), mesh.index().end());
+    const std::size_t vertices = data.positions.size() / 3;
+    if (data.positions.empty() || data.positions.size() % 3 != 0)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("mesh '{}': position needs three numbers per vertex", mesh.name()));
+    if (data.indices.empty() || data.indices.size() % 3 != 0)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("mesh '{}': index needs three numbers per triangle", mesh.name()));
+    for (const std::uint32_t index : data.indices)
+        if (index >= vertices)
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("mesh '{}': index {} of {} vertices", mesh.name(), index, vertices));
+    if ((!data.normals.empty() && data.normals.size() != vertices * 3) ||
+        (!data.texcoords.empty() && data.texcoords.size() != vertices * 2) ||
+        (mesh.color_size() != 0 && static_cast<std::size_t>(mesh.color_size()) != vertices))
+        return fail(
+            ErrorCode::kBadInput,
+            fmt::format("mesh '{}': normal, texcoord or color do not match its {} vertices", mesh.name(), vertices));
+    for (const std::uint32_t color : mesh.color())
+        for (int shift = 24; shift >= 0; shift -= 8) data.colors.push_back(static_cast<std::uint8_t>(color >> shift));
+    scene_.addMesh(mesh.name(), std::move(data));
+    return {};
+}
+
+Expected<void> SceneExpander::expandImage(const proto::scene::Image& image) {
+    if (image.uri().empty()) {
+        *scene_.file.add_image() = image;
+        return {};
+    }
+    if (image.uri().front() == '/')
+        return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", image.uri()));
+    const Expected<Bytes> bytes = files_.read(image.uri());
+    if (!bytes) return tl::unexpected(bytes.error());
+    Expected<DecodedImage> decoded = decodeImage(*bytes, limits_.maxImageSide);
+    if (!decoded) return failWith(fmt::format("'{}'", image.uri()), decoded.error());
+    if (decoded->halved)
+        scene_.note(
+            fmt::format("'{}' was reduced to {} × {} pixels", image.uri(), decoded->widthPx, decoded->heightPx));
+    scene_.addImage(image.name(), decoded->widthPx, decoded->heightPx, std::move(decoded->rgba));
+    return {};
+}
+
+}  // namespace tessera

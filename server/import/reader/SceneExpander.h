@@ -1,0 +1,64 @@
+/// Tessera's own scene message to its plain form: shapes become meshes, repeats are written out, materials are
+/// inherited, images are decoded, names are checked while line and column are still known.
+#pragma once
+
+#include <google/protobuf/text_format.h>
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "server/import/reader/FolderFiles.h"
+#include "server/import/reader/PlainScene.h"
+
+namespace tessera {
+
+class SceneExpander {
+public:
+    using Places = google::protobuf::TextFormat::ParseInfoTree;
+
+    /// `places` is null for a binary file.
+    SceneExpander(const FolderFiles& files, const ReadLimits& limits) : files_(files), limits_(limits) {}
+
+    [[nodiscard]] Expected<PlainScene> expand(proto::scene::SceneFile file, const Places* places);
+
+private:
+    /// Where a message stands in the file: its field in the message around it.
+    struct Where {
+        const Places* around = nullptr;
+        const google::protobuf::FieldDescriptor* field = nullptr;
+        int index = -1;
+
+        [[nodiscard]] proto::scene::Place place() const;
+        [[nodiscard]] const Places* inside() const;
+    };
+    struct Context {
+        std::string material;  ///< of shapes that name none
+        std::size_t depth = 1;
+    };
+
+    Expected<void> expandNode(const proto::scene::Node& node, const Where& where, const Context& context,
+                              google::protobuf::RepeatedPtrField<proto::scene::Node>& out);
+    Expected<void> expandContent(const proto::scene::Node& node, const Places* places, const std::string& material,
+                                 proto::scene::Node& out);
+    /// Makes the mesh of a shape unless an equal one is there; returns its name.
+    Expected<std::string> shapeMesh(const proto::scene::Node& node);
+    Expected<void> expandMesh(const proto::scene::Mesh& mesh);
+    Expected<void> expandImage(const proto::scene::Image& image);
+    template <typename Items>
+    Expected<void> collectNames(const Items& items, const Places* places, const char* field,
+                                std::set<std::string>& names);
+    Expected<void> checkName(const std::set<std::string>& names, const std::string& name, const char* what) const;
+
+    const FolderFiles& files_;
+    const ReadLimits& limits_;
+    PlainScene scene_;
+    std::set<std::string> materials_, images_, meshes_, definitions_;
+    std::map<std::string, std::string> shapes_;  ///< serialised shape → mesh
+    std::size_t nodes_ = 0;
+};
+
+/// The name in `names` that `wrong` was probably meant to be, or empty.
+[[nodiscard]] std::string nearestName(const std::set<std::string>& names, const std::string& wrong);
+
+}  // namespace tessera

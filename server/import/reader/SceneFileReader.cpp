@@ -1,0 +1,85 @@
+// Tessera's own files: .tsct (text) and .tsc (binary).
+
+#include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/text_format.h>
+
+#include <set>
+
+#include "server/import/SceneFileCheck.h"
+#include "server/import/reader/ReadScene.h"
+#include "server/import/reader/SceneExpander.h"
+
+namespace tessera {
+namespace {
+
+namespace pb = google::protobuf;
+
+constexpr std::size_t kMaxTextBytes = std::size_t{64} << 20;
+
+/// "Message type \"T\" has no field named \"x\"." in our words, with the name that was probably meant.
+std::string explainUnknownField(const std::string& message) {
+    const std::string head = "Message type \"", middle = "\" has no field named \"";
+    const std::size_t at = message.find(middle);
+    if (message.compare(0, head.size(), head) != 0 || at == std::string::npos) return message;
+    const std::string typeName = message.substr(head.size(), at - head.size());
+    std::string field = message.substr(at + middle.size());
+    field = field.substr(0, field.find('"'));
+    const pb::Descriptor* type = pb::DescriptorPool::generated_pool()->FindMessageTypeByName(typeName);
+    if (type == nullptr) return message;
+    std::set<std::string> names;
+    for (int i = 0; i < type->field_count(); ++i) names.insert(type->field(i)->name());
+    const std::string nearest = nearestName(names, field);
+    return fmt::format("{} has no '{}'{}", type->name(), field,
+                       nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest));
+}
+
+class FirstError : public pb::io::ErrorCollector {
+public:
+    void AddError(int line, pb::io::ColumnNumber column, const std::string& message) override {
+        if (!text_.empty()) return;
+        std::string words = explainUnknownField(message);
+        while (!words.empty() && words.back() == '.') words.pop_back();
+        text_ = line >= 0 ? fmt::format("{}:{}: {}", line + 1, column + 1, words) : words;
+    }
+    void AddWarning(int, pb::io::ColumnNumber, const std::string&) override {}
+
+    [[nodiscard]] const std::string& text() const { return text_; }
+
+private:
+    std::string text_;
+};
+
+FolderFiles filesBeside(const std::string& path, const ReadLimits& limits) {
+    return FolderFiles(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
+}
+
+}  // namespace
+
+Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& limits) {
+    const Expected<Bytes> bytes = readOrdinaryFile(path, std::min(limits.maxFileBytes, kMaxTextBytes));
+    if (!bytes) return fail(bytes.error().code, "the file " + bytes.error().message);
+    proto::scene::SceneFile file;
+    FirstError errors;
+    pb::TextFormat::ParseInfoTree places;
+    pb::TextFormat::Parser parser;
+    parser.RecordErrorsTo(&errors);
+    parser.WriteLocationsTo(&places);
+    parser.SetRecursionLimit(static_cast<int>(limits.maxDepth) + 8);
+    if (!parser.ParseFromString(std::string(asText(*bytes)), &file))
+        return fail(ErrorCode::kBadInput, errors.text().empty() ? "it is not a Tessera scene" : errors.text());
+    const FolderFiles files = filesBeside(path, limits);
+    return SceneExpander(files, limits).expand(std::move(file), &places);
+}
+
+Expected<PlainScene> readSceneBinary(const std::string& path, const ReadLimits& limits) {
+    const Expected<Bytes> bytes = readOrdinaryFile(path, limits.maxFileBytes);
+    if (!bytes) return fail(bytes.error().code, "the file " + bytes.error().message);
+    Expected<proto::scene::SceneFile> file = parseSceneFile(*bytes);
+    if (!file) return tl::unexpected(file.error());
+    const FolderFiles files = filesBeside(path, limits);
+    return SceneExpander(files, limits).expand(std::move(*file), nullptr);
+}
+
+}  // namespace tessera

@@ -1,0 +1,154 @@
+// tessera-import: reads one file in confinement and writes what is in it to stdout, as server/import/Record.h says.
+// Started by the importer, not by people.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "common/base/Hash.h"
+#include "server/import/Record.h"
+#include "server/import/reader/Confinement.h"
+#include "server/import/reader/ReadScene.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::string_view kUsage =
+    "tessera-import: reads one scene or model file in confinement; started by\n"
+    "tessera-server, not by people. The result goes to stdout as binary records.\n"
+    "\n"
+    "  --file PATH          the file (absolute, no symbolic links)\n"
+    "  --memory BYTES       bound on address space\n"
+    "  --cpu SECONDS        bound on processor time\n"
+    "  --nodes N, --depth N bounds on the scene\n"
+    "  --parent PID         ends when this process does\n"
+    "  --allow-unconfined   reads even where the system cannot confine\n"
+    "  --help, --version\n";
+
+struct Arguments {
+    Confinement confinement;
+    ReadLimits limits;
+};
+
+void writeAll(ByteSpan bytes) {
+    while (!bytes.empty()) {
+        const ssize_t done = ::write(STDOUT_FILENO, bytes.data(), bytes.size());
+        if (done < 0 && errno == EINTR) continue;
+        if (done <= 0) ::_exit(1);  // the parent has stopped listening
+        bytes = bytes.subspan(static_cast<std::size_t>(done));
+    }
+}
+
+void writeRecord(ImportRecord::Kind kind, ByteSpan payload) {
+    ImportRecord record;
+    record.kind = kind;
+    record.sizeBytes = payload.size();
+    record.hash = hash64(payload);
+    writeAll(std::as_bytes(std::span(&record, 1)));
+    writeAll(payload);
+}
+
+/// Takes no memory: it may be what is short.
+void writeError(ErrorCode code, std::string_view message) {
+    char payload[2048];
+    payload[0] = static_cast<char>(code);
+    const std::size_t length = std::min(message.size(), sizeof(payload) - 1);
+    std::memcpy(payload + 1, message.data(), length);
+    writeRecord(ImportRecord::Kind::kError, asBytes(std::string_view(payload, length + 1)));
+}
+
+void writeScene(const PlainScene& scene) {
+    std::string bytes;
+    if (!scene.file.SerializeToString(&bytes)) return writeError(ErrorCode::kLimit, "its scene is larger than 2 GiB");
+    writeRecord(ImportRecord::Kind::kScene, asBytes(bytes));
+    for (const Bytes& blob : scene.blobs) writeRecord(ImportRecord::Kind::kBlob, blob);
+    for (const std::string& note : scene.notes)
+        writeRecord(ImportRecord::Kind::kNote, asBytes(std::string_view(note).substr(0, 2000)));
+    writeRecord(ImportRecord::Kind::kEnd, {});
+}
+
+std::optional<Arguments> parse(std::span<char*> arguments) {
+    Arguments result;
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        const std::string_view name = arguments[i];
+        if (name == "--allow-unconfined") {
+            result.confinement.allowUnconfined = true;
+            continue;
+        }
+        if (i + 1 >= arguments.size()) return std::nullopt;
+        const std::string_view value = arguments[++i];
+        if (name == "--file") {
+            result.confinement.file = value;
+            continue;
+        }
+        std::uint64_t number = 0;
+        const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+        if (error != std::errc() || end != value.data() + value.size()) return std::nullopt;
+        if (name == "--memory") {
+            result.confinement.memoryBytes = number;
+        } else if (name == "--cpu") {
+            result.confinement.cpuTime = std::chrono::seconds(number);
+        } else if (name == "--parent") {
+            result.confinement.parent = static_cast<pid_t>(number);
+        } else if (name == "--nodes") {
+            result.limits.maxNodes = number;
+        } else if (name == "--depth") {
+            result.limits.maxDepth = number;
+        } else {
+            return std::nullopt;
+        }
+    }
+    if (result.confinement.file.empty() || result.confinement.file.front() != '/') return std::nullopt;
+    return result;
+}
+
+void run(const Arguments& arguments) {
+    try {
+        if (const Expected<void> confined = confine(arguments.confinement); !confined)
+            return writeError(confined.error().code, confined.error().message);
+        const Expected<PlainScene> scene = readScene(arguments.confinement.file, arguments.limits);
+        if (!scene) return writeError(scene.error().code, scene.error().message);
+        writeScene(*scene);
+    } catch (const std::bad_alloc&) {
+        char message[128];
+        std::snprintf(message, sizeof(message), "it needs more than %zu MiB of memory to read",
+                      arguments.confinement.memoryBytes >> 20);
+        writeError(ErrorCode::kLimit, message);
+    } catch (const std::exception& exception) {
+        writeError(ErrorCode::kBadInput, exception.what());
+    }
+}
+
+}  // namespace
+}  // namespace tessera
+
+int main(int count, char** values) {
+    const std::span<char*> arguments(values + 1, values + count);
+    const std::string_view first = arguments.empty() ? "" : arguments.front();
+    if (first == "--help") {
+        std::fwrite(tessera::kUsage.data(), 1, tessera::kUsage.size(), stdout);
+        return 0;
+    }
+    if (first == "--version") {
+        std::puts("tessera-import " TESSERA_VERSION);
+        return 0;
+    }
+    const auto parsed = tessera::parse(arguments);
+    if (!parsed) {
+        std::fputs("tessera-import: these arguments make no sense; see --help\n", stderr);
+        return 2;
+    }
+    tessera::run(*parsed);
+    // Nothing is left to do that is worth the time of tearing libraries down.
+    ::_exit(0);
+}
