@@ -1,0 +1,266 @@
+/// What the masked culler saves, and what it costs: whole frames (cull + draw) against frustum culling only, and
+/// against an oracle that knows for free which items leave a pixel, in the same run, in turns. A 2×2 wall of 960×540
+/// tiles.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+#include <random>
+#include <set>
+#include <string>
+
+#include "client/draw/Renderer.h"
+#include "client/render/RenderAction.h"
+#include "common/geometry/Mesh.h"
+#include "common/scene/Action.h"
+#include "common/scene/FieldTable.h"
+#include "server/import/Importer.h"
+
+namespace tessera {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double msSince(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+template <typename T>
+T orExit(Expected<T> value) {
+    if (value) return std::move(*value);
+    std::fprintf(stderr, "bench_cull: %s\n", value.error().message.c_str());
+    std::exit(exitCode(value.error().code));
+}
+
+struct Stage {
+    std::string name;
+    Aspect aspect;
+    std::vector<View> views;  ///< one per frame
+};
+
+Screen benchScreen() {
+    Screen screen;
+    screen.name = "front";
+    screen.lowerLeft = {-1.6, 0.6, 0};
+    screen.lowerRight = {1.6, 0.6, 0};
+    screen.upperLeft = {-1.6, 2.4, 0};
+    screen.grid.columns = 2;
+    screen.grid.rows = 2;
+    return screen;
+}
+
+/// 576 houses that are boxes, 20 things of 512 triangles around each: 12,096 items.
+Stage makeCity(int frames) {
+    std::mt19937 random(1);
+    const auto uniform = [&](double from, double to) {
+        return std::uniform_real_distribution<double>(from, to)(random);
+    };
+    ChangeListBuilder list;
+    std::uint64_t next = 2;
+    const auto geometry = [&](const MeshData& mesh) {
+        const ObjectId id{next++};
+        const MeshArrays arrays = mesh.toArrays();
+        list.create(id, typeOf<Geometry>());
+        list.set(id, typeOf<Geometry>(), field::kPositions, toValue(arrays.positions));
+        list.set(id, typeOf<Geometry>(), field::kNormals, toValue(arrays.normals));
+        list.set(id, typeOf<Geometry>(), field::kIndices, toValue(arrays.indices));
+        return id;
+    };
+    const auto put = [&](ObjectId core, const Vec3d& at, const Vec3d& size) {
+        const ObjectId place{next++};
+        const ObjectId outer{next++};
+        const ObjectId inner{next++};
+        list.create(place, typeOf<Transform>());
+        list.set(place, typeOf<Transform>(), field::kTranslation, toValue(at));
+        list.set(place, typeOf<Transform>(), field::kScale, toValue(size));
+        list.create(outer, typeOf<Node>());
+        list.set(outer, typeOf<Node>(), field::kNodeCore, toValue(place));
+        list.place(outer, kRootNode);
+        list.create(inner, typeOf<Node>());
+        list.set(inner, typeOf<Node>(), field::kNodeCore, toValue(core));
+        list.place(inner, outer);
+    };
+    const ObjectId house = geometry(makeBox({1, 1, 1}));
+    const ObjectId thing = geometry(makeTorus(0.7, 0.3, 16, 16));
+    for (int x = -12; x < 12; ++x) {
+        for (int z = -12; z < 12; ++z) {
+            const Vec3d corner(24.0 * x + 12, 0, 24.0 * z + 12);
+            const double height = uniform(8, 40);
+            put(house, corner + Vec3d(0, height / 2, 0), {16, height, 16});
+            for (int i = 0; i < 20; ++i) {
+                const double along = uniform(-11, 11);
+                const double off = (random() % 2 ? 1 : -1) * uniform(9, 11);
+                put(thing, corner + (i % 2 ? Vec3d(along, uniform(0.3, 5), off) : Vec3d(off, uniform(0.3, 5), along)),
+                    Vec3d::Constant(uniform(0.3, 1)));
+            }
+        }
+    }
+    Stage stage;
+    stage.name = "city";
+    const auto applied = stage.aspect.apply(list.take());
+    if (!applied) std::fprintf(stderr, "bench_cull: %s\n", applied.error().message.c_str());
+    for (int i = 0; i < frames; ++i) {
+        View view;
+        const double t = static_cast<double>(i) / frames;
+        // Down a street, looking about.
+        view.position = {0, 0.5, 200 - 300 * t};
+        view.orientation = Quatd(Eigen::AngleAxisd(0.5 * std::sin(6 * t), Vec3d::UnitY()));
+        stage.views.push_back(view);
+    }
+    return stage;
+}
+
+/// The scene file, seen from its first enabled camera, which turns about.
+Stage loadScene(const std::string& name, const std::string& path, const std::vector<std::string>& assets, int frames) {
+    const ImportedScene imported = orExit(importScene(
+        path, kRootNode,
+        {.assetFolders = assets, .allowUnconfined = true, .importerProgram = TESSERA_BIN_DIR "/tessera-import"}));
+    ChangeList list = imported.list;
+    replaceIds(list, [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + 2} : id; });
+    Stage stage;
+    stage.name = name;
+    orExit(stage.aspect.apply(list).map([] { return 0; }));
+    View first;
+    bool found = false;
+    Action search;
+    search.on<Camera>([&](const Visit& visit, const Camera& camera) {
+        if (!found && camera.enabled != 0) {
+            found = true;
+            first.position = visit.world_T_node.translation();
+            first.orientation = Quatd(visit.world_T_node.rotation());
+            first.worldUnitsPerMetre = camera.worldUnitsPerMetre;
+        }
+        return Descend::kInto;
+    });
+    search.run(stage.aspect);
+    if (!found) {
+        std::fprintf(stderr, "bench_cull: %s has no camera\n", path.c_str());
+        std::exit(3);
+    }
+    for (int i = 0; i < frames; ++i) {
+        View view = first;
+        const double angle = 0.8 * std::sin(6.28 * i / frames);
+        view.orientation = first.orientation * Quatd(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
+        stage.views.push_back(view);
+    }
+    return stage;
+}
+
+struct Totals {
+    double cullMs = 0, drawMs = 0;
+    std::uint64_t inFrustum = 0, drawn = 0, triangles = 0;
+    [[nodiscard]] double frameMs() const { return cullMs + drawMs; }
+};
+
+struct Row {
+    std::string name, peer;
+    double ours, theirs;
+    std::string unit;
+};
+
+void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
+    const Screen screen = benchScreen();
+    const User user;
+    RenderScene all;
+    all.update(stage.aspect, nullptr);
+    const int width = screen.grid.tileWidthPx;
+    const int height = screen.grid.tileHeightPx;
+    // Meshes are uploaded and made ready for hiding before anything counts.
+    const ScreenCamera start = screenCamera(screen, user, Eye::kCenter, stage.views.front());
+    RenderAction none(CullerKind::kNone), frustum(CullerKind::kFrustum), masked(CullerKind::kMasked);
+    static_cast<void>(orExit(renderer.draw(stage.aspect, none.run(all, start, {0, 0, width, height}, nullptr), start,
+                                           {0, 0, width, height})));
+
+    Totals byFrustum, byMask, byOracle;
+    double tiles = 0;
+    for (const View& view : stage.views) {
+        const ScreenCamera camera = screenCamera(screen, user, Eye::kCenter, view);
+        for (int tile = 0; tile < 4; ++tile) {
+            const PixelRect rect{tile % 2 * width, tile / 2 * height, width, height};
+            ++tiles;
+            const auto one = [&](RenderAction& action, Totals& totals) {
+                CullCounts counts;
+                const auto start1 = Clock::now();
+                DrawList list = action.run(all, camera, rect, &counts);
+                totals.cullMs += msSince(start1);
+                const auto start2 = Clock::now();
+                static_cast<void>(orExit(renderer.draw(stage.aspect, list, camera, rect)));
+                totals.drawMs += msSince(start2);
+                totals.inFrustum += counts.inFrustum;
+                totals.drawn += counts.drawn;
+                totals.triangles += counts.trianglesDrawn;
+                return list;
+            };
+            one(masked, byMask);
+            DrawList list = one(frustum, byFrustum);
+            const auto ids = orExit(renderer.drawNodeIds(stage.aspect, list, camera, rect));
+            const std::set<std::uint64_t> visible(ids.begin(), ids.end());
+            std::erase_if(list.opaque, [&](const DrawItem& item) { return !visible.contains(item.node.value); });
+            std::erase_if(list.transparent, [&](const DrawItem& item) { return !visible.contains(item.node.value); });
+            const auto start3 = Clock::now();
+            static_cast<void>(orExit(renderer.draw(stage.aspect, list, camera, rect)));
+            byOracle.drawMs += msSince(start3);
+            byOracle.drawn += list.opaque.size() + list.transparent.size();
+        }
+    }
+    const auto share = [](std::uint64_t part, std::uint64_t whole) {
+        return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
+    };
+    std::printf("%s: per tile %.0f in the frustum, %.0f drawn, %.0f visible; %.0f of %.0f triangles drawn\n",
+                stage.name.c_str(), static_cast<double>(byMask.inFrustum) / tiles,
+                static_cast<double>(byMask.drawn) / tiles, static_cast<double>(byOracle.drawn) / tiles,
+                static_cast<double>(byMask.triangles) / tiles, static_cast<double>(byFrustum.triangles) / tiles);
+    std::printf("  per tile, ms: cull %.2f (frustum only %.2f), draw %.2f (frustum only %.2f, oracle %.2f)\n",
+                byMask.cullMs / tiles, byFrustum.cullMs / tiles, byMask.drawMs / tiles, byFrustum.drawMs / tiles,
+                byOracle.drawMs / tiles);
+    rows.push_back({stage.name + ": tile, cull and draw", "frustum only", byMask.frameMs() / tiles,
+                    byFrustum.frameMs() / tiles, "ms"});
+    rows.push_back(
+        {stage.name + ": tile, cull and draw", "oracle", byMask.frameMs() / tiles, byOracle.drawMs / tiles, "ms"});
+    rows.push_back({stage.name + ": cull", "drawing what is left", byMask.cullMs / tiles, byMask.drawMs / tiles, "ms"});
+    rows.push_back({stage.name + ": share left away", "what is invisible", 1 - share(byMask.drawn, byMask.inFrustum),
+                    1 - share(byOracle.drawn, byMask.inFrustum), "of the frustum"});
+}
+
+int bench(int argc, char** argv) {
+    std::string json;
+    std::string hall = TESSERA_SOURCE_DIR "/deploy/scenes/engine-hall.tsct";
+    std::vector<std::string> assets{"/usr/share/assimp/models/glTF2", "/usr/share/assimp/models"};
+    int frames = 8;
+    for (int i = 1; i + 1 < argc; i += 2) {
+        const std::string option = argv[i];
+        if (option == "--json") json = argv[i + 1];
+        if (option == "--hall") hall = argv[i + 1];
+        if (option == "--assets") assets.insert(assets.begin(), argv[i + 1]);
+        if (option == "--frames") frames = std::max(1, std::atoi(argv[i + 1]));
+    }
+    const auto surface = orExit(makeSurface("osmesa"));
+    std::vector<Row> rows;
+    for (const bool city : {true, false}) {
+        const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
+        Stage stage = city ? makeCity(frames) : loadScene("engine hall", hall, assets, frames);
+        measure(stage, *renderer, rows);
+    }
+    std::printf("\n%-36s %-24s %10s %10s %8s\n", "case", "peer", "ours", "theirs", "ratio");
+    std::string cases;
+    for (const Row& row : rows) {
+        const double ratio = row.theirs > 0 ? row.ours / row.theirs : 0;
+        std::printf("%-36s %-24s %10.3f %10.3f %8.3f  %s\n", row.name.c_str(), row.peer.c_str(), row.ours, row.theirs,
+                    ratio, row.unit.c_str());
+        cases +=
+            fmt::format(R"({}{{"case":"{}","peer":"{}","ours":{:.17g},"theirs":{:.17g},"unit":"{}","ratio":{:.17g}}})",
+                        cases.empty() ? "\n" : ",\n", row.name, row.peer, row.ours, row.theirs, row.unit, ratio);
+    }
+    if (!json.empty()) std::ofstream(json) << "{\"cases\":[" << cases << "\n]}\n";
+    return 0;
+}
+
+}  // namespace
+}  // namespace tessera
+
+int main(int argc, char** argv) {
+    return tessera::bench(argc, argv);
+}

@@ -1,0 +1,139 @@
+// Whatever a culler leaves away, the picture stays the same to the last bit.
+#include <memory>
+#include <random>
+#include <set>
+
+#include "client/draw/Renderer.h"
+#include "client/render/RenderAction.h"
+#include "tests/golden/TestScene.h"
+
+namespace tessera::test {
+namespace {
+
+constexpr CullerKind kKinds[] = {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked};
+
+struct Stage {
+    std::unique_ptr<Surface> surface = makeSurface("osmesa").value();
+    std::unique_ptr<Renderer> renderer = Renderer::create(*surface, {.samples = 4}).value();
+};
+
+/// Blocks of a town with things in and behind them: coincident and duplicate faces, walls that meet along edges,
+/// mirrored parts, glass, tori whose holes show what is beyond, a floor.
+Aspect makeTown(unsigned seed) {
+    std::mt19937 random(seed);
+    const auto uniform = [&](double from, double to) {
+        return std::uniform_real_distribution<double>(from, to)(random);
+    };
+    TestScene scene;
+    const auto colored = [&](float alpha, bool doubleSided) {
+        Material material;
+        material.baseColor = Vec4f(static_cast<float>(uniform(0.2, 1)), static_cast<float>(uniform(0.2, 1)),
+                                   static_cast<float>(uniform(0.2, 1)), alpha);
+        material.doubleSided = doubleSided ? 1 : 0;
+        return scene.add(material);
+    };
+    std::vector<ObjectId> blocks, details;
+    for (int i = 0; i < 4; ++i) {
+        const ObjectId material = colored(1, i == 3);
+        blocks.push_back(scene.add(makeBox({1, 1, 1}), material));
+        details.push_back(scene.add(makeSphere(0.5, 14), material));
+        details.push_back(scene.add(makeTorus(0.4, 0.12, 20, 10), material));
+        details.push_back(scene.add(makeCylinder(0.3, 1, 16), material));
+        details.push_back(scene.add(makeSheet(1, 1), material));
+    }
+    details.push_back(scene.add(makeBox({1, 1, 1}), colored(0.5f, false)));
+    scene.place(blocks[0], {0, -1.05, -15}, Quatd::Identity(), {60, 0.1, 60});
+    for (int x = -6; x <= 6; ++x) {
+        for (int z = 0; z < 12; ++z) {
+            const double height = uniform(0.5, 4);
+            const double width = random() % 3 == 0 ? 2.0 : 1.4;  // every third touches its neighbours face to face
+            const Vec3d at(2.0 * x, height / 2 - 1, -2.0 * z - 3);
+            if (x == 0 && z < 3) continue;
+            const ObjectId block = blocks[random() % blocks.size()];
+            scene.place(block, at, Quatd::Identity(), {random() % 4 == 0 ? -width : width, height, width});
+            // The same block in another colour, and one whose roof lies in the first one's.
+            if (random() % 4 == 0)
+                scene.place(blocks[random() % blocks.size()], at, Quatd::Identity(), {width, height, width});
+            if (random() % 4 == 0)
+                scene.place(blocks[random() % blocks.size()], at - Vec3d(0, 0.25 * height, 0), Quatd::Identity(),
+                            {width + 0.3, height / 2, width - 0.3});
+        }
+    }
+    for (int i = 0; i < 500; ++i) {
+        const Quatd rotation =
+            i % 2 ? Quatd(uniform(0.1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)) : Quatd::Identity();
+        const double size = uniform(0.1, 0.9);
+        scene.place(details[random() % details.size()], {uniform(-12, 12), uniform(-0.9, 1.5), uniform(-26, -1)},
+                    rotation, {size, size, (i % 5 == 0 ? -1 : 1) * size});
+    }
+    scene.addDirectionalLight({0.4, -1, -0.5}, Vec3f::Ones(), 2);
+    return scene.take();
+}
+
+struct Sight {
+    Vec3d eye;
+    Vec3d at;
+    double yaw = 0;
+};
+constexpr int kWidth = 420;
+constexpr int kHeight = 260;
+
+ScreenCamera cameraAt(const Sight& sight) {
+    View view;
+    view.position = sight.at;
+    view.orientation = Quatd(Eigen::AngleAxisd(sight.yaw, Vec3d::UnitY()));
+    return cameraOf(kWidth, kHeight, sight.eye, 3.2, view);
+}
+
+class CulledPicture : public testing::TestWithParam<unsigned> {};
+
+TEST_P(CulledPicture, EqualsTheUnculledOneOnEveryTileFromEveryHead) {
+    const unsigned seed = GetParam();
+    const Aspect town = makeTown(seed);
+    RenderScene all;
+    all.update(town, nullptr);
+    Stage stage;
+    // Heads off the middle, eyes left and right of one head, the eye within a block, one turned aside.
+    const Sight sights[] = {{{0.03, 0, 2.4}, {0, 0.4, -1}, 0},
+                            {{-0.03, 0, 2.4}, {0, 0.4, -1}, 0},
+                            {{0.7, 0.3, 1.6}, {0.3, 1.5, -2}, 0.4},
+                            {{0, -0.2, 2.0}, {4, 0.1, -9}, -0.6}};
+    const PixelRect tiles[] = {{0, 0, 203, 130}, {203, 0, 217, 130}, {0, 130, 203, 130}, {203, 130, 217, 130}};
+    std::uint64_t leftAway = 0;
+    std::uint64_t inFrustum = 0;
+    for (const Sight& sight : sights) {
+        const ScreenCamera camera = cameraAt(sight);
+        const PixelRect& tile = tiles[static_cast<std::size_t>((&sight - sights) + seed) % 4];
+        const PixelRect& other = tiles[static_cast<std::size_t>((&sight - sights) + seed + 2) % 4];
+        for (const PixelRect& rect : {tile, other}) {
+            const DrawList whole = RenderAction(CullerKind::kNone).run(all, camera, rect, nullptr);
+            const auto expected = stage.renderer->draw(town, whole, camera, rect);
+            ASSERT_TRUE(expected) << expected.error().message;
+            const auto ids = stage.renderer->drawNodeIds(town, whole, camera, rect);
+            ASSERT_TRUE(ids) << ids.error().message;
+            for (const CullerKind kind : kKinds) {
+                CullCounts counts;
+                const DrawList list = RenderAction(kind).run(all, camera, rect, &counts);
+                const auto picture = stage.renderer->draw(town, list, camera, rect);
+                ASSERT_TRUE(picture) << picture.error().message;
+                EXPECT_TRUE(picture->rgb == expected->rgb)
+                    << nameOf(kind) << " changes the picture of tile " << rect.x << "," << rect.y;
+                std::set<std::uint64_t> drawn;
+                for (const DrawItem& item : list.opaque) drawn.insert(item.node.value);
+                for (const DrawItem& item : list.transparent) drawn.insert(item.node.value);
+                for (const std::uint64_t id : *ids)
+                    ASSERT_TRUE(id == 0 || drawn.contains(id))
+                        << nameOf(kind) << " hides node " << id << ", which is visible";
+                if (kind != CullerKind::kMasked) continue;
+                inFrustum += counts.inFrustum;
+                leftAway += counts.inFrustum - counts.drawn;
+            }
+        }
+    }
+    EXPECT_GT(leftAway, inFrustum / 3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Towns, CulledPicture, testing::Range(0u, 4u));
+
+}  // namespace
+}  // namespace tessera::test
