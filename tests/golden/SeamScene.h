@@ -1,0 +1,69 @@
+/// A scene with everything that can make a seam show: coincident faces, mipmaps, metal, glass, facets, thin things.
+#pragma once
+
+#include <cmath>
+
+#include "tests/golden/TestScene.h"
+
+namespace tessera::test {
+
+[[nodiscard]] inline Aspect makeSeamScene() {
+    TestScene scene;
+    std::vector<std::uint8_t> pixels;
+    for (int y = 0; y < 64; ++y) {
+        for (int x = 0; x < 64; ++x) {
+            const auto shade = static_cast<std::uint8_t>(((x / 4) ^ (y / 4)) & 1 ? 235 : 40);
+            pixels.insert(pixels.end(), {shade, static_cast<std::uint8_t>(3 * x), static_cast<std::uint8_t>(3 * y), 255});
+        }
+    }
+    const auto material = [&](float r, float g, float b, float metallic, float roughness, float alpha = 1) {
+        Material m;
+        m.baseColor = Vec4f(r, g, b, alpha);
+        m.metallic = metallic;
+        m.roughness = roughness;
+        return m;
+    };
+    Material tiled = material(1, 1, 1, 0, 0.5f);
+    tiled.baseColorImage = scene.addImage(Blob::of(std::span<const std::uint8_t>(pixels)), 64, 64);
+    const ObjectId floor = scene.add(makeSheet(40, 40, 25), scene.add(tiled));
+    scene.place(floor, {0, -1, -12}, Quatd(Eigen::AngleAxisd(-1.5707963, Vec3d::UnitX())));
+    const ObjectId wall = scene.add(makeBox({30, 8, 0.3}), scene.add(material(0.6f, 0.55f, 0.5f, 0, 0.9f)));
+    scene.place(wall, {0, 2, -16});
+
+    const ObjectId steel = scene.add(material(0.8f, 0.8f, 0.85f, 1, 0.15f));
+    const ObjectId gold = scene.add(material(0.95f, 0.7f, 0.3f, 1, 0.3f));
+    const ObjectId red = scene.add(material(0.7f, 0.1f, 0.1f, 0, 0.4f));
+    const ObjectId glass = scene.add(material(0.3f, 0.7f, 0.8f, 0, 0.1f, 0.35f));
+    for (int i = 0; i < 24; ++i) {
+        const Vec3d at(3.2 * std::sin(1.7 * i), -0.6 + 0.12 * i, -2.0 - 0.4 * i);
+        const Quatd turn(Eigen::AngleAxisd(0.7 * i, Vec3d(1, 2, 3).normalized()));
+        MeshData shape = i % 3 == 0 ? makeTorus(0.5, 0.17, 40, 20) : i % 3 == 1 ? makeSphere(0.45, 32) : makeBox({0.7, 0.7, 0.7});
+        if (i % 4 == 1) shape.normals.clear();
+        const ObjectId geometry = scene.add(shape, i % 2 ? steel : gold);
+        scene.place(geometry, at, turn, Vec3d(i % 5 ? 1 : -1, 1, 1));
+    }
+    // Coincident faces: the same box twice in two colours, and boxes that share a plane.
+    const ObjectId redBox = scene.add(makeBox({1, 1, 1}), red);
+    const ObjectId steelBox = scene.add(makeBox({1, 1, 1}), steel);
+    const Quatd turn(Eigen::AngleAxisd(0.5, Vec3d(0.2, 1, 0.1).normalized()));
+    scene.place(redBox, {0, 0, -3}, turn);
+    scene.place(steelBox, {0, 0, -3}, turn);
+    scene.place(steelBox, Vec3d(0, 0, -3) + turn * Vec3d(0.5, 0.25, 0), turn);
+    scene.place(redBox, Vec3d(0, 0, -3) + turn * Vec3d(-0.5, -0.5, 0), turn);
+    // Rods thinner than a pixel, and panes one behind the other.
+    const ObjectId rod = scene.add(makeCylinder(0.004, 12, 6), red);
+    for (int i = 0; i < 10; ++i)
+        scene.place(rod, {-3 + 0.63 * i, 0.5, -5}, Quatd(Eigen::AngleAxisd(0.2 + 0.11 * i, Vec3d::UnitZ())));
+    MeshData pane = makeSheet(2.5, 1.8);
+    const ObjectId panes = scene.add(pane, glass);
+    for (int i = 0; i < 6; ++i)
+        scene.place(panes, {-1.5 + 0.6 * i, 0.3, -1.5 - 0.5 * i}, Quatd(Eigen::AngleAxisd(0.2 * i, Vec3d::UnitY())));
+    scene.place(scene.add(makeSphere(0.6, 32), glass), {0.9, -0.3, -1.2});
+
+    scene.addDirectionalLight({0.4, -0.8, -0.5}, {1, 0.95f, 0.9f}, 0.7f);
+    scene.addPointLight({-2, 2, -3}, {1, 0.7f, 0.5f}, 3, 9);
+    scene.addPointLight({2.5, 1.5, -5}, {0.5f, 0.7f, 1}, 4, 12);
+    return scene.take();
+}
+
+}  // namespace tessera::test

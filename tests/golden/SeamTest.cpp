@@ -1,0 +1,358 @@
+// The stitched tiles of a flat wall are the one big picture, byte for byte.
+#include <fcntl.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "client/draw/Renderer.h"
+#include "client/render/RenderAction.h"
+#include "common/codec/WallCodec.h"
+#include "tests/golden/SeamScene.h"
+
+namespace tessera::test {
+namespace {
+
+struct Stage {
+    explicit Stage(int samples)
+        : surface(makeSurface("osmesa").value()), renderer(Renderer::create(*surface, {.samples = samples}).value()) {}
+    std::unique_ptr<Surface> surface;
+    std::unique_ptr<Renderer> renderer;
+};
+
+Picture drawPart(Stage& stage, const Aspect& aspect, const RenderScene& scene, CullerKind culler,
+                 const ScreenCamera& camera, const PixelRect& rect) {
+    RenderAction action(culler);
+    auto picture = stage.renderer->draw(aspect, action.run(scene, camera, rect, nullptr), camera, rect);
+    EXPECT_TRUE(picture) << picture.error().message;
+    return picture ? *picture : Picture::filled(rect.width, rect.height, 255, 0, 255);
+}
+
+/// The part of a picture that a rectangle with its origin at the lower left names.
+Picture cropOf(const Picture& whole, const PixelRect& rect) {
+    Picture part = Picture::filled(rect.width, rect.height, 0, 0, 0);
+    paste(part, whole, -rect.x, -(whole.heightPx - rect.y - rect.height));
+    return part;
+}
+
+/// How many pixels differ; a plain comparison would print megabytes.
+std::size_t differingPixels(const Picture& a, const Picture& b) {
+    if (a.widthPx != b.widthPx || a.heightPx != b.heightPx) return ~std::size_t{0};
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < a.rgb.size(); i += 3)
+        count += a.rgb[i] != b.rgb[i] || a.rgb[i + 1] != b.rgb[i + 1] || a.rgb[i + 2] != b.rgb[i + 2];
+    return count;
+}
+
+struct Look {
+    double mean = 0, spread = 0;
+};
+Look lookOf(const Picture& picture) {
+    Look look;
+    for (const std::uint8_t v : picture.rgb) look.mean += v;
+    look.mean /= static_cast<double>(picture.rgb.size());
+    for (const std::uint8_t v : picture.rgb) look.spread += (v - look.mean) * (v - look.mean);
+    look.spread = std::sqrt(look.spread / static_cast<double>(picture.rgb.size()));
+    return look;
+}
+
+/// One flat screen, 3.2 m wide, cut into tiles that all belong to one host.
+Wall makeWall(const Screen::Grid& grid, Eye eye = Eye::kCenter) {
+    Wall wall;
+    wall.name = "test";
+    Screen screen;
+    screen.name = "front";
+    screen.grid = grid;
+    const double width = 3.2;
+    const ScreenPixels pixels = screenPixels(screen);
+    const double height = width * pixels.height / pixels.width;
+    screen.lowerLeft = {-width / 2, -height / 2, 0};
+    screen.lowerRight = {width / 2, -height / 2, 0};
+    screen.upperLeft = {-width / 2, height / 2, 0};
+    wall.screens = {screen};
+    wall.users = {User{.name = "viewer", .position = {0.3, 0.15, 2.1}}};
+    WallHost host{.name = "all"};
+    for (int row = 0; row < grid.rows; ++row)
+        for (int column = 0; column < grid.columns; ++column)
+            host.tiles.push_back({.screen = "front", .column = column, .row = row, .eye = eye, .user = "viewer"});
+    wall.hosts = {host};
+    return wall;
+}
+
+ScreenCamera cameraOf(const Wall& wall, Eye eye) {
+    return screenCamera(wall.screens.front(), wall.users.front(), eye, {});
+}
+
+struct Cut {
+    const char* name;
+    Screen::Grid grid;
+    int samples;
+    Eye eye = Eye::kCenter;
+};
+std::ostream& operator<<(std::ostream& out, const Cut& cut) { return out << cut.name; }
+
+class Seams : public testing::TestWithParam<Cut> {};
+
+TEST_P(Seams, AreNotThere) {
+    const Cut& cut = GetParam();
+    const Wall wall = makeWall(cut.grid, cut.eye);
+    const ScreenCamera camera = cameraOf(wall, cut.eye);
+    const Aspect aspect = makeSeamScene();
+    RenderScene scene;
+    scene.update(aspect, nullptr);
+    Stage stage(cut.samples);
+    const PixelRect all{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
+    const Picture whole = drawPart(stage, aspect, scene, CullerKind::kNone, camera, all);
+    EXPECT_GT(lookOf(whole).spread, 25) << "a picture without content proves nothing";
+    for (const Tile& tile : layoutTiles(wall)) {
+        // A renderer of its own, as a host of its own has: nothing is left over from the big picture.
+        Stage own(cut.samples);
+        const Picture picture = drawPart(own, aspect, scene, CullerKind::kFrustum, camera, tile.rect);
+        EXPECT_EQ(differingPixels(picture, cropOf(whole, tile.rect)), 0u) << tile.name;
+        EXPECT_GT(lookOf(picture).mean, 20) << tile.name << " is black";
+        EXPECT_GT(lookOf(picture).spread, 8) << tile.name << " is blank";
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Walls, Seams,
+    testing::Values(
+        Cut{"TwoByTwo", {.columns = 2, .rows = 2, .tileWidthPx = 320, .tileHeightPx = 180}, 4},
+        Cut{"TwoByTwoOneSample", {.columns = 2, .rows = 2, .tileWidthPx = 320, .tileHeightPx = 180}, 1},
+        Cut{"ThreeByOneOdd",
+            {.columns = 3, .rows = 1, .columnWidthsPx = {214, 213, 213}, .rowHeightsPx = {361}},
+            4},
+        Cut{"OddInBothDirections",
+            {.columns = 3, .rows = 3, .columnWidthsPx = {101, 67, 203}, .rowHeightsPx = {63, 65, 129}},
+            4},
+        Cut{"OddOneSample",
+            {.columns = 3, .rows = 3, .columnWidthsPx = {101, 67, 203}, .rowHeightsPx = {63, 65, 129}},
+            1},
+        Cut{"Bezels",
+            {.columns = 3, .rows = 2, .tileWidthPx = 150, .tileHeightPx = 110, .bezelXPx = 17, .bezelYPx = 9},
+            4},
+        Cut{"Overlaps",
+            {.columns = 2, .rows = 1, .tileWidthPx = 300, .tileHeightPx = 200, .overlapXPx = 37},
+            4},
+        Cut{"LeftEye", {.columns = 2, .rows = 2, .tileWidthPx = 200, .tileHeightPx = 120}, 4, Eye::kLeft},
+        Cut{"RightEye", {.columns = 2, .rows = 2, .tileWidthPx = 200, .tileHeightPx = 120}, 4, Eye::kRight},
+        Cut{"PowersOfTwo", {.columns = 2, .rows = 2, .tileWidthPx = 512, .tileHeightPx = 256}, 1}),
+    [](const testing::TestParamInfo<Cut>& cut) { return cut.param.name; });
+
+TEST(Seams, OneRendererDrawsTilesInAnyOrder) {
+    const Wall wall = makeWall({.columns = 2, .rows = 2, .tileWidthPx = 200, .tileHeightPx = 113});
+    const ScreenCamera camera = cameraOf(wall, Eye::kCenter);
+    const Aspect aspect = makeSeamScene();
+    RenderScene scene;
+    scene.update(aspect, nullptr);
+    Stage stage(4);
+    const std::vector<Tile> tiles = layoutTiles(wall);
+    std::vector<Picture> first;
+    for (const Tile& tile : tiles) first.push_back(drawPart(stage, aspect, scene, CullerKind::kNone, camera, tile.rect));
+    for (std::size_t i = tiles.size(); i-- > 0;)
+        EXPECT_EQ(differingPixels(drawPart(stage, aspect, scene, CullerKind::kNone, camera, tiles[i].rect), first[i]), 0u);
+}
+
+// ---- in separate processes, with different numbers of threads ------------------------------------------------------
+
+const Screen::Grid kProcessGrid{.columns = 2, .rows = 2, .columnWidthsPx = {321, 319}, .rowHeightsPx = {181, 179}};
+constexpr char kTileVariable[] = "TESSERA_GOLDEN_TILE";
+constexpr char kOutputVariable[] = "TESSERA_GOLDEN_OUTPUT";
+
+/// Not a test of its own: what the processes of the next one do.
+TEST(Seams, DISABLED_DrawOneTileToAFile) {
+    const char* index = std::getenv(kTileVariable);
+    const char* output = std::getenv(kOutputVariable);
+    if (!index || !output) GTEST_SKIP() << "run by Seams.AreNotThereBetweenProcesses";
+    const Wall wall = makeWall(kProcessGrid);
+    const ScreenCamera camera = cameraOf(wall, Eye::kCenter);
+    const std::vector<Tile> tiles = layoutTiles(wall);
+    const int which = std::atoi(index);
+    const PixelRect all{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
+    const Aspect aspect = makeSeamScene();
+    RenderScene scene;
+    scene.update(aspect, nullptr);
+    Stage stage(4);
+    const bool whole = which < 0;
+    const Picture picture = drawPart(stage, aspect, scene, whole ? CullerKind::kNone : CullerKind::kFrustum, camera,
+                                     whole ? all : tiles[static_cast<std::size_t>(which)].rect);
+    ASSERT_TRUE(writeFile(output, encodePng(picture, std::nullopt)));
+}
+
+Picture drawnByAnotherProcess(int tile, int threads, const std::string& folder) {
+    const std::string output = folder + "/" + std::to_string(tile) + "-" + std::to_string(threads) + ".png";
+    const std::string self = std::filesystem::read_symlink("/proc/self/exe");
+    std::vector<std::string> variables{std::string(kTileVariable) + "=" + std::to_string(tile),
+                                       std::string(kOutputVariable) + "=" + output,
+                                       "LP_NUM_THREADS=" + std::to_string(threads)};
+    for (char** variable = environ; *variable; ++variable) variables.emplace_back(*variable);
+    std::vector<char*> environment;
+    for (std::string& variable : variables) environment.push_back(variable.data());
+    environment.push_back(nullptr);
+    std::string filter = "--gtest_filter=Seams.DISABLED_DrawOneTileToAFile";
+    std::string also = "--gtest_also_run_disabled_tests";
+    std::string program = self;
+    char* arguments[] = {program.data(), filter.data(), also.data(), nullptr};
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    pid_t child = 0;
+    EXPECT_EQ(::posix_spawn(&child, self.c_str(), &actions, nullptr, arguments, environment.data()), 0);
+    posix_spawn_file_actions_destroy(&actions);
+    int status = 0;
+    EXPECT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "tile " << tile;
+    const auto bytes = readFile(output, 100'000'000);
+    EXPECT_TRUE(bytes);
+    const auto decoded = bytes ? decodePng(*bytes) : fail(ErrorCode::kFailed, "no file");
+    EXPECT_TRUE(decoded);
+    return decoded ? decoded->picture : Picture{};
+}
+
+TEST(Seams, AreNotThereBetweenProcesses) {
+    std::string pattern = testing::TempDir() + "tessera-seams-XXXXXX";
+    const std::string folder = ::mkdtemp(pattern.data());
+    const Picture whole = drawnByAnotherProcess(-1, 2, folder);
+    const std::vector<Tile> tiles = layoutTiles(makeWall(kProcessGrid));
+    ASSERT_EQ(whole.widthPx, 640);
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+        const Picture tile = drawnByAnotherProcess(static_cast<int>(i), i % 2 ? 0 : 1, folder);
+        EXPECT_EQ(differingPixels(tile, cropOf(whole, tiles[i].rect)), 0u) << tiles[i].name;
+    }
+    std::filesystem::remove_all(folder);
+}
+
+// ---- the shipped walls ---------------------------------------------------------------------------------------------
+
+class ShippedWall : public testing::TestWithParam<const char*> {};
+
+TEST_P(ShippedWall, IsLoadedAndDrawn) {
+    const auto loaded = loadWall(std::string(TESSERA_SOURCE_DIR "/deploy/walls/") + GetParam() + ".wall");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    const auto wall = withSize(*loaded, 251 * static_cast<int>(loaded->screens.size()), 173);
+    ASSERT_TRUE(wall) << wall.error().message;
+    const Aspect aspect = makeSeamScene();
+    RenderScene scene;
+    scene.update(aspect, nullptr);
+    const View view = defaultView(*wall, scene.bounds());
+    Stage stage(wall->samples);
+    for (const Screen& screen : wall->screens) {
+        Picture whole;
+        for (const Tile& tile : layoutTiles(*wall)) {
+            if (tile.screen != screen.name) continue;
+            const User* user = wall->findUser(tile.user);
+            ASSERT_NE(user, nullptr);
+            const ScreenCamera camera = screenCamera(screen, *user, tile.eye, view);
+            if (whole.rgb.empty())
+                whole = drawPart(stage, aspect, scene, CullerKind::kNone, camera,
+                                 {.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height});
+            const Picture picture = drawPart(stage, aspect, scene, CullerKind::kMasked, camera, tile.rect);
+            EXPECT_EQ(differingPixels(picture, cropOf(whole, tile.rect)), 0u) << tile.name;
+        }
+        EXPECT_GT(lookOf(whole).mean, 10) << screen.name;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ShippedWall, testing::Values("1x1", "2x2", "3x1", "3x1-bezels", "cave4"),
+                         [](const auto& name) {
+                             std::string text = name.param;
+                             std::erase(text, '-');
+                             return text;
+                         });
+
+// ---- screens that meet at an angle ---------------------------------------------------------------------------------
+
+struct Corner {
+    Screen left, front;
+    User user;
+};
+
+/// A front screen and one on its left, square, at right angles; the user stands anywhere between them.
+Corner makeCorner(int sidePx) {
+    Corner corner;
+    corner.front.name = "front";
+    corner.front.lowerLeft = {-1.2, 0, 0};
+    corner.front.lowerRight = {1.2, 0, 0};
+    corner.front.upperLeft = {-1.2, 2.4, 0};
+    corner.left.name = "left";
+    corner.left.lowerLeft = {-1.2, 0, 2.4};
+    corner.left.lowerRight = {-1.2, 0, 0};
+    corner.left.upperLeft = {-1.2, 2.4, 2.4};
+    for (Screen* screen : {&corner.left, &corner.front}) screen->grid = {.tileWidthPx = sidePx, .tileHeightPx = sidePx};
+    corner.user.position = {0.1, 1.7, 1.3};
+    return corner;
+}
+
+TEST(Corners, APointOnTheSharedEdgeLandsAtTheSameHeightInBothScreens) {
+    const Corner corner = makeCorner(400);
+    View view;
+    view.position = {3, 4, 5};
+    view.orientation = Quatd(0.9, 0.1, 0.3, 0.2).normalized();
+    view.worldUnitsPerMetre = 2.5;
+    for (const Eye eye : {Eye::kCenter, Eye::kLeft, Eye::kRight}) {
+        const ScreenCamera left = screenCamera(corner.left, corner.user, eye, view);
+        const ScreenCamera front = screenCamera(corner.front, corner.user, eye, view);
+        for (double height = 0.1; height < 2.4; height += 0.23) {
+            for (const double reach : {0.7, 1.0, 8.0}) {
+                // On the ray from the eye through the edge, before, on and behind it.
+                const Vec3d eyeWall = corner.user.eye(eye);
+                const Vec3d wallPoint = eyeWall + reach * (Vec3d(-1.2, height, 0) - eyeWall);
+                const Vec3d world = view.world_T_wall() * wallPoint;
+                const auto ndc = [&](const ScreenCamera& camera) {
+                    const Vec3d inEye = camera.eye_T_world * world;
+                    const Vec4d clip = camera.clip_T_eye * Vec4d(inEye.x(), inEye.y(), inEye.z(), 1);
+                    return Vec3d(clip.head<3>() / clip.w());
+                };
+                EXPECT_NEAR(ndc(left).x(), 1, 1e-9);
+                EXPECT_NEAR(ndc(front).x(), -1, 1e-9);
+                EXPECT_NEAR(ndc(left).y(), ndc(front).y(), 1e-9);
+                EXPECT_NEAR(ndc(left).y(), 2 * height / 2.4 - 1, 1e-9);
+            }
+        }
+    }
+}
+
+TEST(Corners, ThePictureGoesOnAcrossTheCorner) {
+    constexpr int kSidePx = 256;
+    const Corner corner = makeCorner(kSidePx);
+    TestScene content;
+    content.setDark();
+    // Glowing bars that run through the corner of the room, far behind it.
+    for (int i = 0; i < 12; ++i) {
+        Material bar;
+        bar.baseColor = Vec4f(0, 0, 0, 1);
+        bar.emissive = Vec3f(i % 2 ? 0.7f : 0.1f, 0.06f * static_cast<float>(i), 0.7f - 0.05f * static_cast<float>(i));
+        content.place(content.add(makeBox({16, 1, 0.1}), content.add(bar)), {-4, -4.0 + i, -4},
+                      Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitY())));
+    }
+    const Aspect aspect = content.take();
+    RenderScene scene;
+    scene.update(aspect, nullptr);
+    Stage stage(4);
+    const PixelRect all{.x = 0, .y = 0, .width = kSidePx, .height = kSidePx};
+    const auto drawScreen = [&](const Screen& screen) {
+        return drawPart(stage, aspect, scene, CullerKind::kFrustum, screenCamera(screen, corner.user, Eye::kCenter, {}), all);
+    };
+    const Picture left = drawScreen(corner.left), front = drawScreen(corner.front);
+    int differing = 0, changes = 0;
+    for (int y = 0; y < kSidePx; ++y) {
+        const std::size_t row = 3 * static_cast<std::size_t>(y) * kSidePx;
+        const std::size_t last = row + 3 * (kSidePx - 1);
+        int step = 0;
+        for (std::size_t c = 0; c < 3; ++c) step = std::max(step, std::abs(left.rgb[last + c] - front.rgb[row + c]));
+        differing += step > 8;
+        if (y > 0) changes += left.rgb[last] != left.rgb[last - 3 * kSidePx];
+    }
+    EXPECT_GT(changes, 5) << "bars cross the corner";
+    // The two columns lie half a pixel on either side of the edge: at a bar's rim they may fall on different bars.
+    EXPECT_LE(differing, 2 * changes);
+    EXPECT_LT(differing, kSidePx / 8);
+}
+
+}  // namespace
+}  // namespace tessera::test
