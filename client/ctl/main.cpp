@@ -1,1 +1,11 @@
-int main() { return 1; }
+/// tessera-ctl: one question or command to a running wall.
+#include <cstdio>
+
+#include "client/ctl/Verbs.h"
+
+int main(int argc, char** argv) {
+    const tessera::CtlOutcome outcome = tessera::runCtl({argv + 1, argv + argc});
+    std::fwrite(outcome.out.data(), 1, outcome.out.size(), stdout);
+    std::fwrite(outcome.err.data(), 1, outcome.err.size(), stderr);
+    return outcome.exitCode;
+}

@@ -1,0 +1,228 @@
+#include "client/ctl/CommandLine.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include "common/base/Version.h"
+
+namespace tessera {
+
+namespace {
+
+/// What CLI11 fills in; the values of all verbs side by side.
+struct Words {
+    CommandLine line;
+    double timeoutSeconds = 10;
+    verb::Tree tree;
+    verb::Load load;
+    verb::Set set;
+    verb::Remove remove;
+    verb::Pick pick;
+    verb::Snapshot snapshot;
+    std::string moveNode;
+    std::vector<double> moveBy, moveQuaternion;
+    bool by = false;
+    std::vector<std::string> moveRotate;
+    double moveScale = 1;
+    std::vector<double> position, lookAt, orientation;
+    double scale = 1;
+    std::vector<std::string> head;
+    bool reset = false;
+};
+
+Vec3d vector3(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
+
+Expected<double> number(const std::string& text, std::string_view what) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+        return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not a number", what, text));
+    return value;
+}
+
+Expected<Quatd> quaternion(const std::vector<double>& wxyz, std::string_view option) {
+    const Quatd q(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+    if (!(q.norm() > 0) || !std::isfinite(q.norm())) return fail(ErrorCode::kUsage, fmt::format("{}: it has no length", option));
+    return q.normalized();
+}
+
+Expected<Quatd> axisRotation(const std::vector<std::string>& words) {
+    Vec3d axis = Vec3d::Zero();
+    if (words[0] == "x") axis = Vec3d::UnitX();
+    if (words[0] == "y") axis = Vec3d::UnitY();
+    if (words[0] == "z") axis = Vec3d::UnitZ();
+    if (axis.isZero()) return fail(ErrorCode::kUsage, fmt::format("--rotate: \"{}\" is no axis; write x, y or z", words[0]));
+    const Expected<double> degrees = number(words[1], "--rotate");
+    if (!degrees) return tl::unexpected(degrees.error());
+    return Quatd(Eigen::AngleAxisd(*degrees * std::numbers::pi / 180.0, axis));
+}
+
+Expected<Verb> moveVerb(const Words& words) {
+    NodeMove move;
+    move.relative = words.by;
+    if (!words.moveBy.empty()) {
+        if (words.moveBy.size() != 3) return fail(ErrorCode::kUsage, "move: a place has three numbers, X Y Z");
+        move.translation = vector3(words.moveBy);
+    }
+    if (!words.moveRotate.empty() && !words.moveQuaternion.empty())
+        return fail(ErrorCode::kUsage, "move: --rotate and --quaternion say the same thing; give one");
+    if (!words.moveRotate.empty() || !words.moveQuaternion.empty()) {
+        const Expected<Quatd> rotation =
+            words.moveQuaternion.empty() ? axisRotation(words.moveRotate) : quaternion(words.moveQuaternion, "--quaternion");
+        if (!rotation) return tl::unexpected(rotation.error());
+        move.rotation = *rotation;
+    }
+    if (words.moveScale != 1) move.scale = Vec3d::Constant(words.moveScale);
+    if (!move.translation && !move.rotation && !move.scale)
+        return fail(ErrorCode::kUsage, "move: say where to: X Y Z, --rotate, --quaternion or --scale");
+    return verb::Move{words.moveNode, move};
+}
+
+Expected<Verb> viewVerb(const Words& words, bool scaleGiven) {
+    request::SetView view;
+    view.reset = words.reset;
+    if (!words.position.empty()) view.position = vector3(words.position);
+    if (!words.orientation.empty() && !words.lookAt.empty())
+        return fail(ErrorCode::kUsage, "view: --look-at and --orientation say the same thing; give one");
+    if (!words.orientation.empty()) {
+        const Expected<Quatd> q = quaternion(words.orientation, "--orientation");
+        if (!q) return tl::unexpected(q.error());
+        view.orientation = *q;
+    }
+    if (!words.lookAt.empty()) {
+        if (!view.position) return fail(ErrorCode::kUsage, "view: --look-at needs --position too");
+        const Expected<Quatd> q = lookAlong(vector3(words.lookAt) - *view.position);
+        if (!q) return tl::unexpected(q.error());
+        view.orientation = *q;
+    }
+    if (scaleGiven) {
+        if (!(words.scale > 0)) return fail(ErrorCode::kUsage, "view: --scale must be above zero");
+        view.worldUnitsPerMetre = words.scale;
+    }
+    if (!words.head.empty()) {
+        view.user = words.head[0];
+        Vec3d head;
+        for (int i = 0; i < 3; ++i) {
+            const Expected<double> value = number(words.head[static_cast<std::size_t>(i) + 1], "--head");
+            if (!value) return tl::unexpected(value.error());
+            head[i] = *value;
+        }
+        view.head = head;
+    }
+    if (!view.position && !view.orientation && !view.worldUnitsPerMetre && !view.head && !view.reset)
+        return fail(ErrorCode::kUsage, "view: say what to change; see tessera-ctl view --help");
+    return verb::View{view};
+}
+
+}  // namespace
+
+Expected<Quatd> lookAlong(const Vec3d& direction) {
+    if (!(direction.norm() > 0)) return fail(ErrorCode::kUsage, "view: --look-at and --position are the same point");
+    const Vec3d back = -direction.normalized();
+    Vec3d right = Vec3d::UnitY().cross(back);
+    // Straight up or down, every right is as good: keep +X.
+    if (right.norm() < 1e-9) right = Vec3d::UnitX();
+    right.normalize();
+    Mat3d axes;
+    axes.col(0) = right;
+    axes.col(1) = back.cross(right);
+    axes.col(2) = back;
+    return Quatd(axes);
+}
+
+Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector<std::string>& words) {
+    Words in;
+    CLI::App app("Talks to a running tessera-server: looks at its scene, changes it,\nmoves the view, fetches the picture.", "tessera-ctl");
+    app.get_formatter()->column_width(26);
+    app.set_version_flag("--version", versionText("tessera-ctl"));
+    app.add_option("--server", in.line.server, "Where the server listens")->type_name("ADDR:PORT")->required();
+    app.add_flag("--json", in.line.json, "Answer in JSON");
+    app.add_option("--timeout", in.timeoutSeconds, "Seconds to wait for the server (10)")
+        ->type_name("S")
+        ->check(CLI::Range(0.01, 86'400.0));
+    app.require_subcommand(1);
+    app.fallthrough(false);
+
+    const CLI::App* status = app.add_subcommand("status", "Frame, hosts, size of the scene");
+
+    CLI::App* tree = app.add_subcommand("tree", "The nodes of the scene");
+    tree->add_option("NODE", in.tree.node, "From here down (/)");
+    tree->add_option("--depth", in.tree.depth, "Levels below NODE (all)")->type_name("N")->check(CLI::Range(0, 1'000));
+
+    CLI::App* load = app.add_subcommand("load", "The server imports a file");
+    load->add_option("FILE", in.load.file, "A file of the server's machine, or asset://NAME")->required();
+    load->add_option("--under", in.load.under, "Below this node (/)")->type_name("NODE");
+
+    CLI::App* move = app.add_subcommand("move", "Moves a node: its Transform, or the nearest above it");
+    move->add_option("NODE", in.moveNode, "/path/of/names or #id")->required();
+    move->add_option("PLACE", in.moveBy, "X Y Z in its parent's coordinates")->type_name("X Y Z")->expected(0, 3);
+    move->add_flag("--by", in.by, "From where it is, not from the origin");
+    move->add_option("--rotate", in.moveRotate, "About x, y or z")->type_name("AXIS DEG")->expected(2);
+    move->add_option("--quaternion", in.moveQuaternion, "Rotation")->type_name("W X Y Z")->expected(4);
+    move->add_option("--scale", in.moveScale, "In all directions")->type_name("S");
+
+    CLI::App* set = app.add_subcommand("set", "Sets a field of a node or of its core");
+    set->add_option("NODE", in.set.node, "/path/of/names or #id")->required();
+    set->add_option("FIELD", in.set.field, "e.g. translation, choice, intensity")->required();
+    set->add_option("VALUE", in.set.values, "Numbers, a text, a node or none")->required();
+
+    CLI::App* remove = app.add_subcommand("remove", "Removes a node and all below it");
+    remove->add_option("NODE", in.remove.node, "/path/of/names or #id")->required();
+
+    const CLI::App* undo = app.add_subcommand("undo", "Takes back the last change");
+
+    CLI::App* view = app.add_subcommand("view", "Moves the wall through the world, or a head before it");
+    view->add_option("--position", in.position, "Of the wall's origin, world units")->type_name("X Y Z")->expected(3);
+    view->add_option("--look-at", in.lookAt, "Turns the wall from --position to here")->type_name("X Y Z")->expected(3);
+    view->add_option("--orientation", in.orientation, "Of the wall")->type_name("W X Y Z")->expected(4);
+    const CLI::Option* scale = view->add_option("--scale", in.scale, "World units per metre")->type_name("S");
+    view->add_option("--head", in.head, "A user's head, metres")->type_name("USER X Y Z")->expected(4);
+    view->add_flag("--reset", in.reset, "Back to the scene's camera first");
+
+    CLI::App* pick = app.add_subcommand("pick", "What is under a pixel of the picture");
+    pick->add_option("X", in.pick.xPx, "From the left")->required();
+    pick->add_option("Y", in.pick.yPx, "From the top")->required();
+
+    const CLI::App* contacts = app.add_subcommand("contacts", "What touches now");
+
+    CLI::App* snapshot = app.add_subcommand("snapshot", "The wall as it is now, as a picture");
+    snapshot->add_option("FILE", in.snapshot.file, "FILE.png to write")->required();
+
+    try {
+        std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
+        app.parse(std::move(reversed));
+    } catch (const CLI::CallForHelp&) {
+        const auto chosen = app.get_subcommands();
+        return HelpText{chosen.empty() ? app.help() : chosen.front()->help("tessera-ctl --server ADDR:PORT")};
+    } catch (const CLI::CallForVersion&) {
+        return HelpText{versionText("tessera-ctl") + "\n"};
+    } catch (const CLI::ParseError& wrong) {
+        const auto chosen = app.get_subcommands();
+        return fail(ErrorCode::kUsage, fmt::format("{}; see tessera-ctl {}--help", wrong.what(),
+                                                   chosen.empty() ? "" : chosen.front()->get_name() + " "));
+    }
+
+    in.line.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(in.timeoutSeconds * 1000));
+    const auto verb = [&]() -> Expected<Verb> {
+        if (status->parsed()) return verb::Status{};
+        if (tree->parsed()) return in.tree;
+        if (load->parsed()) return in.load;
+        if (move->parsed()) return moveVerb(in);
+        if (set->parsed()) return in.set;
+        if (remove->parsed()) return in.remove;
+        if (undo->parsed()) return verb::Undo{};
+        if (view->parsed()) return viewVerb(in, scale->count() > 0);
+        if (pick->parsed()) return in.pick;
+        if (contacts->parsed()) return verb::Contacts{};
+        return in.snapshot;
+    }();
+    if (!verb) return tl::unexpected(verb.error());
+    in.line.verb = *verb;
+    return in.line;
+}
+
+}  // namespace tessera

@@ -1,0 +1,71 @@
+/// What tessera-ctl was asked to do.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/application/Application.h"
+#include "common/base/Error.h"
+
+namespace tessera {
+
+namespace verb {
+
+struct Status {};
+struct Tree {
+    std::string node = "/";
+    int depth = -1;  ///< levels below the node; -1: all
+};
+struct Load {
+    std::string file;
+    std::string under;  ///< a node; empty: the root
+};
+struct Move {
+    std::string node;
+    NodeMove move;
+};
+struct Set {
+    std::string node, field;
+    std::vector<std::string> values;
+};
+struct Remove {
+    std::string node;
+};
+struct Undo {};
+struct View {
+    request::SetView view;
+};
+struct Pick {
+    double xPx = 0, yPx = 0;
+};
+struct Contacts {};
+struct Snapshot {
+    std::string file;
+};
+
+}  // namespace verb
+
+using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo, verb::View,
+                          verb::Pick, verb::Contacts, verb::Snapshot>;
+
+struct CommandLine {
+    std::string server;
+    bool json = false;
+    std::chrono::milliseconds timeout{10'000};
+    Verb verb;
+};
+
+/// A text to print instead of doing anything: --help, --version.
+struct HelpText {
+    std::string text;
+};
+
+/// `words` without the program's name. kUsage: says what is wrong and where help is.
+[[nodiscard]] Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector<std::string>& words);
+
+/// The rotation that turns -Z towards `direction` and keeps +Y as far up as it can.
+[[nodiscard]] Expected<Quatd> lookAlong(const Vec3d& direction);
+
+}  // namespace tessera

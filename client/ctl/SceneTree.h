@@ -1,0 +1,17 @@
+/// The tree of nodes for people and programs.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+
+#include "common/scene/Aspect.h"
+
+namespace tessera {
+
+/// One line per node, indented: name, core, where it is if it moves, id. `depth` levels below `node`; -1: all.
+[[nodiscard]] std::string treeText(const Aspect& aspect, ObjectId node, int depth);
+/// The node with its fields, its core's fields and its children.
+[[nodiscard]] nlohmann::ordered_json treeJson(const Aspect& aspect, ObjectId node, int depth);
+
+}  // namespace tessera

@@ -1,0 +1,258 @@
+#include "client/ctl/Verbs.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+
+#include "client/ctl/FieldText.h"
+#include "client/ctl/Mosaic.h"
+#include "client/ctl/SceneTree.h"
+#include "client/image/Picture.h"
+
+namespace tessera {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json jsonOf(const Vec3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+std::string textOf3(const Vec3d& v) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", v.x(), v.y(), v.z()); }
+
+/// "/hall/crane", or only the number where the scene has no such node (any more).
+std::string nameOf(const Aspect& scene, ObjectId id) {
+    return scene.get<Node>(id) ? pathOf(scene, id) : fmt::format("#{}", id.value);
+}
+
+/// The nodes that hold one of these objects as their core, or are one.
+std::vector<std::string> nodesWith(const Aspect& scene, const std::vector<ObjectId>& objects) {
+    std::vector<std::string> names;
+    if (objects.empty()) return names;
+    for (const ObjectId id : scene.ids()) {
+        const Node* node = scene.get<Node>(id);
+        if (node == nullptr) continue;
+        for (const ObjectId object : objects)
+            if (id == object || node->core == object) names.push_back(pathOf(scene, id));
+    }
+    return names;
+}
+
+Answer committedAnswer(const Application& application, const answer::Committed& committed, std::string done) {
+    const std::vector<std::string> stopped = nodesWith(application.scene(), committed.stopped);
+    Answer answer;
+    answer.text = std::move(done) + fmt::format(" (change {})\n", committed.sequence.value);
+    for (const std::string& name : stopped) answer.text += fmt::format("{} was stopped by what it hit; see contacts\n", name);
+    answer.json = {{"sequence", committed.sequence.value}, {"stopped", stopped}};
+    return answer;
+}
+
+Expected<Answer> run(Application& application, const verb::Status&) {
+    const Expected<answer::Status> status = application.status();
+    if (!status) return tl::unexpected(status.error());
+    Answer answer;
+    answer.text = fmt::format("wall    {}, frame {}, change {}, epoch {}\n", status->wallName, status->frame, status->sequence,
+                              status->epoch);
+    Json hosts = Json::array();
+    std::size_t widest = 0;
+    for (const answer::HostInfo& host : status->hosts) widest = std::max(widest, host.name.size());
+    for (const answer::HostInfo& host : status->hosts) {
+        answer.text += fmt::format("host    {:<{}}  {:<8} frame {}, round trip {:.3f} ms\n", host.name, widest, host.state,
+                                   host.lastShown, host.roundTripMs);
+        hosts.push_back({{"name", host.name}, {"state", host.state}, {"last_shown", host.lastShown}, {"round_trip_ms", host.roundTripMs}});
+    }
+    if (!status->waitingFor.empty()) answer.text += fmt::format("waiting for {}\n", fmt::join(status->waitingFor, ", "));
+    answer.text += fmt::format("scene   {} objects, {} nodes, state {}\n", status->objects, status->nodes, toHex(status->stateHash));
+    answer.text += fmt::format("undo    {} changes\napplications  {}\n", status->undoDepth, status->applications);
+    answer.json = {{"wall", status->wallName},
+                   {"epoch", status->epoch},
+                   {"frame", status->frame},
+                   {"sequence", status->sequence},
+                   {"state_hash", toHex(status->stateHash)},
+                   {"hosts", std::move(hosts)},
+                   {"waiting_for", status->waitingFor},
+                   {"objects", status->objects},
+                   {"nodes", status->nodes},
+                   {"undo_depth", status->undoDepth},
+                   {"applications", status->applications}};
+    return answer;
+}
+
+Expected<Answer> run(Application& application, const verb::Tree& tree) {
+    const Expected<ObjectId> node = findNode(application.scene(), tree.node);
+    if (!node) return tl::unexpected(node.error());
+    return Answer{treeText(application.scene(), *node, tree.depth), treeJson(application.scene(), *node, tree.depth), {}};
+}
+
+Expected<Answer> run(Application& application, const verb::Load& load) {
+    ObjectId parent;
+    if (!load.under.empty()) {
+        const Expected<ObjectId> found = findNode(application.scene(), load.under);
+        if (!found) return tl::unexpected(found.error());
+        parent = *found;
+    }
+    // The server may stand in another folder than the person does.
+    const std::string path =
+        load.file.find("://") == std::string::npos ? std::filesystem::absolute(load.file).string() : load.file;
+    const Expected<answer::Loaded> loaded = application.load(path, parent);
+    if (!loaded) return tl::unexpected(loaded.error());
+    return Answer{fmt::format("loaded {} as node #{}: {} objects, {} triangles\n", load.file, loaded->node.value, loaded->objects,
+                              loaded->triangles),
+                  {{"node", loaded->node.value}, {"objects", loaded->objects}, {"triangles", loaded->triangles}},
+                  {}};
+}
+
+Expected<Answer> run(Application& application, const verb::Move& move) {
+    const Expected<ObjectId> node = findNode(application.scene(), move.node);
+    if (!node) return tl::unexpected(node.error());
+    const Expected<ObjectId> movable = movableNode(application.scene(), *node);
+    if (!movable) return tl::unexpected(movable.error());
+    const Expected<ChangeList> list = moveList(application.scene(), *node, move.move);
+    if (!list) return tl::unexpected(list.error());
+    const Expected<answer::Committed> committed = application.propose(*list);
+    if (!committed) return tl::unexpected(committed.error());
+    const Aspect& scene = application.scene();
+    Answer answer = committedAnswer(application, *committed, fmt::format("moved {}", nameOf(scene, *movable)));
+    const Node* moved = scene.get<Node>(*movable);
+    const Transform* transform = moved ? scene.coreOf<Transform>(*moved) : nullptr;
+    if (transform == nullptr) return answer;  // somebody removed it meanwhile
+    answer.json["node"] = movable->value;
+    answer.json["path"] = nameOf(scene, *movable);
+    answer.json["translation"] = jsonOf(transform->translation);
+    answer.json["rotation"] =
+        Json::array({transform->rotation.w(), transform->rotation.x(), transform->rotation.y(), transform->rotation.z()});
+    answer.json["scale"] = jsonOf(transform->scale);
+    answer.text += fmt::format("it is at {} now\n", textOf3(transform->translation));
+    return answer;
+}
+
+Expected<Answer> run(Application& application, const verb::Set& set) {
+    const Expected<ObjectId> node = findNode(application.scene(), set.node);
+    if (!node) return tl::unexpected(node.error());
+    const Expected<FieldPlace> place = findFieldOf(application.scene(), *node, set.field);
+    if (!place) return tl::unexpected(place.error());
+    const Expected<FieldValue> value = parseValue(application.scene(), *place->field, set.values);
+    if (!value) return tl::unexpected(value.error());
+    ChangeListBuilder edits;
+    edits.set(place->object, place->type->type, place->field->id, *value);
+    const Expected<answer::Committed> committed = application.propose(edits.take());
+    if (!committed) return tl::unexpected(committed.error());
+    return committedAnswer(application, *committed,
+                           fmt::format("{} of {} is {}", set.field, nameOf(application.scene(), *node), textOf(*value)));
+}
+
+Expected<Answer> run(Application& application, const verb::Remove& remove) {
+    const Expected<ObjectId> node = findNode(application.scene(), remove.node);
+    if (!node) return tl::unexpected(node.error());
+    const std::string name = pathOf(application.scene(), *node);
+    const Expected<ChangeList> list = removalList(application.scene(), *node);
+    if (!list) return tl::unexpected(list.error());
+    const Expected<answer::Committed> committed = application.propose(*list);
+    if (!committed) return tl::unexpected(committed.error());
+    Answer answer = committedAnswer(application, *committed,
+                                    fmt::format("removed {} with {} objects", name, list->destructions.size()));
+    answer.json["objects"] = list->destructions.size();
+    return answer;
+}
+
+Expected<Answer> run(Application& application, const verb::Undo&) {
+    const Expected<answer::Committed> committed = application.undo();
+    if (!committed) return tl::unexpected(committed.error());
+    return committedAnswer(application, *committed, "took back the last change");
+}
+
+Expected<Answer> run(Application& application, const verb::View& view) {
+    const Expected<void> done = application.setView(view.view);
+    if (!done) return tl::unexpected(done.error());
+    return Answer{"the view has changed\n", {{"done", true}}, {}};
+}
+
+Expected<Answer> run(Application& application, const verb::Pick& pick) {
+    const Expected<answer::Picked> picked = application.pick(pick.xPx, pick.yPx);
+    if (!picked) return tl::unexpected(picked.error());
+    if (!picked->hit) return Answer{"nothing is there\n", {{"hit", false}}, {}};
+    const std::string path = nameOf(application.scene(), picked->node);
+    return Answer{fmt::format("{}, face {} at {}\n", path, picked->face, textOf3(picked->point)),
+                  {{"hit", true}, {"node", picked->node.value}, {"path", path}, {"face", picked->face}, {"point", jsonOf(picked->point)}},
+                  {}};
+}
+
+Expected<Answer> run(Application& application, const verb::Contacts&) {
+    const Expected<answer::Contacts> contacts = application.contacts();
+    if (!contacts) return tl::unexpected(contacts.error());
+    const Aspect& scene = application.scene();
+    Answer answer;
+    Json list = Json::array();
+    for (const ContactValue& c : contacts->contacts) {
+        const std::string a = nameOf(scene, c.objectA), b = nameOf(scene, c.objectB);
+        answer.text += fmt::format("{} face {} - {} face {} at {}\n", a, c.faceA, b, c.faceB, textOf3(c.point));
+        list.push_back({{"objects", Json::array({a, b})},
+                        {"faces", Json::array({c.faceA, c.faceB})},
+                        {"point", jsonOf(c.point)},
+                        {"normal", jsonOf(c.normal)}});
+    }
+    answer.text += fmt::format("{} contacts in frame {}, {} begun so far\n", contacts->contacts.size(), contacts->frame, contacts->begun);
+    answer.json = {{"frame", contacts->frame}, {"begun", contacts->begun}, {"contacts", std::move(list)}};
+    return answer;
+}
+
+Expected<Answer> run(Application& application, const verb::Snapshot& snapshot) {
+    // A host that has just come, or a frame held by one of them, may leave the tiles of different frames; the next
+    // frame puts that right.
+    constexpr int kAttempts = 5;
+    Expected<Mosaic> mosaic = fail(ErrorCode::kFailed, "no attempt was made");
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+        const Expected<answer::Images> images = application.images();
+        if (!images) return tl::unexpected(images.error());
+        mosaic = stitch(application.wall(), *images);
+        if (mosaic || mosaic.error().code != ErrorCode::kRefused || images->tiles.empty()) break;
+    }
+    if (!mosaic) return tl::unexpected(mosaic.error());
+    const Picture& picture = mosaic->picture;
+    const Expected<void> written = writeFile(snapshot.file, encodePng(picture, mosaic->frame));
+    if (!written) return tl::unexpected(written.error());
+    Answer answer{fmt::format("{}: {}x{}, frame {}\n", snapshot.file, picture.widthPx, picture.heightPx, mosaic->frame),
+                  {{"file", snapshot.file},
+                   {"width", picture.widthPx},
+                   {"height", picture.heightPx},
+                   {"frame", mosaic->frame},
+                   {"missing", mosaic->missing}},
+                  {}};
+    if (!mosaic->missing.empty()) answer.warning = fmt::format("nobody draws {} now: black", fmt::join(mosaic->missing, ", "));
+    return answer;
+}
+
+/// Verbs that speak of nodes need the scene; the others are spared its transfer.
+bool needsScene(const Verb& verb) {
+    return !std::holds_alternative<verb::Status>(verb) && !std::holds_alternative<verb::View>(verb) &&
+           !std::holds_alternative<verb::Snapshot>(verb);
+}
+
+}  // namespace
+
+Expected<Answer> carryOut(const CommandLine& line) {
+    Application::Options options;
+    options.address = line.server;
+    options.name = "tessera-ctl";
+    options.timeout = line.timeout;
+    options.followScene = needsScene(line.verb);
+    Expected<std::unique_ptr<Application>> application = Application::connect(options);
+    if (!application) return tl::unexpected(application.error());
+    return std::visit([&](const auto& verb) { return run(**application, verb); }, line.verb);
+}
+
+CtlOutcome runCtl(const std::vector<std::string>& words) {
+    const auto failed = [](const Error& error) { return CtlOutcome{exitCode(error.code), {}, "tessera-ctl: " + error.message + "\n"}; };
+    const auto parsed = parseCommandLine(words);
+    if (!parsed) return failed(parsed.error());
+    if (const auto* help = std::get_if<HelpText>(&*parsed)) return {0, help->text, {}};
+    const auto& line = std::get<CommandLine>(*parsed);
+    const Expected<Answer> answer = carryOut(line);
+    if (!answer) return failed(answer.error());
+    CtlOutcome outcome;
+    // Names come from files: what is no UTF-8 must not stop the answer.
+    outcome.out = line.json ? answer->json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : answer->text;
+    if (!answer->warning.empty()) outcome.err = "tessera-ctl: warning: " + answer->warning + "\n";
+    return outcome;
+}
+
+}  // namespace tessera

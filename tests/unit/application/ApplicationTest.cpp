@@ -1,0 +1,307 @@
+#include "common/application/Application.h"
+
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <thread>
+
+#include "tests/unit/application/ScriptedServer.h"
+
+namespace tessera {
+namespace {
+
+using namespace std::chrono_literals;
+using test::kCrane;
+using test::kCraneCore;
+using test::kHall;
+using test::ScriptedServer;
+
+std::unique_ptr<Application> join(const ScriptedServer& server, bool followScene = true) {
+    auto application = Application::connect({.address = server.address(), .name = "test", .followScene = followScene});
+    EXPECT_TRUE(application) << (application ? "" : application.error().message);
+    return application ? std::move(*application) : nullptr;
+}
+
+Vec3d cranePlace(const Application& application) { return application.scene().get<Transform>(kCraneCore)->translation; }
+
+ChangeList craneTo(const Vec3d& place) {
+    ChangeListBuilder edits;
+    edits.set(kCraneCore, typeOf<Transform>(), field::kTranslation, toValue(place));
+    return edits.take();
+}
+
+TEST(Application, FindsTheSceneAndTheWallWhenItHasConnected) {
+    ScriptedServer server;
+    const auto application = join(server);
+    ASSERT_TRUE(application);
+    EXPECT_EQ(cranePlace(*application), Vec3d(1, 2, 3));
+    EXPECT_EQ(application->scene().stateHash(), server.stateHash());
+    EXPECT_EQ(application->wall().name, "1x1");
+    EXPECT_EQ(application->sequence(), Sequence{1});
+}
+
+TEST(Application, FollowsWhatOthersChange) {
+    ScriptedServer server;
+    const auto application = join(server);
+    ASSERT_TRUE(application);
+    std::vector<Vec3d> seen;
+    application->onChanges([&](const ChangeList& list, Sequence) {
+        EXPECT_EQ(list.changeCount(), 1u);
+        seen.push_back(cranePlace(*application));
+    });
+    for (int i = 1; i <= 20; ++i) server.commit(craneTo(Vec3d(i, 0, 0)));
+    EXPECT_EQ(cranePlace(*application), Vec3d(1, 2, 3)) << "nothing changes but within poll";
+    while (seen.size() < 20) {
+        const auto polled = application->poll(5s);
+        ASSERT_TRUE(polled && *polled);
+    }
+    for (int i = 1; i <= 20; ++i) EXPECT_EQ(seen[static_cast<std::size_t>(i) - 1], Vec3d(i, 0, 0));
+    EXPECT_EQ(application->scene().stateHash(), server.stateHash());
+    EXPECT_FALSE(*application->poll(0ms)) << "nothing more to come";
+}
+
+TEST(Application, ReadsWhatItHasWritten) {
+    ScriptedServer server;
+    const auto application = join(server);
+    ASSERT_TRUE(application);
+    for (int i = 1; i <= 10; ++i) {
+        const auto moved = application->moveNode("/hall/crane/hook", {.translation = Vec3d(1, 0, 0), .relative = true});
+        ASSERT_TRUE(moved) << moved.error().message;
+        EXPECT_EQ(cranePlace(*application), Vec3d(1 + i, 2, 3));
+        EXPECT_EQ(moved->sequence, application->sequence());
+    }
+    ASSERT_TRUE(application->undo());
+    EXPECT_EQ(cranePlace(*application), Vec3d(10, 2, 3));
+}
+
+TEST(Application, TheServersNamesForNewObjectsComeBack) {
+    ScriptedServer server;
+    const auto application = join(server);
+    ASSERT_TRUE(application);
+    const ObjectId placeholder{kFirstPlaceholder};
+    ChangeListBuilder edits;
+    edits.create(placeholder, typeOf<Node>());
+    edits.place(placeholder, kHall);
+    const auto committed = application->propose(edits.take());
+    ASSERT_TRUE(committed) << committed.error().message;
+    ASSERT_EQ(committed->ids.size(), 1u);
+    EXPECT_EQ(committed->ids[0].first, placeholder);
+    EXPECT_NE(application->scene().get<Node>(committed->ids[0].second), nullptr);
+}
+
+TEST(Application, ARefusedProposalChangesNothingAndSaysWhy) {
+    ScriptedServer server;
+    const auto application = join(server);
+    ASSERT_TRUE(application);
+    const std::uint64_t before = application->scene().stateHash();
+    ChangeListBuilder edits;
+    edits.destroy(kHall);  // has a child
+    const auto refused = application->propose(edits.take());
+    ASSERT_FALSE(refused);
+    EXPECT_FALSE(refused.error().message.empty());
+    EXPECT_EQ(application->scene().stateHash(), before);
+    EXPECT_EQ(application->moveNode("/hall/crna", {.translation = Vec3d::Zero()}).error().code, ErrorCode::kNotFound);
+    EXPECT_TRUE(application->moveNode("/hall/crane", {.translation = Vec3d::Zero()}));
+}
+
+TEST(Application, IsToldOfFramesContactsAndPicksWhatItAskedFor) {
+    ScriptedServer server;
+    const auto application = join(server);
+    ASSERT_TRUE(application);
+    std::vector<std::uint64_t> frames;
+    std::size_t contacts = 0, picks = 0;
+    ASSERT_TRUE(application->onFrame([&](const notice::Frame& frame) { frames.push_back(frame.frame); }));
+    ASSERT_TRUE(application->onContacts([&](const answer::Contacts&) { ++contacts; }));
+    ASSERT_TRUE(application->onPick([&](const answer::Picked&) { ++picks; }));
+    EXPECT_TRUE(server.subscription().frames && server.subscription().contacts && server.subscription().picks);
+    server.notify(notice::Frame{5, {"only"}, {}});
+    server.notify(answer::Contacts{});
+    server.notify(answer::Picked{});
+    server.notify(notice::Frame{6, {"only"}, {}});
+    const auto frame = application->waitForFrame(5s);
+    ASSERT_TRUE(frame) << frame.error().message;
+    while (frames.size() < 2) ASSERT_TRUE(application->poll(5s));
+    EXPECT_EQ(frames, (std::vector<std::uint64_t>{5, 6}));
+    EXPECT_EQ(contacts, 1u);
+    EXPECT_EQ(picks, 1u);
+    EXPECT_FALSE(application->waitForFrame(50ms)) << "no further frame comes";
+    ASSERT_TRUE(application->onFrame(nullptr));
+    EXPECT_FALSE(server.subscription().frames);
+}
+
+TEST(Application, ACallbackMayAskButNotPoll) {
+    ScriptedServer server;
+    const auto application = join(server);
+    ASSERT_TRUE(application);
+    int calls = 0;
+    application->onChanges([&](const ChangeList&, Sequence) {
+        if (++calls > 1) return;
+        EXPECT_FALSE(application->poll(0ms));
+        EXPECT_TRUE(application->propose(craneTo(Vec3d(9, 9, 9))));
+    });
+    server.commit(craneTo(Vec3d(5, 5, 5)));
+    while (calls < 2) ASSERT_TRUE(application->poll(5s));
+    EXPECT_EQ(cranePlace(*application), Vec3d(9, 9, 9));
+}
+
+TEST(Application, RequestsCarryTheirAnswers) {
+    ScriptedServer server;
+    server.script([](const ApplicationRequest& asked) -> Expected<ApplicationAnswer> {
+        if (const auto* load = std::get_if<request::Load>(&asked)) {
+            if (load->path == "/missing.glb") return fail(ErrorCode::kBadInput, "/missing.glb: no such file");
+            return answer::Loaded{ObjectId{77}, 5, 6};
+        }
+        if (std::holds_alternative<request::Pick>(asked)) return answer::Picked{true, kCrane, 3};
+        if (std::holds_alternative<request::GetStatus>(asked)) return answer::Status{.wallName = "1x1", .frame = 9};
+        if (std::holds_alternative<request::GetContacts>(asked)) return answer::Contacts{.frame = 4};
+        if (std::holds_alternative<request::GetImages>(asked)) return answer::Images{{}, {"front-0-0"}};
+        if (const auto* view = std::get_if<request::SetView>(&asked); view && view->reset) return answer::Done{};
+        return fail(ErrorCode::kRefused, "no");
+    });
+    const auto application = join(server, false);
+    ASSERT_TRUE(application);
+    EXPECT_EQ(application->load("/hall.glb")->node, ObjectId{77});
+    const auto missing = application->load("/missing.glb");
+    ASSERT_FALSE(missing);
+    EXPECT_EQ(missing.error().code, ErrorCode::kBadInput);
+    EXPECT_EQ(missing.error().message, "/missing.glb: no such file");
+    EXPECT_EQ(application->pick(1, 2)->node, kCrane);
+    EXPECT_EQ(application->status()->frame, 9u);
+    EXPECT_EQ(application->contacts()->frame, 4u);
+    EXPECT_EQ(application->images()->missing.size(), 1u);
+    EXPECT_TRUE(application->setView({.reset = true}));
+    EXPECT_FALSE(application->setView({}));
+    EXPECT_EQ(application->moveNode("/hall/crane", {.translation = Vec3d::Zero()}).error().code, ErrorCode::kUsage)
+        << "names need the scene";
+}
+
+TEST(Application, AServerThatIsOverEndsItInOrder) {
+    ScriptedServer server;
+    const auto application = join(server);
+    ASSERT_TRUE(application);
+    server.commit(craneTo(Vec3d(4, 4, 4)));
+    server.finish();
+    Expected<bool> polled = true;
+    while (polled) polled = application->poll(5s);
+    EXPECT_EQ(cranePlace(*application), Vec3d(4, 4, 4)) << "what came before the end is applied";
+    EXPECT_TRUE(application->serverIsOver());
+    EXPECT_NE(polled.error().message.find("the last frame was shown"), std::string::npos) << polled.error().message;
+    EXPECT_FALSE(application->propose(craneTo(Vec3d::Zero())));
+    EXPECT_FALSE(application->status());
+}
+
+TEST(Application, ABrokenConnectionIsAnErrorAndNotAnEnd) {
+    ScriptedServer server;
+    const auto application = join(server);
+    ASSERT_TRUE(application);
+    server.cutAll();
+    Expected<bool> polled = true;
+    while (polled) polled = application->poll(5s);
+    EXPECT_EQ(polled.error().code, ErrorCode::kNetwork);
+    EXPECT_FALSE(application->serverIsOver());
+}
+
+TEST(Application, ASceneThatDiffersFromTheServersIsNotUsed) {
+    ScriptedServer server;
+    const auto application = join(server);
+    ASSERT_TRUE(application);
+    server.misbehave({.wrongHash = true});
+    server.commit(craneTo(Vec3d(4, 4, 4)));
+    Expected<bool> polled = true;
+    while (polled) polled = application->poll(5s);
+    EXPECT_NE(polled.error().message.find("differs from the server's"), std::string::npos) << polled.error().message;
+}
+
+TEST(Application, RubbishInPlaceOfAListEndsTheConnection) {
+    ScriptedServer server;
+    const auto application = join(server);
+    ASSERT_TRUE(application);
+    server.misbehave({.malformed = true});
+    server.commit(craneTo(Vec3d(4, 4, 4)));
+    Expected<bool> polled = true;
+    while (polled) polled = application->poll(5s);
+    EXPECT_NE(polled.error().message.find("could not be applied"), std::string::npos) << polled.error().message;
+}
+
+TEST(Application, EveryWaitHasAnEnd) {
+    ScriptedServer server;
+    const auto application = *Application::connect({.address = server.address(), .name = "test", .timeout = 500ms});
+    server.misbehave({.mute = true});
+    const auto begun = std::chrono::steady_clock::now();
+    const auto unanswered = application->status();
+    ASSERT_FALSE(unanswered);
+    EXPECT_EQ(unanswered.error().code, ErrorCode::kNetwork);
+    EXPECT_NE(unanswered.error().message.find("within 500 ms"), std::string::npos);
+    EXPECT_LT(std::chrono::steady_clock::now() - begun, 5s);
+
+    server.misbehave({.noSnapshot = true});
+    const auto empty = Application::connect({.address = server.address(), .name = "test", .timeout = 300ms});
+    ASSERT_FALSE(empty);
+    EXPECT_NE(empty.error().message.find("did not hand out its scene"), std::string::npos) << empty.error().message;
+}
+
+TEST(Application, ARefusalKeepsItsReasonAndCode) {
+    ScriptedServer server;
+    server.misbehave({.refuse = message::Refused{ErrorCode::kLimit, "already 64 applications are connected", true}});
+    const auto refused = Application::connect({.address = server.address(), .name = "test"});
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kLimit);
+    EXPECT_NE(refused.error().message.find("already 64 applications"), std::string::npos);
+}
+
+/// A listener without a Tessera behind it.
+class Stranger {
+public:
+    explicit Stranger(std::string greeting) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+        sockaddr_in address{};
+        address.sin_family = AF_INET;
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        EXPECT_EQ(::bind(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+        EXPECT_EQ(::listen(fd_, 8), 0);
+        socklen_t length = sizeof address;
+        ::getsockname(fd_, reinterpret_cast<sockaddr*>(&address), &length);
+        port_ = ntohs(address.sin_port);
+        thread_ = std::thread([this, greeting] {
+            const int peer = ::accept(fd_, nullptr, nullptr);
+            if (peer < 0) return;
+            if (!greeting.empty()) (void)::send(peer, greeting.data(), greeting.size(), MSG_NOSIGNAL);
+            char rest[256];
+            while (::recv(peer, rest, sizeof rest, 0) > 0) continue;
+            ::close(peer);
+        });
+    }
+    ~Stranger() {
+        ::shutdown(fd_, SHUT_RDWR);
+        thread_.join();
+        ::close(fd_);
+    }
+    [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
+
+private:
+    int fd_;
+    std::uint16_t port_ = 0;
+    std::thread thread_;
+};
+
+TEST(Application, WhatIsNoTesseraServerIsNamed) {
+    const auto why = [](const std::string& address) {
+        const auto begun = std::chrono::steady_clock::now();
+        const auto application = Application::connect({.address = address, .name = "test", .timeout = 500ms});
+        EXPECT_LT(std::chrono::steady_clock::now() - begun, 4s);
+        EXPECT_FALSE(application);
+        EXPECT_EQ(application.error().code, ErrorCode::kNetwork);
+        EXPECT_NE(application.error().message.find(address), std::string::npos) << application.error().message;
+        return application.error().message;
+    };
+    EXPECT_NE(why("127.0.0.1:1").find("Connection refused"), std::string::npos);
+    const Stranger ssh("SSH-2.0-OpenSSH_9.2p1 Debian-2\r\n");
+    EXPECT_NE(why(ssh.address()).find("not a Tessera peer: it began a message with \"SSH-2.0-OpenSSH_\""), std::string::npos);
+    const Stranger silent("");
+    EXPECT_NE(why(silent.address()).find("did not answer within 500 ms"), std::string::npos);
+    EXPECT_EQ(Application::connect({.address = "nonsense"}).error().code, ErrorCode::kUsage);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,221 @@
+/// The server's side of the protocol with a scene of its own, in the test's process, and with faults on demand.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <mutex>
+#include <vector>
+
+#include "common/codec/ApplicationCodec.h"
+#include "common/codec/ChangeCodec.h"
+#include "common/codec/MessageCodec.h"
+#include "common/codec/WallCodec.h"
+#include "common/net/Transport.h"
+#include "common/scene/Aspect.h"
+#include "common/scene/FieldTable.h"
+
+namespace tessera::test {
+
+inline Wall oneByOne() {
+    Wall wall;
+    wall.name = "1x1";
+    Screen screen;
+    screen.name = "front";
+    screen.lowerLeft = Vec3d(-1.6, 0.6, 0);
+    screen.lowerRight = Vec3d(1.6, 0.6, 0);
+    screen.upperLeft = Vec3d(-1.6, 2.4, 0);
+    screen.grid.tileWidthPx = 96;
+    screen.grid.tileHeightPx = 54;
+    wall.screens = {screen};
+    User user;
+    user.name = "viewer";
+    wall.users = {user};
+    wall.hosts = {{"only", {{"front", 0, 0, Eye::kCenter, "viewer"}}}};
+    return wall;
+}
+
+/// Ids of the scene that the scripted server begins with: /hall/crane/hook, the crane with a Transform.
+inline constexpr ObjectId kHall{2}, kCrane{3}, kCraneCore{4}, kHook{5}, kHookCore{6}, kMetal{7};
+
+inline ChangeList craneScene() {
+    ChangeListBuilder edits;
+    edits.create(kHall, typeOf<Node>());
+    edits.create(kCrane, typeOf<Node>());
+    edits.create(kCraneCore, typeOf<Transform>());
+    edits.create(kHook, typeOf<Node>());
+    edits.create(kHookCore, typeOf<Geometry>());
+    edits.create(kMetal, typeOf<Material>());
+    edits.place(kHall, kRootNode);
+    edits.place(kCrane, kHall);
+    edits.place(kHook, kCrane);
+    edits.set(kHall, typeOf<Node>(), field::kNodeName, toValue(std::string("hall")));
+    edits.set(kCrane, typeOf<Node>(), field::kNodeName, toValue(std::string("crane")));
+    edits.set(kCrane, typeOf<Node>(), field::kNodeCore, toValue(kCraneCore));
+    edits.set(kHook, typeOf<Node>(), field::kNodeName, toValue(std::string("hook")));
+    edits.set(kHook, typeOf<Node>(), field::kNodeCore, toValue(kHookCore));
+    edits.set(kHookCore, typeOf<Geometry>(), field::kGeometryMaterial, toValue(kMetal));
+    edits.set(kCraneCore, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(1, 2, 3)));
+    return edits.take();
+}
+
+class ScriptedServer {
+public:
+    ScriptedServer()
+        : transport_(limits(), [this](LinkEvent event) { on(event); }), port_(transport_.listen({"127.0.0.1", 0}).value_or(0)) {
+        const std::scoped_lock lock(mutex_);
+        EXPECT_TRUE(scene_.apply(craneScene()));
+        sequence_ = 1;
+    }
+
+    [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
+
+    /// Commits for everybody, as if another application had asked.
+    void commit(const ChangeList& list) {
+        const std::scoped_lock lock(mutex_);
+        (void)commitLocked(list);
+    }
+    void notify(const ApplicationNotice& notice) {
+        const std::scoped_lock lock(mutex_);
+        for (const LinkId link : links_) say(link, message::Notice{share(encodeNotice(notice))});
+    }
+    void finish() {
+        const std::scoped_lock lock(mutex_);
+        for (const LinkId link : links_) say(link, message::Over{"the last frame was shown"});
+    }
+    void cutAll() {
+        const std::scoped_lock lock(mutex_);
+        for (const LinkId link : links_) transport_.close(link, "cut by the test");
+    }
+    /// Answers a request of the given kind; what is not scripted is refused. Propose and Undo work by themselves.
+    void script(std::function<Expected<ApplicationAnswer>(const ApplicationRequest&)> answer) {
+        const std::scoped_lock lock(mutex_);
+        script_ = std::move(answer);
+    }
+
+    struct Faults {
+        bool mute = false;          ///< never answers requests
+        bool noSnapshot = false;
+        bool wrongHash = false;     ///< of lists
+        bool malformed = false;     ///< sends rubbish in place of lists
+        std::optional<message::Refused> refuse;
+    };
+    void misbehave(Faults faults) {
+        const std::scoped_lock lock(mutex_);
+        faults_ = std::move(faults);
+    }
+    [[nodiscard]] request::Subscribe subscription() const {
+        const std::scoped_lock lock(mutex_);
+        return subscription_;
+    }
+    [[nodiscard]] std::uint64_t stateHash() const {
+        const std::scoped_lock lock(mutex_);
+        return scene_.stateHash();
+    }
+
+private:
+    static TransportLimits limits() {
+        TransportLimits limits;
+        limits.maxPayload = maxPayloadBytesFromPeer;
+        return limits;
+    }
+    void say(LinkId link, const Message& message) { transport_.send(link, wireType(message), 7, share(encodeMessage(message))); }
+
+    void on(const LinkEvent& event) {
+        const std::scoped_lock lock(mutex_);
+        if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) std::erase(links_, closed->link);
+        const auto* received = std::get_if<link_event::Received>(&event.what);
+        if (received == nullptr) return;
+        const Expected<Message> message = decodeMessage(received->type, received->payload);
+        ASSERT_TRUE(message) << message.error().message;
+        if (const auto* hello = std::get_if<message::Hello>(&*message)) return greet(received->link, *hello);
+        if (const auto* request = std::get_if<message::Request>(&*message)) return answer(received->link, *request);
+        if (const auto* beat = std::get_if<message::Heartbeat>(&*message)) say(received->link, *beat);
+    }
+
+    void greet(LinkId link, const message::Hello& hello) {
+        EXPECT_EQ(hello.role, PeerRole::kApplication);
+        EXPECT_EQ(hello.schema, schemaHash());
+        if (faults_.refuse) {
+            say(link, *faults_.refuse);
+            return transport_.close(link, "refused");
+        }
+        links_.push_back(link);
+        message::Welcome welcome;
+        welcome.epoch = 7;
+        welcome.configuration = share(encodeWall(oneByOne()));
+        say(link, welcome);
+        if (!faults_.noSnapshot) say(link, message::Snapshot{sequence_, scene_.stateHash(), share(encodeChangeList(snapshot(scene_))), {}});
+    }
+
+    void answer(LinkId link, const message::Request& request) {
+        if (faults_.mute) return;
+        const Expected<ApplicationRequest> asked = decodeRequest(*request.body);
+        ASSERT_TRUE(asked) << asked.error().message;
+        message::Reply reply;
+        reply.id = request.id;
+        const Expected<ApplicationAnswer> answer = answerTo(*asked);
+        if (answer) {
+            reply.body = share(encodeAnswer(*answer));
+        } else {
+            reply.code = answer.error().code;
+            reply.error = answer.error().message;
+        }
+        say(link, reply);
+    }
+
+    Expected<ApplicationAnswer> answerTo(const ApplicationRequest& asked) {
+        if (const auto* propose = std::get_if<request::Propose>(&asked)) {
+            Expected<ChangeList> list = decodeChangeList(*propose->list, store_);
+            if (!list) return tl::unexpected(list.error());
+            return commitLocked(std::move(*list));
+        }
+        if (std::holds_alternative<request::Undo>(asked)) {
+            if (inverses_.empty()) return fail(ErrorCode::kRefused, "there is nothing to undo");
+            ChangeList inverse = std::move(inverses_.back());
+            inverses_.pop_back();
+            return commitLocked(std::move(inverse));
+        }
+        if (const auto* subscribe = std::get_if<request::Subscribe>(&asked)) {
+            subscription_ = *subscribe;
+            return answer::Done{};
+        }
+        if (script_) return script_(asked);
+        return fail(ErrorCode::kRefused, "not scripted");
+    }
+
+    Expected<ApplicationAnswer> commitLocked(ChangeList list) {
+        std::map<ObjectId, ObjectId> given;
+        for (const Creation& creation : list.creations)
+            if (isPlaceholder(creation.id)) given[creation.id] = ObjectId{nextId_++};
+        replaceIds(list, [&](ObjectId id) { return given.contains(id) ? given[id] : id; });
+        Expected<ChangeList> inverse = scene_.applyWithInverse(list);
+        if (!inverse) return tl::unexpected(inverse.error());
+        inverses_.push_back(std::move(*inverse));
+        ++sequence_;
+        Bytes bytes = encodeChangeList(list);
+        if (faults_.malformed) bytes.assign(30, std::byte{0xff});
+        for (const LinkId link : links_)
+            say(link, message::Changes{sequence_, scene_.stateHash() + (faults_.wrongHash ? 1 : 0), share(bytes), {}});
+        answer::Committed committed;
+        committed.sequence = Sequence{sequence_};
+        committed.ids.assign(given.begin(), given.end());
+        return committed;
+    }
+
+    mutable std::mutex mutex_;
+    Aspect scene_;
+    BlobStore store_;
+    std::uint64_t sequence_ = 0;
+    std::uint64_t nextId_ = 100;
+    std::vector<ChangeList> inverses_;
+    std::vector<LinkId> links_;
+    Faults faults_;
+    request::Subscribe subscription_;
+    std::function<Expected<ApplicationAnswer>(const ApplicationRequest&)> script_;
+    Transport transport_;
+    std::uint16_t port_;
+};
+
+}  // namespace tessera::test

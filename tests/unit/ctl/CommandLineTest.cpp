@@ -1,0 +1,131 @@
+#include "client/ctl/CommandLine.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+namespace tessera {
+namespace {
+
+std::vector<std::string> split(const std::string& text) {
+    std::istringstream in(text);
+    std::vector<std::string> words;
+    for (std::string word; in >> word;) words.push_back(word);
+    return words;
+}
+
+/// The command after "--server a:1".
+template <typename V>
+V parsed(const std::string& text) {
+    const auto result = parseCommandLine(split("--server a:1 " + text));
+    EXPECT_TRUE(result) << text << ": " << result.error().message;
+    if (!result) return {};
+    const auto* line = std::get_if<CommandLine>(&*result);
+    EXPECT_TRUE(line && std::holds_alternative<V>(line->verb)) << text;
+    return line && std::holds_alternative<V>(line->verb) ? std::get<V>(line->verb) : V{};
+}
+std::string refusal(const std::string& text) {
+    const auto result = parseCommandLine(split(text));
+    if (result) return "accepted";
+    EXPECT_EQ(result.error().code, ErrorCode::kUsage);
+    return result.error().message;
+}
+
+TEST(CommandLine, OptionsStandBeforeTheVerb) {
+    const auto result = parseCommandLine(split("--server wallhost:7000 --json --timeout 2.5 status"));
+    ASSERT_TRUE(result);
+    const auto& line = std::get<CommandLine>(*result);
+    EXPECT_EQ(line.server, "wallhost:7000");
+    EXPECT_TRUE(line.json);
+    EXPECT_EQ(line.timeout, std::chrono::milliseconds(2500));
+    EXPECT_TRUE(std::holds_alternative<verb::Status>(line.verb));
+}
+
+TEST(CommandLine, EveryVerbIsUnderstood) {
+    EXPECT_EQ(parsed<verb::Tree>("tree").node, "/");
+    EXPECT_EQ(parsed<verb::Tree>("tree /hall --depth 2").depth, 2);
+    EXPECT_EQ(parsed<verb::Load>("load a.glb --under /hall").under, "/hall");
+    EXPECT_EQ(parsed<verb::Set>("set /lamp color 1 0.5 -1e-3").values.size(), 3u);
+    EXPECT_EQ(parsed<verb::Set>("set #17 choice -1").values.at(0), "-1");
+    EXPECT_EQ(parsed<verb::Remove>("remove /hall").node, "/hall");
+    (void)parsed<verb::Undo>("undo");
+    EXPECT_EQ(parsed<verb::Pick>("pick 10 20.5").yPx, 20.5);
+    (void)parsed<verb::Contacts>("contacts");
+    EXPECT_EQ(parsed<verb::Snapshot>("snapshot wall.png").file, "wall.png");
+}
+
+TEST(CommandLine, MovesAreReadInAllTheirForms) {
+    const verb::Move to = parsed<verb::Move>("move /hall/crane 1 -2 3.5");
+    EXPECT_EQ(to.node, "/hall/crane");
+    EXPECT_EQ(*to.move.translation, Vec3d(1, -2, 3.5));
+    EXPECT_FALSE(to.move.relative || to.move.rotation || to.move.scale);
+
+    const verb::Move by = parsed<verb::Move>("move #17 0 1.5 0 --by --rotate y -90 --scale 2");
+    EXPECT_TRUE(by.move.relative);
+    EXPECT_TRUE(by.move.rotation->isApprox(Quatd(Eigen::AngleAxisd(-EIGEN_PI / 2, Vec3d::UnitY()))));
+    EXPECT_EQ(*by.move.scale, Vec3d(2, 2, 2));
+
+    const verb::Move turn = parsed<verb::Move>("move /a --quaternion 0 0 3 0");
+    EXPECT_FALSE(turn.move.translation);
+    EXPECT_TRUE(turn.move.rotation->isApprox(Quatd(0, 0, 1, 0)));
+}
+
+TEST(CommandLine, ViewsAreReadInAllTheirForms) {
+    const auto view = parsed<verb::View>("view --position 0 0 10 --look-at 0 0 0 --scale 100").view;
+    EXPECT_EQ(*view.position, Vec3d(0, 0, 10));
+    EXPECT_TRUE(view.orientation->isApprox(Quatd::Identity()));
+    EXPECT_EQ(*view.worldUnitsPerMetre, 100);
+    const auto head = parsed<verb::View>("view --head viewer 0.4 1.5 -2").view;
+    EXPECT_EQ(head.user, "viewer");
+    EXPECT_EQ(*head.head, Vec3d(0.4, 1.5, -2));
+    EXPECT_TRUE(parsed<verb::View>("view --reset").view.reset);
+    EXPECT_FALSE(parsed<verb::View>("view --reset").view.worldUnitsPerMetre) << "what is not said stays as it is";
+}
+
+TEST(CommandLine, LookingAlongAnyDirectionTurnsMinusZThere) {
+    for (const Vec3d& direction : {Vec3d(0, 0, -1), Vec3d(0, 0, 1), Vec3d(1, 2, 3), Vec3d(0, 1, 0), Vec3d(0, -5, 0), Vec3d(-1, 0, 0)}) {
+        const auto q = lookAlong(direction);
+        ASSERT_TRUE(q);
+        EXPECT_TRUE((*q * Vec3d(0, 0, -1)).isApprox(direction.normalized(), 1e-12));
+        EXPECT_GE((*q * Vec3d::UnitY()).y(), -1e-12) << "up stays up";
+        EXPECT_NEAR((*q * Vec3d::UnitX()).y(), 0, 1e-12) << "the horizon stays level";
+    }
+    EXPECT_FALSE(lookAlong(Vec3d::Zero()));
+}
+
+TEST(CommandLine, NonsenseIsRefusedInWords) {
+    EXPECT_NE(refusal("status").find("--server"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1").find("see tessera-ctl --help"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 fly"), "accepted");
+    EXPECT_NE(refusal("--server a:1 status extra"), "accepted");
+    EXPECT_NE(refusal("--server a:1 --timeout -1 status"), "accepted");
+    EXPECT_NE(refusal("--server a:1 move /a").find("say where to"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 move /a 1 2").find("three numbers"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 move /a one 2 3"), "accepted");
+    EXPECT_NE(refusal("--server a:1 move /a --rotate w 90").find("is no axis"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 move /a --rotate x much").find("is not a number"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 move /a --quaternion 0 0 0 0").find("no length"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 move /a --rotate x 1 --quaternion 1 0 0 0").find("give one"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 view").find("say what to change"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 view --look-at 0 0 0").find("needs --position"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 view --scale 0").find("above zero"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 view --head viewer 1 2 x").find("is not a number"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 view --position 1 2"), "accepted");
+    EXPECT_NE(refusal("--server a:1 pick 1"), "accepted");
+}
+
+TEST(CommandLine, HelpFitsATerminal) {
+    for (const std::string verb : {"", "status ", "tree ", "load ", "move ", "set ", "remove ", "undo ", "view ", "pick ", "contacts ",
+                                   "snapshot "}) {
+        const auto result = parseCommandLine(split(verb + "--help"));
+        ASSERT_TRUE(result) << verb << result.error().message;
+        std::istringstream text(std::get<HelpText>(*result).text);
+        for (std::string line; std::getline(text, line);) EXPECT_LT(line.size(), 80u) << verb << ": " << line;
+    }
+    const auto version = parseCommandLine({"--version"});
+    ASSERT_TRUE(version);
+    EXPECT_NE(std::get<HelpText>(*version).text.find("protocol 1"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,171 @@
+#include "client/ctl/Verbs.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "client/image/Picture.h"
+#include "tests/unit/application/ScriptedServer.h"
+
+namespace tessera {
+namespace {
+
+using test::ScriptedServer;
+
+CtlOutcome ctl(const ScriptedServer& server, std::vector<std::string> words) {
+    words.insert(words.begin(), {"--server", server.address(), "--timeout", "5"});
+    return runCtl(words);
+}
+nlohmann::json askJson(const ScriptedServer& server, std::vector<std::string> words) {
+    words.insert(words.begin(), "--json");
+    const CtlOutcome outcome = ctl(server, std::move(words));
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out, nullptr, false);
+}
+
+TEST(Ctl, TreeIsTheSceneForPeopleAndPrograms) {
+    const ScriptedServer server;
+    EXPECT_EQ(ctl(server, {"tree"}).out, "/  #1\n  hall  #2\n    crane  Transform at 1 2 3  #3\n      hook  Geometry  #5\n");
+    EXPECT_EQ(ctl(server, {"tree", "/hall", "--depth", "1"}).out, "hall  #2\n  crane  Transform at 1 2 3  #3  (1 below)\n");
+    const auto json = askJson(server, {"tree", "/hall/crane"});
+    EXPECT_EQ(json["path"], "/hall/crane");
+    EXPECT_EQ(json["core"]["type"], "Transform");
+    EXPECT_EQ(json["core"]["translation"], nlohmann::json::array({1, 2, 3}));
+    EXPECT_EQ(json["children"][0]["core"]["material"], 7);
+    const CtlOutcome missing = ctl(server, {"tree", "/hall/crna"});
+    EXPECT_EQ(missing.exitCode, 3);
+    EXPECT_TRUE(missing.err.starts_with("tessera-ctl: ")) << missing.err;
+    EXPECT_NE(missing.err.find("crane"), std::string::npos) << missing.err;
+}
+
+TEST(Ctl, MovesAndTakesBack) {
+    const ScriptedServer server;
+    const auto moved = askJson(server, {"move", "/hall/crane/hook", "0.1", "0", "0", "--by"});
+    EXPECT_EQ(moved["path"], "/hall/crane") << "the nearest Transform above";
+    EXPECT_EQ(moved["translation"][0].get<double>(), 1.1) << "numbers come whole";
+    EXPECT_TRUE(moved["stopped"].empty());
+    EXPECT_EQ(ctl(server, {"undo"}).exitCode, 0);
+    EXPECT_NE(ctl(server, {"tree"}).out.find("at 1 2 3"), std::string::npos);
+    EXPECT_EQ(ctl(server, {"move", "/hall", "1", "2", "3"}).exitCode, 1) << "no Transform there";
+}
+
+TEST(Ctl, SetsAnyFieldByItsName) {
+    const ScriptedServer server;
+    EXPECT_EQ(ctl(server, {"set", "/hall/crane", "translation", "4", "5", "-6"}).exitCode, 0);
+    EXPECT_EQ(ctl(server, {"set", "/hall/crane", "name", "hoist"}).exitCode, 0);
+    EXPECT_NE(ctl(server, {"tree"}).out.find("hoist  Transform at 4 5 -6"), std::string::npos);
+    EXPECT_EQ(ctl(server, {"set", "/hall/hoist", "colour", "1"}).exitCode, 3);
+    EXPECT_EQ(ctl(server, {"set", "/hall/hoist", "scale", "1"}).exitCode, 2);
+    EXPECT_NE(ctl(server, {"set", "/hall/hoist", "rotation", "0", "0", "0", "0"}).exitCode, 0) << "the scene's own rules hold";
+}
+
+TEST(Ctl, RemovesAndBringsBack) {
+    const ScriptedServer server;
+    const auto removed = askJson(server, {"remove", "/hall/crane"});
+    EXPECT_EQ(removed["objects"], 5);
+    EXPECT_EQ(ctl(server, {"tree"}).out, "/  #1\n  hall  #2\n");
+    EXPECT_EQ(ctl(server, {"undo"}).exitCode, 0);
+    EXPECT_NE(ctl(server, {"tree"}).out.find("hook  Geometry"), std::string::npos);
+    EXPECT_EQ(ctl(server, {"remove", "/"}).exitCode, 1);
+}
+
+TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
+    ScriptedServer server;
+    server.script([](const ApplicationRequest& asked) -> Expected<ApplicationAnswer> {
+        if (std::holds_alternative<request::GetStatus>(asked)) {
+            answer::Status status;
+            status.wallName = "1x1";
+            status.frame = 118;
+            status.hosts = {{"only", "live", 117, 0.125}};
+            status.waitingFor = {"only"};
+            return status;
+        }
+        if (const auto* pick = std::get_if<request::Pick>(&asked))
+            return answer::Picked{pick->xPx == 10, test::kHook, 4, Vec3d(0.1, 0.2, 0.3), pick->xPx, pick->yPx};
+        if (std::holds_alternative<request::GetContacts>(asked)) {
+            answer::Contacts contacts{9, 3, {}};
+            contacts.contacts.push_back({test::kHook, ObjectId{999}, 1, 2, Vec3d(1, 2, 3), Vec3d::UnitX()});
+            return contacts;
+        }
+        if (const auto* load = std::get_if<request::Load>(&asked)) {
+            if (!load->path.starts_with('/') && !load->path.starts_with("asset://")) return fail(ErrorCode::kFailed, load->path);
+            if (load->path.ends_with("bad.ply")) return fail(ErrorCode::kBadInput, load->path + ": no faces");
+            return answer::Loaded{load->parent ? load->parent : ObjectId{50}, 3, 12};
+        }
+        if (const auto* view = std::get_if<request::SetView>(&asked)) {
+            if (view->head && view->head->z() < 0) return fail(ErrorCode::kBadInput, "the head is behind the screen");
+            return answer::Done{};
+        }
+        return fail(ErrorCode::kFailed, "unexpected");
+    });
+    const auto status = askJson(server, {"status"});
+    EXPECT_EQ(status["frame"], 118);
+    EXPECT_EQ(status["hosts"][0]["state"], "live");
+    EXPECT_NE(ctl(server, {"status"}).out.find("waiting for only"), std::string::npos);
+
+    const auto hit = askJson(server, {"pick", "10", "20"});
+    EXPECT_EQ(hit["path"], "/hall/crane/hook");
+    EXPECT_EQ(hit["point"][0].get<double>(), 0.1);
+    EXPECT_EQ(askJson(server, {"pick", "11", "20"})["hit"], false);
+
+    const auto contacts = askJson(server, {"contacts"});
+    EXPECT_EQ(contacts["contacts"][0]["objects"], nlohmann::json::array({"/hall/crane/hook", "#999"}));
+    EXPECT_EQ(contacts["begun"], 3);
+
+    EXPECT_EQ(askJson(server, {"load", "some.glb"})["triangles"], 12) << "a relative path was made whole";
+    EXPECT_EQ(askJson(server, {"load", "asset://some.glb", "--under", "/hall"})["node"], 2);
+    const CtlOutcome bad = ctl(server, {"load", "/tmp/bad.ply"});
+    EXPECT_EQ(bad.exitCode, 3);
+    EXPECT_EQ(bad.err, "tessera-ctl: /tmp/bad.ply: no faces\n");
+
+    EXPECT_EQ(ctl(server, {"view", "--reset"}).exitCode, 0);
+    EXPECT_EQ(ctl(server, {"view", "--head", "viewer", "0", "1.5", "-2"}).exitCode, 3);
+}
+
+TEST(Ctl, SnapshotWritesThePictureAndTriesAgainWhenFramesDiffer) {
+    std::string folder = testing::TempDir() + "ctl-XXXXXX";
+    ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+    ScriptedServer server;
+    int asked = 0;
+    const Wall wall = test::oneByOne();
+    const Tile tile = layoutTiles(wall)[0];
+    server.script([&](const ApplicationRequest& request) -> Expected<ApplicationAnswer> {
+        if (!std::holds_alternative<request::GetImages>(request)) return fail(ErrorCode::kFailed, "unexpected");
+        const Picture picture = Picture::filled(96, 54, 10, 20, 30);
+        answer::Images images;
+        images.tiles.push_back({tile.name, "only", 30, share(encodePng(picture, 30))});
+        if (++asked < 3) images.tiles.push_back({"another", "late", 29, share(encodePng(picture, 29))});
+        return images;
+    });
+    const std::string file = folder + "/new/wall.png";
+    const CtlOutcome outcome = ctl(server, {"snapshot", file});
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_EQ(asked, 3);
+    const auto bytes = readFile(file, 1 << 20);
+    ASSERT_TRUE(bytes);
+    const auto png = decodePng(*bytes);
+    ASSERT_TRUE(png);
+    EXPECT_EQ(png->picture, Picture::filled(96, 54, 10, 20, 30));
+    EXPECT_EQ(png->frame, 30u);
+    std::filesystem::remove_all(folder);
+}
+
+TEST(Ctl, ExitCodesSayWhatKindOfThingWentWrong) {
+    EXPECT_EQ(runCtl({"--server", "nonsense", "status"}).exitCode, 2);
+    EXPECT_EQ(runCtl({"fly"}).exitCode, 2);
+    EXPECT_EQ(runCtl({"--help"}).exitCode, 0);
+    const CtlOutcome nobody = runCtl({"--server", "127.0.0.1:1", "--timeout", "2", "status"});
+    EXPECT_EQ(nobody.exitCode, 4);
+    EXPECT_NE(nobody.err.find("127.0.0.1:1"), std::string::npos);
+    ScriptedServer server;
+    server.misbehave({.mute = true});
+    EXPECT_EQ(runCtl({"--server", server.address(), "--timeout", "0.3", "status"}).exitCode, 4);
+    server.misbehave({});
+    const CtlOutcome nothing = ctl(server, {"undo"});
+    EXPECT_EQ(nothing.exitCode, 1);
+    EXPECT_EQ(nothing.err, "tessera-ctl: there is nothing to undo\n");
+}
+
+}  // namespace
+}  // namespace tessera
