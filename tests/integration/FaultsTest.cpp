@@ -36,8 +36,10 @@ protected:
     /// The tiles but `host`'s go on by many frames while `host`'s stands still.
     void expectOnlyFrozen(LiveWall& wall, const std::string& host) {
         const std::int64_t frozen = wall.shownFrame(tileOf(host));
-        for (const std::string& other : kFourHosts)
-            if (other != host) EXPECT_TRUE(wall.waitForFrame(tileOf(other), frozen + 30, 15s)) << other << "\n" << wall.logs();
+        for (const std::string& other : kFourHosts) {
+            if (other == host) continue;
+            EXPECT_TRUE(wall.waitForFrame(tileOf(other), frozen + 30, 15s)) << other << "\n" << wall.logs();
+        }
         EXPECT_EQ(wall.shownFrame(tileOf(host)), frozen);
     }
 };
@@ -99,7 +101,7 @@ TEST_F(Faults, ALateHostEntersAtANamedFrame) {
     const TemporaryFolder folder;
     LiveWall wall({.wall = wallFile(folder, "late_frame: WAIT start_deadline_ms: 1500 heartbeat_ms: 50 lost_after_ms: 250")});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
-    for (const std::string& host : {"upper-left", "lower-right", "lower-left"}) wall.startClient(host);
+    for (const char* host : {"upper-left", "lower-right", "lower-left"}) wall.startClient(host);
     const auto missing = wall.server().waitForText("starting without: ", 30s);
     ASSERT_TRUE(missing) << wall.logs();
     EXPECT_NE(missing->find("upper-right"), std::string::npos);
