@@ -1,1 +1,92 @@
-int main() { return 1; }
+/// tessera-client: one render host.
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "client/replica/HostProgram.h"
+#include "common/base/Version.h"
+
+namespace {
+
+using namespace tessera;
+
+struct Arguments {
+    std::string server, host, output, surface = "osmesa", culler = "masked", cache, inject;
+    bool keepFrames = false;
+    int threads = -1;
+};
+
+/// The name becomes that of a folder, before the server has said whether it knows it.
+Expected<void> checkName(const std::string& name) {
+    const bool good = !name.empty() && name.size() <= 64 && name.front() != '.' && name.find('/') == std::string::npos;
+    if (good) return {};
+    return fail(ErrorCode::kUsage, fmt::format("--host '{}' is not the name of a host: 1 to 64 characters, no '/', no dot in front", name));
+}
+
+/// Several hosts of one wall on one machine share its cores; a machine of its own is all there for its host.
+void setDrawThreads(int wanted, const Address& server) {
+    if (wanted >= 0) return limitDrawThreads(wanted);
+    if (std::getenv("LP_NUM_THREADS")) return;
+    limitDrawThreads(server.isLoopback() ? 0 : static_cast<int>(std::thread::hardware_concurrency()) - 1);
+}
+
+Expected<void> serve(const Arguments& arguments, Log& log) {
+    if (auto good = checkName(arguments.host); !good) return good;
+    const auto server = parseAddress(arguments.server);
+    if (!server) return failWith("--server", server.error());
+    const auto culler = parseCuller(arguments.culler);
+    if (!culler) return failWith("--culler", culler.error());
+    HostOptions options{.server = *server,
+                        .name = arguments.host,
+                        .output = arguments.output,
+                        .surface = arguments.surface,
+                        .culler = *culler,
+                        .cache = arguments.cache,
+                        .keepFrames = arguments.keepFrames};
+    if (!arguments.inject.empty()) {
+        const auto injection = parseInjection(arguments.inject);
+        if (!injection) return tl::unexpected(injection.error());
+        options.injection = *injection;
+    }
+    setDrawThreads(arguments.threads, *server);
+    return runHost(options, log);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Arguments arguments;
+    CLI::App app("One render host of a wall: dials a tessera-server, draws its tiles,\nand shows each frame when all hosts have drawn it.",
+                 "tessera-client");
+    app.set_version_flag("--version", versionText("tessera-client"));
+    app.add_option("--server", arguments.server, "Where the server listens")->type_name("ADDR:PORT")->required();
+    app.add_option("--host", arguments.host, "Name of this host in the wall")->type_name("NAME")->required();
+    app.add_option("--output", arguments.output, "Keep images below DIR/tiles")->type_name("DIR");
+    app.add_flag("--keep-frames", arguments.keepFrames, "Write every shown image, not only the last");
+    app.add_option("--surface", arguments.surface, "What draws: osmesa")->type_name("NAME");
+    app.add_option("--culler", arguments.culler, "none, frustum or masked (masked)")->type_name("K");
+    app.add_option("--cache", arguments.cache, "Keep meshes and images in DIR/NAME")->type_name("DIR");
+    app.add_option("--threads", arguments.threads, "Draw threads beside the main one (0 with\na server on loopback, else cores - 1)")
+        ->type_name("N")
+        ->check(CLI::Range(0, 256));
+    // For tests of the rest of the wall; see client/replica/README.md.
+    app.add_option("--inject", arguments.inject)->group("");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::CallForHelp& e) {
+        return app.exit(e);
+    } catch (const CLI::CallForVersion& e) {
+        return app.exit(e);
+    } catch (const CLI::ParseError& e) {
+        fmt::print(stderr, "tessera-client: {}; see --help\n", e.what());
+        return exitCode(ErrorCode::kUsage);
+    }
+    Log log("tessera-client[" + arguments.host + "]");
+    const auto served = serve(arguments, log);
+    if (served) return 0;
+    Log("tessera-client").error(served.error().message);
+    return exitCode(served.error().code);
+}

@@ -1,7 +1,7 @@
 // The stitched tiles of a flat wall are the one big picture, byte for byte.
 #include <fcntl.h>
 #include <spawn.h>
-#include <stdlib.h>
+#include <cstdlib>
 #include <sys/wait.h>
 #include <unistd.h>
 

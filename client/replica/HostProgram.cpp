@@ -1,0 +1,54 @@
+#include "client/replica/HostProgram.h"
+
+#include <cstdlib>
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kMaxEvents = 4096;
+constexpr std::size_t kMaxWork = 1024;
+
+}  // namespace
+
+Expected<void> runHost(const HostOptions& options, Log& log) {
+    Channel<ServerLink::Event> events(kMaxEvents);
+    Channel<Work> work(kMaxWork);
+    BlobStore store;
+
+    auto surface = makeSurface(options.surface);
+    if (!surface) return tl::unexpected(surface.error());
+    RenderHost host({.name = options.name,
+                     .output = options.output,
+                     .culler = options.culler,
+                     .keepFrames = options.keepFrames,
+                     .injection = options.injection},
+                    **surface, store, log, [&](Outcome outcome) { events.push(std::move(outcome)); });
+    const auto probe = host.probe();
+    if (!probe) return failWith((*surface)->description(), probe.error());
+
+    BlobShelf shelf(store, options.blobBudgetBytes);
+    std::unique_ptr<DiskCache> cache;
+    if (!options.cache.empty()) {
+        cache = std::make_unique<DiskCache>(options.cache, options.name, options.cacheBudgetBytes, log);
+        cache->load([&](Blob blob) { shelf.put(std::move(blob)); });
+    }
+    HostEnd end;
+    std::thread session([&] {
+        ServerLink link({.server = options.server, .name = options.name, .pixelProbe = *probe}, shelf, cache.get(), events,
+                        work, log);
+        end = link.run();
+        // A draw thread that hangs cannot be joined, and nothing that it owns may be destroyed under it.
+        if (!link.drawThreadEnded()) std::_Exit(1);
+    });
+    bool going = true;
+    while (const auto next = work.pop()) {
+        if (!going) continue;
+        going = host.perform(*next);
+    }
+    events.push(Outcome{Attempt{}, outcome::Ended{}});
+    session.join();
+    if (end.over) return {};
+    return tl::unexpected(end.error);
+}
+
+}  // namespace tessera

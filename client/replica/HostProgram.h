@@ -1,0 +1,27 @@
+/// A whole render host: two threads of our own around one surface.
+#pragma once
+
+#include "client/replica/RenderHost.h"
+#include "client/replica/ServerLink.h"
+
+namespace tessera {
+
+struct HostOptions {
+    Address server;
+    std::string name;
+    std::string output;
+    std::string surface = "osmesa";
+    CullerKind culler = CullerKind::kMasked;
+    std::string cache;  ///< folder; empty: none
+    bool keepFrames = false;
+    Injection injection;
+    /// Blobs that no scene names any more, kept in case one does again.
+    std::uint64_t blobBudgetBytes = std::uint64_t{1} << 30;
+    std::uint64_t cacheBudgetBytes = std::uint64_t{4} << 30;
+};
+
+/// Runs until the server says that it is over. The calling thread draws. Does not return when the draw thread hangs for
+/// good and everything else is over: the process then ends with exit code 1.
+[[nodiscard]] Expected<void> runHost(const HostOptions& options, Log& log);
+
+}  // namespace tessera

@@ -1,0 +1,274 @@
+#include "client/replica/RenderHost.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "common/codec/WallCodec.h"
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+namespace {
+
+TimePoint now() { return std::chrono::steady_clock::now(); }
+
+}  // namespace
+
+RenderHost::RenderHost(RenderHostOptions options, Surface& surface, const BlobStore& blobs, Log& log,
+                       std::function<void(Outcome)> report)
+    : options_(std::move(options)),
+      surface_(surface),
+      blobs_(blobs),
+      log_(log),
+      report_(std::move(report)),
+      writer_(std::make_unique<PictureWriter>(log)) {}
+
+RenderHost::~RenderHost() = default;
+
+Expected<std::uint64_t> RenderHost::probe() {
+    // Four samples whatever the wall will want: hosts are compared before they know the wall.
+    samples_ = 4;
+    auto renderer = Renderer::create(surface_, {.samples = samples_});
+    if (!renderer) return tl::unexpected(renderer.error());
+    renderer_ = std::move(*renderer);
+    return renderer_->pixelProbe();
+}
+
+bool RenderHost::perform(const Work& work) {
+    attempt_ = work.attempt;
+    return std::visit([this](const auto& what) { return on(what); }, work.what);
+}
+
+bool RenderHost::on(const work::Configure& configure) {
+    // Images of an earlier connection are asked for again by whoever still wants them.
+    waitingImages_.clear();
+    auto wall = decodeWall(*configure.configuration);
+    if (!wall) return broken({wall.error().code, "the server's wall: " + wall.error().message});
+    if (auto used = useWall(std::move(*wall)); !used) return broken(used.error());
+    return true;
+}
+
+Expected<void> RenderHost::useWall(Wall wall) {
+    wall_ = std::move(wall);
+    if (samples_ != wall_.samples || !renderer_) {
+        samples_ = wall_.samples;
+        renderer_.reset();
+        auto renderer = Renderer::create(surface_, {.samples = samples_});
+        if (!renderer) return tl::unexpected(renderer.error());
+        renderer_ = std::move(*renderer);
+    }
+    // A tile that is as it was keeps the image it shows.
+    std::vector<std::unique_ptr<TileState>> before = std::move(tiles_);
+    tiles_.clear();
+    for (Tile& tile : tilesOf(wall_, options_.name)) {
+        auto state = std::make_unique<TileState>(std::move(tile), options_.culler);
+        for (auto& old : before) {
+            if (!old || old->tile.name != state->tile.name || old->tile.rect.width != state->tile.rect.width ||
+                old->tile.rect.height != state->tile.rect.height)
+                continue;
+            state->shown = old->shown;
+            state->shownFrame = old->shownFrame;
+            state->file = std::move(old->file);
+            old.reset();
+        }
+        tiles_.push_back(std::move(state));
+    }
+    return {};
+}
+
+bool RenderHost::on(const work::ApplySnapshot& apply) {
+    aspect_ = Aspect();
+    if (auto applied = applyList(apply.snapshot.list); !applied) {
+        tell(outcome::ApplyFailed{"the snapshot: " + applied.error().message});
+        return true;
+    }
+    sequence_ = apply.snapshot.sequence;
+    tell(outcome::Applied{apply.snapshot.sequence, aspect_.stateHash()});
+    return true;
+}
+
+bool RenderHost::on(const work::ApplyChanges& apply) {
+    if (auto applied = applyList(apply.changes.list); !applied) {
+        tell(outcome::ApplyFailed{fmt::format("list {}: {}", apply.changes.sequence, applied.error().message)});
+        return true;
+    }
+    sequence_ = apply.changes.sequence;
+    tell(outcome::Applied{apply.changes.sequence, aspect_.stateHash()});
+    return true;
+}
+
+Expected<void> RenderHost::applyList(const SharedBytes& encoded) {
+    if (!encoded || encoded->empty()) return {};
+    const auto list = decodeChangeList(*encoded, blobs_);
+    if (!list) return tl::unexpected(list.error());
+    if (auto applied = aspect_.apply(*list); !applied) return applied;
+    // A snapshot starts from nothing: what was known of the scene before is void.
+    scene_.update(aspect_, list->nextFreeId != 0 ? nullptr : &*list);
+    return {};
+}
+
+bool RenderHost::on(const work::Draw& draw) {
+    const std::uint64_t frame = draw.begin.frame;
+    injectBefore(frame);
+    if (options_.injection.at(Injection::Kind::kDrawFail, frame))
+        return broken({ErrorCode::kFailed, fmt::format("frame {}: an error injected by --inject", frame)});
+    const auto payload = draw.begin.payload ? decodeFrame(*draw.begin.payload) : Expected<FramePayload>(FramePayload{});
+    if (!payload) {
+        tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame, payload.error().message)});
+        return true;
+    }
+    if (auto applied = applyList(payload->list); !applied) {
+        tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame, applied.error().message)});
+        return true;
+    }
+    sequence_ = draw.begin.sequence;
+    std::vector<TileStats> stats;
+    std::uint64_t skipped = 0;
+    for (const auto& state : tiles_) {
+        auto drawn = drawTile(*state, payload->view, frame);
+        if (!drawn) return broken({drawn.error().code, fmt::format("frame {}, tile {}: {}", frame, state->tile.name, drawn.error().message)});
+        stats.push_back(std::move(*drawn));
+        skipped += renderer_->lastCounts().skipped;
+    }
+    if (skipped != skippedBefore_ && skipped > 0)
+        log_.warning(fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame, skipped));
+    skippedBefore_ = skipped;
+    tell(outcome::Drawn{frame, aspect_.stateHash(), share(encodeStats(stats))});
+    return true;
+}
+
+Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, std::uint64_t frame) {
+    const ScreenCamera camera = tileCamera(wall_, state.tile, view);
+    const TimePoint begin = now();
+    CullCounts counts;
+    const DrawList list = state.action.run(scene_, camera, state.tile.rect, &counts);
+    const TimePoint culled = now();
+    auto picture = renderer_->draw(aspect_, list, camera, state.tile.rect);
+    if (!picture) return tl::unexpected(picture.error());
+    const TimePoint drawn = now();
+    state.drawn = std::make_shared<const Picture>(std::move(*picture));
+    state.drawnFrame = frame;
+    if (!options_.output.empty()) {
+        if (!state.file) {
+            auto file = SharedFrameWriter::create(fmt::format("{}/tiles/{}/shown.frame", options_.output, state.tile.name),
+                                                  state.tile.rect.width, state.tile.rect.height);
+            if (!file) return tl::unexpected(file.error());
+            state.file = std::move(*file);
+        }
+        state.file->prepare(frame, *state.drawn);
+    }
+    return TileStats{.tile = state.tile.name,
+                     .cullMs = toMilliseconds(culled - begin),
+                     .drawMs = toMilliseconds(drawn - culled),
+                     .inFrustum = counts.inFrustum,
+                     .drawn = counts.drawn,
+                     .trianglesDrawn = counts.trianglesDrawn};
+}
+
+bool RenderHost::on(const work::Show& show) {
+    for (const auto& state : tiles_)
+        if (auto shown = showTile(*state); !shown) return broken(shown.error());
+    tell(outcome::Shown{show.frame, now()});
+    std::erase_if(waitingImages_, [&](const WaitingImages& waiting) {
+        if (waiting.request.frame > show.frame) return false;
+        sendImages(waiting);
+        return true;
+    });
+    return true;
+}
+
+Expected<void> RenderHost::showTile(TileState& state) {
+    if (!state.drawn) return {};
+    state.shown = std::move(state.drawn);
+    state.drawn.reset();
+    state.shownFrame = state.drawnFrame;
+    if (state.file)
+        if (auto shown = state.file->show(); !shown) return shown;
+    if (options_.keepFrames && !options_.output.empty()) writer_->writePng(pngPath(state), state.shown, state.shownFrame);
+    return {};
+}
+
+bool RenderHost::on(const work::Describe& describe) {
+    message::HashAnswer answer{.sequence = sequence_, .objects = describe.query.objects};
+    if (describe.query.objects) {
+        for (const Aspect::ObjectHash& object : aspect_.objectHashes(describe.query.leaf))
+            answer.entries.push_back({object.id.value, object.hash});
+    } else {
+        for (const Aspect::LeafHash& leaf : aspect_.leafHashes()) answer.entries.push_back({leaf.leaf, leaf.hash});
+    }
+    tell(outcome::Described{std::move(answer)});
+    return true;
+}
+
+bool RenderHost::on(const work::SendImages& images) {
+    constexpr std::size_t kMaxWaiting = 64;
+    const WaitingImages asked{attempt_, images.request};
+    const bool here = !tiles_.empty() && std::all_of(tiles_.begin(), tiles_.end(), [&](const auto& state) {
+        return state->shown && state->shownFrame >= images.request.frame;
+    });
+    if (here)
+        sendImages(asked);
+    else if (waitingImages_.size() < kMaxWaiting)
+        waitingImages_.push_back(asked);
+    return true;
+}
+
+void RenderHost::sendImages(const WaitingImages& waiting) {
+    for (const auto& state : tiles_) {
+        if (!state->shown) continue;
+        message::TileImage image{.request = waiting.request.request, .frame = state->shownFrame, .tile = state->tile.name};
+        writer_->encodePng(state->shown, state->shownFrame,
+                           [report = report_, attempt = waiting.attempt, image = std::move(image)](SharedBytes png) mutable {
+                               image.png = std::move(png);
+                               report({attempt, outcome::Image{std::move(image)}});
+                           });
+    }
+}
+
+bool RenderHost::on(const work::Finish&) {
+    if (!options_.keepFrames && !options_.output.empty())
+        for (const auto& state : tiles_)
+            if (state->shown) writer_->writePng(pngPath(*state), state->shown, state->shownFrame);
+    if (!writer_->finish()) return broken({ErrorCode::kFailed, "not every picture could be written"});
+    return false;
+}
+
+void RenderHost::injectBefore(std::uint64_t frame) {
+    const Injection& injection = options_.injection;
+    if (injection.at(Injection::Kind::kDrawHang, frame)) {
+        log_.warning(fmt::format("frame {}: the draw thread hangs, as --inject asks for", frame));
+        while (true) std::this_thread::sleep_for(std::chrono::hours(1));
+    }
+    if (injection.at(Injection::Kind::kDrawSlow, frame)) {
+        log_.warning(fmt::format("frame {}: the draw thread pauses, as --inject asks for", frame));
+        std::this_thread::sleep_for(injection.pause);
+    }
+    if (injection.at(Injection::Kind::kCorrupt, frame)) corruptOneField();
+}
+
+void RenderHost::corruptOneField() {
+    for (const ObjectId id : aspect_.ids()) {
+        const auto* transform = aspect_.get<Transform>(id);
+        if (!transform) continue;
+        ChangeListBuilder builder;
+        builder.set(id, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(transform->translation + Vec3d(0.25, 0, 0))));
+        const ChangeList list = builder.take();
+        if (!aspect_.apply(list)) continue;
+        scene_.update(aspect_, &list);
+        log_.warning(fmt::format("the translation of object {} is corrupted, as --inject asks for", id.value));
+        return;
+    }
+    log_.warning("nothing to corrupt: the scene has no transform");
+}
+
+bool RenderHost::broken(const Error& error) {
+    tell(outcome::Broken{error});
+    return false;
+}
+
+std::string RenderHost::pngPath(const TileState& state) const {
+    return fmt::format("{}/tiles/{}/{:06}.png", options_.output, state.tile.name, state.shownFrame);
+}
+
+}  // namespace tessera

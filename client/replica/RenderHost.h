@@ -1,0 +1,98 @@
+/// The draw thread's side of a render host: a replica of the scene, the tiles, and their pictures.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/draw/Renderer.h"
+#include "client/image/SharedFrame.h"
+#include "client/render/RenderAction.h"
+#include "client/replica/Injection.h"
+#include "client/replica/PictureWriter.h"
+#include "client/replica/Work.h"
+#include "common/base/Log.h"
+#include "common/codec/FrameCodec.h"
+
+namespace tessera {
+
+struct RenderHostOptions {
+    std::string name;                ///< of the host in the wall
+    std::string output;              ///< folder of `tiles/`; empty: nothing is written
+    CullerKind culler = CullerKind::kMasked;
+    bool keepFrames = false;         ///< every shown image as PNG, not only the last
+    Injection injection;
+};
+
+/// Applies, draws and shows, one piece of work at a time. Lives on the thread of its surface. Knows no socket and no
+/// session: work in, outcomes out.
+class RenderHost {
+public:
+    /// `report` is called on this thread, for images on the writer's. Blobs that lists name are found in `blobs`.
+    RenderHost(RenderHostOptions options, Surface& surface, const BlobStore& blobs, Log& log,
+               std::function<void(Outcome)> report);
+    ~RenderHost();
+
+    /// Creates what drawing needs and draws the test image: its hash. kUnsupported: this machine cannot draw a wall.
+    [[nodiscard]] Expected<std::uint64_t> probe();
+
+    /// Never throws and never refuses: what goes wrong is reported. False after Finish and when the host is broken.
+    bool perform(const Work& work);
+
+private:
+    struct TileState {
+        TileState(Tile t, CullerKind culler) : tile(std::move(t)), action(culler) {}
+        Tile tile;
+        RenderAction action;
+        std::shared_ptr<const Picture> drawn, shown;
+        std::uint64_t drawnFrame = 0, shownFrame = 0;
+        std::optional<SharedFrameWriter> file;
+    };
+    struct WaitingImages {
+        Attempt attempt;
+        message::ImageRequest request;
+    };
+
+    bool on(const work::Configure& configure);
+    bool on(const work::ApplySnapshot& apply);
+    bool on(const work::ApplyChanges& apply);
+    bool on(const work::Draw& draw);
+    bool on(const work::Show& show);
+    bool on(const work::Describe& describe);
+    bool on(const work::SendImages& images);
+    bool on(const work::Finish& finish);
+
+    [[nodiscard]] Expected<void> useWall(Wall wall);
+    [[nodiscard]] Expected<void> applyList(const SharedBytes& encoded);
+    [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, std::uint64_t frame);
+    [[nodiscard]] Expected<void> showTile(TileState& state);
+    void injectBefore(std::uint64_t frame);
+    void corruptOneField();
+    void sendImages(const WaitingImages& waiting);
+    bool broken(const Error& error);
+    void tell(decltype(Outcome::what) what) { report_({attempt_, std::move(what)}); }
+    [[nodiscard]] std::string pngPath(const TileState& state) const;
+
+    RenderHostOptions options_;
+    Surface& surface_;
+    const BlobStore& blobs_;
+    Log& log_;
+    std::function<void(Outcome)> report_;
+
+    Attempt attempt_;
+    std::uint64_t sequence_ = 0;  ///< of the replica
+    Wall wall_;
+    Aspect aspect_;
+    RenderScene scene_;
+    std::unique_ptr<Renderer> renderer_;
+    int samples_ = 0;
+    std::vector<std::unique_ptr<TileState>> tiles_;
+    std::vector<WaitingImages> waitingImages_;
+    std::unique_ptr<PictureWriter> writer_;
+    std::uint64_t skippedBefore_ = 0;  ///< items left away in the frame before: said once, not sixty times a second
+};
+
+}  // namespace tessera

@@ -1,0 +1,217 @@
+#include "client/replica/ServerLink.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+
+#include "common/codec/MessageCodec.h"
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+namespace {
+
+using namespace std::chrono_literals;
+
+TimePoint clockNow() { return std::chrono::steady_clock::now(); }
+
+}  // namespace
+
+ServerLink::ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, Channel<Event>& events,
+                       Channel<Work>& work, Log& log)
+    : options_(std::move(options)),
+      blobs_(blobs),
+      cache_(cache),
+      events_(events),
+      work_(work),
+      log_(log),
+      pause_(options_.firstPause) {
+    TransportLimits limits;
+    limits.maxPayload = maxPayloadBytes;
+    transport_ = std::make_unique<Transport>(std::move(limits), [this](LinkEvent event) { events_.push(std::move(event)); });
+}
+
+HostEnd ServerLink::run() {
+    dial();
+    while (!end_ || !drawThreadEnded_) {
+        const Duration idle = std::clamp<Duration>(nextDeadline() - clockNow(), 0ns, 1s);
+        if (const auto event = events_.popFor(idle)) std::visit([this](const auto& e) { on(e); }, *event);
+        const TimePoint now = clockNow();
+        if (session_ && now >= session_->nextDeadline()) carryOut(session_->advance(now));
+        if (dialAt_ && now >= *dialAt_) dial();
+        if (end_ && now >= giveUpAt_) {
+            log_.error("the draw thread does not finish; giving it up");
+            end_ = HostEnd{.error = {ErrorCode::kFailed, "the draw thread did not finish"}};
+            break;
+        }
+    }
+    // The transport's thread may wait for room in the channel.
+    events_.close();
+    transport_.reset();
+    return *end_;
+}
+
+TimePoint ServerLink::nextDeadline() const {
+    TimePoint next = TimePoint::max();
+    if (session_) next = std::min(next, session_->nextDeadline());
+    if (dialAt_) next = std::min(next, *dialAt_);
+    if (end_) next = std::min(next, giveUpAt_);
+    return next == TimePoint::max() ? clockNow() + 1s : next;
+}
+
+void ServerLink::dial() {
+    dialAt_.reset();
+    ++attempt_.value;
+    session_ = std::make_unique<ClientSession>(ClientSessionConfig{
+        .name = options_.name, .role = PeerRole::kHost, .schema = schemaHash(), .pixelProbe = options_.pixelProbe});
+    blobs_.forEach([this](const Blob& blob) { session_->holdBlob(blob.id()); });
+    links_[ChannelKind::kControl] = transport_->connect(options_.server, options_.connectTimeout);
+}
+
+std::optional<ChannelKind> ServerLink::channelOf(LinkId link) const {
+    for (const auto& [channel, id] : links_)
+        if (id == link) return channel;
+    return std::nullopt;
+}
+
+void ServerLink::on(const LinkEvent& event) {
+    const LinkId link = std::visit([](const auto& what) { return what.link; }, event.what);
+    // Events of links that are hung up already still come.
+    const std::optional<ChannelKind> channel = channelOf(link);
+    if (!channel || !session_) return;
+    if (std::holds_alternative<link_event::Opened>(event.what)) {
+        carryOut(session_->channelOpened(*channel, event.at));
+    } else if (const auto* received = std::get_if<link_event::Received>(&event.what)) {
+        const Expected<Message> message = decodeMessage(received->type, received->payload);
+        carryOut(message ? session_->received(*channel, *message, event.at)
+                         : session_->malformed(*channel, message.error().message));
+    } else if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) {
+        links_.erase(*channel);
+        if (*channel == ChannelKind::kControl)
+            retryLater(closed->reason.empty() ? "the connection closed" : closed->reason);
+        else
+            carryOut(session_->channelClosed(*channel, event.at));
+    }
+}
+
+void ServerLink::on(const Outcome& outcome) {
+    if (std::holds_alternative<outcome::Ended>(outcome.what)) {
+        drawThreadEnded_ = true;
+        if (!end_) end({.error = {ErrorCode::kFailed, "the draw thread ended"}});
+    } else if (const auto* broken = std::get_if<outcome::Broken>(&outcome.what)) {
+        // A host that cannot draw leaves at once: the server then knows what a silent tile would not tell.
+        hangUp("cannot draw");
+        if (end_ && end_->over) end_ = HostEnd{.error = broken->error};  // it was to write its last pictures
+        end({.error = broken->error});
+    } else if (session_ && outcome.attempt == attempt_) {
+        answer(outcome);
+    }
+}
+
+void ServerLink::answer(const Outcome& outcome) {
+    if (const auto* applied = std::get_if<outcome::Applied>(&outcome.what)) {
+        carryOut(session_->applied(applied->sequence, applied->stateHash));
+    } else if (const auto* failed = std::get_if<outcome::ApplyFailed>(&outcome.what)) {
+        carryOut(session_->applyFailed(failed->reason));
+    } else if (const auto* drawn = std::get_if<outcome::Drawn>(&outcome.what)) {
+        carryOut(session_->drawn(drawn->frame, drawn->stateHash, drawn->stats));
+    } else if (const auto* shown = std::get_if<outcome::Shown>(&outcome.what)) {
+        carryOut(session_->shown(shown->frame, shown->at));
+    } else if (const auto* described = std::get_if<outcome::Described>(&outcome.what)) {
+        carryOut(session_->hashes(described->answer));
+    } else if (const auto* image = std::get_if<outcome::Image>(&outcome.what)) {
+        carryOut(session_->image(image->image));
+    }
+    blobs_.trim([this](const BlobId& id) {
+        if (session_) session_->dropBlob(id);
+    });
+}
+
+void ServerLink::carryOut(ClientActions actions) {
+    for (ClientAction& action : actions) {
+        if (const auto* send = std::get_if<client_action::Send>(&action)) {
+            carryOut(*send);
+        } else if (std::holds_alternative<client_action::OpenBulk>(action)) {
+            links_[ChannelKind::kBulk] = transport_->connect(options_.server, options_.connectTimeout);
+        } else if (const auto* wall = std::get_if<client_action::Configured>(&action)) {
+            configured(*wall);
+        } else if (auto* snapshot = std::get_if<client_action::ApplySnapshot>(&action)) {
+            give(work::ApplySnapshot{std::move(snapshot->snapshot)});
+        } else if (auto* changes = std::get_if<client_action::ApplyChanges>(&action)) {
+            give(work::ApplyChanges{std::move(changes->changes)});
+        } else if (auto* draw = std::get_if<client_action::Draw>(&action)) {
+            give(work::Draw{std::move(draw->begin)});
+        } else if (const auto* show = std::get_if<client_action::Show>(&action)) {
+            give(work::Show{show->frame});
+        } else if (const auto* describe = std::get_if<client_action::DescribeState>(&action)) {
+            give(work::Describe{describe->query});
+        } else if (const auto* images = std::get_if<client_action::SendImages>(&action)) {
+            give(work::SendImages{images->request});
+        } else if (const auto* blob = std::get_if<client_action::StoreBlob>(&action)) {
+            store(blob->blob);
+        } else if (const auto* broken = std::get_if<client_action::Disconnect>(&action)) {
+            if (broken->retry) return retryLater(broken->reason);
+            hangUp("refused");
+            return end({.error = {broken->code, fmt::format("the server at {} refuses: {}", toString(options_.server),
+                                                           broken->reason)}});
+        } else if (const auto* finished = std::get_if<client_action::Finish>(&action)) {
+            hangUp("over");
+            log_.info(fmt::format("over: {}", finished->reason));
+            return end({.over = true});
+        }
+        // Replies and notices are for applications.
+    }
+}
+
+void ServerLink::carryOut(const client_action::Send& send) {
+    const auto link = links_.find(send.channel);
+    if (link != links_.end())
+        transport_->send(link->second, wireType(send.message), epoch_, share(encodeMessage(send.message)));
+}
+
+void ServerLink::configured(const client_action::Configured& configured) {
+    epoch_ = configured.epoch;
+    pause_ = options_.firstPause;
+    lastReason_.clear();
+    log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), epoch_));
+    give(work::Configure{configured.configuration});
+}
+
+void ServerLink::store(const Blob& blob) {
+    blobs_.put(blob);
+    if (cache_) cache_->store(blob);
+}
+
+void ServerLink::hangUp(const std::string& reason) {
+    for (const auto& [channel, link] : links_) transport_->close(link, reason);
+    links_.clear();
+    session_.reset();
+}
+
+void ServerLink::retryLater(const std::string& reason) {
+    hangUp("");
+    if (end_) return;
+    if (reason != lastReason_)
+        log_.warning(fmt::format("{}; dialling {} again until the server answers or says that it is over", reason,
+                                 toString(options_.server)));
+    lastReason_ = reason;
+    dialAt_ = clockNow() + pause_;
+    pause_ = std::min(2 * pause_, options_.longestPause);
+}
+
+void ServerLink::end(HostEnd end) {
+    if (end_) return;
+    end_ = std::move(end);
+    dialAt_.reset();
+    giveUpAt_ = clockNow() + options_.finishDeadline;
+    give(work::Finish{});
+    work_.close();
+}
+
+void ServerLink::give(decltype(Work::what) what) {
+    // Steps come one at a time and images are few: a full channel means a draw thread that hangs, and then nothing that it
+    // does not get is missed.
+    (void)work_.tryPush({attempt_, std::move(what)});
+}
+
+}  // namespace tessera

@@ -1,0 +1,87 @@
+/// The session thread's side of a render host: dials, speaks the protocol, hands out work, answers with outcomes.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "client/replica/BlobShelf.h"
+#include "client/replica/DiskCache.h"
+#include "client/replica/Work.h"
+#include "common/base/Channel.h"
+#include "common/base/Log.h"
+#include "common/net/Transport.h"
+#include "common/session/ClientSession.h"
+
+namespace tessera {
+
+struct ServerLinkOptions {
+    Address server;
+    std::string name;  ///< of the host in the wall
+    std::uint64_t pixelProbe = 0;
+    std::chrono::milliseconds connectTimeout{2'000};
+    std::chrono::milliseconds firstPause{50}, longestPause{1'000};
+    /// How long the draw thread may take to finish once all is over.
+    std::chrono::milliseconds finishDeadline{15'000};
+};
+
+/// Why a host is done.
+struct HostEnd {
+    bool over = false;  ///< the server said so; else `error` says why
+    Error error;
+};
+
+/// Runs on one thread of its own, and never waits for the draw thread: heartbeats go on whatever that does. Dials until the
+/// server says that it is over or refuses for good; a lost connection is dialled again.
+class ServerLink {
+public:
+    using Event = std::variant<LinkEvent, Outcome>;
+
+    /// `events` carries what the network and the draw thread say; `work` goes to the draw thread.
+    ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, Channel<Event>& events, Channel<Work>& work,
+               Log& log);
+
+    /// Returns when all is over and the draw thread has said its last word. kFailed without that word: the draw thread does
+    /// not come back.
+    [[nodiscard]] HostEnd run();
+    [[nodiscard]] bool drawThreadEnded() const { return drawThreadEnded_; }
+
+private:
+    void dial();
+    void on(const LinkEvent& event);
+    void on(const Outcome& outcome);
+    void answer(const Outcome& outcome);
+    void carryOut(ClientActions actions);
+    void carryOut(const client_action::Send& send);
+    void configured(const client_action::Configured& configured);
+    void store(const Blob& blob);
+    void hangUp(const std::string& reason);
+    void retryLater(const std::string& reason);
+    void end(HostEnd end);
+    void give(decltype(Work::what) what);
+    [[nodiscard]] TimePoint nextDeadline() const;
+    [[nodiscard]] std::optional<ChannelKind> channelOf(LinkId link) const;
+
+    ServerLinkOptions options_;
+    BlobShelf& blobs_;
+    DiskCache* cache_;
+    Channel<Event>& events_;
+    Channel<Work>& work_;
+    Log& log_;
+
+    Attempt attempt_;
+    std::unique_ptr<ClientSession> session_;  ///< null between attempts
+    std::map<ChannelKind, LinkId> links_;
+    std::uint64_t epoch_ = 0;
+    std::optional<TimePoint> dialAt_;
+    std::chrono::milliseconds pause_;
+    std::string lastReason_;  ///< a server that is not there is mentioned once, not once a second
+    std::optional<HostEnd> end_;
+    TimePoint giveUpAt_{};
+    bool drawThreadEnded_ = false;
+    std::unique_ptr<Transport> transport_;  ///< last: its thread speaks into `events_`
+};
+
+}  // namespace tessera

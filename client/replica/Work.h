@@ -1,0 +1,86 @@
+/// What the session thread asks of the draw thread, and what it hears back. Values only.
+#pragma once
+
+#include <string>
+#include <variant>
+
+#include "common/base/Clock.h"
+#include "common/session/Messages.h"
+
+namespace tessera {
+
+/// One attempt at a connection. Answers to the work of an earlier one come to nothing.
+using Attempt = StrongId<struct AttemptTag>;
+
+namespace work {
+/// The wall, as the server hands it out. Not answered.
+struct Configure {
+    SharedBytes configuration;
+};
+struct ApplySnapshot {
+    message::Snapshot snapshot;
+};
+struct ApplyChanges {
+    message::Changes changes;
+};
+struct Draw {
+    message::Begin begin;
+};
+struct Show {
+    std::uint64_t frame = 0;
+};
+struct Describe {
+    message::HashQuery query;
+};
+/// Answered by one Image per tile, at once or when a frame that is late enough is shown.
+struct SendImages {
+    message::ImageRequest request;
+};
+/// The show is over: write what is shown. The last piece of work.
+struct Finish {};
+}  // namespace work
+
+struct Work {
+    Attempt attempt;
+    std::variant<work::Configure, work::ApplySnapshot, work::ApplyChanges, work::Draw, work::Show, work::Describe,
+                 work::SendImages, work::Finish>
+        what;
+};
+
+namespace outcome {
+struct Applied {
+    std::uint64_t sequence = 0, stateHash = 0;
+};
+struct ApplyFailed {
+    std::string reason;
+};
+struct Drawn {
+    std::uint64_t frame = 0, stateHash = 0;
+    SharedBytes stats;
+};
+struct Shown {
+    std::uint64_t frame = 0;
+    TimePoint at;
+};
+struct Described {
+    message::HashAnswer answer;
+};
+struct Image {
+    message::TileImage image;
+};
+/// This host cannot draw: it leaves.
+struct Broken {
+    Error error;
+};
+/// The draw thread is done. Always its last word.
+struct Ended {};
+}  // namespace outcome
+
+struct Outcome {
+    Attempt attempt;
+    std::variant<outcome::Applied, outcome::ApplyFailed, outcome::Drawn, outcome::Shown, outcome::Described, outcome::Image,
+                 outcome::Broken, outcome::Ended>
+        what;
+};
+
+}  // namespace tessera
