@@ -1,1 +1,51 @@
-int main() { return 1; }
+/// tessera-wall: a whole wall on this machine, one server and one client process per host.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "common/base/Version.h"
+#include "deploy/wall/Launch.h"
+
+int main(int argc, char** argv) {
+    using namespace tessera;
+    LaunchOptions options;
+    CLI::App app("Runs a wall on this machine: one tessera-server, one\ntessera-client per host, over loopback.",
+                 "tessera-wall");
+    app.set_version_flag("--version", versionText("tessera-wall"));
+    app.add_option("--wall", options.wall, "Wall file, or a shipped wall's name (2x2)")->type_name("W");
+    app.add_option("--scene", options.scenes, "Scene or model file; may be repeated")->type_name("S")->required();
+    app.add_option("--frames", options.frames, "Frames to show (120)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 100'000'000));
+    app.add_option("--size", options.size, "Visible pixels of the whole wall")->type_name("WxH");
+    app.add_option("--samples", options.samples, "Samples per pixel: 1 or 4")
+        ->type_name("N")
+        ->check(CLI::IsMember({1, 4}));
+    app.add_option("--camera", options.camera, "Node of the camera to use")->type_name("C");
+    app.add_option("--culler", options.culler, "none, frustum or masked")->type_name("K");
+    app.add_option("--output", options.output, "Folder for pictures and report (out)")->type_name("DIR");
+    app.add_option("--assets", options.assets, "Folders for asset://NAME")->type_name("DIR");
+    app.add_flag("--keep-frames", options.keepFrames, "Keep every frame's tiles; with ffmpeg\nalso DIR/wall.mp4");
+    app.add_flag("--restart", options.restart, "Start a client again that has died");
+    app.add_flag("--allow-unconfined-import", options.allowUnconfined,
+                 "Import even where the importing process\ncannot be confined");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::CallForHelp& e) {
+        return app.exit(e);
+    } catch (const CLI::CallForVersion& e) {
+        return app.exit(e);
+    } catch (const CLI::ParseError& e) {
+        fmt::print(stderr, "tessera-wall: {}; see --help\n", e.what());
+        return exitCode(ErrorCode::kUsage);
+    }
+    options.executable = std::filesystem::read_symlink("/proc/self/exe").string();
+    Console console = Console::standard();
+    Expected<Signals> signals = Signals::take();
+    if (!signals) {
+        console.error(signals.error().message);
+        return exitCode(signals.error().code);
+    }
+    return launch(options, *signals, console);
+}

@@ -1,0 +1,240 @@
+#include "deploy/wall/Launch.h"
+
+#include <fmt/format.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "client/image/Picture.h"
+#include "common/codec/WallCodec.h"
+#include "common/wall/PictureLayout.h"
+#include "deploy/wall/Film.h"
+#include "deploy/wall/Stitch.h"
+#include "deploy/wall/TileImages.h"
+
+namespace tessera {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kLargestReport = std::size_t{64} << 20;
+
+/// The wall as the server sees it: same file, same size.
+Expected<Wall> wallOf(const LaunchOptions& options, std::string& path) {
+    Expected<std::string> found = findWall(options.wall, options.executable);
+    if (!found) return tl::unexpected(found.error());
+    path = *found;
+    Expected<Wall> wall = loadWall(path);
+    if (!wall || options.size.empty()) return wall;
+    const Expected<ScreenPixels> size = parsePixels(options.size);
+    if (!size) return failWith("--size", size.error());
+    return withSize(*wall, size->width, size->height);
+}
+
+Expected<std::string> programBeside(const std::string& executable, const std::string& name) {
+    const fs::path path = fs::path(executable).parent_path() / name;
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) {
+        return fail(ErrorCode::kNotFound,
+                    fmt::format("{} is missing: {} is looked for beside this program", path.string(), name));
+    }
+    return path.string();
+}
+
+/// llvmpipe takes all cores for itself; several clients on one machine share them.
+std::string drawThreads(std::size_t clients) {
+    cpu_set_t cores;
+    const int count = ::sched_getaffinity(0, sizeof(cores), &cores) == 0 ? CPU_COUNT(&cores) : 1;
+    return std::to_string(std::max(0, count / static_cast<int>(std::max<std::size_t>(1, clients)) - 1));
+}
+
+Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wall, const std::string& wallPath) {
+    const Expected<std::string> server = programBeside(options.executable, "tessera-server");
+    if (!server) return tl::unexpected(server.error());
+    const Expected<std::string> client = programBeside(options.executable, "tessera-client");
+    if (!client) return tl::unexpected(client.error());
+
+    WallRunOptions run;
+    run.serverProgram = *server;
+    run.clientProgram = *client;
+    run.restart = options.restart;
+    for (const WallHost& host : wall.hosts) run.hosts.push_back(host.name);
+
+    std::vector<std::string>& s = run.serverArguments;
+    s = {"--wall",    wallPath,
+         "--listen",  "127.0.0.1:0",
+         "--frames",  std::to_string(options.frames),
+         "--report",  options.output + "/report.json",
+         "--progress"};
+    const auto add = [&](const std::string& option, const std::string& value) {
+        if (!value.empty()) s.insert(s.end(), {option, value});
+    };
+    for (const std::string& scene : options.scenes) add("--scene", scene);
+    for (const std::string& folder : options.assets) add("--assets", folder);
+    add("--size", options.size);
+    add("--samples", options.samples != 0 ? std::to_string(options.samples) : "");
+    add("--camera", options.camera);
+    if (options.allowUnconfined) s.push_back("--allow-unconfined-import");
+
+    run.clientArguments = {"--output", options.output};
+    if (!options.culler.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--culler", options.culler});
+    if (options.keepFrames) run.clientArguments.push_back("--keep-frames");
+    if (std::getenv("LP_NUM_THREADS") == nullptr)
+        run.clientEnvironment.emplace_back("LP_NUM_THREADS", drawThreads(wall.hosts.size()));
+    return run;
+}
+
+/// What earlier runs left would look like this one's results.
+Expected<void> prepareOutput(const std::string& output, const TileImages& images, const std::vector<Tile>& tiles) {
+    std::error_code error;
+    fs::create_directories(output, error);
+    if (error)
+        return fail(ErrorCode::kFailed, fmt::format("{}: the folder cannot be made: {}", output, error.message()));
+    for (const char* name :
+         {"wall.png", "wall-bezels.png", "wall-right.png", "wall-right-bezels.png", "wall.mp4", "report.json"}) {
+        fs::remove(fs::path(output) / name, error);
+        if (error)
+            return fail(ErrorCode::kFailed, fmt::format("{}/{}: cannot be removed: {}", output, name, error.message()));
+    }
+    std::vector<std::string> names;
+    for (const Tile& tile : tiles) names.push_back(tile.name);
+    return images.clear(names);
+}
+
+/// What each tile showed last.
+class LastImages {
+public:
+    static Expected<LastImages> read(const std::vector<Tile>& tiles, const TileImages& images) {
+        LastImages last;
+        for (const Tile& tile : tiles) {
+            Expected<std::optional<TileImages::Image>> image = images.last(tile.name);
+            if (!image) return tl::unexpected(image.error());
+            if (*image) last.newest_ = std::max(last.newest_.value_or(0), (*image)->frame);
+            last.images_[tile.name] = std::move(*image);
+        }
+        return last;
+    }
+    /// Nothing when no tile has shown anything.
+    [[nodiscard]] std::optional<std::uint64_t> newest() const { return newest_; }
+    [[nodiscard]] const std::optional<TileImages::Image>& of(const std::string& tile) const { return images_.at(tile); }
+
+    void sayWhatIsOld(const std::vector<Tile>& tiles, Console& console) const {
+        for (const Tile& tile : tiles) {
+            const std::optional<TileImages::Image>& image = of(tile.name);
+            if (!image) {
+                console.warning(fmt::format("tile {} of host {} never showed an image: it is dark in the pictures",
+                                            tile.name, tile.host));
+            } else if (image->frame < newest_) {
+                console.warning(fmt::format("tile {} of host {} shows frame {}, others frame {}", tile.name, tile.host,
+                                            image->frame, *newest_));
+            }
+        }
+    }
+
+private:
+    std::map<std::string, std::optional<TileImages::Image>> images_;
+    std::optional<std::uint64_t> newest_;
+};
+
+Expected<void> writePicture(const Wall& wall, PictureKind kind, Eye eye, const std::string& path,
+                            const LastImages& last) {
+    const Expected<Stitched> stitched =
+        stitch(layoutPicture(wall, kind, eye), [&](const std::string& tile) -> Expected<std::optional<Picture>> {
+            const std::optional<TileImages::Image>& image = last.of(tile);
+            return image ? std::optional<Picture>(image->picture) : std::nullopt;
+        });
+    if (!stitched) return tl::unexpected(stitched.error());
+    return writeFile(path, encodePng(stitched->picture, last.newest()));
+}
+
+Expected<void> writePictures(const Wall& wall, const std::string& output, const LastImages& last) {
+    const auto both = [&](Eye eye, const std::string& stem) -> Expected<void> {
+        if (auto ok = writePicture(wall, PictureKind::kMosaic, eye, fmt::format("{}/{}.png", output, stem), last); !ok)
+            return ok;
+        return writePicture(wall, PictureKind::kWithBezels, eye, fmt::format("{}/{}-bezels.png", output, stem), last);
+    };
+    if (auto ok = both(Eye::kLeft, "wall"); !ok) return ok;
+    return isStereo(wall) ? both(Eye::kRight, "wall-right") : Expected<void>();
+}
+
+/// The server's report is there and can be read; a word on what is in it.
+Expected<void> sayReport(const std::string& path, Console& console) {
+    const Expected<Bytes> bytes = readFile(path, kLargestReport);
+    if (!bytes) return tl::unexpected(bytes.error());
+    const nlohmann::json report = nlohmann::json::parse(asText(*bytes), nullptr, false);
+    if (!report.is_object())
+        return fail(ErrorCode::kFailed, fmt::format("{}: the server's report is no JSON object", path));
+    const nlohmann::json faults = report.value("faults", nlohmann::json::array());
+    const nlohmann::json times = report.value("frame_ms", nlohmann::json::object());
+    std::string text = fmt::format("{} frames", report.contains("frames") && report["frames"].is_number()
+                                                    ? report["frames"].get<std::uint64_t>()
+                                                    : 0);
+    if (times.is_object() && times.contains("p50") && times["p50"].is_number())
+        text += fmt::format(", {:.1f} ms each (median)", times["p50"].get<double>());
+    if (faults.is_array()) text += fmt::format(", {} {}", faults.size(), faults.size() == 1 ? "fault" : "faults");
+    console.note(text);
+    return {};
+}
+
+void makeFilm(const LaunchOptions& options, const Wall& wall, const TileImages& images, Signals& signals,
+              Console& console) {
+    const std::optional<std::string> ffmpeg = findFfmpeg();
+    if (!ffmpeg) {
+        console.note(fmt::format("ffmpeg is not installed: no {}/wall.mp4", options.output));
+        return;
+    }
+    const Expected<bool> written = writeFilm(*ffmpeg, options.output + "/wall.mp4",
+                                             layoutPicture(wall, PictureKind::kMosaic), images, signals, console);
+    if (!written) console.warning(fmt::format("no {}/wall.mp4: {}", options.output, written.error().message));
+}
+
+int judge(const WallRunResult& run, Console& console) {
+    if (run.interrupted) {
+        console.error("stopped before all frames were shown");
+        return exitCode(ErrorCode::kFailed);
+    }
+    if (run.deserted) return run.desertedCode;
+    if (run.server.good()) return 0;
+    console.error(fmt::format("the server {}", describe(run.server)));
+    return run.server.signalled ? exitCode(ErrorCode::kFailed) : run.server.value;
+}
+
+}  // namespace
+
+int launch(const LaunchOptions& options, Signals& signals, Console& console) {
+    const auto failed = [&](const Error& error) {
+        console.error(error.message);
+        return exitCode(error.code);
+    };
+    std::string wallPath;
+    const Expected<Wall> wall = wallOf(options, wallPath);
+    if (!wall) return failed(wall.error());
+    const Expected<WallRunOptions> runSetup = runOptions(options, *wall, wallPath);
+    if (!runSetup) return failed(runSetup.error());
+    const std::vector<Tile> tiles = layoutTiles(*wall);
+    const TileImages images(options.output + "/tiles");
+    if (auto ok = prepareOutput(options.output, images, tiles); !ok) return failed(ok.error());
+
+    const Expected<WallRunResult> run = runWall(*runSetup, signals, console);
+    if (!run) return failed(run.error());
+    const int code = judge(*run, console);
+
+    const Expected<LastImages> last = LastImages::read(tiles, images);
+    if (!last) return code != 0 ? code : failed(last.error());
+    if (!last->newest()) return code != 0 ? code : failed({ErrorCode::kFailed, "no tile has shown anything"});
+    // A run that broke off may have left pictures worth having; its exit code stays what it is.
+    last->sayWhatIsOld(tiles, console);
+    if (auto ok = writePictures(*wall, options.output, *last); !ok) return code != 0 ? code : failed(ok.error());
+    if (options.keepFrames && !run->interrupted) makeFilm(options, *wall, images, signals, console);
+    if (code != 0) return code;
+    if (auto ok = sayReport(options.output + "/report.json", console); !ok) return failed(ok.error());
+    console.note(fmt::format("{0}/wall.png, {0}/report.json", options.output));
+    return 0;
+}
+
+}  // namespace tessera

@@ -1,0 +1,36 @@
+/// A whole wall on this machine: what tessera-wall does.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/Error.h"
+#include "deploy/wall/Console.h"
+#include "deploy/wall/Signals.h"
+#include "deploy/wall/WallRun.h"
+
+namespace tessera {
+
+struct LaunchOptions {
+    std::string wall = "2x2";
+    std::vector<std::string> scenes;
+    std::uint64_t frames = 120;
+    std::string size;    ///< empty: the wall's own
+    int samples = 0;     ///< 0: the wall's own
+    std::string camera;  ///< empty: the scene's, else the default one
+    std::string culler;  ///< empty: the clients' default
+    std::string output = "out";
+    std::vector<std::string> assets;
+    bool keepFrames = false;
+    bool restart = false;
+    bool allowUnconfined = false;
+    std::string executable;  ///< our own path: the other programs lie beside it
+};
+
+/// Runs the wall and leaves wall.png, wall-bezels.png (wall-right.png, wall-right-bezels.png for the right eye), tiles,
+/// report.json and, with keepFrames and an ffmpeg, wall.mp4 in the output folder. Returns the exit code: 0 when the
+/// frames were shown, faults or not; the server's where that failed. Says on the console what went wrong.
+[[nodiscard]] int launch(const LaunchOptions& options, Signals& signals, Console& console);
+
+}  // namespace tessera

@@ -1,0 +1,151 @@
+#include "deploy/wall/Child.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tests/unit/launcher/Stage.h"
+
+namespace tessera {
+namespace {
+
+using namespace std::chrono_literals;
+
+class ChildProcess : public test::Stage {
+protected:
+    /// Reads until the streams end, ten seconds at most.
+    static std::vector<std::string> everything(Child& child, Child::Stream stream) {
+        std::vector<std::string> all;
+        const auto deadline = std::chrono::steady_clock::now() + 10s;
+        while (child.handle(stream) >= 0 && std::chrono::steady_clock::now() < deadline) {
+            pollfd handle{.fd = child.handle(stream), .events = POLLIN, .revents = 0};
+            ::poll(&handle, 1, 100);
+            for (std::string& line : child.readLines(stream)) all.push_back(std::move(line));
+        }
+        return all;
+    }
+    static std::optional<ChildEnd> endOf(Child& child) {
+        for (int i = 0; i < 1000; ++i) {
+            if (const std::optional<ChildEnd> end = child.reap()) return end;
+            std::this_thread::sleep_for(10ms);
+        }
+        return std::nullopt;
+    }
+    /// Gone, or dead and waiting for whoever has inherited it to notice.
+    [[nodiscard]] bool gone(pid_t pid) const {
+        const std::string status = read("/proc/" + std::to_string(pid) + "/stat");
+        return status.empty() || status.find(") Z") != std::string::npos;
+    }
+};
+
+TEST_F(ChildProcess, HandsOnLinesArgumentsAndExitCode) {
+    Expected<Child> child =
+        Child::start({.program = program("p", "echo \"$1|$2\"; echo oops >&2; printf unfinished; exit 3"),
+                      .arguments = {"a b", "*"}});
+    ASSERT_TRUE(child) << child.error().message;
+    EXPECT_EQ(everything(*child, Child::kOut), (std::vector<std::string>{"a b|*", "unfinished"}));
+    EXPECT_EQ(everything(*child, Child::kError), (std::vector<std::string>{"oops"}));
+    const std::optional<ChildEnd> end = endOf(*child);
+    ASSERT_TRUE(end);
+    EXPECT_FALSE(end->good());
+    EXPECT_EQ(describe(*end), "ended with exit code 3");
+    EXPECT_FALSE(child->running());
+    EXPECT_FALSE(child->reap()) << "once";
+}
+
+TEST_F(ChildProcess, HasOurEnvironmentWithChanges) {
+    ::setenv("TESSERA_STAGE_A", "ours", 1);
+    ::setenv("TESSERA_STAGE_B", "ours", 1);
+    Expected<Child> child = Child::start({.program = program("p", "echo $TESSERA_STAGE_A $TESSERA_STAGE_B"),
+                                          .environment = {{"TESSERA_STAGE_B", "changed"}}});
+    ASSERT_TRUE(child);
+    EXPECT_EQ(everything(*child, Child::kOut), (std::vector<std::string>{"ours changed"}));
+}
+
+TEST_F(ChildProcess, ReadsWhatItIsFed) {
+    Expected<Child> child = Child::start({.program = program("p", "wc -c"), .feedInput = true});
+    ASSERT_TRUE(child);
+    const std::string data(300'000, 'x');
+    EXPECT_TRUE(child->feed(data.data(), data.size()));
+    child->closeInput();
+    EXPECT_EQ(everything(*child, Child::kOut), (std::vector<std::string>{"300000"}));
+}
+
+TEST_F(ChildProcess, ThatNoLongerReadsIsAnErrorAndNoSignal) {
+    Expected<Signals> signals = Signals::take();
+    Expected<Child> child = Child::start({.program = program("p", "exec <&-; exit 0"), .feedInput = true});
+    ASSERT_TRUE(child);
+    ASSERT_TRUE(endOf(*child));
+    const std::string data(300'000, 'x');
+    EXPECT_FALSE(child->feed(data.data(), data.size()));
+}
+
+TEST_F(ChildProcess, ThatIsNotThereIsNamed) {
+    const Expected<Child> child = Child::start({.program = (folder_ / "nothing").string()});
+    ASSERT_FALSE(child);
+    EXPECT_EQ(child.error().code, ErrorCode::kNotFound);
+    EXPECT_NE(child.error().message.find("nothing cannot be started: No such file"), std::string::npos);
+    std::ofstream(folder_ / "text") << "no program";
+    EXPECT_FALSE(Child::start({.program = (folder_ / "text").string()}));
+}
+
+TEST_F(ChildProcess, IsSeenToBeStoppedAndKilled) {
+    Expected<Child> child = Child::start({.program = program("p", "exec sleep 30")});
+    ASSERT_TRUE(child);
+    EXPECT_FALSE(child->stopped());
+    child->send(SIGSTOP);
+    for (int i = 0; i < 500 && !child->stopped(); ++i) std::this_thread::sleep_for(10ms);
+    EXPECT_TRUE(child->stopped());
+    EXPECT_TRUE(child->stopped()) << "asking does not change it";
+    child->send(SIGKILL);
+    const std::optional<ChildEnd> end = endOf(*child);
+    ASSERT_TRUE(end);
+    EXPECT_EQ(describe(*end), "was killed by signal 9 (Killed)");
+}
+
+TEST_F(ChildProcess, DoesNotOutliveItsObject) {
+    pid_t pid = 0;
+    {
+        const Expected<Child> child = Child::start({.program = program("p", "exec sleep 30")});
+        ASSERT_TRUE(child);
+        pid = child->pid();
+        EXPECT_FALSE(gone(pid));
+    }
+    EXPECT_TRUE(gone(pid));
+}
+
+TEST_F(ChildProcess, DoesNotOutliveAParentThatIsKilled) {
+    const std::string sleeper = program("p", "exec sleep 30");
+    int ends[2];
+    ASSERT_EQ(::pipe(ends), 0);
+    const pid_t parent = ::fork();
+    if (parent == 0) {
+        const Expected<Child> child = Child::start({.program = sleeper});
+        const pid_t pid = child ? child->pid() : -1;
+        [[maybe_unused]] const ssize_t told = ::write(ends[1], &pid, sizeof(pid));
+        ::kill(::getpid(), SIGKILL);
+    }
+    pid_t grandchild = 0;
+    ASSERT_EQ(::read(ends[0], &grandchild, sizeof(grandchild)), static_cast<ssize_t>(sizeof(grandchild)));
+    ::waitpid(parent, nullptr, 0);
+    ::close(ends[0]);
+    ::close(ends[1]);
+    ASSERT_GT(grandchild, 0);
+    for (int i = 0; i < 500 && !gone(grandchild); ++i) std::this_thread::sleep_for(10ms);
+    EXPECT_TRUE(gone(grandchild));
+}
+
+TEST_F(ChildProcess, LongLinesAreCut) {
+    Expected<Child> child = Child::start({.program = program("p", "head -c 20000 /dev/zero | tr '\\0' x")});
+    ASSERT_TRUE(child);
+    const std::vector<std::string> lines = everything(*child, Child::kOut);
+    ASSERT_EQ(lines.size(), 3u);
+    EXPECT_EQ(lines[0].size(), 8192u);
+    EXPECT_EQ(lines[0].size() + lines[1].size() + lines[2].size(), 20000u);
+}
+
+}  // namespace
+}  // namespace tessera
