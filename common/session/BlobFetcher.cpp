@@ -4,14 +4,16 @@
 
 namespace tessera {
 
-Expected<void> BlobFetcher::want(const std::vector<BlobInfo>& blobs) {
+Expected<std::vector<Blob>> BlobFetcher::want(const std::vector<BlobInfo>& blobs) {
+    std::vector<Blob> complete;
     for (const BlobInfo& blob : blobs) {
         if (held_.contains(blob.id) || fetches_.contains(blob.id)) continue;
         if (blob.sizeBytes > limits_.maxBlobBytes)
             return fail(ErrorCode::kLimit, "blob " + toHex(blob.id) + " has " + std::to_string(blob.sizeBytes) +
                                                " bytes, more than the " + std::to_string(limits_.maxBlobBytes) + " allowed here");
         if (blob.sizeBytes == 0) {
-            if (Blob(Bytes{}).id() != blob.id)
+            complete.emplace_back(Bytes{});
+            if (complete.back().id() != blob.id)
                 return fail(ErrorCode::kBadInput, "blob " + toHex(blob.id) + " is announced as empty, but its name says otherwise");
             held_.insert(blob.id);
             continue;
@@ -19,7 +21,7 @@ Expected<void> BlobFetcher::want(const std::vector<BlobInfo>& blobs) {
         fetches_[blob.id].sizeBytes = blob.sizeBytes;
         order_.push_back(blob.id);
     }
-    return {};
+    return complete;
 }
 
 std::vector<message::BlobRequest> BlobFetcher::requests() {

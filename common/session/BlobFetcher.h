@@ -26,8 +26,9 @@ public:
     void drop(const BlobId& id) { held_.erase(id); }
     [[nodiscard]] bool holds(const BlobId& id) const { return held_.contains(id); }
 
-    /// First come, first fetched; what is held or wanted already costs nothing. kLimit: a blob larger than allowed.
-    [[nodiscard]] Expected<void> want(const std::vector<BlobInfo>& blobs);
+    /// First come, first fetched; what is held or wanted already costs nothing. Returns the blobs that need no fetch: those
+    /// without bytes. kLimit: a blob larger than allowed.
+    [[nodiscard]] Expected<std::vector<Blob>> want(const std::vector<BlobInfo>& blobs);
     /// What to ask for now. Only while the bulk connection is open.
     [[nodiscard]] std::vector<message::BlobRequest> requests();
     /// A blob, when this chunk was its last. Chunks may come in any order, but only those asked for.

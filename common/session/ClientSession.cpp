@@ -122,7 +122,7 @@ void ClientSession::Impl::opened(ChannelKind channel, TimePoint now) {
     if (channel == ChannelKind::kControl) {
         stage = Stage::kGreeting;
         lastByte = now;
-        nextHeartbeat = now + heartbeatInterval();
+        nextHeartbeat = now;
         return;
     }
     bulk = Bulk::kOpen;
@@ -255,11 +255,13 @@ void ClientSession::Impl::enqueueNotice(const message::BlobNotice& notice) {
 /// False when that ended the connection.
 bool ClientSession::Impl::want(const std::vector<BlobInfo>& blobs) {
     if (!config.wantBlobs) return true;
-    if (const Expected<void> wanted = fetcher.want(blobs); !wanted) {
+    Expected<std::vector<Blob>> wanted = fetcher.want(blobs);
+    if (!wanted) {
         // A blob that is too large now is too large after the next attempt as well.
         disconnect(wanted.error().message, wanted.error().code != ErrorCode::kLimit, wanted.error().code);
         return false;
     }
+    for (Blob& complete : *wanted) out.push_back(client_action::StoreBlob{std::move(complete)});
     fetch();
     return true;
 }

@@ -16,6 +16,7 @@ public:
         std::int64_t offsetNs = 0;  ///< their clock minus ours, with an error of at most half the round trip
     };
 
+    /// To be sent at `now`, and not earlier or later: so never as the answer to an event that happened some time ago.
     [[nodiscard]] message::Heartbeat next(TimePoint now) const;
     /// Nothing when the heartbeat echoes none of ours, or when its times cannot be.
     std::optional<Sample> received(const message::Heartbeat& heartbeat, TimePoint now);

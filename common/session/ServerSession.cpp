@@ -72,6 +72,7 @@ void ServerSession::Impl::opened(ConnectionId connection, TimePoint now) {
 }
 
 void ServerSession::Impl::closed(ConnectionId connection, TimePoint now) {
+    knownUntil = std::max(knownUntil, now);
     Peer* peer = find(connection);
     if (!peer) return;
     if (finished) {

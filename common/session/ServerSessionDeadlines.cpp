@@ -10,6 +10,7 @@ void ServerSession::Impl::advance(TimePoint now) {
     lastAdvance = now;
     sendHeartbeats(now);
     if (now < graceUntil) return;
+    knownUntil = std::max(knownUntil, now);
     closeSilent(now);
     closeUnsynced(now);
     leaveBlobsLate(now);

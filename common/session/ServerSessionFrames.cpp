@@ -73,9 +73,9 @@ void ServerSession::Impl::follow(Peer& peer, const message::Changes& changes, Ti
     if (peer.role != PeerRole::kHost || changes.blobs.empty()) return;
     // What it has to fetch must not make the barrier wait: it enters after this list, not before.
     if (Host& host = hostOf(peer); host.state == HostState::kSyncing) {
+        if (host.mayEnter()) host.syncProgress = now;
         host.synced = false;
         host.mustReach = changes.sequence;
-        host.syncProgress = now;
     }
 }
 
@@ -119,6 +119,7 @@ void ServerSession::Impl::announceBlobs(std::uint64_t token, std::vector<BlobInf
     Announcement announcement{.token = token, .blobs = std::move(blobs), .deadline = now + config.blobDeadline};
     for (Host& host : hosts) {
         if (!host.connection) continue;
+        if (host.mayEnter()) host.syncProgress = now;  // it was done; this is a new task
         host.owedBlobs.insert(token);
         if (barrier.contains(host.name)) announcement.awaited.insert(host.name);
         send(host.connection, message::BlobNotice{token, announcement.blobs});
@@ -193,7 +194,7 @@ void ServerSession::Impl::requestImages(std::uint64_t request, std::uint64_t fra
 
 void ServerSession::Impl::settle(TimePoint now) {
     const std::uint64_t frame = currentFrame();
-    SwapBarrier::Outcome outcome = barrier.poll(now);
+    SwapBarrier::Outcome outcome = barrier.poll(std::min(now, knownUntil));
     if (outcome.released) {
         for (const std::string& name : outcome.show) {
             Host& host = *findHost(name);

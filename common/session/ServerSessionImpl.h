@@ -26,6 +26,7 @@ struct ServerSession::Impl {
         TimePoint openedAt{};
         TimePoint lastByte{};
         HeartbeatClock clock;
+        bool clockAnswered = false;
 
         bool snapshotAsked = false;
         bool following = false;         ///< has its snapshot: lists are sent to it
@@ -124,7 +125,8 @@ struct ServerSession::Impl {
     void queryObjects(const std::string& name, std::uint64_t leaf);
     void repair(const std::string& name, TimePoint now);
     void requestImages(std::uint64_t request, std::uint64_t frame);
-    /// Polls the barrier and carries out what it says.
+    /// Polls the barrier and carries out what it says. Deadlines are judged by what is known, not by `now` alone: the
+    /// Ready of a host may lie unread in the caller's queue.
     void settle(TimePoint now);
 
     // ServerSessionDeadlines.cpp
@@ -169,6 +171,8 @@ struct ServerSession::Impl {
     std::optional<TimePoint> startedAt;
     std::optional<TimePoint> lastAdvance;
     TimePoint graceUntil{};
+    /// Up to here everything that happened is known: by events, or by looking at the clock with no grace.
+    TimePoint knownUntil{};
     TimePoint nextHeartbeat{};
     bool finished = false;
     std::string finishReason;

@@ -5,6 +5,7 @@ namespace tessera {
 
 void ServerSession::Impl::received(ConnectionId connection, const Message& message, TimePoint now) {
     Peer* peer = find(connection);
+    knownUntil = std::max(knownUntil, now);
     if (!peer) return;  // closed by us; what was still on its way does not matter
     peer->lastByte = std::max(peer->lastByte, now);
     if (peer->stage == Peer::Stage::kPending) {
@@ -60,6 +61,9 @@ void ServerSession::Impl::fromHost(Peer& peer, Host& host, const Message& messag
 
 void ServerSession::Impl::heartbeat(Peer& peer, const message::Heartbeat& beat, TimePoint now) {
     const auto sample = peer.clock.received(beat, now);
+    // The first one is answered soon: the peer wants an estimate of our clock before it shows its first frame. Not here:
+    // `now` is when the heartbeat came, and the answer has to say when it goes.
+    if (!std::exchange(peer.clockAnswered, true)) nextHeartbeat = std::min(nextHeartbeat, now);
     if (!sample || peer.role != PeerRole::kHost) return;
     // Smoothed as TCP does it (RFC 6298).
     Duration& roundTrip = hostOf(peer).roundTrip;

@@ -335,7 +335,7 @@ TEST(ClientSession, ASilentServerIsABrokenConnection) {
     c.inStep();
     for (int i = 0; i < 499; ++i) c.take(c.session.advance(c.now += 10ms));
     EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
-    EXPECT_EQ(c.sent<message::Heartbeat>().size(), 99u);
+    EXPECT_EQ(c.sent<message::Heartbeat>().size(), 100u);  // the first at once
     c.take(c.session.advance(c.now += 10ms));
     ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
     EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
@@ -475,7 +475,9 @@ TEST(BlobFetcher, TakesChunksInAnyOrderAndResumesAtTheFirstGap) {
 TEST(BlobFetcher, AnEmptyBlobNeedsNoFetch) {
     BlobFetcher fetcher({});
     const Blob empty{Bytes{}};
-    ASSERT_TRUE(fetcher.want({infoOf(empty)}));
+    const Expected<std::vector<Blob>> complete = fetcher.want({infoOf(empty)});
+    ASSERT_TRUE(complete);
+    EXPECT_EQ(*complete, std::vector{empty});  // to be stored like any other
     EXPECT_TRUE(fetcher.holds(empty.id()));
     EXPECT_TRUE(fetcher.requests().empty());
     EXPECT_FALSE(fetcher.want({{blobOf("x").id, 0}}));

@@ -246,6 +246,19 @@ TEST(ServerJoin, AHostThatDoesNotSyncIsToldToStartOver) {
     EXPECT_EQ(s.state("a"), HostState::kLost);
 }
 
+TEST(ServerJoin, ASyncedHostThatIsToldOfBlobsGetsTheWholeTimeForThem) {
+    ServerSessionConfig config = twoHosts();
+    config.syncDeadline = 500ms;
+    ServerFixture s(config);
+    const ConnectionId a = s.join("a");
+    s.run(1s, {a});  // done, and waiting for the others
+    s.take(s.session.announceBlobs(1, {blobOf("mesh")}, s.now));
+    s.run(490ms, {a});
+    EXPECT_FALSE(s.closed(a));
+    s.run(20ms, {a});
+    EXPECT_TRUE(s.closed(a));
+}
+
 TEST(ServerJoin, AnApplicationFollowsFromItsSnapshot) {
     ServerFixture s;
     const ConnectionId app = s.follow("viewer");

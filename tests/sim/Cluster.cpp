@@ -1,0 +1,151 @@
+#include "tests/sim/Cluster.h"
+
+#include <algorithm>
+
+namespace tessera::simulation {
+
+namespace {
+constexpr std::size_t kStoryLines = 60;
+/// More events than this in a millisecond of simulated time: time stands still.
+constexpr std::uint64_t kLivelock = 50'000;
+}  // namespace
+
+OwnerConfig Cluster::ownerConfig(const ClusterConfig& config) {
+    OwnerConfig owner;
+    for (std::size_t i = 0; i < config.hosts; ++i) owner.session.hosts.push_back(hostName(i));
+    owner.session.sync.lateFrame = config.lateFrame;
+    owner.session.sync.frameDeadline = 600ms;
+    owner.session.sync.lateAfter = 30ms;
+    owner.session.sync.startDeadline = 1'500ms;
+    owner.session.schema = kSchema;
+    owner.session.tokenSeed = config.seed;
+    owner.session.helloDeadline = 400ms;
+    owner.session.syncDeadline = 1'000ms;
+    owner.session.blobDeadline = 800ms;
+    owner.session.applicationLostAfter = 800ms;
+    owner.ignoresMismatches = config.ignoresMismatches;
+    owner.damagedChunkEvery = config.damagedChunkEvery;
+    return owner;
+}
+
+PeerConfig Cluster::peerConfig(const std::string& name, PeerRole role) {
+    PeerConfig peer;
+    peer.name = name;
+    peer.role = role;
+    peer.schema = kSchema;
+    peer.wantBlobs = role == PeerRole::kHost || random_.chance(0.5);
+    peer.link = {.latency = random_.between(50us, config_.latency),
+                 .jitter = random_.between(0ms, config_.jitter),
+                 .bytesPerSecond = random_.chance(0.2) ? 5e6 : 100e6};
+    peer.drawTime = config_.drawTime;
+    peer.applyTime = random_.between(100us, 2ms);
+    peer.clockAhead = random_.between(0s, 600s) - 300s;
+    return peer;
+}
+
+Cluster::Cluster(ClusterConfig config)
+    : config_(config),
+      random_(config.seed),
+      network_(timeline_, random_.fork()),
+      owner_(ownerConfig(config), timeline_, network_, *this, random_.fork()) {
+    for (std::size_t i = 0; i < config.hosts; ++i)
+        hosts_.push_back(std::make_unique<Peer>(peerConfig(hostName(i), PeerRole::kHost), timeline_, network_, *this, random_.fork()));
+    for (std::size_t i = 0; i < config.applications; ++i)
+        applications_.push_back(std::make_unique<Peer>(peerConfig("viewer" + std::to_string(i), PeerRole::kApplication), timeline_,
+                                                       network_, *this, random_.fork()));
+    lastRelease_ = timeline_.now();
+}
+
+void Cluster::startAll() {
+    startServer();
+    for (auto& host : hosts_) host->start();
+    for (auto& application : applications_) application->start();
+}
+
+void Cluster::run(Duration time) {
+    const TimePoint end = timeline_.now() + time;
+    while (timeline_.now() < end) {
+        const std::uint64_t before = timeline_.happened();
+        timeline_.runUntil(std::min(end, timeline_.now() + 1ms));
+        if (timeline_.happened() - before > kLivelock) throw Violation("time stands still: somebody asks for the clock again and again");
+        if (owner_.released() != seenReleased_) {
+            longestGap_ = std::max(longestGap_, owner_.lastReleased() - lastRelease_);
+            seenReleased_ = owner_.released();
+            lastRelease_ = owner_.lastReleased();
+        }
+    }
+}
+
+bool Cluster::runUntilAllInStep(Duration limit) {
+    const TimePoint end = timeline_.now() + limit;
+    while (owner_.inStep().size() < hosts_.size()) {
+        if (timeline_.now() >= end) return false;
+        run(1ms);
+    }
+    return true;
+}
+
+Duration Cluster::longestGap() { return std::exchange(longestGap_, Duration{}); }
+
+void Cluster::addStranger(Stranger::Manner manner, const std::string& hostName) {
+    strangers_.emplace_back(manner, hostName, kSchema, network_, random_.fork());
+}
+
+const Peer& Cluster::peer(const std::string& host) const {
+    return **std::find_if(hosts_.begin(), hosts_.end(), [&](const auto& peer) { return peer->name() == host; });
+}
+
+void Cluster::shows(const std::string& host, std::uint64_t frame) {
+    fingerprint_ = (fingerprint_ ^ frame ^ static_cast<std::uint64_t>(timeline_.now().time_since_epoch().count())) * 0x9E3779B97F4A7C15ull;
+    owner_.showed(host);
+    std::uint64_t oldest = ~std::uint64_t{0}, newest = 0;
+    for (const std::string& name : owner_.inStep()) {
+        oldest = std::min(oldest, peer(name).shown());
+        newest = std::max(newest, peer(name).shown());
+    }
+    if (!owner_.inStep().empty() && newest - oldest > 1)
+        throw Violation("frames " + std::to_string(oldest) + " and " + std::to_string(newest) + " are shown at the same time");
+}
+
+void Cluster::heard(const std::string& host, std::uint64_t frame, TimePoint shownAt) {
+    const Peer& shower = peer(host);
+    if (!shower.everShown() || shower.shown() != frame) return;
+    const Duration error = shownAt > shower.shownAt() ? shownAt - shower.shownAt() : shower.shownAt() - shownAt;
+    // Half the round trip, with both ways at their slowest.
+    if (error > config_.latency + config_.jitter + 1ms) throw Violation(host + " misjudges the server's clock");
+}
+
+void Cluster::trace(const std::string& line) {
+    story_.push_back(std::to_string(toMilliseconds(timeline_.now().time_since_epoch() - 1'000s)) + " ms  frame " +
+                     std::to_string(owner_.released()) + "  " + line);
+    if (story_.size() > kStoryLines) story_.pop_front();
+    fingerprint_ = (fingerprint_ ^ std::hash<std::string>{}(story_.back())) * 0x9E3779B97F4A7C15ull;
+}
+
+std::string Cluster::story() const {
+    std::string all;
+    for (const std::string& line : story_) all += line + "\n";
+    return all;
+}
+
+void Cluster::requireEverybodyInStep() const {
+    for (const auto& status : owner_.session().hosts()) {
+        // On a jittery link a healthy host may be dropped, and be back, at any time.
+        const bool mayBeDropped = config_.lateFrame == LateFramePolicy::kDrop && status.state == HostState::kSyncing;
+        if (status.state != HostState::kLive && status.state != HostState::kLate && !mayBeDropped)
+            throw Violation(status.name + " is " + std::string(nameOf(status.state)) + " and should be live again");
+        const Peer& host = peer(status.name);
+        if (host.shown() + (mayBeDropped ? 30 : 10) < owner_.released()) throw Violation(status.name + " shows an old frame");
+    }
+    for (const auto& application : applications_)
+        if (application->scene().sequence + 10 < owner_.scene().sequence) throw Violation(application->name() + " has fallen behind");
+}
+
+void Cluster::requireEverybodyFinished() const {
+    for (const auto& host : hosts_)
+        if (!host->finished()) throw Violation(host->name() + " was not told of the end");
+    for (const auto& application : applications_)
+        if (!application->finished()) throw Violation(application->name() + " was not told of the end");
+}
+
+}  // namespace tessera::simulation
