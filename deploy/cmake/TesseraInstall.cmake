@@ -1,1 +1,27 @@
-# find_package(Tessera) gives Tessera::application and the layers below it.
+# What `cmake --install` puts where. Component `programs`: bin/ (see tessera_program). Component `application`: the library for
+# applications, so that find_package(Tessera) gives Tessera::application and the layers below it.
+include(CMakePackageConfigHelpers)
+
+set(application_layers base math change scene session wall codec net application)
+list(TRANSFORM application_layers PREPEND tessera_ OUTPUT_VARIABLE application_targets)
+set(package_folder lib/cmake/Tessera)
+
+install(TARGETS ${application_targets} tessera_proto EXPORT TesseraTargets
+  ARCHIVE DESTINATION lib COMPONENT application)
+install(EXPORT TesseraTargets NAMESPACE Tessera:: DESTINATION ${package_folder} COMPONENT application)
+
+# Headers keep their paths from the root: #include "common/application/Application.h". Those that only a module's own .cpp files
+# include stay here; they need Asio or protobuf.
+foreach(layer ${application_layers})
+  install(DIRECTORY ${CMAKE_SOURCE_DIR}/common/${layer} DESTINATION include/tessera/common COMPONENT application
+    FILES_MATCHING PATTERN "*.h"
+    PATTERN "common/codec/Parts.h" EXCLUDE PATTERN "common/codec/WallMessage.h" EXCLUDE
+    PATTERN "common/application/Connection.h" EXCLUDE
+    PATTERN "common/net/FrameReader.h" EXCLUDE PATTERN "common/net/LinkTable.h" EXCLUDE)
+endforeach()
+
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/TesseraConfig.cmake.in ${CMAKE_BINARY_DIR}/TesseraConfig.cmake
+  INSTALL_DESTINATION ${package_folder})
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/TesseraConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/TesseraConfig.cmake ${CMAKE_BINARY_DIR}/TesseraConfigVersion.cmake
+  DESTINATION ${package_folder} COMPONENT application)

@@ -87,7 +87,8 @@ bool Process::running() {
 }
 
 Outcome run(const std::string& folder, std::vector<std::string> command, std::chrono::milliseconds timeout) {
-    Process process(folder, std::filesystem::path(command.front()).filename(), std::move(command));
+    const std::string name = std::filesystem::path(command.front()).filename();
+    Process process(folder, name, std::move(command));
     const std::optional<int> code = process.waitForExit(timeout);
     return {.exitCode = code.value_or(-1), .output = process.output()};
 }

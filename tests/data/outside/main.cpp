@@ -1,0 +1,57 @@
+// Moves a node of a running wall, or follows one:
+//   outside HOST:PORT mover NODE DISTANCE STEPS     along x, in equal steps, one per frame
+//   outside HOST:PORT follower NODE GOAL            until its x is GOAL
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "common/application/Application.h"
+
+using namespace std::chrono_literals;
+
+static int failed(const tessera::Error& error) {
+    std::fprintf(stderr, "outside: %s\n", error.message.c_str());
+    return 1;
+}
+
+static int move(tessera::Application& wall, const std::string& node, double distance, int steps) {
+    const tessera::NodeMove step{.translation = tessera::Vec3d(distance / steps, 0, 0), .relative = true};
+    for (int i = 0; i < steps; ++i) {
+        const auto moved = wall.moveNode(node, step);
+        if (!moved) return failed(moved.error());
+        std::printf("step %d of %d%s\n", i + 1, steps, moved->stopped.empty() ? "" : ": stopped by what it hit");
+    }
+    return 0;
+}
+
+static int follow(tessera::Application& wall, const std::string& node, double goal) {
+    const auto found = findNode(wall.scene(), node);
+    if (!found) return failed(found.error());
+    tessera::Vec3d last = tessera::Vec3d::Constant(std::nan(""));
+    for (;;) {
+        const auto* here = wall.scene().get<tessera::Node>(*found);
+        const auto* transform = here ? wall.scene().coreOf<tessera::Transform>(*here) : nullptr;
+        if (transform == nullptr) return failed({tessera::ErrorCode::kNotFound, node + " has no Transform any more"});
+        if (transform->translation != last) {
+            last = transform->translation;
+            std::printf("%s is at %.17g %.17g %.17g\n", node.c_str(), last.x(), last.y(), last.z());
+            std::fflush(stdout);
+        }
+        if (std::abs(last.x() - goal) < 1e-6) return 0;
+        const auto polled = wall.poll(1s);
+        if (!polled) return failed(polled.error());
+    }
+}
+
+int main(int argc, char** argv) {
+    const std::string role = argc > 2 ? argv[2] : "";
+    if (!(role == "mover" && argc == 6) && !(role == "follower" && argc == 5)) {
+        std::fprintf(stderr, "usage: outside HOST:PORT mover NODE DISTANCE STEPS | follower NODE GOAL\n");
+        return 2;
+    }
+    auto wall = tessera::Application::connect({.address = argv[1], .name = role});
+    if (!wall) return failed(wall.error());
+    if (role == "mover") return move(**wall, argv[3], std::atof(argv[4]), std::max(1, std::atoi(argv[5])));
+    return follow(**wall, argv[3], std::atof(argv[4]));
+}
