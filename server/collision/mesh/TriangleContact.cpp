@@ -1,6 +1,7 @@
 #include "server/collision/mesh/TriangleContact.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -38,7 +39,6 @@ Vec3d normalOr(const Vec3d& preferred, const Vec3d& along) {
 struct End {
     double at = 0;
     Vec3d point = Vec3d::Zero();
-    Vec3d edge = Vec3d::Zero();  ///< direction of the edge that pierces the other plane there; zero for a corner in it
 };
 
 /// Where the edges of `t` pierce a plane, given the exact sides and the distances of its corners.
@@ -46,16 +46,13 @@ std::vector<End> piercings(const Triangle& t, const std::array<int, 3>& side, co
     std::vector<End> ends;
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t j = (i + 1) % 3;
-        const std::size_t k = (i + 2) % 3;
         if (side[i] == 0) {
-            // The edge that rises from the corner stands for it when edges are crossed for a normal.
-            const Vec3d rise = side[j] != 0 ? t[j] - t[i] : t[k] - t[i];
-            ends.push_back({0, t[i], rise});
+            ends.push_back({0, t[i]});
         } else if (side[i] * side[j] < 0) {
             const double a = distance[static_cast<int>(i)];
             const double b = distance[static_cast<int>(j)];
             const double f = a != b ? std::clamp(a / (a - b), 0.0, 1.0) : 0.5;
-            ends.push_back({0, t[i] + f * (t[j] - t[i]), t[j] - t[i]});
+            ends.push_back({0, t[i] + f * (t[j] - t[i])});
         }
     }
     return ends;
@@ -78,13 +75,6 @@ Vec3d distancesTo(const Triangle& plane, const Vec3d& unitNormal, const Triangle
 }
 
 bool allZero(const std::array<int, 3>& s) { return s[0] == 0 && s[1] == 0 && s[2] == 0; }
-
-/// How far B has to go along a direction to leave A behind.
-double wayOut(const Triangle& a, const Triangle& b, const Vec3d& direction) {
-    const double farthest = std::max({direction.dot(a[0]), direction.dot(a[1]), direction.dot(a[2])});
-    const double nearest = std::min({direction.dot(b[0]), direction.dot(b[1]), direction.dot(b[2])});
-    return farthest - nearest;
-}
 
 TriangleContact atPoint(const Vec3d& p, const Vec3d& normal) { return {p, p, p, normal}; }
 
@@ -151,11 +141,19 @@ TriangleContact segmentContact(const Triangle& thin, const Triangle& t, const Ve
 
 }  // namespace
 
+Vec3d outside(const Triangle& t) { return unit(areaNormal(t)); }
+
+double wayOut(const Triangle& a, const Triangle& b, const Vec3d& direction) {
+    const double farthest = std::max({direction.dot(a[0]), direction.dot(a[1]), direction.dot(a[2])});
+    const double nearest = std::min({direction.dot(b[0]), direction.dot(b[1]), direction.dot(b[2])});
+    return farthest - nearest;
+}
+
 TriangleContact contactOf(const Triangle& a, const Triangle& b) {
     const bool thinA = isDegenerate(a);
     const bool thinB = isDegenerate(b);
-    const Vec3d nA = thinA ? Vec3d(Vec3d::Zero()) : unit(areaNormal(a));
-    const Vec3d nB = thinB ? Vec3d(Vec3d::Zero()) : unit(areaNormal(b));
+    const Vec3d nA = thinA ? Vec3d(Vec3d::Zero()) : outside(a);
+    const Vec3d nB = thinB ? Vec3d(Vec3d::Zero()) : outside(b);
     if (!trianglesIntersect(a, b) || (thinA && thinB)) return betweenNearest(a, b, nA, nB);
 
     if (thinB) {
@@ -175,10 +173,8 @@ TriangleContact contactOf(const Triangle& a, const Triangle& b) {
     line = unit(line);
     const auto [lowA, highA] = intervalAlong(endsA, line);
     const auto [lowB, highB] = intervalAlong(endsB, line);
-    const bool lowIsA = lowA.at >= lowB.at;
-    const bool highIsA = highA.at <= highB.at;
-    const End& low = lowIsA ? lowA : lowB;
-    const End& high = highIsA ? highA : highB;
+    const End& low = lowA.at >= lowB.at ? lowA : lowB;
+    const End& high = highA.at <= highB.at ? highA : highB;
 
     TriangleContact contact;
     contact.from = low.point;
@@ -192,11 +188,6 @@ TriangleContact contactOf(const Triangle& a, const Triangle& b) {
         contact.normal = normalOr(nA - nB, line);
     else
         contact.normal = alongA < againstB ? nA : Vec3d(-nB);
-    if (lowIsA != highIsA) {
-        Vec3d across = unit((lowIsA ? low.edge : high.edge).cross(lowIsA ? high.edge : low.edge));
-        if (across.dot(nA - nB) < 0) across = -across;
-        if (across != Vec3d::Zero() && wayOut(a, b, across) < std::min(alongA, againstB) - tie) contact.normal = across;
-    }
     return contact;
 }
 
@@ -253,6 +244,15 @@ NearestPoints nearestOnSegments(const Vec3d& p1, const Vec3d& q1, const Vec3d& p
 }
 
 }  // namespace
+
+double penetration(const Triangle& a, const Triangle& b) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Triangle* t : {&a, &b}) {
+        const Vec3d n = outside(*t);
+        if (n != Vec3d::Zero()) least = std::min({least, wayOut(a, b, n), wayOut(a, b, -n)});
+    }
+    return std::isfinite(least) ? std::max(0.0, least) : 0.0;
+}
 
 NearestPoints nearestPoints(const Triangle& a, const Triangle& b) {
     NearestPoints best;

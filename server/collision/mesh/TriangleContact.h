@@ -14,10 +14,10 @@ struct TriangleContact {
 
 /// The contact of two triangles that meet. Winding matters: corners run counter-clockwise seen from outside.
 ///
-/// Normal: of A's outside, the reverse of B's outside and, where an edge meets an edge, the direction across both, the one
-/// along which B has the shortest way to be free of A. `contactOf(b, a)` has the opposite normal, but for coplanar
-/// triangles that look the same way (no side is the outer one; A's normal is taken). For triangles that do not quite meet:
-/// the contact between their nearest points.
+/// Normal: of A's outside and the reverse of B's outside, the one along which B has the shorter way to be free of A; both
+/// together where they are equally long. (Edges are not crossed: two triangles cannot tell a ridge from the diagonal of
+/// a flat wall.) `contactOf(b, a)` has the opposite normal, but for coplanar triangles that look the same way (no side is the
+/// outer one; A's normal is taken). For triangles that do not quite meet: the contact between their nearest points.
 [[nodiscard]] TriangleContact contactOf(const Triangle& a, const Triangle& b);
 
 struct NearestPoints {
@@ -27,5 +27,15 @@ struct NearestPoints {
 
 /// Nearest points of the edges and corners of one to the other; of two triangles that do not meet, the nearest points.
 [[nodiscard]] NearestPoints nearestPoints(const Triangle& a, const Triangle& b);
+
+/// The unit normal on the side from which the corners run counter-clockwise; zero where there is no area.
+[[nodiscard]] Vec3d outside(const Triangle& t);
+
+/// How far B would have to go along a unit direction to leave A behind; below 0: it has left it by so much.
+[[nodiscard]] double wayOut(const Triangle& a, const Triangle& b, const Vec3d& direction);
+
+/// How far B would have to go, square to either triangle and to either side of it, to leave A behind: 0 for two that
+/// just touch. A measure to compare poses by, not the depth of solid bodies.
+[[nodiscard]] double penetration(const Triangle& a, const Triangle& b);
 
 }  // namespace tessera

@@ -57,6 +57,47 @@ FacePairs MotionTrial::facesTouching(std::size_t obstacle, double fraction) cons
     return allTouching(*handler_.parts()[o.partA].shape, *handler_.parts()[o.partB].shape, a_T_b, work_);
 }
 
+template <typename Visit>
+void MotionTrial::forFaces(std::size_t obstacle, std::span<const FacePair> faces, double fraction, Visit&& visit) const {
+    const Obstacle& o = obstacles_[obstacle];
+    const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
+    const TriangleMesh& meshA = handler_.parts()[o.partA].shape->mesh();
+    const TriangleMesh& meshB = handler_.parts()[o.partB].shape->mesh();
+    const bool mirroredA = worldA.linear().determinant() < 0, mirroredB = worldB.linear().determinant() < 0;
+    for (const FacePair& f : faces) {
+        Triangle a = transformed(worldA, meshA.triangle(f.a)), b = transformed(worldB, meshB.triangle(f.b));
+        if (mirroredA) std::swap(a[1], a[2]);
+        if (mirroredB) std::swap(b[1], b[2]);
+        visit(f, a, b);
+    }
+}
+
+double MotionTrial::depth(std::size_t obstacle, std::span<const FacePair> faces, double fraction) const {
+    double deepest = 0;
+    forFaces(obstacle, faces, fraction, [&](const FacePair&, const Triangle& a, const Triangle& b) {
+        deepest = std::max(deepest, penetration(a, b));
+    });
+    return deepest;
+}
+
+std::vector<FacePair> MotionTrial::facing(std::size_t obstacle, std::span<const FacePair> faces) const {
+    std::vector<FacePair> out;
+    const double thin = limits_.stopTolerance * pairs_[obstacle].size;
+    forFaces(obstacle, faces, 0, [&](const FacePair& f, const Triangle& a, const Triangle& b) {
+        constexpr double kNearlyOpposite = -0.999;
+        if (outside(a).dot(outside(b)) < kNearlyOpposite && std::abs(wayOut(a, b, outside(a))) <= thin) out.push_back(f);
+    });
+    return out;
+}
+
+double MotionTrial::overlap(std::size_t obstacle, std::span<const FacePair> facing, double fraction) const {
+    double most = -std::numeric_limits<double>::infinity();
+    forFaces(obstacle, facing, fraction, [&](const FacePair&, const Triangle& a, const Triangle& b) {
+        most = std::max(most, wayOut(a, b, outside(a)));
+    });
+    return most;
+}
+
 /// How many pieces keep every arc near its chord.
 int MotionTrial::pieces(const Pair& pair, double interval) const {
     double wanted = interval * std::sqrt((pair.boundA.curvature + pair.boundB.curvature) / (8 * limits_.arcTolerance * pair.size));

@@ -46,6 +46,13 @@ public:
     [[nodiscard]] Touch touchingOnTheWay(std::size_t obstacle, double from, double to) const;
     [[nodiscard]] FacePairs facesTouchingOnTheWay(std::size_t obstacle, double from, double to) const;
 
+    /// How deep the deepest of these faces meet at a fraction (see `penetration`), in world units.
+    [[nodiscard]] double depth(std::size_t obstacle, std::span<const FacePair> faces, double fraction) const;
+    /// Those of these faces that lie on each other, outside against outside, before the motion begins.
+    [[nodiscard]] std::vector<FacePair> facing(std::size_t obstacle, std::span<const FacePair> faces) const;
+    /// How far B's part of these pairs has come past A's outside, at most; below 0: how far it has parted, at least.
+    [[nodiscard]] double overlap(std::size_t obstacle, std::span<const FacePair> facing, double fraction) const;
+
     [[nodiscard]] Affine3d worldOfA(std::size_t obstacle, double fraction) const;
     [[nodiscard]] Affine3d worldOfB(std::size_t obstacle, double fraction) const;
 
@@ -57,6 +64,9 @@ private:
         double thickness = 0;
     };
 
+    /// visit(triangle of A, triangle of B), in the world; both counter-clockwise seen from outside.
+    template <typename Visit>
+    void forFaces(std::size_t obstacle, std::span<const FacePair> faces, double fraction, Visit&& visit) const;
     [[nodiscard]] StraightMotion straight(const Pair& pair, const Obstacle& obstacle, double from, double to) const;
     [[nodiscard]] int pieces(const Pair& pair, double interval) const;
     [[nodiscard]] bool boxesMeet(const Pair& pair, const Obstacle& obstacle, double from, double to) const;

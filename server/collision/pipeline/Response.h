@@ -32,9 +32,10 @@ public:
 /// Goes as far along the way as it is free.
 ///
 /// A pair that is apart at the start stays apart: the whole sweep is tested, then halved until the gap is within the stop
-/// tolerance, so a thin obstacle is not jumped however long the way is. A pair that touches at the start may go on
-/// while no more of its faces meet than at the start, so that what is stuck can be pulled apart; this is sampled, at steps of half
-/// the moving part's thickness (at least a 64th of its size), and ends after maxPieces of them.
+/// tolerance, so a thin obstacle is not jumped however long the way is. A pair that touches at the start and is no deeper in
+/// than the stop tolerance *rests*: it may slide and part, but get no deeper. A pair that is deeper in is *stuck*: it may go on
+/// while no more of its faces meet than at the start, so that it can be pulled apart. Both are sampled, at steps of half the
+/// moving part's thickness (at least a 64th of its size), and end after maxPieces of them.
 class StopResponse final : public Response {
 public:
     [[nodiscard]] Resolution resolve(const MotionTrial& trial) const override;

@@ -36,15 +36,24 @@ Freedom untilTouch(const MotionTrial& trial, std::size_t obstacle, double limit)
 
 Freedom whileNotDeeper(const MotionTrial& trial, std::size_t obstacle, double limit) {
     Freedom freedom{limit, limit};
-    const std::uint64_t allowed = trial.obstacles()[obstacle].touchingAtStart;
+    const FacePairs start = trial.facesTouching(obstacle, 0);
+    const std::vector<FacePair> facing = trial.facing(obstacle, start.pairs);
+    const double depth = trial.depth(obstacle, start.pairs, 0);
+    const double size = trial.size(obstacle);
+    const bool resting = depth <= trial.limits().stopTolerance * size;
+    // What a slide may add by rounding; a million frames of it stay below the stop tolerance.
+    const double deepest = depth + 1e-10 * size;
     const auto deeper = [&](double fraction) {
         const FacePairs faces = trial.facesTouching(obstacle, fraction);
         freedom.undecided += !faces.complete;
-        return !faces.complete || faces.pairs.size() > allowed;
+        if (!faces.complete) return true;
+        if (!resting) return faces.pairs.size() > start.pairs.size();
+        return trial.depth(obstacle, faces.pairs, fraction) > deepest || trial.overlap(obstacle, facing, fraction) > deepest;
     };
-    const double step = std::max(0.5 * trial.thickness(obstacle), trial.size(obstacle) / 64);
+    const double step = std::max(0.5 * trial.thickness(obstacle), size / 64);
     const double steps = std::ceil(trial.length(obstacle) * limit / step);
     const double maxSteps = trial.limits().maxPieces;
+    if (!start.complete) return {0, limit, 1};
     if (steps > maxSteps) {
         // Too far to look all the way: go on in the next frame.
         freedom.blockedAt = limit * std::min(1.0, (maxSteps + 1) / steps);
@@ -73,15 +82,22 @@ Freedom whileNotDeeper(const MotionTrial& trial, std::size_t obstacle, double li
 
 Resolution StopResponse::resolve(const MotionTrial& trial) const {
     Freedom least;
-    // An obstacle can shorten the way for those that were asked before it, and a shorter way ends in another pose; so ask
-    // until all agree. Fractions only fall; where they will not settle, staying put is always right.
+    const std::size_t n = trial.obstacles().size();
+    // How far each obstacle has said that the way is free of it. An obstacle can shorten the way for those that were asked
+    // before it, and a shorter way ends in another pose; so ask until all agree.
+    std::vector<double> freeTo(n, 2);
     constexpr int kRounds = 8;
     bool settled = false;
     for (int round = 0; round < kRounds && !settled && least.reached > 0; ++round) {
         settled = true;
-        for (std::size_t k = 0; k < trial.obstacles().size() && least.reached > 0; ++k) {
+        for (std::size_t k = 0; k < n && least.reached > 0; ++k) {
+            if (freeTo[k] == least.reached) continue;
             const bool apart = trial.obstacles()[k].touchingAtStart == 0;
-            const Freedom freedom = apart ? untilTouch(trial, k, least.reached) : whileNotDeeper(trial, k, least.reached);
+            // The way there is known to be free; the pose at its new end is not.
+            const bool known = apart && freeTo[k] <= 1 && trial.touching(k, least.reached) == Touch::kNo;
+            const Freedom freedom = known ? Freedom{least.reached, least.reached}
+                                          : (apart ? untilTouch(trial, k, least.reached) : whileNotDeeper(trial, k, least.reached));
+            freeTo[k] = freedom.reached;
             least.undecided += freedom.undecided;
             if (freedom.reached >= least.reached) continue;
             least.reached = freedom.reached;
@@ -89,6 +105,7 @@ Resolution StopResponse::resolve(const MotionTrial& trial) const {
             settled = false;
         }
     }
+    // Where they will not settle, staying put is always right.
     if (!settled) least.reached = 0;
 
     Resolution resolution;
