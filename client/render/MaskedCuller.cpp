@@ -9,7 +9,7 @@ namespace {
 
 /// What this culler costs, and what drawing costs on two cores (measured; see README.md). Only their ratio matters, and
 /// only for speed.
-constexpr double kNsPerTriangle = 45;
+constexpr double kNsPerTriangle = 50;
 constexpr double kNsPerPixel = 1.2;
 constexpr double kNsPerOccluder = 500;
 constexpr double kNsPerDrawnTriangle = 130;

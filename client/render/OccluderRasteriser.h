@@ -26,6 +26,7 @@
 
 #include "client/render/OccluderMesh.h"
 #include "client/render/OcclusionBuffer.h"
+#include "client/render/RowSpans.h"
 #include "client/render/TileProjection.h"
 
 namespace tessera {
@@ -46,14 +47,11 @@ public:
     Work add(const OccluderMesh& mesh, const Placed& placed, const TileProjection& tile, OcclusionBuffer& buffer);
 
 private:
-    struct Point {
-        float x = 0, y = 0, depth = 0;  ///< pixels, inverse depth
-    };
     enum class Fate : std::uint8_t { kUsable, kTooNear, kUnusable };
     enum class Side : std::uint8_t { kOut, kFront, kFrontClipped };
     /// At most four corners: a triangle clipped by one plane.
     struct Polygon {
-        Point corners[4];
+        ScreenPoint corners[4];
         /// Of the edge from corner i to i + 1: the triangle's edge, or -1 where the near plane cut.
         int edges[4] = {0, 1, 2, -1};
         int size = 0;
@@ -68,10 +66,10 @@ private:
     void findPatches(const OccluderMesh& mesh);
     void addPatch(const OccluderMesh& mesh, const Patch& patch, OcclusionBuffer& buffer, Work& work);
     [[nodiscard]] Polygon polygonOf(const OccluderMesh& mesh, std::uint32_t triangle) const;
-    [[nodiscard]] Point clipEdge(const OccluderMesh::Point& from, const OccluderMesh::Point& to) const;
+    [[nodiscard]] ScreenPoint clipEdge(const OccluderMesh::Point& from, const OccluderMesh::Point& to) const;
     [[nodiscard]] bool facesFront(const Polygon& polygon, bool mirrored) const;
     void mark(const Polygon& polygon, const OcclusionBuffer::Region& region);
-    void unmark(const Point& from, const Point& to, const OcclusionBuffer::Region& region);
+    void unmark(const ScreenPoint& from, const ScreenPoint& to, const OcclusionBuffer::Region& region);
     [[nodiscard]] std::uint32_t rootOf(std::uint32_t triangle);
 
     const TileProjection* tile_ = nullptr;
@@ -81,7 +79,7 @@ private:
     double noise_ = 0;
     double shrink_ = 1, shift_ = 0;  ///< what noise takes off an inverse depth
     double flattest_ = 0;            ///< triangles lower than this are left out, pixels
-    std::vector<Point> points_;
+    std::vector<ScreenPoint> points_;
     std::vector<Fate> fates_;
     std::vector<Side> sides_;
     std::vector<std::uint32_t> parents_;
@@ -89,6 +87,7 @@ private:
     std::vector<Patch> patches_;
     std::vector<std::uint32_t> ordered_;
     std::vector<float> values_;
+    RowSpans spans_;
 };
 
 }  // namespace tessera

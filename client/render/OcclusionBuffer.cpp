@@ -16,7 +16,7 @@ int roundUp(int value) {
 
 /// floor as an int within [lowest, highest], whatever the value.
 int pixelAt(double value, int lowest, int highest) {
-    return static_cast<int>(std::floor(std::clamp(value, static_cast<double>(lowest), static_cast<double>(highest))));
+    return static_cast<int>(std::clamp<double>(value, lowest, highest) - lowest) + lowest;
 }
 
 }  // namespace
