@@ -21,7 +21,7 @@ struct Placement {
     static constexpr std::uint32_t kLast = 0xffffffffu;
 
     ObjectId node;
-    ObjectId parent;             ///< none: detach
+    ObjectId parent;              ///< none: detach
     std::uint32_t index = kLast;  ///< among the parent's children once the node is gone from its old place
     bool operator==(const Placement&) const = default;
 };
@@ -58,8 +58,8 @@ struct ChangeList {
     std::vector<Placement> placements;
     std::vector<FieldColumn> columns;
     std::vector<ObjectId> destructions;
-    /// Ids from here on have never been given. In snapshots, and in compacted lists that leave out an object which came and
-    /// went; zero elsewhere.
+    /// Ids from here on have never been given. In snapshots, and in compacted lists that leave out an object which came
+    /// and went; zero elsewhere.
     std::uint64_t nextFreeId = 0;
 
     [[nodiscard]] bool empty() const {

@@ -10,8 +10,8 @@ namespace tessera {
 
 namespace {
 
-/// A column that finds its rows by id. Ids mostly arrive in ascending order; as long as they do, the column itself is the
-/// index and no other is built.
+/// A column that finds its rows by id. Ids mostly arrive in ascending order; as long as they do, the column itself is
+/// the index and no other is built.
 class GrowingColumn {
 public:
     explicit GrowingColumn(FieldColumn column) : column_(std::move(column)) {}
@@ -62,7 +62,9 @@ ChangeListBuilder::~ChangeListBuilder() = default;
 ChangeListBuilder::ChangeListBuilder(ChangeListBuilder&&) noexcept = default;
 ChangeListBuilder& ChangeListBuilder::operator=(ChangeListBuilder&&) noexcept = default;
 
-void ChangeListBuilder::create(ObjectId id, ObjectType type) { impl_->list.creations.push_back({id, type}); }
+void ChangeListBuilder::create(ObjectId id, ObjectType type) {
+    impl_->list.creations.push_back({id, type});
+}
 
 void ChangeListBuilder::place(ObjectId node, ObjectId parent, std::uint32_t index) {
     impl_->list.placements.push_back({node, parent, index});
@@ -72,15 +74,19 @@ void ChangeListBuilder::set(ObjectId id, ObjectType type, FieldId field, const F
     const auto key = std::pair(type, field);
     auto it = impl_->columns.find(key);
     if (it == impl_->columns.end())
-        it = impl_->columns
-                 .emplace(key, GrowingColumn(FieldColumn::ofShape(type, field, kindOf(value), widthOf(value))))
-                 .first;
+        it =
+            impl_->columns.emplace(key, GrowingColumn(FieldColumn::ofShape(type, field, kindOf(value), widthOf(value))))
+                .first;
     it->second.set(id, value);
 }
 
-void ChangeListBuilder::destroy(ObjectId id) { impl_->list.destructions.push_back(id); }
+void ChangeListBuilder::destroy(ObjectId id) {
+    impl_->list.destructions.push_back(id);
+}
 
-bool ChangeListBuilder::empty() const { return impl_->list.empty() && impl_->columns.empty(); }
+bool ChangeListBuilder::empty() const {
+    return impl_->list.empty() && impl_->columns.empty();
+}
 
 ChangeList ChangeListBuilder::take() {
     ChangeList list = std::exchange(impl_->list, {});

@@ -64,7 +64,8 @@ private:
         return created_.contains(id) && destroyed_.contains(id) && !placed_.contains(id);
     }
     void dropRowsOfDestroyed(FieldColumn& column) const {
-        if (std::none_of(column.ids.begin(), column.ids.end(), [&](ObjectId id) { return destroyed_.contains(id); })) return;
+        if (std::none_of(column.ids.begin(), column.ids.end(), [&](ObjectId id) { return destroyed_.contains(id); }))
+            return;
         FieldColumn kept = FieldColumn::ofShape(column.type, column.field, column.kind(), column.width);
         for (std::size_t row = 0; row < column.ids.size(); ++row)
             if (!destroyed_.contains(column.ids[row])) kept.append(column.ids[row], column.value(row));

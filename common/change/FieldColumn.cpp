@@ -37,7 +37,8 @@ FieldValue FieldColumn::value(std::size_t row) const {
 }
 
 void FieldColumn::append(ObjectId id, const FieldValue& value) {
-    TESSERA_CHECK(kindOf(value) == kind() && widthOf(value) == width, "a value of another kind or width than its column");
+    TESSERA_CHECK(kindOf(value) == kind() && widthOf(value) == width,
+                  "a value of another kind or width than its column");
     ids.push_back(id);
     std::visit(
         [&](const auto& v) {
@@ -57,7 +58,8 @@ void FieldColumn::append(ObjectId id, const FieldValue& value) {
 
 void FieldColumn::assign(std::size_t row, const FieldValue& value) {
     TESSERA_CHECK(row < ids.size(), "a column has no such row");
-    TESSERA_CHECK(kindOf(value) == kind() && widthOf(value) == width, "a value of another kind or width than its column");
+    TESSERA_CHECK(kindOf(value) == kind() && widthOf(value) == width,
+                  "a value of another kind or width than its column");
     std::visit(
         [&](const auto& v) {
             using V = std::decay_t<decltype(v)>;

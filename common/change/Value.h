@@ -15,7 +15,9 @@ namespace tessera {
 /// for objects that a proposal wants to create; the committer replaces them.
 using ObjectId = StrongId<struct ObjectIdTag>;
 inline constexpr std::uint64_t kFirstPlaceholder = std::uint64_t{1} << 63;
-[[nodiscard]] constexpr bool isPlaceholder(ObjectId id) { return id.value >= kFirstPlaceholder; }
+[[nodiscard]] constexpr bool isPlaceholder(ObjectId id) {
+    return id.value >= kFirstPlaceholder;
+}
 
 /// The node that every scene has: exists in the empty scene, cannot be moved or destroyed.
 inline constexpr ObjectId kRootNode{1};
@@ -48,7 +50,9 @@ struct Doubles {
 /// One value of one field. The variant's index is the FieldKind.
 using FieldValue = std::variant<Floats, Doubles, std::int64_t, ObjectId, std::string, Blob>;
 
-[[nodiscard]] inline FieldKind kindOf(const FieldValue& value) { return static_cast<FieldKind>(value.index()); }
+[[nodiscard]] inline FieldKind kindOf(const FieldValue& value) {
+    return static_cast<FieldKind>(value.index());
+}
 [[nodiscard]] inline std::uint8_t widthOf(const FieldValue& value) {
     if (const auto* f = std::get_if<Floats>(&value)) return f->width;
     if (const auto* d = std::get_if<Doubles>(&value)) return d->width;

@@ -69,7 +69,9 @@ Bytes packBlobs(const std::vector<Blob>& blobs) {
 
 // ---- decoding ------------------------------------------------------------------------------------------------------
 
-tl::unexpected<Error> bad(std::string what) { return fail(ErrorCode::kBadInput, "change list: " + std::move(what)); }
+tl::unexpected<Error> bad(std::string what) {
+    return fail(ErrorCode::kBadInput, "change list: " + std::move(what));
+}
 
 /// The caller has bounded the size of the whole, so copying a part takes no more than that.
 template <typename T>
@@ -86,7 +88,8 @@ bool isWhole(ByteSpan bytes) {
 
 template <typename T>
 Expected<FieldColumn::Values> decodeScalars(ByteSpan bytes, std::size_t count) {
-    if (bytes.size() / sizeof(T) != count || !isWhole<T>(bytes)) return bad(fmt::format("{} bytes for {} scalars", bytes.size(), count));
+    if (bytes.size() / sizeof(T) != count || !isWhole<T>(bytes))
+        return bad(fmt::format("{} bytes for {} scalars", bytes.size(), count));
     return copyAs<T>(bytes);
 }
 
@@ -98,7 +101,8 @@ Expected<FieldColumn::Values> decodeTexts(ByteSpan bytes, std::size_t rows, std:
     texts.reserve(rows);
     for (const std::uint32_t length : lengths) {
         if (length > maxTextBytes)
-            return fail(ErrorCode::kLimit, fmt::format("change list: a text of {} bytes, more than the limit of {}", length, maxTextBytes));
+            return fail(ErrorCode::kLimit, fmt::format("change list: a text of {} bytes, more than the limit of {}",
+                                                       length, maxTextBytes));
         if (length > bytes.size()) return bad("texts are cut off");
         texts.emplace_back(asText(bytes.first(length)));
         bytes = bytes.subspan(length);
@@ -107,7 +111,8 @@ Expected<FieldColumn::Values> decodeTexts(ByteSpan bytes, std::size_t rows, std:
     return texts;
 }
 
-Expected<FieldColumn::Values> decodeBlobs(ByteSpan bytes, std::size_t rows, const BlobStore& store, AbsentBlobs absent) {
+Expected<FieldColumn::Values> decodeBlobs(ByteSpan bytes, std::size_t rows, const BlobStore& store,
+                                          AbsentBlobs absent) {
     if (bytes.size() / sizeof(BlobRecord) != rows || !isWhole<BlobRecord>(bytes)) return bad("blob names are cut off");
     std::vector<Blob> blobs;
     blobs.reserve(rows);
@@ -121,7 +126,8 @@ Expected<FieldColumn::Values> decodeBlobs(ByteSpan bytes, std::size_t rows, cons
         Blob blob = store.find(id);
         if (blob.empty()) {
             if (absent == AbsentBlobs::kRefuse)
-                return fail(ErrorCode::kRefused, fmt::format("change list: blob {} ({} bytes) is not here", toHex(id), record.sizeBytes));
+                return fail(ErrorCode::kRefused,
+                            fmt::format("change list: blob {} ({} bytes) is not here", toHex(id), record.sizeBytes));
             blob = Blob::absent(id, record.sizeBytes);
         } else if (blob.sizeBytes() != record.sizeBytes) {
             return bad(fmt::format("blob {} has {} bytes, not {}", toHex(id), blob.sizeBytes(), record.sizeBytes));
@@ -137,10 +143,12 @@ struct Decoding {
     const ChangeLimits& limits;
 };
 
-Expected<FieldColumn> decodeColumn(const proto::change::Column& head, ByteSpan ids, ByteSpan values, const Decoding& how) {
+Expected<FieldColumn> decodeColumn(const proto::change::Column& head, ByteSpan ids, ByteSpan values,
+                                   const Decoding& how) {
     constexpr std::uint32_t kMaxNumber = std::numeric_limits<std::uint16_t>::max();
     if (head.type() > kMaxNumber || head.field() > kMaxNumber) return bad("a type or field number is past 65535");
-    if (!proto::change::Column::Kind_IsValid(head.kind())) return bad(fmt::format("field kind {} is unknown", int(head.kind())));
+    if (!proto::change::Column::Kind_IsValid(head.kind()))
+        return bad(fmt::format("field kind {} is unknown", int(head.kind())));
     const auto kind = static_cast<FieldKind>(head.kind());
     const std::uint32_t maxWidth = kind == FieldKind::kFloat || kind == FieldKind::kDouble ? 4 : 1;
     if (head.width() < 1 || head.width() > maxWidth) return bad(fmt::format("a column of width {}", head.width()));
@@ -184,7 +192,8 @@ Expected<void> checkParts(const SplitParts& split, const ChangeLimits& limits) {
         return bad(fmt::format("{} parts", split.parts.size()));
     const std::size_t creations = split.parts[kCreationIds].size() / sizeof(ObjectId);
     const std::size_t placements = split.parts[kPlacementNodes].size() / sizeof(ObjectId);
-    if (!isWhole<ObjectId>(split.parts[kCreationIds]) || split.parts[kCreationTypes].size() != creations * sizeof(ObjectType))
+    if (!isWhole<ObjectId>(split.parts[kCreationIds]) ||
+        split.parts[kCreationTypes].size() != creations * sizeof(ObjectType))
         return bad("ids and types of creations differ in number");
     if (!isWhole<ObjectId>(split.parts[kPlacementNodes]) ||
         split.parts[kPlacementParents].size() != placements * sizeof(ObjectId) ||
@@ -197,7 +206,8 @@ Expected<void> checkParts(const SplitParts& split, const ChangeLimits& limits) {
         changes += split.parts[part].size() / sizeof(ObjectId);
     }
     if (changes > limits.maxChanges)
-        return fail(ErrorCode::kLimit, fmt::format("change list: {} changes, more than the limit of {}", changes, limits.maxChanges));
+        return fail(ErrorCode::kLimit,
+                    fmt::format("change list: {} changes, more than the limit of {}", changes, limits.maxChanges));
     return {};
 }
 
@@ -239,7 +249,8 @@ Bytes encodeChangeList(const ChangeList& list) {
     std::vector<Bytes> packed;  // texts and blobs; reserved, so that spans on its elements stay
     packed.reserve(list.columns.size());
     for (const FieldColumn& column : list.columns) {
-        TESSERA_CHECK(column.scalarCount() == column.ids.size() * column.width, "a column whose ids and values differ in number");
+        TESSERA_CHECK(column.scalarCount() == column.ids.size() * column.width,
+                      "a column whose ids and values differ in number");
         proto::change::Column& to = *head.add_columns();
         to.set_type(column.type.value);
         to.set_field(column.field.value);
@@ -261,9 +272,11 @@ Bytes encodeChangeList(const ChangeList& list) {
     return joinParts(head, parts);
 }
 
-Expected<ChangeList> decodeChangeList(ByteSpan bytes, const BlobStore& store, AbsentBlobs absent, const ChangeLimits& limits) {
+Expected<ChangeList> decodeChangeList(ByteSpan bytes, const BlobStore& store, AbsentBlobs absent,
+                                      const ChangeLimits& limits) {
     if (bytes.size() > limits.maxBytes)
-        return fail(ErrorCode::kLimit, fmt::format("change list: {} bytes, more than the limit of {}", bytes.size(), limits.maxBytes));
+        return fail(ErrorCode::kLimit,
+                    fmt::format("change list: {} bytes, more than the limit of {}", bytes.size(), limits.maxBytes));
     const auto split = splitParts(bytes, 16 + kHeadBytesPerColumn * limits.maxColumns,
                                   kFirstColumnPart + kPartsPerColumn * limits.maxColumns);
     if (!split) return failWith("change list", split.error());
@@ -287,7 +300,8 @@ Expected<ChangeList> decodeChangeList(ByteSpan bytes, const BlobStore& store, Ab
     list.columns.reserve(static_cast<std::size_t>(head->columns_size()));
     for (int i = 0; i < head->columns_size(); ++i) {
         const std::size_t part = kFirstColumnPart + kPartsPerColumn * static_cast<std::size_t>(i);
-        auto column = decodeColumn(head->columns(i), split->parts[part], split->parts[part + 1], {store, absent, limits});
+        auto column =
+            decodeColumn(head->columns(i), split->parts[part], split->parts[part + 1], {store, absent, limits});
         if (!column) return tl::unexpected(column.error());
         list.columns.push_back(std::move(*column));
     }

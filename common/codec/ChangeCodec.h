@@ -20,7 +20,8 @@ struct ChangeLimits {
 /// What to do with a blob that the store does not have.
 enum class AbsentBlobs { kRefuse, kKeepAbsent };
 
-/// Never crashes whatever the bytes are; takes no memory out of proportion to them. Blob columns are resolved in `store`.
+/// Never crashes whatever the bytes are; takes no memory out of proportion to them. Blob columns are resolved in
+/// `store`.
 [[nodiscard]] Expected<ChangeList> decodeChangeList(ByteSpan bytes, const BlobStore& store,
                                                     AbsentBlobs absent = AbsentBlobs::kRefuse,
                                                     const ChangeLimits& limits = {});

@@ -17,7 +17,9 @@ constexpr std::size_t kMaxTiles = 1024;
 constexpr std::size_t kMaxNameBytes = 256;
 constexpr std::size_t kMaxHeadBytes = std::size_t{512} << 10;
 
-tl::unexpected<Error> bad(std::string what) { return fail(ErrorCode::kBadInput, std::move(what)); }
+tl::unexpected<Error> bad(std::string what) {
+    return fail(ErrorCode::kBadInput, std::move(what));
+}
 
 void write(proto::frame::Vector& to, const Vec3d& v) {
     to.set_x(v.x());
@@ -44,7 +46,8 @@ Expected<Quatd> readRotation(const proto::frame::Rotation& from) {
 }
 
 Expected<User> readUser(const proto::frame::User& from) {
-    if (from.name().size() > kMaxNameBytes) return bad(fmt::format("frame: a user's name of {} bytes", from.name().size()));
+    if (from.name().size() > kMaxNameBytes)
+        return bad(fmt::format("frame: a user's name of {} bytes", from.name().size()));
     const auto position = readPosition(from.position());
     if (!position) return tl::unexpected(position.error());
     const auto orientation = readRotation(from.orientation());
@@ -81,8 +84,10 @@ Expected<FramePayload> decodeFrame(ByteSpan bytes) {
     const auto split = splitParts(bytes, kMaxHeadBytes, 1);
     if (!split) return failWith("frame", split.error());
     proto::frame::FrameHead head;
-    if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size()))) return bad("frame: its head is damaged");
-    if (static_cast<std::size_t>(head.users_size()) > kMaxUsers) return bad(fmt::format("frame: {} users", head.users_size()));
+    if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
+        return bad("frame: its head is damaged");
+    if (static_cast<std::size_t>(head.users_size()) > kMaxUsers)
+        return bad(fmt::format("frame: {} users", head.users_size()));
 
     FramePayload payload;
     const auto position = readPosition(head.position());
@@ -123,14 +128,18 @@ Expected<std::vector<TileStats>> decodeStats(ByteSpan bytes) {
     proto::frame::StatsHead head;
     if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
         return bad("statistics: their head is damaged");
-    if (static_cast<std::size_t>(head.tiles_size()) > kMaxTiles) return bad(fmt::format("statistics: {} tiles", head.tiles_size()));
+    if (static_cast<std::size_t>(head.tiles_size()) > kMaxTiles)
+        return bad(fmt::format("statistics: {} tiles", head.tiles_size()));
     std::vector<TileStats> stats;
     for (const proto::frame::TileStats& from : head.tiles()) {
-        if (from.tile().size() > kMaxNameBytes) return bad(fmt::format("statistics: a tile's name of {} bytes", from.tile().size()));
+        if (from.tile().size() > kMaxNameBytes)
+            return bad(fmt::format("statistics: a tile's name of {} bytes", from.tile().size()));
         // They end up in a report: NaN would make it unreadable.
-        if (!(from.cull_ms() >= 0 && std::isfinite(from.cull_ms()) && from.draw_ms() >= 0 && std::isfinite(from.draw_ms())))
+        if (!(from.cull_ms() >= 0 && std::isfinite(from.cull_ms()) && from.draw_ms() >= 0 &&
+              std::isfinite(from.draw_ms())))
             return bad("statistics: a time is not a number of milliseconds");
-        stats.push_back({from.tile(), from.cull_ms(), from.draw_ms(), from.in_frustum(), from.drawn(), from.triangles_drawn()});
+        stats.push_back(
+            {from.tile(), from.cull_ms(), from.draw_ms(), from.in_frustum(), from.drawn(), from.triangles_drawn()});
     }
     return stats;
 }

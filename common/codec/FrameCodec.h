@@ -20,8 +20,8 @@ struct FramePayload {
 struct TileStats {
     std::string tile;
     double cullMs = 0, drawMs = 0;
-    std::uint64_t inFrustum = 0;       ///< draw items in the tile's frustum
-    std::uint64_t drawn = 0;           ///< of those, not found hidden
+    std::uint64_t inFrustum = 0;  ///< draw items in the tile's frustum
+    std::uint64_t drawn = 0;      ///< of those, not found hidden
     std::uint64_t trianglesDrawn = 0;
     bool operator==(const TileStats&) const = default;
 };

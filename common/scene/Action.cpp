@@ -48,7 +48,8 @@ void Action::run(const Aspect& aspect, ObjectId from) const {
         if (!node) return;
         Affine3d world_T_node = world_T_parent;
         const Object* core = node->core ? aspect.find(node->core) : nullptr;
-        if (core && std::holds_alternative<Transform>(*core)) world_T_node = world_T_parent * ownTransform(aspect, *node);
+        if (core && std::holds_alternative<Transform>(*core))
+            world_T_node = world_T_parent * ownTransform(aspect, *node);
         const Visit visit{aspect, id, *node, world_T_node, levels.size()};
         if (nodeHandler_ && nodeHandler_(visit) == Descend::kPast) return;
         if (core) {
@@ -76,7 +77,8 @@ void Action::run(const Aspect& aspect, ObjectId from) const {
 
 Affine3d worldTransform(const Aspect& aspect, ObjectId node) {
     std::vector<const Node*> path;
-    for (const Node* n = aspect.get<Node>(node); n; n = n->parent ? aspect.get<Node>(n->parent) : nullptr) path.push_back(n);
+    for (const Node* n = aspect.get<Node>(node); n; n = n->parent ? aspect.get<Node>(n->parent) : nullptr)
+        path.push_back(n);
     // From the top down, as a traversal multiplies: the same bits.
     Affine3d world_T_node = Affine3d::Identity();
     for (auto it = path.rbegin(); it != path.rend(); ++it)

@@ -28,7 +28,8 @@ public:
     /// Called when a node with this type of core is entered. One handler per type.
     template <typename Core>
     void on(std::function<Descend(const Visit&, const Core&)> handler) {
-        setHandler(Core::kType, [h = std::move(handler)](const Visit& v) { return h(v, *v.aspect.coreOf<Core>(v.node)); });
+        setHandler(Core::kType,
+                   [h = std::move(handler)](const Visit& v) { return h(v, *v.aspect.coreOf<Core>(v.node)); });
     }
     /// Called for every node before the handler of its core.
     void onNode(Handler handler) { nodeHandler_ = std::move(handler); }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/scene/FieldLayout.h"
 #include "common/scene/InverseRecorder.h"
 #include "common/scene/ListCheck.h"
 
@@ -10,7 +11,7 @@ namespace tessera {
 struct Aspect::Impl {
     explicit Impl(SceneLimits l) : limits(l) {
         ObjectTable::Slot& root = table.insert(kRootNode, Node());
-        table.setHash(kRootNode, root, hashObject(kRootNode, *root.object, scratch));
+        table.setHash(kRootNode, root, hashObject(kRootNode, root, scratch));
     }
 
     /// The list has passed its check: from here on nothing fails.
@@ -18,15 +19,23 @@ struct Aspect::Impl {
 
     void create(const Creation& creation);
     void place(const Placement& placement, InverseRecorder* inverse);
-    void setColumn(const FieldColumn& column);
+    /// Columns of one type with the same ids. `final`: no other column of that type follows, so the objects can be
+    /// hashed while they are at hand.
+    void setColumns(std::span<const FieldColumn> columns, bool final, InverseRecorder* inverse);
+    void setRow(const FieldColumn& column, const FieldLayout& field, Object& object, std::size_t row);
     void destroy(ObjectId id);
+    void rehash(ObjectId id, ObjectTable::Slot& slot) {
+        table.setHash(id, slot, hashObject(id, slot, scratch));
+        slot.mark = hashedMark;
+    }
     void rehashTouched();
 
     void touch(ObjectId id, ObjectTable::Slot& slot) {
         if (slot.mark == touchedMark) return;
         slot.mark = touchedMark;
-        touched.push_back(id);
+        touched.push_back({id, &slot});
     }
+    void findRows(const FieldColumn& column);
     void letGo(ObjectId target) {
         if (ObjectTable::Slot* slot = target ? table.find(target) : nullptr) --slot->uses;
     }
@@ -35,24 +44,35 @@ struct Aspect::Impl {
     ObjectTable table;
     std::uint64_t nextFreeId = kRootNode.value + 1;
     // During one apply:
-    std::uint32_t touchedMark = 0;
-    std::vector<ObjectId> touched;
+    std::uint32_t touchedMark = 0, hashedMark = 0;
+    struct Touched {
+        ObjectId id;
+        ObjectTable::Slot* slot;
+    };
+    std::vector<Touched> touched;
+    std::vector<ObjectTable::Slot*> rows;  ///< of the columns at hand
     std::vector<std::byte> scratch;
 };
 
 namespace {
 
-/// Writes `width` scalars per row into the objects; refs are counted by the caller.
 template <typename Scalar>
-void writeNumbers(const FieldColumn& column, const FieldInfo& field, Object& object, std::size_t row) {
-    const Scalar* from = std::get<std::vector<Scalar>>(column.values).data() + row * field.width;
-    Scalar* to = fieldAt<Scalar>(field, object);
-    if (field.quaternion) {
-        std::copy_n(from + 1, 3, to);
+void writeNumbers(const FieldColumn& column, const FieldLayout& field, Object& object, std::size_t row) {
+    const std::size_t width = field.info->width;
+    const Scalar* from = std::get<std::vector<Scalar>>(column.values).data() + row * width;
+    Scalar* to = field.in<Scalar>(object);
+    if (field.info->quaternion) {  // said as w x y z, lies as x y z w
+        to[0] = from[1];
+        to[1] = from[2];
+        to[2] = from[3];
         to[3] = from[0];
-    } else {
-        std::copy_n(from, field.width, to);
+        return;
     }
+    // Widths are 1 to 4: written out, since a loop over so few costs more than its work.
+    to[0] = from[0];
+    if (width > 1) to[1] = from[1];
+    if (width > 2) to[2] = from[2];
+    if (width > 3) to[3] = from[3];
 }
 
 std::size_t indexOf(const std::vector<ObjectId>& children, ObjectId child) {
@@ -95,44 +115,56 @@ void Aspect::Impl::place(const Placement& p, InverseRecorder* inverse) {
     touch(p.node, slot);
 }
 
-void Aspect::Impl::setColumn(const FieldColumn& column) {
-    const FieldInfo& field = *findField(*findType(column.type), column.field);
+void Aspect::Impl::findRows(const FieldColumn& column) {
+    rows.clear();
+    rows.reserve(column.ids.size());
     ObjectTable::Cursor cursor(table);
-    const auto forEachRow = [&](auto&& write) {
-        for (std::size_t row = 0; row < column.ids.size(); ++row) {
-            ObjectTable::Slot& slot = *cursor.find(column.ids[row]);
-            write(*slot.object, row);
-            touch(column.ids[row], slot);
-        }
-    };
-    switch (field.kind) {
+    for (const ObjectId id : column.ids) rows.push_back(cursor.find(id));
+}
+
+void Aspect::Impl::setRow(const FieldColumn& column, const FieldLayout& field, Object& object, std::size_t row) {
+    switch (field.info->kind) {
         case FieldKind::kFloat:
-            forEachRow([&](Object& object, std::size_t row) { writeNumbers<float>(column, field, object, row); });
+            writeNumbers<float>(column, field, object, row);
             break;
         case FieldKind::kDouble:
-            forEachRow([&](Object& object, std::size_t row) { writeNumbers<double>(column, field, object, row); });
+            writeNumbers<double>(column, field, object, row);
             break;
         case FieldKind::kInt:
-            forEachRow([&](Object& object, std::size_t row) { writeNumbers<std::int64_t>(column, field, object, row); });
+            writeNumbers<std::int64_t>(column, field, object, row);
             break;
-        case FieldKind::kRef:
-            forEachRow([&, &refs = std::get<std::vector<ObjectId>>(column.values)](Object& object, std::size_t row) {
-                ObjectId& held = *fieldAt<ObjectId>(field, object);
-                letGo(held);
-                held = refs[row];
-                if (held) ++table.find(held)->uses;
-            });
+        case FieldKind::kRef: {
+            ObjectId& held = *field.in<ObjectId>(object);
+            letGo(held);
+            held = std::get<std::vector<ObjectId>>(column.values)[row];
+            if (held) ++table.find(held)->uses;
             break;
+        }
         case FieldKind::kText:
-            forEachRow([&, &texts = std::get<std::vector<std::string>>(column.values)](Object& object, std::size_t row) {
-                *fieldAt<std::string>(field, object) = texts[row];
-            });
+            *field.in<std::string>(object) = std::get<std::vector<std::string>>(column.values)[row];
             break;
         case FieldKind::kBlob:
-            forEachRow([&, &blobs = std::get<std::vector<Blob>>(column.values)](Object& object, std::size_t row) {
-                *fieldAt<Blob>(field, object) = blobs[row];
-            });
+            *field.in<Blob>(object) = std::get<std::vector<Blob>>(column.values)[row];
             break;
+    }
+}
+
+void Aspect::Impl::setColumns(std::span<const FieldColumn> columns, bool final, InverseRecorder* inverse) {
+    findRows(columns.front());
+    if (rows.empty()) return;
+    std::vector<const FieldLayout*> fields;
+    for (const FieldColumn& column : columns) {
+        fields.push_back(&layoutOf(rows.front()->alternative, column.field));
+        if (inverse) inverse->overwritten(column, *fields.back()->info, table);
+    }
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        ObjectTable::Slot& slot = *rows[row];
+        for (std::size_t i = 0; i < columns.size(); ++i) setRow(columns[i], *fields[i], *slot.object, row);
+        const ObjectId id = columns.front().ids[row];
+        if (final)
+            rehash(id, slot);
+        else
+            touch(id, slot);
     }
 }
 
@@ -144,22 +176,27 @@ void Aspect::Impl::destroy(ObjectId id) {
 }
 
 void Aspect::Impl::rehashTouched() {
-    ObjectTable::Cursor cursor(table);
-    for (const ObjectId id : touched)
-        if (ObjectTable::Slot* slot = cursor.find(id)) table.setHash(id, *slot, hashObject(id, *slot->object, scratch));
-    touched.clear();
+    for (const Touched& object : touched)
+        if (object.slot->mark != hashedMark) rehash(object.id, *object.slot);
 }
 
 void Aspect::Impl::applyChecked(const ChangeList& list, InverseRecorder* inverse) {
     touchedMark = table.newMark();
+    hashedMark = table.newMark();
+    touched.clear();
     for (const Creation& creation : list.creations) create(creation);
     for (const Placement& placement : list.placements) place(placement, inverse);
-    for (const FieldColumn& column : list.columns) {
-        if (inverse) inverse->overwritten(column, *findField(*findType(column.type), column.field), table);
-        setColumn(column);
+    for (std::size_t first = 0, end = 0; first < list.columns.size(); first = end) {
+        // Columns of one type mostly name the same objects: those are found and fetched once for all.
+        const FieldColumn& column = list.columns[first];
+        for (end = first + 1; end < list.columns.size(); ++end)
+            if (list.columns[end].type != column.type || list.columns[end].ids != column.ids) break;
+        const bool final = std::none_of(list.columns.begin() + static_cast<std::ptrdiff_t>(end), list.columns.end(),
+                                        [&](const FieldColumn& later) { return later.type == column.type; });
+        setColumns(std::span(list.columns).subspan(first, end - first), final, inverse);
     }
+    rehashTouched();  // while every slot still stands
     for (const ObjectId id : list.destructions) destroy(id);
-    rehashTouched();
     nextFreeId = std::max(nextFreeId, list.nextFreeId);
 }
 
@@ -193,11 +230,23 @@ std::size_t Aspect::useCount(ObjectId id) const {
     return slot ? slot->uses : 0;
 }
 
-std::size_t Aspect::objectCount() const { return impl_->table.size(); }
-std::vector<ObjectId> Aspect::ids() const { return impl_->table.ids(); }
-std::uint64_t Aspect::nextFreeId() const { return impl_->nextFreeId; }
-std::uint64_t Aspect::stateHash() const { return impl_->table.rootHash(); }
-std::vector<Aspect::LeafHash> Aspect::leafHashes() const { return impl_->table.leafHashes(); }
-std::vector<Aspect::ObjectHash> Aspect::objectHashes(std::uint64_t leaf) const { return impl_->table.objectHashes(leaf); }
+std::size_t Aspect::objectCount() const {
+    return impl_->table.size();
+}
+std::vector<ObjectId> Aspect::ids() const {
+    return impl_->table.ids();
+}
+std::uint64_t Aspect::nextFreeId() const {
+    return impl_->nextFreeId;
+}
+std::uint64_t Aspect::stateHash() const {
+    return impl_->table.rootHash();
+}
+std::vector<Aspect::LeafHash> Aspect::leafHashes() const {
+    return impl_->table.leafHashes();
+}
+std::vector<Aspect::ObjectHash> Aspect::objectHashes(std::uint64_t leaf) const {
+    return impl_->table.objectHashes(leaf);
+}
 
 }  // namespace tessera

@@ -23,9 +23,9 @@ struct SceneLimits {
 /// shared with others but immutable blobs.
 ///
 /// A list is checked against the scene before anything is touched: a refused list leaves aspect and hash as they were.
-/// Checked: ids exist (creations: do not), types and kinds agree, numbers are finite, a rotation is not zero, the tree has no
-/// cycle and stays within the limits, refs lead to the right type, nothing in use is destroyed (a node with children or
-/// a parent, an object that a ref names), the root stays.
+/// Checked: ids exist (creations: do not), types and kinds agree, numbers are finite, a rotation is not zero, the tree
+/// has no cycle and stays within the limits, refs lead to the right type, nothing in use is destroyed (a node with
+/// children or a parent, an object that a ref names), the root stays.
 class Aspect {
 public:
     explicit Aspect(SceneLimits limits = {});

@@ -46,11 +46,11 @@ struct Transform {
 /// Indexed triangles. All arrays are blobs; optional ones may be empty. `common/geometry/Mesh.h` checks and views them.
 struct Geometry {
     static constexpr TypeNumber kType = TypeNumber::kGeometry;
-    Blob positions;  ///< float[3] per vertex
-    Blob normals;    ///< float[3] per vertex, unit length; empty: faceted
-    Blob colors;     ///< uint8[4] per vertex, sRGB + alpha, multiplied with the material; empty: white
-    Blob texcoords;  ///< float[2] per vertex, origin at the image's upper left as in glTF; empty: none
-    Blob indices;    ///< uint32[3] per triangle, counter-clockwise seen from outside
+    Blob positions;     ///< float[3] per vertex
+    Blob normals;       ///< float[3] per vertex, unit length; empty: faceted
+    Blob colors;        ///< uint8[4] per vertex, sRGB + alpha, multiplied with the material; empty: white
+    Blob texcoords;     ///< float[2] per vertex, origin at the image's upper left as in glTF; empty: none
+    Blob indices;       ///< uint32[3] per triangle, counter-clockwise seen from outside
     ObjectId material;  ///< a Material; none: the default material
 };
 
@@ -120,8 +120,8 @@ struct Motion {
 /// Light from everywhere, and what is seen where nothing is. The first one in document order is used.
 struct Environment {
     static constexpr TypeNumber kType = TypeNumber::kEnvironment;
-    Vec3f sky{0.30f, 0.33f, 0.38f};        ///< ambient radiance from +Y
-    Vec3f ground{0.12f, 0.11f, 0.10f};     ///< ambient radiance from -Y
+    Vec3f sky{0.30f, 0.33f, 0.38f};         ///< ambient radiance from +Y
+    Vec3f ground{0.12f, 0.11f, 0.10f};      ///< ambient radiance from -Y
     Vec3f background{0.05f, 0.06f, 0.08f};  ///< linear colour of empty pixels
 };
 
@@ -146,8 +146,8 @@ struct Node {
     std::vector<ObjectId> children;
 };
 
-using Object = std::variant<Node, Group, Transform, Geometry, Material, Image, Switch, DirectionalLight, PointLight, Camera,
-                            Motion, Environment, Interest>;
+using Object = std::variant<Node, Group, Transform, Geometry, Material, Image, Switch, DirectionalLight, PointLight,
+                            Camera, Motion, Environment, Interest>;
 
 [[nodiscard]] constexpr ObjectType objectType(TypeNumber number) {
     return ObjectType{static_cast<std::uint16_t>(number)};

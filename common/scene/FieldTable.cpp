@@ -217,21 +217,29 @@ auto packed(const Eigen::Matrix<Scalar, N, 1>& v) {
 
 }  // namespace
 
-std::span<const TypeInfo> allTypes() { return kTypes; }
+std::span<const TypeInfo> allTypes() {
+    return kTypes;
+}
 
 const TypeInfo* findType(ObjectType type) {
-    const auto it = std::find_if(std::begin(kTypes), std::end(kTypes), [&](const TypeInfo& t) { return t.type == type; });
+    const auto it =
+        std::find_if(std::begin(kTypes), std::end(kTypes), [&](const TypeInfo& t) { return t.type == type; });
     return it == std::end(kTypes) ? nullptr : it;
 }
 
 const TypeInfo* findType(std::string_view name) {
-    const auto it = std::find_if(std::begin(kTypes), std::end(kTypes), [&](const TypeInfo& t) { return t.name == name; });
+    const auto it =
+        std::find_if(std::begin(kTypes), std::end(kTypes), [&](const TypeInfo& t) { return t.name == name; });
     return it == std::end(kTypes) ? nullptr : it;
 }
 
-const TypeInfo& typeInfo(const Object& object) { return kTypes[object.index()]; }
+const TypeInfo& typeInfo(const Object& object) {
+    return kTypes[object.index()];
+}
 
-ObjectType typeOf(const Object& object) { return typeInfo(object).type; }
+ObjectType typeOf(const Object& object) {
+    return typeInfo(object).type;
+}
 
 const FieldInfo* findField(const TypeInfo& type, FieldId id) {
     for (const FieldInfo& info : type.fields)
@@ -260,11 +268,23 @@ std::uint64_t schemaHash() {
     return hash64(asBytes(text));
 }
 
-FieldValue toValue(float v) { return Floats{{v}, 1}; }
-FieldValue toValue(double v) { return Doubles{{v}, 1}; }
-FieldValue toValue(const Vec3f& v) { return packed<float, 3>(v); }
-FieldValue toValue(const Vec4f& v) { return packed<float, 4>(v); }
-FieldValue toValue(const Vec3d& v) { return packed<double, 3>(v); }
-FieldValue toValue(const Quatd& q) { return Doubles{{q.w(), q.x(), q.y(), q.z()}, 4}; }
+FieldValue toValue(float v) {
+    return Floats{{v}, 1};
+}
+FieldValue toValue(double v) {
+    return Doubles{{v}, 1};
+}
+FieldValue toValue(const Vec3f& v) {
+    return packed<float, 3>(v);
+}
+FieldValue toValue(const Vec4f& v) {
+    return packed<float, 4>(v);
+}
+FieldValue toValue(const Vec3d& v) {
+    return packed<double, 3>(v);
+}
+FieldValue toValue(const Quatd& q) {
+    return Doubles{{q.w(), q.x(), q.y(), q.z()}, 4};
+}
 
 }  // namespace tessera

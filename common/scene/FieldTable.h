@@ -1,4 +1,5 @@
-/// The one table of object types and fields. Codec, snapshot, inspector, text format and hash see only fields and values.
+/// The one table of object types and fields. Codec, snapshot, inspector, text format and hash see only fields and
+/// values.
 #pragma once
 
 #include <limits>
@@ -21,8 +22,8 @@ struct FieldInfo {
     bool quaternion = false;  ///< width 4, must not be zero
     FieldValue (*load)(const Object&);
     void (*store)(Object&, const FieldValue&);  ///< kind and width already checked
-    /// Where the value lies in an object of this type: `width` floats or doubles, one std::int64_t, ObjectId, std::string
-    /// or Blob. Quaternions lie there as x y z w, while values say w x y z.
+    /// Where the value lies in an object of this type: `width` floats or doubles, one std::int64_t, ObjectId,
+    /// std::string or Blob. Quaternions lie there as x y z w, while values say w x y z.
     void* (*at)(Object&);
     /// What a number of this field may be (each scalar of it). Every number must be finite besides.
     double least = -std::numeric_limits<double>::infinity();
@@ -82,9 +83,17 @@ inline constexpr FieldId kInterestObject{1}, kInterestAgainst{2}, kInterestRespo
 [[nodiscard]] FieldValue toValue(const Vec4f& v);
 [[nodiscard]] FieldValue toValue(const Vec3d& v);
 [[nodiscard]] FieldValue toValue(const Quatd& q);
-[[nodiscard]] inline FieldValue toValue(std::int64_t v) { return v; }
-[[nodiscard]] inline FieldValue toValue(ObjectId v) { return v; }
-[[nodiscard]] inline FieldValue toValue(std::string v) { return v; }
-[[nodiscard]] inline FieldValue toValue(Blob v) { return v; }
+[[nodiscard]] inline FieldValue toValue(std::int64_t v) {
+    return v;
+}
+[[nodiscard]] inline FieldValue toValue(ObjectId v) {
+    return v;
+}
+[[nodiscard]] inline FieldValue toValue(std::string v) {
+    return v;
+}
+[[nodiscard]] inline FieldValue toValue(Blob v) {
+    return v;
+}
 
 }  // namespace tessera

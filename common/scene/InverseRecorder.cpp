@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/scene/FieldLayout.h"
+
 namespace tessera {
 
 namespace {
@@ -12,10 +14,12 @@ void gather(const FieldColumn& column, const FieldInfo& field, const ObjectTable
     ObjectTable::ConstCursor cursor(table);
     auto& values = std::get<std::vector<Scalar>>(out.values);
     values.reserve(column.ids.size() * field.width);
+    if (column.ids.empty()) return;
+    const FieldLayout& layout = layoutOf(cursor.find(column.ids.front())->alternative, field.id);
     for (const ObjectId id : column.ids) {
-        const Scalar* at = fieldAt<Scalar>(field, std::as_const(*cursor.find(id)->object));
+        const Scalar* at = layout.in<Scalar>(std::as_const(*cursor.find(id)->object));
         if (field.quaternion) values.push_back(at[3]);  // lies as x y z w, is said as w x y z
-        values.insert(values.end(), at, at + (field.quaternion ? 3 : field.width));
+        for (std::size_t i = 0; i < (field.quaternion ? 3u : field.width); ++i) values.push_back(at[i]);
     }
 }
 
@@ -49,7 +53,8 @@ InverseRecorder::InverseRecorder(const ChangeList& list, const ObjectTable& tabl
         }
     }
     for (const Creation& creation : list.creations)
-        if (!destroyed_.contains(creation.id) || placed.contains(creation.id)) inverse_.destructions.push_back(creation.id);
+        if (!destroyed_.contains(creation.id) || placed.contains(creation.id))
+            inverse_.destructions.push_back(creation.id);
 }
 
 void InverseRecorder::moved(ObjectId node, ObjectId parent, std::uint32_t index) {
@@ -92,9 +97,9 @@ ChangeList InverseRecorder::take() {
     std::reverse(inverse_.placements.begin(), inverse_.placements.end());
     // A column of survivors and one of the destroyed may be the same column.
     for (FieldColumn& lost : lost_.take().columns) {
-        const auto same = std::find_if(inverse_.columns.begin(), inverse_.columns.end(), [&](const FieldColumn& column) {
-            return column.type == lost.type && column.field == lost.field;
-        });
+        const auto same = std::find_if(
+            inverse_.columns.begin(), inverse_.columns.end(),
+            [&](const FieldColumn& column) { return column.type == lost.type && column.field == lost.field; });
         if (same == inverse_.columns.end()) {
             inverse_.columns.push_back(std::move(lost));
         } else {

@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// The inverse of creations C, placements P, values V, destructions D creates D, undoes P backwards, sets the values that
-/// were there before V, and destroys C.
+/// The inverse of creations C, placements P, values V, destructions D creates D, undoes P backwards, sets the values
+/// that were there before V, and destroys C.
 ///
 /// A node that came and went within the list comes and goes within the inverse too: while it was there it held children
 /// and shifted its siblings' indices, and the steps backwards count on that.

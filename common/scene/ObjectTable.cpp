@@ -10,7 +10,9 @@ namespace tessera {
 
 namespace {
 
-std::uint64_t mix(std::uint64_t value, std::uint64_t seed) { return hash64(std::as_bytes(std::span(&value, 1)), seed); }
+std::uint64_t mix(std::uint64_t value, std::uint64_t seed) {
+    return hash64(std::as_bytes(std::span(&value, 1)), seed);
+}
 
 }  // namespace
 
@@ -48,7 +50,8 @@ void ObjectTable::removePage(std::uint64_t leaf) {
     const std::size_t last = entries_.size() - 1;
     std::size_t hole = home(leaf);
     while (entries_[hole].leaf != leaf || !entries_[hole].page) hole = (hole + 1) & last;
-    // Close the gap, so that probing needs no tombstones: whoever stands behind the hole and belongs at or before it moves up.
+    // Close the gap, so that probing needs no tombstones: whoever stands behind the hole and belongs at or before it
+    // moves up.
     for (std::size_t i = (hole + 1) & last; entries_[i].page; i = (i + 1) & last) {
         const std::size_t distanceHome = (i - home(entries_[i].leaf)) & last;
         const std::size_t distanceHole = (i - hole) & last;
@@ -58,6 +61,7 @@ void ObjectTable::removePage(std::uint64_t leaf) {
     }
     entries_[hole] = {};
     --pages_;
+    hashedPage_ = nullptr;
 }
 
 ObjectTable::Block* ObjectTable::findBlock(std::uint64_t blockKey) const {
@@ -72,7 +76,9 @@ ObjectTable::Slot* ObjectTable::find(ObjectId id) {
     return slot.object ? &slot : nullptr;
 }
 
-const ObjectTable::Slot* ObjectTable::find(ObjectId id) const { return const_cast<ObjectTable*>(this)->find(id); }
+const ObjectTable::Slot* ObjectTable::find(ObjectId id) const {
+    return const_cast<ObjectTable*>(this)->find(id);
+}
 
 ObjectTable::Slot& ObjectTable::insert(ObjectId id, Object object) {
     const std::uint64_t leaf = id.value / Aspect::kIdsPerLeaf;
@@ -82,6 +88,7 @@ ObjectTable::Slot& ObjectTable::insert(ObjectId id, Object object) {
     if (!block) block = std::make_unique<Block>();
     Slot& slot = block->slots[id.value % kIdsPerBlock];
     TESSERA_CHECK(!slot.object, "an object with this id is there already");
+    slot.alternative = static_cast<std::uint32_t>(object.index());
     slot.object = std::make_unique<Object>(std::move(object));
     ++block->live;
     ++page->live;
@@ -105,14 +112,20 @@ void ObjectTable::erase(ObjectId id) {
 }
 
 void ObjectTable::setHash(ObjectId id, Slot& slot, std::uint64_t hash) {
-    Page* page = findPage(id.value / Aspect::kIdsPerLeaf);
-    TESSERA_CHECK(page, "no object with this id");
-    page->sum += hash - slot.hash;
+    const std::uint64_t leaf = id.value / Aspect::kIdsPerLeaf;
+    if (!hashedPage_ || hashedLeaf_ != leaf) {
+        hashedPage_ = findPage(leaf);
+        hashedLeaf_ = leaf;
+        TESSERA_CHECK(hashedPage_, "no object with this id");
+    }
+    hashedPage_->sum += hash - slot.hash;
     sum_ += hash - slot.hash;
     slot.hash = hash;
 }
 
-std::uint64_t ObjectTable::rootHash() const { return mix(sum_, 0); }
+std::uint64_t ObjectTable::rootHash() const {
+    return mix(sum_, 0);
+}
 
 std::vector<const ObjectTable::Entry*> ObjectTable::sortedEntries() const {
     std::vector<const Entry*> sorted;

@@ -1,8 +1,8 @@
 /// Where an aspect keeps its objects: id -> slot, with the hash tree. Internal to common/scene.
 ///
-/// Ids are dense and grow, so slots stand in blocks of neighbouring ids and blocks in pages of Aspect::kIdsPerLeaf ids, found
-/// through one small hash table of pages. A page is also the leaf of the state hash. Blocks and pages go when their last
-/// object goes, and exist only where there are objects: sparse ids cost memory in proportion to the objects.
+/// Ids are dense and grow, so slots stand in blocks of neighbouring ids and blocks in pages of Aspect::kIdsPerLeaf ids,
+/// found through one small hash table of pages. A page is also the leaf of the state hash. Blocks and pages go when
+/// their last object goes, and exist only where there are objects: sparse ids cost memory in proportion to the objects.
 #pragma once
 
 #include <array>
@@ -18,6 +18,7 @@ public:
     struct Slot {
         std::unique_ptr<Object> object;  ///< null: nothing has this id
         std::uint64_t hash = 0;          ///< as counted into the leaf's sum; 0 until the first setHash
+        std::uint32_t alternative = 0;   ///< object->index(), here so that checking a type does not fetch the object
         std::uint32_t uses = 0;          ///< refs that name this object
         /// Scratch for whoever walks over many objects and wants to see each once; see newMark. Not part of the state.
         mutable std::uint32_t mark = 0;
@@ -25,7 +26,7 @@ public:
 
     [[nodiscard]] const Slot* find(ObjectId id) const;
     [[nodiscard]] Slot* find(ObjectId id);
-    /// There must be no object with this id.
+    /// There must be no object with this id. Slots stay where they are until they are erased.
     Slot& insert(ObjectId id, Object object);
     /// Takes its hash out of the tree. Unknown ids are our own bug.
     void erase(ObjectId id);
@@ -95,12 +96,14 @@ private:
     std::vector<Entry> entries_ = std::vector<Entry>(16);  ///< open addressing, linear probing, a power of two
     std::size_t pages_ = 0;
     std::size_t size_ = 0;
-    std::uint64_t sum_ = 0;  ///< over all pages
+    std::uint64_t sum_ = 0;       ///< over all pages
+    Page* hashedPage_ = nullptr;  ///< of the last setHash: hashes come in runs too
+    std::uint64_t hashedLeaf_ = 0;
     mutable std::uint32_t lastMark_ = 0;
 };
 
 /// Over the object's id, type, all fields, parent and children in order: the same on every host. -0 counts as 0.
 /// `scratch` is reused memory.
-[[nodiscard]] std::uint64_t hashObject(ObjectId id, const Object& object, std::vector<std::byte>& scratch);
+[[nodiscard]] std::uint64_t hashObject(ObjectId id, const ObjectTable::Slot& slot, std::vector<std::byte>& scratch);
 
 }  // namespace tessera

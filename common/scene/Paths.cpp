@@ -34,7 +34,9 @@ Step parseStep(std::string_view text) {
     return {text, 0};
 }
 
-const std::string& nameOfChild(const Aspect& aspect, ObjectId child) { return aspect.get<Node>(child)->name; }
+const std::string& nameOfChild(const Aspect& aspect, ObjectId child) {
+    return aspect.get<Node>(child)->name;
+}
 
 ObjectId findChild(const Aspect& aspect, const Node& parent, const Step& step) {
     std::uint64_t index = step.index;
@@ -62,7 +64,9 @@ std::string childrenInWords(const Aspect& aspect, const Node& parent) {
 
 Expected<ObjectId> findById(const Aspect& aspect, std::string_view text) {
     const auto number = parseNumber(text.substr(1));
-    if (!number) return fail(ErrorCode::kNotFound, fmt::format("node \"{}\": an id is written as # and a number, e.g. #17", text));
+    if (!number)
+        return fail(ErrorCode::kNotFound,
+                    fmt::format("node \"{}\": an id is written as # and a number, e.g. #17", text));
     const Object* object = aspect.find(ObjectId(*number));
     if (!object) return fail(ErrorCode::kNotFound, fmt::format("node {}: there is no object with this id", text));
     if (!std::holds_alternative<Node>(*object))
@@ -75,7 +79,8 @@ Expected<ObjectId> findById(const Aspect& aspect, std::string_view text) {
 Expected<ObjectId> findNode(const Aspect& aspect, std::string_view path) {
     if (path.starts_with('#')) return findById(aspect, path);
     if (path.empty())
-        return fail(ErrorCode::kNotFound, "node \"\": a node is named by its path, e.g. /hall/crane, or by its id, e.g. #17");
+        return fail(ErrorCode::kNotFound,
+                    "node \"\": a node is named by its path, e.g. /hall/crane, or by its id, e.g. #17");
     ObjectId at = kRootNode;
     std::string_view rest = path;
     if (rest.starts_with('/')) rest.remove_prefix(1);

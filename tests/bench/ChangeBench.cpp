@@ -1,5 +1,6 @@
-// What a change costs beside copying it: 100,000 moved transforms (translation, rotation and scale in double), encoded,
-// decoded and applied, each next to a memcpy of the same ids and values in the same run.
+// What a change costs beside copying it: 10,000 and 100,000 moved transforms (translation, rotation and scale in
+// double), encoded, decoded and applied, each next to a memcpy of the same ids and values in the same run. With 100,000
+// the objects no longer fit into a common last-level cache, while the copied values still do.
 //
 //     bench_change [--json FILE]
 #include <fmt/format.h>
@@ -19,7 +20,6 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kTransforms = 100'000;
 constexpr int kRounds = 31;
 
 struct Case {
@@ -27,15 +27,15 @@ struct Case {
     double ours = 0, theirs = 0;  ///< ns per transform, median of the rounds
 };
 
-ChangeList creations() {
+ChangeList creations(std::uint64_t count) {
     ChangeListBuilder builder;
-    for (std::uint64_t i = 0; i < kTransforms; ++i) builder.create(ObjectId(2 + i), typeOf<Transform>());
+    for (std::uint64_t i = 0; i < count; ++i) builder.create(ObjectId(2 + i), typeOf<Transform>());
     return builder.take();
 }
 
-ChangeList moves(int frame) {
+ChangeList moves(std::uint64_t count, int frame) {
     ChangeListBuilder builder;
-    for (std::uint64_t i = 0; i < kTransforms; ++i) {
+    for (std::uint64_t i = 0; i < count; ++i) {
         const double t = 0.001 * double(i) + frame;
         builder.set(ObjectId(2 + i), typeOf<Transform>(), field::kTranslation, toValue(Vec3d(t, -t, 0.5)));
         builder.set(ObjectId(2 + i), typeOf<Transform>(), field::kRotation, toValue(Quatd(1, t, 0, 0)));
@@ -44,12 +44,14 @@ ChangeList moves(int frame) {
     return builder.take();
 }
 
-/// Copies a list's ids and values into memory that is there already: the least that any way of passing them on can cost.
+/// Copies a list's ids and values into memory that is there already: the least that any way of passing them on can
+/// cost.
 class PlainCopy {
 public:
     explicit PlainCopy(const ChangeList& list) : list_(list) {
-        for (const FieldColumn& column : list.columns) size_ += 8 * (column.ids.size() + column.scalarCount());
-        to_.resize(size_);
+        std::size_t size = 0;
+        for (const FieldColumn& column : list.columns) size += 8 * (column.ids.size() + column.scalarCount());
+        to_.resize(size);
     }
     void operator()() {
         std::byte* at = to_.data();
@@ -62,18 +64,16 @@ public:
             copy(std::get<std::vector<double>>(column.values));
         }
     }
-    [[nodiscard]] std::size_t size() const { return size_; }
 
 private:
     const ChangeList& list_;
-    std::size_t size_ = 0;
     std::vector<std::byte> to_;
 };
 
-double nsPerTransform(const std::function<void()>& work) {
+double nanoseconds(const std::function<void()>& work) {
     const auto start = std::chrono::steady_clock::now();
     work();
-    return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count() / double(kTransforms);
+    return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
 }
 
 double median(std::vector<double> times) {
@@ -81,42 +81,40 @@ double median(std::vector<double> times) {
     return times[times.size() / 2];
 }
 
-/// Ours and the copy take turns, so that a busy machine slows both.
-Case measure(std::string name, const std::function<void()>& ours, PlainCopy& copy) {
-    std::vector<double> our, their;
-    for (int round = 0; round < kRounds; ++round) {
-        our.push_back(nsPerTransform(ours));
-        their.push_back(nsPerTransform([&] { copy(); }));
-    }
-    return {std::move(name), median(our), median(their)};
+void must(bool done) {
+    TESSERA_CHECK(done, "a list of the benchmark was refused");
 }
 
-void must(bool done) { TESSERA_CHECK(done, "a list of the benchmark was refused"); }
-
-std::vector<Case> run() {
-    const ChangeList lists[] = {moves(1), moves(2)};
+void measure(std::uint64_t count, std::vector<Case>& cases) {
+    const ChangeList lists[] = {moves(count, 1), moves(count, 2)};
     PlainCopy copy(lists[0]);
     const BlobStore store;
     Aspect aspect;
-    must(aspect.apply(creations()).has_value());
+    must(aspect.apply(creations(count)).has_value());
     const Bytes encoded = encodeChangeList(lists[0]);
     int turn = 0;
-    std::printf("%llu transforms, %.1f MB of ids and values, median of %d rounds\n", static_cast<unsigned long long>(kTransforms),
-                double(copy.size()) / 1e6, kRounds);
-    return {
-        measure("encode", [&] { must(!encodeChangeList(lists[0]).empty()); }, copy),
-        measure("decode", [&] { must(decodeChangeList(encoded, store).has_value()); }, copy),
-        measure("apply", [&] { must(aspect.apply(lists[turn++ & 1]).has_value()); }, copy),
-        measure("apply with inverse", [&] { must(aspect.applyWithInverse(lists[turn++ & 1]).has_value()); }, copy),
+    // Ours and the copy take turns, so that a busy machine slows both.
+    const auto compare = [&](std::string_view name, const std::function<void()>& ours) {
+        std::vector<double> our, their;
+        for (int round = 0; round < kRounds; ++round) {
+            our.push_back(nanoseconds(ours) / double(count));
+            their.push_back(nanoseconds([&] { copy(); }) / double(count));
+        }
+        cases.push_back({fmt::format("{} {}", name, count), median(our), median(their)});
     };
+    compare("encode", [&] { must(!encodeChangeList(lists[0]).empty()); });
+    compare("decode", [&] { must(decodeChangeList(encoded, store).has_value()); });
+    compare("apply", [&] { must(aspect.apply(lists[turn++ & 1]).has_value()); });
+    compare("apply with inverse", [&] { must(aspect.applyWithInverse(lists[turn++ & 1]).has_value()); });
 }
 
 std::string json(const std::vector<Case>& cases) {
     std::string entries;
     for (const Case& c : cases)
-        entries += fmt::format("{}\n  {{\"case\": \"{}\", \"peer\": \"memcpy\", \"ours\": {:.17g}, \"theirs\": {:.17g}, "
-                               "\"unit\": \"ns per transform\", \"ratio\": {:.17g}}}",
-                               entries.empty() ? "" : ",", c.name, c.ours, c.theirs, c.ours / c.theirs);
+        entries += fmt::format(
+            "{}\n  {{\"case\": \"{}\", \"peer\": \"memcpy\", \"ours\": {:.17g}, \"theirs\": {:.17g}, "
+            "\"unit\": \"ns per transform\", \"ratio\": {:.17g}}}",
+            entries.empty() ? "" : ",", c.name, c.ours, c.theirs, c.ours / c.theirs);
     return "{\"cases\": [" + entries + "\n]}\n";
 }
 
@@ -129,9 +127,11 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "usage: bench_change [--json FILE]\n");
         return 2;
     }
-    const std::vector<tessera::Case> cases = tessera::run();
-    std::printf("%-20s %14s %14s %8s\n", "", "ns/transform", "memcpy", "ratio");
-    for (const tessera::Case& c : cases) std::printf("%-20s %14.1f %14.1f %8.1f\n", c.name.c_str(), c.ours, c.theirs, c.ours / c.theirs);
+    std::vector<tessera::Case> cases;
+    for (const std::uint64_t count : {10'000, 100'000}) tessera::measure(count, cases);
+    std::printf("%-26s %14s %14s %8s\n", "", "ns/transform", "memcpy", "ratio");
+    for (const tessera::Case& c : cases)
+        std::printf("%-26s %14.1f %14.1f %8.1f\n", c.name.c_str(), c.ours, c.theirs, c.ours / c.theirs);
     if (arguments.empty()) return 0;
     std::FILE* file = std::fopen(arguments[1].c_str(), "w");
     const std::string text = tessera::json(cases);

@@ -55,7 +55,8 @@ void damage(Bytes& bytes, Random& random) {
                 break;
             }
             default:
-                bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(at), 1 + below(random, 8), static_cast<std::byte>(random()));
+                bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(at), 1 + below(random, 8),
+                             static_cast<std::byte>(random()));
         }
     }
 }

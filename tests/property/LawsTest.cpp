@@ -186,7 +186,8 @@ TEST(Laws, TheHashDoesNotDependOnHistory) {
             for (std::size_t row = column.ids.size(); row-- > 0;) {
                 const FieldInfo& field = *findField(*findType(column.type), column.field);
                 ChangeListBuilder detour, one;
-                if (field.kind != FieldKind::kRef) detour.set(column.ids[row], column.type, field.id, SceneModel().someValue(field, random));
+                if (field.kind != FieldKind::kRef)
+                    detour.set(column.ids[row], column.type, field.id, SceneModel().someValue(field, random));
                 one.set(column.ids[row], column.type, field.id, column.value(row));
                 mustApply(piecemeal, detour.take());
                 mustApply(piecemeal, one.take());

@@ -49,19 +49,34 @@ ObjectId inUse(const SceneModel& scene) {
 
 const std::vector<Spoiling>& spoilings() {
     static const std::vector<Spoiling> all = {
-        {"creates what exists", [](ChangeList& l, const SceneModel&, Random&) { return l.creations.push_back({kRootNode, typeOf<Group>()}), true; }},
+        {"creates what exists",
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return l.creations.push_back({kRootNode, typeOf<Group>()}), true;
+         }},
         {"creates twice",
          [](ChangeList& l, const SceneModel&, Random& r) {
              return !l.creations.empty() && (l.creations.push_back(l.creations[below(r, l.creations.size())]), true);
          }},
-        {"creates id 0", [](ChangeList& l, const SceneModel&, Random&) { return l.creations.push_back({ObjectId(), typeOf<Group>()}), true; }},
+        {"creates id 0",
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return l.creations.push_back({ObjectId(), typeOf<Group>()}), true;
+         }},
         {"creates a placeholder",
-         [](ChangeList& l, const SceneModel&, Random&) { return l.creations.push_back({ObjectId(kFirstPlaceholder), typeOf<Group>()}), true; }},
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return l.creations.push_back({ObjectId(kFirstPlaceholder), typeOf<Group>()}), true;
+         }},
         {"creates an unknown type",
-         [](ChangeList& l, const SceneModel&, Random&) { return l.creations.push_back({ObjectId(1ull << 40), ObjectType(99)}), true; }},
-        {"moves the root", [](ChangeList& l, const SceneModel&, Random&) { return l.placements.push_back({kRootNode, ObjectId()}), true; }},
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return l.creations.push_back({ObjectId(1ull << 40), ObjectType(99)}), true;
+         }},
+        {"moves the root",
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return l.placements.push_back({kRootNode, ObjectId()}), true;
+         }},
         {"moves what is not there",
-         [](ChangeList& l, const SceneModel&, Random&) { return l.placements.push_back({ObjectId(1ull << 40), kRootNode}), true; }},
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return l.placements.push_back({ObjectId(1ull << 40), kRootNode}), true;
+         }},
         {"moves under what is not there",
          [](ChangeList& l, const SceneModel& s, Random&) {
              return inUse(s) && (l.placements.push_back({inUse(s), ObjectId(1ull << 40)}), true);
@@ -77,7 +92,9 @@ const std::vector<Spoiling>& spoilings() {
              return !cores.empty() && inUse(s) && (l.placements.push_back({inUse(s), cores[0]}), true);
          }},
         {"moves below itself",
-         [](ChangeList& l, const SceneModel& s, Random&) { return inUse(s) && (l.placements.push_back({inUse(s), inUse(s)}), true); }},
+         [](ChangeList& l, const SceneModel& s, Random&) {
+             return inUse(s) && (l.placements.push_back({inUse(s), inUse(s)}), true);
+         }},
         {"makes a cycle of two",
          [](ChangeList& l, const SceneModel& s, Random&) {
              const auto nodes = s.nodes();
@@ -89,11 +106,17 @@ const std::vector<Spoiling>& spoilings() {
              return true;
          }},
         {"places past the last child",
-         [](ChangeList& l, const SceneModel& s, Random&) { return inUse(s) && (l.placements.push_back({inUse(s), kRootNode, 1'000'000}), true); }},
+         [](ChangeList& l, const SceneModel& s, Random&) {
+             return inUse(s) && (l.placements.push_back({inUse(s), kRootNode, 1'000'000}), true);
+         }},
         {"sets an unknown type's field",
-         [](ChangeList& l, const SceneModel&, Random&) { return addRow(l, kRootNode, ObjectType(99), FieldId(1), std::int64_t{1}); }},
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return addRow(l, kRootNode, ObjectType(99), FieldId(1), std::int64_t{1});
+         }},
         {"sets an unknown field",
-         [](ChangeList& l, const SceneModel&, Random&) { return addRow(l, kRootNode, typeOf<Node>(), FieldId(99), std::int64_t{1}); }},
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return addRow(l, kRootNode, typeOf<Node>(), FieldId(99), std::int64_t{1});
+         }},
         {"sets what is not there",
          [](ChangeList& l, const SceneModel&, Random&) {
              return addRow(l, ObjectId(1ull << 40), typeOf<Node>(), field::kNodeName, std::string("ghost"));
@@ -157,25 +180,37 @@ const std::vector<Spoiling>& spoilings() {
         {"holds a rotation of zero",
          [](ChangeList& l, const SceneModel& s, Random&) {
              const auto transforms = s.objectsOf(typeOf<Transform>());
-             return !transforms.empty() && addRow(l, transforms[0], typeOf<Transform>(), field::kRotation, Doubles{{}, 4});
+             return !transforms.empty() &&
+                    addRow(l, transforms[0], typeOf<Transform>(), field::kRotation, Doubles{{}, 4});
          }},
         {"holds a text that is too long",
          [](ChangeList& l, const SceneModel&, Random&) {
              return addRow(l, kRootNode, typeOf<Node>(), field::kNodeName, std::string(4097, 'x'));
          }},
         {"holds a text that is not UTF-8",
-         [](ChangeList& l, const SceneModel&, Random&) { return addRow(l, kRootNode, typeOf<Node>(), field::kNodeName, std::string("\xFF")); }},
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return addRow(l, kRootNode, typeOf<Node>(), field::kNodeName, std::string("\xFF"));
+         }},
         {"names a core that is not there",
-         [](ChangeList& l, const SceneModel&, Random&) { return addRow(l, kRootNode, typeOf<Node>(), field::kNodeCore, ObjectId(1ull << 40)); }},
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return addRow(l, kRootNode, typeOf<Node>(), field::kNodeCore, ObjectId(1ull << 40));
+         }},
         {"names a node as a core",
-         [](ChangeList& l, const SceneModel&, Random&) { return addRow(l, kRootNode, typeOf<Node>(), field::kNodeCore, kRootNode); }},
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return addRow(l, kRootNode, typeOf<Node>(), field::kNodeCore, kRootNode);
+         }},
         {"names a placeholder",
-         [](ChangeList& l, const SceneModel&, Random&) { return addRow(l, kRootNode, typeOf<Node>(), field::kNodeCore, ObjectId(kFirstPlaceholder)); }},
-        {"destroys the root", [](ChangeList& l, const SceneModel&, Random&) { return l.destructions.push_back(kRootNode), true; }},
-        {"destroys what is not there",
-         [](ChangeList& l, const SceneModel&, Random&) { return l.destructions.push_back(ObjectId(1ull << 40)), true; }},
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return addRow(l, kRootNode, typeOf<Node>(), field::kNodeCore, ObjectId(kFirstPlaceholder));
+         }},
+        {"destroys the root",
+         [](ChangeList& l, const SceneModel&, Random&) { return l.destructions.push_back(kRootNode), true; }},
+        {"destroys what is not there", [](ChangeList& l, const SceneModel&,
+                                          Random&) { return l.destructions.push_back(ObjectId(1ull << 40)), true; }},
         {"destroys twice",
-         [](ChangeList& l, const SceneModel&, Random&) { return !l.destructions.empty() && (l.destructions.push_back(l.destructions[0]), true); }},
+         [](ChangeList& l, const SceneModel&, Random&) {
+             return !l.destructions.empty() && (l.destructions.push_back(l.destructions[0]), true);
+         }},
         {"destroys a node that has a parent",
          [](ChangeList& l, const SceneModel&, Random&) {
              l.creations.push_back({ObjectId(1ull << 40), typeOf<Node>()});

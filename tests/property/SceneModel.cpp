@@ -39,14 +39,19 @@ double someNumber(Random& random) {
 }
 
 std::string someName(Random& random) {
-    static const std::vector<std::string> kNames = {"", "hall", "crane", "hook", "Größe", "a/b", "x[1]", std::string("nul\0", 4)};
+    static const std::vector<std::string> kNames = {"",      "hall", "crane", "hook",
+                                                    "Größe", "a/b",  "x[1]",  std::string("nul\0", 4)};
     return oneIn(random, 10) ? std::string(below(random, 200), 'n') : kNames[below(random, kNames.size())];
 }
 
 }  // namespace
 
-const std::vector<Blob>& blobPool() { return pool().blobs; }
-const BlobStore& blobStore() { return pool().store; }
+const std::vector<Blob>& blobPool() {
+    return pool().blobs;
+}
+const BlobStore& blobStore() {
+    return pool().store;
+}
 
 SceneModel::SceneModel() {
     ModelObject root{typeOf<Node>(), {}, {}, {}};
@@ -76,7 +81,8 @@ FieldValue SceneModel::someValue(const FieldInfo& field, Random& random, const s
         case FieldKind::kFloat: {
             Floats values;
             values.width = field.width;
-            for (int i = 0; i < field.width; ++i) values.values[static_cast<std::size_t>(i)] = static_cast<float>(someNumber(random));
+            for (int i = 0; i < field.width; ++i)
+                values.values[static_cast<std::size_t>(i)] = static_cast<float>(someNumber(random));
             return values;
         }
         case FieldKind::kDouble: {
@@ -84,19 +90,22 @@ FieldValue SceneModel::someValue(const FieldInfo& field, Random& random, const s
             values.width = field.width;
             for (int i = 0; i < field.width; ++i) {
                 const double number = someNumber(random);
-                values.values[static_cast<std::size_t>(i)] = number < field.least || number > field.greatest ? 1.0 : number;
+                values.values[static_cast<std::size_t>(i)] =
+                    number < field.least || number > field.greatest ? 1.0 : number;
             }
             if (field.quaternion) values.values[below(random, 4)] = 1;
             return values;
         }
         case FieldKind::kInt: {
             const double least = std::max(field.least, -1000.0), greatest = std::min(field.greatest, 1000.0);
-            return static_cast<std::int64_t>(least) + static_cast<std::int64_t>(below(random, static_cast<std::size_t>(greatest - least) + 1));
+            return static_cast<std::int64_t>(least) +
+                   static_cast<std::int64_t>(below(random, static_cast<std::size_t>(greatest - least) + 1));
         }
         case FieldKind::kRef: {
             std::vector<ObjectId> targets = {ObjectId()};
             for (const auto& [id, object] : objects_)
-                if ((field.refType ? object.type == *field.refType : findType(object.type)->isCore) && !avoid.contains(id))
+                if ((field.refType ? object.type == *field.refType : findType(object.type)->isCore) &&
+                    !avoid.contains(id))
                     targets.push_back(id);
             return anyOf(targets, random);
         }
@@ -146,7 +155,8 @@ void SceneModel::isolate(ChangeListBuilder& list, const std::set<ObjectId>& doom
     for (const ObjectId id : doomed) {
         if (objects_.at(id).type != typeOf<Node>()) continue;
         const std::vector<ObjectId> children = objects_.at(id).children;
-        for (const ObjectId child : children) place(list, child, oneIn(random, 2) ? ObjectId() : kRootNode, Placement::kLast);
+        for (const ObjectId child : children)
+            place(list, child, oneIn(random, 2) ? ObjectId() : kRootNode, Placement::kLast);
         if (objects_.at(id).parent) place(list, id, ObjectId(), Placement::kLast);
     }
     // A doomed child that went under the root above.
@@ -170,7 +180,8 @@ void SceneModel::releaseRefs(ChangeListBuilder& list, const std::set<ObjectId>& 
     for (auto& [id, object] : objects_) {
         if (doomed.contains(id)) continue;
         for (const FieldInfo& field : findType(object.type)->fields) {
-            if (field.kind != FieldKind::kRef || !doomed.contains(std::get<ObjectId>(object.fields[field.id]))) continue;
+            if (field.kind != FieldKind::kRef || !doomed.contains(std::get<ObjectId>(object.fields[field.id])))
+                continue;
             object.fields[field.id] = someValue(field, random, doomed);
             list.set(id, object.type, field.id, object.fields[field.id]);
         }

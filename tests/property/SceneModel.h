@@ -14,8 +14,8 @@ class SceneModel {
 public:
     SceneModel();
 
-    /// A random list that leads on from here; the model follows it. Lists have creations, moves, values and destructions of
-    /// all types, now and then objects that come and go within the list, and gaps between ids.
+    /// A random list that leads on from here; the model follows it. Lists have creations, moves, values and
+    /// destructions of all types, now and then objects that come and go within the list, and gaps between ids.
     [[nodiscard]] ChangeList nextList(Random& random);
 
     /// Everything that an aspect says of itself, compared with this scene.
@@ -24,7 +24,8 @@ public:
     [[nodiscard]] std::vector<ObjectId> objectsOf(ObjectType type) const;
     [[nodiscard]] std::vector<ObjectId> nodes() const { return objectsOf(typeOf<Node>()); }
     /// A valid value for a field; refs lead to objects outside `avoid`.
-    [[nodiscard]] FieldValue someValue(const FieldInfo& field, Random& random, const std::set<ObjectId>& avoid = {}) const;
+    [[nodiscard]] FieldValue someValue(const FieldInfo& field, Random& random,
+                                       const std::set<ObjectId>& avoid = {}) const;
 
 private:
     struct ModelObject {

@@ -19,8 +19,8 @@ void forSeeds(std::uint64_t count, Property&& property) {
     const std::uint64_t end = only ? first + 1 : first + count;
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
     for (std::uint64_t seed = first; seed < end; ++seed) {
-        SCOPED_TRACE("run it again: TESSERA_SEED=" + std::to_string(seed) + " bin/property_scene --gtest_filter=" +
-                     test->test_suite_name() + "." + test->name());
+        SCOPED_TRACE("run it again: TESSERA_SEED=" + std::to_string(seed) +
+                     " bin/property_scene --gtest_filter=" + test->test_suite_name() + "." + test->name());
         Random random(seed);
         property(random);
         if (testing::Test::HasFailure()) return;
@@ -28,7 +28,11 @@ void forSeeds(std::uint64_t count, Property&& property) {
 }
 
 /// 0 … count-1.
-inline std::size_t below(Random& random, std::size_t count) { return count == 0 ? 0 : random() % count; }
-inline bool oneIn(Random& random, std::size_t n) { return below(random, n) == 0; }
+inline std::size_t below(Random& random, std::size_t count) {
+    return count == 0 ? 0 : random() % count;
+}
+inline bool oneIn(Random& random, std::size_t n) {
+    return below(random, n) == 0;
+}
 
 }  // namespace tessera

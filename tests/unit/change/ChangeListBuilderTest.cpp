@@ -8,7 +8,9 @@ namespace {
 constexpr ObjectType kTransform{3}, kMaterial{5};
 constexpr FieldId kFirst{1}, kSecond{2};
 
-FieldValue triple(double x, double y, double z) { return Doubles{{x, y, z}, 3}; }
+FieldValue triple(double x, double y, double z) {
+    return Doubles{{x, y, z}, 3};
+}
 
 TEST(ChangeListBuilder, GroupsValuesByTypeAndFieldInTheOrderOfTheirFirstSetting) {
     ChangeListBuilder builder;
@@ -66,8 +68,9 @@ TEST(ChangeListBuilder, KeepsPlacementsInTheOrderTheyWereMade) {
 }
 
 TEST(FieldColumn, GivesBackEachKindOfValueThatItWasGiven) {
-    const std::vector<FieldValue> values = {Floats{{1, 2, 3, 4}, 4}, Doubles{{1, 2}, 2},      std::int64_t{-5},
-                                            ObjectId(17),            std::string("crane"), Blob::of(std::span<const int>())};
+    const std::vector<FieldValue> values = {Floats{{1, 2, 3, 4}, 4}, Doubles{{1, 2}, 2},
+                                            std::int64_t{-5},        ObjectId(17),
+                                            std::string("crane"),    Blob::of(std::span<const int>())};
     for (const FieldValue& value : values) {
         FieldColumn column = FieldColumn::ofShape(kTransform, kFirst, kindOf(value), widthOf(value));
         column.append(ObjectId(1), value);

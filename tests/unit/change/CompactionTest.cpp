@@ -16,7 +16,9 @@ ChangeListPtr listOf(const std::function<void(ChangeListBuilder&)>& edit) {
     return std::make_shared<const ChangeList>(builder.take());
 }
 
-FieldValue number(float v) { return Floats{{v}, 1}; }
+FieldValue number(float v) {
+    return Floats{{v}, 1};
+}
 
 TEST(Compaction, KeepsOnlyTheLastValueOfAField) {
     std::vector<ChangeListPtr> lists;
@@ -69,7 +71,9 @@ TEST(Compaction, ForgetsValuesOfWhatIsDestroyedAndObjectsThatCameAndWent) {
     EXPECT_EQ(compacted[0].nextFreeId, 9u) << "id 8 has been given and must not be given again";
 }
 
-TEST(Compaction, OfNothingIsNothing) { EXPECT_TRUE(compact({}).empty()); }
+TEST(Compaction, OfNothingIsNothing) {
+    EXPECT_TRUE(compact({}).empty());
+}
 
 }  // namespace
 }  // namespace tessera

@@ -12,7 +12,9 @@
 namespace tessera {
 namespace {
 
-Blob blobOf(int seed) { return Blob::of(std::span<const int>(std::array{seed, seed + 1, seed + 2})); }
+Blob blobOf(int seed) {
+    return Blob::of(std::span<const int>(std::array{seed, seed + 1, seed + 2}));
+}
 
 /// One of everything that a list can hold.
 ChangeList richList(const Blob& blob) {
@@ -21,7 +23,8 @@ ChangeList richList(const Blob& blob) {
     b.create(ObjectId(~0ull), typeOf<Geometry>());
     b.place(ObjectId(7), kRootNode, 3);
     b.detach(ObjectId(9));
-    b.set(ObjectId(1), typeOf<Material>(), field::kBaseColor, toValue(Vec4f(0.25f, 1, 2, std::numeric_limits<float>::denorm_min())));
+    b.set(ObjectId(1), typeOf<Material>(), field::kBaseColor,
+          toValue(Vec4f(0.25f, 1, 2, std::numeric_limits<float>::denorm_min())));
     b.set(ObjectId(3), typeOf<Transform>(), field::kTranslation, toValue(Vec3d(1e-300, -0.0, 1e300)));
     b.set(ObjectId(2), typeOf<Transform>(), field::kTranslation, toValue(Vec3d(1, 2, 3)));
     b.set(ObjectId(3), typeOf<Motion>(), field::kMotionMode, std::numeric_limits<std::int64_t>::min());
@@ -67,7 +70,8 @@ TEST(ChangeCodec, RefusesOrKeepsAnAbsentBlobAsItIsTold) {
     const Bytes bytes = encodeChangeList(richList(blob));
     const auto refused = decodeChangeList(bytes, BlobStore());
     ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().message.find(toHex(blob.id()) + " (12 bytes) is not here"), std::string::npos) << refused.error().message;
+    EXPECT_NE(refused.error().message.find(toHex(blob.id()) + " (12 bytes) is not here"), std::string::npos)
+        << refused.error().message;
 
     const auto kept = decodeChangeList(bytes, BlobStore(), AbsentBlobs::kKeepAbsent);
     ASSERT_TRUE(kept);
@@ -110,7 +114,10 @@ TEST(ChangeCodec, HoldsItsLimits) {
     EXPECT_EQ(codeUnder({.maxColumns = list.columns.size() - 1}), ErrorCode::kLimit);
     EXPECT_EQ(codeUnder({.maxTextBytes = 8}), ErrorCode::kLimit);
     EXPECT_TRUE(decodeChangeList(bytes, store, AbsentBlobs::kRefuse,
-                                 {.maxBytes = bytes.size(), .maxChanges = list.changeCount(), .maxColumns = list.columns.size(), .maxTextBytes = 9}));
+                                 {.maxBytes = bytes.size(),
+                                  .maxChanges = list.changeCount(),
+                                  .maxColumns = list.columns.size(),
+                                  .maxTextBytes = 9}));
 }
 
 // ---- heads and parts that our encoder never makes ------------------------------------------------------------------
@@ -119,7 +126,8 @@ struct Forgery {
     proto::change::ListHead head;
     std::vector<Bytes> parts = std::vector<Bytes>(6);
 
-    Forgery& column(std::uint32_t type, std::uint32_t field, int kind, std::uint32_t width, std::size_t idBytes, std::size_t valueBytes) {
+    Forgery& column(std::uint32_t type, std::uint32_t field, int kind, std::uint32_t width, std::size_t idBytes,
+                    std::size_t valueBytes) {
         proto::change::Column& c = *head.add_columns();
         c.set_type(type);
         c.set_field(field);
@@ -177,7 +185,8 @@ TEST(ChangeCodec, RefusesFieldsOfANewerSchema) {
     std::string bytes = head.SerializeAsString() + std::string("\xA0\x06\x01", 3);  // field 100, varint 1
     ASSERT_TRUE(head.ParseFromString(bytes));
     std::vector<Bytes> empty(6);
-    const auto decoded = decodeChangeList(joinParts(head, std::vector<ByteSpan>(empty.begin(), empty.end())), BlobStore());
+    const auto decoded =
+        decodeChangeList(joinParts(head, std::vector<ByteSpan>(empty.begin(), empty.end())), BlobStore());
     ASSERT_FALSE(decoded);
     EXPECT_NE(decoded.error().message.find("does not know"), std::string::npos);
 }

@@ -63,7 +63,8 @@ TEST(FrameCodec, RefusesViewsThatNobodyCouldDraw) {
 
 TEST(FrameCodec, RefusesEveryTruncation) {
     const Bytes bytes = encodeFrame({someView(), share(Bytes(10))});
-    for (std::size_t size = 0; size < bytes.size(); ++size) EXPECT_FALSE(decodeFrame(ByteSpan(bytes).first(size))) << size;
+    for (std::size_t size = 0; size < bytes.size(); ++size)
+        EXPECT_FALSE(decodeFrame(ByteSpan(bytes).first(size))) << size;
 }
 
 TEST(FrameCodec, CarriesStatistics) {

@@ -49,7 +49,11 @@ TEST(Aspect, SharesACoreAmongNodesAndCountsItsUses) {
 TEST(Aspect, LetsObjectsThatNameEachOtherGoTogether) {
     Aspect aspect = hall();
     // The node's core is an interest in the node itself: neither can go first.
-    mustApply(aspect, Edits().node(10, "probe", 0).core<Interest>(11, 10).value<Interest>(11, field::kInterestObject, ObjectId(10)).take());
+    mustApply(aspect, Edits()
+                          .node(10, "probe", 0)
+                          .core<Interest>(11, 10)
+                          .value<Interest>(11, field::kInterestObject, ObjectId(10))
+                          .take());
     const std::uint64_t before = hall().stateHash();
     mustApply(aspect, Edits().gone(10).gone(11).take());
     EXPECT_EQ(aspect.stateHash(), before);
@@ -72,8 +76,17 @@ TEST(Aspect, TakesAChildFromItsParentAndTheParentAwayInOneList) {
 TEST(StateHash, DoesNotDependOnHowTheSceneCameToBe) {
     Aspect direct = hall();
     Aspect detour = hall();
-    mustApply(detour, Edits().node(30, "scaffold", 3).value<Transform>(5, field::kTranslation, toValue(Vec3d(9, 9, 9))).under(3, 1).take());
-    mustApply(detour, Edits().under(30, 0).gone(30).under(3, 2, 0).value<Transform>(5, field::kTranslation, toValue(Vec3d(1, 2, 3))).take());
+    mustApply(detour, Edits()
+                          .node(30, "scaffold", 3)
+                          .value<Transform>(5, field::kTranslation, toValue(Vec3d(9, 9, 9)))
+                          .under(3, 1)
+                          .take());
+    mustApply(detour, Edits()
+                          .under(30, 0)
+                          .gone(30)
+                          .under(3, 2, 0)
+                          .value<Transform>(5, field::kTranslation, toValue(Vec3d(1, 2, 3)))
+                          .take());
     EXPECT_EQ(detour.stateHash(), direct.stateHash());
     EXPECT_EQ(detour.leafHashes(), direct.leafHashes());
 }
@@ -88,7 +101,9 @@ TEST(StateHash, SeesEveryFieldParentAndOrderOfChildren) {
     EXPECT_NE(hashAfter(Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, 1, 1.0000001)))), before);
     EXPECT_NE(hashAfter(Edits().value<Node>(4, field::kNodeName, toValue(std::string("Hook")))), before);
     EXPECT_NE(hashAfter(Edits().value<Material>(7, field::kDoubleSided, std::int64_t{1})), before);
-    EXPECT_NE(hashAfter(Edits().value<Geometry>(6, field::kPositions, Blob::of(std::span<const int>(std::array{1, 2, 3})))), before);
+    EXPECT_NE(
+        hashAfter(Edits().value<Geometry>(6, field::kPositions, Blob::of(std::span<const int>(std::array{1, 2, 3})))),
+        before);
     EXPECT_NE(hashAfter(Edits().under(4, 2, 0)), before);
     EXPECT_NE(hashAfter(Edits().coreOfNode(4, 5)), before);
 }
@@ -119,7 +134,8 @@ TEST(StateHash, ItsTreeLeadsToTheObjectThatDiffers) {
 
     const auto objects = server.objectHashes(differing[0]), others = replica.objectHashes(differing[0]);
     ASSERT_EQ(objects.size(), others.size());
-    for (std::size_t i = 0; i < objects.size(); ++i) EXPECT_EQ(objects[i] == others[i], objects[i].id != ObjectId(7001));
+    for (std::size_t i = 0; i < objects.size(); ++i)
+        EXPECT_EQ(objects[i] == others[i], objects[i].id != ObjectId(7001));
 }
 
 TEST(StateHash, EmptyLeavesVanish) {
@@ -157,8 +173,15 @@ TEST(Inverse, RestoresTheOrderAroundANodeThatCameAndWent) {
     mustApply(aspect, Edits().node(10, "a", 2).node(11, "b", 2).take());
     const std::uint64_t before = aspect.stateHash();
     // 20 holds 10 for a while and shifts its siblings' indices.
-    const Expected<ChangeList> undo = aspect.applyWithInverse(
-        Edits().node(20, "basket", 0).under(20, 2, 0).under(10, 20).under(11, 2, 1).under(10, 2, 2).under(20, 0).gone(20).take());
+    const Expected<ChangeList> undo = aspect.applyWithInverse(Edits()
+                                                                  .node(20, "basket", 0)
+                                                                  .under(20, 2, 0)
+                                                                  .under(10, 20)
+                                                                  .under(11, 2, 1)
+                                                                  .under(10, 2, 2)
+                                                                  .under(20, 0)
+                                                                  .gone(20)
+                                                                  .take());
     ASSERT_TRUE(undo) << undo.error().message;
     EXPECT_NE(aspect.stateHash(), before);
     mustApply(aspect, *undo);

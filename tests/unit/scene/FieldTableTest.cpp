@@ -13,9 +13,12 @@ namespace {
 FieldValue someValue(const FieldInfo& field) {
     switch (field.kind) {
         case FieldKind::kFloat:
-            return Floats{{0.25f, field.width > 1 ? 0.5f : 0, field.width > 2 ? 0.75f : 0, field.width > 3 ? 0.125f : 0}, field.width};
+            return Floats{
+                {0.25f, field.width > 1 ? 0.5f : 0, field.width > 2 ? 0.75f : 0, field.width > 3 ? 0.125f : 0},
+                field.width};
         case FieldKind::kDouble:
-            return Doubles{{0.25, field.width > 1 ? 0.5 : 0, field.width > 2 ? 0.75 : 0, field.width > 3 ? 0.125 : 0}, field.width};
+            return Doubles{{0.25, field.width > 1 ? 0.5 : 0, field.width > 2 ? 0.75 : 0, field.width > 3 ? 0.125 : 0},
+                           field.width};
         case FieldKind::kInt:
             return std::int64_t{77};
         case FieldKind::kRef:
@@ -81,15 +84,24 @@ TEST(FieldTable, SaysQuaternionsAsWxyz) {
 }
 
 TEST(Text, KnowsUtf8) {
-    for (const char* good : {"", "hall", "Größe", "\xE2\x82\xAC", "\xF0\x9F\x8F\x97", "\xED\x9F\xBF", "\xF4\x8F\xBF\xBF"})
+    for (const char* good :
+         {"", "hall", "Größe", "\xE2\x82\xAC", "\xF0\x9F\x8F\x97", "\xED\x9F\xBF", "\xF4\x8F\xBF\xBF"})
         EXPECT_TRUE(isUtf8(good)) << good;
-    for (const char* bad : {"\x80", "\xC0\x80", "\xC3", "\xE2\x82", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xE0\x80\x80", "a\xFF"})
+    for (const char* bad : {"\x80", "\xC0\x80", "\xC3", "\xE2\x82", "\xED\xA0\x80", "\xF4\x90\x80\x80",
+                            "\xF5\x80\x80\x80", "\xE0\x80\x80", "a\xFF"})
         EXPECT_FALSE(isUtf8(bad)) << bad;
 }
 
 TEST(Text, RepairsAndCutsAtACharactersEnd) {
-    EXPECT_EQ(toUtf8("a\xFF" "b", 100), "a\xEF\xBF\xBD" "b");
-    EXPECT_EQ(toUtf8("Gr\xC3\xB6\xC3\x9F" "e", 5), "Gr\xC3\xB6");
+    EXPECT_EQ(toUtf8("a\xFF"
+                     "b",
+                     100),
+              "a\xEF\xBF\xBD"
+              "b");
+    EXPECT_EQ(toUtf8("Gr\xC3\xB6\xC3\x9F"
+                     "e",
+                     5),
+              "Gr\xC3\xB6");
     EXPECT_TRUE(isUtf8(toUtf8("\xE2\x82", 100)));
 }
 

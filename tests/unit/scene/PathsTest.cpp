@@ -21,7 +21,8 @@ TEST(Paths, LeadFromTheRootDown) {
 
 TEST(Paths, PickAmongEqualNames) {
     Aspect aspect = hall();
-    mustApply(aspect, Edits().node(10, "pillar").node(11, "pillar").node(12, "pillar[1]").node(13, "").node(14, "").take());
+    mustApply(aspect,
+              Edits().node(10, "pillar").node(11, "pillar").node(12, "pillar[1]").node(13, "").node(14, "").take());
     EXPECT_EQ(findNode(aspect, "/pillar").value(), ObjectId(10));
     EXPECT_EQ(findNode(aspect, "/pillar[1]").value(), ObjectId(11));
     EXPECT_EQ(findNode(aspect, "/pillar[1][0]").value(), ObjectId(12));
@@ -30,9 +31,12 @@ TEST(Paths, PickAmongEqualNames) {
 
 TEST(Paths, SayWhichStepFailedAndWhatIsThereInstead) {
     const Aspect aspect = hall();
-    EXPECT_EQ(error(aspect, "/hall/crone"), "node \"/hall/crone\": there is no \"crone\" below /hall; its 2 children are \"crane\", \"hook\"");
-    EXPECT_EQ(error(aspect, "/cellar/x"), "node \"/cellar/x\": there is no \"cellar\" below the root; its 1 children are \"hall\"");
-    EXPECT_EQ(error(aspect, "/hall/hook/a"), "node \"/hall/hook/a\": there is no \"a\" below /hall/hook; it has no children");
+    EXPECT_EQ(error(aspect, "/hall/crone"),
+              "node \"/hall/crone\": there is no \"crone\" below /hall; its 2 children are \"crane\", \"hook\"");
+    EXPECT_EQ(error(aspect, "/cellar/x"),
+              "node \"/cellar/x\": there is no \"cellar\" below the root; its 1 children are \"hall\"");
+    EXPECT_EQ(error(aspect, "/hall/hook/a"),
+              "node \"/hall/hook/a\": there is no \"a\" below /hall/hook; it has no children");
     EXPECT_NE(error(aspect, "/hall/crane[1]").find("no \"crane[1]\""), std::string::npos);
     EXPECT_NE(error(aspect, "#99").find("no object"), std::string::npos);
     EXPECT_NE(error(aspect, "#5").find("a Transform, not a node"), std::string::npos);
@@ -42,8 +46,15 @@ TEST(Paths, SayWhichStepFailedAndWhatIsThereInstead) {
 
 TEST(Paths, OfANodeLeadBackToIt) {
     Aspect aspect = hall();
-    mustApply(aspect, Edits().node(10, "pillar").node(11, "pillar").node(12, "pillar[1]").node(13, "").node(14, "a/b").node(15, "below", 14)
-                          .node(16, "loose", 0).take());
+    mustApply(aspect, Edits()
+                          .node(10, "pillar")
+                          .node(11, "pillar")
+                          .node(12, "pillar[1]")
+                          .node(13, "")
+                          .node(14, "a/b")
+                          .node(15, "below", 14)
+                          .node(16, "loose", 0)
+                          .take());
     EXPECT_EQ(pathOf(aspect, kRootNode), "/");
     EXPECT_EQ(pathOf(aspect, ObjectId(3)), "/hall/crane");
     EXPECT_EQ(pathOf(aspect, ObjectId(11)), "/pillar[1]");

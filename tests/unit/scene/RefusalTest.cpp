@@ -23,8 +23,12 @@ Error refusalBy(Aspect aspect, const ChangeList& list) {
     EXPECT_EQ(aspect.nextFreeId(), nextFreeId);
     return done ? Error() : done.error();
 }
-Error refusal(const ChangeList& list) { return refusalBy(hall(), list); }
-std::string message(const ChangeList& list) { return refusal(list).message; }
+Error refusal(const ChangeList& list) {
+    return refusalBy(hall(), list);
+}
+std::string message(const ChangeList& list) {
+    return refusal(list).message;
+}
 
 #define EXPECT_SAYS(list, text) EXPECT_NE(message(list).find(text), std::string::npos) << message(list)
 
@@ -55,25 +59,32 @@ TEST(Refusals, OfPlacements) {
 }
 
 TEST(Refusals, OfColumns) {
-    EXPECT_SAYS(Edits().value<Transform>(99, field::kScale, toValue(Vec3d(1, 1, 1))).take(), "set Transform.scale: of #99");
+    EXPECT_SAYS(Edits().value<Transform>(99, field::kScale, toValue(Vec3d(1, 1, 1))).take(),
+                "set Transform.scale: of #99");
     EXPECT_SAYS(Edits().value<Transform>(7, field::kScale, toValue(Vec3d(1, 1, 1))).take(), "#7 is a Material");
     EXPECT_SAYS(Edits().value<Transform>(5, FieldId(9), toValue(1.0)).take(), "Transform has no field 9");
     EXPECT_SAYS(Edits().value<Transform>(5, field::kScale, toValue(1.0)).take(), "it holds 3 double, not 1 double");
     EXPECT_SAYS(Edits().value<Transform>(5, field::kScale, toValue(Vec3f(1, 1, 1))).take(), "not 3 float");
-    EXPECT_SAYS(Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, NAN, 1))).take(), "set Transform.scale of #5: not a finite number");
+    EXPECT_SAYS(Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, NAN, 1))).take(),
+                "set Transform.scale of #5: not a finite number");
     EXPECT_SAYS(Edits().value<Material>(7, field::kRoughness, toValue(float(kInfinity))).take(), "not a finite number");
     EXPECT_SAYS(Edits().value<Transform>(5, field::kRotation, Doubles{{0, 0, 0, 0}, 4}).take(), "a rotation of zero");
-    EXPECT_SAYS(Edits().value<Transform>(5, field::kRotation, Doubles{{1e-60, 0, 0, 0}, 4}).take(), "a rotation of zero");
-    EXPECT_SAYS(Edits().value<Transform>(5, field::kRotation, Doubles{{1e200, 0, 0, 0}, 4}).take(), "cannot be normalised");
+    EXPECT_SAYS(Edits().value<Transform>(5, field::kRotation, Doubles{{1e-60, 0, 0, 0}, 4}).take(),
+                "a rotation of zero");
+    EXPECT_SAYS(Edits().value<Transform>(5, field::kRotation, Doubles{{1e200, 0, 0, 0}, 4}).take(),
+                "cannot be normalised");
     EXPECT_SAYS(Edits().value<Node>(4, field::kNodeName, std::string(5000, 'x')).take(), "5000 bytes of text");
     EXPECT_SAYS(Edits().value<Node>(4, field::kNodeName, std::string("\xC3(")).take(), "not UTF-8");
-    EXPECT_SAYS(Edits().core<Image>(20).value<Image>(20, field::kImageWidth, std::int64_t{-1}).take(), "-1 is not between 0 and 65536");
-    EXPECT_SAYS(Edits().core<Camera>(20).value<Camera>(20, field::kWorldUnitsPerMetre, toValue(0.0)).take(), "not between");
+    EXPECT_SAYS(Edits().core<Image>(20).value<Image>(20, field::kImageWidth, std::int64_t{-1}).take(),
+                "-1 is not between 0 and 65536");
+    EXPECT_SAYS(Edits().core<Camera>(20).value<Camera>(20, field::kWorldUnitsPerMetre, toValue(0.0)).take(),
+                "not between");
 
     ChangeList twice = Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, 1, 1))).take();
     twice.columns[0].append(ObjectId(5), toValue(Vec3d(2, 2, 2)));
     EXPECT_SAYS(twice, "#5 twice");
-    ChangeList createdTwice = Edits().core<Transform>(20).value<Transform>(20, field::kScale, toValue(Vec3d(1, 1, 1))).take();
+    ChangeList createdTwice =
+        Edits().core<Transform>(20).value<Transform>(20, field::kScale, toValue(Vec3d(1, 1, 1))).take();
     createdTwice.columns[0].append(ObjectId(20), toValue(Vec3d(2, 2, 2)));
     EXPECT_SAYS(createdTwice, "#20 twice");
     ChangeList sameColumn = Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, 1, 1))).take();
@@ -88,7 +99,8 @@ TEST(Refusals, OfRefs) {
     EXPECT_SAYS(Edits().coreOfNode(4, 99).take(), "to #99: there is no such object");
     EXPECT_SAYS(Edits().coreOfNode(4, 3).take(), "#3 is a Node, not a core");
     EXPECT_SAYS(Edits().coreOfNode(4, 7).take(), "#7 is a Material, not a core");
-    EXPECT_SAYS(Edits().value<Geometry>(6, field::kGeometryMaterial, ObjectId(5)).take(), "#5 is a Transform, not a Material");
+    EXPECT_SAYS(Edits().value<Geometry>(6, field::kGeometryMaterial, ObjectId(5)).take(),
+                "#5 is a Transform, not a Material");
     EXPECT_SAYS(Edits().coreOfNode(4, kFirstPlaceholder + 1).take(), "placeholder 1");
 }
 
@@ -106,8 +118,9 @@ TEST(Refusals, OfDestructions) {
 }
 
 TEST(Refusals, OfTooMuch) {
-    EXPECT_NE(refusalBy(hall({.maxObjects = 8}), Edits().core<Group>(20).core<Group>(21).take()).message.find("limit of 8"),
-              std::string::npos);
+    EXPECT_NE(
+        refusalBy(hall({.maxObjects = 8}), Edits().core<Group>(20).core<Group>(21).take()).message.find("limit of 8"),
+        std::string::npos);
     EXPECT_EQ(refusalBy(hall({.maxChildren = 2}), Edits().node(20, "x", 2).take()).code, ErrorCode::kLimit);
     // root, hall, crane, 20: one too deep.
     EXPECT_EQ(refusalBy(hall({.maxDepth = 3}), Edits().node(20, "x", 3).take()).code, ErrorCode::kLimit);
