@@ -31,6 +31,8 @@ public:
     [[nodiscard]] Expected<std::vector<Blob>> want(const std::vector<BlobInfo>& blobs);
     /// What to ask for now. Only while the bulk connection is open.
     [[nodiscard]] std::vector<message::BlobRequest> requests();
+    /// Whether chunks are under way.
+    [[nodiscard]] bool waiting() const { return !inFlight_.empty(); }
     /// A blob, when this chunk was its last. Chunks may come in any order, but only those asked for.
     [[nodiscard]] Expected<std::optional<Blob>> chunk(const message::BlobChunk& chunk);
     /// The bulk connection broke: what was under way is asked for again.

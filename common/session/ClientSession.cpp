@@ -56,6 +56,7 @@ struct ClientSession::Impl {
     void closed(ChannelKind channel, TimePoint now);
     void advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
+    [[nodiscard]] TimePoint bulkStuckAt() const;
     void welcome(const message::Welcome& welcome);
     void heartbeat(const message::Heartbeat& heartbeat, TimePoint now);
     void enqueue(const Message& message);
@@ -84,6 +85,7 @@ struct ClientSession::Impl {
     Stage stage = Stage::kUnconnected;
     Bulk bulk = Bulk::kUnwanted;
     TimePoint bulkRetryAt{};
+    TimePoint bulkProgress{};
     std::uint64_t token = 0;
 
     std::deque<Step> steps;
@@ -126,6 +128,7 @@ void ClientSession::Impl::opened(ChannelKind channel, TimePoint now) {
         return;
     }
     bulk = Bulk::kOpen;
+    bulkProgress = now;
     fetch();
     for (message::TileImage& waiting : waitingImages) send(ChannelKind::kBulk, std::move(waiting));
     waitingImages.clear();
@@ -140,7 +143,10 @@ void ClientSession::Impl::received(ChannelKind channel, const Message& message, 
         out.push_back(client_action::Finish{over->reason});
         return;
     }
-    if (channel == ChannelKind::kBulk) return receivedBulk(message);
+    if (channel == ChannelKind::kBulk) {
+        bulkProgress = lastByte;
+        return receivedBulk(message);
+    }
     if (const auto* beat = std::get_if<message::Heartbeat>(&message)) return heartbeat(*beat, now);
     if (stage == Stage::kGreeting) {
         if (const auto* hello = std::get_if<message::Welcome>(&message)) return welcome(*hello);
@@ -203,6 +209,9 @@ void ClientSession::Impl::advance(TimePoint now) {
     }
     if (now >= lastByte + config.serverLostAfter && now >= graceUntil)
         return disconnect("the server was silent for " + std::to_string((now - lastByte) / std::chrono::milliseconds(1)) + " ms");
+    if (now >= bulkStuckAt() && now >= graceUntil)
+        return disconnect("no data came on the bulk connection for " +
+                          std::to_string((now - bulkProgress) / std::chrono::milliseconds(1)) + " ms");
     if (bulk == Bulk::kClosed && now >= bulkRetryAt) {
         bulk = Bulk::kOpening;
         out.push_back(client_action::OpenBulk{});
@@ -211,9 +220,13 @@ void ClientSession::Impl::advance(TimePoint now) {
 
 TimePoint ClientSession::Impl::nextDeadline() const {
     if (stage == Stage::kUnconnected || dead()) return TimePoint::max();
-    TimePoint next = std::min(nextHeartbeat, std::max(graceUntil, lastByte + config.serverLostAfter));
+    TimePoint next = std::min(nextHeartbeat, std::max(graceUntil, std::min(lastByte + config.serverLostAfter, bulkStuckAt())));
     if (bulk == Bulk::kClosed) next = std::min(next, bulkRetryAt);
     return next;
+}
+
+TimePoint ClientSession::Impl::bulkStuckAt() const {
+    return bulk == Bulk::kOpen && fetcher.waiting() ? bulkProgress + config.bulkStuckAfter : TimePoint::max();
 }
 
 void ClientSession::Impl::welcome(const message::Welcome& welcome) {
@@ -274,6 +287,7 @@ bool ClientSession::Impl::allHeld(const std::vector<BlobInfo>& blobs, std::size_
 
 void ClientSession::Impl::fetch() {
     if (bulk != Bulk::kOpen) return;
+    if (!fetcher.waiting()) bulkProgress = std::max(bulkProgress, lastByte);
     for (const message::BlobRequest& wanted : fetcher.requests()) send(ChannelKind::kBulk, wanted);
 }
 

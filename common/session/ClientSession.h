@@ -24,6 +24,8 @@ struct ClientSessionConfig {
     std::chrono::milliseconds serverLostAfter{5'000};
     /// Pause before a bulk connection that broke or could not be made is tried again.
     std::chrono::milliseconds bulkRetry{200};
+    /// Chunks are under way and none comes for this long: the bulk connection is dead, though the other one lives.
+    std::chrono::milliseconds bulkStuckAfter{15'000};
     /// What may wait behind missing blobs and slow drawing; beyond either bound the connection is given up.
     std::size_t maxQueuedMessages = 16'384;
     std::size_t maxQueuedBytes = std::size_t{256} << 20;

@@ -178,8 +178,8 @@ void ServerSession::Impl::refuse(Peer& peer, ErrorCode code, std::string reason,
 }
 
 void ServerSession::Impl::comparePixels(Host& host, std::uint64_t probe) {
+    if (probe == 0) return;  // it did not look
     host.pixelProbe = probe;
-    if (probe == 0) return;
     if (probeHost.empty()) probeHost = host.name;
     if (host.name == probeHost) return;
     if (findHost(probeHost)->pixelProbe != probe) out.push_back(server_action::PixelsDiffer{host.name, probeHost});

@@ -5,8 +5,7 @@ namespace tessera {
 
 void ServerSession::Impl::advance(TimePoint now) {
     if (!startedAt) startedAt = now;
-    // Where the caller itself stood still, what peers said meanwhile may lie unread in its queue: give it a moment.
-    if (lastAdvance && now - *lastAdvance > config.sync.lostAfter / 2) graceUntil = now + config.sync.heartbeat;
+    if (lastAdvance && now - *lastAdvance > config.sync.lostAfter / 2) stoodStill(now - *lastAdvance, now);
     lastAdvance = now;
     sendHeartbeats(now);
     if (now < graceUntil) return;
@@ -15,6 +14,14 @@ void ServerSession::Impl::advance(TimePoint now) {
     closeUnsynced(now);
     leaveBlobsLate(now);
     settle(now);
+}
+
+/// The caller did nothing for so long. What peers said meanwhile may lie unread in its queue: they get a moment. And who
+/// needs us to serve snapshots and blobs has lost that time through no fault of its own.
+void ServerSession::Impl::stoodStill(Duration time, TimePoint now) {
+    graceUntil = now + config.sync.heartbeat;
+    for (Host& host : hosts) host.syncProgress += time;
+    for (Announcement& announcement : announcements) announcement.deadline += time;
 }
 
 void ServerSession::Impl::sendHeartbeats(TimePoint now) {

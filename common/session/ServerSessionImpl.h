@@ -132,6 +132,7 @@ struct ServerSession::Impl {
     // ServerSessionDeadlines.cpp
     void advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
+    void stoodStill(Duration time, TimePoint now);
     void sendHeartbeats(TimePoint now);
     void closeSilent(TimePoint now);
     void closeUnsynced(TimePoint now);

@@ -25,7 +25,7 @@ void Owner::stall(Duration duration) {
     if (now() < stalledUntil_) return;
     witness_.trace("the server stands still for " + std::to_string(duration / 1ms) + " ms");
     stalledUntil_ = now() + duration;
-    longestStall_ = std::max(longestStall_, duration);
+    stalls_.emplace_back(now(), stalledUntil_);
     timeline_.at(stalledUntil_, [this] {
         // What runs first after a standstill is anybody's guess.
         if (random_.chance(0.3)) {
@@ -35,6 +35,14 @@ void Owner::stall(Duration duration) {
         if (random_.chance(0.3)) maybeBegin();
         work();
     });
+}
+
+Duration Owner::excuse(TimePoint since) const {
+    const Duration moment = config_.session.sync.heartbeat;
+    Duration all{};
+    for (const auto& [begin, end] : stalls_)
+        if (end + moment > since) all += end + moment - std::max(begin, since);
+    return all + 1ms;
 }
 
 void Owner::opened(ConnectionId connection) {
@@ -249,12 +257,12 @@ void Owner::checkDetection(const server_action::Fault& fault) const {
     const SyncPolicy& sync = config_.session.sync;
     if (fault.kind == FaultKind::kSilent) {
         if (fault.detectedAfter < sync.lostAfter) violated(fault.host + " is called silent too early");
-        if (fault.detectedAfter > sync.lostAfter + excuse()) violated(fault.host + " is called silent too late");
+        if (fault.detectedAfter > sync.lostAfter + excuse(sayingAt_ - fault.detectedAfter)) violated(fault.host + " is called silent too late");
     }
     if (fault.kind == FaultKind::kDrawStalled) {
         const Duration drawing = sayingAt_ - drawingSince_.at(fault.host);
         if (drawing < sync.frameDeadline) violated(fault.host + " is called stalled too early");
-        if (drawing > std::max<Duration>(sync.frameDeadline, 3 * longestFrame_) + excuse())
+        if (drawing > std::max<Duration>(sync.frameDeadline, 3 * longestFrame_) + excuse(drawingSince_.at(fault.host)))
             violated(fault.host + " is called stalled too late");
     }
 }

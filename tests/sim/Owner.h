@@ -100,8 +100,9 @@ private:
     void left(const std::string& host);
     void checkQuiet() const;
     void checkDetection(const server_action::Fault& fault) const;
-    /// How much later than it should a deadline may be seen: the owner's own standstills.
-    [[nodiscard]] Duration excuse() const { return longestStall_ + config_.session.sync.heartbeat; }
+    /// How much later than it should a deadline that began to run at `since` may be seen: our own standstills, and a moment
+    /// after each.
+    [[nodiscard]] Duration excuse(TimePoint since) const;
     [[noreturn]] void violated(const std::string& what) const { throw Violation("the server: " + what); }
 
     OwnerConfig config_;
@@ -113,7 +114,7 @@ private:
 
     std::deque<Event> inbox_;
     TimePoint stalledUntil_{};
-    Duration longestStall_{};
+    std::vector<std::pair<TimePoint, TimePoint>> stalls_;
     TimePoint workPlanned_ = TimePoint::max();
     std::set<ConnectionId> open_;
     std::map<ConnectionId, std::string> hostOf_;

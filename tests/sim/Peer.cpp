@@ -58,6 +58,10 @@ void Peer::breakBulk() {
     if (const auto bulk = connections_[index(ChannelKind::kBulk)]) network_.sever(*bulk);
 }
 
+void Peer::muteBulk() {
+    if (const auto bulk = connections_[index(ChannelKind::kBulk)]) network_.cut(*bulk);
+}
+
 void Peer::misbehave(const Message& message) {
     if (running_ && open_[0]) network_.toServer(*connections_[0], message);
 }
@@ -84,7 +88,8 @@ void Peer::dial() {
                                                                    .chunkBytes = kChunkBytes,
                                                                    .chunksInFlight = kChunksInFlight,
                                                                    .serverLostAfter = 1'500ms,
-                                                                   .bulkRetry = 50ms});
+                                                                   .bulkRetry = 50ms,
+                                                                   .bulkStuckAfter = 1'000ms});
     for (const BlobId& id : store_) session_->holdBlob(id);
     open(ChannelKind::kControl);
 }

@@ -46,9 +46,13 @@ public:
     void hangDrawing(Duration duration) { drawFree_ = std::max(drawFree_, now() + duration); }
     void drawSlower(double factor) { slowness_ = factor; }
     /// One bit of the replica flips.
-    void corrupt() { scene_.hash ^= 1; corrupted_ = true; }
+    void corrupt() {
+        if (!std::exchange(corrupted_, true)) scene_.hash ^= 1;
+    }
     void cutCable();
     void breakBulk();
+    /// Half-open: what is sent on it vanishes, the control connection lives.
+    void muteBulk();
     /// Says something that no host may say.
     void misbehave(const Message& message);
     /// An application's request.

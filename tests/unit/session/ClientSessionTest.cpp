@@ -227,6 +227,28 @@ TEST(ClientSession, GoesOnWithABlobWhereABrokenBulkConnectionLeftIt) {
     ASSERT_EQ(c.actions<client_action::StoreBlob>().size(), 1u);
 }
 
+TEST(ClientSession, ADeadBulkConnectionEndsTheConnectionThoughTheOtherOneLives) {
+    ClientFixture c;
+    const Blob blob(content(450, 1));
+    c.welcomed();
+    c.bulkOpen();
+    const auto live = [&](Duration time) {
+        for (const TimePoint end = c.now + time; c.now < end;) {
+            c.now += 50ms;
+            c.hear(message::Heartbeat{.sentAtNs = 1});
+            c.take(c.session.advance(c.now));
+        }
+    };
+    live(20s);  // nothing is wanted of it
+    EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
+    c.hear(message::Snapshot{.sequence = 5, .blobs = {infoOf(blob)}});
+    live(14'900ms);
+    EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
+    live(200ms);
+    ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
+    EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
+}
+
 TEST(ClientSession, DamagedMissingOrUnaskedChunksEndTheConnection) {
     const Blob blob(content(80, 1));
     const SharedBytes right = blob.shared();
