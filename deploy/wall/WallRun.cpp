@@ -25,6 +25,7 @@ struct ClientSlot {
     std::optional<SteadyTime> restartAt;
     std::optional<ChildEnd> lastEnd;
     int restarts = 0;
+    bool killed = false;  ///< by us, and said so
 };
 
 class WallRun {
@@ -173,7 +174,7 @@ private:
             if (!end) continue;
             readClient(client);
             client.lastEnd = end;
-            if (end->good() || clientsToldToEnd_) continue;
+            if (end->good() || client.killed || clientsToldToEnd_) continue;
             std::string text = fmt::format("client of host {} (pid {}) {}", client.host, pid, describe(*end));
             // A wrong option or configuration would be wrong again.
             const bool hopeless = !end->signalled && (end->value == exitCode(ErrorCode::kUsage) ||
@@ -249,9 +250,10 @@ private:
             console_.warning(
                 fmt::format("client of host {} (pid {}) {}; it is killed", client.host, client.process->pid(), why));
             client.process->send(SIGKILL);
+            client.killed = true;
         };
         eachRunning([&](ClientSlot& client) {
-            if (client.process->stopped()) killed(client, "is stopped");
+            if (!client.killed && client.process->stopped()) killed(client, "is stopped");
         });
         if (endClientsAt_ && now() >= *endClientsAt_) {
             clientsToldToEnd_ = true;

@@ -174,6 +174,7 @@ TEST_F(WallRunning, KillsAStoppedClientAtTheEndWithoutWaiting) {
                                                "if [ $host = a ]; then kill -STOP $$; fi; touch $S/b; exit 0");
     ASSERT_TRUE(result);
     EXPECT_SAID("is stopped; it is killed");
+    EXPECT_EQ(said().find("was killed by signal"), std::string::npos) << "what we did ourselves is said once";
     EXPECT_LT(std::chrono::steady_clock::now() - before, 30s);
 }
 
