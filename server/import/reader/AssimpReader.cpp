@@ -273,7 +273,8 @@ std::string firstLine(std::string text) {
 
 Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits) {
     const FolderFiles files(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
-    Assimp::Importer importer;
+    // Never deleted: the process ends soon, and the destructor of assimp 5.2.5 crashes after some 3MF files.
+    Assimp::Importer& importer = *new Assimp::Importer;
     const std::string extension = path.substr(std::min(path.rfind('.'), path.size()));
     if (!importer.IsExtensionSupported(extension))
         return fail(ErrorCode::kUnsupported,

@@ -118,51 +118,26 @@ constexpr int kFatalCalls[] = {SCMP_SYS(execve),
                                SCMP_SYS(fork),
                                SCMP_SYS(vfork)};
 
-/// Enough to read files, compute, write to the pipe and end. Everything else fails with EPERM, which libraries cope
-/// with.
-constexpr int kAllowedCalls[] = {SCMP_SYS(read),
-                                 SCMP_SYS(readv),
-                                 SCMP_SYS(pread64),
-                                 SCMP_SYS(write),
-                                 SCMP_SYS(writev),
-                                 SCMP_SYS(close),
-                                 SCMP_SYS(fstat),
-                                 SCMP_SYS(newfstatat),
-                                 SCMP_SYS(stat),
-                                 SCMP_SYS(lstat),
-                                 SCMP_SYS(statx),
-                                 SCMP_SYS(lseek),
-                                 SCMP_SYS(access),
-                                 SCMP_SYS(faccessat),
-                                 SCMP_SYS(readlink),
-                                 SCMP_SYS(readlinkat),
-                                 SCMP_SYS(getcwd),
-                                 SCMP_SYS(getdents64),
-                                 SCMP_SYS(fadvise64),
-                                 SCMP_SYS(brk),
-                                 SCMP_SYS(munmap),
-                                 SCMP_SYS(mremap),
-                                 SCMP_SYS(madvise),
-                                 SCMP_SYS(futex),
-                                 SCMP_SYS(getrandom),
-                                 SCMP_SYS(clock_gettime),
-                                 SCMP_SYS(clock_getres),
-                                 SCMP_SYS(gettimeofday),
-                                 SCMP_SYS(time),
-                                 SCMP_SYS(rt_sigaction),
-                                 SCMP_SYS(rt_sigprocmask),
-                                 SCMP_SYS(rt_sigreturn),
-                                 SCMP_SYS(sigaltstack),
-                                 SCMP_SYS(getpid),
-                                 SCMP_SYS(gettid),
-                                 SCMP_SYS(sched_yield),
-                                 SCMP_SYS(restart_syscall),
-                                 SCMP_SYS(exit),
+/// Enough to read files, compute, write to the pipe and end. Everything else does not exist (ENOSYS), which libraries
+/// cope with: they try older calls instead.
+constexpr int kAllowedCalls[] = {SCMP_SYS(read),         SCMP_SYS(readv),           SCMP_SYS(pread64),
+                                 SCMP_SYS(write),        SCMP_SYS(writev),          SCMP_SYS(close),
+                                 SCMP_SYS(fstat),        SCMP_SYS(newfstatat),      SCMP_SYS(stat),
+                                 SCMP_SYS(lstat),        SCMP_SYS(statx),           SCMP_SYS(lseek),
+                                 SCMP_SYS(access),       SCMP_SYS(faccessat),       SCMP_SYS(faccessat2),
+                                 SCMP_SYS(readlink),     SCMP_SYS(readlinkat),      SCMP_SYS(getcwd),
+                                 SCMP_SYS(getdents64),   SCMP_SYS(fadvise64),       SCMP_SYS(brk),
+                                 SCMP_SYS(munmap),       SCMP_SYS(mremap),          SCMP_SYS(madvise),
+                                 SCMP_SYS(futex),        SCMP_SYS(getrandom),       SCMP_SYS(clock_gettime),
+                                 SCMP_SYS(clock_getres), SCMP_SYS(gettimeofday),    SCMP_SYS(time),
+                                 SCMP_SYS(rt_sigaction), SCMP_SYS(rt_sigprocmask),  SCMP_SYS(rt_sigreturn),
+                                 SCMP_SYS(sigaltstack),  SCMP_SYS(getpid),          SCMP_SYS(gettid),
+                                 SCMP_SYS(sched_yield),  SCMP_SYS(restart_syscall), SCMP_SYS(exit),
                                  SCMP_SYS(exit_group)};
 
 Expected<void> restrictCalls() {
     const std::unique_ptr<std::remove_pointer_t<scmp_filter_ctx>, decltype(&seccomp_release)> filter(
-        seccomp_init(SCMP_ACT_ERRNO(EPERM)), &seccomp_release);
+        seccomp_init(SCMP_ACT_ERRNO(ENOSYS)), &seccomp_release);
     if (!filter) return fail(ErrorCode::kUnsupported, "seccomp: no filter");
     bool good = true;
     for (const int call : kFatalCalls)

@@ -43,6 +43,7 @@ Expected<std::string> FolderFiles::resolve(const std::string& name) const {
     const std::unique_ptr<char, decltype(&std::free)> resolved(::realpath(path.c_str(), nullptr), &std::free);
     if (!resolved) return fail(ErrorCode::kNotFound, fmt::format("'{}': {}", name, std::strerror(errno)));
     const std::string found(resolved.get());
+    if (found == folder_) return fail(ErrorCode::kBadInput, fmt::format("'{}' is a folder", name));
     const std::string prefix = folder_ == "/" ? folder_ : folder_ + "/";
     if (found.compare(0, prefix.size(), prefix) != 0)
         return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", name));

@@ -267,10 +267,14 @@ Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits)
         if (!access.refusal.empty()) reason = access.refusal + (reason.empty() ? "" : " (" + reason + ")");
         return fail(ErrorCode::kBadInput, "it is not valid glTF: " + (reason.empty() ? "no reason given" : reason));
     }
-    if (model.asset.version.compare(0, 2, "2.") != 0)
-        return fail(ErrorCode::kUnsupported, fmt::format("it is glTF {}; 2.0 is read here", model.asset.version));
     GltfReader reader(model, files, limits);
     Expected<PlainScene> scene = reader.read();
+    if (scene && model.asset.version.compare(0, 2, "2.") != 0) {
+        // Many files that say 1.1 are 2.0 in all but name; the others come out empty.
+        if (scene->file.node().empty())
+            return fail(ErrorCode::kUnsupported, fmt::format("it is glTF {}; 2.0 is read here", model.asset.version));
+        scene->note(fmt::format("it says that it is glTF {}; it was read as 2.0", model.asset.version));
+    }
     if (scene && !access.refusal.empty()) scene->note(access.refusal + "; left out");
     return scene;
 }

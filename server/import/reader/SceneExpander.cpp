@@ -144,7 +144,7 @@ std::string shapeKey(const proto::scene::Node& node) {
 std::string nearestName(const std::set<std::string>& names, const std::string& wrong) {
     std::string nearest;
     if (wrong.size() > 64) return nearest;
-    std::size_t best = std::max<std::size_t>(wrong.size() / 3, 1) + 1;
+    std::size_t best = std::min<std::size_t>(wrong.size() / 2, 3) + 1;
     for (const std::string& name : names) {
         if (name.size() > 64) continue;
         if (const std::size_t distance = editDistance(name, wrong); distance < best) {

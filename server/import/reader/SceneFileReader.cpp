@@ -40,7 +40,8 @@ public:
     void AddError(int line, pb::io::ColumnNumber column, const std::string& message) override {
         if (!text_.empty()) return;
         std::string words = explainUnknownField(message);
-        while (!words.empty() && words.back() == '.') words.pop_back();
+        while (!words.empty() && (words.back() == '.' || words.back() == ' ')) words.pop_back();
+        if (!words.empty() && words.back() == ':') words += " the end of the file";
         text_ = line >= 0 ? fmt::format("{}:{}: {}", line + 1, column + 1, words) : words;
     }
     void AddWarning(int, pb::io::ColumnNumber, const std::string&) override {}

@@ -1,0 +1,286 @@
+// Small glTF files written here, one feature each.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "common/scene/Action.h"
+#include "tests/unit/import/ImportFixture.h"
+
+namespace tessera {
+namespace {
+
+std::string base64(std::string_view bytes) {
+    constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        std::uint32_t group = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            group = group << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0u);
+        for (int shift = 18; shift >= 0; shift -= 6) text.push_back(digits[group >> shift & 63]);
+    }
+    for (std::size_t i = 0; i < (3 - bytes.size() % 3) % 3; ++i) text[text.size() - 1 - i] = '=';
+    return text;
+}
+
+/// A glTF file under construction: one buffer, one view per accessor.
+class GltfText {
+public:
+    /// Returns the accessor's number.
+    template <typename T>
+    int add(const std::vector<T>& values, int componentType, const char* type, std::size_t count,
+            const std::string& more = "") {
+        const std::string bytes(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+        views_.push_back(
+            fmt::format(R"({{"buffer":0,"byteOffset":{},"byteLength":{}}})", buffer_.size(), bytes.size()));
+        buffer_ += bytes + std::string((4 - bytes.size() % 4) % 4, '\0');
+        accessors_.push_back(fmt::format(R"({{"bufferView":{},"componentType":{},"count":{},"type":"{}"{}}})",
+                                         views_.size() - 1, componentType, count, type, more));
+        return static_cast<int>(accessors_.size()) - 1;
+    }
+    int floats(const std::vector<float>& values, const char* type, std::size_t components) {
+        return add(values, 5126, type, values.size() / components);
+    }
+    /// `rest`: nodes, meshes and so on.
+    [[nodiscard]] std::string text(const std::string& rest) const {
+        return fmt::format(
+            R"({{"asset":{{"version":"2.0"}},"scene":0,"buffers":[{{"byteLength":{},"uri":"data:application/octet-stream;base64,{}"}}],
+            "bufferViews":[{}],"accessors":[{}],{}}})",
+            buffer_.size(), base64(buffer_), fmt::join(views_, ","), fmt::join(accessors_, ","), rest);
+    }
+
+private:
+    std::string buffer_;
+    std::vector<std::string> views_, accessors_;
+};
+
+ImportedScene import(const std::string& text) {
+    const Scratch scratch;
+    Expected<ImportedScene> scene = importScene(scratch.write("model.gltf", text), kRootNode, importOptions());
+    EXPECT_TRUE(scene) << messageOf(scene);
+    return scene ? std::move(*scene) : ImportedScene{};
+}
+
+const std::vector<float> kSquare = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+
+std::vector<std::uint32_t> indicesOf(const std::string& primitive, const GltfText& gltf) {
+    const ImportedAspect aspect(import(gltf.text(
+        fmt::format(R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"meshes":[{{"primitives":[{}]}}])",
+                    primitive))));
+    const auto* geometry = aspect.core<Geometry>("/model/n/part 0");
+    if (geometry == nullptr) return {};
+    const auto indices = geometry->indices.as<std::uint32_t>();
+    return {indices.begin(), indices.end()};
+}
+
+TEST(GltfPrimitive, StripsFansAndMissingIndicesBecomeTriangles) {
+    GltfText gltf;
+    const int positions = gltf.floats(kSquare, "VEC3", 3);
+    const auto mode = [&](int number) {
+        return fmt::format(R"({{"attributes":{{"POSITION":{}}},"mode":{}}})", positions, number);
+    };
+    using Indices = std::vector<std::uint32_t>;
+    EXPECT_EQ(indicesOf(mode(4), gltf), (Indices{0, 1, 2}));
+    EXPECT_EQ(indicesOf(mode(5), gltf), (Indices{0, 1, 2, 1, 3, 2})) << "every second triangle of a strip is turned";
+    EXPECT_EQ(indicesOf(mode(6), gltf), (Indices{0, 1, 2, 0, 2, 3}));
+    const int bytes = gltf.add(std::vector<std::uint8_t>{2, 1, 0}, 5121, "SCALAR", 3);
+    EXPECT_EQ(indicesOf(fmt::format(R"({{"attributes":{{"POSITION":{}}},"indices":{}}})", positions, bytes), gltf),
+              (Indices{2, 1, 0}));
+}
+
+TEST(GltfPrimitive, MissingNormalsAreComputedAndColoursBecomeSrgb) {
+    GltfText gltf;
+    const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3);
+    const int colors = gltf.add(std::vector<std::uint16_t>{65535, 0, 0, 0, 0, 0, 14065, 65535, 0, 0, 0, 0}, 5123,
+                                "VEC4", 3, R"(,"normalized":true)");
+    const ImportedAspect aspect(import(gltf.text(fmt::format(
+        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"COLOR_0":{}}}}}]}}])",
+        positions, colors))));
+    const auto* geometry = aspect.core<Geometry>("/model/n/part 0");
+    ASSERT_NE(geometry, nullptr);
+    EXPECT_FLOAT_EQ(geometry->normals.as<float>()[2], 1.0f);
+    const auto color = geometry->colors.as<std::uint8_t>();
+    ASSERT_EQ(color.size(), 12u);
+    EXPECT_EQ(color[0], 255);
+    EXPECT_EQ(color[6], 128) << "linear 0.2146 is sRGB 0.5";
+    EXPECT_EQ(color[7], 255) << "alpha stays linear";
+}
+
+TEST(GltfPrimitive, SparseAccessorsReplaceElements) {
+    GltfText gltf;
+    const int positions =
+        gltf.add(kSquare, 5126, "VEC3", 4,
+                 R"(,"sparse":{"count":1,"indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":2}})");
+    gltf.add(std::vector<std::uint16_t>{2}, 5123, "SCALAR", 1);
+    gltf.floats({7, 8, 9}, "VEC3", 3);
+    const ImportedAspect aspect(import(gltf.text(fmt::format(
+        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}])",
+        positions))));
+    const auto vertices = aspect.core<Geometry>("/model/n/part 0")->positions.as<float>();
+    EXPECT_EQ(std::vector<float>(vertices.begin() + 6, vertices.begin() + 9), (std::vector<float>{7, 8, 9}));
+}
+
+TEST(GltfNode, MatricesBecomeTransformsEvenThoseThatMirrorOrShear) {
+    GltfText gltf;
+    const int positions = gltf.floats(kSquare, "VEC3", 3);
+    // Column-major: a turn about z with scale 2, 3, 4; a reflection; a shear.
+    const std::string rest = fmt::format(
+        R"("scenes":[{{"nodes":[0,1,2]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],"nodes":[
+        {{"name":"turned","mesh":0,"matrix":[0,2,0,0, -3,0,0,0, 0,0,4,0, 5,6,7,1]}},
+        {{"name":"mirrored","mesh":0,"matrix":[-1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}},
+        {{"name":"sheared","mesh":0,"matrix":[1,0,0,0, 0.5,1,0,0, 0,0.25,-2,0, 1,2,3,1]}}])",
+        positions);
+    const ImportedAspect aspect(import(gltf.text(rest)));
+    const auto* turned = aspect.core<Transform>("/model/turned");
+    EXPECT_TRUE(turned->scale.isApprox(Vec3d(2, 3, 4)));
+    EXPECT_NEAR(std::abs(turned->rotation.w()), std::sqrt(0.5), 1e-9);
+    const auto worldOf = [&](const char* path) { return worldTransform(*aspect, *findNode(*aspect, path)); };
+    Affine3d expected = Affine3d::Identity();
+    expected.linear() << 0, -3, 0, 2, 0, 0, 0, 0, 4;
+    expected.translation() = Vec3d(5, 6, 7);
+    EXPECT_TRUE(worldOf("/model/turned/part 0").isApprox(expected, 1e-9));
+    EXPECT_LT(worldOf("/model/mirrored/part 0").linear().determinant(), 0.0);
+    expected.linear() << 1, 0.5, 0, 0, 1, 0.25, 0, 0, -2;
+    expected.translation() = Vec3d(1, 2, 3);
+    EXPECT_TRUE(worldOf("/model/sheared/shear/part 0").isApprox(expected, 1e-9))
+        << "two transforms say exactly what one cannot";
+}
+
+TEST(GltfCamera, ShowsAtTheScenesMiddleWhatTheFilesCameraShows) {
+    GltfText gltf;
+    // A square of side 2 around the origin; a camera 10 away on +z, its field 2·atan(0.09): 1.8 high at the middle.
+    const int positions = gltf.floats({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0}, "VEC3", 3);
+    const ImportedScene scene = import(gltf.text(fmt::format(
+        R"("scenes":[{{"nodes":[0,1]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}},"mode":6}}]}}],
+        "cameras":[{{"type":"perspective","name":"eye","perspective":{{"yfov":{},"znear":0.1}}}}],
+        "nodes":[{{"mesh":0}},{{"name":"tripod","camera":0,"translation":[0,0,10]}}])",
+        positions, 2 * std::atan(0.09))));
+    EXPECT_TRUE(scene.hasCamera);
+    const ImportedAspect aspect{ImportedScene(scene)};
+    const auto* camera = aspect.core<Camera>("/model/tripod/eye/camera");
+    ASSERT_NE(camera, nullptr);
+    EXPECT_NEAR(camera->worldUnitsPerMetre, 1.0, 1e-6);
+    const Affine3d world_T_wall = worldTransform(*aspect, *findNode(*aspect, "/model/tripod/eye"));
+    EXPECT_LT((world_T_wall * Vec3d(0, 1.5, 0)).norm(), 1e-6) << "the window's middle is the scene's";
+}
+
+TEST(GltfLights, AreDirectionalPointAndSpotAsPoint) {
+    GltfText gltf;
+    const int positions = gltf.floats(kSquare, "VEC3", 3);
+    const ImportedScene scene = import(gltf.text(fmt::format(
+        R"("extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[
+        {{"type":"directional","intensity":2,"color":[1,0.5,0]}},{{"type":"point","range":4}},{{"type":"spot","spot":{{}}}}]}}}},
+        "scenes":[{{"nodes":[0,1,2]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
+        "nodes":[{{"name":"a","mesh":0,"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}},
+        {{"name":"b","extensions":{{"KHR_lights_punctual":{{"light":1}}}}}},{{"name":"c","extensions":{{"KHR_lights_punctual":{{"light":2}}}}}}])",
+        positions)));
+    EXPECT_EQ(scene.notes.size(), 1u);
+    const ImportedAspect aspect{ImportedScene(scene)};
+    EXPECT_EQ(aspect.core<DirectionalLight>("/model/a/light 0")->color, Vec3f(1, 0.5f, 0));
+    EXPECT_FLOAT_EQ(aspect.core<PointLight>("/model/b/light 1")->range, 4.0f);
+    EXPECT_NE(aspect.core<PointLight>("/model/c/light 2"), nullptr);
+}
+
+TEST(GltfMaterial, KeepsFactorsAndBlendsOnlyWhereAsked) {
+    GltfText gltf;
+    const int positions = gltf.floats(kSquare, "VEC3", 3);
+    const ImportedAspect aspect(import(gltf.text(fmt::format(
+        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"meshes":[{{"primitives":[
+        {{"attributes":{{"POSITION":{0}}},"material":0}},{{"attributes":{{"POSITION":{0}}},"material":1}}]}}],
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[0.1,0.2,0.3,0.4],"metallicFactor":0.25,"roughnessFactor":0.75}},"doubleSided":true,
+        "emissiveFactor":[0,0,1],"extensions":{{"KHR_materials_emissive_strength":{{"emissiveStrength":3}}}}}},
+        {{"alphaMode":"BLEND","pbrMetallicRoughness":{{"baseColorFactor":[1,1,1,0.4]}}}}])",
+        positions))));
+    const auto* solid = aspect->get<Material>(aspect.core<Geometry>("/model/n/part 0")->material);
+    ASSERT_NE(solid, nullptr);
+    EXPECT_EQ(solid->baseColor, Vec4f(0.1f, 0.2f, 0.3f, 1.0f));
+    EXPECT_FLOAT_EQ(solid->metallic, 0.25f);
+    EXPECT_FLOAT_EQ(solid->roughness, 0.75f);
+    EXPECT_EQ(solid->doubleSided, 1);
+    EXPECT_EQ(solid->emissive, Vec3f(0, 0, 3));
+    const auto* glass = aspect->get<Material>(aspect.core<Geometry>("/model/n/part 1")->material);
+    EXPECT_FLOAT_EQ(glass->baseColor.w(), 0.4f);
+}
+
+TEST(GltfAnimation, BecomesAMotionOfItsNode) {
+    GltfText gltf;
+    const int positions = gltf.floats(kSquare, "VEC3", 3);
+    const int times = gltf.floats({0, 1, 2}, "SCALAR", 1);
+    const int moves = gltf.floats({0, 0, 0, 4, 0, 0, 4, 2, 0}, "VEC3", 3);
+    const float half = std::sqrt(0.5f);
+    const int turnTimes = gltf.floats({0.5f, 1}, "SCALAR", 1);
+    const int turns = gltf.floats({0, 0, 0, 1, 0, half, 0, half}, "VEC4", 4);
+    const ImportedAspect aspect(import(gltf.text(fmt::format(
+        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0,"scale":[2,2,2]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
+        "animations":[{{"samplers":[{{"input":{},"output":{}}},{{"input":{},"output":{},"interpolation":"STEP"}}],
+        "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}},{{"sampler":1,"target":{{"node":0,"path":"rotation"}}}}]}}])",
+        positions, times, moves, turnTimes, turns))));
+    const auto* motion = aspect.core<Motion>("/model/n/motion");
+    ASSERT_NE(motion, nullptr);
+    EXPECT_EQ(motion->target, aspect->get<Node>(*findNode(*aspect, "/model/n"))->core);
+    EXPECT_EQ(motion->mode, Motion::kLoop);
+    const auto keys = motion->keys.as<double>();
+    ASSERT_EQ(keys.size() % 11, 0u);
+    const std::size_t count = keys.size() / 11;
+    ASSERT_EQ(count, 5u) << "0, 0.5, just before 1, 1, 2";
+    EXPECT_DOUBLE_EQ(keys[11 + 1], 2.0) << "x at 0.5 s, half way";
+    EXPECT_DOUBLE_EQ(keys[2 * 11 + 4], 1.0) << "not turned yet just before the step";
+    EXPECT_NEAR(keys[3 * 11 + 6], std::sqrt(0.5), 1e-6) << "turned at 1 s";
+    EXPECT_DOUBLE_EQ(keys[4 * 11 + 8], 2.0) << "what is not animated stays: scale";
+}
+
+TEST(GltfExtension, ThatIsRequiredAndUnknownIsNamed) {
+    const Scratch scratch;
+    const Expected<ImportedScene> scene = importScene(
+        scratch.write(
+            "packed.gltf",
+            R"({"asset":{"version":"2.0"},"extensionsUsed":["EXT_meshopt_compression"],"extensionsRequired":["EXT_meshopt_compression"],"scenes":[{"nodes":[]}]})"),
+        kRootNode, importOptions());
+    ASSERT_FALSE(scene);
+    EXPECT_EQ(scene.error().code, ErrorCode::kUnsupported);
+    EXPECT_NE(scene.error().message.find("cannot be shown without the glTF extension EXT_meshopt_compression"),
+              std::string::npos)
+        << scene.error().message;
+}
+
+TEST(ObjImport, TakesMaterialsFromTheLibraryBesideIt) {
+    const Scratch scratch;
+    scratch.write("paint.mtl", "newmtl red\nKd 0.9 0.1 0.2\nNs 98\nd 0.5\n");
+    const std::string path = scratch.write(
+        "box.obj", "mtllib paint.mtl\no lid\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl red\nf 1 2 3 4\n");
+    Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->triangles, 2u);
+    const ImportedAspect aspect(std::move(*scene));
+    const Material* red = nullptr;
+    for (const ObjectId id : aspect->ids())
+        if (const auto* material = aspect->get<Material>(id)) red = material;
+    ASSERT_NE(red, nullptr);
+    EXPECT_EQ(red->baseColor, Vec4f(0.9f, 0.1f, 0.2f, 0.5f));
+    EXPECT_EQ(red->doubleSided, 1) << "an OBJ file does not say which side is outside";
+    EXPECT_NEAR(red->roughness, std::pow(0.02f, 0.25f), 1e-3f);
+    EXPECT_TRUE(findNode(*aspect, "/box"));
+}
+
+TEST(SharedData, AnimatedSkinnedAndTexturedSamplesKeepTheirParts) {
+    const std::string data = testData();
+    if (data.empty()) GTEST_SKIP() << "no folder of real models (TESSERA_TEST_DATA, or shared/data beside the project)";
+    const auto has = [&](const std::string& file, TypeNumber type) {
+        Expected<ImportedScene> scene = importScene(data + "/gltf/" + file, kRootNode, importOptions());
+        EXPECT_TRUE(scene) << messageOf(scene);
+        if (!scene) return false;
+        const ImportedAspect aspect(std::move(*scene));
+        const std::vector<ObjectId> ids = aspect->ids();
+        return std::any_of(ids.begin(), ids.end(),
+                           [&](ObjectId id) { return typeOf(*aspect->find(id)) == objectType(type); });
+    };
+    EXPECT_TRUE(has("BoxAnimated.glb", TypeNumber::kMotion));
+    EXPECT_TRUE(has("BoxTextured.glb", TypeNumber::kImage));
+    EXPECT_TRUE(has("RiggedFigure.glb", TypeNumber::kGeometry));
+    EXPECT_TRUE(has("Fox.glb", TypeNumber::kMotion));
+}
+
+}  // namespace
+}  // namespace tessera

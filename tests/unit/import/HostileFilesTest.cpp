@@ -1,0 +1,255 @@
+// Files that lie, lead elsewhere, or never end. Each gives one clear error or a scene, and the importer lives on.
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <chrono>
+
+#include "tests/unit/import/ImportFixture.h"
+
+namespace tessera {
+namespace {
+
+Expected<ImportedScene> import(const std::string& path) {
+    return importScene(path, kRootNode, importOptions());
+}
+
+std::string gltf(const std::string& bufferUri, std::size_t bytes = 36) {
+    return fmt::format(R"({{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+      "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+      "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}}],
+      "bufferViews":[{{"buffer":0,"byteLength":{0}}}],"buffers":[{{"uri":"{1}","byteLength":{0}}}]}})",
+                       bytes, bufferUri);
+}
+
+void expectError(const std::string& path, ErrorCode code, std::string_view part) {
+    const Expected<ImportedScene> scene = import(path);
+    ASSERT_FALSE(scene) << path << " was imported";
+    EXPECT_EQ(static_cast<int>(scene.error().code), static_cast<int>(code)) << scene.error().message;
+    EXPECT_NE(scene.error().message.find(part), std::string::npos) << scene.error().message;
+    EXPECT_EQ(scene.error().message.compare(0, path.size(), path), 0)
+        << "names the file first: " << scene.error().message;
+}
+
+TEST(HostileFile, ThatIsNoOrdinaryFileIsNotOpened) {
+    const Scratch scratch;
+    expectError(scratch.path("none.glb"), ErrorCode::kNotFound, "there is no such file");
+    expectError(scratch.write("empty.glb", ""), ErrorCode::kBadInput, "the file is empty");
+    std::filesystem::create_directory(scratch.path("folder.glb"));
+    expectError(scratch.path("folder.glb"), ErrorCode::kBadInput, "this is a folder");
+    ASSERT_EQ(::mkfifo(scratch.path("pipe.glb").c_str(), 0600), 0);
+    expectError(scratch.path("pipe.glb"), ErrorCode::kBadInput, "not an ordinary file");
+    expectError("/dev/zero", ErrorCode::kBadInput, "not an ordinary file");
+    std::filesystem::create_symlink(scratch.path("loop.obj"), scratch.path("loop.obj"));
+    expectError(scratch.path("loop.obj"), ErrorCode::kBadInput, "symbolic links");
+}
+
+TEST(HostileFile, ThatIsTooLargeOrUnreadableSaysSo) {
+    const Scratch scratch;
+    const std::string large = scratch.path("large.obj");
+    std::ofstream(large).put('#');
+    std::filesystem::resize_file(large, std::uintmax_t{3} << 30);  // sparse: takes no room
+    expectError(large, ErrorCode::kLimit, "the file is larger than 1024 MiB");
+    expectError(scratch.write("what.xyz123", "?"), ErrorCode::kUnsupported,
+                "nothing here reads files that end in '.xyz123'");
+    if (::geteuid() == 0) return;  // root reads everything
+    const std::string secret = scratch.write("secret.glb", "glTF");
+    std::filesystem::permissions(secret, std::filesystem::perms::none);
+    expectError(secret, ErrorCode::kBadInput, "Permission denied");
+}
+
+TEST(HostileGltf, CannotReadOutsideOfItsFolder) {
+    const Scratch scratch;
+    scratch.write("secret.bin", std::string(36, 'x'));
+    expectError(scratch.write("in/up.gltf", gltf("../secret.bin")), ErrorCode::kBadInput,
+                "leads out of the file's own folder");
+    expectError(scratch.write("in/passwd.gltf", gltf("../../../../../../../etc/passwd")), ErrorCode::kBadInput,
+                "leads out of the file's own folder");
+    expectError(scratch.write("in/absolute.gltf", gltf("/etc/passwd")), ErrorCode::kBadInput, "it is not valid glTF");
+    std::filesystem::create_symlink(scratch.path("secret.bin"), scratch.path("in/link.bin"));
+    expectError(scratch.write("in/link.gltf", gltf("link.bin")), ErrorCode::kBadInput,
+                "leads out of the file's own folder");
+    ASSERT_EQ(::mkfifo(scratch.path("in/pipe.bin").c_str(), 0600), 0);
+    expectError(scratch.write("in/pipe.gltf", gltf("pipe.bin")), ErrorCode::kBadInput, "is not an ordinary file");
+    // The same file inside of the folder is read.
+    scratch.write("in/good.bin", std::string(36, '\0'));
+    EXPECT_TRUE(import(scratch.write("in/good.gltf", gltf("good.bin"))));
+}
+
+TEST(HostileGltf, NestedDeeplyIsRefused) {
+    const Scratch scratch;
+    const int levels = 100'000;
+    // Deep JSON ends the reader's stack.
+    std::string json = R"({"asset":{"version":"2.0","extras":)";
+    for (int i = 0; i < levels; ++i) json += R"({"a":)";
+    json += "1" + std::string(levels, '}') + "}}";
+    const Expected<ImportedScene> deepJson = import(scratch.write("json.gltf", json));
+    ASSERT_FALSE(deepJson);
+    EXPECT_EQ(deepJson.error().code, ErrorCode::kBadInput) << deepJson.error().message;
+    // Deep nodes in flat JSON.
+    std::string chain = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[)";
+    for (int i = 1; i < levels; ++i) chain += fmt::format(R"({{"children":[{}]}},)", i);
+    expectError(scratch.write("chain.gltf", chain + "{}]}"), ErrorCode::kLimit,
+                "nodes are nested deeper than 200 levels");
+    expectError(
+        scratch.write(
+            "cycle.gltf",
+            R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"children":[1]},{"children":[0]}]})"),
+        ErrorCode::kBadInput, "has two parents, or is its own ancestor");
+}
+
+TEST(HostileGltf, CountsThatAskForMemoryAreRefused) {
+    const Scratch scratch;
+    const std::string before =
+        R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{)";
+    expectError(scratch.write("zeros.gltf", before + R"("componentType":5126,"count":4000000000,"type":"VEC3"}]})"),
+                ErrorCode::kLimit, "more than 64000000 elements");
+    expectError(
+        scratch.write(
+            "past.gltf",
+            before +
+                R"("bufferView":0,"componentType":5126,"count":1000000,"type":"VEC3"}],"bufferViews":[{"buffer":0,"byteLength":12}],
+        "buffers":[{"byteLength":12,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAA"}]})"),
+        ErrorCode::kBadInput, "reaches past the end of buffer view 0");
+    // 60 million vertices of nothing fit the element limit, but not the memory.
+    ImportOptions small = importOptions();
+    small.maxMemoryBytes = std::size_t{400} << 20;
+    const std::string bomb =
+        scratch.write("bomb.gltf", before + R"("componentType":5126,"count":60000000,"type":"VEC3"}]})");
+    const Expected<ImportedScene> scene = importScene(bomb, kRootNode, small);
+    ASSERT_FALSE(scene);
+    EXPECT_EQ(scene.error().message, bomb + ": it needs more than 400 MiB of memory to read");
+    EXPECT_EQ(scene.error().code, ErrorCode::kLimit);
+}
+
+TEST(HostileGltf, TruncatedAnywhereIsAnErrorAndNeverACrashOfOurs) {
+    if (!std::filesystem::exists(kEngine)) GTEST_SKIP() << kEngine << " is missing (Debian package assimp-testmodels)";
+    std::ifstream in(kEngine, std::ios::binary);
+    const std::string whole((std::istreambuf_iterator<char>(in)), {});
+    const Scratch scratch;
+    for (const std::size_t length : {1u, 3u, 4u, 11u, 12u, 19u, 20u, 21u, 1000u, 20'000u, 100'000u, 900'000u}) {
+        const Expected<ImportedScene> scene =
+            import(scratch.write("cut.glb", std::string_view(whole).substr(0, length)));
+        ASSERT_FALSE(scene) << length;
+        EXPECT_NE(scene.error().message.find("it is not valid glTF"), std::string::npos) << scene.error().message;
+    }
+}
+
+TEST(HostileScene, DefinitionsThatMultiplyAreCounted) {
+    const Scratch scratch;
+    std::string laughs = R"(definition { name: "d0" node { sphere { radius: 1 } } })";
+    for (int i = 1; i < 30; ++i)
+        laughs +=
+            fmt::format("definition {{ name: \"d{}\" node {{ instance: \"d{}\" }} node {{ instance: \"d{}\" }} }}\n", i,
+                        i - 1, i - 1);
+    expectError(scratch.write("laughs.tsct", laughs + "node { instance: \"d29\" }"), ErrorCode::kLimit,
+                "the scene has more than 1000000 nodes");
+    expectError(scratch.write("self.tsct", R"(definition { name: "d" node { instance: "d" } } node { instance: "d" })"),
+                ErrorCode::kLimit, "nested deeper than 200 levels");
+    expectError(
+        scratch.write("rows.tsct", R"(node { repeat { count: 4000000000 } node { repeat { count: 4000000000 } } })"),
+        ErrorCode::kLimit, "more than 1000000 nodes");
+}
+
+TEST(HostileScene, ThatImportsItselfIsRefused) {
+    const Scratch scratch;
+    const std::string path = scratch.write("a.tsct", R"(node { import { uri: "b.tsct" } })");
+    scratch.write("b.tsct", R"(node { import { uri: "a.tsct" } })");
+    const Expected<ImportedScene> scene = import(path);
+    ASSERT_FALSE(scene);
+    EXPECT_NE(scene.error().message.find("imports itself"), std::string::npos) << scene.error().message;
+}
+
+TEST(HostileScene, DeepTextIsRefused) {
+    const Scratch scratch;
+    std::string deep;
+    for (int i = 0; i < 100'000; ++i) deep += "node {";
+    const Expected<ImportedScene> scene = import(scratch.write("deep.tsct", deep + std::string(100'000, '}')));
+    ASSERT_FALSE(scene);
+    EXPECT_NE(scene.error().message.find("deep.tsct:1:"), std::string::npos) << scene.error().message;
+}
+
+TEST(HostileScene, BinaryGarbageAndEmptyMessageBombsAreRefused) {
+    const Scratch scratch;
+    expectError(scratch.write("noise.tsc", "\x7f\x45\x4c\x46 this is no scene"), ErrorCode::kBadInput,
+                "it is not a Tessera scene, or damaged");
+    // 10 MiB of empty nodes would be a gigabyte of objects.
+    std::string bomb;
+    for (int i = 0; i < 9'000'000; ++i) bomb.append("\x32\x00", 2);
+    expectError(scratch.write("bomb.tsc", bomb), ErrorCode::kLimit, "it has more than 8000000 elements");
+    // Nodes in nodes in nodes.
+    std::string deep;
+    for (int i = 0; i < 2000; ++i) {
+        std::string outer = "\xc2\x02";  // field 40, length-delimited
+        for (std::size_t length = deep.size();; length >>= 7) {
+            outer.push_back(static_cast<char>((length & 0x7f) | (length > 0x7f ? 0x80 : 0)));
+            if (length <= 0x7f) break;
+        }
+        deep = outer + deep;
+    }
+    std::string file = "\x32";
+    for (std::size_t length = deep.size();; length >>= 7) {
+        file.push_back(static_cast<char>((length & 0x7f) | (length > 0x7f ? 0x80 : 0)));
+        if (length <= 0x7f) break;
+    }
+    expectError(scratch.write("deep.tsc", file + deep), ErrorCode::kLimit, "nested deeper than 256 levels");
+}
+
+TEST(HostileObj, HasNoTrianglesOrAMaterialFileElsewhere) {
+    const Scratch scratch;
+    expectError(scratch.write("points.obj", "v 0 0 0\nv 1 0 0\np 1 2\n"), ErrorCode::kBadInput, "");
+    scratch.write("out.mtl", "newmtl m\nKd 1 0 0\n");
+    // A material library outside of the folder is not there, the model itself is.
+    const Expected<ImportedScene> scene =
+        import(scratch.write("in/model.obj", "mtllib ../out.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect{ImportedScene(*scene)};
+    for (const ObjectId id : aspect->ids()) {
+        const auto* material = aspect->get<Material>(id);
+        EXPECT_TRUE(material == nullptr || material->baseColor.x() != 1.0f);
+    }
+}
+
+TEST(HostilePly, ThatPromisesBillionsOrEndsTheReaderIsAnError) {
+    const Scratch scratch;
+    const std::string begin = "ply\nformat ascii 1.0\n";
+    const std::string vertex = "property float x\nproperty float y\nproperty float z\n";
+    const std::string texts[] = {
+        begin + "element vertex 4294967295\n" + vertex + "end_header\n0 0 0\n",
+        begin + "element vertex -1\n" + vertex +
+            "element face 1\nproperty list uchar int vertex_indices\nend_header\n3 0 1 2\n",
+        begin + "element vertex 3\n" + vertex +
+            "element face 1\nproperty list uint int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n4294967295 0 1 "
+            "2\n",
+        begin + "element vertex 1\n" + vertex +
+            "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n3 0 7 9\n",
+        "ply\nformat binary_little_endian 1.0\nelement vertex 100000000\n" + vertex + "end_header\nxx",
+        "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n3 0 1 2\n",
+        "ply\n" + std::string(100'000, 'x'),
+        "ply\nformat ascii 1.0\nelement vertex 3\nend_header\n"};
+    int number = 0;
+    for (const std::string& text : texts) {
+        const std::string path = scratch.write(fmt::format("{}.ply", number++), text);
+        const Expected<ImportedScene> scene = import(path);
+        ASSERT_FALSE(scene) << path;
+        EXPECT_EQ(scene.error().message.compare(0, path.size() + 2, path + ": "), 0) << scene.error().message;
+    }
+}
+
+TEST(HostileImage, BombsAndDamagedOnesAreLeftOutWithANote) {
+    const Scratch scratch;
+    // A PNG that promises 60,000 × 60,000 pixels.
+    const std::string png("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\xea\x60\0\0\xea\x60\x08\x06\0\0\0\0\0\0\0", 33);
+    scratch.write("bomb.png", png);
+    const std::string scene = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+      "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+      "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"textures":[{"source":0}],"images":[{"uri":"bomb.png"}],
+      "accessors":[{"componentType":5126,"count":3,"type":"VEC3"}]})";
+    const Expected<ImportedScene> imported = import(scratch.write("bomb.gltf", scene));
+    ASSERT_TRUE(imported) << messageOf(imported);
+    ASSERT_FALSE(imported->notes.empty());
+    EXPECT_NE(imported->notes.front().find("image 0 is left out"), std::string::npos) << imported->notes.front();
+}
+
+}  // namespace
+}  // namespace tessera

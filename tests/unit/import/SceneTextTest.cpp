@@ -1,0 +1,264 @@
+// Tessera's own text format: what it becomes, and what it says when it is wrong.
+
+#include <cmath>
+
+#include "common/scene/Action.h"
+#include "tests/unit/import/ImportFixture.h"
+
+namespace tessera {
+namespace {
+
+Expected<ImportedScene> importText(const std::string& text) {
+    const Scratch scratch;
+    return importScene(scratch.write("scene.tsct", text), kRootNode, importOptions());
+}
+
+/// The error of a scene text, the scratch folder's name cut off.
+std::string errorOf(const std::string& text) {
+    const Expected<ImportedScene> scene = importText(text);
+    if (scene) return "(imported)";
+    const std::size_t at = scene.error().message.find("scene.tsct");
+    return at == std::string::npos ? scene.error().message : scene.error().message.substr(at);
+}
+
+TEST(SceneText, PlacesItsTopLevelNodesDirectlyBelowTheParent) {
+    Expected<ImportedScene> scene = importText(R"(
+        node { name: "hall" node { name: "crane" transform { translation { x: 1.5 } } } }
+        node { name: "yard" })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->tops.size(), 2u);
+    EXPECT_EQ(scene->top, scene->tops.front());
+    EXPECT_EQ(scene->nodes, 3u);
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* crane = aspect.core<Transform>("/hall/crane");
+    ASSERT_NE(crane, nullptr);
+    EXPECT_EQ(crane->translation, Vec3d(1.5, 0, 0));
+    EXPECT_TRUE(findNode(*aspect, "/yard"));
+}
+
+TEST(SceneText, MakesEqualShapesOneCore) {
+    Expected<ImportedScene> scene = importText(R"(
+        material { name: "oak" base_color { r: 0.5 g: 0.3 b: 0.1 } }
+        node { name: "crates" material: "oak"
+          node { box { size { x: 1 y: 1 z: 1 } } }
+          node { transform { translation { x: 2 } } box { size { x: 1 y: 1 z: 1 } } }
+          node { box { size { x: 1 y: 2 z: 1 } } } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->geometries, 2u);
+    EXPECT_EQ(scene->triangles, 36u);
+    EXPECT_EQ(scene->trianglesStored, 24u);
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* geometry = aspect.core<Geometry>("/crates/geometry");
+    ASSERT_NE(geometry, nullptr);
+    const auto* oak = aspect->get<Material>(geometry->material);
+    ASSERT_NE(oak, nullptr) << "a shape takes the material of the nearest node that names one";
+    EXPECT_FLOAT_EQ(oak->baseColor.y(), 0.3f);
+}
+
+TEST(SceneText, WritesRepeatsOut) {
+    Expected<ImportedScene> scene = importText(R"(
+        node { name: "row" repeat { count: 3 step { x: 2 } } transform { translation { y: 1 } }
+          node { name: "post" repeat { count: 2 step { z: 5 } } cylinder { radius: 0.1 height: 3 } } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_EQ(aspect.core<Transform>("/row[2]")->translation, Vec3d(4, 1, 0));
+    EXPECT_NE(aspect.core<Geometry>("/row[1]/post"), nullptr);
+    EXPECT_EQ(aspect.core<Transform>("/row[1]/post[1]")->translation, Vec3d(0, 0, 5));
+}
+
+TEST(SceneText, InstancesShareGeometryAndMaterialButNotTransforms) {
+    Expected<ImportedScene> scene = importText(R"(
+        material { name: "red" base_color { r: 1 } }
+        definition { name: "wheel" node { name: "wheel" material: "red" transform { rotation { axis { x: 1 } angle_deg: 90 } } torus { ring_radius: 1 pipe_radius: 0.2 } } }
+        node { name: "front" instance: "wheel" }
+        node { name: "back" transform { translation { z: 4 } } instance: "wheel" })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->geometries, 1u);
+    const ImportedAspect aspect(std::move(*scene));
+    const ObjectId front = *findNode(*aspect, "/front/wheel"), back = *findNode(*aspect, "/back/wheel");
+    EXPECT_NE(aspect->get<Node>(front)->core, aspect->get<Node>(back)->core);
+    EXPECT_EQ(aspect.core<Geometry>("/front/wheel/geometry"), aspect.core<Geometry>("/back/wheel/geometry"));
+}
+
+TEST(SceneText, FindsMotionTargetsAndInterestsByName) {
+    Expected<ImportedScene> scene = importText(R"(
+        node { name: "hall"
+          node { name: "crane" transform {} node { name: "load" box { size { x: 1 y: 1 z: 1 } } }
+            node { name: "drive" motion { mode: PING_PONG key { time: 0 } key { time: 2 transform { translation { x: 3 } uniform_scale: 2 } } } } }
+          node { name: "pusher" motion { target: "crane" paused: true key { time: 0.5 } } }
+          node { name: "guard" interest { object: "crane" against: "/hall/wall" response: REPORT } }
+          node { name: "wall" } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    const ObjectId crane = *findNode(*aspect, "/hall/crane");
+    const auto* drive = aspect.core<Motion>("/hall/crane/drive");
+    ASSERT_NE(drive, nullptr);
+    EXPECT_EQ(drive->target, aspect->get<Node>(crane)->core) << "no target: the nearest transform above";
+    EXPECT_EQ(drive->mode, Motion::kPingPong);
+    const auto keys = drive->keys.as<double>();
+    ASSERT_EQ(keys.size(), 22u);
+    EXPECT_EQ(keys[11], 2.0);
+    EXPECT_EQ(keys[12], 3.0);
+    EXPECT_EQ(keys[15], 1.0) << "rotation w";
+    EXPECT_EQ(keys[19], 2.0) << "scale x";
+    const auto* pusher = aspect.core<Motion>("/hall/pusher");
+    EXPECT_EQ(pusher->target, drive->target);
+    EXPECT_EQ(pusher->playing, 0);
+    const auto* guard = aspect.core<Interest>("/hall/guard");
+    EXPECT_EQ(guard->object, crane);
+    EXPECT_EQ(guard->against, *findNode(*aspect, "/hall/wall"));
+    EXPECT_EQ(guard->response, Interest::kReport);
+}
+
+TEST(SceneText, HoldsLightsCameraSwitchEnvironmentAndWrittenOutMeshes) {
+    Expected<ImportedScene> scene = importText(R"(
+        mesh { name: "flag" position: [0,0,0, 1,0,0, 0,1,0] texcoord: [0,1, 1,1, 0,0] color: [0xff0000ff, 0x00ff0080, 0x0000ffff] index: [0,1,2] }
+        node { name: "flag" geometry { mesh: "flag" } }
+        node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -90 } } directional_light { color { r: 1 g: 0.5 } intensity: 3 } }
+        node { name: "lamp" point_light { range: 7 } }
+        node { name: "eye" transform { translation { z: 9 } } camera { world_units_per_metre: 2.5 } }
+        node { name: "choice" switch { choice: 1 } node { name: "a" } node { name: "b" } }
+        node { name: "air" environment { sky { b: 1 } } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(scene->hasCamera);
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* flag = aspect.core<Geometry>("/flag");
+    ASSERT_NE(flag, nullptr);
+    EXPECT_EQ(flag->colors.as<std::uint8_t>()[7], 0x80);
+    ASSERT_EQ(flag->normals.as<float>().size(), 9u) << "computed where the file has none";
+    EXPECT_FLOAT_EQ(flag->normals.as<float>()[2], 1.0f);
+    EXPECT_FLOAT_EQ(aspect.core<DirectionalLight>("/sun/light")->intensity, 3.0f);
+    EXPECT_FLOAT_EQ(aspect.core<PointLight>("/lamp")->range, 7.0f);
+    EXPECT_EQ(aspect.core<Camera>("/eye/camera")->worldUnitsPerMetre, 2.5);
+    EXPECT_EQ(aspect.core<Switch>("/choice")->choice, 1);
+    EXPECT_EQ(aspect->get<Node>(*findNode(*aspect, "/choice"))->children.size(), 2u);
+    EXPECT_EQ(aspect.core<Environment>("/air")->sky, Vec3f(0, 0, 1));
+}
+
+TEST(SceneText, ImportsOtherFilesBesideItAndReadsEachOnce) {
+    const Scratch scratch;
+    scratch.write("parts/bolt.tsct", R"(node { name: "bolt" cylinder { radius: 1 height: 2 } } node { camera {} })");
+    const std::string path = scratch.write("all.tsct", R"(
+        node { name: "left" import { uri: "parts/bolt.tsct" } }
+        node { name: "right" transform { translation { x: 3 } } import { uri: "parts/bolt.tsct" } })");
+    Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->geometries, 1u);
+    EXPECT_FALSE(scene->hasCamera) << "an imported file's camera is not in use unless asked for";
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_EQ(aspect.core<Geometry>("/left/bolt"), aspect.core<Geometry>("/right/bolt"));
+}
+
+TEST(SceneText, SeveralFilesBecomeOneList) {
+    const Scratch scratch;
+    const std::vector<std::string> paths = {
+        scratch.write("a.tsct", R"(node { name: "a" box { size { x: 1 y: 1 z: 1 } } })"),
+        scratch.write("b.tsct", R"(node { name: "b" sphere { radius: 1 } })")};
+    Expected<ImportedScene> scene = importScenes(paths, kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_TRUE(findNode(*aspect, "/a"));
+    EXPECT_TRUE(findNode(*aspect, "/b"));
+}
+
+struct WrongText {
+    const char* name;
+    const char* text;
+    const char* message;
+};
+void PrintTo(const WrongText& wrong, std::ostream* out) {
+    *out << wrong.name;
+}
+
+class SceneTextError : public testing::TestWithParam<WrongText> {};
+
+TEST_P(SceneTextError, NamesLineColumnAndReason) {
+    EXPECT_EQ(errorOf(GetParam().text), GetParam().message);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, SceneTextError,
+    testing::Values(
+        WrongText{"UnknownKey", "node {\n  nam: \"x\"\n}", "scene.tsct:2:6: Node has no 'nam'; did you mean 'name'?"},
+        WrongText{"UnknownShape", "node { boxes { } }", "scene.tsct:1:14: Node has no 'boxes'; did you mean 'box'?"},
+        WrongText{"MissingBrace", "node { name: \"x\"",
+                  "scene.tsct:1:17: Expected identifier, got: the end of the file"},
+        WrongText{"UnknownMaterial",
+                  "material { name: \"brass\" }\nnode { material: \"bras\" box { size { x: 1 y: 1 z: 1 } } }",
+                  "scene.tsct:2:8: there is no material 'bras'; did you mean 'brass'?"},
+        WrongText{"UnknownDefinition", "node { instance: \"wheel\" }",
+                  "scene.tsct:1:1: there is no definition 'wheel'"},
+        WrongText{"UnknownTarget", "node {\n  motion { target: \"crane\" key {} } }",
+                  "scene.tsct:2:3: there is no node 'crane' for this motion to move"},
+        WrongText{"TargetWithoutTransform", "node { name: \"a\" }\nnode { motion { target: \"a\" key {} } }",
+                  "scene.tsct:2:8: the motion's target 'a' has no transform"},
+        WrongText{"UnknownInterest", "node { interest { object: \"x\" } }",
+                  "scene.tsct:1:8: there is no node 'x' for this interest"},
+        WrongText{"FlatBox", "node { name: \"b\" box { size { x: 1 y: 1 } } }",
+                  "scene.tsct:1:1: a box's size x, y and z must be above zero"},
+        WrongText{"Nan", "node { name: \"n\" transform { translation { x: nan } } }",
+                  "scene.tsct: node 'n': a transform holds a number that is not finite or beyond 1e15"},
+        WrongText{"DoubleMaterial", "material { name: \"m\" }\nmaterial { name: \"m\" }\nnode { }",
+                  "scene.tsct:2:1: the material 'm' is there twice"},
+        WrongText{"IndexOutOfRange", "mesh { name: \"m\" position: [0,0,0] index: [0,1,0] }\nnode { }",
+                  "scene.tsct:1:1: mesh 'm': index 1 of 1 vertices"},
+        WrongText{"DescendingKeys", "node { name: \"n\" transform {} motion { key { time: 1 } key { time: 1 } } }",
+                  "scene.tsct: node 'n': a motion's times do not ascend from 0"},
+        WrongText{"FromTheFuture", "version: 7",
+                  "scene.tsct: it is a scene of version 7; this program reads version 1"},
+        WrongText{"Nothing", "# only a comment\n", "scene.tsct: there is nothing in it to show"},
+        WrongText{"Garbage", "\x01\x02\xff not a scene",
+                  "scene.tsct:1:1: Invalid control characters encountered in text"},
+        WrongText{"ImportOutside", "node { import { uri: \"../../etc/passwd\" } }",
+                  "scene.tsct:1:8: '../../etc/passwd' leads out of the file's own folder"},
+        WrongText{"AssetOutside", "node { import { uri: \"asset://../../../etc/passwd\" } }",
+                  "scene.tsct:1:8: asset '../../../etc/passwd' leads out of the asset folders"}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+TEST(SceneText, NamesTheAssetAndThePackageThatAreMissing) {
+    ImportOptions options = importOptions();
+    options.assetFolders = {"/nowhere", "/usr/share"};
+    const Scratch scratch;
+    const std::string path = scratch.write("scene.tsct", "node {\n  import { uri: \"asset://glTF2/none.glb\" }\n}");
+    const Expected<ImportedScene> scene = importScene(path, kRootNode, options);
+    ASSERT_FALSE(scene);
+    EXPECT_EQ(scene.error().code, ErrorCode::kNotFound);
+    EXPECT_EQ(scene.error().message,
+              path +
+                  ":2:3: there is no asset 'glTF2/none.glb' (looked in /nowhere, /usr/share); name its folder with "
+                  "--assets, or, for the models that Debian packages, install assimp-testmodels");
+}
+
+TEST(EngineHall, LoadsWithEnginesThatShareTheirMeshes) {
+    if (!std::filesystem::exists(kEngine)) GTEST_SKIP() << kEngine << " is missing (Debian package assimp-testmodels)";
+    Expected<ImportedScene> scene =
+        importScene(std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/engine-hall.tsct", kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(scene->notes.empty());
+    EXPECT_GT(scene->triangles, 12u * 121'496u);
+    EXPECT_LT(scene->trianglesStored, 75'730u + 20'000u);
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_NE(aspect.core<Transform>("/hall/crane"), nullptr);
+    EXPECT_NE(aspect.core<Camera>("/hall/camera/camera"), nullptr);
+    std::size_t cameras = 0, lights = 0, engines = 0;
+    Action action;
+    action.on<Camera>([&](const Visit&, const Camera& camera) {
+        cameras += camera.enabled != 0 ? 1 : 0;
+        return Descend::kInto;
+    });
+    action.on<PointLight>([&](const Visit&, const PointLight&) {
+        ++lights;
+        return Descend::kInto;
+    });
+    action.onNode([&](const Visit& visit) {
+        if (visit.node.name == "engine") ++engines;
+        return Descend::kInto;
+    });
+    action.run(*aspect);
+    EXPECT_EQ(cameras, 1u);
+    EXPECT_GE(lights, 4u);
+    EXPECT_GE(engines, 12u);
+}
+
+}  // namespace
+}  // namespace tessera
