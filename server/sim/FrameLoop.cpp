@@ -72,6 +72,7 @@ struct FrameLoop::Impl {
     void carryOut(ServerActions actions);
     void carryOut(const server_action::Fault& fault);
     void giveSnapshot(ConnectionId connection);
+    bool allFramesShown() const { return options.frames > 0 && framesReleased >= options.frames; }
     bool frameIsDue(TimePoint now) const;
     void beginFrame(TimePoint now);
     TimePoint nextWake(TimePoint now) const;
@@ -122,7 +123,7 @@ Expected<void> FrameLoop::Impl::run() {
             return fail(ErrorCode::kUsage, "too many --scene options");
     sceneReady = options.scenes.empty();
 
-    while (!(stopping && !frameOpen) && !(options.frames > 0 && framesReleased >= options.frames)) {
+    while (!(stopping && !frameOpen) && !allFramesShown()) {
         const TimePoint now = Clock::now();
         const Duration wait = std::max<Duration>(Duration{0}, nextWake(now) - now);
         std::optional<Event> event = wait > Duration{0} ? inbox.popFor(wait) : inbox.tryPop();
@@ -195,7 +196,7 @@ void FrameLoop::Impl::giveSnapshot(ConnectionId connection) {
 }
 
 bool FrameLoop::Impl::frameIsDue(TimePoint now) const {
-    return sceneReady && !stopping && !frameOpen && now >= earliestNext && peers.session().mayBegin(now);
+    return sceneReady && !stopping && !allFramesShown() && !frameOpen && now >= earliestNext && peers.session().mayBegin(now);
 }
 
 void FrameLoop::Impl::beginFrame(TimePoint now) {
