@@ -24,6 +24,7 @@ struct Mover {
 };
 
 using ObjectPair = std::pair<ObjectId, ObjectId>;
+using PartPair = std::pair<std::uint32_t, std::uint32_t>;  // side A first
 
 TransformValue valueOf(const TentativeTransform& t) { return {t.translation, t.rotation, t.scale}; }
 TransformValue valueOf(const Transform& t) { return {t.translation, t.rotation, t.scale}; }
@@ -94,9 +95,8 @@ struct CollisionPipeline::Impl {
     std::vector<Mover> admit(const Aspect& committed, std::span<const TentativeTransform> wanted, StepResult& result) const;
     [[nodiscard]] bool canBeShown(const Mover& mover) const;
     void findNeighbours(std::span<const Mover> movers, Step& step);
-    [[nodiscard]] Box boxOnTheWay(std::uint32_t part, std::span<const Mover> movers) const;
     void move(const Mover& mover, Step& step);
-    [[nodiscard]] std::vector<Obstacle> obstaclesOf(const Mover& mover, Step& step);
+    [[nodiscard]] std::vector<PartPair> pairsOf(const Mover& mover, const Step& step) const;
     void touch(std::uint32_t partA, std::uint32_t partB, const std::vector<FacePair>& faces, const Affine3d& worldA,
                const Affine3d& worldB, Step& step) const;
     [[nodiscard]] Contact contactAt(const Touching& touching, const FacePair& faces) const;
@@ -104,8 +104,8 @@ struct CollisionPipeline::Impl {
     void listContacts(Step& step);
     void finish(Step& step);
 
-    [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> ordered(const NeighbourPair& pair) const {
-        return handler.relation(pair.a, pair.b).firstIsObject ? std::pair(pair.a, pair.b) : std::pair(pair.b, pair.a);
+    [[nodiscard]] PartPair ordered(const NeighbourPair& pair) const {
+        return handler.relation(pair.a, pair.b).firstIsObject ? PartPair(pair.a, pair.b) : PartPair(pair.b, pair.a);
     }
     [[nodiscard]] bool moves(const Mover& mover) const {
         for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
@@ -170,29 +170,6 @@ bool CollisionPipeline::Impl::canBeShown(const Mover& mover) const {
     return true;
 }
 
-/// The box that holds a part wherever the movers may bring it.
-Box CollisionPipeline::Impl::boxOnTheWay(std::uint32_t number, std::span<const Mover> movers) const {
-    const Part& part = handler.parts()[number];
-    const Mover* only = nullptr;
-    const WayBound bound = boundWay(handler, number, [&](ObjectId id) -> const Way* {
-        const auto it = std::lower_bound(movers.begin(), movers.end(), id,
-                                         [](const Mover& m, ObjectId value) { return m.wish.transform < value; });
-        if (it == movers.end() || it->wish.transform != id) return nullptr;
-        only = &*it;
-        return &it->way;
-    });
-    Box box = part.worldBox;
-    double margin = bound.length;
-    if (bound.bends == 1) {
-        const PartOnTheWay onTheWay(handler, number, only->wish.transform);
-        box.extend(conservativeBox(onTheWay.world(localOf(only->way.end)), part.shape->mesh().bounds()));
-        margin = bound.curvature / 8;
-    }
-    box.lower -= Vec3d::Constant(margin);
-    box.upper += Vec3d::Constant(margin);
-    return box;
-}
-
 void CollisionPipeline::Impl::findNeighbours(std::span<const Mover> movers, Step& step) {
     const std::span<const Part> parts = handler.parts();
     std::vector<std::uint32_t> stale = handler.takeMoved();
@@ -215,13 +192,18 @@ void CollisionPipeline::Impl::findNeighbours(std::span<const Mover> movers, Step
         }
     std::sort(swept.begin(), swept.end());
     swept.erase(std::unique(swept.begin(), swept.end()), swept.end());
+    const WayLookup wayOf = [&](ObjectId id) -> const Way* {
+        const auto it = std::lower_bound(movers.begin(), movers.end(), id,
+                                         [](const Mover& m, ObjectId value) { return m.wish.transform < value; });
+        return it != movers.end() && it->wish.transform == id ? &it->way : nullptr;
+    };
     for (const std::uint32_t i : swept)
-        if (parts[i].solid()) neighbours.move(i, boxOnTheWay(i, movers));
+        if (parts[i].solid()) neighbours.move(i, boxOnAllWays(handler, i, wayOf));
     const std::span<const NeighbourPair> near = neighbours.pairs();
     step.near.assign(near.begin(), near.end());
 }
 
-std::vector<Obstacle> CollisionPipeline::Impl::obstaclesOf(const Mover& mover, Step& step) {
+std::vector<PartPair> CollisionPipeline::Impl::pairsOf(const Mover& mover, const Step& step) const {
     std::unordered_map<std::uint32_t, std::uint32_t> carriers;  // moved part -> the place that carries it
     for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
         const auto [first, last] = handler.partsBelow(place);
@@ -231,27 +213,29 @@ std::vector<Obstacle> CollisionPipeline::Impl::obstaclesOf(const Mover& mover, S
         const auto it = carriers.find(part);
         return it == carriers.end() ? Place::kNone : it->second;
     };
-    std::vector<Obstacle> obstacles;
+    std::vector<PartPair> pairs;
     for (const NeighbourPair& pair : step.near) {
         // Two that stand still, or are carried together, are as far apart as before.
         if (carrierOf(pair.a) == carrierOf(pair.b) || !handler.relation(pair.a, pair.b).stop) continue;
-        const auto [a, b] = ordered(pair);
-        const PairState& start = memory.state(handler, a, b, step.work, step.result.counters.pairsTested);
-        // An undecided start is taken for contact; the response will not get far with it.
-        step.result.counters.notLookedAt += !start.faces.complete;
-        const std::uint64_t faces = start.faces.pairs.size();
-        obstacles.push_back({a, b, start.faces.complete ? faces : std::max<std::uint64_t>(faces, 1)});
+        pairs.push_back(ordered(pair));
     }
-    return obstacles;
+    return pairs;
 }
 
 void CollisionPipeline::Impl::move(const Mover& mover, Step& step) {
     StepResult& result = step.result;
     Resolution resolution;
     resolution.accepted = mover.way.end;
-    std::vector<Obstacle> obstacles = obstaclesOf(mover, step);
-    if (!obstacles.empty()) {
-        const MotionTrial trial(handler, mover.wish.transform, mover.way, std::move(obstacles),
+    const std::vector<PartPair> pairs = pairsOf(mover, step);
+    if (!pairs.empty()) {
+        const auto touchingAtStart = [&](std::uint32_t a, std::uint32_t b) -> std::uint64_t {
+            if (!handler.parts()[a].worldBox.overlaps(handler.parts()[b].worldBox)) return 0;
+            const FacePairs& faces = memory.state(handler, a, b, step.work, result.counters.pairsTested).faces;
+            // An undecided start is taken for contact; the response will not get far with it.
+            result.counters.notLookedAt += !faces.complete;
+            return faces.complete ? faces.pairs.size() : std::max<std::uint64_t>(faces.pairs.size(), 1);
+        };
+        const MotionTrial trial(handler, mover.wish.transform, mover.way, pairs, touchingAtStart,
                                 {limits.stopTolerance, limits.arcTolerance, limits.maxPieces}, step.work,
                                 result.counters.pairsTested);
         resolution = stop.resolve(trial);
@@ -293,6 +277,7 @@ Contact CollisionPipeline::Impl::contactAt(const Touching& touching, const FaceP
 void CollisionPipeline::Impl::touchAtRest(Step& step) {
     for (const NeighbourPair& pair : step.near) {
         const auto [a, b] = ordered(pair);
+        if (!handler.parts()[a].worldBox.overlaps(handler.parts()[b].worldBox)) continue;
         const PairState& now = memory.state(handler, a, b, step.work, step.result.counters.pairsTested);
         step.result.counters.notLookedAt += !now.faces.complete;
         touch(a, b, now.faces.pairs, handler.parts()[a].world, handler.parts()[b].world, step);

@@ -9,12 +9,9 @@ const PairState& ContactMemory::state(const ObjectHandler& handler, std::uint32_
     PairState& known = pairs_[(std::uint64_t{partA} << 32) | partB];
     known.usedInStep = step_;
     if (known.versionA == a.poseVersion && known.versionB == b.poseVersion) return known;
-    known.faces = {};
-    if (a.worldBox.overlaps(b.worldBox)) {
-        ++queries;
-        const Affine3d a_T_b = a.world.inverse() * b.world;
-        known.faces = allTouching(*a.shape, *b.shape, a_T_b, work);
-    }
+    ++queries;
+    const Affine3d a_T_b = a.world.inverse() * b.world;
+    known.faces = allTouching(*a.shape, *b.shape, a_T_b, work);
     known.versionA = known.faces.complete ? a.poseVersion : 0;
     known.versionB = known.faces.complete ? b.poseVersion : 0;
     return known;

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "server/collision/mesh/TreeQueries.h"
@@ -27,10 +29,20 @@ struct Obstacle {
 /// wanted. All answers are conservative: kUnknown means that the step's work is used up.
 class MotionTrial {
 public:
-    MotionTrial(const ObjectHandler& handler, ObjectId transform, const Way& way, std::vector<Obstacle> obstacles,
+    /// Pairs whose boxes do not meet anywhere on the way are no obstacles; of the others `touchingAtStart` is asked for the
+    /// number of face pairs that meet before the motion begins.
+    MotionTrial(const ObjectHandler& handler, ObjectId transform, const Way& way,
+                std::span<const std::pair<std::uint32_t, std::uint32_t>> pairs,
+                const std::function<std::uint64_t(std::uint32_t, std::uint32_t)>& touchingAtStart,
                 const MotionLimits& limits, QueryWork& work, std::uint64_t& queries);
 
+    /// In the order in which boxes come to meet.
     [[nodiscard]] std::span<const Obstacle> obstacles() const { return obstacles_; }
+    /// Before `first` and after `last` the boxes of the pair are apart.
+    struct Span {
+        double first = 0, last = 1;
+    };
+    [[nodiscard]] const Span& boxesMeet(std::size_t obstacle) const { return pairs_[obstacle].meet; }
     [[nodiscard]] const MotionLimits& limits() const { return limits_; }
     [[nodiscard]] const Way& way() const { return way_; }
 
@@ -57,22 +69,32 @@ public:
     [[nodiscard]] Affine3d worldOfB(std::size_t obstacle, double fraction) const;
 
 private:
+    struct Traveller {
+        PartOnTheWay path;
+        const TriangleMesh* mesh;
+        WayBound bound;
+        Box start, end;
+    };
     struct Pair {
-        PartOnTheWay a, b;
-        WayBound boundA, boundB;
+        const Traveller* a;
+        const Traveller* b;
         double size = 0;
         double thickness = 0;
+        Span meet;
     };
 
+    const Traveller& traveller(std::uint32_t part, ObjectId transform);
+    [[nodiscard]] Pair pairOf(std::uint32_t partA, std::uint32_t partB, ObjectId transform);
     /// visit(triangle of A, triangle of B), in the world; both counter-clockwise seen from outside.
     template <typename Visit>
     void forFaces(std::size_t obstacle, std::span<const FacePair> faces, double fraction, Visit&& visit) const;
     [[nodiscard]] StraightMotion straight(const Pair& pair, const Obstacle& obstacle, double from, double to) const;
     [[nodiscard]] int pieces(const Pair& pair, double interval) const;
-    [[nodiscard]] bool boxesMeet(const Pair& pair, const Obstacle& obstacle, double from, double to) const;
+    [[nodiscard]] bool boxesMeetBetween(const Pair& pair, double from, double to) const;
 
     const ObjectHandler& handler_;
     Way way_;
+    std::unordered_map<std::uint32_t, Traveller> travellers_;
     std::vector<Obstacle> obstacles_;
     std::vector<Pair> pairs_;
     MotionLimits limits_;

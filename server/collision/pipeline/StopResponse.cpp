@@ -21,8 +21,10 @@ Freedom untilTouch(const MotionTrial& trial, std::size_t obstacle, double limit)
         freedom.undecided += touch == Touch::kUnknown;
         return touch != Touch::kNo;
     };
-    if (!blocked(0, limit)) return freedom;
-    freedom.reached = 0;
+    const MotionTrial::Span meet = trial.boxesMeet(obstacle);
+    if (meet.first > limit || !blocked(meet.first, std::min(meet.last, limit))) return freedom;
+    freedom.reached = meet.first;
+    freedom.blockedAt = std::min(meet.last, limit);
     const double tolerance = trial.limits().stopTolerance * trial.size(obstacle);
     constexpr int kMaxHalvings = 60;  // a double has no more to halve
     for (int i = 0; i < kMaxHalvings && trial.length(obstacle) * (freedom.blockedAt - freedom.reached) > tolerance; ++i) {
@@ -94,7 +96,9 @@ Resolution StopResponse::resolve(const MotionTrial& trial) const {
             if (freeTo[k] == least.reached) continue;
             const bool apart = trial.obstacles()[k].touchingAtStart == 0;
             // The way there is known to be free; the pose at its new end is not.
-            const bool known = apart && freeTo[k] <= 1 && trial.touching(k, least.reached) == Touch::kNo;
+            const MotionTrial::Span meet = trial.boxesMeet(k);
+            const bool clear = least.reached < meet.first || least.reached > meet.last;
+            const bool known = apart && freeTo[k] <= 1 && (clear || trial.touching(k, least.reached) == Touch::kNo);
             const Freedom freedom = known ? Freedom{least.reached, least.reached}
                                           : (apart ? untilTouch(trial, k, least.reached) : whileNotDeeper(trial, k, least.reached));
             freeTo[k] = freedom.reached;
@@ -114,7 +118,7 @@ Resolution StopResponse::resolve(const MotionTrial& trial) const {
     resolution.undecided = least.undecided;
     if (!resolution.stopped) return resolution;
     for (std::size_t k = 0; k < trial.obstacles().size(); ++k) {
-        if (trial.obstacles()[k].touchingAtStart != 0) continue;
+        if (trial.obstacles()[k].touchingAtStart != 0 || trial.boxesMeet(k).first > least.blockedAt) continue;
         FacePairs faces = trial.facesTouching(k, least.blockedAt);
         double where = least.blockedAt;
         if (faces.pairs.empty()) {

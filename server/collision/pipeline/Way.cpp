@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/mesh/TreeQueries.h"
+
 namespace tessera {
 
 TransformValue Way::at(double fraction) const {
@@ -37,7 +39,8 @@ namespace {
 struct Reach {
     double radius = 0;
     double speed = 0;         // first derivative by the fraction
-    double acceleration = 0;  // second
+    double acceleration = 0;  // second, all on one fraction
+    double bow = 0;           // second, summed over the places' own fractions
 };
 
 /// p(f) = t(f) + R(f)·S(f)·u(f): |R'| <= θ, |R''| <= θ² for a slerp over θ; t and S are linear. The product rule for what is below.
@@ -52,12 +55,14 @@ Reach onWay(const Reach& below, const Way& way) {
     out.radius = std::max(way.start.translation.norm(), way.end.translation.norm()) + size * below.radius;
     out.speed = shift + turn * below.radius + size * below.speed;
     out.acceleration = turnOfTurn * below.radius + 2 * turn * below.speed + size * below.acceleration;
+    out.bow = turnOfTurn * below.radius + size * below.bow;
     return out;
 }
 
 Reach through(const Reach& below, const Affine3d& fixed) {
     const double stretch = stretchOf(fixed.linear());
-    return {fixed.translation().norm() + stretch * below.radius, stretch * below.speed, stretch * below.acceleration};
+    return {fixed.translation().norm() + stretch * below.radius, stretch * below.speed, stretch * below.acceleration,
+            stretch * below.bow};
 }
 
 }  // namespace
@@ -94,7 +99,38 @@ WayBound boundWay(const ObjectHandler& handler, std::uint32_t partNumber, const 
     constexpr double kRounding = 1 + 1e-12;
     bound.length = reach.speed * kRounding;
     bound.curvature = reach.acceleration * kRounding;
+    bound.bow = reach.bow * kRounding;
     return bound;
+}
+
+Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t partNumber, const WayLookup& wayOf) {
+    const Part& part = handler.parts()[partNumber];
+    const WayBound bound = boundWay(handler, partNumber, wayOf);
+    Box box = part.worldBox;
+    if (bound.bends == 0 || !part.solid()) return box;
+    double margin = bound.length;
+    constexpr int kMaxBends = 4;
+    if (bound.bends <= kMaxBends) {
+        // Without rotation the pose is linear in each fraction, so its extremes are at the ends.
+        std::vector<std::uint32_t> chain;  // from the part to the root
+        for (std::uint32_t at = part.place; at != Place::kNone; at = handler.places()[at].parent) chain.push_back(at);
+        for (unsigned ends = 0; ends < 1u << bound.bends; ++ends) {
+            Affine3d world = Affine3d::Identity();
+            int bend = 0;
+            for (auto at = chain.rbegin(); at != chain.rend(); ++at) {
+                const Place& place = handler.places()[*at];
+                if (!place.transform) continue;
+                const Way* way = wayOf(place.transform);
+                world = world * (way ? localOf(way->at(ends >> bend & 1u)) : place.local);
+                bend += way != nullptr;
+            }
+            box.extend(conservativeBox(world, part.shape->mesh().bounds()));
+        }
+        margin = bound.bow / 8;
+    }
+    box.lower -= Vec3d::Constant(margin);
+    box.upper += Vec3d::Constant(margin);
+    return box;
 }
 
 PartOnTheWay::PartOnTheWay(const ObjectHandler& handler, std::uint32_t partNumber, ObjectId transform) {

@@ -33,16 +33,23 @@ struct Way {
 /// Of every point of a part, in the world, over the whole way (fraction 0 to 1).
 struct WayBound {
     double length = 0;     ///< no point travels further
-    double curvature = 0;  ///< of the second derivative by the fraction: over an interval h of it the path leaves its chord by
-                           ///< at most curvature·h²/8
-    int bends = 0;         ///< how many transforms on ways of their own lie above the part
+    /// Of the second derivative, where everything that moves has the same fraction: over an interval h of it the path leaves
+    /// its chord by at most curvature·h²/8.
+    double curvature = 0;
+    /// The sum of the second derivatives by each place's own fraction: where each moves for itself, the part stays within
+    /// bow/8 of the boxes around its poses at the ends of all ways.
+    double bow = 0;
+    int bends = 0;  ///< how many places on ways of their own lie above the part, its own included
 };
 
 /// The way of a transform by its id, or null where it stands still.
 using WayLookup = std::function<const Way*(ObjectId)>;
 
-/// For parts with several moving transforms above them the bound holds for any progress of each of them.
+/// `length` holds for any progress of each moving transform above the part.
 [[nodiscard]] WayBound boundWay(const ObjectHandler& handler, std::uint32_t part, const WayLookup& wayOf);
+
+/// The box that holds a part wherever the transforms above it may be on their ways, each for itself.
+[[nodiscard]] Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t part, const WayLookup& wayOf);
 
 /// The world pose of a part while one transform is on its way and everything else is as the handler has it.
 class PartOnTheWay {

@@ -228,6 +228,64 @@ TEST(Stop, WhatIsStuckCanBePulledOutButNotPushedDeeper) {
     EXPECT_EQ(scene.x(), 3.0);
 }
 
+/// A unit box that stands exactly on a floor of many triangles, as a scene's author would put it.
+struct BoxOnFloor : SceneMaker {
+    Body box = body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0.3, 0.5, 0.2));
+    Body floor = body(kRootNode, tiles(), Vec3d::Zero());
+    ObjectId wish = interest(box.node);
+
+    static shapes::Soup tiles() {
+        shapes::Soup soup;
+        for (int i = 0; i < 11; ++i)
+            for (int j = 0; j < 11; ++j) soup.vertex(Vec3d(i - 5, 0, j - 5));
+        for (std::uint32_t i = 0; i < 10; ++i)
+            for (std::uint32_t j = 0; j < 10; ++j) {
+                const std::uint32_t v = 11 * i + j;
+                soup.indices.insert(soup.indices.end(), {v, v + 1, v + 12, v, v + 12, v + 11});
+            }
+        return soup;
+    }
+    StepResult moveBox(const Vec3d& to) { return frame({{.transform = box.transform, .translation = to}}); }
+};
+
+TEST(Stop, WhatStandsOnTheFloorSlidesAndRisesButDoesNotSink) {
+    BoxOnFloor scene;
+    EXPECT_FALSE(scene.frame({}).contacts.empty());
+    EXPECT_EQ(scene.moveBox(Vec3d(0.3, 0.49, 0.2)).stopped.size(), 1u);
+    EXPECT_NEAR(scene.at(scene.box.transform).translation.y(), 0.5, 1e-9);
+    EXPECT_EQ(scene.moveBox(Vec3d(0.3, -30, 0.2)).stopped.size(), 1u);
+    EXPECT_NEAR(scene.at(scene.box.transform).translation.y(), 0.5, 1e-9);
+    for (int i = 1; i <= 30; ++i)
+        EXPECT_TRUE(scene.moveBox(Vec3d(0.3 + 0.1 * i, 0.5, 0.2 - 0.07 * i)).stopped.empty()) << "over tiles and seams, " << i;
+    EXPECT_TRUE(scene.moveBox(Vec3d(3.3, 2, 0)).stopped.empty());
+    EXPECT_TRUE(scene.frame({}).contacts.empty());
+}
+
+TEST(Stop, ATurnedBoxOnASlopeDoesNotSinkEither) {
+    // The same, all turned by something that rounds, so that nothing is exactly flat.
+    BoxOnFloor scene;
+    const Quatd turn = Quatd(0.8, 0.3, -0.2, 0.45).normalized();
+    const auto at = [&](const Vec3d& p) {
+        return TentativeTransform{.transform = scene.box.transform, .translation = turn * p, .rotation = turn};
+    };
+    scene.commit({.transform = scene.floor.transform, .rotation = turn});
+    scene.commit(at(Vec3d(0.3, 0.5, 0.2)));
+    for (int i = 0; i < 20; ++i) scene.frame({at(Vec3d(0.3, 0.4, 0.2))});
+    EXPECT_NEAR((turn.conjugate() * scene.at(scene.box.transform).translation).y(), 0.5, 2e-4);
+}
+
+TEST(Stop, TwoLikeBoxesInLineDoNotSlideIntoEachOther) {
+    // Their sides lie in the same planes, so inside each other no face would cross a face: only what looks at each other tells.
+    SceneMaker scene;
+    const auto box = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 0, 0));
+    scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(1, 0, 0));
+    scene.interest(box.node);
+    EXPECT_EQ(scene.frame({{.transform = box.transform, .translation = Vec3d(0.5, 0, 0)}}).stopped.size(), 1u);
+    EXPECT_NEAR(scene.at(box.transform).translation.x(), 0, 1e-9);
+    EXPECT_TRUE(scene.frame({{.transform = box.transform, .translation = Vec3d(0, 0.3, 0)}}).stopped.empty());
+    EXPECT_TRUE(scene.frame({{.transform = box.transform, .translation = Vec3d(-0.3, 0.3, 0)}}).stopped.empty());
+}
+
 TEST(Stop, ImpossibleWishesAreRefusedAndNothingElseIs) {
     BoxAndWall scene;
     const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -278,6 +336,25 @@ TEST(Stop, ARunOutOfWorkStopsWhereItIsKnownToBeFreeAndSaysSo) {
     EXPECT_LT(scene.at(ball.transform).translation.x(), 2.1);
     EXPECT_TRUE(scene.frame({{.transform = ball.transform, .translation = Vec3d(-6, 0, 0)}}).stopped.empty())
         << "away from everything costs nothing";
+}
+
+TEST(Stop, ALongWayPastManyThingsCostsLittle) {
+    // 900 balls beside an aisle, a wall at its end; what is passed at a distance is not asked about, nor is what stands behind
+    // the wall.
+    SceneMaker scene;
+    const ObjectId ball = scene.geometry(shapes::sphere(0.4, 8, 12));
+    for (int i = 0; i < 300; ++i)
+        for (const double z : {-1.0, 1.0, 40.0}) scene.node(scene.node(kRootNode, scene.transform(Vec3d(i, 0, z))), ball);
+    for (int i = 0; i < 50; ++i) scene.node(scene.node(kRootNode, scene.transform(Vec3d(250 + i, 0, 0))), ball);
+    scene.body(kRootNode, shapes::box(Vec3d(0.2, 10, 1)), Vec3d(240, 0, 0));
+    const auto box = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(-5, 0, 0));
+    scene.interest(box.node);
+    const StepResult result = scene.frame({{.transform = box.transform, .translation = Vec3d(400, 0, 0)}});
+    EXPECT_NEAR(scene.at(box.transform).translation.x(), 239.4, 1e-3);
+    EXPECT_EQ(result.counters.objects, 952u);
+    EXPECT_LT(result.counters.pairsTested, 200u);
+    EXPECT_LT(result.counters.boxTests + result.counters.triangleTests, 5000u);
+    EXPECT_EQ(scene.frame({}).counters.pairsTested, 0u);
 }
 
 TEST(Stop, ContactsAreSortedAndCutAtTheLimit) {
