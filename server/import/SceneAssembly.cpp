@@ -13,7 +13,6 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kMaxImageSide = 16384;
 constexpr std::size_t kMaxFiles = 1000;
 constexpr std::string_view kAssetScheme = "asset://";
 
@@ -46,32 +45,6 @@ std::string placeText(const std::string& label, const proto::scene::Place& at) {
 }
 
 }  // namespace
-
-struct SceneAssembly::Placed {
-    ObjectId id;
-    std::string name;
-    ObjectId transform;  ///< its core, where that is a Transform
-    Placed* parent = nullptr;
-    std::vector<Placed*> children;
-};
-
-struct SceneAssembly::Spot {
-    ObjectId parent;
-    Placed* placed = nullptr;  ///< the parent, as far as this import made it
-    Placed* top = nullptr;     ///< names are looked up no further out than this
-    std::size_t depth = 0;
-    bool camerasEnabled = true;
-};
-
-struct SceneAssembly::PendingRef {
-    enum class Kind { kMotionTarget, kInterestObject, kInterestAgainst };
-    Kind kind;
-    ObjectId core;
-    Placed* from;
-    Placed* top;
-    std::string name;
-    std::string where;  ///< file:line:column
-};
 
 SceneAssembly::SceneAssembly(const ImportOptions& options) : options_(options), nextId_(kFirstPlaceholder) {}
 SceneAssembly::~SceneAssembly() = default;
@@ -208,7 +181,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     if (content == Content::kImport)
         if (Expected<void> done = placeImport(file, node.import(), below); !done) return done;
     if (content == Content::kInstance)
-        if (Expected<void> done = placeInstance(file, node.instance(), below); !done) return in(done.error());
+        if (Expected<void> done = placeInstance(file, node.instance(), below); !done) return done;
 
     for (const proto::scene::Node& child : node.node())
         if (Expected<void> done = placeNode(file, child, below); !done) return done;
@@ -247,228 +220,10 @@ Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::
 Expected<void> SceneAssembly::placeInstance(LoadedFile& file, const std::string& definition, const Spot& spot) {
     const auto found = file.definitions.find(definition);
     if (found == file.definitions.end())
-        return fail(ErrorCode::kBadInput, fmt::format("there is no definition '{}'", readName(definition, "")));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{}: there is no definition '{}'", file.label, readName(definition, "")));
     for (const proto::scene::Node& node : found->second->node())
         if (Expected<void> done = placeNode(file, node, spot); !done) return done;
-    return {};
-}
-
-Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
-    switch (node.content_case()) {
-        case Content::CONTENT_NOT_SET:
-        case Content::kImport:
-        case Content::kInstance:
-            return ObjectId{};
-        case Content::kGeometry:
-            return geometryCore(file, node.geometry());
-        case Content::kDirectionalLight: {
-            const proto::scene::DirectionalLight& message = node.directional_light();
-            DirectionalLight light;
-            if (message.has_color()) {
-                const Expected<Vec3f> color = readColor(message.color());
-                if (!color) return tl::unexpected(color.error());
-                light.color = *color;
-            }
-            if (message.has_intensity()) light.intensity = message.intensity();
-            if (!(light.intensity >= 0 && std::isfinite(light.intensity)))
-                return fail(ErrorCode::kBadInput, "a light's intensity must not be negative");
-            return create(light);
-        }
-        case Content::kPointLight: {
-            const proto::scene::PointLight& message = node.point_light();
-            PointLight light;
-            if (message.has_color()) {
-                const Expected<Vec3f> color = readColor(message.color());
-                if (!color) return tl::unexpected(color.error());
-                light.color = *color;
-            }
-            if (message.has_intensity()) light.intensity = message.intensity();
-            light.range = message.range();
-            if (!(light.intensity >= 0 && std::isfinite(light.intensity) && light.range >= 0 &&
-                  std::isfinite(light.range)))
-                return fail(ErrorCode::kBadInput, "a light's intensity and range must not be negative");
-            return create(light);
-        }
-        case Content::kCamera: {
-            Camera camera;
-            if (node.camera().has_world_units_per_metre())
-                camera.worldUnitsPerMetre = node.camera().world_units_per_metre();
-            if (!(camera.worldUnitsPerMetre > 1e-9 && camera.worldUnitsPerMetre < 1e12))
-                return fail(ErrorCode::kBadInput, "a camera's world_units_per_metre must be above zero");
-            camera.enabled = spot.camerasEnabled && !node.camera().disabled() ? 1 : 0;
-            if (camera.enabled != 0) result_.hasCamera = true;
-            return create(camera);
-        }
-        case Content::kSwitch: {
-            Switch choice;
-            if (node.switch_().has_choice()) choice.choice = node.switch_().choice();
-            if (choice.choice < Switch::kNone)
-                return fail(ErrorCode::kBadInput,
-                            "a switch's choice is a child's number from 0, -1 (all) or -2 (none)");
-            return create(choice);
-        }
-        case Content::kMotion: {
-            const Expected<Blob> keys = readKeys(node.motion());
-            if (!keys) return tl::unexpected(keys.error());
-            Motion motion;
-            motion.keys = *keys;
-            motion.mode = std::clamp<std::int64_t>(node.motion().mode(), Motion::kOnce, Motion::kPingPong);
-            motion.playing = node.motion().paused() ? 0 : 1;
-            return create(motion);
-        }
-        case Content::kEnvironment: {
-            const Expected<Environment> environment = readEnvironment(node.environment());
-            if (!environment) return tl::unexpected(environment.error());
-            return create(*environment);
-        }
-        case Content::kInterest: {
-            Interest interest;
-            interest.response =
-                node.interest().response() == proto::scene::Interest::REPORT ? Interest::kReport : Interest::kStop;
-            interest.enabled = node.interest().disabled() ? 0 : 1;
-            return create(interest);
-        }
-        default:
-            return fail(ErrorCode::kBadInput, "it is not in plain form (shapes are made into meshes by the reader)");
-    }
-}
-
-Expected<ObjectId> SceneAssembly::geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry) {
-    LoadedFile::GeometryCore& core = file.geometryCores[{geometry.mesh(), geometry.material()}];
-    if (core.id) return core.id;
-    Expected<MeshArrays> arrays = file.mesh(geometry.mesh());
-    if (!arrays) return tl::unexpected(arrays.error());
-    Geometry value;
-    value.positions = std::move(arrays->positions);
-    value.normals = std::move(arrays->normals);
-    value.colors = std::move(arrays->colors);
-    value.texcoords = std::move(arrays->texcoords);
-    value.indices = std::move(arrays->indices);
-    if (!geometry.material().empty()) {
-        const Expected<ObjectId> material = materialCore(file, geometry.material());
-        if (!material) return material;
-        value.material = *material;
-    }
-    core.triangles = value.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
-    core.id = create(value);
-    ++result_.geometries;
-    result_.trianglesStored += core.triangles;
-    return core.id;
-}
-
-Expected<ObjectId> SceneAssembly::materialCore(LoadedFile& file, const std::string& name) {
-    if (const auto known = file.materialCores.find(name); known != file.materialCores.end()) return known->second;
-    const auto found = file.materials.find(name);
-    if (found == file.materials.end())
-        return fail(ErrorCode::kBadInput, fmt::format("there is no material '{}'", readName(name, "")));
-    Expected<Material> material = readMaterial(*found->second);
-    if (!material) return failWith(fmt::format("material '{}'", readName(name, "")), material.error());
-    if (const std::string& image = found->second->base_color_image(); !image.empty()) {
-        const Expected<ObjectId> core = imageCore(file, image);
-        if (!core) return core;
-        material->baseColorImage = *core;
-    }
-    return file.materialCores[name] = create(*material);
-}
-
-Expected<ObjectId> SceneAssembly::imageCore(LoadedFile& file, const std::string& name) {
-    if (const auto known = file.imageCores.find(name); known != file.imageCores.end()) return known->second;
-    const auto found = file.images.find(name);
-    if (found == file.images.end())
-        return fail(ErrorCode::kBadInput, fmt::format("there is no image '{}'", readName(name, "")));
-    const proto::scene::Image& message = *found->second;
-    const Expected<Blob> pixels = file.blob(message.pixels_blob());
-    if (!pixels) return failWith(fmt::format("image '{}'", readName(name, "")), pixels.error());
-    const std::uint64_t width = message.width_px(), height = message.height_px();
-    if (width == 0 || height == 0 || width > kMaxImageSide || height > kMaxImageSide ||
-        pixels->sizeBytes() != width * height * 4)
-        return fail(ErrorCode::kBadInput, fmt::format("image '{}': {} bytes are not {} × {} pixels", readName(name, ""),
-                                                      pixels->sizeBytes(), width, height));
-    Image image;
-    image.pixels = *pixels;
-    image.widthPx = static_cast<std::int64_t>(width);
-    image.heightPx = static_cast<std::int64_t>(height);
-    return file.imageCores[name] = create(image);
-}
-
-namespace {
-
-struct Step {
-    std::string_view name;
-    std::size_t which = 0;  ///< among equal names
-};
-
-/// "pillar[2]" → {"pillar", 2}
-Step readStep(std::string_view text) {
-    if (text.size() > 2 && text.back() == ']') {
-        if (const std::size_t open = text.rfind('['); open != std::string_view::npos) {
-            std::size_t which = 0;
-            const char* last = text.data() + text.size() - 1;
-            const auto [end, error] = std::from_chars(text.data() + open + 1, last, which);
-            if (error == std::errc() && end == last) return {text.substr(0, open), which};
-        }
-    }
-    return {text, 0};
-}
-
-template <typename PlacedNode>
-PlacedNode* childNamed(const PlacedNode* node, std::string_view stepText) {
-    const Step step = readStep(stepText);
-    std::size_t seen = 0;
-    for (PlacedNode* child : node->children)
-        if (child->name == step.name && seen++ == step.which) return child;
-    return nullptr;
-}
-
-template <typename PlacedNode>
-PlacedNode* descend(PlacedNode* node, std::string_view path) {
-    while (node != nullptr && !path.empty()) {
-        const std::size_t slash = path.find('/');
-        node = childNamed(node, path.substr(0, slash));
-        path = slash == std::string_view::npos ? std::string_view() : path.substr(slash + 1);
-    }
-    return node;
-}
-
-}  // namespace
-
-Expected<void> SceneAssembly::resolvePending(std::size_t from) {
-    for (std::size_t i = from; i < pending_.size(); ++i) {
-        const PendingRef& ref = pending_[i];
-        Placed* found = nullptr;
-        if (ref.name.empty()) {
-            found = ref.from;
-            while (found != ref.top && !found->transform) found = found->parent;
-            if (found == ref.top) found = nullptr;
-        } else if (ref.name.front() == '/') {
-            found = descend(ref.top, std::string_view(ref.name).substr(1));
-        } else {
-            for (Placed* outer = ref.from; found == nullptr && outer != nullptr && outer != ref.top;
-                 outer = outer->parent)
-                if (outer->parent != nullptr) found = descend(outer->parent, ref.name);
-        }
-        const std::string shown = readName(ref.name, "");
-        if (ref.kind == PendingRef::Kind::kMotionTarget) {
-            if (found == nullptr || !found->transform)
-                return fail(ErrorCode::kBadInput,
-                            ref.name.empty()
-                                ? fmt::format("{}: this motion has no transform at or above it to move", ref.where)
-                            : found != nullptr
-                                ? fmt::format("{}: the motion's target '{}' has no transform", ref.where, shown)
-                                : fmt::format("{}: there is no node '{}' for this motion to move", ref.where, shown));
-            builder_.set(ref.core, typeOf<Motion>(), field::kMotionTarget, toValue(found->transform));
-            continue;
-        }
-        if (found == nullptr || ref.name.empty())
-            return fail(ErrorCode::kBadInput,
-                        ref.name.empty()
-                            ? fmt::format("{}: this interest names no object", ref.where)
-                            : fmt::format("{}: there is no node '{}' for this interest", ref.where, shown));
-        const bool object = ref.kind == PendingRef::Kind::kInterestObject;
-        builder_.set(ref.core, typeOf<Interest>(), object ? field::kInterestObject : field::kInterestAgainst,
-                     toValue(found->id));
-    }
-    pending_.erase(pending_.begin() + static_cast<std::ptrdiff_t>(from), pending_.end());
     return {};
 }
 

@@ -13,7 +13,8 @@
 
 namespace tessera {
 
-/// One import under way. Not thread-safe. After an error it is of no further use.
+/// One import under way. Not thread-safe. After an error it is of no further use. Its parts: SceneAssembly.cpp places
+/// nodes, SceneCores.cpp makes cores, SceneNames.cpp resolves names.
 class SceneAssembly {
 public:
     explicit SceneAssembly(const ImportOptions& options);
@@ -25,11 +26,31 @@ public:
 
 private:
     /// A node of the new scene, as far as names must be found again.
-    struct Placed;
+    struct Placed {
+        ObjectId id;
+        std::string name;
+        ObjectId transform;  ///< its core, where that is a Transform
+        Placed* parent = nullptr;
+        std::vector<Placed*> children;
+    };
     /// Where a node is being placed.
-    struct Spot;
+    struct Spot {
+        ObjectId parent;
+        Placed* placed = nullptr;  ///< the parent, as far as this import made it
+        Placed* top = nullptr;     ///< names are looked up no further out than this
+        std::size_t depth = 0;
+        bool camerasEnabled = true;
+    };
     /// A name to be looked up once everything has its place.
-    struct PendingRef;
+    struct PendingRef {
+        enum class Kind { kMotionTarget, kInterestObject, kInterestAgainst };
+        Kind kind;
+        ObjectId core;
+        Placed* from;
+        Placed* top;
+        std::string name;
+        std::string where;  ///< file:line:column
+    };
 
     Expected<LoadedFile*> load(const std::string& canonicalPath, const std::string& label);
     Expected<void> placeFile(LoadedFile& file, const Spot& spot);

@@ -100,21 +100,27 @@ Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::
 }
 
 /// A file's camera says where the eye is and how wide it looks; ours says where the wall stands and how large it is. At
-/// the depth of the scene's middle, the wall's window shall cover exactly what the file's camera shows there:
-/// scale = 2 d tan(fov / 2) / window height, and the eye stands 2.4 m × scale before that window. For a field of 41°
-/// the eye is the file's own.
+/// one depth d, the wall's window shall cover exactly what the file's camera shows there: scale = 2 d tan(fov / 2) /
+/// window height, and the eye stands 2.4 m × scale before that window. For a field of 41° that is the file's own eye,
+/// whatever d is. A narrower one brings the eye nearer, so d is where the scene begins: what lies beyond the window is
+/// seen at a wider angle than in the file, and nothing is cut off. For a wider one d is the scene's middle.
 void GltfReader::addCamera(int index, const Affine3d& world_T_node, proto::scene::Node& node) {
     if (static_cast<std::size_t>(index) >= model_.cameras.size()) return;
     const tinygltf::Camera& camera = model_.cameras[static_cast<std::size_t>(index)];
     const double nodeScale = std::cbrt(std::abs(world_T_node.linear().determinant()));
     if (!(nodeScale > 1e-12)) return;
     const Vec3d forward = -world_T_node.linear().col(2).normalized();
-    double distance = bounds_.empty() ? 0.0 : (bounds_.center() - world_T_node.translation()).dot(forward);
+    const Vec3d eye = world_T_node.translation();
+    double distance = bounds_.empty() ? 0.0 : (bounds_.center() - eye).dot(forward);
     double height = 0.0;
     if (camera.type == "perspective") {
         const double fov = camera.perspective.yfov;
         if (!(fov > 0.0 && fov < EIGEN_PI)) return;
         const double perDistance = 2.0 * std::tan(fov / 2.0);
+        if (distance > 0.0 && perDistance < kWindowHeight / kEyeDistance) {
+            const double reach = 0.5 * bounds_.size().dot(forward.cwiseAbs());  // of the box along the line of sight
+            distance = std::max(distance - reach, 0.2 * distance);
+        }
         // A camera that looks away from the middle: its own window, one metre high.
         if (!(distance > 1e-9)) distance = kWindowHeight / perDistance;
         height = perDistance * distance;

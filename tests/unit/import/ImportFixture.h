@@ -18,6 +18,12 @@ namespace tessera {
 inline constexpr const char* kDebianModels = "/usr/share/assimp/models";
 inline constexpr const char* kEngine = "/usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb";
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
 inline ImportOptions importOptions() {
     ImportOptions options;
     options.importerProgram = std::string(TESSERA_BIN_DIR) + "/tessera-import";

@@ -1,7 +1,8 @@
 // Tessera's own text format: what it becomes, and what it says when it is wrong.
 
-#include <cmath>
+#include <vector>
 
+#include "common/math/Box.h"
 #include "common/scene/Action.h"
 #include "tests/unit/import/ImportFixture.h"
 
@@ -258,6 +259,41 @@ TEST(EngineHall, LoadsWithEnginesThatShareTheirMeshes) {
     EXPECT_EQ(cameras, 1u);
     EXPECT_GE(lights, 4u);
     EXPECT_GE(engines, 12u);
+}
+
+TEST(EngineHall, KeepsTheVisitorsEyeClearOfEverything) {
+    if (!std::filesystem::exists(kEngine)) GTEST_SKIP() << kEngine << " is missing (Debian package assimp-testmodels)";
+    Expected<ImportedScene> scene =
+        importScene(std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/engine-hall.tsct", kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* walk = aspect.core<Motion>("/hall/camera/walk");
+    const auto* camera = aspect.core<Camera>("/hall/camera/camera");
+    ASSERT_TRUE(walk != nullptr && camera != nullptr);
+    // The eye of the shipped walls' user, between the keys of the walk.
+    std::vector<Vec3d> eyes;
+    const auto keys = walk->keys.as<double>();
+    for (std::size_t k = 0; k + 22 <= keys.size(); k += 11)
+        for (double t = 0; t <= 1; t += 0.1) {
+            const auto at = [&](std::size_t i) { return (1 - t) * keys[k + i] + t * keys[k + 11 + i]; };
+            const Quatd turn = Quatd(at(4), at(5), at(6), at(7)).normalized();
+            eyes.push_back(Vec3d(at(1), at(2), at(3)) + turn * (camera->worldUnitsPerMetre * Vec3d(0, 1.7, 2.4)));
+        }
+    ASSERT_GT(eyes.size(), 20u);
+    Action action;
+    action.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
+        Box local;
+        const auto positions = geometry.positions.as<float>();
+        for (std::size_t i = 0; i + 3 <= positions.size(); i += 3)
+            local.extend(Vec3d(positions[i], positions[i + 1], positions[i + 2]));
+        Box box = local.transformed(visit.world_T_node);
+        box.lower -= Vec3d::Constant(0.3);
+        box.upper += Vec3d::Constant(0.3);
+        for (const Vec3d& eye : eyes)
+            EXPECT_FALSE(box.contains(eye)) << pathOf(*aspect, visit.nodeId) << " at " << eye.transpose();
+        return Descend::kInto;
+    });
+    action.run(*aspect);
 }
 
 }  // namespace

@@ -1,0 +1,157 @@
+// Cores of an import: content to plain structs, each shared one created once.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/import/SceneAssembly.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::uint32_t kMaxImageSide = 16384;
+
+using Content = proto::scene::Node::ContentCase;
+
+}  // namespace
+
+Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
+    switch (node.content_case()) {
+        case Content::CONTENT_NOT_SET:
+        case Content::kImport:
+        case Content::kInstance:
+            return ObjectId{};
+        case Content::kGeometry:
+            return geometryCore(file, node.geometry());
+        case Content::kDirectionalLight: {
+            const proto::scene::DirectionalLight& message = node.directional_light();
+            DirectionalLight light;
+            if (message.has_color()) {
+                const Expected<Vec3f> color = readColor(message.color());
+                if (!color) return tl::unexpected(color.error());
+                light.color = *color;
+            }
+            if (message.has_intensity()) light.intensity = message.intensity();
+            if (!(light.intensity >= 0 && std::isfinite(light.intensity)))
+                return fail(ErrorCode::kBadInput, "a light's intensity must not be negative");
+            return create(light);
+        }
+        case Content::kPointLight: {
+            const proto::scene::PointLight& message = node.point_light();
+            PointLight light;
+            if (message.has_color()) {
+                const Expected<Vec3f> color = readColor(message.color());
+                if (!color) return tl::unexpected(color.error());
+                light.color = *color;
+            }
+            if (message.has_intensity()) light.intensity = message.intensity();
+            light.range = message.range();
+            if (!(light.intensity >= 0 && std::isfinite(light.intensity) && light.range >= 0 &&
+                  std::isfinite(light.range)))
+                return fail(ErrorCode::kBadInput, "a light's intensity and range must not be negative");
+            return create(light);
+        }
+        case Content::kCamera: {
+            Camera camera;
+            if (node.camera().has_world_units_per_metre())
+                camera.worldUnitsPerMetre = node.camera().world_units_per_metre();
+            if (!(camera.worldUnitsPerMetre > 1e-9 && camera.worldUnitsPerMetre < 1e12))
+                return fail(ErrorCode::kBadInput, "a camera's world_units_per_metre must be above zero");
+            camera.enabled = spot.camerasEnabled && !node.camera().disabled() ? 1 : 0;
+            if (camera.enabled != 0) result_.hasCamera = true;
+            return create(camera);
+        }
+        case Content::kSwitch: {
+            Switch choice;
+            if (node.switch_().has_choice()) choice.choice = node.switch_().choice();
+            if (choice.choice < Switch::kNone)
+                return fail(ErrorCode::kBadInput,
+                            "a switch's choice is a child's number from 0, -1 (all) or -2 (none)");
+            return create(choice);
+        }
+        case Content::kMotion: {
+            const Expected<Blob> keys = readKeys(node.motion());
+            if (!keys) return tl::unexpected(keys.error());
+            Motion motion;
+            motion.keys = *keys;
+            motion.mode = std::clamp<std::int64_t>(node.motion().mode(), Motion::kOnce, Motion::kPingPong);
+            motion.playing = node.motion().paused() ? 0 : 1;
+            return create(motion);
+        }
+        case Content::kEnvironment: {
+            const Expected<Environment> environment = readEnvironment(node.environment());
+            if (!environment) return tl::unexpected(environment.error());
+            return create(*environment);
+        }
+        case Content::kInterest: {
+            Interest interest;
+            interest.response =
+                node.interest().response() == proto::scene::Interest::REPORT ? Interest::kReport : Interest::kStop;
+            interest.enabled = node.interest().disabled() ? 0 : 1;
+            return create(interest);
+        }
+        default:
+            return fail(ErrorCode::kBadInput, "it is not in plain form (shapes are made into meshes by the reader)");
+    }
+}
+
+Expected<ObjectId> SceneAssembly::geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry) {
+    LoadedFile::GeometryCore& core = file.geometryCores[{geometry.mesh(), geometry.material()}];
+    if (core.id) return core.id;
+    Expected<MeshArrays> arrays = file.mesh(geometry.mesh());
+    if (!arrays) return tl::unexpected(arrays.error());
+    Geometry value;
+    value.positions = std::move(arrays->positions);
+    value.normals = std::move(arrays->normals);
+    value.colors = std::move(arrays->colors);
+    value.texcoords = std::move(arrays->texcoords);
+    value.indices = std::move(arrays->indices);
+    if (!geometry.material().empty()) {
+        const Expected<ObjectId> material = materialCore(file, geometry.material());
+        if (!material) return material;
+        value.material = *material;
+    }
+    core.triangles = value.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+    core.id = create(value);
+    ++result_.geometries;
+    result_.trianglesStored += core.triangles;
+    return core.id;
+}
+
+Expected<ObjectId> SceneAssembly::materialCore(LoadedFile& file, const std::string& name) {
+    if (const auto known = file.materialCores.find(name); known != file.materialCores.end()) return known->second;
+    const auto found = file.materials.find(name);
+    if (found == file.materials.end())
+        return fail(ErrorCode::kBadInput, fmt::format("there is no material '{}'", readName(name, "")));
+    Expected<Material> material = readMaterial(*found->second);
+    if (!material) return failWith(fmt::format("material '{}'", readName(name, "")), material.error());
+    if (const std::string& image = found->second->base_color_image(); !image.empty()) {
+        const Expected<ObjectId> core = imageCore(file, image);
+        if (!core) return core;
+        material->baseColorImage = *core;
+    }
+    return file.materialCores[name] = create(*material);
+}
+
+Expected<ObjectId> SceneAssembly::imageCore(LoadedFile& file, const std::string& name) {
+    if (const auto known = file.imageCores.find(name); known != file.imageCores.end()) return known->second;
+    const auto found = file.images.find(name);
+    if (found == file.images.end())
+        return fail(ErrorCode::kBadInput, fmt::format("there is no image '{}'", readName(name, "")));
+    const proto::scene::Image& message = *found->second;
+    const Expected<Blob> pixels = file.blob(message.pixels_blob());
+    if (!pixels) return failWith(fmt::format("image '{}'", readName(name, "")), pixels.error());
+    const std::uint64_t width = message.width_px(), height = message.height_px();
+    if (width == 0 || height == 0 || width > kMaxImageSide || height > kMaxImageSide ||
+        pixels->sizeBytes() != width * height * 4)
+        return fail(ErrorCode::kBadInput, fmt::format("image '{}': {} bytes are not {} × {} pixels", readName(name, ""),
+                                                      pixels->sizeBytes(), width, height));
+    Image image;
+    image.pixels = *pixels;
+    image.widthPx = static_cast<std::int64_t>(width);
+    image.heightPx = static_cast<std::int64_t>(height);
+    return file.imageCores[name] = create(image);
+}
+
+}  // namespace tessera
