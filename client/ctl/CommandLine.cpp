@@ -1,7 +1,7 @@
 #include "client/ctl/CommandLine.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <charconv>
 #include <cmath>
@@ -34,7 +34,9 @@ struct Words {
     bool reset = false;
 };
 
-Vec3d vector3(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
+Vec3d vector3(const std::vector<double>& v) {
+    return {v[0], v[1], v[2]};
+}
 
 Expected<double> number(const std::string& text, std::string_view what) {
     double value = 0;
@@ -46,7 +48,8 @@ Expected<double> number(const std::string& text, std::string_view what) {
 
 Expected<Quatd> quaternion(const std::vector<double>& wxyz, std::string_view option) {
     const Quatd q(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
-    if (!(q.norm() > 0) || !std::isfinite(q.norm())) return fail(ErrorCode::kUsage, fmt::format("{}: it has no length", option));
+    if (!(q.norm() > 0) || !std::isfinite(q.norm()))
+        return fail(ErrorCode::kUsage, fmt::format("{}: it has no length", option));
     return q.normalized();
 }
 
@@ -55,7 +58,8 @@ Expected<Quatd> axisRotation(const std::vector<std::string>& words) {
     if (words[0] == "x") axis = Vec3d::UnitX();
     if (words[0] == "y") axis = Vec3d::UnitY();
     if (words[0] == "z") axis = Vec3d::UnitZ();
-    if (axis.isZero()) return fail(ErrorCode::kUsage, fmt::format("--rotate: \"{}\" is no axis; write x, y or z", words[0]));
+    if (axis.isZero())
+        return fail(ErrorCode::kUsage, fmt::format("--rotate: \"{}\" is no axis; write x, y or z", words[0]));
     const Expected<double> degrees = number(words[1], "--rotate");
     if (!degrees) return tl::unexpected(degrees.error());
     return Quatd(Eigen::AngleAxisd(*degrees * std::numbers::pi / 180.0, axis));
@@ -71,8 +75,9 @@ Expected<Verb> moveVerb(const Words& words) {
     if (!words.moveRotate.empty() && !words.moveQuaternion.empty())
         return fail(ErrorCode::kUsage, "move: --rotate and --quaternion say the same thing; give one");
     if (!words.moveRotate.empty() || !words.moveQuaternion.empty()) {
-        const Expected<Quatd> rotation =
-            words.moveQuaternion.empty() ? axisRotation(words.moveRotate) : quaternion(words.moveQuaternion, "--quaternion");
+        const Expected<Quatd> rotation = words.moveQuaternion.empty()
+                                             ? axisRotation(words.moveRotate)
+                                             : quaternion(words.moveQuaternion, "--quaternion");
         if (!rotation) return tl::unexpected(rotation.error());
         move.rotation = *rotation;
     }
@@ -136,7 +141,9 @@ Expected<Quatd> lookAlong(const Vec3d& direction) {
 
 Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector<std::string>& words) {
     Words in;
-    CLI::App app("Talks to a running tessera-server: looks at its scene, changes it,\nmoves the view, fetches the picture.", "tessera-ctl");
+    CLI::App app(
+        "Talks to a running tessera-server: looks at its scene, changes it,\nmoves the view, fetches the picture.",
+        "tessera-ctl");
     app.get_formatter()->column_width(26);
     app.set_version_flag("--version", versionText("tessera-ctl"));
     app.add_option("--server", in.line.server, "Where the server listens")->type_name("ADDR:PORT")->required();

@@ -47,8 +47,8 @@ struct Snapshot {
 
 }  // namespace verb
 
-using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo, verb::View,
-                          verb::Pick, verb::Contacts, verb::Snapshot>;
+using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo,
+                          verb::View, verb::Pick, verb::Contacts, verb::Snapshot>;
 
 struct CommandLine {
     std::string server;

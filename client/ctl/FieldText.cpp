@@ -86,8 +86,8 @@ Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field, co
     if (field.kind == FieldKind::kBlob)
         return fail(ErrorCode::kUsage, fmt::format("{} holds bulk data, which cannot be set from here", field.name));
     if (words.size() != field.width)
-        return fail(ErrorCode::kUsage, fmt::format("{} takes {} {}{}, not {}", field.name, field.width, nameOf(field.kind),
-                                                   field.width == 1 ? "" : "s", words.size()));
+        return fail(ErrorCode::kUsage, fmt::format("{} takes {} {}{}, not {}", field.name, field.width,
+                                                   nameOf(field.kind), field.width == 1 ? "" : "s", words.size()));
     switch (field.kind) {
         case FieldKind::kFloat:
             return parseNumbers<Floats>(field, words);
@@ -109,7 +109,9 @@ Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field, co
 }
 
 std::string textOf(const FieldValue& value) {
-    const auto numbers = [](const auto& v) { return fmt::format("{}", fmt::join(v.values.begin(), v.values.begin() + v.width, " ")); };
+    const auto numbers = [](const auto& v) {
+        return fmt::format("{}", fmt::join(v.values.begin(), v.values.begin() + v.width, " "));
+    };
     if (const auto* floats = std::get_if<Floats>(&value)) return numbers(*floats);
     if (const auto* doubles = std::get_if<Doubles>(&value)) return numbers(*doubles);
     if (const auto* number = std::get_if<std::int64_t>(&value)) return fmt::format("{}", *number);

@@ -21,7 +21,8 @@ struct FieldPlace {
 [[nodiscard]] Expected<FieldPlace> findFieldOf(const Aspect& aspect, ObjectId node, const std::string& name);
 
 /// Numbers, one text, a node's path, "#id" or "none"; as many as the field is wide. kUsage says what it wants.
-[[nodiscard]] Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field, const std::vector<std::string>& words);
+[[nodiscard]] Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field,
+                                              const std::vector<std::string>& words);
 
 /// For people: "1 2 3", "#17", a text as it is, "4800 bytes".
 [[nodiscard]] std::string textOf(const FieldValue& value);

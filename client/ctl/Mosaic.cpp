@@ -40,8 +40,8 @@ Expected<Mosaic> stitch(const Wall& wall, const answer::Images& images) {
     const auto [first, last] = std::minmax_element(images.tiles.begin(), images.tiles.end(),
                                                    [](const auto& a, const auto& b) { return a.frame < b.frame; });
     if (first->frame != last->frame)
-        return fail(ErrorCode::kRefused, fmt::format("tile {} shows frame {} and tile {} frame {}; try again", first->tile,
-                                                     first->frame, last->tile, last->frame));
+        return fail(ErrorCode::kRefused, fmt::format("tile {} shows frame {} and tile {} frame {}; try again",
+                                                     first->tile, first->frame, last->tile, last->frame));
     const std::vector<Tile> tiles = layoutTiles(wall);
     const Eye eye = chosenEye(tiles);
     const Arrangement all = arrange(wall);
@@ -50,7 +50,8 @@ Expected<Mosaic> stitch(const Wall& wall, const answer::Images& images) {
     mosaic.picture = Picture::filled(all.width, all.height, 0, 0, 0);
     for (const Tile& tile : tiles) {
         if (tile.eye != eye) continue;
-        const auto image = std::find_if(images.tiles.begin(), images.tiles.end(), [&](const auto& i) { return i.tile == tile.name; });
+        const auto image =
+            std::find_if(images.tiles.begin(), images.tiles.end(), [&](const auto& i) { return i.tile == tile.name; });
         if (image == images.tiles.end()) {
             mosaic.missing.push_back(tile.name);
             continue;
@@ -58,9 +59,9 @@ Expected<Mosaic> stitch(const Wall& wall, const answer::Images& images) {
         const Expected<DecodedPng> png = decodePng(*image->png);
         if (!png) return failWith(fmt::format("the image of tile {}", tile.name), png.error());
         if (png->picture.widthPx != tile.mosaicRect.width || png->picture.heightPx != tile.mosaicRect.height)
-            return fail(ErrorCode::kBadInput, fmt::format("the image of tile {} is {}x{}, but the tile {}x{}", tile.name,
-                                                          png->picture.widthPx, png->picture.heightPx, tile.mosaicRect.width,
-                                                          tile.mosaicRect.height));
+            return fail(ErrorCode::kBadInput, fmt::format("the image of tile {} is {}x{}, but the tile {}x{}",
+                                                          tile.name, png->picture.widthPx, png->picture.heightPx,
+                                                          tile.mosaicRect.width, tile.mosaicRect.height));
         // Tiles count from the bottom, pictures from the top.
         const int top = all.height - tile.mosaicRect.y - tile.mosaicRect.height;
         paste(mosaic.picture, png->picture, all.left.at(tile.screen) + tile.mosaicRect.x, top);

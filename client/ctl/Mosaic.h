@@ -10,7 +10,8 @@
 namespace tessera {
 
 struct Mosaic {
-    Picture picture;  ///< visible pixels without gaps; several screens side by side, bottoms aligned, in the wall's order
+    Picture
+        picture;  ///< visible pixels without gaps; several screens side by side, bottoms aligned, in the wall's order
     std::uint64_t frame = 0;
     std::vector<std::string> missing;  ///< tiles that are black because nobody draws them now
 };

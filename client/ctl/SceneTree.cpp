@@ -31,7 +31,8 @@ void addLines(std::string& text, const Aspect& aspect, ObjectId id, int depth, s
     text.append(2 * indent, ' ');
     text += id == kRootNode ? "/" : node.name.empty() ? "(unnamed)" : node.name;
     if (node.core) text += fmt::format("  {}", typeInfo(*aspect.find(node.core)).name);
-    if (const auto* transform = aspect.coreOf<Transform>(node)) text += fmt::format(" at {}", textOf(toValue(transform->translation)));
+    if (const auto* transform = aspect.coreOf<Transform>(node))
+        text += fmt::format(" at {}", textOf(toValue(transform->translation)));
     text += fmt::format("  #{}", id.value);
     if (depth == 0 && !node.children.empty()) text += fmt::format("  ({} below)", node.children.size());
     text += '\n';
@@ -53,7 +54,8 @@ nlohmann::ordered_json treeJson(const Aspect& aspect, ObjectId id, int depth) {
     if (node.core) {
         const Object& core = *aspect.find(node.core);
         nlohmann::ordered_json fields = {{"id", node.core.value}, {"type", typeInfo(core).name}};
-        for (const FieldInfo& field : typeInfo(core).fields) fields[std::string(field.name)] = valueJson(field.load(core));
+        for (const FieldInfo& field : typeInfo(core).fields)
+            fields[std::string(field.name)] = valueJson(field.load(core));
         json["core"] = std::move(fields);
     }
     if (depth == 0) {

@@ -16,8 +16,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json jsonOf(const Vec3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
-std::string textOf3(const Vec3d& v) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", v.x(), v.y(), v.z()); }
+Json jsonOf(const Vec3d& v) {
+    return Json::array({v.x(), v.y(), v.z()});
+}
+std::string textOf3(const Vec3d& v) {
+    return fmt::format("({:.6g}, {:.6g}, {:.6g})", v.x(), v.y(), v.z());
+}
 
 /// "/hall/crane", or only the number where the scene has no such node (any more).
 std::string nameOf(const Aspect& scene, ObjectId id) {
@@ -41,7 +45,8 @@ Answer committedAnswer(const Application& application, const answer::Committed& 
     const std::vector<std::string> stopped = nodesWith(application.scene(), committed.stopped);
     Answer answer;
     answer.text = std::move(done) + fmt::format(" (change {})\n", committed.sequence.value);
-    for (const std::string& name : stopped) answer.text += fmt::format("{} was stopped by what it hit; see contacts\n", name);
+    for (const std::string& name : stopped)
+        answer.text += fmt::format("{} was stopped by what it hit; see contacts\n", name);
     answer.json = {{"sequence", committed.sequence.value}, {"stopped", stopped}};
     return answer;
 }
@@ -50,18 +55,23 @@ Expected<Answer> run(Application& application, const verb::Status&) {
     const Expected<answer::Status> status = application.status();
     if (!status) return tl::unexpected(status.error());
     Answer answer;
-    answer.text = fmt::format("wall    {}, frame {}, change {}, epoch {}\n", status->wallName, status->frame, status->sequence,
-                              status->epoch);
+    answer.text = fmt::format("wall    {}, frame {}, change {}, epoch {}\n", status->wallName, status->frame,
+                              status->sequence, status->epoch);
     Json hosts = Json::array();
     std::size_t widest = 0;
     for (const answer::HostInfo& host : status->hosts) widest = std::max(widest, host.name.size());
     for (const answer::HostInfo& host : status->hosts) {
-        answer.text += fmt::format("host    {:<{}}  {:<8} frame {}, round trip {:.3f} ms\n", host.name, widest, host.state,
-                                   host.lastShown, host.roundTripMs);
-        hosts.push_back({{"name", host.name}, {"state", host.state}, {"last_shown", host.lastShown}, {"round_trip_ms", host.roundTripMs}});
+        answer.text += fmt::format("host    {:<{}}  {:<8} frame {}, round trip {:.3f} ms\n", host.name, widest,
+                                   host.state, host.lastShown, host.roundTripMs);
+        hosts.push_back({{"name", host.name},
+                         {"state", host.state},
+                         {"last_shown", host.lastShown},
+                         {"round_trip_ms", host.roundTripMs}});
     }
-    if (!status->waitingFor.empty()) answer.text += fmt::format("waiting for {}\n", fmt::join(status->waitingFor, ", "));
-    answer.text += fmt::format("scene   {} objects, {} nodes, state {}\n", status->objects, status->nodes, toHex(status->stateHash));
+    if (!status->waitingFor.empty())
+        answer.text += fmt::format("waiting for {}\n", fmt::join(status->waitingFor, ", "));
+    answer.text += fmt::format("scene   {} objects, {} nodes, state {}\n", status->objects, status->nodes,
+                               toHex(status->stateHash));
     answer.text += fmt::format("undo    {} changes\napplications  {}\n", status->undoDepth, status->applications);
     answer.json = {{"wall", status->wallName},
                    {"epoch", status->epoch},
@@ -80,7 +90,8 @@ Expected<Answer> run(Application& application, const verb::Status&) {
 Expected<Answer> run(Application& application, const verb::Tree& tree) {
     const Expected<ObjectId> node = findNode(application.scene(), tree.node);
     if (!node) return tl::unexpected(node.error());
-    return Answer{treeText(application.scene(), *node, tree.depth), treeJson(application.scene(), *node, tree.depth), {}};
+    return Answer{
+        treeText(application.scene(), *node, tree.depth), treeJson(application.scene(), *node, tree.depth), {}};
 }
 
 Expected<Answer> run(Application& application, const verb::Load& load) {
@@ -95,8 +106,8 @@ Expected<Answer> run(Application& application, const verb::Load& load) {
         load.file.find("://") == std::string::npos ? std::filesystem::absolute(load.file).string() : load.file;
     const Expected<answer::Loaded> loaded = application.load(path, parent);
     if (!loaded) return tl::unexpected(loaded.error());
-    return Answer{fmt::format("loaded {} as node #{}: {} objects, {} triangles\n", load.file, loaded->node.value, loaded->objects,
-                              loaded->triangles),
+    return Answer{fmt::format("loaded {} as node #{}: {} objects, {} triangles\n", load.file, loaded->node.value,
+                              loaded->objects, loaded->triangles),
                   {{"node", loaded->node.value}, {"objects", loaded->objects}, {"triangles", loaded->triangles}},
                   {}};
 }
@@ -118,8 +129,8 @@ Expected<Answer> run(Application& application, const verb::Move& move) {
     answer.json["node"] = movable->value;
     answer.json["path"] = nameOf(scene, *movable);
     answer.json["translation"] = jsonOf(transform->translation);
-    answer.json["rotation"] =
-        Json::array({transform->rotation.w(), transform->rotation.x(), transform->rotation.y(), transform->rotation.z()});
+    answer.json["rotation"] = Json::array(
+        {transform->rotation.w(), transform->rotation.x(), transform->rotation.y(), transform->rotation.z()});
     answer.json["scale"] = jsonOf(transform->scale);
     answer.text += fmt::format("it is at {} now\n", textOf3(transform->translation));
     return answer;
@@ -136,8 +147,9 @@ Expected<Answer> run(Application& application, const verb::Set& set) {
     edits.set(place->object, place->type->type, place->field->id, *value);
     const Expected<answer::Committed> committed = application.propose(edits.take());
     if (!committed) return tl::unexpected(committed.error());
-    return committedAnswer(application, *committed,
-                           fmt::format("{} of {} is {}", set.field, nameOf(application.scene(), *node), textOf(*value)));
+    return committedAnswer(
+        application, *committed,
+        fmt::format("{} of {} is {}", set.field, nameOf(application.scene(), *node), textOf(*value)));
 }
 
 Expected<Answer> run(Application& application, const verb::Remove& remove) {
@@ -172,7 +184,11 @@ Expected<Answer> run(Application& application, const verb::Pick& pick) {
     if (!picked->hit) return Answer{"nothing is there\n", {{"hit", false}}, {}};
     const std::string path = nameOf(application.scene(), picked->node);
     return Answer{fmt::format("{}, face {} at {}\n", path, picked->face, textOf3(picked->point)),
-                  {{"hit", true}, {"node", picked->node.value}, {"path", path}, {"face", picked->face}, {"point", jsonOf(picked->point)}},
+                  {{"hit", true},
+                   {"node", picked->node.value},
+                   {"path", path},
+                   {"face", picked->face},
+                   {"point", jsonOf(picked->point)}},
                   {}};
 }
 
@@ -190,7 +206,8 @@ Expected<Answer> run(Application& application, const verb::Contacts&) {
                         {"point", jsonOf(c.point)},
                         {"normal", jsonOf(c.normal)}});
     }
-    answer.text += fmt::format("{} contacts in frame {}, {} begun so far\n", contacts->contacts.size(), contacts->frame, contacts->begun);
+    answer.text += fmt::format("{} contacts in frame {}, {} begun so far\n", contacts->contacts.size(), contacts->frame,
+                               contacts->begun);
     answer.json = {{"frame", contacts->frame}, {"begun", contacts->begun}, {"contacts", std::move(list)}};
     return answer;
 }
@@ -217,7 +234,8 @@ Expected<Answer> run(Application& application, const verb::Snapshot& snapshot) {
                    {"frame", mosaic->frame},
                    {"missing", mosaic->missing}},
                   {}};
-    if (!mosaic->missing.empty()) answer.warning = fmt::format("nobody draws {} now: black", fmt::join(mosaic->missing, ", "));
+    if (!mosaic->missing.empty())
+        answer.warning = fmt::format("nobody draws {} now: black", fmt::join(mosaic->missing, ", "));
     return answer;
 }
 
@@ -241,7 +259,9 @@ Expected<Answer> carryOut(const CommandLine& line) {
 }
 
 CtlOutcome runCtl(const std::vector<std::string>& words) {
-    const auto failed = [](const Error& error) { return CtlOutcome{exitCode(error.code), {}, "tessera-ctl: " + error.message + "\n"}; };
+    const auto failed = [](const Error& error) {
+        return CtlOutcome{exitCode(error.code), {}, "tessera-ctl: " + error.message + "\n"};
+    };
     const auto parsed = parseCommandLine(words);
     if (!parsed) return failed(parsed.error());
     if (const auto* help = std::get_if<HelpText>(&*parsed)) return {0, help->text, {}};

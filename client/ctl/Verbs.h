@@ -12,9 +12,9 @@ namespace tessera {
 
 /// The same answer for people and for programs.
 struct Answer {
-    std::string text;              ///< lines, each ended
+    std::string text;  ///< lines, each ended
     nlohmann::ordered_json json;
-    std::string warning;           ///< for stderr; empty: none
+    std::string warning;  ///< for stderr; empty: none
 };
 
 [[nodiscard]] Expected<Answer> carryOut(const CommandLine& line);

@@ -14,15 +14,20 @@ namespace {
 
 using std::chrono::milliseconds;
 
-TimePoint now() { return std::chrono::steady_clock::now(); }
+TimePoint now() {
+    return std::chrono::steady_clock::now();
+}
 
 /// Time left until `deadline`, never negative.
-Duration until(TimePoint deadline) { return std::max<Duration>(deadline - now(), Duration::zero()); }
+Duration until(TimePoint deadline) {
+    return std::max<Duration>(deadline - now(), Duration::zero());
+}
 
 }  // namespace
 
 struct Application::Impl {
-    Impl(ConnectionOptions connectionOptions, const Options& o) : options(o), connection(std::move(connectionOptions)) {}
+    Impl(ConnectionOptions connectionOptions, const Options& o)
+        : options(o), connection(std::move(connectionOptions)) {}
 
     /// Puts one value aside (a reply is given back). False: nothing came until `deadline`, or it is all over.
     bool take(TimePoint deadline, std::optional<message::Reply>* reply = nullptr);
@@ -38,7 +43,8 @@ struct Application::Impl {
         Expected<ApplicationAnswer> answer = ask(request, timeout.value_or(options.timeout));
         if (!answer) return tl::unexpected(answer.error());
         if (auto* expected = std::get_if<Answer>(&*answer)) return std::move(*expected);
-        return fail(ErrorCode::kBadInput, "the server answered something else than was asked; is it of another version?");
+        return fail(ErrorCode::kBadInput,
+                    "the server answered something else than was asked; is it of another version?");
     }
     /// Waits until `scene` holds the list that answers a proposal.
     Expected<answer::Committed> settled(Expected<answer::Committed> committed);
@@ -114,8 +120,9 @@ Expected<void> Application::Impl::apply(incoming::List list) {
         return failWith(fmt::format("change list {} of the server does not fit the scene here", list.sequence.value),
                         applied.error());
     if (aspect.stateHash() != list.stateHash)
-        return fail(ErrorCode::kFailed, fmt::format("after change list {} the scene here differs from the server's; connect again",
-                                                    list.sequence.value));
+        return fail(ErrorCode::kFailed,
+                    fmt::format("after change list {} the scene here differs from the server's; connect again",
+                                list.sequence.value));
     sequence = list.sequence;
     if (const auto callback = changesCallback) callback(*list.list, sequence);
     return {};
@@ -184,9 +191,10 @@ Expected<std::unique_ptr<Application>> Application::connect(const Options& optio
     while (!impl->wall || (options.followScene && !impl->haveScene)) {
         if (!impl->take(deadline) && !impl->ended) {
             if (!impl->wall)
-                return fail(ErrorCode::kNetwork, fmt::format("no Tessera server at {}: something accepts connections there but "
-                                                             "did not answer within {} ms",
-                                                             options.address, options.timeout.count()));
+                return fail(ErrorCode::kNetwork,
+                            fmt::format("no Tessera server at {}: something accepts connections there but "
+                                        "did not answer within {} ms",
+                                        options.address, options.timeout.count()));
             return fail(ErrorCode::kNetwork, fmt::format("the server at {} did not hand out its scene within {} ms",
                                                          options.address, options.timeout.count()));
         }
@@ -196,10 +204,18 @@ Expected<std::unique_ptr<Application>> Application::connect(const Options& optio
     return std::unique_ptr<Application>(new Application(std::move(impl)));
 }
 
-const Aspect& Application::scene() const { return impl_->aspect; }
-Sequence Application::sequence() const { return impl_->sequence; }
-const Wall& Application::wall() const { return *impl_->wall; }
-bool Application::serverIsOver() const { return impl_->ended && impl_->ended->over; }
+const Aspect& Application::scene() const {
+    return impl_->aspect;
+}
+Sequence Application::sequence() const {
+    return impl_->sequence;
+}
+const Wall& Application::wall() const {
+    return *impl_->wall;
+}
+bool Application::serverIsOver() const {
+    return impl_->ended && impl_->ended->over;
+}
 
 Expected<bool> Application::poll(milliseconds timeout) {
     if (impl_->dispatching) return fail(ErrorCode::kRefused, "poll was called from within a callback");
@@ -250,7 +266,9 @@ Expected<answer::Committed> Application::propose(const ChangeList& list) {
     return impl_->settled(impl_->askFor<answer::Committed>(proposal));
 }
 
-Expected<answer::Committed> Application::undo() { return impl_->settled(impl_->askFor<answer::Committed>(request::Undo{})); }
+Expected<answer::Committed> Application::undo() {
+    return impl_->settled(impl_->askFor<answer::Committed>(request::Undo{}));
+}
 
 Expected<answer::Committed> Application::moveNode(std::string_view node, const NodeMove& move) {
     if (!impl_->options.followScene)
@@ -275,8 +293,14 @@ Expected<void> Application::setView(const request::SetView& view) {
 Expected<answer::Picked> Application::pick(double xPx, double yPx) {
     return impl_->askFor<answer::Picked>(request::Pick{xPx, yPx});
 }
-Expected<answer::Contacts> Application::contacts() { return impl_->askFor<answer::Contacts>(request::GetContacts{}); }
-Expected<answer::Status> Application::status() { return impl_->askFor<answer::Status>(request::GetStatus{}); }
-Expected<answer::Images> Application::images() { return impl_->askFor<answer::Images>(request::GetImages{}); }
+Expected<answer::Contacts> Application::contacts() {
+    return impl_->askFor<answer::Contacts>(request::GetContacts{});
+}
+Expected<answer::Status> Application::status() {
+    return impl_->askFor<answer::Status>(request::GetStatus{});
+}
+Expected<answer::Images> Application::images() {
+    return impl_->askFor<answer::Images>(request::GetImages{});
+}
 
 }  // namespace tessera

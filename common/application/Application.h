@@ -4,9 +4,9 @@
 ///     if (!application) …  // application.error().message says why, for a person
 ///     (*application)->moveNode("/hall/crane", {.translation = tessera::Vec3d(1, 0, 0), .relative = true});
 ///
-/// One thread owns an Application and calls all its members: "the caller". Connection, heartbeats and decoding run on threads
-/// inside; nothing of the caller's is touched from there: the scene changes, and callbacks are called, only within `poll` and
-/// the other members that say so. Where two want the same node: see README.md beside this file.
+/// One thread owns an Application and calls all its members: "the caller". Connection, heartbeats and decoding run on
+/// threads inside; nothing of the caller's is touched from there: the scene changes, and callbacks are called, only
+/// within `poll` and the other members that say so. Where two want the same node: see README.md beside this file.
 #pragma once
 
 #include <chrono>
@@ -29,10 +29,10 @@ namespace tessera {
 class Application {
 public:
     struct Options {
-        std::string address;                ///< "HOST:PORT" of the server
-        std::string name = "application";   ///< for the server's log and status
-        bool followScene = true;            ///< false: `scene()` stays empty; for programs that only ask
-        bool wantBlobs = false;             ///< meshes and pixels too; false: their handles are absent (Blob)
+        std::string address;                        ///< "HOST:PORT" of the server
+        std::string name = "application";           ///< for the server's log and status
+        bool followScene = true;                    ///< false: `scene()` stays empty; for programs that only ask
+        bool wantBlobs = false;                     ///< meshes and pixels too; false: their handles are absent (Blob)
         std::chrono::milliseconds timeout{10'000};  ///< for connecting and for each request
     };
 
@@ -44,7 +44,7 @@ public:
     Application(const Application&) = delete;
     Application& operator=(const Application&) = delete;
 
-    // ---- the scene ---------------------------------------------------------------------------------------------------
+    // ---- the scene
 
     /// As of the last list applied here. References into it hold until the next call that applies lists.
     [[nodiscard]] const Aspect& scene() const;
@@ -53,17 +53,18 @@ public:
     /// The wall that the server drives, as its configuration says.
     [[nodiscard]] const Wall& wall() const;
 
-    /// Applies everything that has arrived, calling the callbacks; waits for something for at most `timeout`. False: nothing
-    /// came. An error ends it: the connection is gone (`serverIsOver` tells a regular end from a broken one).
+    /// Applies everything that has arrived, calling the callbacks; waits for something for at most `timeout`. False:
+    /// nothing came. An error ends it: the connection is gone (`serverIsOver` tells a regular end from a broken one).
     [[nodiscard]] Expected<bool> poll(std::chrono::milliseconds timeout);
-    /// Polls until the wall has shown a frame that was not reported here before. Needs `onFrame` or subscribes by itself.
-    /// kNetwork also when none is shown within `timeout`.
+    /// Polls until the wall has shown a frame that was not reported here before. Needs `onFrame` or subscribes by
+    /// itself. kNetwork also when none is shown within `timeout`.
     [[nodiscard]] Expected<notice::Frame> waitForFrame(std::chrono::milliseconds timeout);
     [[nodiscard]] bool serverIsOver() const;
 
-    // ---- callbacks: called by the caller's own thread, within `poll` and whatever else applies lists -------------------
+    // ---- callbacks: called by the caller's own thread, within `poll` and whatever else applies lists
 
-    /// After a list was applied; the scene is already the new one. The first call of a (re)started scene gets the whole.
+    /// After a list was applied; the scene is already the new one. The first call of a (re)started scene gets the
+    /// whole.
     void onChanges(std::function<void(const ChangeList&, Sequence)> callback);
     /// The contacts of every frame, as it is made.
     [[nodiscard]] Expected<void> onContacts(std::function<void(const answer::Contacts&)> callback);
@@ -72,11 +73,11 @@ public:
     /// Whenever the wall has shown a frame.
     [[nodiscard]] Expected<void> onFrame(std::function<void(const notice::Frame&)> callback);
 
-    // ---- requests: each waits for the server's answer, at most Options::timeout ----------------------------------------
+    // ---- requests: each waits for the server's answer, at most Options::timeout
 
-    /// Asks the server to commit `list`; objects it creates carry placeholders (ids from kFirstPlaceholder up). Resident
-    /// blobs that it names are uploaded. When it returns, `scene()` holds the change (with followScene; not from
-    /// within a callback). A refused list changes nothing.
+    /// Asks the server to commit `list`; objects it creates carry placeholders (ids from kFirstPlaceholder up).
+    /// Resident blobs that it names are uploaded. When it returns, `scene()` holds the change (with followScene; not
+    /// from within a callback). A refused list changes nothing.
     [[nodiscard]] Expected<answer::Committed> propose(const ChangeList& list);
     /// Takes back the last committed change of any application, as a new change.
     [[nodiscard]] Expected<answer::Committed> undo();

@@ -18,7 +18,9 @@ constexpr std::size_t kMaxEvents = 16'384;
 /// Replies, the end and whatever else must find room behind the lists that wait.
 constexpr std::size_t kSpareRoom = 4096;
 
-TimePoint now() { return std::chrono::steady_clock::now(); }
+TimePoint now() {
+    return std::chrono::steady_clock::now();
+}
 
 ClientSessionConfig sessionConfig(const ConnectionOptions& options) {
     ClientSessionConfig config;
@@ -38,7 +40,8 @@ Connection::Connection(ConnectionOptions options)
       session_(sessionConfig(options_)) {
     TransportLimits limits;
     limits.maxPayload = maxPayloadBytes;
-    transport_ = std::make_unique<Transport>(std::move(limits), [this](LinkEvent event) { events_.push(std::move(event)); });
+    transport_ =
+        std::make_unique<Transport>(std::move(limits), [this](LinkEvent event) { events_.push(std::move(event)); });
     open(ChannelKind::kControl);
     thread_ = std::thread([this] { run(); });
 }
@@ -58,7 +61,9 @@ std::optional<Incoming> Connection::next(Duration timeout) {
     return value;
 }
 
-void Connection::request(std::uint64_t id, SharedBytes body) { events_.push(message::Request{id, std::move(body)}); }
+void Connection::request(std::uint64_t id, SharedBytes body) {
+    events_.push(message::Request{id, std::move(body)});
+}
 
 void Connection::run() {
     while (!ended_) {
@@ -178,9 +183,10 @@ Expected<ChangeListPtr> Connection::decode(const SharedBytes& bytes) {
 
 void Connection::handOut(incoming::List list) {
     if (waiting_ >= options_.maxWaiting || waitingBytes_ > options_.maxWaitingBytes)
-        return end({ErrorCode::kLimit, fmt::format("{} changes waited for the application to poll, which is the most that may",
-                                                   waiting_.load())},
-                   false);
+        return end(
+            {ErrorCode::kLimit,
+             fmt::format("{} changes waited for the application to poll, which is the most that may", waiting_.load())},
+            false);
     ++waiting_;
     waitingBytes_ += list.encodedBytes;
     out_.tryPush(std::move(list));

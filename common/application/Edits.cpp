@@ -34,8 +34,9 @@ Expected<ObjectId> movableNode(const Aspect& aspect, ObjectId node) {
         if (aspect.coreOf<Transform>(*here) != nullptr) return at;
         at = here->parent;
     }
-    return fail(ErrorCode::kRefused, fmt::format("{} cannot be moved: neither it nor any node above it holds a Transform",
-                                                 pathOf(aspect, node)));
+    return fail(
+        ErrorCode::kRefused,
+        fmt::format("{} cannot be moved: neither it nor any node above it holds a Transform", pathOf(aspect, node)));
 }
 
 Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMove& move) {
@@ -49,7 +50,8 @@ Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMov
         edits.set(core, typeOf<Transform>(), field::kTranslation, toValue(translation));
     }
     if (move.rotation) {
-        if (!(move.rotation->norm() > 0)) return fail(ErrorCode::kUsage, "a rotation given by a quaternion of no length");
+        if (!(move.rotation->norm() > 0))
+            return fail(ErrorCode::kUsage, "a rotation given by a quaternion of no length");
         const Quatd turn = move.rotation->normalized();
         const Quatd rotation = move.relative ? Quatd((turn * present.rotation).normalized()) : turn;
         edits.set(core, typeOf<Transform>(), field::kRotation, toValue(rotation));
@@ -64,7 +66,8 @@ Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMov
 
 Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node) {
     if (node == kRootNode) return fail(ErrorCode::kRefused, "the root cannot be removed; remove what is below it");
-    if (aspect.get<Node>(node) == nullptr) return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", node.value));
+    if (aspect.get<Node>(node) == nullptr)
+        return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", node.value));
     std::vector<ObjectId> gone;
     collectSubtree(aspect, node, gone);
     ChangeListBuilder edits;

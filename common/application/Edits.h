@@ -20,15 +20,15 @@ struct NodeMove {
     bool relative = false;
 };
 
-/// The nearest node, from `node` upwards, whose core is a Transform: what moves when somebody moves `node`. kRefused where
-/// there is none up to the root.
+/// The nearest node, from `node` upwards, whose core is a Transform: what moves when somebody moves `node`. kRefused
+/// where there is none up to the root.
 [[nodiscard]] Expected<ObjectId> movableNode(const Aspect& aspect, ObjectId node);
 
 /// Moves `movableNode(node)`. Where nodes share that Transform, all of them move.
 [[nodiscard]] Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMove& move);
 
-/// Removes `node` with everything below it, and the cores, materials and images that only they used. kRefused for the root.
-/// The server refuses the list while something outside still names a node below (an Interest, say).
+/// Removes `node` with everything below it, and the cores, materials and images that only they used. kRefused for the
+/// root. The server refuses the list while something outside still names a node below (an Interest, say).
 [[nodiscard]] Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node);
 
 }  // namespace tessera

@@ -28,8 +28,12 @@ static_assert(sizeof(ContactRecord) == 72);
 
 using Parts = std::vector<ByteSpan>;
 
-ByteSpan spanOf(const SharedBytes& bytes) { return bytes ? ByteSpan(*bytes) : ByteSpan(); }
-SharedBytes copyOf(ByteSpan bytes) { return share(Bytes(bytes.begin(), bytes.end())); }
+ByteSpan spanOf(const SharedBytes& bytes) {
+    return bytes ? ByteSpan(*bytes) : ByteSpan();
+}
+SharedBytes copyOf(ByteSpan bytes) {
+    return share(Bytes(bytes.begin(), bytes.end()));
+}
 
 void put(pb::Vector* out, const Vec3d& v) {
     out->set_x(v.x());
@@ -149,15 +153,19 @@ auto decode(ByteSpan bytes, std::string_view what, std::size_t maxParts, const A
     return value;
 }
 
-// ---- requests --------------------------------------------------------------------------------------------------------
+// ---- requests
 
 void pack(const request::Propose& r, pb::RequestHead& head, Parts& parts) {
     head.mutable_propose();
     parts.push_back(spanOf(r.list));
     for (const SharedBytes& blob : r.blobs) parts.push_back(spanOf(blob));
 }
-void pack(const request::Undo&, pb::RequestHead& head, Parts&) { head.mutable_undo(); }
-void pack(const request::GetStatus&, pb::RequestHead& head, Parts&) { head.mutable_get_status(); }
+void pack(const request::Undo&, pb::RequestHead& head, Parts&) {
+    head.mutable_undo();
+}
+void pack(const request::GetStatus&, pb::RequestHead& head, Parts&) {
+    head.mutable_get_status();
+}
 void pack(const request::Load& r, pb::RequestHead& head, Parts&) {
     head.mutable_load()->set_path(r.path);
     head.mutable_load()->set_parent(r.parent.value);
@@ -180,8 +188,12 @@ void pack(const request::Pick& r, pb::RequestHead& head, Parts&) {
     head.mutable_pick()->set_x_px(r.xPx);
     head.mutable_pick()->set_y_px(r.yPx);
 }
-void pack(const request::GetContacts&, pb::RequestHead& head, Parts&) { head.mutable_get_contacts(); }
-void pack(const request::GetImages&, pb::RequestHead& head, Parts&) { head.mutable_get_images(); }
+void pack(const request::GetContacts&, pb::RequestHead& head, Parts&) {
+    head.mutable_get_contacts();
+}
+void pack(const request::GetImages&, pb::RequestHead& head, Parts&) {
+    head.mutable_get_images();
+}
 void pack(const request::Subscribe& r, pb::RequestHead& head, Parts&) {
     head.mutable_subscribe()->set_contacts(r.contacts);
     head.mutable_subscribe()->set_picks(r.picks);
@@ -242,7 +254,7 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, Unpacker& in) {
     return request::Undo{};
 }
 
-// ---- answers ---------------------------------------------------------------------------------------------------------
+// ---- answers
 
 Bytes join(const answer::Done&, pb::AnswerHead& head) {
     head.mutable_done();
@@ -378,7 +390,7 @@ ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, Unpacker& in) {
     return answer::Done{};
 }
 
-// ---- notices ---------------------------------------------------------------------------------------------------------
+// ---- notices
 
 Bytes join(const notice::Frame& n, pb::NoticeHead& head) {
     head.mutable_frame()->set_frame(n.frame);

@@ -125,8 +125,8 @@ using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::
 
 struct ApplicationLimits {
     std::size_t maxTextBytes = 4096;
-    std::size_t maxBlobs = 65'536;      ///< of one proposal
-    std::size_t maxIds = 8'000'000;     ///< given by one commit
+    std::size_t maxBlobs = 65'536;   ///< of one proposal
+    std::size_t maxIds = 8'000'000;  ///< given by one commit
     std::size_t maxContacts = 100'000;
     std::size_t maxTiles = 4096;
     std::size_t maxHosts = 4096;

@@ -31,36 +31,65 @@ struct WireAs {
     static constexpr bool kFromPeer = FromPeer;
     using Head = ProtoHead;
 };
-template <> struct Wire<message::Heartbeat> : WireAs<1, kSmall, true, pb::Heartbeat> {};
-template <> struct Wire<message::Hello> : WireAs<2, kText, true, pb::Hello> {};
-template <> struct Wire<message::Synced> : WireAs<3, kSmall, true, pb::Synced> {};
-template <> struct Wire<message::Ready> : WireAs<4, kMebi, true, pb::Ready> {};
-template <> struct Wire<message::Shown> : WireAs<5, kSmall, true, pb::Shown> {};
-template <> struct Wire<message::BlobsHeld> : WireAs<6, kSmall, true, pb::BlobsHeld> {};
-template <> struct Wire<message::BlobRequest> : WireAs<7, kSmall, true, pb::BlobRequest> {};
-template <> struct Wire<message::HashAnswer> : WireAs<8, 17 * kMebi, true, pb::HashAnswer> {};
-template <> struct Wire<message::TileImage> : WireAs<9, 256 * kMebi, true, pb::TileImage> {};
-template <> struct Wire<message::Request> : WireAs<10, 256 * kMebi, true, pb::Request> {};
-template <> struct Wire<message::Welcome> : WireAs<11, 4 * kMebi, false, pb::Welcome> {};
-template <> struct Wire<message::Refused> : WireAs<12, kText, false, pb::Refused> {};
-template <> struct Wire<message::Snapshot> : WireAs<13, 257 * kMebi + kRoomForBlobs, false, pb::Snapshot> {};
-template <> struct Wire<message::Changes> : WireAs<14, 257 * kMebi + kRoomForBlobs, false, pb::Changes> {};
-template <> struct Wire<message::Begin> : WireAs<15, 257 * kMebi + kRoomForBlobs, false, pb::Begin> {};
-template <> struct Wire<message::Swap> : WireAs<16, kSmall, false, pb::SwapFrame> {};
-template <> struct Wire<message::BlobNotice> : WireAs<17, kMebi + kRoomForBlobs, false, pb::BlobNotice> {};
-template <> struct Wire<message::BlobChunk> : WireAs<18, 16 * kMebi, false, pb::BlobChunk> {};
-template <> struct Wire<message::HashQuery> : WireAs<19, kSmall, false, pb::HashQuery> {};
-template <> struct Wire<message::ImageRequest> : WireAs<20, kSmall, false, pb::ImageRequest> {};
-template <> struct Wire<message::Reply> : WireAs<21, 257 * kMebi, false, pb::Reply> {};
-template <> struct Wire<message::Notice> : WireAs<22, 16 * kMebi, false, pb::Notice> {};
-template <> struct Wire<message::Over> : WireAs<23, kText, false, pb::Over> {};
+// clang-format off: a table
+template <>
+struct Wire<message::Heartbeat> : WireAs<1, kSmall, true, pb::Heartbeat> {};
+template <>
+struct Wire<message::Hello> : WireAs<2, kText, true, pb::Hello> {};
+template <>
+struct Wire<message::Synced> : WireAs<3, kSmall, true, pb::Synced> {};
+template <>
+struct Wire<message::Ready> : WireAs<4, kMebi, true, pb::Ready> {};
+template <>
+struct Wire<message::Shown> : WireAs<5, kSmall, true, pb::Shown> {};
+template <>
+struct Wire<message::BlobsHeld> : WireAs<6, kSmall, true, pb::BlobsHeld> {};
+template <>
+struct Wire<message::BlobRequest> : WireAs<7, kSmall, true, pb::BlobRequest> {};
+template <>
+struct Wire<message::HashAnswer> : WireAs<8, 17 * kMebi, true, pb::HashAnswer> {};
+template <>
+struct Wire<message::TileImage> : WireAs<9, 256 * kMebi, true, pb::TileImage> {};
+template <>
+struct Wire<message::Request> : WireAs<10, 256 * kMebi, true, pb::Request> {};
+template <>
+struct Wire<message::Welcome> : WireAs<11, 4 * kMebi, false, pb::Welcome> {};
+template <>
+struct Wire<message::Refused> : WireAs<12, kText, false, pb::Refused> {};
+template <>
+struct Wire<message::Snapshot> : WireAs<13, 257 * kMebi + kRoomForBlobs, false, pb::Snapshot> {};
+template <>
+struct Wire<message::Changes> : WireAs<14, 257 * kMebi + kRoomForBlobs, false, pb::Changes> {};
+template <>
+struct Wire<message::Begin> : WireAs<15, 257 * kMebi + kRoomForBlobs, false, pb::Begin> {};
+template <>
+struct Wire<message::Swap> : WireAs<16, kSmall, false, pb::SwapFrame> {};
+template <>
+struct Wire<message::BlobNotice> : WireAs<17, kMebi + kRoomForBlobs, false, pb::BlobNotice> {};
+template <>
+struct Wire<message::BlobChunk> : WireAs<18, 16 * kMebi, false, pb::BlobChunk> {};
+template <>
+struct Wire<message::HashQuery> : WireAs<19, kSmall, false, pb::HashQuery> {};
+template <>
+struct Wire<message::ImageRequest> : WireAs<20, kSmall, false, pb::ImageRequest> {};
+template <>
+struct Wire<message::Reply> : WireAs<21, 257 * kMebi, false, pb::Reply> {};
+template <>
+struct Wire<message::Notice> : WireAs<22, 16 * kMebi, false, pb::Notice> {};
+template <>
+struct Wire<message::Over> : WireAs<23, kText, false, pb::Over> {};
+// clang-format on
 
 using Parts = std::vector<ByteSpan>;
 
-ByteSpan spanOf(const SharedBytes& bytes) { return bytes ? ByteSpan(*bytes) : ByteSpan(); }
-std::string reasonText(const std::string& text) { return std::string(shortened(text, MessageLimits{}.maxTextBytes)); }
+ByteSpan spanOf(const SharedBytes& bytes) {
+    return bytes ? ByteSpan(*bytes) : ByteSpan();
+}
+std::string reasonText(const std::string& text) {
+    return std::string(shortened(text, MessageLimits{}.maxTextBytes));
+}
 
-// ---- packing ---------------------------------------------------------------------------------------------------------
+// ---- packing
 
 void pack(const message::Heartbeat& m, pb::Heartbeat& head, Parts&) {
     head.set_sent_at_ns(m.sentAtNs);
@@ -90,7 +119,9 @@ void pack(const message::Shown& m, pb::Shown& head, Parts&) {
     head.set_frame(m.frame);
     head.set_shown_at_ns(m.shownAtNs);
 }
-void pack(const message::BlobsHeld& m, pb::BlobsHeld& head, Parts&) { head.set_token(m.token); }
+void pack(const message::BlobsHeld& m, pb::BlobsHeld& head, Parts&) {
+    head.set_token(m.token);
+}
 void pack(const message::BlobRequest& m, pb::BlobRequest& head, Parts&) {
     head.set_id_low(m.id.low);
     head.set_id_high(m.id.high);
@@ -140,7 +171,9 @@ void pack(const message::Begin& m, pb::Begin& head, Parts& parts) {
     head.set_state_hash(m.stateHash);
     parts = {spanOf(m.payload), recordBytes(m.blobs)};
 }
-void pack(const message::Swap& m, pb::SwapFrame& head, Parts&) { head.set_frame(m.frame); }
+void pack(const message::Swap& m, pb::SwapFrame& head, Parts&) {
+    head.set_frame(m.frame);
+}
 void pack(const message::BlobNotice& m, pb::BlobNotice& head, Parts& parts) {
     head.set_token(m.token);
     parts = {recordBytes(m.blobs)};
@@ -166,10 +199,14 @@ void pack(const message::Reply& m, pb::Reply& head, Parts& parts) {
     head.set_error(reasonText(m.error));
     parts = {spanOf(m.body)};
 }
-void pack(const message::Notice& m, pb::Notice&, Parts& parts) { parts = {spanOf(m.body)}; }
-void pack(const message::Over& m, pb::Over& head, Parts&) { head.set_reason(reasonText(m.reason)); }
+void pack(const message::Notice& m, pb::Notice&, Parts& parts) {
+    parts = {spanOf(m.body)};
+}
+void pack(const message::Over& m, pb::Over& head, Parts&) {
+    head.set_reason(reasonText(m.reason));
+}
 
-// ---- unpacking -------------------------------------------------------------------------------------------------------
+// ---- unpacking
 
 /// Checks what a head says; keeps the first thing that is wrong.
 class Unpacker {
@@ -185,7 +222,8 @@ public:
     }
     std::string text(const std::string& value) {
         if (value.size() <= limits_.maxTextBytes) return value;
-        refuse(ErrorCode::kLimit, fmt::format("a text of {} bytes; at most {} are allowed", value.size(), limits_.maxTextBytes));
+        refuse(ErrorCode::kLimit,
+               fmt::format("a text of {} bytes; at most {} are allowed", value.size(), limits_.maxTextBytes));
         return {};
     }
     template <typename Enum>
@@ -317,7 +355,7 @@ void unpack(message::Over& m, const pb::Over& head, Unpacker& in) {
     m.reason = in.text(head.reason());
 }
 
-// ---- the table of types ----------------------------------------------------------------------------------------------
+// ---- the table of types
 
 template <typename M>
 Expected<Message> decodeAs(ByteSpan payload, const MessageLimits& limits) {

@@ -17,9 +17,10 @@ struct MessageLimits {
 /// Large byte fields (lists, chunks, images) stand raw behind a small protobuf head, so that nothing is copied twice.
 /// Reasons and errors are cut to `MessageLimits::maxTextBytes`; a missing byte field is sent as an empty one.
 [[nodiscard]] Bytes encodeMessage(const Message& message);
-/// Never crashes whatever the bytes are; takes no memory out of proportion to them. Byte fields are never null. A Hello of
-/// another protocol version is read too: whoever refuses it can name both versions. kBadInput, kLimit.
-[[nodiscard]] Expected<Message> decodeMessage(std::uint16_t type, SharedBytes payload, const MessageLimits& limits = {});
+/// Never crashes whatever the bytes are; takes no memory out of proportion to them. Byte fields are never null. A Hello
+/// of another protocol version is read too: whoever refuses it can name both versions. kBadInput, kLimit.
+[[nodiscard]] Expected<Message> decodeMessage(std::uint16_t type, SharedBytes payload,
+                                              const MessageLimits& limits = {});
 
 /// Largest payload that a message of this type may have, known before memory is taken; 0 for unknown types.
 [[nodiscard]] std::size_t maxPayloadBytes(std::uint16_t type);

@@ -41,8 +41,8 @@ Expected<SplitParts> splitParts(ByteSpan bytes, std::size_t maxHeadBytes, std::s
         return fail(ErrorCode::kLimit, "its head claims " + std::to_string(headBytes) + " bytes; at most " +
                                            std::to_string(maxHeadBytes) + " are allowed");
     if (count > maxParts)
-        return fail(ErrorCode::kLimit, "it claims " + std::to_string(count) + " parts; at most " + std::to_string(maxParts) +
-                                           " are allowed");
+        return fail(ErrorCode::kLimit, "it claims " + std::to_string(count) + " parts; at most " +
+                                           std::to_string(maxParts) + " are allowed");
     if (bytes.size() / 8 < count) return fail(ErrorCode::kBadInput, "it is cut off");
     ByteSpan sizes = bytes.first(8 * std::size_t{count});
     bytes = bytes.subspan(sizes.size());

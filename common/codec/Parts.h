@@ -34,7 +34,8 @@ template <typename Record>
 template <typename Record>
 [[nodiscard]] Expected<std::vector<Record>> recordsFrom(ByteSpan bytes, std::size_t maxRecords) {
     static_assert(std::is_trivially_copyable_v<Record> && std::has_unique_object_representations_v<Record>);
-    if (bytes.size() % sizeof(Record) != 0) return fail(ErrorCode::kBadInput, "an array ends in the middle of an entry");
+    if (bytes.size() % sizeof(Record) != 0)
+        return fail(ErrorCode::kBadInput, "an array ends in the middle of an entry");
     const std::size_t count = bytes.size() / sizeof(Record);
     if (count > maxRecords)
         return fail(ErrorCode::kLimit, "an array of " + std::to_string(count) + " entries; at most " +

@@ -85,8 +85,9 @@ Expected<FrameHeader> decodeHeader(std::span<const std::byte, FrameHeader::kByte
 
 Expected<void> checkPayload(const FrameHeader& header, ByteSpan payload) {
     if (payload.size() != header.payloadBytes || hash64(payload, header.headSeed) != header.checksum)
-        return fail(ErrorCode::kNetwork, fmt::format("a message of type {} with {} bytes is damaged: its checksum is wrong",
-                                                     header.type, header.payloadBytes));
+        return fail(ErrorCode::kNetwork,
+                    fmt::format("a message of type {} with {} bytes is damaged: its checksum is wrong", header.type,
+                                header.payloadBytes));
     return {};
 }
 

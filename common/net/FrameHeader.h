@@ -9,8 +9,8 @@
 
 namespace tessera {
 
-/// 32 bytes, little-endian: magic "TSRA", header version u16, message type u16, payload length u32, reserved u32 (zero),
-/// epoch u64, checksum u64 (XXH3-64 of the payload, seeded with XXH3-64 of the 24 bytes before it).
+/// 32 bytes, little-endian: magic "TSRA", header version u16, message type u16, payload length u32, reserved u32
+/// (zero), epoch u64, checksum u64 (XXH3-64 of the payload, seeded with XXH3-64 of the 24 bytes before it).
 struct FrameHeader {
     static constexpr std::size_t kBytes = 32;
     static constexpr std::uint32_t kMagic = 0x41525354;  // "TSRA" in memory
@@ -24,7 +24,8 @@ struct FrameHeader {
 };
 
 /// The payload must be shorter than 4 GiB.
-[[nodiscard]] std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, std::uint64_t epoch, ByteSpan payload);
+[[nodiscard]] std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, std::uint64_t epoch,
+                                                                      ByteSpan payload);
 /// Refuses a wrong magic ("not a Tessera peer"), another version, before any payload is looked at. The caller checks
 /// length against its limit for the type *before* taking memory.
 [[nodiscard]] Expected<FrameHeader> decodeHeader(std::span<const std::byte, FrameHeader::kBytes> bytes);

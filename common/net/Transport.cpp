@@ -26,8 +26,8 @@ using boost::system::error_code;
 using tcp = asio::ip::tcp;
 using namespace std::chrono_literals;
 
-constexpr auto kAcceptPause = 50ms;   ///< after a failed accept (no descriptors left): time for some to be closed
-constexpr auto kFlushTime = 1s;       ///< for what is queued when a link is closed by us
+constexpr auto kAcceptPause = 50ms;        ///< after a failed accept (no descriptors left): time for some to be closed
+constexpr auto kFlushTime = 1s;            ///< for what is queued when a link is closed by us
 constexpr std::size_t kGatherFrames = 32;  ///< in one write: two buffers each, the kernel's limit is 1024
 constexpr std::size_t kWorthCaching = 64 * 1024;  ///< payloads whose checksum is kept for the next link
 
@@ -66,7 +66,8 @@ std::string describe(const tcp::endpoint& endpoint) {
 
 std::string reasonFor(const error_code& error, bool midFrame) {
     if (error == asio::error::eof)
-        return midFrame ? "the peer closed the connection in the middle of a message" : "the peer closed the connection";
+        return midFrame ? "the peer closed the connection in the middle of a message"
+                        : "the peer closed the connection";
     return fmt::format("the connection broke: {}", error.message());
 }
 
@@ -200,7 +201,8 @@ struct Transport::Impl {
     }
 
     /// One large payload for many links is hashed once.
-    std::array<std::byte, FrameHeader::kBytes> headerOf(std::uint16_t type, std::uint64_t epoch, const SharedBytes& payload) {
+    std::array<std::byte, FrameHeader::kBytes> headerOf(std::uint16_t type, std::uint64_t epoch,
+                                                        const SharedBytes& payload) {
         if (!payload || payload->size() < kWorthCaching)
             return encodeHeader(type, epoch, payload ? ByteSpan(*payload) : ByteSpan());
         if (cached.type != type || cached.epoch != epoch || cached.payload.lock() != payload)
@@ -232,7 +234,8 @@ struct Transport::Impl {
         }
         asio::async_write(link->socket, std::move(buffers), [this, link, total](const error_code& error, std::size_t) {
             if (link->state == LinkState::kClosed) return;
-            if (error) return finish(link, link->state == LinkState::kClosing ? link->closeReason : reasonFor(error, false));
+            if (error)
+                return finish(link, link->state == LinkState::kClosing ? link->closeReason : reasonFor(error, false));
             table.discharge(link->id, total);
             link->queue.erase(link->queue.begin(), link->queue.begin() + static_cast<std::ptrdiff_t>(link->writing));
             link->writing = 0;
@@ -287,7 +290,8 @@ struct Transport::Impl {
         tcp::resolver resolver(io);
         const auto found = resolver.resolve(address.host, std::to_string(address.port), error);
         if (error || found.empty())
-            return fail(ErrorCode::kNetwork, fmt::format("cannot listen on {}: {}", toString(address), error.message()));
+            return fail(ErrorCode::kNetwork,
+                        fmt::format("cannot listen on {}: {}", toString(address), error.message()));
         return found.begin()->endpoint();
     }
 
@@ -376,6 +380,8 @@ void Transport::close(LinkId link, std::string reason) {
     });
 }
 
-std::size_t Transport::queuedBytes(LinkId link) const { return impl_->table.queued(link); }
+std::size_t Transport::queuedBytes(LinkId link) const {
+    return impl_->table.queued(link);
+}
 
 }  // namespace tessera

@@ -54,8 +54,8 @@ struct TransportLimits {
     std::function<std::size_t(std::uint16_t)> maxPayload;
 };
 
-/// Owns the network thread. All members may be called from any thread, from within `onEvent` too. `onEvent` is called on the
-/// network thread and must not block for long: nothing is sent or received meanwhile.
+/// Owns the network thread. All members may be called from any thread, from within `onEvent` too. `onEvent` is called
+/// on the network thread and must not block for long: nothing is sent or received meanwhile.
 ///
 /// Destruction sends what is queued (for at most a second), closes everything and joins the thread; no event is
 /// delivered once it has begun. An `onEvent` that waits for room in a channel must be let go first (close the channel).
@@ -69,8 +69,8 @@ public:
     [[nodiscard]] Expected<std::uint16_t> listen(const Address& address);
     /// Starts to connect; Opened or Closed follows within `timeout`.
     LinkId connect(const Address& address, std::chrono::milliseconds timeout);
-    /// Queues one frame (before Opened too); the same SharedBytes may go to many links; none is an empty payload. Unknown or
-    /// closed links are ignored. Frames of one thread to one link arrive in order.
+    /// Queues one frame (before Opened too); the same SharedBytes may go to many links; none is an empty payload.
+    /// Unknown or closed links are ignored. Frames of one thread to one link arrive in order.
     void send(LinkId link, std::uint16_t type, std::uint64_t epoch, SharedBytes payload);
     /// Sends what is queued, then closes; takes at most a second. `reason` comes back in Closed.
     void close(LinkId link, std::string reason);

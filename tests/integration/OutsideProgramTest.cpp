@@ -1,5 +1,5 @@
-/// The application's door from outside: a program of at most 60 lines, built against the installed package alone, moves the crane
-/// of a running wall while another follows it.
+/// The application's door from outside: a program of at most 60 lines, built against the installed package alone, moves
+/// the crane of a running wall while another follows it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,8 @@ std::string buildOutside(const std::string& folder) {
     const std::string sanitize = cacheValue("TESSERA_SANITIZE");
     const bool built = step({"--install", build, "--prefix", folder + "/installed", "--component", "application"}) &&
                        step({"-S", folder + "/source", "-B", folder + "/build", "-G", cacheValue("CMAKE_GENERATOR"),
-                             "-DCMAKE_PREFIX_PATH=" + folder + "/installed", "-DCMAKE_CXX_COMPILER=" + cacheValue("CMAKE_CXX_COMPILER"),
+                             "-DCMAKE_PREFIX_PATH=" + folder + "/installed",
+                             "-DCMAKE_CXX_COMPILER=" + cacheValue("CMAKE_CXX_COMPILER"),
                              "-DCMAKE_CXX_FLAGS=" + (sanitize.empty() ? "" : "-fsanitize=" + sanitize)}) &&
                        step({"--build", folder + "/build"});
     return built ? folder + "/build/outside" : "";
@@ -78,7 +79,7 @@ TEST(OutsideProgram, MovesTheCraneWhileAnotherFollows) {
     EXPECT_NE(mover.output.find("step 8 of 8"), std::string::npos) << mover.output;
     EXPECT_EQ(follower.waitForExit(20s).value_or(-1), 0) << follower.output();
 
-    const std::vector<std::string> expected = {"1 2 -3",   "1.25 2 -3", "1.5 2 -3",  "1.75 2 -3", "2 2 -3",
+    const std::vector<std::string> expected = {"1 2 -3",    "1.25 2 -3", "1.5 2 -3",  "1.75 2 -3", "2 2 -3",
                                                "2.25 2 -3", "2.5 2 -3",  "2.75 2 -3", "3 2 -3"};
     EXPECT_EQ(placesIn(follower.output()), expected) << "every step, once, in order";
 

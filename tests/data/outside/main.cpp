@@ -29,19 +29,21 @@ static int follow(tessera::Application& wall, const std::string& node, double go
     const auto found = findNode(wall.scene(), node);
     if (!found) return failed(found.error());
     tessera::Vec3d last = tessera::Vec3d::Constant(std::nan(""));
-    for (;;) {
+    const auto look = [&] {
         const auto* here = wall.scene().get<tessera::Node>(*found);
         const auto* transform = here ? wall.scene().coreOf<tessera::Transform>(*here) : nullptr;
-        if (transform == nullptr) return failed({tessera::ErrorCode::kNotFound, node + " has no Transform any more"});
-        if (transform->translation != last) {
-            last = transform->translation;
-            std::printf("%s is at %.17g %.17g %.17g\n", node.c_str(), last.x(), last.y(), last.z());
-            std::fflush(stdout);
-        }
-        if (std::abs(last.x() - goal) < 1e-6) return 0;
+        if (transform == nullptr || transform->translation == last) return;
+        last = transform->translation;
+        std::printf("%s is at %.17g %.17g %.17g\n", node.c_str(), last.x(), last.y(), last.z());
+        std::fflush(stdout);
+    };
+    look();
+    wall.onChanges([&](const tessera::ChangeList&, tessera::Sequence) { look(); });
+    while (!(std::abs(last.x() - goal) < 1e-6)) {
         const auto polled = wall.poll(1s);
         if (!polled) return failed(polled.error());
     }
+    return 0;
 }
 
 int main(int argc, char** argv) {

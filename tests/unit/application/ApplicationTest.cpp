@@ -24,7 +24,9 @@ std::unique_ptr<Application> join(const ScriptedServer& server, bool followScene
     return application ? std::move(*application) : nullptr;
 }
 
-Vec3d cranePlace(const Application& application) { return application.scene().get<Transform>(kCraneCore)->translation; }
+Vec3d cranePlace(const Application& application) {
+    return application.scene().get<Transform>(kCraneCore)->translation;
+}
 
 ChangeList craneTo(const Vec3d& place) {
     ChangeListBuilder edits;
@@ -297,7 +299,8 @@ TEST(Application, WhatIsNoTesseraServerIsNamed) {
     };
     EXPECT_NE(why("127.0.0.1:1").find("Connection refused"), std::string::npos);
     const Stranger ssh("SSH-2.0-OpenSSH_9.2p1 Debian-2\r\n");
-    EXPECT_NE(why(ssh.address()).find("not a Tessera peer: it began a message with \"SSH-2.0-OpenSSH_\""), std::string::npos);
+    EXPECT_NE(why(ssh.address()).find("not a Tessera peer: it began a message with \"SSH-2.0-OpenSSH_\""),
+              std::string::npos);
     const Stranger silent("");
     EXPECT_NE(why(silent.address()).find("did not answer within 500 ms"), std::string::npos);
     EXPECT_EQ(Application::connect({.address = "nonsense"}).error().code, ErrorCode::kUsage);

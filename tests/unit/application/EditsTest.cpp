@@ -40,8 +40,10 @@ TEST_F(Edits, MovingANodeMovesTheNearestTransformAboveIt) {
 
 TEST_F(Edits, ARelativeMoveStartsFromWhatIsThere) {
     const Quatd quarter(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3d::UnitY()));
-    apply(moveList(scene, kCrane, {.translation = Vec3d(1, 0, 0), .rotation = quarter, .scale = Vec3d(2, 2, 2), .relative = true}));
-    apply(moveList(scene, kCrane, {.translation = Vec3d(1, 0, 0), .rotation = quarter, .scale = Vec3d(2, 2, 2), .relative = true}));
+    apply(moveList(scene, kCrane,
+                   {.translation = Vec3d(1, 0, 0), .rotation = quarter, .scale = Vec3d(2, 2, 2), .relative = true}));
+    apply(moveList(scene, kCrane,
+                   {.translation = Vec3d(1, 0, 0), .rotation = quarter, .scale = Vec3d(2, 2, 2), .relative = true}));
     EXPECT_EQ(crane().translation, Vec3d(3, 2, 3));
     EXPECT_LT(crane().rotation.angularDistance(Quatd(Eigen::AngleAxisd(std::numbers::pi, Vec3d::UnitY()))), 1e-12);
     EXPECT_EQ(crane().scale, Vec3d(4, 4, 4));

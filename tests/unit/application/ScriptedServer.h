@@ -63,7 +63,8 @@ inline ChangeList craneScene() {
 class ScriptedServer {
 public:
     ScriptedServer()
-        : transport_(limits(), [this](LinkEvent event) { on(event); }), port_(transport_.listen({"127.0.0.1", 0}).value_or(0)) {
+        : transport_(limits(), [this](LinkEvent event) { on(event); }),
+          port_(transport_.listen({"127.0.0.1", 0}).value_or(0)) {
         const std::scoped_lock lock(mutex_);
         EXPECT_TRUE(scene_.apply(craneScene()));
         sequence_ = 1;
@@ -95,10 +96,10 @@ public:
     }
 
     struct Faults {
-        bool mute = false;          ///< never answers requests
+        bool mute = false;  ///< never answers requests
         bool noSnapshot = false;
-        bool wrongHash = false;     ///< of lists
-        bool malformed = false;     ///< sends rubbish in place of lists
+        bool wrongHash = false;  ///< of lists
+        bool malformed = false;  ///< sends rubbish in place of lists
         std::optional<message::Refused> refuse;
     };
     void misbehave(Faults faults) {
@@ -120,7 +121,9 @@ private:
         limits.maxPayload = maxPayloadBytesFromPeer;
         return limits;
     }
-    void say(LinkId link, const Message& message) { transport_.send(link, wireType(message), 7, share(encodeMessage(message))); }
+    void say(LinkId link, const Message& message) {
+        transport_.send(link, wireType(message), 7, share(encodeMessage(message)));
+    }
 
     void on(const LinkEvent& event) {
         const std::scoped_lock lock(mutex_);
@@ -146,7 +149,8 @@ private:
         welcome.epoch = 7;
         welcome.configuration = share(encodeWall(oneByOne()));
         say(link, welcome);
-        if (!faults_.noSnapshot) say(link, message::Snapshot{sequence_, scene_.stateHash(), share(encodeChangeList(snapshot(scene_))), {}});
+        if (!faults_.noSnapshot)
+            say(link, message::Snapshot{sequence_, scene_.stateHash(), share(encodeChangeList(snapshot(scene_))), {}});
     }
 
     void answer(LinkId link, const message::Request& request) {

@@ -30,9 +30,15 @@ std::vector<ApplicationRequest> everyRequest() {
     view.user = "viewer";
     view.head = Vec3d(0, 1.7, 2.4);
     view.reset = true;
-    return {request::Propose{some(300), {some(0), some(70'000)}}, request::Undo{}, request::GetStatus{},
-            request::Load{"models/2CylinderEngine.glb", ObjectId{17}}, view, request::Pick{12.5, -3}, request::GetContacts{},
-            request::GetImages{}, request::Subscribe{true, false, true}};
+    return {request::Propose{some(300), {some(0), some(70'000)}},
+            request::Undo{},
+            request::GetStatus{},
+            request::Load{"models/2CylinderEngine.glb", ObjectId{17}},
+            view,
+            request::Pick{12.5, -3},
+            request::GetContacts{},
+            request::GetImages{},
+            request::Subscribe{true, false, true}};
 }
 
 std::vector<ApplicationAnswer> everyAnswer() {

@@ -51,18 +51,19 @@ bool same(const SharedBytes& a, const SharedBytes& b) {
     return (a ? *a : Bytes()) == (b ? *b : Bytes());
 }
 template <typename M>
-bool same(const M& a, const M& b)
-    requires requires { a == b; }
-{
-    return a == b;
+bool same(const M& a, const M& b) requires requires {
+    a == b;
 }
+{ return a == b; }
 bool same(const message::Ready& a, const message::Ready& b) {
     return a.frame == b.frame && a.stateHash == b.stateHash && same(a.stats, b.stats);
 }
 bool same(const message::TileImage& a, const message::TileImage& b) {
     return a.request == b.request && a.frame == b.frame && a.tile == b.tile && same(a.png, b.png);
 }
-bool same(const message::Request& a, const message::Request& b) { return a.id == b.id && same(a.body, b.body); }
+bool same(const message::Request& a, const message::Request& b) {
+    return a.id == b.id && same(a.body, b.body);
+}
 bool same(const message::Welcome& a, const message::Welcome& b) {
     return a.epoch == b.epoch && a.token == b.token && a.heartbeat == b.heartbeat && a.lostAfter == b.lostAfter &&
            same(a.configuration, b.configuration);
@@ -83,14 +84,17 @@ bool same(const message::BlobChunk& a, const message::BlobChunk& b) {
 bool same(const message::Reply& a, const message::Reply& b) {
     return a.id == b.id && a.code == b.code && a.error == b.error && same(a.body, b.body);
 }
-bool same(const message::Notice& a, const message::Notice& b) { return same(a.body, b.body); }
-
-bool sameMessage(const Message& a, const Message& b) {
-    return a.index() == b.index() &&
-           std::visit([&]<typename M>(const M& m) { return same(m, std::get<M>(b)); }, a);
+bool same(const message::Notice& a, const message::Notice& b) {
+    return same(a.body, b.body);
 }
 
-Expected<Message> there(const Message& m) { return decodeMessage(wireType(m), share(encodeMessage(m))); }
+bool sameMessage(const Message& a, const Message& b) {
+    return a.index() == b.index() && std::visit([&]<typename M>(const M& m) { return same(m, std::get<M>(b)); }, a);
+}
+
+Expected<Message> there(const Message& m) {
+    return decodeMessage(wireType(m), share(encodeMessage(m)));
+}
 
 TEST(MessageCodec, EveryMessageArrivesAsItWasSent) {
     const auto all = everyMessage();
@@ -201,7 +205,8 @@ TEST(MessageCodec, NoBytesCrashItAndWhatItAcceptsItCanRepeat) {
             const auto back = decodeMessage(wireType(m), share(std::move(bytes)));
             if (!back) continue;
             ++accepted;
-            if (const auto* hello = std::get_if<message::Hello>(&*back); hello && hello->protocol != kProtocolVersion) continue;
+            if (const auto* hello = std::get_if<message::Hello>(&*back); hello && hello->protocol != kProtocolVersion)
+                continue;
             const auto again = there(*back);
             ASSERT_TRUE(again) << again.error().message;
             EXPECT_TRUE(sameMessage(*again, *back));

@@ -83,7 +83,8 @@ TEST(CommandLine, ViewsAreReadInAllTheirForms) {
 }
 
 TEST(CommandLine, LookingAlongAnyDirectionTurnsMinusZThere) {
-    for (const Vec3d& direction : {Vec3d(0, 0, -1), Vec3d(0, 0, 1), Vec3d(1, 2, 3), Vec3d(0, 1, 0), Vec3d(0, -5, 0), Vec3d(-1, 0, 0)}) {
+    for (const Vec3d& direction :
+         {Vec3d(0, 0, -1), Vec3d(0, 0, 1), Vec3d(1, 2, 3), Vec3d(0, 1, 0), Vec3d(0, -5, 0), Vec3d(-1, 0, 0)}) {
         const auto q = lookAlong(direction);
         ASSERT_TRUE(q);
         EXPECT_TRUE((*q * Vec3d(0, 0, -1)).isApprox(direction.normalized(), 1e-12));
@@ -115,8 +116,8 @@ TEST(CommandLine, NonsenseIsRefusedInWords) {
 }
 
 TEST(CommandLine, HelpFitsATerminal) {
-    for (const std::string verb : {"", "status ", "tree ", "load ", "move ", "set ", "remove ", "undo ", "view ", "pick ", "contacts ",
-                                   "snapshot "}) {
+    for (const std::string verb : {"", "status ", "tree ", "load ", "move ", "set ", "remove ", "undo ", "view ",
+                                   "pick ", "contacts ", "snapshot "}) {
         const auto result = parseCommandLine(split(verb + "--help"));
         ASSERT_TRUE(result) << verb << result.error().message;
         std::istringstream text(std::get<HelpText>(*result).text);

@@ -10,7 +10,9 @@ namespace {
 class FieldText : public testing::Test {
 protected:
     FieldText() { EXPECT_TRUE(scene.apply(test::craneScene())); }
-    const FieldInfo& field(TypeNumber type, std::string_view name) { return *findField(*findType(objectType(type)), name); }
+    const FieldInfo& field(TypeNumber type, std::string_view name) {
+        return *findField(*findType(objectType(type)), name);
+    }
     std::string why(const FieldInfo& info, const std::vector<std::string>& words) {
         const auto value = parseValue(scene, info, words);
         return value ? "accepted" : value.error().message;
@@ -28,7 +30,8 @@ TEST_F(FieldText, FieldsOfANodeAndOfItsCoreAreFound) {
     const auto unknown = findFieldOf(scene, test::kCrane, "transaltion");
     ASSERT_FALSE(unknown);
     EXPECT_EQ(unknown.error().code, ErrorCode::kNotFound);
-    EXPECT_NE(unknown.error().message.find("/hall/crane has no field \"transaltion\"; it has name (Node)"), std::string::npos)
+    EXPECT_NE(unknown.error().message.find("/hall/crane has no field \"transaltion\"; it has name (Node)"),
+              std::string::npos)
         << unknown.error().message;
     EXPECT_NE(unknown.error().message.find("translation (Transform)"), std::string::npos);
 }

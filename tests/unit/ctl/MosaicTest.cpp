@@ -11,7 +11,8 @@ namespace {
 Wall twoScreens() {
     Wall wall = test::oneByOne();
     Screen& front = wall.screens[0];
-    front.grid = {.columns = 2, .rows = 2, .tileWidthPx = 5, .tileHeightPx = 4, .columnWidthsPx = {5, 4}, .rowHeightsPx = {4, 3}};
+    front.grid = {
+        .columns = 2, .rows = 2, .tileWidthPx = 5, .tileHeightPx = 4, .columnWidthsPx = {5, 4}, .rowHeightsPx = {4, 3}};
     Screen side = front;
     side.name = "side";
     side.grid = {.columns = 1, .rows = 1, .tileWidthPx = 6, .tileHeightPx = 2};
@@ -33,7 +34,9 @@ answer::Images imagesOf(const Wall& wall) {
     return images;
 }
 
-int redAt(const Picture& picture, int x, int y) { return picture.rgb[3 * static_cast<std::size_t>(y * picture.widthPx + x)]; }
+int redAt(const Picture& picture, int x, int y) {
+    return picture.rgb[3 * static_cast<std::size_t>(y * picture.widthPx + x)];
+}
 
 TEST(Mosaic, TilesStandWhereTheWallHasThemAndScreensSideBySide) {
     const Wall wall = twoScreens();

@@ -26,8 +26,10 @@ nlohmann::json askJson(const ScriptedServer& server, std::vector<std::string> wo
 
 TEST(Ctl, TreeIsTheSceneForPeopleAndPrograms) {
     const ScriptedServer server;
-    EXPECT_EQ(ctl(server, {"tree"}).out, "/  #1\n  hall  #2\n    crane  Transform at 1 2 3  #3\n      hook  Geometry  #5\n");
-    EXPECT_EQ(ctl(server, {"tree", "/hall", "--depth", "1"}).out, "hall  #2\n  crane  Transform at 1 2 3  #3  (1 below)\n");
+    EXPECT_EQ(ctl(server, {"tree"}).out,
+              "/  #1\n  hall  #2\n    crane  Transform at 1 2 3  #3\n      hook  Geometry  #5\n");
+    EXPECT_EQ(ctl(server, {"tree", "/hall", "--depth", "1"}).out,
+              "hall  #2\n  crane  Transform at 1 2 3  #3  (1 below)\n");
     const auto json = askJson(server, {"tree", "/hall/crane"});
     EXPECT_EQ(json["path"], "/hall/crane");
     EXPECT_EQ(json["core"]["type"], "Transform");
@@ -57,7 +59,8 @@ TEST(Ctl, SetsAnyFieldByItsName) {
     EXPECT_NE(ctl(server, {"tree"}).out.find("hoist  Transform at 4 5 -6"), std::string::npos);
     EXPECT_EQ(ctl(server, {"set", "/hall/hoist", "colour", "1"}).exitCode, 3);
     EXPECT_EQ(ctl(server, {"set", "/hall/hoist", "scale", "1"}).exitCode, 2);
-    EXPECT_NE(ctl(server, {"set", "/hall/hoist", "rotation", "0", "0", "0", "0"}).exitCode, 0) << "the scene's own rules hold";
+    EXPECT_NE(ctl(server, {"set", "/hall/hoist", "rotation", "0", "0", "0", "0"}).exitCode, 0)
+        << "the scene's own rules hold";
 }
 
 TEST(Ctl, RemovesAndBringsBack) {
@@ -89,7 +92,8 @@ TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
             return contacts;
         }
         if (const auto* load = std::get_if<request::Load>(&asked)) {
-            if (!load->path.starts_with('/') && !load->path.starts_with("asset://")) return fail(ErrorCode::kFailed, load->path);
+            if (!load->path.starts_with('/') && !load->path.starts_with("asset://"))
+                return fail(ErrorCode::kFailed, load->path);
             if (load->path.ends_with("bad.ply")) return fail(ErrorCode::kBadInput, load->path + ": no faces");
             return answer::Loaded{load->parent ? load->parent : ObjectId{50}, 3, 12};
         }

@@ -29,8 +29,10 @@ TEST(Address, NonsenseIsExplained) {
 }
 
 TEST(Address, KnowsLoopback) {
-    for (const char* host : {"localhost", "127.0.0.1", "127.9.9.9", "::1"}) EXPECT_TRUE((Address{host, 1}.isLoopback())) << host;
-    for (const char* host : {"0.0.0.0", "::", "10.0.0.1", "wallhost", ""}) EXPECT_FALSE((Address{host, 1}.isLoopback())) << host;
+    for (const char* host : {"localhost", "127.0.0.1", "127.9.9.9", "::1"})
+        EXPECT_TRUE((Address{host, 1}.isLoopback())) << host;
+    for (const char* host : {"0.0.0.0", "::", "10.0.0.1", "wallhost", ""})
+        EXPECT_FALSE((Address{host, 1}.isLoopback())) << host;
 }
 
 }  // namespace

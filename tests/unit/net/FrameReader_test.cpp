@@ -13,7 +13,9 @@ namespace {
 using test::frameBytes;
 using test::pattern;
 
-std::size_t generous(std::uint16_t type) { return type < 100 ? std::size_t{256} << 20 : 0; }
+std::size_t generous(std::uint16_t type) {
+    return type < 100 ? std::size_t{256} << 20 : 0;
+}
 
 /// Hands bytes to the reader in pieces of at most `piece`.
 Expected<void> feed(FrameReader& reader, ByteSpan bytes, std::size_t piece, std::vector<ReceivedFrame>& frames) {
@@ -96,7 +98,8 @@ TEST(FrameReader, AClaimOfManyMegabytesTakesNoMemoryUntilTheyCome) {
 }
 
 TEST(FrameReader, SaysWhatIsWrong) {
-    EXPECT_NE(refusal(asBytes("GET / HTTP/1.1\r\n")).find("not a Tessera peer: it began a message with \"GET / HTTP/1.1\\x0d"),
+    EXPECT_NE(refusal(asBytes("GET / HTTP/1.1\r\n"))
+                  .find("not a Tessera peer: it began a message with \"GET / HTTP/1.1\\x0d"),
               std::string::npos);
 
     Bytes future = frameBytes(1, {});

@@ -28,9 +28,9 @@ inline Bytes pattern(std::size_t size, unsigned seed = 1) {
 /// A transport and the events that came out of it.
 class Peer {
 public:
-    explicit Peer(TransportLimits limits = {}) : events_(1 << 20), transport_(fill(std::move(limits)), [this](LinkEvent e) {
-        events_.tryPush(std::move(e));
-    }) {}
+    explicit Peer(TransportLimits limits = {})
+        : events_(1 << 20),
+          transport_(fill(std::move(limits)), [this](LinkEvent e) { events_.tryPush(std::move(e)); }) {}
 
     Transport& operator*() { return transport_; }
     Transport* operator->() { return &transport_; }
@@ -55,7 +55,8 @@ public:
 
 private:
     static TransportLimits fill(TransportLimits limits) {
-        if (!limits.maxPayload) limits.maxPayload = [](std::uint16_t type) { return type < 100 ? std::size_t{64} << 20 : 0; };
+        if (!limits.maxPayload)
+            limits.maxPayload = [](std::uint16_t type) { return type < 100 ? std::size_t{64} << 20 : 0; };
         return limits;
     }
     Channel<LinkEvent> events_;
