@@ -229,14 +229,14 @@ TEST(Application, RubbishInPlaceOfAListEndsTheConnection) {
 
 TEST(Application, EveryWaitHasAnEnd) {
     ScriptedServer server;
-    const auto application = *Application::connect({.address = server.address(), .name = "test", .timeout = 500ms});
+    const auto application = *Application::connect({.address = server.address(), .name = "test", .timeout = 1500ms});
     server.misbehave({.mute = true});
     const auto begun = std::chrono::steady_clock::now();
     const auto unanswered = application->status();
     ASSERT_FALSE(unanswered);
     EXPECT_EQ(unanswered.error().code, ErrorCode::kNetwork);
-    EXPECT_NE(unanswered.error().message.find("within 500 ms"), std::string::npos);
-    EXPECT_LT(std::chrono::steady_clock::now() - begun, 5s);
+    EXPECT_NE(unanswered.error().message.find("within 1500 ms"), std::string::npos);
+    EXPECT_LT(std::chrono::steady_clock::now() - begun, 8s);
 
     server.misbehave({.noSnapshot = true});
     const auto empty = Application::connect({.address = server.address(), .name = "test", .timeout = 300ms});
@@ -288,21 +288,21 @@ private:
 };
 
 TEST(Application, WhatIsNoTesseraServerIsNamed) {
-    const auto why = [](const std::string& address) {
+    const auto why = [](const std::string& address, std::chrono::milliseconds timeout) {
         const auto begun = std::chrono::steady_clock::now();
-        const auto application = Application::connect({.address = address, .name = "test", .timeout = 500ms});
-        EXPECT_LT(std::chrono::steady_clock::now() - begun, 4s);
+        const auto application = Application::connect({.address = address, .name = "test", .timeout = timeout});
+        EXPECT_LT(std::chrono::steady_clock::now() - begun, timeout + 5s);
         EXPECT_FALSE(application);
         EXPECT_EQ(application.error().code, ErrorCode::kNetwork);
         EXPECT_NE(application.error().message.find(address), std::string::npos) << application.error().message;
         return application.error().message;
     };
-    EXPECT_NE(why("127.0.0.1:1").find("Connection refused"), std::string::npos);
+    EXPECT_NE(why("127.0.0.1:1", 20s).find("Connection refused"), std::string::npos);
     const Stranger ssh("SSH-2.0-OpenSSH_9.2p1 Debian-2\r\n");
-    EXPECT_NE(why(ssh.address()).find("not a Tessera peer: it began a message with \"SSH-2.0-OpenSSH_\""),
+    EXPECT_NE(why(ssh.address(), 20s).find("not a Tessera peer: it began a message with \"SSH-2.0-OpenSSH_\""),
               std::string::npos);
     const Stranger silent("");
-    EXPECT_NE(why(silent.address()).find("did not answer within 500 ms"), std::string::npos);
+    EXPECT_NE(why(silent.address(), 500ms).find("did not answer within 500 ms"), std::string::npos);
     EXPECT_EQ(Application::connect({.address = "nonsense"}).error().code, ErrorCode::kUsage);
 }
 
