@@ -1,6 +1,7 @@
 #include "client/render/MaskedCuller.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tessera {
@@ -9,26 +10,46 @@ namespace {
 
 /// What this culler costs, and what drawing costs on two cores (measured; see README.md). Only their ratio matters, and
 /// only for speed.
-constexpr double kNsPerTriangle = 50;
+constexpr double kNsPerTriangle = 60;
 constexpr double kNsPerPixel = 1.2;
 constexpr double kNsPerOccluder = 500;
 constexpr double kNsPerDrawnTriangle = 130;
 constexpr double kNsPerDrawnItem = 2000;
 /// Occluders may cost this share of what drawing everything in the frustum would.
-constexpr double kShareOfDrawing = 0.08;
+constexpr double kShareOfDrawing = 0.04;
 constexpr double kLeastBudgetNs = 200'000;
 /// What covers less hides too little.
 constexpr double kLeastOccluderPx = 400;
+/// What has nothing beyond its far end may yet hide what stands beside it.
+constexpr double kLeastWorth = 0.02;
 /// Meshes are made ready for hiding at most at this rate, so that a scene that has just been loaded does not make one
 /// frame wait for all of them.
 constexpr std::uint64_t kPreparedTrianglesPerFrame = 200'000;
 
-double coveredPx(const Footprint& f, const TileProjection& tile) {
-    if (f.nearPlane) return static_cast<double>(tile.widthPx()) * tile.heightPx();
-    const double width = std::min<double>(f.upperX, tile.widthPx()) - std::max(f.lowerX, 0.0);
-    const double height = std::min<double>(f.upperY, tile.heightPx()) - std::max(f.lowerY, 0.0);
-    return width > 0 && height > 0 ? width * height : 0;
-}
+/// How much of what is drawn lies beyond a depth, roughly: by octaves in eighths.
+class DepthHistogram {
+public:
+    void add(double depth, double weight) {
+        weights_[bin(depth)] += weight;
+        total_ += weight;
+    }
+    /// Call when all is added.
+    void accumulate() {
+        for (std::size_t i = kBins - 1; i-- > 0;) weights_[i] += weights_[i + 1];
+    }
+    [[nodiscard]] double shareBeyond(double depth) const {
+        const std::size_t next = bin(depth) + 1;
+        return next < kBins && total_ > 0 ? weights_[next] / total_ : 0;
+    }
+
+private:
+    static constexpr std::size_t kBins = 256;
+    static std::size_t bin(double depth) {
+        return static_cast<std::size_t>(std::clamp(8 * (std::log2(std::max(depth, 1e-9)) + 10), 0.0, kBins - 1.0));
+    }
+    std::array<double, kBins> weights_{};
+    double total_ = 0;
+};
 
 double noiseOf(const RenderScene::Impl& scene, const TileProjection& tile, const SceneItem& item) {
     return tile.noise(item.reach, scene.places[item.place].world_T_node.translation());
@@ -44,6 +65,10 @@ void MaskedCuller::cull(const RenderScene::Impl& scene, const ScreenCamera& came
                         std::vector<std::uint32_t>& items) {
     const TileProjection tile(camera, pixels);
     if (!tile.usable() || items.empty()) return;
+    if (rebuilds_ != scene.rebuilds) {
+        rebuilds_ = scene.rebuilds;
+        hiddenBefore_.assign(scene.items.size(), false);
+    }
     buffer_.reset(pixels.width, pixels.height);
     drawOccluders(scene, tile, items);
     keepVisible(scene, tile, tileFrustum(camera, pixels), items);
@@ -53,23 +78,29 @@ void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProje
                                  const std::vector<std::uint32_t>& items) {
     candidates_.clear();
     double drawingNs = 0;
+    DepthHistogram depths;
     for (const std::uint32_t i : items) {
         const SceneItem& item = scene.items[i];
-        drawingNs += kNsPerDrawnItem + kNsPerDrawnTriangle * static_cast<double>(item.mesh->triangles);
-        if (!item.occludes || item.mesh->triangles > OccluderMesh::kMaxTriangles) continue;
+        const double w = tile.clip_T_world().row(3).dot(scene.boxes[i].center().homogeneous());
+        const double drawn = kNsPerDrawnItem + kNsPerDrawnTriangle * static_cast<double>(item.mesh->triangles);
+        drawingNs += drawn;
+        depths.add(w, drawn);
+        if (hiddenBefore_[i] || !item.occludes || item.mesh->triangles > OccluderMesh::kMaxTriangles) continue;
         // Cheaper than a footprint, and enough for the many that are small.
         const double reach = scene.boxes[i].size().norm();
-        const double w = tile.clip_T_world().row(3).dot(scene.boxes[i].center().homogeneous());
         const double reachPx = reach * tile.metresPerUnit() * tile.pixelsPerMetre();
         if (w > reach * tile.metresPerUnit() && reachPx * reachPx < kLeastOccluderPx * w * w) continue;
-        const Footprint footprint =
-            tile.footprint(clipFromItem(scene, tile, item), item.mesh->bounds, noiseOf(scene, tile, item));
-        const double area = coveredPx(footprint, tile);
+        const Mat4d clip_T_item = clipFromItem(scene, tile, item);
+        const double area = tile.coveredPx(clip_T_item, item.mesh->bounds);
         if (area < kLeastOccluderPx) continue;
+        const Footprint footprint = tile.footprint(clip_T_item, item.mesh->bounds, noiseOf(scene, tile, item));
         const double cost =
             kNsPerOccluder + kNsPerTriangle * static_cast<double>(item.mesh->triangles) + kNsPerPixel * area;
         candidates_.push_back({i, cost, area / cost, footprint});
     }
+    depths.accumulate();
+    for (Candidate& candidate : candidates_)
+        candidate.benefit *= kLeastWorth + depths.shareBeyond(candidate.footprint.farthest);
     // Ties by item, so that the choice is the same on every run.
     std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
         return a.benefit != b.benefit ? a.benefit > b.benefit : a.item < b.item;
@@ -111,7 +142,8 @@ void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProje
 }
 
 void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProjection& tile, const Frustum& frustum,
-                               std::vector<std::uint32_t>& items) const {
+                               std::vector<std::uint32_t>& items) {
+    for (const std::uint32_t i : items) hiddenBefore_[i] = true;
     items.clear();
     const std::span<const BoxTree::Node> nodes = scene.tree.nodes();
     struct Open {
@@ -137,7 +169,9 @@ void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProject
             const SceneItem& item = scene.items[i];
             const Footprint footprint =
                 tile.footprint(clipFromItem(scene, tile, item), item.mesh->bounds, noiseOf(scene, tile, item));
-            if (!buffer_.hides(footprint)) items.push_back(i);
+            if (buffer_.hides(footprint)) continue;
+            hiddenBefore_[i] = false;
+            items.push_back(i);
         }
     }
 }

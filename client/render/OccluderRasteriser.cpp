@@ -54,6 +54,21 @@ void lowerRow(float* values, int from, int to, float base, float step, float lea
 
 }  // namespace
 
+/// Over the spans found last.
+template <typename F>
+void OccluderRasteriser::forEachTouchedRow(F&& f) {
+    float* row = values_.data() + static_cast<std::ptrdiff_t>(spans_.firstRow()) * columns_;
+    for (int y = spans_.firstRow(); y < spans_.endRow(); ++y, row += columns_) {
+        const int from = spans_.from(y);
+        const int to = spans_.to(y);
+        if (from > to) continue;
+        Touched& touched = touched_[static_cast<std::size_t>(y / OcclusionBuffer::kBlock)];
+        touched.from = std::min(touched.from, from);
+        touched.to = std::max(touched.to, to);
+        f(row, y, from, to);
+    }
+}
+
 OccluderRasteriser::Work OccluderRasteriser::add(const OccluderMesh& mesh, const Placed& placed,
                                                  const TileProjection& tile, OcclusionBuffer& buffer) {
     tile_ = &tile;
@@ -69,6 +84,13 @@ OccluderRasteriser::Work OccluderRasteriser::add(const OccluderMesh& mesh, const
     project(mesh, placed, tile);
     findSides(mesh, placed);
     findPatches(mesh);
+    if (columns_ != buffer.stridePx() || rows_ != buffer.rows()) {
+        columns_ = buffer.stridePx();
+        rows_ = buffer.rows();
+        values_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_),
+                       std::numeric_limits<float>::infinity());
+        touched_.assign(static_cast<std::size_t>(rows_ / OcclusionBuffer::kBlock), {});
+    }
     for (const Patch& patch : patches_) addPatch(mesh, patch, buffer, work);
     return work;
 }
@@ -209,7 +231,7 @@ void OccluderRasteriser::findPatches(const OccluderMesh& mesh) {
         const std::uint32_t root = rootOf(t);
         if (root == t) {
             patchOf_[t] = static_cast<std::uint32_t>(patches_.size());
-            patches_.push_back({0, 0, kInfinity, kInfinity, -kInfinity, -kInfinity});
+            patches_.push_back({0, 0, kInfinity, kInfinity, -kInfinity, -kInfinity, 0});
         }
         patchOf_[t] = patchOf_[root];
         Patch& patch = patches_[patchOf_[t]];
@@ -219,6 +241,7 @@ void OccluderRasteriser::findPatches(const OccluderMesh& mesh) {
             patch.lowerY = std::min(patch.lowerY, p.y);
             patch.upperX = std::max(patch.upperX, p.x);
             patch.upperY = std::max(patch.upperY, p.y);
+            patch.nearest = std::max(patch.nearest, p.depth);
         };
         if (sides_[t] == Side::kFront) {
             for (const std::uint32_t v : triangles[t].vertex) extend(points_[v]);
@@ -245,15 +268,18 @@ void OccluderRasteriser::addPatch(const OccluderMesh& mesh, const Patch& patch, 
     const float width = std::min(patch.upperX, static_cast<float>(buffer.widthPx())) - std::max(patch.lowerX, 0.0f);
     const float height = std::min(patch.upperY, static_cast<float>(buffer.heightPx())) - std::max(patch.lowerY, 0.0f);
     if (!(width >= kLeastExtentPx && height >= kLeastExtentPx)) return;
-    const OcclusionBuffer::Region region = buffer.blocksAround(patch.lowerX, patch.lowerY, patch.upperX, patch.upperY);
-    const auto pixels = static_cast<std::size_t>(region.width) * static_cast<std::size_t>(region.height);
-    values_.assign(pixels, std::numeric_limits<float>::infinity());
+    // What is hidden already adds nothing.
+    if (buffer.hides({.lowerX = patch.lowerX,
+                      .lowerY = patch.lowerY,
+                      .upperX = patch.upperX,
+                      .upperY = patch.upperY,
+                      .nearest = patch.nearest}))
+        return;
     work.triangles += patch.count;
-    work.pixels += pixels;
 
     const std::span<const std::uint32_t> members = std::span(ordered_).subspan(patch.first, patch.count);
     const std::span<const OccluderMesh::Triangle> triangles = mesh.triangles();
-    for (const std::uint32_t t : members) mark(polygonOf(mesh, t), region);
+    for (const std::uint32_t t : members) mark(polygonOf(mesh, t));
     for (const std::uint32_t t : members) {
         const auto& behind = triangles[t].behind;
         const bool clipped = sides_[t] == Side::kFrontClipped;
@@ -265,20 +291,28 @@ void OccluderRasteriser::addPatch(const OccluderMesh& mesh, const Patch& patch, 
         for (int i = 0; i < polygon.size; ++i) {
             const int edge = polygon.edges[i];
             if (edge >= 0 && !ends(behind[static_cast<std::size_t>(edge)])) continue;
-            unmark(polygon.corners[i], polygon.corners[i + 1 == polygon.size ? 0 : i + 1], region);
+            unmark(polygon.corners[i], polygon.corners[i + 1 == polygon.size ? 0 : i + 1]);
         }
     }
-    buffer.merge(region, values_);
+    for (int row = 0; row < static_cast<int>(touched_.size()); ++row) {
+        Touched& touched = touched_[static_cast<std::size_t>(row)];
+        if (touched.from > touched.to) continue;
+        const int from = touched.from / OcclusionBuffer::kBlock;
+        const int to = touched.to / OcclusionBuffer::kBlock;
+        buffer.merge(row, from, to, values_);
+        work.pixels += static_cast<std::uint64_t>(to - from + 1) * OcclusionBuffer::kBlock * OcclusionBuffer::kBlock;
+        touched = Touched();
+    }
 }
 
-void OccluderRasteriser::mark(const Polygon& polygon, const OcclusionBuffer::Region& region) {
+void OccluderRasteriser::mark(const Polygon& polygon) {
     double lowerX = polygon.corners[0].x;
     double upperX = lowerX;
     for (int i = 1; i < polygon.size; ++i) {
         lowerX = std::min<double>(lowerX, polygon.corners[i].x);
         upperX = std::max<double>(upperX, polygon.corners[i].x);
     }
-    if (upperX + 1 < region.x || lowerX - 1 > region.x + region.width) return;
+    if (upperX + 1 < 0 || lowerX - 1 > columns_) return;
 
     // Inverse depth as an affine function of the pixel, through the corners that span the greatest area: for a polygon
     // clipped from one triangle all of them lie on it.
@@ -311,22 +345,18 @@ void OccluderRasteriser::mark(const Polygon& polygon, const OcclusionBuffer::Reg
     const double lowest = (least - slope * 2 * kSnapPx - rounding) * shrink_ + shift_;
     const auto floorDepth = static_cast<float>(std::max(0.0, lowest));
     const auto step = static_cast<float>(gradientX * shrink_);
-    spans_.find({polygon.corners, static_cast<std::size_t>(polygon.size)}, kMarkMarginPx, region);
-    const double first = a.depth + gradientX * (region.x + 0.5 - a.x) + gradientY * (region.y + 0.5 - a.y) - drop;
-    float* row = values_.data() + static_cast<std::ptrdiff_t>(spans_.firstRow()) * region.width;
-    for (int y = spans_.firstRow(); y < spans_.endRow(); ++y, row += region.width) {
+    spans_.find({polygon.corners, static_cast<std::size_t>(polygon.size)}, kMarkMarginPx, columns_, rows_);
+    const double first = a.depth + gradientX * (0.5 - a.x) + gradientY * (0.5 - a.y) - drop;
+    forEachTouchedRow([&](float* row, int y, int from, int to) {
         const auto base = static_cast<float>((first + gradientY * y) * shrink_ + shift_);
-        lowerRow(row, spans_.from(y), spans_.to(y), base, step, floorDepth);
-    }
+        lowerRow(row, from, to, base, step, floorDepth);
+    });
 }
 
-void OccluderRasteriser::unmark(const ScreenPoint& from, const ScreenPoint& to, const OcclusionBuffer::Region& region) {
+void OccluderRasteriser::unmark(const ScreenPoint& from, const ScreenPoint& to) {
     const ScreenPoint ends[2] = {from, to};
-    spans_.find(ends, kUnmarkMarginPx, region);
-    float* row = values_.data() + static_cast<std::ptrdiff_t>(spans_.firstRow()) * region.width;
-    for (int y = spans_.firstRow(); y < spans_.endRow(); ++y, row += region.width) {
-        for (int x = spans_.from(y); x <= spans_.to(y); ++x) row[x] = 0;
-    }
+    spans_.find(ends, kUnmarkMarginPx, columns_, rows_);
+    forEachTouchedRow([](float* row, int, int first, int last) { std::fill(row + first, row + last + 1, 0.0f); });
 }
 
 }  // namespace tessera

@@ -21,6 +21,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -41,7 +42,7 @@ public:
     };
     struct Work {
         std::uint64_t triangles = 0;  ///< rasterised
-        std::uint64_t pixels = 0;     ///< of the patches' regions
+        std::uint64_t pixels = 0;     ///< of the blocks that patches touched
     };
     /// Adds to the buffer what the mesh hides.
     Work add(const OccluderMesh& mesh, const Placed& placed, const TileProjection& tile, OcclusionBuffer& buffer);
@@ -58,7 +59,12 @@ private:
     };
     struct Patch {
         std::uint32_t first = 0, count = 0;  ///< of `ordered_`
-        float lowerX, lowerY, upperX, upperY;
+        float lowerX, lowerY, upperX, upperY, nearest;
+    };
+
+    struct Touched {
+        int from = std::numeric_limits<int>::max();
+        int to = -1;
     };
 
     void project(const OccluderMesh& mesh, const Placed& placed, const TileProjection& tile);
@@ -68,8 +74,10 @@ private:
     [[nodiscard]] Polygon polygonOf(const OccluderMesh& mesh, std::uint32_t triangle) const;
     [[nodiscard]] ScreenPoint clipEdge(const OccluderMesh::Point& from, const OccluderMesh::Point& to) const;
     [[nodiscard]] bool facesFront(const Polygon& polygon, bool mirrored) const;
-    void mark(const Polygon& polygon, const OcclusionBuffer::Region& region);
-    void unmark(const ScreenPoint& from, const ScreenPoint& to, const OcclusionBuffer::Region& region);
+    void mark(const Polygon& polygon);
+    void unmark(const ScreenPoint& from, const ScreenPoint& to);
+    template <typename F>
+    void forEachTouchedRow(F&& f);
     [[nodiscard]] std::uint32_t rootOf(std::uint32_t triangle);
 
     const TileProjection* tile_ = nullptr;
@@ -86,7 +94,10 @@ private:
     std::vector<std::uint32_t> patchOf_;
     std::vector<Patch> patches_;
     std::vector<std::uint32_t> ordered_;
+    /// Least inverse depth by pixel of the tile; between patches infinite everywhere.
     std::vector<float> values_;
+    int columns_ = 0, rows_ = 0;
+    std::vector<Touched> touched_;  ///< by row of blocks: where the patch has written
     RowSpans spans_;
 };
 

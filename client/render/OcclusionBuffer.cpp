@@ -30,38 +30,25 @@ void OcclusionBuffer::reset(int widthPx, int heightPx) {
     blocks_.assign(pixels_.size() / (kBlock * kBlock), 0.0f);
 }
 
-OcclusionBuffer::Region OcclusionBuffer::blocksAround(double lowerX, double lowerY, double upperX,
-                                                      double upperY) const {
-    if (!(upperX >= 0 && upperY >= 0 && lowerX <= width_ && lowerY <= height_)) return {};
-    Region region;
-    region.x = pixelAt(lowerX, 0, stride_ - 1) / kBlock * kBlock;
-    region.y = pixelAt(lowerY, 0, rows_ - 1) / kBlock * kBlock;
-    region.width = roundUp(pixelAt(upperX, 0, stride_ - 1) + 1) - region.x;
-    region.height = roundUp(pixelAt(upperY, 0, rows_ - 1) + 1) - region.y;
-    return region;
-}
-
-void OcclusionBuffer::merge(const Region& region, std::span<const float> values) {
+void OcclusionBuffer::merge(int blockRow, int fromBlock, int toBlock, std::span<float> values) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    const auto valueStride = static_cast<std::size_t>(region.width);
-    for (int by = 0; by < region.height; by += kBlock) {
-        for (int bx = 0; bx < region.width; bx += kBlock) {
-            float* pixel = &pixels_[index(region.x + bx, region.y + by)];
-            const float* value = &values[static_cast<std::size_t>(by) * valueStride + static_cast<std::size_t>(bx)];
-            float least[kBlock];
-            std::fill(least, least + kBlock, kInfinity);
-            for (int y = 0; y < kBlock; ++y, pixel += stride_, value += valueStride) {
-                for (int x = 0; x < kBlock; ++x) {
-                    const float added = value[x] < kInfinity ? value[x] : 0.0f;
-                    const float merged = pixel[x] < added ? added : pixel[x];
-                    pixel[x] = merged;
-                    least[x] = merged < least[x] ? merged : least[x];
-                }
+    for (int block = fromBlock; block <= toBlock; ++block) {
+        const std::size_t corner = index(block * kBlock, blockRow * kBlock);
+        float* pixel = &pixels_[corner];
+        float* value = &values[corner];
+        float least[kBlock];
+        std::fill(least, least + kBlock, kInfinity);
+        for (int y = 0; y < kBlock; ++y, pixel += stride_, value += stride_) {
+            for (int x = 0; x < kBlock; ++x) {
+                const float added = value[x] < kInfinity ? value[x] : 0.0f;
+                const float merged = pixel[x] < added ? added : pixel[x];
+                pixel[x] = merged;
+                least[x] = merged < least[x] ? merged : least[x];
+                value[x] = kInfinity;
             }
-            const auto block =
-                static_cast<std::size_t>((region.y + by) / kBlock * (stride_ / kBlock) + (region.x + bx) / kBlock);
-            blocks_[block] = *std::min_element(least, least + kBlock);
         }
+        blocks_[static_cast<std::size_t>(blockRow * (stride_ / kBlock) + block)] =
+            *std::min_element(least, least + kBlock);
     }
 }
 

@@ -15,19 +15,15 @@ class OcclusionBuffer {
 public:
     static constexpr int kBlock = 8;
 
-    /// A rectangle of whole blocks, in pixels.
-    struct Region {
-        int x = 0, y = 0, width = 0, height = 0;
-        [[nodiscard]] bool empty() const { return width <= 0 || height <= 0; }
-    };
-
     /// Forgets everything.
     void reset(int widthPx, int heightPx);
-    /// The blocks that meet [lowerX, upperX] × [lowerY, upperY], as far as the tile has them.
-    [[nodiscard]] Region blocksAround(double lowerX, double lowerY, double upperX, double upperY) const;
-    /// Takes over what hides more than is known. `values`: a row after the other from the bottom; infinite where the
-    /// surface is not, 0 where it hides nothing.
-    void merge(const Region& region, std::span<const float> values);
+    /// Of a row of pixels, and of rows, in whole blocks: what `values` below counts.
+    [[nodiscard]] int stridePx() const { return stride_; }
+    [[nodiscard]] int rows() const { return rows_; }
+    /// Takes over what hides more than is known, for the blocks [fromBlock, toBlock] of one row of blocks. `values`
+    /// holds the whole tile: infinite where the surface is not, 0 where it hides nothing. Those taken are left
+    /// infinite.
+    void merge(int blockRow, int fromBlock, int toBlock, std::span<float> values);
     /// Whether nothing of the footprint can be seen. True also for a footprint beside the tile.
     [[nodiscard]] bool hides(const Footprint& footprint) const;
 

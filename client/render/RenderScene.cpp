@@ -82,7 +82,7 @@ Box RenderScene::bounds() const {
 
 void RenderScene::update(const Aspect& aspect, const ChangeList* list) {
     Impl& impl = *impl_;
-    if (!list || !impl.built) return impl.rebuild(aspect);
+    if (!list || impl.rebuilds == 0) return impl.rebuild(aspect);
     const Effect effect = effectOf(*list);
     if (effect.rebuild) return impl.rebuild(aspect);
     if (effect.materials) impl.refreshMaterials(aspect);
@@ -99,7 +99,7 @@ void RenderScene::update(const Aspect& aspect, const ChangeList* list) {
 }
 
 void RenderScene::Impl::rebuild(const Aspect& aspect) {
-    built = true;
+    ++rebuilds;
     meshes.beginSweep();
     places.clear();
     items.clear();

@@ -10,7 +10,7 @@ namespace {
 /// Floats are good to a hundredth of a pixel for edges up to this slope and corners up to this far away.
 constexpr double kFloatSlope = 64;
 constexpr double kFloatReach = 4096;
-/// Beside the region, where it is cut off.
+/// Beside the grid, where edges are cut off.
 constexpr float kBeside = 2;
 
 /// Truncation is floor for what is not negative, and std::floor a call where SSE2 is all there is.
@@ -20,44 +20,43 @@ int floorWithin(double value, int lowest, int highest) {
 
 }  // namespace
 
-void RowSpans::find(std::span<const ScreenPoint> corners, double margin, const OcclusionBuffer::Region& region) {
+void RowSpans::find(std::span<const ScreenPoint> corners, double margin, int widthPx, int heightPx) {
     double bottom = corners[0].y;
     double top = corners[0].y;
     double reach = 0;
     for (const ScreenPoint& corner : corners) {
         bottom = std::min<double>(bottom, corner.y);
         top = std::max<double>(top, corner.y);
-        reach = std::max<double>({reach, std::abs(corner.x - static_cast<float>(region.x)),
-                                  std::abs(corner.y - static_cast<float>(region.y))});
+        reach = std::max<double>({reach, std::abs(corner.x), std::abs(corner.y)});
     }
     firstRow_ = endRow_ = 0;
-    if (!(top + margin >= region.y && bottom - margin < region.y + region.height)) return;
-    firstRow_ = floorWithin(bottom - margin - region.y, 0, region.height - 1);
-    endRow_ = floorWithin(top + margin - region.y, 0, region.height - 1) + 1;
+    if (!(top + margin >= 0 && bottom - margin < heightPx)) return;
+    firstRow_ = floorWithin(bottom - margin, 0, heightPx - 1);
+    endRow_ = floorWithin(top + margin, 0, heightPx - 1) + 1;
 
-    const auto rows = static_cast<std::size_t>(region.height);
+    const auto rows = static_cast<std::size_t>(heightPx);
     if (left_.size() < rows) {
         left_.resize(rows);
         right_.resize(rows);
         from_.resize(rows);
         to_.resize(rows);
     }
-    std::fill(left_.begin() + firstRow_, left_.begin() + endRow_, static_cast<float>(region.width) + kBeside);
+    std::fill(left_.begin() + firstRow_, left_.begin() + endRow_, static_cast<float>(widthPx) + kBeside);
     std::fill(right_.begin() + firstRow_, right_.begin() + endRow_, -kBeside);
     const std::size_t edges = corners.size() == 2 ? 1 : corners.size();
     for (std::size_t i = 0; i < edges; ++i) {
         const ScreenPoint& a = corners[i];
         const ScreenPoint& b = corners[i + 1 == corners.size() ? 0 : i + 1];
         const bool upwards = a.y <= b.y;
-        const double lowX = double{upwards ? a.x : b.x} - region.x;
-        const double lowY = double{upwards ? a.y : b.y} - region.y;
-        const double highX = double{upwards ? b.x : a.x} - region.x;
-        const double highY = double{upwards ? b.y : a.y} - region.y;
+        const double lowX = upwards ? a.x : b.x;
+        const double lowY = upwards ? a.y : b.y;
+        const double highX = upwards ? b.x : a.x;
+        const double highY = upwards ? b.y : a.y;
         const double slope = highY > lowY ? (highX - lowX) / (highY - lowY) : 0;
         if (std::abs(slope) <= kFloatSlope && reach <= kFloatReach) {
-            addEdge<float>(lowX, lowY, highX, highY, slope, margin, region.width);
+            addEdge<float>(lowX, lowY, highX, highY, slope, margin, widthPx);
         } else {
-            addEdge<double>(lowX, lowY, highX, highY, slope, margin, region.width);
+            addEdge<double>(lowX, lowY, highX, highY, slope, margin, widthPx);
         }
     }
     constexpr int kShift = 4;
@@ -66,7 +65,7 @@ void RowSpans::find(std::span<const ScreenPoint> corners, double margin, const O
     for (int row = firstRow_; row < endRow_; ++row) {
         const auto r = static_cast<std::size_t>(row);
         from_[r] = std::max(0, static_cast<int>(left_[r] + down) - kShift);
-        to_[r] = std::min(region.width - 1, static_cast<int>(right_[r] + up) - kShift);
+        to_[r] = std::min(widthPx - 1, static_cast<int>(right_[r] + up) - kShift);
     }
 }
 

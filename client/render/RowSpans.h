@@ -1,10 +1,8 @@
-/// Which pixels of a region a line or a convex polygon meets, row by row.
+/// Which pixels of a grid a line or a convex polygon meets, row by row.
 #pragma once
 
 #include <span>
 #include <vector>
-
-#include "client/render/OcclusionBuffer.h"
 
 namespace tessera {
 
@@ -19,7 +17,7 @@ public:
     /// The pixels whose squares, grown by `margin` on each side, meet the polygon of two to four corners: no others,
     /// and, up to a hundredth of a pixel, all of them. What a convex set has in a band of rows is an interval, hence
     /// spans.
-    void find(std::span<const ScreenPoint> corners, double margin, const OcclusionBuffer::Region& region);
+    void find(std::span<const ScreenPoint> corners, double margin, int widthPx, int heightPx);
 
     /// Rows [firstRow, endRow) and pixels [from, to] within them count from the region's lower left. A row may be
     /// empty: from > to.

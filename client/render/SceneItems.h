@@ -48,8 +48,8 @@ struct RenderScene::Impl {
     std::vector<LightItem> lights;
     ObjectId environmentCore;
     Environment environment;
-    double maxReach = 0;  ///< over all items since the last rebuild
-    bool built = false;
+    double maxReach = 0;         ///< over all items since the last rebuild
+    std::uint64_t rebuilds = 0;  ///< an item's index means the same item as long as this stays
 
     MeshCache meshes;
     /// (Transform core, place), sorted: who moves when a core changes.

@@ -1,9 +1,48 @@
 #include "client/render/TileProjection.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
 namespace tessera {
+
+namespace {
+
+/// Bit 0 of a corner's number chooses upper or lower x, bit 1 y, bit 2 z.
+std::array<Vec4d, 8> cornersOf(const Mat4d& clip_T_box, const Box& box) {
+    const Vec3d size = box.size();
+    const Vec4d edge[3] = {clip_T_box.col(0) * size.x(), clip_T_box.col(1) * size.y(), clip_T_box.col(2) * size.z()};
+    std::array<Vec4d, 8> corners;
+    corners[0] = clip_T_box * box.lower.homogeneous();
+    for (unsigned i = 1; i < 8; ++i) {
+        // The corner without the lowest of this one's edges, and that edge.
+        const unsigned axis = i & 1 ? 0 : i & 2 ? 1 : 2;
+        corners[i] = corners[i & (i - 1)] + edge[axis];
+    }
+    return corners;
+}
+
+/// A convex polygon that is cut in place: a face of a box and the planes of a tile.
+struct CutPolygon {
+    std::array<Vec4d, 12> corners;
+    std::size_t size = 0;
+
+    /// Keeps what has plane · corner >= 0 (Sutherland and Hodgman 1974).
+    void cut(const Vec4d& plane) {
+        CutPolygon kept;
+        for (std::size_t i = 0; i < size; ++i) {
+            const Vec4d& a = corners[i];
+            const Vec4d& b = corners[i + 1 == size ? 0 : i + 1];
+            const double da = plane.dot(a);
+            const double db = plane.dot(b);
+            if (da >= 0) kept.corners[kept.size++] = a;
+            if ((da >= 0) != (db >= 0)) kept.corners[kept.size++] = a + (b - a) * (da / (da - db));
+        }
+        *this = kept;
+    }
+};
+
+}  // namespace
 
 TileProjection::TileProjection(const ScreenCamera& camera, const PixelRect& pixels)
     : width_(pixels.width), height_(pixels.height), clip_T_world_(camera.clip_T_eye * camera.eye_T_world.matrix()) {
@@ -29,32 +68,38 @@ TileProjection::TileProjection(const ScreenCamera& camera, const PixelRect& pixe
 }
 
 Footprint TileProjection::footprint(const Mat4d& clip_T_box, const Box& box, double noise) const {
-    Footprint result;
-    const Vec4d corner = clip_T_box * box.lower.homogeneous();
-    const Vec3d size = box.size();
-    const Vec4d edge[3] = {clip_T_box.col(0) * size.x(), clip_T_box.col(1) * size.y(), clip_T_box.col(2) * size.z()};
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    double leastW = kInfinity;
+    Footprint result;
     result.lowerX = result.lowerY = kInfinity;
     result.upperX = result.upperY = -kInfinity;
-    // Half of the near distance more than needed: nothing is lost, things that close are nearly always visible.
-    const double limit = 1.5 * near_ + noise;
-    for (unsigned i = 0; i < 8; ++i) {
-        Vec4d c = corner;
-        if (i & 1) c += edge[0];
-        if (i & 2) c += edge[1];
-        if (i & 4) c += edge[2];
-        if (!(c.w() >= limit)) {
-            result.nearPlane = true;
-            return result;
-        }
-        leastW = std::min(leastW, c.w());
+    const auto extend = [&](const Vec4d& c) {
         const double x = xPx(c.x(), c.w());
         const double y = yPx(c.y(), c.w());
         result.lowerX = std::min(result.lowerX, x);
         result.upperX = std::max(result.upperX, x);
         result.lowerY = std::min(result.lowerY, y);
         result.upperY = std::max(result.upperY, y);
+    };
+    const std::array<Vec4d, 8> corners = cornersOf(clip_T_box, box);
+    // Half of the near distance more than needed: nothing is lost, things that close are nearly always visible.
+    const double limit = 1.5 * near_ + noise;
+    double leastW = kInfinity;
+    for (const Vec4d& c : corners) {
+        leastW = std::min(leastW, c.w());
+        result.farthest = std::max(result.farthest, c.w());
+        result.nearPlane = result.nearPlane || !(c.w() >= limit);
+        if (c.w() >= limit) extend(c);
+    }
+    if (result.nearPlane) {
+        for (unsigned i = 0; i < 8; ++i) {
+            for (unsigned axis = 0; axis < 3; ++axis) {
+                const Vec4d& a = corners[i];
+                const Vec4d& b = corners[i | 1u << axis];
+                if ((a.w() >= limit) != (b.w() >= limit)) extend(a + (b - a) * ((limit - a.w()) / (b.w() - a.w())));
+            }
+        }
+        result.nearest = kInfinity;
+        return result;
     }
     const double nearest = 1 / (leastW - noise);
     const double grown = 1 + noise * pixelsPerMetre_ * nearest;
@@ -64,6 +109,37 @@ Footprint TileProjection::footprint(const Mat4d& clip_T_box, const Box& box, dou
     result.upperY += grown;
     result.nearest = nearer(nearest, noise);
     return result;
+}
+
+double TileProjection::coveredPx(const Mat4d& clip_T_box, const Box& box) const {
+    constexpr unsigned kFaces[6][4] = {{0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1},
+                                       {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 6, 7, 5}};
+    // Half spaces of clip space: beyond the near plane, then inside the tile's four sides.
+    const auto atX = [&](double px) { return (px - offsetX_) / halfWidth_; };
+    const auto atY = [&](double px) { return (px - offsetY_) / halfHeight_; };
+    const Vec4d sides[4] = {{1, 0, 0, -atX(0)}, {-1, 0, 0, atX(width_)}, {0, 1, 0, -atY(0)}, {0, -1, 0, atY(height_)}};
+    const std::array<Vec4d, 8> corners = cornersOf(clip_T_box, box);
+    // Front and back faces cover the same; where the near plane takes a part away, those that are left.
+    double counterClockwise = 0;
+    double clockwise = 0;
+    for (const auto& face : kFaces) {
+        CutPolygon polygon;
+        for (const unsigned corner : face) {
+            Vec4d c = corners[corner];
+            c.z() = 1;  // of no use here but to carry the constant of the plane w >= near
+            polygon.corners[polygon.size++] = c;
+        }
+        polygon.cut({0, 0, -near_, 1});
+        for (const Vec4d& side : sides) polygon.cut(side);
+        double area = 0;
+        for (std::size_t i = 0; i < polygon.size; ++i) {
+            const Vec4d& a = polygon.corners[i];
+            const Vec4d& b = polygon.corners[i + 1 == polygon.size ? 0 : i + 1];
+            area += 0.5 * (xPx(a.x(), a.w()) * yPx(b.y(), b.w()) - xPx(b.x(), b.w()) * yPx(a.y(), a.w()));
+        }
+        (area > 0 ? counterClockwise : clockwise) += std::abs(area);
+    }
+    return std::max(counterClockwise, clockwise);
 }
 
 }  // namespace tessera

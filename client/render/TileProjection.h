@@ -11,9 +11,11 @@ namespace tessera {
 /// What of a tile a box can reach. Pixels count from the tile's lower left; pixel (i, j) is the square [i, i+1] × [j,
 /// j+1].
 struct Footprint {
-    bool nearPlane = false;  ///< reaches into the near plane; the rest is void
+    bool nearPlane =
+        false;  ///< reaches into the near plane: may be anywhere; the rectangle is that of what is beyond it
     double lowerX = 0, lowerY = 0, upperX = 0, upperY = 0;
-    double nearest = 0;  ///< greatest inverse depth, noise added
+    double nearest = 0;   ///< greatest inverse depth, noise added
+    double farthest = 0;  ///< of the corners, metres
 };
 
 /// Depth is kept as *inverse depth*, 1 / clip w, in 1/m: greater is nearer, and it is affine over a triangle's pixels.
@@ -57,6 +59,8 @@ public:
     }
 
     [[nodiscard]] Footprint footprint(const Mat4d& clip_T_box, const Box& box, double noise) const;
+    /// What the box covers of the tile, in pixels; exact but for rounding.
+    [[nodiscard]] double coveredPx(const Mat4d& clip_T_box, const Box& box) const;
 
 private:
     /// Four products and their sum, matrices rounded before: eight half units in the last place, doubled.

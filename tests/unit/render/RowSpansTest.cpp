@@ -44,13 +44,14 @@ TEST(RowSpans, FindThePixelsWhoseGrownSquaresMeetThePolygonAndNoOthers) {
     const auto uniform = [&](double from, double to) {
         return std::uniform_real_distribution<double>(from, to)(random);
     };
-    const OcclusionBuffer::Region region{16, 8, 40, 32};
+    constexpr int kWidth = 40;
+    constexpr int kHeight = 32;
     RowSpans spans;
     int polygons = 0;
     for (int round = 0; round < 6000; ++round) {
         const double size = std::pow(10.0, uniform(-2.5, round % 10 == 0 ? 5.0 : 2.0));
-        const double x = uniform(10, 60);
-        const double y = uniform(4, 44);
+        const double x = uniform(-6, 46);
+        const double y = uniform(-4, 36);
         std::vector<ScreenPoint> corners(2 + random() % 2);
         for (ScreenPoint& corner : corners) {
             corner.x = static_cast<float>(x + size * uniform(-1, 1));
@@ -59,14 +60,14 @@ TEST(RowSpans, FindThePixelsWhoseGrownSquaresMeetThePolygonAndNoOthers) {
         if (round % 7 == 0) corners[1].y = corners[0].y;
         if (round % 11 == 0) corners[1].x = corners[0].x;
         const double margin = uniform(0.2, 0.5);
-        spans.find(corners, margin, region);
+        spans.find(corners, margin, kWidth, kHeight);
         // Pixels for which a hundredth of a pixel decides may go either way.
-        for (int row = 0; row < region.height; ++row) {
+        for (int row = 0; row < kHeight; ++row) {
             const bool any = row >= spans.firstRow() && row < spans.endRow();
-            for (int column = 0; column < region.width; ++column) {
+            for (int column = 0; column < kWidth; ++column) {
                 const bool found = any && spans.from(row) <= column && column <= spans.to(row);
-                const double px = region.x + column;
-                const double py = region.y + row;
+                const double px = column;
+                const double py = row;
                 const double grown = margin + (found ? 0.01 : -0.01);
                 const bool expected = meets(corners, px - grown, py - grown, px + 1 + grown, py + 1 + grown);
                 ASSERT_EQ(found, expected) << "round " << round << " pixel " << column << "," << row;
