@@ -136,13 +136,9 @@ Expected<void> FrameLoop::Impl::run() {
         carryOut(peers.advance(Clock::now()));
         carryOut(desk.advance(Clock::now()));
         if (frameIsDue(Clock::now())) {
-            if (peers.session().nextFrame() == 0) {
-                // A camera that is not there is an error of the command line, found before anything is shown.
-                const Expected<View> first = view.view(simulation.scene());
-                if (!first) return tl::unexpected(first.error());
-                if (const auto missing = peers.session().missing(); !missing.empty())
-                    log.warning(fmt::format("starting without: {}", join(missing)));
-            }
+            const std::vector<std::string> missing = peers.session().missing();
+            if (peers.session().nextFrame() == 0 && !missing.empty())
+                log.warning(fmt::format("starting without: {}", join(missing)));
             beginFrame(Clock::now());
         }
     }
@@ -180,6 +176,9 @@ Expected<void> FrameLoop::Impl::startSceneLoaded(LoadFinished finished) {
     const SceneCounts counts = countScene(simulation.scene());
     log.info(fmt::format("scene: {} nodes, {} cores, {} triangles ({} stored)", counts.nodes, counts.cores, counts.triangles,
                          counts.trianglesStored));
+    // A camera that is not there is an error of the command line, found before anybody draws.
+    const Expected<View> first = view.view(simulation.scene());
+    if (!first) return tl::unexpected(first.error());
     sceneReady = true;
     for (const ConnectionId connection : std::exchange(waitingForScene, {})) giveSnapshot(connection);
     return {};

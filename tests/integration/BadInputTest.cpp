@@ -99,6 +99,14 @@ TEST_F(BadInput, Options) {
     expect("camera", {"--wall", "1x1", "--scene", kYard, "--camera", "/no/such"}, 3, {"camera"});
 }
 
+TEST_F(BadInput, OffLoopbackTheServerSaysThatTheLinkIsPlain) {
+    Process open(folder_.path(), "open", {program("tessera-server"), "--scene", kYard, "--listen", "0.0.0.0:0"});
+    EXPECT_TRUE(open.waitForText("the link is plain", 10s)) << open.output();
+    Process closed(folder_.path(), "closed", {program("tessera-server"), "--scene", kYard});
+    ASSERT_TRUE(closed.waitForText("listening on 127.0.0.1:", 10s)) << closed.output();
+    EXPECT_EQ(closed.output().find("plain"), std::string::npos);
+}
+
 TEST_F(BadInput, ATakenPortIsANetworkError) {
     LiveWall wall({.wall = "1x1"});
     ASSERT_FALSE(wall.address().empty());
@@ -112,7 +120,7 @@ TEST_F(BadInput, AnImportThatFailsWhileTheWallRunsIsAnAnswerAndNothingElse) {
     ASSERT_FALSE(wall.address().empty());
     wall.startClient("all");
     ASSERT_TRUE(wall.waitForFrame("front-0-0", 3, 30s)) << wall.logs();
-    const Outcome loaded = wall.ctl({"load", folder_.write("bad.ply", "ply\nformat ascii 1.0\nelement vertex 999999999\n")});
+    const Outcome loaded = wall.ctl({"load", folder_.write("bad.ply", "ply\nformat nonsense 1.0\nend_header\n")});
     EXPECT_EQ(loaded.exitCode, 3) << loaded.output;
     EXPECT_NE(loaded.output.find("bad.ply"), std::string::npos) << loaded.output;
     const std::int64_t now = wall.shownFrame("front-0-0");
