@@ -112,9 +112,9 @@ struct AabbTree::Builder {
         }
         if (bestAxis < 0) return begin;
         const auto order = tree.order_.begin();
-        const auto cut = std::stable_partition(
-            order + static_cast<std::ptrdiff_t>(begin), order + static_cast<std::ptrdiff_t>(end),
-            [&](std::uint32_t face) { return binOf(face, bestAxis, middle) < bestBin; });
+        const auto cut =
+            std::stable_partition(order + static_cast<std::ptrdiff_t>(begin), order + static_cast<std::ptrdiff_t>(end),
+                                  [&](std::uint32_t face) { return binOf(face, bestAxis, middle) < bestBin; });
         return static_cast<std::size_t>(cut - order);
     }
 
@@ -137,7 +137,9 @@ struct AabbTree::Builder {
     }
 };
 
-AabbTree::AabbTree(TriangleMesh mesh) : mesh_(std::move(mesh)) { Builder{*this}.build(); }
+AabbTree::AabbTree(TriangleMesh mesh) : mesh_(std::move(mesh)) {
+    Builder{*this}.build();
+}
 
 namespace {
 

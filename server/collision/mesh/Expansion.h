@@ -1,5 +1,5 @@
-/// Exact sums of doubles, the ground under the predicates (J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic
-/// and Fast Robust Geometric Predicates", 1997).
+/// Exact sums of doubles, the ground under the predicates (J. R. Shewchuk, "Adaptive Precision Floating-Point
+/// Arithmetic and Fast Robust Geometric Predicates", 1997).
 ///
 /// An expansion is a sum of doubles that do not overlap in their bits, smallest first; zeros are left out. Sums and
 /// products of expansions are exact as long as nothing overflows or underflows. Needs IEEE doubles rounded to nearest

@@ -30,8 +30,8 @@ inline constexpr double kRounding = 1.1102230246251565e-16;
     return exact::orient2dExact(a, b, c);
 }
 
-/// The sign of (d - a) · ((b - a) × (c - a)): +1 where d lies on the side from which a, b, c are seen counter-clockwise,
-/// 0 where the four points lie in one plane.
+/// The sign of (d - a) · ((b - a) × (c - a)): +1 where d lies on the side from which a, b, c are seen
+/// counter-clockwise, 0 where the four points lie in one plane.
 [[nodiscard]] inline int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
     constexpr double kBound = (7.0 + 56.0 * exact::kRounding) * exact::kRounding;
     const double adx = a.x() - d.x(), ady = a.y() - d.y(), adz = a.z() - d.z();
@@ -41,9 +41,9 @@ inline constexpr double kRounding = 1.1102230246251565e-16;
     const double ca1 = cdx * ady, ca2 = adx * cdy;
     const double ab1 = adx * bdy, ab2 = bdx * ady;
     const double det = adz * (bc1 - bc2) + bdz * (ca1 - ca2) + cdz * (ab1 - ab2);
-    const double bound = kBound * ((std::abs(bc1) + std::abs(bc2)) * std::abs(adz) +
-                                   (std::abs(ca1) + std::abs(ca2)) * std::abs(bdz) +
-                                   (std::abs(ab1) + std::abs(ab2)) * std::abs(cdz));
+    const double bound =
+        kBound * ((std::abs(bc1) + std::abs(bc2)) * std::abs(adz) + (std::abs(ca1) + std::abs(ca2)) * std::abs(bdz) +
+                  (std::abs(ab1) + std::abs(ab2)) * std::abs(cdz));
     if (det > bound) return -1;
     if (-det > bound) return 1;
     return exact::orient3dExact(a, b, c, d);

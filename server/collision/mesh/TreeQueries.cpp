@@ -17,8 +17,7 @@ struct BoxFrame {
         const Vec3d half = 0.5 * (box.upper - box.lower);
         // A mapped vertex is off by a few units in the last place of the sums that made it.
         constexpr double kSlack = 4e-15;
-        const Vec3d reach =
-            magnitude * half + kSlack * (magnitude * (center.cwiseAbs() + half) + shift);
+        const Vec3d reach = magnitude * half + kSlack * (magnitude * (center.cwiseAbs() + half) + shift);
         const Vec3d c = map * center;
         Box out;
         out.lower = c - reach;
@@ -114,7 +113,8 @@ struct Sweep {
     Triangle start, end, local;
 };
 
-/// Does the straight sweep of one triangle meet the other? `ownStart`, `ownEnd` map the fixed frame to the moving one's.
+/// Does the straight sweep of one triangle meet the other? `ownStart`, `ownEnd` map the fixed frame to the moving
+/// one's.
 bool meetsOnTheWay(const Triangle& fixed, const Sweep& sweep, const Affine3d& ownStart, const Affine3d& ownEnd) {
     if (trianglesIntersect(fixed, sweep.end)) return true;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -200,7 +200,8 @@ FacePairs allTouching(const AabbTree& a, const AabbTree& b, const Affine3d& a_T_
     return every([&](auto&& found) { return forTouching(a, b, a_T_b, work, found); });
 }
 
-Touch anyTouchingOnTheWay(const AabbTree& fixed, const AabbTree& moving, const StraightMotion& motion, QueryWork& work) {
+Touch anyTouchingOnTheWay(const AabbTree& fixed, const AabbTree& moving, const StraightMotion& motion,
+                          QueryWork& work) {
     return first([&](auto&& found) { return forTouchingOnTheWay(fixed, moving, motion, work, found); });
 }
 

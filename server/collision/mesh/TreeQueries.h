@@ -1,8 +1,8 @@
 /// The pairwise stage: which triangles of two bodies meet?
 ///
 /// `a_T_b` maps B's frame to A's; any finite affine map will do (non-uniform scale and mirroring included). Answers are
-/// those of trianglesIntersect on A's vertices and on B's vertices mapped to A's frame in double. Every query counts its
-/// work and gives up, saying so, where the count passes a bound; the answer never depends on time or threads.
+/// those of trianglesIntersect on A's vertices and on B's vertices mapped to A's frame in double. Every query counts
+/// its work and gives up, saying so, where the count passes a bound; the answer never depends on time or threads.
 #pragma once
 
 #include <compare>
@@ -47,9 +47,9 @@ struct StraightMotion {
     double deviation = 0;
 };
 
-/// Pairs (a: fixed, b: moving) that meet on the way or at its end: the moved triangle, the sides it sweeps, and the fixed
-/// triangle's way through it are tested. Pairs that meet at the start only may be left out. For a pure translation
-/// nothing is passed by, however thin; with rotation the sides are those of the straight motion.
+/// Pairs (a: fixed, b: moving) that meet on the way or at its end: the moved triangle, the sides it sweeps, and the
+/// fixed triangle's way through it are tested. Pairs that meet at the start only may be left out. For a pure
+/// translation nothing is passed by, however thin; with rotation the sides are those of the straight motion.
 [[nodiscard]] Touch anyTouchingOnTheWay(const AabbTree& fixed, const AabbTree& moving, const StraightMotion& motion,
                                         QueryWork& work);
 [[nodiscard]] FacePairs allTouchingOnTheWay(const AabbTree& fixed, const AabbTree& moving, const StraightMotion& motion,

@@ -12,7 +12,9 @@ namespace tessera {
 
 namespace {
 
-Vec3d areaNormal(const Triangle& t) { return (t[1] - t[0]).cross(t[2] - t[0]); }
+Vec3d areaNormal(const Triangle& t) {
+    return (t[1] - t[0]).cross(t[2] - t[0]);
+}
 
 Vec3d unit(const Vec3d& v) {
     const double largest = v.cwiseAbs().maxCoeff();
@@ -74,9 +76,13 @@ Vec3d distancesTo(const Triangle& plane, const Vec3d& unitNormal, const Triangle
     return {unitNormal.dot(t[0] - plane[0]), unitNormal.dot(t[1] - plane[0]), unitNormal.dot(t[2] - plane[0])};
 }
 
-bool allZero(const std::array<int, 3>& s) { return s[0] == 0 && s[1] == 0 && s[2] == 0; }
+bool allZero(const std::array<int, 3>& s) {
+    return s[0] == 0 && s[1] == 0 && s[2] == 0;
+}
 
-TriangleContact atPoint(const Vec3d& p, const Vec3d& normal) { return {p, p, p, normal}; }
+TriangleContact atPoint(const Vec3d& p, const Vec3d& normal) {
+    return {p, p, p, normal};
+}
 
 TriangleContact betweenNearest(const Triangle& a, const Triangle& b, const Vec3d& nA, const Vec3d& nB) {
     const NearestPoints near = nearestPoints(a, b);
@@ -141,7 +147,9 @@ TriangleContact segmentContact(const Triangle& thin, const Triangle& t, const Ve
 
 }  // namespace
 
-Vec3d outside(const Triangle& t) { return unit(areaNormal(t)); }
+Vec3d outside(const Triangle& t) {
+    return unit(areaNormal(t));
+}
 
 double wayOut(const Triangle& a, const Triangle& b, const Vec3d& direction) {
     const double farthest = std::max({direction.dot(a[0]), direction.dot(a[1]), direction.dot(a[2])});

@@ -7,17 +7,19 @@
 namespace tessera {
 
 struct TriangleContact {
-    Vec3d from, to;  ///< the segment in which they meet; equal ends for a point; the longest way across for coplanar overlap
-    Vec3d point;     ///< its middle
-    Vec3d normal;    ///< unit length, from A to B: the way in which B has to go to be free of A
+    Vec3d from,
+        to;  ///< the segment in which they meet; equal ends for a point; the longest way across for coplanar overlap
+    Vec3d point;   ///< its middle
+    Vec3d normal;  ///< unit length, from A to B: the way in which B has to go to be free of A
 };
 
 /// The contact of two triangles that meet. Winding matters: corners run counter-clockwise seen from outside.
 ///
-/// Normal: of A's outside and the reverse of B's outside, the one along which B has the shorter way to be free of A; both
-/// together where they are equally long. (Edges are not crossed: two triangles cannot tell a ridge from the diagonal of
-/// a flat wall.) `contactOf(b, a)` has the opposite normal, but for coplanar triangles that look the same way (no side is the
-/// outer one; A's normal is taken). For triangles that do not quite meet: the contact between their nearest points.
+/// Normal: of A's outside and the reverse of B's outside, the one along which B has the shorter way to be free of A;
+/// both together where they are equally long. (Edges are not crossed: two triangles cannot tell a ridge from the
+/// diagonal of a flat wall.) `contactOf(b, a)` has the opposite normal, but for coplanar triangles that look the same
+/// way (no side is the outer one; A's normal is taken). For triangles that do not quite meet: the contact between their
+/// nearest points.
 [[nodiscard]] TriangleContact contactOf(const Triangle& a, const Triangle& b);
 
 struct NearestPoints {

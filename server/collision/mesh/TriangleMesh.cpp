@@ -9,15 +9,17 @@ template <typename Scalar>
 Expected<TriangleMesh> TriangleMesh::makeFrom(std::span<const Scalar> positions, std::span<const std::uint32_t> indices,
                                               const TriangleMeshLimits& limits) {
     if (positions.size() % 3 != 0)
-        return fail(ErrorCode::kBadInput, std::to_string(positions.size()) + " coordinates are no whole number of vertices");
+        return fail(ErrorCode::kBadInput,
+                    std::to_string(positions.size()) + " coordinates are no whole number of vertices");
     if (indices.size() % 3 != 0)
         return fail(ErrorCode::kBadInput, std::to_string(indices.size()) + " indices are no whole number of triangles");
     const std::size_t vertices = positions.size() / 3;
     if (vertices > limits.maxVertices)
-        return fail(ErrorCode::kLimit, std::to_string(vertices) + " vertices, at most " + std::to_string(limits.maxVertices));
+        return fail(ErrorCode::kLimit,
+                    std::to_string(vertices) + " vertices, at most " + std::to_string(limits.maxVertices));
     if (indices.size() / 3 > limits.maxTriangles)
-        return fail(ErrorCode::kLimit, std::to_string(indices.size() / 3) + " triangles, at most " +
-                                           std::to_string(limits.maxTriangles));
+        return fail(ErrorCode::kLimit,
+                    std::to_string(indices.size() / 3) + " triangles, at most " + std::to_string(limits.maxTriangles));
     for (std::size_t i = 0; i < positions.size(); ++i)
         if (!(std::abs(static_cast<double>(positions[i])) <= limits.maxCoordinate))
             return fail(ErrorCode::kBadInput,

@@ -34,8 +34,12 @@ public:
 
     [[nodiscard]] std::size_t faceCount() const { return indices_.size() / 3; }
     [[nodiscard]] std::size_t vertexCount() const { return positions_.size(); }
-    [[nodiscard]] const Vec3d& corner(std::uint32_t face, unsigned i) const { return positions_[indices_[3 * face + i]]; }
-    [[nodiscard]] Triangle triangle(std::uint32_t face) const { return {corner(face, 0), corner(face, 1), corner(face, 2)}; }
+    [[nodiscard]] const Vec3d& corner(std::uint32_t face, unsigned i) const {
+        return positions_[indices_[3 * face + i]];
+    }
+    [[nodiscard]] Triangle triangle(std::uint32_t face) const {
+        return {corner(face, 0), corner(face, 1), corner(face, 2)};
+    }
     /// The box around the triangles (vertices that no triangle uses do not count).
     [[nodiscard]] const Box& bounds() const { return bounds_; }
 
@@ -50,6 +54,8 @@ private:
 };
 
 /// The same triangle seen in another frame.
-[[nodiscard]] inline Triangle transformed(const Affine3d& m, const Triangle& t) { return {m * t[0], m * t[1], m * t[2]}; }
+[[nodiscard]] inline Triangle transformed(const Affine3d& m, const Triangle& t) {
+    return {m * t[0], m * t[1], m * t[2]};
+}
 
 }  // namespace tessera

@@ -19,9 +19,12 @@ struct Segment3 {
 /// Leaves out one coordinate.
 Vec2d project(const Vec3d& p, int axis) {
     switch (axis) {
-        case 0: return {p.y(), p.z()};
-        case 1: return {p.z(), p.x()};
-        default: return {p.x(), p.y()};
+        case 0:
+            return {p.y(), p.z()};
+        case 1:
+            return {p.z(), p.x()};
+        default:
+            return {p.x(), p.y()};
     }
 }
 
@@ -55,8 +58,8 @@ bool segmentsIntersect(const Vec2d& a, const Vec2d& b, const Vec2d& c, const Vec
     const int cda = orient2d(c, d, a);
     const int cdb = orient2d(c, d, b);
     if (abc * abd < 0 && cda * cdb < 0) return true;
-    return (abc == 0 && withinSpan(a, b, c)) || (abd == 0 && withinSpan(a, b, d)) || (cda == 0 && withinSpan(c, d, a)) ||
-           (cdb == 0 && withinSpan(c, d, b));
+    return (abc == 0 && withinSpan(a, b, c)) || (abd == 0 && withinSpan(a, b, d)) ||
+           (cda == 0 && withinSpan(c, d, a)) || (cdb == 0 && withinSpan(c, d, b));
 }
 
 /// `t` has area.
@@ -91,7 +94,8 @@ bool segmentsIntersect(const Segment3& s, const Segment3& t) {
     for (std::size_t left = 0; left < 4; ++left) {
         const auto axis = faithfulAxis(p[left], p[(left + 1) % 4], p[(left + 2) % 4]);
         if (!axis) continue;
-        return segmentsIntersect(project(p[0], *axis), project(p[1], *axis), project(p[2], *axis), project(p[3], *axis));
+        return segmentsIntersect(project(p[0], *axis), project(p[1], *axis), project(p[2], *axis),
+                                 project(p[3], *axis));
     }
     // All on one line: intervals.
     return !lexicographicallyLess(t.to, s.from) && !lexicographicallyLess(s.to, t.from);
@@ -119,8 +123,12 @@ bool flatIntersect(const Triangle& a, const Triangle& b) {
     return segmentsIntersect(asSegment(a), asSegment(b));
 }
 
-bool sameStrictSide(const Signs& s) { return (s[0] > 0 && s[1] > 0 && s[2] > 0) || (s[0] < 0 && s[1] < 0 && s[2] < 0); }
-bool allZero(const Signs& s) { return s[0] == 0 && s[1] == 0 && s[2] == 0; }
+bool sameStrictSide(const Signs& s) {
+    return (s[0] > 0 && s[1] > 0 && s[2] > 0) || (s[0] < 0 && s[1] < 0 && s[2] < 0);
+}
+bool allZero(const Signs& s) {
+    return s[0] == 0 && s[1] == 0 && s[2] == 0;
+}
 
 struct Apex {
     std::size_t index;  ///< the corner that the plane separates from the other two
@@ -142,7 +150,9 @@ Apex apexOf(const Signs& s) {
 
 }  // namespace
 
-bool isDegenerate(const Triangle& t) { return !faithfulAxis(t[0], t[1], t[2]); }
+bool isDegenerate(const Triangle& t) {
+    return !faithfulAxis(t[0], t[1], t[2]);
+}
 
 // P. Guigue, O. Devillers, "Fast and Robust Triangle-Triangle Overlap Test Using Orientation Predicates", 2003.
 bool trianglesIntersect(const Triangle& a, const Triangle& b) {
@@ -155,8 +165,8 @@ bool trianglesIntersect(const Triangle& a, const Triangle& b) {
     // A triangle without area gives nothing but zeros, so it ends here too.
     if (allZero(ofA) || allZero(ofB)) return flatIntersect(a, b);
 
-    // The planes cross in a line; each triangle covers an interval of it, bounded by the two edges at its apex. With both
-    // apexes on the positive sides the intervals overlap iff two orientations say so (section 3 of the paper).
+    // The planes cross in a line; each triangle covers an interval of it, bounded by the two edges at its apex. With
+    // both apexes on the positive sides the intervals overlap iff two orientations say so (section 3 of the paper).
     const Apex apexA = apexOf(ofA);
     const Apex apexB = apexOf(ofB);
     const Vec3d& p1 = a[apexA.index];

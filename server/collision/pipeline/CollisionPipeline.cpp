@@ -26,8 +26,12 @@ struct Mover {
 using ObjectPair = std::pair<ObjectId, ObjectId>;
 using PartPair = std::pair<std::uint32_t, std::uint32_t>;  // side A first
 
-TransformValue valueOf(const TentativeTransform& t) { return {t.translation, t.rotation, t.scale}; }
-TransformValue valueOf(const Transform& t) { return {t.translation, t.rotation, t.scale}; }
+TransformValue valueOf(const TentativeTransform& t) {
+    return {t.translation, t.rotation, t.scale};
+}
+TransformValue valueOf(const Transform& t) {
+    return {t.translation, t.rotation, t.scale};
+}
 
 TentativeTransform withValue(TentativeTransform t, const TransformValue& value) {
     t.translation = value.translation;
@@ -46,10 +50,9 @@ bool before(const TentativeTransform& x, const TentativeTransform& y) {
     if (x.transform != y.transform) return x.transform < y.transform;
     if (x.source != y.source) return x.source < y.source;
     const std::array<double, 10> nx = numbersOf(x), ny = numbersOf(y);
-    return std::lexicographical_compare(nx.begin(), nx.end(), ny.begin(), ny.end(),
-                                        [](double a, double b) {
-                                            return std::bit_cast<std::uint64_t>(a) < std::bit_cast<std::uint64_t>(b);
-                                        });
+    return std::lexicographical_compare(nx.begin(), nx.end(), ny.begin(), ny.end(), [](double a, double b) {
+        return std::bit_cast<std::uint64_t>(a) < std::bit_cast<std::uint64_t>(b);
+    });
 }
 
 /// Two parts that touch: which faces, and in which poses.
@@ -78,9 +81,9 @@ struct CollisionPipeline::Impl {
     StopResponse stop;
     ContactMemory memory;
     ScenePicker picker;
-    std::uint64_t generation = 0;          // of the handler's tables that `neighbours` and `memory` know
-    std::vector<std::uint32_t> swept;      // parts whose boxes in `neighbours` are larger than they are now
-    std::vector<ObjectPair> touchedBefore; // ascending
+    std::uint64_t generation = 0;           // of the handler's tables that `neighbours` and `memory` know
+    std::vector<std::uint32_t> swept;       // parts whose boxes in `neighbours` are larger than they are now
+    std::vector<ObjectPair> touchedBefore;  // ascending
 
     // State of one step.
     struct Step {
@@ -92,7 +95,8 @@ struct CollisionPipeline::Impl {
     };
 
     StepResult run(const Aspect& committed, std::span<const TentativeTransform> wanted);
-    std::vector<Mover> admit(const Aspect& committed, std::span<const TentativeTransform> wanted, StepResult& result) const;
+    std::vector<Mover> admit(const Aspect& committed, std::span<const TentativeTransform> wanted,
+                             StepResult& result) const;
     [[nodiscard]] bool canBeShown(const Mover& mover) const;
     void findNeighbours(std::span<const Mover> movers, Step& step);
     void move(const Mover& mover, Step& step);
@@ -258,8 +262,8 @@ void CollisionPipeline::Impl::touch(std::uint32_t partA, std::uint32_t partB, co
     step.touching.push_back({objects, partA, partB, &faces, worldA, worldB});
 }
 
-/// Found in A's frame, where the predicate decided. The normal goes to the world as planes do, which also rights it where
-/// a mirrored frame turned the winding.
+/// Found in A's frame, where the predicate decided. The normal goes to the world as planes do, which also rights it
+/// where a mirrored frame turned the winding.
 Contact CollisionPipeline::Impl::contactAt(const Touching& touching, const FacePair& faces) const {
     const TriangleMesh& meshA = handler.parts()[touching.partA].shape->mesh();
     const TriangleMesh& meshB = handler.parts()[touching.partB].shape->mesh();
@@ -268,9 +272,12 @@ Contact CollisionPipeline::Impl::contactAt(const Touching& touching, const FaceP
     if (a_T_b.linear().determinant() < 0) std::swap(triangleB[1], triangleB[2]);
     const TriangleContact local = contactOf(meshA.triangle(faces.a), triangleB);
     const Mat3d world_N_a = touching.worldA.linear().inverse().transpose();
-    return {touching.objects.first, touching.objects.second,
-            faces.a,                faces.b,
-            touching.worldA * local.point, (world_N_a * local.normal).stableNormalized()};
+    return {touching.objects.first,
+            touching.objects.second,
+            faces.a,
+            faces.b,
+            touching.worldA * local.point,
+            (world_N_a * local.normal).stableNormalized()};
 }
 
 /// Everything that touches in the poses that were accepted.
@@ -336,7 +343,9 @@ CollisionPipeline::~CollisionPipeline() = default;
 CollisionPipeline::CollisionPipeline(CollisionPipeline&&) noexcept = default;
 CollisionPipeline& CollisionPipeline::operator=(CollisionPipeline&&) noexcept = default;
 
-void CollisionPipeline::sceneChanged(const Aspect& aspect, const ChangeList* list) { impl_->handler.update(aspect, list); }
+void CollisionPipeline::sceneChanged(const Aspect& aspect, const ChangeList* list) {
+    impl_->handler.update(aspect, list);
+}
 
 StepResult CollisionPipeline::step(const Aspect& committed, std::span<const TentativeTransform> wanted) {
     return impl_->run(committed, wanted);

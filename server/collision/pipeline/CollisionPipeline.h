@@ -34,8 +34,8 @@ struct Contact {
 };
 
 struct CollisionLimits {
-    std::size_t maxContacts = 1000;     ///< listed in a step; more are counted
-    std::size_t maxInterests = 4096;    ///< enabled at a time; the first ones in document order count
+    std::size_t maxContacts = 1000;       ///< listed in a step; more are counted
+    std::size_t maxInterests = 4096;      ///< enabled at a time; the first ones in document order count
     std::uint64_t maxTests = 30'000'000;  ///< box and triangle tests in a step
     /// How near to an obstacle a motion is stopped, in sizes (box diagonals) of the moving geometry.
     double stopTolerance = 1e-4;
@@ -46,22 +46,22 @@ struct CollisionLimits {
 };
 
 struct StepCounters {
-    std::size_t objects = 0;           ///< geometry-bearing nodes that take part in an interest
-    std::size_t skipped = 0;           ///< of those: absent, malformed or flattened by a zero scale; they meet nothing
-    std::size_t neighbours = 0;        ///< pairs whose boxes (swept over the motion) meet
-    std::uint64_t pairsTested = 0;     ///< queries of the pairwise stage
+    std::size_t objects = 0;        ///< geometry-bearing nodes that take part in an interest
+    std::size_t skipped = 0;        ///< of those: absent, malformed or flattened by a zero scale; they meet nothing
+    std::size_t neighbours = 0;     ///< pairs whose boxes (swept over the motion) meet
+    std::uint64_t pairsTested = 0;  ///< queries of the pairwise stage
     std::uint64_t boxTests = 0;
     std::uint64_t triangleTests = 0;
-    std::uint64_t notLookedAt = 0;     ///< pairs and motions left undecided because a limit was reached: taken as blocked
-    std::uint64_t contactsLeftOut = 0; ///< found, but beyond maxContacts
+    std::uint64_t notLookedAt = 0;  ///< pairs and motions left undecided because a limit was reached: taken as blocked
+    std::uint64_t contactsLeftOut = 0;  ///< found, but beyond maxContacts
 };
 
 struct StepResult {
     /// Ascending by transform, one for each wish that names a Transform: the values to commit, as wanted or as far as
     /// the way is free. Committing a value equal to the present one is harmless.
     std::vector<TentativeTransform> accepted;
-    /// Transforms that did not get (all the way) where they were wanted, ascending. Wishes that cannot be granted at all (not
-    /// finite, a zero or sign-changing scale, no such Transform) are here too.
+    /// Transforms that did not get (all the way) where they were wanted, ascending. Wishes that cannot be granted at
+    /// all (not finite, a zero or sign-changing scale, no such Transform) are here too.
     std::vector<ObjectId> stopped;
     /// What touches now, and what stopped a motion at its first touch. Ascending by (objectA, objectB, faceA, faceB).
     std::vector<Contact> contacts;
@@ -79,8 +79,8 @@ public:
     CollisionPipeline(CollisionPipeline&&) noexcept;
     CollisionPipeline& operator=(CollisionPipeline&&) noexcept;
 
-    /// Call after each list applied to the aspect, with that list; with null after a load or anything else that cannot be
-    /// said by one list. Before the first step: once with null (or the list that made the scene).
+    /// Call after each list applied to the aspect, with that list; with null after a load or anything else that cannot
+    /// be said by one list. Before the first step: once with null (or the list that made the scene).
     void sceneChanged(const Aspect& aspect, const ChangeList* list);
 
     /// Looks at `committed` (the scene that sceneChanged has seen) with the wishes laid over it.

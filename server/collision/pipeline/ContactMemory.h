@@ -12,7 +12,7 @@ namespace tessera {
 
 struct PairState {
     std::uint64_t versionA = 0, versionB = 0;
-    FacePairs faces;       ///< a: of part A
+    FacePairs faces;  ///< a: of part A
     std::uint64_t usedInStep = 0;
 };
 

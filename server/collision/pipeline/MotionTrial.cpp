@@ -48,9 +48,8 @@ MotionTrial::MotionTrial(const ObjectHandler& handler, ObjectId transform, const
         Candidate candidate{{a, b, 0}, pairOf(a, b, transform)};
         if (candidate.pair.meet.first <= candidate.pair.meet.last) candidates.push_back(candidate);
     }
-    std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& x, const Candidate& y) {
-        return x.pair.meet.first < y.pair.meet.first;
-    });
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const Candidate& x, const Candidate& y) { return x.pair.meet.first < y.pair.meet.first; });
     for (Candidate& c : candidates) {
         c.obstacle.touchingAtStart = touchingAtStart(c.obstacle.partA, c.obstacle.partB);
         obstacles_.push_back(c.obstacle);
@@ -83,10 +82,10 @@ MotionTrial::Pair MotionTrial::pairOf(std::uint32_t partA, std::uint32_t partB, 
     pair.size = std::max(pair.size, 1e-300);  // a single point still has a tolerance
     const double margin = (pair.a->bound.curvature + pair.b->bound.curvature) / 8;
     for (int axis = 0; axis < 3; ++axis) {
-        narrow(pair.meet, pair.a->start.lower[axis] - margin, pair.a->end.lower[axis] - margin, pair.b->start.upper[axis],
-               pair.b->end.upper[axis]);
-        narrow(pair.meet, pair.b->start.lower[axis] - margin, pair.b->end.lower[axis] - margin, pair.a->start.upper[axis],
-               pair.a->end.upper[axis]);
+        narrow(pair.meet, pair.a->start.lower[axis] - margin, pair.a->end.lower[axis] - margin,
+               pair.b->start.upper[axis], pair.b->end.upper[axis]);
+        narrow(pair.meet, pair.b->start.lower[axis] - margin, pair.b->end.lower[axis] - margin,
+               pair.a->start.upper[axis], pair.a->end.upper[axis]);
     }
     return pair;
 }
@@ -120,7 +119,8 @@ FacePairs MotionTrial::facesTouching(std::size_t obstacle, double fraction) cons
 }
 
 template <typename Visit>
-void MotionTrial::forFaces(std::size_t obstacle, std::span<const FacePair> faces, double fraction, Visit&& visit) const {
+void MotionTrial::forFaces(std::size_t obstacle, std::span<const FacePair> faces, double fraction,
+                           Visit&& visit) const {
     const Obstacle& o = obstacles_[obstacle];
     const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
     const TriangleMesh& meshA = handler_.parts()[o.partA].shape->mesh();
@@ -147,7 +147,8 @@ std::vector<FacePair> MotionTrial::facing(std::size_t obstacle, std::span<const 
     const double thin = limits_.stopTolerance * pairs_[obstacle].size;
     forFaces(obstacle, faces, 0, [&](const FacePair& f, const Triangle& a, const Triangle& b) {
         constexpr double kNearlyOpposite = -0.999;
-        if (outside(a).dot(outside(b)) < kNearlyOpposite && std::abs(wayOut(a, b, outside(a))) <= thin) out.push_back(f);
+        if (outside(a).dot(outside(b)) < kNearlyOpposite && std::abs(wayOut(a, b, outside(a))) <= thin)
+            out.push_back(f);
     });
     return out;
 }
@@ -162,7 +163,8 @@ double MotionTrial::overlap(std::size_t obstacle, std::span<const FacePair> faci
 
 /// How many pieces keep every arc near its chord.
 int MotionTrial::pieces(const Pair& pair, double interval) const {
-    double wanted = interval * std::sqrt((pair.a->bound.curvature + pair.b->bound.curvature) / (8 * limits_.arcTolerance * pair.size));
+    double wanted = interval * std::sqrt((pair.a->bound.curvature + pair.b->bound.curvature) /
+                                         (8 * limits_.arcTolerance * pair.size));
     // Two parts on ways of their own (one Transform core at two places) have no straight relative motion to begin with.
     if (pair.a->path.moves() && pair.b->path.moves())
         wanted = std::max(wanted, interval * (pair.a->bound.length + pair.b->bound.length) / (0.05 * pair.size));

@@ -20,7 +20,7 @@ struct MotionLimits {
 
 /// A pair of parts that move against each other, near enough that they may touch on the way.
 struct Obstacle {
-    std::uint32_t partA = 0;        ///< of an interest's object
+    std::uint32_t partA = 0;  ///< of an interest's object
     std::uint32_t partB = 0;
     std::uint64_t touchingAtStart = 0;  ///< intersecting face pairs before the motion begins
 };
@@ -29,8 +29,8 @@ struct Obstacle {
 /// wanted. All answers are conservative: kUnknown means that the step's work is used up.
 class MotionTrial {
 public:
-    /// Pairs whose boxes do not meet anywhere on the way are no obstacles; of the others `touchingAtStart` is asked for the
-    /// number of face pairs that meet before the motion begins.
+    /// Pairs whose boxes do not meet anywhere on the way are no obstacles; of the others `touchingAtStart` is asked for
+    /// the number of face pairs that meet before the motion begins.
     MotionTrial(const ObjectHandler& handler, ObjectId transform, const Way& way,
                 std::span<const std::pair<std::uint32_t, std::uint32_t>> pairs,
                 const std::function<std::uint64_t(std::uint32_t, std::uint32_t)>& touchingAtStart,

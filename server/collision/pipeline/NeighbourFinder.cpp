@@ -25,7 +25,9 @@ void AllPairs::reset(std::span<const Box> boxes, InteractionTable table) {
     table_ = std::move(table);
 }
 
-void AllPairs::move(std::uint32_t item, const Box& box) { boxes_[item] = box; }
+void AllPairs::move(std::uint32_t item, const Box& box) {
+    boxes_[item] = box;
+}
 
 std::span<const NeighbourPair> AllPairs::pairs() {
     pairs_.clear();

@@ -56,9 +56,9 @@ private:
     std::vector<NeighbourPair> pairs_;
 };
 
-/// Sorts the boxes along one axis and sweeps over them (D. Baraff, 1992; J. D. Cohen et al., I-COLLIDE, 1995). The order of
-/// the last call is kept, so that a scene in which little moves is sorted in linear time; nothing is done at all where
-/// nothing moved. The axis is the one along which the boxes are spread most, chosen anew now and then.
+/// Sorts the boxes along one axis and sweeps over them (D. Baraff, 1992; J. D. Cohen et al., I-COLLIDE, 1995). The
+/// order of the last call is kept, so that a scene in which little moves is sorted in linear time; nothing is done at
+/// all where nothing moved. The axis is the one along which the boxes are spread most, chosen anew now and then.
 class SweepAndPrune final : public NeighbourFinder {
 public:
     void reset(std::span<const Box> boxes, InteractionTable table) override;

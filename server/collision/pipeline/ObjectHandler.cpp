@@ -20,7 +20,9 @@ bool changesStructure(const FieldColumn& column) {
     return column.type == typeOf<Switch>() || column.type == typeOf<Interest>();
 }
 
-Affine3d localOf(const Transform& t) { return composeTransform(t.translation, t.rotation, t.scale); }
+Affine3d localOf(const Transform& t) {
+    return composeTransform(t.translation, t.rotation, t.scale);
+}
 
 }  // namespace
 
@@ -107,8 +109,8 @@ void ObjectHandler::flatten(const Aspect& aspect) {
             ++interestsLeftOut_;
             continue;
         }
-        interests_.push_back({object->second, places_[object->second].end, against->second, places_[against->second].end,
-                              interest.response == Interest::kStop});
+        interests_.push_back({object->second, places_[object->second].end, against->second,
+                              places_[against->second].end, interest.response == Interest::kStop});
     }
 }
 
@@ -155,7 +157,8 @@ void ObjectHandler::relate() {
         };
         const std::uint32_t from = std::min(terms.objectBegin, terms.againstBegin);
         const std::uint32_t to = std::max(terms.objectEnd, terms.againstEnd);
-        const std::uint32_t last = to < places_.size() ? partsBelow(to).first : static_cast<std::uint32_t>(parts_.size());
+        const std::uint32_t last =
+            to < places_.size() ? partsBelow(to).first : static_cast<std::uint32_t>(parts_.size());
         for (std::uint32_t i = partsBelow(from).first; i < last; ++i) {
             const std::uint32_t at = parts_[i].place;
             if (within(at, terms.objectBegin, terms.objectEnd))
@@ -168,7 +171,8 @@ void ObjectHandler::relate() {
     interactions_ = {};
     interactions_.groupOf.reserve(parts_.size());
     for (const auto& signature : signatures)
-        interactions_.groupOf.push_back(groups.emplace(signature, static_cast<std::uint32_t>(groups.size())).first->second);
+        interactions_.groupOf.push_back(
+            groups.emplace(signature, static_cast<std::uint32_t>(groups.size())).first->second);
 
     const std::size_t n = groups.size();
     interactions_.active.assign(n, false);
@@ -216,7 +220,8 @@ std::span<const std::uint32_t> ObjectHandler::placesOf(ObjectId transform) const
 }
 
 std::size_t ObjectHandler::partsSkipped() const {
-    return static_cast<std::size_t>(std::count_if(parts_.begin(), parts_.end(), [](const Part& p) { return !p.solid(); }));
+    return static_cast<std::size_t>(
+        std::count_if(parts_.begin(), parts_.end(), [](const Part& p) { return !p.solid(); }));
 }
 
 /// Makes the part at a place follow the place's world pose.

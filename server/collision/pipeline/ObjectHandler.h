@@ -17,11 +17,11 @@ namespace tessera {
 /// A geometry-bearing node that takes part in an interest.
 struct Part {
     ObjectId node;
-    std::uint32_t place = 0;                  ///< index into ObjectHandler::places()
-    std::shared_ptr<const AabbTree> shape;    ///< null: nothing to collide with (absent or malformed)
-    Affine3d world = Affine3d::Identity();    ///< world_T_part
-    Box worldBox;                             ///< empty where the part meets nothing
-    std::uint64_t poseVersion = 0;            ///< never the same for two poses of one part
+    std::uint32_t place = 0;                ///< index into ObjectHandler::places()
+    std::shared_ptr<const AabbTree> shape;  ///< null: nothing to collide with (absent or malformed)
+    Affine3d world = Affine3d::Identity();  ///< world_T_part
+    Box worldBox;                           ///< empty where the part meets nothing
+    std::uint64_t poseVersion = 0;          ///< never the same for two poses of one part
 
     /// Has triangles, and a pose that does not flatten them.
     [[nodiscard]] bool solid() const { return !worldBox.empty(); }
@@ -32,8 +32,8 @@ struct Place {
     static constexpr std::uint32_t kNone = 0xffffffffu;
 
     std::uint32_t parent = kNone;
-    std::uint32_t end = 0;   ///< one past the last place below
-    ObjectId transform;      ///< the Transform core; none: the parent's frame
+    std::uint32_t end = 0;  ///< one past the last place below
+    ObjectId transform;     ///< the Transform core; none: the parent's frame
     Affine3d local = Affine3d::Identity();
     Affine3d world = Affine3d::Identity();
 };
@@ -41,8 +41,8 @@ struct Place {
 /// What one pair of parts is to each other.
 struct Relation {
     bool relevant = false;
-    bool stop = false;         ///< some interest wants motions stopped
-    bool firstIsObject = true; ///< the lower-numbered part is the interest's object (side A); else the other is
+    bool stop = false;          ///< some interest wants motions stopped
+    bool firstIsObject = true;  ///< the lower-numbered part is the interest's object (side A); else the other is
 };
 
 /// Follows an aspect; lays tentative transforms over it. Hidden nodes are not there. Not thread-safe.

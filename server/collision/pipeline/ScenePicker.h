@@ -11,14 +11,14 @@
 namespace tessera {
 
 struct PickHit {
-    ObjectId node;           ///< the node that bears the geometry
-    std::uint32_t face = 0;  ///< triangle index in the geometry
+    ObjectId node;                ///< the node that bears the geometry
+    std::uint32_t face = 0;       ///< triangle index in the geometry
     Vec3d point = Vec3d::Zero();  ///< world
-    double t = 0;            ///< in lengths of the ray's direction
+    double t = 0;                 ///< in lengths of the ray's direction
 };
 
-/// Looks at every visible geometry, from either side. Costs a walk over the scene's nodes; trees are built only for what
-/// the ray comes near. Not thread-safe.
+/// Looks at every visible geometry, from either side. Costs a walk over the scene's nodes; trees are built only for
+/// what the ray comes near. Not thread-safe.
 class ScenePicker {
 public:
     explicit ScenePicker(std::shared_ptr<ShapeCache> shapes) : shapes_(std::move(shapes)) {}

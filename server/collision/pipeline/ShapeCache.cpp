@@ -7,7 +7,8 @@ std::shared_ptr<const AabbTree> ShapeCache::shape(const Geometry& geometry) {
     const Key key{geometry.positions.id(), geometry.indices.id()};
     if (const auto known = shapes_.find(key); known != shapes_.end()) return known->second;
     // Whole elements only: a ragged tail makes the arrays malformed.
-    if (geometry.positions.sizeBytes() % sizeof(float) != 0 || geometry.indices.sizeBytes() % sizeof(std::uint32_t) != 0)
+    if (geometry.positions.sizeBytes() % sizeof(float) != 0 ||
+        geometry.indices.sizeBytes() % sizeof(std::uint32_t) != 0)
         return shapes_[key] = nullptr;
     Expected<TriangleMesh> mesh =
         TriangleMesh::make(geometry.positions.as<float>(), geometry.indices.as<std::uint32_t>());

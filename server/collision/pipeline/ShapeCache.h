@@ -1,5 +1,5 @@
-/// Collision trees by the content of the arrays they were made from: nodes that share a geometry, and geometries of equal
-/// content, share one tree.
+/// Collision trees by the content of the arrays they were made from: nodes that share a geometry, and geometries of
+/// equal content, share one tree.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,8 @@ public:
     /// Triangles of trees that nobody uses any more, kept in case they come back (an undo, a switch).
     explicit ShapeCache(std::size_t maxIdleTriangles = 4'000'000) : maxIdleTriangles_(maxIdleTriangles) {}
 
-    /// The tree of a geometry, built when first asked for. Null where the arrays are absent or malformed or hold no triangle.
+    /// The tree of a geometry, built when first asked for. Null where the arrays are absent or malformed or hold no
+    /// triangle.
     [[nodiscard]] std::shared_ptr<const AabbTree> shape(const Geometry& geometry);
     /// The box around the vertices of a geometry, without building its tree. Empty where the array is absent.
     [[nodiscard]] Box bounds(const Geometry& geometry);

@@ -27,7 +27,8 @@ Freedom untilTouch(const MotionTrial& trial, std::size_t obstacle, double limit)
     freedom.blockedAt = std::min(meet.last, limit);
     const double tolerance = trial.limits().stopTolerance * trial.size(obstacle);
     constexpr int kMaxHalvings = 60;  // a double has no more to halve
-    for (int i = 0; i < kMaxHalvings && trial.length(obstacle) * (freedom.blockedAt - freedom.reached) > tolerance; ++i) {
+    for (int i = 0; i < kMaxHalvings && trial.length(obstacle) * (freedom.blockedAt - freedom.reached) > tolerance;
+         ++i) {
         const double middle = 0.5 * (freedom.reached + freedom.blockedAt);
         (blocked(freedom.reached, middle) ? freedom.blockedAt : freedom.reached) = middle;
         // Once the work is used up every answer is the same.
@@ -50,7 +51,8 @@ Freedom whileNotDeeper(const MotionTrial& trial, std::size_t obstacle, double li
         freedom.undecided += !faces.complete;
         if (!faces.complete) return true;
         if (!resting) return faces.pairs.size() > start.pairs.size();
-        return trial.depth(obstacle, faces.pairs, fraction) > deepest || trial.overlap(obstacle, facing, fraction) > deepest;
+        return trial.depth(obstacle, faces.pairs, fraction) > deepest ||
+               trial.overlap(obstacle, facing, fraction) > deepest;
     };
     const double step = std::max(0.5 * trial.thickness(obstacle), size / 64);
     const double steps = std::ceil(trial.length(obstacle) * limit / step);
@@ -85,8 +87,8 @@ Freedom whileNotDeeper(const MotionTrial& trial, std::size_t obstacle, double li
 Resolution StopResponse::resolve(const MotionTrial& trial) const {
     Freedom least;
     const std::size_t n = trial.obstacles().size();
-    // How far each obstacle has said that the way is free of it. An obstacle can shorten the way for those that were asked
-    // before it, and a shorter way ends in another pose; so ask until all agree.
+    // How far each obstacle has said that the way is free of it. An obstacle can shorten the way for those that were
+    // asked before it, and a shorter way ends in another pose; so ask until all agree.
     std::vector<double> freeTo(n, 2);
     constexpr int kRounds = 8;
     bool settled = false;
@@ -99,8 +101,9 @@ Resolution StopResponse::resolve(const MotionTrial& trial) const {
             const MotionTrial::Span meet = trial.boxesMeet(k);
             const bool clear = least.reached < meet.first || least.reached > meet.last;
             const bool known = apart && freeTo[k] <= 1 && (clear || trial.touching(k, least.reached) == Touch::kNo);
-            const Freedom freedom = known ? Freedom{least.reached, least.reached}
-                                          : (apart ? untilTouch(trial, k, least.reached) : whileNotDeeper(trial, k, least.reached));
+            const Freedom freedom =
+                known ? Freedom{least.reached, least.reached}
+                      : (apart ? untilTouch(trial, k, least.reached) : whileNotDeeper(trial, k, least.reached));
             freeTo[k] = freedom.reached;
             least.undecided += freedom.undecided;
             if (freedom.reached >= least.reached) continue;

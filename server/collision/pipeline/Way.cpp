@@ -43,14 +43,15 @@ struct Reach {
     double bow = 0;           // second, summed over the places' own fractions
 };
 
-/// p(f) = t(f) + R(f)·S(f)·u(f): |R'| <= θ, |R''| <= θ² for a slerp over θ; t and S are linear. The product rule for what is below.
+/// p(f) = t(f) + R(f)·S(f)·u(f): |R'| <= θ, |R''| <= θ² for a slerp over θ; t and S are linear. The product rule for
+/// what is below.
 Reach onWay(const Reach& below, const Way& way) {
     const double angle = way.start.rotation.normalized().angularDistance(way.end.rotation.normalized());
     const double size = std::max(way.start.scale.cwiseAbs().maxCoeff(), way.end.scale.cwiseAbs().maxCoeff());
     const double growth = (way.end.scale - way.start.scale).cwiseAbs().maxCoeff();
     const double shift = (way.end.translation - way.start.translation).norm();
-    const double turn = angle * size + growth;                             // |(RS)'|
-    const double turnOfTurn = angle * angle * size + 2 * angle * growth;   // |(RS)''|
+    const double turn = angle * size + growth;                            // |(RS)'|
+    const double turnOfTurn = angle * angle * size + 2 * angle * growth;  // |(RS)''|
     Reach out;
     out.radius = std::max(way.start.translation.norm(), way.end.translation.norm()) + size * below.radius;
     out.speed = shift + turn * below.radius + size * below.speed;
@@ -84,7 +85,8 @@ WayBound boundWay(const ObjectHandler& handler, std::uint32_t partNumber, const 
         if (bound.bends++ == 0) {
             const Box& box = part.shape->mesh().bounds();
             for (int corner = 0; corner < 8; ++corner) {
-                const Vec3d p((corner & 1) ? box.upper.x() : box.lower.x(), (corner & 2) ? box.upper.y() : box.lower.y(),
+                const Vec3d p((corner & 1) ? box.upper.x() : box.lower.x(),
+                              (corner & 2) ? box.upper.y() : box.lower.y(),
                               (corner & 4) ? box.upper.z() : box.lower.z());
                 reach.radius = std::max(reach.radius, (fixed * p).norm());
             }

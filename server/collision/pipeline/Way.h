@@ -32,12 +32,12 @@ struct Way {
 
 /// Of every point of a part, in the world, over the whole way (fraction 0 to 1).
 struct WayBound {
-    double length = 0;     ///< no point travels further
-    /// Of the second derivative, where everything that moves has the same fraction: over an interval h of it the path leaves
-    /// its chord by at most curvature·h²/8.
+    double length = 0;  ///< no point travels further
+    /// Of the second derivative, where everything that moves has the same fraction: over an interval h of it the path
+    /// leaves its chord by at most curvature·h²/8.
     double curvature = 0;
-    /// The sum of the second derivatives by each place's own fraction: where each moves for itself, the part stays within
-    /// bow/8 of the boxes around its poses at the ends of all ways.
+    /// The sum of the second derivatives by each place's own fraction: where each moves for itself, the part stays
+    /// within bow/8 of the boxes around its poses at the ends of all ways.
     double bow = 0;
     int bends = 0;  ///< how many places on ways of their own lie above the part, its own included
 };

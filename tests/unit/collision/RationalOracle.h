@@ -15,13 +15,21 @@ struct Point {
 };
 using IntTriangle = std::array<Point, 3>;
 
-inline Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Point operator-(const Point& a, const Point& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
 inline Point cross(const Point& a, const Point& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-inline Wide dot(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline bool isZero(const Point& a) { return a.x == 0 && a.y == 0 && a.z == 0; }
-inline int sign(Wide v) { return v > 0 ? 1 : (v < 0 ? -1 : 0); }
+inline Wide dot(const Point& a, const Point& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline bool isZero(const Point& a) {
+    return a.x == 0 && a.y == 0 && a.z == 0;
+}
+inline int sign(Wide v) {
+    return v > 0 ? 1 : (v < 0 ? -1 : 0);
+}
 
 inline int orient3d(const Point& a, const Point& b, const Point& c, const Point& d) {
     return sign(dot(d - a, cross(b - a, c - a)));
@@ -71,6 +79,8 @@ inline bool trianglesMeet(const IntTriangle& a, const IntTriangle& b) {
 inline Vec3d toDouble(const Point& p) {
     return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
 }
-inline Triangle toDouble(const IntTriangle& t) { return {toDouble(t[0]), toDouble(t[1]), toDouble(t[2])}; }
+inline Triangle toDouble(const IntTriangle& t) {
+    return {toDouble(t[0]), toDouble(t[1]), toDouble(t[2])};
+}
 
 }  // namespace tessera::oracle

@@ -33,7 +33,8 @@ public:
         apply(b);
         return id;
     }
-    ObjectId transform(const Vec3d& translation, const Quatd& rotation = Quatd::Identity(), const Vec3d& scale = Vec3d::Ones()) {
+    ObjectId transform(const Vec3d& translation, const Quatd& rotation = Quatd::Identity(),
+                       const Vec3d& scale = Vec3d::Ones()) {
         ChangeListBuilder b;
         const ObjectId id = fresh();
         b.create(id, typeOf<Transform>());
@@ -94,7 +95,8 @@ public:
     struct Body {
         ObjectId transform, node, shape;  ///< `shape` bears the geometry
     };
-    Body body(ObjectId parent, const shapes::Soup& soup, const Vec3d& where, const Quatd& rotation = Quatd::Identity()) {
+    Body body(ObjectId parent, const shapes::Soup& soup, const Vec3d& where,
+              const Quatd& rotation = Quatd::Identity()) {
         Body out;
         out.transform = transform(where, rotation);
         out.node = node(parent, out.transform);

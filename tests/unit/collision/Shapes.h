@@ -17,14 +17,18 @@ struct Soup {
     void vertex(const Vec3d& p) {
         for (int i = 0; i < 3; ++i) positions.push_back(static_cast<float>(p[i]));
     }
-    [[nodiscard]] AabbTree tree() const { return AabbTree(*TriangleMesh::make(std::span<const float>(positions), indices)); }
+    [[nodiscard]] AabbTree tree() const {
+        return AabbTree(*TriangleMesh::make(std::span<const float>(positions), indices));
+    }
 };
 
 inline Soup box(const Vec3d& size) {
     Soup soup;
     for (int i = 0; i < 8; ++i)
-        soup.vertex(Vec3d((i & 1 ? 0.5 : -0.5) * size.x(), (i & 2 ? 0.5 : -0.5) * size.y(), (i & 4 ? 0.5 : -0.5) * size.z()));
-    soup.indices = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+        soup.vertex(
+            Vec3d((i & 1 ? 0.5 : -0.5) * size.x(), (i & 2 ? 0.5 : -0.5) * size.y(), (i & 4 ? 0.5 : -0.5) * size.z()));
+    soup.indices = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                    2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
     return soup;
 }
 
@@ -42,7 +46,8 @@ inline Soup sphere(double radius, std::uint32_t rings, std::uint32_t segments) {
     for (std::uint32_t i = 1; i < rings; ++i)
         for (std::uint32_t j = 0; j < segments; ++j) {
             const double theta = std::numbers::pi * i / rings, phi = 2 * std::numbers::pi * j / segments;
-            soup.vertex(radius * Vec3d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)));
+            soup.vertex(radius *
+                        Vec3d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)));
         }
     soup.vertex(Vec3d(0, 0, -radius));
     const auto at = [&](std::uint32_t ring, std::uint32_t j) { return 1 + (ring - 1) * segments + j % segments; };

@@ -8,7 +8,9 @@ namespace tessera {
 namespace {
 
 /// Everybody is of interest to everybody.
-InteractionTable everybody(std::size_t n) { return {std::vector<std::uint32_t>(n, 0), {true}, {true}}; }
+InteractionTable everybody(std::size_t n) {
+    return {std::vector<std::uint32_t>(n, 0), {true}, {true}};
+}
 
 Box boxAt(const Vec3d& lower, const Vec3d& size) {
     Box box;
@@ -17,11 +19,14 @@ Box boxAt(const Vec3d& lower, const Vec3d& size) {
     return box;
 }
 
-std::vector<NeighbourPair> list(std::span<const NeighbourPair> pairs) { return {pairs.begin(), pairs.end()}; }
+std::vector<NeighbourPair> list(std::span<const NeighbourPair> pairs) {
+    return {pairs.begin(), pairs.end()};
+}
 
 TEST(SweepAndPrune, TouchingBoxesAreNeighboursAndEmptyOnesAreNot) {
     SweepAndPrune finder;
-    const std::vector<Box> boxes{boxAt({0, 0, 0}, {1, 1, 1}), boxAt({1, 0, 0}, {1, 1, 1}), boxAt({1, 1.1, 0}, {1, 1, 1}), Box{}};
+    const std::vector<Box> boxes{boxAt({0, 0, 0}, {1, 1, 1}), boxAt({1, 0, 0}, {1, 1, 1}),
+                                 boxAt({1, 1.1, 0}, {1, 1, 1}), Box{}};
     finder.reset(boxes, everybody(4));
     EXPECT_EQ(list(finder.pairs()), (std::vector<NeighbourPair>{{0, 1}}));
     finder.move(2, boxAt({1, 1, 0}, {1, 1, 1}));
@@ -42,7 +47,8 @@ TEST(SweepAndPrune, FindsWhatAllPairsFindsWhileThingsMove) {
         table.interacts = {true, true, false, true, false, false, false, false, false};
         std::vector<Box> boxes;
         for (std::size_t i = 0; i < n; ++i)
-            boxes.push_back(boxAt({place(random), place(random), place(random)}, {size(random), size(random), size(random)}));
+            boxes.push_back(
+                boxAt({place(random), place(random), place(random)}, {size(random), size(random), size(random)}));
         SweepAndPrune sweep;
         AllPairs all;
         sweep.reset(boxes, table);

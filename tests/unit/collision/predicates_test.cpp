@@ -33,8 +33,8 @@ TEST(Predicates, SeeOneUnitInTheLastPlaceOffTheLine) {
 }
 
 TEST(Predicates, AgreeWithIntegersOnNearlyFlatTetrahedra) {
-    // Needles of 40 bits that lie in one plane but for a unit or two: the products have 100 bits and more, the sum of them
-    // half as many.
+    // Needles of 40 bits that lie in one plane but for a unit or two: the products have 100 bits and more, the sum of
+    // them half as many.
     std::mt19937_64 random(7);
     std::uniform_int_distribution<std::int64_t> coordinate(-(std::int64_t{1} << 29), std::int64_t{1} << 29);
     std::uniform_int_distribution<int> small(-2, 2), factor(-400, 400);
@@ -78,7 +78,8 @@ TEST(Predicates, AgreeOnShiftedGridsWithTheIntegerGrid) {
     for (int trial = 0; trial < 100'000; ++trial) {
         std::array<Point, 4> p;
         for (Point& q : p) q = {k(random), k(random), k(random)};
-        ASSERT_EQ(orient3d(place(p[0]), place(p[1]), place(p[2]), place(p[3])), oracle::orient3d(p[0], p[1], p[2], p[3]));
+        ASSERT_EQ(orient3d(place(p[0]), place(p[1]), place(p[2]), place(p[3])),
+                  oracle::orient3d(p[0], p[1], p[2], p[3]));
         const auto flat = [](const Vec3d& v) { return Vec2d(v.head<2>()); };
         const Wide area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x);
         ASSERT_EQ(orient2d(flat(place(p[0])), flat(place(p[1])), flat(place(p[2]))), oracle::sign(area));

@@ -33,12 +33,14 @@ struct RandomScene : SceneMaker {
         return Quatd(n(random), n(random), n(random), n(random)).normalized();
     }
     ObjectId frameNode(ObjectId parent) {
-        transforms.push_back(transform(vector(1), rotation(), Vec3d(uniform(0.5, 1.5), uniform(0.5, 1.5), -uniform(0.5, 1.5))));
+        transforms.push_back(
+            transform(vector(1), rotation(), Vec3d(uniform(0.5, 1.5), uniform(0.5, 1.5), -uniform(0.5, 1.5))));
         return node(parent, transforms.back());
     }
     ObjectId randomBody(ObjectId parent) {
-        const shapes::Soup soup = uniform(0, 1) < 0.5 ? shapes::box(Vec3d(uniform(0.2, 1), uniform(0.2, 1), uniform(0.2, 1)))
-                                                      : shapes::sphere(uniform(0.2, 0.6), 6, 9);
+        const shapes::Soup soup = uniform(0, 1) < 0.5
+                                      ? shapes::box(Vec3d(uniform(0.2, 1), uniform(0.2, 1), uniform(0.2, 1)))
+                                      : shapes::sphere(uniform(0.2, 0.6), 6, 9);
         const Body made = body(parent, soup, vector(1.5), rotation());
         transforms.push_back(made.transform);
         return made.shape;
@@ -48,7 +50,8 @@ struct RandomScene : SceneMaker {
         for (const ObjectId id : transforms) {
             if (uniform(0, 1) < 0.4) continue;
             const Transform& now = at(id);
-            out.push_back({.transform = id, .translation = now.translation + vector(reach),
+            out.push_back({.transform = id,
+                           .translation = now.translation + vector(reach),
                            .rotation = now.rotation.slerp(uniform(0, 0.4), rotation()),
                            .scale = now.scale * uniform(0.9, 1.1)});
         }

@@ -47,7 +47,9 @@ struct Pair {
     int poses;
 };
 
-void PrintTo(const Pair& p, std::ostream* out) { *out << p.a << " and " << p.b; }
+void PrintTo(const Pair& p, std::ostream* out) {
+    *out << p.a << " and " << p.b;
+}
 
 class RealMeshes : public testing::TestWithParam<Pair> {};
 
@@ -80,17 +82,21 @@ TEST_P(RealMeshes, TreesFindWhatBruteForceFinds) {
     EXPECT_GT(pairs, 100u);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Data, RealMeshes,
-    testing::Values(Pair{"collision/fcl_env.obj", "collision/fcl_rob.obj", 60},
-                    Pair{"meshes/spot/spot_low_resolution.obj", "meshes/hand/hand_lowres.obj", 25},
-                    Pair{"meshes/fish/fish_low_resolution.obj", "meshes/fish/fish_low_resolution.obj", 20},
-                    Pair{"meshes/cube/cube.obj", "meshes/cube/cube_no_bottom.obj", 100}),
-    [](const auto& test) { return std::filesystem::path(test.param.a).stem().string() + "_" + std::to_string(test.index); });
+INSTANTIATE_TEST_SUITE_P(Data, RealMeshes,
+                         testing::Values(Pair{"collision/fcl_env.obj", "collision/fcl_rob.obj", 60},
+                                         Pair{"meshes/spot/spot_low_resolution.obj", "meshes/hand/hand_lowres.obj", 25},
+                                         Pair{"meshes/fish/fish_low_resolution.obj",
+                                              "meshes/fish/fish_low_resolution.obj", 20},
+                                         Pair{"meshes/cube/cube.obj", "meshes/cube/cube_no_bottom.obj", 100}),
+                         [](const auto& test) {
+                             return std::filesystem::path(test.param.a).stem().string() + "_" +
+                                    std::to_string(test.index);
+                         });
 
 TEST(RealMeshes, AModelOnTopOfItselfTouchesEverywhere) {
     const auto file = dataFolder() / "meshes/spot/spot_low_resolution.obj";
-    if (!std::filesystem::exists(file)) GTEST_SKIP() << "no test data at " << dataFolder() << " (set TESSERA_TEST_DATA)";
+    if (!std::filesystem::exists(file))
+        GTEST_SKIP() << "no test data at " << dataFolder() << " (set TESSERA_TEST_DATA)";
     const AabbTree spot = readObj(file).tree();
     QueryWork work;
     const FacePairs pairs = allTouching(spot, spot, Affine3d::Identity(), work);

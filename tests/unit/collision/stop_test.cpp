@@ -44,7 +44,8 @@ TEST(Stop, ASmallSheetThatWouldEndUpInsideTheBoxStopsIt) {
     // No sampling of poses finds this one: before and after, no triangles meet.
     SceneMaker scene;
     const auto box = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d::Zero());
-    scene.body(kRootNode, shapes::sheet(0.2, 0.2), Vec3d(2, 0, 0), Quatd(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3d::UnitY())));
+    scene.body(kRootNode, shapes::sheet(0.2, 0.2), Vec3d(2, 0, 0),
+               Quatd(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3d::UnitY())));
     scene.interest(box.node);
     for (const double end : {2.0, 2.3, 500.0}) {
         scene.commit({.transform = box.transform});
@@ -84,13 +85,14 @@ TEST(Stop, ATurningBeamStopsAtThePostWithoutPassingIt) {
     scene.body(kRootNode, shapes::box(Vec3d(0.02, 0.02, 3)), Vec3d(0, 1.5, 0));
     scene.interest(beam.node);
     const auto turned = [&](double angle) {
-        return TentativeTransform{.transform = beam.transform, .rotation = Quatd(Eigen::AngleAxisd(angle, Vec3d::UnitZ()))};
+        return TentativeTransform{.transform = beam.transform,
+                                  .rotation = Quatd(Eigen::AngleAxisd(angle, Vec3d::UnitZ()))};
     };
     const StepResult result = scene.frame({turned(3.0)});
     ASSERT_EQ(result.stopped.size(), 1u);
     const double reached = scene.at(beam.transform).rotation.angularDistance(Quatd::Identity());
-    // The beam's upper side meets the post's lower right corner (0.01, 1.49): at angle a its distance from the beam's axis,
-    // 0.01·sin(a) - 1.49·cos(a) turned around, is half the thickness.
+    // The beam's upper side meets the post's lower right corner (0.01, 1.49): at angle a its distance from the beam's
+    // axis, 0.01·sin(a) - 1.49·cos(a) turned around, is half the thickness.
     const double expected = std::atan2(1.49, 0.01) - std::asin(0.05 / std::hypot(0.01, 1.49));
     EXPECT_LT(reached, expected + 1e-9);
     EXPECT_NEAR(reached, expected, 1e-3);
@@ -183,8 +185,10 @@ TEST(Stop, AConvoyUnderOneTransformDoesNotHinderItself) {
     scene.body(trolleyNode, shapes::box(Vec3d::Ones()), Vec3d(-1, 0, 0));
     scene.body(kRootNode, shapes::box(Vec3d(0.2, 10, 10)), Vec3d(5.1, 0, 0));
     scene.interest(carried.node);
-    EXPECT_TRUE(scene.frame({{.transform = trolley, .translation = Vec3d(2, 0, 0), .rotation = Quatd(0.9, 0.1, 0, 0)}}).stopped.empty());
-    const StepResult result = scene.frame({{.transform = trolley, .translation = Vec3d(8, 0, 0), .rotation = Quatd(0.9, 0.1, 0, 0)}});
+    EXPECT_TRUE(scene.frame({{.transform = trolley, .translation = Vec3d(2, 0, 0), .rotation = Quatd(0.9, 0.1, 0, 0)}})
+                    .stopped.empty());
+    const StepResult result =
+        scene.frame({{.transform = trolley, .translation = Vec3d(8, 0, 0), .rotation = Quatd(0.9, 0.1, 0, 0)}});
     EXPECT_EQ(result.stopped, std::vector{trolley});
     EXPECT_NEAR(scene.at(trolley).translation.x(), 4.5, kGap);
     // Pulled apart by its own transform, the carried one is stopped by its companion again.
@@ -256,7 +260,8 @@ TEST(Stop, WhatStandsOnTheFloorSlidesAndRisesButDoesNotSink) {
     EXPECT_EQ(scene.moveBox(Vec3d(0.3, -30, 0.2)).stopped.size(), 1u);
     EXPECT_NEAR(scene.at(scene.box.transform).translation.y(), 0.5, 1e-9);
     for (int i = 1; i <= 30; ++i)
-        EXPECT_TRUE(scene.moveBox(Vec3d(0.3 + 0.1 * i, 0.5, 0.2 - 0.07 * i)).stopped.empty()) << "over tiles and seams, " << i;
+        EXPECT_TRUE(scene.moveBox(Vec3d(0.3 + 0.1 * i, 0.5, 0.2 - 0.07 * i)).stopped.empty())
+            << "over tiles and seams, " << i;
     EXPECT_TRUE(scene.moveBox(Vec3d(3.3, 2, 0)).stopped.empty());
     EXPECT_TRUE(scene.frame({}).contacts.empty());
 }
@@ -275,7 +280,8 @@ TEST(Stop, ATurnedBoxOnASlopeDoesNotSinkEither) {
 }
 
 TEST(Stop, TwoLikeBoxesInLineDoNotSlideIntoEachOther) {
-    // Their sides lie in the same planes, so inside each other no face would cross a face: only what looks at each other tells.
+    // Their sides lie in the same planes, so inside each other no face would cross a face: only what looks at each
+    // other tells.
     SceneMaker scene;
     const auto box = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 0, 0));
     scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(1, 0, 0));
@@ -339,12 +345,13 @@ TEST(Stop, ARunOutOfWorkStopsWhereItIsKnownToBeFreeAndSaysSo) {
 }
 
 TEST(Stop, ALongWayPastManyThingsCostsLittle) {
-    // 900 balls beside an aisle, a wall at its end; what is passed at a distance is not asked about, nor is what stands behind
-    // the wall.
+    // 900 balls beside an aisle, a wall at its end; what is passed at a distance is not asked about, nor is what stands
+    // behind the wall.
     SceneMaker scene;
     const ObjectId ball = scene.geometry(shapes::sphere(0.4, 8, 12));
     for (int i = 0; i < 300; ++i)
-        for (const double z : {-1.0, 1.0, 40.0}) scene.node(scene.node(kRootNode, scene.transform(Vec3d(i, 0, z))), ball);
+        for (const double z : {-1.0, 1.0, 40.0})
+            scene.node(scene.node(kRootNode, scene.transform(Vec3d(i, 0, z))), ball);
     for (int i = 0; i < 50; ++i) scene.node(scene.node(kRootNode, scene.transform(Vec3d(250 + i, 0, 0))), ball);
     scene.body(kRootNode, shapes::box(Vec3d(0.2, 10, 1)), Vec3d(240, 0, 0));
     const auto box = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(-5, 0, 0));
@@ -370,7 +377,8 @@ TEST(Stop, ContactsAreSortedAndCutAtTheLimit) {
     EXPECT_GT(result.counters.contactsLeftOut, 100u);
     EXPECT_EQ(result.contactsBegun, 2u);
     const auto key = [](const Contact& c) { return std::tuple(c.objectA, c.objectB, c.faceA, c.faceB); };
-    for (std::size_t i = 1; i < result.contacts.size(); ++i) EXPECT_LT(key(result.contacts[i - 1]), key(result.contacts[i]));
+    for (std::size_t i = 1; i < result.contacts.size(); ++i)
+        EXPECT_LT(key(result.contacts[i - 1]), key(result.contacts[i]));
 }
 
 }  // namespace

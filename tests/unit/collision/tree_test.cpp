@@ -33,7 +33,9 @@ Affine3d randomPose(std::mt19937& random, double reach) {
 TEST(TriangleMesh, SaysWhatIsWrong) {
     const std::vector<float> positions{0, 0, 0, 1, 0, 0, 0, 1, 0};
     const std::vector<std::uint32_t> indices{0, 1, 2};
-    const auto make = [](std::span<const float> p, std::span<const std::uint32_t> i) { return TriangleMesh::make(p, i); };
+    const auto make = [](std::span<const float> p, std::span<const std::uint32_t> i) {
+        return TriangleMesh::make(p, i);
+    };
     ASSERT_TRUE(make(positions, indices));
     EXPECT_EQ(make(positions, indices)->faceCount(), 1u);
     EXPECT_EQ(make(std::vector<float>{0, 0}, indices).error().message, "2 coordinates are no whole number of vertices");
@@ -111,7 +113,8 @@ TEST(TreeQueries, EqualBruteForceUnderAnyAffineMap) {
         const AabbTree b = randomSoup(random, 1 + trial, 0.15).tree();
         Affine3d pose = randomPose(random, 1.5);
         // Non-uniform scale every third time, mirrored every sixth, sheared every fifth.
-        if (trial % 3 == 0) pose.linear() *= Vec3d(factor(random), factor(random), (trial % 6 ? -1 : 1) * factor(random)).asDiagonal();
+        if (trial % 3 == 0)
+            pose.linear() *= Vec3d(factor(random), factor(random), (trial % 6 ? -1 : 1) * factor(random)).asDiagonal();
         if (trial % 5 == 0) pose.linear()(0, 1) += 0.7;
         const std::vector<FacePair> truth = bruteForce(a.mesh(), b.mesh(), pose);
         QueryWork work;
@@ -145,7 +148,8 @@ TEST(TreeQueries, CubesTouchAtExactlyTheirSize) {
         Soup soup = shapes::box(Vec3d::Ones());
         return soup.tree();
     }();
-    EXPECT_EQ(anyTouching(there, cube, Affine3d(Eigen::Translation3d(far, 0, 0)) * at(1 - far, 0, 0), work), Touch::kYes);
+    EXPECT_EQ(anyTouching(there, cube, Affine3d(Eigen::Translation3d(far, 0, 0)) * at(1 - far, 0, 0), work),
+              Touch::kYes);
 }
 
 TEST(TreeQueries, SpheresTouchAtTheSumOfTheirRadii) {
@@ -256,7 +260,8 @@ TEST(TreeQueries, OnAStraightWayNothingIsPassedBy) {
             double free = 0, blocked = 1;
             for (int i = 0; i < 40; ++i) {
                 const double middle = 0.5 * (free + blocked);
-                (anyTouchingOnTheWay(fixed, moving, {at(0), at(middle), 0}, work) == Touch::kNo ? free : blocked) = middle;
+                (anyTouchingOnTheWay(fixed, moving, {at(0), at(middle), 0}, work) == Touch::kNo ? free : blocked) =
+                    middle;
             }
             const FacePairs first = allTouchingOnTheWay(fixed, moving, {at(free), at(blocked), 0}, work);
             ASSERT_FALSE(first.pairs.empty());

@@ -34,7 +34,8 @@ struct Chain : SceneMaker {
     Way randomWay() {
         std::normal_distribution<double> n;
         const auto value = [&] {
-            return TransformValue{vector(-2, 2), Quatd(n(random), n(random), n(random), n(random)).normalized(), vector(0.5, 1.5)};
+            return TransformValue{vector(-2, 2), Quatd(n(random), n(random), n(random), n(random)).normalized(),
+                                  vector(0.5, 1.5)};
         };
         Way way{value(), value()};
         if (uniform(0, 1) < 0.4) way.end.rotation = way.start.rotation;
@@ -64,7 +65,8 @@ TEST(Way, EndsAreExactAndBetweenIsBetween) {
     EXPECT_EQ(way.at(0.5).translation, Vec3d(2, 2, 2));
     EXPECT_EQ(way.at(0.5).scale, Vec3d(1.5, 2, 2.5));
     const Quatd half = way.at(0.5).rotation;
-    EXPECT_NEAR(half.angularDistance(way.start.rotation.normalized()), half.angularDistance(way.end.rotation.normalized()), 1e-12);
+    EXPECT_NEAR(half.angularDistance(way.start.rotation.normalized()),
+                half.angularDistance(way.end.rotation.normalized()), 1e-12);
 }
 
 TEST(Way, NoPointLeavesItsChordByMoreThanTheBound) {
