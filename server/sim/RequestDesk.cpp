@@ -139,7 +139,9 @@ Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
             return fail(ErrorCode::kLimit, fmt::format("a proposal may bring {} MiB of blobs at most", limits_.maxUploadBytes >> 20));
         uploads.push_back(blobs_.add(Blob(*bytes)));
     }
-    Expected<ChangeList> list = decodeChangeList(proposal.list ? ByteSpan(*proposal.list) : ByteSpan(), blobs_);
+    Expected<ChangeList> list =
+        decodeChangeList(proposal.list ? ByteSpan(*proposal.list) : ByteSpan(), blobs_, AbsentBlobs::kRefuse,
+                         {.maxBytes = limits_.maxProposalBytes, .maxChanges = limits_.maxProposalChanges});
     if (!list) return failWith("proposal", list.error());
     Edit edit;
     edit.list = std::move(*list);

@@ -22,6 +22,9 @@ public:
         std::size_t maxOpenRequests = 1024;
         std::chrono::milliseconds imageDeadline{5'000};
         std::size_t maxUploadBytes = std::size_t{512} << 20;
+        /// Of one proposal: a list is checked and applied between two frames.
+        std::size_t maxProposalBytes = std::size_t{64} << 20;
+        std::size_t maxProposalChanges = 500'000;
     };
 
     RequestDesk(const Wall& wall, BlobStore& blobs, Peers& peers, Simulation& simulation, ViewSource& view, Loader& loader,
