@@ -10,6 +10,7 @@ namespace tessera {
 namespace {
 constexpr std::size_t kBufferBytes = 16 * 1024;
 constexpr std::size_t kFirstStepBytes = 64 * 1024;
+constexpr std::size_t kLastStepBytes = 1024 * 1024;
 }  // namespace
 
 FrameReader::FrameReader(std::function<std::size_t(std::uint16_t)> maxPayload)
@@ -68,7 +69,9 @@ Expected<void> FrameReader::begin(const FrameHeader& header) {
 
 void FrameReader::growPayload() {
     if (arrived_ < payload_.size()) return;
-    const std::size_t step = std::max(kFirstStepBytes, payload_.size());
+    // A long payload is not copied again and again: address space for the whole costs nothing until it is touched.
+    if (payload_.size() >= kLastStepBytes) payload_.reserve(header_->payloadBytes);
+    const std::size_t step = std::clamp(payload_.size(), kFirstStepBytes, kLastStepBytes);
     payload_.resize(std::min<std::size_t>(header_->payloadBytes, payload_.size() + step));
 }
 

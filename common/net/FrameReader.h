@@ -18,8 +18,8 @@ struct ReceivedFrame {
     SharedBytes payload;  ///< never null
 };
 
-/// Takes memory only as bytes arrive: a payload's buffer is at most twice what has come of it (and 64 KiB), whatever
-/// length the header claims. Not thread-safe. After an error the stream cannot be read any further.
+/// Takes memory only as bytes arrive, whatever length the header claims: never more than 1 MiB ahead of them, and not
+/// even that before as much has come. Not thread-safe. After an error the stream cannot be read any further.
 class FrameReader {
 public:
     /// `maxPayload`: see TransportLimits.

@@ -95,6 +95,9 @@ TEST(FrameReader, AClaimOfManyMegabytesTakesNoMemoryUntilTheyCome) {
     const Bytes some = pattern(1 << 20);
     ASSERT_TRUE(feed(reader, some, 1 << 20, frames));
     EXPECT_LE(reader.room().size(), some.size() + 64 * 1024) << "the buffer is at most twice what has come";
+    const Bytes more = pattern(20 << 20);
+    ASSERT_TRUE(feed(reader, more, 1 << 20, frames));
+    EXPECT_LE(reader.room().size(), 1u << 20) << "and never far ahead of it";
 }
 
 TEST(FrameReader, SaysWhatIsWrong) {
