@@ -10,11 +10,13 @@ Expected<std::vector<Blob>> BlobFetcher::want(const std::vector<BlobInfo>& blobs
         if (held_.contains(blob.id) || fetches_.contains(blob.id)) continue;
         if (blob.sizeBytes > limits_.maxBlobBytes)
             return fail(ErrorCode::kLimit, "blob " + toHex(blob.id) + " has " + std::to_string(blob.sizeBytes) +
-                                               " bytes, more than the " + std::to_string(limits_.maxBlobBytes) + " allowed here");
+                                               " bytes, more than the " + std::to_string(limits_.maxBlobBytes) +
+                                               " allowed here");
         if (blob.sizeBytes == 0) {
             complete.emplace_back(Bytes{});
             if (complete.back().id() != blob.id)
-                return fail(ErrorCode::kBadInput, "blob " + toHex(blob.id) + " is announced as empty, but its name says otherwise");
+                return fail(ErrorCode::kBadInput,
+                            "blob " + toHex(blob.id) + " is announced as empty, but its name says otherwise");
             held_.insert(blob.id);
             continue;
         }
@@ -52,16 +54,20 @@ Expected<std::optional<Blob>> BlobFetcher::chunk(const message::BlobChunk& chunk
     inFlight_.erase(asked);
     if (fetch.bytes.size() < chunk.offset + chunk.bytes->size()) {
         // All at once for small blobs; large ones grow as they come, whatever size was announced.
-        if (fetch.bytes.empty()) fetch.bytes.reserve(static_cast<std::size_t>(std::min<std::uint64_t>(fetch.sizeBytes, std::uint64_t{16} << 20)));
+        if (fetch.bytes.empty())
+            fetch.bytes.reserve(
+                static_cast<std::size_t>(std::min<std::uint64_t>(fetch.sizeBytes, std::uint64_t{16} << 20)));
         fetch.bytes.resize(static_cast<std::size_t>(chunk.offset) + chunk.bytes->size());
     }
-    std::copy(chunk.bytes->begin(), chunk.bytes->end(), fetch.bytes.begin() + static_cast<std::ptrdiff_t>(chunk.offset));
+    std::copy(chunk.bytes->begin(), chunk.bytes->end(),
+              fetch.bytes.begin() + static_cast<std::ptrdiff_t>(chunk.offset));
     fetch.received += chunk.bytes->size();
     if (fetch.received < fetch.sizeBytes) return std::optional<Blob>{};
     Blob blob(std::move(fetch.bytes));
     fetches_.erase(chunk.id);
     if (blob.id() != chunk.id)
-        return fail(ErrorCode::kBadInput, "blob " + toHex(chunk.id) + " arrived damaged: its bytes hash to " + toHex(blob.id()));
+        return fail(ErrorCode::kBadInput,
+                    "blob " + toHex(chunk.id) + " arrived damaged: its bytes hash to " + toHex(blob.id()));
     held_.insert(blob.id());
     return std::optional<Blob>{std::move(blob)};
 }

@@ -26,8 +26,8 @@ public:
     void drop(const BlobId& id) { held_.erase(id); }
     [[nodiscard]] bool holds(const BlobId& id) const { return held_.contains(id); }
 
-    /// First come, first fetched; what is held or wanted already costs nothing. Returns the blobs that need no fetch: those
-    /// without bytes. kLimit: a blob larger than allowed.
+    /// First come, first fetched; what is held or wanted already costs nothing. Returns the blobs that need no fetch:
+    /// those without bytes. kLimit: a blob larger than allowed.
     [[nodiscard]] Expected<std::vector<Blob>> want(const std::vector<BlobInfo>& blobs);
     /// What to ask for now. Only while the bulk connection is open.
     [[nodiscard]] std::vector<message::BlobRequest> requests();
@@ -49,7 +49,7 @@ private:
     FetchLimits limits_;
     std::unordered_set<BlobId> held_;
     std::unordered_map<BlobId, Fetch> fetches_;
-    std::deque<BlobId> order_;                   ///< of those not wholly asked for
+    std::deque<BlobId> order_;  ///< of those not wholly asked for
     std::vector<message::BlobRequest> inFlight_;
 };
 

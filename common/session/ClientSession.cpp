@@ -10,7 +10,9 @@ namespace tessera {
 
 namespace {
 
-std::size_t bytesOf(const SharedBytes& bytes) { return bytes ? bytes->size() : 0; }
+std::size_t bytesOf(const SharedBytes& bytes) {
+    return bytes ? bytes->size() : 0;
+}
 
 std::size_t bytesOf(const Message& message) {
     if (const auto* snapshot = std::get_if<message::Snapshot>(&message))
@@ -74,10 +76,10 @@ struct ClientSession::Impl {
     void disconnect(std::string reason, bool retry = true, ErrorCode code = ErrorCode::kNetwork);
 
     [[nodiscard]] bool dead() const { return stage == Stage::kDead; }
-    [[nodiscard]] Duration heartbeatInterval() const { return std::max<Duration>(heartbeatEvery, std::chrono::milliseconds(1)); }
-    void send(ChannelKind channel, Message message) {
-        out.push_back(client_action::Send{channel, std::move(message)});
+    [[nodiscard]] Duration heartbeatInterval() const {
+        return std::max<Duration>(heartbeatEvery, std::chrono::milliseconds(1));
     }
+    void send(ChannelKind channel, Message message) { out.push_back(client_action::Send{channel, std::move(message)}); }
     ClientActions take() { return std::exchange(out, {}); }
 
     ClientSessionConfig config;
@@ -150,11 +152,14 @@ void ClientSession::Impl::received(ChannelKind channel, const Message& message, 
     if (const auto* beat = std::get_if<message::Heartbeat>(&message)) return heartbeat(*beat, now);
     if (stage == Stage::kGreeting) {
         if (const auto* hello = std::get_if<message::Welcome>(&message)) return welcome(*hello);
-        return disconnect("the server said " + std::string(nameOf(message)) + " before Welcome", true, ErrorCode::kBadInput);
+        return disconnect("the server said " + std::string(nameOf(message)) + " before Welcome", true,
+                          ErrorCode::kBadInput);
     }
     const bool host = config.role == PeerRole::kHost;
-    const bool shared = std::holds_alternative<message::Snapshot>(message) || std::holds_alternative<message::Changes>(message);
-    const bool forHosts = std::holds_alternative<message::Begin>(message) || std::holds_alternative<message::Swap>(message) ||
+    const bool shared =
+        std::holds_alternative<message::Snapshot>(message) || std::holds_alternative<message::Changes>(message);
+    const bool forHosts = std::holds_alternative<message::Begin>(message) ||
+                          std::holds_alternative<message::Swap>(message) ||
                           std::holds_alternative<message::HashQuery>(message);
     if (shared || (host && forHosts)) return enqueue(message);
     if (host) {
@@ -180,7 +185,8 @@ void ClientSession::Impl::received(ChannelKind channel, const Message& message, 
 void ClientSession::Impl::receivedBulk(const Message& message) {
     const auto* chunk = std::get_if<message::BlobChunk>(&message);
     if (!chunk)
-        return disconnect("the server said " + std::string(nameOf(message)) + " on the bulk connection", true, ErrorCode::kBadInput);
+        return disconnect("the server said " + std::string(nameOf(message)) + " on the bulk connection", true,
+                          ErrorCode::kBadInput);
     Expected<std::optional<Blob>> blob = fetcher.chunk(*chunk);
     if (!blob) return disconnect(blob.error().message, true, blob.error().code);
     fetch();
@@ -208,7 +214,8 @@ void ClientSession::Impl::advance(TimePoint now) {
         send(ChannelKind::kControl, clock.next(now));
     }
     if (now >= lastByte + config.serverLostAfter && now >= graceUntil)
-        return disconnect("the server was silent for " + std::to_string((now - lastByte) / std::chrono::milliseconds(1)) + " ms");
+        return disconnect("the server was silent for " +
+                          std::to_string((now - lastByte) / std::chrono::milliseconds(1)) + " ms");
     if (now >= bulkStuckAt() && now >= graceUntil)
         return disconnect("no data came on the bulk connection for " +
                           std::to_string((now - bulkProgress) / std::chrono::milliseconds(1)) + " ms");
@@ -220,7 +227,8 @@ void ClientSession::Impl::advance(TimePoint now) {
 
 TimePoint ClientSession::Impl::nextDeadline() const {
     if (stage == Stage::kUnconnected || dead()) return TimePoint::max();
-    TimePoint next = std::min(nextHeartbeat, std::max(graceUntil, std::min(lastByte + config.serverLostAfter, bulkStuckAt())));
+    TimePoint next =
+        std::min(nextHeartbeat, std::max(graceUntil, std::min(lastByte + config.serverLostAfter, bulkStuckAt())));
     if (bulk == Bulk::kClosed) next = std::min(next, bulkRetryAt);
     return next;
 }
@@ -259,7 +267,8 @@ void ClientSession::Impl::enqueue(const Message& message) {
 }
 
 void ClientSession::Impl::enqueueNotice(const message::BlobNotice& notice) {
-    if (notices.size() >= config.maxQueuedMessages) return disconnect("the server announces data faster than it can be fetched");
+    if (notices.size() >= config.maxQueuedMessages)
+        return disconnect("the server announces data faster than it can be fetched");
     notices.push_back({notice});
     if (!want(notice.blobs)) return;
     reportHeld();
@@ -333,8 +342,9 @@ void ClientSession::Impl::start(const Message& message) {
         out.push_back(client_action::Draw{*begin});
     } else if (const auto* swap = std::get_if<message::Swap>(&message)) {
         if (!everDrawn || swap->frame != lastDrawn)
-            return disconnect("the server released frame " + std::to_string(swap->frame) + ", which is not the one drawn last", true,
-                              ErrorCode::kBadInput);
+            return disconnect(
+                "the server released frame " + std::to_string(swap->frame) + ", which is not the one drawn last", true,
+                ErrorCode::kBadInput);
         work = Work::kShowing;
         workNumber = swap->frame;
         out.push_back(client_action::Show{swap->frame});
@@ -347,7 +357,8 @@ void ClientSession::Impl::start(const Message& message) {
 void ClientSession::Impl::applied(std::uint64_t at, std::uint64_t hash) {
     TESSERA_CHECK(work == Work::kApplying && workNumber == at, "`applied` answers the list handed out last");
     if (hash != workHash)
-        return disconnect("the replica differs from the server's scene after list " + std::to_string(at), true, ErrorCode::kFailed);
+        return disconnect("the replica differs from the server's scene after list " + std::to_string(at), true,
+                          ErrorCode::kFailed);
     work = Work::kNone;
     sequence = at;
     stateHash = hash;
@@ -408,10 +419,16 @@ ClientActions ClientSession::advance(TimePoint now) {
     return impl_->take();
 }
 
-TimePoint ClientSession::nextDeadline() const { return impl_->nextDeadline(); }
+TimePoint ClientSession::nextDeadline() const {
+    return impl_->nextDeadline();
+}
 
-void ClientSession::holdBlob(const BlobId& id) { impl_->fetcher.hold(id); }
-void ClientSession::dropBlob(const BlobId& id) { impl_->fetcher.drop(id); }
+void ClientSession::holdBlob(const BlobId& id) {
+    impl_->fetcher.hold(id);
+}
+void ClientSession::dropBlob(const BlobId& id) {
+    impl_->fetcher.drop(id);
+}
 
 ClientActions ClientSession::applied(std::uint64_t sequence, std::uint64_t stateHash) {
     if (!impl_->dead()) impl_->applied(sequence, stateHash);
@@ -425,7 +442,8 @@ ClientActions ClientSession::applyFailed(const std::string& reason) {
 
 ClientActions ClientSession::drawn(std::uint64_t frame, std::uint64_t stateHash, SharedBytes stats) {
     if (impl_->dead()) return {};
-    TESSERA_CHECK(impl_->work == Impl::Work::kDrawing && impl_->workNumber == frame, "`drawn` answers the frame handed out last");
+    TESSERA_CHECK(impl_->work == Impl::Work::kDrawing && impl_->workNumber == frame,
+                  "`drawn` answers the frame handed out last");
     impl_->work = Impl::Work::kNone;
     impl_->everDrawn = true;
     impl_->lastDrawn = frame;
@@ -436,7 +454,8 @@ ClientActions ClientSession::drawn(std::uint64_t frame, std::uint64_t stateHash,
 
 ClientActions ClientSession::shown(std::uint64_t frame, TimePoint at) {
     if (impl_->dead()) return {};
-    TESSERA_CHECK(impl_->work == Impl::Work::kShowing && impl_->workNumber == frame, "`shown` answers the Show handed out last");
+    TESSERA_CHECK(impl_->work == Impl::Work::kShowing && impl_->workNumber == frame,
+                  "`shown` answers the Show handed out last");
     impl_->work = Impl::Work::kNone;
     impl_->send(ChannelKind::kControl, message::Shown{frame, toNs(at) + clockOffsetNs()});
     impl_->pump();
@@ -462,6 +481,8 @@ ClientActions ClientSession::request(message::Request request) {
     return impl_->take();
 }
 
-std::int64_t ClientSession::clockOffsetNs() const { return impl_->best ? impl_->best->offsetNs : 0; }
+std::int64_t ClientSession::clockOffsetNs() const {
+    return impl_->best ? impl_->best->offsetNs : 0;
+}
 
 }  // namespace tessera

@@ -93,11 +93,11 @@ struct Finish {
 
 }  // namespace client_action
 
-using ClientAction = std::variant<client_action::Send, client_action::OpenBulk, client_action::Configured,
-                                  client_action::ApplySnapshot, client_action::ApplyChanges, client_action::Draw,
-                                  client_action::Show, client_action::StoreBlob, client_action::DescribeState,
-                                  client_action::SendImages, client_action::ReplyReceived, client_action::NoticeReceived,
-                                  client_action::Disconnect, client_action::Finish>;
+using ClientAction =
+    std::variant<client_action::Send, client_action::OpenBulk, client_action::Configured, client_action::ApplySnapshot,
+                 client_action::ApplyChanges, client_action::Draw, client_action::Show, client_action::StoreBlob,
+                 client_action::DescribeState, client_action::SendImages, client_action::ReplyReceived,
+                 client_action::NoticeReceived, client_action::Disconnect, client_action::Finish>;
 using ClientActions = std::vector<ClientAction>;
 
 /// Pure state machine for one connection to a server (make a new one for each attempt; known blobs are handed over).

@@ -19,7 +19,8 @@ std::optional<HeartbeatClock::Sample> HeartbeatClock::received(const message::He
     lastSentAtNs_ = heartbeat.sentAtNs;
     receivedAt_ = now;
     const std::int64_t nowNs = toNs(now);
-    if (heartbeat.echoNs == 0 || heartbeat.echoNs > nowNs || heartbeat.echoNs < nowNs - kOldestEchoNs) return std::nullopt;
+    if (heartbeat.echoNs == 0 || heartbeat.echoNs > nowNs || heartbeat.echoNs < nowNs - kOldestEchoNs)
+        return std::nullopt;
     const std::int64_t away = nowNs - heartbeat.echoNs;
     if (heartbeat.heldNs < 0 || heartbeat.heldNs > away) return std::nullopt;
     const std::int64_t roundTrip = away - heartbeat.heldNs;

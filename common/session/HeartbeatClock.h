@@ -26,6 +26,8 @@ private:
     TimePoint receivedAt_{};
 };
 
-[[nodiscard]] inline std::int64_t toNs(TimePoint t) { return t.time_since_epoch().count(); }
+[[nodiscard]] inline std::int64_t toNs(TimePoint t) {
+    return t.time_since_epoch().count();
+}
 
 }  // namespace tessera

@@ -5,7 +5,9 @@
 namespace tessera {
 
 namespace {
-std::size_t bytesOf(const message::Changes& changes) { return changes.list ? changes.list->size() : 0; }
+std::size_t bytesOf(const message::Changes& changes) {
+    return changes.list ? changes.list->size() : 0;
+}
 }  // namespace
 
 void ListTail::startAt(std::uint64_t sequence, std::uint64_t stateHash) {

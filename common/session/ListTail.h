@@ -34,7 +34,7 @@ private:
     std::deque<message::Changes> lists_;
     std::size_t bytes_ = 0;
     std::deque<std::pair<std::uint64_t, std::uint64_t>> hashes_;  ///< sequence, state hash; ascending
-    std::uint64_t base_ = 0;  ///< every list after this one is in lists_
+    std::uint64_t base_ = 0;                                      ///< every list after this one is in lists_
     std::uint64_t last_ = 0;
     bool started_ = false;
     bool keeping_ = false;

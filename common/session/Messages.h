@@ -58,8 +58,8 @@ struct Hello {
     std::uint64_t schema = 0;  ///< hash of the field table
     PeerRole role = PeerRole::kHost;
     ChannelKind channel = ChannelKind::kControl;
-    std::string name;         ///< the host's name in the wall, or what an application calls itself
-    std::uint64_t token = 0;  ///< bulk channels: the token of the Welcome on the control channel
+    std::string name;              ///< the host's name in the wall, or what an application calls itself
+    std::uint64_t token = 0;       ///< bulk channels: the token of the Welcome on the control channel
     std::uint64_t pixelProbe = 0;  ///< hash of a small lit test image; hosts whose pixels differ are named
     bool wantBlobs = true;         ///< applications may follow without bulk data
     bool operator==(const Hello&) const = default;

@@ -88,8 +88,8 @@ void ServerSession::Impl::closed(ConnectionId connection, TimePoint now) {
 void ServerSession::Impl::hello(Peer& peer, const message::Hello& hello, TimePoint now) {
     if (hello.protocol != kProtocolVersion)
         return refuse(peer, ErrorCode::kNetwork,
-                      "this server speaks protocol version " + std::to_string(kProtocolVersion) + ", the peer version " +
-                          std::to_string(hello.protocol) + "; install the same Tessera on both",
+                      "this server speaks protocol version " + std::to_string(kProtocolVersion) +
+                          ", the peer version " + std::to_string(hello.protocol) + "; install the same Tessera on both",
                       false);
     if (hello.schema != config.schema)
         return refuse(peer, ErrorCode::kNetwork,
@@ -102,9 +102,9 @@ void ServerSession::Impl::hello(Peer& peer, const message::Hello& hello, TimePoi
             return item.second.stage == Peer::Stage::kControl && item.second.role == PeerRole::kApplication;
         });
         if (static_cast<std::size_t>(applications) >= config.maxApplications)
-            return refuse(peer, ErrorCode::kRefused,
-                          "already " + std::to_string(applications) + " applications are connected, the most there may be",
-                          true);
+            return refuse(
+                peer, ErrorCode::kRefused,
+                "already " + std::to_string(applications) + " applications are connected, the most there may be", true);
         peer.role = PeerRole::kApplication;
         peer.name = hello.name;
         welcome(peer, now);
@@ -115,7 +115,8 @@ void ServerSession::Impl::hello(Peer& peer, const message::Hello& hello, TimePoi
     Host* host = findHost(hello.name);
     if (!host) {
         return refuse(peer, ErrorCode::kNotFound,
-                      fmt::format("unknown host '{}'; the wall has: {}", hello.name, fmt::join(config.hosts, ", ")), false);
+                      fmt::format("unknown host '{}'; the wall has: {}", hello.name, fmt::join(config.hosts, ", ")),
+                      false);
     }
     if (host->connection)
         return refuse(peer, ErrorCode::kRefused, "host '" + host->name + "' is connected already", true);
@@ -200,7 +201,8 @@ void ServerSession::Impl::fault(const Host& host, FaultKind kind, const std::str
     out.push_back(server_action::Fault{host.name, kind, frame, silence, detail});
 }
 
-void ServerSession::Impl::lose(Host& host, FaultKind kind, const std::string& detail, std::uint64_t frame, TimePoint now) {
+void ServerSession::Impl::lose(Host& host, FaultKind kind, const std::string& detail, std::uint64_t frame,
+                               TimePoint now) {
     fault(host, kind, detail, frame, now);
     leaveBarrier(host, now);
     host.state = HostState::kLost;
@@ -286,11 +288,17 @@ ServerActions ServerSession::advance(TimePoint now) {
     return impl_->take();
 }
 
-TimePoint ServerSession::nextDeadline() const { return impl_->finished ? TimePoint::max() : impl_->nextDeadline(); }
+TimePoint ServerSession::nextDeadline() const {
+    return impl_->finished ? TimePoint::max() : impl_->nextDeadline();
+}
 
-bool ServerSession::mayBegin(TimePoint now) const { return !impl_->finished && impl_->mayBegin(now); }
+bool ServerSession::mayBegin(TimePoint now) const {
+    return !impl_->finished && impl_->mayBegin(now);
+}
 
-std::uint64_t ServerSession::nextFrame() const { return impl_->barrier.nextFrame(); }
+std::uint64_t ServerSession::nextFrame() const {
+    return impl_->barrier.nextFrame();
+}
 
 ServerActions ServerSession::beginFrame(const FrameContent& content, TimePoint now) {
     if (!impl_->finished) impl_->beginFrame(content, now);
@@ -348,7 +356,9 @@ std::vector<ServerSession::HostStatus> ServerSession::hosts() const {
     return all;
 }
 
-std::vector<std::string> ServerSession::waitingFor() const { return impl_->barrier.waitingFor(); }
+std::vector<std::string> ServerSession::waitingFor() const {
+    return impl_->barrier.waitingFor();
+}
 
 std::vector<std::string> ServerSession::missing() const {
     std::vector<std::string> names;

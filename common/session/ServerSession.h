@@ -63,12 +63,13 @@ struct ServerSessionConfig {
 /// What the frame loop hands in for one frame.
 struct FrameContent {
     std::uint64_t frame = 0;
-    std::uint64_t sequence = 0;   ///< the scene's after this frame's list
+    std::uint64_t sequence = 0;  ///< the scene's after this frame's list
     std::uint64_t stateHash = 0;
-    SharedBytes payload;          ///< for hosts in the barrier
-    /// Lists committed for this frame, for those who follow off the barrier. May be none. Lists are numbered one by one:
-    /// each is in exactly one frame's `changes`, in order, the last one has the number `sequence`, and a frame without
-    /// lists has the sequence of the frame before it. (Checked: a gap would leave a joining host with another scene.)
+    SharedBytes payload;  ///< for hosts in the barrier
+    /// Lists committed for this frame, for those who follow off the barrier. May be none. Lists are numbered one by
+    /// one: each is in exactly one frame's `changes`, in order, the last one has the number `sequence`, and a frame
+    /// without lists has the sequence of the frame before it. (Checked: a gap would leave a joining host with another
+    /// scene.)
     std::vector<message::Changes> changes;
 };
 
@@ -89,15 +90,15 @@ struct SnapshotWanted {
 };
 struct HostEntered {
     std::string host;
-    std::uint64_t frame = 0;      ///< the first frame it takes part in
+    std::uint64_t frame = 0;  ///< the first frame it takes part in
     bool rejoined = false;
-    Duration awayFor{};           ///< since it was lost; zero on the first time
+    Duration awayFor{};  ///< since it was lost; zero on the first time
 };
 struct Fault {
     std::string host;
     FaultKind kind{};
-    std::uint64_t frame = 0;      ///< the frame open or next when it was found
-    Duration detectedAfter{};     ///< since the last byte received from it
+    std::uint64_t frame = 0;   ///< the frame open or next when it was found
+    Duration detectedAfter{};  ///< since the last byte received from it
     std::string detail;
 };
 /// Frame `frame` was released to `shown`; `held` keep their last image.
@@ -105,9 +106,9 @@ struct FrameReleased {
     std::uint64_t frame = 0;
     std::vector<std::string> shown;
     std::vector<std::string> held;
-    Duration barrierTime{};       ///< first Ready to release
-    Duration frameTime{};         ///< Begin to release
-    std::string lastHost;         ///< whom it waited for
+    Duration barrierTime{};  ///< first Ready to release
+    Duration frameTime{};    ///< Begin to release
+    std::string lastHost;    ///< whom it waited for
 };
 struct FrameStats {
     std::string host;
@@ -117,21 +118,21 @@ struct FrameStats {
 struct FrameShown {
     std::string host;
     std::uint64_t frame = 0;
-    std::int64_t shownAtNs = 0;   ///< on the server's clock, as the host estimates it
+    std::int64_t shownAtNs = 0;  ///< on the server's clock, as the host estimates it
 };
-/// The host's replica stood at `expected` ≠ `actual` after `frame`. Its hash tree follows as `HashesReceived`. The host is
-/// out of the barrier and its replica stands still until `repair`.
+/// The host's replica stood at `expected` ≠ `actual` after `frame`. Its hash tree follows as `HashesReceived`. The host
+/// is out of the barrier and its replica stands still until `repair`.
 struct StateMismatch {
     std::string host;
     std::uint64_t frame = 0;
-    std::uint64_t sequence = 0;   ///< at which the replica stands
+    std::uint64_t sequence = 0;  ///< at which the replica stands
     std::uint64_t expected = 0;
     std::uint64_t actual = 0;
 };
 /// Part of the hash tree of a mismatched host. Answer with `queryObjects` (after leaves) or `repair`.
 struct HashesReceived {
     std::string host;
-    std::uint64_t sequence = 0;   ///< at which the replica stands
+    std::uint64_t sequence = 0;  ///< at which the replica stands
     bool objects = false;
     std::vector<HashEntry> entries;
 };
@@ -171,17 +172,18 @@ struct PixelsDiffer {
 
 using ServerAction =
     std::variant<server_action::Send, server_action::Close, server_action::SnapshotWanted, server_action::HostEntered,
-                 server_action::Fault, server_action::FrameReleased, server_action::FrameStats, server_action::FrameShown,
-                 server_action::StateMismatch, server_action::HashesReceived, server_action::RequestReceived,
-                 server_action::ApplicationJoined, server_action::ApplicationLeft, server_action::BlobsEverywhere,
-                 server_action::BlobRequested, server_action::ImageReceived, server_action::PixelsDiffer>;
+                 server_action::Fault, server_action::FrameReleased, server_action::FrameStats,
+                 server_action::FrameShown, server_action::StateMismatch, server_action::HashesReceived,
+                 server_action::RequestReceived, server_action::ApplicationJoined, server_action::ApplicationLeft,
+                 server_action::BlobsEverywhere, server_action::BlobRequested, server_action::ImageReceived,
+                 server_action::PixelsDiffer>;
 using ServerActions = std::vector<ServerAction>;
 
 /// Pure state machine: no socket, no clock, no thread. Every call takes the time of the event on the caller's monotonic
 /// clock and returns what is to be done, in order. Not thread-safe.
 ///
-/// Whatever a peer says is answered or the peer is closed; nothing a peer says can stop the others. Memory is bounded by
-/// the configuration, not by time.
+/// Whatever a peer says is answered or the peer is closed; nothing a peer says can stop the others. Memory is bounded
+/// by the configuration, not by time.
 class ServerSession {
 public:
     explicit ServerSession(ServerSessionConfig config);
@@ -201,15 +203,15 @@ public:
     /// while every host left in the barrier still draws an older frame (policies hold and drop): nobody would draw it.
     [[nodiscard]] bool mayBegin(TimePoint now) const;
     [[nodiscard]] std::uint64_t nextFrame() const;
-    /// Sends Begin to everybody in the barrier, Changes to everybody who follows off it. Hosts that are synced enter here,
-    /// unless their snapshot holds a list of this very frame already: then they enter at the next.
-    /// With no host in the barrier the frame is released at once.
+    /// Sends Begin to everybody in the barrier, Changes to everybody who follows off it. Hosts that are synced enter
+    /// here, unless their snapshot holds a list of this very frame already: then they enter at the next. With no host
+    /// in the barrier the frame is released at once.
     [[nodiscard]] ServerActions beginFrame(const FrameContent& content, TimePoint now);
 
     /// The answer to SnapshotWanted. Lists committed after `snapshot.sequence` follow by themselves.
     [[nodiscard]] ServerActions snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now);
-    /// Announces blobs; BlobsEverywhere follows (at once when no host is live). Tokens are the caller's, each used once.
-    /// Joining hosts are told too: they are not waited for, but do not enter the barrier without these blobs.
+    /// Announces blobs; BlobsEverywhere follows (at once when no host is live). Tokens are the caller's, each used
+    /// once. Joining hosts are told too: they are not waited for, but do not enter the barrier without these blobs.
     [[nodiscard]] ServerActions announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now);
     [[nodiscard]] ServerActions queryObjects(const std::string& host, std::uint64_t leaf);
     [[nodiscard]] ServerActions repair(const std::string& host, TimePoint now);

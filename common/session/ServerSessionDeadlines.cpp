@@ -16,8 +16,8 @@ void ServerSession::Impl::advance(TimePoint now) {
     settle(now);
 }
 
-/// The caller did nothing for so long. What peers said meanwhile may lie unread in its queue: they get a moment. And who
-/// needs us to serve snapshots and blobs has lost that time through no fault of its own.
+/// The caller did nothing for so long. What peers said meanwhile may lie unread in its queue: they get a moment. And
+/// who needs us to serve snapshots and blobs has lost that time through no fault of its own.
 void ServerSession::Impl::stoodStill(Duration time, TimePoint now) {
     graceUntil = now + config.sync.heartbeat;
     for (Host& host : hosts) host.syncProgress += time;
@@ -37,9 +37,10 @@ void ServerSession::Impl::closeSilent(TimePoint now) {
         if (peer.stage != Peer::Stage::kBulk && now >= silenceDeadline(peer)) silent.push_back(id);
     for (const ConnectionId connection : silent) {
         Peer& peer = *find(connection);
-        const std::string reason = peer.stage == Peer::Stage::kPending
-                                       ? "no hello within the deadline"
-                                       : "silent for " + std::to_string((now - lastHeard(peer)) / std::chrono::milliseconds(1)) + " ms";
+        const std::string reason =
+            peer.stage == Peer::Stage::kPending
+                ? "no hello within the deadline"
+                : "silent for " + std::to_string((now - lastHeard(peer)) / std::chrono::milliseconds(1)) + " ms";
         if (peer.stage == Peer::Stage::kControl && peer.role == PeerRole::kHost)
             lose(hostOf(peer), FaultKind::kSilent, reason, currentFrame(), now);
         close(peer, reason);
@@ -92,8 +93,7 @@ TimePoint ServerSession::Impl::nextDeadline() const {
 
 TimePoint ServerSession::Impl::silenceDeadline(const Peer& peer) const {
     if (peer.stage == Peer::Stage::kPending) return peer.openedAt + config.helloDeadline;
-    return lastHeard(peer) +
-           (peer.role == PeerRole::kHost ? config.sync.lostAfter : config.applicationLostAfter);
+    return lastHeard(peer) + (peer.role == PeerRole::kHost ? config.sync.lostAfter : config.applicationLostAfter);
 }
 
 TimePoint ServerSession::Impl::lastHeard(const Peer& peer) const {

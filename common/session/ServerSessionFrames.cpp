@@ -53,8 +53,8 @@ void ServerSession::Impl::enterSynced(const FrameContent& content, TimePoint now
     }
 }
 
-/// Whether this frame's lists are just what the peer's replica lacks. A snapshot may be ahead of them: it is made of the
-/// committed scene, and a list may be committed before the frame that carries it begins.
+/// Whether this frame's lists are just what the peer's replica lacks. A snapshot may be ahead of them: it is made of
+/// the committed scene, and a list may be committed before the frame that carries it begins.
 bool ServerSession::Impl::fits(const Peer& peer, const FrameContent& content) const {
     if (!content.changes.empty()) return peer.sentThrough + 1 == content.changes.front().sequence;
     return peer.sentThrough == content.sequence;

@@ -29,7 +29,7 @@ struct ServerSession::Impl {
         bool clockAnswered = false;
 
         bool snapshotAsked = false;
-        bool following = false;         ///< has its snapshot: lists are sent to it
+        bool following = false;  ///< has its snapshot: lists are sent to it
         bool everFollowed = false;
         std::uint64_t sentThrough = 0;  ///< the last list sent to it, or in its snapshot
     };
@@ -42,7 +42,8 @@ struct ServerSession::Impl {
         bool everEntered = false;
         TimePoint awaySince{};
 
-        // Catching up: it may enter once it has said Synced for `mustReach` or later and holds all blobs it was told of.
+        // Catching up: it may enter once it has said Synced for `mustReach` or later and holds all blobs it was told
+        // of.
         bool synced = false;
         std::uint64_t mustReach = 0;
         TimePoint syncProgress{};

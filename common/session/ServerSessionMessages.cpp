@@ -61,8 +61,8 @@ void ServerSession::Impl::fromHost(Peer& peer, Host& host, const Message& messag
 
 void ServerSession::Impl::heartbeat(Peer& peer, const message::Heartbeat& beat, TimePoint now) {
     const auto sample = peer.clock.received(beat, now);
-    // The first one is answered soon: the peer wants an estimate of our clock before it shows its first frame. Not here:
-    // `now` is when the heartbeat came, and the answer has to say when it goes.
+    // The first one is answered soon: the peer wants an estimate of our clock before it shows its first frame. Not
+    // here: `now` is when the heartbeat came, and the answer has to say when it goes.
     if (!std::exchange(peer.clockAnswered, true)) nextHeartbeat = std::min(nextHeartbeat, now);
     if (!sample || peer.role != PeerRole::kHost) return;
     // Smoothed as TCP does it (RFC 6298).
@@ -72,7 +72,8 @@ void ServerSession::Impl::heartbeat(Peer& peer, const message::Heartbeat& beat, 
 
 void ServerSession::Impl::on(Peer& peer, Host& host, const message::Synced& message, TimePoint now) {
     if (!peer.everFollowed || message.sequence > peer.sentThrough)
-        return violated(peer, "claims to stand at list " + std::to_string(message.sequence) + ", which it was not sent", now);
+        return violated(peer, "claims to stand at list " + std::to_string(message.sequence) + ", which it was not sent",
+                        now);
     if (!peer.following) return;  // overtaken by a mismatch: a new snapshot comes
     std::optional<std::uint64_t> expected = tail.hashAt(message.sequence);
     if (!expected && message.sequence == host.snapshotSequence) expected = host.snapshotHash;
@@ -83,7 +84,8 @@ void ServerSession::Impl::on(Peer& peer, Host& host, const message::Synced& mess
 
 void ServerSession::Impl::on(Peer& peer, Host& host, const message::Ready& message, TimePoint now) {
     if (!host.everBegun || message.frame > host.frame)
-        return violated(peer, "is ready with frame " + std::to_string(message.frame) + ", which it was not told to draw", now);
+        return violated(
+            peer, "is ready with frame " + std::to_string(message.frame) + ", which it was not told to draw", now);
     if (message.frame < host.frame || host.answered) return;
     host.answered = true;
     if (message.stats) out.push_back(server_action::FrameStats{host.name, message.frame, message.stats});
@@ -139,7 +141,8 @@ void ServerSession::Impl::mismatch(Peer& peer, Host& host, std::uint64_t sequenc
     fault(host, FaultKind::kStateMismatch, "its replica differs at list " + std::to_string(sequence), frame, now);
     out.push_back(server_action::StateMismatch{host.name, frame, sequence, expected, actual});
     // Its picture of this frame may be wrong: the others go on, it keeps the image it has.
-    if (barrier.open() && barrier.contains(host.name) && host.frame == currentFrame()) heldByMismatch.push_back(host.name);
+    if (barrier.open() && barrier.contains(host.name) && host.frame == currentFrame())
+        heldByMismatch.push_back(host.name);
     leaveBarrier(host, now);
     host.state = HostState::kSyncing;
     host.synced = false;

@@ -49,8 +49,8 @@ std::vector<std::string> SwapBarrier::begin(std::uint64_t frame, TimePoint now) 
 Expected<void> SwapBarrier::ready(const std::string& host, std::uint64_t frame, TimePoint now) {
     const auto it = members_.find(host);
     if (it == members_.end())
-        return fail(ErrorCode::kRefused, "host '" + host + "' says ready for frame " + std::to_string(frame) +
-                                             " but is not in the barrier");
+        return fail(ErrorCode::kRefused,
+                    "host '" + host + "' says ready for frame " + std::to_string(frame) + " but is not in the barrier");
     Member& member = it->second;
     if (!member.everBegun || frame > member.frame)
         return fail(ErrorCode::kRefused, "host '" + host + "' says ready for frame " + std::to_string(frame) +

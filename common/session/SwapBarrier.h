@@ -50,19 +50,20 @@ public:
     [[nodiscard]] bool mayBegin() const;
     /// Begins `frame`, one past the last; only when no frame is open. Returns who has to draw it.
     std::vector<std::string> begin(std::uint64_t frame, TimePoint now);
-    /// A repeat for the same frame is harmless, an older frame too (a straggler); a frame that this host was not told to
-    /// draw, or one from a host that is not in the barrier, is a protocol error.
+    /// A repeat for the same frame is harmless, an older frame too (a straggler); a frame that this host was not told
+    /// to draw, or one from a host that is not in the barrier, is a protocol error.
     [[nodiscard]] Expected<void> ready(const std::string& host, std::uint64_t frame, TimePoint now);
 
     struct Outcome {
-        bool released = false;            ///< the open frame is complete: tell `show` to swap
+        bool released = false;  ///< the open frame is complete: tell `show` to swap
         std::uint64_t frame = 0;
-        std::vector<std::string> show;    ///< hosts that have drawn it
-        std::vector<std::string> held;    ///< hosts that keep their last image: those behind; under drop, those just dropped
-        std::vector<std::string> stalled; ///< hosts that missed the frame deadline; they have left the barrier
-        Duration barrierTime{};           ///< first ready to release
-        Duration frameTime{};             ///< begin to release
-        std::string lastHost;             ///< the last one waited for; empty when nobody drew
+        std::vector<std::string> show;  ///< hosts that have drawn it
+        std::vector<std::string>
+            held;  ///< hosts that keep their last image: those behind; under drop, those just dropped
+        std::vector<std::string> stalled;  ///< hosts that missed the frame deadline; they have left the barrier
+        Duration barrierTime{};            ///< first ready to release
+        Duration frameTime{};              ///< begin to release
+        std::string lastHost;              ///< the last one waited for; empty when nobody drew
     };
     /// Call after every event and whenever the clock passes `nextDeadline()`.
     [[nodiscard]] Outcome poll(TimePoint now);

@@ -1,10 +1,10 @@
 // Whole clusters: the real ServerSession and many real ClientSessions in one process, on simulated time and network.
 #include <gtest/gtest.h>
 
+#include <unistd.h>
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
-#include <unistd.h>
 
 #include "tests/sim/Trouble.h"
 
@@ -21,7 +21,8 @@ extern "C" void sayTheSeed(int) {
 
 std::string repeatCommand(std::uint64_t seed) {
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    return "TESSERA_SEED=" + std::to_string(seed) + " ./bin/sim_cluster --gtest_filter=" + test->test_suite_name() + "." + test->name();
+    return "TESSERA_SEED=" + std::to_string(seed) + " ./bin/sim_cluster --gtest_filter=" + test->test_suite_name() +
+           "." + test->name();
 }
 
 ClusterConfig configFor(std::uint64_t seed, LateFramePolicy lateFrame) {
@@ -91,15 +92,22 @@ void surviveFaults(LateFramePolicy lateFrame, std::uint64_t seeds) {
     std::signal(SIGABRT, before);
     if (only) return;
     for (const auto& [kind, count] : seen.faults) EXPECT_GT(count, 0u) << "no history has the fault " << nameOf(kind);
-    for (const std::uint64_t count : {seen.frames, seen.entries, seen.images, seen.replies, seen.refusals}) EXPECT_GT(count, 0u);
+    for (const std::uint64_t count : {seen.frames, seen.entries, seen.images, seen.replies, seen.refusals})
+        EXPECT_GT(count, 0u);
     std::cout << "            " << seen.frames << " frames, " << seen.entries << " entries, faults:";
     for (const auto& [kind, count] : seen.faults) std::cout << ' ' << nameOf(kind) << ' ' << count;
     std::cout << '\n';
 }
 
-TEST(ClusterSimulation, KeepsItsLawsWhereEverybodyWaits) { surviveFaults(LateFramePolicy::kWait, 200); }
-TEST(ClusterSimulation, KeepsItsLawsWhereLateHostsHold) { surviveFaults(LateFramePolicy::kHold, 150); }
-TEST(ClusterSimulation, KeepsItsLawsWhereLateHostsDrop) { surviveFaults(LateFramePolicy::kDrop, 150); }
+TEST(ClusterSimulation, KeepsItsLawsWhereEverybodyWaits) {
+    surviveFaults(LateFramePolicy::kWait, 200);
+}
+TEST(ClusterSimulation, KeepsItsLawsWhereLateHostsHold) {
+    surviveFaults(LateFramePolicy::kHold, 150);
+}
+TEST(ClusterSimulation, KeepsItsLawsWhereLateHostsDrop) {
+    surviveFaults(LateFramePolicy::kDrop, 150);
+}
 
 TEST(ClusterSimulation, TheSameSeedIsTheSameHistory) {
     std::uint64_t first = 0, second = 0, other = 0;

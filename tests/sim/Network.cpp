@@ -25,20 +25,24 @@ ConnectionId Network::connect(const Link& link, End& client) {
     connection.openAt[kUp] = connection.openAt[kDown] = true;
     const auto tell = [this, id](Direction direction) {
         const auto it = connections_.find(id);
-        if (it != connections_.end() && it->second.openAt[direction] && !it->second.cut) endOf(it->second, direction).opened(id);
+        if (it != connections_.end() && it->second.openAt[direction] && !it->second.cut)
+            endOf(it->second, direction).opened(id);
     };
     timeline_.at(connection.free[kUp], [tell] { tell(kUp); });
     timeline_.at(connection.free[kDown], [tell] { tell(kDown); });
     return id;
 }
 
-void Network::carry(ConnectionId id, Direction direction, std::size_t bytes, std::function<void(End&)> arrive, bool last) {
+void Network::carry(ConnectionId id, Direction direction, std::size_t bytes, std::function<void(End&)> arrive,
+                    bool last) {
     const auto it = connections_.find(id);
     if (it == connections_.end()) return;
     Connection& connection = it->second;
-    const auto transfer = Duration(static_cast<std::int64_t>(static_cast<double>(bytes) / connection.link.bytesPerSecond * 1e9));
-    const TimePoint when = std::max(connection.free[direction],
-                                    timeline_.now() + connection.link.latency + random_.between(0ns, connection.link.jitter)) + transfer;
+    const auto transfer =
+        Duration(static_cast<std::int64_t>(static_cast<double>(bytes) / connection.link.bytesPerSecond * 1e9));
+    const TimePoint when = std::max(connection.free[direction], timeline_.now() + connection.link.latency +
+                                                                    random_.between(0ns, connection.link.jitter)) +
+                           transfer;
     connection.free[direction] = when;
     timeline_.at(when, [this, id, direction, last, arrive = std::move(arrive)] {
         const auto found = connections_.find(id);
@@ -52,7 +56,8 @@ void Network::carry(ConnectionId id, Direction direction, std::size_t bytes, std
 
 void Network::send(ConnectionId id, Direction direction, Message message) {
     const std::size_t bytes = sizeOf(message);
-    carry(id, direction, bytes, [id, shared = std::make_shared<const Message>(std::move(message))](End& end) { end.received(id, shared); });
+    carry(id, direction, bytes,
+          [id, shared = std::make_shared<const Message>(std::move(message))](End& end) { end.received(id, shared); });
 }
 
 void Network::garbageToServer(ConnectionId id) {
@@ -67,7 +72,8 @@ void Network::close(ConnectionId id, Direction direction) {
         connections_.erase(it);
         return;
     }
-    carry(id, direction, 0, [id](End& end) { end.closed(id); }, true);
+    carry(
+        id, direction, 0, [id](End& end) { end.closed(id); }, true);
 }
 
 void Network::cut(ConnectionId id) {
@@ -76,7 +82,8 @@ void Network::cut(ConnectionId id) {
 
 void Network::sever(ConnectionId id) {
     for (const Direction direction : {kUp, kDown})
-        carry(id, direction, 0, [id](End& end) { end.closed(id); }, true);
+        carry(
+            id, direction, 0, [id](End& end) { end.closed(id); }, true);
 }
 
 }  // namespace tessera::simulation

@@ -49,15 +49,18 @@ private:
     struct Connection {
         Link link;
         End* client = nullptr;
-        TimePoint free[2];          ///< when the last thing sent arrives, by direction
+        TimePoint free[2];                ///< when the last thing sent arrives, by direction
         bool openAt[2] = {false, false};  ///< kUp: as the server knows, kDown: as the client knows
         bool cut = false;
     };
     void send(ConnectionId connection, Direction direction, Message message);
     void close(ConnectionId connection, Direction direction);
     /// Runs `arrive(end)` at the far end, in order.
-    void carry(ConnectionId connection, Direction direction, std::size_t bytes, std::function<void(End&)> arrive, bool last = false);
-    [[nodiscard]] End& endOf(const Connection& c, Direction direction) { return direction == kUp ? *server_ : *c.client; }
+    void carry(ConnectionId connection, Direction direction, std::size_t bytes, std::function<void(End&)> arrive,
+               bool last = false);
+    [[nodiscard]] End& endOf(const Connection& c, Direction direction) {
+        return direction == kUp ? *server_ : *c.client;
+    }
 
     Timeline& timeline_;
     Random random_;

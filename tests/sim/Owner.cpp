@@ -140,8 +140,10 @@ void Owner::prepare() {
         Numbers bytes;
         put(bytes, list);
         content.payload = bytes.share();
-        content.changes.push_back(
-            {.sequence = scene_.sequence, .stateHash = scene_.hash, .list = bytes.share(), .blobs = std::exchange(everywhere_, {})});
+        content.changes.push_back({.sequence = scene_.sequence,
+                                   .stateHash = scene_.hash,
+                                   .list = bytes.share(),
+                                   .blobs = std::exchange(everywhere_, {})});
     }
     content.sequence = scene_.sequence;
     content.stateHash = scene_.hash;
@@ -179,18 +181,19 @@ void Owner::finish() {
 // ---- what the session wants done, and whether it may ---------------------------------------------------------------
 
 void Owner::carryOut(ServerActions actions) {
-    for (ServerAction& action : actions)
-        std::visit([this](auto& a) { on(a); }, action);
+    for (ServerAction& action : actions) std::visit([this](auto& a) { on(a); }, action);
     checkQuiet();
 }
 
 void Owner::on(const server_action::Send& action) {
-    if (!open_.contains(action.connection)) violated("sends " + std::string(nameOf(action.message)) + " on a closed connection");
+    if (!open_.contains(action.connection))
+        violated("sends " + std::string(nameOf(action.message)) + " on a closed connection");
     const std::string& host = hostOf_[action.connection];
     if (const auto* begin = std::get_if<message::Begin>(&action.message)) {
         if (begin->frame != frame_.number || !frame_.open) violated("sends a Begin of another frame");
         if (!members_.contains(host)) violated("sends Begin to " + host + ", which is not in the barrier");
-        if (toldToDraw_.contains(host) && !answered_.contains(host)) violated("sends Begin to " + host + ", which still draws");
+        if (toldToDraw_.contains(host) && !answered_.contains(host))
+            violated("sends Begin to " + host + ", which still draws");
         frame_.drawing.insert(host);
         behind_.erase(host);
         answered_.erase(host);
@@ -230,7 +233,8 @@ void Owner::on(const server_action::SnapshotWanted& action) {
 
 void Owner::on(const server_action::HostEntered& action) {
     witness_.trace(action.host + " enters at frame " + std::to_string(action.frame));
-    if (action.frame != frame_.number || !frame_.open) violated(action.host + " enters at another frame than the one that begins");
+    if (action.frame != frame_.number || !frame_.open)
+        violated(action.host + " enters at another frame than the one that begins");
     if (!members_.insert(action.host).second) violated(action.host + " enters twice");
     answered_.insert(action.host);
     ++entries_;
@@ -239,7 +243,8 @@ void Owner::on(const server_action::HostEntered& action) {
 void Owner::on(const server_action::Fault& action) {
     witness_.trace("fault: " + action.host + " " + std::string(nameOf(action.kind)) + ", " + action.detail);
     ++faults_[action.kind];
-    if (!mayFail_.contains(action.host)) violated("false alarm: " + action.host + " " + std::string(nameOf(action.kind)));
+    if (!mayFail_.contains(action.host))
+        violated("false alarm: " + action.host + " " + std::string(nameOf(action.kind)));
     checkDetection(action);
     left(action.host);
 }
@@ -257,7 +262,8 @@ void Owner::checkDetection(const server_action::Fault& fault) const {
     const SyncPolicy& sync = config_.session.sync;
     if (fault.kind == FaultKind::kSilent) {
         if (fault.detectedAfter < sync.lostAfter) violated(fault.host + " is called silent too early");
-        if (fault.detectedAfter > sync.lostAfter + excuse(sayingAt_ - fault.detectedAfter)) violated(fault.host + " is called silent too late");
+        if (fault.detectedAfter > sync.lostAfter + excuse(sayingAt_ - fault.detectedAfter))
+            violated(fault.host + " is called silent too late");
     }
     if (fault.kind == FaultKind::kDrawStalled) {
         const Duration drawing = sayingAt_ - drawingSince_.at(fault.host);
@@ -322,7 +328,8 @@ void Owner::on(const server_action::HashesReceived& action) {
     if (config_.ignoresMismatches) return;
     timeline_.after(random_.between(0ms, 20ms), [this, action] {
         post([this, action](TimePoint at) {
-            return action.objects ? session_.repair(action.host, at) : session_.queryObjects(action.host, action.entries.at(0).key);
+            return action.objects ? session_.repair(action.host, at)
+                                  : session_.queryObjects(action.host, action.entries.at(0).key);
         });
     });
 }

@@ -100,8 +100,8 @@ private:
     void left(const std::string& host);
     void checkQuiet() const;
     void checkDetection(const server_action::Fault& fault) const;
-    /// How much later than it should a deadline that began to run at `since` may be seen: our own standstills, and a moment
-    /// after each.
+    /// How much later than it should a deadline that began to run at `since` may be seen: our own standstills, and a
+    /// moment after each.
     [[nodiscard]] Duration excuse(TimePoint since) const;
     [[noreturn]] void violated(const std::string& what) const { throw Violation("the server: " + what); }
 

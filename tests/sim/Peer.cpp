@@ -7,7 +7,9 @@ namespace tessera::simulation {
 namespace {
 constexpr std::uint32_t kChunkBytes = 8 * 1024;
 constexpr std::uint32_t kChunksInFlight = 4;
-constexpr std::size_t index(ChannelKind channel) { return static_cast<std::size_t>(channel); }
+constexpr std::size_t index(ChannelKind channel) {
+    return static_cast<std::size_t>(channel);
+}
 }  // namespace
 
 Peer::Peer(PeerConfig config, Timeline& timeline, Network& network, Witness& witness, Random random)
@@ -172,7 +174,8 @@ void Peer::carryOut(ClientActions actions) {
 
 void Peer::on(client_action::Send action) {
     const auto connection = connections_[index(action.channel)];
-    if (!connection || !open_[index(action.channel)]) violated("sends " + std::string(nameOf(action.message)) + " on a closed channel");
+    if (!connection || !open_[index(action.channel)])
+        violated("sends " + std::string(nameOf(action.message)) + " on a closed channel");
     if (std::holds_alternative<message::BlobRequest>(action.message) && ++chunksAsked_ > kChunksInFlight)
         violated("has more chunks under way than its window");
     network_.toServer(*connection, std::move(action.message));
@@ -229,12 +232,14 @@ void Peer::on(const client_action::StoreBlob& action) {
 
 void Peer::on(const client_action::DescribeState& action) {
     onDrawThread(config_.applyTime, [this, query = action.query] {
-        carryOut(session_->hashes({.sequence = scene_.sequence, .objects = query.objects, .entries = {{query.leaf, scene_.hash}}}));
+        carryOut(session_->hashes(
+            {.sequence = scene_.sequence, .objects = query.objects, .entries = {{query.leaf, scene_.hash}}}));
     });
 }
 
 void Peer::on(const client_action::SendImages& action) {
-    carryOut(session_->image({.request = action.request.request, .frame = shown_, .tile = config_.name, .png = Numbers().share()}));
+    carryOut(session_->image(
+        {.request = action.request.request, .frame = shown_, .tile = config_.name, .png = Numbers().share()}));
 }
 
 void Peer::on(const client_action::Disconnect& action) {
@@ -243,7 +248,9 @@ void Peer::on(const client_action::Disconnect& action) {
     if (action.retry) {
         timeline_.after(random_.between(20ms, 150ms), [this, attempt = attempt_] {
             if (frozen_)
-                inbox_.push_back([this, attempt] { if (attempt == attempt_) dial(); });
+                inbox_.push_back([this, attempt] {
+                    if (attempt == attempt_) dial();
+                });
             else if (attempt == attempt_)
                 dial();
         });
@@ -300,6 +307,8 @@ void Peer::planLook() {
     });
 }
 
-void Peer::violated(const std::string& what) const { throw Violation("'" + config_.name + "' " + what); }
+void Peer::violated(const std::string& what) const {
+    throw Violation("'" + config_.name + "' " + what);
+}
 
 }  // namespace tessera::simulation

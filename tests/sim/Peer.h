@@ -29,7 +29,7 @@ struct PeerConfig {
     Link link;
     Duration drawTime = 5ms;  ///< at least; up to twice that
     Duration applyTime = 1ms;
-    Duration clockAhead{};    ///< of its own clock, against the server's
+    Duration clockAhead{};  ///< of its own clock, against the server's
 };
 
 class Peer final : public End {

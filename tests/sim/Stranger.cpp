@@ -20,12 +20,14 @@ Message anyMessage(Random& random) {
     Message message = messageOfKind(random.below(std::variant_size_v<Message>));
     const auto number = [&] { return random.chance(0.5) ? random.below(10) : random.next(); };
     if (auto* m = std::get_if<message::Heartbeat>(&message))
-        *m = {static_cast<std::int64_t>(number()), static_cast<std::int64_t>(number()), static_cast<std::int64_t>(number())};
+        *m = {static_cast<std::int64_t>(number()), static_cast<std::int64_t>(number()),
+              static_cast<std::int64_t>(number())};
     if (auto* m = std::get_if<message::Synced>(&message)) *m = {number(), number()};
     if (auto* m = std::get_if<message::Ready>(&message)) *m = {number(), number(), nullptr};
     if (auto* m = std::get_if<message::Shown>(&message)) *m = {number(), static_cast<std::int64_t>(number())};
     if (auto* m = std::get_if<message::BlobsHeld>(&message)) m->token = number();
-    if (auto* m = std::get_if<message::BlobRequest>(&message)) *m = {{number(), number()}, number(), static_cast<std::uint32_t>(number())};
+    if (auto* m = std::get_if<message::BlobRequest>(&message))
+        *m = {{number(), number()}, number(), static_cast<std::uint32_t>(number())};
     return message;
 }
 
@@ -44,7 +46,8 @@ void Stranger::opened(ConnectionId) {
         case Manner::kChatter:
             for (int i = 0; i < 5; ++i) {
                 Message message = anyMessage(random_);
-                if (!std::holds_alternative<message::Hello>(message)) network_.toServer(connection_, std::move(message));
+                if (!std::holds_alternative<message::Hello>(message))
+                    network_.toServer(connection_, std::move(message));
             }
             return;
         case Manner::kOutdated:
@@ -83,6 +86,8 @@ void Stranger::received(ConnectionId, std::shared_ptr<const Message> message) {
     refused_ = refused_ || std::holds_alternative<message::Refused>(*message);
 }
 
-void Stranger::closed(ConnectionId) { gone_ = true; }
+void Stranger::closed(ConnectionId) {
+    gone_ = true;
+}
 
 }  // namespace tessera::simulation

@@ -8,17 +8,17 @@ namespace tessera::simulation {
 class Stranger final : public End {
 public:
     enum class Manner : std::uint8_t {
-        kMute,          ///< connects and says nothing
-        kGarbage,       ///< bytes that are no message
-        kChatter,       ///< well-formed messages, none of them a Hello
-        kOutdated,      ///< another protocol version
+        kMute,      ///< connects and says nothing
+        kGarbage,   ///< bytes that are no message
+        kChatter,   ///< well-formed messages, none of them a Hello
+        kOutdated,  ///< another protocol version
         kOtherSchema,
         kUnknownName,
         kUnknownRole,
-        kForgedToken,   ///< a bulk connection to nobody
-        kDouble,        ///< a host's name that is (mostly) taken; then silence
-        kRudeViewer,    ///< a welcomed application that says what only hosts say
-        kVanishing,     ///< goes away in the middle of its greeting
+        kForgedToken,  ///< a bulk connection to nobody
+        kDouble,       ///< a host's name that is (mostly) taken; then silence
+        kRudeViewer,   ///< a welcomed application that says what only hosts say
+        kVanishing,    ///< goes away in the middle of its greeting
     };
     static constexpr std::uint64_t kManners = 11;
 

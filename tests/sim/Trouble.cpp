@@ -7,8 +7,9 @@ void Trouble::live() {
     plan();
     cluster_.run(3'200ms);
     repairAll();
-    // The slowest way back: a dead link that only the client can notice (1.5 s), or a mismatch nobody looks at (sync deadline
-    // 1 s) after blobs that came late (800 ms); then the dial, a name still taken (250 ms), snapshot and blobs.
+    // The slowest way back: a dead link that only the client can notice (1.5 s), or a mismatch nobody looks at (sync
+    // deadline 1 s) after blobs that came late (800 ms); then the dial, a name still taken (250 ms), snapshot and
+    // blobs.
     cluster_.run(2'800ms);
     cluster_.server().nobodyMayFail();
     const std::uint64_t before = cluster_.server().released();
@@ -24,7 +25,9 @@ void Trouble::comeInAnyOrder() {
     cluster_.startServer();
     for (std::size_t i = 0; i < cluster_.hostCount(); ++i) {
         const Duration when = random_.chance(0.8) ? random_.between(0ms, 300ms) : sometime();
-        cluster_.timeline().after(when, [this, i] { if (!cluster_.host(i).running()) cluster_.host(i).start(); });
+        cluster_.timeline().after(when, [this, i] {
+            if (!cluster_.host(i).running()) cluster_.host(i).start();
+        });
     }
     for (std::size_t i = 0; i < cluster_.applicationCount(); ++i)
         cluster_.timeline().after(sometime(), [this, i] { cluster_.application(i).start(); });
@@ -32,15 +35,19 @@ void Trouble::comeInAnyOrder() {
 
 void Trouble::plan() {
     for (std::uint64_t n = random_.below(24); n > 0; --n) cluster_.timeline().after(sometime(), [this] { strike(); });
-    for (std::uint64_t n = random_.below(8); n > 0; --n) cluster_.timeline().after(sometime(), [this] { cluster_.server().announceBlobs(); });
-    for (std::uint64_t n = random_.below(3); n > 0; --n) cluster_.timeline().after(sometime(), [this] { cluster_.server().requestImages(); });
+    for (std::uint64_t n = random_.below(8); n > 0; --n)
+        cluster_.timeline().after(sometime(), [this] { cluster_.server().announceBlobs(); });
+    for (std::uint64_t n = random_.below(3); n > 0; --n)
+        cluster_.timeline().after(sometime(), [this] { cluster_.server().requestImages(); });
     for (std::size_t i = 0; i < cluster_.applicationCount(); ++i)
         for (std::uint64_t n = random_.below(4); n > 0; --n)
             cluster_.timeline().after(sometime(), [this, i] { cluster_.application(i).ask(); });
 }
 
 void Trouble::later(Duration low, Duration high, std::function<void()> what) {
-    cluster_.timeline().after(random_.between(low, high), [this, what = std::move(what)] { if (!over_) what(); });
+    cluster_.timeline().after(random_.between(low, high), [this, what = std::move(what)] {
+        if (!over_) what();
+    });
 }
 
 void Trouble::strike() {
@@ -73,7 +80,9 @@ void Trouble::strikeHost(std::size_t index) {
     switch (random_.below(9)) {
         case 0:
             host.crash(random_.chance(0.5));
-            return later(0ms, 500ms, [&host] { if (!host.running()) host.start(); });
+            return later(0ms, 500ms, [&host] {
+                if (!host.running()) host.start();
+            });
         case 1:
             host.freeze();
             return later(30ms, 1'500ms, [&host] { host.thaw(); });
@@ -91,8 +100,12 @@ void Trouble::strikeHost(std::size_t index) {
         case 7:
             return host.corrupt();
         default: {
-            const Message rude[] = {message::Ready{.frame = ~std::uint64_t{0}}, message::Synced{.sequence = ~std::uint64_t{0}},
-                                    message::Request{}, message::BlobRequest{}, message::Welcome{}, message::Hello{}};
+            const Message rude[] = {message::Ready{.frame = ~std::uint64_t{0}},
+                                    message::Synced{.sequence = ~std::uint64_t{0}},
+                                    message::Request{},
+                                    message::BlobRequest{},
+                                    message::Welcome{},
+                                    message::Hello{}};
             return host.misbehave(rude[random_.below(std::size(rude))]);
         }
     }

@@ -5,8 +5,8 @@
 
 namespace tessera::simulation {
 
-/// A whole life of a cluster: hosts come in any order, things go wrong for three seconds, all is repaired, everybody is in
-/// step again, and the server ends. Throws a Violation when a law is broken.
+/// A whole life of a cluster: hosts come in any order, things go wrong for three seconds, all is repaired, everybody is
+/// in step again, and the server ends. Throws a Violation when a law is broken.
 class Trouble {
 public:
     explicit Trouble(Cluster& cluster) : cluster_(cluster), random_(cluster.random().fork()) {}

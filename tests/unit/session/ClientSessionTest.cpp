@@ -54,7 +54,8 @@ struct ClientFixture {
                 for (const Blob& blob : blobs) {
                     if (blob.id() != request.id) continue;
                     const ByteSpan part = blob.bytes().subspan(request.offset, request.length);
-                    hear(message::BlobChunk{blob.id(), request.offset, blob.sizeBytes(), share(Bytes(part.begin(), part.end()))},
+                    hear(message::BlobChunk{blob.id(), request.offset, blob.sizeBytes(),
+                                            share(Bytes(part.begin(), part.end()))},
                          ChannelKind::kBulk);
                     more = true;
                 }
@@ -79,7 +80,9 @@ struct ClientFixture {
     }
 };
 
-BlobInfo infoOf(const Blob& blob) { return {blob.id(), blob.sizeBytes()}; }
+BlobInfo infoOf(const Blob& blob) {
+    return {blob.id(), blob.sizeBytes()};
+}
 
 TEST(ClientSession, SaysHelloAndOpensItsBulkConnection) {
     ClientFixture c;
@@ -253,12 +256,9 @@ TEST(ClientSession, DamagedMissingOrUnaskedChunksEndTheConnection) {
     const Blob blob(content(80, 1));
     const SharedBytes right = blob.shared();
     const SharedBytes wrong = share(content(80, 2));
-    const std::vector<message::BlobChunk> bad{{blob.id(), 0, 80, wrong},
-                                              {blob.id(), 0, 0, nullptr},
-                                              {blob.id(), 0, 81, right},
-                                              {blob.id(), 0, 80, share(content(79, 1))},
-                                              {blob.id(), 1, 80, right},
-                                              {blobOf("other").id, 0, 80, right}};
+    const std::vector<message::BlobChunk> bad{{blob.id(), 0, 80, wrong}, {blob.id(), 0, 0, nullptr},
+                                              {blob.id(), 0, 81, right}, {blob.id(), 0, 80, share(content(79, 1))},
+                                              {blob.id(), 1, 80, right}, {blobOf("other").id, 0, 80, right}};
     for (const message::BlobChunk& chunk : bad) {
         ClientFixture c;
         c.welcomed();

@@ -69,6 +69,20 @@ TEST(ServerFaults, AfterAStandstillOfOurOwnHostsGetAMoment) {
     EXPECT_EQ(s.actions<server_action::Fault>()[0].host, "b");
 }
 
+TEST(ServerFaults, AReadyThatLayUnreadWhileWeStoodStillIsInTime) {
+    ServerSessionConfig config = twoHosts();
+    config.sync.lateFrame = LateFramePolicy::kHold;
+    Live s(config);
+    const std::uint64_t frame = s.begin();
+    s.ready(s.a, frame);
+    s.run(110ms, {s.a, s.b});  // b is late, and held
+    const TimePoint readyAt = s.now + 10ms;
+    s.pass(3s);
+    s.begin();  // before anything else is looked at
+    s.take(s.session.received(s.b, message::Ready{frame, hashAfter(s.sequence), nullptr}, readyAt));
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty());
+}
+
 TEST(ServerFaults, ARestartedHostComesBackThroughTheSamePath) {
     Live s;
     s.drop(s.b);
@@ -83,9 +97,17 @@ TEST(ServerFaults, ARestartedHostComesBackThroughTheSamePath) {
 }
 
 TEST(ServerFaults, WhoSaysWhatItMustNotSayIsClosedAlone) {
-    const std::vector<Message> never{message::Hello{}, message::Welcome{}, message::Request{}, message::TileImage{},
-                                     message::BlobRequest{}, message::HashAnswer{}, message::Over{}, message::Begin{},
-                                     message::Ready{.frame = 99}, message::Shown{.frame = 99}, message::Synced{.sequence = 99}};
+    const std::vector<Message> never{message::Hello{},
+                                     message::Welcome{},
+                                     message::Request{},
+                                     message::TileImage{},
+                                     message::BlobRequest{},
+                                     message::HashAnswer{},
+                                     message::Over{},
+                                     message::Begin{},
+                                     message::Ready{.frame = 99},
+                                     message::Shown{.frame = 99},
+                                     message::Synced{.sequence = 99}};
     for (const Message& message : never) {
         Live s;
         s.say(s.b, message);
@@ -202,8 +224,11 @@ TEST(ServerFaults, ImpossibleTimesInHeartbeatsAreIgnored) {
     Live s;
     constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
     constexpr auto kLeast = std::numeric_limits<std::int64_t>::min();
-    for (const auto& [sent, echo, held] :
-         {std::tuple{kMost, kMost, kMost}, {kLeast, kLeast, kLeast}, {1l, 1l, kLeast}, {kLeast, kMost, 0l}, {0l, kLeast, kMost}})
+    for (const auto& [sent, echo, held] : {std::tuple{kMost, kMost, kMost},
+                                           {kLeast, kLeast, kLeast},
+                                           {1l, 1l, kLeast},
+                                           {kLeast, kMost, 0l},
+                                           {0l, kLeast, kMost}})
         s.say(s.a, message::Heartbeat{sent, echo, held});
     EXPECT_EQ(s.session.hosts()[0].roundTrip, 0ms);
     EXPECT_FALSE(s.closed(s.a));

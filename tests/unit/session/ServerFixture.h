@@ -16,7 +16,9 @@ inline SharedBytes textBytes(std::string_view text) {
     return share(Bytes(bytes.begin(), bytes.end()));
 }
 /// A stand-in for the scene's hash after list `sequence`.
-inline std::uint64_t hashAfter(std::uint64_t sequence) { return 0x9E3779B97F4A7C15ull * (sequence + 1); }
+inline std::uint64_t hashAfter(std::uint64_t sequence) {
+    return 0x9E3779B97F4A7C15ull * (sequence + 1);
+}
 
 inline ServerSessionConfig twoHosts() {
     ServerSessionConfig config;
@@ -92,7 +94,10 @@ struct ServerFixture {
     }
     message::Changes commit(std::vector<BlobInfo> blobs = {}) {
         ++sequence;
-        return {.sequence = sequence, .stateHash = hashAfter(sequence), .list = textBytes("list"), .blobs = std::move(blobs)};
+        return {.sequence = sequence,
+                .stateHash = hashAfter(sequence),
+                .list = textBytes("list"),
+                .blobs = std::move(blobs)};
     }
     std::uint64_t begin(std::vector<message::Changes> changes = {}) {
         const std::uint64_t frame = session.nextFrame();
@@ -135,6 +140,8 @@ struct ServerFixture {
     }
 };
 
-inline BlobInfo blobOf(std::string_view text) { return {hash128(asBytes(text)), text.size()}; }
+inline BlobInfo blobOf(std::string_view text) {
+    return {hash128(asBytes(text)), text.size()};
+}
 
 }  // namespace tessera

@@ -149,7 +149,8 @@ TEST(ServerJoin, ALateJoinerGetsEveryListOnceAndEntersAtANamedFrame) {
     s.drop(gone);
     s.ready(a, 0);
     const ConnectionId b = s.hello("b");
-    const message::Snapshot old{.sequence = s.sequence, .stateHash = hashAfter(s.sequence)};  // made now, handed in late
+    const message::Snapshot old{.sequence = s.sequence,
+                                .stateHash = hashAfter(s.sequence)};  // made now, handed in late
     for (int i = 0; i < 2; ++i) s.ready(a, s.begin({s.commit()}));
     s.forget();
     s.take(s.session.snapshotReady(b, old, s.now));

@@ -8,7 +8,9 @@ namespace {
 using namespace std::chrono_literals;
 using Names = std::vector<std::string>;
 
-TimePoint at(Duration t) { return TimePoint(1s + t); }
+TimePoint at(Duration t) {
+    return TimePoint(1s + t);
+}
 
 SyncPolicy policy(LateFramePolicy late) {
     SyncPolicy p;
@@ -27,7 +29,8 @@ SwapBarrier barrierOf(LateFramePolicy late, const Names& hosts) {
 /// One frame that everybody draws in time.
 void wholeFrame(SwapBarrier& barrier, Duration begun, Duration drawing) {
     const std::uint64_t frame = barrier.nextFrame();
-    for (const std::string& host : barrier.begin(frame, at(begun))) ASSERT_TRUE(barrier.ready(host, frame, at(begun + drawing)));
+    for (const std::string& host : barrier.begin(frame, at(begun)))
+        ASSERT_TRUE(barrier.ready(host, frame, at(begun + drawing)));
     ASSERT_TRUE(barrier.poll(at(begun + drawing)).released);
 }
 
