@@ -8,40 +8,64 @@
 
 namespace tessera {
 
-/// One drawn item, as instanced vertex attributes: found by the draw call's base instance, cheaper on a software
-/// rasteriser than a storage buffer.
-struct DrawRecord {
-    std::array<std::array<float, 4>, 3> eye_T_item;  ///< rows
-    /// Rows of the inverse transpose of eye_T_item's linear part, up to a positive factor; the fourth column holds
-    /// roughness, metallic, and 1 for "shade by the face".
-    std::array<std::array<float, 4>, 3> normalRows;
-    std::array<float, 4> baseColor;
-    std::array<float, 4> emissive;           ///< w unused
-    std::array<std::uint32_t, 2> node{};     ///< low and high word of the id
-};
-static_assert(sizeof(DrawRecord) == 136);
-
 /// What all items of one draw share; std140.
 struct FrameBlock {
     struct Light {
         std::array<float, 4> place;     ///< eye space, metres: position and 1, or direction towards the light and 0
         std::array<float, 4> radiance;  ///< rgb at one metre; w: 1 / range in metres, 0 for unlimited
     };
-    std::array<float, 16> clip_T_eye;               ///< columns
+    std::array<float, 16> clip_T_eye;                 ///< columns; depth 1 at the near plane, 0 at the far one
+    std::array<float, 16> eye_T_clip;
     std::array<std::array<float, 4>, 3> world_R_eye;  ///< rows
-    std::array<float, 4> sky, ground;               ///< w unused
+    std::array<float, 4> sky, ground;
+    std::array<float, 4> clipPerPixel;                ///< 2 / width, 2 / height
     std::array<Light, 16> lights;
 };
-static_assert(sizeof(FrameBlock) == 64 + 48 + 32 + 16 * 32);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 * 32);
 
-enum class ProgramKind { kLit, kLitTextured, kNodeIds };
+/// One drawn item; std140, padded to the largest alignment that GL may ask for. A range of uniforms per draw call costs a
+/// microsecond, attributes or a storage buffer cost time per vertex.
+struct ItemBlock {
+    std::array<std::array<float, 4>, 3> eye_T_item;  ///< rows
+    /// Rows of the inverse transpose of eye_T_item's linear part, up to a positive factor.
+    std::array<std::array<float, 4>, 3> normalRows;
+    std::array<float, 4> baseColor;
+    std::array<float, 4> emissiveAndRoughness;
+    std::array<float, 4> metallicAndFaceted;      ///< z, w unused
+    std::array<std::uint32_t, 4> nodeAndMaterial;  ///< low and high word of the node's id, material, unused
+    std::array<float, 24> padding;
+};
+static_assert(sizeof(ItemBlock) == 256);
+
+/// What the light pass reads of a material: two texels. Material 0 is the background.
+struct MaterialTexels {
+    std::array<float, 4> emissiveAndRoughness{};
+    std::array<float, 4> metallicAndLit{};  ///< y: 1 for what light falls on; z, w unused
+    bool operator==(const MaterialTexels&) const = default;
+};
+inline constexpr std::size_t kMaxMaterials = 1 << 14;
+
+/// What a program is for, and what distinguishes those for the same thing.
+struct ProgramKind {
+    enum class Use : std::uint8_t {
+        kSurface,  ///< first pass of what is solid
+        kLight,    ///< second pass
+        kLightRest,
+        kBlend,    ///< what is transparent
+        kCopy,
+        kNodeIds,
+    } use = Use::kSurface;
+    bool textured = false;
+    bool faceted = false;        ///< kSurface only
+    int samples = 1;             ///< kLight only
+    std::size_t lightCount = 0;  ///< a count that is not a constant would cost a read per lane and light
+    auto operator<=>(const ProgramKind&) const = default;
+};
 
 /// One linked program; destroyed with the renderer, on the surface's thread.
 class Program {
 public:
-    /// The number of lights is part of the program: an index that is not a constant costs a software rasteriser a read per
-    /// lane. Of no matter for node ids.
-    [[nodiscard]] static Expected<Program> create(const GlFunctions& gl, ProgramKind kind, std::size_t lightCount);
+    [[nodiscard]] static Expected<Program> create(const GlFunctions& gl, const ProgramKind& kind);
     ~Program();
     Program(Program&& other) noexcept;
     Program& operator=(Program&&) = delete;

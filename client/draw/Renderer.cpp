@@ -1,14 +1,12 @@
 #include "client/draw/Renderer.h"
 
-#include <cmath>
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <map>
 
-#include "client/draw/MeshBuffers.h"
-#include "client/draw/Program.h"
-#include "client/draw/RenderTarget.h"
-#include "client/draw/TextureCache.h"
-#include "client/draw/Tone.h"
+#include "client/draw/DrawCalls.h"
+#include "client/draw/TileBuffers.h"
 
 namespace tessera {
 namespace {
@@ -31,94 +29,10 @@ Expected<void> checkRect(const ScreenCamera& camera, const PixelRect& r) {
         return fail(ErrorCode::kLimit, "a screen of more than 16384 pixels a side cannot be drawn");
     if (r.x < 0 || r.y < 0 || r.width <= 0 || r.height <= 0 || r.width > camera.pixels.width - r.x ||
         r.height > camera.pixels.height - r.y)
-        return fail(ErrorCode::kBadInput, "a tile of " + std::to_string(r.width) + "x" + std::to_string(r.height) + " at " +
-                                              std::to_string(r.x) + "," + std::to_string(r.y) +
-                                              " does not lie on its screen of " + std::to_string(camera.pixels.width) + "x" +
-                                              std::to_string(camera.pixels.height));
+        return fail(ErrorCode::kBadInput, fmt::format("a tile of {}x{} at {},{} does not lie on its screen of {}x{}", r.width,
+                                                      r.height, r.x, r.y, camera.pixels.width, camera.pixels.height));
     return {};
 }
-
-std::array<float, 4> four(const Vec3f& v, float w) { return {v.x(), v.y(), v.z(), w}; }
-
-/// Depth runs from 1 at the near plane to 0 at the far one: as a float it then resolves about the same relative distance
-/// everywhere.
-std::array<float, 16> reversedDepth(const Mat4d& clip_T_eye) {
-    Mat4d m = clip_T_eye;
-    m.row(2) = 0.5 * (clip_T_eye.row(3) - clip_T_eye.row(2));
-    std::array<float, 16> columns{};
-    for (int c = 0; c < 4; ++c)
-        for (int r = 0; r < 4; ++r) columns[static_cast<std::size_t>(4 * c + r)] = static_cast<float>(m(r, c));
-    return columns;
-}
-
-FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
-    // Metres per world unit: a wall may stand in a world of any scale.
-    const double scale = std::cbrt(std::abs(camera.eye_T_world.linear().determinant()));
-    const Mat3d eye_R_world = camera.eye_T_world.linear() / (scale > 0 ? scale : 1.0);
-    FrameBlock block{};
-    block.clip_T_eye = reversedDepth(camera.clip_T_eye);
-    for (int i = 0; i < 3; ++i) {
-        const Vec3d row = eye_R_world.col(i);
-        block.world_R_eye[static_cast<std::size_t>(i)] = four(row.cast<float>(), 0);
-    }
-    const std::size_t lightCount = std::min(list.lights.size(), DrawList::kMaxLights);
-    block.sky = four(list.environment.sky, 0);
-    block.ground = four(list.environment.ground, 0);
-    for (std::size_t i = 0; i < lightCount; ++i) {
-        const LightItem& light = list.lights[i];
-        if (light.kind == LightItem::Kind::kDirectional) {
-            const Vec3d towards = (eye_R_world * -light.direction).normalized();
-            block.lights[i] = {.place = four(towards.cast<float>(), 0), .radiance = four(light.radiance, 0)};
-        } else {
-            const Vec3d position = camera.eye_T_world * light.position;
-            const Vec3f atOneMetre = light.radiance * static_cast<float>(scale * scale);
-            const float inverseRange = light.range > 0 ? static_cast<float>(1.0 / (light.range * scale)) : 0.0f;
-            block.lights[i] = {.place = four(position.cast<float>(), 1), .radiance = four(atOneMetre, inverseRange)};
-        }
-    }
-    return block;
-}
-
-DrawRecord makeRecord(const DrawItem& item, const Material& material, bool hasNormals, const ScreenCamera& camera) {
-    const Affine3d eye_T_item = camera.eye_T_world * item.world_T_item;
-    const Mat3d m = eye_T_item.linear();
-    // The matrix of cofactors is the inverse transpose times the determinant, and exists where the inverse does not.
-    Mat3d cofactors;
-    cofactors.row(0) = m.row(1).cross(m.row(2));
-    cofactors.row(1) = m.row(2).cross(m.row(0));
-    cofactors.row(2) = m.row(0).cross(m.row(1));
-    const double largest = cofactors.cwiseAbs().maxCoeff();
-    if (largest > 0) cofactors /= m.determinant() < 0 ? -largest : largest;
-
-    DrawRecord record{};
-    for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) {
-            record.eye_T_item[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = static_cast<float>(m(r, c));
-            record.normalRows[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] =
-                static_cast<float>(cofactors(r, c));
-        }
-        record.eye_T_item[static_cast<std::size_t>(r)][3] = static_cast<float>(eye_T_item.translation()(r));
-    }
-    record.normalRows[0][3] = material.roughness;
-    record.normalRows[1][3] = material.metallic;
-    record.normalRows[2][3] = hasNormals ? 0.0f : 1.0f;
-    record.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
-    record.emissive = four(material.emissive, 0);
-    record.node = {static_cast<std::uint32_t>(item.node.value), static_cast<std::uint32_t>(item.node.value >> 32)};
-    return record;
-}
-
-/// Something to draw, with all that its draw call needs. Its record has the same index.
-struct Call {
-    MeshRange mesh;
-    GLuint texture = 0;
-    bool doubleSided = false;
-    bool mirrored = false;
-};
-
-struct LitPrograms {
-    Program plain, textured;
-};
 
 Picture toPicture(const std::vector<std::uint8_t>& rgba, int widthPx, int heightPx) {
     Picture picture{.widthPx = widthPx, .heightPx = heightPx, .rgb = {}};
@@ -140,64 +54,51 @@ Picture toPicture(const std::vector<std::uint8_t>& rgba, int widthPx, int height
 }  // namespace
 
 struct Renderer::Impl {
-    Impl(Surface& onSurface, GlFunctions functions, RendererOptions options, Program idProgram);
+    Impl(Surface& onSurface, GlFunctions functions, RendererOptions o);
     ~Impl();
 
-    void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera);
-    void collect(const Aspect& aspect, const std::vector<DrawItem>& items, const ScreenCamera& camera);
-    void bindFrame(const DrawList& list, const ScreenCamera& camera, GLuint framebuffer, const PixelRect& scissor);
-    void issue(std::size_t first, std::size_t last, const LitPrograms* lit);
-    [[nodiscard]] Expected<const LitPrograms*> litFor(std::size_t lightCount);
+    [[nodiscard]] Expected<void> begin(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
+                                       const PixelRect& rect, TileBuffers& buffers);
+    [[nodiscard]] Expected<GLuint> program(const ProgramKind& kind);
+    [[nodiscard]] Expected<void> useProgram(const ProgramKind& kind);
+    [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind kind);
+    [[nodiscard]] Expected<void> drawOverScreen(const ProgramKind& kind);
+    [[nodiscard]] Expected<void> lightSurfaces();
+    [[nodiscard]] Expected<void> blendTransparent();
 
     Surface& surface;
     GlFunctions gl;
-    Program nodeIds;
-    std::map<std::size_t, LitPrograms> lit;  ///< by number of lights; a handful in the life of a wall
-    GLuint vertexArray = 0, recordBuffer = 0, frameBuffer = 0;
+    RendererOptions options;
+    std::map<ProgramKind, Program> programs;  ///< made when first needed
+    GLuint vertexArray = 0, emptyArray = 0;
+    GLuint itemBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
-    RenderTarget colors, ids;
+    TileBuffers tile, ids;
 
-    // Of the list being drawn; kept for their memory.
-    std::vector<DrawRecord> records;
-    std::vector<Call> calls;
-    std::size_t opaqueCalls = 0;
-    DrawCounts counts;
+    // Of the list being drawn.
+    DrawCalls calls;
+    PixelRect scissor;
+    std::size_t lightCount = 0;
 };
 
-Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions options, Program idProgram)
-    : surface(onSurface),
-      gl(functions),
-      nodeIds(std::move(idProgram)),
-      textures(gl, options.textureBudgetBytes),
-      colors(gl, GL_RGBA8, options.samples),
-      ids(gl, GL_RG32UI, 1) {
+Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions o)
+    : surface(onSurface), gl(functions), options(o), textures(gl, o.textureBudgetBytes), tile(gl, o.samples), ids(gl, 1) {
     gl.CreateVertexArrays(1, &vertexArray);
-    gl.CreateBuffers(1, &recordBuffer);
-    gl.CreateBuffers(1, &frameBuffer);
+    gl.CreateVertexArrays(1, &emptyArray);
+    for (GLuint* buffer : {&itemBuffer, &frameBuffer, &materialBuffer}) gl.CreateBuffers(1, buffer);
     gl.NamedBufferData(frameBuffer, sizeof(FrameBlock), nullptr, GL_STREAM_DRAW);
+    gl.CreateTextures(GL_TEXTURE_BUFFER, 1, &materialTexture);
 
-    const auto attribute = [&](GLuint location, GLint width, GLenum type, GLboolean normalised, std::size_t offset,
-                               GLuint binding) {
+    const auto attribute = [&](GLuint location, GLint width, GLenum type, GLboolean normalised, std::size_t offset) {
         gl.EnableVertexArrayAttrib(vertexArray, location);
         gl.VertexArrayAttribFormat(vertexArray, location, width, type, normalised, static_cast<GLuint>(offset));
-        gl.VertexArrayAttribBinding(vertexArray, location, binding);
+        gl.VertexArrayAttribBinding(vertexArray, location, 0);
     };
-    attribute(0, 3, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, position), 0);
-    attribute(1, 3, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, normal), 0);
-    attribute(2, 4, GL_UNSIGNED_SHORT, GL_TRUE, offsetof(MeshVertex, color), 0);
-    attribute(3, 2, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, texcoord), 0);
-    for (GLuint row = 0; row < 3; ++row) {
-        attribute(4 + row, 4, GL_FLOAT, GL_FALSE, offsetof(DrawRecord, eye_T_item) + 16 * row, 1);
-        attribute(7 + row, 4, GL_FLOAT, GL_FALSE, offsetof(DrawRecord, normalRows) + 16 * row, 1);
-    }
-    attribute(10, 4, GL_FLOAT, GL_FALSE, offsetof(DrawRecord, baseColor), 1);
-    attribute(11, 4, GL_FLOAT, GL_FALSE, offsetof(DrawRecord, emissive), 1);
-    gl.EnableVertexArrayAttrib(vertexArray, 12);
-    gl.VertexArrayAttribIFormat(vertexArray, 12, 2, GL_UNSIGNED_INT, offsetof(DrawRecord, node));
-    gl.VertexArrayAttribBinding(vertexArray, 12, 1);
-    gl.VertexArrayBindingDivisor(vertexArray, 1, 1);
-    gl.VertexArrayVertexBuffer(vertexArray, 1, recordBuffer, 0, sizeof(DrawRecord));
+    attribute(0, 3, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, position));
+    attribute(1, 3, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, normal));
+    attribute(2, 4, GL_UNSIGNED_SHORT, GL_TRUE, offsetof(MeshVertex, color));
+    attribute(3, 2, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, texcoord));
     meshes = std::make_unique<MeshBuffers>(gl, vertexArray, options.meshBudgetBytes);
 }
 
@@ -205,53 +106,30 @@ Renderer::Impl::~Impl() {
     // A context that cannot be made current takes its objects with it when it goes.
     if (!surface.makeCurrent()) return;
     gl.DeleteVertexArrays(1, &vertexArray);
-    gl.DeleteBuffers(1, &recordBuffer);
-    gl.DeleteBuffers(1, &frameBuffer);
+    gl.DeleteVertexArrays(1, &emptyArray);
+    for (const GLuint* buffer : {&itemBuffer, &frameBuffer, &materialBuffer}) gl.DeleteBuffers(1, buffer);
+    gl.DeleteTextures(1, &materialTexture);
 }
 
-void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera) {
-    records.clear();
-    calls.clear();
-    counts = {.items = list.opaque.size() + list.transparent.size()};
-    meshes->beginDraw();
-    textures.beginDraw();
-    collect(aspect, list.opaque, camera);
-    opaqueCalls = calls.size();
-    collect(aspect, list.transparent, camera);
-}
+Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
+                                     const PixelRect& rect, TileBuffers& buffers) {
+    if (auto good = checkRect(camera, rect); !good) return good;
+    if (auto current = surface.makeCurrent(); !current) return current;
+    scissor = grownToGrid(rect);
+    if (auto room = buffers.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room) return room;
+    lightCount = std::min(list.lights.size(), DrawList::kMaxLights);
+    calls.collect(aspect, list, camera, *meshes, textures);
 
-void Renderer::Impl::collect(const Aspect& aspect, const std::vector<DrawItem>& items, const ScreenCamera& camera) {
-    static const Material kDefaultMaterial;
-    for (const DrawItem& item : items) {
-        const auto* geometry = aspect.get<Geometry>(item.geometry);
-        const std::optional<MeshRange> mesh = geometry ? meshes->find(*geometry) : std::nullopt;
-        if (!mesh) {
-            ++counts.skipped;
-            continue;
-        }
-        if (mesh->indexCount == 0) continue;
-        const auto* own = item.material ? aspect.get<Material>(item.material) : nullptr;
-        const Material& material = own ? *own : kDefaultMaterial;
-        Call call{.mesh = *mesh, .doubleSided = material.doubleSided != 0, .mirrored = item.mirrored};
-        if (material.baseColorImage) {
-            const auto* image = aspect.get<Image>(material.baseColorImage);
-            call.texture = image ? textures.find(*image) : 0;
-            if (call.texture == 0) ++counts.untextured;
-        }
-        calls.push_back(call);
-        records.push_back(makeRecord(item, material, mesh->hasNormals, camera));
-    }
-}
-
-void Renderer::Impl::bindFrame(const DrawList& list, const ScreenCamera& camera, GLuint framebuffer,
-                               const PixelRect& scissor) {
     const FrameBlock block = makeFrameBlock(list, camera);
     gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
-    gl.NamedBufferData(recordBuffer, static_cast<GLsizeiptr>(std::max<std::size_t>(1, records.size()) * sizeof(DrawRecord)),
-                       records.empty() ? nullptr : records.data(), GL_STREAM_DRAW);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer);
-    gl.BindVertexArray(vertexArray);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    const auto upload = [this](GLuint buffer, const auto& values) {
+        gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(), GL_STREAM_DRAW);
+    };
+    if (!calls.items().empty()) upload(itemBuffer, calls.items());
+    upload(materialBuffer, calls.materials());
+    gl.TextureBuffer(materialTexture, GL_RGBA32F, materialBuffer);
+
     // The whole screen's viewport on every tile; only the scissor is the tile's own.
     gl.Viewport(0, 0, camera.pixels.width, camera.pixels.height);
     gl.Enable(GL_SCISSOR_TEST);
@@ -261,38 +139,106 @@ void Renderer::Impl::bindFrame(const DrawList& list, const ScreenCamera& camera,
     gl.DepthFunc(GL_GREATER);
     gl.DepthMask(GL_TRUE);
     gl.Disable(GL_BLEND);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, buffers.surfaces());
     const float farthest = 0;
-    gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
+    const std::array<GLuint, 4> nothing{};
+    gl.ClearNamedFramebufferfv(buffers.surfaces(), GL_DEPTH, 0, &farthest);
+    gl.ClearNamedFramebufferuiv(buffers.surfaces(), GL_COLOR, 0, nothing.data());
+    return {};
 }
 
-Expected<const LitPrograms*> Renderer::Impl::litFor(std::size_t lightCount) {
-    if (const auto it = lit.find(lightCount); it != lit.end()) return &it->second;
-    auto plain = Program::create(gl, ProgramKind::kLit, lightCount);
-    if (!plain) return tl::unexpected(plain.error());
-    auto textured = Program::create(gl, ProgramKind::kLitTextured, lightCount);
-    if (!textured) return tl::unexpected(textured.error());
-    return &lit.emplace(lightCount, LitPrograms{std::move(*plain), std::move(*textured)}).first->second;
+Expected<GLuint> Renderer::Impl::program(const ProgramKind& kind) {
+    auto it = programs.find(kind);
+    if (it == programs.end()) {
+        auto made = Program::create(gl, kind);
+        if (!made) return tl::unexpected(made.error());
+        it = programs.emplace(kind, std::move(*made)).first;
+    }
+    return it->second.name();
 }
 
-void Renderer::Impl::issue(std::size_t first, std::size_t last, const LitPrograms* programs) {
-    if (first == last) return;
-    if (!programs) gl.UseProgram(nodeIds.name());
-    const Call* before = nullptr;
+Expected<void> Renderer::Impl::useProgram(const ProgramKind& kind) {
+    const auto name = program(kind);
+    if (!name) return tl::unexpected(name.error());
+    gl.UseProgram(*name);
+    return {};
+}
+
+/// In the list's order, whatever changes of state that costs.
+Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, ProgramKind kind) {
+    gl.BindVertexArray(vertexArray);
+    const DrawCall* before = nullptr;
+    const ProgramKind plain = kind;
     for (std::size_t i = first; i < last; ++i) {
-        const Call& call = calls[i];
-        if (programs && (!before || before->texture != call.texture)) {
-            gl.UseProgram(call.texture ? programs->textured.name() : programs->plain.name());
-            if (call.texture) gl.BindTextureUnit(0, call.texture);
-        }
+        const DrawCall& call = calls.calls()[i];
+        ProgramKind wanted = plain;
+        if (plain.use != ProgramKind::Use::kNodeIds) wanted.textured = call.texture != 0;
+        if (plain.use == ProgramKind::Use::kSurface) wanted.faceted = !call.mesh.hasNormals;
+        if (!before || wanted != kind)
+            if (auto used = useProgram(wanted); !used) return used;
+        kind = wanted;
+        if (wanted.textured && (!before || before->texture != call.texture)) gl.BindTextureUnit(0, call.texture);
         if (!before || before->doubleSided != call.doubleSided)
             call.doubleSided ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
         if (!before || before->mirrored != call.mirrored) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
         before = &call;
+        gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer, static_cast<GLintptr>(i * sizeof(ItemBlock)), sizeof(ItemBlock));
         const auto* offset = reinterpret_cast<const void*>(std::size_t{call.mesh.firstIndex} * sizeof(std::uint32_t));
-        gl.DrawElementsInstancedBaseVertexBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(call.mesh.indexCount),
-                                                       GL_UNSIGNED_INT, offset, 1, call.mesh.baseVertex,
-                                                       static_cast<GLuint>(i));
+        gl.DrawElementsBaseVertex(GL_TRIANGLES, static_cast<GLsizei>(call.mesh.indexCount), GL_UNSIGNED_INT, offset,
+                                  call.mesh.baseVertex);
     }
+    return {};
+}
+
+Expected<void> Renderer::Impl::drawOverScreen(const ProgramKind& kind) {
+    if (auto used = useProgram(kind); !used) return used;
+    gl.BindVertexArray(emptyArray);
+    gl.Disable(GL_CULL_FACE);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    return {};
+}
+
+/// Each pixel is lit once, however many surfaces were drawn into it, and once more where its samples show different ones.
+Expected<void> Renderer::Impl::lightSurfaces() {
+    const auto framebuffer = tile.picture();
+    if (!framebuffer) return tl::unexpected(framebuffer.error());
+    gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
+    gl.BindTextureUnit(0, tile.surfaceTexture());
+    gl.BindTextureUnit(1, tile.depthTexture());
+    gl.BindTextureUnit(2, materialTexture);
+    ProgramKind kind{.use = ProgramKind::Use::kLight, .samples = options.samples, .lightCount = lightCount};
+    gl.DepthFunc(GL_ALWAYS);
+    if (auto drawn = drawOverScreen(kind); !drawn || options.samples == 1) return drawn;
+    kind.use = ProgramKind::Use::kLightRest;
+    gl.DepthFunc(GL_LESS);
+    gl.DepthMask(GL_FALSE);
+    gl.Enable(GL_BLEND);
+    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    return drawOverScreen(kind);
+}
+
+Expected<void> Renderer::Impl::blendTransparent() {
+    const auto framebuffer = tile.blended();
+    if (!framebuffer) return tl::unexpected(framebuffer.error());
+    gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
+    gl.DepthMask(GL_FALSE);
+    if (options.samples > 1) {
+        gl.Disable(GL_BLEND);
+        gl.DepthFunc(GL_ALWAYS);
+        gl.BindTextureUnit(0, tile.pictureTexture());
+        if (auto copied = drawOverScreen({.use = ProgramKind::Use::kCopy}); !copied) return copied;
+    }
+    gl.DepthFunc(GL_GREATER);
+    gl.Enable(GL_BLEND);
+    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    if (auto drawn = issue(calls.opaqueCount(), calls.calls().size(),
+                           {.use = ProgramKind::Use::kBlend, .lightCount = lightCount});
+        !drawn || options.samples == 1)
+        return drawn;
+    const int right = scissor.x + scissor.width, top = scissor.y + scissor.height;
+    gl.BlitNamedFramebuffer(*framebuffer, tile.picture().value(), scissor.x, scissor.y, right, top, scissor.x, scissor.y,
+                            right, top, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    return {};
 }
 
 Renderer::Renderer() = default;
@@ -300,14 +246,16 @@ Renderer::~Renderer() = default;
 
 Expected<std::unique_ptr<Renderer>> Renderer::create(Surface& surface, RendererOptions options) {
     if (options.samples != 1 && options.samples != 4)
-        return fail(ErrorCode::kUnsupported, std::to_string(options.samples) + " samples per pixel; 1 and 4 can be had");
+        return fail(ErrorCode::kUnsupported, fmt::format("{} samples per pixel; 1 and 4 can be had", options.samples));
     if (auto current = surface.makeCurrent(); !current) return tl::unexpected(current.error());
     const auto gl = GlFunctions::load(surface);
     if (!gl) return failWith(surface.description(), gl.error());
-    auto nodeIds = Program::create(*gl, ProgramKind::kNodeIds, 0);
-    if (!nodeIds) return tl::unexpected(nodeIds.error());
+    GLint alignment = 0;
+    gl->GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
+    if (alignment <= 0 || sizeof(ItemBlock) % static_cast<std::size_t>(alignment) != 0)
+        return fail(ErrorCode::kUnsupported, fmt::format("the surface wants uniforms aligned to {} bytes", alignment));
     std::unique_ptr<Renderer> renderer(new Renderer);
-    renderer->impl_ = std::make_unique<Impl>(surface, *gl, options, std::move(*nodeIds));
+    renderer->impl_ = std::make_unique<Impl>(surface, *gl, options);
     if (auto good = gl->check("setting up"); !good) return tl::unexpected(good.error());
     return renderer;
 }
@@ -315,27 +263,15 @@ Expected<std::unique_ptr<Renderer>> Renderer::create(Surface& surface, RendererO
 Expected<Picture> Renderer::draw(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                  const PixelRect& rect) {
     Impl& d = *impl_;
-    if (auto good = checkRect(camera, rect); !good) return tl::unexpected(good.error());
-    if (auto current = d.surface.makeCurrent(); !current) return tl::unexpected(current.error());
-    const PixelRect scissor = grownToGrid(rect);
-    if (auto room = d.colors.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room)
-        return tl::unexpected(room.error());
-    const auto programs = d.litFor(std::min(list.lights.size(), DrawList::kMaxLights));
-    if (!programs) return tl::unexpected(programs.error());
-    d.collect(aspect, list, camera);
-    d.bindFrame(list, camera, d.colors.framebuffer(), scissor);
-    const std::array<float, 4> background = four(encodedColor(list.environment.background), 1);
-    d.gl.ClearNamedFramebufferfv(d.colors.framebuffer(), GL_COLOR, 0, background.data());
-    d.issue(0, d.opaqueCalls, *programs);
-    // Seen through, in order, and hidden by what is solid.
-    d.gl.DepthMask(GL_FALSE);
-    d.gl.Enable(GL_BLEND);
-    d.gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-    d.issue(d.opaqueCalls, d.calls.size(), *programs);
+    if (auto begun = d.begin(aspect, list, camera, rect, d.tile); !begun) return tl::unexpected(begun.error());
+    if (auto drawn = d.issue(0, d.calls.opaqueCount(), {.use = ProgramKind::Use::kSurface}); !drawn)
+        return tl::unexpected(drawn.error());
+    if (auto lit = d.lightSurfaces(); !lit) return tl::unexpected(lit.error());
+    if (d.calls.opaqueCount() < d.calls.calls().size())
+        if (auto blended = d.blendTransparent(); !blended) return tl::unexpected(blended.error());
 
-    const GLuint finished = d.colors.resolve(scissor.x, scissor.y, scissor.width, scissor.height);
     std::vector<std::uint8_t> rgba(4 * static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height));
-    d.gl.BindFramebuffer(GL_READ_FRAMEBUFFER, finished);
+    d.gl.BindFramebuffer(GL_READ_FRAMEBUFFER, d.tile.picture().value());
     d.gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
     d.gl.ReadPixels(rect.x, rect.y, rect.width, rect.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
     if (auto good = d.gl.check("drawing a tile"); !good) return tl::unexpected(good.error());
@@ -345,21 +281,14 @@ Expected<Picture> Renderer::draw(const Aspect& aspect, const DrawList& list, con
 Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect, const DrawList& list,
                                                            const ScreenCamera& camera, const PixelRect& rect) {
     Impl& d = *impl_;
-    if (auto good = checkRect(camera, rect); !good) return tl::unexpected(good.error());
-    if (auto current = d.surface.makeCurrent(); !current) return tl::unexpected(current.error());
-    const PixelRect scissor = grownToGrid(rect);
-    if (auto room = d.ids.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room)
-        return tl::unexpected(room.error());
-    d.collect(aspect, list, camera);
-    d.bindFrame(list, camera, d.ids.framebuffer(), scissor);
-    const std::array<GLuint, 4> nothing{};
-    d.gl.ClearNamedFramebufferuiv(d.ids.framebuffer(), GL_COLOR, 0, nothing.data());
-    d.issue(0, d.calls.size(), nullptr);
+    if (auto begun = d.begin(aspect, list, camera, rect, d.ids); !begun) return tl::unexpected(begun.error());
+    if (auto drawn = d.issue(0, d.calls.calls().size(), {.use = ProgramKind::Use::kNodeIds}); !drawn)
+        return tl::unexpected(drawn.error());
 
     const auto width = static_cast<std::size_t>(rect.width);
     const auto height = static_cast<std::size_t>(rect.height);
     std::vector<std::uint32_t> words(2 * width * height);
-    d.gl.BindFramebuffer(GL_READ_FRAMEBUFFER, d.ids.framebuffer());
+    d.gl.BindFramebuffer(GL_READ_FRAMEBUFFER, d.ids.surfaces());
     d.gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
     d.gl.ReadPixels(rect.x, rect.y, rect.width, rect.height, GL_RG_INTEGER, GL_UNSIGNED_INT, words.data());
     if (auto good = d.gl.check("drawing node ids"); !good) return tl::unexpected(good.error());
@@ -373,7 +302,7 @@ Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect,
     return nodes;
 }
 
-DrawCounts Renderer::lastCounts() const { return impl_->counts; }
+DrawCounts Renderer::lastCounts() const { return impl_->calls.counts(); }
 std::size_t Renderer::residentBytes() const { return impl_->meshes->residentBytes() + impl_->textures.residentBytes(); }
 
 }  // namespace tessera

@@ -1,0 +1,148 @@
+#include "client/draw/DrawCalls.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera {
+namespace {
+
+/// What glTF allows; below, highlights would be smaller than a pixel and a point light's a flicker.
+constexpr float kSmallestRoughness = 0.045f;
+
+std::array<float, 4> four(const Vec3f& v, float w) { return {v.x(), v.y(), v.z(), w}; }
+
+std::array<float, 16> columnsOf(const Mat4d& m) {
+    std::array<float, 16> columns{};
+    for (int c = 0; c < 4; ++c)
+        for (int r = 0; r < 4; ++r) columns[static_cast<std::size_t>(4 * c + r)] = static_cast<float>(m(r, c));
+    return columns;
+}
+
+/// Depth runs from 1 at the near plane to 0 at the far one: as a float it then resolves about the same relative distance
+/// everywhere.
+Mat4d reversedDepth(const Mat4d& clip_T_eye) {
+    Mat4d m = clip_T_eye;
+    m.row(2) = 0.5 * (clip_T_eye.row(3) - clip_T_eye.row(2));
+    return m;
+}
+
+ItemBlock makeItem(const DrawItem& item, const Material& material, std::uint32_t materialIndex, bool hasNormals,
+                   const ScreenCamera& camera) {
+    const Affine3d eye_T_item = camera.eye_T_world * item.world_T_item;
+    const Mat3d m = eye_T_item.linear();
+    // The matrix of cofactors is the inverse transpose times the determinant, and exists where the inverse does not.
+    Mat3d cofactors;
+    cofactors.row(0) = m.row(1).cross(m.row(2));
+    cofactors.row(1) = m.row(2).cross(m.row(0));
+    cofactors.row(2) = m.row(0).cross(m.row(1));
+    const double largest = cofactors.cwiseAbs().maxCoeff();
+    if (largest > 0) cofactors /= m.determinant() < 0 ? -largest : largest;
+
+    ItemBlock block{};
+    for (int r = 0; r < 3; ++r) {
+        const auto row = static_cast<std::size_t>(r);
+        for (int c = 0; c < 3; ++c) {
+            block.eye_T_item[row][static_cast<std::size_t>(c)] = static_cast<float>(m(r, c));
+            block.normalRows[row][static_cast<std::size_t>(c)] = static_cast<float>(cofactors(r, c));
+        }
+        block.eye_T_item[row][3] = static_cast<float>(eye_T_item.translation()(r));
+    }
+    block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
+    block.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f));
+    block.metallicAndFaceted = {material.metallic, hasNormals ? 0.0f : 1.0f, 0, 0};
+    block.nodeAndMaterial = {static_cast<std::uint32_t>(item.node.value), static_cast<std::uint32_t>(item.node.value >> 32),
+                             materialIndex, 0};
+    return block;
+}
+
+}  // namespace
+
+bool DrawCalls::TexelsLess::operator()(const MaterialTexels& a, const MaterialTexels& b) const {
+    return std::tie(a.emissiveAndRoughness, a.metallicAndLit) < std::tie(b.emissiveAndRoughness, b.metallicAndLit);
+}
+
+void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera, MeshBuffers& meshes,
+                        TextureCache& textures) {
+    calls_.clear();
+    items_.clear();
+    materials_.clear();
+    materialIndices_.clear();
+    counts_ = {.items = list.opaque.size() + list.transparent.size()};
+    materials_.push_back({.emissiveAndRoughness = four(list.environment.background, 1), .metallicAndLit = {}});
+    meshes.beginDraw();
+    textures.beginDraw();
+    collect(aspect, list.opaque, camera, meshes, textures);
+    opaqueCount_ = calls_.size();
+    collect(aspect, list.transparent, camera, meshes, textures);
+}
+
+void DrawCalls::collect(const Aspect& aspect, const std::vector<DrawItem>& items, const ScreenCamera& camera,
+                        MeshBuffers& meshes, TextureCache& textures) {
+    const Material defaultMaterial;
+    for (const DrawItem& item : items) {
+        const auto* geometry = aspect.get<Geometry>(item.geometry);
+        const std::optional<MeshRange> mesh = geometry ? meshes.find(*geometry) : std::nullopt;
+        if (!mesh) {
+            ++counts_.skipped;
+            continue;
+        }
+        if (mesh->indexCount == 0) continue;
+        const auto* own = item.material ? aspect.get<Material>(item.material) : nullptr;
+        const Material& material = own ? *own : defaultMaterial;
+        DrawCall call{.mesh = *mesh, .doubleSided = material.doubleSided != 0, .mirrored = item.mirrored};
+        if (material.baseColorImage) {
+            const auto* image = aspect.get<Image>(material.baseColorImage);
+            call.texture = image ? textures.find(*image) : 0;
+            if (call.texture == 0) ++counts_.untextured;
+        }
+        calls_.push_back(call);
+        items_.push_back(makeItem(item, material, materialIndex(material), mesh->hasNormals, camera));
+    }
+}
+
+std::uint32_t DrawCalls::materialIndex(const Material& material) {
+    const MaterialTexels texels{
+        .emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f)),
+        .metallicAndLit = {material.metallic, 1, 0, 0}};
+    const auto [it, isNew] = materialIndices_.try_emplace(texels, static_cast<std::uint32_t>(materials_.size()));
+    if (!isNew) return it->second;
+    if (materials_.size() == kMaxMaterials) {
+        // Sixteen thousand kinds of gloss in one picture: the last one stands for those beyond.
+        it->second = kMaxMaterials - 1;
+        return it->second;
+    }
+    materials_.push_back(texels);
+    return it->second;
+}
+
+FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
+    // Metres per world unit: a wall may stand in a world of any scale.
+    const double scale = std::cbrt(std::abs(camera.eye_T_world.linear().determinant()));
+    const Mat3d eye_R_world = camera.eye_T_world.linear() / (scale > 0 ? scale : 1.0);
+    const Mat4d clip_T_eye = reversedDepth(camera.clip_T_eye);
+    FrameBlock block{};
+    block.clip_T_eye = columnsOf(clip_T_eye);
+    block.eye_T_clip = columnsOf(clip_T_eye.inverse());
+    for (int i = 0; i < 3; ++i) {
+        const Vec3d row = eye_R_world.col(i);
+        block.world_R_eye[static_cast<std::size_t>(i)] = four(row.cast<float>(), 0);
+    }
+    block.sky = four(list.environment.sky, 0);
+    block.ground = four(list.environment.ground, 0);
+    block.clipPerPixel = {2.0f / static_cast<float>(camera.pixels.width), 2.0f / static_cast<float>(camera.pixels.height), 0, 0};
+    for (std::size_t i = 0; i < std::min(list.lights.size(), DrawList::kMaxLights); ++i) {
+        const LightItem& light = list.lights[i];
+        if (light.kind == LightItem::Kind::kDirectional) {
+            const Vec3d towards = (eye_R_world * -light.direction).normalized();
+            block.lights[i] = {.place = four(towards.cast<float>(), 0), .radiance = four(light.radiance, 0)};
+        } else {
+            const Vec3d position = camera.eye_T_world * light.position;
+            const Vec3f atOneMetre = light.radiance * static_cast<float>(scale * scale);
+            const float inverseRange = light.range > 0 ? static_cast<float>(1.0 / (light.range * scale)) : 0.0f;
+            block.lights[i] = {.place = four(position.cast<float>(), 1), .radiance = four(atOneMetre, inverseRange)};
+        }
+    }
+    return block;
+}
+
+}  // namespace tessera

@@ -1,0 +1,25 @@
+/// The shaders, in pieces that programs are put together from.
+#pragma once
+
+namespace tessera::shader_text {
+
+/// Uniform blocks: what a frame and what an item is.
+extern const char kBlocks[];
+/// Vertex shader of everything with a mesh. One text for all programs and all tiles, its position invariant: coordinates,
+/// and so seams, are the same in each of them. TEXTURED, POSITION, NODE_IDS say what it passes on.
+extern const char kMeshVertex[];
+/// First pass of what is solid: material, colour and normal of each sample, packed into 64 bits. TEXTURED, POSITION (faceted).
+extern const char kSurfaceFragment[];
+/// Light: environment, lights, tone, encoding. Needs FOR_EACH_LIGHT.
+extern const char kLighting[];
+/// A triangle around the whole screen.
+extern const char kScreenVertex[];
+/// Second pass: light on what the samples of a pixel show. SAMPLES; REST for the surfaces of a pixel beside its first.
+extern const char kLightFragment[];
+/// What is transparent: surface and light in one. TEXTURED, POSITION.
+extern const char kBlendFragment[];
+/// A picture into every sample.
+extern const char kCopyFragment[];
+extern const char kNodeIdFragment[];
+
+}  // namespace tessera::shader_text

@@ -1,0 +1,96 @@
+#include "client/draw/TileBuffers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace tessera {
+namespace {
+
+constexpr int kMaxSidePx = 16384;
+
+}  // namespace
+
+TileBuffers::~TileBuffers() { destroy(); }
+
+Expected<void> TileBuffers::reach(int widthPx, int heightPx) {
+    if (widthPx <= widthPx_ && heightPx <= heightPx_) return {};
+    if (widthPx > kMaxSidePx || heightPx > kMaxSidePx)
+        return fail(ErrorCode::kLimit, "a screen of more than 16384 pixels a side cannot be drawn");
+    widthPx_ = std::max(widthPx, widthPx_);
+    heightPx_ = std::max(heightPx, heightPx_);
+    // Rows a power of two apart fall into the same cache sets.
+    if (widthPx_ % 512 == 0 && widthPx_ < kMaxSidePx) widthPx_ += 64;
+    destroy();
+    surfaceTexture_ = makeTexture(GL_RG32UI, samples_);
+    depthTexture_ = makeTexture(GL_DEPTH_COMPONENT32F, samples_);
+    gl_.CreateFramebuffers(1, &surfaces_);
+    gl_.NamedFramebufferTexture(surfaces_, GL_COLOR_ATTACHMENT0, surfaceTexture_, 0);
+    gl_.NamedFramebufferTexture(surfaces_, GL_DEPTH_ATTACHMENT, depthTexture_, 0);
+    return check(surfaces_);
+}
+
+Expected<GLuint> TileBuffers::picture() {
+    if (picture_) return picture_;
+    pictureTexture_ = makeTexture(GL_RGBA8, 1);
+    gl_.CreateRenderbuffers(1, &pictureDepth_);
+    gl_.NamedRenderbufferStorageMultisample(pictureDepth_, 0, GL_DEPTH_COMPONENT32F, widthPx_, heightPx_);
+    gl_.CreateFramebuffers(1, &picture_);
+    gl_.NamedFramebufferTexture(picture_, GL_COLOR_ATTACHMENT0, pictureTexture_, 0);
+    gl_.NamedFramebufferRenderbuffer(picture_, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, pictureDepth_);
+    if (auto good = check(picture_); !good) return tl::unexpected(good.error());
+    return picture_;
+}
+
+Expected<GLuint> TileBuffers::blended() {
+    if (blended_) return blended_;
+    gl_.CreateFramebuffers(1, &blended_);
+    if (samples_ > 1) {
+        gl_.CreateRenderbuffers(1, &blendedColor_);
+        gl_.NamedRenderbufferStorageMultisample(blendedColor_, samples_, GL_RGBA8, widthPx_, heightPx_);
+        gl_.NamedFramebufferRenderbuffer(blended_, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, blendedColor_);
+    } else {
+        gl_.NamedFramebufferTexture(blended_, GL_COLOR_ATTACHMENT0, pictureTexture_, 0);
+    }
+    gl_.NamedFramebufferTexture(blended_, GL_DEPTH_ATTACHMENT, depthTexture_, 0);
+    if (auto good = check(blended_); !good) return tl::unexpected(good.error());
+    return blended_;
+}
+
+GLuint TileBuffers::makeTexture(GLenum format, int samples) const {
+    GLuint texture = 0;
+    if (samples > 1) {
+        gl_.CreateTextures(GL_TEXTURE_2D_MULTISAMPLE, 1, &texture);
+        gl_.TextureStorage2DMultisample(texture, samples, format, widthPx_, heightPx_, GL_TRUE);
+        return texture;
+    }
+    gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture);
+    gl_.TextureStorage2D(texture, 1, format, widthPx_, heightPx_);
+    gl_.TextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl_.TextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    return texture;
+}
+
+Expected<void> TileBuffers::check(GLuint framebuffer) const {
+    if (auto good = gl_.check("making a framebuffer"); !good) return good;
+    if (gl_.CheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
+    return fail(ErrorCode::kUnsupported, fmt::format("the surface cannot draw into a framebuffer of {}x{} with {} samples",
+                                                     widthPx_, heightPx_, samples_));
+}
+
+void TileBuffers::destroy() {
+    for (GLuint* framebuffer : {&surfaces_, &picture_, &blended_}) {
+        if (*framebuffer) gl_.DeleteFramebuffers(1, framebuffer);
+        *framebuffer = 0;
+    }
+    for (GLuint* texture : {&surfaceTexture_, &depthTexture_, &pictureTexture_}) {
+        if (*texture) gl_.DeleteTextures(1, texture);
+        *texture = 0;
+    }
+    for (GLuint* buffer : {&pictureDepth_, &blendedColor_}) {
+        if (*buffer) gl_.DeleteRenderbuffers(1, buffer);
+        *buffer = 0;
+    }
+}
+
+}  // namespace tessera

@@ -1,0 +1,44 @@
+/// Framebuffers that a tile is drawn into.
+#pragma once
+
+#include "client/draw/GlFunctions.h"
+
+namespace tessera {
+
+/// Grow to what is asked for, never shrink. 64 bits (a packed surface, or a node's id) and depth per sample; the picture;
+/// and a picture of several samples for what is blended over it. Made when first needed.
+class TileBuffers {
+public:
+    /// `samples`: 1 or 4.
+    TileBuffers(const GlFunctions& gl, int samples) : gl_(gl), samples_(samples) {}
+    ~TileBuffers();
+    TileBuffers(const TileBuffers&) = delete;
+    TileBuffers& operator=(const TileBuffers&) = delete;
+
+    /// Room for the pixels [0, widthPx) x [0, heightPx). kLimit: more than 16384 pixels a side.
+    [[nodiscard]] Expected<void> reach(int widthPx, int heightPx);
+
+    /// Framebuffer of 2 x 32 bits unsigned and depth, and its two textures (of several samples, where there are).
+    [[nodiscard]] GLuint surfaces() const { return surfaces_; }
+    [[nodiscard]] GLuint surfaceTexture() const { return surfaceTexture_; }
+    [[nodiscard]] GLuint depthTexture() const { return depthTexture_; }
+    /// Framebuffer of the picture, one sample, with a depth of its own.
+    [[nodiscard]] Expected<GLuint> picture();
+    [[nodiscard]] GLuint pictureTexture() const { return pictureTexture_; }
+    /// Framebuffer with the surfaces' depth; with one sample its colour is the picture itself.
+    [[nodiscard]] Expected<GLuint> blended();
+
+private:
+    [[nodiscard]] GLuint makeTexture(GLenum format, int samples) const;
+    [[nodiscard]] Expected<void> check(GLuint framebuffer) const;
+    void destroy();
+
+    const GlFunctions& gl_;
+    int samples_;
+    int widthPx_ = 0, heightPx_ = 0;
+    GLuint surfaces_ = 0, picture_ = 0, blended_ = 0;
+    GLuint surfaceTexture_ = 0, depthTexture_ = 0, pictureTexture_ = 0;
+    GLuint pictureDepth_ = 0, blendedColor_ = 0;
+};
+
+}  // namespace tessera
