@@ -1,0 +1,106 @@
+// The proof on the scene that comes with Tessera: inside the engine hall a good part of what is in the frustum is left
+// away, and nobody can tell from the pictures.
+#include <filesystem>
+#include <memory>
+#include <set>
+
+#include "client/draw/Renderer.h"
+#include "client/render/RenderAction.h"
+#include "common/scene/Action.h"
+#include "server/import/Importer.h"
+#include "tests/golden/TestScene.h"
+
+namespace tessera::test {
+namespace {
+
+constexpr const char* kModels = "/usr/share/assimp/models";
+
+Expected<Aspect> loadHall() {
+    ImportOptions options;
+    options.assetFolders = {kModels};
+    options.importerProgram = TESSERA_BIN_DIR "/tessera-import";
+    // This test is about culling; whether the system can confine a reader is tested elsewhere.
+    options.allowUnconfined = true;
+    auto hall = importScene(TESSERA_SOURCE_DIR "/deploy/scenes/engine-hall.tsct", kRootNode, options);
+    if (!hall) return tl::unexpected(hall.error());
+    replaceIds(hall->list,
+               [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + 2} : id; });
+    Aspect aspect;
+    if (auto applied = aspect.apply(hall->list); !applied) return tl::unexpected(applied.error());
+    return aspect;
+}
+
+View cameraOfScene(const Aspect& aspect) {
+    View view;
+    Action search;
+    search.on<Camera>([&](const Visit& visit, const Camera& camera) {
+        if (camera.enabled != 0) {
+            view.position = visit.world_T_node.translation();
+            view.orientation = Quatd(visit.world_T_node.rotation());
+            view.worldUnitsPerMetre = camera.worldUnitsPerMetre;
+        }
+        return Descend::kInto;
+    });
+    search.run(aspect);
+    return view;
+}
+
+TEST(CullingInTheEngineHall, LeavesAwayAFifthAtLeastAndNothingThatIsVisible) {
+    if (!std::filesystem::exists(std::string(kModels) + "/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb"))
+        GTEST_SKIP() << "the engine is missing (Debian package assimp-testmodels)";
+    const Expected<Aspect> hall = loadHall();
+    ASSERT_TRUE(hall) << hall.error().message;
+    const auto surface = makeSurface("osmesa").value();
+    const auto renderer = Renderer::create(*surface, {.samples = 4}).value();
+    RenderScene all;
+    all.update(*hall, nullptr);
+
+    Screen screen;
+    screen.lowerLeft = {-1.6, 0.6, 0};
+    screen.lowerRight = {1.6, 0.6, 0};
+    screen.upperLeft = {-1.6, 2.4, 0};
+    screen.grid = {.columns = 2, .rows = 2, .tileWidthPx = 480, .tileHeightPx = 270};
+    std::uint64_t inFrustum = 0;
+    std::uint64_t drawn = 0;
+    std::uint64_t trianglesOfFrustum = 0;
+    std::uint64_t triangles = 0;
+    // One action per tile, as a client has them; what it remembers from one view must not harm the next.
+    std::array<RenderAction, 4> masked{RenderAction(CullerKind::kMasked), RenderAction(CullerKind::kMasked),
+                                       RenderAction(CullerKind::kMasked), RenderAction(CullerKind::kMasked)};
+    const View start = cameraOfScene(*hall);
+    for (const double turn : {0.0, 0.1, 0.6}) {
+        View view = start;
+        view.position += Vec3d(4 * turn, 0, 0);
+        view.orientation = Quatd(Eigen::AngleAxisd(turn, Vec3d::UnitY())) * start.orientation;
+        const ScreenCamera camera = screenCamera(screen, User(), Eye::kCenter, view);
+        for (int tile = 0; tile < 4; ++tile) {
+            const PixelRect rect{tile % 2 * 480, tile / 2 * 270, 480, 270};
+            CullCounts counts;
+            CullCounts frustumCounts;
+            const DrawList list = masked[static_cast<std::size_t>(tile)].run(all, camera, rect, &counts);
+            const DrawList whole = RenderAction(CullerKind::kFrustum).run(all, camera, rect, &frustumCounts);
+            const auto picture = renderer->draw(*hall, list, camera, rect);
+            const auto expected = renderer->draw(*hall, whole, camera, rect);
+            ASSERT_TRUE(picture && expected);
+            EXPECT_TRUE(picture->rgb == expected->rgb) << "tile " << tile << " turned by " << turn;
+            const auto ids = renderer->drawNodeIds(*hall, whole, camera, rect);
+            ASSERT_TRUE(ids);
+            std::set<std::uint64_t> kept{0};
+            for (const DrawItem& item : list.opaque) kept.insert(item.node.value);
+            for (const DrawItem& item : list.transparent) kept.insert(item.node.value);
+            for (const std::uint64_t id : *ids)
+                ASSERT_TRUE(kept.contains(id)) << pathOf(*hall, ObjectId{id}) << " is hidden";
+            inFrustum += counts.inFrustum;
+            drawn += counts.drawn;
+            trianglesOfFrustum += frustumCounts.trianglesDrawn;
+            triangles += counts.trianglesDrawn;
+        }
+    }
+    EXPECT_LE(5 * drawn, 4 * inFrustum) << drawn << " of " << inFrustum << " items drawn";
+    EXPECT_LE(5 * triangles, 4 * trianglesOfFrustum) << triangles << " of " << trianglesOfFrustum << " triangles drawn";
+    RecordProperty("inFrustum", static_cast<int>(inFrustum));
+    RecordProperty("drawn", static_cast<int>(drawn));
+}
+
+}  // namespace
+}  // namespace tessera::test
