@@ -19,7 +19,7 @@ std::pair<std::uint64_t, SharedBytes> broadcastKey(const Message& message) {
 }  // namespace
 
 Peers::Peers(const ServerSessionConfig& config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver)
-    : blobs_(blobs), epoch_(config.epoch), session_(config), transport_({.maxPayload = maxPayloadBytes}, std::move(deliver)) {}
+    : blobs_(blobs), epoch_(config.epoch), session_(config), transport_({.maxPayload = maxPayloadBytesFromPeer}, std::move(deliver)) {}
 
 ServerActions Peers::handle(const LinkEvent& event) {
     if (const auto* opened = std::get_if<link_event::Opened>(&event.what)) {
