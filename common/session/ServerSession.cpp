@@ -54,6 +54,7 @@ ServerSession::Impl::Impl(ServerSessionConfig c)
 void ServerSession::Impl::opened(ConnectionId connection, TimePoint now) {
     TESSERA_CHECK(!find(connection), "a connection opens once");
     if (!startedAt) startedAt = now;
+    look(now);
     if (finished) {
         send(connection, message::Over{finishReason});
         out.push_back(server_action::Close{connection, finishReason});
@@ -72,7 +73,7 @@ void ServerSession::Impl::opened(ConnectionId connection, TimePoint now) {
 }
 
 void ServerSession::Impl::closed(ConnectionId connection, TimePoint now) {
-    knownUntil = std::max(knownUntil, now);
+    look(now);
     Peer* peer = find(connection);
     if (!peer) return;
     if (finished) {
@@ -147,7 +148,7 @@ void ServerSession::Impl::admitHost(Peer& peer, Host& host, const message::Hello
     host.connection = peer.id;
     host.everJoined = true;
     host.synced = false;
-    host.syncProgress = now;
+    host.syncing.restart(now);
     host.owedBlobs.clear();
     host.everBegun = false;
     host.answered = true;

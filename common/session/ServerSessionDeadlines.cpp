@@ -3,25 +3,39 @@
 
 namespace tessera {
 
+namespace {
+/// A caller that is slow every time gets no more than this: then silence is judged with what is known.
+constexpr int kGracesInARow = 3;
+}  // namespace
+
 void ServerSession::Impl::advance(TimePoint now) {
     if (!startedAt) startedAt = now;
-    if (lastAdvance && now - *lastAdvance > config.sync.lostAfter / 2) stoodStill(now - *lastAdvance, now);
+    look(now);
+    if (lastAdvance && now - *lastAdvance > config.sync.lostAfter / 2) excuse(now - *lastAdvance);
     lastAdvance = now;
     sendHeartbeats(now);
     if (now < graceUntil) return;
-    knownUntil = std::max(knownUntil, now);
     closeSilent(now);
     closeUnsynced(now);
     leaveBlobsLate(now);
     settle(now);
 }
 
-/// The caller did nothing for so long. What peers said meanwhile may lie unread in its queue: they get a moment. And
-/// who needs us to serve snapshots and blobs has lost that time through no fault of its own.
-void ServerSession::Impl::stoodStill(Duration time, TimePoint now) {
-    graceUntil = now + config.sync.heartbeat;
-    for (Host& host : hosts) host.syncProgress += time;
-    for (Announcement& announcement : announcements) announcement.deadline += time;
+/// Neither an event nor a look for so long: the whole process stood still, or nobody is there. What peers said
+/// meanwhile may lie unread, in the caller's queue or in sockets: they get a moment.
+void ServerSession::Impl::look(TimePoint now) {
+    if (lastLook && now - *lastLook > config.sync.lostAfter / 2) {
+        gracesInARow = *lastLook < graceUntil ? gracesInARow + 1 : 1;
+        if (gracesInARow <= kGracesInARow) graceUntil = now + config.sync.heartbeat;
+    }
+    lastLook = lastLook ? std::max(*lastLook, now) : now;
+    if (now >= graceUntil) knownUntil = std::max(knownUntil, now);
+}
+
+/// Who needs us to serve snapshots and blobs has lost that time through no fault of its own.
+void ServerSession::Impl::excuse(Duration standstill) {
+    for (Host& host : hosts) host.syncing.excuse(standstill, config.syncDeadline);
+    for (Announcement& announcement : announcements) announcement.fetching.excuse(standstill, config.blobDeadline);
 }
 
 void ServerSession::Impl::sendHeartbeats(TimePoint now) {
@@ -49,7 +63,7 @@ void ServerSession::Impl::closeSilent(TimePoint now) {
 
 void ServerSession::Impl::closeUnsynced(TimePoint now) {
     for (Host& host : hosts) {
-        if (!awaitsSync(host) || now < host.syncProgress + config.syncDeadline) continue;
+        if (!awaitsSync(host) || now < host.syncing.deadline(config.syncDeadline)) continue;
         Peer& peer = *find(host.connection);
         const std::string reason = "not in step within " + std::to_string(config.syncDeadline.count()) + " ms";
         lose(host, FaultKind::kDisconnected, reason, currentFrame(), now);
@@ -60,7 +74,8 @@ void ServerSession::Impl::closeUnsynced(TimePoint now) {
 void ServerSession::Impl::leaveBlobsLate(TimePoint now) {
     std::set<std::string> late;
     for (const Announcement& announcement : announcements)
-        if (now >= announcement.deadline) late.insert(announcement.awaited.begin(), announcement.awaited.end());
+        if (now >= announcement.fetching.deadline(config.blobDeadline))
+            late.insert(announcement.awaited.begin(), announcement.awaited.end());
     for (const std::string& name : late) {
         Host& host = *findHost(name);
         fault(host, FaultKind::kBlobsLate, "did not fetch announced data in time", currentFrame(), now);
@@ -79,9 +94,9 @@ TimePoint ServerSession::Impl::nextDeadline() const {
         next = std::min(next, silenceDeadline(peer));
     }
     for (const Host& host : hosts)
-        if (awaitsSync(host)) next = std::min(next, host.syncProgress + config.syncDeadline);
+        if (awaitsSync(host)) next = std::min(next, host.syncing.deadline(config.syncDeadline));
     for (const Announcement& announcement : announcements)
-        if (!announcement.awaited.empty()) next = std::min(next, announcement.deadline);
+        if (!announcement.awaited.empty()) next = std::min(next, announcement.fetching.deadline(config.blobDeadline));
     next = std::max(next, graceUntil);
     if (anybody) next = std::min(next, nextHeartbeat);
     if (barrier.nextFrame() == 0 && !barrier.open()) {

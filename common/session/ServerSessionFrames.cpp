@@ -73,7 +73,7 @@ void ServerSession::Impl::follow(Peer& peer, const message::Changes& changes, Ti
     if (peer.role != PeerRole::kHost || changes.blobs.empty()) return;
     // What it has to fetch must not make the barrier wait: it enters after this list, not before.
     if (Host& host = hostOf(peer); host.state == HostState::kSyncing) {
-        if (host.mayEnter()) host.syncProgress = now;
+        if (host.mayEnter()) host.syncing.restart(now);
         host.synced = false;
         host.mustReach = changes.sequence;
     }
@@ -101,7 +101,7 @@ void ServerSession::Impl::snapshotReady(ConnectionId connection, message::Snapsh
         host.mustReach = snapshot.sequence;
         host.snapshotSequence = snapshot.sequence;
         host.snapshotHash = snapshot.stateHash;
-        host.syncProgress = now;
+        host.syncing.restart(now);
         for (const Announcement& announcement : announcements)
             if (host.owedBlobs.insert(announcement.token).second)
                 send(connection, message::BlobNotice{announcement.token, announcement.blobs});
@@ -116,10 +116,10 @@ void ServerSession::Impl::updateTail() {
 }
 
 void ServerSession::Impl::announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now) {
-    Announcement announcement{.token = token, .blobs = std::move(blobs), .deadline = now + config.blobDeadline};
+    Announcement announcement{.token = token, .blobs = std::move(blobs), .fetching = {.since = now}};
     for (Host& host : hosts) {
         if (!host.connection) continue;
-        if (host.mayEnter()) host.syncProgress = now;  // it was done; this is a new task
+        if (host.mayEnter()) host.syncing.restart(now);  // it was done; this is a new task
         host.owedBlobs.insert(token);
         if (barrier.contains(host.name)) announcement.awaited.insert(host.name);
         send(host.connection, message::BlobNotice{token, announcement.blobs});
@@ -166,7 +166,7 @@ void ServerSession::Impl::resync(Host& host, TimePoint now) {
     host.state = HostState::kJoining;
     host.synced = false;
     host.mismatched = false;
-    host.syncProgress = now;
+    host.syncing.restart(now);
     askSnapshot(*find(host.connection));
 }
 
@@ -194,7 +194,7 @@ void ServerSession::Impl::requestImages(std::uint64_t request, std::uint64_t fra
 
 void ServerSession::Impl::settle(TimePoint now) {
     const std::uint64_t frame = currentFrame();
-    SwapBarrier::Outcome outcome = barrier.poll(std::min(now, knownUntil));
+    SwapBarrier::Outcome outcome = barrier.poll(now, std::min(now, knownUntil));
     if (outcome.released) {
         for (const std::string& name : outcome.show) {
             Host& host = *findHost(name);

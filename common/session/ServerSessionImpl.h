@@ -34,6 +34,17 @@ struct ServerSession::Impl {
         std::uint64_t sentThrough = 0;  ///< the last list sent to it, or in its snapshot
     };
 
+    /// How long somebody has for a task, without the time in which we did not do our part of it.
+    struct Patience {
+        TimePoint since{};
+        Duration excused{};
+
+        void restart(TimePoint now) { *this = {now, {}}; }
+        /// No more than the time allowed: where we always stand still, deadlines still come.
+        void excuse(Duration time, Duration allowed) { excused = std::min(excused + time, allowed); }
+        [[nodiscard]] TimePoint deadline(Duration allowed) const { return since + excused + allowed; }
+    };
+
     struct Host {
         std::string name;
         HostState state = HostState::kAbsent;
@@ -46,7 +57,7 @@ struct ServerSession::Impl {
         // of.
         bool synced = false;
         std::uint64_t mustReach = 0;
-        TimePoint syncProgress{};
+        Patience syncing;
         std::set<std::uint64_t> owedBlobs;  ///< tokens of announcements
         std::uint64_t snapshotSequence = 0, snapshotHash = 0;
 
@@ -74,7 +85,7 @@ struct ServerSession::Impl {
         std::uint64_t token = 0;
         std::vector<BlobInfo> blobs;
         std::set<std::string> awaited;
-        TimePoint deadline{};
+        Patience fetching;
         bool everywhere = false;
     };
 
@@ -133,7 +144,9 @@ struct ServerSession::Impl {
     // ServerSessionDeadlines.cpp
     void advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
-    void stoodStill(Duration time, TimePoint now);
+    /// First thing to be done with every time that comes in, of an event or of a look at the clock.
+    void look(TimePoint now);
+    void excuse(Duration standstill);
     void sendHeartbeats(TimePoint now);
     void closeSilent(TimePoint now);
     void closeUnsynced(TimePoint now);
@@ -172,9 +185,10 @@ struct ServerSession::Impl {
     std::uint64_t tokensGiven = 0;
     std::optional<TimePoint> startedAt;
     std::optional<TimePoint> lastAdvance;
+    std::optional<TimePoint> lastLook;
     TimePoint graceUntil{};
-    /// Up to here everything that happened is known: by events, or by looking at the clock with no grace.
-    TimePoint knownUntil{};
+    int gracesInARow = 0;
+    TimePoint knownUntil{};  ///< deadlines are judged as of this instant: the last look without grace
     TimePoint nextHeartbeat{};
     bool finished = false;
     std::string finishReason;

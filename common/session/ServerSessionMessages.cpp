@@ -5,7 +5,7 @@ namespace tessera {
 
 void ServerSession::Impl::received(ConnectionId connection, const Message& message, TimePoint now) {
     Peer* peer = find(connection);
-    knownUntil = std::max(knownUntil, now);
+    look(now);
     if (!peer) return;  // closed by us; what was still on its way does not matter
     peer->lastByte = std::max(peer->lastByte, now);
     if (peer->stage == Peer::Stage::kPending) {
@@ -19,6 +19,7 @@ void ServerSession::Impl::received(ConnectionId connection, const Message& messa
 }
 
 void ServerSession::Impl::malformed(ConnectionId connection, const std::string& reason, TimePoint now) {
+    look(now);
     Peer* peer = find(connection);
     if (!peer) return;
     if (peer->stage == Peer::Stage::kControl) return violated(*peer, reason, now);
@@ -30,7 +31,7 @@ void ServerSession::Impl::fromBulk(Peer& peer, const Message& message, TimePoint
     if (const auto* request = std::get_if<message::BlobRequest>(&message)) {
         if (request->length == 0 || request->length > config.maxChunkBytes)
             return violated(control, "asked for " + std::to_string(request->length) + " bytes of a blob at once", now);
-        if (control.role == PeerRole::kHost) hostOf(control).syncProgress = now;
+        if (control.role == PeerRole::kHost) hostOf(control).syncing.restart(now);
         out.push_back(server_action::BlobRequested{peer.id, *request});
         return;
     }
@@ -101,7 +102,7 @@ void ServerSession::Impl::on(Peer& peer, Host& host, const message::Ready& messa
         host.state = HostState::kSyncing;
         host.mustReach = peer.sentThrough;
         host.synced = peer.sentThrough == host.sequence;
-        host.syncProgress = now;
+        host.syncing.restart(now);
     }
     settle(now);
 }
@@ -147,7 +148,7 @@ void ServerSession::Impl::mismatch(Peer& peer, Host& host, std::uint64_t sequenc
     host.state = HostState::kSyncing;
     host.synced = false;
     host.mismatched = true;
-    host.syncProgress = now;
+    host.syncing.restart(now);
     peer.following = false;
     ++host.queriesOpen;
     send(peer.id, message::HashQuery{});

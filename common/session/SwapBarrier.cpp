@@ -69,11 +69,11 @@ Expected<void> SwapBarrier::ready(const std::string& host, std::uint64_t frame, 
     return {};
 }
 
-SwapBarrier::Outcome SwapBarrier::poll(TimePoint now) {
+SwapBarrier::Outcome SwapBarrier::poll(TimePoint now, TimePoint known) {
     Outcome outcome;
-    removeStalled(now, outcome);
+    removeStalled(known, outcome);
     if (!open_) return outcome;
-    leaveLateBehind(now, outcome);
+    leaveLateBehind(known, outcome);
     if (count(Progress::kDrawing) == 0) release(now, outcome);
     return outcome;
 }

@@ -66,7 +66,9 @@ public:
         std::string lastHost;              ///< the last one waited for; empty when nobody drew
     };
     /// Call after every event and whenever the clock passes `nextDeadline()`.
-    [[nodiscard]] Outcome poll(TimePoint now);
+    [[nodiscard]] Outcome poll(TimePoint now) { return poll(now, now); }
+    /// Deadlines are judged as of `known`: the caller may not have seen everything yet that happened until `now`.
+    [[nodiscard]] Outcome poll(TimePoint now, TimePoint known);
     /// When something would change without an event; TimePoint::max() for never.
     [[nodiscard]] TimePoint nextDeadline() const;
 

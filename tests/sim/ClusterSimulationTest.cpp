@@ -214,10 +214,26 @@ TEST(ClusterSimulation, UnderDropAHungDrawThreadLeavesAndComesBack) {
 TEST(ClusterSimulation, AStandstillOfTheServerCondemnsNobody) {
     Running wall;
     for (int i = 0; i < 20; ++i) {
-        wall.server().stall(Duration(50ms) * (i + 1));
+        if (i % 2 == 0)
+            wall.server().stall(Duration(50ms) * (i + 1));
+        else
+            wall.server().freeze(Duration(50ms) * (i + 1));
         wall.run(1'300ms);
     }
     wall.requireEverybodyInStep();  // a false alarm would have thrown
+}
+
+TEST(ClusterSimulation, AServerThatIsAlwaysSlowStillFindsASilentHost) {
+    for (const std::size_t hosts : {1, 4}) {
+        Running wall({.hosts = hosts});
+        wall.server().mayFail("host0");
+        wall.host(0).freeze();
+        for (int i = 0; i < 10; ++i) {
+            wall.server().stall(150ms);
+            wall.run(150ms);
+        }
+        EXPECT_EQ(wall.server().faults(FaultKind::kSilent), 1u) << hosts;
+    }
 }
 
 TEST(ClusterSimulation, ACorruptedReplicaIsRepairedWhileTheOthersGoOn) {

@@ -37,6 +37,13 @@ void Owner::stall(Duration duration) {
     });
 }
 
+void Owner::freeze(Duration duration) {
+    if (now() < stalledUntil_) return;
+    witness_.trace("with its network thread:");
+    stall(duration);
+    unreadUntil_ = stalledUntil_;
+}
+
 Duration Owner::excuse(TimePoint since) const {
     const Duration moment = config_.session.sync.heartbeat;
     Duration all{};
@@ -77,8 +84,13 @@ void Owner::closed(ConnectionId connection) {
 }
 
 void Owner::post(std::function<ServerActions(TimePoint)> say) {
-    inbox_.push_back({now(), std::move(say)});
-    work();
+    const auto read = [this, say = std::move(say)] {
+        inbox_.push_back({now(), say});
+        work();
+    };
+    if (now() >= unreadUntil_) return read();
+    unreadUntil_ += 20us;
+    timeline_.at(unreadUntil_, read);
 }
 
 void Owner::drain() {

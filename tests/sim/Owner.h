@@ -27,8 +27,10 @@ public:
     Owner(OwnerConfig config, Timeline& timeline, Network& network, Witness& witness, Random random);
 
     void start() { work(); }
-    /// The process does nothing for so long; bytes go on arriving.
+    /// The frame loop does nothing for so long; the network's thread goes on taking in bytes and noting when they came.
     void stall(Duration duration);
+    /// The whole process does nothing for so long (kill -STOP): what comes meanwhile is read afterwards, bit by bit.
+    void freeze(Duration duration);
     void announceBlobs();
     void requestImages();
     void finish();
@@ -48,6 +50,9 @@ public:
     void showed(const std::string& host) {
         if (members_.contains(host) && !behind_.contains(host)) inStep_.insert(host);
     }
+    /// How much later than it should a deadline that began to run at `since` may be seen: our own standstills, and a
+    /// moment after each.
+    [[nodiscard]] Duration excuse(TimePoint since) const;
     [[nodiscard]] const ModelScene& scene() const { return scene_; }
 
     // End
@@ -100,9 +105,6 @@ private:
     void left(const std::string& host);
     void checkQuiet() const;
     void checkDetection(const server_action::Fault& fault) const;
-    /// How much later than it should a deadline that began to run at `since` may be seen: our own standstills, and a
-    /// moment after each.
-    [[nodiscard]] Duration excuse(TimePoint since) const;
     [[noreturn]] void violated(const std::string& what) const { throw Violation("the server: " + what); }
 
     OwnerConfig config_;
@@ -114,6 +116,7 @@ private:
 
     std::deque<Event> inbox_;
     TimePoint stalledUntil_{};
+    TimePoint unreadUntil_{};  ///< after a freeze: when the last byte that lay in the sockets will have been read
     std::vector<std::pair<TimePoint, TimePoint>> stalls_;
     TimePoint workPlanned_ = TimePoint::max();
     std::set<ConnectionId> open_;

@@ -61,6 +61,7 @@ void Trouble::strike() {
             return cluster_.addStranger(manner, Cluster::hostName(index));
         }
         case 1:
+            if (random_.chance(0.5)) return cluster_.server().freeze(random_.between(20ms, 700ms));
             return cluster_.server().stall(random_.between(20ms, 700ms));
         case 2:
             if (cluster_.applicationCount() > 0) {

@@ -69,6 +69,41 @@ TEST(ServerFaults, AfterAStandstillOfOurOwnHostsGetAMoment) {
     EXPECT_EQ(s.actions<server_action::Fault>()[0].host, "b");
 }
 
+TEST(ServerFaults, AStandstillOfTheWholeProcessIsSeenInTheEventsToo) {
+    Live s;
+    s.pass(3s);
+    s.say(s.a, message::Heartbeat{.sentAtNs = 1});  // the first that is read afterwards
+    s.take(s.session.advance(s.now));
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty());
+    s.say(s.b, message::Heartbeat{.sentAtNs = 1});
+    s.run(100ms);
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty());
+}
+
+TEST(ServerFaults, ACallerThatIsAlwaysSlowStillFindsASilentHost) {
+    Live s;
+    s.drop(s.b);
+    s.forget();
+    for (int i = 0; i < 6; ++i) {
+        s.pass(200ms);
+        s.take(s.session.advance(s.now));
+    }
+    ASSERT_EQ(s.actions<server_action::Fault>().size(), 1u);
+    EXPECT_EQ(s.actions<server_action::Fault>()[0].kind, FaultKind::kSilent);
+}
+
+TEST(ServerFaults, OurOwnStandstillIsNotTakenFromTheTimeForBlobs) {
+    ServerSessionConfig config = twoHosts();
+    config.blobDeadline = 500ms;
+    Live s(config);
+    s.take(s.session.announceBlobs(1, {blobOf("mesh")}, s.now));
+    s.pass(450ms);  // nobody serves chunks
+    s.run(450ms, {s.a, s.b});
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty());
+    s.run(100ms, {s.a, s.b});
+    EXPECT_EQ(s.actions<server_action::Fault>().size(), 2u);
+}
+
 TEST(ServerFaults, AReadyThatLayUnreadWhileWeStoodStillIsInTime) {
     ServerSessionConfig config = twoHosts();
     config.sync.lateFrame = LateFramePolicy::kHold;
@@ -218,6 +253,19 @@ TEST(ServerFaults, MeasuresTheRoundTrip) {
     s.pass(4ms);
     s.say(s.a, message::Heartbeat{.sentAtNs = 5, .echoNs = beats.back().sentAtNs, .heldNs = Duration(1ms).count()});
     EXPECT_EQ(s.session.hosts()[0].roundTrip, sentAgo + 3ms);
+}
+
+TEST(ServerFaults, AHeartbeatIsNeverTheAnswerToAnEvent) {
+    ServerFixture s;
+    const ConnectionId a = s.hello("a");
+    s.say(a, message::Heartbeat{.sentAtNs = 1});  // came some time ago: what is said now must not carry that instant
+    EXPECT_TRUE(s.sent<message::Heartbeat>(a).empty());
+    EXPECT_LE(s.session.nextDeadline(), s.now);
+    s.pass(7ms);
+    s.take(s.session.advance(s.now));
+    ASSERT_EQ(s.sent<message::Heartbeat>(a).size(), 1u);
+    EXPECT_EQ(s.sent<message::Heartbeat>(a)[0].sentAtNs, s.now.time_since_epoch().count());
+    EXPECT_EQ(s.sent<message::Heartbeat>(a)[0].heldNs, Duration(7ms).count());
 }
 
 TEST(ServerFaults, ImpossibleTimesInHeartbeatsAreIgnored) {
