@@ -5,9 +5,9 @@
 
 #include <cmath>
 
-#include "client/draw/Tone.h"
 #include "client/render/RenderAction.h"
 #include "tests/golden/TestScene.h"
+#include "tests/unit/draw/ExpectedColor.h"
 
 namespace tessera {
 namespace {
@@ -30,12 +30,12 @@ Rgb pixel(const Picture& picture, int x, int y) {
 Rgb center(const Picture& picture) { return pixel(picture, picture.widthPx / 2, picture.heightPx / 2); }
 
 Rgb expectedOf(const Vec3f& linear) {
-    const Vec3f c = encodedColor(linear);
+    const Vec3f c = test::encodedColor(linear);
     const auto byte = [](float v) { return static_cast<int>(std::lround(255.0f * v)); };
     return {byte(c.x()), byte(c.y()), byte(c.z())};
 }
 
-/// The shaders' pow is a polynomial: one step of 255 is allowed.
+/// The shaders approximate: one step of 255 is allowed.
 void expectNear(const Rgb& actual, const Rgb& expected) {
     EXPECT_NEAR(actual.r, expected.r, 1) << actual;
     EXPECT_NEAR(actual.g, expected.g, 1) << actual;

@@ -1,0 +1,258 @@
+/// A render host without a network: work in, outcomes and files out.
+#include "client/replica/RenderHost.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "client/image/SharedFrame.h"
+#include "common/base/Channel.h"
+#include "common/codec/WallCodec.h"
+#include "tests/golden/TestScene.h"
+#include "tests/unit/replica/TestFolder.h"
+
+namespace tessera {
+namespace {
+
+Wall makeWall(int tileWidthPx = 64) {
+    Wall wall;
+    wall.name = "test";
+    Screen screen;
+    screen.name = "front";
+    screen.lowerLeft = {-1.6, 0.6, 0};
+    screen.lowerRight = {1.6, 0.6, 0};
+    screen.upperLeft = {-1.6, 2.4, 0};
+    screen.grid = {.columns = 2, .rows = 1, .tileWidthPx = tileWidthPx, .tileHeightPx = 48};
+    wall.screens = {screen};
+    wall.users = {User{.name = "viewer"}};
+    for (int column = 0; column < 2; ++column)
+        wall.hosts.push_back({.name = column ? "right" : "left",
+                              .tiles = {{.screen = "front", .column = column, .row = 0, .user = "viewer"}}});
+    wall.samples = 1;
+    return wall;
+}
+
+class RenderHostTest : public testing::Test {
+protected:
+    void start(RenderHostOptions options = {}) {
+        options.name = "left";
+        host_.reset();
+        surface_ = makeSurface("osmesa").value();
+        host_ = std::make_unique<RenderHost>(options, *surface_, store_, log_,
+                                             [this](Outcome outcome) { outcomes_.push(std::move(outcome)); });
+        ASSERT_TRUE(host_->probe());
+        configure(makeWall());
+    }
+    void configure(const Wall& wall) { EXPECT_TRUE(perform(work::Configure{share(encodeWall(wall))})); }
+    bool perform(decltype(Work::what) what) { return host_->perform({Attempt{1}, std::move(what)}); }
+    /// The next outcome, which must be a T.
+    template <typename T>
+    std::optional<T> next() {
+        auto outcome = outcomes_.popFor(std::chrono::seconds(20));
+        if (outcome && std::holds_alternative<T>(outcome->what)) return std::get<T>(outcome->what);
+        ADD_FAILURE() << "another outcome, or none";
+        return std::nullopt;
+    }
+    /// A scene with a ball in front of the wall, as the server would send it.
+    message::Snapshot snapshotOf(Aspect& scene) {
+        const ChangeList list = snapshot(scene);
+        for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
+        return {.sequence = 7, .stateHash = scene.stateHash(), .list = share(encodeChangeList(list))};
+    }
+    Aspect makeBall() {
+        test::TestScene scene;
+        scene.place(scene.add(makeSphere(0.8, 24)), {-0.6, 1.5, -1});
+        return scene.take();
+    }
+    message::Begin beginOf(std::uint64_t frame, SharedBytes list = nullptr) {
+        return {.frame = frame, .sequence = 7, .payload = share(encodeFrame({.view = View{}, .list = std::move(list)}))};
+    }
+    void drawAndShow(std::uint64_t frame) {
+        ASSERT_TRUE(perform(work::Draw{beginOf(frame)}));
+        ASSERT_TRUE(next<outcome::Drawn>());
+        ASSERT_TRUE(perform(work::Show{frame}));
+        ASSERT_TRUE(next<outcome::Shown>());
+    }
+
+    test::TestFolder folder_;
+    Log log_{"test"};
+    BlobStore store_;
+    std::vector<Blob> kept_;
+    Channel<Outcome> outcomes_{64};
+    std::unique_ptr<Surface> surface_;
+    std::unique_ptr<RenderHost> host_;
+};
+
+TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
+    start();
+    Aspect scene = makeBall();
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    const auto applied = next<outcome::Applied>();
+    ASSERT_TRUE(applied);
+    EXPECT_EQ(applied->sequence, 7u);
+    EXPECT_EQ(applied->stateHash, scene.stateHash());
+
+    ObjectId transform;
+    for (const ObjectId id : scene.ids())
+        if (scene.get<Transform>(id)) transform = id;
+    ChangeListBuilder move;
+    move.set(transform, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(0, 1.5, -2)));
+    const ChangeList list = move.take();
+    ASSERT_TRUE(scene.apply(list));
+    ASSERT_TRUE(perform(work::Draw{beginOf(0, share(encodeChangeList(list)))}));
+    const auto drawn = next<outcome::Drawn>();
+    ASSERT_TRUE(drawn);
+    EXPECT_EQ(drawn->stateHash, scene.stateHash());
+    const auto stats = decodeStats(*drawn->stats);
+    ASSERT_TRUE(stats);
+    ASSERT_EQ(stats->size(), 1u);
+    EXPECT_EQ(stats->front().tile, "front-0-0");
+    EXPECT_EQ(stats->front().drawn, 1u);
+    EXPECT_GT(stats->front().trianglesDrawn, 500u);
+    EXPECT_GT(stats->front().drawMs, 0);
+}
+
+TEST_F(RenderHostTest, ShowsAnImageOnlyWhenTold) {
+    start({.output = folder_.path()});
+    Aspect scene = makeBall();
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    ASSERT_TRUE(next<outcome::Applied>());
+    const std::string path = folder_ / "tiles/front-0-0/shown.frame";
+    ASSERT_TRUE(perform(work::Draw{beginOf(0)}));
+    ASSERT_TRUE(next<outcome::Drawn>());
+    EXPECT_FALSE(readSharedFrame(path));
+    ASSERT_TRUE(perform(work::Show{0}));
+    ASSERT_TRUE(next<outcome::Shown>());
+    const auto shown = readSharedFrame(path);
+    ASSERT_TRUE(shown);
+    EXPECT_EQ(shown->frame, 0u);
+    EXPECT_EQ(shown->picture.widthPx, 64);
+    const std::set<std::uint8_t> shades(shown->picture.rgb.begin(), shown->picture.rgb.end());
+    EXPECT_GT(shades.size(), 20u) << "there is a ball in it";
+
+    EXPECT_FALSE(perform(work::Finish{}));
+    const auto png = readFile(folder_ / "tiles/front-0-0/000000.png", 1'000'000);
+    ASSERT_TRUE(png);
+    const auto decoded = decodePng(*png);
+    ASSERT_TRUE(decoded);
+    EXPECT_EQ(decoded->frame, 0u);
+    EXPECT_EQ(decoded->picture, shown->picture);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "tiles/front-1-0")) << "another host's tile";
+}
+
+TEST_F(RenderHostTest, KeepsEveryShownFrameWhenAsked) {
+    start({.output = folder_.path(), .keepFrames = true});
+    for (std::uint64_t frame : {0, 1, 2}) drawAndShow(frame);
+    ASSERT_TRUE(perform(work::Draw{beginOf(3)}));  // drawn, never shown
+    EXPECT_FALSE(perform(work::Finish{}));
+    for (const char* name : {"000000.png", "000001.png", "000002.png"})
+        EXPECT_TRUE(std::filesystem::exists(folder_ / ("tiles/front-0-0/" + std::string(name)))) << name;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "tiles/front-0-0/000003.png"));
+}
+
+TEST_F(RenderHostTest, SendsImagesOnceALateEnoughFrameIsShown) {
+    start();
+    drawAndShow(4);
+    ASSERT_TRUE(perform(work::SendImages{{.request = 11, .frame = 5}}));
+    ASSERT_TRUE(perform(work::SendImages{{.request = 12, .frame = 4}}));
+    const auto now = next<outcome::Image>();
+    ASSERT_TRUE(now);
+    EXPECT_EQ(now->image.request, 12u);
+    EXPECT_EQ(now->image.frame, 4u);
+    EXPECT_EQ(now->image.tile, "front-0-0");
+    EXPECT_TRUE(decodePng(*now->image.png));
+    drawAndShow(5);
+    const auto later = next<outcome::Image>();
+    ASSERT_TRUE(later);
+    EXPECT_EQ(later->image.request, 11u);
+    EXPECT_EQ(later->image.frame, 5u);
+}
+
+TEST_F(RenderHostTest, DescribesItsStateDownToTheObject) {
+    start({.injection = *parseInjection("corrupt@1")});
+    Aspect scene = makeBall();
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    ASSERT_TRUE(next<outcome::Applied>());
+    drawAndShow(0);
+    ASSERT_TRUE(perform(work::Draw{beginOf(1)}));
+    const auto drawn = next<outcome::Drawn>();
+    ASSERT_TRUE(drawn);
+    EXPECT_NE(drawn->stateHash, scene.stateHash()) << "one field differs now";
+
+    ASSERT_TRUE(perform(work::Describe{{.objects = true, .leaf = 0}}));
+    const auto described = next<outcome::Described>();
+    ASSERT_TRUE(described);
+    EXPECT_EQ(described->answer.sequence, 7u);
+    std::vector<std::uint64_t> differing;
+    const std::vector<Aspect::ObjectHash> expected = scene.objectHashes(0);
+    ASSERT_EQ(described->answer.entries.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i)
+        if (described->answer.entries[i].hash != expected[i].hash) differing.push_back(expected[i].id.value);
+    ASSERT_EQ(differing.size(), 1u);
+    EXPECT_NE(scene.get<Transform>(ObjectId{differing.front()}), nullptr);
+
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    const auto repaired = next<outcome::Applied>();
+    ASSERT_TRUE(repaired);
+    EXPECT_EQ(repaired->stateHash, scene.stateHash());
+}
+
+TEST_F(RenderHostTest, SaysWhatCannotBeAppliedAndStaysAlive) {
+    start();
+    ASSERT_TRUE(perform(work::ApplySnapshot{{.sequence = 1, .list = share(Bytes(40, std::byte{0xff}))}}));
+    EXPECT_TRUE(next<outcome::ApplyFailed>());
+    ChangeListBuilder impossible;
+    impossible.destroy(ObjectId{77});
+    ASSERT_TRUE(perform(work::ApplyChanges{{.sequence = 2, .list = share(encodeChangeList(impossible.take()))}}));
+    const auto failed = next<outcome::ApplyFailed>();
+    ASSERT_TRUE(failed);
+    EXPECT_NE(failed->reason.find("list 2"), std::string::npos) << failed->reason;
+    ASSERT_TRUE(perform(work::Draw{{.frame = 0, .payload = share(Bytes(9, std::byte{0xff}))}}));
+    EXPECT_TRUE(next<outcome::ApplyFailed>());
+    drawAndShow(0);
+}
+
+TEST_F(RenderHostTest, LeavesWhenItCannotDraw) {
+    start({.injection = *parseInjection("draw-fail@2")});
+    drawAndShow(1);
+    EXPECT_FALSE(perform(work::Draw{beginOf(2)}));
+    const auto broken = next<outcome::Broken>();
+    ASSERT_TRUE(broken);
+    EXPECT_NE(broken->error.message.find("frame 2"), std::string::npos);
+}
+
+TEST_F(RenderHostTest, LeavesWhenTheWallMakesNoSense) {
+    start();
+    EXPECT_FALSE(perform(work::Configure{share(Bytes(20, std::byte{0xff}))}));
+    EXPECT_TRUE(next<outcome::Broken>());
+}
+
+TEST_F(RenderHostTest, KeepsItsImageThroughANewConnection) {
+    start();
+    drawAndShow(8);
+    configure(makeWall());
+    ASSERT_TRUE(perform(work::SendImages{{.request = 1, .frame = 0}}));
+    const auto kept = next<outcome::Image>();
+    ASSERT_TRUE(kept);
+    EXPECT_EQ(kept->image.frame, 8u);
+    // A wall with other tiles: what was shown is of no use.
+    configure(makeWall(70));
+    ASSERT_TRUE(perform(work::SendImages{{.request = 2, .frame = 0}}));
+    drawAndShow(9);
+    const auto fresh = next<outcome::Image>();
+    ASSERT_TRUE(fresh);
+    EXPECT_EQ(fresh->image.request, 2u);
+    EXPECT_EQ(fresh->image.frame, 9u);
+}
+
+TEST_F(RenderHostTest, SaysWhenPicturesCannotBeWritten) {
+    ASSERT_TRUE(writeFile(folder_ / "file", asBytes("x")));
+    start({.output = folder_ / "file"});
+    EXPECT_FALSE(perform(work::Draw{beginOf(0)}));
+    const auto broken = next<outcome::Broken>();
+    ASSERT_TRUE(broken);
+    EXPECT_NE(broken->error.message.find("shown.frame"), std::string::npos) << broken->error.message;
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,207 @@
+/// The session thread against a scripted server on loopback; the draw thread is the test.
+#include "client/replica/ServerLink.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "common/codec/MessageCodec.h"
+
+namespace tessera {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr auto kPatience = 20s;
+
+/// What the server hears, in order; says what the test wants it to.
+class ScriptedServer {
+public:
+    ScriptedServer() {
+        TransportLimits limits;
+        limits.maxPayload = maxPayloadBytes;
+        transport_ = std::make_unique<Transport>(limits, [this](LinkEvent event) { events_.push(std::move(event)); });
+        port_ = transport_->listen({.host = "127.0.0.1", .port = 0}).value();
+    }
+    ~ScriptedServer() {
+        events_.close();
+        transport_.reset();
+    }
+    [[nodiscard]] Address address() const { return {.host = "127.0.0.1", .port = port_}; }
+
+    /// The next message of this kind; others are passed over, and hellos of bulk connections.
+    template <typename T>
+    std::optional<std::pair<LinkId, T>> hear() {
+        const auto end = std::chrono::steady_clock::now() + kPatience;
+        while (std::chrono::steady_clock::now() < end) {
+            const auto event = events_.popFor(100ms);
+            const auto* received = event ? std::get_if<link_event::Received>(&event->what) : nullptr;
+            if (!received) continue;
+            const auto message = decodeMessage(received->type, received->payload);
+            if (!message) continue;
+            const auto* wanted = std::get_if<T>(&*message);
+            if (!wanted) continue;
+            if constexpr (std::is_same_v<T, message::Hello>)
+                if (wanted->channel != ChannelKind::kControl) continue;
+            return std::pair(received->link, *wanted);
+        }
+        return std::nullopt;
+    }
+    void say(LinkId link, const Message& message) {
+        transport_->send(link, wireType(message), 1, share(encodeMessage(message)));
+    }
+    void hangUp(LinkId link) { transport_->close(link, "hung up by the test"); }
+
+private:
+    Channel<LinkEvent> events_{10'000};
+    std::uint16_t port_ = 0;
+    std::unique_ptr<Transport> transport_;
+};
+
+class ServerLinkTest : public testing::Test {
+protected:
+    void start(std::chrono::milliseconds finishDeadline = 15s) {
+        thread_ = std::thread([this, finishDeadline] {
+            ServerLink link({.server = server_.address(),
+                             .name = "left",
+                             .pixelProbe = 42,
+                             .finishDeadline = finishDeadline},
+                            shelf_, nullptr, events_, work_, log_);
+            end_ = link.run();
+            drawThreadEnded_ = link.drawThreadEnded();
+        });
+    }
+    void TearDown() override {
+        if (!thread_.joinable()) return;
+        // A test that failed half-way has not waited for the end.
+        events_.push(Outcome{Attempt{}, outcome::Broken{{ErrorCode::kFailed, "the test is over"}}});
+        events_.push(Outcome{Attempt{}, outcome::Ended{}});
+        thread_.join();
+    }
+    HostEnd waitForEnd() {
+        while (work_.pop()) {
+        }
+        events_.push(Outcome{Attempt{}, outcome::Ended{}});
+        thread_.join();
+        return end_;
+    }
+    LinkId welcome() {
+        const auto hello = server_.hear<message::Hello>();
+        EXPECT_TRUE(hello);
+        server_.say(hello->first, message::Welcome{.epoch = 1, .token = 5, .configuration = share(Bytes(3, std::byte{1}))});
+        return hello->first;
+    }
+
+    ScriptedServer server_;
+    BlobStore store_;
+    BlobShelf shelf_{store_, 1'000'000};
+    Channel<ServerLink::Event> events_{4096};
+    Channel<Work> work_{64};
+    Log log_{"test"};
+    HostEnd end_;
+    bool drawThreadEnded_ = false;
+    std::thread thread_;
+};
+
+TEST_F(ServerLinkTest, SaysWhoItIsAndEndsWhenTheServerIsOver) {
+    start();
+    const auto hello = server_.hear<message::Hello>();
+    ASSERT_TRUE(hello);
+    EXPECT_EQ(hello->second.name, "left");
+    EXPECT_EQ(hello->second.pixelProbe, 42u);
+    EXPECT_EQ(hello->second.protocol, kProtocolVersion);
+    server_.say(hello->first, message::Over{"all frames are shown"});
+    EXPECT_TRUE(waitForEnd().over);
+}
+
+TEST_F(ServerLinkTest, EndsWithTheReasonWhenItIsRefusedForGood) {
+    start();
+    const auto hello = server_.hear<message::Hello>();
+    ASSERT_TRUE(hello);
+    server_.say(hello->first, message::Refused{ErrorCode::kNotFound, "unknown host 'left'; the wall has: a, b", false});
+    const HostEnd end = waitForEnd();
+    EXPECT_FALSE(end.over);
+    EXPECT_EQ(end.error.code, ErrorCode::kNotFound);
+    EXPECT_NE(end.error.message.find("the wall has: a, b"), std::string::npos);
+}
+
+TEST_F(ServerLinkTest, DialsAgainAfterALostConnectionAndARefusalForNow) {
+    start();
+    const LinkId first = welcome();
+    server_.hangUp(first);
+    const auto second = server_.hear<message::Hello>();
+    ASSERT_TRUE(second);
+    server_.say(second->first, message::Refused{ErrorCode::kRefused, "host 'left' is connected already", true});
+    const auto third = server_.hear<message::Hello>();
+    ASSERT_TRUE(third);
+    server_.say(third->first, message::Over{"over"});
+    EXPECT_TRUE(waitForEnd().over);
+}
+
+TEST_F(ServerLinkTest, HeartbeatsGoOnWhileTheDrawThreadIsBusy) {
+    start();
+    const LinkId control = welcome();
+    server_.say(control, message::Snapshot{.sequence = 1, .stateHash = 9, .list = share(Bytes(1))});
+    // The draw thread has its work and answers nothing.
+    bool asked = false;
+    while (const auto next = work_.popFor(kPatience))
+        if (std::holds_alternative<work::ApplySnapshot>(next->what)) {
+            asked = true;
+            break;
+        }
+    ASSERT_TRUE(asked);
+    for (int i = 0; i < 10; ++i) ASSERT_TRUE(server_.hear<message::Heartbeat>()) << i;
+    events_.push(Outcome{Attempt{1}, outcome::Applied{1, 9}});
+    EXPECT_TRUE(server_.hear<message::Synced>());
+    server_.say(control, message::Over{"over"});
+    EXPECT_TRUE(waitForEnd().over);
+}
+
+TEST_F(ServerLinkTest, AnswersOfAnEarlierConnectionComeToNothing) {
+    start();
+    const LinkId first = welcome();
+    server_.say(first, message::Snapshot{.sequence = 1, .stateHash = 9, .list = share(Bytes(1))});
+    while (const auto next = work_.popFor(kPatience))
+        if (std::holds_alternative<work::ApplySnapshot>(next->what)) break;
+    server_.hangUp(first);
+    const LinkId second = welcome();
+    events_.push(Outcome{Attempt{1}, outcome::Applied{1, 9}});
+    ASSERT_TRUE(server_.hear<message::Heartbeat>());
+    server_.say(second, message::Over{"over"});
+    EXPECT_TRUE(waitForEnd().over);
+}
+
+TEST_F(ServerLinkTest, LeavesWhenTheHostCannotDraw) {
+    start();
+    welcome();
+    events_.push(Outcome{Attempt{}, outcome::Broken{{ErrorCode::kUnsupported, "no such surface"}}});
+    const HostEnd end = waitForEnd();
+    EXPECT_EQ(end.error.code, ErrorCode::kUnsupported);
+    EXPECT_EQ(end.error.message, "no such surface");
+}
+
+TEST_F(ServerLinkTest, GivesUpOnADrawThreadThatDoesNotComeBack) {
+    start(100ms);
+    const auto hello = server_.hear<message::Hello>();
+    ASSERT_TRUE(hello);
+    server_.say(hello->first, message::Over{"over"});
+    thread_.join();
+    EXPECT_FALSE(end_.over);
+    EXPECT_FALSE(drawThreadEnded_);
+    EXPECT_EQ(end_.error.code, ErrorCode::kFailed);
+}
+
+TEST_F(ServerLinkTest, FailsToWriteEvenAfterTheEndIsAFailure) {
+    start();
+    const auto hello = server_.hear<message::Hello>();
+    ASSERT_TRUE(hello);
+    server_.say(hello->first, message::Over{"over"});
+    while (const auto next = work_.pop())
+        if (std::holds_alternative<work::Finish>(next->what))
+            events_.push(Outcome{Attempt{}, outcome::Broken{{ErrorCode::kFailed, "disk full"}}});
+    const HostEnd end = waitForEnd();
+    EXPECT_FALSE(end.over);
+    EXPECT_EQ(end.error.message, "disk full");
+}
+
+}  // namespace
+}  // namespace tessera
