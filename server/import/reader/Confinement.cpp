@@ -143,6 +143,10 @@ Expected<void> restrictCalls() {
     for (const int call : kFatalCalls)
         good = good && seccomp_rule_add(filter.get(), SCMP_ACT_KILL_PROCESS, call, 0) == 0;
     for (const int call : kAllowedCalls) good = good && seccomp_rule_add(filter.get(), SCMP_ACT_ALLOW, call, 0) == 0;
+    // UBSan looks at memory through a pipe.
+    if (kSanitized)
+        for (const int call : {SCMP_SYS(pipe), SCMP_SYS(pipe2)})
+            good = good && seccomp_rule_add(filter.get(), SCMP_ACT_ALLOW, call, 0) == 0;
     // Memory, but never executable memory.
     for (const int call : {SCMP_SYS(mmap), SCMP_SYS(mprotect)})
         good = good &&

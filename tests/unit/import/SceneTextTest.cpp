@@ -4,6 +4,7 @@
 
 #include "common/math/Box.h"
 #include "common/scene/Action.h"
+#include "proto/scene.pb.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -160,6 +161,60 @@ TEST(SceneText, SeveralFilesBecomeOneList) {
     const ImportedAspect aspect(std::move(*scene));
     EXPECT_TRUE(findNode(*aspect, "/a"));
     EXPECT_TRUE(findNode(*aspect, "/b"));
+}
+
+TEST(SceneText, HalvesImagesUntilTheyFitAndSaysSo) {
+    // An uncompressed TGA of 5000 × 2 pixels: left half black, right half white.
+    std::string tga("\0\0\2\0\0\0\0\0\0\0\0\0", 12);
+    for (const int part : {5000 & 255, 5000 >> 8, 2, 0, 24, 0}) tga.push_back(static_cast<char>(part));
+    for (int row = 0; row < 2; ++row) tga += std::string(7500, '\0') + std::string(7500, '\xff');
+    const Scratch scratch;
+    scratch.write("wide.tga", tga);
+    const std::string path = scratch.write("scene.tsct", R"(
+        image { name: "wide" uri: "wide.tga" } material { name: "m" base_color_image: "wide" }
+        node { material: "m" box { size { x: 1 y: 1 z: 1 } } })");
+    Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    ASSERT_EQ(scene->notes.size(), 1u);
+    EXPECT_EQ(scene->notes.front(), path + ": 'wide.tga' was reduced to 2500 × 1 pixels");
+    const ImportedAspect aspect(std::move(*scene));
+    for (const ObjectId id : aspect->ids())
+        if (const auto* image = aspect->get<Image>(id)) {
+            EXPECT_EQ(image->widthPx, 2500);
+            EXPECT_EQ(image->heightPx, 1);
+            ASSERT_EQ(image->pixels.sizeBytes(), 10'000u);
+            EXPECT_EQ(image->pixels.as<std::uint8_t>()[0], 0);
+            EXPECT_EQ(image->pixels.as<std::uint8_t>()[9996], 255);
+        }
+}
+
+TEST(SceneBinary, HoldsTheSameMessageAsTheText) {
+    proto::scene::SceneFile file;
+    file.add_material()->set_name("red");
+    proto::scene::Node* node = file.add_node();
+    node->set_name("ball");
+    node->set_material("red");
+    node->mutable_sphere()->set_radius(2);
+    proto::scene::Mesh* mesh = file.add_mesh();
+    mesh->set_name("triangle");
+    mesh->set_positions_blob(1);
+    mesh->set_indices_blob(2);
+    const std::vector<float> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    const std::vector<std::uint32_t> indices = {0, 1, 2};
+    file.add_blob(reinterpret_cast<const char*>(positions.data()), 36);
+    file.add_blob(reinterpret_cast<const char*>(indices.data()), 12);
+    proto::scene::Node* flat = file.add_node();
+    flat->set_name("flat");
+    flat->mutable_geometry()->set_mesh("triangle");
+    const Scratch scratch;
+    Expected<ImportedScene> scene =
+        importScene(scratch.write("scene.tsc", file.SerializeAsString()), kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    ASSERT_NE(aspect.core<Geometry>("/ball"), nullptr);
+    EXPECT_NE(aspect->get<Material>(aspect.core<Geometry>("/ball")->material), nullptr);
+    ASSERT_NE(aspect.core<Geometry>("/flat"), nullptr);
+    EXPECT_EQ(aspect.core<Geometry>("/flat")->positions.as<float>()[3], 1.0f);
 }
 
 struct WrongText {
