@@ -92,6 +92,19 @@ TEST(ServerFaults, ACallerThatIsAlwaysSlowStillFindsASilentHost) {
     EXPECT_EQ(s.actions<server_action::Fault>()[0].kind, FaultKind::kSilent);
 }
 
+TEST(ServerFaults, ASlowCallerThatHasReadWhatTheOthersSaidNeedsNoGrace) {
+    Live s;
+    for (int i = 0; i < 2; ++i) {
+        for (int beat = 0; beat < 4; ++beat) {
+            s.pass(50ms);
+            s.say(s.a, message::Heartbeat{.sentAtNs = 1});
+        }
+        s.take(s.session.advance(s.now));  // every 200 ms only
+    }
+    ASSERT_EQ(s.actions<server_action::Fault>().size(), 1u);
+    EXPECT_EQ(s.actions<server_action::Fault>()[0].host, "b");
+}
+
 TEST(ServerFaults, OurOwnStandstillIsNotTakenFromTheTimeForBlobs) {
     ServerSessionConfig config = twoHosts();
     config.blobDeadline = 500ms;
