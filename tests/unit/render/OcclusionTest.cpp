@@ -233,9 +233,11 @@ TEST(Masked, WhatHoldsTheEyeOrReachesTheNearPlaneIsVisibleAndHidesNothingBehindT
     // The near plane, 0.05 m off, opens the front of this one.
     const ObjectId cut = scene.box({0, 0, -0.5}, {3, 3, 0.92});
     const ObjectId seenThroughTheCut = scene.box({0, 0, -20}, {1, 1, 1});
+    const ObjectId justBeyondTheNearPlane = scene.box({0.005, 0.003, -0.06}, {0.01, 0.01, 0.01});
     scene.apply();
     const DrawList list = cull(scene, kMasked, TestCamera());
-    for (const ObjectId id : {around, room, cut, seenThroughTheCut}) EXPECT_TRUE(draws(list, id)) << id.value;
+    for (const ObjectId id : {around, room, cut, seenThroughTheCut, justBeyondTheNearPlane})
+        EXPECT_TRUE(draws(list, id)) << id.value;
 }
 
 TEST(Masked, AFloorSeenAtAGrazingAngleDoesNotHideWhatStandsOnIt) {
