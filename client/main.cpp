@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <thread>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "client/replica/HostProgram.h"
 #include "common/base/Version.h"
@@ -23,7 +23,9 @@ struct Arguments {
 Expected<void> checkName(const std::string& name) {
     const bool good = !name.empty() && name.size() <= 64 && name.front() != '.' && name.find('/') == std::string::npos;
     if (good) return {};
-    return fail(ErrorCode::kUsage, fmt::format("--host '{}' is not the name of a host: 1 to 64 characters, no '/', no dot in front", name));
+    return fail(
+        ErrorCode::kUsage,
+        fmt::format("--host '{}' is not the name of a host: 1 to 64 characters, no '/', no dot in front", name));
 }
 
 /// Several hosts of one wall on one machine share its cores; a machine of its own is all there for its host.
@@ -59,8 +61,10 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
 
 int main(int argc, char** argv) {
     Arguments arguments;
-    CLI::App app("One render host of a wall: dials a tessera-server, draws its tiles,\nand shows each frame when all hosts have drawn it.",
-                 "tessera-client");
+    CLI::App app(
+        "One render host of a wall: dials a tessera-server, draws its tiles,\nand shows each frame when all hosts have "
+        "drawn it.",
+        "tessera-client");
     app.set_version_flag("--version", versionText("tessera-client"));
     app.add_option("--server", arguments.server, "Where the server listens")->type_name("ADDR:PORT")->required();
     app.add_option("--host", arguments.host, "Name of this host in the wall")->type_name("NAME")->required();
@@ -69,7 +73,8 @@ int main(int argc, char** argv) {
     app.add_option("--surface", arguments.surface, "What draws: osmesa")->type_name("NAME");
     app.add_option("--culler", arguments.culler, "none, frustum or masked (masked)")->type_name("K");
     app.add_option("--cache", arguments.cache, "Keep meshes and images in DIR/NAME")->type_name("DIR");
-    app.add_option("--threads", arguments.threads, "Draw threads beside the main one (0 with\na server on loopback, else cores - 1)")
+    app.add_option("--threads", arguments.threads,
+                   "Draw threads beside the main one (0 with\na server on loopback, else cores - 1)")
         ->type_name("N")
         ->check(CLI::Range(0, 256));
     // For tests of the rest of the wall; see client/replica/README.md.

@@ -9,7 +9,9 @@ namespace {
 /// What glTF allows; below, highlights would be smaller than a pixel and a point light's a flicker.
 constexpr float kSmallestRoughness = 0.045f;
 
-std::array<float, 4> four(const Vec3f& v, float w) { return {v.x(), v.y(), v.z(), w}; }
+std::array<float, 4> four(const Vec3f& v, float w) {
+    return {v.x(), v.y(), v.z(), w};
+}
 
 std::array<float, 16> columnsOf(const Mat4d& m) {
     std::array<float, 16> columns{};
@@ -18,8 +20,8 @@ std::array<float, 16> columnsOf(const Mat4d& m) {
     return columns;
 }
 
-/// Depth runs from 1 at the near plane to 0 at the far one: as a float it then resolves about the same relative distance
-/// everywhere.
+/// Depth runs from 1 at the near plane to 0 at the far one: as a float it then resolves about the same relative
+/// distance everywhere.
 Mat4d reversedDepth(const Mat4d& clip_T_eye) {
     Mat4d m = clip_T_eye;
     m.row(2) = 0.5 * (clip_T_eye.row(3) - clip_T_eye.row(2));
@@ -50,8 +52,8 @@ ItemBlock makeItem(const DrawItem& item, const Material& material, std::uint32_t
     block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
     block.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f));
     block.metallicAndFaceted = {material.metallic, hasNormals ? 0.0f : 1.0f, 0, 0};
-    block.nodeAndMaterial = {static_cast<std::uint32_t>(item.node.value), static_cast<std::uint32_t>(item.node.value >> 32),
-                             materialIndex, 0};
+    block.nodeAndMaterial = {static_cast<std::uint32_t>(item.node.value),
+                             static_cast<std::uint32_t>(item.node.value >> 32), materialIndex, 0};
     return block;
 }
 
@@ -129,7 +131,8 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
     }
     block.sky = four(list.environment.sky, 0);
     block.ground = four(list.environment.ground, 0);
-    block.clipPerPixel = {2.0f / static_cast<float>(camera.pixels.width), 2.0f / static_cast<float>(camera.pixels.height), 0, 0};
+    block.clipPerPixel = {2.0f / static_cast<float>(camera.pixels.width),
+                          2.0f / static_cast<float>(camera.pixels.height), 0, 0};
     for (std::size_t i = 0; i < std::min(list.lights.size(), DrawList::kMaxLights); ++i) {
         const LightItem& light = list.lights[i];
         if (light.kind == LightItem::Kind::kDirectional) {

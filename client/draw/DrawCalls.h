@@ -38,8 +38,8 @@ private:
     struct TexelsLess {
         bool operator()(const MaterialTexels& a, const MaterialTexels& b) const;
     };
-    void collect(const Aspect& aspect, const std::vector<DrawItem>& items, const ScreenCamera& camera, MeshBuffers& meshes,
-                 TextureCache& textures);
+    void collect(const Aspect& aspect, const std::vector<DrawItem>& items, const ScreenCamera& camera,
+                 MeshBuffers& meshes, TextureCache& textures);
     std::uint32_t materialIndex(const Material& material);
 
     std::vector<DrawCall> calls_;

@@ -35,8 +35,8 @@ Expected<GlFunctions> GlFunctions::load(const Surface& surface) {
     gl.GetIntegerv(GL_MAJOR_VERSION, &major);
     gl.GetIntegerv(GL_MINOR_VERSION, &minor);
     if (10 * major + minor < kNeededVersion)
-        return fail(ErrorCode::kUnsupported, "OpenGL 4.5 is needed, the surface gives " + std::to_string(major) + "." +
-                                                 std::to_string(minor));
+        return fail(ErrorCode::kUnsupported,
+                    "OpenGL 4.5 is needed, the surface gives " + std::to_string(major) + "." + std::to_string(minor));
 #define TESSERA_GL_TEST(name, upper) \
     if (!gl.name) return fail(ErrorCode::kUnsupported, "the surface lacks gl" #name);
     TESSERA_GL_FUNCTIONS(TESSERA_GL_TEST)

@@ -140,7 +140,8 @@ void MeshBuffers::rebind() {
 }
 
 void MeshBuffers::makeRoom() {
-    // Least recently drawn first, until three quarters of the budget are left, so that this does not happen every frame.
+    // Least recently drawn first, until three quarters of the budget are left, so that this does not happen every
+    // frame.
     std::vector<std::pair<std::uint64_t, const Key*>> byAge;
     byAge.reserve(meshes_.size());
     for (const auto& [key, mesh] : meshes_)

@@ -15,7 +15,7 @@ namespace tessera {
 /// One vertex as the vertex array describes it to GL.
 struct MeshVertex {
     std::array<float, 3> position;
-    std::array<float, 3> normal;        ///< zero: none, shaded by the face
+    std::array<float, 3> normal;         ///< zero: none, shaded by the face
     std::array<std::uint16_t, 4> color;  ///< linear, normalised
     std::array<float, 2> texcoord;
 };
@@ -28,8 +28,8 @@ struct MeshRange {
     bool hasNormals = false;
 };
 
-/// One vertex and one index buffer for all meshes of a renderer. Meshes that have not been drawn for a while make room for
-/// others once `budgetBytes` is exceeded; what one frame needs is never thrown out in that frame.
+/// One vertex and one index buffer for all meshes of a renderer. Meshes that have not been drawn for a while make room
+/// for others once `budgetBytes` is exceeded; what one frame needs is never thrown out in that frame.
 class MeshBuffers {
 public:
     MeshBuffers(const GlFunctions& gl, GLuint vertexArray, std::size_t budgetBytes);
@@ -39,8 +39,8 @@ public:
 
     /// Call before the first `find` of a draw.
     void beginDraw();
-    /// Uploads on first sight. Nothing: an array is absent (it may come later), or checkMesh refuses the mesh (it is not
-    /// looked at again: the same arrays will never be better).
+    /// Uploads on first sight. Nothing: an array is absent (it may come later), or checkMesh refuses the mesh (it is
+    /// not looked at again: the same arrays will never be better).
     [[nodiscard]] std::optional<MeshRange> find(const Geometry& geometry);
 
     [[nodiscard]] std::size_t residentBytes() const;

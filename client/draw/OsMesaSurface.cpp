@@ -59,6 +59,8 @@ Expected<std::unique_ptr<Surface>> makeSurface(std::string_view name) {
     return std::make_unique<OsMesaSurface>(context);
 }
 
-void limitDrawThreads(int threads) { ::setenv("LP_NUM_THREADS", std::to_string(threads < 0 ? 0 : threads).c_str(), 1); }
+void limitDrawThreads(int threads) {
+    ::setenv("LP_NUM_THREADS", std::to_string(threads < 0 ? 0 : threads).c_str(), 1);
+}
 
 }  // namespace tessera

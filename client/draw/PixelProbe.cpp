@@ -1,7 +1,8 @@
 /// The small lit test image by which hosts find out whether their pixels are the same.
 ///
-/// Everything in it is written down as numbers: a mesh made with sine and cosine would compare the machines' C libraries.
-/// It goes through every program and every combination of states once, so that they are compiled before the first frame.
+/// Everything in it is written down as numbers: a mesh made with sine and cosine would compare the machines' C
+/// libraries. Every kind of program is used once, so that it is compiled before the first frame (the scene's number of
+/// lights excepted).
 #include "client/draw/Renderer.h"
 #include "common/scene/FieldTable.h"
 
@@ -11,10 +12,10 @@ namespace {
 constexpr int kSidePx = 96;
 
 constexpr std::array<float, 15> kPyramid{-1, -1, -1, 1, -1, -1, 1, -1, 1, -1, -1, 1, 0, 1, 0};
-constexpr std::array<float, 15> kNormals{-0.6f, -0.48f, -0.64f, 0.6f, -0.48f, -0.64f, 0.6f, -0.48f, 0.64f,
-                                         -0.6f, -0.48f, 0.64f,  0,    1,      0};
+constexpr std::array<float, 15> kNormals{-0.6f, -0.48f, -0.64f, 0.6f,  -0.48f, -0.64f, 0.6f, -0.48f,
+                                         0.64f, -0.6f,  -0.48f, 0.64f, 0,      1,      0};
 constexpr std::array<float, 10> kTexcoords{0, 0, 2.5f, 0, 2.5f, 2.5f, 0, 2.5f, 1.25f, 1.25f};
-constexpr std::array<std::uint8_t, 20> kColors{255, 64, 32, 255, 32, 255, 64, 255, 64, 32,
+constexpr std::array<std::uint8_t, 20> kColors{255, 64,  32,  255, 32, 255, 64,  255, 64,  32,
                                                255, 255, 255, 255, 64, 255, 200, 200, 200, 255};
 constexpr std::array<std::uint32_t, 18> kTriangles{0, 4, 1, 1, 4, 2, 2, 4, 3, 3, 4, 0, 0, 1, 2, 0, 2, 3};
 
@@ -70,7 +71,10 @@ Expected<Aspect> probeScene() {
 }
 
 DrawItem itemAt(ObjectId geometry, ObjectId material, const Vec3d& position, const Vec3d& scale) {
-    DrawItem item{.node = ObjectId{100}, .geometry = geometry, .material = material, .world_T_item = Affine3d::Identity(),
+    DrawItem item{.node = ObjectId{100},
+                  .geometry = geometry,
+                  .material = material,
+                  .world_T_item = Affine3d::Identity(),
                   .mirrored = scale.x() * scale.y() * scale.z() < 0};
     item.world_T_item = composeTransform(position, Quatd(0.8, 0.36, 0.48, 0.0), scale);
     return item;
@@ -86,6 +90,7 @@ DrawList probeList() {
         list.opaque.push_back(itemAt(kSmooth, kPlain, {-1.3, y, 0}, scale));
         list.opaque.push_back(itemAt(kFaceted, kPicture, {0, y, -0.2}, scale));
         list.opaque.push_back(itemAt(kFaceted, kSheet, {1.3, y, -0.4}, scale));
+        list.opaque.push_back(itemAt(kSmooth, kPicture, {0.6, y, -1.5}, scale));
         list.transparent.push_back(itemAt(kSmooth, kGlass, {-0.6, y, 0.6}, scale));
         list.transparent.push_back(itemAt(kSmooth, kGlassPicture, {0.7, y, 0.6}, scale));
     }

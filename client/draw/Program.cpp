@@ -64,8 +64,8 @@ bool coversScreen(ProgramKind::Use use) {
 
 Expected<Program> Program::create(const GlFunctions& gl, const ProgramKind& kind) {
     const std::string head = headOf(kind);
-    const auto vertex = compile(gl, GL_VERTEX_SHADER,
-                                head + (coversScreen(kind.use) ? shader_text::kScreenVertex : shader_text::kMeshVertex));
+    const auto vertex = compile(
+        gl, GL_VERTEX_SHADER, head + (coversScreen(kind.use) ? shader_text::kScreenVertex : shader_text::kMeshVertex));
     if (!vertex) return tl::unexpected(vertex.error());
     const auto fragment = compile(gl, GL_FRAGMENT_SHADER, head + fragmentOf(kind));
     if (!fragment) {

@@ -14,24 +14,24 @@ struct FrameBlock {
         std::array<float, 4> place;     ///< eye space, metres: position and 1, or direction towards the light and 0
         std::array<float, 4> radiance;  ///< rgb at one metre; w: 1 / range in metres, 0 for unlimited
     };
-    std::array<float, 16> clip_T_eye;                 ///< columns; depth 1 at the near plane, 0 at the far one
+    std::array<float, 16> clip_T_eye;  ///< columns; depth 1 at the near plane, 0 at the far one
     std::array<float, 16> eye_T_clip;
     std::array<std::array<float, 4>, 3> world_R_eye;  ///< rows
     std::array<float, 4> sky, ground;
-    std::array<float, 4> clipPerPixel;                ///< 2 / width, 2 / height
+    std::array<float, 4> clipPerPixel;  ///< 2 / width, 2 / height
     std::array<Light, 16> lights;
 };
 static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 * 32);
 
-/// One drawn item; std140, padded to the largest alignment that GL may ask for. A range of uniforms per draw call costs a
-/// microsecond, attributes or a storage buffer cost time per vertex.
+/// One drawn item; std140, padded to the largest alignment that GL may ask for. A range of uniforms per draw call costs
+/// a microsecond, attributes or a storage buffer cost time per vertex.
 struct ItemBlock {
     std::array<std::array<float, 4>, 3> eye_T_item;  ///< rows
     /// Rows of the inverse transpose of eye_T_item's linear part, up to a positive factor.
     std::array<std::array<float, 4>, 3> normalRows;
     std::array<float, 4> baseColor;
     std::array<float, 4> emissiveAndRoughness;
-    std::array<float, 4> metallicAndFaceted;      ///< z, w unused
+    std::array<float, 4> metallicAndFaceted;       ///< z, w unused
     std::array<std::uint32_t, 4> nodeAndMaterial;  ///< low and high word of the node's id, material, unused
     std::array<float, 24> padding;
 };
@@ -51,7 +51,7 @@ struct ProgramKind {
         kSurface,  ///< first pass of what is solid
         kLight,    ///< second pass
         kLightRest,
-        kBlend,    ///< what is transparent
+        kBlend,  ///< what is transparent
         kCopy,
         kNodeIds,
     } use = Use::kSurface;

@@ -29,8 +29,9 @@ Expected<void> checkRect(const ScreenCamera& camera, const PixelRect& r) {
         return fail(ErrorCode::kLimit, "a screen of more than 16384 pixels a side cannot be drawn");
     if (r.x < 0 || r.y < 0 || r.width <= 0 || r.height <= 0 || r.width > camera.pixels.width - r.x ||
         r.height > camera.pixels.height - r.y)
-        return fail(ErrorCode::kBadInput, fmt::format("a tile of {}x{} at {},{} does not lie on its screen of {}x{}", r.width,
-                                                      r.height, r.x, r.y, camera.pixels.width, camera.pixels.height));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("a tile of {}x{} at {},{} does not lie on its screen of {}x{}", r.width, r.height, r.x,
+                                r.y, camera.pixels.width, camera.pixels.height));
     return {};
 }
 
@@ -83,7 +84,12 @@ struct Renderer::Impl {
 };
 
 Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions o)
-    : surface(onSurface), gl(functions), options(o), textures(gl, o.textureBudgetBytes), tile(gl, o.samples), ids(gl, 1) {
+    : surface(onSurface),
+      gl(functions),
+      options(o),
+      textures(gl, o.textureBudgetBytes),
+      tile(gl, o.samples),
+      ids(gl, 1) {
     gl.CreateVertexArrays(1, &vertexArray);
     gl.CreateVertexArrays(1, &emptyArray);
     for (GLuint* buffer : {&itemBuffer, &frameBuffer, &materialBuffer}) gl.CreateBuffers(1, buffer);
@@ -124,7 +130,8 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer);
     const auto upload = [this](GLuint buffer, const auto& values) {
-        gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(), GL_STREAM_DRAW);
+        gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
+                           GL_STREAM_DRAW);
     };
     if (!calls.items().empty()) upload(itemBuffer, calls.items());
     upload(materialBuffer, calls.materials());
@@ -182,7 +189,8 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
             call.doubleSided ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
         if (!before || before->mirrored != call.mirrored) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
         before = &call;
-        gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer, static_cast<GLintptr>(i * sizeof(ItemBlock)), sizeof(ItemBlock));
+        gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer, static_cast<GLintptr>(i * sizeof(ItemBlock)),
+                           sizeof(ItemBlock));
         const auto* offset = reinterpret_cast<const void*>(std::size_t{call.mesh.firstIndex} * sizeof(std::uint32_t));
         gl.DrawElementsBaseVertex(GL_TRIANGLES, static_cast<GLsizei>(call.mesh.indexCount), GL_UNSIGNED_INT, offset,
                                   call.mesh.baseVertex);
@@ -198,7 +206,8 @@ Expected<void> Renderer::Impl::drawOverScreen(const ProgramKind& kind) {
     return {};
 }
 
-/// Each pixel is lit once, however many surfaces were drawn into it, and once more where its samples show different ones.
+/// Each pixel is lit once, however many surfaces were drawn into it, and once more where its samples show different
+/// ones.
 Expected<void> Renderer::Impl::lightSurfaces() {
     const auto framebuffer = tile.picture();
     if (!framebuffer) return tl::unexpected(framebuffer.error());
@@ -236,8 +245,8 @@ Expected<void> Renderer::Impl::blendTransparent() {
         !drawn || options.samples == 1)
         return drawn;
     const int right = scissor.x + scissor.width, top = scissor.y + scissor.height;
-    gl.BlitNamedFramebuffer(*framebuffer, tile.picture().value(), scissor.x, scissor.y, right, top, scissor.x, scissor.y,
-                            right, top, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    gl.BlitNamedFramebuffer(*framebuffer, tile.picture().value(), scissor.x, scissor.y, right, top, scissor.x,
+                            scissor.y, right, top, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     return {};
 }
 
@@ -302,7 +311,11 @@ Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect,
     return nodes;
 }
 
-DrawCounts Renderer::lastCounts() const { return impl_->calls.counts(); }
-std::size_t Renderer::residentBytes() const { return impl_->meshes->residentBytes() + impl_->textures.residentBytes(); }
+DrawCounts Renderer::lastCounts() const {
+    return impl_->calls.counts();
+}
+std::size_t Renderer::residentBytes() const {
+    return impl_->meshes->residentBytes() + impl_->textures.residentBytes();
+}
 
 }  // namespace tessera

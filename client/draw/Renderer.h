@@ -22,7 +22,7 @@ struct RendererOptions {
 /// What became of the last list drawn.
 struct DrawCounts {
     std::uint64_t items = 0;
-    std::uint64_t skipped = 0;  ///< geometry gone, its arrays absent, or refused by checkMesh
+    std::uint64_t skipped = 0;     ///< geometry gone, its arrays absent, or refused by checkMesh
     std::uint64_t untextured = 0;  ///< drawn without their image, which is absent or not of its size
 };
 
@@ -33,12 +33,13 @@ public:
     ~Renderer();
 
     /// Draws the part `rect` of the screen's picture. The aspect gives geometry, materials and images by id; meshes and
-    /// textures are cached by content. Returns when the image is complete in memory. What cannot be drawn is left away and
-    /// counted. kLimit, kBadInput: the rectangle is not one of a screen of at most 16384 pixels a side; kFailed: GL gave up.
+    /// textures are cached by content. Returns when the image is complete in memory. What cannot be drawn is left away
+    /// and counted. kLimit, kBadInput: the rectangle is not one of a screen of at most 16384 pixels a side; kFailed: GL
+    /// gave up.
     [[nodiscard]] Expected<Picture> draw(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                          const PixelRect& rect);
-    /// Node ids of what is visible at each pixel (one sample at the centre; 0: nothing), rows from the top. The proof of
-    /// cullers; slow. Transparent items hide what is behind them here: leave them out of the list to see that.
+    /// Node ids of what is visible at each pixel (one sample at the centre; 0: nothing), rows from the top. The proof
+    /// of cullers; slow. Transparent items hide what is behind them here: leave them out of the list to see that.
     [[nodiscard]] Expected<std::vector<std::uint64_t>> drawNodeIds(const Aspect& aspect, const DrawList& list,
                                                                    const ScreenCamera& camera, const PixelRect& rect);
     /// Hash of a small lit test image: hosts with different ones cannot share a wall seam-exactly.

@@ -60,8 +60,8 @@ void main() {
 }
 )";
 
-// 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations for independent unit vectors",
-// 2014), 24 of colour (its square root), 14 of material.
+// 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations for independent unit
+// vectors", 2014), 24 of colour (its square root), 14 of material.
 const char kSurfaceFragment[] = R"(
 in vec3 vNormal;
 in vec4 vColor;
@@ -100,7 +100,8 @@ void main() {
 
 // Metal-roughness as glTF 2.0 (appendix B) defines it: GGX distribution, Smith's visibility in Hammon's approximation
 // (2017), Schlick's Fresnel term. A light of radiance 1 that falls straight onto a white surface gives 1: the factor pi
-// is taken into the light. A software rasteriser has no jumps (lanes are masked, not skipped): so there are no branches.
+// is taken into the light. A software rasteriser has no jumps (lanes are masked, not skipped): so there are no
+// branches.
 const char kLighting[] = R"(
 // Radiance from a direction in the world: sky, horizon and ground, and three lamps as in a photographer's studio, so that
 // metal has something to reflect. A function of the direction alone; a rough surface sees it blurred.

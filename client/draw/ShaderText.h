@@ -5,10 +5,11 @@ namespace tessera::shader_text {
 
 /// Uniform blocks: what a frame and what an item is.
 extern const char kBlocks[];
-/// Vertex shader of everything with a mesh. One text for all programs and all tiles, its position invariant: coordinates,
-/// and so seams, are the same in each of them. TEXTURED, POSITION, NODE_IDS say what it passes on.
+/// Vertex shader of everything with a mesh. One text for all programs and all tiles, its position invariant:
+/// coordinates, and so seams, are the same in each of them. TEXTURED, POSITION, NODE_IDS say what it passes on.
 extern const char kMeshVertex[];
-/// First pass of what is solid: material, colour and normal of each sample, packed into 64 bits. TEXTURED, POSITION (faceted).
+/// First pass of what is solid: material, colour and normal of each sample, packed into 64 bits. TEXTURED, POSITION
+/// (faceted).
 extern const char kSurfaceFragment[];
 /// Light: environment, lights, tone, encoding. Needs FOR_EACH_LIGHT.
 extern const char kLighting[];

@@ -23,8 +23,8 @@ public:
 /// "osmesa". Other names: kUnsupported, naming those that this build has.
 [[nodiscard]] Expected<std::unique_ptr<Surface>> makeSurface(std::string_view name);
 
-/// How many threads of its own a software surface may draw with; 0: everything on the caller's. The pixels do not depend on
-/// it. Counts when called before the process' first surface is made and before it has other threads.
+/// How many threads of its own a software surface may draw with; 0: everything on the caller's. The pixels do not
+/// depend on it. Counts when called before the process' first surface is made and before it has other threads.
 void limitDrawThreads(int threads);
 
 }  // namespace tessera

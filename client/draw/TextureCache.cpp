@@ -45,7 +45,8 @@ GLuint TextureCache::find(const Image& image) {
     Texture texture{.bytes = image.pixels.sizeBytes() / 3 * 4, .lastDraw = draw_};
     gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture.name);
     gl_.TextureStorage2D(texture.name, levels, GL_SRGB8_ALPHA8, widthPx, heightPx);
-    gl_.TextureSubImage2D(texture.name, 0, 0, 0, widthPx, heightPx, GL_RGBA, GL_UNSIGNED_BYTE, image.pixels.bytes().data());
+    gl_.TextureSubImage2D(texture.name, 0, 0, 0, widthPx, heightPx, GL_RGBA, GL_UNSIGNED_BYTE,
+                          image.pixels.bytes().data());
     gl_.TextureParameteri(texture.name, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
     gl_.TextureParameteri(texture.name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     gl_.TextureParameteri(texture.name, GL_TEXTURE_WRAP_S, GL_REPEAT);

@@ -11,7 +11,9 @@ constexpr int kMaxSidePx = 16384;
 
 }  // namespace
 
-TileBuffers::~TileBuffers() { destroy(); }
+TileBuffers::~TileBuffers() {
+    destroy();
+}
 
 Expected<void> TileBuffers::reach(int widthPx, int heightPx) {
     if (widthPx <= widthPx_ && heightPx <= heightPx_) return {};
@@ -74,8 +76,9 @@ GLuint TileBuffers::makeTexture(GLenum format, int samples) const {
 Expected<void> TileBuffers::check(GLuint framebuffer) const {
     if (auto good = gl_.check("making a framebuffer"); !good) return good;
     if (gl_.CheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
-    return fail(ErrorCode::kUnsupported, fmt::format("the surface cannot draw into a framebuffer of {}x{} with {} samples",
-                                                     widthPx_, heightPx_, samples_));
+    return fail(ErrorCode::kUnsupported,
+                fmt::format("the surface cannot draw into a framebuffer of {}x{} with {} samples", widthPx_, heightPx_,
+                            samples_));
 }
 
 void TileBuffers::destroy() {

@@ -5,8 +5,8 @@
 
 namespace tessera {
 
-/// Grow to what is asked for, never shrink. 64 bits (a packed surface, or a node's id) and depth per sample; the picture;
-/// and a picture of several samples for what is blended over it. Made when first needed.
+/// Grow to what is asked for, never shrink. 64 bits (a packed surface, or a node's id) and depth per sample; the
+/// picture; and a picture of several samples for what is blended over it. Made when first needed.
 class TileBuffers {
 public:
     /// `samples`: 1 or 4.

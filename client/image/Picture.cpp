@@ -22,7 +22,8 @@ void paste(Picture& whole, const Picture& part, int xPx, int yPx) {
     const int right = std::min(part.widthPx, whole.widthPx - xPx);
     if (left >= right) return;
     const auto offset = [](const Picture& picture, int x, int y) {
-        return 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.widthPx) + static_cast<std::size_t>(x));
+        return 3 *
+               (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.widthPx) + static_cast<std::size_t>(x));
     };
     for (int y = std::max(0, -yPx); y < std::min(part.heightPx, whole.heightPx - yPx); ++y)
         std::memcpy(whole.rgb.data() + offset(whole, xPx + left, yPx + y), part.rgb.data() + offset(part, left, y),

@@ -103,9 +103,13 @@ Expected<SharedFrameWriter> SharedFrameWriter::create(const std::string& path, i
     return writer;
 }
 
-SharedFrameWriter::~SharedFrameWriter() { close(); }
+SharedFrameWriter::~SharedFrameWriter() {
+    close();
+}
 
-SharedFrameWriter::SharedFrameWriter(SharedFrameWriter&& other) noexcept { *this = std::move(other); }
+SharedFrameWriter::SharedFrameWriter(SharedFrameWriter&& other) noexcept {
+    *this = std::move(other);
+}
 
 SharedFrameWriter& SharedFrameWriter::operator=(SharedFrameWriter&& other) noexcept {
     if (this == &other) return *this;

@@ -1,9 +1,9 @@
 /// The image a render host shows, in a file that other processes may look into at any instant.
 ///
 /// A host keeps `tiles/TILE/shown.frame` mapped: a dead host's tile keeps its last image because the file outlives the
-/// process, however that ended. Two slots: the next image is laid into the one that is not shown, then one word flips. A
-/// reader that is overtaken twice while it copies finds a checksum that does not fit and tries again: it never returns a
-/// torn image.
+/// process, however that ended. Two slots: the next image is laid into the one that is not shown, then one word flips.
+/// A reader that is overtaken twice while it copies finds a checksum that does not fit and tries again: it never
+/// returns a torn image.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,8 @@ public:
 
     /// Lays the picture into the slot that is not shown. Preparing again replaces what was prepared.
     void prepare(std::uint64_t frame, const Picture& picture);
-    /// Makes the prepared picture the one shown. A few nanoseconds, but for the first time, when the file gets its name.
+    /// Makes the prepared picture the one shown. A few nanoseconds, but for the first time, when the file gets its
+    /// name.
     [[nodiscard]] Expected<void> show();
 
 private:
@@ -46,8 +47,8 @@ private:
     int prepared_ = -1;  ///< slot, or none
 };
 
-/// The image shown now. kNotFound: no host has shown anything there yet; kBadInput: not such a file; kFailed: the writer
-/// was quicker than the reader many times over.
+/// The image shown now. kNotFound: no host has shown anything there yet; kBadInput: not such a file; kFailed: the
+/// writer was quicker than the reader many times over.
 [[nodiscard]] Expected<ShownImage> readSharedFrame(const std::string& path);
 
 }  // namespace tessera

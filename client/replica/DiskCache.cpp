@@ -30,7 +30,8 @@ std::vector<CachedFile> filesIn(const std::string& folder) {
         const std::uintmax_t bytes = it->file_size(ignored);
         if (bytes != static_cast<std::uintmax_t>(-1)) files.push_back({it->path(), written, bytes});
     }
-    std::sort(files.begin(), files.end(), [](const CachedFile& a, const CachedFile& b) { return a.written > b.written; });
+    std::sort(files.begin(), files.end(),
+              [](const CachedFile& a, const CachedFile& b) { return a.written > b.written; });
     return files;
 }
 
@@ -63,7 +64,9 @@ void DiskCache::load(const std::function<void(Blob)>& found) {
     }
 }
 
-void DiskCache::store(const Blob& blob) { (void)waiting_.tryPush(blob); }
+void DiskCache::store(const Blob& blob) {
+    (void)waiting_.tryPush(blob);
+}
 
 void DiskCache::run() {
     while (const auto blob = waiting_.pop()) write(*blob);

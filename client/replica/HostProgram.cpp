@@ -34,8 +34,8 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
     }
     HostEnd end;
     std::thread session([&] {
-        ServerLink link({.server = options.server, .name = options.name, .pixelProbe = *probe}, shelf, cache.get(), events,
-                        work, log);
+        ServerLink link({.server = options.server, .name = options.name, .pixelProbe = *probe}, shelf, cache.get(),
+                        events, work, log);
         end = link.run();
         // A draw thread that hangs cannot be joined, and nothing that it owns may be destroyed under it.
         if (!link.drawThreadEnded()) std::_Exit(1);

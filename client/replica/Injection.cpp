@@ -15,8 +15,9 @@ bool parseNumber(std::string_view text, std::uint64_t& number) {
 
 Expected<Injection> parseInjection(std::string_view text) {
     const auto wrong = [&] {
-        return fail(ErrorCode::kUsage, "--inject '" + std::string(text) +
-                                           "': use draw-hang@FRAME, draw-slow@FRAME:MILLISECONDS, draw-fail@FRAME or corrupt@FRAME");
+        return fail(ErrorCode::kUsage,
+                    "--inject '" + std::string(text) +
+                        "': use draw-hang@FRAME, draw-slow@FRAME:MILLISECONDS, draw-fail@FRAME or corrupt@FRAME");
     };
     const std::size_t at = text.find('@');
     if (at == std::string_view::npos) return wrong();
@@ -33,7 +34,8 @@ Expected<Injection> parseInjection(std::string_view text) {
         injection.kind = Injection::Kind::kDrawSlow;
         const std::size_t colon = rest.find(':');
         std::uint64_t milliseconds = 0;
-        if (colon == std::string_view::npos || !parseNumber(rest.substr(colon + 1), milliseconds) || milliseconds > 3'600'000)
+        if (colon == std::string_view::npos || !parseNumber(rest.substr(colon + 1), milliseconds) ||
+            milliseconds > 3'600'000)
             return wrong();
         injection.pause = std::chrono::milliseconds(milliseconds);
         rest = rest.substr(0, colon);

@@ -9,7 +9,9 @@ constexpr std::size_t kMaxWaiting = 8;
 
 PictureWriter::PictureWriter(Log& log) : log_(log), jobs_(kMaxWaiting), thread_([this] { run(); }) {}
 
-PictureWriter::~PictureWriter() { (void)finish(); }
+PictureWriter::~PictureWriter() {
+    (void)finish();
+}
 
 void PictureWriter::writePng(std::string path, std::shared_ptr<const Picture> picture, std::uint64_t frame) {
     encodePng(std::move(picture), frame, [this, path = std::move(path)](const SharedBytes& png) {

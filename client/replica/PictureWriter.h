@@ -12,7 +12,8 @@
 
 namespace tessera {
 
-/// Owns one thread. Few pictures wait at a time: who is ahead of the disk waits for it. Destruction finishes what is queued.
+/// Owns one thread. Few pictures wait at a time: who is ahead of the disk waits for it. Destruction finishes what is
+/// queued.
 class PictureWriter {
 public:
     explicit PictureWriter(Log& log);

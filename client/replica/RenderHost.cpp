@@ -11,7 +11,9 @@
 namespace tessera {
 namespace {
 
-TimePoint now() { return std::chrono::steady_clock::now(); }
+TimePoint now() {
+    return std::chrono::steady_clock::now();
+}
 
 }  // namespace
 
@@ -127,12 +129,15 @@ bool RenderHost::on(const work::Draw& draw) {
     std::uint64_t skipped = 0;
     for (const auto& state : tiles_) {
         auto drawn = drawTile(*state, payload->view, frame);
-        if (!drawn) return broken({drawn.error().code, fmt::format("frame {}, tile {}: {}", frame, state->tile.name, drawn.error().message)});
+        if (!drawn)
+            return broken({drawn.error().code,
+                           fmt::format("frame {}, tile {}: {}", frame, state->tile.name, drawn.error().message)});
         stats.push_back(std::move(*drawn));
         skipped += renderer_->lastCounts().skipped;
     }
     if (skipped != skippedBefore_ && skipped > 0)
-        log_.warning(fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame, skipped));
+        log_.warning(
+            fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame, skipped));
     skippedBefore_ = skipped;
     tell(outcome::Drawn{frame, aspect_.stateHash(), share(encodeStats(stats))});
     return true;
@@ -151,8 +156,9 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, std
     state.drawnFrame = frame;
     if (!options_.output.empty()) {
         if (!state.file) {
-            auto file = SharedFrameWriter::create(fmt::format("{}/tiles/{}/shown.frame", options_.output, state.tile.name),
-                                                  state.tile.rect.width, state.tile.rect.height);
+            auto file =
+                SharedFrameWriter::create(fmt::format("{}/tiles/{}/shown.frame", options_.output, state.tile.name),
+                                          state.tile.rect.width, state.tile.rect.height);
             if (!file) return tl::unexpected(file.error());
             state.file = std::move(*file);
         }
@@ -185,7 +191,8 @@ Expected<void> RenderHost::showTile(TileState& state) {
     state.shownFrame = state.drawnFrame;
     if (state.file)
         if (auto shown = state.file->show(); !shown) return shown;
-    if (options_.keepFrames && !options_.output.empty()) writer_->writePng(pngPath(state), state.shown, state.shownFrame);
+    if (options_.keepFrames && !options_.output.empty())
+        writer_->writePng(pngPath(state), state.shown, state.shownFrame);
     return {};
 }
 
@@ -217,12 +224,14 @@ bool RenderHost::on(const work::SendImages& images) {
 void RenderHost::sendImages(const WaitingImages& waiting) {
     for (const auto& state : tiles_) {
         if (!state->shown) continue;
-        message::TileImage image{.request = waiting.request.request, .frame = state->shownFrame, .tile = state->tile.name};
-        writer_->encodePng(state->shown, state->shownFrame,
-                           [report = report_, attempt = waiting.attempt, image = std::move(image)](SharedBytes png) mutable {
-                               image.png = std::move(png);
-                               report({attempt, outcome::Image{std::move(image)}});
-                           });
+        message::TileImage image{
+            .request = waiting.request.request, .frame = state->shownFrame, .tile = state->tile.name};
+        writer_->encodePng(
+            state->shown, state->shownFrame,
+            [report = report_, attempt = waiting.attempt, image = std::move(image)](SharedBytes png) mutable {
+                image.png = std::move(png);
+                report({attempt, outcome::Image{std::move(image)}});
+            });
     }
 }
 
@@ -252,7 +261,8 @@ void RenderHost::corruptOneField() {
         const auto* transform = aspect_.get<Transform>(id);
         if (!transform) continue;
         ChangeListBuilder builder;
-        builder.set(id, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(transform->translation + Vec3d(0.25, 0, 0))));
+        builder.set(id, typeOf<Transform>(), field::kTranslation,
+                    toValue(Vec3d(transform->translation + Vec3d(0.25, 0, 0))));
         const ChangeList list = builder.take();
         if (!aspect_.apply(list)) continue;
         scene_.update(aspect_, &list);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,10 +19,10 @@
 namespace tessera {
 
 struct RenderHostOptions {
-    std::string name;                ///< of the host in the wall
-    std::string output;              ///< folder of `tiles/`; empty: nothing is written
+    std::string name;    ///< of the host in the wall
+    std::string output;  ///< folder of `tiles/`; empty: nothing is written
     CullerKind culler = CullerKind::kMasked;
-    bool keepFrames = false;         ///< every shown image as PNG, not only the last
+    bool keepFrames = false;  ///< every shown image as PNG, not only the last
     Injection injection;
 };
 

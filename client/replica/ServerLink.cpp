@@ -13,7 +13,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TimePoint clockNow() { return std::chrono::steady_clock::now(); }
+TimePoint clockNow() {
+    return std::chrono::steady_clock::now();
+}
 
 }  // namespace
 
@@ -28,7 +30,8 @@ ServerLink::ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* c
       pause_(options_.firstPause) {
     TransportLimits limits;
     limits.maxPayload = maxPayloadBytes;
-    transport_ = std::make_unique<Transport>(std::move(limits), [this](LinkEvent event) { events_.push(std::move(event)); });
+    transport_ =
+        std::make_unique<Transport>(std::move(limits), [this](LinkEvent event) { events_.push(std::move(event)); });
 }
 
 HostEnd ServerLink::run() {
@@ -153,7 +156,7 @@ void ServerLink::carryOut(ClientActions actions) {
             if (broken->retry) return retryLater(broken->reason);
             hangUp("refused");
             return end({.error = {broken->code, fmt::format("the server at {} refuses: {}", toString(options_.server),
-                                                           broken->reason)}});
+                                                            broken->reason)}});
         } else if (const auto* finished = std::get_if<client_action::Finish>(&action)) {
             hangUp("over");
             log_.info(fmt::format("over: {}", finished->reason));
@@ -209,8 +212,8 @@ void ServerLink::end(HostEnd end) {
 }
 
 void ServerLink::give(decltype(Work::what) what) {
-    // Steps come one at a time and images are few: a full channel means a draw thread that hangs, and then nothing that it
-    // does not get is missed.
+    // Steps come one at a time and images are few: a full channel means a draw thread that hangs, and then nothing that
+    // it does not get is missed.
     (void)work_.tryPush({attempt_, std::move(what)});
 }
 

@@ -33,18 +33,18 @@ struct HostEnd {
     Error error;
 };
 
-/// Runs on one thread of its own, and never waits for the draw thread: heartbeats go on whatever that does. Dials until the
-/// server says that it is over or refuses for good; a lost connection is dialled again.
+/// Runs on one thread of its own, and never waits for the draw thread: heartbeats go on whatever that does. Dials until
+/// the server says that it is over or refuses for good; a lost connection is dialled again.
 class ServerLink {
 public:
     using Event = std::variant<LinkEvent, Outcome>;
 
     /// `events` carries what the network and the draw thread say; `work` goes to the draw thread.
-    ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, Channel<Event>& events, Channel<Work>& work,
-               Log& log);
+    ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, Channel<Event>& events,
+               Channel<Work>& work, Log& log);
 
-    /// Returns when all is over and the draw thread has said its last word. kFailed without that word: the draw thread does
-    /// not come back.
+    /// Returns when all is over and the draw thread has said its last word. kFailed without that word: the draw thread
+    /// does not come back.
     [[nodiscard]] HostEnd run();
     [[nodiscard]] bool drawThreadEnded() const { return drawThreadEnded_; }
 

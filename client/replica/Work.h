@@ -78,8 +78,8 @@ struct Ended {};
 
 struct Outcome {
     Attempt attempt;
-    std::variant<outcome::Applied, outcome::ApplyFailed, outcome::Drawn, outcome::Shown, outcome::Described, outcome::Image,
-                 outcome::Broken, outcome::Ended>
+    std::variant<outcome::Applied, outcome::ApplyFailed, outcome::Drawn, outcome::Shown, outcome::Described,
+                 outcome::Image, outcome::Broken, outcome::Ended>
         what;
 };
 

@@ -13,7 +13,8 @@ namespace tessera::test {
     for (int y = 0; y < 64; ++y) {
         for (int x = 0; x < 64; ++x) {
             const auto shade = static_cast<std::uint8_t>(((x / 4) ^ (y / 4)) & 1 ? 235 : 40);
-            pixels.insert(pixels.end(), {shade, static_cast<std::uint8_t>(3 * x), static_cast<std::uint8_t>(3 * y), 255});
+            pixels.insert(pixels.end(),
+                          {shade, static_cast<std::uint8_t>(3 * x), static_cast<std::uint8_t>(3 * y), 255});
         }
     }
     const auto material = [&](float r, float g, float b, float metallic, float roughness, float alpha = 1) {
@@ -37,7 +38,9 @@ namespace tessera::test {
     for (int i = 0; i < 24; ++i) {
         const Vec3d at(3.2 * std::sin(1.7 * i), -0.6 + 0.12 * i, -2.0 - 0.4 * i);
         const Quatd turn(Eigen::AngleAxisd(0.7 * i, Vec3d(1, 2, 3).normalized()));
-        MeshData shape = i % 3 == 0 ? makeTorus(0.5, 0.17, 40, 20) : i % 3 == 1 ? makeSphere(0.45, 32) : makeBox({0.7, 0.7, 0.7});
+        MeshData shape = i % 3 == 0   ? makeTorus(0.5, 0.17, 40, 20)
+                         : i % 3 == 1 ? makeSphere(0.45, 32)
+                                      : makeBox({0.7, 0.7, 0.7});
         if (i % 4 == 1) shape.normals.clear();
         const ObjectId geometry = scene.add(shape, i % 2 ? steel : gold);
         scene.place(geometry, at, turn, Vec3d(i % 5 ? 1 : -1, 1, 1));

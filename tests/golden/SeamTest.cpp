@@ -1,9 +1,9 @@
 // The stitched tiles of a flat wall are the one big picture, byte for byte.
 #include <fcntl.h>
 #include <spawn.h>
-#include <cstdlib>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <cstdlib>
 
 #include <cmath>
 #include <cstdio>
@@ -94,7 +94,9 @@ struct Cut {
     int samples;
     Eye eye = Eye::kCenter;
 };
-std::ostream& operator<<(std::ostream& out, const Cut& cut) { return out << cut.name; }
+std::ostream& operator<<(std::ostream& out, const Cut& cut) {
+    return out << cut.name;
+}
 
 class Seams : public testing::TestWithParam<Cut> {};
 
@@ -124,9 +126,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Cut{"TwoByTwo", {.columns = 2, .rows = 2, .tileWidthPx = 320, .tileHeightPx = 180}, 4},
         Cut{"TwoByTwoOneSample", {.columns = 2, .rows = 2, .tileWidthPx = 320, .tileHeightPx = 180}, 1},
-        Cut{"ThreeByOneOdd",
-            {.columns = 3, .rows = 1, .columnWidthsPx = {214, 213, 213}, .rowHeightsPx = {361}},
-            4},
+        Cut{"ThreeByOneOdd", {.columns = 3, .rows = 1, .columnWidthsPx = {214, 213, 213}, .rowHeightsPx = {361}}, 4},
         Cut{"OddInBothDirections",
             {.columns = 3, .rows = 3, .columnWidthsPx = {101, 67, 203}, .rowHeightsPx = {63, 65, 129}},
             4},
@@ -136,9 +136,7 @@ INSTANTIATE_TEST_SUITE_P(
         Cut{"Bezels",
             {.columns = 3, .rows = 2, .tileWidthPx = 150, .tileHeightPx = 110, .bezelXPx = 17, .bezelYPx = 9},
             4},
-        Cut{"Overlaps",
-            {.columns = 2, .rows = 1, .tileWidthPx = 300, .tileHeightPx = 200, .overlapXPx = 37},
-            4},
+        Cut{"Overlaps", {.columns = 2, .rows = 1, .tileWidthPx = 300, .tileHeightPx = 200, .overlapXPx = 37}, 4},
         Cut{"LeftEye", {.columns = 2, .rows = 2, .tileWidthPx = 200, .tileHeightPx = 120}, 4, Eye::kLeft},
         Cut{"RightEye", {.columns = 2, .rows = 2, .tileWidthPx = 200, .tileHeightPx = 120}, 4, Eye::kRight},
         Cut{"PowersOfTwo", {.columns = 2, .rows = 2, .tileWidthPx = 512, .tileHeightPx = 256}, 1}),
@@ -153,9 +151,11 @@ TEST(Seams, OneRendererDrawsTilesInAnyOrder) {
     Stage stage(4);
     const std::vector<Tile> tiles = layoutTiles(wall);
     std::vector<Picture> first;
-    for (const Tile& tile : tiles) first.push_back(drawPart(stage, aspect, scene, CullerKind::kNone, camera, tile.rect));
+    for (const Tile& tile : tiles)
+        first.push_back(drawPart(stage, aspect, scene, CullerKind::kNone, camera, tile.rect));
     for (std::size_t i = tiles.size(); i-- > 0;)
-        EXPECT_EQ(differingPixels(drawPart(stage, aspect, scene, CullerKind::kNone, camera, tiles[i].rect), first[i]), 0u);
+        EXPECT_EQ(differingPixels(drawPart(stage, aspect, scene, CullerKind::kNone, camera, tiles[i].rect), first[i]),
+                  0u);
 }
 
 // ---- in separate processes, with different numbers of threads ------------------------------------------------------
@@ -336,7 +336,8 @@ TEST(Corners, ThePictureGoesOnAcrossTheCorner) {
     Stage stage(4);
     const PixelRect all{.x = 0, .y = 0, .width = kSidePx, .height = kSidePx};
     const auto drawScreen = [&](const Screen& screen) {
-        return drawPart(stage, aspect, scene, CullerKind::kFrustum, screenCamera(screen, corner.user, Eye::kCenter, {}), all);
+        return drawPart(stage, aspect, scene, CullerKind::kFrustum, screenCamera(screen, corner.user, Eye::kCenter, {}),
+                        all);
     };
     const Picture left = drawScreen(corner.left), front = drawScreen(corner.front);
     int differing = 0, changes = 0;

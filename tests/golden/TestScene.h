@@ -51,8 +51,8 @@ public:
         set<Environment>(id, field::kBackground, background);
         addNode(id);
     }
-    /// Only what is emitted can be seen: no ambient light, and a lamp without power, since a scene without lamps is given
-    /// some.
+    /// Only what is emitted can be seen: no ambient light, and a lamp without power, since a scene without lamps is
+    /// given some.
     void setDark(const Vec3f& background = Vec3f::Zero()) {
         setEnvironment(Vec3f::Zero(), Vec3f::Zero(), background);
         addDirectionalLight(-Vec3d::UnitZ(), Vec3f::Ones(), 0);

@@ -1,5 +1,5 @@
-/// What an opaque pixel of a linear colour becomes, by the formulas themselves (client/draw approximates them in shaders):
-/// Khronos PBR Neutral (2024) without its toe, then IEC 61966-2-1.
+/// What an opaque pixel of a linear colour becomes, by the formulas themselves (client/draw approximates them in
+/// shaders): Khronos PBR Neutral (2024) without its toe, then IEC 61966-2-1.
 #pragma once
 
 #include <cmath>

@@ -12,22 +12,26 @@
 namespace tessera {
 namespace {
 
-using test::TestScene;
 using test::cameraOf;
 using test::makeSheet;
+using test::TestScene;
 
 constexpr int kSidePx = 64;
 
 struct Rgb {
     int r = 0, g = 0, b = 0;
 };
-std::ostream& operator<<(std::ostream& out, const Rgb& c) { return out << c.r << ' ' << c.g << ' ' << c.b; }
+std::ostream& operator<<(std::ostream& out, const Rgb& c) {
+    return out << c.r << ' ' << c.g << ' ' << c.b;
+}
 
 Rgb pixel(const Picture& picture, int x, int y) {
     const std::size_t at = 3 * static_cast<std::size_t>(y * picture.widthPx + x);
     return {picture.rgb[at], picture.rgb[at + 1], picture.rgb[at + 2]};
 }
-Rgb center(const Picture& picture) { return pixel(picture, picture.widthPx / 2, picture.heightPx / 2); }
+Rgb center(const Picture& picture) {
+    return pixel(picture, picture.widthPx / 2, picture.heightPx / 2);
+}
 
 Rgb expectedOf(const Vec3f& linear) {
     const Vec3f c = test::encodedColor(linear);
@@ -85,7 +89,8 @@ TEST_F(RendererTest, ShowsTheBackgroundWhereNothingIs) {
     TestScene scene;
     scene.setEnvironment(Vec3f::Ones(), Vec3f::Ones(), {0.2f, 0.5f, 0.02f});
     const Picture picture = draw(scene);
-    for (const int at : {0, kSidePx / 2, kSidePx - 1}) expectNear(pixel(picture, at, at), expectedOf({0.2f, 0.5f, 0.02f}));
+    for (const int at : {0, kSidePx / 2, kSidePx - 1})
+        expectNear(pixel(picture, at, at), expectedOf({0.2f, 0.5f, 0.02f}));
 }
 
 TEST_F(RendererTest, ShowsEmissiveColoursAsTheyAreUpToFourFifths) {

@@ -65,7 +65,8 @@ protected:
         return scene.take();
     }
     message::Begin beginOf(std::uint64_t frame, SharedBytes list = nullptr) {
-        return {.frame = frame, .sequence = 7, .payload = share(encodeFrame({.view = View{}, .list = std::move(list)}))};
+        return {
+            .frame = frame, .sequence = 7, .payload = share(encodeFrame({.view = View{}, .list = std::move(list)}))};
     }
     void drawAndShow(std::uint64_t frame) {
         ASSERT_TRUE(perform(work::Draw{beginOf(frame)}));

@@ -61,11 +61,9 @@ class ServerLinkTest : public testing::Test {
 protected:
     void start(std::chrono::milliseconds finishDeadline = 15s) {
         thread_ = std::thread([this, finishDeadline] {
-            ServerLink link({.server = server_.address(),
-                             .name = "left",
-                             .pixelProbe = 42,
-                             .finishDeadline = finishDeadline},
-                            shelf_, nullptr, events_, work_, log_);
+            ServerLink link(
+                {.server = server_.address(), .name = "left", .pixelProbe = 42, .finishDeadline = finishDeadline},
+                shelf_, nullptr, events_, work_, log_);
             end_ = link.run();
             drawThreadEnded_ = link.drawThreadEnded();
         });
@@ -87,7 +85,8 @@ protected:
     LinkId welcome() {
         const auto hello = server_.hear<message::Hello>();
         EXPECT_TRUE(hello);
-        server_.say(hello->first, message::Welcome{.epoch = 1, .token = 5, .configuration = share(Bytes(3, std::byte{1}))});
+        server_.say(hello->first,
+                    message::Welcome{.epoch = 1, .token = 5, .configuration = share(Bytes(3, std::byte{1}))});
         return hello->first;
     }
 

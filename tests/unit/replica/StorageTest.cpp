@@ -13,7 +13,9 @@
 namespace tessera {
 namespace {
 
-Blob blobOf(int seed, std::size_t bytes) { return Blob(Bytes(bytes, static_cast<std::byte>(seed))); }
+Blob blobOf(int seed, std::size_t bytes) {
+    return Blob(Bytes(bytes, static_cast<std::byte>(seed)));
+}
 
 std::set<BlobId> loadedFrom(const std::string& folder, const std::string& host, std::uint64_t maxBytes = 1'000'000) {
     Log log("test");
@@ -113,8 +115,8 @@ TEST(Injection, IsReadFromItsText) {
     EXPECT_TRUE(parseInjection("corrupt@0")->at(Injection::Kind::kCorrupt, 0));
     EXPECT_TRUE(parseInjection("draw-fail@3")->at(Injection::Kind::kDrawFail, 3));
     EXPECT_EQ(parseInjection("draw-slow@3:250")->pause, std::chrono::milliseconds(250));
-    for (const char* wrong : {"", "hang", "draw-hang", "draw-hang@", "draw-hang@x", "draw-hang@-1", "draw-slow@3", "draw-slow@3:",
-                              "draw-slow@3:99999999999", "corrupt@1@2"}) {
+    for (const char* wrong : {"", "hang", "draw-hang", "draw-hang@", "draw-hang@x", "draw-hang@-1", "draw-slow@3",
+                              "draw-slow@3:", "draw-slow@3:99999999999", "corrupt@1@2"}) {
         const auto injection = parseInjection(wrong);
         ASSERT_FALSE(injection) << wrong;
         EXPECT_EQ(injection.error().code, ErrorCode::kUsage);
