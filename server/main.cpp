@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <thread>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "common/base/Log.h"
 #include "common/base/Version.h"
@@ -41,7 +41,8 @@ Expected<Wall> readWall(const Arguments& arguments, const std::string& executabl
         int width = 0, height = 0, used = 0;
         if (std::sscanf(arguments.size.c_str(), "%dx%d%n", &width, &height, &used) != 2 ||
             static_cast<std::size_t>(used) != arguments.size.size())
-            return fail(ErrorCode::kUsage, fmt::format("--size '{}' is not WIDTHxHEIGHT, e.g. 1920x1080", arguments.size));
+            return fail(ErrorCode::kUsage,
+                        fmt::format("--size '{}' is not WIDTHxHEIGHT, e.g. 1920x1080", arguments.size));
         wall = withSize(*wall, width, height);
     }
     return wall;
@@ -94,20 +95,26 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
 
 int main(int argc, char** argv) {
     Arguments arguments;
-    CLI::App app("Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.", "tessera-server");
+    CLI::App app("Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.",
+                 "tessera-server");
     app.set_version_flag("--version", tessera::versionText("tessera-server"));
     app.add_option("--wall", arguments.wall, "Wall file, or a shipped wall's name (1x1)")->type_name("W");
     app.add_option("--scene", arguments.scenes, "Scene or model file; may be repeated")->type_name("S");
     app.add_option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)")->type_name("ADDR:PORT");
     app.add_option("--assets", arguments.assets, "Folders for asset://NAME")->type_name("DIR");
     app.add_option("--frames", arguments.frames, "Stop after N frames")->type_name("N");
-    app.add_option("--rate", arguments.rate, "Frames per second at most; 0: no limit")->type_name("HZ")->check(CLI::Range(0.0, 1000.0));
+    app.add_option("--rate", arguments.rate, "Frames per second at most; 0: no limit")
+        ->type_name("HZ")
+        ->check(CLI::Range(0.0, 1000.0));
     app.add_option("--size", arguments.size, "Visible pixels of the whole wall")->type_name("WxH");
-    app.add_option("--samples", arguments.samples, "Samples per pixel: 1 or 4")->type_name("N")->check(CLI::IsMember({1, 4}));
+    app.add_option("--samples", arguments.samples, "Samples per pixel: 1 or 4")
+        ->type_name("N")
+        ->check(CLI::IsMember({1, 4}));
     app.add_option("--camera", arguments.camera, "Node of the camera to use")->type_name("NODE");
     app.add_option("--report", arguments.report, "Write report.json here at the end")->type_name("FILE");
     app.add_flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
-    app.add_flag("--allow-unconfined-import", arguments.allowUnconfined, "Import even where the child cannot\nbe confined");
+    app.add_flag("--allow-unconfined-import", arguments.allowUnconfined,
+                 "Import even where the child cannot\nbe confined");
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp& e) {

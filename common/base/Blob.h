@@ -29,7 +29,7 @@ public:
     explicit Blob(Bytes bytes);
     /// A blob of plain values, e.g. `Blob::of(std::span<const float>{…})`.
     template <typename T>
-        requires std::is_trivially_copyable_v<T>
+    requires std::is_trivially_copyable_v<T>
     [[nodiscard]] static Blob of(std::span<const T> values) {
         Bytes bytes(values.size_bytes());
         if (!bytes.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
@@ -45,7 +45,7 @@ public:
     [[nodiscard]] ByteSpan bytes() const { return bytes_ ? ByteSpan(*bytes_) : ByteSpan(); }
     /// The bytes as values of T; a tail shorter than one T is left off.
     template <typename T>
-        requires std::is_trivially_copyable_v<T>
+    requires std::is_trivially_copyable_v<T>
     [[nodiscard]] std::span<const T> as() const {
         const ByteSpan all = bytes();
         return {reinterpret_cast<const T*>(all.data()), all.size() / sizeof(T)};

@@ -9,6 +9,8 @@ using Duration = std::chrono::nanoseconds;
 /// A point on some monotonic time line. Whose line it is, the user of the value says.
 using TimePoint = std::chrono::time_point<std::chrono::steady_clock, Duration>;
 
-[[nodiscard]] inline double toMilliseconds(Duration d) { return std::chrono::duration<double, std::milli>(d).count(); }
+[[nodiscard]] inline double toMilliseconds(Duration d) {
+    return std::chrono::duration<double, std::milli>(d).count();
+}
 
 }  // namespace tessera

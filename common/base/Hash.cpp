@@ -21,6 +21,8 @@ std::string toHex(std::uint64_t value) {
     return text;
 }
 
-std::string toHex(const Hash128& hash) { return toHex(hash.high) + toHex(hash.low); }
+std::string toHex(const Hash128& hash) {
+    return toHex(hash.high) + toHex(hash.low);
+}
 
 }  // namespace tessera

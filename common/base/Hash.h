@@ -29,5 +29,7 @@ struct Hash128 {
 
 template <>
 struct std::hash<tessera::Hash128> {
-    std::size_t operator()(const tessera::Hash128& h) const noexcept { return h.low ^ (h.high * 0x9E3779B97F4A7C15ull); }
+    std::size_t operator()(const tessera::Hash128& h) const noexcept {
+        return h.low ^ (h.high * 0x9E3779B97F4A7C15ull);
+    }
 };

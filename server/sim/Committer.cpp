@@ -19,11 +19,13 @@ Expected<Committer::Applied> Committer::apply(ChangeList list) {
     std::unordered_map<ObjectId, ObjectId> given;
     for (const Creation& creation : list.creations) {
         if (!isPlaceholder(creation.id))
-            return fail(ErrorCode::kRefused, fmt::format("a proposal may not choose the id of a new object (#{}): use a placeholder",
-                                                         creation.id.value));
+            return fail(ErrorCode::kRefused,
+                        fmt::format("a proposal may not choose the id of a new object (#{}): use a placeholder",
+                                    creation.id.value));
         const ObjectId id{nextId_ + ids.size()};
         if (!given.emplace(creation.id, id).second)
-            return fail(ErrorCode::kBadInput, fmt::format("placeholder {} is created twice", creation.id.value - kFirstPlaceholder));
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("placeholder {} is created twice", creation.id.value - kFirstPlaceholder));
         ids.emplace_back(creation.id, id);
     }
     // Placeholders that nobody creates stay what they are; the scene refuses them with their number.
@@ -37,7 +39,8 @@ Expected<Committer::Applied> Committer::apply(ChangeList list) {
 
 Expected<Committer::Applied> Committer::applyInverse(ChangeList list) {
     std::unordered_set<ObjectId> destroyedNow;
-    for (const ChangeListPtr& earlier : open_) destroyedNow.insert(earlier->destructions.begin(), earlier->destructions.end());
+    for (const ChangeListPtr& earlier : open_)
+        destroyedNow.insert(earlier->destructions.begin(), earlier->destructions.end());
     for (const Creation& creation : list.creations)
         if (destroyedNow.contains(creation.id))
             return fail(ErrorCode::kRefused, fmt::format("#{} was removed in this very frame", creation.id.value));

@@ -12,7 +12,7 @@ namespace tessera {
 
 /// What one frame changed, as it is sent.
 struct CommittedFrame {
-    std::uint64_t sequence = 0;   ///< the scene's; grows only when something changed
+    std::uint64_t sequence = 0;  ///< the scene's; grows only when something changed
     std::uint64_t stateHash = 0;
     ChangeListPtr list;           ///< null when nothing changed
     SharedBytes encoded;          ///< of `list`
@@ -32,8 +32,8 @@ public:
         std::vector<std::pair<ObjectId, ObjectId>> ids;  ///< placeholder, id
         ChangeList inverse;
     };
-    /// Gives ids to placeholders and applies. Refused when the list is not valid on the present scene, when it brings its own
-    /// new ids, or when a geometry would be left with arrays that do not fit together.
+    /// Gives ids to placeholders and applies. Refused when the list is not valid on the present scene, when it brings
+    /// its own new ids, or when a geometry would be left with arrays that do not fit together.
     [[nodiscard]] Expected<Applied> apply(ChangeList list);
     /// As apply, for lists that bring back old ids (inverses). Refused with kRefused, and worth another try in the next
     /// frame, when such an id was destroyed in this very frame.

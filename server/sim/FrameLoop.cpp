@@ -30,9 +30,13 @@ struct StopOrder {};
 using Event = std::variant<LinkEvent, LoadFinished, StopOrder>;
 
 /// With nobody in the barrier frames would fly by; simulation time then keeps the pace of the clock.
-constexpr Duration kEmptyWallFrame = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kSecondsPerFrame));
+constexpr Duration kEmptyWallFrame =
+    std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kSecondsPerFrame));
 constexpr Duration kLongestWait = 100ms;
 constexpr Duration kFarewell = 5s;
+/// The next frame begins when all who were told to show the last one have said so: then no two shown images differ by a
+/// frame. A host that does not say so costs the others this much once, and is found by its other deadlines.
+constexpr Duration kShownGrace = 50ms;
 
 ServerSessionConfig sessionConfig(const Wall& wall) {
     ServerSessionConfig config;
@@ -98,6 +102,7 @@ struct FrameLoop::Impl {
     bool stopping = false;
     bool cameraComplaint = false;
     TimePoint earliestNext{};
+    TimePoint releasedAt{};
 
     // Last: their threads deliver into what stands above.
     Peers peers;
@@ -107,8 +112,12 @@ struct FrameLoop::Impl {
 
 FrameLoop::FrameLoop(ServerOptions options, Log& log) : impl_(std::make_unique<Impl>(std::move(options), log)) {}
 FrameLoop::~FrameLoop() = default;
-Expected<void> FrameLoop::run() { return impl_->run(); }
-void FrameLoop::stop() { impl_->inbox.tryPush(StopOrder{}); }
+Expected<void> FrameLoop::run() {
+    return impl_->run();
+}
+void FrameLoop::stop() {
+    impl_->inbox.tryPush(StopOrder{});
+}
 
 Expected<void> FrameLoop::Impl::run() {
     const Expected<std::uint16_t> port = peers.listen(options.listen);
@@ -144,7 +153,8 @@ Expected<void> FrameLoop::Impl::run() {
     }
     sayGoodbye();
     if (!options.reportPath.empty())
-        if (Expected<void> written = writeReport(options.reportPath, report.toJson(simulation.scene())); !written) return written;
+        if (Expected<void> written = writeReport(options.reportPath, report.toJson(simulation.scene())); !written)
+            return written;
     if (options.frames > 0 && report.framesShown() == 0)
         return fail(ErrorCode::kFailed, stopping ? "stopped before a frame was shown"
                                                  : fmt::format("no frame was shown; hosts that never came: {}",
@@ -174,8 +184,8 @@ Expected<void> FrameLoop::Impl::startSceneLoaded(LoadFinished finished) {
     startScenes.clear();
     for (const Blob& blob : loaded->list ? blobsOf(*loaded->list) : std::vector<Blob>()) blobs.add(blob);
     const SceneCounts counts = countScene(simulation.scene());
-    log.info(fmt::format("scene: {} nodes, {} cores, {} triangles ({} stored)", counts.nodes, counts.cores, counts.triangles,
-                         counts.trianglesStored));
+    log.info(fmt::format("scene: {} nodes, {} cores, {} triangles ({} stored)", counts.nodes, counts.cores,
+                         counts.triangles, counts.trianglesStored));
     // A camera that is not there is an error of the command line, found before anybody draws.
     const Expected<View> first = view.view(simulation.scene());
     if (!first) return tl::unexpected(first.error());
@@ -195,7 +205,8 @@ void FrameLoop::Impl::giveSnapshot(ConnectionId connection) {
 }
 
 bool FrameLoop::Impl::frameIsDue(TimePoint now) const {
-    return sceneReady && !stopping && !allFramesShown() && !frameOpen && now >= earliestNext && peers.session().mayBegin(now);
+    return sceneReady && !stopping && !allFramesShown() && !frameOpen && now >= earliestNext &&
+           (lastFrameShown() || now >= releasedAt + kShownGrace) && peers.session().mayBegin(now);
 }
 
 void FrameLoop::Impl::beginFrame(TimePoint now) {
@@ -224,9 +235,9 @@ void FrameLoop::Impl::beginFrame(TimePoint now) {
                                    .blobs = frame.commit.blobs});
     report.frameBegins();
     frameOpen = true;
-    const Duration interval = options.rateHz > 0
-                                  ? std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1 / options.rateHz))
-                                  : Duration{0};
+    const Duration interval =
+        options.rateHz > 0 ? std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1 / options.rateHz))
+                           : Duration{0};
     earliestNext = std::max(earliestNext + interval, now);
     carryOut(peers.perform(peers.session().beginFrame(content, now)));
     carryOut(desk.committed(frame, number));
@@ -249,16 +260,17 @@ void FrameLoop::Impl::carryOut(ServerActions actions) {
         } else if (const auto* entered = std::get_if<server_action::HostEntered>(&action)) {
             anyoneEverLive = true;
             report.entered(*entered);
-            log.info(entered->rejoined ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost", entered->host,
-                                                     entered->frame, toMilliseconds(entered->awayFor))
+            log.info(entered->rejoined ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost",
+                                                     entered->host, entered->frame, toMilliseconds(entered->awayFor))
                                        : fmt::format("{} enters at frame {}", entered->host, entered->frame));
         } else if (const auto* fault = std::get_if<server_action::Fault>(&action)) {
             report.fault(*fault);
-            log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault->frame, fault->host,
-                                    nameOf(fault->kind), toMilliseconds(fault->detectedAfter),
+            log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault->frame,
+                                    fault->host, nameOf(fault->kind), toMilliseconds(fault->detectedAfter),
                                     fault->detail.empty() ? "" : " (" + fault->detail + ")"));
         } else if (const auto* released = std::get_if<server_action::FrameReleased>(&action)) {
             frameOpen = false;
+            releasedAt = Clock::now();
             ++framesReleased;
             report.released(*released);
             if (released->shown.empty()) earliestNext = std::max(earliestNext, Clock::now() + kEmptyWallFrame);
@@ -290,15 +302,17 @@ void FrameLoop::Impl::carryOut(ServerActions actions) {
         } else if (const auto* image = std::get_if<server_action::ImageReceived>(&action)) {
             more(desk.imageReceived(*image));
         } else if (const auto* differ = std::get_if<server_action::PixelsDiffer>(&action)) {
-            log.warning(fmt::format("{} draws other pixels than {} (another CPU or driver): seams between them may show",
-                                    differ->host, differ->reference));
+            log.warning(
+                fmt::format("{} draws other pixels than {} (another CPU or driver): seams between them may show",
+                            differ->host, differ->reference));
         }
     }
 }
 
 TimePoint FrameLoop::Impl::nextWake(TimePoint now) const {
     TimePoint wake = std::min({now + kLongestWait, peers.session().nextDeadline(), desk.nextDeadline()});
-    if (sceneReady && !stopping && !frameOpen && peers.session().mayBegin(now)) wake = std::min(wake, earliestNext);
+    if (sceneReady && !stopping && !frameOpen && peers.session().mayBegin(now))
+        wake = std::min(wake, lastFrameShown() ? earliestNext : std::max(earliestNext, releasedAt + kShownGrace));
     return wake;
 }
 
@@ -320,7 +334,9 @@ void FrameLoop::Impl::sayGoodbye() {
             if (const auto* link = std::get_if<LinkEvent>(&*event)) {
                 ServerActions actions = peers.handle(*link);
                 // What comes after the end is no fault any more.
-                if (told) std::erase_if(actions, [](const ServerAction& a) { return std::holds_alternative<server_action::Fault>(a); });
+                if (told)
+                    std::erase_if(
+                        actions, [](const ServerAction& a) { return std::holds_alternative<server_action::Fault>(a); });
                 carryOut(std::move(actions));
             }
             if (!told && lastFrameShown()) break;

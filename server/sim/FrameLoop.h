@@ -18,23 +18,23 @@ struct ServerOptions {
     std::vector<std::string> scenes;
     Address listen{.host = "127.0.0.1", .port = 0};
     ImportOptions import;
-    std::uint64_t frames = 0;       ///< 0: until stopped
-    double rateHz = 0;              ///< 0: as fast as the wall draws
-    std::string camera;             ///< node path; empty: the first enabled camera
-    std::string reportPath;         ///< empty: no report
+    std::uint64_t frames = 0;  ///< 0: until stopped
+    double rateHz = 0;         ///< 0: as fast as the wall draws
+    std::string camera;        ///< node path; empty: the first enabled camera
+    std::string reportPath;    ///< empty: no report
     std::function<void(std::uint64_t done, std::uint64_t total)> onProgress;  ///< may be empty
     std::function<void(const Address&)> onListening;
 };
 
-/// Runs one server to its end. The calling thread becomes the frame thread: it owns session, scene and report; network and
-/// imports run on threads of their own and hand their results over.
+/// Runs one server to its end. The calling thread becomes the frame thread: it owns session, scene and report; network
+/// and imports run on threads of their own and hand their results over.
 class FrameLoop {
 public:
     FrameLoop(ServerOptions options, Log& log);
     ~FrameLoop();
 
-    /// Returns when all frames have been shown or `stop` was called. Errors: cannot listen, a scene that cannot be read,
-    /// a camera that is not there, no frame shown although some were asked for.
+    /// Returns when all frames have been shown or `stop` was called. Errors: cannot listen, a scene that cannot be
+    /// read, a camera that is not there, no frame shown although some were asked for.
     [[nodiscard]] Expected<void> run();
     /// From any thread or signal handler's thread: ends the show after the open frame.
     void stop();

@@ -16,7 +16,9 @@ Pose poseOfKey(std::span<const double> keys, std::size_t index) {
             .scale = Vec3d(k[8], k[9], k[10])};
 }
 
-double keyTime(std::span<const double> keys, std::size_t index) { return keys[index * kScalarsPerKey]; }
+double keyTime(std::span<const double> keys, std::size_t index) {
+    return keys[index * kScalarsPerKey];
+}
 
 /// Local time folded into the keys' interval.
 double foldTime(double seconds, double first, double last, std::int64_t mode) {
@@ -36,7 +38,8 @@ Expected<void> checkKeys(std::span<const double> keys) {
                     fmt::format("{} numbers are not a whole number of motion keys of {}", keys.size(), kScalarsPerKey));
     for (std::size_t i = 0; i < keys.size(); ++i)
         if (!std::isfinite(keys[i]))
-            return fail(ErrorCode::kBadInput, fmt::format("motion key {} holds a number that is not finite", i / kScalarsPerKey));
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("motion key {} holds a number that is not finite", i / kScalarsPerKey));
     for (std::size_t i = 0; i < keys.size() / kScalarsPerKey; ++i) {
         if (i > 0 && keyTime(keys, i) <= keyTime(keys, i - 1))
             return fail(ErrorCode::kBadInput, fmt::format("motion key {} is not later than the one before", i));
@@ -71,7 +74,8 @@ std::vector<MotionStep> advanceMotions(const Aspect& scene, std::span<const Obje
         if (!checkKeys(keys)) continue;
         double time = motion->time + seconds;
         if (motion->mode == Motion::kOnce) time = std::min(time, keyTime(keys, keys.size() / kScalarsPerKey - 1));
-        byTarget[motion->target] = {.motion = id, .target = motion->target, .time = time, .pose = poseAt(keys, motion->mode, time)};
+        byTarget[motion->target] = {
+            .motion = id, .target = motion->target, .time = time, .pose = poseAt(keys, motion->mode, time)};
     }
     std::vector<MotionStep> steps;
     for (auto& [target, step] : byTarget) steps.push_back(step);

@@ -37,6 +37,7 @@ struct MotionStep {
 
 /// All playing motions with sound keys, by ascending id, `seconds` further than they are. Of several motions with one
 /// target the last (highest id) decides.
-[[nodiscard]] std::vector<MotionStep> advanceMotions(const Aspect& scene, std::span<const ObjectId> motions, double seconds);
+[[nodiscard]] std::vector<MotionStep> advanceMotions(const Aspect& scene, std::span<const ObjectId> motions,
+                                                     double seconds);
 
 }  // namespace tessera

@@ -19,7 +19,10 @@ std::pair<std::uint64_t, SharedBytes> broadcastKey(const Message& message) {
 }  // namespace
 
 Peers::Peers(const ServerSessionConfig& config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver)
-    : blobs_(blobs), epoch_(config.epoch), session_(config), transport_({.maxPayload = maxPayloadBytesFromPeer}, std::move(deliver)) {}
+    : blobs_(blobs),
+      epoch_(config.epoch),
+      session_(config),
+      transport_({.maxPayload = maxPayloadBytesFromPeer}, std::move(deliver)) {}
 
 ServerActions Peers::handle(const LinkEvent& event) {
     if (const auto* opened = std::get_if<link_event::Opened>(&event.what)) {
@@ -36,11 +39,7 @@ ServerActions Peers::handle(const LinkEvent& event) {
     const ConnectionId connection{received.link.value};
     if (!open_.contains(connection)) return {};
     const Expected<Message> message = decodeMessage(received.type, received.payload);
-    if (!message) {
-        transport_.close(received.link, message.error().message);
-        open_.erase(connection);
-        return perform(session_.connectionClosed(connection, event.at));
-    }
+    if (!message) return perform(session_.malformed(connection, message.error().message, event.at));
     return perform(session_.received(connection, *message, event.at));
 }
 

@@ -16,9 +16,13 @@ using Json = nlohmann::ordered_json;
 Json toJson(const Series& series) {
     return {{"p50", series.quantile(0.5)}, {"p99", series.quantile(0.99)}, {"max", series.quantile(1.0)}};
 }
-Json toJson(const Vec3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+Json toJson(const Vec3d& v) {
+    return Json::array({v.x(), v.y(), v.z()});
+}
 
-std::uint64_t triangleCount(const Geometry& geometry) { return geometry.indices.sizeBytes() / (3 * sizeof(std::uint32_t)); }
+std::uint64_t triangleCount(const Geometry& geometry) {
+    return geometry.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+}
 
 }  // namespace
 
@@ -39,7 +43,8 @@ SceneCounts countScene(const Aspect& scene) {
             ++counts.nodes;
         } else {
             ++counts.cores;
-            if (const Geometry* geometry = std::get_if<Geometry>(object)) counts.trianglesStored += triangleCount(*geometry);
+            if (const Geometry* geometry = std::get_if<Geometry>(object))
+                counts.trianglesStored += triangleCount(*geometry);
         }
     }
     Action action;
@@ -86,7 +91,8 @@ void Report::stats(const server_action::FrameStats& action) {
     const Expected<std::vector<TileStats>> decoded = decodeStats(*action.stats);
     if (!decoded) return;
     for (const TileStats& tile : *decoded) {
-        const auto row = std::ranges::find_if(tiles_, [&](const TileRow& r) { return r.tile == tile.tile && r.host == action.host; });
+        const auto row = std::ranges::find_if(
+            tiles_, [&](const TileRow& r) { return r.tile == tile.tile && r.host == action.host; });
         if (row == tiles_.end()) continue;
         if (row->cullMs.count() < kMaxFrames) {
             row->cullMs.add(tile.cullMs);
@@ -106,7 +112,8 @@ void Report::shown(const server_action::FrameShown& action) {
     // A frame's spread is settled once everybody is a few frames on.
     while (swapInstants_.size() > 16) {
         const auto oldest = swapInstants_.begin();
-        if (swapSpreadMs_.count() < kMaxFrames) swapSpreadMs_.add(static_cast<double>(oldest->second.second - oldest->second.first) * 1e-6);
+        if (swapSpreadMs_.count() < kMaxFrames)
+            swapSpreadMs_.add(static_cast<double>(oldest->second.second - oldest->second.first) * 1e-6);
         swapInstants_.erase(oldest);
     }
 }
@@ -152,7 +159,8 @@ void Report::mismatch(const std::string& host, const std::string& object) {
 std::string Report::toJson(const Aspect& scene) const {
     const SceneCounts counts = countScene(scene);
     Series spread = swapSpreadMs_;
-    for (const auto& [frame, instants] : swapInstants_) spread.add(static_cast<double>(instants.second - instants.first) * 1e-6);
+    for (const auto& [frame, instants] : swapInstants_)
+        spread.add(static_cast<double>(instants.second - instants.first) * 1e-6);
 
     Json report;
     report["wall"] = wall_.name;

@@ -13,7 +13,9 @@ Expected<void> writeReport(const std::string& path, std::string_view text) {
     std::ofstream out(temporary, std::ios::binary);
     out.write(text.data(), static_cast<std::streamsize>(text.size()));
     out.close();
-    if (!out) return fail(ErrorCode::kFailed, "cannot write the report " + path + ": is the folder writable and the disk not full?");
+    if (!out)
+        return fail(ErrorCode::kFailed,
+                    "cannot write the report " + path + ": is the folder writable and the disk not full?");
     std::filesystem::rename(temporary, target, error);
     if (error) return fail(ErrorCode::kFailed, "cannot write the report " + path + ": " + error.message());
     return {};

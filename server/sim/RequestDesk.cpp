@@ -11,7 +11,13 @@ namespace tessera {
 
 RequestDesk::RequestDesk(const Wall& wall, BlobStore& blobs, Peers& peers, Simulation& simulation, ViewSource& view,
                          Loader& loader, Limits limits)
-    : wall_(wall), blobs_(blobs), peers_(peers), simulation_(simulation), view_(view), loader_(loader), limits_(limits) {}
+    : wall_(wall),
+      blobs_(blobs),
+      peers_(peers),
+      simulation_(simulation),
+      view_(view),
+      loader_(loader),
+      limits_(limits) {}
 
 void RequestDesk::append(ServerActions& to, ServerActions more) {
     to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
@@ -47,7 +53,8 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
     const Expected<ApplicationRequest> decoded = decodeRequest(received.body ? ByteSpan(*received.body) : ByteSpan());
     if (!decoded) return refuse(decoded.error());
     if (open_.size() + images_.size() >= limits_.maxOpenRequests)
-        return refuse({ErrorCode::kLimit, fmt::format("{} requests are open already; try again later", limits_.maxOpenRequests)});
+        return refuse(
+            {ErrorCode::kLimit, fmt::format("{} requests are open already; try again later", limits_.maxOpenRequests)});
 
     const auto respond = [&](const Expected<ApplicationAnswer>& answer) {
         answerTo(actions, received.connection, received.id, answer);
@@ -63,7 +70,8 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
     }
     if (std::holds_alternative<request::Undo>(*decoded)) {
         const std::uint64_t ticket = nextTicket_++;
-        open_[ticket] = {.connection = received.connection, .request = received.id, .edit = {.ticket = ticket, .undo = true}};
+        open_[ticket] = {
+            .connection = received.connection, .request = received.id, .edit = {.ticket = ticket, .undo = true}};
         return queueEdit(ticket, now);
     }
     if (const auto* load = std::get_if<request::Load>(&*decoded)) {
@@ -73,7 +81,8 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
         const std::uint64_t ticket = nextTicket_++;
         if (!loader_.order({.ticket = ticket, .path = load->path, .parent = parent}))
             return refuse({ErrorCode::kLimit, "too many files wait to be loaded already"});
-        open_[ticket] = {.connection = received.connection, .request = received.id, .edit = {.ticket = ticket}, .isLoad = true};
+        open_[ticket] = {
+            .connection = received.connection, .request = received.id, .edit = {.ticket = ticket}, .isLoad = true};
         return actions;
     }
     if (const auto* setView = std::get_if<request::SetView>(&*decoded)) {
@@ -81,7 +90,8 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
         if (!set) return refuse(set.error());
         return respond(ApplicationAnswer(answer::Done{}));
     }
-    if (const auto* wish = std::get_if<request::Pick>(&*decoded)) return respond(pick(received.connection, *wish, actions));
+    if (const auto* wish = std::get_if<request::Pick>(&*decoded))
+        return respond(pick(received.connection, *wish, actions));
     if (std::holds_alternative<request::GetContacts>(*decoded)) return respond(ApplicationAnswer(contacts_));
     if (std::holds_alternative<request::GetImages>(*decoded)) return askForImages(received, now);
     if (const auto* subscribe = std::get_if<request::Subscribe>(&*decoded)) {
@@ -118,7 +128,8 @@ Expected<ApplicationAnswer> RequestDesk::pick(ConnectionId, const request::Pick&
     if (!view) return tl::unexpected(view.error());
     const Expected<Ray> ray = pickRay(wall_, *view, wish.xPx, wish.yPx);
     if (!ray) return tl::unexpected(ray.error());
-    answer::Picked picked{.hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.xPx, .yPx = wish.yPx};
+    answer::Picked picked{
+        .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.xPx, .yPx = wish.yPx};
     if (const std::optional<PickHit> hit = simulation_.pick(*ray)) {
         picked.hit = true;
         picked.node = hit->node;
@@ -136,7 +147,8 @@ Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
         if (!bytes) continue;
         uploaded += bytes->size();
         if (uploaded > limits_.maxUploadBytes)
-            return fail(ErrorCode::kLimit, fmt::format("a proposal may bring {} MiB of blobs at most", limits_.maxUploadBytes >> 20));
+            return fail(ErrorCode::kLimit,
+                        fmt::format("a proposal may bring {} MiB of blobs at most", limits_.maxUploadBytes >> 20));
         uploads.push_back(blobs_.add(Blob(*bytes)));
     }
     Expected<ChangeList> list =
@@ -197,7 +209,8 @@ ServerActions RequestDesk::askForImages(const server_action::RequestReceived& re
     std::set<std::string> live;
     for (const ServerSession::HostStatus& host : peers_.session().hosts())
         if (host.state == HostState::kLive || host.state == HostState::kLate) live.insert(host.name);
-    for (const Tile& tile : layoutTiles(wall_)) (live.contains(tile.host) ? images.awaited : images.answer.missing).push_back(tile.name);
+    for (const Tile& tile : layoutTiles(wall_))
+        (live.contains(tile.host) ? images.awaited : images.answer.missing).push_back(tile.name);
     const std::uint64_t ticket = nextTicket_++;
     const auto [it, isNew] = images_.emplace(ticket, std::move(images));
     if (it->second.awaited.empty()) return finishImages(it);
@@ -211,10 +224,8 @@ ServerActions RequestDesk::imageReceived(const server_action::ImageReceived& rec
     const auto tile = std::ranges::find(images->second.awaited, received.image.tile);
     if (tile == images->second.awaited.end()) return {};
     images->second.awaited.erase(tile);
-    images->second.answer.tiles.push_back({.tile = received.image.tile,
-                                           .host = received.host,
-                                           .frame = received.image.frame,
-                                           .png = received.image.png});
+    images->second.answer.tiles.push_back(
+        {.tile = received.image.tile, .host = received.host, .frame = received.image.frame, .png = received.image.png});
     return images->second.awaited.empty() ? finishImages(images) : ServerActions{};
 }
 
@@ -301,7 +312,8 @@ ServerActions RequestDesk::committed(const FrameResult& frame, FrameNumber numbe
 
 ServerActions RequestDesk::frameReleased(const server_action::FrameReleased& release) {
     ServerActions actions;
-    tell(actions, &request::Subscribe::frames, notice::Frame{.frame = release.frame, .shown = release.shown, .held = release.held});
+    tell(actions, &request::Subscribe::frames,
+         notice::Frame{.frame = release.frame, .shown = release.shown, .held = release.held});
     return actions;
 }
 

@@ -13,8 +13,8 @@
 
 namespace tessera {
 
-/// Answers what can be answered at once; collects edits for the next frame; waits for blobs, imports and images where it
-/// must. An edit that names blobs is handed out only when every live host has them, so that no frame waits for bulk
+/// Answers what can be answered at once; collects edits for the next frame; waits for blobs, imports and images where
+/// it must. An edit that names blobs is handed out only when every live host has them, so that no frame waits for bulk
 /// data. Every request is answered exactly once, unless its application has gone. Frame thread only.
 class RequestDesk {
 public:
@@ -27,9 +27,10 @@ public:
         std::size_t maxProposalChanges = 500'000;
     };
 
-    RequestDesk(const Wall& wall, BlobStore& blobs, Peers& peers, Simulation& simulation, ViewSource& view, Loader& loader,
-                Limits limits);
-    RequestDesk(const Wall& wall, BlobStore& blobs, Peers& peers, Simulation& simulation, ViewSource& view, Loader& loader)
+    RequestDesk(const Wall& wall, BlobStore& blobs, Peers& peers, Simulation& simulation, ViewSource& view,
+                Loader& loader, Limits limits);
+    RequestDesk(const Wall& wall, BlobStore& blobs, Peers& peers, Simulation& simulation, ViewSource& view,
+                Loader& loader)
         : RequestDesk(wall, blobs, peers, simulation, view, loader, Limits()) {}
 
     /// All return what is left for the frame loop of the actions they caused.
@@ -52,9 +53,9 @@ private:
     struct Open {
         ConnectionId connection;
         std::uint64_t request = 0;
-        Edit edit;                   ///< waiting for blobs or a frame
+        Edit edit;  ///< waiting for blobs or a frame
         bool isLoad = false;
-        answer::Loaded loaded;       ///< `node` is a placeholder until the commit
+        answer::Loaded loaded;  ///< `node` is a placeholder until the commit
     };
     struct OpenImages {
         ConnectionId connection;
@@ -65,12 +66,14 @@ private:
     };
 
     [[nodiscard]] Expected<ApplicationAnswer> answerNow(const request::GetStatus&);
-    [[nodiscard]] Expected<ApplicationAnswer> pick(ConnectionId connection, const request::Pick& wish, ServerActions& actions);
+    [[nodiscard]] Expected<ApplicationAnswer> pick(ConnectionId connection, const request::Pick& wish,
+                                                   ServerActions& actions);
     [[nodiscard]] Expected<Edit> editFrom(const request::Propose& proposal);
     [[nodiscard]] ServerActions queueEdit(std::uint64_t ticket, TimePoint now);
     [[nodiscard]] ServerActions askForImages(const server_action::RequestReceived& request, TimePoint now);
     [[nodiscard]] ServerActions finishImages(std::map<std::uint64_t, OpenImages>::iterator images);
-    void answerTo(ServerActions& actions, ConnectionId connection, std::uint64_t request, const Expected<ApplicationAnswer>& answer);
+    void answerTo(ServerActions& actions, ConnectionId connection, std::uint64_t request,
+                  const Expected<ApplicationAnswer>& answer);
     void tell(ServerActions& actions, bool request::Subscribe::*topic, const ApplicationNotice& notice);
     static void append(ServerActions& to, ServerActions more);
 

@@ -16,7 +16,9 @@ bool isPoseField(const FieldColumn& column) {
            (column.field == field::kTranslation || column.field == field::kRotation || column.field == field::kScale);
 }
 
-Pose poseOf(const Transform& t) { return {.translation = t.translation, .rotation = t.rotation, .scale = t.scale}; }
+Pose poseOf(const Transform& t) {
+    return {.translation = t.translation, .rotation = t.rotation, .scale = t.scale};
+}
 
 /// The columns that lead a Transform from one pose to another; nothing for fields that stay.
 void addPose(ChangeListBuilder& builder, ObjectId id, const Pose& from, const Pose& to) {
@@ -39,7 +41,9 @@ void mergeColumn(ChangeList& list, FieldColumn column) {
 
 }  // namespace
 
-Simulation::Simulation(SceneLimits limits) : committer_(limits) { pipeline_.sceneChanged(committer_.scene(), nullptr); }
+Simulation::Simulation(SceneLimits limits) : committer_(limits) {
+    pipeline_.sceneChanged(committer_.scene(), nullptr);
+}
 
 Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
     for (std::size_t i = 0; i < lists.size(); ++i) {
@@ -94,8 +98,9 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     for (const auto& [id, pose] : poses) {
         if (!pose.translation.allFinite() || !pose.rotation.coeffs().allFinite() || !pose.scale.allFinite() ||
             pose.rotation.squaredNorm() < 1e-12) {
-            outcome.result = fail(ErrorCode::kBadInput,
-                                  fmt::format("the transform wanted for #{} is not finite or has a rotation of length zero", id.value));
+            outcome.result = fail(
+                ErrorCode::kBadInput,
+                fmt::format("the transform wanted for #{} is not finite or has a rotation of length zero", id.value));
             return outcome;
         }
     }
@@ -158,7 +163,11 @@ std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& li
         if (!isPoseField(column) || column.kind() != FieldKind::kDouble) continue;
         const std::size_t width = column.field == field::kRotation ? 4 : 3;
         if (column.width != width) continue;  // the scene refuses it in words
-        FieldColumn rest{.type = column.type, .field = column.field, .width = column.width, .ids = {}, .values = std::vector<double>{}};
+        FieldColumn rest{.type = column.type,
+                         .field = column.field,
+                         .width = column.width,
+                         .ids = {},
+                         .values = std::vector<double>{}};
         for (std::size_t row = 0; row < column.ids.size(); ++row) {
             const ObjectId id = column.ids[row];
             const Transform* now = scene().get<Transform>(id);
@@ -169,7 +178,9 @@ std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& li
             const auto earlier = wishes.find(id);
             // Fields that this edit does not write keep what an earlier *edit* of the frame wants; a motion's wish is
             // overruled as a whole, because the motion is paused.
-            Pose& pose = wanted.try_emplace(id, earlier != wishes.end() && !earlier->second.motion ? earlier->second.pose : poseOf(*now))
+            Pose& pose = wanted
+                             .try_emplace(id, earlier != wishes.end() && !earlier->second.motion ? earlier->second.pose
+                                                                                                 : poseOf(*now))
                              .first->second;
             const std::array<double, 4> v = std::get<Doubles>(column.value(row)).values;
             if (column.field == field::kTranslation) pose.translation = Vec3d(v[0], v[1], v[2]);
@@ -191,7 +202,8 @@ void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
                 {.translation = accepted.translation, .rotation = accepted.rotation, .scale = accepted.scale});
     }
     for (const auto& [id, wish] : wishes) {
-        if (!wish.motion || std::ranges::find(step.stopped, id) != step.stopped.end()) continue;  // a stopped motion's time stands
+        if (!wish.motion || std::ranges::find(step.stopped, id) != step.stopped.end())
+            continue;  // a stopped motion's time stands
         const Motion* motion = scene().get<Motion>(wish.motion);
         if (motion && motion->time != wish.motionTime)
             builder.set(wish.motion, typeOf<Motion>(), field::kMotionTime, toValue(wish.motionTime));

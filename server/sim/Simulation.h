@@ -36,10 +36,10 @@ struct FrameResult {
 
 /// Deterministic: the same edits in the same frames give the same scenes, whatever the time or the number of clients.
 ///
-/// **Who wins.** Motions speak first, then edits in the order of their arrival; the last writer of a field wins. An edit
-/// that writes a Transform which a motion drives pauses that motion (`playing` becomes 0 in the same list) until somebody
-/// sets it again. What motions and edits want of existing Transforms goes through the collision pipeline; everything
-/// else is committed as it is. Not thread-safe.
+/// **Who wins.** Motions speak first, then edits in the order of their arrival; the last writer of a field wins. An
+/// edit that writes a Transform which a motion drives pauses that motion (`playing` becomes 0 in the same list) until
+/// somebody sets it again. What motions and edits want of existing Transforms goes through the collision pipeline;
+/// everything else is committed as it is. Not thread-safe.
 class Simulation {
 public:
     explicit Simulation(SceneLimits limits = {});
@@ -62,9 +62,9 @@ public:
 private:
     struct Wish {
         Pose pose;
-        ObjectId motion;           ///< the motion that wants it; none: an edit
+        ObjectId motion;  ///< the motion that wants it; none: an edit
         double motionTime = 0;
-        std::size_t edit = 0;      ///< index of the edit that wants it
+        std::size_t edit = 0;  ///< index of the edit that wants it
     };
     using Wishes = std::map<ObjectId, Wish>;  ///< by Transform
 

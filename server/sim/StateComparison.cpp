@@ -36,7 +36,8 @@ void StateComparison::begin(const std::string& host, const Aspect& scene) {
     Remembered remembered;
     for (const Aspect::LeafHash& leaf : scene.leafHashes()) {
         remembered.leaves.emplace(leaf.leaf, leaf.hash);
-        for (const Aspect::ObjectHash& object : scene.objectHashes(leaf.leaf)) remembered.objects.emplace(object.id.value, object.hash);
+        for (const Aspect::ObjectHash& object : scene.objectHashes(leaf.leaf))
+            remembered.objects.emplace(object.id.value, object.hash);
     }
     byHost_[host] = std::move(remembered);
 }

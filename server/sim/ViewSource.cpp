@@ -90,8 +90,10 @@ Expected<void> ViewSource::set(const Aspect& scene, const request::SetView& wish
         if (wish.position) next.position = *wish.position;
         if (wish.orientation) next.orientation = *wish.orientation;
         if (wish.worldUnitsPerMetre) next.worldUnitsPerMetre = *wish.worldUnitsPerMetre;
-        if (!next.position.allFinite() || !next.orientation.coeffs().allFinite() || next.orientation.squaredNorm() < 1e-12)
-            return fail(ErrorCode::kBadInput, "the view's position or orientation is not finite, or the orientation is zero");
+        if (!next.position.allFinite() || !next.orientation.coeffs().allFinite() ||
+            next.orientation.squaredNorm() < 1e-12)
+            return fail(ErrorCode::kBadInput,
+                        "the view's position or orientation is not finite, or the orientation is zero");
         if (!(next.worldUnitsPerMetre > 0) || !std::isfinite(next.worldUnitsPerMetre))
             return fail(ErrorCode::kBadInput, "the view's scale must be a number above 0 (world units per metre)");
         next.orientation.normalize();
@@ -109,7 +111,8 @@ Expected<void> ViewSource::set(const Aspect& scene, const request::SetView& wish
         if (!known) {
             std::string names;
             for (const User& user : users_) names += (names.empty() ? "" : ", ") + user.name;
-            return fail(ErrorCode::kNotFound, fmt::format("no user is called '{}'; the wall has: {}", wish.user, names));
+            return fail(ErrorCode::kNotFound,
+                        fmt::format("no user is called '{}'; the wall has: {}", wish.user, names));
         }
         // An eye on or behind a screen has no picture: the wall's own rules decide.
         if (const Expected<void> sound = checkWall(moved); !sound) return failWith("head", sound.error());

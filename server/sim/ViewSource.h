@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// The view is, in this order: what `tessera-ctl view` set; the scene's camera (the named one, else the first enabled one
-/// in document order); the default camera, which frames the scene as it is when the first view is asked for.
+/// The view is, in this order: what `tessera-ctl view` set; the scene's camera (the named one, else the first enabled
+/// one in document order); the default camera, which frames the scene as it is when the first view is asked for.
 class ViewSource {
 public:
     /// `cameraPath`: a node as findNode takes it; empty: the first enabled camera.

@@ -35,14 +35,17 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-std::int64_t nowNs() { return Clock::now().time_since_epoch() / 1ns; }
+std::int64_t nowNs() {
+    return Clock::now().time_since_epoch() / 1ns;
+}
 
 struct Samples {
     std::vector<double> roundUs, spreadUs;
     static double quantile(std::vector<double> values, double share) {
         if (values.empty()) return 0;
         std::ranges::sort(values);
-        return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
+        return values[std::min(values.size() - 1,
+                               static_cast<std::size_t>(share * static_cast<double>(values.size())))];
     }
 };
 
@@ -77,7 +80,7 @@ void readAll(int socket, void* data, std::size_t size) {
         readAll(s, &packet, sizeof packet);  // Begin
         packet.shownAtNs = shown;
         if (write(s, &packet, sizeof packet) != sizeof packet) _exit(0);  // Ready
-        readAll(s, &packet, sizeof packet);  // Swap
+        readAll(s, &packet, sizeof packet);                               // Swap
         shown = nowNs();
     }
 }
@@ -89,7 +92,8 @@ public:
         sockaddr_in at{};
         at.sin_family = AF_INET;
         at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-        if (bind(listener_, reinterpret_cast<sockaddr*>(&at), sizeof at) != 0 || listen(listener_, hosts) != 0) std::abort();
+        if (bind(listener_, reinterpret_cast<sockaddr*>(&at), sizeof at) != 0 || listen(listener_, hosts) != 0)
+            std::abort();
         socklen_t size = sizeof at;
         getsockname(listener_, reinterpret_cast<sockaddr*>(&at), &size);
         epoll_ = epoll_create1(0);
@@ -162,7 +166,8 @@ private:
     const std::function<void(ClientActions)> carryOut = [&](ClientActions actions) {
         for (ClientAction& action : actions) {
             if (auto* send = std::get_if<client_action::Send>(&action)) {
-                transport.send(links[send->channel], wireType(send->message), epoch, share(encodeMessage(send->message)));
+                transport.send(links[send->channel], wireType(send->message), epoch,
+                               share(encodeMessage(send->message)));
             } else if (std::holds_alternative<client_action::OpenBulk>(action)) {
                 dial(ChannelKind::kBulk);
             } else if (auto* configured = std::get_if<client_action::Configured>(&action)) {
@@ -236,8 +241,12 @@ public:
         for (int round = 0; round < count; ++round) {
             const auto begin = Clock::now();
             released_ = false;
-            take(peers_->perform(peers_->session().beginFrame(
-                     {.frame = peers_->session().nextFrame(), .sequence = 0, .stateHash = 0, .payload = payload_, .changes = {}}, begin)),
+            take(peers_->perform(peers_->session().beginFrame({.frame = peers_->session().nextFrame(),
+                                                               .sequence = 0,
+                                                               .stateHash = 0,
+                                                               .payload = payload_,
+                                                               .changes = {}},
+                                                              begin)),
                  &samples);
             while (!released_) turn(&samples);
             samples.roundUs.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
@@ -252,7 +261,9 @@ private:
     void take(ServerActions actions, Samples* samples) {
         for (ServerAction& action : actions) {
             if (const auto* wanted = std::get_if<server_action::SnapshotWanted>(&action)) {
-                take(peers_->perform(peers_->session().snapshotReady(wanted->connection, {.list = share({})}, Clock::now())), samples);
+                take(peers_->perform(
+                         peers_->session().snapshotReady(wanted->connection, {.list = share({})}, Clock::now())),
+                     samples);
             } else if (std::holds_alternative<server_action::FrameReleased>(action)) {
                 released_ = true;
             } else if (const auto* shown = std::get_if<server_action::FrameShown>(&action)) {
@@ -294,13 +305,19 @@ int bench(const std::string& jsonPath) {
         }
         const auto row = [&](const std::string& name, double mine, double theirs) {
             fmt::print("{:<26}{:>9.1f} us{:>9.1f} us{:>8.2f}\n", name, mine, theirs, mine / theirs);
-            cases += fmt::format("{}\n  {{\"case\":\"{}\",\"peer\":\"bare epoll\",\"ours\":{},\"theirs\":{},\"unit\":\"us\",\"ratio\":{}}}",
-                                 cases.empty() ? "" : ",", name, mine, theirs, mine / theirs);
+            cases += fmt::format(
+                "{}\n  {{\"case\":\"{}\",\"peer\":\"bare "
+                "epoll\",\"ours\":{},\"theirs\":{},\"unit\":\"us\",\"ratio\":{}}}",
+                cases.empty() ? "" : ",", name, mine, theirs, mine / theirs);
         };
-        row(fmt::format("N={} round p50", hosts), Samples::quantile(ours.roundUs, 0.5), Samples::quantile(bare.roundUs, 0.5));
-        row(fmt::format("N={} round p99", hosts), Samples::quantile(ours.roundUs, 0.99), Samples::quantile(bare.roundUs, 0.99));
-        row(fmt::format("N={} swap spread p50", hosts), Samples::quantile(ours.spreadUs, 0.5), Samples::quantile(bare.spreadUs, 0.5));
-        row(fmt::format("N={} swap spread p99", hosts), Samples::quantile(ours.spreadUs, 0.99), Samples::quantile(bare.spreadUs, 0.99));
+        row(fmt::format("N={} round p50", hosts), Samples::quantile(ours.roundUs, 0.5),
+            Samples::quantile(bare.roundUs, 0.5));
+        row(fmt::format("N={} round p99", hosts), Samples::quantile(ours.roundUs, 0.99),
+            Samples::quantile(bare.roundUs, 0.99));
+        row(fmt::format("N={} swap spread p50", hosts), Samples::quantile(ours.spreadUs, 0.5),
+            Samples::quantile(bare.spreadUs, 0.5));
+        row(fmt::format("N={} swap spread p99", hosts), Samples::quantile(ours.spreadUs, 0.99),
+            Samples::quantile(bare.spreadUs, 0.99));
     }
     if (!jsonPath.empty()) std::ofstream(jsonPath) << "{\"cases\":[" << cases << "\n]}\n";
     return 0;

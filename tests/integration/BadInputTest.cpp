@@ -13,14 +13,16 @@ const std::string kYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/
 
 class BadInput : public testing::Test {
 protected:
-    void expect(const std::string& name, std::vector<std::string> options, int exitCode, const std::vector<std::string>& says) {
+    void expect(const std::string& name, std::vector<std::string> options, int exitCode,
+                const std::vector<std::string>& says) {
         std::vector<std::string> command = {program("tessera-server"), "--frames", "1"};
         command.insert(command.end(), options.begin(), options.end());
         const Outcome outcome = run(folder_.path(), command, 60s);
         EXPECT_EQ(outcome.exitCode, exitCode) << name << "\n" << outcome.output;
         EXPECT_NE(outcome.output.find("tessera-server: "), std::string::npos) << name << "\n" << outcome.output;
         for (const std::string& part : says)
-            EXPECT_NE(outcome.output.find(part), std::string::npos) << name << ": expected '" << part << "' in\n" << outcome.output;
+            EXPECT_NE(outcome.output.find(part), std::string::npos) << name << ": expected '" << part << "' in\n"
+                                                                    << outcome.output;
     }
     void expectScene(const std::string& file, const std::string& content, const std::vector<std::string>& says) {
         const std::string path = folder_.write(file, content);
@@ -81,12 +83,17 @@ TEST_F(BadInput, AFileThatReachesOutOfItsFolderIsRefused) {
 TEST_F(BadInput, Walls) {
     expect("no such wall", {"--wall", "9x9", "--scene", kYard}, 3, {"9x9", "2x2"});
     expectWall("unknown-key", changed("columns: 2", "colums: 2"), {":3:", "colums", "columns"});
-    expectWall("swapped-corners", changed("lower_left { x: -1.6 y: 0.6 } lower_right { x: 1.6 y: 0.6 }",
-                                          "lower_left { x: 1.6 y: 0.6 } lower_right { x: -1.6 y: 0.6 }"), {"front"});
-    expectWall("millimetres", "screens { name: \"front\" lower_left { x: -1600 y: 600 } lower_right { x: 1600 y: 600 } upper_left { x: -1600 y: 2400 }\n"
-                              "  grid { columns: 1 rows: 1 tile_width_px: 64 tile_height_px: 36 } }\n"
-                              "users { name: \"viewer\" position { y: 1700 z: 2400 } }\n"
-                              "hosts { name: \"all\" tiles { screen: \"front\" user: \"viewer\" } }\n", {"millimet"});
+    expectWall("swapped-corners",
+               changed("lower_left { x: -1.6 y: 0.6 } lower_right { x: 1.6 y: 0.6 }",
+                       "lower_left { x: 1.6 y: 0.6 } lower_right { x: -1.6 y: 0.6 }"),
+               {"front"});
+    expectWall("millimetres",
+               "screens { name: \"front\" lower_left { x: -1600 y: 600 } lower_right { x: 1600 y: 600 } upper_left { "
+               "x: -1600 y: 2400 }\n"
+               "  grid { columns: 1 rows: 1 tile_width_px: 64 tile_height_px: 36 } }\n"
+               "users { name: \"viewer\" position { y: 1700 z: 2400 } }\n"
+               "hosts { name: \"all\" tiles { screen: \"front\" user: \"viewer\" } }\n",
+               {"millimet"});
     expectWall("tile-twice", changed("column: 1 row: 0", "column: 0 row: 0"), {"front"});
     expectWall("unknown-user", changed("row: 0 user: \"viewer\"", "row: 0 user: \"nobody\""), {"nobody", "viewer"});
     expectWall("empty", "", {});
@@ -110,7 +117,9 @@ TEST_F(BadInput, OffLoopbackTheServerSaysThatTheLinkIsPlain) {
 TEST_F(BadInput, ATakenPortIsANetworkError) {
     LiveWall wall({.wall = "1x1"});
     ASSERT_FALSE(wall.address().empty());
-    const Outcome second = run(folder_.path(), {program("tessera-server"), "--wall", "1x1", "--scene", kYard, "--listen", wall.address()}, 20s);
+    const Outcome second =
+        run(folder_.path(), {program("tessera-server"), "--wall", "1x1", "--scene", kYard, "--listen", wall.address()},
+            20s);
     EXPECT_EQ(second.exitCode, 4) << second.output;
     EXPECT_NE(second.output.find(wall.address()), std::string::npos) << second.output;
 }

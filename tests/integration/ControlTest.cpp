@@ -58,7 +58,8 @@ TEST_F(Control, StatusNamesTheHostsAndTheFrame) {
 
 TEST_F(Control, TreeShowsNodesAndAnUnknownNodeIsToldWhatIsThere) {
     const Outcome tree = wall_.ctl({"tree"});
-    for (const char* name : {"floor", "post", "carriage", "body"}) EXPECT_NE(tree.output.find(name), std::string::npos) << tree.output;
+    for (const char* name : {"floor", "post", "carriage", "body"})
+        EXPECT_NE(tree.output.find(name), std::string::npos) << tree.output;
     const Outcome missing = wall_.ctl({"tree", "/carriag"});
     EXPECT_EQ(missing.exitCode, 3) << missing.output;
     EXPECT_NE(missing.output.find("carriage"), std::string::npos) << missing.output;
@@ -105,8 +106,9 @@ TEST_F(Control, ViewMovesTheWallThroughTheWorldAndResets) {
 
 TEST_F(Control, LoadAddsAFileAndRemoveTakesItAway) {
     const TemporaryFolder folder;
-    const std::string file = folder.write("pyramid.obj",
-                                          "v 0 1 0\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 1 3 2\nf 1 4 3\nf 1 5 4\nf 1 2 5\nf 2 3 4 5\n");
+    const std::string file = folder.write(
+        "pyramid.obj",
+        "v 0 1 0\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 1 3 2\nf 1 4 3\nf 1 5 4\nf 1 2 5\nf 2 3 4 5\n");
     const json loaded = ask({"load", file});
     EXPECT_EQ(loaded["triangles"], 6) << loaded.dump(2);
     EXPECT_NE(wall_.ctl({"tree"}).output.find("pyramid"), std::string::npos);
@@ -125,7 +127,8 @@ TEST_F(Control, PickNamesWhatIsUnderAPixel) {
 }
 
 TEST_F(Control, NobodyAtTheAddressIsANetworkError) {
-    const Outcome outcome = run(wall_.folder(), {program("tessera-ctl"), "--server", "127.0.0.1:1", "--timeout", "2", "status"}, 20s);
+    const Outcome outcome =
+        run(wall_.folder(), {program("tessera-ctl"), "--server", "127.0.0.1:1", "--timeout", "2", "status"}, 20s);
     EXPECT_EQ(outcome.exitCode, 4) << outcome.output;
     EXPECT_NE(outcome.output.find("127.0.0.1:1"), std::string::npos) << outcome.output;
 }

@@ -83,10 +83,12 @@ TEST_F(Faults, AStoppedClientIsNoticedByItsSilenceAndRejoinsWhenItGoesOn) {
 
 TEST_F(Faults, AHungDrawThreadIsFoundBehindItsHeartbeats) {
     const TemporaryFolder folder;
-    LiveWall wall({.wall = wallFile(folder, "late_frame: WAIT frame_deadline_ms: 700 heartbeat_ms: 50 lost_after_ms: 300")});
+    LiveWall wall(
+        {.wall = wallFile(folder, "late_frame: WAIT frame_deadline_ms: 700 heartbeat_ms: 50 lost_after_ms: 300")});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     for (const std::string& host : kFourHosts)
-        wall.startClient(host, host == "lower-left" ? std::vector<std::string>{"--inject", "draw-hang@20"} : std::vector<std::string>{});
+        wall.startClient(host, host == "lower-left" ? std::vector<std::string>{"--inject", "draw-hang@20"}
+                                                    : std::vector<std::string>{});
     ASSERT_TRUE(wall.server().waitForText("lower-left: draw-stalled", 40s)) << wall.logs();
     expectOnlyFrozen(wall, "lower-left");
     EXPECT_LT(wall.shownFrame(tileOf("lower-left")), 20);
@@ -99,7 +101,8 @@ TEST_F(Faults, AHungDrawThreadIsFoundBehindItsHeartbeats) {
 
 TEST_F(Faults, ALateHostEntersAtANamedFrame) {
     const TemporaryFolder folder;
-    LiveWall wall({.wall = wallFile(folder, "late_frame: WAIT start_deadline_ms: 1500 heartbeat_ms: 50 lost_after_ms: 250")});
+    LiveWall wall(
+        {.wall = wallFile(folder, "late_frame: WAIT start_deadline_ms: 1500 heartbeat_ms: 50 lost_after_ms: 250")});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     for (const char* host : {"upper-left", "lower-right", "lower-left"}) wall.startClient(host);
     const auto missing = wall.server().waitForText("starting without: ", 30s);
@@ -120,7 +123,8 @@ TEST_F(Faults, ACorruptedReplicaIsNamedAndRepairedWhileTheWallGoesOn) {
     LiveWall wall({});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     for (const std::string& host : kFourHosts)
-        wall.startClient(host, host == "upper-right" ? std::vector<std::string>{"--inject", "corrupt@15"} : std::vector<std::string>{});
+        wall.startClient(host, host == "upper-right" ? std::vector<std::string>{"--inject", "corrupt@15"}
+                                                     : std::vector<std::string>{});
     const auto found = wall.server().waitForText("upper-right: first differing object: ", 40s);
     ASSERT_TRUE(found) << wall.logs();
     EXPECT_NE(found->find("differs"), std::string::npos) << *found;
@@ -142,9 +146,10 @@ TEST_F(Faults, ARestartedServerGetsItsClientsBackWithANewScene) {
     first->server().signal(SIGKILL);
     ASSERT_TRUE(first->server().waitForExit(5s));
     const TemporaryFolder folder;
-    Process second(folder.path(), "server", {program("tessera-server"), "--wall", "2x2", "--scene",
-                   std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct", "--listen", address, "--size", "160x90", "--samples", "1",
-                   "--frames", "40", "--report", folder.path() + "/report.json"});
+    Process second(folder.path(), "server",
+                   {program("tessera-server"), "--wall", "2x2", "--scene",
+                    std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct", "--listen", address, "--size",
+                    "160x90", "--samples", "1", "--frames", "40", "--report", folder.path() + "/report.json"});
     EXPECT_EQ(second.waitForExit(60s), 0) << second.output() << first->logs();
     for (const std::string& host : kFourHosts) EXPECT_EQ(first->client(host).waitForExit(5s), 0) << first->logs();
     const json report = json::parse(readText(folder.path() + "/report.json"));

@@ -11,9 +11,15 @@ namespace tessera::test {
 using namespace std::chrono_literals;
 
 LiveWall::LiveWall(const LiveWallOptions& options) {
-    std::vector<std::string> command = {program("tessera-server"), "--wall",    options.wall,
-                                        "--scene",                 options.scene, "--listen",
-                                        "127.0.0.1:0",             "--report",  folder_.path() + "/report.json"};
+    std::vector<std::string> command = {program("tessera-server"),
+                                        "--wall",
+                                        options.wall,
+                                        "--scene",
+                                        options.scene,
+                                        "--listen",
+                                        "127.0.0.1:0",
+                                        "--report",
+                                        folder_.path() + "/report.json"};
     if (!options.size.empty()) command.insert(command.end(), {"--size", options.size, "--samples", "1"});
     command.insert(command.end(), options.server.begin(), options.server.end());
     server_ = std::make_unique<Process>(folder_.path(), "server", command);
@@ -21,7 +27,8 @@ LiveWall::LiveWall(const LiveWallOptions& options) {
 }
 
 Process& LiveWall::startClient(const std::string& host, std::vector<std::string> more) {
-    std::vector<std::string> command = {program("tessera-client"), "--server", address_, "--host", host, "--output", output()};
+    std::vector<std::string> command = {
+        program("tessera-client"), "--server", address_, "--host", host, "--output", output()};
     command.insert(command.end(), more.begin(), more.end());
     clients_[host] = std::make_unique<Process>(folder_.path(), host, command);
     return *clients_[host];

@@ -32,7 +32,8 @@ public:
     /// Frame number a host's first tile shows, from its shared image; -1 before the first.
     [[nodiscard]] std::int64_t shownFrame(const std::string& tile) const;
     /// Waits until that tile shows `frame` or a later one.
-    [[nodiscard]] bool waitForFrame(const std::string& tile, std::int64_t frame, std::chrono::milliseconds timeout) const;
+    [[nodiscard]] bool waitForFrame(const std::string& tile, std::int64_t frame,
+                                    std::chrono::milliseconds timeout) const;
     /// tessera-ctl with this wall's address.
     [[nodiscard]] Outcome ctl(std::vector<std::string> words) const;
     /// Asks the server to stop, waits for everybody, returns the report. Exit codes are checked by the caller.

@@ -20,10 +20,11 @@ const std::string kYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/
 class Oracles : public testing::Test {
 protected:
     /// Draws a wall to `name` in the test's folder; returns its report.
-    nlohmann::json draw(const std::string& name, const std::string& wall, std::vector<std::string> more = {}, int frames = 12) {
+    nlohmann::json draw(const std::string& name, const std::string& wall, std::vector<std::string> more = {},
+                        int frames = 12) {
         const std::string out = folder_.path() + "/" + name;
-        std::vector<std::string> command = {program("tessera-wall"), "--wall", wall, "--scene", kYard,
-                                            "--frames", std::to_string(frames), "--output", out};
+        std::vector<std::string> command = {program("tessera-wall"), "--wall",   wall, "--scene", kYard, "--frames",
+                                            std::to_string(frames),  "--output", out};
         command.insert(command.end(), more.begin(), more.end());
         const Outcome outcome = run(folder_.path(), command, 120s);
         EXPECT_EQ(outcome.exitCode, 0) << outcome.output;
@@ -87,16 +88,15 @@ TEST_F(Oracles, BezelTilesAreCropsOfOnePictureThatGoesOnBehindThem) {
     // The same screen without frames: one tile of all its pixels.
     const ScreenPixels pixels = screenPixels(wall->screens[0]);
     const Screen& s = wall->screens[0];
-    const auto corner = [](const Vec3d& v) {
-        return fmt::format("{{ x: {} y: {} z: {} }}", v.x(), v.y(), v.z());
-    };
+    const auto corner = [](const Vec3d& v) { return fmt::format("{{ x: {} y: {} z: {} }}", v.x(), v.y(), v.z()); };
     const User& user = wall->users[0];
-    const std::string big = folder_.write(
-        "big.wall", "screens { name: \"front\" lower_left " + corner(s.lowerLeft) + " lower_right " + corner(s.lowerRight) +
-                        " upper_left " + corner(s.upperLeft) + " grid { columns: 1 rows: 1 tile_width_px: " +
-                        std::to_string(pixels.width) + " tile_height_px: " + std::to_string(pixels.height) +
-                        " } }\nusers { name: \"viewer\" position " + corner(user.position) +
-                        " }\nhosts { name: \"all\" tiles { screen: \"front\" user: \"viewer\" } }\n");
+    const std::string big =
+        folder_.write("big.wall", "screens { name: \"front\" lower_left " + corner(s.lowerLeft) + " lower_right " +
+                                      corner(s.lowerRight) + " upper_left " + corner(s.upperLeft) +
+                                      " grid { columns: 1 rows: 1 tile_width_px: " + std::to_string(pixels.width) +
+                                      " tile_height_px: " + std::to_string(pixels.height) +
+                                      " } }\nusers { name: \"viewer\" position " + corner(user.position) +
+                                      " }\nhosts { name: \"all\" tiles { screen: \"front\" user: \"viewer\" } }\n");
     draw("big", big);
     const Picture all = picture("big");
     ASSERT_EQ(all.widthPx, pixels.width);
@@ -112,7 +112,9 @@ TEST_F(Oracles, EveryShippedWallIsDrawnWithoutFaults) {
     for (const auto& entry : std::filesystem::directory_iterator(std::string(TESSERA_SOURCE_DIR) + "/deploy/walls")) {
         if (entry.path().extension() != ".wall") continue;
         const std::string name = entry.path().stem();
-        const nlohmann::json report = draw(name, name, name == "3x1-bezels" ? std::vector<std::string>{} : std::vector<std::string>{"--size", "480x270"});
+        const nlohmann::json report =
+            draw(name, name,
+                 name == "3x1-bezels" ? std::vector<std::string>{} : std::vector<std::string>{"--size", "480x270"});
         ASSERT_FALSE(report.is_null()) << name;
         EXPECT_EQ(report["frames"], 12) << name;
         EXPECT_TRUE(report["faults"].empty()) << name;

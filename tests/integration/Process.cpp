@@ -48,7 +48,9 @@ Process::~Process() {
     waitpid(pid_, nullptr, 0);
 }
 
-std::string Process::output() const { return readText(file_); }
+std::string Process::output() const {
+    return readText(file_);
+}
 
 std::optional<std::string> Process::waitForText(const std::string& text, std::chrono::milliseconds timeout) {
     const auto deadline = std::chrono::steady_clock::now() + timeout;

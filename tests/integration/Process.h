@@ -23,7 +23,8 @@ public:
     [[nodiscard]] const std::string& name() const { return name_; }
     /// All it has written so far.
     [[nodiscard]] std::string output() const;
-    /// Waits until the output holds `text`. The rest of the line behind it; nothing at the deadline or when it ended without.
+    /// Waits until the output holds `text`. The rest of the line behind it; nothing at the deadline or when it ended
+    /// without.
     [[nodiscard]] std::optional<std::string> waitForText(const std::string& text, std::chrono::milliseconds timeout);
     /// The exit code, or 128 + signal. Nothing at the deadline.
     [[nodiscard]] std::optional<int> waitForExit(std::chrono::milliseconds timeout);
@@ -60,7 +61,9 @@ private:
 };
 
 /// Path of one of Tessera's programs.
-[[nodiscard]] inline std::string program(const std::string& name) { return std::string(TESSERA_BIN_DIR) + "/" + name; }
+[[nodiscard]] inline std::string program(const std::string& name) {
+    return std::string(TESSERA_BIN_DIR) + "/" + name;
+}
 [[nodiscard]] std::string readText(const std::string& path);
 
 }  // namespace tessera::test

@@ -147,7 +147,8 @@ TEST_F(Strangers, AnotherProtocolVersionIsToldBothNumbers) {
 TEST_F(Strangers, AnUnknownHostNameIsToldTheWallsNamesAndExits) {
     Process& stranger = wall_.startClient("middle");
     EXPECT_EQ(stranger.waitForExit(20s), 3) << stranger.output();
-    for (const std::string& host : kFourHosts) EXPECT_NE(stranger.output().find(host), std::string::npos) << stranger.output();
+    for (const std::string& host : kFourHosts)
+        EXPECT_NE(stranger.output().find(host), std::string::npos) << stranger.output();
 }
 
 }  // namespace

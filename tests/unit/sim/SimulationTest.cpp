@@ -70,7 +70,8 @@ TEST(Simulation, GoesOnWhenTheWallIsTakenAway) {
 TEST(Simulation, WhatAPersonMovesObeysTheSameStop) {
     Simulation simulation = loaded(craneScene());
     (void)simulation.step(true, {});
-    const FrameResult frame = simulation.step(false, one(moveTo(transformAt(simulation.scene(), "/crane"), Vec3d(20, 0, 0))));
+    const FrameResult frame =
+        simulation.step(false, one(moveTo(transformAt(simulation.scene(), "/crane"), Vec3d(20, 0, 0))));
     ASSERT_TRUE(frame.outcomes.front().result);
     EXPECT_EQ(frame.outcomes.front().stopped, std::vector{transformAt(simulation.scene(), "/crane")});
     EXPECT_LE(placeOf(simulation.scene(), "/crane").x(), 3.0);
@@ -119,8 +120,8 @@ TEST(Simulation, AGeometryWithAnIndexPastItsVerticesIsRefusedAndLeavesNoTrace) {
     (void)simulation.step(true, {});
     ChangeListBuilder bad;
     const std::uint32_t wild[3] = {0, 1, 1'000'000};
-    bad.set(simulation.scene().get<Node>(findNode(simulation.scene(), "/wall/bricks").value())->core, typeOf<Geometry>(),
-            field::kIndices, Blob::of(std::span<const std::uint32_t>(wild)));
+    bad.set(simulation.scene().get<Node>(findNode(simulation.scene(), "/wall/bricks").value())->core,
+            typeOf<Geometry>(), field::kIndices, Blob::of(std::span<const std::uint32_t>(wild)));
     // The crane's motion moves on in every frame: pause it to compare hashes.
     ChangeListBuilder pause;
     pause.set(simulation.scene().get<Node>(findNode(simulation.scene(), "/motion").value())->core, typeOf<Motion>(),
@@ -185,8 +186,8 @@ TEST(Simulation, AProposalMayNotChooseItsIds) {
 
 TEST(Simulation, ANonFiniteMoveIsRefusedInWords) {
     Simulation simulation = loaded(craneScene(false));
-    const FrameResult frame = simulation.step(
-        true, one(moveTo(transformAt(simulation.scene(), "/wall"), Vec3d(std::numeric_limits<double>::quiet_NaN(), 0, 0))));
+    const FrameResult frame = simulation.step(true, one(moveTo(transformAt(simulation.scene(), "/wall"),
+                                                               Vec3d(std::numeric_limits<double>::quiet_NaN(), 0, 0))));
     ASSERT_FALSE(frame.outcomes.front().result);
     EXPECT_EQ(placeOf(simulation.scene(), "/wall").x(), 4);
 }

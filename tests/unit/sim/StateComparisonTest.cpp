@@ -15,7 +15,8 @@ StateComparison::Step walk(StateComparison& comparison, const Aspect& scene, con
     const StateComparison::Step step = comparison.compare(leaves, scene);
     if (!step.queryLeaf) return step;
     server_action::HashesReceived objects{.host = "left", .objects = true, .entries = {}};
-    for (const Aspect::ObjectHash& object : replica.objectHashes(*step.queryLeaf)) objects.entries.push_back({object.id.value, object.hash});
+    for (const Aspect::ObjectHash& object : replica.objectHashes(*step.queryLeaf))
+        objects.entries.push_back({object.id.value, object.hash});
     return comparison.compare(objects, scene);
 }
 
