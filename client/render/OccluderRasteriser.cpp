@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace tessera {
@@ -11,63 +10,14 @@ namespace {
 
 /// No vertex may be displaced by more: the near end of an occluder is cut off where it would be.
 constexpr double kWorstDisplacementPx = 0.1;
-/// Greater than that displacement + half a step of a 1/256 grid + our own rounding of far-away pixels (1/16).
-constexpr double kMarkMarginPx = 0.25;
-/// Greater by the same again: a border that might touch a marked square unmarks it.
-constexpr double kUnmarkMarginPx = 0.45;
-/// Half a step of the grid that a rasteriser snaps vertices to, diagonally.
-constexpr double kSnapPx = 0.003;
-/// Nor is any triangle of use that is so flat that this grid decides how it lies.
+/// Nor is any triangle of use that is so flat that a grid of 1/256 pixel decides how it lies.
 constexpr double kFlattestPx = 0.02;
 /// A float counts sixteenths of a pixel up to here. What lies farther outside is left out.
 constexpr double kUtmostPx = 500'000;
 /// A patch that is smaller hides nothing worth the work.
 constexpr float kLeastExtentPx = 4;
-/// Rounding of an interpolated attribute, relative to what it would be at the far corner of the screen.
-constexpr double kPlaneRounding = 1.0 / (1 << 21);
-
-/// Four pixels at a time, in what g++ and clang make of it on any processor.
-using Floats4 = float __attribute__((vector_size(16)));
-using Ints4 = std::int32_t __attribute__((vector_size(16)));
-
-/// Lowers values[from..to] to max(base + step * x, least). `values` is a row of whole blocks.
-void lowerRow(float* values, int from, int to, float base, float step, float least) {
-    constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    const Floats4 leasts = {least, least, least, least};
-    const Floats4 infinities = {kInfinity, kInfinity, kInfinity, kInfinity};
-    const auto choose = [](const Ints4& mask, const Floats4& a, const Floats4& b) {
-        return reinterpret_cast<Floats4>((reinterpret_cast<Ints4>(a) & mask) | (reinterpret_cast<Ints4>(b) & ~mask));
-    };
-    for (int x = from & ~3; x <= to; x += 4) {
-        const Ints4 pixel = {x, x + 1, x + 2, x + 3};
-        const Ints4 inside = (pixel >= from) & (pixel <= to);
-        const Floats4 at = __builtin_convertvector(pixel, Floats4);
-        Floats4 depth = at * step + base;
-        depth = choose(depth < leasts, leasts, depth);
-        depth = choose(inside, depth, infinities);
-        Floats4 value;
-        std::memcpy(&value, values + x, sizeof value);
-        value = choose(depth < value, depth, value);
-        std::memcpy(values + x, &value, sizeof value);
-    }
-}
 
 }  // namespace
-
-/// Over the spans found last.
-template <typename F>
-void OccluderRasteriser::forEachTouchedRow(F&& f) {
-    float* row = values_.data() + static_cast<std::ptrdiff_t>(spans_.firstRow()) * columns_;
-    for (int y = spans_.firstRow(); y < spans_.endRow(); ++y, row += columns_) {
-        const int from = spans_.from(y);
-        const int to = spans_.to(y);
-        if (from > to) continue;
-        Touched& touched = touched_[static_cast<std::size_t>(y / OcclusionBuffer::kBlock)];
-        touched.from = std::min(touched.from, from);
-        touched.to = std::max(touched.to, to);
-        f(row, y, from, to);
-    }
-}
 
 OccluderRasteriser::Work OccluderRasteriser::add(const OccluderMesh& mesh, const Placed& placed,
                                                  const TileProjection& tile, OcclusionBuffer& buffer) {
@@ -78,19 +28,10 @@ OccluderRasteriser::Work OccluderRasteriser::add(const OccluderMesh& mesh, const
     nearest_ = std::max(1.01 * tile.nearMetres() + noise_, displacement / kWorstDisplacementPx);
     farthest_ = 0.999 * tile.farMetres() - noise_;
     Work work;
-    shift_ = tile.farther(0, noise_);
-    shrink_ = tile.farther(1, noise_) - shift_;
-    if (!(nearest_ < farthest_ && shrink_ > 0.5)) return work;
+    if (!(nearest_ < farthest_ && marks_.begin(tile, noise_, buffer))) return work;
     project(mesh, placed, tile);
     findSides(mesh, placed);
     findPatches(mesh);
-    if (columns_ != buffer.stridePx() || rows_ != buffer.rows()) {
-        columns_ = buffer.stridePx();
-        rows_ = buffer.rows();
-        values_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_),
-                       std::numeric_limits<float>::infinity());
-        touched_.assign(static_cast<std::size_t>(rows_ / OcclusionBuffer::kBlock), {});
-    }
     for (const Patch& patch : patches_) addPatch(mesh, patch, buffer, work);
     return work;
 }
@@ -279,7 +220,10 @@ void OccluderRasteriser::addPatch(const OccluderMesh& mesh, const Patch& patch, 
 
     const std::span<const std::uint32_t> members = std::span(ordered_).subspan(patch.first, patch.count);
     const std::span<const OccluderMesh::Triangle> triangles = mesh.triangles();
-    for (const std::uint32_t t : members) mark(polygonOf(mesh, t));
+    for (const std::uint32_t t : members) {
+        const Polygon polygon = polygonOf(mesh, t);
+        marks_.mark({polygon.corners, static_cast<std::size_t>(polygon.size)});
+    }
     for (const std::uint32_t t : members) {
         const auto& behind = triangles[t].behind;
         const bool clipped = sides_[t] == Side::kFrontClipped;
@@ -291,72 +235,10 @@ void OccluderRasteriser::addPatch(const OccluderMesh& mesh, const Patch& patch, 
         for (int i = 0; i < polygon.size; ++i) {
             const int edge = polygon.edges[i];
             if (edge >= 0 && !ends(behind[static_cast<std::size_t>(edge)])) continue;
-            unmark(polygon.corners[i], polygon.corners[i + 1 == polygon.size ? 0 : i + 1]);
+            marks_.unmark(polygon.corners[i], polygon.corners[i + 1 == polygon.size ? 0 : i + 1]);
         }
     }
-    for (int row = 0; row < static_cast<int>(touched_.size()); ++row) {
-        Touched& touched = touched_[static_cast<std::size_t>(row)];
-        if (touched.from > touched.to) continue;
-        const int from = touched.from / OcclusionBuffer::kBlock;
-        const int to = touched.to / OcclusionBuffer::kBlock;
-        buffer.merge(row, from, to, values_);
-        work.pixels += static_cast<std::uint64_t>(to - from + 1) * OcclusionBuffer::kBlock * OcclusionBuffer::kBlock;
-        touched = Touched();
-    }
-}
-
-void OccluderRasteriser::mark(const Polygon& polygon) {
-    double lowerX = polygon.corners[0].x;
-    double upperX = lowerX;
-    for (int i = 1; i < polygon.size; ++i) {
-        lowerX = std::min<double>(lowerX, polygon.corners[i].x);
-        upperX = std::max<double>(upperX, polygon.corners[i].x);
-    }
-    if (upperX + 1 < 0 || lowerX - 1 > columns_) return;
-
-    // Inverse depth as an affine function of the pixel, through the corners that span the greatest area: for a polygon
-    // clipped from one triangle all of them lie on it.
-    const ScreenPoint& a = polygon.corners[0];
-    double gradientX = 0;
-    double gradientY = 0;
-    double greatest = 0;
-    double least = a.depth;
-    for (int i = 1; i + 1 < polygon.size; ++i) {
-        const ScreenPoint& b = polygon.corners[i];
-        const ScreenPoint& c = polygon.corners[i + 1];
-        const double bx = double{b.x} - a.x;
-        const double by = double{b.y} - a.y;
-        const double cx = double{c.x} - a.x;
-        const double cy = double{c.y} - a.y;
-        const double area = bx * cy - by * cx;
-        if (std::abs(area) <= greatest) continue;
-        greatest = std::abs(area);
-        const double bd = double{b.depth} - a.depth;
-        const double cd = double{c.depth} - a.depth;
-        gradientX = (bd * cy - cd * by) / area;
-        gradientY = (cd * bx - bd * cx) / area;
-    }
-    for (int i = 1; i < polygon.size; ++i) least = std::min<double>(least, polygon.corners[i].depth);
-
-    const double slope = std::abs(gradientX) + std::abs(gradientY);
-    const double rounding = kPlaneRounding * slope * tile_->screenReachPx();
-    // The least over the grown square; nowhere less than at the lowest corner, as far as a sample can be outside.
-    const double drop = slope * (0.5 + kMarkMarginPx) + rounding;
-    const double lowest = (least - slope * 2 * kSnapPx - rounding) * shrink_ + shift_;
-    const auto floorDepth = static_cast<float>(std::max(0.0, lowest));
-    const auto step = static_cast<float>(gradientX * shrink_);
-    spans_.find({polygon.corners, static_cast<std::size_t>(polygon.size)}, kMarkMarginPx, columns_, rows_);
-    const double first = a.depth + gradientX * (0.5 - a.x) + gradientY * (0.5 - a.y) - drop;
-    forEachTouchedRow([&](float* row, int y, int from, int to) {
-        const auto base = static_cast<float>((first + gradientY * y) * shrink_ + shift_);
-        lowerRow(row, from, to, base, step, floorDepth);
-    });
-}
-
-void OccluderRasteriser::unmark(const ScreenPoint& from, const ScreenPoint& to) {
-    const ScreenPoint ends[2] = {from, to};
-    spans_.find(ends, kUnmarkMarginPx, columns_, rows_);
-    forEachTouchedRow([](float* row, int, int first, int last) { std::fill(row + first, row + last + 1, 0.0f); });
+    work.pixels += marks_.mergeInto(buffer);
 }
 
 }  // namespace tessera

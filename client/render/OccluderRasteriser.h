@@ -21,13 +21,12 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "client/render/OccluderMesh.h"
 #include "client/render/OcclusionBuffer.h"
-#include "client/render/RowSpans.h"
+#include "client/render/PatchMarks.h"
 #include "client/render/TileProjection.h"
 
 namespace tessera {
@@ -62,11 +61,6 @@ private:
         float lowerX, lowerY, upperX, upperY, nearest;
     };
 
-    struct Touched {
-        int from = std::numeric_limits<int>::max();
-        int to = -1;
-    };
-
     void project(const OccluderMesh& mesh, const Placed& placed, const TileProjection& tile);
     void findSides(const OccluderMesh& mesh, const Placed& placed);
     void findPatches(const OccluderMesh& mesh);
@@ -74,10 +68,6 @@ private:
     [[nodiscard]] Polygon polygonOf(const OccluderMesh& mesh, std::uint32_t triangle) const;
     [[nodiscard]] ScreenPoint clipEdge(const OccluderMesh::Point& from, const OccluderMesh::Point& to) const;
     [[nodiscard]] bool facesFront(const Polygon& polygon, bool mirrored) const;
-    void mark(const Polygon& polygon);
-    void unmark(const ScreenPoint& from, const ScreenPoint& to);
-    template <typename F>
-    void forEachTouchedRow(F&& f);
     [[nodiscard]] std::uint32_t rootOf(std::uint32_t triangle);
 
     const TileProjection* tile_ = nullptr;
@@ -85,8 +75,7 @@ private:
     double nearest_ = 0;  ///< what is nearer is clipped away, metres
     double farthest_ = 0;
     double noise_ = 0;
-    double shrink_ = 1, shift_ = 0;  ///< what noise takes off an inverse depth
-    double flattest_ = 0;            ///< triangles lower than this are left out, pixels
+    double flattest_ = 0;  ///< triangles lower than this are left out, pixels
     std::vector<ScreenPoint> points_;
     std::vector<Fate> fates_;
     std::vector<Side> sides_;
@@ -94,11 +83,7 @@ private:
     std::vector<std::uint32_t> patchOf_;
     std::vector<Patch> patches_;
     std::vector<std::uint32_t> ordered_;
-    /// Least inverse depth by pixel of the tile; between patches infinite everywhere.
-    std::vector<float> values_;
-    int columns_ = 0, rows_ = 0;
-    std::vector<Touched> touched_;  ///< by row of blocks: where the patch has written
-    RowSpans spans_;
+    PatchMarks marks_;
 };
 
 }  // namespace tessera

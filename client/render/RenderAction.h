@@ -39,7 +39,8 @@ struct CullCounts {
     std::uint64_t trianglesDrawn = 0;
 };
 
-/// Culls and orders for one tile. Conservative: what leaves no pixel may be left away, what leaves one never is.
+/// Culls and orders for one tile. Conservative: what leaves no pixel may be left away, what leaves one never is. Best
+/// one per tile: `masked` remembers what was hidden the last time, which speeds it up and changes no picture.
 class RenderAction {
 public:
     explicit RenderAction(CullerKind kind);
