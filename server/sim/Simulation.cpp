@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <tuple>
 #include <unordered_set>
 
 #include <fmt/format.h>
 
+#include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
@@ -76,11 +78,15 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits) {
     const auto begin = std::chrono::steady_clock::now();
     result.collision = pipeline_.step(scene(), tentative);
     result.collisionMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    bool handStopped = false;
     for (const ObjectId id : result.collision.stopped) {
         const auto wish = wishes.find(id);
-        if (wish != wishes.end() && !wish->second.motion) result.outcomes[wish->second.edit].stopped.push_back(id);
+        if (wish == wishes.end() || wish->second.motion) continue;
+        result.outcomes[wish->second.edit].stopped.push_back(id);
+        handStopped = true;
     }
     commitPoses(wishes, result.collision);
+    keepContacts(result.collision, handStopped);
     result.commit = committer_.closeFrame();
     return result;
 }
@@ -213,6 +219,30 @@ void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
     const Expected<Committer::Applied> applied = committer_.apply(list);
     TESSERA_CHECK(applied.has_value(), applied ? std::string() : applied.error().message);
     pipeline_.sceneChanged(scene(), &list);
+}
+
+void Simulation::keepContacts(StepResult& step, bool handStopped) {
+    const auto order = [](const Contact& c) { return std::tuple(c.objectA, c.objectB, c.faceA, c.faceB); };
+    std::erase_if(held_, [&](const Held& held) {
+        const auto stays = [&](ObjectId node, const Affine3d& pose) {
+            return scene().get<Node>(node) && worldTransform(scene(), node).matrix() == pose.matrix();
+        };
+        return !stays(held.contact.objectA, held.world_T_a) || !stays(held.contact.objectB, held.world_T_b);
+    });
+    if (handStopped) {
+        held_.clear();
+        for (const Contact& contact : step.contacts)
+            held_.push_back({.contact = contact,
+                             .world_T_a = worldTransform(scene(), contact.objectA),
+                             .world_T_b = worldTransform(scene(), contact.objectB)});
+        return;
+    }
+    if (held_.empty()) return;
+    for (const Held& held : held_) step.contacts.push_back(held.contact);
+    std::ranges::sort(step.contacts, {}, order);
+    const auto same = std::ranges::unique(step.contacts, {}, order);
+    step.contacts.erase(same.begin(), same.end());
+    if (step.contacts.size() > CollisionLimits().maxContacts) step.contacts.resize(CollisionLimits().maxContacts);
 }
 
 void Simulation::noteMotions(const ChangeList& list) {

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 
-#include <algorithm>
-#include <numeric>
-
+#include "common/base/Nearest.h"
 #include "server/import/reader/ImageDecoder.h"
 #include "server/import/reader/SceneShapes.h"
 
@@ -25,36 +23,7 @@ tl::unexpected<Error> failAt(const proto::scene::Place& place, const Error& erro
     return fail(error.code, fmt::format("{}:{}: {}", place.line(), place.column(), error.message));
 }
 
-std::size_t editDistance(const std::string& a, const std::string& b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-            diagonal = row[j];
-            row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
-        }
-    }
-    return row.back();
-}
-
 }  // namespace
-
-std::string nearestName(const std::set<std::string>& names, const std::string& wrong) {
-    std::string nearest;
-    if (wrong.size() > 64) return nearest;
-    std::size_t best = std::min<std::size_t>(wrong.size() / 2, 3) + 1;
-    for (const std::string& name : names) {
-        if (name.size() > 64) continue;
-        if (const std::size_t distance = editDistance(name, wrong); distance < best) {
-            best = distance;
-            nearest = name;
-        }
-    }
-    return nearest;
-}
 
 proto::scene::Place SceneExpander::Where::place() const {
     proto::scene::Place place;
@@ -72,7 +41,7 @@ const SceneExpander::Places* SceneExpander::Where::inside() const {
 Expected<void> SceneExpander::checkName(const std::set<std::string>& names, const std::string& name,
                                         const char* what) const {
     if (names.count(name) > 0) return {};
-    const std::string nearest = nearestName(names, name);
+    const std::string nearest = nearestName(name, std::vector<std::string>(names.begin(), names.end()));
     return fail(ErrorCode::kBadInput, fmt::format("there is no {} '{}'{}", what, name,
                                                   nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));
 }

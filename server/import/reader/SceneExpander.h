@@ -58,7 +58,4 @@ private:
     std::size_t nodes_ = 0;
 };
 
-/// The name in `names` that `wrong` was probably meant to be, or empty.
-[[nodiscard]] std::string nearestName(const std::set<std::string>& names, const std::string& wrong);
-
 }  // namespace tessera

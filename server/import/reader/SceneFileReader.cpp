@@ -5,8 +5,10 @@
 #include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/text_format.h>
 
-#include <set>
+#include <string>
+#include <vector>
 
+#include "common/base/Nearest.h"
 #include "server/import/SceneFileCheck.h"
 #include "server/import/reader/ReadScene.h"
 #include "server/import/reader/SceneExpander.h"
@@ -28,9 +30,9 @@ std::string explainUnknownField(const std::string& message) {
     field = field.substr(0, field.find('"'));
     const pb::Descriptor* type = pb::DescriptorPool::generated_pool()->FindMessageTypeByName(typeName);
     if (type == nullptr) return message;
-    std::set<std::string> names;
-    for (int i = 0; i < type->field_count(); ++i) names.insert(type->field(i)->name());
-    const std::string nearest = nearestName(names, field);
+    std::vector<std::string> names;
+    for (int i = 0; i < type->field_count(); ++i) names.push_back(type->field(i)->name());
+    const std::string nearest = nearestName(field, names);
     return fmt::format("{} has no '{}'{}", type->name(), field,
                        nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest));
 }

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <random>
 
-#include "tests/unit/image/TestFolder.h"
+#include "tests/unit/TestFolder.h"
 
 namespace tessera {
 namespace {

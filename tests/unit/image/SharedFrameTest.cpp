@@ -8,7 +8,7 @@
 #include <atomic>
 #include <thread>
 
-#include "tests/unit/image/TestFolder.h"
+#include "tests/unit/TestFolder.h"
 
 namespace tessera {
 namespace {

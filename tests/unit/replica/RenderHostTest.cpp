@@ -9,7 +9,7 @@
 #include "common/base/Channel.h"
 #include "common/codec/WallCodec.h"
 #include "tests/golden/TestScene.h"
-#include "tests/unit/replica/TestFolder.h"
+#include "tests/unit/TestFolder.h"
 
 namespace tessera {
 namespace {

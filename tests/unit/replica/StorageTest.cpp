@@ -8,7 +8,7 @@
 #include "client/replica/BlobShelf.h"
 #include "client/replica/DiskCache.h"
 #include "client/replica/Injection.h"
-#include "tests/unit/replica/TestFolder.h"
+#include "tests/unit/TestFolder.h"
 
 namespace tessera {
 namespace {

@@ -78,6 +78,20 @@ TEST(Simulation, WhatAPersonMovesObeysTheSameStop) {
     EXPECT_GT(placeOf(simulation.scene(), "/crane").x(), 2.9);
 }
 
+TEST(Simulation, WhatStoppedAHandStaysListedUntilOneOfTheTwoMoves) {
+    Simulation simulation = loaded(craneScene());
+    (void)simulation.step(true, {});
+    const ObjectId crane = transformAt(simulation.scene(), "/crane");
+    EXPECT_EQ(simulation.step(false, one(moveTo(crane, Vec3d(20, 0, 0)))).collision.contactsBegun, 1u);
+    for (int i = 0; i < 3; ++i) {
+        const FrameResult later = simulation.step(false, {});
+        EXPECT_FALSE(later.collision.contacts.empty()) << i;
+        EXPECT_EQ(later.collision.contactsBegun, 0u) << i;
+    }
+    (void)simulation.step(false, one(moveTo(crane, Vec3d(-2, 0, 0))));
+    EXPECT_TRUE(simulation.step(false, {}).collision.contacts.empty());
+}
+
 TEST(Simulation, AHandOnAMovingThingPausesItsMotionUntilToldOtherwise) {
     Simulation simulation = loaded(craneScene(false));
     (void)simulation.step(true, {});

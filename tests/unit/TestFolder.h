@@ -2,8 +2,8 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <cstdlib>
 
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 
@@ -12,7 +12,7 @@ namespace tessera::test {
 class TestFolder {
 public:
     TestFolder() {
-        std::string pattern = testing::TempDir() + "tessera-image-XXXXXX";
+        std::string pattern = testing::TempDir() + "tessera-test-XXXXXX";
         path_ = ::mkdtemp(pattern.data());
     }
     ~TestFolder() {
@@ -21,6 +21,7 @@ public:
     }
     TestFolder(const TestFolder&) = delete;
     TestFolder& operator=(const TestFolder&) = delete;
+    [[nodiscard]] const std::string& path() const { return path_; }
     [[nodiscard]] std::string operator/(const std::string& name) const { return path_ + "/" + name; }
 
 private:
