@@ -240,8 +240,8 @@ void Simulation::keepContacts(StepResult& step, bool handStopped) {
     if (held_.empty()) return;
     for (const Held& held : held_) step.contacts.push_back(held.contact);
     std::ranges::sort(step.contacts, {}, order);
-    const auto same = std::ranges::unique(step.contacts, {}, order);
-    step.contacts.erase(same.begin(), same.end());
+    const auto same = [&](const Contact& a, const Contact& b) { return order(a) == order(b); };
+    step.contacts.erase(std::unique(step.contacts.begin(), step.contacts.end(), same), step.contacts.end());
     if (step.contacts.size() > CollisionLimits().maxContacts) step.contacts.resize(CollisionLimits().maxContacts);
 }
 

@@ -8,7 +8,7 @@ namespace tessera {
 namespace {
 
 constexpr ObjectType kNode{1}, kMaterial{5};
-constexpr FieldId kName{1}, kRoughness{3};
+constexpr FieldId kRoughness{3};
 
 ChangeListPtr listOf(const std::function<void(ChangeListBuilder&)>& edit) {
     ChangeListBuilder builder;
