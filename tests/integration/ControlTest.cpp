@@ -14,7 +14,7 @@ using nlohmann::json;
 
 class Control : public testing::Test {
 protected:
-    Control() : wall_({.wall = "2x2"}) {}
+    Control() : wall_({}) {}
     void SetUp() override {
         ASSERT_FALSE(wall_.address().empty()) << wall_.server().output();
         for (const std::string& host : kFourHosts) wall_.startClient(host);

@@ -12,13 +12,6 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
-/// 2x2 with the given sync line.
-std::string wallFile(const TemporaryFolder& folder, const std::string& sync) {
-    std::string text = readText(std::string(TESSERA_SOURCE_DIR) + "/deploy/walls/2x2.wall");
-    const std::size_t at = text.find("sync");
-    return folder.write("wall.wall", text.substr(0, at) + "sync { " + sync + " }\n");
-}
-
 const json* findFault(const json& report, const std::string& host) {
     for (const json& fault : report["faults"])
         if (fault["host"] == host) return &fault;
@@ -65,7 +58,7 @@ TEST_F(Faults, KillingOneClientFreezesOnlyItsTileAndARestartedOneComesBack) {
 }
 
 TEST_F(Faults, AStoppedClientIsNoticedByItsSilenceAndRejoinsWhenItGoesOn) {
-    LiveWall wall({});
+    LiveWall wall({.wall = "2x2"});
     start(wall);
     wall.client("lower-right").signal(SIGSTOP);
     ASSERT_TRUE(wall.server().waitForText("lower-right: silent", 10s)) << wall.logs();
@@ -84,7 +77,7 @@ TEST_F(Faults, AStoppedClientIsNoticedByItsSilenceAndRejoinsWhenItGoesOn) {
 TEST_F(Faults, AHungDrawThreadIsFoundBehindItsHeartbeats) {
     const TemporaryFolder folder;
     LiveWall wall(
-        {.wall = wallFile(folder, "late_frame: WAIT frame_deadline_ms: 700 heartbeat_ms: 50 lost_after_ms: 300")});
+        {.wall = wallWithSync(folder, "late_frame: WAIT frame_deadline_ms: 700 heartbeat_ms: 50 lost_after_ms: 4000")});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     for (const std::string& host : kFourHosts)
         wall.startClient(host, host == "lower-left" ? std::vector<std::string>{"--inject", "draw-hang@20"}
@@ -92,6 +85,7 @@ TEST_F(Faults, AHungDrawThreadIsFoundBehindItsHeartbeats) {
     ASSERT_TRUE(wall.server().waitForText("lower-left: draw-stalled", 40s)) << wall.logs();
     expectOnlyFrozen(wall, "lower-left");
     EXPECT_LT(wall.shownFrame(tileOf("lower-left")), 20);
+    wall.client("lower-left").signal(SIGKILL);  // it would hang on
     const json report = wall.finish();
     const json* fault = findFault(report, "lower-left");
     ASSERT_TRUE(fault) << wall.logs();
@@ -101,8 +95,7 @@ TEST_F(Faults, AHungDrawThreadIsFoundBehindItsHeartbeats) {
 
 TEST_F(Faults, ALateHostEntersAtANamedFrame) {
     const TemporaryFolder folder;
-    LiveWall wall(
-        {.wall = wallFile(folder, "late_frame: WAIT start_deadline_ms: 1500 heartbeat_ms: 50 lost_after_ms: 250")});
+    LiveWall wall({.wall = wallWithSync(folder, "late_frame: WAIT start_deadline_ms: 1500 lost_after_ms: 4000")});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     for (const char* host : {"upper-left", "lower-right", "lower-left"}) wall.startClient(host);
     const auto missing = wall.server().waitForText("starting without: ", 30s);

@@ -10,16 +10,16 @@ namespace tessera::test {
 
 using namespace std::chrono_literals;
 
+std::string wallWithSync(const TemporaryFolder& folder, const std::string& sync) {
+    const std::string text = readText(std::string(TESSERA_SOURCE_DIR) + "/deploy/walls/2x2.wall");
+    return folder.write("2x2.wall", text.substr(0, text.find("sync {")) + "sync { " + sync + " }\n");
+}
+
 LiveWall::LiveWall(const LiveWallOptions& options) {
-    std::vector<std::string> command = {program("tessera-server"),
-                                        "--wall",
-                                        options.wall,
-                                        "--scene",
-                                        options.scene,
-                                        "--listen",
-                                        "127.0.0.1:0",
-                                        "--report",
-                                        folder_.path() + "/report.json"};
+    const std::string wall = options.wall.empty() ? wallWithSync(folder_, "lost_after_ms: 4000") : options.wall;
+    std::vector<std::string> command = {
+        program("tessera-server"),      "--wall", wall, "--scene", options.scene, "--listen", "127.0.0.1:0", "--report",
+        folder_.path() + "/report.json"};
     if (!options.size.empty()) command.insert(command.end(), {"--size", options.size, "--samples", "1"});
     command.insert(command.end(), options.server.begin(), options.server.end());
     server_ = std::make_unique<Process>(folder_.path(), "server", command);

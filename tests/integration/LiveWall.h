@@ -12,8 +12,12 @@
 
 namespace tessera::test {
 
+/// The shipped 2x2 wall with another sync line.
+[[nodiscard]] std::string wallWithSync(const TemporaryFolder& folder, const std::string& sync);
+
 struct LiveWallOptions {
-    std::string wall = "2x2";
+    /// Empty: the 2x2 wall with a patience that a loaded machine does not try; what is about silence says so.
+    std::string wall;
     std::string scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
     std::string size = "160x90";
     std::vector<std::string> server;  ///< more options of tessera-server

@@ -54,7 +54,7 @@ private:
 
 class Strangers : public testing::Test {
 protected:
-    Strangers() : wall_({.wall = "2x2"}) {}
+    Strangers() : wall_({}) {}
     void SetUp() override {
         ASSERT_FALSE(wall_.address().empty()) << wall_.server().output();
         for (const std::string& host : kFourHosts) wall_.startClient(host);
