@@ -69,8 +69,8 @@ std::vector<LightItem> defaultLights() {
     };
     // A key from the upper left in front (a default view looks along -Z), a weak cool fill from the right, a rim from
     // behind.
-    return {directional({0.5, -0.8, -0.6}, {0.95f, 0.91f, 0.85f}), directional({-0.8, -0.15, -0.5}, {0.2f, 0.23f, 0.28f}),
-            directional({0.1, -0.4, 0.9}, {0.22f, 0.22f, 0.22f})};
+    return {directional({0.5, -0.8, -0.6}, {0.66f, 0.63f, 0.58f}), directional({-0.8, -0.15, -0.5}, {0.07f, 0.09f, 0.12f}),
+            directional({0.1, -0.4, 0.9}, {0.15f, 0.15f, 0.15f})};
 }
 
 RenderScene::RenderScene() : impl_(std::make_unique<Impl>()) {}
