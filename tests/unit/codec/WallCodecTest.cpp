@@ -79,7 +79,7 @@ TEST(WallText, TakesAnyThreeCornersAndFourThatClose) {
     const std::string ll = "lower_left { x: -1.6 y: 0.6 z: 0 }", lr = "lower_right { x: 1.6 y: 0.6 z: 0 }";
     const std::string ul = "upper_left { x: -1.6 y: 2.4 z: 0 }", ur = "upper_right { x: 1.6 y: 2.4 z: 0 }";
     const std::string all = ll + " " + lr + " " + ul;
-    const Screen& expected = parseWall(kExample, "f")->screens[0];
+    const Screen expected = parseWall(kExample, "f")->screens[0];
     for (const std::string& corners : {lr + ul + ur, ll + ul + ur, ll + lr + ur, ll + lr + ul + ur}) {
         const Expected<Wall> wall = parseWall(replaced(kExample, all, corners), "f");
         ASSERT_TRUE(wall) << wall.error().message;
