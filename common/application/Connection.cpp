@@ -105,9 +105,9 @@ void Connection::on(const LinkEvent& event) {
 }
 
 void Connection::carryOut(ClientActions actions) {
-    std::deque<ClientAction> todo(std::make_move_iterator(actions.begin()), std::make_move_iterator(actions.end()));
+    std::deque<ClientAction> pending(std::make_move_iterator(actions.begin()), std::make_move_iterator(actions.end()));
     const auto more = [&](ClientActions next) {
-        todo.insert(todo.end(), std::make_move_iterator(next.begin()), std::make_move_iterator(next.end()));
+        pending.insert(pending.end(), std::make_move_iterator(next.begin()), std::make_move_iterator(next.end()));
     };
     const auto apply = [&](bool whole, std::uint64_t sequence, std::uint64_t hash, const SharedBytes& bytes) {
         if (options_.lists) {
@@ -117,9 +117,9 @@ void Connection::carryOut(ClientActions actions) {
         }
         more(session_.applied(sequence, hash));
     };
-    while (!todo.empty() && !ended_) {
-        const ClientAction action = std::move(todo.front());
-        todo.pop_front();
+    while (!pending.empty() && !ended_) {
+        const ClientAction action = std::move(pending.front());
+        pending.pop_front();
         if (const auto* send = std::get_if<client_action::Send>(&action)) {
             carryOut(*send);
         } else if (std::holds_alternative<client_action::OpenBulk>(action)) {

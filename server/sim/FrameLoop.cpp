@@ -244,13 +244,13 @@ void FrameLoop::Impl::beginFrame(TimePoint now) {
 }
 
 void FrameLoop::Impl::carryOut(ServerActions actions) {
-    std::deque<ServerAction> todo(std::make_move_iterator(actions.begin()), std::make_move_iterator(actions.end()));
+    std::deque<ServerAction> pending(std::make_move_iterator(actions.begin()), std::make_move_iterator(actions.end()));
     const auto more = [&](ServerActions next) {
-        todo.insert(todo.end(), std::make_move_iterator(next.begin()), std::make_move_iterator(next.end()));
+        pending.insert(pending.end(), std::make_move_iterator(next.begin()), std::make_move_iterator(next.end()));
     };
-    while (!todo.empty()) {
-        const ServerAction action = std::move(todo.front());
-        todo.pop_front();
+    while (!pending.empty()) {
+        const ServerAction action = std::move(pending.front());
+        pending.pop_front();
         if (const auto* wanted = std::get_if<server_action::SnapshotWanted>(&action)) {
             if (sceneReady) {
                 giveSnapshot(wanted->connection);
