@@ -5,36 +5,11 @@
 /// its work and gives up, saying so, where the count passes a bound; the answer never depends on time or threads.
 #pragma once
 
-#include <compare>
-#include <cstdint>
-#include <vector>
-
 #include "server/collision/mesh/AabbTree.h"
+#include "server/collision/mesh/QueryWork.h"
 #include "server/collision/mesh/TriangleContact.h"
 
 namespace tessera {
-
-/// Work done so far and allowed at most; hand the same one to many queries to bound them together.
-struct QueryWork {
-    std::uint64_t boxTests = 0;
-    std::uint64_t triangleTests = 0;
-    std::uint64_t limit = ~std::uint64_t{0};  ///< of both together
-    [[nodiscard]] bool exhausted() const { return boxTests + triangleTests >= limit; }
-};
-
-/// kUnknown: the work was exhausted before anything was found. Whoever must be safe takes it for a yes.
-enum class Touch : std::uint8_t { kNo, kYes, kUnknown };
-
-struct FacePair {
-    std::uint32_t a = 0;
-    std::uint32_t b = 0;
-    auto operator<=>(const FacePair&) const = default;
-};
-
-struct FacePairs {
-    std::vector<FacePair> pairs;  ///< ascending
-    bool complete = true;         ///< false: the work was exhausted, there may be more
-};
 
 [[nodiscard]] Touch anyTouching(const AabbTree& a, const AabbTree& b, const Affine3d& a_T_b, QueryWork& work);
 [[nodiscard]] FacePairs allTouching(const AabbTree& a, const AabbTree& b, const Affine3d& a_T_b, QueryWork& work);

@@ -1,0 +1,35 @@
+/// Which triangles of two bodies meet?
+///
+/// `a_T_b` maps B's frame to A's; any finite affine map will do (non-uniform scale, mirroring and flattening included).
+/// Every yes and no is trianglesIntersect's on A's vertices and on B's vertices mapped to A's frame in double, so answers
+/// do not depend on the kind of tree, the instruction set or the number of threads. Every query counts its work and gives
+/// up, saying so, where the count passes its limit.
+#pragma once
+
+#include "common/math/Types.h"
+#include "server/collision/mesh/QueryWork.h"
+#include "server/collision/tree/TriangleTree.h"
+
+namespace tessera {
+
+class Workers;
+
+/// How a k-DOP is bounded in the other body's directions (volume/README.md).
+enum class Realignment : std::uint8_t {
+    kBoxEnclosure,  ///< of its axis-aligned box
+    kThreePlanes,   ///< weighted sums of three of its planes
+    kTable,         ///< its support profile; trees of 14, 18 or 26 directions built with one. Rotations and uniform
+                    ///< scale only: for other maps three planes are used
+};
+
+struct TouchOptions {
+    Realignment realignment = Realignment::kThreePlanes;
+    Workers* workers = nullptr;  ///< null: the calling thread alone
+};
+
+[[nodiscard]] Touch anyTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
+                                const TouchOptions& options = {});
+[[nodiscard]] FacePairs allTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
+                                    const TouchOptions& options = {});
+
+}  // namespace tessera

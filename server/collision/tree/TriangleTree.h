@@ -1,0 +1,65 @@
+/// The hierarchy of the pairwise stage: bounding volumes over a mesh, in wide nodes that vector units test at once.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "common/base/Error.h"
+#include "server/collision/mesh/TriangleMesh.h"
+
+namespace tessera {
+
+/// What bounds the triangles below a node. Oriented boxes fit surfaces best; k-DOPs are cheaper to test and to refit.
+enum class VolumeKind : std::uint8_t { kSphere, kAabb, kObb, kDop6, kDop14, kDop18, kDop26 };
+
+/// How a set of triangles is divided in two; a node is three or four such divisions deep.
+enum class SplitRule : std::uint8_t {
+    kSurfaceArea,         ///< binned surface-area heuristic (the default)
+    kLongestSideMedian,   ///< half of the triangles to each side
+    kLongestSideMean,     ///< at the mean of their centres
+    kMinimumVolume,       ///< least sum of volume · count over the bins
+};
+
+struct TreeOptions {
+    VolumeKind volume = VolumeKind::kObb;
+    SplitRule split = SplitRule::kSurfaceArea;
+};
+
+struct TreeStorage;
+
+/// Owns its mesh. Any number of threads may query it at once, none while it is refitted or rebuilt. The same mesh gives
+/// the same tree on every processor; queries answer the same with every volume and every split.
+class TriangleTree {
+public:
+    explicit TriangleTree(TriangleMesh mesh, const TreeOptions& options = {});
+    ~TriangleTree();
+    TriangleTree(TriangleTree&&) noexcept;
+    TriangleTree& operator=(TriangleTree&&) noexcept;
+
+    [[nodiscard]] const TriangleMesh& mesh() const;
+    [[nodiscard]] const TreeOptions& options() const;
+
+    /// Follows a deformation: one new position per vertex of the mesh, the same triangles. The division stays, the
+    /// volumes are fitted again. kBadInput as TriangleMesh::make; the tree is unchanged then.
+    Expected<void> refit(std::span<const Vec3d> positions);
+    /// How much dearer queries have become since the last build, by the sizes of the volumes: 1 at once after it;
+    /// above kRebuildAbove a rebuild pays.
+    [[nodiscard]] double decay() const;
+    static constexpr double kRebuildAbove = 1.6;
+    /// Divides the mesh, as it is now, anew.
+    void rebuild();
+
+    /// All that it holds: mesh, nodes, leaves.
+    [[nodiscard]] std::size_t memoryBytes() const;
+    /// Nodes on the longest way down.
+    [[nodiscard]] std::size_t depth() const;
+
+    /// For the queries of this library.
+    [[nodiscard]] const TreeStorage& storage() const { return *storage_; }
+
+private:
+    std::unique_ptr<TreeStorage> storage_;
+};
+
+}  // namespace tessera
