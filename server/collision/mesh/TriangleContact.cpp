@@ -199,8 +199,6 @@ TriangleContact contactOf(const Triangle& a, const Triangle& b) {
     return contact;
 }
 
-namespace {
-
 /// Nearest point of a triangle to p (C. Ericson, Real-Time Collision Detection, 5.1.5).
 Vec3d nearestOnTriangle(const Triangle& t, const Vec3d& p) {
     const Vec3d ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
@@ -250,8 +248,6 @@ NearestPoints nearestOnSegments(const Vec3d& p1, const Vec3d& q1, const Vec3d& p
     out.distance = (out.onA - out.onB).norm();
     return out;
 }
-
-}  // namespace
 
 double penetration(const Triangle& a, const Triangle& b) {
     double least = std::numeric_limits<double>::infinity();

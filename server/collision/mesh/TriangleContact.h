@@ -30,6 +30,10 @@ struct NearestPoints {
 /// Nearest points of the edges and corners of one to the other; of two triangles that do not meet, the nearest points.
 [[nodiscard]] NearestPoints nearestPoints(const Triangle& a, const Triangle& b);
 
+/// Of the closed segments p1 q1 and p2 q2; points are segments too.
+[[nodiscard]] NearestPoints nearestOnSegments(const Vec3d& p1, const Vec3d& q1, const Vec3d& p2, const Vec3d& q2);
+[[nodiscard]] Vec3d nearestOnTriangle(const Triangle& t, const Vec3d& p);
+
 /// The unit normal on the side from which the corners run counter-clockwise; zero where there is no area.
 [[nodiscard]] Vec3d outside(const Triangle& t);
 

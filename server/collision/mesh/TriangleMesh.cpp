@@ -49,4 +49,17 @@ Expected<TriangleMesh> TriangleMesh::make(std::span<const double> positions, std
     return makeFrom(positions, indices, limits);
 }
 
+Expected<void> TriangleMesh::move(std::span<const Vec3d> positions) {
+    if (positions.size() != positions_.size())
+        return fail(ErrorCode::kBadInput,
+                    std::to_string(positions.size()) + " positions for " + std::to_string(positions_.size()) + " vertices");
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        if (!(positions[i].cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= TriangleMeshLimits{}.maxCoordinate))
+            return fail(ErrorCode::kBadInput, "vertex " + std::to_string(i) + " has a coordinate that is not finite or too large");
+    positions_.assign(positions.begin(), positions.end());
+    bounds_ = {};
+    for (const std::uint32_t index : indices_) bounds_.extend(positions_[index]);
+    return {};
+}
+
 }  // namespace tessera

@@ -18,7 +18,7 @@ struct TriangleMeshLimits {
     double maxCoordinate = 1e50;
 };
 
-/// Immutable. Face = the triangle's index in the order given. Duplicate and degenerate triangles, open and non-manifold
+/// Immutable but for `move`. Face = the triangle's index in the order given. Duplicate and degenerate triangles, open and non-manifold
 /// meshes are all right; an empty mesh meets nothing.
 class TriangleMesh {
 public:
@@ -32,8 +32,17 @@ public:
                                                      std::span<const std::uint32_t> indices,
                                                      const TriangleMeshLimits& limits = {});
 
+    /// Takes new positions, one per vertex; the triangles stay. kBadInput, and nothing is changed, for another number of
+    /// vertices or for coordinates that make() would refuse.
+    Expected<void> move(std::span<const Vec3d> positions);
+
     [[nodiscard]] std::size_t faceCount() const { return indices_.size() / 3; }
     [[nodiscard]] std::size_t vertexCount() const { return positions_.size(); }
+    [[nodiscard]] std::span<const Vec3d> positions() const { return positions_; }
+    [[nodiscard]] std::size_t memoryBytes() const {
+        return positions_.size() * sizeof(Vec3d) + indices_.size() * sizeof(std::uint32_t);
+    }
+    [[nodiscard]] std::uint32_t vertexOf(std::uint32_t face, unsigned i) const { return indices_[3 * face + i]; }
     [[nodiscard]] const Vec3d& corner(std::uint32_t face, unsigned i) const {
         return positions_[indices_[3 * face + i]];
     }

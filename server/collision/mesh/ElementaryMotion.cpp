@@ -1,0 +1,219 @@
+#include "server/collision/mesh/ElementaryMotion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/math/Box.h"
+#include "server/collision/mesh/Predicates.h"
+
+namespace tessera {
+
+namespace {
+
+template <std::size_t N>
+using Corners = std::array<Vec3d, N>;
+
+/// Corners on their way, seen from an origin near to them.
+template <std::size_t N>
+struct Moving {
+    Corners<N> start, end;
+    [[nodiscard]] Corners<N> at(double t) const {
+        Corners<N> out;
+        for (std::size_t i = 0; i < N; ++i) out[i] = (1 - t) * start[i] + t * end[i];
+        return out;
+    }
+};
+
+template <std::size_t N>
+Box swept(const Corners<N>& start, const Corners<N>& end) {
+    Box box;
+    for (std::size_t i = 0; i < N; ++i) {
+        box.extend(start[i]);
+        box.extend(end[i]);
+    }
+    return box;
+}
+
+/// Open interval of times; empty where it does not hold the moment in question.
+struct Times {
+    double from = 0, to = 1;
+};
+
+/// Narrows to the times at which a gap is positive that runs linearly from g0 to g1 over [0, 1]. Both are lower bounds
+/// already; the quotients round towards less.
+void keepPositive(double g0, double g1, Times& times) {
+    constexpr double kOutwards = 8 * exact::kRounding;
+    if (g0 > 0 && g1 > 0) return;
+    if (g0 > 0)
+        times.to = std::min(times.to, g0 / (g0 - g1) * (1 - kOutwards));
+    else if (g1 > 0)
+        times.from = std::max(times.from, g0 / (g0 - g1) * (1 + kOutwards));
+    else
+        times.to = 0;
+}
+
+template <std::size_t NA, std::size_t NB>
+class Advancement {
+public:
+    Advancement(const Moving<NA>& a, const Moving<NB>& b, double slack) : a_(a), b_(b) {
+        double reach = 0;
+        for (const Corners<NA>* c : {&a.start, &a.end})
+            for (const Vec3d& p : *c) reach = std::max(reach, p.cwiseAbs().maxCoeff());
+        for (const Corners<NB>* c : {&b.start, &b.end})
+            for (const Vec3d& p : *c) reach = std::max(reach, p.cwiseAbs().maxCoeff());
+        // The header's analysis; the last summand is for products that underflow.
+        perUnit_ = 24 * exact::kRounding * reach;
+        fixed_ = 2.001 * slack + 1e-290;
+    }
+
+    /// The times at which the direction, of about unit length, separates A (behind) from B.
+    [[nodiscard]] Times separated(const Vec3d& n) const {
+        const double error = perUnit_ * n.cwiseAbs().sum() + fixed_;
+        std::array<double, NA> a0, a1;
+        std::array<double, NB> b0, b1;
+        for (std::size_t i = 0; i < NA; ++i) {
+            a0[i] = n.dot(a_.start[i]) + error;
+            a1[i] = n.dot(a_.end[i]) + error;
+        }
+        for (std::size_t j = 0; j < NB; ++j) {
+            b0[j] = n.dot(b_.start[j]);
+            b1[j] = n.dot(b_.end[j]);
+        }
+        Times times{0, 1};
+        for (std::size_t i = 0; i < NA; ++i)
+            for (std::size_t j = 0; j < NB; ++j) keepPositive(b0[j] - a0[i], b1[j] - a1[i], times);
+        return times;
+    }
+
+    /// Does a direction that turns linearly from n0 to n1 separate them all the way between the moments of two pairs
+    /// of places? Every gap is then a quadratic polynomial; it is positive where its Bernstein coefficients are.
+    [[nodiscard]] bool separatedThroughout(const Corners<NA>& a0, const Corners<NB>& b0, const Vec3d& n0,
+                                           const Corners<NA>& a1, const Corners<NB>& b1, const Vec3d& n1) const {
+        const double error = perUnit_ * std::max(n0.cwiseAbs().sum(), n1.cwiseAbs().sum()) + fixed_;
+        for (std::size_t i = 0; i < NA; ++i)
+            for (std::size_t j = 0; j < NB; ++j) {
+                const Vec3d gap0 = b0[j] - a0[i], gap1 = b1[j] - a1[i];
+                if (!(n0.dot(gap0) > error && n1.dot(gap1) > error && 0.5 * (n0.dot(gap1) + n1.dot(gap0)) > error))
+                    return false;
+            }
+        return true;
+    }
+
+private:
+    const Moving<NA>& a_;
+    const Moving<NB>& b_;
+    double perUnit_, fixed_;
+};
+
+Vec3d unitOrZero(const Vec3d& v) {
+    const double length = v.stableNorm();
+    return length > 0 ? Vec3d(v / length) : Vec3d(Vec3d::Zero());
+}
+
+/// The first steps go by the nearest points alone, which mostly is enough.
+constexpr std::uint32_t kStepsAlone = 3;
+
+/// `nearest(cornersA, cornersB)`: the nearest points. `across(cornersA, cornersB)`: a direction square to the
+/// features, of either sense, for gaps so small that the nearest points have none.
+template <std::size_t NA, std::size_t NB, typename Nearest, typename Across>
+ElementaryImpact advance(const Corners<NA>& aStart, const Corners<NA>& aEnd, const Corners<NB>& bStart,
+                         const Corners<NB>& bEnd, const ElementaryOptions& options, Nearest&& nearest,
+                         Across&& across) {
+    ElementaryImpact out;
+    out.t = options.upTo;
+    const Box boxA = swept(aStart, aEnd), boxB = swept(bStart, bEnd);
+    // Comparisons of what was given: nothing is rounded but the slack's sum.
+    const double slack = 2.001 * options.slack;
+    if (((boxB.lower - boxA.upper).array() > slack).any() || ((boxA.lower - boxB.upper).array() > slack).any())
+        return out;
+
+    const Vec3d origin = 0.5 * (boxA.lower.cwiseMax(boxB.lower) + boxA.upper.cwiseMin(boxB.upper));
+    Moving<NA> a{aStart, aEnd};
+    Moving<NB> b{bStart, bEnd};
+    for (Corners<NA>* c : {&a.start, &a.end})
+        for (Vec3d& p : *c) p -= origin;
+    for (Corners<NB>* c : {&b.start, &b.end})
+        for (Vec3d& p : *c) p -= origin;
+    const Advancement<NA, NB> advancement(a, b, options.slack);
+
+    double t = 0, before = 0, distanceBefore = 0, boldness = 1;
+    for (;;) {
+        ++out.steps;
+        const Corners<NA> aNow = a.at(t);
+        const Corners<NB> bNow = b.at(t);
+        const NearestPoints near = nearest(aNow, bNow);
+        const Vec3d n = unitOrZero(near.onB - near.onA);
+        const auto reached = [&](const Vec3d& direction) {
+            const Times times = advancement.separated(direction);
+            return times.from <= t && times.to > t ? times.to : t;
+        };
+        double next = reached(n);
+        const bool within = near.distance <= options.tolerance;
+        if (out.steps > kStepsAlone && next < options.upTo && !within) {
+            const bool nearing = near.distance < distanceBefore;
+            const double target = nearing ? t + near.distance * (t - before) / (distanceBefore - near.distance) : 1.0;
+            const double then = t + boldness * (std::min(target, options.upTo) - t);
+            const Corners<NA> aThen = a.at(then);
+            const Corners<NB> bThen = b.at(then);
+            const NearestPoints nearThen = nearest(aThen, bThen);
+            const bool ok = advancement.separatedThroughout(aNow, bNow, n, aThen, bThen,
+                                                            unitOrZero(nearThen.onB - nearThen.onA));
+            boldness = ok ? std::min(1.0, 2 * boldness) : 0.5 * boldness;
+            if (ok) next = std::max(next, then);
+        }
+        if ((within && next < options.upTo) || next <= t) {
+            const Vec3d square = unitOrZero(across(aNow, bNow));
+            next = std::max({next, reached(square), reached(-square)});
+        }
+        if (next >= options.upTo) return out;
+        const bool stalled = next <= t;
+        out.complete = stalled || within || out.steps < options.mostSteps;
+        if (stalled || within || !out.complete) {
+            out.hit = true;
+            out.t = t;
+            out.distance = near.distance;
+            out.onA = near.onA + origin;
+            out.onB = near.onB + origin;
+            return out;
+        }
+        before = t;
+        distanceBefore = near.distance;
+        t = next;
+    }
+}
+
+}  // namespace
+
+ElementaryImpact vertexFaceImpact(const Vec3d& vertexStart, const Vec3d& vertexEnd, const Triangle& faceStart,
+                                  const Triangle& faceEnd, const ElementaryOptions& options) {
+    const auto nearest = [](const Corners<1>& p, const Triangle& f) {
+        const Vec3d q = nearestOnTriangle(f, p[0]);
+        return NearestPoints{p[0], q, (q - p[0]).norm()};
+    };
+    const auto across = [](const Corners<1>&, const Triangle& f) { return outside(f); };
+    return advance<1, 3>({vertexStart}, {vertexEnd}, faceStart, faceEnd, options, nearest, across);
+}
+
+ElementaryImpact edgeEdgeImpact(const Edge& aStart, const Edge& aEnd, const Edge& bStart, const Edge& bEnd,
+                                const ElementaryOptions& options) {
+    const auto nearest = [](const Edge& a, const Edge& b) { return nearestOnSegments(a[0], a[1], b[0], b[1]); };
+    const auto across = [](const Edge& a, const Edge& b) -> Vec3d { return (a[1] - a[0]).cross(b[1] - b[0]); };
+    return advance<2, 2>(aStart, aEnd, bStart, bEnd, options, nearest, across);
+}
+
+ElementaryImpact trianglesImpact(const Triangle& aStart, const Triangle& aEnd, const Triangle& bStart,
+                                 const Triangle& bEnd, const ElementaryOptions& options) {
+    const auto nearest = [](const Triangle& a, const Triangle& b) {
+        NearestPoints near = nearestPoints(a, b);
+        // The nearest points of edges and corners are apart where an edge goes through the other's inside.
+        if (near.distance > 0 && trianglesIntersect(a, b)) near = {near.onA, near.onA, 0};
+        return near;
+    };
+    const auto across = [](const Triangle& a, const Triangle& b) {
+        const Vec3d n = outside(a);
+        return n != Vec3d::Zero() ? n : outside(b);
+    };
+    return advance<3, 3>(aStart, aEnd, bStart, bEnd, options, nearest, across);
+}
+
+}  // namespace tessera

@@ -1,0 +1,92 @@
+#include "server/collision/query/PairFrame.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/collision/tree/TreeStorage.h"
+#include "server/collision/volume/Realignment.h"
+
+namespace tessera {
+namespace {
+
+using kernel::PairFrame;
+
+/// Beyond this, cubes of lengths leave float.
+constexpr double kMostStretch = 1e9;
+/// A position goes through at most some dozen roundings of 2^-24 of the lengths involved.
+constexpr double kSlack = 4e-6;
+
+void setRows(float (&out)[9], const Mat3d& m) {
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column) out[3 * row + column] = static_cast<float>(m(row, column));
+}
+
+DirectionSet directionsOf(VolumeKind kind) {
+    switch (kind) {
+        case VolumeKind::kDop14: return DirectionSet::k14;
+        case VolumeKind::kDop18: return DirectionSet::k18;
+        case VolumeKind::kDop26: return DirectionSet::k26;
+        default: return DirectionSet::k6;
+    }
+}
+
+/// What holds the whole tree.
+KDop whole(const TreeStorage& tree, DirectionSet set) {
+    KDop dop(set);
+    const std::size_t n = dop.count();
+    for (std::size_t i = 0; i < n; ++i) {
+        dop.upper[i] = static_cast<double>(tree.volumes[i].lane[0]);
+        dop.lower[i] = -static_cast<double>(tree.volumes[n + i].lane[0]);
+    }
+    return dop;
+}
+
+void realign(kernel::Realigned& out, const TreeStorage& from, const TreeStorage& to, const Affine3d& to_T_from, Realignment how) {
+    const DirectionSet source = directionsOf(from.options.volume), target = directionsOf(to.options.volume);
+    const PlaneChoice choice = how == Realignment::kBoxEnclosure ? PlaneChoice::kBoxEnclosure : PlaneChoice::kThreePlanes;
+    const FloatPlaneWeights weights = forKernels(PlaneWeights::make(source, target, to_T_from, choice), whole(from, source));
+    for (std::size_t i = 0; i < 2 * directionCount(target); ++i) {
+        std::copy_n(weights.plane[i], 3, out.plane[i]);
+        std::copy_n(weights.weight[i], 3, out.weight[i]);
+        out.offset[i] = weights.offset[i];
+    }
+}
+
+}  // namespace
+
+PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, Realignment realignment) {
+    const TreeStorage &ta = a.storage(), &tb = b.storage();
+    Affine3d own = Affine3d::Identity();  // B's own coordinates to A's
+    own.linear() = a_T_b.linear() * (ta.unit / tb.unit);
+    own.translation() = (a_T_b * tb.centre - ta.centre) * ta.unit;
+
+    PairFrame f{};
+    const Mat3d gram = own.linear().transpose() * own.linear();
+    const double scale = std::sqrt(gram.trace() / 3);
+    const double largest = std::max(own.linear().norm(), own.translation().norm());
+    if (!(largest <= kMostStretch)) {
+        f.slack = f.slackB = 1e30f;
+        f.scale = 1;
+        return f;
+    }
+    f.similarity = scale > 1e-9 && (gram - scale * scale * Mat3d::Identity()).cwiseAbs().maxCoeff() <= 1e-9 * scale * scale;
+    f.scale = f.similarity ? static_cast<float>(scale) : 1;
+    setRows(f.linear, own.linear());
+    setRows(f.axes, f.similarity ? Mat3d(own.linear() / scale) : Mat3d(own.linear()));
+    for (int i = 0; i < 3; ++i) f.translation[i] = static_cast<float>(own.translation()[i]);
+    const double stretch = f.similarity ? scale : own.linear().norm();  // Frobenius' norm bounds the largest singular value
+    f.stretch = static_cast<float>(stretch * (1 + 1e-6));
+    // The coordinates that a_T_b itself is rounded in count too: those of the exact test are near |a_T_b · x|.
+    const double inDouble = 1e-15 * ta.unit * (a_T_b.linear().cwiseAbs() * (tb.centre.cwiseAbs() + Vec3d::Constant(1 / tb.unit)) +
+                                               a_T_b.translation().cwiseAbs() + ta.centre.cwiseAbs()).norm();
+    const double slack = kSlack * (ta.radius + stretch * tb.radius + own.translation().norm()) + inDouble;
+    f.slack = static_cast<float>(slack * (1 + 1e-6));
+    f.slackB = f.similarity ? static_cast<float>(slack / scale * (1 + 1e-6)) : 1e30f;
+    f.bothWays = f.similarity && ta.options.volume == VolumeKind::kAabb && tb.options.volume == VolumeKind::kAabb;
+    const auto isDop = [](VolumeKind kind) { return kind != VolumeKind::kSphere && kind != VolumeKind::kObb; };
+    if (isDop(ta.options.volume)) realign(f.bInA, tb, ta, own, realignment);
+    if (f.bothWays) realign(f.aInB, ta, tb, own.inverse(Eigen::Affine), realignment);
+    return f;
+}
+
+}  // namespace tessera

@@ -1,0 +1,14 @@
+/// The relative pose of two trees as the kernels take it.
+#pragma once
+
+#include "server/collision/query/TouchQuery.h"
+#include "server/collision/tree/KernelTypes.h"
+
+namespace tessera {
+
+/// Of trees that are not empty. For maps that no float can hold, the slack is so large that every volume and every pair of
+/// triangles passes: slow, but the answers stay right.
+[[nodiscard]] kernel::PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
+                                          Realignment realignment = Realignment::kThreePlanes);
+
+}  // namespace tessera

@@ -1,0 +1,96 @@
+/// What the vector kernels and the rest of the library hand each other. Plain data: this header is compiled into files
+/// of different instruction sets and must bring no inline function with it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera::kernel {
+
+inline constexpr unsigned kWidth = 16;         ///< children of a node
+inline constexpr unsigned kLeafFaces = 4;      ///< triangles of a leaf, at most
+inline constexpr unsigned kLeafRows = 9;       ///< x, y, z of three corners
+inline constexpr unsigned kMostHalfPlanes = 26;
+inline constexpr std::uint32_t kNoChild = 0xffffffffu;
+inline constexpr std::uint32_t kLeafBit = 0x80000000u;
+
+/// A child: kNoChild; an inner node's index; or kLeafBit | leaf << 2 | triangles - 1.
+using ChildRef = std::uint32_t;
+/// A place in a node, node · kWidth + child: it stands for the subtree below. Slot 0 is the whole tree.
+using Slot = std::uint32_t;
+
+/// A tree's arrays, in its own coordinates: the model's less its centre. Rows are structures of arrays: row r of node n
+/// begins at volumes + (n · rows + r) · kWidth; of leaf l at corners + (l · kLeafRows + r) · kLeafFaces.
+/// Rows of a sphere: centre, radius. Of an oriented box: centre, three unit axes, three half sides. Of a k-DOP: the
+/// largest x · d over the triangles for its k directions d, where direction i + k/2 is the opposite of i.
+struct TreeView {
+    const float* volumes = nullptr;
+    const ChildRef* children = nullptr;
+    const float* corners = nullptr;
+    const std::uint32_t* faces = nullptr;
+};
+
+/// A k-DOP seen from the other body: new plane i = sum of weight · plane over three planes + offset.
+struct Realigned {
+    std::uint8_t plane[kMostHalfPlanes][3];
+    float weight[kMostHalfPlanes][3];
+    float offset[kMostHalfPlanes];
+};
+
+/// The relative pose of one query, for trees in their own coordinates.
+struct PairFrame {
+    float linear[9];       ///< B to A, row by row
+    float translation[3];
+    float axes[9];         ///< linear / scale, for a similarity; else linear
+    float scale;           ///< of a similarity; else 1
+    float stretch;         ///< no length grows by more
+    bool similarity;
+    float slack;           ///< more than what rounding can do to any position, in A's lengths
+    float slackB;          ///< the same in B's lengths
+    bool bothWays;         ///< b_T_a exists: k-DOPs may be compared in B's frame too
+    Realigned bInA, aInB;
+};
+
+struct SlotPair {
+    Slot a, b;
+};
+
+/// Where a walk puts what it finds, and what it has done.
+struct TouchSink {
+    /// Pairs of faces that may meet. `flush` is called when `capacity` is near, and after every leaf pair with
+    /// candidates where `eager`; it empties the list and returns true to end the walk.
+    std::uint32_t* facesA;
+    std::uint32_t* facesB;
+    std::uint32_t count;
+    std::uint32_t capacity;
+    bool eager;
+    bool (*flush)(TouchSink& sink, void* context);
+    void* context;
+    /// Not walked into but put here where `levels` runs out: tasks for later.
+    SlotPair* later;
+    std::uint32_t laterCount;
+    std::uint32_t laterCapacity;
+    std::uint64_t nodeTests;
+    std::uint64_t triangleTests;
+    std::uint64_t limit;  ///< of both
+    bool exhausted;
+};
+
+/// Most candidates that one pair of leaves can bring.
+inline constexpr unsigned kLeafPairs = kLeafFaces * kLeafFaces;
+
+enum class Shape : std::uint8_t { kSphere, kObb, kDop6, kDop14, kDop18, kDop26 };
+inline constexpr unsigned kShapes = 6;
+
+/// Walks down from one overlapping pair of slots. levels: how deep to go before pairs are put into `later`.
+using TouchWalk = bool (*)(const TreeView& a, const TreeView& b, const PairFrame& frame, SlotPair start, unsigned levels,
+                           TouchSink& sink);
+/// Do the volumes of a pair of slots overlap?
+using SlotTest = bool (*)(const TreeView& a, const TreeView& b, const PairFrame& frame, SlotPair pair);
+
+struct TreeKernels {
+    TouchWalk touch[kShapes];
+    SlotTest overlap[kShapes];
+};
+
+}  // namespace tessera::kernel

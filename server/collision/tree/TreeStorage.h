@@ -1,0 +1,48 @@
+/// What a TriangleTree holds; for the queries of this library, not for their users.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/collision/tree/KernelTypes.h"
+#include "server/collision/tree/TriangleTree.h"
+
+namespace tessera {
+
+struct TreeStorage {
+    struct alignas(64) VolumeRow {
+        float lane[kernel::kWidth];
+    };
+    struct alignas(16) LeafRow {
+        float lane[kernel::kLeafFaces];
+    };
+    static constexpr std::uint32_t kNoFace = 0xffffffffu;
+
+    TriangleMesh mesh;
+    TreeOptions options;
+    /// The tree's own coordinates are (x - centre) · unit, small numbers near 0 whatever the model's are.
+    Vec3d centre = Vec3d::Zero();
+    double unit = 1;    ///< a power of two: `radius` is at most 1
+    double radius = 0;  ///< no vertex of a triangle is farther from the centre, in own coordinates
+    std::size_t depth = 0;
+    double cost = 0;       ///< expected cost of a query, in arbitrary units
+    double builtCost = 0;  ///< after the last build
+    /// Node 0 has one child, the whole. Empty for an empty mesh.
+    std::vector<kernel::ChildRef> children;
+    std::vector<std::uint32_t> leafFaces;  ///< kLeafFaces per leaf, kNoFace where there are fewer
+    std::vector<VolumeRow> volumes;
+    std::vector<LeafRow> corners;
+
+    [[nodiscard]] bool empty() const { return children.empty(); }
+    [[nodiscard]] std::size_t nodeCount() const { return children.size() / kernel::kWidth; }
+    [[nodiscard]] std::size_t leafCount() const { return leafFaces.size() / kernel::kLeafFaces; }
+    [[nodiscard]] kernel::TreeView view() const {
+        return {volumes.empty() ? nullptr : volumes.data()->lane, children.data(), corners.empty() ? nullptr : corners.data()->lane,
+                leafFaces.data()};
+    }
+};
+
+[[nodiscard]] kernel::Shape shapeOf(VolumeKind kind);
+[[nodiscard]] unsigned rowsOf(VolumeKind kind);
+
+}  // namespace tessera

@@ -1,0 +1,89 @@
+#include "server/collision/tree/TriangleTree.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/collision/tree/TreeStorage.h"
+#include "server/collision/tree/TreeTopology.h"
+#include "server/collision/tree/VolumeFit.h"
+
+namespace tessera {
+
+kernel::Shape shapeOf(VolumeKind kind) {
+    switch (kind) {
+        case VolumeKind::kSphere: return kernel::Shape::kSphere;
+        case VolumeKind::kObb: return kernel::Shape::kObb;
+        case VolumeKind::kAabb:
+        case VolumeKind::kDop6: return kernel::Shape::kDop6;
+        case VolumeKind::kDop14: return kernel::Shape::kDop14;
+        case VolumeKind::kDop18: return kernel::Shape::kDop18;
+        case VolumeKind::kDop26: return kernel::Shape::kDop26;
+    }
+    return kernel::Shape::kObb;
+}
+
+unsigned rowsOf(VolumeKind kind) {
+    constexpr unsigned rows[kernel::kShapes] = {4, 15, 6, 14, 18, 26};
+    return rows[static_cast<std::size_t>(shapeOf(kind))];
+}
+
+namespace {
+
+/// Own coordinates: about the middle, in a power of two that makes the farthest corner of the box at most 1 away.
+void chooseCoordinates(TreeStorage& tree) {
+    tree.centre = Vec3d::Zero();
+    tree.unit = 1;
+    if (tree.mesh.faceCount() == 0) return;
+    tree.centre = tree.mesh.bounds().center();
+    const double reach = 0.5 * tree.mesh.bounds().size().norm();
+    if (reach > 0) tree.unit = std::ldexp(1.0, std::clamp(-std::ilogb(reach) - 1, -200, 200));
+}
+
+}  // namespace
+
+TriangleTree::TriangleTree(TriangleMesh mesh, const TreeOptions& options) : storage_(std::make_unique<TreeStorage>()) {
+    storage_->mesh = std::move(mesh);
+    storage_->options = options;
+    rebuild();
+}
+
+TriangleTree::~TriangleTree() = default;
+TriangleTree::TriangleTree(TriangleTree&&) noexcept = default;
+TriangleTree& TriangleTree::operator=(TriangleTree&&) noexcept = default;
+
+const TriangleMesh& TriangleTree::mesh() const { return storage_->mesh; }
+const TreeOptions& TriangleTree::options() const { return storage_->options; }
+std::size_t TriangleTree::depth() const { return storage_->depth; }
+
+void TriangleTree::rebuild() {
+    TreeStorage& tree = *storage_;
+    chooseCoordinates(tree);
+    TreeTopology topology = divide(tree.mesh, tree.centre, tree.unit, tree.options.split);
+    tree.children = std::move(topology.children);
+    tree.leafFaces = std::move(topology.leafFaces);
+    tree.depth = topology.depth;
+    tree.children.shrink_to_fit();
+    tree.leafFaces.shrink_to_fit();
+    fitVolumes(tree);
+    tree.builtCost = tree.cost;
+}
+
+Expected<void> TriangleTree::refit(std::span<const Vec3d> positions) {
+    TreeStorage& tree = *storage_;
+    Expected<void> moved = tree.mesh.move(positions);
+    if (!moved) return moved;
+    chooseCoordinates(tree);
+    fitVolumes(tree);
+    return {};
+}
+
+double TriangleTree::decay() const { return storage_->builtCost > 0 ? storage_->cost / storage_->builtCost : 1; }
+
+std::size_t TriangleTree::memoryBytes() const {
+    const TreeStorage& tree = *storage_;
+    return sizeof(TreeStorage) + tree.mesh.memoryBytes() + tree.children.size() * sizeof(kernel::ChildRef) +
+           tree.leafFaces.size() * sizeof(std::uint32_t) + tree.volumes.size() * sizeof(TreeStorage::VolumeRow) +
+           tree.corners.size() * sizeof(TreeStorage::LeafRow);
+}
+
+}  // namespace tessera

@@ -1,0 +1,33 @@
+// Included once per instruction set, with TESSERA_KERNELS naming its namespace.
+#include <immintrin.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "server/collision/tree/KernelTypes.h"
+
+namespace tessera::kernel::TESSERA_KERNELS {
+namespace {
+
+#include "server/collision/tree/kernel/Simd.inl"
+#include "server/collision/tree/kernel/Volumes.inl"
+#include "server/collision/tree/kernel/Triangles.inl"
+#include "server/collision/tree/kernel/Touch.inl"
+
+using Dop6 = Dop<6, true>;
+using Dop14 = Dop<14, false>;
+using Dop18 = Dop<18, false>;
+using Dop26 = Dop<26, false>;
+
+}  // namespace
+
+extern const TreeKernels kTable;
+const TreeKernels kTable = {
+    {&Touching<Sphere>::walk, &Touching<Obb>::walk, &Touching<Dop6>::walk, &Touching<Dop14>::walk, &Touching<Dop18>::walk,
+     &Touching<Dop26>::walk},
+    {&Touching<Sphere>::overlap, &Touching<Obb>::overlap, &Touching<Dop6>::overlap, &Touching<Dop14>::overlap,
+     &Touching<Dop18>::overlap, &Touching<Dop26>::overlap},
+};
+
+}  // namespace tessera::kernel::TESSERA_KERNELS

@@ -1,0 +1,100 @@
+// Bounding volumes, sixteen at once. Each kind says how a node of B is placed in A's frame, and how far volumes in one
+// frame are apart along the axes that it looks at. Included by kernel/Kernels.inl only.
+
+/// One node's volumes, placed in the other body's frame: rows as in the tree.
+template <unsigned Rows>
+struct alignas(64) Placed {
+    float row[Rows * kWidth];
+};
+
+struct Sphere {
+    static constexpr unsigned kRows = 4;
+    static constexpr bool kBothWays = false;
+
+    static void place(const float* node, const PairFrame& f, const Realigned&, float* out) {
+        const V3 c = offset(mapped(f.linear, {load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
+        store(out, c.x);
+        store(out + kWidth, c.y);
+        store(out + 2 * kWidth, c.z);
+        store(out + 3 * kWidth, load(node + 3 * kWidth) * f.stretch);
+    }
+
+    static F gap(const float* one, const float* many, const PairFrame&) {
+        const V3 d{load(many) - one[0], load(many + kWidth) - one[kWidth], load(many + 2 * kWidth) - one[2 * kWidth]};
+        return sqrt(dot(d, d)) - (load(many + 3 * kWidth) + one[3 * kWidth]);
+    }
+};
+
+/// Separating axes: the faces of both boxes (Gottschalk, Lin, Manocha 1996). Crossed edges are left out: they settle few
+/// pairs and cost as much as all faces together.
+struct Obb {
+    static constexpr unsigned kRows = 15;
+    static constexpr bool kBothWays = false;
+
+    static void place(const float* node, const PairFrame& f, const Realigned&, float* out) {
+        const V3 c = offset(mapped(f.linear, {load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
+        store(out, c.x);
+        store(out + kWidth, c.y);
+        store(out + 2 * kWidth, c.z);
+        for (unsigned i = 3; i < 12; i += 3) {
+            const float* const axis = node + i * kWidth;
+            const V3 v = mapped(f.axes, {load(axis), load(axis + kWidth), load(axis + 2 * kWidth)});
+            store(out + i * kWidth, v.x);
+            store(out + (i + 1) * kWidth, v.y);
+            store(out + (i + 2) * kWidth, v.z);
+        }
+        for (unsigned i = 12; i < 15; ++i) store(out + i * kWidth, load(node + i * kWidth) * f.scale);
+    }
+
+    /// The largest gap along an axis. Where the map is no similarity, the placed box is a parallelepiped; then only
+    /// the axes of A's box bound it, and `placedIsOne` says which of the two A's box is.
+    template <bool PlacedIsOne>
+    static F gap(const float* one, const float* many, const PairFrame& f) {
+        const V3 t{load(many) - one[0], load(many + kWidth) - one[kWidth], load(many + 2 * kWidth) - one[2 * kWidth]};
+        F reach[3];  // of `many` along the axes of `one`
+        F widest = splat(-3e38f);
+        for (unsigned j = 0; j < 3; ++j) reach[j] = splat(one[(12 + j) * kWidth]);
+        for (unsigned i = 0; i < 3; ++i) {
+            const float* const row = many + (3 + 3 * i) * kWidth;
+            const V3 axis{load(row), load(row + kWidth), load(row + 2 * kWidth)};
+            const F half = load(many + (12 + i) * kWidth);
+            F sum = half;
+            for (unsigned j = 0; j < 3; ++j) {
+                const float* const other = one + (3 + 3 * j) * kWidth;
+                const F cosine = abs(axis.x * other[0] + axis.y * other[kWidth] + axis.z * other[2 * kWidth]);
+                sum += cosine * one[(12 + j) * kWidth];
+                reach[j] += cosine * half;
+            }
+            if (PlacedIsOne || f.similarity) widest = max(widest, abs(dot(t, axis)) - sum);
+        }
+        if (!PlacedIsOne || f.similarity)
+            for (unsigned j = 0; j < 3; ++j) {
+                const float* const other = one + (3 + 3 * j) * kWidth;
+                const F way = abs(t.x * other[0] + t.y * other[kWidth] + t.z * other[2 * kWidth]);
+                widest = max(widest, way - reach[j]);
+            }
+        return widest;
+    }
+};
+
+/// k = 6 is the axis-aligned box; with both frames looked at these are the six face axes of two boxes.
+template <unsigned K, bool BothWays>
+struct Dop {
+    static constexpr unsigned kRows = K;
+    static constexpr bool kBothWays = BothWays;
+
+    static void place(const float* node, const PairFrame&, const Realigned& to, float* out) {
+        for (unsigned i = 0; i < K; ++i)
+            store(out + i * kWidth, load(node + to.plane[i][0] * kWidth) * to.weight[i][0] +
+                                        load(node + to.plane[i][1] * kWidth) * to.weight[i][1] +
+                                        load(node + to.plane[i][2] * kWidth) * to.weight[i][2] + to.offset[i]);
+    }
+
+    /// In lengths of the directions.
+    static F gap(const float* one, const float* many) {
+        F least = load(many) + one[(K / 2) * kWidth];
+        for (unsigned i = 1; i < K; ++i)
+            least = min(least, load(many + i * kWidth) + one[(i < K / 2 ? i + K / 2 : i - K / 2) * kWidth]);
+        return -least;
+    }
+};
