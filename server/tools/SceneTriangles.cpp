@@ -1,0 +1,72 @@
+#include "server/tools/SceneTriangles.h"
+
+#include <array>
+#include <bit>
+#include <cstring>
+#include <unordered_map>
+
+#include "common/scene/Action.h"
+
+namespace tessera {
+
+namespace {
+
+/// Gives equal positions one index, in order of appearance.
+class Welder {
+public:
+    std::uint32_t indexOf(const Vec3d& p) {
+        // 0 and -0 are one place.
+        const std::array<double, 3> key{p.x() + 0.0, p.y() + 0.0, p.z() + 0.0};
+        const auto [at, isNew] = indices_.try_emplace(key, static_cast<std::uint32_t>(indices_.size()));
+        if (isNew) positions_.insert(positions_.end(), key.begin(), key.end());
+        return at->second;
+    }
+    [[nodiscard]] const std::vector<double>& positions() const { return positions_; }
+
+private:
+    struct Hash {
+        std::size_t operator()(const std::array<double, 3>& p) const {
+            std::uint64_t h = 0;
+            for (const double x : p) h = (h ^ std::bit_cast<std::uint64_t>(x)) * 0x9E3779B97F4A7C15u, h ^= h >> 32;
+            return h;
+        }
+    };
+    std::unordered_map<std::array<double, 3>, std::uint32_t, Hash> indices_;
+    std::vector<double> positions_;
+};
+
+}  // namespace
+
+Expected<TriangleMesh> readTriangles(const std::string& path, const ImportOptions& options) {
+    Expected<ImportedScene> imported = importScene(path, kRootNode, options);
+    if (!imported) return tl::unexpected(imported.error());
+    // In an aspect of its own the new objects can have any ids.
+    replaceIds(imported->list, [](ObjectId id) {
+        return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id;
+    });
+    Aspect aspect;
+    if (const Expected<void> applied = aspect.apply(imported->list); !applied) return failWith(path, applied.error());
+
+    Welder welder;
+    std::vector<std::uint32_t> indices;
+    Action collect;
+    collect.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
+        const std::span<const float> positions = geometry.positions.as<float>();
+        const auto first = indices.size();
+        for (const std::uint32_t i : geometry.indices.as<std::uint32_t>()) {
+            const float* p = &positions[std::size_t{3} * i];
+            indices.push_back(welder.indexOf(visit.world_T_node * Vec3d(p[0], p[1], p[2])));
+        }
+        // A file's counter-clockwise is what is seen; a mirroring place turns it.
+        if (visit.world_T_node.linear().determinant() < 0)
+            for (auto f = first; f + 2 < indices.size(); f += 3) std::swap(indices[f + 1], indices[f + 2]);
+        return Descend::kInto;
+    });
+    collect.run(aspect);
+    if (indices.empty()) return fail(ErrorCode::kBadInput, path + ": there is no triangle in it");
+    Expected<TriangleMesh> mesh = TriangleMesh::make(welder.positions(), indices);
+    if (!mesh) return failWith(path, mesh.error());
+    return mesh;
+}
+
+}  // namespace tessera

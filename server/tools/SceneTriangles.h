@@ -1,0 +1,16 @@
+/// The triangles of a whole file, as the pairwise stage wants them.
+#pragma once
+
+#include <string>
+
+#include "server/collision/mesh/TriangleMesh.h"
+#include "server/import/Importer.h"
+
+namespace tessera {
+
+/// All triangles that the file shows, in world coordinates and in file order (polygons fanned, nodes depth first). Equal
+/// positions become one vertex; no triangle is left out, so a face is the triangle's place in the file. Blocks; errors
+/// name the file, kBadInput also where it has no triangle at all.
+[[nodiscard]] Expected<TriangleMesh> readTriangles(const std::string& path, const ImportOptions& options);
+
+}  // namespace tessera
