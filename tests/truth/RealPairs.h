@@ -1,0 +1,71 @@
+/// Pairs of real models in seeded poses, loaded once per process.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "server/collision/query/TouchQuery.h"
+#include "tests/support/Models.h"
+#include "tests/support/PoseGenerator.h"
+#include "tests/support/fcl/FclPeer.h"
+
+namespace tessera {
+
+/// A model of the test data, normalised; null where the data is not there. A file that cannot be read fails the test.
+inline const TriangleMesh* realModel(const std::string& name) {
+    static std::map<std::string, TriangleMesh> known;
+    if (const auto at = known.find(name); at != known.end()) return &at->second;
+    const std::filesystem::path file = testDataFolder() / name;
+    if (!std::filesystem::exists(file)) return nullptr;
+    const Expected<TriangleMesh> mesh = loadModel(file);
+    if (!mesh) {
+        ADD_FAILURE() << mesh.error().message;
+        return nullptr;
+    }
+    return &known.emplace(name, normalised(*mesh)).first->second;
+}
+
+struct ModelPair {
+    const char* a;
+    const char* b;
+    std::uint64_t seed = 1;
+};
+
+inline void PrintTo(const ModelPair& p, std::ostream* out) {
+    *out << p.a << " and " << p.b;
+}
+
+inline std::string nameOf(const testing::TestParamInfo<ModelPair>& info) {
+    const auto plain = [](std::string name) {
+        name = std::filesystem::path(name).stem().string();
+        for (char& c : name)
+            if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+        return name;
+    };
+    return plain(info.param.a) + "_x_" + plain(info.param.b);
+}
+
+/// The bodies' own answers, for the generator: FCL measures, the predicate says what touches.
+class PosedPair {
+public:
+    PosedPair(const TriangleMesh& meshA, const TriangleMesh& meshB)
+        : a(meshA), b(meshB), fcl(meshA, meshB, FclVolume::kObbRss) {}
+
+    [[nodiscard]] BodyOracle oracle() const {
+        return {.distance = [this](const Pose& pose) { return fcl.distance(pose.matrix()); },
+                .touching =
+                    [this](const Pose& pose) {
+                        QueryWork work;
+                        return anyTouching(a, b, pose.matrix(), work) == Touch::kYes;
+                    }};
+    }
+
+    TriangleTree a, b;
+    FclPair fcl;
+};
+
+}  // namespace tessera

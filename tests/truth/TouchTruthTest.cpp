@@ -1,0 +1,112 @@
+// Which triangles meet, beside CGAL's exact predicates and FCL, in 200 poses per pair: separated, near, shallow, deep.
+#include <array>
+
+#include "tests/truth/CgalOracle.h"
+#include "tests/truth/RealPairs.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kPoses = 200;
+
+class TouchTruth : public testing::TestWithParam<ModelPair> {
+protected:
+    void SetUp() override {
+        if (!cgal::available()) GTEST_SKIP() << "CGAL's headers are missing (deploy/set-up unpacks them)";
+        a = realModel(GetParam().a);
+        b = realModel(GetParam().b);
+        if (HasFailure()) return;
+        if (a == nullptr || b == nullptr)
+            GTEST_SKIP() << "no test data at " << testDataFolder() << " (set TESSERA_TEST_DATA)";
+    }
+
+    const TriangleMesh* a = nullptr;
+    const TriangleMesh* b = nullptr;
+};
+
+std::string describe(std::size_t i, const TestPose& pose) {
+    const Pose& p = pose.a_T_b;
+    std::ostringstream out;
+    out.precision(17);
+    out << "pose " << i << " (" << name(pose.closeness) << "): " << p.translation.transpose() << " " << p.rotation.w()
+        << " " << p.rotation.vec().transpose();
+    return out.str();
+}
+
+/// The large pairs: the default tree, and FCL as the second witness.
+class LargePairs : public TouchTruth {};
+
+TEST_P(LargePairs, MeetWhereCgalSaysInEveryPose) {
+    ASSERT_NE(a, nullptr);
+    const PosedPair pair(*a, *b);
+    std::array<int, 4> seen{}, touching{};
+    std::size_t pairs = 0;
+    const std::vector<TestPose> poses = makePoses(pair.oracle(), kPoses, GetParam().seed);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+        SCOPED_TRACE(describe(i, poses[i]));
+        const Affine3d a_T_b = poses[i].a_T_b.matrix();
+        const std::vector<FacePair> truth = cgal::intersectingPairs(*a, *b, a_T_b);
+        QueryWork work;
+        ASSERT_EQ(allTouching(pair.a, pair.b, a_T_b, work).pairs, truth);
+        ASSERT_EQ(anyTouching(pair.a, pair.b, a_T_b, work), truth.empty() ? Touch::kNo : Touch::kYes);
+        EXPECT_EQ(pair.fcl.any(a_T_b), !truth.empty()) << "FCL differs from CGAL";
+        EXPECT_EQ(pair.fcl.all(a_T_b), truth.size()) << "FCL differs from CGAL";
+        const auto k = static_cast<std::size_t>(poses[i].closeness);
+        ++seen[k];
+        touching[k] += !truth.empty();
+        pairs += truth.size();
+    }
+    // The poses are what they are called.
+    for (int k = 0; k < 4; ++k) EXPECT_EQ(seen[k], static_cast<int>(kPoses) / 4);
+    EXPECT_EQ(touching[0] + touching[1], 0);
+    EXPECT_EQ(touching[2] + touching[3], static_cast<int>(kPoses) / 2);
+    RecordProperty("pairs", static_cast<int>(pairs));
+}
+
+INSTANTIATE_TEST_SUITE_P(Data, LargePairs,
+                         testing::Values(ModelPair{"scan/stanford_bun_zipper.ply", "scan/stanford_bun_zipper.ply", 1},
+                                         ModelPair{"plant/EZ_Control_valve.obj", "plant/Painted_gray.obj", 2},
+                                         ModelPair{"cad/cycloidal.ply", "cad/gears.stl", 3},
+                                         ModelPair{"plant/Gasket.obj", "meshes/cat/cat-low-resolution.obj", 4}),
+                         nameOf);
+
+/// The smaller pairs: every kind of volume, as well.
+class EveryVolume : public TouchTruth {};
+
+TEST_P(EveryVolume, MeetsWhereCgalSaysInEveryPose) {
+    ASSERT_NE(a, nullptr);
+    const PosedPair pair(*a, *b);
+    std::vector<std::pair<TriangleTree, TriangleTree>> kinds;
+    for (const VolumeKind kind : {VolumeKind::kSphere, VolumeKind::kAabb, VolumeKind::kObb, VolumeKind::kDop6,
+                                  VolumeKind::kDop14, VolumeKind::kDop18, VolumeKind::kDop26})
+        kinds.emplace_back(TriangleTree(*a, {.volume = kind}), TriangleTree(*b, {.volume = kind}));
+    const std::vector<TestPose> poses = makePoses(pair.oracle(), kPoses, GetParam().seed);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+        SCOPED_TRACE(describe(i, poses[i]));
+        const Affine3d a_T_b = poses[i].a_T_b.matrix();
+        const std::vector<FacePair> truth = cgal::intersectingPairs(*a, *b, a_T_b);
+        for (const auto& [treeA, treeB] : kinds) {
+            QueryWork work;
+            const auto kind = static_cast<int>(treeA.options().volume);
+            ASSERT_EQ(allTouching(treeA, treeB, a_T_b, work).pairs, truth) << "volume kind " << kind;
+            ASSERT_EQ(anyTouching(treeA, treeB, a_T_b, work), truth.empty() ? Touch::kNo : Touch::kYes)
+                << "volume kind " << kind;
+        }
+        EXPECT_EQ(pair.fcl.any(a_T_b), !truth.empty()) << "FCL differs from CGAL";
+        EXPECT_EQ(pair.fcl.all(a_T_b), truth.size()) << "FCL differs from CGAL";
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Data, EveryVolume,
+    testing::Values(ModelPair{"collision/fcl_env.obj", "collision/fcl_rob.obj", 11},
+                    ModelPair{"meshes/spot/spot_low_resolution.obj", "meshes/fish/fish_low_resolution.obj", 12},
+                    ModelPair{"cad/octagonal_pocket.stl", "cad/testplate.glb", 13},
+                    ModelPair{"cad/ballA.off", "cad/ballB.off", 14},
+                    ModelPair{"cad/featuretype.STL", "cad/torus.STL", 15},
+                    ModelPair{"meshes/hand/hand_lowres.obj", "meshes/koala/koala_low_resolution.obj", 16},
+                    ModelPair{"plant/Material.obj", "plant/Sight_glass_gasket.obj", 17}),
+    nameOf);
+
+}  // namespace
+}  // namespace tessera
