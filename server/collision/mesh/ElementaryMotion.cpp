@@ -56,15 +56,17 @@ template <std::size_t NA, std::size_t NB>
 class Advancement {
 public:
     Advancement(const Moving<NA>& a, const Moving<NB>& b, double slack) : a_(a), b_(b) {
-        double reach = 0;
         for (const Corners<NA>* c : {&a.start, &a.end})
-            for (const Vec3d& p : *c) reach = std::max(reach, p.cwiseAbs().maxCoeff());
+            for (const Vec3d& p : *c) reach_ = std::max(reach_, p.cwiseAbs().maxCoeff());
         for (const Corners<NB>* c : {&b.start, &b.end})
-            for (const Vec3d& p : *c) reach = std::max(reach, p.cwiseAbs().maxCoeff());
+            for (const Vec3d& p : *c) reach_ = std::max(reach_, p.cwiseAbs().maxCoeff());
         // The header's analysis; the last summand is for products that underflow.
-        perUnit_ = 24 * exact::kRounding * reach;
+        perUnit_ = 24 * exact::kRounding * reach_;
         fixed_ = 2.001 * slack + 1e-290;
     }
+
+    /// No coordinate is larger.
+    [[nodiscard]] double reach() const { return reach_; }
 
     /// The times at which the direction, of about unit length, separates A (behind) from B.
     [[nodiscard]] Times separated(const Vec3d& n) const {
@@ -102,12 +104,22 @@ public:
 private:
     const Moving<NA>& a_;
     const Moving<NB>& b_;
-    double perUnit_, fixed_;
+    double reach_ = 0, perUnit_, fixed_;
 };
 
 Vec3d unitOrZero(const Vec3d& v) {
     const double length = v.stableNorm();
     return length > 0 ? Vec3d(v / length) : Vec3d(Vec3d::Zero());
+}
+
+/// The direction of the nearest points. Of a tiny gap it is mostly rounding: where the features' own direction looks
+/// the same way, that one is meant.
+Vec3d apart(const NearestPoints& near, const Vec3d& square, double reach) {
+    const Vec3d n = unitOrZero(near.onB - near.onA);
+    if (near.distance > 1e-7 * reach) return n;
+    const Vec3d s = unitOrZero(square);
+    const double along = n.dot(s);
+    return std::abs(along) > 0.9 ? Vec3d(along > 0 ? s : Vec3d(-s)) : n;
 }
 
 /// The first steps go by the nearest points alone, which mostly is enough.
@@ -142,7 +154,7 @@ ElementaryImpact advance(const Corners<NA>& aStart, const Corners<NA>& aEnd, con
         const Corners<NA> aNow = a.at(t);
         const Corners<NB> bNow = b.at(t);
         const NearestPoints near = nearest(aNow, bNow);
-        const Vec3d n = unitOrZero(near.onB - near.onA);
+        const Vec3d n = apart(near, across(aNow, bNow), advancement.reach());
         const auto reached = [&](const Vec3d& direction) {
             const Times times = advancement.separated(direction);
             return times.from <= t && times.to > t ? times.to : t;
@@ -156,8 +168,8 @@ ElementaryImpact advance(const Corners<NA>& aStart, const Corners<NA>& aEnd, con
             const Corners<NA> aThen = a.at(then);
             const Corners<NB> bThen = b.at(then);
             const NearestPoints nearThen = nearest(aThen, bThen);
-            const bool ok = advancement.separatedThroughout(aNow, bNow, n, aThen, bThen,
-                                                            unitOrZero(nearThen.onB - nearThen.onA));
+            const Vec3d nThen = apart(nearThen, across(aThen, bThen), advancement.reach());
+            const bool ok = advancement.separatedThroughout(aNow, bNow, n, aThen, bThen, nThen);
             boldness = ok ? std::min(1.0, 2 * boldness) : 0.5 * boldness;
             if (ok) next = std::max(next, then);
         }

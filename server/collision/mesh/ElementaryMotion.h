@@ -4,15 +4,17 @@
 /// Intervals of time are excluded as a whole, in the manner of inclusion-based root isolation (J. M. Snyder, "Interval
 /// Analysis for Computer Graphics", 1992; B. Wang et al., "A Large-Scale Benchmark and an Inclusion-Based Algorithm for
 /// Continuous Collision Detection", 2021), but without dividing the faces: what excludes an interval is a direction
-/// that separates the two convex hulls at both of its ends. Along one direction every corner moves linearly, so that
-/// it separates them in between as well, and the last moment to which it does is known in closed form. The next
-/// direction is that of the nearest points at that moment (conservative advancement, B. Mirtich 1996, with the motion
-/// bound of each corner along the direction).
+/// that separates the two convex hulls. Along one direction every corner moves linearly, so the last moment up to which
+/// it separates them is known in closed form; the next direction is that of the nearest points at that moment
+/// (conservative advancement, B. Mirtich 1996, with each corner's own motion along the direction). Where that creeps,
+/// because the direction has to turn with the features, one that turns linearly is tried over a longer interval: every
+/// gap is then a quadratic polynomial, positive where its Bernstein coefficients are.
 ///
-/// Rounding: a direction is taken as the doubles it is, so it has no error. The gap n·(b - a) between two corners at
-/// an end is computed with at most five roundings per product; 16·2^-53·|n|₁·(largest distance of a corner from the
-/// origin of the computation) bounds the sum of them, and that much is taken off every gap before its sign is used.
-/// Times are rounded towards the start. So distances below about 1e-14 of the size of what moves count as contact.
+/// Rounding: directions are taken as the doubles they are, so they have no error, and neither have moments. Seen from
+/// the origin of the computation, a corner's place at a moment has at most four roundings, a gap n·(b - a) six more per
+/// product: 24·2^-53·|n|₁·(largest coordinate) bounds them all, and that much is taken off every gap before its sign is
+/// used. Quotients that are times are rounded towards the start. So distances below about 1e-14 of the size of what
+/// moves count as contact.
 ///
 /// Coordinates: finite, below 1e50. Pure functions, safe from any thread.
 #pragma once
@@ -40,10 +42,10 @@ struct ElementaryImpact {
     /// Nothing touches before it. On a hit the distance then is at most the tolerance (or what slack and rounding leave
     /// undecided); without one it is `upTo`.
     double t = 1;
-    double distance = 0;    ///< at t; of a hit
-    Vec3d onA, onB;         ///< the nearest points at t; of a hit
+    double distance = 0;      ///< at t; of a hit
+    Vec3d onA, onB;           ///< the nearest points at t; of a hit
     std::uint32_t steps = 0;  ///< moments looked at
-    bool complete = true;   ///< false: the steps ran out, and `hit` is a guess that errs towards yes
+    bool complete = true;     ///< false: the steps ran out, and `hit` is a guess that errs towards yes
 };
 
 /// Within the tolerance without being within reach of contact at any later time is no hit.

@@ -229,8 +229,10 @@ NearestPoints nearestOnSegments(const Vec3d& p1, const Vec3d& q1, const Vec3d& p
     const double a = d1.squaredNorm(), e = d2.squaredNorm(), f = d2.dot(r);
     double s = 0, t = 0;
     if (a > 0 && e > 0) {
-        const double c = d1.dot(r), b = d1.dot(d2), denominator = a * e - b * b;
-        if (denominator > 0) s = std::clamp((b * f - c * e) / denominator, 0.0, 1.0);
+        // |d1 × d2|² and not a·e - b²: of nearly parallel segments that difference has no digit left.
+        const Vec3d across = d1.cross(d2);
+        const double c = d1.dot(r), b = d1.dot(d2), square = across.squaredNorm();
+        if (square > 0) s = std::clamp(d2.cross(r).dot(across) / square, 0.0, 1.0);
         t = (b * s + f) / e;
         if (t < 0) {
             t = 0;
