@@ -26,7 +26,7 @@ inline T3 spreadLeaf(const float* rows) {
 }
 inline T3 repeatLeaf(const float* rows, const PairFrame& f) {
     const auto row = [&](unsigned i) { return repeat(load4(rows + i * kLeafFaces)); };
-    const auto corner = [&](unsigned i) { return offset(mapped(f.linear, {row(i), row(i + 1), row(i + 2)}), f.translation); };
+    const auto corner = [&](unsigned i) { return offset(mapped(f.linear, V3{row(i), row(i + 1), row(i + 2)}), f.translation); };
     return {corner(0), corner(3), corner(6)};
 }
 

@@ -12,7 +12,7 @@ struct Sphere {
     static constexpr bool kBothWays = false;
 
     static void place(const float* node, const PairFrame& f, const Realigned&, float* out) {
-        const V3 c = offset(mapped(f.linear, {load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
+        const V3 c = offset(mapped(f.linear, V3{load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
         store(out, c.x);
         store(out + kWidth, c.y);
         store(out + 2 * kWidth, c.z);
@@ -32,13 +32,13 @@ struct Obb {
     static constexpr bool kBothWays = false;
 
     static void place(const float* node, const PairFrame& f, const Realigned&, float* out) {
-        const V3 c = offset(mapped(f.linear, {load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
+        const V3 c = offset(mapped(f.linear, V3{load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
         store(out, c.x);
         store(out + kWidth, c.y);
         store(out + 2 * kWidth, c.z);
         for (unsigned i = 3; i < 12; i += 3) {
             const float* const axis = node + i * kWidth;
-            const V3 v = mapped(f.axes, {load(axis), load(axis + kWidth), load(axis + 2 * kWidth)});
+            const V3 v = mapped(f.axes, V3{load(axis), load(axis + kWidth), load(axis + 2 * kWidth)});
             store(out + i * kWidth, v.x);
             store(out + (i + 1) * kWidth, v.y);
             store(out + (i + 2) * kWidth, v.z);
@@ -50,9 +50,27 @@ struct Obb {
     /// the axes of A's box bound it, and `placedIsOne` says which of the two A's box is.
     template <bool PlacedIsOne>
     static F gap(const float* one, const float* many, const PairFrame& f) {
+        F widest = splat(-3e38f);
+        gaps<PlacedIsOne>(one, many, f, [&](unsigned, F g) { widest = max(widest, g); });
+        return widest;
+    }
+
+    /// No points of the two are nearer: gaps along the square axes of one box make the distance of two boxes that hold them.
+    template <bool PlacedIsOne>
+    static F distance(const float* one, const float* many, const PairFrame& f) {
+        F sum[2] = {};
+        gaps<PlacedIsOne>(one, many, f, [&](unsigned box, F g) {
+            g = max(g, F{});
+            sum[box] += g * g;
+        });
+        return sqrt(max(sum[0], sum[1]));
+    }
+
+    /// take(0, gap) for each axis of `many`, take(1, gap) for each of `one`.
+    template <bool PlacedIsOne, typename Take>
+    static void gaps(const float* one, const float* many, const PairFrame& f, const Take& take) {
         const V3 t{load(many) - one[0], load(many + kWidth) - one[kWidth], load(many + 2 * kWidth) - one[2 * kWidth]};
         F reach[3];  // of `many` along the axes of `one`
-        F widest = splat(-3e38f);
         for (unsigned j = 0; j < 3; ++j) reach[j] = splat(one[(12 + j) * kWidth]);
         for (unsigned i = 0; i < 3; ++i) {
             const float* const row = many + (3 + 3 * i) * kWidth;
@@ -65,15 +83,14 @@ struct Obb {
                 sum += cosine * one[(12 + j) * kWidth];
                 reach[j] += cosine * half;
             }
-            if (PlacedIsOne || f.similarity) widest = max(widest, abs(dot(t, axis)) - sum);
+            if (PlacedIsOne || f.similarity) take(0, abs(dot(t, axis)) - sum);
         }
         if (!PlacedIsOne || f.similarity)
             for (unsigned j = 0; j < 3; ++j) {
                 const float* const other = one + (3 + 3 * j) * kWidth;
                 const F way = abs(t.x * other[0] + t.y * other[kWidth] + t.z * other[2 * kWidth]);
-                widest = max(widest, way - reach[j]);
+                take(1, way - reach[j]);
             }
-        return widest;
     }
 };
 
@@ -96,5 +113,26 @@ struct Dop {
         for (unsigned i = 1; i < K; ++i)
             least = min(least, load(many + i * kWidth) + one[(i < K / 2 ? i + K / 2 : i - K / 2) * kWidth]);
         return -least;
+    }
+
+    /// No points of the two are nearer, in true lengths.
+    static F distance(const float* one, const float* many) {
+        constexpr unsigned kHalf = K / 2;
+        F square = {}, widest = splat(-3e38f);
+        for (unsigned i = 0; i < kHalf; ++i) {
+            const F gap = -min(load(many + i * kWidth) + one[(i + kHalf) * kWidth], load(many + (i + kHalf) * kWidth) + one[i * kWidth]);
+            if (i < 3) {
+                const F g = max(gap, F{});
+                square += g * g;
+            } else {
+                widest = max(widest, gap * perLength(i));
+            }
+        }
+        return max(sqrt(square), widest);
+    }
+
+    /// 1 / |d_i|, rounded down, of the directions that volume/KDop.h lists.
+    static constexpr float perLength(unsigned i) {
+        return i < 3 ? 1.0f : (K == 14 || i >= 9) ? 0.57735026f : 0.70710677f;
     }
 };
