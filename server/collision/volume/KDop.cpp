@@ -15,8 +15,8 @@ struct Table {
 const Table& table() {
     static const Table made = [] {
         Table t;
-        t.all = {Vec3d(1, 0, 0), Vec3d(0, 1, 0),  Vec3d(0, 0, 1), Vec3d(1, 1, 0),  Vec3d(1, -1, 0),
-                 Vec3d(1, 0, 1), Vec3d(1, 0, -1), Vec3d(0, 1, 1), Vec3d(0, 1, -1), Vec3d(1, 1, 1),
+        t.all = {Vec3d(1, 0, 0),  Vec3d(0, 1, 0),  Vec3d(0, 0, 1),  Vec3d(1, 1, 0),  Vec3d(1, -1, 0),
+                 Vec3d(1, 0, 1),  Vec3d(1, 0, -1), Vec3d(0, 1, 1),  Vec3d(0, 1, -1), Vec3d(1, 1, 1),
                  Vec3d(1, 1, -1), Vec3d(1, -1, 1), Vec3d(1, -1, -1)};
         std::copy_n(t.all.begin(), 3, t.axesAndCorners.begin());
         std::copy_n(t.all.begin() + 9, 4, t.axesAndCorners.begin() + 3);

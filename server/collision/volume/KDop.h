@@ -42,7 +42,8 @@ using Projections = std::array<double, kMaxDirections>;
 /// All x with lower[i] ≤ x·d_i ≤ upper[i], in the frame of the model itself, not about a centre. Empty when default
 /// constructed. A value.
 ///
-/// Its half-planes are numbered: i < n is x·d_i ≤ upper[i]; n + i is its opposite, -x·d_i ≤ -lower[i] (n = directionCount).
+/// Its half-planes are numbered: i < n is x·d_i ≤ upper[i]; n + i is its opposite, -x·d_i ≤ -lower[i] (n =
+/// directionCount).
 struct KDop {
     explicit KDop(DirectionSet set);
     [[nodiscard]] static KDop around(DirectionSet set, std::span<const Vec3d> points);

@@ -99,8 +99,8 @@ PlaneWeights PlaneWeights::make(DirectionSet source, DirectionSet target, const 
 
 Projections PlaneWeights::rounding(const KDop& whole) const {
     // With u = 2^-53, s = Σ|d||M| · extent and t = Σ|d||T|: p 2us, weights 6us (three, of two roundings each, times
-    // |x·d_i| ≤ extent), h 2us, the sum 4u(s+t), T·d 2ut, the mapped points 4u(s+t), their projections 2u(s+t), those of
-    // the other body's points 2u(s+t). That is 22us + 14ut; 2^-48 is 32u. 2^-1000 is for numbers that underflow.
+    // |x·d_i| ≤ extent), h 2us, the sum 4u(s+t), T·d 2ut, the mapped points 4u(s+t), their projections 2u(s+t), those
+    // of the other body's points 2u(s+t). That is 22us + 14ut; 2^-48 is 32u. 2^-1000 is for numbers that underflow.
     const Mat3d linear = map.linear().cwiseAbs();
     const Vec3d reach = linear.rowwise().sum() * extent(whole) + map.translation().cwiseAbs();
     const std::span<const Vec3d> d = directions(target);

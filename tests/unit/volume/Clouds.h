@@ -36,8 +36,8 @@ inline Cloud anisotropic(Random& random, int count) {
 }
 
 inline constexpr int kKinds = 8;
-inline const char* const kKindNames[kKinds] = {"round",       "flat",      "flat on an axis plane", "needle",
-                                               "needle on x", "one point", "far away",              "tiny"};
+inline const char* const kKindNames[kKinds] = {
+    "round", "flat", "flat on an axis plane", "needle", "needle on x", "one point", "far away", "tiny"};
 
 inline Cloud make(int kind, Random& random) {
     Cloud cloud = anisotropic(random, 1 + static_cast<int>(random() % 30));

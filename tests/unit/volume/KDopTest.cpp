@@ -27,8 +27,7 @@ TEST(DirectionSets, ProjectAsTheDotProductDoes) {
             const Vec3d x = normal(random);
             const Projections at = project(set, x);
             for (std::size_t k = 0; k < directionCount(set); ++k)
-                EXPECT_LE(std::abs(static_cast<double>(at[k] - dot(directions(set)[k], x))),
-                          0x1p-51 * x.lpNorm<1>());
+                EXPECT_LE(std::abs(static_cast<double>(at[k] - dot(directions(set)[k], x))), 0x1p-51 * x.lpNorm<1>());
             for (std::size_t k = directionCount(set); k < kMaxDirections; ++k) EXPECT_EQ(at[k], 0);
         }
 }
@@ -93,8 +92,7 @@ double supportByTrying(const KDop& dop, const Vec3d& p) {
                 if (std::abs(m.determinant()) < 0.5) continue;
                 const Vec3d weights = m.inverse() * p;
                 if (weights.minCoeff() < -1e-12) continue;
-                least = std::min(least,
-                                 weights.dot(Vec3d(dop.halfPlane(i), dop.halfPlane(j), dop.halfPlane(k))));
+                least = std::min(least, weights.dot(Vec3d(dop.halfPlane(i), dop.halfPlane(j), dop.halfPlane(k))));
             }
     return least;
 }

@@ -144,7 +144,8 @@ TEST(Realignment, WithEdgeDirectionsIsNeverLooserThanTheBox) {
             const Affine3d m = map(i % kMaps, random);
             const PlaneWeights planes = PlaneWeights::make(set, DirectionSet::k26, m);
             const KDop byPlanes = realigned(planes, dop);
-            const KDop byBox = realigned(PlaneWeights::make(set, DirectionSet::k26, m, PlaneChoice::kBoxEnclosure), dop);
+            const KDop byBox =
+                realigned(PlaneWeights::make(set, DirectionSet::k26, m, PlaneChoice::kBoxEnclosure), dop);
             const Projections rounding = planes.rounding(dop);
             for (std::size_t k = 0; k < byBox.count(); ++k) {
                 ASSERT_LE(byPlanes.upper[k], byBox.upper[k] + rounding[k]) << kKindNames[i % kKinds];
@@ -213,8 +214,7 @@ TEST(FloatRealignment, HoldsEveryMappedPoint) {
         all.insert(all.end(), others.begin(), others.end());
         const Affine3d a_T_b = map(s.mapKind, random);
         const PlaneWeights weights = PlaneWeights::make(s.source, s.target, a_T_b, s.choice);
-        const FloatPlaneWeights kernel =
-            forKernels(weights, FloatDop(KDop::around(s.source, all)).widened(s.source));
+        const FloatPlaneWeights kernel = forKernels(weights, FloatDop(KDop::around(s.source, all)).widened(s.source));
         const FloatDop dop(KDop::around(s.source, cloud));
         const std::size_t m = directionCount(s.target);
         for (std::size_t i = 0; i < 2 * m; ++i)
