@@ -152,6 +152,9 @@ BenchPair fromPoseFile(const std::string& fileA, const std::string& fileB, const
 void measure(const BenchPair& pair, const BenchOptions& options, CollisionTable& table) {
     const FclPairs fcl(pair.a, pair.b);
     touchRows(pair, fcl, options, table);
+    if (options.wants("volumes")) volumeRows(pair, options, table);
+    if (options.wants("tree")) treeRows(pair, options, table);
+    if (options.wants("threads")) threadRows(pair, options, table);
 }
 
 int bench(int argc, char** argv) {

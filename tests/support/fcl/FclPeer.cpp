@@ -91,7 +91,7 @@ double FclPair::distance(const Affine3d& a_T_b) const {
 
 struct FclDeformingModel::Model {
     std::unique_ptr<fcl::BVHModel<fcl::KDOP<double, 18>>> bvh;
-    std::vector<fcl::Vector3d> next;
+    std::vector<std::vector<fcl::Vector3d>> states;
 };
 
 FclDeformingModel::FclDeformingModel(const TriangleMesh& mesh) : model_(std::make_unique<Model>()) {
@@ -99,13 +99,13 @@ FclDeformingModel::FclDeformingModel(const TriangleMesh& mesh) : model_(std::mak
 }
 FclDeformingModel::~FclDeformingModel() = default;
 
-void FclDeformingModel::prepare(const std::vector<double>& positions) {
-    model_->next = verticesOf(positions);
+void FclDeformingModel::prepare(const std::vector<std::vector<double>>& states) {
+    for (const std::vector<double>& positions : states) model_->states.push_back(verticesOf(positions));
 }
 
-void FclDeformingModel::refit() {
+void FclDeformingModel::refit(std::size_t state) {
     model_->bvh->beginReplaceModel();
-    model_->bvh->replaceSubModel(model_->next);
+    model_->bvh->replaceSubModel(model_->states[state]);
     model_->bvh->endReplaceModel(true, true);
 }
 

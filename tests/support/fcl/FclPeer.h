@@ -38,10 +38,10 @@ class FclDeformingModel {
 public:
     explicit FclDeformingModel(const TriangleMesh& mesh);
     ~FclDeformingModel();
-    /// One position per vertex of arraysOf(mesh), in FCL's own type from here on.
-    void prepare(const std::vector<double>& positions);
-    /// To the positions prepared last.
-    void refit();
+    /// States of one position per vertex of arraysOf(mesh); from here on in FCL's own type.
+    void prepare(const std::vector<std::vector<double>>& states);
+    /// To one of them, bottom up.
+    void refit(std::size_t state);
 
 private:
     struct Model;
