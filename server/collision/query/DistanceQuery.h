@@ -24,7 +24,7 @@ struct Distance {
     /// 0 where they intersect (by trianglesIntersect, as every query). In A's units.
     double distance = std::numeric_limits<double>::infinity();
     FacePair faces;
-    Vec3d onA, onB;        ///< in A's frame
+    Vec3d onA = Vec3d::Zero(), onB = Vec3d::Zero();  ///< in A's frame
     bool farther = false;  ///< nothing is nearer than the upper bound (or a mesh is empty); distance is the bound then
     bool complete = true;  ///< false: the work was exhausted; distance is then a *lower* bound and says nothing else
 };

@@ -27,6 +27,13 @@ struct TouchOptions {
     Workers* workers = nullptr;  ///< null: the calling thread alone
 };
 
+/// What anyTouching found, and where.
+struct TouchedPair {
+    Touch touch = Touch::kNo;
+    FacePair faces;  ///< one pair that meets, for kYes; always the same one for the same query
+};
+[[nodiscard]] TouchedPair firstTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
+                                        const TouchOptions& options = {});
 [[nodiscard]] Touch anyTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
                                 const TouchOptions& options = {});
 [[nodiscard]] FacePairs allTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,

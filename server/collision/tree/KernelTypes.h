@@ -51,6 +51,20 @@ struct PairFrame {
     Realigned bInA, aInB;
 };
 
+/// A mesh in its own double coordinates: xyz per vertex, three vertices per face.
+struct MeshView {
+    const double* positions;
+    const std::uint32_t* indices;
+};
+
+/// B's mesh to A's, for deciding about pairs of faces.
+struct PairMap {
+    double linear[9];  ///< row by row
+    double translation[3];
+    /// An orientation of four points, each coordinate at most r from one of them, is wrong by less than doubt · r².
+    double doubt;
+};
+
 struct SlotPair {
     Slot a, b;
 };
@@ -76,6 +90,27 @@ struct TouchSink {
     bool exhausted;
 };
 
+/// What a search for the nearest triangles has found so far. Lengths are A's own.
+struct DistanceSink {
+    /// Of no interest: pairs farther apart than this. Falls as the walk finds nearer ones; less the tolerance.
+    float bound;
+    float tolerance;
+    /// Pairs of faces that may be the nearest, each at least `atLeast` apart. `decide` is called when the list is full; it
+    /// empties it and may lower `bound`.
+    std::uint32_t* facesA;
+    std::uint32_t* facesB;
+    float* atLeast;
+    std::uint32_t count;
+    std::uint32_t capacity;
+    void (*decide)(DistanceSink& sink, void* context);
+    void* context;
+    std::uint64_t nodeTests;
+    std::uint64_t triangleTests;
+    std::uint64_t limit;  ///< of both
+    bool exhausted;
+    float unexplored;  ///< what was left out for want of work is not nearer than this
+};
+
 /// Most candidates that one pair of leaves can bring.
 inline constexpr unsigned kLeafPairs = kLeafFaces * kLeafFaces;
 
@@ -88,9 +123,18 @@ using TouchWalk = bool (*)(const TreeView& a, const TreeView& b, const PairFrame
 /// Do the volumes of a pair of slots overlap?
 using SlotTest = bool (*)(const TreeView& a, const TreeView& b, const PairFrame& frame, SlotPair pair);
 
+using DistanceWalk = void (*)(const TreeView& a, const TreeView& b, const PairFrame& frame, SlotPair start, DistanceSink& sink);
+
+/// Which pairs of faces meet, each where trianglesIntersect says so: bit i of meeting[j] for pair 8 j + i. Where the bit
+/// of `open` is set that was not decided: they touch, or nearly.
+using DecidePairs = void (*)(const MeshView& a, const MeshView& b, const PairMap& map, const std::uint32_t* facesA,
+                             const std::uint32_t* facesB, std::uint32_t count, std::uint8_t* meeting, std::uint8_t* open);
+
 struct TreeKernels {
+    DecidePairs decide;
     TouchWalk touch[kShapes];
     SlotTest overlap[kShapes];
+    DistanceWalk distance[kShapes];
 };
 
 }  // namespace tessera::kernel

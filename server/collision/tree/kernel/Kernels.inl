@@ -13,7 +13,9 @@ namespace {
 #include "server/collision/tree/kernel/Simd.inl"
 #include "server/collision/tree/kernel/Volumes.inl"
 #include "server/collision/tree/kernel/Triangles.inl"
+#include "server/collision/tree/kernel/Pairs.inl"
 #include "server/collision/tree/kernel/Touch.inl"
+#include "server/collision/tree/kernel/Distance.inl"
 
 using Dop6 = Dop<6, true>;
 using Dop14 = Dop<14, false>;
@@ -24,10 +26,13 @@ using Dop26 = Dop<26, false>;
 
 extern const TreeKernels kTable;
 const TreeKernels kTable = {
+    &decidePairs,
     {&Touching<Sphere>::walk, &Touching<Obb>::walk, &Touching<Dop6>::walk, &Touching<Dop14>::walk, &Touching<Dop18>::walk,
      &Touching<Dop26>::walk},
     {&Touching<Sphere>::overlap, &Touching<Obb>::overlap, &Touching<Dop6>::overlap, &Touching<Dop14>::overlap,
      &Touching<Dop18>::overlap, &Touching<Dop26>::overlap},
+    {&Nearing<Sphere>::walk, &Nearing<Obb>::walk, &Nearing<Dop6>::walk, &Nearing<Dop14>::walk, &Nearing<Dop18>::walk,
+     &Nearing<Dop26>::walk},
 };
 
 }  // namespace tessera::kernel::TESSERA_KERNELS

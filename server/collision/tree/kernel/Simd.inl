@@ -35,9 +35,13 @@ TESSERA_INLINE D pick(D test, D whereNegative, D otherwise) {
                                                     reinterpret_cast<__m512d>(otherwise), reinterpret_cast<__m512d>(whereNegative)));
 }
 /// abcd -> aaaabbbbccccdddd
-TESSERA_INLINE F spread(F4 x) { return __builtin_shufflevector(x, x, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3); }
+TESSERA_INLINE F spread(F4 x) {
+    // Not __builtin_shufflevector: g++ 12 sends it through memory.
+    const __m512i lanes = _mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0);
+    return reinterpret_cast<F>(_mm512_maskz_permutexvar_ps(0xffff, lanes, _mm512_castps128_ps512(reinterpret_cast<__m128>(x))));
+}
 /// abcd -> abcdabcdabcdabcd
-TESSERA_INLINE F repeat(F4 x) { return __builtin_shufflevector(x, x, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3); }
+TESSERA_INLINE F repeat(F4 x) { return reinterpret_cast<F>(_mm512_maskz_broadcast_f32x4(0xffff, reinterpret_cast<__m128>(x))); }
 
 #elif defined(__AVX2__)
 typedef float FloatPart __attribute__((vector_size(32)));

@@ -60,6 +60,8 @@ struct Touching {
     /// Both slots' volumes overlap. blockB: the node of slotB placed in A's frame; blockA likewise.
     bool descend(Slot slotA, Slot slotB, const Block& blockA, const Block& blockB, unsigned levels) {
         const ChildRef refA = a.children[slotA], refB = b.children[slotB];
+        // Lanes without a child pass where a map shrinks everything to nothing or the slack is without bound.
+        if (refA == kNoChild || refB == kNoChild) return false;
         if ((refA & refB & kLeafBit) != 0) return leaves(refA, refB);
         if (levels == 0) {
             sink.later[sink.laterCount++] = {slotA, slotB};

@@ -20,6 +20,17 @@ inline Bits beside(const T3& plane, const T3& other, F slack) {
     return greater(min(min(dp, dq), dr), bound) | greater(-max(max(dp, dq), dr), bound);
 }
 
+/// The gap along one axis; negative where they overlap.
+inline F between(F a, F b, F c, F p, F q, F r) {
+    return max(min(min(a, b), c) - max(max(p, q), r), min(min(p, q), r) - max(max(a, b), c));
+}
+/// Their axis-aligned boxes are apart, for certain.
+inline Bits boxesApart(const T3& a, const T3& b, F slack) {
+    const F x = between(a.a.x, a.b.x, a.c.x, b.a.x, b.b.x, b.c.x), y = between(a.a.y, a.b.y, a.c.y, b.a.y, b.b.y, b.c.y),
+            z = between(a.a.z, a.b.z, a.c.z, b.a.z, b.b.z, b.c.z);
+    return greater(max(max(x, y), z), 2 * slack);
+}
+
 inline T3 spreadLeaf(const float* rows) {
     const auto row = [&](unsigned i) { return spread(load4(rows + i * kLeafFaces)); };
     return {{row(0), row(1), row(2)}, {row(3), row(4), row(5)}, {row(6), row(7), row(8)}};
@@ -36,7 +47,8 @@ inline Bits mayMeet(const float* rowsA, unsigned countA, const float* rowsB, uns
     const Bits both = (ofB * 0x1111u) & ((1u << 4 * countA) - 1);
     const T3 a = spreadLeaf(rowsA), b = repeatLeaf(rowsB, f);
     const F slack = splat(f.slack);
-    Bits left = both & ~beside(a, b, slack);
+    Bits left = both & ~boxesApart(a, b, slack);
+    if (left != 0) left &= ~beside(a, b, slack);
     if (left != 0) left &= ~beside(b, a, slack);
     return left;
 }
