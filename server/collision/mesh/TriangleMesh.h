@@ -39,6 +39,7 @@ public:
     [[nodiscard]] std::size_t faceCount() const { return indices_.size() / 3; }
     [[nodiscard]] std::size_t vertexCount() const { return positions_.size(); }
     [[nodiscard]] std::span<const Vec3d> positions() const { return positions_; }
+    [[nodiscard]] std::span<const std::uint32_t> indices() const { return indices_; }
     [[nodiscard]] std::size_t memoryBytes() const {
         return positions_.size() * sizeof(Vec3d) + indices_.size() * sizeof(std::uint32_t);
     }

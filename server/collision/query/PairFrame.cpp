@@ -10,6 +10,7 @@ namespace tessera {
 namespace {
 
 using kernel::PairFrame;
+using kernel::PairMap;
 
 /// Beyond this, cubes of lengths leave float.
 constexpr double kMostStretch = 1e9;
@@ -87,6 +88,25 @@ PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d
     if (isDop(ta.options.volume)) realign(f.bInA, tb, ta, own, realignment);
     if (f.bothWays) realign(f.aInB, ta, tb, own.inverse(Eigen::Affine), realignment);
     return f;
+}
+
+PairMap pairMap(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b) {
+    PairMap map;
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) map.linear[3 * row + column] = a_T_b.linear()(row, column);
+        map.translation[row] = a_T_b.translation()[row];
+    }
+    const auto magnitude = [](const Box& box) { return Vec3d(box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs())); };
+    // With u = 2^-53: B's corners are mapped here and by Eigen to 4 u reach each, differences and products of lengths up to
+    // 2 r add their own; all together stay below 2000 u reach r², and the exact predicate's own filter is content too.
+    const Vec3d reach = 2 * magnitude(a.mesh().bounds()) + a_T_b.linear().cwiseAbs() * magnitude(b.mesh().bounds()) +
+                        a_T_b.translation().cwiseAbs();
+    map.doubt = 0x1p-41 * reach.maxCoeff();
+    return map;
+}
+
+kernel::MeshView meshView(const TriangleMesh& mesh) {
+    return {mesh.positions().empty() ? nullptr : mesh.positions().data()->data(), mesh.indices().data()};
 }
 
 }  // namespace tessera

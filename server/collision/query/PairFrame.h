@@ -11,4 +11,8 @@ namespace tessera {
 [[nodiscard]] kernel::PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
                                           Realignment realignment = Realignment::kThreePlanes);
 
+/// For deciding about pairs of faces in double. Where it overflows, `doubt` is infinite and nothing is decided.
+[[nodiscard]] kernel::PairMap pairMap(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b);
+[[nodiscard]] kernel::MeshView meshView(const TriangleMesh& mesh);
+
 }  // namespace tessera
