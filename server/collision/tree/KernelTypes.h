@@ -130,11 +130,30 @@ using DistanceWalk = void (*)(const TreeView& a, const TreeView& b, const PairFr
 using DecidePairs = void (*)(const MeshView& a, const MeshView& b, const PairMap& map, const std::uint32_t* facesA,
                              const std::uint32_t* facesB, std::uint32_t count, std::uint8_t* meeting, std::uint8_t* open);
 
+/// Of one node, while volumes are fitted.
+struct FitNode {
+    std::uint32_t firstLeaf, endLeaf;  ///< below it
+    float moments[10];                 ///< of the surface below it: area, centre, second moments
+};
+
+/// A divided tree whose corners are there (missing ones of a leaf repeat its first triangle's) and whose volumes are to
+/// be made. Children come after their node.
+struct FitJob {
+    float* volumes;
+    const ChildRef* children;
+    const float* corners;
+    std::uint32_t nodeCount;
+    FitNode* nodes;  ///< room for each
+    double cost;     ///< out: the sum of the volumes' surfaces
+};
+using FitVolumes = void (*)(FitJob& job);
+
 struct TreeKernels {
     DecidePairs decide;
     TouchWalk touch[kShapes];
     SlotTest overlap[kShapes];
     DistanceWalk distance[kShapes];
+    FitVolumes fit[kShapes];
 };
 
 }  // namespace tessera::kernel

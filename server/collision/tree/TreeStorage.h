@@ -9,6 +9,11 @@
 
 namespace tessera {
 
+/// A vertex in a tree's own coordinates, x y z and a 0.
+struct alignas(16) OwnPosition {
+    float xyz0[4];
+};
+
 struct TreeStorage {
     struct alignas(64) VolumeRow {
         float lane[kernel::kWidth];
@@ -29,7 +34,7 @@ struct TreeStorage {
     double builtCost = 0;  ///< after the last build
     /// Node 0 has one child, the whole. Empty for an empty mesh.
     std::vector<kernel::ChildRef> children;
-    std::vector<std::uint32_t> leafFaces;  ///< kLeafFaces per leaf, kNoFace where there are fewer
+    std::vector<std::uint32_t> leafFaces;  ///< kLeafFaces per leaf, kNoFace where there are fewer; their corners repeat the first's
     std::vector<VolumeRow> volumes;
     std::vector<LeafRow> corners;
 
@@ -41,6 +46,9 @@ struct TreeStorage {
                 leafFaces.data()};
     }
 };
+
+/// Every vertex of the mesh, rounded to float: each coordinate by half a unit in its last place.
+[[nodiscard]] std::vector<OwnPosition> ownPositions(const TreeStorage& tree);
 
 [[nodiscard]] kernel::Shape shapeOf(VolumeKind kind);
 [[nodiscard]] unsigned rowsOf(VolumeKind kind);

@@ -1,252 +1,331 @@
 #include "server/collision/tree/TreeTopology.h"
 
-#include <xmmintrin.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
+#include <memory>
 #include <numeric>
 
-#include "server/collision/tree/TreeStorage.h"
+#include "server/collision/tree/LeafDivision.h"
 
 namespace tessera {
 namespace {
 
 using kernel::kLeafFaces;
 using kernel::kWidth;
+using Item = DivisionItem;
+using Bounds = DivisionBounds;
 
-/// A triangle's box; only the quality of the division depends on its rounding.
-struct alignas(16) Item {
-    float lower[4];
-    float upper[4];
-    [[nodiscard]] std::uint32_t face() const { return __builtin_bit_cast(std::uint32_t, lower[3]); }
-    [[nodiscard]] float centre2(unsigned axis) const { return lower[axis] + upper[axis]; }
-};
+/// Below this many levels the division is by count alone, so that no input makes a tree deep.
+constexpr std::size_t kLevelsOfChoice = 24;
+constexpr unsigned kBins = 16;
+/// How many times its children a node is meant to hold, at most.
+constexpr double kMostGrowth = 13;
+/// How full a lowest node is, about.
+constexpr double kUsualFaces = 50;
 
-struct Bounds {
-    __m128 lower = _mm_set1_ps(std::numeric_limits<float>::max());
-    __m128 upper = _mm_set1_ps(-std::numeric_limits<float>::max());
-
-    void extend(__m128 low, __m128 high) {
-        lower = _mm_min_ps(lower, low);
-        upper = _mm_max_ps(upper, high);
-    }
-    void extend(const Bounds& b) { extend(b.lower, b.upper); }
-    [[nodiscard]] std::array<float, 4> size() const {
-        std::array<float, 4> s;
-        _mm_storeu_ps(s.data(), _mm_sub_ps(upper, lower));
-        return s;
-    }
-    [[nodiscard]] float halfArea() const {
-        const std::array<float, 4> s = size();
-        return s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
-    }
-    [[nodiscard]] float volume() const {
-        const std::array<float, 4> s = size();
-        return s[0] * s[1] * s[2];
-    }
-};
-
-struct Piece {
-    std::uint32_t first = 0, count = 0;
+/// Triangles whose centres are in one interval along a piece's axis.
+struct Bin {
     Bounds box, centres2;  ///< of the triangles; of twice their centres
-    void add(const Item& item) {
-        const __m128 low = _mm_load_ps(item.lower), high = _mm_load_ps(item.upper);
+    void add(__m128 low, __m128 high) {
         const __m128 centre = _mm_add_ps(low, high);
         box.extend(low, high);
         centres2.extend(centre, centre);
-        ++count;
     }
-    void add(const Piece& p) {
-        box.extend(p.box);
-        centres2.extend(p.centres2);
-        count += p.count;
+    void add(const Bin& b) {
+        box.extend(b.box);
+        centres2.extend(b.centres2);
     }
 };
 
-/// Subtrees of so many triangles fill a node of their level well: a leaf, a node of leaves, a node of those, …
-constexpr std::uint32_t kNodeOfLeaves = 40;
-constexpr std::uint32_t kGrowth = 12;
-/// Below this many levels the division is by count alone, so that no input makes a tree deep.
-constexpr std::size_t kLevelsOfChoice = 24;
+/// Triangles that are still to be divided, and their bins along the axis of their next division.
+struct Piece {
+    Item* items = nullptr;
+    Item* room = nullptr;  ///< as much, for their order after it
+    std::uint32_t count = 0;
+    Bin all;
+    unsigned axis = 0;
+    float start = 0, scale = 0;
+    std::array<Bin, kBins> bins;
+    std::array<std::uint32_t, kBins> counts;
+
+    [[nodiscard]] bool needsBins() const { return count > kNodeFaces; }
+    [[nodiscard]] bool hasExtent() const { return scale > 0; }
+
+    /// `all` is known; chooses the axis and empties the bins.
+    void prepare() {
+        const std::array<float, 4> spread = all.centres2.size();
+        axis = static_cast<unsigned>(std::max_element(spread.begin(), spread.begin() + 3) - spread.begin());
+        alignas(16) float low[4];
+        _mm_store_ps(low, all.centres2.lower);
+        start = low[axis];
+        const float steps = static_cast<float>(kBins) * 0.999999f / spread[axis];
+        scale = spread[axis] > 0 && steps < std::numeric_limits<float>::max() ? steps : 0;
+        bins.fill({});
+        counts.fill(0);
+    }
+    [[nodiscard]] unsigned binOf(const Item& item) const {
+        return std::min(static_cast<unsigned>(static_cast<int>((item.centre2(axis) - start) * scale)), kBins - 1);
+    }
+    void addToBins(const Item& item, __m128 low, __m128 high) {
+        const unsigned bin = binOf(item);
+        bins[bin].add(low, high);
+        ++counts[bin];
+    }
+};
 
 class Divider {
 public:
-    Divider(const TriangleMesh& mesh, const Vec3d& centre, double unit, SplitRule rule) : rule_(rule), items_(mesh.faceCount()) {
-        for (std::uint32_t face = 0; face < items_.size(); ++face) {
-            const Vec3f a = ((mesh.corner(face, 0) - centre) * unit).cast<float>(), b = ((mesh.corner(face, 1) - centre) * unit).cast<float>(),
-                        c = ((mesh.corner(face, 2) - centre) * unit).cast<float>();
+    Divider(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule)
+        : rule_(rule), faces_(static_cast<std::uint32_t>(indices.size() / 3)), items_(new Item[2 * std::size_t{faces_}]) {
+        for (std::uint32_t face = 0; face < faces_; ++face) {
+            const std::uint32_t* const corner = &indices[3 * std::size_t{face}];
+            const __m128 a = _mm_load_ps(positions[corner[0]].xyz0), b = _mm_load_ps(positions[corner[1]].xyz0),
+                         c = _mm_load_ps(positions[corner[2]].xyz0);
+            const __m128 low = _mm_min_ps(_mm_min_ps(a, b), c), high = _mm_max_ps(_mm_max_ps(a, b), c);
+            whole_.add(low, high);
             Item& item = items_[face];
-            for (int axis = 0; axis < 3; ++axis) {
-                item.lower[axis] = std::min({a[axis], b[axis], c[axis]});
-                item.upper[axis] = std::max({a[axis], b[axis], c[axis]});
-            }
-            item.lower[3] = __builtin_bit_cast(float, face);
-            item.upper[3] = 0;
+            _mm_store_ps(item.lower, low);
+            _mm_store_ps(item.upper, high);
+            item.lower[3] = __builtin_bit_cast(float, face + Item::kFaceBias);
         }
     }
 
     TreeTopology divide() {
-        if (items_.empty()) return {};
-        out_.leafFaces.reserve(items_.size() * 5 / 4 + kLeafFaces);
-        Piece whole = pieceOf(0, static_cast<std::uint32_t>(items_.size()));
+        if (faces_ == 0) return {};
+        out_.leafFaces.reserve(faces_ + faces_ / 8 + kLeafFaces);
         out_.children.assign(kWidth, kernel::kNoChild);
-        const kernel::ChildRef ref = subtree(whole, 1);
+        chooseGrowth();
+        std::vector<Piece> whole(1);
+        Piece& piece = whole[0];
+        piece.items = items_.get();
+        piece.room = items_.get() + faces_;
+        piece.count = faces_;
+        piece.all = whole_;
+        fillBins(piece);
+        const kernel::ChildRef ref = subtree(piece, 1);
         out_.children[0] = ref;
         return std::move(out_);
     }
 
 private:
     SplitRule rule_;
-    std::vector<Item> items_;
+    std::uint32_t faces_;
+    std::unique_ptr<Item[]> items_;  ///< and as much room
+    Bin whole_;
+    double growth_ = 1;
     TreeTopology out_;
+    using Pieces = std::array<Piece, kWidth>;
+    std::vector<std::unique_ptr<Pieces>> pieces_;  ///< of one node per level
 
-    [[nodiscard]] Piece pieceOf(std::uint32_t first, std::uint32_t count) const {
-        Piece piece;
-        piece.first = first;
-        for (std::uint32_t i = first; i < first + count; ++i) piece.add(items_[i]);
-        return piece;
+    [[nodiscard]] bool byBins() const { return rule_ == SplitRule::kSurfaceArea || rule_ == SplitRule::kMinimumVolume; }
+
+    /// Equal steps from the lowest nodes up to the whole.
+    void chooseGrowth() {
+        const double lowest = static_cast<double>(faces_) / kUsualFaces;
+        if (lowest <= kMostGrowth) {
+            growth_ = kMostGrowth;
+            return;
+        }
+        const double levels = std::ceil(std::log(lowest) / std::log(kMostGrowth));
+        growth_ = std::pow(lowest, 1 / levels);
     }
 
-    kernel::ChildRef leaf(const Piece& piece) {
+    void fillBins(Piece& piece) const {
+        if (!piece.needsBins()) return;
+        piece.prepare();
+        for (std::uint32_t i = 0; i < piece.count; ++i) piece.addToBins(piece.items[i], piece.items[i].low(), piece.items[i].high());
+    }
+
+    kernel::ChildRef leaf(const Item* items, const std::uint8_t* order, unsigned count) {
         const std::uint32_t index = static_cast<std::uint32_t>(out_.leafFaces.size() / kLeafFaces);
-        for (std::uint32_t i = 0; i < kLeafFaces; ++i)
-            out_.leafFaces.push_back(i < piece.count ? items_[piece.first + i].face() : TreeStorage::kNoFace);
-        return kernel::kLeafBit | index << 2 | (piece.count - 1);
+        for (unsigned i = 0; i < kLeafFaces; ++i) out_.leafFaces.push_back(i < count ? items[order[i]].face() : TreeStorage::kNoFace);
+        return kernel::kLeafBit | index << 2 | (count - 1);
     }
 
-    kernel::ChildRef subtree(const Piece& piece, std::size_t level) {
-        out_.depth = std::max(out_.depth, level);
-        if (piece.count <= kLeafFaces) return leaf(piece);
-        std::uint32_t enough = kLeafFaces;  // a child of this many triangles needs no division here
-        for (std::uint32_t capacity = kNodeOfLeaves; capacity < piece.count; capacity *= kGrowth) {
-            enough = capacity;
-            if (capacity > std::numeric_limits<std::uint32_t>::max() / kGrowth) break;
-        }
-        std::array<Piece, kWidth> pieces;
-        std::size_t count = 1;
-        pieces[0] = piece;
-        while (count < kWidth) {
-            std::size_t best = count;
-            float most = -1;
-            for (std::size_t i = 0; i < count; ++i) {
-                const float weight = pieces[i].box.halfArea();
-                if (pieces[i].count > enough && weight > most) {
-                    most = weight;
-                    best = i;
-                }
-            }
-            if (best == count) break;
-            const Piece right = split(pieces[best], level);
-            std::move_backward(pieces.begin() + static_cast<std::ptrdiff_t>(best) + 1, pieces.begin() + static_cast<std::ptrdiff_t>(count),
-                               pieces.begin() + static_cast<std::ptrdiff_t>(count) + 1);
-            pieces[best + 1] = right;
-            ++count;
-        }
-        const std::uint32_t node = static_cast<std::uint32_t>(out_.children.size() / kWidth);
+    std::uint32_t newNode() {
+        const std::size_t node = out_.children.size() / kWidth;
         out_.children.resize(out_.children.size() + kWidth, kernel::kNoChild);
+        return static_cast<std::uint32_t>(node);
+    }
+
+    kernel::ChildRef lowest(const Piece& piece, std::size_t level) {
+        const LeafDivision division = divideIntoLeaves({piece.items, piece.count}, rule_);
+        const std::uint8_t* order = division.order.data();
+        if (division.leaves == 1) return leaf(piece.items, order, piece.count);
+        out_.depth = std::max(out_.depth, level + 1);
+        const std::uint32_t node = newNode();
+        for (std::size_t i = 0; i < division.leaves; ++i) {
+            out_.children[node * kWidth + i] = leaf(piece.items, order, division.counts[i]);
+            order += division.counts[i];
+        }
+        return node;
+    }
+
+    kernel::ChildRef subtree(Piece& piece, std::size_t level) {
+        out_.depth = std::max(out_.depth, level);
+        if (piece.count <= kNodeFaces) return lowest(piece, level);
+        double enough = kNodeFaces;  // a child of this many triangles needs no division here
+        while (enough * growth_ < piece.count) enough *= growth_;
+
+        while (pieces_.size() <= level) pieces_.push_back(nullptr);
+        if (!pieces_[level]) pieces_[level] = std::make_unique<Pieces>();
+        Pieces& pieces = *pieces_[level];
+        pieces[0] = piece;
+        std::array<std::uint8_t, kWidth> order{};  // neighbours side by side
+        std::array<float, kWidth> size{pieces[0].all.box.measure(SplitRule::kSurfaceArea)};
+        for (std::uint8_t count = 1; count < kWidth; ++count) {
+            std::size_t best = count;
+            for (std::size_t i = 0; i < count; ++i)
+                if (pieces[order[i]].count > enough && (best == count || size[order[i]] > size[order[best]])) best = i;
+            if (best == count) {
+                return node(pieces, order, count, level);
+            }
+            Piece& left = pieces[order[best]];
+            split(left, pieces[count], level);
+            size[order[best]] = left.all.box.measure(SplitRule::kSurfaceArea);
+            size[count] = pieces[count].all.box.measure(SplitRule::kSurfaceArea);
+            std::copy_backward(order.begin() + static_cast<std::ptrdiff_t>(best) + 1, order.begin() + count, order.begin() + count + 1);
+            order[best + 1] = count;
+        }
+        return node(pieces, order, kWidth, level);
+    }
+
+    kernel::ChildRef node(Pieces& pieces, const std::array<std::uint8_t, kWidth>& order, std::size_t count, std::size_t level) {
+        const std::uint32_t node = newNode();
         for (std::size_t i = 0; i < count; ++i) {
-            const kernel::ChildRef ref = subtree(pieces[i], level + 1);
+            const kernel::ChildRef ref = subtree(pieces[order[i]], level + 1);
             out_.children[node * kWidth + i] = ref;
         }
         return node;
     }
 
-    /// Cuts the piece in two; what is left of it is the first part, the second is returned.
-    Piece split(Piece& piece, std::size_t level) {
-        const std::array<float, 4> spread = piece.centres2.size();
-        const auto axis = static_cast<unsigned>(std::max_element(spread.begin(), spread.begin() + 3) - spread.begin());
-        if (!(spread[axis] > 0) || level > kLevelsOfChoice) return splitByCount(piece, axis);
+    /// Cuts `piece` in two; what is left of it is the first part.
+    void split(Piece& piece, Piece& right, std::size_t level) {
+        if (!piece.hasExtent() || level > kLevelsOfChoice) return splitByCount(piece, right);
         switch (rule_) {
-            case SplitRule::kLongestSideMedian: return splitByCount(piece, axis);
-            case SplitRule::kLongestSideMean: return splitByMean(piece, axis);
+            case SplitRule::kLongestSideMedian: return splitByCount(piece, right);
+            case SplitRule::kLongestSideMean: return splitByMean(piece, right);
             case SplitRule::kSurfaceArea:
             case SplitRule::kMinimumVolume: break;
         }
-        return splitByBins(piece, axis, spread[axis]);
+        splitByBins(piece, right);
     }
 
-    /// Half to each side, the first part a whole number of leaves.
-    Piece splitByCount(Piece& piece, unsigned axis) {
-        const std::uint32_t half = (piece.count / 2 + kLeafFaces - 1) / kLeafFaces * kLeafFaces;
-        const auto begin = items_.begin() + piece.first;
-        std::nth_element(begin, begin + half, begin + piece.count, [axis](const Item& a, const Item& b) {
+    /// Half to each side, the first part a whole number of lowest nodes.
+    void splitByCount(Piece& piece, Piece& right) {
+        const unsigned axis = piece.axis;
+        const auto half = static_cast<std::uint32_t>((piece.count / 2 + kNodeFaces - 1) / kNodeFaces * kNodeFaces);
+        std::nth_element(piece.items, piece.items + half, piece.items + piece.count, [axis](const Item& a, const Item& b) {
             const float x = a.centre2(axis), y = b.centre2(axis);
             return x != y ? x < y : a.face() < b.face();
         });
-        return cut(piece, half);
+        cut(piece, right, half);
     }
 
-    Piece splitByMean(Piece& piece, unsigned axis) {
-        const auto begin = items_.begin() + piece.first, end = begin + piece.count;
+    void splitByMean(Piece& piece, Piece& right) {
+        const unsigned axis = piece.axis;
+        Item* const end = piece.items + piece.count;
         double sum = 0;
-        for (auto i = begin; i != end; ++i) sum += static_cast<double>(i->centre2(axis));
+        for (const Item* i = piece.items; i != end; ++i) sum += static_cast<double>(i->centre2(axis));
         const float mean = static_cast<float>(sum / piece.count);
-        const auto middle = std::partition(begin, end, [&](const Item& item) { return item.centre2(axis) < mean; });
-        if (middle == begin || middle == end) return splitByCount(piece, axis);
-        return cut(piece, static_cast<std::uint32_t>(middle - begin));
+        Item* const middle = std::partition(piece.items, end, [&](const Item& item) { return item.centre2(axis) < mean; });
+        if (middle == piece.items || middle == end) return splitByCount(piece, right);
+        cut(piece, right, static_cast<std::uint32_t>(middle - piece.items));
     }
 
-    Piece cut(Piece& piece, std::uint32_t left) {
-        const Piece right = pieceOf(piece.first + left, piece.count - left);
-        piece = pieceOf(piece.first, left);
-        return right;
+    void cut(Piece& piece, Piece& right, std::uint32_t left) const {
+        right.items = piece.items + left;
+        right.room = piece.room + left;
+        right.count = piece.count - left;
+        piece.count = left;
+        for (Piece* const part : {&piece, &right}) {
+            part->all = {};
+            for (std::uint32_t i = 0; i < part->count; ++i) part->all.add(part->items[i].low(), part->items[i].high());
+            fillBins(*part);
+        }
     }
 
-    static constexpr unsigned kBins = 16;
+    struct Choice {
+        unsigned bin = 0;  ///< the first of the right part
+        std::uint32_t left = 0;
+    };
 
-    /// Wald 2007: the cut between bins of least (size of the part's box) · (leaves that it needs).
-    Piece splitByBins(Piece& piece, unsigned axis, float spread) {
-        const unsigned bins = piece.count >= 32 ? kBins : 8;
-        alignas(16) float low[4];
-        _mm_store_ps(low, piece.centres2.lower);
-        const float scale = static_cast<float>(bins) * 0.999999f / spread, start = low[axis];
-        const auto binOf = [=](const Item& item) {
-            return std::min(static_cast<unsigned>((item.centre2(axis) - start) * scale), bins - 1);
-        };
-        std::array<Piece, kBins> bin;
-        for (std::uint32_t i = piece.first; i < piece.first + piece.count; ++i) bin[binOf(items_[i])].add(items_[i]);
-        const bool byVolume = rule_ == SplitRule::kMinimumVolume;
-        const auto cost = [&](const Piece& p) {
-            const float size = byVolume ? p.box.volume() : p.box.halfArea();
-            return size * static_cast<float>((p.count + kLeafFaces - 1) / kLeafFaces);
+    /// Wald 2007: the cut between bins of least (size of the part's box) · (lowest nodes that it needs).
+    Choice bestCut(const Piece& piece) const {
+        const auto cost = [&](const Bounds& box, std::uint32_t count) {
+            return box.measure(rule_) * static_cast<float>((count + kUnit - 1) / kUnit);
         };
         std::array<float, kBins> above{};
-        Piece right;
-        for (unsigned i = bins - 1; i > 0; --i) {
-            right.add(bin[i]);
-            above[i] = right.count == 0 ? 0 : cost(right);
+        Bounds box;
+        std::uint32_t count = 0;
+        for (unsigned i = kBins - 1; i > 0; --i) {
+            box.extend(piece.bins[i].box);
+            count += piece.counts[i];
+            above[i] = count == 0 ? 0 : cost(box, count);
         }
-        Piece left, bestLeft;
-        unsigned best = 0;
+        Choice best;
         float least = std::numeric_limits<float>::max();
-        for (unsigned i = 0; i + 1 < bins; ++i) {
-            left.add(bin[i]);
-            if (left.count == 0 || left.count == piece.count) continue;
-            const float total = cost(left) + above[i + 1];
+        box = {};
+        count = 0;
+        for (unsigned i = 0; i + 1 < kBins; ++i) {
+            if (piece.counts[i] == 0) continue;
+            box.extend(piece.bins[i].box);
+            count += piece.counts[i];
+            if (count == piece.count) break;
+            const float total = cost(box, count) + above[i + 1];
             if (total < least) {
                 least = total;
-                best = i + 1;
-                bestLeft = left;
+                best = {i + 1, count};
             }
         }
-        if (best == 0) return splitByCount(piece, axis);
-        right = {};
-        for (unsigned i = best; i < bins; ++i) right.add(bin[i]);
-        const auto begin = items_.begin() + piece.first;
-        std::partition(begin, begin + piece.count, [&](const Item& item) { return binOf(item) < best; });
-        bestLeft.first = piece.first;
-        right.first = piece.first + bestLeft.count;
-        piece = bestLeft;
-        return right;
+        return best;
+    }
+    static constexpr std::uint32_t kUnit = kNodeFaces;
+
+    void splitByBins(Piece& piece, Piece& right) {
+        const Choice choice = bestCut(piece);
+        if (choice.bin == 0) return splitByCount(piece, right);
+        const unsigned axis = piece.axis;
+        const float start = piece.start, scale = piece.scale;
+        const auto isRight = [=](const Item& item) {
+            return std::min(static_cast<unsigned>(static_cast<int>((item.centre2(axis) - start) * scale)), kBins - 1) >= choice.bin;
+        };
+        const std::uint32_t count = piece.count;
+        const Item* const from = piece.items;
+        right.items = piece.room + choice.left;
+        right.room = piece.items + choice.left;
+        right.count = count - choice.left;
+        right.all = {};
+        for (unsigned i = choice.bin; i < kBins; ++i) right.all.add(piece.bins[i]);
+        Bin left;
+        for (unsigned i = 0; i < choice.bin; ++i) left.add(piece.bins[i]);
+        piece.all = left;
+        piece.count = choice.left;
+        std::swap(piece.items, piece.room);
+        // One pass puts the triangles in order and into the bins of the parts.
+        Item* to[2] = {piece.items, right.items};
+        if (!piece.needsBins() && !right.needsBins()) {
+            for (std::uint32_t i = 0; i < count; ++i) *to[isRight(from[i])]++ = from[i];
+            return;
+        }
+        piece.prepare();
+        right.prepare();
+        Piece* const part[2] = {&piece, &right};
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const bool side = isRight(from[i]);
+            const __m128 low = from[i].low(), high = from[i].high();
+            _mm_store_ps(to[side]->lower, low);
+            _mm_store_ps(to[side]->upper, high);
+            ++to[side];
+            part[side]->addToBins(from[i], low, high);
+        }
     }
 };
 
 }  // namespace
 
-TreeTopology divide(const TriangleMesh& mesh, const Vec3d& centre, double unit, SplitRule rule) {
-    return Divider(mesh, centre, unit, rule).divide();
+TreeTopology divide(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule) {
+    return Divider(positions, indices, rule).divide();
 }
 
 }  // namespace tessera

@@ -2,21 +2,21 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "server/collision/mesh/TriangleMesh.h"
 #include "server/collision/tree/KernelTypes.h"
-#include "server/collision/tree/TriangleTree.h"
+#include "server/collision/tree/TreeStorage.h"
 
 namespace tessera {
 
 struct TreeTopology {
-    std::vector<kernel::ChildRef> children;  ///< kWidth per node; node 0 has one child, the whole
+    std::vector<kernel::ChildRef> children;  ///< kWidth per node; node 0 has one child, the whole; children come after their node
     std::vector<std::uint32_t> leafFaces;    ///< kLeafFaces per leaf; a subtree's leaves are consecutive
     std::size_t depth = 0;
 };
 
-/// Deterministic; its depth is bounded for any input. Coordinates are rounded as (x - centre) · unit.
-[[nodiscard]] TreeTopology divide(const TriangleMesh& mesh, const Vec3d& centre, double unit, SplitRule rule);
+/// Deterministic, the same on every processor; its depth is bounded for any input. Three indices into `positions` per triangle.
+[[nodiscard]] TreeTopology divide(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule);
 
 }  // namespace tessera

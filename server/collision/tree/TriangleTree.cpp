@@ -9,24 +9,6 @@
 
 namespace tessera {
 
-kernel::Shape shapeOf(VolumeKind kind) {
-    switch (kind) {
-        case VolumeKind::kSphere: return kernel::Shape::kSphere;
-        case VolumeKind::kObb: return kernel::Shape::kObb;
-        case VolumeKind::kAabb:
-        case VolumeKind::kDop6: return kernel::Shape::kDop6;
-        case VolumeKind::kDop14: return kernel::Shape::kDop14;
-        case VolumeKind::kDop18: return kernel::Shape::kDop18;
-        case VolumeKind::kDop26: return kernel::Shape::kDop26;
-    }
-    return kernel::Shape::kObb;
-}
-
-unsigned rowsOf(VolumeKind kind) {
-    constexpr unsigned rows[kernel::kShapes] = {4, 15, 6, 14, 18, 26};
-    return rows[static_cast<std::size_t>(shapeOf(kind))];
-}
-
 namespace {
 
 /// Own coordinates: about the middle, in a power of two that makes the farthest corner of the box at most 1 away.
@@ -58,13 +40,14 @@ std::size_t TriangleTree::depth() const { return storage_->depth; }
 void TriangleTree::rebuild() {
     TreeStorage& tree = *storage_;
     chooseCoordinates(tree);
-    TreeTopology topology = divide(tree.mesh, tree.centre, tree.unit, tree.options.split);
+    const std::vector<OwnPosition> positions = ownPositions(tree);
+    TreeTopology topology = divide(positions, tree.mesh.indices(), tree.options.split);
     tree.children = std::move(topology.children);
     tree.leafFaces = std::move(topology.leafFaces);
     tree.depth = topology.depth;
     tree.children.shrink_to_fit();
     tree.leafFaces.shrink_to_fit();
-    fitVolumes(tree);
+    fitVolumes(tree, positions);
     tree.builtCost = tree.cost;
 }
 
@@ -73,7 +56,7 @@ Expected<void> TriangleTree::refit(std::span<const Vec3d> positions) {
     Expected<void> moved = tree.mesh.move(positions);
     if (!moved) return moved;
     chooseCoordinates(tree);
-    fitVolumes(tree);
+    fitVolumes(tree, ownPositions(tree));
     return {};
 }
 

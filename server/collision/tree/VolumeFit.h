@@ -5,8 +5,8 @@
 
 namespace tessera {
 
-/// Fills corners, volumes, radius and cost from mesh, centre, unit, children and leafFaces. Volumes hold the triangles exactly
-/// (rounded outwards to float).
-void fitVolumes(TreeStorage& tree);
+/// Fills corners, volumes, radius and cost from children, leafFaces and the mesh's vertices in the tree's coordinates. Volumes
+/// hold the exact triangles: what rounding can do is added to them (kernel/Fit.inl).
+void fitVolumes(TreeStorage& tree, std::span<const OwnPosition> positions);
 
 }  // namespace tessera

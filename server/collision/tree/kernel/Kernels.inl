@@ -16,11 +16,12 @@ namespace {
 #include "server/collision/tree/kernel/Pairs.inl"
 #include "server/collision/tree/kernel/Touch.inl"
 #include "server/collision/tree/kernel/Distance.inl"
+#include "server/collision/tree/kernel/Fit.inl"
 
 using Dop6 = Dop<6, true>;
-using Dop14 = Dop<14, false>;
-using Dop18 = Dop<18, false>;
-using Dop26 = Dop<26, false>;
+using Dop14 = Dop<14, true>;
+using Dop18 = Dop<18, true>;
+using Dop26 = Dop<26, true>;
 
 }  // namespace
 
@@ -33,6 +34,7 @@ const TreeKernels kTable = {
      &Touching<Dop18>::overlap, &Touching<Dop26>::overlap},
     {&Nearing<Sphere>::walk, &Nearing<Obb>::walk, &Nearing<Dop6>::walk, &Nearing<Dop14>::walk, &Nearing<Dop18>::walk,
      &Nearing<Dop26>::walk},
+    {&fitAll<SphereFit>, &fitAll<ObbFit>, &fitAll<DopFit<6>>, &fitAll<DopFit<14>>, &fitAll<DopFit<18>>, &fitAll<DopFit<26>>},
 };
 
 }  // namespace tessera::kernel::TESSERA_KERNELS

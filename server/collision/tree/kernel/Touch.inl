@@ -13,30 +13,24 @@ struct Touching {
     const float* nodeA(Slot slot) const { return a.volumes + std::size_t{slot / kWidth} * kRows * kWidth; }
     const float* nodeB(Slot slot) const { return b.volumes + std::size_t{slot / kWidth} * kRows * kWidth; }
     void placeB(const float* node, Block& out) const { V::place(node, f, f.bInA, out.row); }
-    void placeA(const float* node, Block& out) const {
-        if constexpr (V::kBothWays)
-            if (f.bothWays) V::place(node, f, f.aInB, out.row);
-    }
+    void placeA(const float* node, Block& out) const { V::place(node, f, f.aInB, out.row); }
+    bool bothWays() const { return V::kBothWays && f.bothWays; }
 
-    /// Lanes of A's node that overlap one volume of B (placed, and as it is); `many` likewise.
-    Bits overlapA(const float* placedB, const float* ownB, const float* ownA, const float* placedA) const {
-        Bits apart;
-        if constexpr (std::is_same_v<V, Obb>) apart = greater(V::template gap<true>(placedB, ownA, f), splat(f.slack));
-        else if constexpr (std::is_same_v<V, Sphere>) apart = greater(V::gap(placedB, ownA, f), splat(f.slack));
-        else apart = greater(V::gap(placedB, ownA), splat(f.slack));
-        if constexpr (V::kBothWays)
-            if (f.bothWays) apart |= greater(V::gap(ownB, placedA), splat(f.slackB));
-        return ~apart & 0xffffu;
+    /// Lanes of A's node that one volume of B, placed in A's frame, overlaps.
+    Bits overlapA(const float* placedB, const float* ownA) const {
+        if constexpr (std::is_same_v<V, Obb>) return 0xffffu & ~greater(V::template gap<true>(placedB, ownA, f), splat(f.slack));
+        else if constexpr (std::is_same_v<V, Sphere>) return 0xffffu & ~greater(V::gap(placedB, ownA, f), splat(f.slack));
+        else return 0xffffu & ~greater(V::gap(placedB, ownA), splat(f.slack));
     }
-    /// Lanes of B's node that overlap one volume of A.
-    Bits overlapB(const float* ownA, const float* placedA, const float* placedB, const float* ownB) const {
-        Bits apart;
-        if constexpr (std::is_same_v<V, Obb>) apart = greater(V::template gap<false>(ownA, placedB, f), splat(f.slack));
-        else if constexpr (std::is_same_v<V, Sphere>) apart = greater(V::gap(ownA, placedB, f), splat(f.slack));
-        else apart = greater(V::gap(ownA, placedB), splat(f.slack));
-        if constexpr (V::kBothWays)
-            if (f.bothWays) apart |= greater(V::gap(placedA, ownB), splat(f.slackB));
-        return ~apart & 0xffffu;
+    /// Lanes of B's node, placed in A's frame, that one volume of A overlaps.
+    Bits overlapB(const float* ownA, const float* placedB) const {
+        if constexpr (std::is_same_v<V, Obb>) return 0xffffu & ~greater(V::template gap<false>(ownA, placedB, f), splat(f.slack));
+        else return overlapA(ownA, placedB);
+    }
+    /// Lanes where one volume and many overlap in B's frame too.
+    Bits overlapInB(const float* one, const float* many) const {
+        if constexpr (V::kBothWays) return ~greater(V::gap(one, many), splat(f.slackB));
+        else return ~0u;
     }
 
     bool leaves(ChildRef refA, ChildRef refB) {
@@ -57,11 +51,10 @@ struct Touching {
         return false;
     }
 
-    /// Both slots' volumes overlap. blockB: the node of slotB placed in A's frame; blockA likewise.
+    /// Both slots' volumes overlap. blockB: the node of slotB placed in A's frame; blockA: that of slotA in B's, where both
+    /// frames are looked at. Only what overlaps in A's frame is compared in B's.
     bool descend(Slot slotA, Slot slotB, const Block& blockA, const Block& blockB, unsigned levels) {
         const ChildRef refA = a.children[slotA], refB = b.children[slotB];
-        // Lanes without a child pass where a map shrinks everything to nothing or the slack is without bound.
-        if (refA == kNoChild || refB == kNoChild) return false;
         if ((refA & refB & kLeafBit) != 0) return leaves(refA, refB);
         if (levels == 0) {
             sink.later[sink.laterCount++] = {slotA, slotB};
@@ -73,12 +66,16 @@ struct Touching {
         }
         const unsigned laneA = slotA % kWidth, laneB = slotB % kWidth;
         if ((refB & kLeafBit) != 0) {  // only A goes down
-            Block placedA;
             const Slot firstA = refA * kWidth;
             const float* const ownA = nodeA(firstA);
-            placeA(ownA, placedA);
             ++sink.nodeTests;
-            Bits lanes = overlapA(blockB.row + laneB, nodeB(slotB) + laneB, ownA, placedA.row);
+            Bits lanes = overlapA(blockB.row + laneB, ownA);
+            if (lanes == 0) return false;
+            Block placedA;
+            if (bothWays()) {
+                placeA(ownA, placedA);
+                lanes &= overlapInB(nodeB(slotB) + laneB, placedA.row);
+            }
             for (; lanes != 0; lanes &= lanes - 1)
                 if (descend(firstA + static_cast<unsigned>(__builtin_ctz(lanes)), slotB, placedA, blockB, levels - 1)) return true;
             return false;
@@ -88,21 +85,27 @@ struct Touching {
         const float* const ownB = nodeB(firstB);
         placeB(ownB, placedB);
         ++sink.nodeTests;
-        Bits lanesB = overlapB(nodeA(slotA) + laneA, blockA.row + laneA, placedB.row, ownB);
+        Bits lanesB = overlapB(nodeA(slotA) + laneA, placedB.row);
+        if (bothWays() && lanesB != 0) lanesB &= overlapInB(blockA.row + laneA, ownB);
         if ((refA & kLeafBit) != 0) {  // only B goes down
             for (; lanesB != 0; lanesB &= lanesB - 1)
                 if (descend(slotA, firstB + static_cast<unsigned>(__builtin_ctz(lanesB)), blockA, placedB, levels - 1)) return true;
             return false;
         }
-        if (lanesB == 0) return false;
         Block placedA;
+        bool placed = false;
         const Slot firstA = refA * kWidth;
         const float* const ownA = nodeA(firstA);
-        placeA(ownA, placedA);
         for (; lanesB != 0; lanesB &= lanesB - 1) {
             const unsigned laneOfB = static_cast<unsigned>(__builtin_ctz(lanesB));
             ++sink.nodeTests;
-            Bits lanesA = overlapA(placedB.row + laneOfB, ownB + laneOfB, ownA, placedA.row);
+            Bits lanesA = overlapA(placedB.row + laneOfB, ownA);
+            if (lanesA == 0) continue;
+            if (bothWays()) {
+                if (!placed) placeA(ownA, placedA);
+                placed = true;
+                lanesA &= overlapInB(ownB + laneOfB, placedA.row);
+            }
             for (; lanesA != 0; lanesA &= lanesA - 1)
                 if (descend(firstA + static_cast<unsigned>(__builtin_ctz(lanesA)), firstB + laneOfB, placedA, placedB, levels - 1))
                     return true;
@@ -113,7 +116,7 @@ struct Touching {
     static bool walk(const TreeView& a, const TreeView& b, const PairFrame& f, SlotPair start, unsigned levels, TouchSink& sink) {
         Touching touching{a, b, f, sink};
         Block blockA, blockB;
-        touching.placeA(touching.nodeA(start.a), blockA);
+        if (touching.bothWays()) touching.placeA(touching.nodeA(start.a), blockA);
         touching.placeB(touching.nodeB(start.b), blockB);
         return touching.descend(start.a, start.b, blockA, blockB, levels);
     }
@@ -121,11 +124,12 @@ struct Touching {
     static bool overlap(const TreeView& a, const TreeView& b, const PairFrame& f, SlotPair pair) {
         TouchSink unused{};
         const Touching touching{a, b, f, unused};
-        Block blockA, blockB;
-        touching.placeA(touching.nodeA(pair.a), blockA);
-        touching.placeB(touching.nodeB(pair.b), blockB);
+        Block block;
+        touching.placeB(touching.nodeB(pair.b), block);
         const unsigned laneA = pair.a % kWidth, laneB = pair.b % kWidth;
-        return (touching.overlapA(blockB.row + laneB, touching.nodeB(pair.b) + laneB, touching.nodeA(pair.a), blockA.row) >> laneA &
-                1u) != 0;
+        if ((touching.overlapA(block.row + laneB, touching.nodeA(pair.a)) >> laneA & 1u) == 0) return false;
+        if (!touching.bothWays()) return true;
+        touching.placeA(touching.nodeA(pair.a), block);
+        return (touching.overlapInB(touching.nodeB(pair.b) + laneB, block.row) >> laneA & 1u) != 0;
     }
 };
