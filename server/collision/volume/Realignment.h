@@ -56,8 +56,8 @@ struct PlaneWeights {
     std::array<double, kMaxDirections> offset;  ///< T·d
 
     /// For what lies in `whole` (of the source), more than rounding in double can do to any bound: that of weights
-    /// and sums here, of `project` on either side, and of mapping the points themselves, a_T_b * x. Per direction.
-    [[nodiscard]] Projections rounding(const KDop& whole) const;
+    /// and sums here, of `project` on either side, and of mapping the points themselves, a_T_b * x.
+    [[nodiscard]] double rounding(const KDop& whole) const;
 
     Affine3d map;
 };
@@ -81,10 +81,10 @@ struct FloatPlaneWeights {
 /// without, also where numbers too small for float become 0: every h of a volume within `whole` is taken to be rounded
 /// to float upwards, and `whole` to hold the floats. With ε = 2^-24 and R_i = whole.magnitude(i),
 ///
-///     slack = 6 ε (Σ weight_i R_i + |T·d|) + rounding + 2^-120 (1 + Σ R_x,y,z)
+///     slack = 7 ε (Σ weight_i R_i + |T·d|) + rounding + 2^-120 (1 + Σ R_x,y,z)
 ///
-/// (four roundings of a sum of four terms, of which three are products: γ4 = 4ε / (1 - 4ε); one more for the weights).
-/// Where a float overflows, h' is infinite or NaN: a kernel must take NaN for "may overlap".
+/// (four roundings of a sum of four terms, of which three are products: γ4 = 4ε / (1 - 4ε); one more for the weights,
+/// one for the offset). Where a float overflows, h' is infinite or NaN: a kernel must take NaN for "may overlap".
 [[nodiscard]] FloatPlaneWeights forKernels(const PlaneWeights& weights, const KDop& whole);
 
 }  // namespace tessera

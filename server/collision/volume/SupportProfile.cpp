@@ -140,27 +140,22 @@ ProfileLookup ProfileLookup::make(const ProfileShape& shape, DirectionSet target
     return lookup;
 }
 
-Projections ProfileLookup::rounding(double extent) const {
-    // As for planes: p, the sum, the mapped points and the projections are at most 22 · 2^-53 of this.
-    const Mat3d linear = map.linear().cwiseAbs();
-    const Vec3d reach = linear.rowwise().sum() * extent + map.translation().cwiseAbs();
-    const std::span<const Vec3d> d = directions(target);
-    Projections slack{};
-    for (std::size_t i = 0; i < d.size(); ++i) slack[i] = 0x1p-48 * d[i].cwiseAbs().dot(reach) + 0x1p-1000;
-    return slack;
+double ProfileLookup::rounding(double extent) const {
+    // As for planes: p, the sum, the mapped points and the projections are less than 2^-48 of this.
+    return 0x1p-48 * (map.linear().cwiseAbs().sum() * extent + map.translation().lpNorm<1>()) + 0x1p-1000;
 }
 
 KDop realigned(const ProfileLookup& lookup, const SupportProfile& profile) {
     KDop out(lookup.target);
     const Vec3d center = profile.center.cast<double>();
     const double step = profile.step;
-    const Projections slack = lookup.rounding(center.lpNorm<1>() + 3 * kSteps * step);
+    const double slack = lookup.rounding(center.lpNorm<1>() + 3 * kSteps * step);
     const std::size_t m = out.count();
     for (std::size_t i = 0; i < m; ++i) {
         const double middle = lookup.vector[i].dot(center) + lookup.offset[i];
         const double unit = lookup.length[i] * step;
-        out.upper[i] = middle + unit * profile.table[lookup.entry[i]] + slack[i];
-        out.lower[i] = middle - unit * profile.table[lookup.entry[i + m]] - slack[i];
+        out.upper[i] = middle + unit * profile.table[lookup.entry[i]] + slack;
+        out.lower[i] = middle - unit * profile.table[lookup.entry[i + m]] - slack;
     }
     return out;
 }
@@ -173,13 +168,13 @@ FloatProfileLookup forKernels(const ProfileLookup& lookup, const KDop& whole) {
     const double diagonal =
         Vec3d(whole.upper[0] - whole.lower[0], whole.upper[1] - whole.lower[1], whole.upper[2] - whole.lower[2]).norm();
     // A centre is a float: it may lie outside by its rounding, and its points that much farther from it.
-    const Projections rounding = lookup.rounding(2 * (extents.sum() + 3 * diagonal));
+    const double rounding = lookup.rounding(2 * (extents.sum() + 3 * diagonal));
     const double least = 0x1p-120 * (1 + extents.sum());
     for (std::size_t i = 0; i < m; ++i) {
         const Vec3d& p = lookup.vector[i];
         const double reach = p.cwiseAbs().dot(extents) + lookup.length[i] * (diagonal + 0x1p-20 * extents.sum()) +
                              std::abs(lookup.offset[i]);
-        const double slack = 10 * 0x1p-24 * reach + rounding[i] + least * (1 + lookup.length[i]);
+        const double slack = 10 * 0x1p-24 * reach + rounding + least * (1 + lookup.length[i]);
         for (int j = 0; j < 3; ++j) {
             out.vector[i][j] = static_cast<float>(p[j]);
             out.vector[i + m][j] = -out.vector[i][j];

@@ -63,7 +63,7 @@ struct ProfileLookup {
     Affine3d map;
 
     /// As PlaneWeights::rounding, for points whose |x|+|y|+|z| is at most `extent`, also about their centre.
-    [[nodiscard]] Projections rounding(double extent) const;
+    [[nodiscard]] double rounding(double extent) const;
 };
 
 /// The volume seen from the target frame, rounding included. The profile must have the look-up's shape.

@@ -146,10 +146,10 @@ TEST(Realignment, WithEdgeDirectionsIsNeverLooserThanTheBox) {
             const KDop byPlanes = realigned(planes, dop);
             const KDop byBox =
                 realigned(PlaneWeights::make(set, DirectionSet::k26, m, PlaneChoice::kBoxEnclosure), dop);
-            const Projections rounding = planes.rounding(dop);
+            const double rounding = planes.rounding(dop);
             for (std::size_t k = 0; k < byBox.count(); ++k) {
-                ASSERT_LE(byPlanes.upper[k], byBox.upper[k] + rounding[k]) << kKindNames[i % kKinds];
-                ASSERT_GE(byPlanes.lower[k], byBox.lower[k] - rounding[k]) << kKindNames[i % kKinds];
+                ASSERT_LE(byPlanes.upper[k], byBox.upper[k] + rounding) << kKindNames[i % kKinds];
+                ASSERT_GE(byPlanes.lower[k], byBox.lower[k] - rounding) << kKindNames[i % kKinds];
             }
         }
 }
@@ -160,10 +160,10 @@ TEST(Realignment, OfTheIdentityChangesNothingButRounding) {
         const KDop dop = KDop::around(set, anisotropic(random, 30));
         const PlaneWeights same = PlaneWeights::make(set, set, Affine3d::Identity());
         const KDop seen = realigned(same, dop);
-        const Projections rounding = same.rounding(dop);
+        const double rounding = same.rounding(dop);
         for (std::size_t i = 0; i < dop.count(); ++i) {
-            EXPECT_EQ(seen.upper[i], dop.upper[i] + rounding[i]);
-            EXPECT_EQ(seen.lower[i], dop.lower[i] - rounding[i]);
+            EXPECT_EQ(seen.upper[i], dop.upper[i] + rounding);
+            EXPECT_EQ(seen.lower[i], dop.lower[i] - rounding);
         }
     }
 }
