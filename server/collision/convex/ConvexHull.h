@@ -18,10 +18,10 @@ struct ConvexHullLimits {
     double maxCoordinate = 1e50;
 };
 
-/// Immutable: query it from any thread. Every decision was exact (Predicates.h), so every input point lies inside the hull
-/// or on it, exactly, and the hull is the same on every processor and for every order of equal computations: vertices
-/// are the corners of the hull alone (no point inside an edge or a side), in the order in which they came; each side is
-/// triangulated in one fixed way.
+/// Immutable: query it from any thread. Every decision was exact (Predicates.h), so every input point lies inside the
+/// hull or on it, exactly, and the hull is the same on every processor and for every order of equal computations:
+/// vertices are the corners of the hull alone (no point inside an edge or a side), in the order in which they came;
+/// each side is triangulated in one fixed way.
 ///
 /// Coordinates nearer to 0 than 1e-60 count as 0, since products of them would leave a double's range.
 class ConvexHull {
@@ -31,21 +31,21 @@ public:
 
     /// kBadInput: no points, or a coordinate that is not finite or too large (says which); kLimit: too many points.
     [[nodiscard]] static Expected<ConvexHull> make(std::span<const Vec3d> points, const ConvexHullLimits& limits = {});
-    /// Of the corners of its triangles, in the order of the faces. An empty mesh has no hull.
+    /// Of the vertices that its triangles use. An empty mesh has no hull.
     [[nodiscard]] static Expected<ConvexHull> make(const TriangleMesh& mesh, const ConvexHullLimits& limits = {});
 
     /// 3: a body. 2: all in one plane, a polygon. 1: a segment. 0: a point.
     [[nodiscard]] int dimension() const { return dimension_; }
     [[nodiscard]] std::span<const Vec3d> vertices() const { return vertices_; }
-    /// Which input point each vertex is (the first among equal ones), ascending. For a mesh: 3 · face + corner.
+    /// Which input point or vertex of the mesh (the first among equal ones), ascending.
     [[nodiscard]] std::span<const std::uint32_t> sources() const { return sources_; }
     /// Triangles with area, counter-clockwise seen from outside, a closed surface; ascending. A polygon has both sides,
     /// a segment and a point have none.
     [[nodiscard]] std::span<const Face> faces() const { return faces_; }
     /// The vertices that share an edge of a face (or the segment) with this one, ascending.
     [[nodiscard]] std::span<const std::uint32_t> neighbours(std::uint32_t vertex) const {
-        return std::span(neighbours_).subspan(firstNeighbour_[vertex],
-                                              firstNeighbour_[vertex + 1] - firstNeighbour_[vertex]);
+        return std::span(neighbours_)
+            .subspan(firstNeighbour_[vertex], firstNeighbour_[vertex + 1] - firstNeighbour_[vertex]);
     }
     [[nodiscard]] const Box& bounds() const { return bounds_; }
     /// The mean of the vertices: inside, to rounding.
@@ -54,10 +54,10 @@ public:
     /// Inside or on the surface, exactly. Looks at every face.
     [[nodiscard]] bool contains(const Vec3d& p) const;
 
-    /// A vertex farthest along `direction` (finite, of any length; zero takes any). Hulls of few vertices are scanned: the
-    /// answer is then farthest to rounding (of the dot product). Others are climbed, along edges, from `start` (kAnyVertex:
-    /// none known) or from a vertex kept for directions like this one, whichever is farther; the answer is then the
-    /// farthest exactly. `looks` counts the vertices that were looked at.
+    /// A vertex farthest along `direction` (finite, of any length; zero takes any). Hulls of few vertices are scanned:
+    /// the answer is then farthest to rounding (of the dot product). Others are climbed, along edges, from `start`
+    /// (kAnyVertex: none known) or from a vertex kept for directions like this one, whichever is farther; the answer is
+    /// then the farthest exactly. `looks` counts the vertices that were looked at.
     [[nodiscard]] std::uint32_t support(const Vec3d& direction, std::uint32_t start, std::uint64_t& looks) const;
     static constexpr std::size_t kScannedVertices = 32;
 
@@ -65,7 +65,8 @@ public:
 
 private:
     ConvexHull() = default;
-    void finish(std::vector<Vec3d> vertices, std::vector<std::uint32_t> sources, std::vector<Face> faces, int dimension);
+    void finish(std::vector<Vec3d> vertices, std::vector<std::uint32_t> sources, std::vector<Face> faces,
+                int dimension);
     void connect();
     void keepStarts();
     [[nodiscard]] std::size_t cellOf(const Vec3d& direction) const;
@@ -79,8 +80,8 @@ private:
     std::vector<std::uint32_t> firstNeighbour_, neighbours_;
     Box bounds_;
     Vec3d centre_ = Vec3d::Zero();
-    std::vector<double> columns_;  ///< x, y and z of few vertices, each column filled up to a multiple of four
-    std::uint32_t cells_ = 0;      ///< per edge of a cube's side; 0 for hulls that are scanned
+    std::vector<double> columns_;        ///< x, y and z of few vertices, each column filled up to a multiple of four
+    std::uint32_t cells_ = 0;            ///< per edge of a cube's side; 0 for hulls that are scanned
     std::vector<std::uint32_t> starts_;  ///< per cell of the six sides: a vertex farthest along its middle
 };
 

@@ -17,8 +17,8 @@ struct Face {
     std::uint32_t outside = kNone;        ///< first of the points that are to be looked at from here
     std::uint32_t farthest = kNone;       ///< of them, by rounded distance: a choice, no decision
     double reach = 0;
-    Vec3d origin, normal;  ///< not of unit length
-    double doubt = 0;      ///< beyond this a rounded side is certain
+    Vec3d origin = Vec3d::Zero(), normal = Vec3d::Zero();  ///< not of unit length
+    double doubt = 0;                                      ///< beyond this a rounded side is certain
     bool alive = true;
     std::uint32_t seenIn = 0;  ///< the round in which the face was found visible
 };
@@ -35,20 +35,30 @@ public:
         extent_ = (upper - lower).norm();
     }
 
-    std::vector<std::array<std::uint32_t, 3>> run(std::array<std::uint32_t, 4> start) {
+    HullSurface run(std::array<std::uint32_t, 4> start) {
         makeStart(start);
         while (!pending_.empty()) {
             const std::uint32_t face = pending_.back();
             pending_.pop_back();
             if (faces_[face].alive && faces_[face].outside != kNone) include(faces_[face].farthest, face);
         }
-        std::vector<std::array<std::uint32_t, 3>> triangles;
-        for (const Face& f : faces_)
-            if (f.alive) triangles.push_back(f.corners);
-        return triangles;
+        return surface();
     }
 
 private:
+    [[nodiscard]] HullSurface surface() const {
+        std::vector<std::uint32_t> place(faces_.size(), kNone);
+        HullSurface out;
+        for (std::uint32_t f = 0; f < faces_.size(); ++f)
+            if (faces_[f].alive) {
+                place[f] = static_cast<std::uint32_t>(out.triangles.size());
+                out.triangles.push_back(faces_[f].corners);
+            }
+        for (const Face& f : faces_)
+            if (f.alive) out.across.push_back({place[f.across[0]], place[f.across[1]], place[f.across[2]]});
+        return out;
+    }
+
     std::uint32_t addFace(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
         std::uint32_t index = 0;
         if (free_.empty()) {
@@ -91,8 +101,8 @@ private:
         return orient3d(points_[f.corners[0]], points_[f.corners[1]], points_[f.corners[2]], p) > 0;
     }
 
-    /// To the first of the faces that the point lies outside of. A point outside none of a new cone's faces, but outside
-    /// a face that the cone replaced, lies inside the hull now.
+    /// To the first of the faces that the point lies outside of. A point outside none of a new cone's faces, but
+    /// outside a face that the cone replaced, lies inside the hull now.
     template <typename FaceList>
     void assign(std::uint32_t point, const FaceList& candidates) {
         double height = 0;
@@ -179,7 +189,7 @@ private:
 
 }  // namespace
 
-std::vector<std::array<std::uint32_t, 3>> quickHull(std::span<const Vec3d> points, std::array<std::uint32_t, 4> start) {
+HullSurface quickHull(std::span<const Vec3d> points, std::array<std::uint32_t, 4> start) {
     return Builder(points).run(start);
 }
 

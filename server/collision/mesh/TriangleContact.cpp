@@ -199,28 +199,36 @@ TriangleContact contactOf(const Triangle& a, const Triangle& b) {
     return contact;
 }
 
-/// Nearest point of a triangle to p (C. Ericson, Real-Time Collision Detection, 5.1.5).
+/// Nearest point of a triangle to p (C. Ericson, Real-Time Collision Detection, 5.1.5). The areas va, vb and vc are
+/// products with the normal and not d1·d4 - d3·d2, which is the same but loses the digits of thin triangles twice over.
 Vec3d nearestOnTriangle(const Triangle& t, const Vec3d& p) {
-    const Vec3d ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
+    const Vec3d ab = t[1] - t[0], ac = t[2] - t[0], bc = t[2] - t[1], ap = p - t[0];
     const double d1 = ab.dot(ap), d2 = ac.dot(ap);
     if (d1 <= 0 && d2 <= 0) return t[0];
     const Vec3d bp = p - t[1];
     const double d3 = ab.dot(bp), d4 = ac.dot(bp);
     if (d3 >= 0 && d4 <= d3) return t[1];
-    const double vc = d1 * d4 - d3 * d2;
+    // Of the two shortest edges, whose angle is the widest.
+    const double squareAb = ab.squaredNorm(), squareAc = ac.squaredNorm(), squareBc = bc.squaredNorm();
+    Vec3d n = ab.cross(ac);
+    if (squareAc > squareBc && squareAc >= squareAb)
+        n = ab.cross(bc);
+    else if (squareAb > squareBc)
+        n = ac.cross(bc);
+    const double vc = n.dot(ap.cross(bp));
     if (vc <= 0 && d1 >= 0 && d3 <= 0) return d1 == d3 ? t[0] : Vec3d(t[0] + d1 / (d1 - d3) * ab);
     const Vec3d cp = p - t[2];
     const double d5 = ab.dot(cp), d6 = ac.dot(cp);
     if (d6 >= 0 && d5 <= d6) return t[2];
-    const double vb = d5 * d2 - d1 * d6;
+    const double vb = n.dot(cp.cross(ap));
     if (vb <= 0 && d2 >= 0 && d6 <= 0) return d2 == d6 ? t[0] : Vec3d(t[0] + d2 / (d2 - d6) * ac);
-    const double va = d3 * d6 - d5 * d4;
+    const double va = n.dot(bp.cross(cp));
     if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
         const double length = (d4 - d3) + (d5 - d6);
-        return length == 0 ? t[1] : Vec3d(t[1] + (d4 - d3) / length * (t[2] - t[1]));
+        return length == 0 ? t[1] : Vec3d(t[1] + (d4 - d3) / length * bc);
     }
-    const double scale = 1 / (va + vb + vc);
-    return t[0] + vb * scale * ab + vc * scale * ac;
+    const double square = n.squaredNorm();
+    return square > 0 ? Vec3d(p - n.dot(ap) / square * n) : t[0];
 }
 
 /// Nearest points of two segments (Ericson, 5.1.9).
