@@ -37,7 +37,8 @@ private:
 
 }  // namespace
 
-Expected<TriangleMesh> readTriangles(const std::string& path, const ImportOptions& options) {
+Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions options) {
+    options.fanPolygons = true;
     Expected<ImportedScene> imported = importScene(path, kRootNode, options);
     if (!imported) return tl::unexpected(imported.error());
     // In an aspect of its own the new objects can have any ids.

@@ -11,6 +11,6 @@ namespace tessera {
 /// All triangles that the file shows, in world coordinates and in file order (polygons fanned, nodes depth first). Equal
 /// positions become one vertex; no triangle is left out, so a face is the triangle's place in the file. Blocks; errors
 /// name the file, kBadInput also where it has no triangle at all.
-[[nodiscard]] Expected<TriangleMesh> readTriangles(const std::string& path, const ImportOptions& options);
+[[nodiscard]] Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions options);
 
 }  // namespace tessera

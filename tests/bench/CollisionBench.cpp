@@ -11,7 +11,7 @@
 #include <functional>
 
 #include "server/collision/mesh/InstructionSet.h"
-#include "server/collision/query/TouchQuery.h"
+#include "server/collision/query/DistanceQuery.h"
 #include "server/tools/PoseFile.h"
 #include "tests/bench/CollisionRows.h"
 #include "tests/support/Models.h"
@@ -104,23 +104,16 @@ BenchPair generated(const std::string& fileA, const std::string& fileB, const Ar
     pair.b = normalised(orStop(loadModel(fileB)));
     pair.name = nameOf(fileA, fileB, pair);
     const TriangleTree a(pair.a), b(pair.b);
-    const FclPair fcl(pair.a, pair.b, FclVolume::kObbRss);
-    const BodyOracle oracle{.distance = [&](const Pose& pose) { return fcl.distance(pose.matrix()); },
-                            .touching =
-                                [&](const Pose& pose) {
-                                    QueryWork work;
-                                    return anyTouching(a, b, pose.matrix(), work) == Touch::kYes;
-                                }};
     std::vector<std::string> poseLines, motionLines;
     const bool touch = arguments.options.only.empty() || arguments.options.only != std::set<std::string>{"toi"};
     if (touch)
-        for (const TestPose& pose : makePoses(oracle, arguments.count, 1)) {
+        for (const TestPose& pose : makePoses(a, b, arguments.count, 1)) {
             if (pose.closeness == Closeness::kNear) pair.near.push_back(pair.poses.size());
             pair.poses.push_back(pose.a_T_b.matrix());
             poseLines.push_back(textOf(pose.a_T_b));
         }
     if (arguments.options.wants("toi") || arguments.options.wants("distance"))
-        pair.motions = makeMotions(oracle, std::max<std::size_t>(arguments.count / 5, 20), 2);
+        pair.motions = makeMotions(a, b, std::max<std::size_t>(arguments.count / 5, 20), 2);
     for (const Motion& m : pair.motions) motionLines.push_back(textOf(m.start) + " " + textOf(m.end));
     if (!arguments.saveTo.empty()) {
         const std::string stem = std::filesystem::path(fileA).stem().string() + "-" + std::filesystem::path(fileB).stem().string();
@@ -136,12 +129,13 @@ BenchPair fromPoseFile(const std::string& fileA, const std::string& fileB, const
     pair.a = orStop(loadModel(fileA));
     pair.b = orStop(loadModel(fileB));
     pair.name = nameOf(fileA, fileB, pair);
-    const FclPair fcl(pair.a, pair.b, FclVolume::kObbRss);
+    const TriangleTree a(pair.a), b(pair.b);
     const double nearly = 0.01 * pair.a.bounds().size().norm();
     for (const PoseLine& line : orStop(readPoses(arguments.poses))) {
         const Affine3d a_T_b = line.start.matrix();
-        const double distance = fcl.distance(a_T_b);
-        if (distance > 0 && distance <= nearly) pair.near.push_back(pair.poses.size());
+        QueryWork work;
+        const Distance distance = distanceBetween(a, b, a_T_b, work, {.upperBound = nearly});
+        if (distance.distance > 0 && !distance.farther) pair.near.push_back(pair.poses.size());
         pair.poses.push_back(a_T_b);
         if (line.end) pair.motions.push_back({line.start, *line.end});
     }
@@ -152,6 +146,7 @@ BenchPair fromPoseFile(const std::string& fileA, const std::string& fileB, const
 void measure(const BenchPair& pair, const BenchOptions& options, CollisionTable& table) {
     const FclPairs fcl(pair.a, pair.b);
     touchRows(pair, fcl, options, table);
+    if (options.wants("distance")) distanceRows(pair, fcl, options, table);
     if (options.wants("volumes")) volumeRows(pair, options, table);
     if (options.wants("tree")) treeRows(pair, options, table);
     if (options.wants("threads")) threadRows(pair, options, table);

@@ -6,6 +6,8 @@
 #include <random>
 
 #include "common/base/Error.h"
+#include "server/collision/query/DistanceQuery.h"
+#include "server/collision/query/TouchQuery.h"
 
 namespace tessera {
 
@@ -35,11 +37,14 @@ private:
 };
 
 /// Conservative advancement along d. Nothing where B passes A by.
-std::optional<double> contactDistance(const BodyOracle& oracle, const Quatd& rotation, const Vec3d& d) {
+std::optional<double> contactDistance(const TriangleTree& a, const TriangleTree& b, const Quatd& rotation,
+                                      const Vec3d& d) {
     // No body of diagonal 1 about its box's centre reaches farther than 0.5 from it.
     double s = 1.01;
     for (int step = 0; step < 200 && s > 0; ++step) {
-        const double free = oracle.distance({.translation = s * d, .rotation = rotation});
+        QueryWork work;
+        const Pose pose{.translation = s * d, .rotation = rotation};
+        const double free = distanceBetween(a, b, pose.matrix(), work).distance;
         if (free < 1e-7) return s;
         s -= free;
     }
@@ -58,7 +63,7 @@ std::string_view name(Closeness closeness) {
     return "";
 }
 
-std::vector<TestPose> makePoses(const BodyOracle& oracle, std::size_t count, std::uint64_t seed) {
+std::vector<TestPose> makePoses(const TriangleTree& a, const TriangleTree& b, std::size_t count, std::uint64_t seed) {
     std::vector<TestPose> poses;
     Source random(seed);
     for (std::size_t tries = 0; poses.size() < count; ++tries) {
@@ -66,7 +71,7 @@ std::vector<TestPose> makePoses(const BodyOracle& oracle, std::size_t count, std
         const auto closeness = static_cast<Closeness>(poses.size() % 4);
         const Quatd rotation = random.rotation();
         const Vec3d d = random.direction();
-        const std::optional<double> contact = contactDistance(oracle, rotation, d);
+        const std::optional<double> contact = contactDistance(a, b, rotation, d);
         const double u = random.uniform();
         if (!contact) continue;
         double s = 0;
@@ -78,19 +83,20 @@ std::vector<TestPose> makePoses(const BodyOracle& oracle, std::size_t count, std
         }
         const Pose pose{.translation = s * d, .rotation = rotation};
         const bool shouldTouch = closeness == Closeness::kShallow || closeness == Closeness::kDeep;
-        if (oracle.touching(pose) == shouldTouch) poses.push_back({closeness, pose});
+        QueryWork work;
+        if ((anyTouching(a, b, pose.matrix(), work) == Touch::kYes) == shouldTouch) poses.push_back({closeness, pose});
     }
     return poses;
 }
 
-std::vector<Motion> makeMotions(const BodyOracle& oracle, std::size_t count, std::uint64_t seed) {
+std::vector<Motion> makeMotions(const TriangleTree& a, const TriangleTree& b, std::size_t count, std::uint64_t seed) {
     std::vector<Motion> motions;
     Source random(seed);
     for (std::size_t tries = 0; motions.size() < count; ++tries) {
         TESSERA_CHECK(tries < 100 * count + 100, "bodies that cannot be brought to touch");
         const Quatd rotation = random.rotation();
         const Vec3d d = random.direction();
-        const std::optional<double> contact = contactDistance(oracle, rotation, d);
+        const std::optional<double> contact = contactDistance(a, b, rotation, d);
         const double u = random.uniform();
         const Vec3d e = random.direction();
         const Eigen::AngleAxisd turn(random.uniform() * std::numbers::pi / 3, random.direction());

@@ -2,7 +2,6 @@
 /// (shared/design/collision.md, section 7).
 #pragma once
 
-#include <functional>
 #include <string_view>
 #include <vector>
 
@@ -24,18 +23,16 @@ struct TestPose {
     Pose a_T_b;
 };
 
-/// What the generator asks of the bodies. B's pose is relative to A; both are of diagonal 1 and about their origin.
-struct BodyOracle {
-    std::function<double(const Pose&)> distance;
-    std::function<bool(const Pose&)> touching;
-};
+// Both bodies are of diagonal 1 and about their origin; B's pose is relative to A.
 
 /// `count` poses, the i-th of class i mod 4. A class is what the predicate says: a pose that belies it (a thin body may be
 /// passed right through) is drawn again.
-[[nodiscard]] std::vector<TestPose> makePoses(const BodyOracle& oracle, std::size_t count, std::uint64_t seed);
+[[nodiscard]] std::vector<TestPose> makePoses(const TriangleTree& a, const TriangleTree& b, std::size_t count,
+                                              std::uint64_t seed);
 
 /// Ways of B past A, which stays: from d (s_c + 0.1 + 0.2 u) to -0.4 d + 0.5 e, e a direction of its own, turning by up to
 /// 60 degrees.
-[[nodiscard]] std::vector<Motion> makeMotions(const BodyOracle& oracle, std::size_t count, std::uint64_t seed);
+[[nodiscard]] std::vector<Motion> makeMotions(const TriangleTree& a, const TriangleTree& b, std::size_t count,
+                                              std::uint64_t seed);
 
 }  // namespace tessera

@@ -71,6 +71,15 @@ void forPairs(const Side& a, const Side& b, double margin, Found&& found) {
 
 using Plain = CGAL::Simple_cartesian<double>;
 
+double gap(const CGAL::Bbox_3& a, const CGAL::Bbox_3& b) {
+    double squared = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double g = std::max({0.0, a.min(axis) - b.max(axis), b.min(axis) - a.max(axis)});
+        squared += g * g;
+    }
+    return std::sqrt(squared);
+}
+
 /// Of two triangles that do not meet: the least of corners to faces and of edges to edges.
 double roundedDistance(const Plain::Triangle_3& s, const Plain::Triangle_3& t) {
     double least = std::numeric_limits<double>::infinity();
@@ -112,6 +121,7 @@ double distance(const TriangleMesh& a, const TriangleMesh& b, const Affine3d& a_
     std::vector<Candidate> candidates;
     double least = std::numeric_limits<double>::infinity();
     forPairs(ofA, ofB, margin, [&](std::uint32_t f, std::uint32_t g) {
+        if (gap(ofA.boxes[f], ofB.boxes[g]) > std::min(margin, least + 1e-6)) return;
         const double about = roundedDistance(in<Plain>(ofA.triangles[f]), in<Plain>(ofB.triangles[g]));
         least = std::min(least, about);
         if (about <= least + 1e-6) candidates.push_back({f, g, about});
@@ -123,6 +133,10 @@ double distance(const TriangleMesh& a, const TriangleMesh& b, const Affine3d& a_
         if (best < 0 || d < best) best = d;
     }
     return best < 0 ? std::numeric_limits<double>::infinity() : std::sqrt(CGAL::to_double(best));
+}
+
+double distance(const Vec3d& point, const Triangle& triangle) {
+    return std::sqrt(CGAL::squared_distance(Plain::Point_3(point.x(), point.y(), point.z()), in<Plain>(triangle)));
 }
 
 }  // namespace tessera::cgal
@@ -138,6 +152,9 @@ std::vector<FacePair> intersectingPairs(const TriangleMesh&, const TriangleMesh&
     return {};
 }
 double distance(const TriangleMesh&, const TriangleMesh&, const Affine3d&, double) {
+    return std::numeric_limits<double>::quiet_NaN();
+}
+double distance(const Vec3d&, const Triangle&) {
     return std::numeric_limits<double>::quiet_NaN();
 }
 

@@ -21,4 +21,7 @@ namespace tessera::cgal {
 /// it is too low, is answered by infinity.
 [[nodiscard]] double distance(const TriangleMesh& a, const TriangleMesh& b, const Affine3d& a_T_b, double atMost);
 
+/// How far a point is off a triangle, in double.
+[[nodiscard]] double distance(const Vec3d& point, const Triangle& triangle);
+
 }  // namespace tessera::cgal

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 #include <map>
-#include <optional>
+#include <sstream>
 #include <string>
 
 #include "server/collision/query/TouchQuery.h"
@@ -49,20 +49,20 @@ inline std::string nameOf(const testing::TestParamInfo<ModelPair>& info) {
     return plain(info.param.a) + "_x_" + plain(info.param.b);
 }
 
-/// The bodies' own answers, for the generator: FCL measures, the predicate says what touches.
-class PosedPair {
-public:
+/// As a line of a pose file, to be asked of tessera-collide.
+inline std::string describe(const TestPose& pose) {
+    const Pose& p = pose.a_T_b;
+    std::ostringstream out;
+    out.precision(17);
+    out << name(pose.closeness) << ": " << p.translation.transpose() << " " << p.rotation.w() << " "
+        << p.rotation.vec().transpose();
+    return out.str();
+}
+
+/// Both bodies as trees of the default kind, and as FCL has them.
+struct PosedPair {
     PosedPair(const TriangleMesh& meshA, const TriangleMesh& meshB)
         : a(meshA), b(meshB), fcl(meshA, meshB, FclVolume::kObbRss) {}
-
-    [[nodiscard]] BodyOracle oracle() const {
-        return {.distance = [this](const Pose& pose) { return fcl.distance(pose.matrix()); },
-                .touching =
-                    [this](const Pose& pose) {
-                        QueryWork work;
-                        return anyTouching(a, b, pose.matrix(), work) == Touch::kYes;
-                    }};
-    }
 
     TriangleTree a, b;
     FclPair fcl;

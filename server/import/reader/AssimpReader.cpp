@@ -144,9 +144,12 @@ private:
         const aiMesh& mesh = *source_.mMeshes[index];
         MeshData data;
         data.indices.reserve(std::size_t{3} * mesh.mNumFaces);
+        // Points and lines have fewer corners; polygons come here only where fans are wanted.
         for (unsigned f = 0; f < mesh.mNumFaces; ++f)
-            if (mesh.mFaces[f].mNumIndices == 3)
-                data.indices.insert(data.indices.end(), mesh.mFaces[f].mIndices, mesh.mFaces[f].mIndices + 3);
+            for (unsigned i = 2; i < mesh.mFaces[f].mNumIndices; ++i) {
+                const unsigned* corners = mesh.mFaces[f].mIndices;
+                data.indices.insert(data.indices.end(), {corners[0], corners[i - 1], corners[i]});
+            }
         if (data.indices.empty() || mesh.mVertices == nullptr) return;
         for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
             const aiVector3D& p = mesh.mVertices[v];
@@ -283,9 +286,11 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     importer.SetIOHandler(new FolderIo(files));  // the importer owns and deletes it
     importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60.0f);
-    const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_SortByPType |
-                                                       aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices |
-                                                       aiProcess_FlipUVs | aiProcess_ValidateDataStructure);
+    // Sorting by type would put a mesh's triangles before its polygons, and assimp's triangles of a polygon are ears.
+    const unsigned toTriangles = limits.fanPolygons ? 0u : aiProcess_Triangulate | aiProcess_SortByPType;
+    const aiScene* scene =
+        importer.ReadFile(path, toTriangles | aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices |
+                                    aiProcess_FlipUVs | aiProcess_ValidateDataStructure);
     if (scene == nullptr || scene->mRootNode == nullptr) {
         const std::string reason = firstLine(importer.GetErrorString());
         if (reason.find("bad_alloc") != std::string::npos) throw std::bad_alloc();

@@ -31,6 +31,7 @@ constexpr std::string_view kUsage =
     "  --memory BYTES       bound on address space\n"
     "  --cpu SECONDS        bound on processor time\n"
     "  --nodes N, --depth N bounds on the scene\n"
+    "  --fan-polygons       divides polygons by number, not by looks\n"
     "  --parent PID         ends when this process does\n"
     "  --allow-unconfined   reads even where the system cannot confine\n"
     "  --help, --version\n";
@@ -83,6 +84,10 @@ std::optional<Arguments> parse(std::span<char*> arguments) {
         const std::string_view name = arguments[i];
         if (name == "--allow-unconfined") {
             result.confinement.allowUnconfined = true;
+            continue;
+        }
+        if (name == "--fan-polygons") {
+            result.limits.fanPolygons = true;
             continue;
         }
         if (i + 1 >= arguments.size()) return std::nullopt;

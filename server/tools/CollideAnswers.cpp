@@ -1,0 +1,91 @@
+#include "server/tools/CollideAnswers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace tessera {
+
+namespace {
+
+std::string json(double x) {
+    return fmt::format("{:.17g}", x);
+}
+std::string json(const Vec3d& v) {
+    return fmt::format("[{:.17g},{:.17g},{:.17g}]", v.x(), v.y(), v.z());
+}
+std::string json(const FacePair& p) {
+    return fmt::format("[{},{}]", p.a, p.b);
+}
+std::string text(const Vec3d& v) {
+    return fmt::format("({:.9g} {:.9g} {:.9g})", v.x(), v.y(), v.z());
+}
+const char* incomplete(bool complete, AnswerFormat format) {
+    if (complete) return "";
+    return format == AnswerFormat::kJson ? R"(,"complete":false)" : "; gave up before it was sure";
+}
+
+}  // namespace
+
+std::string answerLine(Touch touch, AnswerFormat format) {
+    // Whoever must be safe takes an unknown for a yes.
+    const bool hit = touch != Touch::kNo;
+    const char* rest = incomplete(touch != Touch::kUnknown, format);
+    if (format == AnswerFormat::kJson) return fmt::format(R"({{"hit":{}{}}})", hit, rest);
+    return fmt::format("{}{}", hit ? "touch" : "do not touch", rest);
+}
+
+std::string answerLine(const FacePairs& pairs, AnswerFormat format) {
+    const std::size_t count = pairs.pairs.size();
+    const bool asJson = format == AnswerFormat::kJson;
+    std::string named;
+    for (std::size_t i = 0; i < std::min(count, kPairsNamed); ++i)
+        named += asJson ? (i > 0 ? "," : "") + json(pairs.pairs[i])
+                        : fmt::format(" {}/{}", pairs.pairs[i].a, pairs.pairs[i].b);
+    const char* rest = incomplete(pairs.complete, format);
+    if (asJson)
+        return fmt::format(R"({{"hit":{},"pairs":{},"first":[{}]{}}})", count > 0 || !pairs.complete, count, named, rest);
+    if (count == 0) return fmt::format("no pair of triangles meets{}", rest);
+    return fmt::format("{} pair{} of triangles meet{}:{}{}{}", count, count == 1 ? "" : "s", count == 1 ? "s" : "",
+                       named, count > kPairsNamed ? " …" : "", rest);
+}
+
+std::string answerLine(const Distance& distance, AnswerFormat format) {
+    const char* rest = incomplete(distance.complete, format);
+    if (format == AnswerFormat::kJson)
+        return fmt::format(R"({{"distance":{},"faces":{},"points":[{},{}]{}}})", json(distance.distance),
+                           json(distance.faces), json(distance.onA), json(distance.onB), rest);
+    return fmt::format("distance {:.9g}, faces {}/{}, from {} to {}{}", distance.distance, distance.faces.a,
+                       distance.faces.b, text(distance.onA), text(distance.onB), rest);
+}
+
+std::string answerLine(const Impact& impact, AnswerFormat format) {
+    const char* rest = incomplete(impact.complete, format);
+    if (!impact.hit && impact.complete)
+        return format == AnswerFormat::kJson ? R"({"hit":false})" : "they do not touch on the way";
+    if (format == AnswerFormat::kJson)
+        return fmt::format(R"({{"hit":true,"t":{},"distance":{},"faces":{},"point":{},"normal":{}{}}})", json(impact.t),
+                           json(impact.distance), json(impact.faces), json(impact.point), json(impact.normal), rest);
+    return fmt::format("touch at t = {:.9g}, distance {:.3g}, faces {}/{}, point {}, normal {}{}", impact.t,
+                       impact.distance, impact.faces.a, impact.faces.b, text(impact.point), text(impact.normal), rest);
+}
+
+std::string timeLine(const QueryTimes& times, AnswerFormat format) {
+    std::vector<double> sorted = times.queryUs;
+    std::sort(sorted.begin(), sorted.end());
+    double mean = 0;
+    for (const double t : sorted) mean += t / static_cast<double>(sorted.size());
+    const auto at = [&](double share) {
+        if (sorted.empty()) return 0.0;
+        return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
+    };
+    if (format == AnswerFormat::kJson)
+        return fmt::format(
+            R"({{"build_us":{},"mean_us":{},"median_us":{},"p99_us":{},"threads":{},"instruction_set":"{}"}})",
+            json(times.buildUs), json(mean), json(at(0.5)), json(at(0.99)), times.threads, times.instructionSet);
+    return fmt::format("build {:.0f} µs; query mean {:.2f} µs, median {:.2f} µs, p99 {:.2f} µs; {} thread{}; {}",
+                       times.buildUs, mean, at(0.5), at(0.99), times.threads, times.threads == 1 ? "" : "s",
+                       times.instructionSet);
+}
+
+}  // namespace tessera

@@ -1,0 +1,34 @@
+/// The answers of tessera-collide as lines: JSON for programs, words for people.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "server/collision/query/DistanceQuery.h"
+#include "server/collision/query/TimeOfImpact.h"
+#include "server/collision/query/TouchQuery.h"
+
+namespace tessera {
+
+enum class AnswerFormat { kText, kJson };
+
+/// `all` names this many pairs; the count is of all of them.
+inline constexpr std::size_t kPairsNamed = 16;
+
+// One line each, without its end. Numbers have 17 significant digits in JSON and do not depend on the locale. An answer that is
+// not complete says so (`"complete":false`).
+[[nodiscard]] std::string answerLine(Touch touch, AnswerFormat format);
+[[nodiscard]] std::string answerLine(const FacePairs& pairs, AnswerFormat format);
+[[nodiscard]] std::string answerLine(const Distance& distance, AnswerFormat format);
+[[nodiscard]] std::string answerLine(const Impact& impact, AnswerFormat format);
+
+struct QueryTimes {
+    double buildUs = 0;            ///< of both trees
+    std::vector<double> queryUs;   ///< in the order asked
+    unsigned threads = 1;
+    std::string_view instructionSet;
+};
+[[nodiscard]] std::string timeLine(const QueryTimes& times, AnswerFormat format);
+
+}  // namespace tessera

@@ -1,0 +1,231 @@
+#include "server/tools/CollideCommand.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "common/base/Version.h"
+#include "common/base/Workers.h"
+#include "server/collision/mesh/InstructionSet.h"
+#include "server/tools/SceneTriangles.h"
+
+namespace tessera {
+
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+double microseconds(SteadyClock::time_point from, SteadyClock::time_point to) {
+    return std::chrono::duration<double, std::micro>(to - from).count();
+}
+
+const std::map<std::string, CollideQuery> kQueries{{"any", CollideQuery::kAny},
+                                                   {"all", CollideQuery::kAll},
+                                                   {"distance", CollideQuery::kDistance},
+                                                   {"toi", CollideQuery::kImpact}};
+const std::map<std::string, VolumeKind> kVolumes{
+    {"sphere", VolumeKind::kSphere}, {"aabb", VolumeKind::kAabb},     {"obb", VolumeKind::kObb},    {"dop6", VolumeKind::kDop6},
+    {"dop14", VolumeKind::kDop14},   {"dop18", VolumeKind::kDop18}, {"dop26", VolumeKind::kDop26}};
+const std::map<std::string, SplitRule> kSplits{{"area", SplitRule::kSurfaceArea},
+                                               {"median", SplitRule::kLongestSideMedian},
+                                               {"mean", SplitRule::kLongestSideMean},
+                                               {"volume", SplitRule::kMinimumVolume}};
+
+template <typename T>
+CLI::Validator oneOf(const std::map<std::string, T>& words) {
+    std::vector<std::string> keys;
+    for (const auto& [word, value] : words) keys.push_back(word);
+    return CLI::IsMember(keys).description("");
+}
+
+/// Two bodies ready to be asked.
+struct Bodies {
+    TriangleTree a, b;
+};
+
+Expected<TriangleMesh> load(const std::string& path, const CollideArguments& arguments) {
+    return readTriangles(path, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
+}
+
+std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArguments& arguments, Workers* workers,
+                   double& us) {
+    const auto timed = [&](auto&& query) {
+        const SteadyClock::time_point start = SteadyClock::now();
+        QueryWork work;
+        const auto result = query(work);
+        us = microseconds(start, SteadyClock::now());
+        return answerLine(result, arguments.format);
+    };
+    const TouchOptions options{.workers = workers};
+    const Affine3d a_T_b = pose.start.matrix();
+    switch (arguments.query) {
+        case CollideQuery::kAny:
+            return timed([&](QueryWork& work) { return anyTouching(bodies.a, bodies.b, a_T_b, work, options); });
+        case CollideQuery::kAll:
+            return timed([&](QueryWork& work) { return allTouching(bodies.a, bodies.b, a_T_b, work, options); });
+        case CollideQuery::kDistance:
+            return timed([&](QueryWork& work) {
+                return distanceBetween(bodies.a, bodies.b, a_T_b, work, {.tolerance = arguments.tolerance.value_or(0)});
+            });
+        case CollideQuery::kImpact:
+            return timed([&](QueryWork& work) {
+                return timeOfImpact(bodies.a, Motion{}, bodies.b, Motion{pose.start, *pose.end}, work,
+                                    {.tolerance = arguments.tolerance.value_or(ImpactOptions{}.tolerance)});
+            });
+    }
+    return {};
+}
+
+/// Says how far it is where the answers go elsewhere and somebody looks on, from the first second on.
+class ProgressLine {
+public:
+    explicit ProgressLine(std::size_t total)
+        : total_(total), shown_(isatty(STDERR_FILENO) != 0 && isatty(STDOUT_FILENO) == 0) {}
+    ~ProgressLine() {
+        if (drawn_) fmt::print(stderr, "\r\x1b[K");
+    }
+    void at(std::size_t done) {
+        if (!shown_) return;
+        const SteadyClock::time_point now = SteadyClock::now();
+        if (now - last_ < std::chrono::seconds(1)) return;
+        last_ = now;
+        drawn_ = true;
+        constexpr std::size_t kWidth = 40;
+        const std::size_t full = total_ > 0 ? kWidth * done / total_ : 0;
+        fmt::print(stderr, "\r[{:<{}}] {} of {}", std::string(full, '#'), kWidth, done, total_);
+    }
+
+private:
+    std::size_t total_;
+    bool shown_, drawn_ = false;
+    SteadyClock::time_point last_ = SteadyClock::now();
+};
+
+Expected<void> collide(const CollideArguments& arguments) {
+    const Expected<std::vector<PoseLine>> poses = readPoses(arguments.poses);
+    if (!poses) return tl::unexpected(poses.error());
+    if (const Expected<void> fits = checkPosesFor(arguments.query, *poses, arguments.poses); !fits) return fits;
+
+    Expected<TriangleMesh> a = load(arguments.a, arguments);
+    if (!a) return tl::unexpected(a.error());
+    Expected<TriangleMesh> b = arguments.b == arguments.a ? a : load(arguments.b, arguments);
+    if (!b) return tl::unexpected(b.error());
+
+    const SteadyClock::time_point start = SteadyClock::now();
+    const Bodies bodies{TriangleTree(std::move(*a), arguments.tree), TriangleTree(std::move(*b), arguments.tree)};
+    QueryTimes times{.buildUs = microseconds(start, SteadyClock::now()),
+                     .threads = arguments.threads,
+                     .instructionSet = name(instructionSet())};
+
+    std::optional<Workers> workers;
+    if (arguments.threads > 1) workers.emplace(arguments.threads);
+    ProgressLine progress(poses->size());
+    bool written = true;
+    const auto write = [&](std::string line) {
+        line += '\n';
+        written = written && std::fwrite(line.data(), 1, line.size(), stdout) == line.size();
+    };
+    for (const PoseLine& pose : *poses) {
+        double us = 0;
+        write(answer(bodies, pose, arguments, workers ? &*workers : nullptr, us));
+        times.queryUs.push_back(us);
+        progress.at(times.queryUs.size());
+        if (!written) break;
+    }
+    if (arguments.time) write(timeLine(times, arguments.format));
+    if (std::fflush(stdout) != 0 || !written)
+        return fail(ErrorCode::kFailed, "the answers cannot be written to stdout");
+    return {};
+}
+
+}  // namespace
+
+Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(const std::vector<std::string>& words) {
+    CollideArguments out;
+    std::string query, volume, split;
+    double tolerance = 0;
+    CLI::App app(
+        "Asks of two models, pose by pose: do they touch, where, how far are they\n"
+        "apart, when do they meet? One answer per line of the pose file.",
+        "tessera-collide");
+    app.get_formatter()->column_width(30);
+    app.set_version_flag("--version", versionText("tessera-collide"));
+    app.add_option("A", out.a, "A scene or model file; stays")->required();
+    app.add_option("B", out.b, "Another, or the same; moves")->required();
+    app.add_option("--poses", out.poses, "Of B relative to A, a line each:\ntx ty tz qw qx qy qz; two for toi")
+        ->type_name("FILE")
+        ->required();
+    app.add_option("--query", query, "any, all, distance or toi")->type_name("Q")->required()->check(oneOf(kQueries));
+    bool json = false;
+    app.add_flag("--json", json, "One JSON object per answer");
+    app.add_flag("--time", out.time, "A last line: what it took");
+    const CLI::Option* toleranceOption =
+        app.add_option("--tolerance", tolerance,
+                       "toi: a distance that is a hit (1e-4);\ndistance: may be so much too large (0)")
+            ->type_name("T");
+    app.add_option("--threads", out.threads, "For any and all (1)")->type_name("N")->check(CLI::Range(1, 256));
+    app.add_option("--volume", volume, "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; changes no answer")
+        ->type_name("V")
+        ->check(oneOf(kVolumes));
+    app.add_option("--split", split, "area, median, mean, volume;\nchanges no answer")
+        ->type_name("S")
+        ->check(oneOf(kSplits));
+    app.add_option("--assets", out.assets, "Folders for asset://NAME")->type_name("DIR");
+    app.add_flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
+    try {
+        std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
+        app.parse(std::move(reversed));
+    } catch (const CLI::CallForHelp&) {
+        return CollideHelp{app.help()};
+    } catch (const CLI::CallForVersion&) {
+        return CollideHelp{versionText("tessera-collide") + "\n"};
+    } catch (const CLI::ParseError& wrong) {
+        return fail(ErrorCode::kUsage, fmt::format("{}; see --help", wrong.what()));
+    }
+    out.query = kQueries.at(query);
+    out.format = json ? AnswerFormat::kJson : AnswerFormat::kText;
+    if (!volume.empty()) out.tree.volume = kVolumes.at(volume);
+    if (!split.empty()) out.tree.split = kSplits.at(split);
+    if (toleranceOption->count() > 0) {
+        const bool zeroWillDo = out.query != CollideQuery::kImpact;
+        if (!std::isfinite(tolerance) || tolerance < 0 || (tolerance == 0 && !zeroWillDo))
+            return fail(ErrorCode::kUsage,
+                        fmt::format("--tolerance must be a number {} 0", zeroWillDo ? "of at least" : "above"));
+        out.tolerance = tolerance;
+    }
+    if (out.threads > 1 && out.query != CollideQuery::kAny && out.query != CollideQuery::kAll)
+        return fail(ErrorCode::kUsage, fmt::format("--threads is for any and all; {} takes one thread", query));
+    return out;
+}
+
+Expected<void> checkPosesFor(CollideQuery query, const std::vector<PoseLine>& poses, const std::string& file) {
+    const bool motions = query == CollideQuery::kImpact;
+    for (const PoseLine& pose : poses)
+        if (pose.end.has_value() != motions)
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("{}:{}: {}", file, pose.line,
+                                    motions ? "7 numbers; toi needs the end of the motion too, 14"
+                                            : "14 numbers, a motion, is for toi; a pose has 7"));
+    return {};
+}
+
+int runCollide(const std::vector<std::string>& words) {
+    const auto parsed = parseCollideArguments(words);
+    const Expected<void> done = [&]() -> Expected<void> {
+        if (!parsed) return tl::unexpected(parsed.error());
+        if (const auto* help = std::get_if<CollideHelp>(&*parsed)) {
+            fmt::print("{}", help->text);
+            return {};
+        }
+        return collide(std::get<CollideArguments>(*parsed));
+    }();
+    if (done) return 0;
+    fmt::print(stderr, "tessera-collide: {}\n", done.error().message);
+    return exitCode(done.error().code);
+}
+
+}  // namespace tessera

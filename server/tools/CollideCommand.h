@@ -1,0 +1,48 @@
+/// tessera-collide: the pairwise stage on two files.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/Error.h"
+#include "server/collision/tree/TriangleTree.h"
+#include "server/tools/CollideAnswers.h"
+#include "server/tools/PoseFile.h"
+
+namespace tessera {
+
+enum class CollideQuery : std::uint8_t { kAny, kAll, kDistance, kImpact };
+
+struct CollideArguments {
+    std::string a, b, poses;
+    CollideQuery query = CollideQuery::kAny;
+    AnswerFormat format = AnswerFormat::kText;
+    bool time = false;
+    /// toi: the distance that counts as a hit, 1e-4 unless given. distance: by how much an answer may be too large, 0
+    /// unless given.
+    std::optional<double> tolerance;
+    TreeOptions tree;
+    unsigned threads = 1;  ///< for any and all
+    std::vector<std::string> assets;
+    bool allowUnconfined = false;
+};
+
+/// What --help or --version asked for.
+struct CollideHelp {
+    std::string text;
+};
+
+/// kUsage says what is wrong with the words.
+[[nodiscard]] Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(
+    const std::vector<std::string>& words);
+
+/// Every line of the file is of the kind that the query wants, or kBadInput names the first that is not.
+[[nodiscard]] Expected<void> checkPosesFor(CollideQuery query, const std::vector<PoseLine>& poses,
+                                           const std::string& file);
+
+/// The whole program; returns its exit code. Writes to stdout and stderr.
+[[nodiscard]] int runCollide(const std::vector<std::string>& words);
+
+}  // namespace tessera
