@@ -1,4 +1,14 @@
 /// When do two moving bodies first touch?
+///
+/// Pairs of volumes and of faces are looked at in the order of the time up to which they are known to be apart. That
+/// time is where the gap along a direction that separates the two can be closed at the earliest: the gap itself, its
+/// rate now along that direction, and a bound on how much the rate can fall (conservative advancement, B. Mirtich 1996;
+/// per pair as by M. Tang, Y. J. Kim and D. Manocha, "C2A: Controlled Conservative Advancement for Continuous Collision
+/// Detection of Polygonal Models", 2009; second order in time as by X. Zhang et al., 2007). So the first pair of faces
+/// that comes up within the tolerance is the answer, and what is never near is never looked at closely.
+///
+/// Everything is counted in one QueryWork. Answers and counters depend neither on the processor nor on time. Pure
+/// functions: any thread, as long as nobody refits the trees meanwhile.
 #pragma once
 
 #include <span>
@@ -25,22 +35,29 @@ struct Motion {
 };
 
 struct ImpactOptions {
-    double tolerance = 1e-4;  ///< above 0; in units of the shared frame
+    /// In units of the shared frame. Less than rounding can tell (about 1e-13 of the coordinates involved), zero, a
+    /// negative number or none at all is taken for as near as rounding can tell.
+    double tolerance = 1e-4;
 };
 
 struct Impact {
     bool hit = false;
-    /// Never after the first contact; 0 when they touch at the start. At t the distance is at most the tolerance. A
-    /// motion that comes within the tolerance without touching may be reported as a hit.
+    /// Never after the first contact, be it at t = 1; 0 when they touch at the start. At t the distance is at most the
+    /// tolerance. A motion that comes within the tolerance without touching may be reported as a hit; one that begins
+    /// within it and certainly only parts is not.
     double t = 1;
-    double distance = 0;   ///< exact, at t
-    FacePair faces;        ///< the nearest at t
-    Vec3d point, normal;   ///< in the shared frame at t; normal of unit length, from A to B
-    bool complete = true;  ///< false: the work was exhausted; t is as far as the way is known to be free
+    double distance = 0;           ///< exact, at t
+    FacePair faces;                ///< the nearest at t
+    Vec3d point = Vec3d::Zero();   ///< in the shared frame at t
+    Vec3d normal = Vec3d::Zero();  ///< of a hit: of unit length, from A to B
+    bool complete = true;          ///< false: the work was exhausted; t is as far as the way is known to be free
 };
 
-[[nodiscard]] Impact timeOfImpact(const TriangleTree& a, const Motion& motionA, const TriangleTree& b, const Motion& motionB,
-                                  QueryWork& work, const ImpactOptions& options = {});
+/// Scale may be non-uniform, negative, zero, or pass through zero: what is left of a flattened body still meets things.
+/// Numbers that are not finite and rotations of length zero: nothing is known, which is `complete` = false with t = 0.
+/// An empty mesh meets nothing. Trees of any kinds.
+[[nodiscard]] Impact timeOfImpact(const TriangleTree& a, const Motion& motionA, const TriangleTree& b,
+                                  const Motion& motionB, QueryWork& work, const ImpactOptions& options = {});
 
 /// Between two states of deforming bodies: every vertex goes straight from where its tree's mesh has it (t = 0) to its
 /// end position (one per vertex, both in one frame).
