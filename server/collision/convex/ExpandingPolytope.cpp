@@ -31,6 +31,15 @@ public:
     Polytope(const MinkowskiDifference& difference, const Simplex& start, ConvexWork& work,
              const HullDepthOptions& options)
         : difference_(difference), work_(work), options_(options), first_(work.supports) {
+        // Ordinary pairs end within these.
+        corners_.reserve(32);
+        sides_.reserve(96);
+        faceFrom_.reserve(32);
+        seen_.reserve(32);
+        rim_.reserve(32);
+        std::vector<Candidate> candidates;
+        candidates.reserve(96);
+        queue_ = Queue(std::less<Candidate>(), std::move(candidates));
         for (int i = 0; i < start.size; ++i) corners_.push_back(start.points[static_cast<std::size_t>(i)]);
         last_ = corners_.front().from;
         best_.depth = std::numeric_limits<double>::infinity();
@@ -68,7 +77,7 @@ private:
     /// Finds four corners that are not in one plane and makes a tetrahedron of them. False: the difference is flat, or
     /// so flat that its corners in double are; then the last directions tried lead out of it.
     bool span() {
-        std::vector<DifferencePoint> found = corners_;
+        const std::vector<DifferencePoint> found = corners_;
         corners_.assign(1, found.front());
         const Vec3d p = corners_[0].w;
         const auto take = [&](const auto& fits, std::initializer_list<Vec3d> directions) {
@@ -153,28 +162,25 @@ private:
         corners_.push_back(p);
         faceFrom_.resize(corners_.size());
         ++round_;
-        std::vector<std::uint32_t> seen{firstSeen};
+        seen_.assign(1, firstSeen);
         sides_[firstSeen].seenIn = round_;
-        struct RimEdge {
-            std::uint32_t from, to, behind;
-        };
-        std::vector<RimEdge> rim;
-        for (std::size_t k = 0; k < seen.size(); ++k) {
-            sides_[seen[k]].alive = false;
+        rim_.clear();
+        for (std::size_t k = 0; k < seen_.size(); ++k) {
+            sides_[seen_[k]].alive = false;
             for (std::size_t i = 0; i < 3; ++i) {
-                const Side& side = sides_[seen[k]];
+                const Side& side = sides_[seen_[k]];
                 Side& other = sides_[side.across[i]];
                 if (other.seenIn == round_) continue;
                 if (orient3d(at(other, 0), at(other, 1), at(other, 2), p.w) > 0) {
                     other.seenIn = round_;
-                    seen.push_back(side.across[i]);
+                    seen_.push_back(side.across[i]);
                 } else {
-                    rim.push_back({side.corners[i], side.corners[(i + 1) % 3], side.across[i]});
+                    rim_.push_back({side.corners[i], side.corners[(i + 1) % 3], side.across[i]});
                 }
             }
         }
         const auto base = static_cast<std::uint32_t>(sides_.size());
-        for (const RimEdge& e : rim) {
+        for (const RimEdge& e : rim_) {
             const std::uint32_t side = add({e.from, e.to, apex});
             sides_[side].across[0] = e.behind;
             Side& behind = sides_[e.behind];
@@ -182,8 +188,8 @@ private:
                 if (behind.corners[i] == e.to && behind.corners[(i + 1) % 3] == e.from) behind.across[i] = side;
             faceFrom_[e.from] = side;
         }
-        for (std::uint32_t k = 0; k < rim.size(); ++k) {
-            const std::uint32_t following = faceFrom_[rim[k].to];
+        for (std::uint32_t k = 0; k < rim_.size(); ++k) {
+            const std::uint32_t following = faceFrom_[rim_[k].to];
             sides_[base + k].across[1] = following;
             sides_[following].across[2] = base + k;
         }
@@ -250,7 +256,14 @@ private:
     std::vector<DifferencePoint> corners_;
     std::vector<Side> sides_;
     std::vector<std::uint32_t> faceFrom_;
-    std::priority_queue<Candidate> queue_;
+    struct RimEdge {
+        std::uint32_t from, to;
+        std::uint32_t behind;  ///< the side that stays
+    };
+    using Queue = std::priority_queue<Candidate>;
+    Queue queue_;
+    std::vector<std::uint32_t> seen_;
+    std::vector<RimEdge> rim_;
     std::uint32_t round_ = 0;
 };
 
