@@ -8,8 +8,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "server/collision/neighbours/NeighbourFinder.h"
 #include "server/collision/pipeline/ContactMemory.h"
-#include "server/collision/pipeline/NeighbourFinder.h"
 #include "server/collision/pipeline/ObjectHandler.h"
 #include "server/collision/pipeline/Response.h"
 
@@ -77,7 +77,7 @@ struct CollisionPipeline::Impl {
     CollisionLimits limits;
     std::shared_ptr<ShapeCache> shapes;
     ObjectHandler handler;
-    SweepAndPrune neighbours;
+    std::unique_ptr<NeighbourFinder> neighbours = makeNeighbourFinder();
     StopResponse stop;
     ContactMemory memory;
     ScenePicker picker;
@@ -182,11 +182,11 @@ void CollisionPipeline::Impl::findNeighbours(std::span<const Mover> movers, Step
         std::vector<Box> boxes;
         boxes.reserve(parts.size());
         for (const Part& part : parts) boxes.push_back(part.worldBox);
-        neighbours.reset(boxes, handler.interactions());
+        neighbours->reset(boxes, handler.interactions());
         memory.clear();
     } else {
         stale.insert(stale.end(), swept.begin(), swept.end());
-        for (const std::uint32_t i : stale) neighbours.move(i, parts[i].worldBox);
+        for (const std::uint32_t i : stale) neighbours->move(i, parts[i].worldBox);
     }
     swept.clear();
     for (const Mover& mover : movers)
@@ -202,8 +202,8 @@ void CollisionPipeline::Impl::findNeighbours(std::span<const Mover> movers, Step
         return it != movers.end() && it->wish.transform == id ? &it->way : nullptr;
     };
     for (const std::uint32_t i : swept)
-        if (parts[i].solid()) neighbours.move(i, boxOnAllWays(handler, i, wayOf));
-    const std::span<const NeighbourPair> near = neighbours.pairs();
+        if (parts[i].solid()) neighbours->move(i, boxOnAllWays(handler, i, wayOf));
+    const std::span<const NeighbourPair> near = neighbours->pairs();
     step.near.assign(near.begin(), near.end());
 }
 

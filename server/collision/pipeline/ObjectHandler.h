@@ -9,7 +9,7 @@
 
 #include "common/scene/Aspect.h"
 #include "server/collision/mesh/AabbTree.h"
-#include "server/collision/pipeline/NeighbourFinder.h"
+#include "server/collision/neighbours/NeighbourFinder.h"
 #include "server/collision/pipeline/ShapeCache.h"
 
 namespace tessera {

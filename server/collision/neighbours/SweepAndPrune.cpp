@@ -1,6 +1,8 @@
-#include "server/collision/pipeline/NeighbourFinder.h"
+#include "server/collision/neighbours/SweepAndPrune.h"
 
 #include <algorithm>
+#include <limits>
+#include <utility>
 
 namespace tessera {
 
@@ -19,25 +21,6 @@ void visitOpen(std::vector<std::uint32_t>& open, const std::vector<Box>& boxes, 
 }
 
 }  // namespace
-
-void AllPairs::reset(std::span<const Box> boxes, InteractionTable table) {
-    boxes_.assign(boxes.begin(), boxes.end());
-    table_ = std::move(table);
-}
-
-void AllPairs::move(std::uint32_t item, const Box& box) {
-    boxes_[item] = box;
-}
-
-std::span<const NeighbourPair> AllPairs::pairs() {
-    pairs_.clear();
-    const auto n = static_cast<std::uint32_t>(boxes_.size());
-    for (std::uint32_t a = 0; a < n; ++a)
-        for (std::uint32_t b = a + 1; b < n; ++b)
-            if (table_.relevant(a, b) && !boxes_[a].empty() && !boxes_[b].empty() && boxes_[a].overlaps(boxes_[b]))
-                pairs_.push_back({a, b});
-    return pairs_;
-}
 
 void SweepAndPrune::reset(std::span<const Box> boxes, InteractionTable table) {
     boxes_.assign(boxes.begin(), boxes.end());
@@ -70,8 +53,8 @@ void SweepAndPrune::chooseAxis() {
     Vec3d sum = Vec3d::Zero(), squares = Vec3d::Zero();
     double n = 0;
     for (const Box& box : boxes_) {
-        if (box.empty()) continue;
         const Vec3d c = box.center();
+        if (box.empty() || !c.allFinite()) continue;
         sum += c;
         squares += c.cwiseProduct(c);
         n += 1;
@@ -84,8 +67,12 @@ void SweepAndPrune::chooseAxis() {
 }
 
 void SweepAndPrune::sort() {
+    // Empty boxes (with a NaN, perhaps, that has no place in any order) come last.
+    const auto key = [&](std::uint32_t x) {
+        return boxes_[x].empty() ? std::numeric_limits<double>::infinity() : boxes_[x].lower[axis_];
+    };
     const auto before = [&](std::uint32_t x, std::uint32_t y) {
-        const double lx = boxes_[x].lower[axis_], ly = boxes_[y].lower[axis_];
+        const double lx = key(x), ly = key(y);
         return lx != ly ? lx < ly : x < y;
     };
     // Insertion sort is linear while little is out of place, and quadratic when much is.

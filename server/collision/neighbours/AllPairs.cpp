@@ -1,0 +1,27 @@
+#include "server/collision/neighbours/AllPairs.h"
+
+#include <utility>
+
+namespace tessera {
+
+void AllPairs::reset(std::span<const Box> boxes, InteractionTable table) {
+    boxes_.assign(boxes.begin(), boxes.end());
+    table_ = std::move(table);
+}
+
+void AllPairs::move(std::uint32_t item, const Box& box) {
+    boxes_[item] = box;
+}
+
+std::span<const NeighbourPair> AllPairs::pairs() {
+    pairs_.clear();
+    const auto n = static_cast<std::uint32_t>(boxes_.size());
+    for (std::uint32_t a = 0; a < n; ++a) {
+        if (boxes_[a].empty()) continue;
+        for (std::uint32_t b = a + 1; b < n; ++b)
+            if (table_.relevant(a, b) && !boxes_[b].empty() && boxes_[a].overlaps(boxes_[b])) pairs_.push_back({a, b});
+    }
+    return pairs_;
+}
+
+}  // namespace tessera

@@ -1,0 +1,465 @@
+#include "server/collision/neighbours/DifferenceFinder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/base/Error.h"
+#include "server/collision/neighbours/GridOrder.h"
+#include "server/collision/neighbours/Tasks.h"
+#include "server/collision/neighbours/TreeOrder.h"
+
+namespace tessera::neighbours {
+
+namespace {
+
+constexpr std::uint32_t kNoSlot = ~0U;
+constexpr std::size_t kItemsPerTask = 8192;
+constexpr std::size_t kQueriesPerTask = 512;
+constexpr std::size_t kShareForAll = 3;  // where more than one of three moved, all are looked at
+
+static_assert(sizeof(Box) == 6 * sizeof(double), "boxes are read as six doubles");
+
+const double* numbers(const Box* box) {
+    return box->lower.data();
+}
+
+/// About where most boxes are. Keys are finest around the origin, so it should lie there; one box far away must not draw
+/// it to itself.
+std::array<double, 3> middle(std::span<const Box> boxes) {
+    constexpr std::size_t kSample = 256;
+    std::array<std::vector<double>, 3> sample;
+    for (std::size_t i = 0; i < boxes.size(); i += boxes.size() / kSample + 1) {
+        const Vec3d center = boxes[i].center();
+        if (boxes[i].empty() || !center.allFinite()) continue;
+        for (std::size_t a = 0; a < 3; ++a) sample[a].push_back(center[static_cast<int>(a)]);
+    }
+    std::array<double, 3> origin{};
+    if (sample[0].empty()) return origin;
+    const auto half = static_cast<std::ptrdiff_t>(sample[0].size() / 2);
+    for (std::size_t a = 0; a < 3; ++a) {
+        std::nth_element(sample[a].begin(), sample[a].begin() + half, sample[a].end());
+        origin[a] = sample[a][static_cast<std::size_t>(half)];
+    }
+    return origin;
+}
+
+std::size_t tasksFor(std::size_t units, std::size_t perTask) {
+    return std::max<std::size_t>(1, (units + perTask / 2) / perTask);
+}
+
+}  // namespace
+
+std::array<float*, 6> DifferenceFinder::Arrays::pointers() {
+    return {bound[0].data(), bound[1].data(), bound[2].data(), bound[3].data(), bound[4].data(), bound[5].data()};
+}
+
+DifferenceFinder::DifferenceFinder(NeighbourMethod method, Workers* workers)
+    : kernels_(slotKernels()), method_(method), workers_(workers) {
+    if (method != NeighbourMethod::kTree) grid_ = std::make_unique<GridOrder>();
+    if (method != NeighbourMethod::kGrid) tree_ = std::make_unique<TreeOrder>();
+    order_ = grid_ ? grid_.get() : tree_.get();
+}
+
+DifferenceFinder::~DifferenceFinder() = default;
+
+NeighbourMethod DifferenceFinder::method() const {
+    return order_ == tree_.get() ? NeighbourMethod::kTree : NeighbourMethod::kGrid;
+}
+
+void DifferenceFinder::reset(std::span<const Box> boxes, InteractionTable table) {
+    TESSERA_CHECK(boxes.size() <= SlotPair::kSlotMask / 2, "too many boxes");
+    boxes_.assign(boxes.begin(), boxes.end());
+    table_ = std::move(table);
+    const std::size_t groups = table_.active.size();
+    std::vector<bool> sociable(groups);
+    for (std::size_t i = 0; i < groups * groups; ++i)
+        if (table_.interacts[i]) sociable[i / groups] = true;
+    everybody_ = std::find(table_.interacts.begin(), table_.interacts.end(), false) == table_.interacts.end();
+    slotOf_.assign(boxes.size(), kNoSlot);
+    settled_ = 0;
+    activeItems_ = 0;
+    for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+        if (!sociable[table_.groupOf[i]]) continue;
+        slotOf_[i] = static_cast<std::uint32_t>(settled_++);
+        activeItems_ += table_.activeItem(i);
+    }
+    itemMoved_.assign(boxes.size(), false);
+    movedItems_.clear();
+    fresh_ = true;
+    allMoved_ = upToDate_ = false;
+}
+
+void DifferenceFinder::move(std::uint32_t item, const Box& box) {
+    if (boxes_[item].lower == box.lower && boxes_[item].upper == box.upper) return;
+    boxes_[item] = box;
+    if (slotOf_[item] == kNoSlot) return;
+    upToDate_ = false;
+    if (fresh_) return;
+    if (allMoved_) {
+        convertOne(item);
+    } else if (!itemMoved_[item]) {
+        itemMoved_[item] = true;
+        movedItems_.push_back(item);
+    }
+}
+
+void DifferenceFinder::moveAll(std::span<const Box> boxes) {
+    TESSERA_CHECK(boxes.size() == boxes_.size(), "as many boxes as items");
+    upToDate_ = false;
+    if (fresh_) {
+        std::copy(boxes.begin(), boxes.end(), boxes_.begin());
+    } else {
+        convert(boxes, boxes_.data());
+        allMoved_ = true;
+    }
+}
+
+std::span<const NeighbourPair> DifferenceFinder::pairs() {
+    if (!upToDate_) {
+        if (fresh_) {
+            findAfresh();
+        } else if (allMoved_) {
+            findAll();
+        } else if (movedItems_.size() > settled_ / kShareForAll) {
+            convert(boxes_, nullptr);
+            findAll();
+        } else {
+            findMoved();
+        }
+        clearMoves();
+        upToDate_ = true;
+    }
+    return pairs_.pairs();
+}
+
+void DifferenceFinder::clearMoves() {
+    for (const std::uint32_t item : movedItems_) itemMoved_[item] = false;
+    movedItems_.clear();
+    allMoved_ = false;
+}
+
+/// Keys into records.
+void DifferenceFinder::convert(std::span<const Box> boxes, Box* copy) {
+    const std::size_t tasks = tasksFor(boxes.size(), kItemsPerTask);
+    runTasks(workers_, tasks, [&](std::size_t i) {
+        const std::size_t first = boxes.size() * i / tasks, last = boxes.size() * (i + 1) / tasks;
+        if (first == last) return;
+        kernels_.convert(numbers(&boxes[first]), copy ? copy[first].lower.data() : nullptr, slotOf_.data() + first,
+                         last - first, origin_.data(), records_.data());
+    });
+}
+
+void DifferenceFinder::convertOne(std::uint32_t item) {
+    kernels_.convert(numbers(&boxes_[item]), nullptr, &slotOf_[item], 1, origin_.data(), records_.data());
+}
+
+void DifferenceFinder::resizeSlots(std::size_t count) {
+    const std::size_t size = count + kSlotPadding;
+    records_.resize(8 * size);
+    itemOf_.resize(size);
+    for (std::size_t k = 0; k < 6; ++k) {
+        cur_.bound[k].resize(size, k < 3 ? kNowhere : -kNowhere);
+        prev_.bound[k].resize(size, k < 3 ? kNowhere : -kNowhere);
+    }
+    for (std::vector<float>& bound : placed_) bound.resize(size, kNowhere);
+    movedBits_.resize(size / 64 + 1, 0);
+}
+
+void DifferenceFinder::empty(Arrays& arrays) {
+    for (std::size_t k = 0; k < 6; ++k)
+        std::fill(arrays.bound[k].begin(), arrays.bound[k].end(), k < 3 ? kNowhere : -kNowhere);
+}
+
+/// Everything anew; pairs that were known are forgotten.
+void DifferenceFinder::findAfresh() {
+    slots_ = settled_;
+    resizeSlots(slots_);
+    std::fill(movedBits_.begin(), movedBits_.end(), 0);
+    for (std::uint32_t item = 0; item < boxes_.size(); ++item)
+        if (slotOf_[item] != kNoSlot) itemOf_[slotOf_[item]] = item;
+    origin_ = middle(boxes_);
+    convert(boxes_, nullptr);
+    kernels_.spread(records_.data(), 0, slots_, cur_.pointers().data());
+    arrange();
+    empty(prev_);
+    pairs_.clear();
+    lastDrift_ = {};
+    fresh_ = false;
+    sweepEverybody();
+    if (order_->decayed()) arrange();
+}
+
+/// Puts the slots in a new order. What was before is lost: this is for the end of a frame.
+void DifferenceFinder::arrange() {
+    const std::array<float*, 6> cur = cur_.pointers();
+    if (grid_) {
+        grid_->arrange(cur.data(), slots_, from_);
+        order_ = grid_.get();
+    }
+    if (tree_ && (!grid_ || grid_->expectedSteps() > tree_->expectedSteps())) {
+        tree_->arrange(cur.data(), slots_, from_);
+        order_ = tree_.get();
+    }
+    const std::size_t tasks = tasksFor(slots_, kItemsPerTask);
+    std::vector<std::uint32_t> items(itemOf_.size());
+    const std::array<float*, 6> next = prev_.pointers();
+    runTasks(workers_, tasks, [&](std::size_t i) {
+        const std::size_t first = slots_ * i / tasks, last = slots_ * (i + 1) / tasks;
+        for (std::size_t k = 0; k < 6; ++k)
+            for (std::size_t s = first; s < last; ++s) next[k][s] = cur[k][from_[s]];
+        for (std::size_t k = 0; k < 3; ++k) std::copy(next[k] + first, next[k] + last, placed_[k].begin() + static_cast<std::ptrdiff_t>(first));
+        for (std::size_t s = first; s < last; ++s) {
+            items[s] = itemOf_[from_[s]];
+            slotOf_[items[s]] = static_cast<std::uint32_t>(s);
+        }
+    });
+    itemOf_.swap(items);
+    std::swap(cur_, prev_);
+    prevIsCur_ = false;
+    drift_ = lastDrift_ = {};
+}
+
+void DifferenceFinder::beginFrame(bool all) {
+    SlotArrays arrays{};
+    for (std::size_t k = 0; k < 6; ++k) {
+        arrays.cur[k] = cur_.bound[k].data();
+        arrays.prev[k] = prev_.bound[k].data();
+    }
+    std::array<float, 3> drift{};
+    for (std::size_t a = 0; a < 3; ++a) drift[a] = std::max(drift_[a], lastDrift_[a]);
+    order_->beginFrame(arrays, slots_, drift.data(), movedSlots_, all);
+}
+
+void DifferenceFinder::findAll() {
+    std::swap(cur_, prev_);
+    prevIsCur_ = false;
+    lastDrift_ = drift_;
+    spreadAndSettle();
+    std::vector<std::uint32_t> leavers;
+    for (const Findings& task : tasks_) leavers.insert(leavers.end(), task.leavers.begin(), task.leavers.end());
+    if (!releaseLeavers(leavers)) {
+        findAfresh();
+        return;
+    }
+    sweepEverybody();
+    const bool leapt = !leaps_.empty();
+    takeHome();
+    if (leapt || order_->decayed()) arrange();
+}
+
+/// Records to the arrays of now; who has left his place, and how far the others have drifted.
+void DifferenceFinder::spreadAndSettle() {
+    const std::size_t settling = order_->settlingSlots();
+    const std::size_t tasks = tasksFor(slots_, kItemsPerTask);
+    if (tasks_.size() < tasks) tasks_.resize(tasks);
+    const std::array<float*, 6> cur = cur_.pointers();
+    const std::array<const float*, 3> placed{placed_[0].data(), placed_[1].data(), placed_[2].data()};
+    runTasks(workers_, tasks, [&](std::size_t i) {
+        // In multiples of sixteen, as the kernel asks.
+        const std::size_t blocks = (slots_ + 15) / 16;
+        const std::size_t first = blocks * i / tasks * 16, last = std::min(slots_, blocks * (i + 1) / tasks * 16);
+        Findings& task = tasks_[i];
+        kernels_.spread(records_.data(), first, last, cur.data());
+        task.settlement = order_->limits();
+        task.leavers.resize(last - first);
+        const std::size_t end = std::min(last, settling);
+        std::size_t count = 0;
+        if (first < end) {
+            count = kernels_.settle(cur.data(), placed.data(), first, end, task.settlement, task.leavers.data());
+        } else {
+            std::fill(std::begin(task.settlement.maxDrift), std::end(task.settlement.maxDrift), 0.0F);
+        }
+        task.leavers.resize(count);
+    });
+    drift_ = {};
+    for (std::size_t i = 0; i < tasks; ++i)
+        for (std::size_t a = 0; a < 3; ++a) drift_[a] = std::max(drift_[a], tasks_[i].settlement.maxDrift[a]);
+    for (std::size_t i = tasks; i < tasks_.size(); ++i) tasks_[i].leavers.clear();
+}
+
+/// Gives new, loose, slots to what has left its place: in the old one it vanishes, in the new one it appears. False if it
+/// is so many that all had better be found afresh.
+bool DifferenceFinder::releaseLeavers(std::span<const std::uint32_t> leavers) {
+    leaps_.clear();
+    for (const std::uint32_t slot : leavers)
+        if (cur_.bound[0][slot] <= cur_.bound[3][slot])  // what has become empty stays where it is
+            leaps_.push_back({slot, static_cast<std::uint32_t>(slots_ + leaps_.size())});
+    if (leaps_.size() > 256 + settled_ / 64) {
+        leaps_.clear();
+        return false;
+    }
+    if (leaps_.empty()) return true;
+    resizeSlots(slots_ + leaps_.size());
+    for (const Leap& leap : leaps_) {
+        itemOf_[leap.to] = itemOf_[leap.from];
+        for (std::size_t k = 0; k < 6; ++k) {
+            const float nowhere = k < 3 ? kNowhere : -kNowhere;
+            cur_.bound[k][leap.to] = std::exchange(cur_.bound[k][leap.from], nowhere);
+            prev_.bound[k][leap.to] = nowhere;
+        }
+    }
+    slots_ += leaps_.size();
+    return true;
+}
+
+/// After the sweep, what has leapt goes to its old slot again (though not its old place): a new order is due.
+void DifferenceFinder::takeHome() {
+    for (const Leap& leap : leaps_)
+        for (std::size_t k = 0; k < 6; ++k) {
+            const float nowhere = k < 3 ? kNowhere : -kNowhere;
+            cur_.bound[k][leap.from] = std::exchange(cur_.bound[k][leap.to], nowhere);
+            prev_.bound[k][leap.to] = nowhere;
+        }
+    slots_ = settled_;
+    leaps_.clear();
+}
+
+void DifferenceFinder::findMoved() {
+    if (!prevIsCur_) {
+        for (std::size_t k = 0; k < 6; ++k) std::copy(cur_.bound[k].begin(), cur_.bound[k].end(), prev_.bound[k].begin());
+        prevIsCur_ = true;
+    }
+    lastDrift_ = drift_;
+    const Settlement& limits = order_->limits();
+    const std::size_t settling = order_->settlingSlots();
+    std::vector<std::uint32_t> leavers;
+    for (const std::uint32_t item : movedItems_) {
+        convertOne(item);
+        const std::uint32_t slot = slotOf_[item];
+        const float* const record = records_.data() + std::size_t{8} * slot;
+        bool stays = true;
+        std::array<float, 3> drift{};
+        for (std::size_t a = 0; a < 3; ++a) {
+            cur_.bound[a][slot] = record[a];
+            cur_.bound[a + 3][slot] = record[a + 4];
+            drift[a] = std::abs(record[a] - placed_[a][slot]);
+            stays = stays && drift[a] <= limits.maxDrift[a] && record[a + 4] - record[a] <= limits.maxExtent[a];
+        }
+        movedBits_[slot / 64] |= std::uint64_t{1} << slot % 64;
+        if (slot >= settling) continue;
+        if (!stays) {
+            leavers.push_back(slot);
+            continue;
+        }
+        for (std::size_t a = 0; a < 3; ++a) drift_[a] = std::max(drift_[a], drift[a]);
+    }
+    std::sort(leavers.begin(), leavers.end());
+    if (!releaseLeavers(leavers)) {
+        findAfresh();
+        return;
+    }
+    for (const Leap& leap : leaps_) movedBits_[leap.to / 64] |= std::uint64_t{1} << leap.to % 64;
+    movedSlots_.clear();
+    for (std::size_t word = 0; word < movedBits_.size(); ++word)
+        for (std::uint64_t left = movedBits_[word]; left != 0; left &= left - 1)
+            movedSlots_.push_back(static_cast<std::uint32_t>(64 * word) + static_cast<std::uint32_t>(__builtin_ctzll(left)));
+    beginFrame(false);
+    sweepMoved();
+    keepMoved();
+}
+
+void DifferenceFinder::sweepMoved() {
+    sweep(movedSlots_.size(), kQueriesPerTask, true, [&](std::size_t begin, std::size_t end, PairSink& sink) {
+        return order_->sweepSome(movedSlots_, begin, end, sink);
+    });
+}
+
+void DifferenceFinder::sweepEverybody() {
+    if (activeItems_ > settled_ / kShareForAll) {
+        beginFrame(true);
+        sweep(order_->units(), order_->unitsPerTask(), false,
+              [&](std::size_t begin, std::size_t end, PairSink& sink) { return order_->sweepAll(begin, end, sink); });
+        return;
+    }
+    // Passive items, most of a scene, are of no interest to each other: it is enough that the active ones search.
+    for (std::uint32_t slot = 0; slot < slots_; ++slot) {
+        if (!table_.activeItem(itemOf_[slot])) continue;
+        movedSlots_.push_back(slot);
+        movedBits_[slot / 64] |= std::uint64_t{1} << slot % 64;
+    }
+    beginFrame(true);
+    sweepMoved();
+    for (const std::uint32_t slot : movedSlots_) movedBits_[slot / 64] = 0;
+    movedSlots_.clear();
+}
+
+/// The end of a frame in which some moved: what is now is what was before the next.
+void DifferenceFinder::keepMoved() {
+    const bool leapt = !leaps_.empty();
+    takeHome();
+    for (const std::uint32_t slot : movedSlots_) {
+        movedBits_[slot / 64] = 0;
+        if (slot >= slots_) continue;
+        for (std::size_t k = 0; k < 6; ++k) prev_.bound[k][slot] = cur_.bound[k][slot];
+    }
+    movedSlots_.clear();
+    if (leapt || order_->decayed()) arrange();
+}
+
+/// Cuts the units into tasks, by their number and nothing else, collects what the kernels find and takes it in.
+template <typename Sweep>
+void DifferenceFinder::sweep(std::size_t units, std::size_t perTask, bool some, const Sweep& sweepUnits) {
+    const std::size_t tasks = tasksFor(units, perTask);
+    if (tasks_.size() < tasks) tasks_.resize(tasks);
+    runTasks(workers_, tasks, [&](std::size_t i) {
+        Findings& task = tasks_[i];
+        task.changes.clear();
+        task.steps = 0;
+        const std::size_t end = units * (i + 1) / tasks;
+        for (std::size_t at = units * i / tasks; at < end;) {
+            if (task.found.empty()) task.found.resize(4096);
+            PairSink sink{task.found.data(), task.found.size(), 0, 0};
+            const std::size_t next = sweepUnits(at, end, sink);
+            task.steps += sink.steps;
+            judge(task, sink.count, some);
+            // What begins at `next` needs more room than there was.
+            if (next == at) task.found.resize(2 * task.found.size());
+            at = next;
+        }
+    });
+    applyChanges(tasks);
+}
+
+/// From slots to items: leaves out what is of no interest, decides what the keys could not.
+void DifferenceFinder::judge(Findings& task, std::size_t count, bool some) const {
+    for (std::size_t i = 0; i < count; ++i) {
+        const SlotPair& pair = task.found[i];
+        const std::uint32_t second = pair.secondAndFlags & SlotPair::kSlotMask;
+        // Where only some search, two of them find each other twice, and each may find itself.
+        if (some && (second == pair.first || (second < pair.first && isMoved(second)))) continue;
+        std::uint32_t a = itemOf_[pair.first], b = itemOf_[second];
+        if (a > b) std::swap(a, b);
+        if (!everybody_ && !table_.relevant(a, b)) continue;
+        bool begins = (pair.secondAndFlags & SlotPair::kBegins) != 0;
+        if ((pair.secondAndFlags & SlotPair::kUnsure) != 0 && !decide(pair, a, b, begins)) continue;
+        task.changes.push_back(pairChange(a, b, begins));
+    }
+}
+
+/// Whether a pair with equal keys has changed, and how.
+bool DifferenceFinder::decide(const SlotPair& pair, std::uint32_t a, std::uint32_t b, bool& begins) const {
+    const std::uint32_t i = pair.first, k = pair.secondAndFlags & SlotPair::kSlotMask;
+    const auto overlap = [&](const Arrays& arrays) {
+        float least = kNowhere;
+        for (std::size_t x = 0; x < 3; ++x) {
+            least = std::min(least, arrays.bound[x + 3][i] - arrays.bound[x][k]);
+            least = std::min(least, arrays.bound[x + 3][k] - arrays.bound[x][i]);
+        }
+        return least;
+    };
+    const float now = overlap(cur_), before = overlap(prev_);
+    const bool meetNow = now > 0 || (now == 0 && boxes_[a].overlaps(boxes_[b]));
+    const bool metBefore = before > 0 || (before == 0 && pairs_.contains(a, b));
+    begins = meetNow;
+    return meetNow != metBefore;
+}
+
+void DifferenceFinder::applyChanges(std::size_t tasks) {
+    std::vector<const std::vector<PairChange>*> lists;
+    lists.reserve(tasks);
+    for (std::size_t i = 0; i < tasks; ++i) lists.push_back(&tasks_[i].changes);
+    pairs_.apply(lists, boxes_.size(), workers_);
+}
+
+}  // namespace tessera::neighbours

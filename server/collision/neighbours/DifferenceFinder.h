@@ -1,0 +1,110 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "server/collision/neighbours/NeighbourFinder.h"
+#include "server/collision/neighbours/PairSet.h"
+#include "server/collision/neighbours/SlotOrder.h"
+
+namespace tessera::neighbours {
+
+/// Keeps the pairs of the last frame and looks for what has changed: pairs that met then and do not now, or the other way
+/// about, are few however many boxes move, so that neither the pairs nor the boxes need sorting in a frame. Boxes keep
+/// their places in an order made by a grid or a tree (SlotOrder) until they have drifted too far. Where only some moved,
+/// only those search. Where most leapt, everything is found afresh.
+class DifferenceFinder final : public NeighbourFinder {
+public:
+    /// kGrid, kTree, or kAuto, which takes the grid unless it forecasts that a tree does better.
+    DifferenceFinder(NeighbourMethod method, Workers* workers);
+    ~DifferenceFinder() override;
+
+    using NeighbourFinder::move;
+    void reset(std::span<const Box> boxes, InteractionTable table) override;
+    void move(std::uint32_t item, const Box& box) override;
+    void moveAll(std::span<const Box> boxes) override;
+    [[nodiscard]] std::span<const NeighbourPair> pairs() override;
+
+    [[nodiscard]] std::span<const Box> boxes() const { return boxes_; }
+    /// Which order is in use now: kGrid or kTree.
+    [[nodiscard]] NeighbourMethod method() const;
+
+private:
+    /// One array per bound, by slot.
+    struct Arrays {
+        std::array<std::vector<float>, 6> bound;
+        [[nodiscard]] std::array<float*, 6> pointers();
+    };
+    /// What one task found; kept for its memory.
+    struct Findings {
+        std::vector<SlotPair> found;
+        std::vector<PairChange> changes;
+        std::vector<std::uint32_t> leavers;
+        Settlement settlement{};
+        std::uint64_t steps = 0;
+    };
+
+    void findAfresh();
+    void findAll();
+    void findMoved();
+    void convert(std::span<const Box> boxes, Box* copy);
+    void convertOne(std::uint32_t item);
+    void arrange();
+    void empty(Arrays& arrays);
+    void resizeSlots(std::size_t count);
+    void spreadAndSettle();
+    bool releaseLeavers(std::span<const std::uint32_t> leavers);
+    void takeHome();
+    void beginFrame(bool all);
+    template <typename Sweep>
+    void sweep(std::size_t units, std::size_t perTask, bool some, const Sweep& sweep);
+    void judge(Findings& task, std::size_t count, bool some) const;
+    [[nodiscard]] bool decide(const SlotPair& pair, std::uint32_t a, std::uint32_t b, bool& begins) const;
+    void sweepMoved();
+    void sweepEverybody();
+    void applyChanges(std::size_t tasks);
+    void keepMoved();
+    void clearMoves();
+    [[nodiscard]] bool isMoved(std::uint32_t slot) const { return movedBits_[slot / 64] >> slot % 64 & 1U; }
+
+    const SlotKernels& kernels_;
+    const NeighbourMethod method_;
+    Workers* const workers_;
+    std::unique_ptr<SlotOrder> grid_, tree_;
+    SlotOrder* order_ = nullptr;
+
+    std::vector<Box> boxes_;
+    InteractionTable table_;
+    bool everybody_ = true;            // every pair is relevant
+    std::size_t settled_ = 0;          // items with a slot: those that are of interest to anybody
+    std::size_t activeItems_ = 0;      // of these
+    std::array<double, 3> origin_{};   // of the keys
+
+    std::vector<std::uint32_t> slotOf_;  // per item; none for those that are of interest to nobody
+    std::vector<std::uint32_t> itemOf_;  // per slot
+    std::size_t slots_ = 0;              // items with a slot, and new places of what leapt in this frame
+    std::vector<float> records_;         // keys by slot, as they come from the boxes
+    Arrays cur_, prev_;
+    std::array<std::vector<float>, 3> placed_;  // lower bounds when the order was made
+    std::array<float, 3> drift_{}, lastDrift_{};
+    struct Leap {
+        std::uint32_t from, to;
+    };
+    std::vector<Leap> leaps_;
+
+    bool fresh_ = true;      // nothing is known
+    bool allMoved_ = false;  // and records_ has them
+    bool upToDate_ = false;
+    bool prevIsCur_ = false;
+    std::vector<std::uint32_t> movedItems_;
+    std::vector<bool> itemMoved_;
+    std::vector<std::uint32_t> movedSlots_;  // ascending
+    std::vector<std::uint64_t> movedBits_;
+    std::vector<std::uint32_t> from_;
+
+    std::vector<Findings> tasks_;
+    PairSet pairs_;
+};
+
+}  // namespace tessera::neighbours

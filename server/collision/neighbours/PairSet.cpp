@@ -1,0 +1,125 @@
+#include "server/collision/neighbours/PairSet.h"
+
+#include <algorithm>
+
+#include "common/base/Error.h"
+#include "server/collision/neighbours/Tasks.h"
+
+namespace tessera::neighbours {
+
+namespace {
+
+constexpr std::size_t kPerBucket = 8;
+constexpr std::size_t kPerPart = 16384;
+
+/// Short lists by insertion; long ones come from one item that meets very many.
+void sortShort(PairChange* first, PairChange* last) {
+    if (last - first > 48) {
+        std::sort(first, last);
+        return;
+    }
+    for (PairChange* i = first + 1; i < last; ++i) {
+        const PairChange value = *i;
+        PairChange* k = i;
+        for (; k > first && value < k[-1]; --k) *k = k[-1];
+        *k = value;
+    }
+}
+
+PairChange key(const NeighbourPair& pair) {
+    return pairChange(pair.a, pair.b, false);
+}
+
+}  // namespace
+
+bool PairSet::contains(std::uint32_t a, std::uint32_t b) const {
+    return std::binary_search(pairs_.begin(), pairs_.end(), NeighbourPair{a, b});
+}
+
+void PairSet::apply(std::span<const std::vector<PairChange>* const> lists, std::size_t items, Workers* workers) {
+    std::size_t total = 0;
+    for (const std::vector<PairChange>* list : lists) total += list->size();
+    if (total == 0) return;
+    TESSERA_CHECK(total < 0xffff'ffffU, "more pairs than can be counted");
+
+    // Counted into buckets of neighbouring a's first, so that only short lists are left to sort.
+    unsigned shift = 33;
+    while (((items - 1) >> (shift - 33)) > total / kPerBucket) ++shift;
+    const std::size_t buckets = ((items - 1) >> (shift - 33)) + 1;
+    bucketEnds_.assign(buckets + 1, 0);
+    for (const std::vector<PairChange>* list : lists)
+        for (const PairChange change : *list) ++bucketEnds_[(change >> shift) + 1];
+    for (std::size_t b = 0; b < buckets; ++b) bucketEnds_[b + 1] += bucketEnds_[b];
+    changes_.resize(total);
+    // Each bucket's number is its beginning now and its end afterwards.
+    for (const std::vector<PairChange>* list : lists)
+        for (const PairChange change : *list) changes_[bucketEnds_[change >> shift]++] = change;
+
+    const std::size_t parts = std::clamp<std::size_t>((total + pairs_.size()) / kPerPart, 1, std::min<std::size_t>(64, buckets));
+    parts_.resize(parts);
+    std::size_t pair = 0;
+    for (std::size_t i = 0; i < parts; ++i) {
+        Part& part = parts_[i];
+        part.firstBucket = buckets * i / parts;
+        part.lastBucket = buckets * (i + 1) / parts;
+        part.firstPair = pair;
+        const PairChange end = static_cast<PairChange>(part.lastBucket) << shift;
+        pair = static_cast<std::size_t>(
+            std::lower_bound(pairs_.begin() + static_cast<std::ptrdiff_t>(pair), pairs_.end(), end,
+                             [](const NeighbourPair& p, PairChange value) { return key(p) < value; }) -
+            pairs_.begin());
+        part.lastPair = pair;
+    }
+    runTasks(workers, parts, [&](std::size_t i) { sortPart(parts_[i]); });
+    std::size_t out = 0;
+    for (Part& part : parts_) {
+        const std::size_t size = part.out;
+        part.out = out;
+        out += size;
+    }
+    merged_.resize(out);
+    runTasks(workers, parts, [&](std::size_t i) { mergePart(parts_[i]); });
+    pairs_.swap(merged_);
+}
+
+/// Sorts the part's changes; leaves its size in `out`.
+void PairSet::sortPart(Part& part) {
+    const auto beginOf = [&](std::size_t bucket) { return bucket == 0 ? 0 : bucketEnds_[bucket - 1]; };
+    part.firstChange = beginOf(part.firstBucket);
+    const std::size_t last = beginOf(part.lastBucket);
+    for (std::size_t b = part.firstBucket; b < part.lastBucket; ++b)
+        sortShort(changes_.data() + beginOf(b), changes_.data() + bucketEnds_[b]);
+    std::size_t kept = part.firstChange;
+    std::size_t begins = 0;
+    for (std::size_t i = part.firstChange; i < last; ++i) {
+        if (i + 1 < last && changes_[i] + 1 == changes_[i + 1] && (changes_[i] & 1U) == 0) {
+            ++i;  // ends in one place and begins in another
+            continue;
+        }
+        begins += changes_[i] & 1U;
+        changes_[kept++] = changes_[i];
+    }
+    part.lastChange = kept;
+    const std::size_t ends = kept - part.firstChange - begins;
+    part.out = part.lastPair - part.firstPair + begins - ends;
+}
+
+void PairSet::mergePart(const Part& part) {
+    const NeighbourPair* from = pairs_.data() + part.firstPair;
+    const NeighbourPair* const last = pairs_.data() + part.lastPair;
+    NeighbourPair* to = merged_.data() + part.out;
+    for (std::size_t i = part.firstChange; i < part.lastChange; ++i) {
+        const PairChange change = changes_[i];
+        const PairChange place = change & ~PairChange{1};
+        while (from != last && key(*from) < place) *to++ = *from++;
+        if (change & 1U) {
+            *to++ = {static_cast<std::uint32_t>(change >> 33U), static_cast<std::uint32_t>(change >> 1U)};
+        } else {
+            TESSERA_CHECK(from != last && key(*from) == place, "a pair ends that never began");
+            ++from;
+        }
+    }
+    std::copy(from, last, to);
+}
+
+}  // namespace tessera::neighbours

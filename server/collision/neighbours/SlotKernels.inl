@@ -1,0 +1,24 @@
+// Included once per instruction set, with TESSERA_KERNELS naming its namespace.
+#include <immintrin.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "server/collision/neighbours/SlotKernels.h"
+
+namespace tessera::neighbours::TESSERA_KERNELS {
+namespace {
+
+#include "server/collision/neighbours/SlotSimd.inl"
+#include "server/collision/neighbours/SlotKeys.inl"
+#include "server/collision/neighbours/SlotDifferences.inl"
+#include "server/collision/neighbours/SlotGrid.inl"
+#include "server/collision/neighbours/SlotTree.inl"
+
+}  // namespace
+
+extern const SlotKernels kSlotKernels;
+const SlotKernels kSlotKernels = {convert,  spread,     settle,    cells,   gridAll,
+                                  gridSome, treeLeaves, treeUpper, treeAll, treeSome};
+
+}  // namespace tessera::neighbours::TESSERA_KERNELS

@@ -1,0 +1,117 @@
+#include "server/collision/neighbours/TreeOrder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera::neighbours {
+
+namespace {
+
+constexpr double kDecay = 1.5;  // growth of the leaves at which a new order pays
+
+}  // namespace
+
+TreeOrder::TreeOrder() : kernels_(slotKernels()) {}
+
+void TreeOrder::arrange(const float* const cur[6], std::size_t count, std::vector<std::uint32_t>& from) {
+    centers_.clear();
+    centers_.reserve(count);
+    from.clear();
+    from.reserve(count);
+    std::vector<std::uint32_t> empty;
+    for (std::uint32_t s = 0; s < count; ++s) {
+        if (!(cur[0][s] <= cur[3][s])) {
+            empty.push_back(s);
+            continue;
+        }
+        Center center{{}, s};
+        for (std::size_t a = 0; a < 3; ++a) center.at[a] = 0.5F * (cur[a][s] + cur[a + 3][s]);
+        centers_.push_back(center);
+    }
+    split(centers_);
+    for (const Center& center : centers_) from.push_back(center.slot);
+    from.insert(from.end(), empty.begin(), empty.end());
+
+    view_.slotCount = static_cast<std::uint32_t>(count);
+    view_.levels = 0;
+    std::size_t nodes = std::max<std::size_t>(1, (count + kLeafSlots - 1) / kLeafSlots);
+    while (true) {
+        const auto level = static_cast<std::size_t>(view_.levels++);
+        view_.nodes[level] = static_cast<std::uint32_t>(nodes);
+        for (std::size_t k = 0; k < 6; ++k) {
+            // What a node has less than sixteen of is empty boxes.
+            boxes_[level][k].assign(nodes + kSlotPadding, k < 3 ? kNowhere : -kNowhere);
+            view_.box[level][k] = boxes_[level][k].data();
+        }
+        if (nodes == 1) break;
+        nodes = (nodes + kLeafSlots - 1) / kLeafSlots;
+    }
+    freshArea_ = -1;
+    decayed_ = false;
+}
+
+/// Halves at a multiple of what a node of the next level holds, so that nodes are full.
+void TreeOrder::split(std::span<Center> centers) {
+    if (centers.size() <= kLeafSlots) return;
+    std::size_t unit = kLeafSlots;
+    while (unit * kLeafSlots < centers.size()) unit *= kLeafSlots;
+    const std::size_t units = (centers.size() + unit - 1) / unit;
+    std::array<float, 3> low = centers[0].at, high = low;
+    for (const Center& center : centers)
+        for (std::size_t a = 0; a < 3; ++a) {
+            low[a] = std::min(low[a], center.at[a]);
+            high[a] = std::max(high[a], center.at[a]);
+        }
+    std::size_t axis = 0;
+    for (std::size_t a = 1; a < 3; ++a)
+        if (high[a] - low[a] > high[axis] - low[axis]) axis = a;
+    const std::size_t half = unit * (units / 2);
+    std::nth_element(centers.begin(), centers.begin() + static_cast<std::ptrdiff_t>(half), centers.end(),
+                     [axis](const Center& x, const Center& y) {
+                         return x.at[axis] != y.at[axis] ? x.at[axis] < y.at[axis] : x.slot < y.slot;
+                     });
+    split(centers.first(half));
+    split(centers.subspan(half));
+}
+
+void TreeOrder::beginFrame(const SlotArrays& slots, std::size_t, const float*, std::span<const std::uint32_t> moved,
+                           bool all) {
+    view_.slots = slots;
+    if (all || freshArea_ < 0) {
+        kernels_.treeLeaves(view_, 0, view_.nodes[0]);
+    } else {
+        std::size_t done = 0;
+        for (const std::uint32_t slot : moved) {
+            const std::size_t leaf = slot / kLeafSlots;
+            if (leaf < done) continue;
+            kernels_.treeLeaves(view_, leaf, leaf + 1);
+            done = leaf + 1;
+        }
+    }
+    kernels_.treeUpper(view_);
+    const double area = leafArea();
+    if (freshArea_ < 0) freshArea_ = area;
+    decayed_ = area > kDecay * freshArea_;
+}
+
+double TreeOrder::leafArea() const {
+    double area = 0;
+    for (std::size_t leaf = 0; leaf < view_.nodes[0]; ++leaf) {
+        std::array<double, 3> size{};
+        for (std::size_t a = 0; a < 3; ++a)
+            size[a] = std::max(0.0, double{view_.box[0][a + 3][leaf]} - double{view_.box[0][a][leaf]});
+        area += size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
+    }
+    return area;
+}
+
+std::size_t TreeOrder::sweepAll(std::size_t begin, std::size_t end, PairSink& sink) const {
+    return kernels_.treeAll(view_, begin, end, sink);
+}
+
+std::size_t TreeOrder::sweepSome(std::span<const std::uint32_t> slots, std::size_t begin, std::size_t end,
+                                 PairSink& sink) const {
+    return kernels_.treeSome(view_, slots.data(), begin, end, sink);
+}
+
+}  // namespace tessera::neighbours
