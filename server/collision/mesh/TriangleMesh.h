@@ -41,7 +41,7 @@ public:
     [[nodiscard]] std::span<const Vec3d> positions() const { return positions_; }
     [[nodiscard]] std::span<const std::uint32_t> indices() const { return indices_; }
     [[nodiscard]] std::size_t memoryBytes() const {
-        return positions_.size() * sizeof(Vec3d) + indices_.size() * sizeof(std::uint32_t);
+        return positions_.size() * sizeof(Vec3d) + indices_.size() * sizeof(std::uint32_t) + used_.size() / 8;
     }
     [[nodiscard]] std::uint32_t vertexOf(std::uint32_t face, unsigned i) const { return indices_[3 * face + i]; }
     [[nodiscard]] const Vec3d& corner(std::uint32_t face, unsigned i) const {
@@ -60,7 +60,10 @@ private:
 
     std::vector<Vec3d> positions_;
     std::vector<std::uint32_t> indices_;
+    std::vector<bool> used_;  ///< per vertex, by some triangle; empty where all are
     Box bounds_;
+
+    void findBounds();
 };
 
 /// The same triangle seen in another frame.

@@ -130,6 +130,48 @@ using DistanceWalk = void (*)(const TreeView& a, const TreeView& b, const PairFr
 using DecidePairs = void (*)(const MeshView& a, const MeshView& b, const PairMap& map, const std::uint32_t* facesA,
                              const std::uint32_t* facesB, std::uint32_t count, std::uint8_t* meeting, std::uint8_t* open);
 
+inline constexpr unsigned kNodeFaces = kWidth * kLeafFaces;  ///< triangles of a lowest node, at most
+inline constexpr unsigned kBins = 16;
+
+/// A triangle's box while a mesh is divided: x y z of -lower and the face, x y z of upper and 0. So every union is a largest.
+/// As a number, face + kFaceBias is a normal one: sums of denormal ones would be slow.
+struct alignas(32) BoxItem {
+    static constexpr std::uint32_t kFaceBias = 0x40000000u;
+    float side[8];
+};
+/// Around some of them: their sides; twice their centres, and the opposite.
+struct alignas(64) BoxBin {
+    float side[16];
+};
+/// The triangles of a part by their centres along an axis: bin = (twice the centre - start) · scale.
+struct Bins {
+    unsigned axis;
+    float start, scale;
+    std::uint32_t counts[2][kBins];  ///< the sum of both is meant,
+    BoxBin box[2][kBins];            ///< and the union
+};
+/// Bins from firstRight on go to the right.
+struct Cut {
+    unsigned axis;
+    float start, scale;
+    unsigned firstRight;
+};
+enum class CutRule : std::uint8_t { kSurface, kVolume, kMedian, kMean };
+/// A lowest node's triangles, places in a list, leaf by leaf.
+struct LeafDivision {
+    std::uint8_t order[kNodeFaces];
+    std::uint8_t counts[kWidth];
+    std::uint32_t leaves;
+};
+
+struct DivisionKernels {
+    void (*fillBins)(const BoxItem* items, std::uint32_t count, Bins& bins);
+    /// Puts the items in order; `left` and `right` have room for as many as go there. Bins may be null.
+    void (*part)(const BoxItem* from, std::uint32_t count, const Cut& cut, BoxItem* left, BoxItem* right, Bins* binsLeft, Bins* binsRight);
+    /// As few leaves as they can be, for more triangles than one holds and at most kNodeFaces: cuts between whole leaves.
+    void (*intoLeaves)(const BoxItem* items, unsigned count, CutRule rule, LeafDivision& out);
+};
+
 /// Of one node, while volumes are fitted.
 struct FitNode {
     std::uint32_t firstLeaf, endLeaf;  ///< below it
@@ -154,6 +196,7 @@ struct TreeKernels {
     SlotTest overlap[kShapes];
     DistanceWalk distance[kShapes];
     FitVolumes fit[kShapes];
+    DivisionKernels division;
 };
 
 }  // namespace tessera::kernel

@@ -1,39 +1,66 @@
 #include "server/collision/tree/TreeTopology.h"
 
-#include <algorithm>
-#include <cmath>
-#include <memory>
-#include <numeric>
+#include <xmmintrin.h>
 
-#include "server/collision/tree/LeafDivision.h"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+
 
 namespace tessera {
 namespace {
 
+using kernel::Bins;
+using kernel::BoxBin;
+using kernel::CutRule;
+using kernel::kBins;
 using kernel::kLeafFaces;
+using kernel::kNodeFaces;
 using kernel::kWidth;
-using Item = DivisionItem;
-using Bounds = DivisionBounds;
+using Item = kernel::BoxItem;
 
 /// Below this many levels the division is by count alone, so that no input makes a tree deep.
 constexpr std::size_t kLevelsOfChoice = 24;
-constexpr unsigned kBins = 16;
 /// How many times its children a node is meant to hold, at most.
 constexpr double kMostGrowth = 13;
 /// How full a lowest node is, about.
 constexpr double kUsualFaces = 50;
 
-/// Triangles whose centres are in one interval along a piece's axis.
-struct Bin {
-    Bounds box, centres2;  ///< of the triangles; of twice their centres
-    void add(__m128 low, __m128 high) {
-        const __m128 centre = _mm_add_ps(low, high);
-        box.extend(low, high);
-        centres2.extend(centre, centre);
+std::uint32_t faceOf(const Item& item) { return __builtin_bit_cast(std::uint32_t, item.side[3]) - Item::kFaceBias; }
+float centre2(const Item& item, unsigned axis) { return item.side[4 + axis] - item.side[axis]; }
+
+/// What holds some triangles, and twice their centres.
+struct Bounds {
+    __m128 below = _mm_set1_ps(-std::numeric_limits<float>::max()), above = below, centre = below, opposite = below;
+
+    void add(const Item& item) {
+        const __m128 low = _mm_load_ps(item.side), high = _mm_load_ps(item.side + 4);
+        below = _mm_max_ps(below, low);
+        above = _mm_max_ps(above, high);
+        centre = _mm_max_ps(centre, _mm_sub_ps(high, low));
+        opposite = _mm_max_ps(opposite, _mm_sub_ps(low, high));
     }
-    void add(const Bin& b) {
-        box.extend(b.box);
-        centres2.extend(b.centres2);
+    void add(const BoxBin& bin) {
+        below = _mm_max_ps(below, _mm_load_ps(bin.side));
+        above = _mm_max_ps(above, _mm_load_ps(bin.side + 4));
+        centre = _mm_max_ps(centre, _mm_load_ps(bin.side + 8));
+        opposite = _mm_max_ps(opposite, _mm_load_ps(bin.side + 12));
+    }
+    void add(const Bounds& b) {
+        below = _mm_max_ps(below, b.below);
+        above = _mm_max_ps(above, b.above);
+        centre = _mm_max_ps(centre, b.centre);
+        opposite = _mm_max_ps(opposite, b.opposite);
+    }
+    /// Half of the surface, or the volume: what makes a box dear.
+    [[nodiscard]] float measure(SplitRule rule) const {
+        const __m128 s = _mm_add_ps(below, above), y = _mm_shuffle_ps(s, s, _MM_SHUFFLE(3, 0, 2, 1));
+        const __m128 products = _mm_mul_ps(s, y);  // xy yz zx
+        if (rule == SplitRule::kMinimumVolume) return _mm_cvtss_f32(_mm_mul_ss(products, _mm_movehl_ps(s, s)));
+        return _mm_cvtss_f32(_mm_add_ss(_mm_add_ss(products, _mm_shuffle_ps(products, products, _MM_SHUFFLE(1, 1, 1, 1))),
+                                        _mm_movehl_ps(products, products)));
     }
 };
 
@@ -42,51 +69,47 @@ struct Piece {
     Item* items = nullptr;
     Item* room = nullptr;  ///< as much, for their order after it
     std::uint32_t count = 0;
-    Bin all;
-    unsigned axis = 0;
-    float start = 0, scale = 0;
-    std::array<Bin, kBins> bins;
-    std::array<std::uint32_t, kBins> counts;
+    Bounds all;
+    Bins bins;
 
     [[nodiscard]] bool needsBins() const { return count > kNodeFaces; }
-    [[nodiscard]] bool hasExtent() const { return scale > 0; }
+    [[nodiscard]] bool hasExtent() const { return bins.scale > 0; }
+    [[nodiscard]] kernel::Cut cutBefore(unsigned bin) const { return {bins.axis, bins.start, bins.scale, bin}; }
 
     /// `all` is known; chooses the axis and empties the bins.
     void prepare() {
-        const std::array<float, 4> spread = all.centres2.size();
-        axis = static_cast<unsigned>(std::max_element(spread.begin(), spread.begin() + 3) - spread.begin());
-        alignas(16) float low[4];
-        _mm_store_ps(low, all.centres2.lower);
-        start = low[axis];
-        const float steps = static_cast<float>(kBins) * 0.999999f / spread[axis];
-        scale = spread[axis] > 0 && steps < std::numeric_limits<float>::max() ? steps : 0;
-        bins.fill({});
-        counts.fill(0);
+        alignas(16) float spread[4], opposite[4];
+        _mm_store_ps(spread, _mm_add_ps(all.centre, all.opposite));
+        _mm_store_ps(opposite, all.opposite);
+        bins.axis = static_cast<unsigned>(std::max_element(spread, spread + 3) - spread);
+        bins.start = -opposite[bins.axis];
+        const float steps = static_cast<float>(kBins) * 0.999999f / spread[bins.axis];
+        bins.scale = spread[bins.axis] > 0 && steps < std::numeric_limits<float>::max() ? steps : 0;
+        std::fill_n(bins.counts[0], 2 * kBins, 0);
+        std::fill_n(bins.box[0][0].side, sizeof bins.box / sizeof(float), -std::numeric_limits<float>::max());
     }
-    [[nodiscard]] unsigned binOf(const Item& item) const {
-        return std::min(static_cast<unsigned>(static_cast<int>((item.centre2(axis) - start) * scale)), kBins - 1);
-    }
-    void addToBins(const Item& item, __m128 low, __m128 high) {
-        const unsigned bin = binOf(item);
-        bins[bin].add(low, high);
-        ++counts[bin];
+    [[nodiscard]] std::uint32_t countOf(unsigned i) const { return bins.counts[0][i] + bins.counts[1][i]; }
+    [[nodiscard]] Bounds bin(unsigned i) const {
+        Bounds bounds;
+        bounds.add(bins.box[0][i]);
+        bounds.add(bins.box[1][i]);
+        return bounds;
     }
 };
 
 class Divider {
 public:
-    Divider(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule)
-        : rule_(rule), faces_(static_cast<std::uint32_t>(indices.size() / 3)), items_(new Item[2 * std::size_t{faces_}]) {
+    Divider(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule, InstructionSet set)
+        : rule_(rule), faces_(static_cast<std::uint32_t>(indices.size() / 3)), items_(new Item[2 * std::size_t{faces_}]), kernels_(kernel::treeKernels(set).division) {
         for (std::uint32_t face = 0; face < faces_; ++face) {
             const std::uint32_t* const corner = &indices[3 * std::size_t{face}];
             const __m128 a = _mm_load_ps(positions[corner[0]].xyz0), b = _mm_load_ps(positions[corner[1]].xyz0),
                          c = _mm_load_ps(positions[corner[2]].xyz0);
-            const __m128 low = _mm_min_ps(_mm_min_ps(a, b), c), high = _mm_max_ps(_mm_max_ps(a, b), c);
-            whole_.add(low, high);
             Item& item = items_[face];
-            _mm_store_ps(item.lower, low);
-            _mm_store_ps(item.upper, high);
-            item.lower[3] = __builtin_bit_cast(float, face + Item::kFaceBias);
+            _mm_store_ps(item.side, _mm_sub_ps(_mm_setzero_ps(), _mm_min_ps(_mm_min_ps(a, b), c)));
+            _mm_store_ps(item.side + 4, _mm_max_ps(_mm_max_ps(a, b), c));
+            item.side[3] = __builtin_bit_cast(float, face + Item::kFaceBias);
+            whole_.add(item);
         }
     }
 
@@ -111,13 +134,22 @@ private:
     SplitRule rule_;
     std::uint32_t faces_;
     std::unique_ptr<Item[]> items_;  ///< and as much room
-    Bin whole_;
+    const kernel::DivisionKernels& kernels_;
+    Bounds whole_;
     double growth_ = 1;
     TreeTopology out_;
     using Pieces = std::array<Piece, kWidth>;
     std::vector<std::unique_ptr<Pieces>> pieces_;  ///< of one node per level
 
-    [[nodiscard]] bool byBins() const { return rule_ == SplitRule::kSurfaceArea || rule_ == SplitRule::kMinimumVolume; }
+    [[nodiscard]] CutRule cutRule() const {
+        switch (rule_) {
+            case SplitRule::kMinimumVolume: return CutRule::kVolume;
+            case SplitRule::kLongestSideMedian: return CutRule::kMedian;
+            case SplitRule::kLongestSideMean: return CutRule::kMean;
+            case SplitRule::kSurfaceArea: break;
+        }
+        return CutRule::kSurface;
+    }
 
     /// Equal steps from the lowest nodes up to the whole.
     void chooseGrowth() {
@@ -133,12 +165,14 @@ private:
     void fillBins(Piece& piece) const {
         if (!piece.needsBins()) return;
         piece.prepare();
-        for (std::uint32_t i = 0; i < piece.count; ++i) piece.addToBins(piece.items[i], piece.items[i].low(), piece.items[i].high());
+        kernels_.fillBins(piece.items, piece.count, piece.bins);
     }
+
+    static constexpr std::array<std::uint8_t, kLeafFaces> kAsTheyAre{0, 1, 2, 3};
 
     kernel::ChildRef leaf(const Item* items, const std::uint8_t* order, unsigned count) {
         const std::uint32_t index = static_cast<std::uint32_t>(out_.leafFaces.size() / kLeafFaces);
-        for (unsigned i = 0; i < kLeafFaces; ++i) out_.leafFaces.push_back(i < count ? items[order[i]].face() : TreeStorage::kNoFace);
+        for (unsigned i = 0; i < kLeafFaces; ++i) out_.leafFaces.push_back(i < count ? faceOf(items[order[i]]) : TreeStorage::kNoFace);
         return kernel::kLeafBit | index << 2 | (count - 1);
     }
 
@@ -149,9 +183,10 @@ private:
     }
 
     kernel::ChildRef lowest(const Piece& piece, std::size_t level) {
-        const LeafDivision division = divideIntoLeaves({piece.items, piece.count}, rule_);
-        const std::uint8_t* order = division.order.data();
-        if (division.leaves == 1) return leaf(piece.items, order, piece.count);
+        if (piece.count <= kLeafFaces) return leaf(piece.items, kAsTheyAre.data(), piece.count);
+        kernel::LeafDivision division;
+        kernels_.intoLeaves(piece.items, piece.count, cutRule(), division);
+        const std::uint8_t* order = division.order;
         out_.depth = std::max(out_.depth, level + 1);
         const std::uint32_t node = newNode();
         for (std::size_t i = 0; i < division.leaves; ++i) {
@@ -172,7 +207,7 @@ private:
         Pieces& pieces = *pieces_[level];
         pieces[0] = piece;
         std::array<std::uint8_t, kWidth> order{};  // neighbours side by side
-        std::array<float, kWidth> size{pieces[0].all.box.measure(SplitRule::kSurfaceArea)};
+        std::array<float, kWidth> size{pieces[0].all.measure(SplitRule::kSurfaceArea)};
         for (std::uint8_t count = 1; count < kWidth; ++count) {
             std::size_t best = count;
             for (std::size_t i = 0; i < count; ++i)
@@ -182,8 +217,8 @@ private:
             }
             Piece& left = pieces[order[best]];
             split(left, pieces[count], level);
-            size[order[best]] = left.all.box.measure(SplitRule::kSurfaceArea);
-            size[count] = pieces[count].all.box.measure(SplitRule::kSurfaceArea);
+            size[order[best]] = left.all.measure(SplitRule::kSurfaceArea);
+            size[count] = pieces[count].all.measure(SplitRule::kSurfaceArea);
             std::copy_backward(order.begin() + static_cast<std::ptrdiff_t>(best) + 1, order.begin() + count, order.begin() + count + 1);
             order[best + 1] = count;
         }
@@ -213,22 +248,22 @@ private:
 
     /// Half to each side, the first part a whole number of lowest nodes.
     void splitByCount(Piece& piece, Piece& right) {
-        const unsigned axis = piece.axis;
+        const unsigned axis = piece.bins.axis;
         const auto half = static_cast<std::uint32_t>((piece.count / 2 + kNodeFaces - 1) / kNodeFaces * kNodeFaces);
         std::nth_element(piece.items, piece.items + half, piece.items + piece.count, [axis](const Item& a, const Item& b) {
-            const float x = a.centre2(axis), y = b.centre2(axis);
-            return x != y ? x < y : a.face() < b.face();
+            const float x = centre2(a, axis), y = centre2(b, axis);
+            return x != y ? x < y : faceOf(a) < faceOf(b);
         });
         cut(piece, right, half);
     }
 
     void splitByMean(Piece& piece, Piece& right) {
-        const unsigned axis = piece.axis;
+        const unsigned axis = piece.bins.axis;
         Item* const end = piece.items + piece.count;
         double sum = 0;
-        for (const Item* i = piece.items; i != end; ++i) sum += static_cast<double>(i->centre2(axis));
+        for (const Item* i = piece.items; i != end; ++i) sum += static_cast<double>(centre2(*i, axis));
         const float mean = static_cast<float>(sum / piece.count);
-        Item* const middle = std::partition(piece.items, end, [&](const Item& item) { return item.centre2(axis) < mean; });
+        Item* const middle = std::partition(piece.items, end, [&](const Item& item) { return centre2(item, axis) < mean; });
         if (middle == piece.items || middle == end) return splitByCount(piece, right);
         cut(piece, right, static_cast<std::uint32_t>(middle - piece.items));
     }
@@ -240,7 +275,7 @@ private:
         piece.count = left;
         for (Piece* const part : {&piece, &right}) {
             part->all = {};
-            for (std::uint32_t i = 0; i < part->count; ++i) part->all.add(part->items[i].low(), part->items[i].high());
+            for (std::uint32_t i = 0; i < part->count; ++i) part->all.add(part->items[i]);
             fillBins(*part);
         }
     }
@@ -251,16 +286,16 @@ private:
     };
 
     /// Wald 2007: the cut between bins of least (size of the part's box) · (lowest nodes that it needs).
-    Choice bestCut(const Piece& piece) const {
+    Choice bestCut(const std::array<Bounds, kBins>& bins, const Piece& piece) const {
         const auto cost = [&](const Bounds& box, std::uint32_t count) {
-            return box.measure(rule_) * static_cast<float>((count + kUnit - 1) / kUnit);
+            return box.measure(rule_) * static_cast<float>((count + kNodeFaces - 1) / kNodeFaces);
         };
         std::array<float, kBins> above{};
         Bounds box;
         std::uint32_t count = 0;
         for (unsigned i = kBins - 1; i > 0; --i) {
-            box.extend(piece.bins[i].box);
-            count += piece.counts[i];
+            box.add(bins[i]);
+            count += piece.countOf(i);
             above[i] = count == 0 ? 0 : cost(box, count);
         }
         Choice best;
@@ -268,9 +303,9 @@ private:
         box = {};
         count = 0;
         for (unsigned i = 0; i + 1 < kBins; ++i) {
-            if (piece.counts[i] == 0) continue;
-            box.extend(piece.bins[i].box);
-            count += piece.counts[i];
+            if (piece.countOf(i) == 0) continue;
+            box.add(bins[i]);
+            count += piece.countOf(i);
             if (count == piece.count) break;
             const float total = cost(box, count) + above[i + 1];
             if (total < least) {
@@ -280,52 +315,35 @@ private:
         }
         return best;
     }
-    static constexpr std::uint32_t kUnit = kNodeFaces;
 
     void splitByBins(Piece& piece, Piece& right) {
-        const Choice choice = bestCut(piece);
+        std::array<Bounds, kBins> bins;
+        for (unsigned i = 0; i < kBins; ++i) bins[i] = piece.bin(i);
+        const Choice choice = bestCut(bins, piece);
         if (choice.bin == 0) return splitByCount(piece, right);
-        const unsigned axis = piece.axis;
-        const float start = piece.start, scale = piece.scale;
-        const auto isRight = [=](const Item& item) {
-            return std::min(static_cast<unsigned>(static_cast<int>((item.centre2(axis) - start) * scale)), kBins - 1) >= choice.bin;
-        };
+        const kernel::Cut cut = piece.cutBefore(choice.bin);
         const std::uint32_t count = piece.count;
         const Item* const from = piece.items;
         right.items = piece.room + choice.left;
         right.room = piece.items + choice.left;
         right.count = count - choice.left;
-        right.all = {};
-        for (unsigned i = choice.bin; i < kBins; ++i) right.all.add(piece.bins[i]);
-        Bin left;
-        for (unsigned i = 0; i < choice.bin; ++i) left.add(piece.bins[i]);
-        piece.all = left;
+        right.all = piece.all = {};
+        for (unsigned i = 0; i < choice.bin; ++i) piece.all.add(bins[i]);
+        for (unsigned i = choice.bin; i < kBins; ++i) right.all.add(bins[i]);
         piece.count = choice.left;
         std::swap(piece.items, piece.room);
+        for (Piece* const part : {&piece, &right})
+            if (part->needsBins()) part->prepare();
         // One pass puts the triangles in order and into the bins of the parts.
-        Item* to[2] = {piece.items, right.items};
-        if (!piece.needsBins() && !right.needsBins()) {
-            for (std::uint32_t i = 0; i < count; ++i) *to[isRight(from[i])]++ = from[i];
-            return;
-        }
-        piece.prepare();
-        right.prepare();
-        Piece* const part[2] = {&piece, &right};
-        for (std::uint32_t i = 0; i < count; ++i) {
-            const bool side = isRight(from[i]);
-            const __m128 low = from[i].low(), high = from[i].high();
-            _mm_store_ps(to[side]->lower, low);
-            _mm_store_ps(to[side]->upper, high);
-            ++to[side];
-            part[side]->addToBins(from[i], low, high);
-        }
+        kernels_.part(from, count, cut, piece.items, right.items, piece.needsBins() ? &piece.bins : nullptr,
+                      right.needsBins() ? &right.bins : nullptr);
     }
 };
 
 }  // namespace
 
-TreeTopology divide(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule) {
-    return Divider(positions, indices, rule).divide();
+TreeTopology divide(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule, InstructionSet set) {
+    return Divider(positions, indices, rule, set).divide();
 }
 
 }  // namespace tessera

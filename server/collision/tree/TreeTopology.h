@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "server/collision/tree/KernelTypes.h"
+#include "server/collision/tree/Kernels.h"
 #include "server/collision/tree/TreeStorage.h"
 
 namespace tessera {
@@ -17,6 +17,7 @@ struct TreeTopology {
 };
 
 /// Deterministic, the same on every processor; its depth is bounded for any input. Three indices into `positions` per triangle.
-[[nodiscard]] TreeTopology divide(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule);
+[[nodiscard]] TreeTopology divide(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule,
+                                  InstructionSet set = instructionSet());
 
 }  // namespace tessera

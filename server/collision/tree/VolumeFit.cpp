@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/collision/tree/Kernels.h"
-
 namespace tessera {
 namespace {
 
 using kernel::kLeafFaces;
 using kernel::kLeafRows;
+
+/// A leaf's triangle, or its first.
+std::uint32_t some(const std::uint32_t* faces, unsigned i) { return faces[i] == TreeStorage::kNoFace ? faces[0] : faces[i]; }
 
 void fillCorners(TreeStorage& tree, std::span<const OwnPosition> positions) {
     const std::size_t leaves = tree.leafCount();
@@ -22,7 +23,7 @@ void fillCorners(TreeStorage& tree, std::span<const OwnPosition> positions) {
         const std::uint32_t* const faces = &tree.leafFaces[leaf * kLeafFaces];
         const std::uint32_t* corner[kLeafFaces];
         for (unsigned i = 0; i < kLeafFaces; ++i)
-            corner[i] = indices + 3 * std::size_t{faces[i] == TreeStorage::kNoFace ? faces[0] : faces[i]};
+            corner[i] = indices + 3 * std::size_t{some(faces, i)};
         float* row = tree.corners[leaf * kLeafRows].lane;
         for (unsigned c = 0; c < 3; ++c, row += 3 * kLeafFaces) {
             __m128 x = _mm_load_ps(positions[corner[0][c]].xyz0), y = _mm_load_ps(positions[corner[1][c]].xyz0),
@@ -42,7 +43,7 @@ void fillCorners(TreeStorage& tree, std::span<const OwnPosition> positions) {
 
 }  // namespace
 
-void fitVolumes(TreeStorage& tree, std::span<const OwnPosition> positions) {
+void fitVolumes(TreeStorage& tree, std::span<const OwnPosition> positions, InstructionSet set) {
     tree.radius = tree.cost = 0;
     if (tree.empty()) return;
     fillCorners(tree, positions);
@@ -50,7 +51,7 @@ void fitVolumes(TreeStorage& tree, std::span<const OwnPosition> positions) {
     std::vector<kernel::FitNode> nodes(tree.nodeCount());
     kernel::FitJob job{tree.volumes.data()->lane, tree.children.data(), tree.corners.data()->lane,
                        static_cast<std::uint32_t>(tree.nodeCount()), nodes.data(), 0};
-    kernel::treeKernels().fit[static_cast<std::size_t>(shapeOf(tree.options.volume))](job);
+    kernel::treeKernels(set).fit[static_cast<std::size_t>(shapeOf(tree.options.volume))](job);
     tree.cost = job.cost;
 }
 

@@ -17,6 +17,10 @@ namespace {
 #include "server/collision/tree/kernel/Touch.inl"
 #include "server/collision/tree/kernel/Distance.inl"
 #include "server/collision/tree/kernel/Fit.inl"
+#include "server/collision/tree/kernel/FitDop.inl"
+#include "server/collision/tree/kernel/FitObb.inl"
+#include "server/collision/tree/kernel/FitSphere.inl"
+#include "server/collision/tree/kernel/Divide.inl"
 
 using Dop6 = Dop<6, true>;
 using Dop14 = Dop<14, true>;
@@ -35,6 +39,7 @@ const TreeKernels kTable = {
     {&Nearing<Sphere>::walk, &Nearing<Obb>::walk, &Nearing<Dop6>::walk, &Nearing<Dop14>::walk, &Nearing<Dop18>::walk,
      &Nearing<Dop26>::walk},
     {&fitAll<SphereFit>, &fitAll<ObbFit>, &fitAll<DopFit<6>>, &fitAll<DopFit<14>>, &fitAll<DopFit<18>>, &fitAll<DopFit<26>>},
+    {&fillBins, &partItems, &divideIntoLeaves},
 };
 
 }  // namespace tessera::kernel::TESSERA_KERNELS
