@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/query/RealignedPlanes.h"
 #include "server/collision/tree/TreeStorage.h"
-#include "server/collision/volume/Realignment.h"
 
 namespace tessera {
 namespace {
@@ -28,28 +28,6 @@ DirectionSet directionsOf(VolumeKind kind) {
         case VolumeKind::kDop18: return DirectionSet::k18;
         case VolumeKind::kDop26: return DirectionSet::k26;
         default: return DirectionSet::k6;
-    }
-}
-
-/// What holds the whole tree.
-KDop whole(const TreeStorage& tree, DirectionSet set) {
-    KDop dop(set);
-    const std::size_t n = dop.count();
-    for (std::size_t i = 0; i < n; ++i) {
-        dop.upper[i] = static_cast<double>(tree.volumes[i].lane[0]);
-        dop.lower[i] = -static_cast<double>(tree.volumes[n + i].lane[0]);
-    }
-    return dop;
-}
-
-void realign(kernel::Realigned& out, const TreeStorage& from, const TreeStorage& to, const Affine3d& to_T_from, Realignment how) {
-    const DirectionSet source = directionsOf(from.options.volume), target = directionsOf(to.options.volume);
-    const PlaneChoice choice = how == Realignment::kBoxEnclosure ? PlaneChoice::kBoxEnclosure : PlaneChoice::kThreePlanes;
-    const FloatPlaneWeights weights = forKernels(PlaneWeights::make(source, target, to_T_from, choice), whole(from, source));
-    for (std::size_t i = 0; i < 2 * directionCount(target); ++i) {
-        std::copy_n(weights.plane[i], 3, out.plane[i]);
-        std::copy_n(weights.weight[i], 3, out.weight[i]);
-        out.offset[i] = weights.offset[i];
     }
 }
 
@@ -84,9 +62,11 @@ PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d
     f.slack = static_cast<float>(slack * (1 + 1e-6));
     f.slackB = f.similarity ? static_cast<float>(slack / scale * (1 + 1e-6)) : 1e30f;
     f.bothWays = f.similarity && ta.options.volume == VolumeKind::kAabb && tb.options.volume == VolumeKind::kAabb;
-    const auto isDop = [](VolumeKind kind) { return kind != VolumeKind::kSphere && kind != VolumeKind::kObb; };
-    if (isDop(ta.options.volume)) realign(f.bInA, tb, ta, own, realignment);
-    if (f.bothWays) realign(f.aInB, ta, tb, own.inverse(Eigen::Affine), realignment);
+    if (ta.options.volume == VolumeKind::kSphere || ta.options.volume == VolumeKind::kObb) return f;
+    const DirectionSet set = directionsOf(ta.options.volume);
+    const PlaneChoice choice = realignment == Realignment::kBoxEnclosure ? PlaneChoice::kBoxEnclosure : PlaneChoice::kThreePlanes;
+    realignPlanes(f.bInA, set, own, tb.radius, f.stretch, choice);
+    if (f.bothWays) realignPlanes(f.aInB, set, own.inverse(Eigen::Affine), ta.radius, (1 + 1e-6) / scale, choice);
     return f;
 }
 

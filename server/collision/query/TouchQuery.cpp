@@ -30,8 +30,7 @@ public:
           decide_(kernel::treeKernels().decide) {
         sink_.facesA = facesA_.data();
         sink_.facesB = facesB_.data();
-        sink_.capacity = static_cast<std::uint32_t>(facesA_.size());
-        sink_.eager = any;
+        sink_.enough = any ? kEnoughForAny : kCapacity - kernel::kLeafPairs;
         sink_.flush = [](TouchSink&, void* self) { return static_cast<Candidates*>(self)->flush(); };
         sink_.context = this;
         sink_.nodeTests = work.boxTests;
@@ -68,7 +67,9 @@ private:
     kernel::MeshView viewA_, viewB_;
     kernel::PairMap map_;
     kernel::DecidePairs decide_;
-    static constexpr std::size_t kCapacity = 256;
+    static constexpr std::uint32_t kCapacity = 256;
+    /// Deciding eight costs as much as deciding one; waiting for eight would cost more.
+    static constexpr std::uint32_t kEnoughForAny = 3;
     std::array<std::uint32_t, kCapacity> facesA_, facesB_;
     TouchSink sink_{};
     std::vector<FacePair> pairs_;
@@ -143,7 +144,7 @@ TouchedPair firstTouching(const TriangleTree& a, const TriangleTree& b, const Af
     ++work.boxTests;
     if (!pair.rootsOverlap()) return {};
     Candidates candidates(a, b, a_T_b, true, work);
-    pair.walk(kRoots, kAllLevels, candidates.sink());
+    if (!pair.walk(kRoots, kAllLevels, candidates.sink()) || candidates.sink().exhausted) candidates.flush();
     take(work, candidates.sink());
     if (candidates.found()) return {Touch::kYes, candidates.pairs().front()};
     return {candidates.sink().exhausted ? Touch::kUnknown : Touch::kNo, {}};

@@ -32,7 +32,7 @@ struct TreeView {
 
 /// A k-DOP seen from the other body: new plane i = sum of weight · plane over three planes + offset.
 struct Realigned {
-    std::uint8_t plane[kMostHalfPlanes][3];
+    std::uint16_t row[kMostHalfPlanes][3];  ///< of a node, where each plane begins: plane · kWidth
     float weight[kMostHalfPlanes][3];
     float offset[kMostHalfPlanes];
 };
@@ -71,13 +71,12 @@ struct SlotPair {
 
 /// Where a walk puts what it finds, and what it has done.
 struct TouchSink {
-    /// Pairs of faces that may meet. `flush` is called when `capacity` is near, and after every leaf pair with
-    /// candidates where `eager`; it empties the list and returns true to end the walk.
+    /// Pairs of faces that may meet. `flush` is called when there are `enough`; it empties the list and returns true to end
+    /// the walk. Room for kLeafPairs more is needed. What is left at the end is the caller's.
     std::uint32_t* facesA;
     std::uint32_t* facesB;
     std::uint32_t count;
-    std::uint32_t capacity;
-    bool eager;
+    std::uint32_t enough;
     bool (*flush)(TouchSink& sink, void* context);
     void* context;
     /// Not walked into but put here where `levels` runs out: tasks for later.
@@ -187,6 +186,7 @@ struct FitJob {
     std::uint32_t nodeCount;
     FitNode* nodes;  ///< room for each
     double cost;     ///< out: the sum of the volumes' surfaces
+    double whole;    ///< out: the surface of the whole's
 };
 using FitVolumes = void (*)(FitJob& job);
 

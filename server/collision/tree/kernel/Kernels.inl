@@ -23,9 +23,9 @@ namespace {
 #include "server/collision/tree/kernel/Divide.inl"
 
 using Dop6 = Dop<6, true>;
-using Dop14 = Dop<14, true>;
-using Dop18 = Dop<18, true>;
-using Dop26 = Dop<26, true>;
+using Dop14 = Dop<14, false>;
+using Dop18 = Dop<18, false>;
+using Dop26 = Dop<26, false>;
 
 }  // namespace
 

@@ -34,6 +34,8 @@ TESSERA_INLINE D pick(D test, D whereNegative, D otherwise) {
     return reinterpret_cast<D>(_mm512_mask_blend_pd(_mm512_movepi64_mask(reinterpret_cast<__m512i>(test)),
                                                     reinterpret_cast<__m512d>(otherwise), reinterpret_cast<__m512d>(whereNegative)));
 }
+TESSERA_INLINE F4 max(F4 a, F4 b) { return _mm_max_ps(a, b); }
+TESSERA_INLINE F4 min(F4 a, F4 b) { return _mm_min_ps(a, b); }
 /// abcd -> aaaabbbbccccdddd
 TESSERA_INLINE F spread(F4 x) {
     // Not __builtin_shufflevector: g++ 12 sends it through memory.
@@ -59,6 +61,8 @@ TESSERA_INLINE Bits greater(DoublePart a, DoublePart b) { return static_cast<Bit
 TESSERA_INLINE DoublePart pick(DoublePart test, DoublePart whereNegative, DoublePart otherwise) {
     return _mm256_blendv_pd(otherwise, whereNegative, test);
 }
+TESSERA_INLINE F4 max(F4 a, F4 b) { return _mm_max_ps(a, b); }
+TESSERA_INLINE F4 min(F4 a, F4 b) { return _mm_min_ps(a, b); }
 TESSERA_INLINE F spread(F4 x) {
     return {__builtin_shufflevector(x, x, 0, 0, 0, 0, 1, 1, 1, 1), __builtin_shufflevector(x, x, 2, 2, 2, 2, 3, 3, 3, 3)};
 }

@@ -12,6 +12,8 @@ struct Touching {
 
     const float* nodeA(Slot slot) const { return a.volumes + std::size_t{slot / kWidth} * kRows * kWidth; }
     const float* nodeB(Slot slot) const { return b.volumes + std::size_t{slot / kWidth} * kRows * kWidth; }
+    const float* cornersA(ChildRef leaf) const { return a.corners + ((leaf & ~kLeafBit) >> 2) * std::size_t{kLeafRows * kLeafFaces}; }
+    const float* cornersB(ChildRef leaf) const { return b.corners + ((leaf & ~kLeafBit) >> 2) * std::size_t{kLeafRows * kLeafFaces}; }
     void placeB(const float* node, Block& out) const { V::place(node, f, f.bInA, out.row); }
     void placeA(const float* node, Block& out) const { V::place(node, f, f.aInB, out.row); }
     bool bothWays() const { return V::kBothWays && f.bothWays; }
@@ -33,12 +35,11 @@ struct Touching {
         else return ~0u;
     }
 
-    bool leaves(ChildRef refA, ChildRef refB) {
+    bool leaves(ChildRef refA, ChildRef refB, const PlacedLeaf& placed) {
         const std::size_t leafA = (refA & ~kLeafBit) >> 2, leafB = (refB & ~kLeafBit) >> 2;
         const unsigned countA = (refA & 3) + 1, countB = (refB & 3) + 1;
         sink.triangleTests += countA * countB;
-        Bits left = mayMeet(a.corners + leafA * kLeafRows * kLeafFaces, countA, b.corners + leafB * kLeafRows * kLeafFaces,
-                            countB, f);
+        Bits left = mayMeet(cornersA(refA), countA, placed, countB, splat(f.slack));
         if (left == 0) return false;
         while (left != 0) {
             const unsigned bit = static_cast<unsigned>(__builtin_ctz(left));
@@ -47,49 +48,86 @@ struct Touching {
             sink.facesB[sink.count] = b.faces[leafB * kLeafFaces + bit % 4];
             ++sink.count;
         }
-        if (sink.eager || sink.count + kLeafPairs > sink.capacity) return sink.flush(sink, sink.context);
+        return sink.count >= sink.enough && sink.flush(sink, sink.context);
+    }
+
+    /// The pair is for later, or never.
+    bool put(Slot slotA, Slot slotB, unsigned levels) {
+        if (levels == 0) {
+            sink.later[sink.laterCount++] = {slotA, slotB};
+            return true;
+        }
+        if (sink.nodeTests + sink.triangleTests < sink.limit) return false;
+        return sink.exhausted = true;
+    }
+
+    /// Some slots of one of A's nodes overlap a slot of B. blockB: the node of slotB placed in A's frame; blockA: that of A's
+    /// slots in B's, where both frames are looked at. What is B's is placed once for all of them.
+    bool descend(Slot firstA, Bits lanesA, Slot slotB, const Block& blockA, const Block& blockB, unsigned levels) {
+        // Where a map fits no float (PairFrame.cpp) empty lanes overlap too.
+        const ChildRef refB = b.children[slotB];
+        if (refB == kNoChild) return false;
+        if ((refB & kLeafBit) != 0) {
+            PlacedLeaf leafB;
+            bool placed = false;
+            for (; lanesA != 0; lanesA &= lanesA - 1) {
+                const Slot slotA = firstA + static_cast<unsigned>(__builtin_ctz(lanesA));
+                const ChildRef refA = a.children[slotA];
+                if ((refA & kLeafBit) == 0) {
+                    if (descendA(refA * kWidth, slotA, slotB, blockB, levels)) return true;
+                    continue;
+                }
+                if (refA == kNoChild) continue;
+                if (!placed) leafB.place(cornersB(refB), f, splat(f.slack));
+                placed = true;
+                if (leaves(refA, refB, leafB)) return true;
+            }
+            return false;
+        }
+        Block below;
+        bool placed = false;
+        for (; lanesA != 0; lanesA &= lanesA - 1) {
+            const Slot slotA = firstA + static_cast<unsigned>(__builtin_ctz(lanesA));
+            if (a.children[slotA] == kNoChild) continue;
+            if (put(slotA, slotB, levels)) {
+                if (sink.exhausted) return true;
+                continue;
+            }
+            if (!placed) placeB(nodeB(refB * kWidth), below);
+            placed = true;
+            if (descendBoth(slotA, refB * kWidth, blockA, below, levels - 1)) return true;
+        }
         return false;
     }
 
-    /// Both slots' volumes overlap. blockB: the node of slotB placed in A's frame; blockA: that of slotA in B's, where both
-    /// frames are looked at. Only what overlaps in A's frame is compared in B's.
-    bool descend(Slot slotA, Slot slotB, const Block& blockA, const Block& blockB, unsigned levels) {
-        const ChildRef refA = a.children[slotA], refB = b.children[slotB];
-        if ((refA & refB & kLeafBit) != 0) return leaves(refA, refB);
-        if (levels == 0) {
-            sink.later[sink.laterCount++] = {slotA, slotB};
-            return false;
+    /// B has a leaf, A a node: only A goes down.
+    bool descendA(Slot firstA, Slot slotA, Slot slotB, const Block& blockB, unsigned levels) {
+        if (put(slotA, slotB, levels)) return sink.exhausted;
+        const unsigned laneB = slotB % kWidth;
+        const float* const ownA = nodeA(firstA);
+        ++sink.nodeTests;
+        Bits lanes = overlapA(blockB.row + laneB, ownA);
+        if (lanes == 0) return false;
+        Block placedA;
+        if (bothWays()) {
+            placeA(ownA, placedA);
+            lanes &= overlapInB(nodeB(slotB) + laneB, placedA.row);
         }
-        if (sink.nodeTests + sink.triangleTests >= sink.limit) {
-            sink.exhausted = true;
-            return true;
-        }
-        const unsigned laneA = slotA % kWidth, laneB = slotB % kWidth;
-        if ((refB & kLeafBit) != 0) {  // only A goes down
-            const Slot firstA = refA * kWidth;
-            const float* const ownA = nodeA(firstA);
-            ++sink.nodeTests;
-            Bits lanes = overlapA(blockB.row + laneB, ownA);
-            if (lanes == 0) return false;
-            Block placedA;
-            if (bothWays()) {
-                placeA(ownA, placedA);
-                lanes &= overlapInB(nodeB(slotB) + laneB, placedA.row);
-            }
-            for (; lanes != 0; lanes &= lanes - 1)
-                if (descend(firstA + static_cast<unsigned>(__builtin_ctz(lanes)), slotB, placedA, blockB, levels - 1)) return true;
-            return false;
-        }
-        Block placedB;
-        const Slot firstB = refB * kWidth;
+        return descend(firstA, lanes, slotB, placedA, blockB, levels - 1);
+    }
+
+    /// The slots of B's node at firstB, placed in A's frame, against a slot of A and then what is below it.
+    bool descendBoth(Slot slotA, Slot firstB, const Block& blockA, const Block& placedB, unsigned levels) {
+        const unsigned laneA = slotA % kWidth;
+        const ChildRef refA = a.children[slotA];
         const float* const ownB = nodeB(firstB);
-        placeB(ownB, placedB);
         ++sink.nodeTests;
         Bits lanesB = overlapB(nodeA(slotA) + laneA, placedB.row);
         if (bothWays() && lanesB != 0) lanesB &= overlapInB(blockA.row + laneA, ownB);
-        if ((refA & kLeafBit) != 0) {  // only B goes down
+        if ((refA & kLeafBit) != 0) {
             for (; lanesB != 0; lanesB &= lanesB - 1)
-                if (descend(slotA, firstB + static_cast<unsigned>(__builtin_ctz(lanesB)), blockA, placedB, levels - 1)) return true;
+                if (descend(slotA - laneA, 1u << laneA, firstB + static_cast<unsigned>(__builtin_ctz(lanesB)), blockA, placedB, levels))
+                    return true;
             return false;
         }
         Block placedA;
@@ -97,18 +135,16 @@ struct Touching {
         const Slot firstA = refA * kWidth;
         const float* const ownA = nodeA(firstA);
         for (; lanesB != 0; lanesB &= lanesB - 1) {
-            const unsigned laneOfB = static_cast<unsigned>(__builtin_ctz(lanesB));
+            const unsigned laneB = static_cast<unsigned>(__builtin_ctz(lanesB));
             ++sink.nodeTests;
-            Bits lanesA = overlapA(placedB.row + laneOfB, ownA);
+            Bits lanesA = overlapA(placedB.row + laneB, ownA);
             if (lanesA == 0) continue;
             if (bothWays()) {
                 if (!placed) placeA(ownA, placedA);
                 placed = true;
-                lanesA &= overlapInB(ownB + laneOfB, placedA.row);
+                lanesA &= overlapInB(ownB + laneB, placedA.row);
             }
-            for (; lanesA != 0; lanesA &= lanesA - 1)
-                if (descend(firstA + static_cast<unsigned>(__builtin_ctz(lanesA)), firstB + laneOfB, placedA, placedB, levels - 1))
-                    return true;
+            if (descend(firstA, lanesA, firstB + laneB, placedA, placedB, levels)) return true;
         }
         return false;
     }
@@ -118,7 +154,8 @@ struct Touching {
         Block blockA, blockB;
         if (touching.bothWays()) touching.placeA(touching.nodeA(start.a), blockA);
         touching.placeB(touching.nodeB(start.b), blockB);
-        return touching.descend(start.a, start.b, blockA, blockB, levels);
+        const unsigned lane = start.a % kWidth;
+        return touching.descend(start.a - lane, 1u << lane, start.b, blockA, blockB, levels);
     }
 
     static bool overlap(const TreeView& a, const TreeView& b, const PairFrame& f, SlotPair pair) {

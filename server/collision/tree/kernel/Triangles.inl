@@ -20,17 +20,6 @@ inline Bits beside(const T3& plane, const T3& other, F slack) {
     return greater(min(min(dp, dq), dr), bound) | greater(-max(max(dp, dq), dr), bound);
 }
 
-/// The gap along one axis; negative where they overlap.
-inline F between(F a, F b, F c, F p, F q, F r) {
-    return max(min(min(a, b), c) - max(max(p, q), r), min(min(p, q), r) - max(max(a, b), c));
-}
-/// Their axis-aligned boxes are apart, for certain.
-inline Bits boxesApart(const T3& a, const T3& b, F slack) {
-    const F x = between(a.a.x, a.b.x, a.c.x, b.a.x, b.b.x, b.c.x), y = between(a.a.y, a.b.y, a.c.y, b.a.y, b.b.y, b.c.y),
-            z = between(a.a.z, a.b.z, a.c.z, b.a.z, b.b.z, b.c.z);
-    return greater(max(max(x, y), z), 2 * slack);
-}
-
 inline T3 spreadLeaf(const float* rows) {
     const auto row = [&](unsigned i) { return spread(load4(rows + i * kLeafFaces)); };
     return {{row(0), row(1), row(2)}, {row(3), row(4), row(5)}, {row(6), row(7), row(8)}};
@@ -41,14 +30,57 @@ inline T3 repeatLeaf(const float* rows, const PairFrame& f) {
     return {corner(0), corner(3), corner(6)};
 }
 
+/// The axis-aligned boxes of a leaf's triangles.
+struct Boxes4 {
+    F4 low[3], high[3];
+};
+TESSERA_INLINE void boxAlong(unsigned axis, F4 a, F4 b, F4 c, Boxes4& boxes) {
+    boxes.low[axis] = min(min(a, b), c);
+    boxes.high[axis] = max(max(a, b), c);
+}
+
+/// A leaf of B in A's frame: its corners and their boxes, repeated for the four triangles of a leaf of A.
+struct PlacedLeaf {
+    alignas(16) float rows[kLeafRows * kLeafFaces];
+    V3 low, high;
+
+    void place(const float* leaf, const PairFrame& f, F slack) {
+        const auto row = [&](unsigned i) { return load4(leaf + i * kLeafFaces); };
+        Boxes4 boxes;
+        for (unsigned axis = 0; axis < 3; ++axis) {
+            const float* const m = f.linear + 3 * axis;
+            const auto place = [&](unsigned corner) {
+                const F4 p = m[0] * row(corner) + m[1] * row(corner + 1) + (m[2] * row(corner + 2) + f.translation[axis]);
+                *reinterpret_cast<F4*>(rows + (corner + axis) * kLeafFaces) = p;
+                return p;
+            };
+            boxAlong(axis, place(0), place(3), place(6), boxes);
+        }
+        low = V3{repeat(boxes.low[0]), repeat(boxes.low[1]), repeat(boxes.low[2])};
+        high = V3{repeat(boxes.high[0]), repeat(boxes.high[1]), repeat(boxes.high[2])};
+        low = {low.x - slack, low.y - slack, low.z - slack};
+        high = {high.x + slack, high.y + slack, high.z + slack};
+    }
+    T3 corners() const {
+        const auto row = [&](unsigned i) { return repeat(load4(rows + i * kLeafFaces)); };
+        return {{row(0), row(1), row(2)}, {row(3), row(4), row(5)}, {row(6), row(7), row(8)}};
+    }
+};
+
 /// Bit 4 i + j: triangle i of A's leaf may meet triangle j of B's.
-inline Bits mayMeet(const float* rowsA, unsigned countA, const float* rowsB, unsigned countB, const PairFrame& f) {
+inline Bits mayMeet(const float* leafA, unsigned countA, const PlacedLeaf& b, unsigned countB, F slack) {
+    const auto row = [&](unsigned i) { return load4(leafA + i * kLeafFaces); };
+    Boxes4 boxes;
+    for (unsigned axis = 0; axis < 3; ++axis) boxAlong(axis, row(axis), row(axis + 3), row(axis + 6), boxes);
+    const V3 low{spread(boxes.low[0]), spread(boxes.low[1]), spread(boxes.low[2])};
+    const V3 high{spread(boxes.high[0]), spread(boxes.high[1]), spread(boxes.high[2])};
+    const V3 above = low - b.high, below = b.low - high;
+    const F gap = max(max(max(above.x, above.y), above.z), max(max(below.x, below.y), below.z));
     const Bits ofB = (1u << countB) - 1;
-    const Bits both = (ofB * 0x1111u) & ((1u << 4 * countA) - 1);
-    const T3 a = spreadLeaf(rowsA), b = repeatLeaf(rowsB, f);
-    const F slack = splat(f.slack);
-    Bits left = both & ~boxesApart(a, b, slack);
-    if (left != 0) left &= ~beside(a, b, slack);
-    if (left != 0) left &= ~beside(b, a, slack);
+    Bits left = (ofB * 0x1111u) & ((1u << 4 * countA) - 1) & ~greater(gap, slack);
+    if (left == 0) return 0;
+    const T3 ta = spreadLeaf(leafA), tb = b.corners();
+    left &= ~beside(ta, tb, slack);
+    if (left != 0) left &= ~beside(tb, ta, slack);
     return left;
 }

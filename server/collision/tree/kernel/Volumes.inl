@@ -101,18 +101,22 @@ struct Dop {
     static constexpr bool kBothWays = BothWays;
 
     static void place(const float* node, const PairFrame&, const Realigned& to, float* out) {
+#pragma GCC unroll 26
         for (unsigned i = 0; i < K; ++i)
-            store(out + i * kWidth, load(node + to.plane[i][0] * kWidth) * to.weight[i][0] +
-                                        load(node + to.plane[i][1] * kWidth) * to.weight[i][1] +
-                                        load(node + to.plane[i][2] * kWidth) * to.weight[i][2] + to.offset[i]);
+            store(out + i * kWidth, load(node + to.row[i][0]) * to.weight[i][0] + load(node + to.row[i][1]) * to.weight[i][1] +
+                                        (load(node + to.row[i][2]) * to.weight[i][2] + to.offset[i]));
     }
 
     /// In lengths of the directions.
     static F gap(const float* one, const float* many) {
-        F least = load(many) + one[(K / 2) * kWidth];
-        for (unsigned i = 1; i < K; ++i)
-            least = min(least, load(many + i * kWidth) + one[(i < K / 2 ? i + K / 2 : i - K / 2) * kWidth]);
-        return -least;
+        constexpr unsigned kHalf = K / 2;
+        // Two chains, since each minimum waits for the one before it.
+        F upper = load(many) + one[kHalf * kWidth], lower = load(many + kHalf * kWidth) + one[0];
+        for (unsigned i = 1; i < kHalf; ++i) {
+            upper = min(upper, load(many + i * kWidth) + one[(i + kHalf) * kWidth]);
+            lower = min(lower, load(many + (i + kHalf) * kWidth) + one[i * kWidth]);
+        }
+        return -min(upper, lower);
     }
 
     /// No points of the two are nearer, in true lengths.
