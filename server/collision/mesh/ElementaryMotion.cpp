@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/math/Box.h"
 #include "server/collision/mesh/Predicates.h"
@@ -65,9 +66,6 @@ public:
         fixed_ = 2.001 * slack + 1e-290;
     }
 
-    /// No coordinate is larger.
-    [[nodiscard]] double reach() const { return reach_; }
-
     /// The times at which the direction, of about unit length, separates A (behind) from B.
     [[nodiscard]] Times separated(const Vec3d& n) const {
         const double error = perUnit_ * n.cwiseAbs().sum() + fixed_;
@@ -112,25 +110,24 @@ Vec3d unitOrZero(const Vec3d& v) {
     return length > 0 ? Vec3d(v / length) : Vec3d(Vec3d::Zero());
 }
 
-/// The direction of the nearest points. Of a tiny gap it is mostly rounding: where the features' own direction looks
-/// the same way, that one is meant.
-Vec3d apart(const NearestPoints& near, const Vec3d& square, double reach) {
-    const Vec3d n = unitOrZero(near.onB - near.onA);
-    if (near.distance > 1e-7 * reach) return n;
-    const Vec3d s = unitOrZero(square);
-    const double along = n.dot(s);
-    return std::abs(along) > 0.9 ? Vec3d(along > 0 ? s : Vec3d(-s)) : n;
-}
-
 /// The first steps go by the nearest points alone, which mostly is enough.
 constexpr std::uint32_t kStepsAlone = 3;
 
-/// `nearest(cornersA, cornersB)`: the nearest points. `across(cornersA, cornersB)`: a direction square to the
-/// features, of either sense, for gaps so small that the nearest points have none.
-template <std::size_t NA, std::size_t NB, typename Nearest, typename Across>
+/// A corner or an edge as the triangle it is.
+Triangle asTriangle(const Corners<1>& p) {
+    return {p[0], p[0], p[0]};
+}
+Triangle asTriangle(const Corners<2>& e) {
+    return {e[0], e[1], e[1]};
+}
+Triangle asTriangle(const Triangle& t) {
+    return t;
+}
+
+/// `nearest(cornersA, cornersB)`: the nearest points.
+template <std::size_t NA, std::size_t NB, typename Nearest>
 ElementaryImpact advance(const Corners<NA>& aStart, const Corners<NA>& aEnd, const Corners<NB>& bStart,
-                         const Corners<NB>& bEnd, const ElementaryOptions& options, Nearest&& nearest,
-                         Across&& across) {
+                         const Corners<NB>& bEnd, const ElementaryOptions& options, Nearest&& nearest) {
     ElementaryImpact out;
     out.t = options.upTo;
     const Box boxA = swept(aStart, aEnd), boxB = swept(bStart, bEnd);
@@ -154,7 +151,7 @@ ElementaryImpact advance(const Corners<NA>& aStart, const Corners<NA>& aEnd, con
         const Corners<NA> aNow = a.at(t);
         const Corners<NB> bNow = b.at(t);
         const NearestPoints near = nearest(aNow, bNow);
-        const Vec3d n = apart(near, across(aNow, bNow), advancement.reach());
+        const Vec3d n = directionApart(asTriangle(aNow), asTriangle(bNow), near);
         const auto reached = [&](const Vec3d& direction) {
             const Times times = advancement.separated(direction);
             return times.from <= t && times.to > t ? times.to : t;
@@ -168,14 +165,19 @@ ElementaryImpact advance(const Corners<NA>& aStart, const Corners<NA>& aEnd, con
             const Corners<NA> aThen = a.at(then);
             const Corners<NB> bThen = b.at(then);
             const NearestPoints nearThen = nearest(aThen, bThen);
-            const Vec3d nThen = apart(nearThen, across(aThen, bThen), advancement.reach());
+            const Vec3d nThen = directionApart(asTriangle(aThen), asTriangle(bThen), nearThen);
             const bool ok = advancement.separatedThroughout(aNow, bNow, n, aThen, bThen, nThen);
             boldness = ok ? std::min(1.0, 2 * boldness) : 0.5 * boldness;
             if (ok) next = std::max(next, then);
         }
-        if ((within && next < options.upTo) || next <= t) {
-            const Vec3d square = unitOrZero(across(aNow, bNow));
-            next = std::max({next, reached(square), reached(-square)});
+        if (within && next < options.upTo) {
+            // Within the tolerance, but perhaps passing for good: square to a face or to two edges that is often seen.
+            const Triangle x = asTriangle(aNow), y = asTriangle(bNow);
+            const Vec3d e = x[1] - x[0], f = y[1] - y[0];
+            for (const Vec3d& square : {Vec3d(e.cross(x[2] - x[0])), Vec3d(f.cross(y[2] - y[0])), Vec3d(e.cross(f))}) {
+                const Vec3d direction = unitOrZero(square);
+                next = std::max({next, reached(direction), reached(-direction)});
+            }
         }
         if (next >= options.upTo) return out;
         const bool stalled = next <= t;
@@ -194,7 +196,45 @@ ElementaryImpact advance(const Corners<NA>& aStart, const Corners<NA>& aEnd, con
     }
 }
 
+/// The gap that a direction leaves between A, behind, and B.
+double gapAlong(const Vec3d& n, const Triangle& a, const Triangle& b) {
+    return std::min({n.dot(b[0]), n.dot(b[1]), n.dot(b[2])}) - std::max({n.dot(a[0]), n.dot(a[1]), n.dot(a[2])});
+}
+
 }  // namespace
+
+Vec3d directionApart(const Triangle& a, const Triangle& b, const NearestPoints& near) {
+    Vec3d best = unitOrZero(near.onB - near.onA);
+    double widest = best == Vec3d::Zero() ? -std::numeric_limits<double>::infinity() : gapAlong(best, a, b);
+    if (widest >= 0.999 * near.distance && widest > 0) return best;
+    const auto offer = [&](const Vec3d& direction) {
+        const Vec3d n = unitOrZero(direction);
+        if (n == Vec3d::Zero()) return;
+        for (const Vec3d& d : {n, Vec3d(-n)}) {
+            const double gap = gapAlong(d, a, b);
+            if (gap > widest) {
+                widest = gap;
+                best = d;
+            }
+        }
+    };
+    // Whatever is nearest to what: faces, two edges, a corner and an edge, two corners.
+    for (const Triangle* t : {&a, &b}) offer(((*t)[1] - (*t)[0]).cross((*t)[2] - (*t)[0]));
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) {
+            const Vec3d alongA = a[(i + 1) % 3] - a[i], alongB = b[(j + 1) % 3] - b[j];
+            offer(alongA.cross(alongB));
+            for (const Vec3d& edge : {alongA, alongB}) {
+                const double length = edge.squaredNorm();
+                if (!(length > 0)) continue;
+                // Corner i of A and corner j of B stand for all pairs of which one is on this edge.
+                const Vec3d between = b[j] - a[i];
+                offer(between - between.dot(edge) / length * edge);
+            }
+            offer(b[j] - a[i]);
+        }
+    return best;
+}
 
 ElementaryImpact vertexFaceImpact(const Vec3d& vertexStart, const Vec3d& vertexEnd, const Triangle& faceStart,
                                   const Triangle& faceEnd, const ElementaryOptions& options) {
@@ -202,30 +242,26 @@ ElementaryImpact vertexFaceImpact(const Vec3d& vertexStart, const Vec3d& vertexE
         const Vec3d q = nearestOnTriangle(f, p[0]);
         return NearestPoints{p[0], q, (q - p[0]).norm()};
     };
-    const auto across = [](const Corners<1>&, const Triangle& f) { return outside(f); };
-    return advance<1, 3>({vertexStart}, {vertexEnd}, faceStart, faceEnd, options, nearest, across);
+    return advance<1, 3>({vertexStart}, {vertexEnd}, faceStart, faceEnd, options, nearest);
 }
 
 ElementaryImpact edgeEdgeImpact(const Edge& aStart, const Edge& aEnd, const Edge& bStart, const Edge& bEnd,
                                 const ElementaryOptions& options) {
     const auto nearest = [](const Edge& a, const Edge& b) { return nearestOnSegments(a[0], a[1], b[0], b[1]); };
-    const auto across = [](const Edge& a, const Edge& b) -> Vec3d { return (a[1] - a[0]).cross(b[1] - b[0]); };
-    return advance<2, 2>(aStart, aEnd, bStart, bEnd, options, nearest, across);
+    return advance<2, 2>(aStart, aEnd, bStart, bEnd, options, nearest);
 }
 
 ElementaryImpact trianglesImpact(const Triangle& aStart, const Triangle& aEnd, const Triangle& bStart,
                                  const Triangle& bEnd, const ElementaryOptions& options) {
-    const auto nearest = [](const Triangle& a, const Triangle& b) {
-        NearestPoints near = nearestPoints(a, b);
-        // The nearest points of edges and corners are apart where an edge goes through the other's inside.
-        if (near.distance > 0 && trianglesIntersect(a, b)) near = {near.onA, near.onA, 0};
-        return near;
-    };
-    const auto across = [](const Triangle& a, const Triangle& b) {
-        const Vec3d n = outside(a);
-        return n != Vec3d::Zero() ? n : outside(b);
-    };
-    return advance<3, 3>(aStart, aEnd, bStart, bEnd, options, nearest, across);
+    const auto nearest = [](const Triangle& a, const Triangle& b) { return nearestPoints(a, b); };
+    ElementaryImpact out = advance<3, 3>(aStart, aEnd, bStart, bEnd, options, nearest);
+    // Corners and edges may be apart where an edge goes through the other's inside.
+    const Moving<3> a{aStart, aEnd}, b{bStart, bEnd};
+    if (out.hit && out.distance > options.tolerance && trianglesIntersect(a.at(out.t), b.at(out.t))) {
+        out.distance = 0;
+        out.onB = out.onA;
+    }
+    return out;
 }
 
 }  // namespace tessera

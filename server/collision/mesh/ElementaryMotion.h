@@ -62,4 +62,10 @@ using Edge = std::array<Vec3d, 2>;
 [[nodiscard]] ElementaryImpact trianglesImpact(const Triangle& aStart, const Triangle& aEnd, const Triangle& bStart,
                                                const Triangle& bEnd, const ElementaryOptions& options = {});
 
+/// The unit direction from A to B along which the gap between two triangles is largest: for two that do not meet the
+/// direction of their nearest points, but to rounding, however small the gap is. (The difference of two points that are
+/// computed has few right digits left where they are close.) `near`: of nearestPoints. Zero for two points in one
+/// place.
+[[nodiscard]] Vec3d directionApart(const Triangle& a, const Triangle& b, const NearestPoints& near);
+
 }  // namespace tessera

@@ -5,26 +5,13 @@
 #include <cmath>
 #include <limits>
 
-#include "server/collision/mesh/TriangleContact.h"
+#include "server/collision/mesh/ElementaryMotion.h"
 #include "server/collision/query/BodyWay.h"
-#include "server/collision/query/ImpactKernels.h"
+#include "server/collision/query/ImpactKernelTable.h"
 #include "server/collision/query/ImpactSearch.h"
-#include "server/collision/tree/Kernels.h"
 #include "server/collision/tree/TreeStorage.h"
 
 namespace tessera {
-
-namespace kernel {
-namespace sse41 {
-extern const ImpactKernels kImpact;
-}
-namespace avx2 {
-extern const ImpactKernels kImpact;
-}
-namespace avx512 {
-extern const ImpactKernels kImpact;
-}
-}  // namespace kernel
 
 namespace {
 
@@ -34,18 +21,6 @@ using kernel::kLeafFaces;
 using kernel::kWidth;
 using kernel::Slot;
 using Item = ImpactSearch::Item;
-
-const kernel::ImpactKernels& impactKernels() {
-    switch (instructionSet()) {
-        case InstructionSet::kAvx512:
-            return kernel::avx512::kImpact;
-        case InstructionSet::kAvx2:
-            return kernel::avx2::kImpact;
-        case InstructionSet::kSse41:
-            break;
-    }
-    return kernel::sse41::kImpact;
-}
 
 void set(float (&out)[9], const Mat3d& m) {
     for (int row = 0; row < 3; ++row)
@@ -113,7 +88,7 @@ struct Moment {
 class RigidSearch {
 public:
     RigidSearch(const Body& a, const Body& b, double tolerance, QueryWork& work)
-        : a_(a), b_(b), kernels_(impactKernels()), work_(work), tolerance_(tolerance) {
+        : a_(a), b_(b), kernels_(kernel::impactKernels()), work_(work), tolerance_(tolerance) {
         const double size = std::max(a.size(), b.size());
         unit_ = size > 0 ? 1 / size : 1;
         margin_ = a.rounding() + b.rounding();
@@ -236,7 +211,7 @@ private:
         const NearestPoints near = nearestPoints(a, b);
         double free = 0;
         if (near.distance > 0) {
-            const Vec3d n = (near.onB - near.onA) / near.distance;
+            const Vec3d n = directionApart(a, b, near);
             double gap = -2 * margin_, rate = -2 * margin_, reachA = 0, reachB = 0;
             gap += lowest(n, b) + lowest(-n, a);
             Triangle va, vb;

@@ -60,7 +60,8 @@ struct Impact {
                                   const Motion& motionB, QueryWork& work, const ImpactOptions& options = {});
 
 /// Between two states of deforming bodies: every vertex goes straight from where its tree's mesh has it (t = 0) to its
-/// end position (one per vertex, both in one frame).
+/// end position (one per vertex, both in one frame). Another number of end positions, and numbers that are not finite:
+/// nothing is known, `complete` = false with t = 0.
 [[nodiscard]] Impact timeOfImpact(const TriangleTree& a, std::span<const Vec3d> endA, const TriangleTree& b,
                                   std::span<const Vec3d> endB, QueryWork& work, const ImpactOptions& options = {});
 

@@ -250,7 +250,7 @@ TEST_P(RandomMotions, AreNeverMissedAndNeverLate) {
         const auto again = [&] { return testing::Message() << "seed " << seed << ", trial " << i; };
         const Body &a = shapes[random() % 4], &b = shapes[random() % 4];
         const Trial trial = randomTrial(random, GetParam());
-        const double tolerance = 1e-4;
+        const double tolerance = i % 3 ? 1e-4 : 1e-9;
         const Impact found = impactOf(a, trial.a, b, trial.b, tolerance);
         ASSERT_TRUE(found.complete) << again();
         constexpr int kSamples = 150;
