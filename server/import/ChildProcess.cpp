@@ -99,7 +99,7 @@ Expected<Started> start(const std::string& program, const std::string& file, con
                                           "--nodes",
                                           std::to_string(options.maxNodes)};
     if (options.allowUnconfined) arguments.emplace_back("--allow-unconfined");
-    if (options.fanPolygons) arguments.emplace_back("--fan-polygons");
+    if (options.verbatim) arguments.emplace_back("--verbatim");
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);

@@ -21,9 +21,10 @@ struct ImportOptions {
     std::vector<std::string> assetFolders;
     /// Import even where the system can't confine the child (no Landlock or no seccomp). Limits and deadline remain.
     bool allowUnconfined = false;
-    /// Polygons become fans from their first corner, and triangles keep the file's order, for whoever counts them: face n is
-    /// then the same to everybody. Otherwise they are divided to look right.
-    bool fanPolygons = false;
+    /// Geometry as the file has it, for whoever counts triangles: polygons become fans from their first corner (otherwise
+    /// they are divided to look right), triangles keep the file's order, and coordinates of OBJ and OFF files are the
+    /// nearest floats. Of these two nothing but geometry is read then.
+    bool verbatim = false;
     /// Empty: "tessera-import" beside the running program.
     std::string importerProgram;
 

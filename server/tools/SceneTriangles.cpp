@@ -38,7 +38,7 @@ private:
 }  // namespace
 
 Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions options) {
-    options.fanPolygons = true;
+    options.verbatim = true;
     Expected<ImportedScene> imported = importScene(path, kRootNode, options);
     if (!imported) return tl::unexpected(imported.error());
     // In an aspect of its own the new objects can have any ids.

@@ -147,6 +147,7 @@ void measure(const BenchPair& pair, const BenchOptions& options, CollisionTable&
     const FclPairs fcl(pair.a, pair.b);
     touchRows(pair, fcl, options, table);
     if (options.wants("distance")) distanceRows(pair, fcl, options, table);
+    if (options.wants("toi")) impactRows(pair, fcl, options, table);
     if (options.wants("volumes")) volumeRows(pair, options, table);
     if (options.wants("tree")) treeRows(pair, options, table);
     if (options.wants("threads")) threadRows(pair, options, table);

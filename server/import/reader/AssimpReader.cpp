@@ -287,7 +287,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60.0f);
     // Sorting by type would put a mesh's triangles before its polygons, and assimp's triangles of a polygon are ears.
-    const unsigned toTriangles = limits.fanPolygons ? 0u : aiProcess_Triangulate | aiProcess_SortByPType;
+    const unsigned toTriangles = limits.verbatim ? 0u : aiProcess_Triangulate | aiProcess_SortByPType;
     const aiScene* scene =
         importer.ReadFile(path, toTriangles | aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices |
                                     aiProcess_FlipUVs | aiProcess_ValidateDataStructure);

@@ -17,7 +17,7 @@ struct ReadLimits {
     std::size_t maxNodes = 1'000'000;
     std::size_t maxDepth = 200;
     int maxImageSide = 4096;  ///< pixels; larger images are halved until they fit
-    bool fanPolygons = false;  ///< see ImportOptions
+    bool verbatim = false;  ///< see ImportOptions
 };
 
 struct PlainScene {

@@ -31,7 +31,7 @@ constexpr std::string_view kUsage =
     "  --memory BYTES       bound on address space\n"
     "  --cpu SECONDS        bound on processor time\n"
     "  --nodes N, --depth N bounds on the scene\n"
-    "  --fan-polygons       divides polygons by number, not by looks\n"
+    "  --verbatim           geometry exactly as the file has it, polygons fanned\n"
     "  --parent PID         ends when this process does\n"
     "  --allow-unconfined   reads even where the system cannot confine\n"
     "  --help, --version\n";
@@ -86,8 +86,8 @@ std::optional<Arguments> parse(std::span<char*> arguments) {
             result.confinement.allowUnconfined = true;
             continue;
         }
-        if (name == "--fan-polygons") {
-            result.limits.fanPolygons = true;
+        if (name == "--verbatim") {
+            result.limits.verbatim = true;
             continue;
         }
         if (i + 1 >= arguments.size()) return std::nullopt;

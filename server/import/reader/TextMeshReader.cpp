@@ -1,0 +1,188 @@
+// OBJ and OFF as bare geometry, number by number: what assimp makes of text may be off by a unit in the last place, and its
+// polygons are divided to look right.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+#include <vector>
+
+#include "server/import/reader/FolderFiles.h"
+#include "server/import/reader/ReadScene.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::string_view kBlank = " \t\r\v\f";
+constexpr std::size_t kMaxVertices = MeshLimits{}.maxVertices;
+
+/// Words of the lines of a text, with the number of the line.
+class Lines {
+public:
+    explicit Lines(std::string_view text) : rest_(text) {}
+
+    /// The next line that has words, or false at the end. `#` begins a comment; a backslash at its end joins the next line.
+    bool next(std::vector<std::string_view>& words) {
+        words.clear();
+        while (!rest_.empty()) {
+            ++line_;
+            std::string_view line = rest_.substr(0, rest_.find('\n'));
+            rest_.remove_prefix(std::min(line.size() + 1, rest_.size()));
+            line = line.substr(0, line.find('#'));
+            const auto last = line.find_last_not_of(kBlank);
+            const bool goesOn = last != line.npos && line[last] == '\\';
+            split(goesOn ? line.substr(0, last) : line, words);
+            if (!words.empty() && !goesOn) return true;
+        }
+        return !words.empty();
+    }
+    [[nodiscard]] std::size_t line() const { return line_; }
+
+private:
+    static void split(std::string_view line, std::vector<std::string_view>& words) {
+        for (auto at = line.find_first_not_of(kBlank); at != line.npos; at = line.find_first_not_of(kBlank)) {
+            line.remove_prefix(at);
+            words.push_back(line.substr(0, line.find_first_of(kBlank)));
+            line.remove_prefix(words.back().size());
+        }
+    }
+
+    std::string_view rest_;
+    std::size_t line_ = 0;
+};
+
+/// Rounded to float once.
+Expected<float> coordinate(std::string_view word) {
+    const std::string_view digits = word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
+    const char* end = digits.data() + digits.size();
+    float value = 0;
+    auto [stopped, error] = std::from_chars(digits.data(), end, value);
+    if (error == std::errc::result_out_of_range) {
+        // Too small for a float, or too large.
+        double wide = 0;
+        const auto again = std::from_chars(digits.data(), end, wide);
+        if (again.ec == std::errc() && std::abs(wide) < 1) value = static_cast<float>(wide), error = std::errc();
+    }
+    if (error != std::errc() || stopped != end || !std::isfinite(value))
+        return fail(ErrorCode::kBadInput, fmt::format("'{}' is not a coordinate", word));
+    return value;
+}
+
+template <typename Integer>
+bool whole(std::string_view word, Integer& value) {
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    return error == std::errc() && end == word.data() + word.size();
+}
+
+class MeshBuilder {
+public:
+    Expected<void> vertex(std::span<const std::string_view> words) {
+        if (words.size() < 3)
+            return fail(ErrorCode::kBadInput, fmt::format("a vertex with {} coordinates", words.size()));
+        if (vertices() >= kMaxVertices)
+            return fail(ErrorCode::kLimit, fmt::format("more than {} vertices", kMaxVertices));
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Expected<float> x = coordinate(words[i]);
+            if (!x) return tl::unexpected(x.error());
+            mesh_.positions.push_back(*x);
+        }
+        return {};
+    }
+    void corner(std::uint32_t index) { corners_.push_back(index); }
+    void endFace() {
+        for (std::size_t i = 2; i < corners_.size(); ++i)
+            mesh_.indices.insert(mesh_.indices.end(), {corners_[0], corners_[i - 1], corners_[i]});
+        corners_.clear();
+    }
+    [[nodiscard]] std::size_t vertices() const { return mesh_.positions.size() / 3; }
+
+    PlainScene scene(const std::string& name) {
+        PlainScene out;
+        if (mesh_.indices.empty()) return out;
+        proto::scene::Node* node = out.file.add_node();
+        node->set_name(name);
+        node->mutable_geometry()->set_mesh("mesh 0");
+        out.addMesh("mesh 0", std::move(mesh_));
+        return out;
+    }
+
+private:
+    MeshData mesh_;
+    std::vector<std::uint32_t> corners_;
+};
+
+/// f a b c …, each a number from 1, or back from -1, with texture and normal numbers behind slashes.
+Expected<void> objFace(std::span<const std::string_view> words, MeshBuilder& mesh) {
+    for (const std::string_view word : words) {
+        std::int64_t number = 0;
+        const auto count = static_cast<std::int64_t>(mesh.vertices());
+        const bool read = whole(word.substr(0, word.find('/')), number);
+        const std::int64_t index = number > 0 ? number - 1 : count + number;
+        if (!read || number == 0 || index < 0 || index >= count)
+            return fail(ErrorCode::kBadInput, fmt::format("'{}' names none of the {} vertices so far", word, count));
+        mesh.corner(static_cast<std::uint32_t>(index));
+    }
+    mesh.endFace();
+    return {};
+}
+
+Expected<void> readObj(Lines& lines, MeshBuilder& mesh) {
+    std::vector<std::string_view> words;
+    while (lines.next(words)) {
+        const std::span<const std::string_view> rest = std::span(words).subspan(1);
+        const Expected<void> done = words[0] == "v"   ? mesh.vertex(rest)
+                                    : words[0] == "f" ? objFace(rest, mesh)
+                                                      : Expected<void>{};
+        if (!done) return done;
+    }
+    return {};
+}
+
+/// OFF, counts of vertices, faces and edges, then a vertex or a face per line; what follows a face is its colour.
+Expected<void> readOff(Lines& lines, MeshBuilder& mesh) {
+    std::vector<std::string_view> words;
+    if (!lines.next(words) || words[0] != "OFF") return fail(ErrorCode::kBadInput, "it does not begin with OFF");
+    words.erase(words.begin());
+    if (words.empty() && !lines.next(words)) return fail(ErrorCode::kBadInput, "it has no counts");
+    std::size_t vertices = 0, faces = 0;
+    if (words.size() < 2 || !whole(words[0], vertices) || !whole(words[1], faces))
+        return fail(ErrorCode::kBadInput, "it has no counts of vertices and faces");
+    for (std::size_t v = 0; v < vertices; ++v) {
+        if (!lines.next(words)) return fail(ErrorCode::kBadInput, fmt::format("it ends after {} vertices", v));
+        if (const Expected<void> done = mesh.vertex(words); !done) return done;
+    }
+    for (std::size_t f = 0; f < faces; ++f) {
+        if (!lines.next(words)) return fail(ErrorCode::kBadInput, fmt::format("it ends after {} faces", f));
+        std::size_t corners = 0;
+        if (!whole(words[0], corners) || corners > words.size() - 1)
+            return fail(ErrorCode::kBadInput, "a face with fewer corners than it says");
+        for (std::size_t i = 1; i <= corners; ++i) {
+            std::uint32_t index = 0;
+            if (!whole(words[i], index) || index >= vertices)
+                return fail(ErrorCode::kBadInput,
+                            fmt::format("'{}' names none of the {} vertices", words[i], vertices));
+            mesh.corner(index);
+        }
+        mesh.endFace();
+    }
+    return {};
+}
+
+}  // namespace
+
+Expected<PlainScene> readTextMesh(const std::string& path, const ReadLimits& limits) {
+    const Expected<Bytes> bytes = readOrdinaryFile(path, limits.maxFileBytes);
+    if (!bytes) return tl::unexpected(bytes.error());
+    const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+    Lines lines(text);
+    MeshBuilder mesh;
+    const char last = path.back();
+    const Expected<void> done = last == 'j' || last == 'J' ? readObj(lines, mesh) : readOff(lines, mesh);
+    if (!done) return failWith(fmt::format("line {}", lines.line()), done.error());
+    return mesh.scene("mesh");
+}
+
+}  // namespace tessera

@@ -1,0 +1,131 @@
+#include "server/tools/CollideCommand.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace tessera {
+namespace {
+
+CollideArguments arguments(const std::vector<std::string>& words) {
+    const auto parsed = parseCollideArguments(words);
+    EXPECT_TRUE(parsed) << parsed.error().message;
+    if (!parsed || !std::holds_alternative<CollideArguments>(*parsed)) return {};
+    return std::get<CollideArguments>(*parsed);
+}
+
+std::string refusal(const std::vector<std::string>& words) {
+    const auto parsed = parseCollideArguments(words);
+    if (parsed) return "accepted";
+    EXPECT_EQ(parsed.error().code, ErrorCode::kUsage);
+    return parsed.error().message;
+}
+
+TEST(CollideCommand, TakesTwoFilesPosesAndAQuery) {
+    const CollideArguments out = arguments({"a.obj", "b.obj", "--poses", "p.txt", "--query", "all", "--json"});
+    EXPECT_EQ(out.a, "a.obj");
+    EXPECT_EQ(out.b, "b.obj");
+    EXPECT_EQ(out.poses, "p.txt");
+    EXPECT_EQ(out.query, CollideQuery::kAll);
+    EXPECT_EQ(out.format, AnswerFormat::kJson);
+    EXPECT_FALSE(out.time);
+    EXPECT_FALSE(out.tolerance);
+}
+
+TEST(CollideCommand, KnowsEveryQuery) {
+    const std::vector<std::pair<std::string, CollideQuery>> queries{{"any", CollideQuery::kAny},
+                                                                    {"all", CollideQuery::kAll},
+                                                                    {"distance", CollideQuery::kDistance},
+                                                                    {"toi", CollideQuery::kImpact}};
+    for (const auto& [word, query] : queries)
+        EXPECT_EQ(arguments({"a", "b", "--poses", "p", "--query", word}).query, query);
+}
+
+TEST(CollideCommand, RefusesWhatMakesNoSense) {
+    EXPECT_NE(refusal({"a", "b", "--poses", "p"}).find("--query"), std::string::npos);
+    EXPECT_NE(refusal({"a", "--poses", "p", "--query", "any"}), "accepted");
+    EXPECT_NE(refusal({"a", "b", "--poses", "p", "--query", "some"}).find("some"), std::string::npos);
+    EXPECT_NE(refusal({"a", "b", "--query", "any"}).find("--poses"), std::string::npos);
+    const std::vector<std::string> toi{"a", "b", "--poses", "p", "--query", "toi", "--tolerance"};
+    for (const char* tolerance : {"0", "-1", "nan", "inf", "much"}) {
+        std::vector<std::string> words = toi;
+        words.push_back(tolerance);
+        EXPECT_NE(refusal(words), "accepted") << tolerance;
+    }
+    EXPECT_NE(refusal({"a", "b", "--poses", "p", "--query", "distance", "--threads", "2"}).find("--threads"),
+              std::string::npos);
+}
+
+TEST(CollideCommand, HelpFitsATerminal) {
+    const auto parsed = parseCollideArguments({"--help"});
+    ASSERT_TRUE(parsed && std::holds_alternative<CollideHelp>(*parsed));
+    std::istringstream lines(std::get<CollideHelp>(*parsed).text);
+    std::string line;
+    int count = 0;
+    for (; std::getline(lines, line); ++count) EXPECT_LE(line.size(), 80u) << line;
+    EXPECT_GT(count, 10);
+}
+
+TEST(CollideCommand, WantsPosesForPosesAndMotionsForToi) {
+    PoseLine pose, motion;
+    pose.line = 1;
+    motion.line = 2;
+    motion.end = Pose{};
+    EXPECT_TRUE(checkPosesFor(CollideQuery::kAny, {pose}, "p"));
+    EXPECT_TRUE(checkPosesFor(CollideQuery::kImpact, {motion}, "p"));
+    const auto any = checkPosesFor(CollideQuery::kAny, {pose, motion}, "p");
+    ASSERT_FALSE(any);
+    EXPECT_EQ(any.error().message, "p:2: 14 numbers, a motion, is for toi; a pose has 7");
+    const auto toi = checkPosesFor(CollideQuery::kImpact, {pose}, "p");
+    ASSERT_FALSE(toi);
+    EXPECT_EQ(toi.error().message, "p:1: 7 numbers; toi needs the end of the motion too, 14");
+}
+
+TEST(CollideAnswers, AreWhatTheirSheetSays) {
+    EXPECT_EQ(answerLine(Touch::kYes, AnswerFormat::kJson), R"({"hit":true})");
+    EXPECT_EQ(answerLine(Touch::kNo, AnswerFormat::kJson), R"({"hit":false})");
+    EXPECT_EQ(answerLine(FacePairs{}, AnswerFormat::kJson), R"({"hit":false,"pairs":0,"first":[]})");
+    EXPECT_EQ(answerLine(FacePairs{{{0, 7}, {3, 1}}, true}, AnswerFormat::kJson),
+              R"({"hit":true,"pairs":2,"first":[[0,7],[3,1]]})");
+    Distance distance;
+    distance.distance = 0.5;
+    distance.faces = {1, 2};
+    distance.onA = {0, 0, 0};
+    distance.onB = {0.5, 0, 0};
+    EXPECT_EQ(answerLine(distance, AnswerFormat::kJson),
+              R"({"distance":0.5,"faces":[1,2],"points":[[0,0,0],[0.5,0,0]]})");
+    Impact impact;
+    EXPECT_EQ(answerLine(impact, AnswerFormat::kJson), R"({"hit":false})");
+    impact = {.hit = true, .t = 0.25, .distance = 1e-5, .faces = {4, 5}, .point = {1, 2, 3}, .normal = {0, 0, 1}};
+    EXPECT_EQ(answerLine(impact, AnswerFormat::kJson),
+              R"({"hit":true,"t":0.25,"distance":1.0000000000000001e-05,"faces":[4,5],"point":[1,2,3],"normal":[0,0,1]})");
+}
+
+TEST(CollideAnswers, NameTheFirstSixteenPairs) {
+    FacePairs many;
+    for (std::uint32_t f = 0; f < 40; ++f) many.pairs.push_back({f, f});
+    const std::string line = answerLine(many, AnswerFormat::kJson);
+    EXPECT_NE(line.find(R"("pairs":40)"), std::string::npos);
+    EXPECT_NE(line.find("[15,15]]"), std::string::npos);
+    EXPECT_EQ(line.find("[16,16]"), std::string::npos);
+    EXPECT_EQ(std::count(line.begin(), line.end(), '['), 17);
+}
+
+TEST(CollideAnswers, ThatAreNotCompleteSaySo) {
+    EXPECT_EQ(answerLine(Touch::kUnknown, AnswerFormat::kJson), R"({"hit":true,"complete":false})");
+    EXPECT_EQ(answerLine(FacePairs{{}, false}, AnswerFormat::kJson),
+              R"({"hit":true,"pairs":0,"first":[],"complete":false})");
+    EXPECT_NE(answerLine(Touch::kUnknown, AnswerFormat::kText).find("gave up"), std::string::npos);
+}
+
+TEST(CollideAnswers, TimesAreMeanMedianAndTail) {
+    QueryTimes times{.buildUs = 10, .queryUs = {}, .threads = 2, .instructionSet = "avx2"};
+    for (int i = 100; i > 0; --i) times.queryUs.push_back(i);
+    EXPECT_EQ(timeLine(times, AnswerFormat::kJson),
+              R"({"build_us":10,"mean_us":50.5,"median_us":51,"p99_us":100,"threads":2,"instruction_set":"avx2"})");
+    EXPECT_NE(timeLine({.instructionSet = "avx2"}, AnswerFormat::kJson).find(R"("mean_us":0,)"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera

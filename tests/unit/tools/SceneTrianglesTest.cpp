@@ -1,0 +1,119 @@
+#include "server/tools/SceneTriangles.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/unit/TestFolder.h"
+
+namespace tessera {
+namespace {
+
+class SceneTriangles : public testing::Test {
+protected:
+    Expected<TriangleMesh> read(const std::string& name, const std::string& text) {
+        ImportOptions options;
+        options.importerProgram = TESSERA_BIN_DIR "/tessera-import";
+        options.allowUnconfined = true;
+        const std::string path = folder_ / name;
+        std::ofstream(path) << text;
+        return readTriangles(path, options);
+    }
+    test::TestFolder folder_;
+};
+
+TEST_F(SceneTriangles, KeepTheOrderOfTheFile) {
+    // Two materials in turns: a reader that sorts by material would give 0 2 1 3.
+    const auto mesh = read("turns.obj",
+                           "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 2\nv 0 0 3\nv 0 0 4\n"
+                           "usemtl red\nf 1 2 4\nusemtl blue\nf 1 2 5\nusemtl red\nf 1 2 6\nusemtl blue\nf 1 2 7\n");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_EQ(mesh->faceCount(), 4u);
+    for (std::uint32_t f = 0; f < 4; ++f) EXPECT_EQ(mesh->corner(f, 2), Vec3d(0, 0, f + 1)) << f;
+}
+
+TEST_F(SceneTriangles, FanPolygons) {
+    const auto mesh = read("fan.obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 3 0\nv -1 1 0\nf 1 2 3 4 5\nl 1 2\nf 3 4 5\nf 1 2 3 4\n");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_EQ(mesh->faceCount(), 6u);
+    const Vec3d corners[] = {{0, 0, 0}, {2, 0, 0}, {3, 1, 0}, {1, 3, 0}, {-1, 1, 0}};
+    const int fans[6][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {2, 3, 4}, {0, 1, 2}, {0, 2, 3}};
+    for (std::uint32_t f = 0; f < 6; ++f)
+        for (unsigned i = 0; i < 3; ++i) EXPECT_EQ(mesh->corner(f, i), corners[fans[f][i]]) << f << " " << i;
+}
+
+TEST_F(SceneTriangles, FanPolygonsThatAreNotConvexToo) {
+    // Seen from its first corner the fan folds over; dividing it to look right would begin elsewhere.
+    const auto mesh = read("dart.obj", "v 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\nf 2 3 4 1\n");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_EQ(mesh->faceCount(), 2u);
+    for (std::uint32_t f = 0; f < 2; ++f) EXPECT_EQ(mesh->corner(f, 0), Vec3d(4, 0, 0));
+    EXPECT_EQ(mesh->corner(0, 1), Vec3d(1, 1, 0));
+    EXPECT_EQ(mesh->corner(1, 2), Vec3d(0, 0, 0));
+}
+
+TEST_F(SceneTriangles, HaveTheNearestFloatsOfTheFilesNumbers) {
+    // Sums of a whole part and a fraction, and powers of ten by multiplication, would be a unit off in the last place.
+    const char* numbers[] = {"16777217.0", "3.1415926535897932", "1234.56789", "7.1e-46", "-0.1e-3", "8.5070594e37",
+                             "+5.", ".3333333333333333333", "1e-60"};
+    const float nearest[] = {16777216.0f, 3.1415927f, 1234.5679f, 1e-45f, -1e-4f, 8.507059e37f, 5, 0.33333334f, 0};
+    for (std::size_t i = 0; i < std::size(numbers); ++i) {
+        const std::string x = numbers[i];
+        for (const char* format : {"obj", "off"}) {
+            const bool obj = format == std::string("obj");
+            const auto mesh = read(std::string("number.") + format,
+                                   obj ? "v " + x + " 0 0\nv 0 1 0\nv 0 0 1\nf -3/1/1 -2//2 -1\n"
+                                       : "OFF\n3 1 0\n" + x + " 0 0\n0 1 0 # up\n\n0 0 1\n3 0 1 2 255 0 0\n");
+            ASSERT_TRUE(mesh) << mesh.error().message;
+            EXPECT_EQ(mesh->corner(0, 0).x(), static_cast<double>(nearest[i])) << x << " in " << format;
+        }
+    }
+}
+
+TEST_F(SceneTriangles, OfBrokenTextSayTheLine) {
+    const struct {
+        const char *name, *text, *says;
+    } cases[] = {{"a.obj", "v 0 0 0\nv 1 0\n", "line 2: a vertex with 2 coordinates"},
+                 {"b.obj", "v 0 0 0\n\nf 1 2 1\n", "line 3: '2' names none of the 1 vertices so far"},
+                 {"c.obj", "v 0 0 0\nf 0 1 1\n", "line 2: '0' names none"},
+                 {"d.obj", "v 0 nan 0\n", "line 1: 'nan' is not a coordinate"},
+                 {"e.obj", "v 0 1e39 0\n", "line 1: '1e39' is not a coordinate"},
+                 {"f.obj", "v 0 0 0\nf -9 1 1\n", "line 2: '-9' names none"},
+                 {"a.off", "OFF\n3 1 0\n0 0 0\n", "it ends after 1 vertices"},
+                 {"b.off", "OFF\n1 1 0\n0 0 0\n3 0 0 1\n", "line 4: '1' names none of the 1 vertices"},
+                 {"c.off", "OFF\n1 1 0\n0 0 0\n4000000000 0 0\n", "line 4: a face with fewer corners"},
+                 {"d.off", "3 1 0\n", "does not begin with OFF"}};
+    for (const auto& c : cases) {
+        const auto mesh = read(c.name, c.text);
+        ASSERT_FALSE(mesh) << c.name;
+        EXPECT_EQ(mesh.error().code, ErrorCode::kBadInput) << c.name;
+        EXPECT_NE(mesh.error().message.find(c.says), std::string::npos) << mesh.error().message;
+    }
+}
+
+TEST_F(SceneTriangles, KeepFacesWithoutArea) {
+    const auto mesh = read("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\nf 1 1 4\nf 1 3 4\n");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_EQ(mesh->faceCount(), 4u);
+}
+
+TEST_F(SceneTriangles, AreInWorldCoordinates) {
+    const auto mesh = read("placed.tsct",
+                           "node { name: \"outer\" transform { translation { x: 10 } } node { name: \"box\" "
+                           "transform { scale { x: 2 y: 2 z: 2 } } box { size { x: 1 y: 1 z: 1 } } } }");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_EQ(mesh->faceCount(), 12u);
+    EXPECT_EQ(mesh->vertexCount(), 8u) << "corners of a box that differ in their normals alone are one";
+    EXPECT_EQ(mesh->bounds().lower, Vec3d(9, -1, -1));
+    EXPECT_EQ(mesh->bounds().upper, Vec3d(11, 1, 1));
+}
+
+TEST_F(SceneTriangles, OfAFileWithoutAnyAreAnError) {
+    const auto mesh = read("points.tsct", "node { name: \"nothing\" }");
+    ASSERT_FALSE(mesh);
+    EXPECT_EQ(mesh.error().code, ErrorCode::kBadInput);
+    EXPECT_NE(mesh.error().message.find("points.tsct"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera
