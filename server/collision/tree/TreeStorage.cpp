@@ -1,5 +1,7 @@
 #include "server/collision/tree/TreeStorage.h"
 
+#include <emmintrin.h>
+
 namespace tessera {
 
 kernel::Shape shapeOf(VolumeKind kind) {
@@ -23,10 +25,13 @@ unsigned rowsOf(VolumeKind kind) {
 std::vector<OwnPosition> ownPositions(const TreeStorage& tree) {
     const std::span<const Vec3d> from = tree.mesh.positions();
     std::vector<OwnPosition> out(from.size());
-    const Vec3d centre = tree.centre;
-    const double unit = tree.unit;
-    for (std::size_t i = 0; i < from.size(); ++i)
-        for (int axis = 0; axis < 3; ++axis) out[i].xyz0[axis] = static_cast<float>((from[i][axis] - centre[axis]) * unit);
+    const __m128d centre = _mm_set_pd(tree.centre.y(), tree.centre.x()), centreZ = _mm_set_sd(tree.centre.z()), unit = _mm_set1_pd(tree.unit);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        // Vertices that no triangle uses may be too far away for a float: infinite, and never looked at.
+        const __m128d xy = _mm_mul_pd(_mm_sub_pd(_mm_loadu_pd(from[i].data()), centre), unit);
+        const __m128d z0 = _mm_mul_pd(_mm_sub_pd(_mm_load_sd(from[i].data() + 2), centreZ), unit);
+        _mm_store_ps(out[i].xyz0, _mm_movelh_ps(_mm_cvtpd_ps(xy), _mm_cvtpd_ps(z0)));
+    }
     return out;
 }
 

@@ -30,7 +30,7 @@ struct TreeStorage {
     double unit = 1;    ///< a power of two: `radius` is at most 1
     double radius = 0;  ///< no vertex of a triangle is farther from the centre, in own coordinates
     std::size_t depth = 0;
-    double cost = 0;       ///< expected cost of a query, in arbitrary units
+    double cost = 0;       ///< how many volumes a query is expected to meet: all their surfaces over the whole's
     double builtCost = 0;  ///< after the last build
     /// Node 0 has one child, the whole. Empty for an empty mesh.
     std::vector<kernel::ChildRef> children;

@@ -64,9 +64,9 @@ double TriangleTree::decay() const { return storage_->builtCost > 0 ? storage_->
 
 std::size_t TriangleTree::memoryBytes() const {
     const TreeStorage& tree = *storage_;
-    return sizeof(TreeStorage) + tree.mesh.memoryBytes() + tree.children.size() * sizeof(kernel::ChildRef) +
-           tree.leafFaces.size() * sizeof(std::uint32_t) + tree.volumes.size() * sizeof(TreeStorage::VolumeRow) +
-           tree.corners.size() * sizeof(TreeStorage::LeafRow);
+    return sizeof(TreeStorage) + tree.mesh.memoryBytes() + tree.children.capacity() * sizeof(kernel::ChildRef) +
+           tree.leafFaces.capacity() * sizeof(std::uint32_t) + tree.volumes.capacity() * sizeof(TreeStorage::VolumeRow) +
+           tree.corners.capacity() * sizeof(TreeStorage::LeafRow);
 }
 
 }  // namespace tessera

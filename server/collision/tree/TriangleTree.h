@@ -43,8 +43,8 @@ public:
     /// Follows a deformation: one new position per vertex of the mesh, the same triangles. The division stays, the
     /// volumes are fitted again. kBadInput as TriangleMesh::make; the tree is unchanged then.
     Expected<void> refit(std::span<const Vec3d> positions);
-    /// How much dearer queries have become since the last build, by the sizes of the volumes: 1 at once after it;
-    /// above kRebuildAbove a rebuild pays.
+    /// How much looser the volumes have become since the last build: their surfaces over the whole's, 1 at once after it.
+    /// Above kRebuildAbove queries are dearer by an eighth to a quarter (measured, README.md), and a rebuild pays.
     [[nodiscard]] double decay() const;
     static constexpr double kRebuildAbove = 1.6;
     /// Divides the mesh, as it is now, anew.

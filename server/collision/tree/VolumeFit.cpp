@@ -50,9 +50,9 @@ void fitVolumes(TreeStorage& tree, std::span<const OwnPosition> positions, Instr
     tree.volumes.resize(tree.nodeCount() * rowsOf(tree.options.volume));
     std::vector<kernel::FitNode> nodes(tree.nodeCount());
     kernel::FitJob job{tree.volumes.data()->lane, tree.children.data(), tree.corners.data()->lane,
-                       static_cast<std::uint32_t>(tree.nodeCount()), nodes.data(), 0};
+                       static_cast<std::uint32_t>(tree.nodeCount()), nodes.data(), 0, 0};
     kernel::treeKernels(set).fit[static_cast<std::size_t>(shapeOf(tree.options.volume))](job);
-    tree.cost = job.cost;
+    tree.cost = job.whole > 0 ? job.cost / job.whole : 1;
 }
 
 }  // namespace tessera

@@ -178,5 +178,6 @@ void fitAll(FitJob& job) {
         alignas(64) float size[kWidth];
         for (unsigned at = 0; at < kWidth; at += kLanes) storePart(size + at, Fit::size(rows + at));
         forLanes(slots.used(), [&](unsigned lane) { job.cost += static_cast<double>(size[lane]); });
+        job.whole = static_cast<double>(size[0]);
     }
 }
