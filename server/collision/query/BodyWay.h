@@ -25,6 +25,8 @@ public:
     [[nodiscard]] bool valid() const { return valid_; }
     [[nodiscard]] BodyMoment at(double t) const;
     [[nodiscard]] Quatd rotationAt(double t) const;
+    /// No length is stretched by more at a moment.
+    [[nodiscard]] double stretchAt(double t) const { return (scale0_ + t * scale_).cwiseAbs().maxCoeff(); }
     /// Of a similarity, with a sign.
     [[nodiscard]] double scaleAt(double t) const { return scale0_.x() + t * scale_.x(); }
 

@@ -70,7 +70,7 @@ struct Body {
             f.scale = static_cast<float>(scale);
             set(f.axes, m.linear * (factor / scale));
         }
-        f.stretch = up(way.stretch() * factor);
+        f.stretch = up(way.stretchAt(t) * factor);
         f.growth = up(way.turn() * factor);
         f.swelling = up(way.swelling() * factor);
         set(f.axis, way.axis());

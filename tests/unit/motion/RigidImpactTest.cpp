@@ -64,6 +64,46 @@ TEST(RigidImpact, AGrowingBallReachesTheWall) {
     EXPECT_NEAR(found.t, 0.5, 1e-4);
 }
 
+TEST(RigidImpact, ABallThatGrowsBesideAnotherReachesIt) {
+    const Body ball = bodies::sphere(1, 24, 32);
+    Motion growing;
+    growing.start.translation = growing.end.translation = Vec3d(0, 0, 4);
+    growing.end.scale = Vec3d::Constant(5);
+    // Pole on pole: 1 + 4 t = 3.
+    const Impact found = impactOf(ball, {}, ball, growing);
+    ASSERT_TRUE(found.hit);
+    EXPECT_LE(found.t, 0.5);
+    EXPECT_NEAR(found.t, 0.5, 1e-4);
+}
+
+/// A body on an arc flies past the wall at first, and into it in the end: only the bend of its way brings it there.
+TEST(RigidImpact, AnArcBendsIntoTheWall) {
+    Motion quarter;
+    quarter.end.rotation = Quatd(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3d::UnitZ()));
+    Body point;
+    const std::uint32_t v = point.vertex(Vec3d(2, 0, 0));
+    point.face(v, v, v);
+    const Body ball = bodies::sphere(0.5, 16, 20).moved(Vec3d(2, 0, 0));
+    for (const Body& wall : {bodies::box(Vec3d(2, 20, 20)), bodies::grid(40, 20)}) {
+        const bool isBox = wall.mesh().faceCount() == 12;
+        Motion standing;  // its face is the plane x = 1
+        if (!isBox) {
+            standing.start.rotation = standing.end.rotation =
+                Quatd(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3d::UnitY()));
+            standing.start.translation = standing.end.translation = Vec3d(1, 0, 0);
+        }
+        const Impact ofPoint = impactOf(wall, standing, point, quarter);
+        ASSERT_TRUE(ofPoint.hit);
+        EXPECT_LE(ofPoint.t, 2.0 / 3 + 1e-15);  // 2 cos(90 t) = 1
+        EXPECT_NEAR(ofPoint.t, 2.0 / 3, 1e-4);
+        const Impact ofBall = impactOf(wall, standing, ball, quarter);
+        ASSERT_TRUE(ofBall.hit);
+        EXPECT_GE(ofBall.t, std::acos(0.75) / (std::numbers::pi / 2) - 1e-3);
+        EXPECT_LE(ofBall.t, std::acos(0.74) / (std::numbers::pi / 2));
+        EXPECT_LE(ofBall.distance, 1e-4);
+    }
+}
+
 TEST(RigidImpact, AStretchedBodyReachesAsFarAsItIsStretched) {
     const Body box = bodies::box(Vec3d(1, 1, 1)), wall = bodies::sheet(20, 20);
     Motion stretching;
@@ -203,7 +243,7 @@ struct Trial {
     Motion a, b;
 };
 
-enum class Kind { kTranslation, kTurning, kHalfTurn, kScaling, kBoth, kNonUniform };
+enum class Kind { kTranslation, kTurning, kHalfTurn, kScaling, kBoth, kNonUniform, kOrbit };
 
 Trial randomTrial(std::mt19937& random, Kind kind) {
     std::normal_distribution<double> n;
@@ -215,9 +255,9 @@ Trial randomTrial(std::mt19937& random, Kind kind) {
         m.start.translation = distance * d;
         m.end.translation = -0.6 * distance * d + 3 * direction();
         m.start.rotation = Quatd(n(random), n(random), n(random), n(random)).normalized();
-        const double most = kind == Kind::kTranslation ? 0
-                            : kind == Kind::kHalfTurn  ? std::numbers::pi * 170 / 180
-                                                       : std::numbers::pi / 3;
+        const double most = kind == Kind::kTranslation                        ? 0
+                            : kind == Kind::kHalfTurn || kind == Kind::kOrbit ? std::numbers::pi * 170 / 180
+                                                                              : std::numbers::pi / 3;
         m.end.rotation = turn(most) * m.start.rotation;
         if (kind == Kind::kScaling) {
             m.start.scale = Vec3d::Constant(1 + 0.4 * u(random));
@@ -248,7 +288,12 @@ TEST_P(RandomMotions, AreNeverMissedAndNeverLate) {
     constexpr int kTrials = 60;
     for (int i = 0; i < kTrials; ++i) {
         const auto again = [&] { return testing::Message() << "seed " << seed << ", trial " << i; };
-        const Body &a = shapes[random() % 4], &b = shapes[random() % 4];
+        Body a = shapes[random() % 4], b = shapes[random() % 4];
+        if (GetParam() == Kind::kOrbit) {  // about a point outside of it
+            std::uniform_real_distribution<double> u(-1, 1);
+            a = a.moved(Vec3d(u(random), u(random), 2));
+            b = b.moved(Vec3d(2, u(random), u(random)));
+        }
         const Trial trial = randomTrial(random, GetParam());
         const double tolerance = i % 3 ? 1e-4 : 1e-9;
         const Impact found = impactOf(a, trial.a, b, trial.b, tolerance);
@@ -278,7 +323,7 @@ TEST_P(RandomMotions, AreNeverMissedAndNeverLate) {
 
 INSTANTIATE_TEST_SUITE_P(Kinds, RandomMotions,
                          testing::Values(Kind::kTranslation, Kind::kTurning, Kind::kHalfTurn, Kind::kScaling,
-                                         Kind::kBoth, Kind::kNonUniform));
+                                         Kind::kBoth, Kind::kNonUniform, Kind::kOrbit));
 
 /// Both bodies carried along by one more rigid motion at rest: nothing changes but the frame.
 TEST(RigidImpact, DoesNotDependOnTheFrame) {
