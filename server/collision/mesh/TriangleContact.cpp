@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -43,9 +44,25 @@ struct End {
     Vec3d point = Vec3d::Zero();
 };
 
+/// At most one per edge.
+struct Ends {
+    std::array<End, 3> at;
+    std::size_t count = 0;
+
+    void push_back(const End& end) { at[count++] = end; }
+    [[nodiscard]] bool empty() const { return count == 0; }
+    [[nodiscard]] std::size_t size() const { return count; }
+    [[nodiscard]] End* begin() { return at.data(); }
+    [[nodiscard]] End* end() { return at.data() + count; }
+    [[nodiscard]] const End* begin() const { return at.data(); }
+    [[nodiscard]] const End* end() const { return at.data() + count; }
+    [[nodiscard]] const End& front() const { return at[0]; }
+    [[nodiscard]] const End& back() const { return at[count - 1]; }
+};
+
 /// Where the edges of `t` pierce a plane, given the exact sides and the distances of its corners.
-std::vector<End> piercings(const Triangle& t, const std::array<int, 3>& side, const Vec3d& distance) {
-    std::vector<End> ends;
+Ends piercings(const Triangle& t, const std::array<int, 3>& side, const Vec3d& distance) {
+    Ends ends;
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t j = (i + 1) % 3;
         if (side[i] == 0) {
@@ -60,7 +77,7 @@ std::vector<End> piercings(const Triangle& t, const std::array<int, 3>& side, co
     return ends;
 }
 
-std::pair<End, End> intervalAlong(std::vector<End>& ends, const Vec3d& direction) {
+std::pair<End, End> intervalAlong(Ends& ends, const Vec3d& direction) {
     for (End& e : ends) e.at = direction.dot(e.point);
     const auto byPlace = [](const End& x, const End& y) { return x.at < y.at; };
     const auto [low, high] = std::minmax_element(ends.begin(), ends.end(), byPlace);
@@ -138,11 +155,70 @@ TriangleContact coplanarContact(const Triangle& a, const Triangle& b, const Vec3
 
 /// `thin` has no area; `t` has.
 TriangleContact segmentContact(const Triangle& thin, const Triangle& t, const Vec3d& unitNormal, const Vec3d& normal) {
-    std::vector<End> ends = piercings(thin, sidesOf(t, thin), distancesTo(t, unitNormal, thin));
+    Ends ends = piercings(thin, sidesOf(t, thin), distancesTo(t, unitNormal, thin));
     if (ends.empty()) return atPoint(nearestPoints(thin, t).onB, normal);
     Vec3d middle = Vec3d::Zero();
     for (const End& e : ends) middle += e.point;
     return atPoint(middle / static_cast<double>(ends.size()), normal);
+}
+
+bool cutsThrough(const std::array<int, 3>& s) {
+    return s[0] != 0 && s[1] != 0 && s[2] != 0 && (s[0] != s[1] || s[1] != s[2]);
+}
+
+/// No needle, and edges that pierce the other's plane do so steeply: rounding moves the ends by far less than 1e-6 sizes.
+bool isSteady(const Triangle& t, const std::array<int, 3>& side, const Vec3d& distance, double size) {
+    const Vec3d e = t[1] - t[0], g = t[2] - t[0];
+    if (!(e.cross(g).squaredNorm() > 1e-8 * e.squaredNorm() * g.squaredNorm())) return false;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3;
+        if (side[i] != side[j] && !(std::abs(distance[static_cast<int>(i)] - distance[static_cast<int>(j)]) > 1e-4 * size)) return false;
+    }
+    return true;
+}
+
+/// Of triangles with area, not in one plane. They are known to meet, or else there is an answer only where their intervals
+/// clearly overlap.
+std::optional<TriangleContact> crossing(const Triangle& a, const Triangle& b, const std::array<int, 3>& sidesA,
+                                        const std::array<int, 3>& sidesB, bool known = false) {
+    const Vec3d nA = outside(a), nB = outside(b);
+    const Vec3d distancesA = distancesTo(b, nB, a), distancesB = distancesTo(a, nA, b);
+    Ends endsA = piercings(a, sidesA, distancesA);
+    Ends endsB = piercings(b, sidesB, distancesB);
+    if (endsA.empty() || endsB.empty()) return std::nullopt;
+    Vec3d line = nA.cross(nB);
+    const double size = std::max(longestEdge(a).norm(), longestEdge(b).norm());
+    if (!known && !(line.squaredNorm() > 1e-8 && isSteady(a, sidesA, distancesA, size) && isSteady(b, sidesB, distancesB, size)))
+        return std::nullopt;
+    if (unit(line) == Vec3d::Zero()) line = endsA.back().point - endsA.front().point;
+    line = unit(line);
+    const auto [lowA, highA] = intervalAlong(endsA, line);
+    const auto [lowB, highB] = intervalAlong(endsB, line);
+    const End& low = lowA.at >= lowB.at ? lowA : lowB;
+    const End& high = highA.at <= highB.at ? highA : highB;
+    if (!known && !(high.at - low.at > 1e-6 * size)) return std::nullopt;
+
+    TriangleContact contact;
+    contact.from = low.point;
+    contact.to = high.point;
+    contact.point = 0.5 * (low.point + high.point);
+    if (low.at > high.at) contact.from = contact.to = contact.point;  // they touch, and rounding parted them
+    const auto off = [&](const Vec3d& p) { return std::max((nearestOnTriangle(a, p) - p).norm(), (nearestOnTriangle(b, p) - p).norm()); };
+    if (known && std::max(off(contact.from), off(contact.to)) > 1e-9 * size) {
+        // A needle's plane is not to be had from rounded corners, nor is the line: an end on both triangles will do.
+        Vec3d best = contact.point;
+        for (const Ends* ends : {&endsA, &endsB})
+            for (const End& e : *ends)
+                if (off(e.point) < off(best)) best = e.point;
+        contact.from = contact.to = contact.point = best;
+    }
+    const double alongA = wayOut(a, b, nA);
+    const double againstB = wayOut(a, b, -nB);
+    if (std::abs(alongA - againstB) <= 1e-12 * size)
+        contact.normal = normalOr(nA - nB, line);
+    else
+        contact.normal = alongA < againstB ? nA : Vec3d(-nB);
+    return contact;
 }
 
 }  // namespace
@@ -158,6 +234,12 @@ double wayOut(const Triangle& a, const Triangle& b, const Vec3d& direction) {
 }
 
 TriangleContact contactOf(const Triangle& a, const Triangle& b) {
+    // Corners strictly on both sides of either plane, as nearly always: then both have area, and what is left to ask is
+    // whether the intervals on the line of the planes overlap.
+    const std::array<int, 3> sidesA = sidesOf(b, a), sidesB = sidesOf(a, b);
+    if (cutsThrough(sidesA) && cutsThrough(sidesB))
+        if (const std::optional<TriangleContact> contact = crossing(a, b, sidesA, sidesB)) return *contact;
+
     const bool thinA = isDegenerate(a);
     const bool thinB = isDegenerate(b);
     const Vec3d nA = thinA ? Vec3d(Vec3d::Zero()) : outside(a);
@@ -168,35 +250,10 @@ TriangleContact contactOf(const Triangle& a, const Triangle& b) {
         if (!allZero(sidesOf(a, b))) return segmentContact(b, a, nA, nA);
         return coplanarContact(a, b, nA, nB);
     }
-    const std::array<int, 3> sideA = sidesOf(b, a);
-    if (allZero(sideA)) return coplanarContact(a, b, nA, nB);
+    if (allZero(sidesA)) return coplanarContact(a, b, nA, nB);
     if (thinA) return segmentContact(a, b, nB, -nB);
-
-    const std::array<int, 3> sideB = sidesOf(a, b);
-    std::vector<End> endsA = piercings(a, sideA, distancesTo(b, nB, a));
-    std::vector<End> endsB = piercings(b, sideB, distancesTo(a, nA, b));
-    if (endsA.empty() || endsB.empty()) return betweenNearest(a, b, nA, nB);
-    Vec3d line = nA.cross(nB);
-    if (unit(line) == Vec3d::Zero()) line = endsA.back().point - endsA.front().point;
-    line = unit(line);
-    const auto [lowA, highA] = intervalAlong(endsA, line);
-    const auto [lowB, highB] = intervalAlong(endsB, line);
-    const End& low = lowA.at >= lowB.at ? lowA : lowB;
-    const End& high = highA.at <= highB.at ? highA : highB;
-
-    TriangleContact contact;
-    contact.from = low.point;
-    contact.to = high.point;
-    contact.point = 0.5 * (low.point + high.point);
-    if (low.at > high.at) contact.from = contact.to = contact.point;  // they touch, and rounding parted them
-    const double tie = 1e-12 * std::max(longestEdge(a).norm(), longestEdge(b).norm());
-    const double alongA = wayOut(a, b, nA);
-    const double againstB = wayOut(a, b, -nB);
-    if (std::abs(alongA - againstB) <= tie)
-        contact.normal = normalOr(nA - nB, line);
-    else
-        contact.normal = alongA < againstB ? nA : Vec3d(-nB);
-    return contact;
+    if (const std::optional<TriangleContact> contact = crossing(a, b, sidesA, sidesB, true)) return *contact;
+    return betweenNearest(a, b, nA, nB);
 }
 
 /// Nearest point of a triangle to p (C. Ericson, Real-Time Collision Detection, 5.1.5). The areas va, vb and vc are

@@ -1,132 +1,75 @@
 #include "server/collision/query/TouchQuery.h"
 
-#include <algorithm>
-#include <array>
-#include <bit>
+#include <atomic>
+#include <memory>
 
-#include "common/base/Error.h"
 #include "common/base/Workers.h"
-#include "server/collision/query/PairFrame.h"
-#include "server/collision/tree/Kernels.h"
+#include "server/collision/query/TouchSearch.h"
 #include "server/collision/tree/TreeStorage.h"
 
 namespace tessera {
 namespace {
 
 using kernel::SlotPair;
-using kernel::TouchSink;
+using touch::kRoots;
+using touch::Search;
+using touch::TreePair;
 
-/// A list of candidates and the test that empties it: eight at once in double, and exactly where that cannot tell.
-class Candidates {
-public:
-    Candidates(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, bool any, const QueryWork& work)
-        : a_(a.mesh()),
-          b_(b.mesh()),
-          a_T_b_(a_T_b),
-          any_(any),
-          viewA_(meshView(a_)),
-          viewB_(meshView(b_)),
-          map_(pairMap(a, b, a_T_b)),
-          decide_(kernel::treeKernels().decide) {
-        sink_.facesA = facesA_.data();
-        sink_.facesB = facesB_.data();
-        sink_.enough = any ? kEnoughForAny : kCapacity - kernel::kLeafPairs;
-        sink_.flush = [](TouchSink&, void* self) { return static_cast<Candidates*>(self)->flush(); };
-        sink_.context = this;
-        sink_.nodeTests = work.boxTests;
-        sink_.triangleTests = work.triangleTests;
-        sink_.limit = work.limit;
+/// What threads share is worth its making only above this much work (some microseconds).
+constexpr std::uint64_t kSmallQuery = 1500;
+constexpr std::uint32_t kMostPutOff = 8192;
+/// Few tasks leave threads waiting for the last; many have each its costs.
+constexpr std::uint32_t kTasks = 96;
+
+std::uint64_t sum(const QueryWork& work) { return work.boxTests + work.triangleTests; }
+
+void append(std::vector<FacePair>& to, const std::vector<FacePair>& from) { to.insert(to.end(), from.begin(), from.end()); }
+
+/// The upper levels here, what they leave in tasks that do not depend on the number of threads. Each task adds to the
+/// counters what it would have added in a walk by one thread, so their sum is that of such a walk. False: the work does
+/// not suffice, and where it ends is for one thread to find out.
+bool allByMany(const TreePair& pair, Workers& workers, QueryWork& work, std::vector<FacePair>& found) {
+    const auto putOff = std::make_unique_for_overwrite<SlotPair[]>(2 * kMostPutOff);
+    SlotPair *now = putOff.get(), *next = now + kMostPutOff;
+    std::uint32_t count = 1;
+    now[0] = kRoots;
+    Search top(pair, Search::For::kAll, work);
+    for (int cut = 0; cut < 4 && count != 0 && count < kTasks; ++cut) {
+        top.putOff(next, kMostPutOff);
+        for (std::uint32_t i = 0; i < count; ++i)
+            if (top.walk(now[i], 1)) return false;
+        count = top.countPutOff();
+        std::swap(now, next);
     }
+    top.take(work);
+    found = std::move(top.pairs());
 
-    [[nodiscard]] TouchSink& sink() { return sink_; }
-    [[nodiscard]] std::vector<FacePair>& pairs() { return pairs_; }
-    [[nodiscard]] bool found() const { return !pairs_.empty(); }
-
-    bool flush() {
-        std::array<std::uint8_t, kCapacity / 8> meeting, open;
-        decide_(viewA_, viewB_, map_, facesA_.data(), facesB_.data(), sink_.count, meeting.data(), open.data());
-        for (std::uint32_t group = 0; 8 * group < sink_.count; ++group) {
-            for (unsigned left = meeting[group] | open[group]; left != 0; left &= left - 1) {
-                const unsigned bit = static_cast<unsigned>(std::countr_zero(left));
-                const FacePair pair{facesA_[8 * group + bit], facesB_[8 * group + bit]};
-                if ((open[group] >> bit & 1U) != 0 &&
-                    !trianglesIntersect(a_.triangle(pair.a), transformed(a_T_b_, b_.triangle(pair.b))))
-                    continue;
-                pairs_.push_back(pair);
-                if (any_) return true;
-            }
-        }
-        sink_.count = 0;
-        return false;
-    }
-
-private:
-    const TriangleMesh &a_, &b_;
-    const Affine3d& a_T_b_;
-    bool any_;
-    kernel::MeshView viewA_, viewB_;
-    kernel::PairMap map_;
-    kernel::DecidePairs decide_;
-    static constexpr std::uint32_t kCapacity = 256;
-    /// Deciding eight costs as much as deciding one; waiting for eight would cost more.
-    static constexpr std::uint32_t kEnoughForAny = 3;
-    std::array<std::uint32_t, kCapacity> facesA_, facesB_;
-    TouchSink sink_{};
-    std::vector<FacePair> pairs_;
-};
-
-/// By ascending faces. Digit after digit, the last first: a third of the time of comparisons.
-void sort(std::vector<FacePair>& pairs, std::size_t facesA, std::size_t facesB) {
-    constexpr std::size_t kFewPairs = 64;
-    constexpr int kMostBits = 11;
-    if (pairs.size() < kFewPairs) {
-        std::sort(pairs.begin(), pairs.end());
-        return;
-    }
-    std::vector<FacePair> other(pairs.size());
-    std::array<std::uint32_t, (1U << kMostBits) + 1> start;
-    const auto by = [&](std::uint32_t FacePair::*face, std::size_t faces) {
-        const int bits = static_cast<int>(std::bit_width(faces - 1));
-        const int passes = (bits + kMostBits - 1) / kMostBits;
-        for (int pass = 0; pass < passes; ++pass) {
-            const int digit = (bits + passes - 1) / passes, shift = pass * digit;
-            const std::uint32_t mask = (1U << digit) - 1;
-            std::fill_n(start.begin(), mask + 2, 0U);
-            for (const FacePair& p : pairs) ++start[(p.*face >> shift & mask) + 1];
-            for (std::uint32_t i = 1; i <= mask; ++i) start[i] += start[i - 1];
-            for (const FacePair& p : pairs) other[start[p.*face >> shift & mask]++] = p;
-            pairs.swap(other);
-        }
+    struct Task {
+        std::vector<FacePair> pairs;
+        std::uint64_t boxTests = 0, triangleTests = 0;
     };
-    by(&FacePair::b, facesB);
-    by(&FacePair::a, facesA);
-}
-
-constexpr unsigned kAllLevels = ~0u;
-constexpr SlotPair kRoots{0, 0};
-
-/// Both trees as the kernels see them; trees of different kinds cannot be compared.
-struct Pair {
-    kernel::TreeView a, b;
-    kernel::PairFrame frame;
-    std::size_t shape;
-
-    Pair(const TriangleTree& ta, const TriangleTree& tb, const Affine3d& a_T_b, Realignment realignment)
-        : a(ta.storage().view()),
-          b(tb.storage().view()),
-          frame(pairFrame(ta, tb, a_T_b, realignment)),
-          shape(static_cast<std::size_t>(shapeOf(ta.options().volume))) {
-        TESSERA_CHECK(shapeOf(ta.options().volume) == shapeOf(tb.options().volume), "two trees of one kind");
+    const std::uint32_t each = (count + kTasks - 1) / kTasks, tasks = each == 0 ? 0 : (count + each - 1) / each;
+    std::vector<Task> done(tasks);
+    std::atomic<std::uint64_t> used = sum(work);
+    workers.run(tasks, [&](std::size_t i) {
+        const std::uint64_t before = used.load();
+        if (before >= work.limit) return;
+        Search search(pair, Search::For::kAll, {0, 0, work.limit - before});
+        const std::uint32_t first = static_cast<std::uint32_t>(i) * each, end = std::min(count, first + each);
+        for (std::uint32_t k = first; k < end; ++k)
+            if (search.walk(now[k])) break;
+        QueryWork own;
+        search.take(own);
+        used.fetch_add(sum(own));
+        done[i] = {std::move(search.pairs()), own.boxTests, own.triangleTests};
+    });
+    if (used.load() >= work.limit) return false;
+    for (const Task& task : done) {
+        append(found, task.pairs);
+        work.boxTests += task.boxTests;
+        work.triangleTests += task.triangleTests;
     }
-    bool walk(SlotPair from, unsigned levels, TouchSink& sink) const {
-        return kernel::treeKernels().touch[shape](a, b, frame, from, levels, sink);
-    }
-    [[nodiscard]] bool rootsOverlap() const { return kernel::treeKernels().overlap[shape](a, b, frame, kRoots); }
-};
-
-void take(QueryWork& work, const TouchSink& sink) {
-    work.boxTests = sink.nodeTests;
-    work.triangleTests = sink.triangleTests;
+    return true;
 }
 
 }  // namespace
@@ -140,14 +83,14 @@ TouchedPair firstTouching(const TriangleTree& a, const TriangleTree& b, const Af
                           const TouchOptions& options) {
     if (a.storage().empty() || b.storage().empty()) return {};
     if (work.exhausted()) return {Touch::kUnknown, {}};
-    const Pair pair(a, b, a_T_b, options.realignment);
+    const TreePair pair(a, b, a_T_b, options);
     ++work.boxTests;
     if (!pair.rootsOverlap()) return {};
-    Candidates candidates(a, b, a_T_b, true, work);
-    if (!pair.walk(kRoots, kAllLevels, candidates.sink()) || candidates.sink().exhausted) candidates.flush();
-    take(work, candidates.sink());
-    if (candidates.found()) return {Touch::kYes, candidates.pairs().front()};
-    return {candidates.sink().exhausted ? Touch::kUnknown : Touch::kNo, {}};
+    Search search(pair, Search::For::kAny, work);
+    search.walk(kRoots);
+    search.take(work);
+    if (!search.pairs().empty()) return {Touch::kYes, search.pairs().front()};
+    return {search.exhausted() ? Touch::kUnknown : Touch::kNo, {}};
 }
 
 FacePairs allTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
@@ -158,16 +101,30 @@ FacePairs allTouching(const TriangleTree& a, const TriangleTree& b, const Affine
         out.complete = false;
         return out;
     }
-    const Pair pair(a, b, a_T_b, options.realignment);
+    const TreePair pair(a, b, a_T_b, options);
     ++work.boxTests;
     if (!pair.rootsOverlap()) return out;
-    Candidates candidates(a, b, a_T_b, false, work);
-    pair.walk(kRoots, kAllLevels, candidates.sink());
-    candidates.flush();
-    take(work, candidates.sink());
-    out.complete = !candidates.sink().exhausted;
-    out.pairs = std::move(candidates.pairs());
-    sort(out.pairs, a.mesh().faceCount(), b.mesh().faceCount());
+
+    const auto byOne = [&](QueryWork bounded) {
+        Search search(pair, Search::For::kAll, bounded);
+        search.walk(kRoots);
+        out.complete = !search.exhausted();
+        out.pairs = std::move(search.pairs());
+        search.take(bounded);
+        return bounded;
+    };
+    QueryWork spent = work;
+    const bool many = options.workers != nullptr && options.workers->threads() > 1;
+    if (many) spent.limit = std::min(work.limit, sum(work) + kSmallQuery);
+    spent = byOne(spent);
+    if (!out.complete && spent.limit < work.limit) {
+        spent = work;
+        if (allByMany(pair, *options.workers, spent, out.pairs)) out.complete = true;
+        else spent = byOne(work);
+    }
+    spent.limit = work.limit;
+    work = spent;
+    touch::sort(out.pairs, a.mesh().faceCount(), b.mesh().faceCount());
     return out;
 }
 

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "common/math/Types.h"
+#include "server/collision/mesh/InstructionSet.h"
 #include "server/collision/mesh/QueryWork.h"
 #include "server/collision/tree/TriangleTree.h"
 
@@ -25,6 +26,8 @@ enum class Realignment : std::uint8_t {
 struct TouchOptions {
     Realignment realignment = Realignment::kThreePlanes;
     Workers* workers = nullptr;  ///< null: the calling thread alone
+    /// Not above what the processor has. Answers are equal; counters may differ by a few.
+    InstructionSet instructions = instructionSet();
 };
 
 /// What anyTouching found, and where.

@@ -51,14 +51,11 @@ struct Touching {
         return sink.count >= sink.enough && sink.flush(sink, sink.context);
     }
 
-    /// The pair is for later, or never.
-    bool put(Slot slotA, Slot slotB, unsigned levels) {
-        if (levels == 0) {
-            sink.later[sink.laterCount++] = {slotA, slotB};
-            return true;
-        }
-        if (sink.nodeTests + sink.triangleTests < sink.limit) return false;
-        return sink.exhausted = true;
+    /// The pair is for later, if there is room.
+    bool putOff(Slot slotA, Slot slotB, unsigned levels) {
+        if (levels != 0 || sink.laterCount == sink.laterCapacity) return false;
+        sink.later[sink.laterCount++] = {slotA, slotB};
+        return true;
     }
 
     /// Some slots of one of A's nodes overlap a slot of B. blockB: the node of slotB placed in A's frame; blockA: that of A's
@@ -67,6 +64,7 @@ struct Touching {
         // Where a map fits no float (PairFrame.cpp) empty lanes overlap too.
         const ChildRef refB = b.children[slotB];
         if (refB == kNoChild) return false;
+        if (sink.nodeTests + sink.triangleTests >= sink.limit) return sink.exhausted = true;
         if ((refB & kLeafBit) != 0) {
             PlacedLeaf leafB;
             bool placed = false;
@@ -89,10 +87,7 @@ struct Touching {
         for (; lanesA != 0; lanesA &= lanesA - 1) {
             const Slot slotA = firstA + static_cast<unsigned>(__builtin_ctz(lanesA));
             if (a.children[slotA] == kNoChild) continue;
-            if (put(slotA, slotB, levels)) {
-                if (sink.exhausted) return true;
-                continue;
-            }
+            if (putOff(slotA, slotB, levels)) continue;
             if (!placed) placeB(nodeB(refB * kWidth), below);
             placed = true;
             if (descendBoth(slotA, refB * kWidth, blockA, below, levels - 1)) return true;
@@ -102,7 +97,7 @@ struct Touching {
 
     /// B has a leaf, A a node: only A goes down.
     bool descendA(Slot firstA, Slot slotA, Slot slotB, const Block& blockB, unsigned levels) {
-        if (put(slotA, slotB, levels)) return sink.exhausted;
+        if (putOff(slotA, slotB, levels)) return false;
         const unsigned laneB = slotB % kWidth;
         const float* const ownA = nodeA(firstA);
         ++sink.nodeTests;

@@ -1,0 +1,110 @@
+#include "server/collision/query/TouchSearch.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "common/base/Error.h"
+#include "server/collision/query/PairFrame.h"
+#include "server/collision/tree/Kernels.h"
+#include "server/collision/tree/TreeStorage.h"
+
+namespace tessera::touch {
+
+TreePair::TreePair(const TriangleTree& ta, const TriangleTree& tb, const Affine3d& a_from_b, const TouchOptions& options)
+    : meshA(ta.mesh()),
+      meshB(tb.mesh()),
+      a_T_b(a_from_b),
+      a(ta.storage().view()),
+      b(tb.storage().view()),
+      viewA(meshView(meshA)),
+      viewB(meshView(meshB)),
+      frame(pairFrame(ta, tb, a_from_b, options.realignment)),
+      map(pairMap(ta, tb, a_from_b)),
+      kernels(kernel::treeKernels(options.instructions)),
+      shape(static_cast<std::size_t>(shapeOf(ta.options().volume))) {
+    TESSERA_CHECK(shapeOf(ta.options().volume) == shapeOf(tb.options().volume), "two trees of one kind");
+}
+
+bool TreePair::rootsOverlap() const { return kernels.overlap[shape](a, b, frame, kRoots); }
+
+bool TreePair::meets(FacePair pair) const {
+    return trianglesIntersect(meshA.triangle(pair.a), transformed(a_T_b, meshB.triangle(pair.b)));
+}
+
+namespace {
+/// Deciding eight costs as much as deciding one; to wait for eight would cost more.
+constexpr std::uint32_t kEnoughForAny = 3;
+}  // namespace
+
+Search::Search(const TreePair& pair, For what, const QueryWork& work) : pair_(pair), any_(what == For::kAny) {
+    sink_.facesA = facesA_.data();
+    sink_.facesB = facesB_.data();
+    sink_.enough = any_ ? kEnoughForAny : kCapacity - kernel::kLeafPairs;
+    sink_.flush = [](kernel::TouchSink&, void* self) { return static_cast<Search*>(self)->decide(); };
+    sink_.context = this;
+    sink_.nodeTests = work.boxTests;
+    sink_.triangleTests = work.triangleTests;
+    sink_.limit = work.limit;
+}
+
+bool Search::walk(kernel::SlotPair from, unsigned levels) {
+    const bool over = pair_.kernels.touch[pair_.shape](pair_.a, pair_.b, pair_.frame, from, levels, sink_);
+    if (over && !sink_.exhausted) return true;
+    return decide() || over;
+}
+
+void Search::putOff(kernel::SlotPair* to, std::uint32_t capacity) {
+    sink_.later = to;
+    sink_.laterCount = 0;
+    sink_.laterCapacity = capacity;
+}
+
+void Search::take(QueryWork& work) const {
+    work.boxTests = sink_.nodeTests;
+    work.triangleTests = sink_.triangleTests;
+}
+
+bool Search::decide() {
+    std::array<std::uint8_t, kCapacity / 8> meeting, open;
+    pair_.kernels.decide(pair_.viewA, pair_.viewB, pair_.map, facesA_.data(), facesB_.data(), sink_.count, meeting.data(), open.data());
+    for (std::uint32_t group = 0; 8 * group < sink_.count; ++group) {
+        for (unsigned left = meeting[group] | open[group]; left != 0; left &= left - 1) {
+            const unsigned bit = static_cast<unsigned>(std::countr_zero(left));
+            const FacePair pair{facesA_[8 * group + bit], facesB_[8 * group + bit]};
+            if ((open[group] >> bit & 1U) != 0 && !pair_.meets(pair)) continue;
+            pairs_.push_back(pair);
+            if (any_) return true;
+        }
+    }
+    sink_.count = 0;
+    return false;
+}
+
+void sort(std::vector<FacePair>& pairs, std::size_t facesA, std::size_t facesB) {
+    // Digit after digit, the last first: a third of the time of comparisons.
+    constexpr std::size_t kFewPairs = 64;
+    constexpr int kMostBits = 11;
+    if (pairs.size() < kFewPairs) {
+        std::sort(pairs.begin(), pairs.end());
+        return;
+    }
+    std::vector<FacePair> other(pairs.size());
+    std::array<std::uint32_t, (1U << kMostBits) + 1> start;
+    const auto by = [&](std::uint32_t FacePair::*face, std::size_t faces) {
+        const int bits = static_cast<int>(std::bit_width(faces - 1));
+        const int passes = (bits + kMostBits - 1) / kMostBits;
+        for (int pass = 0; pass < passes; ++pass) {
+            const int digit = (bits + passes - 1) / passes, shift = pass * digit;
+            const std::uint32_t mask = (1U << digit) - 1;
+            std::fill_n(start.begin(), mask + 2, 0U);
+            for (const FacePair& p : pairs) ++start[(p.*face >> shift & mask) + 1];
+            for (std::uint32_t i = 1; i <= mask; ++i) start[i] += start[i - 1];
+            for (const FacePair& p : pairs) other[start[p.*face >> shift & mask]++] = p;
+            pairs.swap(other);
+        }
+    };
+    by(&FacePair::b, facesB);
+    by(&FacePair::a, facesA);
+}
+
+}  // namespace tessera::touch

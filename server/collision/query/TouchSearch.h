@@ -1,0 +1,65 @@
+/// What the touch queries share: the pair of trees as the kernels see them, and the list of candidates. For the queries of
+/// this folder only.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "server/collision/query/TouchQuery.h"
+#include "server/collision/tree/KernelTypes.h"
+
+namespace tessera::touch {
+
+/// Two trees that are not empty, of one shape, in one pose. Read only; any number of threads.
+class TreePair {
+public:
+    TreePair(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, const TouchOptions& options);
+
+    [[nodiscard]] bool rootsOverlap() const;
+    [[nodiscard]] bool meets(FacePair pair) const;
+    const TriangleMesh &meshA, &meshB;
+    const Affine3d& a_T_b;
+    kernel::TreeView a, b;
+    kernel::MeshView viewA, viewB;
+    kernel::PairFrame frame;
+    kernel::PairMap map;
+    const kernel::TreeKernels& kernels;
+    std::size_t shape;
+};
+
+/// Walks down and decides what the kernels leave: eight pairs of faces at once in double, exactly where that cannot tell.
+class Search {
+public:
+    enum class For { kAny, kAll };
+    Search(const TreePair& pair, For what, const QueryWork& work);
+    Search(const Search&) = delete;
+    Search& operator=(const Search&) = delete;
+
+    static constexpr unsigned kAllLevels = ~0u;
+    /// Adds what is found below an overlapping pair of slots. True: the search is over (found, or out of work).
+    bool walk(kernel::SlotPair from, unsigned levels = kAllLevels);
+    /// Pairs so many levels below are put here and not walked into, while there is room.
+    void putOff(kernel::SlotPair* to, std::uint32_t capacity);
+    [[nodiscard]] std::uint32_t countPutOff() const { return sink_.laterCount; }
+
+    [[nodiscard]] std::vector<FacePair>& pairs() { return pairs_; }
+    [[nodiscard]] bool exhausted() const { return sink_.exhausted; }
+    void take(QueryWork& work) const;
+
+private:
+    bool decide();
+
+    const TreePair& pair_;
+    bool any_;
+    static constexpr std::uint32_t kCapacity = 256;
+    std::array<std::uint32_t, kCapacity> facesA_, facesB_;
+    kernel::TouchSink sink_{};
+    std::vector<FacePair> pairs_;
+};
+
+inline constexpr kernel::SlotPair kRoots{0, 0};
+
+/// By ascending faces, for meshes of so many.
+void sort(std::vector<FacePair>& pairs, std::size_t facesA, std::size_t facesB);
+
+}  // namespace tessera::touch

@@ -1,0 +1,208 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/base/Workers.h"
+#include "server/collision/query/TouchQuery.h"
+#include "tests/unit/query/Bodies.h"
+
+namespace tessera {
+namespace {
+
+using namespace bodies;
+
+std::string seedOf(std::uint64_t seed) { return "seed " + std::to_string(seed); }
+
+/// Both queries, both ways round, on every instruction set.
+void expectTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, const std::vector<FacePair>& truth,
+                    const std::string& story, Realignment realignment = Realignment::kThreePlanes) {
+    for (const InstructionSet set : instructionSets()) {
+        TouchOptions options;
+        options.realignment = realignment;
+        options.instructions = set;
+        QueryWork work;
+        const FacePairs all = allTouching(a, b, a_T_b, work, options);
+        EXPECT_TRUE(all.complete) << story;
+        EXPECT_EQ(all.pairs, truth) << story << ", " << name(set);
+        EXPECT_EQ(anyTouching(a, b, a_T_b, work, options), truth.empty() ? Touch::kNo : Touch::kYes) << story << ", " << name(set);
+        const TouchedPair first = firstTouching(a, b, a_T_b, work, options);
+        EXPECT_TRUE(first.touch == Touch::kNo || std::binary_search(truth.begin(), truth.end(), first.faces)) << story;
+    }
+}
+
+TEST(Touching, EveryVolumeAndSplitFindsWhatBruteForceFindsUnderEveryMap) {
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        Random random(seed);
+        const TriangleMesh ma = seed % 2 ? bumpy(random, 9, 12) : strewn(random, 180, 0.3), mb = bumpy(random, 7, 10);
+        for (const NamedMap& m : everyKindOfMap(random)) {
+            const std::vector<FacePair> truth = bruteForce(ma, mb, m.map);
+            for (const VolumeKind volume : kVolumes) {
+                const SplitRule split = kSplits[(seed + static_cast<std::uint64_t>(volume)) % 4];
+                const TriangleTree ta(ma, {volume, split}), tb(mb, {volume, split});
+                expectTouching(ta, tb, m.map, truth, seedOf(seed) + ", " + kVolumeNames[static_cast<int>(volume)] + ", " + m.name);
+                expectTouching(ta, tb, m.map, truth, seedOf(seed) + ", box enclosure, " + m.name, Realignment::kBoxEnclosure);
+            }
+        }
+    }
+}
+
+TEST(Touching, LargerBodiesAgreeWithBruteForceInTheirThousandsOfPairs) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        Random random(seed);
+        const TriangleMesh ma = bumpy(random, 40, 60), mb = bumpy(random, 40, 60);
+        for (const double apart : {0.1, 1.4, 1.9, 2.6}) {
+            const Affine3d pose = composeTransform(apart * inCube(random, 1).normalized(), anyRotation(random), Vec3d::Ones());
+            const std::vector<FacePair> truth = bruteForce(ma, mb, pose);
+            for (const VolumeKind volume : kVolumes) {
+                const TriangleTree ta(ma, {volume}), tb(mb, {volume});
+                expectTouching(ta, tb, pose, truth, seedOf(seed) + ", " + kVolumeNames[static_cast<int>(volume)]);
+            }
+        }
+    }
+}
+
+TEST(Touching, FacesThatOnlyTouchAreFound) {
+    // Unit boxes in a row share whole sides, edges or one corner.
+    const TriangleMesh box = meshOf(shapes::box(Vec3d::Ones()));
+    for (const Vec3d& shift : {Vec3d(1, 0, 0), Vec3d(1, 1, 0), Vec3d(1, 1, 1), Vec3d(1, 0.25, -0.5)}) {
+        Affine3d pose = Affine3d::Identity();
+        pose.translation() = shift;
+        const std::vector<FacePair> truth = bruteForce(box, box, pose);
+        ASSERT_FALSE(truth.empty());
+        for (const VolumeKind volume : kVolumes) {
+            const TriangleTree ta(box, {volume}), tb(box, {volume});
+            expectTouching(ta, tb, pose, truth, kVolumeNames[static_cast<int>(volume)]);
+            Affine3d beyond = pose;
+            beyond.translation().x() = std::nextafter(1.0, 2.0);
+            expectTouching(ta, tb, beyond, {}, std::string("just parted, ") + kVolumeNames[static_cast<int>(volume)]);
+        }
+    }
+}
+
+TEST(Touching, SmallAndDegenerateMeshesHaveDefinedAnswers) {
+    Random random(5);
+    const TriangleMesh empty;
+    const std::vector<double> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    const TriangleMesh one = *TriangleMesh::make(std::span<const double>(corners), std::vector<std::uint32_t>{0, 1, 2});
+    const TriangleMesh point = *TriangleMesh::make(std::span<const double>(corners), std::vector<std::uint32_t>{0, 0, 0});
+    const TriangleMesh line = *TriangleMesh::make(std::span<const double>(corners), std::vector<std::uint32_t>{0, 1, 1});
+    const TriangleMesh heap = *TriangleMesh::make(std::span<const double>(corners), std::vector<std::uint32_t>(300, 0));
+    std::vector<std::uint32_t> twins;
+    for (int i = 0; i < 100; ++i) twins.insert(twins.end(), {0, 1, 2});
+    const TriangleMesh same = *TriangleMesh::make(std::span<const double>(corners), twins);
+    const TriangleMesh* const all[] = {&empty, &one, &point, &line, &heap, &same};
+    for (const VolumeKind volume : kVolumes)
+        for (const TriangleMesh* ma : all)
+            for (const TriangleMesh* mb : all) {
+                const TriangleTree ta(*ma, {volume}), tb(*mb, {volume});
+                for (const Affine3d& pose : {Affine3d(Affine3d::Identity()), composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d::Ones())})
+                    expectTouching(ta, tb, pose, bruteForce(*ma, *mb, pose), kVolumeNames[static_cast<int>(volume)]);
+            }
+}
+
+TEST(Touching, SwappingTheBodiesSwapsThePairs) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        Random random(seed);
+        const TriangleMesh ma = bumpy(random, 12, 16), mb = bumpy(random, 10, 14);
+        // A turn by a quarter and whole numbers: exact both ways, so the answers must be equal to the pair.
+        Affine3d pose = Affine3d::Identity();
+        pose.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+        pose.translation() = Vec3d(1, 0.5, -0.5);
+        const TriangleTree ta(ma), tb(mb);
+        QueryWork work;
+        std::vector<FacePair> swapped;
+        for (const FacePair& p : allTouching(tb, ta, pose.inverse(Eigen::Affine), work).pairs) swapped.push_back({p.b, p.a});
+        std::sort(swapped.begin(), swapped.end());
+        // Adding whole numbers to coordinates of floats is exact in double: no rounding on either side.
+        EXPECT_EQ(allTouching(ta, tb, pose, work).pairs, swapped) << seedOf(seed);
+        EXPECT_FALSE(swapped.empty());
+    }
+}
+
+TEST(Touching, GivesUpWhereTheWorkEndsAndSaysSo) {
+    Random random(9);
+    const TriangleTree a(bumpy(random, 30, 40)), b(bumpy(random, 30, 40));
+    const Affine3d pose = composeTransform(Vec3d(1.2, 0.1, 0), anyRotation(random), Vec3d::Ones());
+    QueryWork whole;
+    const FacePairs all = allTouching(a, b, pose, whole);
+    ASSERT_TRUE(all.complete);
+    const std::uint64_t needed = whole.boxTests + whole.triangleTests;
+    for (std::uint64_t limit = 0; limit <= needed + 40; limit += 1 + needed / 37) {
+        QueryWork work;
+        work.limit = limit;
+        const FacePairs some = allTouching(a, b, pose, work);
+        EXPECT_LE(work.boxTests + work.triangleTests, limit + 600) << "one step past the limit at most";
+        EXPECT_TRUE(std::includes(all.pairs.begin(), all.pairs.end(), some.pairs.begin(), some.pairs.end()));
+        EXPECT_TRUE(!some.complete || some.pairs == all.pairs);
+        EXPECT_TRUE(some.complete || limit <= needed);
+        EXPECT_FALSE(some.complete && limit == 0);
+        QueryWork once;
+        once.limit = limit;
+        const Touch touch = anyTouching(a, b, pose, once);
+        EXPECT_NE(touch, Touch::kNo);
+        EXPECT_TRUE(touch == Touch::kUnknown || limit > 0);
+    }
+}
+
+// Results, their order and the counters, for no worker, one, two and three, with every limit.
+TEST(Touching, ThreadsChangeNothing) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        Random random(seed);
+        const TriangleMesh ma = bumpy(random, 90, 120), mb = bumpy(random, 90, 120);
+        for (const VolumeKind volume : {VolumeKind::kObb, VolumeKind::kDop18}) {
+            const TriangleTree a(ma, {volume}), b(mb, {volume});
+            const Affine3d pose = composeTransform(Vec3d(0.3 * static_cast<double>(seed), 0.1, 0), anyRotation(random), Vec3d::Ones());
+            QueryWork whole;
+            const FacePairs all = allTouching(a, b, pose, whole);
+            const std::uint64_t needed = whole.boxTests + whole.triangleTests;
+            ASSERT_GT(needed, 10'000U) << "large enough to be shared";
+            for (const std::uint64_t limit :
+                 {~std::uint64_t{0}, needed + 1, needed, needed - 1, needed / 2, needed / 3, std::uint64_t{2000}, std::uint64_t{20}}) {
+                QueryWork alone;
+                alone.limit = limit;
+                const FacePairs expected = allTouching(a, b, pose, alone);
+                for (const unsigned threads : {1U, 2U, 3U}) {
+                    Workers workers(threads);
+                    TouchOptions options;
+                    options.workers = &workers;
+                    QueryWork work;
+                    work.limit = limit;
+                    const FacePairs found = allTouching(a, b, pose, work, options);
+                    EXPECT_EQ(found.pairs, expected.pairs) << seedOf(seed) << ", " << threads << " threads, limit " << limit;
+                    EXPECT_EQ(found.complete, expected.complete) << threads << " threads, limit " << limit;
+                    EXPECT_EQ(work.boxTests, alone.boxTests) << threads << " threads, limit " << limit;
+                    EXPECT_EQ(work.triangleTests, alone.triangleTests) << threads << " threads, limit " << limit;
+                    EXPECT_EQ(work.limit, limit);
+                }
+            }
+        }
+    }
+}
+
+TEST(Touching, RefittedAndRebuiltTreesSeeTheNewShape) {
+    Random random(3);
+    const TriangleMesh first = bumpy(random, 20, 30), other = bumpy(random, 20, 30);
+    for (const VolumeKind volume : kVolumes) {
+        TriangleTree a(first, {volume});
+        const TriangleTree b(other, {volume});
+        std::vector<Vec3d> positions;
+        for (std::size_t i = 0; i < first.vertexCount(); ++i) positions.push_back(first.positions()[i]);
+        for (int frame = 0; frame < 4; ++frame) {
+            for (Vec3d& p : positions) p = Vec3d(p.x() * 1.3, p.y() * 0.9, p.z()) + inCube(random, 0.02);
+            ASSERT_TRUE(a.refit(positions));
+            if (frame == 2) a.rebuild();
+            const Affine3d pose = composeTransform(inCube(random, 1.5), anyRotation(random), Vec3d::Ones());
+            expectTouching(a, b, pose, bruteForce(a.mesh(), other, pose), kVolumeNames[static_cast<int>(volume)]);
+        }
+    }
+}
+
+TEST(Touching, TreesOfDifferentKindsAreRefused) {
+    Random random(1);
+    const TriangleTree a(bumpy(random, 5, 6), {VolumeKind::kObb}), b(bumpy(random, 5, 6), {VolumeKind::kDop18});
+    QueryWork work;
+    EXPECT_DEATH((void)anyTouching(a, b, Affine3d::Identity(), work), "one kind");
+}
+
+}  // namespace
+}  // namespace tessera
