@@ -14,8 +14,9 @@ namespace tessera::neighbours {
 namespace {
 
 constexpr std::uint32_t kNoSlot = ~0U;
-constexpr std::size_t kItemsPerTask = 8192;
-constexpr std::size_t kQueriesPerTask = 512;
+constexpr std::size_t kItemsPerTask = 2048;
+constexpr std::size_t kQueriesPerTask = 256;
+constexpr std::size_t kGridFrom = 4096;    // the order of fewer is made as fast for a tree
 constexpr std::size_t kShareForAll = 3;  // where more than one of three moved, all are looked at
 
 static_assert(sizeof(Box) == 6 * sizeof(double), "boxes are read as six doubles");
@@ -50,14 +51,10 @@ std::size_t tasksFor(std::size_t units, std::size_t perTask) {
 
 }  // namespace
 
-std::array<float*, 6> DifferenceFinder::Arrays::pointers() {
-    return {bound[0].data(), bound[1].data(), bound[2].data(), bound[3].data(), bound[4].data(), bound[5].data()};
-}
-
-DifferenceFinder::DifferenceFinder(NeighbourMethod method, Workers* workers)
-    : kernels_(slotKernels()), method_(method), workers_(workers) {
-    if (method != NeighbourMethod::kTree) grid_ = std::make_unique<GridOrder>();
-    if (method != NeighbourMethod::kGrid) tree_ = std::make_unique<TreeOrder>();
+DifferenceFinder::DifferenceFinder(NeighbourMethod method, Workers* workers, const SlotKernels& kernels)
+    : kernels_(kernels), workers_(workers) {
+    if (method != NeighbourMethod::kTree) grid_ = std::make_unique<GridOrder>(kernels);
+    if (method != NeighbourMethod::kGrid) tree_ = std::make_unique<TreeOrder>(kernels);
     order_ = grid_ ? grid_.get() : tree_.get();
 }
 
@@ -154,61 +151,55 @@ void DifferenceFinder::convertOne(std::uint32_t item) {
     kernels_.convert(numbers(&boxes_[item]), nullptr, &slotOf_[item], 1, origin_.data(), records_.data());
 }
 
-void DifferenceFinder::resizeSlots(std::size_t count) {
-    const std::size_t size = count + kSlotPadding;
-    records_.resize(8 * size);
-    itemOf_.resize(size);
-    for (std::size_t k = 0; k < 6; ++k) {
-        cur_.bound[k].resize(size, k < 3 ? kNowhere : -kNowhere);
-        prev_.bound[k].resize(size, k < 3 ? kNowhere : -kNowhere);
-    }
-    for (std::vector<float>& bound : placed_) bound.resize(size, kNowhere);
-    movedBits_.resize(size / 64 + 1, 0);
-}
-
-void DifferenceFinder::empty(Arrays& arrays) {
-    for (std::size_t k = 0; k < 6; ++k)
-        std::fill(arrays.bound[k].begin(), arrays.bound[k].end(), k < 3 ? kNowhere : -kNowhere);
+/// Room for all that have slots, and for as many as may leap in a frame.
+void DifferenceFinder::allocate() {
+    const std::size_t slots = settled_ + leapLimit();
+    records_.assign(8 * (slots + kSlotPadding), -kNowhere);
+    itemOf_.resize(slots + kSlotPadding);
+    placed_.assign(placeIndex(0, slots + kSlotPadding + kBlockSlots), -kNowhere);
+    movedBits_.assign(slots / 64 + 1, 0);
+    cur_.allocate(slots);
+    prev_.allocate(slots);
 }
 
 /// Everything anew; pairs that were known are forgotten.
 void DifferenceFinder::findAfresh() {
     slots_ = settled_;
-    resizeSlots(slots_);
-    std::fill(movedBits_.begin(), movedBits_.end(), 0);
+    allocate();
+    movedSlots_.clear();
+    leaps_.clear();
     for (std::uint32_t item = 0; item < boxes_.size(); ++item)
         if (slotOf_[item] != kNoSlot) itemOf_[slotOf_[item]] = item;
     origin_ = middle(boxes_);
     convert(boxes_, nullptr);
-    kernels_.spread(records_.data(), 0, slots_, cur_.pointers().data());
-    arrange();
-    empty(prev_);
+    kernels_.spread(records_.data(), 0, slots_, cur_.data());
+    arrange(Occasion::kAfresh);
+    for (std::size_t slot = 0; slot < slots_; ++slot) prev_.clear(slot);
     pairs_.clear();
     lastDrift_ = {};
     fresh_ = false;
-    sweepEverybody();
-    if (order_->decayed()) arrange();
+    const bool possible = sweepEverybody();
+    TESSERA_CHECK(possible, "a new order is not hopeless");
+    searches_ = 0;
+    if (order_->decayed()) arrange(Occasion::kOrderDecayed);
 }
 
 /// Puts the slots in a new order. What was before is lost: this is for the end of a frame.
-void DifferenceFinder::arrange() {
-    const std::array<float*, 6> cur = cur_.pointers();
-    if (grid_) {
-        grid_->arrange(cur.data(), slots_, from_);
-        order_ = grid_.get();
+void DifferenceFinder::arrange(Occasion occasion) {
+    order_ = tree_ ? tree_.get() : grid_.get();
+    if (grid_ && (!tree_ || (occasion == Occasion::kAfresh && slots_ >= kGridFrom))) {
+        grid_->arrange(cur_, slots_, workers_, from_);
+        if (!tree_ || grid_->expectedSteps() < tree_->expectedSteps()) order_ = grid_.get();
     }
-    if (tree_ && (!grid_ || grid_->expectedSteps() > tree_->expectedSteps())) {
-        tree_->arrange(cur.data(), slots_, from_);
-        order_ = tree_.get();
-    }
+    if (order_ == tree_.get()) tree_->arrange(cur_, slots_, workers_, from_);
     const std::size_t tasks = tasksFor(slots_, kItemsPerTask);
     std::vector<std::uint32_t> items(itemOf_.size());
-    const std::array<float*, 6> next = prev_.pointers();
     runTasks(workers_, tasks, [&](std::size_t i) {
         const std::size_t first = slots_ * i / tasks, last = slots_ * (i + 1) / tasks;
-        for (std::size_t k = 0; k < 6; ++k)
-            for (std::size_t s = first; s < last; ++s) next[k][s] = cur[k][from_[s]];
-        for (std::size_t k = 0; k < 3; ++k) std::copy(next[k] + first, next[k] + last, placed_[k].begin() + static_cast<std::ptrdiff_t>(first));
+        for (std::size_t s = first; s < last; ++s) {
+            prev_.copy(cur_, from_[s], s);
+            for (std::size_t a = 0; a < 3; ++a) placed_[placeIndex(a, s)] = prev_.at(a, s);
+        }
         for (std::size_t s = first; s < last; ++s) {
             items[s] = itemOf_[from_[s]];
             slotOf_[items[s]] = static_cast<std::uint32_t>(s);
@@ -220,15 +211,10 @@ void DifferenceFinder::arrange() {
     drift_ = lastDrift_ = {};
 }
 
-void DifferenceFinder::beginFrame(bool all) {
-    SlotArrays arrays{};
-    for (std::size_t k = 0; k < 6; ++k) {
-        arrays.cur[k] = cur_.bound[k].data();
-        arrays.prev[k] = prev_.bound[k].data();
-    }
+bool DifferenceFinder::beginFrame(bool all) {
     std::array<float, 3> drift{};
     for (std::size_t a = 0; a < 3; ++a) drift[a] = std::max(drift_[a], lastDrift_[a]);
-    order_->beginFrame(arrays, slots_, drift.data(), movedSlots_, all);
+    return order_->beginFrame({cur_.data(), prev_.data()}, slots_, drift.data(), movedSlots_, all);
 }
 
 void DifferenceFinder::findAll() {
@@ -242,10 +228,19 @@ void DifferenceFinder::findAll() {
         findAfresh();
         return;
     }
-    sweepEverybody();
-    const bool leapt = !leaps_.empty();
+    if (!sweepEverybody()) {
+        findAfresh();
+        return;
+    }
+    const bool due = arrangementDue();
     takeHome();
-    if (leapt || order_->decayed()) arrange();
+    if (due) arrange(Occasion::kOrderDecayed);
+}
+
+bool DifferenceFinder::arrangementDue() const {
+    // The tree pays when boxes have been searched for about twice.
+    const bool settled = order_ == grid_.get() && tree_ && searches_ > 2 * settled_;
+    return settled || !leaps_.empty() || order_->decayed();
 }
 
 /// Records to the arrays of now; who has left his place, and how far the others have drifted.
@@ -253,20 +248,18 @@ void DifferenceFinder::spreadAndSettle() {
     const std::size_t settling = order_->settlingSlots();
     const std::size_t tasks = tasksFor(slots_, kItemsPerTask);
     if (tasks_.size() < tasks) tasks_.resize(tasks);
-    const std::array<float*, 6> cur = cur_.pointers();
-    const std::array<const float*, 3> placed{placed_[0].data(), placed_[1].data(), placed_[2].data()};
     runTasks(workers_, tasks, [&](std::size_t i) {
         // In multiples of sixteen, as the kernel asks.
         const std::size_t blocks = (slots_ + 15) / 16;
         const std::size_t first = blocks * i / tasks * 16, last = std::min(slots_, blocks * (i + 1) / tasks * 16);
         Findings& task = tasks_[i];
-        kernels_.spread(records_.data(), first, last, cur.data());
+        kernels_.spread(records_.data(), first, last, cur_.data());
         task.settlement = order_->limits();
         task.leavers.resize(last - first);
         const std::size_t end = std::min(last, settling);
         std::size_t count = 0;
         if (first < end) {
-            count = kernels_.settle(cur.data(), placed.data(), first, end, task.settlement, task.leavers.data());
+            count = kernels_.settle(cur_.data(), placed_.data(), first, end, task.settlement, task.leavers.data());
         } else {
             std::fill(std::begin(task.settlement.maxDrift), std::end(task.settlement.maxDrift), 0.0F);
         }
@@ -283,21 +276,17 @@ void DifferenceFinder::spreadAndSettle() {
 bool DifferenceFinder::releaseLeavers(std::span<const std::uint32_t> leavers) {
     leaps_.clear();
     for (const std::uint32_t slot : leavers)
-        if (cur_.bound[0][slot] <= cur_.bound[3][slot])  // what has become empty stays where it is
+        if (!cur_.empty(slot))  // what has become empty stays where it is
             leaps_.push_back({slot, static_cast<std::uint32_t>(slots_ + leaps_.size())});
-    if (leaps_.size() > 256 + settled_ / 64) {
+    if (leaps_.size() > leapLimit()) {
         leaps_.clear();
         return false;
     }
-    if (leaps_.empty()) return true;
-    resizeSlots(slots_ + leaps_.size());
     for (const Leap& leap : leaps_) {
         itemOf_[leap.to] = itemOf_[leap.from];
-        for (std::size_t k = 0; k < 6; ++k) {
-            const float nowhere = k < 3 ? kNowhere : -kNowhere;
-            cur_.bound[k][leap.to] = std::exchange(cur_.bound[k][leap.from], nowhere);
-            prev_.bound[k][leap.to] = nowhere;
-        }
+        cur_.copy(cur_, leap.from, leap.to);
+        cur_.clear(leap.from);
+        prev_.clear(leap.to);
     }
     slots_ += leaps_.size();
     return true;
@@ -305,19 +294,18 @@ bool DifferenceFinder::releaseLeavers(std::span<const std::uint32_t> leavers) {
 
 /// After the sweep, what has leapt goes to its old slot again (though not its old place): a new order is due.
 void DifferenceFinder::takeHome() {
-    for (const Leap& leap : leaps_)
-        for (std::size_t k = 0; k < 6; ++k) {
-            const float nowhere = k < 3 ? kNowhere : -kNowhere;
-            cur_.bound[k][leap.from] = std::exchange(cur_.bound[k][leap.to], nowhere);
-            prev_.bound[k][leap.to] = nowhere;
-        }
+    for (const Leap& leap : leaps_) {
+        cur_.copy(cur_, leap.to, leap.from);
+        cur_.clear(leap.to);
+        prev_.clear(leap.to);
+    }
     slots_ = settled_;
     leaps_.clear();
 }
 
 void DifferenceFinder::findMoved() {
     if (!prevIsCur_) {
-        for (std::size_t k = 0; k < 6; ++k) std::copy(cur_.bound[k].begin(), cur_.bound[k].end(), prev_.bound[k].begin());
+        std::copy(cur_.data(), cur_.data() + keyIndex(0, slots_ + kBlockSlots), prev_.data());
         prevIsCur_ = true;
     }
     lastDrift_ = drift_;
@@ -331,10 +319,10 @@ void DifferenceFinder::findMoved() {
         bool stays = true;
         std::array<float, 3> drift{};
         for (std::size_t a = 0; a < 3; ++a) {
-            cur_.bound[a][slot] = record[a];
-            cur_.bound[a + 3][slot] = record[a + 4];
-            drift[a] = std::abs(record[a] - placed_[a][slot]);
-            stays = stays && drift[a] <= limits.maxDrift[a] && record[a + 4] - record[a] <= limits.maxExtent[a];
+            cur_.at(a, slot) = record[a];
+            cur_.at(a + 3, slot) = record[a + 4];
+            drift[a] = std::abs(record[a] - placed_[placeIndex(a, slot)]);
+            stays = stays && drift[a] <= limits.maxDrift[a] && record[a + 4] + record[a] <= limits.maxExtent[a];
         }
         movedBits_[slot / 64] |= std::uint64_t{1} << slot % 64;
         if (slot >= settling) continue;
@@ -354,7 +342,10 @@ void DifferenceFinder::findMoved() {
     for (std::size_t word = 0; word < movedBits_.size(); ++word)
         for (std::uint64_t left = movedBits_[word]; left != 0; left &= left - 1)
             movedSlots_.push_back(static_cast<std::uint32_t>(64 * word) + static_cast<std::uint32_t>(__builtin_ctzll(left)));
-    beginFrame(false);
+    if (!beginFrame(false)) {
+        findAfresh();
+        return;
+    }
     sweepMoved();
     keepMoved();
 }
@@ -365,53 +356,54 @@ void DifferenceFinder::sweepMoved() {
     });
 }
 
-void DifferenceFinder::sweepEverybody() {
+/// False if all had better be found afresh.
+bool DifferenceFinder::sweepEverybody() {
     if (activeItems_ > settled_ / kShareForAll) {
-        beginFrame(true);
+        if (!beginFrame(true)) return false;
         sweep(order_->units(), order_->unitsPerTask(), false,
               [&](std::size_t begin, std::size_t end, PairSink& sink) { return order_->sweepAll(begin, end, sink); });
-        return;
+        return true;
     }
+    if (!beginFrame(true)) return false;
     // Passive items, most of a scene, are of no interest to each other: it is enough that the active ones search.
     for (std::uint32_t slot = 0; slot < slots_; ++slot) {
         if (!table_.activeItem(itemOf_[slot])) continue;
         movedSlots_.push_back(slot);
         movedBits_[slot / 64] |= std::uint64_t{1} << slot % 64;
     }
-    beginFrame(true);
     sweepMoved();
     for (const std::uint32_t slot : movedSlots_) movedBits_[slot / 64] = 0;
     movedSlots_.clear();
+    return true;
 }
 
 /// The end of a frame in which some moved: what is now is what was before the next.
 void DifferenceFinder::keepMoved() {
-    const bool leapt = !leaps_.empty();
+    const bool due = arrangementDue();
     takeHome();
     for (const std::uint32_t slot : movedSlots_) {
         movedBits_[slot / 64] = 0;
         if (slot >= slots_) continue;
-        for (std::size_t k = 0; k < 6; ++k) prev_.bound[k][slot] = cur_.bound[k][slot];
+        prev_.copy(cur_, slot, slot);
     }
     movedSlots_.clear();
-    if (leapt || order_->decayed()) arrange();
+    if (due) arrange(Occasion::kOrderDecayed);
 }
 
 /// Cuts the units into tasks, by their number and nothing else, collects what the kernels find and takes it in.
 template <typename Sweep>
 void DifferenceFinder::sweep(std::size_t units, std::size_t perTask, bool some, const Sweep& sweepUnits) {
+    searches_ += some ? units : settled_;
     const std::size_t tasks = tasksFor(units, perTask);
     if (tasks_.size() < tasks) tasks_.resize(tasks);
     runTasks(workers_, tasks, [&](std::size_t i) {
         Findings& task = tasks_[i];
         task.changes.clear();
-        task.steps = 0;
         const std::size_t end = units * (i + 1) / tasks;
         for (std::size_t at = units * i / tasks; at < end;) {
             if (task.found.empty()) task.found.resize(4096);
-            PairSink sink{task.found.data(), task.found.size(), 0, 0};
+            PairSink sink{task.found.data(), task.found.size(), 0};
             const std::size_t next = sweepUnits(at, end, sink);
-            task.steps += sink.steps;
             judge(task, sink.count, some);
             // What begins at `next` needs more room than there was.
             if (next == at) task.found.resize(2 * task.found.size());
@@ -440,11 +432,11 @@ void DifferenceFinder::judge(Findings& task, std::size_t count, bool some) const
 /// Whether a pair with equal keys has changed, and how.
 bool DifferenceFinder::decide(const SlotPair& pair, std::uint32_t a, std::uint32_t b, bool& begins) const {
     const std::uint32_t i = pair.first, k = pair.secondAndFlags & SlotPair::kSlotMask;
-    const auto overlap = [&](const Arrays& arrays) {
+    const auto overlap = [&](const SlotBounds& bounds) {
         float least = kNowhere;
         for (std::size_t x = 0; x < 3; ++x) {
-            least = std::min(least, arrays.bound[x + 3][i] - arrays.bound[x][k]);
-            least = std::min(least, arrays.bound[x + 3][k] - arrays.bound[x][i]);
+            least = std::min(least, bounds.at(x + 3, i) + bounds.at(x, k));
+            least = std::min(least, bounds.at(x + 3, k) + bounds.at(x, i));
         }
         return least;
     };

@@ -16,8 +16,9 @@ namespace tessera::neighbours {
 /// only those search. Where most leapt, everything is found afresh.
 class DifferenceFinder final : public NeighbourFinder {
 public:
-    /// kGrid, kTree, or kAuto, which takes the grid unless it forecasts that a tree does better.
-    DifferenceFinder(NeighbourMethod method, Workers* workers);
+    /// kGrid, kTree, or kAuto: a grid, whose order is made fast, for boxes that come or leap, if they are spread evenly; a
+    /// tree, in which searches are fast, for boxes that move on from where they were.
+    explicit DifferenceFinder(NeighbourMethod method, Workers* workers = nullptr, const SlotKernels& kernels = slotKernels());
     ~DifferenceFinder() override;
 
     using NeighbourFinder::move;
@@ -31,18 +32,12 @@ public:
     [[nodiscard]] NeighbourMethod method() const;
 
 private:
-    /// One array per bound, by slot.
-    struct Arrays {
-        std::array<std::vector<float>, 6> bound;
-        [[nodiscard]] std::array<float*, 6> pointers();
-    };
     /// What one task found; kept for its memory.
     struct Findings {
         std::vector<SlotPair> found;
         std::vector<PairChange> changes;
         std::vector<std::uint32_t> leavers;
         Settlement settlement{};
-        std::uint64_t steps = 0;
     };
 
     void findAfresh();
@@ -50,26 +45,27 @@ private:
     void findMoved();
     void convert(std::span<const Box> boxes, Box* copy);
     void convertOne(std::uint32_t item);
-    void arrange();
-    void empty(Arrays& arrays);
-    void resizeSlots(std::size_t count);
+    enum class Occasion : std::uint8_t { kAfresh, kOrderDecayed };
+    void arrange(Occasion occasion);
+    [[nodiscard]] bool arrangementDue() const;
+    void allocate();
+    [[nodiscard]] std::size_t leapLimit() const { return 256 + settled_ / 64; }
     void spreadAndSettle();
     bool releaseLeavers(std::span<const std::uint32_t> leavers);
     void takeHome();
-    void beginFrame(bool all);
+    [[nodiscard]] bool beginFrame(bool all);
     template <typename Sweep>
     void sweep(std::size_t units, std::size_t perTask, bool some, const Sweep& sweep);
     void judge(Findings& task, std::size_t count, bool some) const;
     [[nodiscard]] bool decide(const SlotPair& pair, std::uint32_t a, std::uint32_t b, bool& begins) const;
     void sweepMoved();
-    void sweepEverybody();
+    [[nodiscard]] bool sweepEverybody();
     void applyChanges(std::size_t tasks);
     void keepMoved();
     void clearMoves();
     [[nodiscard]] bool isMoved(std::uint32_t slot) const { return movedBits_[slot / 64] >> slot % 64 & 1U; }
 
     const SlotKernels& kernels_;
-    const NeighbourMethod method_;
     Workers* const workers_;
     std::unique_ptr<SlotOrder> grid_, tree_;
     SlotOrder* order_ = nullptr;
@@ -85,8 +81,8 @@ private:
     std::vector<std::uint32_t> itemOf_;  // per slot
     std::size_t slots_ = 0;              // items with a slot, and new places of what leapt in this frame
     std::vector<float> records_;         // keys by slot, as they come from the boxes
-    Arrays cur_, prev_;
-    std::array<std::vector<float>, 3> placed_;  // lower bounds when the order was made
+    SlotBounds cur_, prev_;
+    std::vector<float> placed_;          // negated lower bounds when the order was made
     std::array<float, 3> drift_{}, lastDrift_{};
     struct Leap {
         std::uint32_t from, to;
@@ -102,6 +98,7 @@ private:
     std::vector<std::uint32_t> movedSlots_;  // ascending
     std::vector<std::uint64_t> movedBits_;
     std::vector<std::uint32_t> from_;
+    std::size_t searches_ = 0;  // since all was found afresh
 
     std::vector<Findings> tasks_;
     PairSet pairs_;

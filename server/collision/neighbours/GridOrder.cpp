@@ -21,24 +21,24 @@ struct Sample {
 
 }  // namespace
 
-GridOrder::GridOrder() : kernels_(slotKernels()) {}
+GridOrder::GridOrder(const SlotKernels& kernels) : kernels_(kernels) {}
 
 /// Chooses the size of the cells from a sample. Quantiles, not extremes: one box far away or of great size must not spoil
 /// the grid for the others.
-void GridOrder::measure(const float* const cur[6], std::size_t count) {
+void GridOrder::measure(const SlotBounds& cur, std::size_t count) {
     std::size_t present = 0;
-    for (std::size_t s = 0; s < count; ++s) present += cur[0][s] <= cur[3][s];
+    for (std::size_t s = 0; s < count; ++s) present += !cur.empty(s);
     const std::size_t stride = std::max<std::size_t>(1, present / kSampleSize);
     std::array<Sample, 3> sample;
     std::size_t k = 0;
     for (std::size_t s = 0; s < count; ++s) {
-        if (!(cur[0][s] <= cur[3][s]) || k++ % stride != 0) continue;
+        if (cur.empty(s) || k++ % stride != 0) continue;
         for (std::size_t a = 0; a < 3; ++a) {
-            sample[a].lower.push_back(cur[a][s]);
-            sample[a].extent.push_back(cur[a + 3][s] - cur[a][s]);
+            sample[a].lower.push_back(-cur.at(a, s));
+            sample[a].extent.push_back(cur.at(a + 3, s) + cur.at(a, s));
         }
     }
-    frame_ = CellFrame{};
+    frame_ = CellFrame{.axis = {0, 1, 2}};
     frame_.ny = nz_ = 1;
     extent_ = pace_ = {};
     if (present == 0) return;
@@ -63,13 +63,13 @@ void GridOrder::measure(const float* const cur[6], std::size_t count) {
     const double spacing = std::cbrt(volume / static_cast<double>(present));
     std::array<double, 3> unit{};
     for (std::size_t a = 0; a < 3; ++a) unit[a] = std::max({extent[a], 0.25 * spacing, 1e-6 * range[a], 1e-30});
-    axes_ = {0, 1, 2};
-    std::sort(axes_.begin(), axes_.end(), [&](int x, int y) {
+    std::array<int, 3> axes{0, 1, 2};
+    std::sort(axes.begin(), axes.end(), [&](int x, int y) {
         const auto length = [&](int a) { return range[static_cast<std::size_t>(a)] / unit[static_cast<std::size_t>(a)]; };
         return length(x) != length(y) ? length(x) > length(y) : x < y;
     });
     const auto along = [&](const std::array<double, 3>& values, std::size_t axis) {
-        return values[static_cast<std::size_t>(axes_[axis])];
+        return values[static_cast<std::size_t>(axes[axis])];
     };
     const double density = static_cast<double>(present) / volume;
     double factor = std::max(1.0, std::sqrt(kPerStretch / (density * unit[0] * unit[1] * unit[2])));
@@ -86,6 +86,7 @@ void GridOrder::measure(const float* const cur[6], std::size_t count) {
     frame_.ny = static_cast<std::uint32_t>(dims[1]);
     nz_ = static_cast<std::uint32_t>(dims[2]);
     for (std::size_t a = 0; a < 3; ++a) {
+        frame_.axis[a] = axes[a];
         const double wide = std::max(along(range, a), 1e-30);
         frame_.origin[a] = static_cast<float>(along(origin, a));
         frame_.scale[a] = static_cast<float>(std::min(dims[a] / wide, 1e30));
@@ -95,27 +96,23 @@ void GridOrder::measure(const float* const cur[6], std::size_t count) {
     }
 }
 
-void GridOrder::arrange(const float* const cur[6], std::size_t count, std::vector<std::uint32_t>& from) {
+void GridOrder::arrange(const SlotBounds& cur, std::size_t count, Workers*, std::vector<std::uint32_t>& from) {
     measure(cur, count);
-    std::array<const float*, 3> lower{}, upper{};
-    for (std::size_t a = 0; a < 3; ++a) {
-        lower[a] = cur[axes_[a]];
-        upper[a] = cur[axes_[a] + 3];
-    }
     const std::uint32_t cells = (frame_.ny * nz_) << frame_.xBits;
     const std::uint32_t empty = cells, loose = cells + 1;  // two more places in the order, behind all cells
     cellOfSource_.resize(count);
-    kernels_.cells(frame_, lower.data(), count, cellOfSource_.data());
+    kernels_.cells(frame_, cur.data(), count, cellOfSource_.data());
     start_.assign(cells + 3, 0);
     std::array<float, 3> largest{};
     for (std::size_t s = 0; s < count; ++s) {
         std::array<float, 3> size{};
         bool fits = true;
         for (std::size_t a = 0; a < 3; ++a) {
-            size[a] = upper[a][s] - lower[a][s];
+            const auto axis = static_cast<std::size_t>(frame_.axis[a]);
+            size[a] = cur.at(axis + 3, s) + cur.at(axis, s);
             fits = fits && size[a] <= extent_[a];
         }
-        if (!(lower[0][s] <= upper[0][s])) {
+        if (cur.empty(s)) {
             cellOfSource_[s] = empty;
         } else if (!fits) {
             cellOfSource_[s] = loose;
@@ -142,7 +139,7 @@ void GridOrder::arrange(const float* const cur[6], std::size_t count, std::vecto
     view_.looseBegin = start_[loose];
     view_.looseEnd = static_cast<std::uint32_t>(count);
     for (std::size_t a = 0; a < 3; ++a) {
-        const auto world = static_cast<std::size_t>(axes_[a]);
+        const auto world = static_cast<std::size_t>(frame_.axis[a]);
         extent_[a] = std::max(1.0625F * largest[a], 1e-30F);
         limits_.maxExtent[world] = extent_[a];
         limits_.maxDrift[world] = pace_[a];
@@ -167,14 +164,11 @@ void GridOrder::forecast() {
     expectedSteps_ = steps / std::max(1.0, outside + static_cast<double>(gridSlots_));
 }
 
-void GridOrder::beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3],
+bool GridOrder::beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3],
                            std::span<const std::uint32_t>, bool) {
+    view_.slots = slots;
     for (std::size_t a = 0; a < 3; ++a) {
-        const auto world = static_cast<std::size_t>(axes_[a]);
-        for (const std::size_t bound : {0, 3}) {
-            view_.slots.cur[bound + a] = slots.cur[bound + world];
-            view_.slots.prev[bound + a] = slots.prev[bound + world];
-        }
+        const auto world = static_cast<std::size_t>(frame_.axis[a]);
         // Rounded up for the rounding in what they were computed from.
         view_.drift[a] = drift[world] * 1.00001F;
         view_.reach[a] = (extent_[a] + drift[world]) * 1.00001F;
@@ -183,6 +177,7 @@ void GridOrder::beginFrame(const SlotArrays& slots, std::size_t slotCount, const
     view_.looseEnd = static_cast<std::uint32_t>(slotCount);
     looseSlots_.resize(slotCount - view_.looseBegin);
     std::iota(looseSlots_.begin(), looseSlots_.end(), view_.looseBegin);
+    return true;
 }
 
 std::size_t GridOrder::units() const {

@@ -12,15 +12,16 @@ namespace tessera::neighbours {
 /// before they are put in order again; all searches are widened by how far the farthest has. Outsized boxes and those
 /// that leapt are loose: they search the whole grid, and each other.
 ///
-/// Good for boxes of similar size that are spread evenly; right for all.
+/// Good for boxes of similar size that are spread evenly, and quickly put in order: for frames in which all leap. Right
+/// for all.
 class GridOrder final : public SlotOrder {
 public:
-    GridOrder();
-    void arrange(const float* const cur[6], std::size_t count, std::vector<std::uint32_t>& from) override;
+    explicit GridOrder(const SlotKernels& kernels);
+    void arrange(const SlotBounds& cur, std::size_t count, Workers* workers, std::vector<std::uint32_t>& from) override;
     [[nodiscard]] double expectedSteps() const override { return expectedSteps_; }
     [[nodiscard]] std::size_t settlingSlots() const override { return view_.looseBegin; }
     [[nodiscard]] const Settlement& limits() const override { return limits_; }
-    void beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3], std::span<const std::uint32_t> moved,
+    [[nodiscard]] bool beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3], std::span<const std::uint32_t> moved,
                     bool all) override;
     [[nodiscard]] std::size_t units() const override;
     [[nodiscard]] std::size_t unitsPerTask() const override { return 2048; }
@@ -30,11 +31,10 @@ public:
     [[nodiscard]] bool decayed() const override { return decayed_; }
 
 private:
-    void measure(const float* const cur[6], std::size_t count);
+    void measure(const SlotBounds& cur, std::size_t count);
     void forecast();
 
     const SlotKernels& kernels_;
-    std::array<int, 3> axes_{0, 1, 2};  ///< the grid's axes in the world's
     CellFrame frame_{};
     std::uint32_t nz_ = 1;
     std::array<float, 3> extent_{};  ///< boxes larger than this are loose; in the grid's axes, as all below

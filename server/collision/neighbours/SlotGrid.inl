@@ -6,7 +6,7 @@
 
 /// Cells that those who meet a box may lie in.
 struct CellRange {
-    uint32_t x0[kLeafSlots], x1[kLeafSlots], y0[kLeafSlots], y1[kLeafSlots], z0[kLeafSlots], z1[kLeafSlots];
+    uint32_t x0[kBlockSlots], x1[kBlockSlots], y0[kBlockSlots], y1[kBlockSlots], z0[kBlockSlots], z1[kBlockSlots];
 };
 
 inline void cellRanges(const GridView& g, size_t at, size_t to, CellRange& range) {
@@ -14,8 +14,9 @@ inline void cellRanges(const GridView& g, size_t at, size_t to, CellRange& range
     uint32_t* const high[3] = {range.x1 + to, range.y1 + to, range.z1 + to};
     const F none = splat(0.0F), grain = splat(4e-7F);  // more than what rounding does to the sums
     for (int a = 0; a < 3; ++a) {
-        const F lower = min(load(g.slots.cur[a] + at), load(g.slots.prev[a] + at));
-        const F upper = max(load(g.slots.cur[3 + a] + at), load(g.slots.prev[3 + a] + at));
+        const auto axis = static_cast<size_t>(g.frame.axis[a]);
+        const F lower = none - max(load(g.slots.cur + keyIndex(axis, at)), load(g.slots.prev + keyIndex(axis, at)));
+        const F upper = max(load(g.slots.cur + keyIndex(3 + axis, at)), load(g.slots.prev + keyIndex(3 + axis, at)));
         const F below = lower - splat(g.reach[a]) - max(lower, none - lower) * grain;
         const F above = upper + splat(g.drift[a]) + max(upper, none - upper) * grain;
         storeInt(low[a], cellOf(below, g.frame, a));
@@ -30,16 +31,17 @@ struct Stretch {
 
 size_t gridAll(const GridView& g, size_t begin, size_t end, PairSink& sink) {
     const uint32_t xBits = g.frame.xBits, xMask = (1u << xBits) - 1;
-    for (size_t s0 = begin; s0 < end; s0 += kLeafSlots) {
-        const size_t n = end - s0 < kLeafSlots ? end - s0 : kLeafSlots;
+    for (size_t s0 = begin & ~(kBlockSlots - 1); s0 < end; s0 += kBlockSlots) {
+        const size_t first = s0 < begin ? begin - s0 : 0;
+        const size_t n = end - s0 < kBlockSlots ? end - s0 : kBlockSlots;
         const size_t mark = sink.count;
         CellRange range;
-        for (size_t k = 0; k < kLeafSlots; k += kWidth) cellRanges(g, s0 + k, k, range);
+        for (size_t k = 0; k < kBlockSlots; k += kWidth) cellRanges(g, s0 + k, k, range);
         // First all stretches, then all comparisons: the branches of the former are few and those of the latter rarely
         // taken. Most boxes reach two columns or one in each direction.
-        Stretch queue[4 * kLeafSlots + 1];
+        Stretch queue[4 * kBlockSlots + 1];
         uint32_t queued = 0;
-        for (size_t k = 0; k < n; ++k) {
+        for (size_t k = first; k < n; ++k) {
             const auto s = static_cast<uint32_t>(s0 + k);
             const uint32_t column = g.cell[s] >> xBits, x = g.cell[s] & xMask, xEnd = range.x1[k] + 1;
             const auto stretch = [&](uint32_t y, uint32_t z) {
@@ -59,22 +61,23 @@ size_t gridAll(const GridView& g, size_t begin, size_t end, PairSink& sink) {
                     }
             } else {
                 // Boxes that are empty now and were before have their bounds the other way about: no cells.
-                const Probe p = probe(g.slots, s);
+                const Keys cur = splatKeys(g.slots.cur, s), prev = splatKeys(g.slots.prev, s);
                 for (uint32_t z = range.z0[k]; z <= range.z1[k]; ++z)
                     for (uint32_t y = range.y0[k]; y <= range.y1[k]; ++y) {
                         const Stretch st = stretch(y, z);
-                        if (!compareRange(g.slots, p, s, st.begin, st.end, sink)) {
+                        if (!compareRange(g.slots, cur, prev, s, st.begin, st.end, sink)) {
                             sink.count = mark;
-                            return s0;
+                            return s0 + first;
                         }
                     }
             }
         }
         for (uint32_t q = 0; q < queued; ++q) {
             const Stretch& st = queue[q];
-            if (!compareRange(g.slots, probe(g.slots, st.slot), st.slot, st.begin, st.end, sink)) {
+            const Keys cur = splatKeys(g.slots.cur, st.slot), prev = splatKeys(g.slots.prev, st.slot);
+            if (!compareRange(g.slots, cur, prev, st.slot, st.begin, st.end, sink)) {
                 sink.count = mark;
-                return s0;
+                return s0 + first;
             }
         }
     }
@@ -85,16 +88,17 @@ size_t gridSome(const GridView& g, const uint32_t* slots, size_t begin, size_t e
     for (size_t i = begin; i < end; ++i) {
         const uint32_t s = slots[i];
         const size_t mark = sink.count;
-        const Probe p = probe(g.slots, s);
+        const Keys cur = splatKeys(g.slots.cur, s), prev = splatKeys(g.slots.prev, s);
         CellRange range;
-        cellRanges(g, s, 0, range);
+        const size_t k = s % kWidth;
+        cellRanges(g, s - k, 0, range);
         bool room = true;
-        for (uint32_t z = range.z0[0]; z <= range.z1[0] && room; ++z)
-            for (uint32_t y = range.y0[0]; y <= range.y1[0] && room; ++y) {
+        for (uint32_t z = range.z0[k]; z <= range.z1[k] && room; ++z)
+            for (uint32_t y = range.y0[k]; y <= range.y1[k] && room; ++y) {
                 const uint32_t* const row = g.start + (size_t{z * g.frame.ny + y} << g.frame.xBits);
-                room = compareRange(g.slots, p, s, row[range.x0[0]], row[range.x1[0] + 1], sink);
+                room = compareRange(g.slots, cur, prev, s, row[range.x0[k]], row[range.x1[k] + 1], sink);
             }
-        room = room && compareRange(g.slots, p, s, loose ? g.looseBegin : s + 1, g.looseEnd, sink);
+        room = room && compareRange(g.slots, cur, prev, s, loose ? g.looseBegin : s + 1, g.looseEnd, sink);
         if (!room) {
             sink.count = mark;
             return i;

@@ -25,7 +25,7 @@ inline void storeBox(double* box, D4 lower, D4 upper) {
     _mm_store_sd(box + 5, upper.z);
 }
 inline bool ordered(D4 lower, D4 upper) {
-    return _mm_movemask_pd(_mm_cmple_pd(lower.xy, upper.xy)) == 3 && _mm_comile_sd(lower.z, upper.z);
+    return (_mm_movemask_pd(_mm_cmple_pd(lower.xy, upper.xy)) & _mm_movemask_pd(_mm_cmple_pd(lower.z, upper.z))) == 3;
 }
 inline __m128 key(D4 x, D4 origin) {
     return _mm_movelh_ps(_mm_cvtpd_ps(_mm_sub_pd(x.xy, origin.xy)), _mm_cvtpd_ps(_mm_sub_pd(x.z, origin.z)));
@@ -35,49 +35,47 @@ inline D4 loadOrigin(const double* origin) { return {_mm_loadu_pd(origin), _mm_l
 
 void convert(const double* boxes, double* copy, const uint32_t* slotOf, size_t n, const double* origin, float* records) {
     const D4 o = loadOrigin(origin);
+    const __m128 sign = _mm_set1_ps(-0.0F);
     const __m128 least4 = _mm_set1_ps(-kFar), most4 = _mm_set1_ps(kFar);
     for (size_t i = 0; i < n; ++i) {
         const D4 lower = loadLower(boxes + 6 * i);
         const D4 upper = loadUpper(boxes + 6 * i);
         if (copy) storeBox(copy + 6 * i, lower, upper);
         if (slotOf[i] == ~0u) continue;
-        __m128 l = _mm_min_ps(most4, _mm_max_ps(least4, key(lower, o)));
+        __m128 l = _mm_min_ps(most4, _mm_max_ps(least4, _mm_xor_ps(key(lower, o), sign)));
         __m128 u = _mm_min_ps(most4, _mm_max_ps(least4, key(upper, o)));
-        if (!ordered(lower, upper)) {
-            l = _mm_set1_ps(kNowhere);
-            u = _mm_set1_ps(-kNowhere);
-        }
+        if (!ordered(lower, upper)) l = u = _mm_set1_ps(-kNowhere);
         float* const record = records + size_t{8} * slotOf[i];
         _mm_storeu_ps(record, l);
         _mm_storeu_ps(record + 4, u);
     }
 }
 
-void spread(const float* records, size_t begin, size_t end, float* const* arrays) {
+void spread(const float* records, size_t begin, size_t end, float* cur) {
     for (size_t s = begin; s < end; s += 4)
-        for (int half = 0; half < 2; ++half) {
+        for (size_t half = 0; half < 2; ++half) {
             const float* const r = records + 8 * s + 4 * half;
+            float* const to = cur + keyIndex(3 * half, s);
             __m128 x = _mm_loadu_ps(r), y = _mm_loadu_ps(r + 8), z = _mm_loadu_ps(r + 16), w = _mm_loadu_ps(r + 24);
             _MM_TRANSPOSE4_PS(x, y, z, w);
-            _mm_storeu_ps(arrays[3 * half] + s, x);
-            _mm_storeu_ps(arrays[3 * half + 1] + s, y);
-            _mm_storeu_ps(arrays[3 * half + 2] + s, z);
+            _mm_storeu_ps(to, x);
+            _mm_storeu_ps(to + kBlockSlots, y);
+            _mm_storeu_ps(to + 2 * kBlockSlots, z);
         }
 }
 
-size_t settle(const float* const* cur, const float* const* placed, size_t begin, size_t end, Settlement& settlement,
-              uint32_t* leavers) {
+size_t settle(const float* cur, const float* placed, size_t begin, size_t end, Settlement& settlement, uint32_t* leavers) {
     size_t count = 0;
     F most3[3] = {splat(0.0F), splat(0.0F), splat(0.0F)};
     const F none = splat(0.0F);
     for (size_t s = begin; s < end; s += kWidth) {
         Bits leaves = 0;
         F drift[3];
-        for (int a = 0; a < 3; ++a) {
-            const F lower = load(cur[a] + s), upper = load(cur[3 + a] + s), place = load(placed[a] + s);
+        for (size_t a = 0; a < 3; ++a) {
+            const F lower = load(cur + keyIndex(a, s)), place = load(placed + placeIndex(a, s));
             drift[a] = max(lower - place, place - lower);
             leaves |= greater(drift[a], splat(settlement.maxDrift[a]));
-            leaves |= greater(upper - lower, splat(settlement.maxExtent[a]));
+            leaves |= greater(load(cur + keyIndex(3 + a, s)) + lower, splat(settlement.maxExtent[a]));
         }
         const Bits here = firstLanes(end - s);
         leaves &= here;
@@ -93,12 +91,12 @@ inline F cellOf(F v, const CellFrame& frame, int axis) {
     return min(splat(frame.last[axis]), max(splat(0.0F), (v - splat(frame.origin[axis])) * splat(frame.scale[axis])));
 }
 
-void cells(const CellFrame& frame, const float* const* lower, size_t n, uint32_t* cell) {
+void cells(const CellFrame& frame, const float* cur, size_t n, uint32_t* cell) {
     for (size_t s = 0; s < n; s += kWidth) {
-        uint32_t x[kWidth], y[kWidth], z[kWidth];
-        storeInt(x, cellOf(load(lower[0] + s), frame, 0));
-        storeInt(y, cellOf(load(lower[1] + s), frame, 1));
-        storeInt(z, cellOf(load(lower[2] + s), frame, 2));
-        for (size_t k = 0; k < kWidth && s + k < n; ++k) cell[s + k] = (z[k] * frame.ny + y[k]) << frame.xBits | x[k];
+        uint32_t place[3][kWidth];
+        for (int a = 0; a < 3; ++a)
+            storeInt(place[a], cellOf(splat(0.0F) - load(cur + keyIndex(static_cast<size_t>(frame.axis[a]), s)), frame, a));
+        for (size_t k = 0; k < kWidth && s + k < n; ++k)
+            cell[s + k] = (place[2][k] * frame.ny + place[1][k]) << frame.xBits | place[0][k];
     }
 }

@@ -59,13 +59,10 @@ constexpr Bits kAllLanes = (1u << kWidth) - 1;
 /// The first `count` lanes, or all.
 inline Bits firstLanes(size_t count) { return count >= kWidth ? kAllLanes : (1u << count) - 1; }
 
-inline F splat(const float* p) { return splat(*p); }
-
-inline float least(F x) {
+inline float most(F x) {
     float lane[kWidth];
     store(lane, x);
     for (size_t n = kWidth / 2; n > 0; n /= 2)
-        for (size_t i = 0; i < n; ++i) lane[i] = lane[i] < lane[i + n] ? lane[i] : lane[i + n];
+        for (size_t i = 0; i < n; ++i) lane[i] = lane[i] > lane[i + n] ? lane[i] : lane[i + n];
     return lane[0];
 }
-inline float most(F x) { return -least(splat(0.0F) - x); }

@@ -1,65 +1,61 @@
 // Boxes around boxes, sixteen at a time. Included by SlotKernels.inl only.
 
-void treeLeaves(const TreeView& tree, size_t begin, size_t end) {
-    for (size_t leaf = begin; leaf < end; ++leaf)
-        for (int a = 0; a < 3; ++a) {
-            const size_t s0 = leaf * kLeafSlots;
-            F lower = splat(kNowhere), upper = splat(-kNowhere);
-            for (size_t k = 0; k < kLeafSlots; k += kWidth) {
-                lower = min(lower, min(load(tree.slots.cur[a] + s0 + k), load(tree.slots.prev[a] + s0 + k)));
-                upper = max(upper, max(load(tree.slots.cur[3 + a] + s0 + k), load(tree.slots.prev[3 + a] + s0 + k)));
-            }
-            tree.box[0][a][leaf] = least(lower);
-            tree.box[0][3 + a][leaf] = most(upper);
+/// The box around sixteen: node `block` of the level above.
+inline void around(const float* keys, const float* keysBefore, size_t block, float* level) {
+    for (size_t k = 0; k < 6; ++k) {
+        F outermost = splat(-kNowhere);
+        for (size_t i = 0; i < kBlockSlots; i += kWidth) {
+            const size_t at = block * kBlockFloats + k * kBlockSlots + i;
+            outermost = max(outermost, max(load(keys + at), load(keysBefore + at)));
         }
+        level[keyIndex(k, block)] = most(outermost);
+    }
+}
+
+void treeLeaves(const TreeView& tree, size_t begin, size_t end) {
+    for (size_t leaf = begin; leaf < end; ++leaf) around(tree.slots.cur, tree.slots.prev, leaf, tree.box[0]);
 }
 
 void treeUpper(const TreeView& tree) {
     for (int level = 1; level < tree.levels; ++level)
         for (size_t node = 0; node < tree.nodes[level]; ++node)
-            for (int a = 0; a < 3; ++a) {
-                F lower = splat(kNowhere), upper = splat(-kNowhere);
-                for (size_t k = 0; k < kLeafSlots; k += kWidth) {
-                    lower = min(lower, load(tree.box[level - 1][a] + node * kLeafSlots + k));
-                    upper = max(upper, load(tree.box[level - 1][3 + a] + node * kLeafSlots + k));
-                }
-                tree.box[level][a][node] = least(lower);
-                tree.box[level][3 + a][node] = most(upper);
-            }
+            around(tree.box[level - 1], tree.box[level - 1], node, tree.box[level]);
 }
 
-/// Which of 16 boxes overlap one?
-inline Bits meeting(const F* box, const float* const* arrays, size_t at) {
+/// Which of the sixteen boxes of a block overlap one?
+inline Bits meeting(const Keys& box, const float* keys, size_t block) {
     Bits bits = 0;
-    for (size_t k = 0; k < kLeafSlots; k += kWidth)
-        bits |= atLeast(overlap(box, arrays, at + k), splat(0.0F)) << k;
+    for (size_t k = 0; k < kBlockSlots; k += kWidth)
+        bits |= atLeast(overlap(box, loadKeys(keys, block * kBlockSlots + k)), splat(0.0F)) << k;
     return bits;
 }
 
 /// Calls visit(leaf) for the leaves from `first` on whose boxes overlap this one, until it returns false.
 template <typename Visit>
-inline bool forLeaves(const TreeView& tree, const F* box, size_t first, PairSink& sink, const Visit& visit) {
+inline bool forLeaves(const TreeView& tree, const Keys& box, size_t first, const Visit& visit) {
     struct Entry {
         uint32_t level, node;
     };
-    Entry stack[kLeafSlots * TreeView::kMaxLevels];
+    Entry stack[kBlockSlots * TreeView::kMaxLevels];
     size_t top = 0;
+    if (tree.levels == 1) return first > 0 || visit(0);
     stack[top++] = {static_cast<uint32_t>(tree.levels - 1), 0};
     while (top > 0) {
         const Entry e = stack[--top];
-        if (e.level == 0) {
-            if (e.node >= first && !visit(e.node)) return false;
+        Bits hits = meeting(box, tree.box[e.level - 1], e.node);
+        const size_t child = size_t{e.node} * kBlockSlots;
+        if (e.level == 1) {
+            if (first > child) hits &= ~Bits{0} << (first - child < kBlockSlots ? first - child : kBlockSlots);
+            for (; hits != 0; hits &= hits - 1)
+                if (!visit(child + static_cast<size_t>(__builtin_ctz(hits)))) return false;
             continue;
         }
-        ++sink.steps;
-        // Children that end before the first leaf are left out; those beyond the last node are empty.
-        Bits hits = meeting(box, tree.box[e.level - 1], size_t{e.node} * kLeafSlots);
+        // Children that end before the first leaf are left out.
         const size_t span = size_t{1} << 4 * (e.level - 1);
         while (hits != 0) {
             const auto k = static_cast<uint32_t>(31 - __builtin_clz(hits));
             hits ^= 1u << k;
-            const uint32_t child = e.node * static_cast<uint32_t>(kLeafSlots) + k;
-            if ((child + 1) * span > first) stack[top++] = {e.level - 1, child};
+            if ((child + k + 1) * span > first) stack[top++] = {e.level - 1, static_cast<uint32_t>(child) + k};
         }
     }
     return true;
@@ -68,20 +64,24 @@ inline bool forLeaves(const TreeView& tree, const F* box, size_t first, PairSink
 size_t treeAll(const TreeView& tree, size_t begin, size_t end, PairSink& sink) {
     for (size_t leaf = begin; leaf < end; ++leaf) {
         const size_t mark = sink.count;
-        const size_t s0 = leaf * kLeafSlots;
-        F box[6];
-        for (int k = 0; k < 6; ++k) box[k] = splat(tree.box[0][k] + leaf);
-        const bool done = forLeaves(tree, box, leaf, sink, [&](size_t other) {
-            F otherBox[6];
-            for (int k = 0; k < 6; ++k) otherBox[k] = splat(tree.box[0][k] + other);
-            const size_t last = (other + 1) * kLeafSlots < tree.slotCount ? (other + 1) * kLeafSlots : tree.slotCount;
-            Bits mine = other == leaf ? 0xffffu
-                                      : meeting(otherBox, tree.slots.cur, s0) | meeting(otherBox, tree.slots.prev, s0);
-            for (; mine != 0; mine &= mine - 1) {
-                const size_t s = s0 + static_cast<size_t>(__builtin_ctz(mine));
-                if (s >= tree.slotCount) break;
-                const size_t from = other == leaf ? s + 1 : other * kLeafSlots;
-                if (!compareRange(tree.slots, probe(tree.slots, s), s, from, last, sink)) return false;
+        const size_t s0 = leaf * kBlockSlots;
+        const float* const cur = tree.slots.cur + leaf * kBlockFloats;
+        const float* const prev = tree.slots.prev + leaf * kBlockFloats;
+        alignas(64) float mine[kBlockFloats];
+        for (size_t i = 0; i < kBlockFloats; i += kWidth) store(mine + i, max(load(cur + i), load(prev + i)));
+        const bool done = forLeaves(tree, splatKeys(tree.box[0], leaf), leaf, [&](size_t other) {
+            if (sink.capacity - sink.count < kBlockSlots * kBlockSlots) return false;
+            const Bits searching = other == leaf ? 0xffffu : meeting(splatKeys(tree.box[0], other), mine, 0);
+            for (size_t k = 0; k < kBlockSlots; k += kWidth) {
+                const size_t at = other * kBlockSlots + k;
+                const Keys othersCur = loadKeys(tree.slots.cur, at), othersPrev = loadKeys(tree.slots.prev, at);
+                for (Bits left = searching; left != 0; left &= left - 1) {
+                    const auto i = static_cast<size_t>(__builtin_ctz(left));
+                    // In one leaf, only those that come after.
+                    const Bits lanes = other == leaf ? ~Bits{1} << i >> k : ~Bits{0};
+                    compare(splatKeys(cur, i), splatKeys(prev, i), othersCur, othersPrev, s0 + i, at, lanes & kAllLanes,
+                            sink);
+                }
             }
             return true;
         });
@@ -97,15 +97,9 @@ size_t treeSome(const TreeView& tree, const uint32_t* slots, size_t begin, size_
     for (size_t i = begin; i < end; ++i) {
         const uint32_t s = slots[i];
         const size_t mark = sink.count;
-        const Probe p = probe(tree.slots, s);
-        F box[6];
-        for (int a = 0; a < 3; ++a) {
-            box[a] = min(p.cur[a], p.prev[a]);
-            box[3 + a] = max(p.cur[3 + a], p.prev[3 + a]);
-        }
-        const bool done = forLeaves(tree, box, 0, sink, [&](size_t leaf) {
-            const size_t last = (leaf + 1) * kLeafSlots < tree.slotCount ? (leaf + 1) * kLeafSlots : tree.slotCount;
-            return compareRange(tree.slots, p, s, leaf * kLeafSlots, last, sink);
+        const Keys cur = splatKeys(tree.slots.cur, s), prev = splatKeys(tree.slots.prev, s);
+        const bool done = forLeaves(tree, swept(cur, prev), 0, [&](size_t leaf) {
+            return compareRange(tree.slots, cur, prev, s, leaf * kBlockSlots, (leaf + 1) * kBlockSlots, sink);
         });
         if (!done) {
             sink.count = mark;

@@ -3,58 +3,63 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/neighbours/Tasks.h"
+
 namespace tessera::neighbours {
 
 namespace {
 
 constexpr double kDecay = 1.5;  // growth of the leaves at which a new order pays
+constexpr std::size_t kPerTask = 2048;
+constexpr double kHopeless = 4;  // and at which it is due before the sweep
 
 }  // namespace
 
-TreeOrder::TreeOrder() : kernels_(slotKernels()) {}
+TreeOrder::TreeOrder(const SlotKernels& kernels) : kernels_(kernels) {}
 
-void TreeOrder::arrange(const float* const cur[6], std::size_t count, std::vector<std::uint32_t>& from) {
+void TreeOrder::arrange(const SlotBounds& cur, std::size_t count, Workers* workers, std::vector<std::uint32_t>& from) {
     centers_.clear();
     centers_.reserve(count);
     from.clear();
     from.reserve(count);
     std::vector<std::uint32_t> empty;
     for (std::uint32_t s = 0; s < count; ++s) {
-        if (!(cur[0][s] <= cur[3][s])) {
+        if (cur.empty(s)) {
             empty.push_back(s);
             continue;
         }
         Center center{{}, s};
-        for (std::size_t a = 0; a < 3; ++a) center.at[a] = 0.5F * (cur[a][s] + cur[a + 3][s]);
+        for (std::size_t a = 0; a < 3; ++a) center.at[a] = 0.5F * (cur.at(a + 3, s) - cur.at(a, s));
         centers_.push_back(center);
     }
-    split(centers_);
+    std::vector<std::span<Center>> parts;
+    split(centers_, kPerTask, &parts);
+    runTasks(workers, parts.size(), [&](std::size_t i) { split(parts[i], kBlockSlots, nullptr); });
     for (const Center& center : centers_) from.push_back(center.slot);
     from.insert(from.end(), empty.begin(), empty.end());
 
-    view_.slotCount = static_cast<std::uint32_t>(count);
     view_.levels = 0;
-    std::size_t nodes = std::max<std::size_t>(1, (count + kLeafSlots - 1) / kLeafSlots);
+    std::size_t nodes = std::max<std::size_t>(1, (count + kBlockSlots - 1) / kBlockSlots);
     while (true) {
         const auto level = static_cast<std::size_t>(view_.levels++);
         view_.nodes[level] = static_cast<std::uint32_t>(nodes);
-        for (std::size_t k = 0; k < 6; ++k) {
-            // What a node has less than sixteen of is empty boxes.
-            boxes_[level][k].assign(nodes + kSlotPadding, k < 3 ? kNowhere : -kNowhere);
-            view_.box[level][k] = boxes_[level][k].data();
-        }
+        boxes_[level].allocate(nodes);
+        view_.box[level] = boxes_[level].data();
         if (nodes == 1) break;
-        nodes = (nodes + kLeafSlots - 1) / kLeafSlots;
+        nodes = (nodes + kBlockSlots - 1) / kBlockSlots;
     }
     freshArea_ = -1;
     decayed_ = false;
 }
 
 /// Halves at a multiple of what a node of the next level holds, so that nodes are full.
-void TreeOrder::split(std::span<Center> centers) {
-    if (centers.size() <= kLeafSlots) return;
-    std::size_t unit = kLeafSlots;
-    while (unit * kLeafSlots < centers.size()) unit *= kLeafSlots;
+void TreeOrder::split(std::span<Center> centers, std::size_t downTo, std::vector<std::span<Center>>* tasks) const {
+    if (centers.size() <= downTo) {
+        if (tasks) tasks->push_back(centers);
+        return;
+    }
+    std::size_t unit = kBlockSlots;
+    while (unit * kBlockSlots < centers.size()) unit *= kBlockSlots;
     const std::size_t units = (centers.size() + unit - 1) / unit;
     std::array<float, 3> low = centers[0].at, high = low;
     for (const Center& center : centers)
@@ -70,11 +75,11 @@ void TreeOrder::split(std::span<Center> centers) {
                      [axis](const Center& x, const Center& y) {
                          return x.at[axis] != y.at[axis] ? x.at[axis] < y.at[axis] : x.slot < y.slot;
                      });
-    split(centers.first(half));
-    split(centers.subspan(half));
+    split(centers.first(half), downTo, tasks);
+    split(centers.subspan(half), downTo, tasks);
 }
 
-void TreeOrder::beginFrame(const SlotArrays& slots, std::size_t, const float*, std::span<const std::uint32_t> moved,
+bool TreeOrder::beginFrame(const SlotArrays& slots, std::size_t, const float*, std::span<const std::uint32_t> moved,
                            bool all) {
     view_.slots = slots;
     if (all || freshArea_ < 0) {
@@ -82,7 +87,7 @@ void TreeOrder::beginFrame(const SlotArrays& slots, std::size_t, const float*, s
     } else {
         std::size_t done = 0;
         for (const std::uint32_t slot : moved) {
-            const std::size_t leaf = slot / kLeafSlots;
+            const std::size_t leaf = slot / kBlockSlots;
             if (leaf < done) continue;
             kernels_.treeLeaves(view_, leaf, leaf + 1);
             done = leaf + 1;
@@ -92,6 +97,7 @@ void TreeOrder::beginFrame(const SlotArrays& slots, std::size_t, const float*, s
     const double area = leafArea();
     if (freshArea_ < 0) freshArea_ = area;
     decayed_ = area > kDecay * freshArea_;
+    return area <= kHopeless * freshArea_;
 }
 
 double TreeOrder::leafArea() const {
@@ -99,7 +105,7 @@ double TreeOrder::leafArea() const {
     for (std::size_t leaf = 0; leaf < view_.nodes[0]; ++leaf) {
         std::array<double, 3> size{};
         for (std::size_t a = 0; a < 3; ++a)
-            size[a] = std::max(0.0, double{view_.box[0][a + 3][leaf]} - double{view_.box[0][a][leaf]});
+            size[a] = std::max(0.0, double{boxes_[0].at(a + 3, leaf)} + double{boxes_[0].at(a, leaf)});
         area += size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
     }
     return area;

@@ -11,18 +11,18 @@ namespace tessera::neighbours {
 /// the longest side of their centres), sixteen following ones are a leaf, sixteen leaves a node, and so on. Refitted each
 /// frame, put in order again when the leaves have grown.
 ///
-/// Good for clusters and mixed sizes; two to four times slower than a grid where a grid is good.
+/// Good for all; only its order takes longer to make than a grid's.
 class TreeOrder final : public SlotOrder {
 public:
-    TreeOrder();
-    void arrange(const float* const cur[6], std::size_t count, std::vector<std::uint32_t>& from) override;
-    [[nodiscard]] double expectedSteps() const override { return 30; }
+    explicit TreeOrder(const SlotKernels& kernels);
+    void arrange(const SlotBounds& cur, std::size_t count, Workers* workers, std::vector<std::uint32_t>& from) override;
+    [[nodiscard]] double expectedSteps() const override { return 20; }
     [[nodiscard]] std::size_t settlingSlots() const override { return 0; }
     [[nodiscard]] const Settlement& limits() const override { return limits_; }
-    void beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3], std::span<const std::uint32_t> moved,
+    [[nodiscard]] bool beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3], std::span<const std::uint32_t> moved,
                     bool all) override;
     [[nodiscard]] std::size_t units() const override { return view_.nodes[0]; }
-    [[nodiscard]] std::size_t unitsPerTask() const override { return 128; }
+    [[nodiscard]] std::size_t unitsPerTask() const override { return 32; }
     std::size_t sweepAll(std::size_t begin, std::size_t end, PairSink& sink) const override;
     std::size_t sweepSome(std::span<const std::uint32_t> slots, std::size_t begin, std::size_t end,
                           PairSink& sink) const override;
@@ -34,13 +34,14 @@ private:
         std::uint32_t slot;
     };
 
-    void split(std::span<Center> centers);
+    /// Halves down to leaves, or to what one task shall halve.
+    void split(std::span<Center> centers, std::size_t downTo, std::vector<std::span<Center>>* tasks) const;
     [[nodiscard]] double leafArea() const;
 
     const SlotKernels& kernels_;
     Settlement limits_{};
     std::vector<Center> centers_;
-    std::array<std::array<std::vector<float>, 6>, TreeView::kMaxLevels> boxes_;
+    std::array<SlotBounds, TreeView::kMaxLevels> boxes_;
     TreeView view_{};
     double freshArea_ = -1;  ///< of the leaves when they were new; negative: not known yet
     bool decayed_ = false;

@@ -6,6 +6,8 @@
 #include <memory>
 
 #include "common/base/Workers.h"
+#include "server/collision/mesh/InstructionSet.h"
+#include "server/collision/neighbours/DifferenceFinder.h"
 #include "tests/unit/neighbours/BoxScenes.h"
 
 namespace tessera {
@@ -138,6 +140,13 @@ std::vector<Contender> everyMethod(Workers* workers) {
     std::vector<Contender> contenders;
     for (const NeighbourMethod method : kMethods)
         contenders.push_back({std::string(name(method)), makeNeighbourFinder({.method = method, .workers = workers})});
+    // The kernels that this processor would not choose.
+    for (const InstructionSet set : {InstructionSet::kSse41, InstructionSet::kAvx2})
+        for (const NeighbourMethod method : {NeighbourMethod::kGrid, NeighbourMethod::kTree})
+            if (set < instructionSet())
+                contenders.push_back({std::string(name(method)) + ", " + std::string(name(set)),
+                                      std::make_unique<neighbours::DifferenceFinder>(method, workers,
+                                                                                     neighbours::slotKernels(set))});
     return contenders;
 }
 
