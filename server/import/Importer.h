@@ -22,8 +22,8 @@ struct ImportOptions {
     /// Import even where the system can't confine the child (no Landlock or no seccomp). Limits and deadline remain.
     bool allowUnconfined = false;
     /// Geometry as the file has it, for whoever counts triangles: polygons become fans from their first corner (otherwise
-    /// they are divided to look right), triangles keep the file's order, and coordinates of OBJ and OFF files are the
-    /// nearest floats. Of these two nothing but geometry is read then.
+    /// they are divided to look right), triangles keep the file's order, and coordinates in text (OBJ, OFF, PLY, STL)
+    /// become the nearest floats. Of these formats nothing but geometry is read then.
     bool verbatim = false;
     /// Empty: "tessera-import" beside the running program.
     std::string importerProgram;

@@ -35,7 +35,10 @@ Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits
     if (extension == "tsct") return readSceneText(path, limits);
     if (extension == "tsc") return readSceneBinary(path, limits);
     if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
-    if (limits.verbatim && (extension == "obj" || extension == "off")) return readTextMesh(path, limits);
+    if (limits.verbatim) {
+        Expected<PlainScene> text = readTextMesh(path, extension, limits);
+        if (text || text.error().code != ErrorCode::kUnsupported) return text;
+    }
     return readWithAssimp(path, limits);
 }
 

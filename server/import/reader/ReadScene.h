@@ -13,8 +13,10 @@ namespace tessera {
 [[nodiscard]] Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits);
 /// Whatever assimp reads: OBJ, PLY, STL, ….
 [[nodiscard]] Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits);
-/// OBJ and OFF, geometry alone, for ReadLimits::verbatim; messages carry the line.
-[[nodiscard]] Expected<PlainScene> readTextMesh(const std::string& path, const ReadLimits& limits);
+/// OBJ, OFF and what is text of PLY and STL, geometry alone, for ReadLimits::verbatim; messages carry the line.
+/// kUnsupported for all other files. `extension`: in lower case, without its dot.
+[[nodiscard]] Expected<PlainScene> readTextMesh(const std::string& path, const std::string& extension,
+                                                const ReadLimits& limits);
 /// Tessera's own text (.tsct); messages carry line and column.
 [[nodiscard]] Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& limits);
 /// Tessera's own binary (.tsc).

@@ -1,5 +1,5 @@
-// OBJ and OFF as bare geometry, number by number: what assimp makes of text may be off by a unit in the last place, and its
-// polygons are divided to look right.
+// Meshes in text as bare geometry, number by number: what assimp makes of text may be off by a unit in the last place, and
+// its polygons are divided to look right.
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <string_view>
 #include <vector>
 
@@ -141,6 +142,21 @@ Expected<void> readObj(Lines& lines, MeshBuilder& mesh) {
     return {};
 }
 
+/// The number of corners, then the vertex of each, from 0. More may follow.
+Expected<void> countedFace(std::span<const std::string_view> words, MeshBuilder& mesh) {
+    std::size_t corners = 0;
+    if (!whole(words[0], corners) || corners > words.size() - 1)
+        return fail(ErrorCode::kBadInput, "a face with fewer corners than it says");
+    for (const std::string_view word : words.subspan(1, corners)) {
+        std::uint32_t index = 0;
+        if (!whole(word, index) || index >= mesh.vertices())
+            return fail(ErrorCode::kBadInput, fmt::format("'{}' names none of the {} vertices", word, mesh.vertices()));
+        mesh.corner(index);
+    }
+    mesh.endFace();
+    return {};
+}
+
 /// OFF, counts of vertices, faces and edges, then a vertex or a face per line; what follows a face is its colour.
 Expected<void> readOff(Lines& lines, MeshBuilder& mesh) {
     std::vector<std::string_view> words;
@@ -156,31 +172,107 @@ Expected<void> readOff(Lines& lines, MeshBuilder& mesh) {
     }
     for (std::size_t f = 0; f < faces; ++f) {
         if (!lines.next(words)) return fail(ErrorCode::kBadInput, fmt::format("it ends after {} faces", f));
-        std::size_t corners = 0;
-        if (!whole(words[0], corners) || corners > words.size() - 1)
-            return fail(ErrorCode::kBadInput, "a face with fewer corners than it says");
-        for (std::size_t i = 1; i <= corners; ++i) {
-            std::uint32_t index = 0;
-            if (!whole(words[i], index) || index >= vertices)
-                return fail(ErrorCode::kBadInput,
-                            fmt::format("'{}' names none of the {} vertices", words[i], vertices));
-            mesh.corner(index);
-        }
-        mesh.endFace();
+        if (const Expected<void> done = countedFace(words, mesh); !done) return done;
     }
     return {};
 }
 
+/// An element of a PLY file: so many lines, each with its properties in order.
+struct PlyElement {
+    std::string name;
+    std::size_t count = 0;
+    std::vector<std::string> properties;
+    bool list = false;  ///< its first property is a list
+};
+
+Expected<std::vector<PlyElement>> readPlyHeader(Lines& lines) {
+    std::vector<PlyElement> elements;
+    std::vector<std::string_view> words;
+    while (lines.next(words)) {
+        if (words[0] == "end_header") return elements;
+        if (words[0] == "element" && words.size() == 3) {
+            elements.push_back({.name = std::string(words[1])});
+            if (!whole(words[2], elements.back().count)) return fail(ErrorCode::kBadInput, "an element without a count");
+        } else if (words[0] == "property" && words.size() >= 3 && !elements.empty()) {
+            if (elements.back().properties.empty()) elements.back().list = words[1] == "list";
+            elements.back().properties.emplace_back(words.back());
+        }
+    }
+    return fail(ErrorCode::kBadInput, "its header does not end");
+}
+
+Expected<void> readPly(Lines& lines, MeshBuilder& mesh) {
+    const Expected<std::vector<PlyElement>> elements = readPlyHeader(lines);
+    if (!elements) return tl::unexpected(elements.error());
+    std::vector<std::string_view> words;
+    for (const PlyElement& element : *elements) {
+        const bool vertices = element.name == "vertex", faces = element.name == "face";
+        std::array<std::size_t, 3> xyz{};
+        for (std::size_t i = 0; vertices && i < 3; ++i) {
+            const auto at = std::find(element.properties.begin(), element.properties.end(), std::string(1, "xyz"[i]));
+            if (at == element.properties.end()) return fail(ErrorCode::kBadInput, "vertices without x, y and z");
+            xyz[i] = static_cast<std::size_t>(at - element.properties.begin());
+        }
+        if (faces && !element.list) return fail(ErrorCode::kUnsupported, "faces whose corners do not come first");
+        for (std::size_t i = 0; i < element.count; ++i) {
+            if (!lines.next(words))
+                return fail(ErrorCode::kBadInput, fmt::format("it ends after {} of {} {}", i, element.count, element.name));
+            Expected<void> done;
+            if (vertices) {
+                if (words.size() < element.properties.size())
+                    return fail(ErrorCode::kBadInput, fmt::format("a vertex with {} numbers", words.size()));
+                done = mesh.vertex(std::array{words[xyz[0]], words[xyz[1]], words[xyz[2]]});
+            } else if (faces) {
+                done = countedFace(words, mesh);
+            }
+            if (!done) return done;
+        }
+    }
+    return {};
+}
+
+Expected<void> readStl(Lines& lines, MeshBuilder& mesh) {
+    std::vector<std::string_view> words;
+    while (lines.next(words)) {
+        if (words[0] == "vertex") {
+            const Expected<void> done = mesh.vertex(std::span(words).subspan(1));
+            if (!done) return done;
+            mesh.corner(static_cast<std::uint32_t>(mesh.vertices() - 1));
+        } else if (words[0] == "endloop") {
+            mesh.endFace();
+        }
+    }
+    return {};
+}
+
+/// A binary STL may begin with "solid" too; its size says what it is.
+bool isTextStl(std::string_view bytes) {
+    if (!bytes.starts_with("solid")) return false;
+    std::uint32_t triangles = 0;
+    if (bytes.size() >= 84) std::memcpy(&triangles, bytes.data() + 80, sizeof(triangles));
+    return bytes.size() < 84 || bytes.size() != 84 + std::size_t{50} * triangles;
+}
+
+bool isTextPly(std::string_view bytes) {
+    return bytes.starts_with("ply") && bytes.substr(0, bytes.find("end_header")).find("\nformat ascii") != bytes.npos;
+}
+
 }  // namespace
 
-Expected<PlainScene> readTextMesh(const std::string& path, const ReadLimits& limits) {
+Expected<PlainScene> readTextMesh(const std::string& path, const std::string& extension, const ReadLimits& limits) {
+    const bool known = extension == "obj" || extension == "off" || extension == "ply" || extension == "stl";
+    if (!known) return fail(ErrorCode::kUnsupported, "no mesh in text");
     const Expected<Bytes> bytes = readOrdinaryFile(path, limits.maxFileBytes);
     if (!bytes) return tl::unexpected(bytes.error());
     const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+    if ((extension == "ply" && !isTextPly(text)) || (extension == "stl" && !isTextStl(text)))
+        return fail(ErrorCode::kUnsupported, "no mesh in text");
     Lines lines(text);
     MeshBuilder mesh;
-    const char last = path.back();
-    const Expected<void> done = last == 'j' || last == 'J' ? readObj(lines, mesh) : readOff(lines, mesh);
+    const Expected<void> done = extension == "obj"   ? readObj(lines, mesh)
+                                : extension == "off" ? readOff(lines, mesh)
+                                : extension == "ply" ? readPly(lines, mesh)
+                                                     : readStl(lines, mesh);
     if (!done) return failWith(fmt::format("line {}", lines.line()), done.error());
     return mesh.scene("mesh");
 }

@@ -59,13 +59,21 @@ TEST_F(SceneTriangles, HaveTheNearestFloatsOfTheFilesNumbers) {
     const float nearest[] = {16777216.0f, 3.1415927f, 1234.5679f, 1e-45f, -1e-4f, 8.507059e37f, 5, 0.33333334f, 0};
     for (std::size_t i = 0; i < std::size(numbers); ++i) {
         const std::string x = numbers[i];
-        for (const char* format : {"obj", "off"}) {
-            const bool obj = format == std::string("obj");
-            const auto mesh = read(std::string("number.") + format,
-                                   obj ? "v " + x + " 0 0\nv 0 1 0\nv 0 0 1\nf -3/1/1 -2//2 -1\n"
-                                       : "OFF\n3 1 0\n" + x + " 0 0\n0 1 0 # up\n\n0 0 1\n3 0 1 2 255 0 0\n");
+        const std::pair<std::string, std::string> files[] = {
+            {"number.obj", "v " + x + " 0 0\nv 0 1 0\nv 0 0 1\nf -3/1/1 -2//2 -1\n"},
+            {"number.OFF", "OFF\n3 1 0\n" + x + " 0 0\n0 1 0 # up\n\n0 0 1\n3 0 1 2 255 0 0\n"},
+            {"number.ply",
+             "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 3\nproperty float nx\nproperty float x\nproperty float "
+             "y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n9 " +
+                 x + " 0 0\n9 0 1 0\n9 0 0 1\n3 0 1 2\n"},
+            {"number.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex " + x +
+                               " 0 0\nvertex 0 1 0\nvertex 0 0 1\nendloop\nendfacet\nendsolid s\n"}};
+        for (const auto& [name, text] : files) {
+            const auto mesh = read(name, text);
             ASSERT_TRUE(mesh) << mesh.error().message;
-            EXPECT_EQ(mesh->corner(0, 0).x(), static_cast<double>(nearest[i])) << x << " in " << format;
+            ASSERT_EQ(mesh->faceCount(), 1u);
+            EXPECT_EQ(mesh->corner(0, 0).x(), static_cast<double>(nearest[i])) << x << " in " << name;
+            EXPECT_EQ(mesh->corner(0, 2), Vec3d(0, 0, 1)) << name;
         }
     }
 }
@@ -82,6 +90,9 @@ TEST_F(SceneTriangles, OfBrokenTextSayTheLine) {
                  {"a.off", "OFF\n3 1 0\n0 0 0\n", "it ends after 1 vertices"},
                  {"b.off", "OFF\n1 1 0\n0 0 0\n3 0 0 1\n", "line 4: '1' names none of the 1 vertices"},
                  {"c.off", "OFF\n1 1 0\n0 0 0\n4000000000 0 0\n", "line 4: a face with fewer corners"},
+                 {"a.ply", "ply\nformat ascii 1.0\nelement vertex 2\n", "its header does not end"},
+                 {"b.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n", "without x, y and z"},
+                 {"a.stl", "solid s\nouter loop\nvertex 0 0\n", "line 3: a vertex with 2 coordinates"},
                  {"d.off", "3 1 0\n", "does not begin with OFF"}};
     for (const auto& c : cases) {
         const auto mesh = read(c.name, c.text);
