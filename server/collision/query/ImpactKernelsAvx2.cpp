@@ -1,2 +1,2 @@
 #define TESSERA_KERNELS avx2
-#include "server/collision/query/kernel/Impact.inl"
+#include "server/collision/query/ImpactKernels.inl"
