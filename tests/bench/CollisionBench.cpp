@@ -146,6 +146,7 @@ BenchPair fromPoseFile(const std::string& fileA, const std::string& fileB, const
 void measure(const BenchPair& pair, const BenchOptions& options, CollisionTable& table) {
     const FclPairs fcl(pair.a, pair.b);
     touchRows(pair, fcl, options, table);
+    if (options.wants("contacts")) contactRows(pair, fcl, options, table);
     if (options.wants("distance")) distanceRows(pair, fcl, options, table);
     if (options.wants("toi")) impactRows(pair, fcl, options, table);
     if (options.wants("volumes")) volumeRows(pair, options, table);
@@ -168,6 +169,7 @@ int bench(int argc, char** argv) {
     for (const auto& [a, b] : arguments.pairs)
         measure(arguments.poses.empty() ? generated(a, b, arguments) : fromPoseFile(a, b, arguments), arguments.options,
                 table);
+    fmt::print("\nThe rows of neighbours: ./deploy/run-bench neighbours\n");
     if (!arguments.json.empty() && !table.writeJson(arguments.json)) stop(1, arguments.json + ": it cannot be written");
     if (table.good()) return 0;
     stop(1, "answers differ, see above");

@@ -1,6 +1,7 @@
 // Which triangles meet, beside CGAL's exact predicates and FCL, in 200 poses per pair: separated, near, shallow, deep.
 #include <array>
 
+#include "server/collision/query/ContactQuery.h"
 #include "tests/truth/CgalOracle.h"
 #include "tests/truth/RealPairs.h"
 
@@ -61,8 +62,27 @@ INSTANTIATE_TEST_SUITE_P(Data, LargePairs,
                                          ModelPair{"plant/Gasket.obj", "meshes/cat/cat-low-resolution.obj", 4}),
                          nameOf);
 
-/// The smaller pairs: every kind of volume, as well.
-class EveryVolume : public TouchTruth {};
+/// The smaller pairs: every kind of volume, and contacts.
+class EveryVolume : public TouchTruth {
+protected:
+    /// A contact for each pair, on both triangles.
+    void checkContacts(const PosedPair& pair, const Affine3d& a_T_b, const std::vector<FacePair>& truth) const {
+        QueryWork work;
+        const BodyContacts found = contactsBetween(pair.a, pair.b, a_T_b, work);
+        ASSERT_TRUE(found.complete);
+        ASSERT_EQ(found.contacts.size(), truth.size());
+        for (std::size_t i = 0; i < truth.size(); ++i) {
+            const BodyContact& c = found.contacts[i];
+            ASSERT_EQ(c.faces, truth[i]);
+            ASSERT_NEAR(c.contact.normal.norm(), 1, 1e-12);
+            const Triangle ofA = a->triangle(c.faces.a), ofB = transformed(a_T_b, b->triangle(c.faces.b));
+            for (const Vec3d& p : {c.contact.from, c.contact.to, c.contact.point}) {
+                ASSERT_LE(cgal::distance(p, ofA), 1e-9);
+                ASSERT_LE(cgal::distance(p, ofB), 1e-9);
+            }
+        }
+    }
+};
 
 TEST_P(EveryVolume, MeetsWhereCgalSaysInEveryPose) {
     ASSERT_NE(a, nullptr);
@@ -83,6 +103,7 @@ TEST_P(EveryVolume, MeetsWhereCgalSaysInEveryPose) {
             ASSERT_EQ(anyTouching(treeA, treeB, a_T_b, work), truth.empty() ? Touch::kNo : Touch::kYes)
                 << "volume kind " << kind;
         }
+        ASSERT_NO_FATAL_FAILURE(checkContacts(pair, a_T_b, truth));
         EXPECT_EQ(pair.fcl.any(a_T_b), !truth.empty()) << "FCL differs from CGAL";
         EXPECT_EQ(pair.fcl.all(a_T_b), truth.size()) << "FCL differs from CGAL";
     }
