@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
+#include <type_traits>
 
 namespace tessera {
 
@@ -31,10 +33,7 @@ Expected<TriangleMesh> TriangleMesh::makeFrom(std::span<const Scalar> positions,
                                                   std::to_string(indices[i]) + " of " + std::to_string(vertices));
 
     TriangleMesh mesh;
-    mesh.positions_.reserve(vertices);
-    for (std::size_t i = 0; i < vertices; ++i)
-        mesh.positions_.emplace_back(static_cast<double>(positions[3 * i]), static_cast<double>(positions[3 * i + 1]),
-                                     static_cast<double>(positions[3 * i + 2]));
+    mesh.take(positions.data(), vertices);
     mesh.indices_.assign(indices.begin(), indices.end());
     std::vector<bool> used(vertices);
     for (const std::uint32_t index : indices) used[index] = true;
@@ -54,9 +53,9 @@ Expected<TriangleMesh> TriangleMesh::make(std::span<const double> positions, std
 }
 
 Expected<void> TriangleMesh::move(std::span<const Vec3d> positions) {
-    if (positions.size() != positions_.size())
+    if (positions.size() != vertexCount())
         return fail(ErrorCode::kBadInput,
-                    std::to_string(positions.size()) + " positions for " + std::to_string(positions_.size()) + " vertices");
+                    std::to_string(positions.size()) + " positions for " + std::to_string(vertexCount()) + " vertices");
     // One pass that carries on, then one that looks for the place: bad input is rare.
     const double most = TriangleMeshLimits{}.maxCoordinate;
     const double* const coordinates = positions.empty() ? nullptr : positions.data()->data();
@@ -66,38 +65,66 @@ Expected<void> TriangleMesh::move(std::span<const Vec3d> positions) {
         if (!(std::abs(coordinates[i]) <= most))
             return fail(ErrorCode::kBadInput,
                         "vertex " + std::to_string(i / 3) + " has a coordinate that is not finite or too large");
-    positions_.assign(positions.begin(), positions.end());
+    take(coordinates, positions.size());
     findBounds();
     return {};
+}
+
+namespace {
+
+bool isFloat(double x) {
+    return std::abs(x) <= static_cast<double>(std::numeric_limits<float>::max()) && static_cast<double>(static_cast<float>(x)) == x;
+}
+
+/// The box of all vertices. Two at once, as one run of numbers: this is half of what following a deformation costs otherwise.
+template <typename Scalar>
+Box boxOfAll(const std::vector<Eigen::Matrix<Scalar, 3, 1>>& vertices) {
+    constexpr std::size_t kTwo = 6;
+    const Scalar* const numbers = vertices.data()->data();
+    const std::size_t count = 3 * vertices.size();
+    Scalar low[kTwo], high[kTwo];
+    for (std::size_t k = 0; k < kTwo; ++k) low[k] = high[k] = numbers[k % 3];
+    for (std::size_t i = 0; i + kTwo <= count; i += kTwo)
+        for (std::size_t k = 0; k < kTwo; ++k) {
+            const Scalar x = numbers[i + k];
+            low[k] = x < low[k] ? x : low[k];
+            high[k] = x > high[k] ? x : high[k];
+        }
+    Box box;
+    for (const Scalar* const p : std::initializer_list<const Scalar*>{numbers + count - 3, low, low + 3, high, high + 3})
+        box.extend(Eigen::Map<const Eigen::Matrix<Scalar, 3, 1>>(p).template cast<double>());
+    return box;
+}
+
+}  // namespace
+
+template <typename Scalar>
+void TriangleMesh::take(const Scalar* coordinates, std::size_t vertices) {
+    bool asFloats = true;
+    if constexpr (!std::is_same_v<Scalar, float>) asFloats = std::all_of(coordinates, coordinates + 3 * vertices, isFloat);
+    if (asFloats) {
+        floats_.resize(vertices);
+        if (vertices != 0) std::transform(coordinates, coordinates + 3 * vertices, floats_.data()->data(), [](Scalar x) { return static_cast<float>(x); });
+        doubles_ = {};
+        return;
+    }
+    doubles_.resize(vertices);
+    if (vertices != 0) std::transform(coordinates, coordinates + 3 * vertices, doubles_.data()->data(), [](Scalar x) { return static_cast<double>(x); });
+    floats_ = {};
 }
 
 void TriangleMesh::findBounds() {
     bounds_ = {};
     if (indices_.empty()) return;
-    if (!used_.empty()) {
-        Box box;
-        for (std::size_t i = 0; i < positions_.size(); ++i)
-            if (used_[i]) box.extend(positions_[i]);
-        bounds_ = box;
+    if (used_.empty()) {
+        bounds_ = floats_.empty() ? boxOfAll(doubles_) : boxOfAll(floats_);
         return;
     }
-    // Two vertices at once, as one run of numbers: this is half of what following a deformation costs otherwise.
-    constexpr std::size_t kTwo = 6;
-    const double* const numbers = positions_.data()->data();
-    const std::size_t count = 3 * positions_.size();
-    double low[kTwo], high[kTwo];
-    for (std::size_t k = 0; k < kTwo; ++k) low[k] = high[k] = numbers[k % 3];
-    for (std::size_t i = 0; i + kTwo <= count; i += kTwo)
-        for (std::size_t k = 0; k < kTwo; ++k) {
-            const double x = numbers[i + k];
-            low[k] = x < low[k] ? x : low[k];
-            high[k] = x > high[k] ? x : high[k];
-        }
-    bounds_.extend(positions_.back());
-    bounds_.extend(Vec3d(low));
-    bounds_.extend(Vec3d(low + 3));
-    bounds_.extend(Vec3d(high));
-    bounds_.extend(Vec3d(high + 3));
+    Box box;
+    const MeshPositions all = positions();
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (used_[i]) box.extend(all[i]);
+    bounds_ = box;
 }
 
 }  // namespace tessera

@@ -86,7 +86,7 @@ PairMap pairMap(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_
 }
 
 kernel::MeshView meshView(const TriangleMesh& mesh) {
-    return {mesh.positions().empty() ? nullptr : mesh.positions().data()->data(), mesh.indices().data()};
+    return {mesh.positions().doubles(), mesh.indices().data(), mesh.positions().floats()};
 }
 
 }  // namespace tessera

@@ -53,8 +53,9 @@ struct PairFrame {
 
 /// A mesh in its own double coordinates: xyz per vertex, three vertices per face.
 struct MeshView {
-    const double* positions;
+    const double* positions;  ///< null where all are floats
     const std::uint32_t* indices;
+    const float* floats;
 };
 
 /// B's mesh to A's, for deciding about pairs of faces.
@@ -79,7 +80,7 @@ struct TouchSink {
     std::uint32_t enough;
     bool (*flush)(TouchSink& sink, void* context);
     void* context;
-    /// Not walked into but put here where `levels` runs out: tasks for later.
+    /// Not walked into but put here where `levels` runs out, while there is room: tasks for later.
     SlotPair* later;
     std::uint32_t laterCount;
     std::uint32_t laterCapacity;

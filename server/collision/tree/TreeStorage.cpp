@@ -1,6 +1,6 @@
 #include "server/collision/tree/TreeStorage.h"
 
-#include <emmintrin.h>
+#include <immintrin.h>
 
 namespace tessera {
 
@@ -23,14 +23,24 @@ unsigned rowsOf(VolumeKind kind) {
 }
 
 std::vector<OwnPosition> ownPositions(const TreeStorage& tree) {
-    const std::span<const Vec3d> from = tree.mesh.positions();
+    const MeshPositions from = tree.mesh.positions();
     std::vector<OwnPosition> out(from.size());
     const __m128d centre = _mm_set_pd(tree.centre.y(), tree.centre.x()), centreZ = _mm_set_sd(tree.centre.z()), unit = _mm_set1_pd(tree.unit);
-    for (std::size_t i = 0; i < from.size(); ++i) {
-        // Vertices that no triangle uses may be too far away for a float: infinite, and never looked at.
-        const __m128d xy = _mm_mul_pd(_mm_sub_pd(_mm_loadu_pd(from[i].data()), centre), unit);
-        const __m128d z0 = _mm_mul_pd(_mm_sub_pd(_mm_load_sd(from[i].data() + 2), centreZ), unit);
-        _mm_store_ps(out[i].xyz0, _mm_movelh_ps(_mm_cvtpd_ps(xy), _mm_cvtpd_ps(z0)));
+    // Vertices that no triangle uses may be too far away for a float: infinite, and never looked at.
+    const auto put = [&](OwnPosition& to, __m128d xy, __m128d z0) {
+        const __m128d ownXy = _mm_mul_pd(_mm_sub_pd(xy, centre), unit), ownZ0 = _mm_mul_pd(_mm_sub_pd(z0, centreZ), unit);
+        _mm_store_ps(to.xyz0, _mm_movelh_ps(_mm_cvtpd_ps(ownXy), _mm_cvtpd_ps(ownZ0)));
+    };
+    if (const float* p = from.floats()) {
+        for (OwnPosition& to : out) {
+            put(to, _mm_set_pd(static_cast<double>(p[1]), static_cast<double>(p[0])), _mm_set_sd(static_cast<double>(p[2])));
+            p += 3;
+        }
+    } else if (const double* q = from.doubles()) {
+        for (OwnPosition& to : out) {
+            put(to, _mm_loadu_pd(q), _mm_load_sd(q + 2));
+            q += 3;
+        }
     }
     return out;
 }

@@ -1,6 +1,6 @@
 #include "server/collision/tree/TreeTopology.h"
 
-#include <xmmintrin.h>
+#include <immintrin.h>
 
 #include <algorithm>
 #include <array>

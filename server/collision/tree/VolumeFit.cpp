@@ -1,6 +1,6 @@
 #include "server/collision/tree/VolumeFit.h"
 
-#include <xmmintrin.h>
+#include <immintrin.h>
 
 #include <algorithm>
 #include <cmath>

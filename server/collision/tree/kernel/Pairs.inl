@@ -18,10 +18,15 @@ struct alignas(64) Corners {
         return {loadDouble(p), loadDouble(p + kPairs), loadDouble(p + 2 * kPairs)};
     }
     void gather(const MeshView& mesh, const std::uint32_t* faces, unsigned count) {
+        if (mesh.positions != nullptr) gatherFrom(mesh.positions, mesh.indices, faces, count);
+        else gatherFrom(mesh.floats, mesh.indices, faces, count);
+    }
+    template <typename Scalar>
+    TESSERA_INLINE void gatherFrom(const Scalar* positions, const std::uint32_t* indices, const std::uint32_t* faces, unsigned count) {
         for (unsigned lane = 0; lane < kPairs; ++lane) {
-            const std::uint32_t* const index = mesh.indices + std::size_t{3} * faces[lane < count ? lane : 0];
+            const std::uint32_t* const index = indices + std::size_t{3} * faces[lane < count ? lane : 0];
             for (unsigned i = 0; i < 3; ++i) {
-                const double* const from = mesh.positions + std::size_t{3} * index[i];
+                const Scalar* const from = positions + std::size_t{3} * index[i];
                 double* const to = row + 3 * i * kPairs + lane;
                 to[0] = from[0];
                 to[kPairs] = from[1];
