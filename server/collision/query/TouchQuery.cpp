@@ -16,10 +16,10 @@ using touch::Search;
 using touch::TreePair;
 
 /// What threads share is worth its making only above this much work (some microseconds).
-constexpr std::uint64_t kSmallQuery = 1500;
-constexpr std::uint32_t kMostPutOff = 8192;
+constexpr std::uint64_t kSmallQuery = 600;
+constexpr std::uint32_t kMostPutOff = 2048;
 /// Few tasks leave threads waiting for the last; many have each its costs.
-constexpr std::uint32_t kTasks = 96;
+constexpr std::uint32_t kTasks = 64;
 
 std::uint64_t sum(const QueryWork& work) { return work.boxTests + work.triangleTests; }
 
@@ -41,6 +41,7 @@ bool allByMany(const TreePair& pair, Workers& workers, QueryWork& work, std::vec
         count = top.countPutOff();
         std::swap(now, next);
     }
+    top.finish();
     top.take(work);
     found = std::move(top.pairs());
 
@@ -58,6 +59,7 @@ bool allByMany(const TreePair& pair, Workers& workers, QueryWork& work, std::vec
         const std::uint32_t first = static_cast<std::uint32_t>(i) * each, end = std::min(count, first + each);
         for (std::uint32_t k = first; k < end; ++k)
             if (search.walk(now[k])) break;
+        search.finish();
         QueryWork own;
         search.take(own);
         used.fetch_add(sum(own));
@@ -88,6 +90,7 @@ TouchedPair firstTouching(const TriangleTree& a, const TriangleTree& b, const Af
     if (!pair.rootsOverlap()) return {};
     Search search(pair, Search::For::kAny, work);
     search.walk(kRoots);
+    search.finish();
     search.take(work);
     if (!search.pairs().empty()) return {Touch::kYes, search.pairs().front()};
     return {search.exhausted() ? Touch::kUnknown : Touch::kNo, {}};
@@ -108,6 +111,7 @@ FacePairs allTouching(const TriangleTree& a, const TriangleTree& b, const Affine
     const auto byOne = [&](QueryWork bounded) {
         Search search(pair, Search::For::kAll, bounded);
         search.walk(kRoots);
+        search.finish();
         out.complete = !search.exhausted();
         out.pairs = std::move(search.pairs());
         search.take(bounded);
@@ -124,7 +128,7 @@ FacePairs allTouching(const TriangleTree& a, const TriangleTree& b, const Affine
     }
     spent.limit = work.limit;
     work = spent;
-    touch::sort(out.pairs, a.mesh().faceCount(), b.mesh().faceCount());
+    touch::sort(out.pairs, a.mesh().faceCount());
     return out;
 }
 

@@ -45,12 +45,15 @@ Search::Search(const TreePair& pair, For what, const QueryWork& work) : pair_(pa
     sink_.nodeTests = work.boxTests;
     sink_.triangleTests = work.triangleTests;
     sink_.limit = work.limit;
+    if (!any_) pairs_.reserve(kCapacity);
 }
 
 bool Search::walk(kernel::SlotPair from, unsigned levels) {
-    const bool over = pair_.kernels.touch[pair_.shape](pair_.a, pair_.b, pair_.frame, from, levels, sink_);
-    if (over && !sink_.exhausted) return true;
-    return decide() || over;
+    return pair_.kernels.touch[pair_.shape](pair_.a, pair_.b, pair_.frame, from, levels, sink_);
+}
+
+void Search::finish() {
+    if (!any_ || pairs_.empty()) decide();
 }
 
 void Search::putOff(kernel::SlotPair* to, std::uint32_t capacity) {
@@ -80,8 +83,8 @@ bool Search::decide() {
     return false;
 }
 
-void sort(std::vector<FacePair>& pairs, std::size_t facesA, std::size_t facesB) {
-    // Digit after digit, the last first: a third of the time of comparisons.
+void sort(std::vector<FacePair>& pairs, std::size_t facesA) {
+    // By A's digits, the last first, then each face's few: a third of the time of comparisons.
     constexpr std::size_t kFewPairs = 64;
     constexpr int kMostBits = 11;
     if (pairs.size() < kFewPairs) {
@@ -90,21 +93,27 @@ void sort(std::vector<FacePair>& pairs, std::size_t facesA, std::size_t facesB) 
     }
     std::vector<FacePair> other(pairs.size());
     std::array<std::uint32_t, (1U << kMostBits) + 1> start;
-    const auto by = [&](std::uint32_t FacePair::*face, std::size_t faces) {
-        const int bits = static_cast<int>(std::bit_width(faces - 1));
-        const int passes = (bits + kMostBits - 1) / kMostBits;
-        for (int pass = 0; pass < passes; ++pass) {
-            const int digit = (bits + passes - 1) / passes, shift = pass * digit;
-            const std::uint32_t mask = (1U << digit) - 1;
-            std::fill_n(start.begin(), mask + 2, 0U);
-            for (const FacePair& p : pairs) ++start[(p.*face >> shift & mask) + 1];
-            for (std::uint32_t i = 1; i <= mask; ++i) start[i] += start[i - 1];
-            for (const FacePair& p : pairs) other[start[p.*face >> shift & mask]++] = p;
-            pairs.swap(other);
-        }
-    };
-    by(&FacePair::b, facesB);
-    by(&FacePair::a, facesA);
+    const int bits = static_cast<int>(std::bit_width(facesA - 1));
+    const int passes = (bits + kMostBits - 1) / kMostBits;
+    for (int pass = 0; pass < passes; ++pass) {
+        const int digit = (bits + passes - 1) / passes, shift = pass * digit;
+        const std::uint32_t mask = (1U << digit) - 1;
+        std::fill_n(start.begin(), mask + 2, 0U);
+        for (const FacePair& p : pairs) ++start[(p.a >> shift & mask) + 1];
+        for (std::uint32_t i = 1; i <= mask; ++i) start[i] += start[i - 1];
+        for (const FacePair& p : pairs) other[start[p.a >> shift & mask]++] = p;
+        pairs.swap(other);
+    }
+    // A face meets few others as a rule.
+    constexpr std::ptrdiff_t kFew = 12;
+    for (auto first = pairs.begin(); first != pairs.end();) {
+        auto end = first + 1;
+        for (; end != pairs.end() && end->a == first->a; ++end)
+            if (end - first < kFew)
+                for (auto at = end; at != first && *at < at[-1]; --at) std::iter_swap(at, at - 1);
+        if (end - first > kFew) std::sort(first, end);
+        first = end;
+    }
 }
 
 }  // namespace tessera::touch

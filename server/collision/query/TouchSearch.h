@@ -36,8 +36,10 @@ public:
     Search& operator=(const Search&) = delete;
 
     static constexpr unsigned kAllLevels = ~0u;
-    /// Adds what is found below an overlapping pair of slots. True: the search is over (found, or out of work).
+    /// Looks at what is below an overlapping pair of slots. True: the search is over (found, or out of work).
     bool walk(kernel::SlotPair from, unsigned levels = kAllLevels);
+    /// After the last walk: decides about the candidates that are left.
+    void finish();
     /// Pairs so many levels below are put here and not walked into, while there is room.
     void putOff(kernel::SlotPair* to, std::uint32_t capacity);
     [[nodiscard]] std::uint32_t countPutOff() const { return sink_.laterCount; }
@@ -59,7 +61,7 @@ private:
 
 inline constexpr kernel::SlotPair kRoots{0, 0};
 
-/// By ascending faces, for meshes of so many.
-void sort(std::vector<FacePair>& pairs, std::size_t facesA, std::size_t facesB);
+/// By ascending faces; A has so many.
+void sort(std::vector<FacePair>& pairs, std::size_t facesA);
 
 }  // namespace tessera::touch
