@@ -45,6 +45,8 @@ public:
     [[nodiscard]] std::uint32_t countPutOff() const { return sink_.laterCount; }
 
     [[nodiscard]] std::vector<FacePair>& pairs() { return pairs_; }
+    /// Above the leaves that the last candidates were in, or near them.
+    [[nodiscard]] kernel::SlotPair lastPlace() const { return sink_.place; }
     [[nodiscard]] bool exhausted() const { return sink_.exhausted; }
     void take(QueryWork& work) const;
 

@@ -84,6 +84,7 @@ struct TouchSink {
     SlotPair* later;
     std::uint32_t laterCount;
     std::uint32_t laterCapacity;
+    SlotPair place;  ///< the last pair of slots whose nodes were looked into
     std::uint64_t nodeTests;
     std::uint64_t triangleTests;
     std::uint64_t limit;  ///< of both

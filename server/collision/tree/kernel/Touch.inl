@@ -90,6 +90,7 @@ struct Touching {
             if (putOff(slotA, slotB, levels)) continue;
             if (!placed) placeB(nodeB(refB * kWidth), below);
             placed = true;
+            sink.place = {slotA, slotB};
             if (descendBoth(slotA, refB * kWidth, blockA, below, levels - 1)) return true;
         }
         return false;
