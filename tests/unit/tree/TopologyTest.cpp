@@ -90,7 +90,7 @@ TEST(TreeTopology, IsTheSameOnEveryProcessorAndEveryTime) {
 }
 
 TEST(TreeTopology, NodesAndLeavesAreWellFilledAndMemoryIsBounded) {
-    // A smaller brother of ten million triangles, which the benchmark builds.
+    // A smaller brother of the ten million triangles of server/collision/tree/README.md.
     const TriangleMesh mesh = field(500, 0.1).mesh();
     const TriangleTree tree(mesh);
     const TreeStorage& s = tree.storage();
