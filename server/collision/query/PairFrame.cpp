@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/collision/query/RealignedPlanes.h"
+#include "server/collision/tree/ProfileFit.h"
 #include "server/collision/tree/TreeStorage.h"
 
 namespace tessera {
@@ -31,13 +32,19 @@ DirectionSet directionsOf(VolumeKind kind) {
     }
 }
 
+/// B's own coordinates to A's.
+Affine3d ownMap(const TreeStorage& ta, const TreeStorage& tb, const Affine3d& a_T_b) {
+    Affine3d own = Affine3d::Identity();
+    own.linear() = a_T_b.linear() * (ta.unit / tb.unit);
+    own.translation() = (a_T_b * tb.centre - ta.centre) * ta.unit;
+    return own;
+}
+
 }  // namespace
 
 PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, Realignment realignment) {
     const TreeStorage &ta = a.storage(), &tb = b.storage();
-    Affine3d own = Affine3d::Identity();  // B's own coordinates to A's
-    own.linear() = a_T_b.linear() * (ta.unit / tb.unit);
-    own.translation() = (a_T_b * tb.centre - ta.centre) * ta.unit;
+    const Affine3d own = ownMap(ta, tb, a_T_b);
 
     PairFrame f{};
     const Mat3d gram = own.linear().transpose() * own.linear();
@@ -61,13 +68,34 @@ PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d
     const double slack = kSlack * (ta.radius + stretch * tb.radius + own.translation().norm()) + inDouble;
     f.slack = static_cast<float>(slack * (1 + 1e-6));
     f.slackB = f.similarity ? static_cast<float>(slack / scale * (1 + 1e-6)) : 1e30f;
-    f.bothWays = f.similarity && ta.options.volume == VolumeKind::kAabb && tb.options.volume == VolumeKind::kAabb;
+    f.bothWays = f.similarity;
     if (ta.options.volume == VolumeKind::kSphere || ta.options.volume == VolumeKind::kObb) return f;
     const DirectionSet set = directionsOf(ta.options.volume);
     const PlaneChoice choice = realignment == Realignment::kBoxEnclosure ? PlaneChoice::kBoxEnclosure : PlaneChoice::kThreePlanes;
     realignPlanes(f.bInA, set, own, tb.radius, f.stretch, choice);
     if (f.bothWays) realignPlanes(f.aInB, set, own.inverse(Eigen::Affine), ta.radius, (1 + 1e-6) / scale, choice);
     return f;
+}
+
+kernel::ProfileLookups profileLookups(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b) {
+    const TreeStorage& tb = b.storage();
+    const ProfileShape shape = profileShape(tb.options.volume);
+    KDop whole(shape.directions);
+    const std::size_t n = whole.count();
+    for (std::size_t i = 0; i < n; ++i) {
+        whole.upper[i] = static_cast<double>(tb.volumes[i].lane[0]);
+        whole.lower[i] = -static_cast<double>(tb.volumes[n + i].lane[0]);
+    }
+    const FloatProfileLookup lookup = forKernels(ProfileLookup::make(shape, shape.directions, ownMap(a.storage(), tb, a_T_b)), whole);
+    kernel::ProfileLookups out{};
+    out.entries = static_cast<std::uint32_t>(shape.size());
+    for (std::size_t i = 0; i < 2 * n; ++i) {
+        out.entry[i] = lookup.entry[i];
+        std::copy_n(lookup.vector[i], 3, out.vector[i]);
+        out.length[i] = lookup.length[i];
+        out.offset[i] = lookup.offset[i];
+    }
+    return out;
 }
 
 PairMap pairMap(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b) {

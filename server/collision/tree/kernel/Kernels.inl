@@ -23,9 +23,9 @@ namespace {
 #include "server/collision/tree/kernel/Divide.inl"
 
 using Dop6 = Dop<6, true>;
-using Dop14 = Dop<14, false>;
-using Dop18 = Dop<18, false>;
-using Dop26 = Dop<26, false>;
+using Dop14 = Dop<14, true>;
+using Dop18 = Dop<18, true>;
+using Dop26 = Dop<26, true>;
 
 }  // namespace
 
@@ -36,6 +36,8 @@ const TreeKernels kTable = {
      &Touching<Dop26>::walk},
     {&Touching<Sphere>::overlap, &Touching<Obb>::overlap, &Touching<Dop6>::overlap, &Touching<Dop14>::overlap,
      &Touching<Dop18>::overlap, &Touching<Dop26>::overlap},
+    {nullptr, nullptr, nullptr, &Touching<DopByTable<14>>::walk, &Touching<DopByTable<18>>::walk, &Touching<DopByTable<26>>::walk},
+    {nullptr, nullptr, nullptr, &Touching<DopByTable<14>>::overlap, &Touching<DopByTable<18>>::overlap, &Touching<DopByTable<26>>::overlap},
     {&Nearing<Sphere>::walk, &Nearing<Obb>::walk, &Nearing<Dop6>::walk, &Nearing<Dop14>::walk, &Nearing<Dop18>::walk,
      &Nearing<Dop26>::walk},
     {&fitAll<SphereFit>, &fitAll<ObbFit>, &fitAll<DopFit<6>>, &fitAll<DopFit<14>>, &fitAll<DopFit<18>>, &fitAll<DopFit<26>>},
