@@ -11,6 +11,9 @@ namespace tessera {
 [[nodiscard]] kernel::PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
                                           Realignment realignment = Realignment::kThreePlanes);
 
+/// For walks by table: B's profiles in A's frame. Of trees that are not empty, B's with profiles.
+[[nodiscard]] kernel::ProfileLookups profileLookups(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b);
+
 /// For deciding about pairs of faces in double. Where it overflows, `doubt` is infinite and nothing is decided.
 [[nodiscard]] kernel::PairMap pairMap(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b);
 [[nodiscard]] kernel::MeshView meshView(const TriangleMesh& mesh);

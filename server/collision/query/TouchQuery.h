@@ -19,8 +19,7 @@ class Workers;
 enum class Realignment : std::uint8_t {
     kBoxEnclosure,  ///< of its axis-aligned box
     kThreePlanes,   ///< weighted sums of three of its planes
-    kTable,         ///< its support profile; trees of 14, 18 or 26 directions built with one. Rotations and uniform
-                    ///< scale only: for other maps three planes are used
+    kTable,         ///< its support profile, where B's tree was built with them (TreeOptions::profiles); else three planes
 };
 
 struct TouchOptions {

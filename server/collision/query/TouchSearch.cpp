@@ -21,11 +21,20 @@ TreePair::TreePair(const TriangleTree& ta, const TriangleTree& tb, const Affine3
       frame(pairFrame(ta, tb, a_from_b, options.realignment)),
       map(pairMap(ta, tb, a_from_b)),
       kernels(kernel::treeKernels(options.instructions)),
-      shape(static_cast<std::size_t>(shapeOf(ta.options().volume))) {
+      shape(static_cast<std::size_t>(shapeOf(ta.options().volume))),
+      touch(kernels.touch[shape]),
+      overlap_(kernels.overlap[shape]) {
     TESSERA_CHECK(shapeOf(ta.options().volume) == shapeOf(tb.options().volume), "two trees of one kind");
+    // A map that no float can hold has no look-ups either (pairFrame gives it a slack that lets everything pass).
+    if (options.realignment == Realignment::kTable && b.profileRows != nullptr && frame.slack < 1e29f) {
+        lookups_ = profileLookups(ta, tb, a_from_b);
+        frame.lookups = &lookups_;
+        touch = kernels.touchByTable[shape];
+        overlap_ = kernels.overlapByTable[shape];
+    }
 }
 
-bool TreePair::rootsOverlap() const { return kernels.overlap[shape](a, b, frame, kRoots); }
+bool TreePair::rootsOverlap() const { return overlap_(a, b, frame, kRoots); }
 
 bool TreePair::meets(FacePair pair) const {
     return trianglesIntersect(meshA.triangle(pair.a), transformed(a_T_b, meshB.triangle(pair.b)));
@@ -49,7 +58,7 @@ Search::Search(const TreePair& pair, For what, const QueryWork& work) : pair_(pa
 }
 
 bool Search::walk(kernel::SlotPair from, unsigned levels) {
-    return pair_.kernels.touch[pair_.shape](pair_.a, pair_.b, pair_.frame, from, levels, sink_);
+    return pair_.touch(pair_.a, pair_.b, pair_.frame, from, levels, sink_);
 }
 
 void Search::finish() {

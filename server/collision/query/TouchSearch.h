@@ -15,6 +15,9 @@ class TreePair {
 public:
     TreePair(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, const TouchOptions& options);
 
+    TreePair(const TreePair&) = delete;
+    TreePair& operator=(const TreePair&) = delete;
+
     [[nodiscard]] bool rootsOverlap() const;
     [[nodiscard]] bool meets(FacePair pair) const;
     const TriangleMesh &meshA, &meshB;
@@ -25,6 +28,11 @@ public:
     kernel::PairMap map;
     const kernel::TreeKernels& kernels;
     std::size_t shape;
+    kernel::TouchWalk touch;
+
+private:
+    kernel::SlotTest overlap_;
+    kernel::ProfileLookups lookups_;
 };
 
 /// Walks down and decides what the kernels leave: eight pairs of faces at once in double, exactly where that cannot tell.

@@ -28,12 +28,24 @@ struct TreeView {
     const ChildRef* children = nullptr;
     const float* corners = nullptr;
     const std::uint32_t* faces = nullptr;
+    /// Support profiles, or null. Per node centre x y z and step, and for each entry sixteen bytes.
+    const float* profileRows = nullptr;
+    const std::uint8_t* profileTables = nullptr;
 };
 
 /// A k-DOP seen from the other body: new plane i = sum of weight · plane over three planes + offset.
 struct Realigned {
     std::uint16_t row[kMostHalfPlanes][3];  ///< of a node, where each plane begins: plane · kWidth
     float weight[kMostHalfPlanes][3];
+    float offset[kMostHalfPlanes];
+};
+
+/// By support profiles instead: new plane i = vector · centre + length · step · table[entry] + offset.
+struct ProfileLookups {
+    std::uint32_t entries;  ///< of one volume
+    std::uint16_t entry[kMostHalfPlanes];
+    float vector[kMostHalfPlanes][3];
+    float length[kMostHalfPlanes];
     float offset[kMostHalfPlanes];
 };
 
@@ -48,6 +60,7 @@ struct PairFrame {
     float slack;           ///< more than what rounding can do to any position, in A's lengths
     float slackB;          ///< the same in B's lengths
     bool bothWays;         ///< b_T_a exists: k-DOPs may be compared in B's frame too
+    const ProfileLookups* lookups;  ///< for walks by table
     Realigned bInA, aInB;
 };
 
@@ -196,6 +209,8 @@ struct TreeKernels {
     DecidePairs decide;
     TouchWalk touch[kShapes];
     SlotTest overlap[kShapes];
+    TouchWalk touchByTable[kShapes];  ///< of k-DOPs of 14, 18 and 26 directions
+    SlotTest overlapByTable[kShapes];
     DistanceWalk distance[kShapes];
     FitVolumes fit[kShapes];
     DivisionKernels division;

@@ -21,6 +21,9 @@ struct TreeStorage {
     struct alignas(16) LeafRow {
         float lane[kernel::kLeafFaces];
     };
+    struct alignas(16) ByteRow {
+        std::uint8_t lane[kernel::kWidth];
+    };
     static constexpr std::uint32_t kNoFace = 0xffffffffu;
 
     TriangleMesh mesh;
@@ -37,13 +40,17 @@ struct TreeStorage {
     std::vector<std::uint32_t> leafFaces;  ///< kLeafFaces per leaf, kNoFace where there are fewer; their corners repeat the first's
     std::vector<VolumeRow> volumes;
     std::vector<LeafRow> corners;
+    /// Support profiles, where the options ask for them: centre x y z and step per node, and its entries (ProfileFit.h).
+    std::vector<VolumeRow> profileRows;
+    std::vector<ByteRow> profileTables;
 
     [[nodiscard]] bool empty() const { return children.empty(); }
     [[nodiscard]] std::size_t nodeCount() const { return children.size() / kernel::kWidth; }
     [[nodiscard]] std::size_t leafCount() const { return leafFaces.size() / kernel::kLeafFaces; }
     [[nodiscard]] kernel::TreeView view() const {
         return {volumes.empty() ? nullptr : volumes.data()->lane, children.data(), corners.empty() ? nullptr : corners.data()->lane,
-                leafFaces.data()};
+                leafFaces.data(), profileRows.empty() ? nullptr : profileRows.data()->lane,
+                profileTables.empty() ? nullptr : profileTables.data()->lane};
     }
 };
 

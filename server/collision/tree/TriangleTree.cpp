@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/tree/ProfileFit.h"
 #include "server/collision/tree/TreeStorage.h"
 #include "server/collision/tree/TreeTopology.h"
 #include "server/collision/tree/VolumeFit.h"
@@ -48,6 +49,7 @@ void TriangleTree::rebuild() {
     tree.children.shrink_to_fit();
     tree.leafFaces.shrink_to_fit();
     fitVolumes(tree, positions);
+    fitProfiles(tree, positions);
     tree.builtCost = tree.cost;
 }
 
@@ -56,7 +58,9 @@ Expected<void> TriangleTree::refit(std::span<const Vec3d> positions) {
     Expected<void> moved = tree.mesh.move(positions);
     if (!moved) return moved;
     chooseCoordinates(tree);
-    fitVolumes(tree, ownPositions(tree));
+    const std::vector<OwnPosition> own = ownPositions(tree);
+    fitVolumes(tree, own);
+    fitProfiles(tree, own);
     return {};
 }
 
@@ -66,7 +70,8 @@ std::size_t TriangleTree::memoryBytes() const {
     const TreeStorage& tree = *storage_;
     return sizeof(TreeStorage) + tree.mesh.memoryBytes() + tree.children.capacity() * sizeof(kernel::ChildRef) +
            tree.leafFaces.capacity() * sizeof(std::uint32_t) + tree.volumes.capacity() * sizeof(TreeStorage::VolumeRow) +
-           tree.corners.capacity() * sizeof(TreeStorage::LeafRow);
+           tree.corners.capacity() * sizeof(TreeStorage::LeafRow) + tree.profileRows.capacity() * sizeof(TreeStorage::VolumeRow) +
+           tree.profileTables.capacity() * sizeof(TreeStorage::ByteRow);
 }
 
 }  // namespace tessera

@@ -46,6 +46,23 @@ TEST(Touching, EveryVolumeAndSplitFindsWhatBruteForceFindsUnderEveryMap) {
     }
 }
 
+TEST(Touching, SupportProfilesFindTheSameUnderEveryMap) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        Random random(seed);
+        const TriangleMesh ma = seed % 2 ? bumpy(random, 9, 12) : strewn(random, 180, 0.3), mb = bumpy(random, 12, 14);
+        for (const VolumeKind volume : {VolumeKind::kDop14, VolumeKind::kDop18, VolumeKind::kDop26}) {
+            TriangleTree ta(ma, {.volume = volume, .profiles = true}), tb(mb, {.volume = volume, .profiles = true});
+            for (const NamedMap& m : everyKindOfMap(random))
+                expectTouching(ta, tb, m.map, bruteForce(ma, mb, m.map), seedOf(seed) + ", " + m.name, Realignment::kTable);
+            std::vector<Vec3d> positions;
+            for (const Vec3d& p : mb.positions()) positions.push_back(Vec3d(1.3 * p.x(), 0.6 * p.y(), p.z()));
+            ASSERT_TRUE(tb.refit(positions));
+            for (const NamedMap& m : everyKindOfMap(random))
+                expectTouching(ta, tb, m.map, bruteForce(ma, tb.mesh(), m.map), seedOf(seed) + ", refitted, " + m.name, Realignment::kTable);
+        }
+    }
+}
+
 TEST(Touching, LargerBodiesAgreeWithBruteForceInTheirThousandsOfPairs) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
         Random random(seed);

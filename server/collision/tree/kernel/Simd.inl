@@ -42,6 +42,11 @@ TESSERA_INLINE F spread(F4 x) {
     const __m512i lanes = _mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0);
     return reinterpret_cast<F>(_mm512_maskz_permutexvar_ps(0xffff, lanes, _mm512_castps128_ps512(reinterpret_cast<__m128>(x))));
 }
+/// Sixteen bytes as numbers.
+TESSERA_INLINE F loadBytes(const std::uint8_t* p) {
+    return reinterpret_cast<F>(
+        _mm512_maskz_cvtepi32_ps(0xffff, _mm512_maskz_cvtepu8_epi32(0xffff, _mm_load_si128(reinterpret_cast<const __m128i*>(p)))));
+}
 /// abcd -> abcdabcdabcdabcd
 TESSERA_INLINE F repeat(F4 x) { return reinterpret_cast<F>(_mm512_maskz_broadcast_f32x4(0xffff, reinterpret_cast<__m128>(x))); }
 
@@ -65,6 +70,10 @@ TESSERA_INLINE F4 max(F4 a, F4 b) { return _mm_max_ps(a, b); }
 TESSERA_INLINE F4 min(F4 a, F4 b) { return _mm_min_ps(a, b); }
 TESSERA_INLINE F spread(F4 x) {
     return {__builtin_shufflevector(x, x, 0, 0, 0, 0, 1, 1, 1, 1), __builtin_shufflevector(x, x, 2, 2, 2, 2, 3, 3, 3, 3)};
+}
+TESSERA_INLINE F loadBytes(const std::uint8_t* p) {
+    const __m128i bytes = _mm_load_si128(reinterpret_cast<const __m128i*>(p));
+    return {_mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes)), _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_srli_si128(bytes, 8)))};
 }
 TESSERA_INLINE F repeat(F4 x) {
     const FloatPart both = __builtin_shufflevector(x, x, 0, 1, 2, 3, 0, 1, 2, 3);
@@ -90,6 +99,11 @@ TESSERA_INLINE DoublePart pick(DoublePart test, DoublePart whereNegative, Double
 TESSERA_INLINE F spread(F4 x) {
     return {{__builtin_shufflevector(x, x, 0, 0, 0, 0), __builtin_shufflevector(x, x, 1, 1, 1, 1)},
             {__builtin_shufflevector(x, x, 2, 2, 2, 2), __builtin_shufflevector(x, x, 3, 3, 3, 3)}};
+}
+TESSERA_INLINE F loadBytes(const std::uint8_t* p) {
+    const __m128i bytes = _mm_load_si128(reinterpret_cast<const __m128i*>(p));
+    const auto part = [](__m128i x) { return _mm_cvtepi32_ps(_mm_cvtepu8_epi32(x)); };
+    return {{part(bytes), part(_mm_srli_si128(bytes, 4))}, {part(_mm_srli_si128(bytes, 8)), part(_mm_srli_si128(bytes, 12))}};
 }
 TESSERA_INLINE F repeat(F4 x) { return {{x, x}, {x, x}}; }
 #endif

@@ -11,7 +11,7 @@ struct Sphere {
     static constexpr unsigned kRows = 4;
     static constexpr bool kBothWays = false;
 
-    static void place(const float* node, const PairFrame& f, const Realigned&, float* out) {
+    TESSERA_INLINE static void place(const float* node, const PairFrame& f, const Realigned&, float* out) {
         const V3 c = offset(mapped(f.linear, V3{load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
         store(out, c.x);
         store(out + kWidth, c.y);
@@ -19,7 +19,7 @@ struct Sphere {
         store(out + 3 * kWidth, load(node + 3 * kWidth) * f.stretch);
     }
 
-    static F gap(const float* one, const float* many, const PairFrame&) {
+    TESSERA_INLINE static F gap(const float* one, const float* many, const PairFrame&) {
         const V3 d{load(many) - one[0], load(many + kWidth) - one[kWidth], load(many + 2 * kWidth) - one[2 * kWidth]};
         return sqrt(dot(d, d)) - (load(many + 3 * kWidth) + one[3 * kWidth]);
     }
@@ -31,7 +31,7 @@ struct Obb {
     static constexpr unsigned kRows = 15;
     static constexpr bool kBothWays = false;
 
-    static void place(const float* node, const PairFrame& f, const Realigned&, float* out) {
+    TESSERA_INLINE static void place(const float* node, const PairFrame& f, const Realigned&, float* out) {
         const V3 c = offset(mapped(f.linear, V3{load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
         store(out, c.x);
         store(out + kWidth, c.y);
@@ -49,7 +49,7 @@ struct Obb {
     /// The largest gap along an axis. Where the map is no similarity, the placed box is a parallelepiped; then only
     /// the axes of A's box bound it, and `placedIsOne` says which of the two A's box is.
     template <bool PlacedIsOne>
-    static F gap(const float* one, const float* many, const PairFrame& f) {
+    TESSERA_INLINE static F gap(const float* one, const float* many, const PairFrame& f) {
         F widest = splat(-3e38f);
         gaps<PlacedIsOne>(one, many, f, [&](unsigned, F g) { widest = max(widest, g); });
         return widest;
@@ -68,7 +68,7 @@ struct Obb {
 
     /// take(0, gap) for each axis of `many`, take(1, gap) for each of `one`.
     template <bool PlacedIsOne, typename Take>
-    static void gaps(const float* one, const float* many, const PairFrame& f, const Take& take) {
+    TESSERA_INLINE static void gaps(const float* one, const float* many, const PairFrame& f, const Take& take) {
         const V3 t{load(many) - one[0], load(many + kWidth) - one[kWidth], load(many + 2 * kWidth) - one[2 * kWidth]};
         F reach[3];  // of `many` along the axes of `one`
         for (unsigned j = 0; j < 3; ++j) reach[j] = splat(one[(12 + j) * kWidth]);
@@ -100,7 +100,7 @@ struct Dop {
     static constexpr unsigned kRows = K;
     static constexpr bool kBothWays = BothWays;
 
-    static void place(const float* node, const PairFrame&, const Realigned& to, float* out) {
+    TESSERA_INLINE static void place(const float* node, const PairFrame&, const Realigned& to, float* out) {
 #pragma GCC unroll 26
         for (unsigned i = 0; i < K; ++i)
             store(out + i * kWidth, load(node + to.row[i][0]) * to.weight[i][0] + load(node + to.row[i][1]) * to.weight[i][1] +
@@ -108,7 +108,7 @@ struct Dop {
     }
 
     /// In lengths of the directions.
-    static F gap(const float* one, const float* many) {
+    TESSERA_INLINE static F gap(const float* one, const float* many) {
         constexpr unsigned kHalf = K / 2;
         // Two chains, since each minimum waits for the one before it.
         F upper = load(many) + one[kHalf * kWidth], lower = load(many + kHalf * kWidth) + one[0];
@@ -138,5 +138,19 @@ struct Dop {
     /// 1 / |d_i|, rounded down, of the directions that volume/KDop.h lists.
     static constexpr float perLength(unsigned i) {
         return i < 3 ? 1.0f : (K == 14 || i >= 9) ? 0.57735026f : 0.70710677f;
+    }
+};
+
+/// k-DOPs whose placing looks up support profiles.
+template <unsigned K>
+struct DopByTable : Dop<K, false> {
+    static void placeNode(const TreeView& tree, std::size_t node, const ProfileLookups& to, float* out) {
+        const float* const rows = tree.profileRows + node * 4 * kWidth;
+        const std::uint8_t* const tables = tree.profileTables + node * to.entries * kWidth;
+        const V3 centre{load(rows), load(rows + kWidth), load(rows + 2 * kWidth)};
+        const F step = load(rows + 3 * kWidth);
+        for (unsigned i = 0; i < K; ++i)
+            store(out + i * kWidth, centre.x * to.vector[i][0] + centre.y * to.vector[i][1] + centre.z * to.vector[i][2] +
+                                        step * loadBytes(tables + to.entry[i] * std::size_t{kWidth}) * to.length[i] + to.offset[i]);
     }
 };
