@@ -14,9 +14,9 @@ namespace tessera {
 
 namespace {
 
-/// How long somebody who waits keeps looking before he sleeps. Waking a thread costs about as much: whoever waits
-/// wastes at most twice what he had to.
-constexpr std::chrono::microseconds kPatience{50};
+/// How long somebody who waits keeps looking before he sleeps. Waking a thread costs about as much (more on a virtual
+/// machine), so whoever waits wastes at most twice what he had to.
+constexpr std::chrono::microseconds kPatience{100};
 
 void pauseALittle() {
 #if defined(__x86_64__) || defined(__i386__)
@@ -32,7 +32,8 @@ bool look(const Come& come) {
     do {
         pauseALittle();
         if (come()) return true;
-        // Where there are more threads than processors, the one that is waited for may need this one.
+        // Costs nothing on a free machine. On a busy one, better that others take the processor now than in the middle of a
+        // task, for which all would have to wait.
         std::this_thread::yield();
     } while (std::chrono::steady_clock::now() < end);
     return come();

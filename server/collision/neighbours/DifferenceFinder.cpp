@@ -14,7 +14,7 @@ namespace tessera::neighbours {
 namespace {
 
 constexpr std::uint32_t kNoSlot = ~0U;
-constexpr std::size_t kItemsPerTask = 2048;
+constexpr std::size_t kItemsPerTask = 1024;
 constexpr std::size_t kQueriesPerTask = 256;
 constexpr std::size_t kGridFrom = 4096;    // the order of fewer is made as fast for a tree
 constexpr std::size_t kShareForAll = 3;  // where more than one of three moved, all are looked at
@@ -214,7 +214,7 @@ void DifferenceFinder::arrange(Occasion occasion) {
 bool DifferenceFinder::beginFrame(bool all) {
     std::array<float, 3> drift{};
     for (std::size_t a = 0; a < 3; ++a) drift[a] = std::max(drift_[a], lastDrift_[a]);
-    return order_->beginFrame({cur_.data(), prev_.data()}, slots_, drift.data(), movedSlots_, all);
+    return order_->beginFrame({cur_.data(), prev_.data()}, slots_, drift.data(), movedSlots_, all, workers_);
 }
 
 void DifferenceFinder::findAll() {

@@ -165,7 +165,7 @@ void GridOrder::forecast() {
 }
 
 bool GridOrder::beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3],
-                           std::span<const std::uint32_t>, bool) {
+                           std::span<const std::uint32_t>, bool, Workers*) {
     view_.slots = slots;
     for (std::size_t a = 0; a < 3; ++a) {
         const auto world = static_cast<std::size_t>(frame_.axis[a]);

@@ -22,7 +22,7 @@ public:
     [[nodiscard]] std::size_t settlingSlots() const override { return view_.looseBegin; }
     [[nodiscard]] const Settlement& limits() const override { return limits_; }
     [[nodiscard]] bool beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3], std::span<const std::uint32_t> moved,
-                    bool all) override;
+                    bool all, Workers* workers) override;
     [[nodiscard]] std::size_t units() const override;
     [[nodiscard]] std::size_t unitsPerTask() const override { return 2048; }
     std::size_t sweepAll(std::size_t begin, std::size_t end, PairSink& sink) const override;

@@ -10,7 +10,7 @@ namespace tessera::neighbours {
 namespace {
 
 constexpr std::size_t kPerBucket = 8;
-constexpr std::size_t kPerPart = 4096;
+constexpr std::size_t kPerPart = 2048;
 
 /// Short lists by insertion; long ones come from one item that meets very many.
 void sortShort(PairChange* first, PairChange* last) {

@@ -31,7 +31,7 @@ public:
     /// `moved`, ascending, are the only slots that may have moved; `all`: any. False if so much has moved so far that all
     /// had better be found afresh, in a new order.
     [[nodiscard]] virtual bool beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3],
-                            std::span<const std::uint32_t> moved, bool all) = 0;
+                            std::span<const std::uint32_t> moved, bool all, Workers* workers) = 0;
 
     /// The work of a sweep over all: units from 0 on, which may be cut into parts anywhere. As the kernels of that name.
     [[nodiscard]] virtual std::size_t units() const = 0;

@@ -9,8 +9,9 @@ namespace tessera::neighbours {
 
 namespace {
 
-constexpr double kDecay = 1.5;  // growth of the leaves at which a new order pays
-constexpr std::size_t kPerTask = 2048;
+constexpr double kDecay = 1.8;  // growth of the leaves at which a new order pays
+constexpr std::size_t kPerTask = 1024;  // boxes to halve
+constexpr std::size_t kLeavesPerTask = 128;
 constexpr double kHopeless = 4;  // and at which it is due before the sweep
 
 }  // namespace
@@ -32,9 +33,18 @@ void TreeOrder::arrange(const SlotBounds& cur, std::size_t count, Workers* worke
         for (std::size_t a = 0; a < 3; ++a) center.at[a] = 0.5F * (cur.at(a + 3, s) - cur.at(a, s));
         centers_.push_back(center);
     }
-    std::vector<std::span<Center>> parts;
-    split(centers_, kPerTask, &parts);
-    runTasks(workers, parts.size(), [&](std::size_t i) { split(parts[i], kBlockSlots, nullptr); });
+    // Halves, quarters, … side by side, until each part is a task.
+    std::vector<std::span<Center>> parts{centers_}, halves;
+    while (parts.back().size() > kPerTask) {  // the last is the largest
+        halves.resize(2 * parts.size());
+        runTasks(workers, parts.size(), [&](std::size_t i) {
+            const std::size_t middle = halve(parts[i]);
+            halves[2 * i] = parts[i].first(middle);
+            halves[2 * i + 1] = parts[i].subspan(middle);
+        });
+        parts.swap(halves);
+    }
+    runTasks(workers, parts.size(), [&](std::size_t i) { split(parts[i]); });
     for (const Center& center : centers_) from.push_back(center.slot);
     from.insert(from.end(), empty.begin(), empty.end());
 
@@ -52,12 +62,10 @@ void TreeOrder::arrange(const SlotBounds& cur, std::size_t count, Workers* worke
     decayed_ = false;
 }
 
-/// Halves at a multiple of what a node of the next level holds, so that nodes are full.
-void TreeOrder::split(std::span<Center> centers, std::size_t downTo, std::vector<std::span<Center>>* tasks) const {
-    if (centers.size() <= downTo) {
-        if (tasks) tasks->push_back(centers);
-        return;
-    }
+/// Puts the lower half along the longest side first, and says where the upper one begins: at a multiple of what a node of
+/// the next level holds, so that nodes are full.
+std::size_t TreeOrder::halve(std::span<Center> centers) {
+    if (centers.size() <= kBlockSlots) return centers.size();
     std::size_t unit = kBlockSlots;
     while (unit * kBlockSlots < centers.size()) unit *= kBlockSlots;
     const std::size_t units = (centers.size() + unit - 1) / unit;
@@ -75,15 +83,24 @@ void TreeOrder::split(std::span<Center> centers, std::size_t downTo, std::vector
                      [axis](const Center& x, const Center& y) {
                          return x.at[axis] != y.at[axis] ? x.at[axis] < y.at[axis] : x.slot < y.slot;
                      });
-    split(centers.first(half), downTo, tasks);
-    split(centers.subspan(half), downTo, tasks);
+    return half;
+}
+
+void TreeOrder::split(std::span<Center> centers) {
+    const std::size_t half = halve(centers);
+    if (half == centers.size()) return;
+    split(centers.first(half));
+    split(centers.subspan(half));
 }
 
 bool TreeOrder::beginFrame(const SlotArrays& slots, std::size_t, const float*, std::span<const std::uint32_t> moved,
-                           bool all) {
+                           bool all, Workers* workers) {
     view_.slots = slots;
     if (all || freshArea_ < 0) {
-        kernels_.treeLeaves(view_, 0, view_.nodes[0]);
+        const std::size_t leaves = view_.nodes[0], tasks = leaves / kLeavesPerTask + 1;
+        runTasks(workers, tasks, [&](std::size_t i) {
+            kernels_.treeLeaves(view_, leaves * i / tasks, leaves * (i + 1) / tasks);
+        });
     } else {
         std::size_t done = 0;
         for (const std::uint32_t slot : moved) {

@@ -20,7 +20,7 @@ public:
     [[nodiscard]] std::size_t settlingSlots() const override { return 0; }
     [[nodiscard]] const Settlement& limits() const override { return limits_; }
     [[nodiscard]] bool beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3], std::span<const std::uint32_t> moved,
-                    bool all) override;
+                    bool all, Workers* workers) override;
     [[nodiscard]] std::size_t units() const override { return view_.nodes[0]; }
     [[nodiscard]] std::size_t unitsPerTask() const override { return 32; }
     std::size_t sweepAll(std::size_t begin, std::size_t end, PairSink& sink) const override;
@@ -34,8 +34,8 @@ private:
         std::uint32_t slot;
     };
 
-    /// Halves down to leaves, or to what one task shall halve.
-    void split(std::span<Center> centers, std::size_t downTo, std::vector<std::span<Center>>* tasks) const;
+    [[nodiscard]] static std::size_t halve(std::span<Center> centers);
+    static void split(std::span<Center> centers);
     [[nodiscard]] double leafArea() const;
 
     const SlotKernels& kernels_;
