@@ -32,8 +32,8 @@ bool look(const Come& come) {
     do {
         pauseALittle();
         if (come()) return true;
-        // Costs nothing on a free machine. On a busy one, better that others take the processor now than in the middle of a
-        // task, for which all would have to wait.
+        // Costs nothing on a free machine. On a busy one, better that others take the processor now than in the middle
+        // of a task, for which all would have to wait.
         std::this_thread::yield();
     } while (std::chrono::steady_clock::now() < end);
     return come();

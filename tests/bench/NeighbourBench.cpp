@@ -1,10 +1,11 @@
 /// Neighbour finding beside Embree's rtcCollide and Bullet's broad phases, as Debian ships them.
 ///
 /// N boxes, half extents 0.5 · U(0.5, 1.5), in a cube of side 2 (N / 4)^(1/3), each with a speed of 0.05 per frame in a
-/// direction of its own, reflected at the walls; all of them move, or every tenth. A frame is: tell the new boxes, ask for
-/// the pairs. The frames are run through forth and back, the contenders taking turns pass by pass; a row shows the mean
-/// over the frames of the fastest pass. One thread each, except where said. After every first pass the answers are
-/// compared: what a peer reports beyond (Embree's leaves, Bullet's coarser boxes) is dropped, the rest must be our pairs.
+/// direction of its own, reflected at the walls; all of them move, or every tenth. A frame is: tell the new boxes, ask
+/// for the pairs. The frames are run through forth and back, the contenders taking turns pass by pass; a row shows the
+/// mean over the frames of the fastest pass. One thread each, except where said. After every first pass the answers are
+/// compared: what a peer reports beyond (Embree's leaves, Bullet's coarser boxes) is dropped, the rest must be our
+/// pairs.
 #include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <embree3/rtcore.h>
@@ -41,7 +42,9 @@ struct Motion {
 /// All bounds are floats, so that single and double precision mean the same boxes.
 Motion makeMotion(std::size_t n, std::size_t frameCount, std::size_t everyNth, unsigned seed) {
     std::mt19937_64 random(seed);
-    const auto uniform = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    const auto uniform = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
     const double side = 2 * std::cbrt(static_cast<double>(n) / 4);
     struct Body {
         Vec3d at, speed, half;
@@ -210,7 +213,8 @@ public:
         if (!sweep_) {
             broadphase_ = std::make_unique<btDbvtBroadphase>();
         } else if (handles < 16384) {
-            broadphase_ = std::make_unique<btAxisSweep3>(low, high, static_cast<unsigned short>(handles), nullptr, true);
+            broadphase_ =
+                std::make_unique<btAxisSweep3>(low, high, static_cast<unsigned short>(handles), nullptr, true);
         } else {
             broadphase_ = std::make_unique<bt32BitAxisSweep3>(low, high, handles, nullptr, true);
         }
@@ -236,8 +240,7 @@ public:
     Pairs found(const std::vector<Box>& boxes) override {
         btBroadphasePairArray& array = broadphase_->getOverlappingPairCache()->getOverlappingPairArray();
         Pairs pairs;
-        for (int i = 0; i < array.size(); ++i)
-            pairs.push_back({index(array[i].m_pProxy0), index(array[i].m_pProxy1)});
+        for (int i = 0; i < array.size(); ++i) pairs.push_back({index(array[i].m_pProxy0), index(array[i].m_pProxy1)});
         return exact(std::move(pairs), boxes);
     }
 
@@ -309,7 +312,8 @@ std::vector<double> Bench::race(const Motion& motion, const std::vector<Contende
 void Bench::everybodyMoves(std::size_t n, std::size_t frames, double atMost, double aim) {
     const Motion motion = makeMotion(n, frames, 1, 1);
     Ours ours("auto", NeighbourMethod::kAuto, 1);
-    Embree low("Embree, built anew (low)", RTC_BUILD_QUALITY_LOW), medium("Embree, built anew (medium)", RTC_BUILD_QUALITY_MEDIUM);
+    Embree low("Embree, built anew (low)", RTC_BUILD_QUALITY_LOW),
+        medium("Embree, built anew (medium)", RTC_BUILD_QUALITY_MEDIUM);
     Bullet dbvt("Bullet dbvt", false), sweep("Bullet axis sweep", true);
     std::vector<Contender*> all{&ours, &low, &medium};
     if (n <= 10'000) {
@@ -373,7 +377,8 @@ int bench(int argc, char** argv) {
         if (option == "--passes") bench.passes = std::max(1, std::atoi(argv[i + 1]));
         if (option == "--only") only = argv[i + 1];
     }
-    std::printf("%-26s %-30s %11s %11s %8s %8s %8s\n", "µs per frame", "beside", "ours", "theirs", "ratio", "at most", "aim");
+    std::printf("%-26s %-30s %11s %11s %8s %8s %8s\n", "µs per frame", "beside", "ours", "theirs", "ratio", "at most",
+                "aim");
     const auto wants = [&](const char* what) { return only.empty() || only == what; };
     if (wants("all")) {
         bench.everybodyMoves(1'000, 120, 0.35, 0.2);
@@ -397,11 +402,12 @@ int bench(int argc, char** argv) {
     std::string cases;
     for (const Row& row : bench.rows) {
         char line[512];
-        std::snprintf(line, sizeof line,
-                      "%s\n{\"case\":\"%s\",\"peer\":\"%s\",\"ours\":%.6g,\"theirs\":%.6g,\"unit\":\"µs\",\"ratio\":%.6g,"
-                      "\"atMost\":%g,\"aim\":%g}",
-                      cases.empty() ? "" : ",", row.name.c_str(), row.peer.c_str(), row.ours, row.theirs,
-                      row.ours / row.theirs, row.atMost, row.aim);
+        std::snprintf(
+            line, sizeof line,
+            "%s\n{\"case\":\"%s\",\"peer\":\"%s\",\"ours\":%.6g,\"theirs\":%.6g,\"unit\":\"µs\",\"ratio\":%.6g,"
+            "\"atMost\":%g,\"aim\":%g}",
+            cases.empty() ? "" : ",", row.name.c_str(), row.peer.c_str(), row.ours, row.theirs, row.ours / row.theirs,
+            row.atMost, row.aim);
         cases += line;
     }
     if (!json.empty()) std::ofstream(json) << "{\"cases\":[" << cases << "\n]}\n";

@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint32_t kNoSlot = ~0U;
 constexpr std::size_t kItemsPerTask = 1024;
 constexpr std::size_t kQueriesPerTask = 256;
-constexpr std::size_t kGridFrom = 4096;    // the order of fewer is made as fast for a tree
+constexpr std::size_t kGridFrom = 4096;  // the order of fewer is made as fast for a tree
 constexpr std::size_t kShareForAll = 3;  // where more than one of three moved, all are looked at
 
 static_assert(sizeof(Box) == 6 * sizeof(double), "boxes are read as six doubles");
@@ -25,8 +25,8 @@ const double* numbers(const Box* box) {
     return box->lower.data();
 }
 
-/// About where most boxes are. Keys are finest around the origin, so it should lie there; one box far away must not draw
-/// it to itself.
+/// About where most boxes are. Keys are finest around the origin, so it should lie there; one box far away must not
+/// draw it to itself.
 std::array<double, 3> middle(std::span<const Box> boxes) {
     constexpr std::size_t kSample = 256;
     std::array<std::vector<double>, 3> sample;
@@ -271,8 +271,8 @@ void DifferenceFinder::spreadAndSettle() {
     for (std::size_t i = tasks; i < tasks_.size(); ++i) tasks_[i].leavers.clear();
 }
 
-/// Gives new, loose, slots to what has left its place: in the old one it vanishes, in the new one it appears. False if it
-/// is so many that all had better be found afresh.
+/// Gives new, loose, slots to what has left its place: in the old one it vanishes, in the new one it appears. False if
+/// it is so many that all had better be found afresh.
 bool DifferenceFinder::releaseLeavers(std::span<const std::uint32_t> leavers) {
     leaps_.clear();
     for (const std::uint32_t slot : leavers)
@@ -341,7 +341,8 @@ void DifferenceFinder::findMoved() {
     movedSlots_.clear();
     for (std::size_t word = 0; word < movedBits_.size(); ++word)
         for (std::uint64_t left = movedBits_[word]; left != 0; left &= left - 1)
-            movedSlots_.push_back(static_cast<std::uint32_t>(64 * word) + static_cast<std::uint32_t>(__builtin_ctzll(left)));
+            movedSlots_.push_back(static_cast<std::uint32_t>(64 * word) +
+                                  static_cast<std::uint32_t>(__builtin_ctzll(left)));
     if (!beginFrame(false)) {
         findAfresh();
         return;

@@ -10,15 +10,16 @@
 
 namespace tessera::neighbours {
 
-/// Keeps the pairs of the last frame and looks for what has changed: pairs that met then and do not now, or the other way
-/// about, are few however many boxes move, so that neither the pairs nor the boxes need sorting in a frame. Boxes keep
-/// their places in an order made by a grid or a tree (SlotOrder) until they have drifted too far. Where only some moved,
-/// only those search. Where most leapt, everything is found afresh.
+/// Keeps the pairs of the last frame and looks for what has changed: pairs that met then and do not now, or the other
+/// way about, are few however many boxes move, so that neither the pairs nor the boxes need sorting in a frame. Boxes
+/// keep their places in an order made by a grid or a tree (SlotOrder) until they have drifted too far. Where only some
+/// moved, only those search. Where most leapt, everything is found afresh.
 class DifferenceFinder final : public NeighbourFinder {
 public:
-    /// kGrid, kTree, or kAuto: a grid, whose order is made fast, for boxes that come or leap, if they are spread evenly; a
-    /// tree, in which searches are fast, for boxes that move on from where they were.
-    explicit DifferenceFinder(NeighbourMethod method, Workers* workers = nullptr, const SlotKernels& kernels = slotKernels());
+    /// kGrid, kTree, or kAuto: a grid, whose order is made fast, for boxes that come or leap, if they are spread
+    /// evenly; a tree, in which searches are fast, for boxes that move on from where they were.
+    explicit DifferenceFinder(NeighbourMethod method, Workers* workers = nullptr,
+                              const SlotKernels& kernels = slotKernels());
     ~DifferenceFinder() override;
 
     using NeighbourFinder::move;
@@ -72,17 +73,17 @@ private:
 
     std::vector<Box> boxes_;
     InteractionTable table_;
-    bool everybody_ = true;            // every pair is relevant
-    std::size_t settled_ = 0;          // items with a slot: those that are of interest to anybody
-    std::size_t activeItems_ = 0;      // of these
-    std::array<double, 3> origin_{};   // of the keys
+    bool everybody_ = true;           // every pair is relevant
+    std::size_t settled_ = 0;         // items with a slot: those that are of interest to anybody
+    std::size_t activeItems_ = 0;     // of these
+    std::array<double, 3> origin_{};  // of the keys
 
     std::vector<std::uint32_t> slotOf_;  // per item; none for those that are of interest to nobody
     std::vector<std::uint32_t> itemOf_;  // per slot
     std::size_t slots_ = 0;              // items with a slot, and new places of what leapt in this frame
     std::vector<float> records_;         // keys by slot, as they come from the boxes
     SlotBounds cur_, prev_;
-    std::vector<float> placed_;          // negated lower bounds when the order was made
+    std::vector<float> placed_;  // negated lower bounds when the order was made
     std::array<float, 3> drift_{}, lastDrift_{};
     struct Leap {
         std::uint32_t from, to;

@@ -9,11 +9,11 @@ namespace tessera::neighbours {
 namespace {
 
 constexpr std::size_t kSampleSize = 1024;
-constexpr double kTail = 0.02;             // of the sample, on either side, that may lie far out
-constexpr double kOutsized = 1.0 / 256;    // of the sample, that may be much larger than the others
-constexpr double kPerStretch = 9;          // candidates that a box should find in one column
+constexpr double kTail = 0.02;           // of the sample, on either side, that may lie far out
+constexpr double kOutsized = 1.0 / 256;  // of the sample, that may be much larger than the others
+constexpr double kPerStretch = 9;        // candidates that a box should find in one column
 constexpr double kPerCell = 1.0;
-constexpr float kDecay = 0.2F;             // drift, in extents, at which a new order pays
+constexpr float kDecay = 0.2F;  // drift, in extents, at which a new order pays
 
 struct Sample {
     std::vector<float> lower, extent;
@@ -23,8 +23,8 @@ struct Sample {
 
 GridOrder::GridOrder(const SlotKernels& kernels) : kernels_(kernels) {}
 
-/// Chooses the size of the cells from a sample. Quantiles, not extremes: one box far away or of great size must not spoil
-/// the grid for the others.
+/// Chooses the size of the cells from a sample. Quantiles, not extremes: one box far away or of great size must not
+/// spoil the grid for the others.
 void GridOrder::measure(const SlotBounds& cur, std::size_t count) {
     std::size_t present = 0;
     for (std::size_t s = 0; s < count; ++s) present += !cur.empty(s);
@@ -65,7 +65,9 @@ void GridOrder::measure(const SlotBounds& cur, std::size_t count) {
     for (std::size_t a = 0; a < 3; ++a) unit[a] = std::max({extent[a], 0.25 * spacing, 1e-6 * range[a], 1e-30});
     std::array<int, 3> axes{0, 1, 2};
     std::sort(axes.begin(), axes.end(), [&](int x, int y) {
-        const auto length = [&](int a) { return range[static_cast<std::size_t>(a)] / unit[static_cast<std::size_t>(a)]; };
+        const auto length = [&](int a) {
+            return range[static_cast<std::size_t>(a)] / unit[static_cast<std::size_t>(a)];
+        };
         return length(x) != length(y) ? length(x) > length(y) : x < y;
     });
     const auto along = [&](const std::array<double, 3>& values, std::size_t axis) {
@@ -75,7 +77,8 @@ void GridOrder::measure(const SlotBounds& cur, std::size_t count) {
     double factor = std::max(1.0, std::sqrt(kPerStretch / (density * unit[0] * unit[1] * unit[2])));
     std::array<double, 3> dims{};
     const auto columns = [&] {
-        for (std::size_t a = 1; a < 3; ++a) dims[a] = std::max(1.0, std::ceil(along(range, a) / (factor * along(unit, a))));
+        for (std::size_t a = 1; a < 3; ++a)
+            dims[a] = std::max(1.0, std::ceil(along(range, a) / (factor * along(unit, a))));
         return dims[1] * dims[2];
     };
     const double most = static_cast<double>(present) + 64;

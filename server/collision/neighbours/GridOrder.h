@@ -7,10 +7,10 @@
 
 namespace tessera::neighbours {
 
-/// A grid over the lower corners: columns along one axis, cut into short cells, so that a box finds its candidates in a few
-/// stretches of slots. Its size follows the boxes and how densely they lie. Boxes may drift some way from their cell
-/// before they are put in order again; all searches are widened by how far the farthest has. Outsized boxes and those
-/// that leapt are loose: they search the whole grid, and each other.
+/// A grid over the lower corners: columns along one axis, cut into short cells, so that a box finds its candidates in a
+/// few stretches of slots. Its size follows the boxes and how densely they lie. Boxes may drift some way from their
+/// cell before they are put in order again; all searches are widened by how far the farthest has. Outsized boxes and
+/// those that leapt are loose: they search the whole grid, and each other.
 ///
 /// Good for boxes of similar size that are spread evenly, and quickly put in order: for frames in which all leap. Right
 /// for all.
@@ -21,8 +21,8 @@ public:
     [[nodiscard]] double expectedSteps() const override { return expectedSteps_; }
     [[nodiscard]] std::size_t settlingSlots() const override { return view_.looseBegin; }
     [[nodiscard]] const Settlement& limits() const override { return limits_; }
-    [[nodiscard]] bool beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3], std::span<const std::uint32_t> moved,
-                    bool all, Workers* workers) override;
+    [[nodiscard]] bool beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3],
+                                  std::span<const std::uint32_t> moved, bool all, Workers* workers) override;
     [[nodiscard]] std::size_t units() const override;
     [[nodiscard]] std::size_t unitsPerTask() const override { return 2048; }
     std::size_t sweepAll(std::size_t begin, std::size_t end, PairSink& sink) const override;

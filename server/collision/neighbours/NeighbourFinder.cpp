@@ -18,22 +18,30 @@ void NeighbourFinder::moveAll(std::span<const Box> boxes) {
 
 std::string_view name(NeighbourMethod method) {
     switch (method) {
-        case NeighbourMethod::kAllPairs: return "all pairs";
-        case NeighbourMethod::kSweepAndPrune: return "sweep and prune";
-        case NeighbourMethod::kGrid: return "grid";
-        case NeighbourMethod::kTree: return "tree";
-        case NeighbourMethod::kAuto: return "auto";
+        case NeighbourMethod::kAllPairs:
+            return "all pairs";
+        case NeighbourMethod::kSweepAndPrune:
+            return "sweep and prune";
+        case NeighbourMethod::kGrid:
+            return "grid";
+        case NeighbourMethod::kTree:
+            return "tree";
+        case NeighbourMethod::kAuto:
+            return "auto";
     }
     return "";
 }
 
 std::unique_ptr<NeighbourFinder> makeNeighbourFinder(const NeighbourOptions& options) {
     switch (options.method) {
-        case NeighbourMethod::kAllPairs: return std::make_unique<AllPairs>();
-        case NeighbourMethod::kSweepAndPrune: return std::make_unique<SweepAndPrune>();
+        case NeighbourMethod::kAllPairs:
+            return std::make_unique<AllPairs>();
+        case NeighbourMethod::kSweepAndPrune:
+            return std::make_unique<SweepAndPrune>();
         case NeighbourMethod::kGrid:
         case NeighbourMethod::kTree:
-        case NeighbourMethod::kAuto: break;
+        case NeighbourMethod::kAuto:
+            break;
     }
     return std::make_unique<neighbours::DifferenceFinder>(options.method, options.workers);
 }

@@ -38,9 +38,9 @@ struct InteractionTable {
 };
 
 /// Finds the pairs of relevant items whose boxes overlap, in double, without tolerance: `!a.empty() && !b.empty() &&
-/// a.overlaps(b)`. So touching counts, an empty box overlaps nothing, a box with a NaN in it is empty, and an infinite box
-/// overlaps whatever lies in its range. Every finder returns the same pairs in the same, ascending, order, for any number
-/// of threads. At most 2^30 items. One thread at a time.
+/// a.overlaps(b)`. So touching counts, an empty box overlaps nothing, a box with a NaN in it is empty, and an infinite
+/// box overlaps whatever lies in its range. Every finder returns the same pairs in the same, ascending, order, for any
+/// number of threads. At most 2^30 items. One thread at a time.
 class NeighbourFinder {
 public:
     virtual ~NeighbourFinder() = default;

@@ -55,7 +55,8 @@ void PairSet::apply(std::span<const std::vector<PairChange>* const> lists, std::
     for (const std::vector<PairChange>* list : lists)
         for (const PairChange change : *list) changes_[bucketEnds_[change >> shift]++] = change;
 
-    const std::size_t parts = std::clamp<std::size_t>((total + pairs_.size()) / kPerPart, 1, std::min<std::size_t>(64, buckets));
+    const std::size_t parts =
+        std::clamp<std::size_t>((total + pairs_.size()) / kPerPart, 1, std::min<std::size_t>(64, buckets));
     parts_.resize(parts);
     std::size_t pair = 0;
     for (std::size_t i = 0; i < parts; ++i) {

@@ -15,16 +15,16 @@ using PairChange = std::uint64_t;
     return std::uint64_t{a} << 33U | std::uint64_t{b} << 1U | static_cast<std::uint64_t>(begins);
 }
 
-/// Sorted pairs. A frame changes few of them, so that the sorted changes are merged in instead of sorting the pairs. One
-/// thread at a time.
+/// Sorted pairs. A frame changes few of them, so that the sorted changes are merged in instead of sorting the pairs.
+/// One thread at a time.
 class PairSet {
 public:
     [[nodiscard]] std::span<const NeighbourPair> pairs() const { return pairs_; }
     [[nodiscard]] bool contains(std::uint32_t a, std::uint32_t b) const;
     void clear() { pairs_.clear(); }
 
-    /// Takes in the changes of all lists, in any order: what begins must not be there yet, what ends must be; a pair that
-    /// does both stays as it is. Items are below `items`.
+    /// Takes in the changes of all lists, in any order: what begins must not be there yet, what ends must be; a pair
+    /// that does both stays as it is. Items are below `items`.
     void apply(std::span<const std::vector<PairChange>* const> lists, std::size_t items, Workers* workers);
 
 private:
@@ -41,10 +41,10 @@ private:
 
 /// A share of the buckets of a's, and what belongs to it.
 struct PairSet::Part {
-    std::size_t firstBucket, lastBucket;    ///< of changes
-    std::size_t firstPair, lastPair;        ///< of the pairs so far
-    std::size_t firstChange, lastChange;    ///< after pairs that both end and begin are out
-    std::size_t out;                        ///< where it begins in the merged pairs
+    std::size_t firstBucket, lastBucket;  ///< of changes
+    std::size_t firstPair, lastPair;      ///< of the pairs so far
+    std::size_t firstChange, lastChange;  ///< after pairs that both end and begin are out
+    std::size_t out;                      ///< where it begins in the merged pairs
 };
 
 }  // namespace tessera::neighbours

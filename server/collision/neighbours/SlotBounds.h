@@ -9,8 +9,8 @@
 
 namespace tessera::neighbours {
 
-/// The keys of boxes by slot, laid out as the kernels want them: in blocks of sixteen, on boundaries of cache lines. Slots
-/// that nobody has set are empty.
+/// The keys of boxes by slot, laid out as the kernels want them: in blocks of sixteen, on boundaries of cache lines.
+/// Slots that nobody has set are empty.
 class SlotBounds {
 public:
     void allocate(std::size_t slots) {

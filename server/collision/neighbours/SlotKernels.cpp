@@ -16,9 +16,12 @@ extern const SlotKernels kSlotKernels;
 
 const SlotKernels& slotKernels(InstructionSet set) {
     switch (set) {
-        case InstructionSet::kAvx512: return avx512::kSlotKernels;
-        case InstructionSet::kAvx2: return avx2::kSlotKernels;
-        case InstructionSet::kSse41: break;
+        case InstructionSet::kAvx512:
+            return avx512::kSlotKernels;
+        case InstructionSet::kAvx2:
+            return avx2::kSlotKernels;
+        case InstructionSet::kSse41:
+            break;
     }
     return sse41::kSlotKernels;
 }

@@ -1,16 +1,16 @@
 /// The inner loops of neighbour finding, compiled for each instruction set. Plain data only: what is shared with other
 /// translation units must not be compiled with wider instructions than the processor may have.
 ///
-/// **Keys.** A box is worked on as six floats, its bounds less an origin, each rounded to the nearest float; the lower ones
-/// negated, so that two boxes overlap where all six sums "upper of one + negated lower of the other" are not negative.
-/// Rounding is monotone, so bounds in double x ≤ y have keys in that order too, and keys x < y say that the bounds are in
-/// that order: only sums of zero leave a question, which the caller answers in double. Keys are clamped to ±kFar
-/// (monotone as well), so that sums are finite. All six keys of an empty box are -kNowhere.
+/// **Keys.** A box is worked on as six floats, its bounds less an origin, each rounded to the nearest float; the lower
+/// ones negated, so that two boxes overlap where all six sums "upper of one + negated lower of the other" are not
+/// negative. Rounding is monotone, so bounds in double x ≤ y have keys in that order too, and keys x < y say that the
+/// bounds are in that order: only sums of zero leave a question, which the caller answers in double. Keys are clamped
+/// to ±kFar (monotone as well), so that sums are finite. All six keys of an empty box are -kNowhere.
 ///
 /// **Slots.** Boxes are kept in an order in which neighbours in space lie side by side (`cells` of a grid, leaves of a
 /// tree), in blocks of sixteen, with the keys of now (`cur`) and of the frame before (`prev`). What the kernels find is
-/// *differences*: pairs that met then and do not now, or the other way about. With nothing in `prev`, that is all pairs.
-/// All arrays may be read up to kSlotPadding slots beyond their end, where boxes must be empty.
+/// *differences*: pairs that met then and do not now, or the other way about. With nothing in `prev`, that is all
+/// pairs. All arrays may be read up to kSlotPadding slots beyond their end, where boxes must be empty.
 #pragma once
 
 #include <cstddef>
@@ -59,8 +59,9 @@ struct SlotArrays {
     const float* prev;
 };
 
-/// Cells over the lower corners, as they were when the slots were put in order: cell of v along an axis = (v - origin) *
-/// scale, clamped to 0 … last. The first axis is the one along which cells lie side by side; a column is a row of them.
+/// Cells over the lower corners, as they were when the slots were put in order: cell of v along an axis = (v - origin)
+/// * scale, clamped to 0 … last. The first axis is the one along which cells lie side by side; a column is a row of
+/// them.
 struct CellFrame {
     int axis[3];  ///< of the world
     float origin[3];
@@ -99,22 +100,22 @@ struct Settlement {
 struct SlotKernels {
     /// Keys of n boxes (six doubles each) into records of 8 floats (negated lower, 0, upper, 0); record slotOf[i], none
     /// for ~0. `copy`, where not null, gets the doubles.
-    void (*convert)(const double* boxes, double* copy, const std::uint32_t* slotOf, std::size_t n, const double origin[3],
-                    float* records);
+    void (*convert)(const double* boxes, double* copy, const std::uint32_t* slotOf, std::size_t n,
+                    const double origin[3], float* records);
     /// Records to keys, for slots begin (a multiple of 16) up to end.
     void (*spread)(const float* records, std::size_t begin, std::size_t end, float* cur);
-    /// Lists the slots (from a multiple of 16 on) that do not stay, and says how many. `placed`, by placeIndex: the negated
-    /// lower bounds when the order was made.
-    std::size_t (*settle)(const float* cur, const float* placed, std::size_t begin, std::size_t end, Settlement& settlement,
-                          std::uint32_t* leavers);
+    /// Lists the slots (from a multiple of 16 on) that do not stay, and says how many. `placed`, by placeIndex: the
+    /// negated lower bounds when the order was made.
+    std::size_t (*settle)(const float* cur, const float* placed, std::size_t begin, std::size_t end,
+                          Settlement& settlement, std::uint32_t* leavers);
     void (*cells)(const CellFrame& frame, const float* cur, std::size_t n, std::uint32_t* cell);
 
     /// Each pair of grid slots once, for the first slots begin … end - 1. Returns how far it came.
     std::size_t (*gridAll)(const GridView& grid, std::size_t begin, std::size_t end, PairSink& sink);
-    /// Each of the listed slots against the whole grid and, where `loose`, against all loose slots, else against the loose
-    /// ones after it. May report a slot with itself.
-    std::size_t (*gridSome)(const GridView& grid, const std::uint32_t* slots, std::size_t begin, std::size_t end, bool loose,
-                            PairSink& sink);
+    /// Each of the listed slots against the whole grid and, where `loose`, against all loose slots, else against the
+    /// loose ones after it. May report a slot with itself.
+    std::size_t (*gridSome)(const GridView& grid, const std::uint32_t* slots, std::size_t begin, std::size_t end,
+                            bool loose, PairSink& sink);
 
     void (*treeLeaves)(const TreeView& tree, std::size_t begin, std::size_t end);
     void (*treeUpper)(const TreeView& tree);

@@ -19,7 +19,8 @@ public:
     virtual ~SlotOrder() = default;
 
     /// Chooses an order of `count` slots: from[i] is the slot that becomes slot i. Drift begins anew.
-    virtual void arrange(const SlotBounds& cur, std::size_t count, Workers* workers, std::vector<std::uint32_t>& from) = 0;
+    virtual void arrange(const SlotBounds& cur, std::size_t count, Workers* workers,
+                         std::vector<std::uint32_t>& from) = 0;
     /// A forecast of the vectors of candidates per box, for what has just been arranged.
     [[nodiscard]] virtual double expectedSteps() const = 0;
 
@@ -28,12 +29,13 @@ public:
     [[nodiscard]] virtual const Settlement& limits() const = 0;
 
     /// Before the sweeps of a frame. `slotCount` grows by what has leapt; `drift` is that of the slots that stay;
-    /// `moved`, ascending, are the only slots that may have moved; `all`: any. False if so much has moved so far that all
-    /// had better be found afresh, in a new order.
+    /// `moved`, ascending, are the only slots that may have moved; `all`: any. False if so much has moved so far that
+    /// all had better be found afresh, in a new order.
     [[nodiscard]] virtual bool beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3],
-                            std::span<const std::uint32_t> moved, bool all, Workers* workers) = 0;
+                                          std::span<const std::uint32_t> moved, bool all, Workers* workers) = 0;
 
-    /// The work of a sweep over all: units from 0 on, which may be cut into parts anywhere. As the kernels of that name.
+    /// The work of a sweep over all: units from 0 on, which may be cut into parts anywhere. As the kernels of that
+    /// name.
     [[nodiscard]] virtual std::size_t units() const = 0;
     [[nodiscard]] virtual std::size_t unitsPerTask() const = 0;
     virtual std::size_t sweepAll(std::size_t begin, std::size_t end, PairSink& sink) const = 0;

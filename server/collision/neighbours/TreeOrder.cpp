@@ -9,7 +9,7 @@ namespace tessera::neighbours {
 
 namespace {
 
-constexpr double kDecay = 1.8;  // growth of the leaves at which a new order pays
+constexpr double kDecay = 1.8;          // growth of the leaves at which a new order pays
 constexpr std::size_t kPerTask = 1024;  // boxes to halve
 constexpr std::size_t kLeavesPerTask = 128;
 constexpr double kHopeless = 4;  // and at which it is due before the sweep
@@ -62,8 +62,8 @@ void TreeOrder::arrange(const SlotBounds& cur, std::size_t count, Workers* worke
     decayed_ = false;
 }
 
-/// Puts the lower half along the longest side first, and says where the upper one begins: at a multiple of what a node of
-/// the next level holds, so that nodes are full.
+/// Puts the lower half along the longest side first, and says where the upper one begins: at a multiple of what a node
+/// of the next level holds, so that nodes are full.
 std::size_t TreeOrder::halve(std::span<Center> centers) {
     if (centers.size() <= kBlockSlots) return centers.size();
     std::size_t unit = kBlockSlots;
@@ -98,9 +98,8 @@ bool TreeOrder::beginFrame(const SlotArrays& slots, std::size_t, const float*, s
     view_.slots = slots;
     if (all || freshArea_ < 0) {
         const std::size_t leaves = view_.nodes[0], tasks = leaves / kLeavesPerTask + 1;
-        runTasks(workers, tasks, [&](std::size_t i) {
-            kernels_.treeLeaves(view_, leaves * i / tasks, leaves * (i + 1) / tasks);
-        });
+        runTasks(workers, tasks,
+                 [&](std::size_t i) { kernels_.treeLeaves(view_, leaves * i / tasks, leaves * (i + 1) / tasks); });
     } else {
         std::size_t done = 0;
         for (const std::uint32_t slot : moved) {

@@ -7,9 +7,9 @@
 
 namespace tessera::neighbours {
 
-/// A tree of boxes, sixteen to a node, without pointers: slots are put in the order of a balanced k-d tree (halved along
-/// the longest side of their centres), sixteen following ones are a leaf, sixteen leaves a node, and so on. Refitted each
-/// frame, put in order again when the leaves have grown.
+/// A tree of boxes, sixteen to a node, without pointers: slots are put in the order of a balanced k-d tree (halved
+/// along the longest side of their centres), sixteen following ones are a leaf, sixteen leaves a node, and so on.
+/// Refitted each frame, put in order again when the leaves have grown.
 ///
 /// Good for all; only its order takes longer to make than a grid's.
 class TreeOrder final : public SlotOrder {
@@ -19,8 +19,8 @@ public:
     [[nodiscard]] double expectedSteps() const override { return 20; }
     [[nodiscard]] std::size_t settlingSlots() const override { return 0; }
     [[nodiscard]] const Settlement& limits() const override { return limits_; }
-    [[nodiscard]] bool beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3], std::span<const std::uint32_t> moved,
-                    bool all, Workers* workers) override;
+    [[nodiscard]] bool beginFrame(const SlotArrays& slots, std::size_t slotCount, const float drift[3],
+                                  std::span<const std::uint32_t> moved, bool all, Workers* workers) override;
     [[nodiscard]] std::size_t units() const override { return view_.nodes[0]; }
     [[nodiscard]] std::size_t unitsPerTask() const override { return 32; }
     std::size_t sweepAll(std::size_t begin, std::size_t end, PairSink& sink) const override;

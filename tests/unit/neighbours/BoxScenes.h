@@ -114,22 +114,39 @@ inline std::vector<Kind> kinds() {
              Box box = boxAt(uniform3(random, 0, sideFor(n)), uniform3(random, 0.5, 1.5));
              const auto axis = static_cast<int>(random() % 3);
              switch (random() % 60) {
-                 case 0: return Box{};
-                 case 1: box.lower[axis] = std::numeric_limits<double>::quiet_NaN(); break;
-                 case 2: box.upper[axis] = std::numeric_limits<double>::quiet_NaN(); break;
-                 case 3: box.upper[axis] = infinity; break;
-                 case 4: box.lower[axis] = -infinity; break;
-                 case 5: box.lower[axis] = box.upper[axis] = infinity; break;
-                 case 6: box.upper[axis] = 1e300; break;
-                 case 7: box.lower[axis] = box.upper[axis] + 1; break;
-                 default: break;
+                 case 0:
+                     return Box{};
+                 case 1:
+                     box.lower[axis] = std::numeric_limits<double>::quiet_NaN();
+                     break;
+                 case 2:
+                     box.upper[axis] = std::numeric_limits<double>::quiet_NaN();
+                     break;
+                 case 3:
+                     box.upper[axis] = infinity;
+                     break;
+                 case 4:
+                     box.lower[axis] = -infinity;
+                     break;
+                 case 5:
+                     box.lower[axis] = box.upper[axis] = infinity;
+                     break;
+                 case 6:
+                     box.upper[axis] = 1e300;
+                     break;
+                 case 7:
+                     box.lower[axis] = box.upper[axis] + 1;
+                     break;
+                 default:
+                     break;
              }
              return box;
          }},
     };
 }
 
-/// Everybody of interest to everybody; or four groups: 0 meets all but 3, 1 meets only 0, 2 itself too, 3 nobody at all.
+/// Everybody of interest to everybody; or four groups: 0 meets all but 3, 1 meets only 0, 2 itself too, 3 nobody at
+/// all.
 inline InteractionTable interests(Random& random, std::size_t n, bool everybody) {
     if (everybody) return InteractionTable::everybody(n);
     InteractionTable table;
@@ -140,10 +157,10 @@ inline InteractionTable interests(Random& random, std::size_t n, bool everybody)
         for (std::uint32_t& group : table.groupOf)
             if (group == 1) group = 2;
     table.active = {true, false, active == 2, false};
-    table.interacts = {true, true, true,        false,  //
-                       true, false, false,      false,  //
-                       true, false, active == 2, false,  //
-                       false, false, false,     false};
+    table.interacts = {true,  true,  true,        false,  //
+                       true,  false, false,       false,  //
+                       true,  false, active == 2, false,  //
+                       false, false, false,       false};
     return table;
 }
 

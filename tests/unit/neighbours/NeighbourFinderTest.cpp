@@ -70,7 +70,8 @@ TEST_P(EveryFinder, LetsAnInfiniteBoxMeetAllThatLieInItsRange) {
     Box floor;
     floor.lower = {-infinity, -infinity, -infinity};
     floor.upper = {infinity, 0, infinity};
-    start({boxAt({0, 0, 0}, {1, 1, 1}), floor, boxAt({1e300, 1e-300, 0}, {1, 1, 1}), boxAt({-1e300, -9, 0}, {1, 1, 1})});
+    start(
+        {boxAt({0, 0, 0}, {1, 1, 1}), floor, boxAt({1e300, 1e-300, 0}, {1, 1, 1}), boxAt({-1e300, -9, 0}, {1, 1, 1})});
     EXPECT_EQ(pairs(), (std::vector<NeighbourPair>{{0, 1}, {1, 3}}));
 }
 
@@ -144,9 +145,9 @@ std::vector<Contender> everyMethod(Workers* workers) {
     for (const InstructionSet set : {InstructionSet::kSse41, InstructionSet::kAvx2})
         for (const NeighbourMethod method : {NeighbourMethod::kGrid, NeighbourMethod::kTree})
             if (set < instructionSet())
-                contenders.push_back({std::string(name(method)) + ", " + std::string(name(set)),
-                                      std::make_unique<neighbours::DifferenceFinder>(method, workers,
-                                                                                     neighbours::slotKernels(set))});
+                contenders.push_back(
+                    {std::string(name(method)) + ", " + std::string(name(set)),
+                     std::make_unique<neighbours::DifferenceFinder>(method, workers, neighbours::slotKernels(set))});
     return contenders;
 }
 
@@ -168,7 +169,8 @@ void runScene(std::vector<Contender> contenders, const Kind& kind, std::size_t n
                 boxes = before;
                 random = seedOfFrame;
                 step(random, kind, boxes, *contender.finder);
-                if (random() % 4 == 0) step(random, kind, boxes, *contender.finder);  // two lists before the pairs are asked for
+                if (random() % 4 == 0)
+                    step(random, kind, boxes, *contender.finder);  // two lists before the pairs are asked for
             }
         }
         const std::vector<NeighbourPair> expected = reference(boxes, table);
@@ -204,10 +206,40 @@ TEST(NeighbourFinder, FindsTheSameWithOneTwoAndThreeThreads) {
             contenders.push_back({"two", makeNeighbourFinder({.method = method, .workers = &two})});
             contenders.push_back({"three", makeNeighbourFinder({.method = method, .workers = &three})});
             NeighbourFinder& one = *contenders.front().finder;
-            runScene(std::move(contenders), kind, 20000, 8, 4, [&](const auto&, const auto&) { return list(one.pairs()); });
+            runScene(std::move(contenders), kind, 20000, 8, 4,
+                     [&](const auto&, const auto&) { return list(one.pairs()); });
             if (HasFatalFailure()) return;
         }
     }
+}
+
+TEST(AutoFinder, TakesAGridForBoxesThatComeAndATreeOnceTheyMoveOn) {
+    Random random(5);
+    std::vector<Box> boxes;
+    for (std::size_t i = 0; i < 6000; ++i) boxes.push_back(kinds()[0].make(random, i, 6000));
+    neighbours::DifferenceFinder finder(NeighbourMethod::kAuto);
+    finder.reset(boxes, InteractionTable::everybody(boxes.size()));
+    EXPECT_EQ(list(finder.pairs()), bruteForce(boxes, InteractionTable::everybody(boxes.size())));
+    EXPECT_EQ(finder.method(), NeighbourMethod::kGrid);
+    for (int frame = 0; frame < 4; ++frame) {
+        for (Box& box : boxes) box = boxAt(box.lower + uniform3(random, -0.02, 0.02), box.size());
+        finder.moveAll(boxes);
+        ASSERT_EQ(list(finder.pairs()), bruteForce(boxes, InteractionTable::everybody(boxes.size())));
+    }
+    EXPECT_EQ(finder.method(), NeighbourMethod::kTree);
+}
+
+TEST(AutoFinder, TakesATreeForClustersFromTheStart) {
+    Random random(5);
+    std::vector<Box> boxes;
+    for (std::size_t i = 0; i < 6000; ++i) {
+        const double far = static_cast<double>(i % 5) * 1e4;
+        boxes.push_back(boxAt(Vec3d::Constant(far) + uniform3(random, 0, 10), uniform3(random, 0, 0.3)));
+    }
+    neighbours::DifferenceFinder finder(NeighbourMethod::kAuto);
+    finder.reset(boxes, InteractionTable::everybody(boxes.size()));
+    EXPECT_EQ(list(finder.pairs()), bruteForce(boxes, InteractionTable::everybody(boxes.size())));
+    EXPECT_EQ(finder.method(), NeighbourMethod::kTree);
 }
 
 TEST(NeighbourFinder, StartsAfreshWithOthers) {
