@@ -80,7 +80,7 @@ std::vector<SourceFile> readTree(const fs::path& root, const std::vector<std::st
         if (!fs::exists(root / folder)) continue;
         for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / folder)) {
             const std::string extension = entry.path().extension().string();
-            if (entry.is_regular_file() && (extension == ".h" || extension == ".cpp")) {
+            if (entry.is_regular_file() && (extension == ".h" || extension == ".inl" || extension == ".cpp")) {
                 paths.push_back(fs::relative(entry.path(), root).generic_string());
             }
         }

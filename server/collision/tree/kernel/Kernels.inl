@@ -1,11 +1,4 @@
-// Included once per instruction set, with TESSERA_KERNELS naming its namespace.
-#include <immintrin.h>
-
-#include <cstddef>
-#include <cstdint>
-#include <type_traits>
-
-#include "server/collision/tree/KernelTypes.h"
+// Included once per instruction set (../Kernels*.cpp, which bring the headers), with TESSERA_KERNELS naming its namespace.
 
 namespace tessera::kernel::TESSERA_KERNELS {
 namespace {
