@@ -4,17 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "common/math/Types.h"
+#include "common/math/Pose.h"
 #include "common/scene/Aspect.h"
 
 namespace tessera {
-
-/// Values of one Transform.
-struct Pose {
-    Vec3d translation = Vec3d::Zero();
-    Quatd rotation = Quatd::Identity();
-    Vec3d scale = Vec3d::Ones();
-};
 
 /// Scalars per key of Motion::keys: time, translation, rotation wxyz, scale.
 inline constexpr std::size_t kScalarsPerKey = 11;

@@ -73,7 +73,7 @@ std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArgu
             });
         case CollideQuery::kImpact:
             return timed([&](QueryWork& work) {
-                return timeOfImpact(bodies.a, Motion{}, bodies.b, Motion{pose.start, *pose.end}, work,
+                return timeOfImpact(bodies.a, BodyMotion{}, bodies.b, BodyMotion{pose.start, *pose.end}, work,
                                     {.tolerance = arguments.tolerance.value_or(ImpactOptions{}.tolerance)});
             });
     }

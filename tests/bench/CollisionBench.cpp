@@ -114,7 +114,7 @@ BenchPair generated(const std::string& fileA, const std::string& fileB, const Ar
         }
     if (arguments.options.wants("toi") || arguments.options.wants("distance"))
         pair.motions = makeMotions(a, b, std::max<std::size_t>(arguments.count / 5, 20), 2);
-    for (const Motion& m : pair.motions) motionLines.push_back(textOf(m.start) + " " + textOf(m.end));
+    for (const BodyMotion& m : pair.motions) motionLines.push_back(textOf(m.start) + " " + textOf(m.end));
     if (!arguments.saveTo.empty()) {
         const std::string stem = std::filesystem::path(fileA).stem().string() + "-" + std::filesystem::path(fileB).stem().string();
         saveLines(std::filesystem::path(arguments.saveTo) / (stem + ".poses"), poseLines);

@@ -14,11 +14,11 @@ namespace {
 constexpr std::size_t kFrames = 50;
 
 /// B on its way to A, in even steps from the start of each motion to within a thousandth of A.
-std::vector<Affine3d> approach(const TriangleTree& a, const TriangleTree& b, const std::vector<Motion>& motions) {
+std::vector<Affine3d> approach(const TriangleTree& a, const TriangleTree& b, const std::vector<BodyMotion>& motions) {
     std::vector<Affine3d> frames;
     const double reach = b.mesh().bounds().lower.cwiseAbs().cwiseMax(b.mesh().bounds().upper.cwiseAbs()).norm();
     for (std::size_t m = 0; m < std::min<std::size_t>(motions.size(), 20); ++m) {
-        const Motion& motion = motions[m];
+        const BodyMotion& motion = motions[m];
         const double speed = (motion.end.translation - motion.start.translation).norm() +
                              motion.start.rotation.angularDistance(motion.end.rotation) * reach;
         double last = 0;

@@ -21,7 +21,7 @@ struct Advance {
 
 /// t += d / (|v| + ω r) until d is within the tolerance (Mirtich 1996). `reach`: how far B's farthest vertex is from
 /// the origin that it turns about.
-Advance advance(const FclPair& fcl, const Motion& motion, double reach) {
+Advance advance(const FclPair& fcl, const BodyMotion& motion, double reach) {
     const double speed = (motion.end.translation - motion.start.translation).norm() +
                          motion.start.rotation.angularDistance(motion.end.rotation) * reach;
     Advance out;
@@ -56,7 +56,7 @@ void impactRows(const BenchPair& pair, const FclPairs& fcl, const BenchOptions& 
         raceInTurns(count, options.passes,
                     {[&](std::size_t i) {
                          QueryWork work;
-                         ours[i] = timeOfImpact(a, Motion{}, b, pair.motions[i], work, {.tolerance = kTolerance});
+                         ours[i] = timeOfImpact(a, BodyMotion{}, b, pair.motions[i], work, {.tolerance = kTolerance});
                      },
                      [&](std::size_t i) { theirs[i] = advance(fcl.obbRss, pair.motions[i], reach); }});
     // Both stop within the tolerance before the first contact, not at the same t. A motion that only comes near may be a

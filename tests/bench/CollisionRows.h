@@ -18,7 +18,7 @@ struct BenchPair {
     TriangleMesh a, b;
     std::vector<Affine3d> poses;     ///< a_T_b
     std::vector<std::size_t> near;   ///< those of `poses` that nearly touch
-    std::vector<Motion> motions;     ///< of B; A stays
+    std::vector<BodyMotion> motions;     ///< of B; A stays
 };
 
 struct BenchOptions {

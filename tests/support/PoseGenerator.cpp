@@ -89,8 +89,8 @@ std::vector<TestPose> makePoses(const TriangleTree& a, const TriangleTree& b, st
     return poses;
 }
 
-std::vector<Motion> makeMotions(const TriangleTree& a, const TriangleTree& b, std::size_t count, std::uint64_t seed) {
-    std::vector<Motion> motions;
+std::vector<BodyMotion> makeMotions(const TriangleTree& a, const TriangleTree& b, std::size_t count, std::uint64_t seed) {
+    std::vector<BodyMotion> motions;
     Source random(seed);
     for (std::size_t tries = 0; motions.size() < count; ++tries) {
         TESSERA_CHECK(tries < 100 * count + 100, "bodies that cannot be brought to touch");

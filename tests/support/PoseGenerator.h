@@ -32,7 +32,7 @@ struct TestPose {
 
 /// Ways of B past A, which stays: from d (s_c + 0.1 + 0.2 u) to -0.4 d + 0.5 e, e a direction of its own, turning by up to
 /// 60 degrees.
-[[nodiscard]] std::vector<Motion> makeMotions(const TriangleTree& a, const TriangleTree& b, std::size_t count,
+[[nodiscard]] std::vector<BodyMotion> makeMotions(const TriangleTree& a, const TriangleTree& b, std::size_t count,
                                               std::uint64_t seed);
 
 }  // namespace tessera

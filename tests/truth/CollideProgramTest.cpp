@@ -181,7 +181,7 @@ TEST_F(CollideFiles, MeetNeverAfterTheFirstContactAndWithinTheTolerance) {
     const double tolerance = 1e-3;
     std::mt19937 random(7);
     std::string file;
-    std::vector<Motion> motions;
+    std::vector<BodyMotion> motions;
     for (int i = 0; i < 30; ++i) {
         motions.push_back({randomPose(random, 0.8, 1.5), randomPose(random, 0, 1.2)});
         file += text(motions.back().start) + " " + text(motions.back().end) + "\n";

@@ -26,14 +26,14 @@ struct Mover {
 using ObjectPair = std::pair<ObjectId, ObjectId>;
 using PartPair = std::pair<std::uint32_t, std::uint32_t>;  // side A first
 
-TransformValue valueOf(const TentativeTransform& t) {
+Pose valueOf(const TentativeTransform& t) {
     return {t.translation, t.rotation, t.scale};
 }
-TransformValue valueOf(const Transform& t) {
+Pose valueOf(const Transform& t) {
     return {t.translation, t.rotation, t.scale};
 }
 
-TentativeTransform withValue(TentativeTransform t, const TransformValue& value) {
+TentativeTransform withValue(TentativeTransform t, const Pose& value) {
     t.translation = value.translation;
     t.rotation = value.rotation;
     t.scale = value.scale;

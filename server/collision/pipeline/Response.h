@@ -17,7 +17,7 @@ struct Hit {
 };
 
 struct Resolution {
-    TransformValue accepted;      ///< must not make a new contact
+    Pose accepted;      ///< must not make a new contact
     bool stopped = false;         ///< did not get where it was wanted
     std::vector<Hit> hits;        ///< what was in the way, where it is not touched in the accepted pose
     std::uint64_t undecided = 0;  ///< questions that a limit left open; taken as blocked

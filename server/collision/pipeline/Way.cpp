@@ -7,21 +7,21 @@
 
 namespace tessera {
 
-TransformValue Way::at(double fraction) const {
+Pose Way::at(double fraction) const {
     if (fraction <= 0) return start;
     if (fraction >= 1) return end;
-    TransformValue value;
+    Pose value;
     value.translation = start.translation + fraction * (end.translation - start.translation);
     value.rotation = start.rotation.normalized().slerp(fraction, end.rotation.normalized()).normalized();
     value.scale = start.scale + fraction * (end.scale - start.scale);
     return value;
 }
 
-Affine3d localOf(const TransformValue& value) {
+Affine3d localOf(const Pose& value) {
     return composeTransform(value.translation, value.rotation, value.scale);
 }
 
-bool possible(const TransformValue& value) {
+bool possible(const Pose& value) {
     const double norm = value.rotation.coeffs().norm();
     return value.translation.allFinite() && value.scale.allFinite() && value.rotation.coeffs().allFinite() &&
            std::isfinite(norm) && norm > 1e-100 && (value.scale.array() != 0).all();

@@ -5,30 +5,23 @@
 #include <functional>
 #include <vector>
 
-#include "common/math/Types.h"
+#include "common/math/Pose.h"
 #include "server/collision/pipeline/ObjectHandler.h"
 
 namespace tessera {
 
-/// A Transform's values.
-struct TransformValue {
-    Vec3d translation = Vec3d::Zero();
-    Quatd rotation = Quatd::Identity();
-    Vec3d scale = Vec3d::Ones();
-};
-
 /// Translation and scale run linearly, rotation by slerp along the shorter arc.
 struct Way {
-    TransformValue start, end;
+    Pose start, end;
 
     /// 0: the start, 1: the end, bit for bit.
-    [[nodiscard]] TransformValue at(double fraction) const;
+    [[nodiscard]] Pose at(double fraction) const;
 };
 
-[[nodiscard]] Affine3d localOf(const TransformValue& value);
+[[nodiscard]] Affine3d localOf(const Pose& value);
 
 /// Finite, a rotation that is one, and no zero in the scale.
-[[nodiscard]] bool possible(const TransformValue& value);
+[[nodiscard]] bool possible(const Pose& value);
 
 /// Of every point of a part, in the world, over the whole way (fraction 0 to 1).
 struct WayBound {

@@ -24,7 +24,7 @@ bool uniform(const Vec3d& scale) {
 
 }  // namespace
 
-BodyWay::BodyWay(const Motion& motion) {
+BodyWay::BodyWay(const BodyMotion& motion) {
     valid_ = usable(motion.start) && usable(motion.end);
     if (!valid_) return;
     start_ = motion.start.rotation.normalized();
@@ -73,7 +73,7 @@ double BodyWay::extent(double reach) const {
     return std::max(shift0_.cwiseAbs().maxCoeff(), (shift0_ + shift_).cwiseAbs().maxCoeff()) + stretch_ * reach;
 }
 
-Pose Motion::at(double t) const {
+Pose BodyMotion::at(double t) const {
     if (t <= 0) return start;
     if (t >= 1) return end;
     const BodyWay way(*this);

@@ -19,7 +19,7 @@ struct BodyMoment {
 /// x(t) = T(t) + R(t)·S(t)·x; T and S linear, R(t) = exp(t [ω]) R(0) with a constant ω, as a slerp is.
 class BodyWay {
 public:
-    explicit BodyWay(const Motion& motion);
+    explicit BodyWay(const BodyMotion& motion);
 
     /// All numbers finite, rotations that are some.
     [[nodiscard]] bool valid() const { return valid_; }

@@ -42,7 +42,7 @@ struct Body {
     BodyWay way;
     double reach;  ///< of its points from the origin, in the model's lengths
 
-    Body(const TriangleTree& t, const Motion& motion)
+    Body(const TriangleTree& t, const BodyMotion& motion)
         : tree(t),
           storage(t.storage()),
           view(storage.view()),
@@ -348,7 +348,7 @@ private:
 
 }  // namespace
 
-Impact timeOfImpact(const TriangleTree& a, const Motion& motionA, const TriangleTree& b, const Motion& motionB,
+Impact timeOfImpact(const TriangleTree& a, const BodyMotion& motionA, const TriangleTree& b, const BodyMotion& motionB,
                     QueryWork& work, const ImpactOptions& options) {
     if (a.storage().empty() || b.storage().empty()) return {};
     const Body bodyA(a, motionA), bodyB(b, motionB);

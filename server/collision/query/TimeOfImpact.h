@@ -13,23 +13,15 @@
 
 #include <span>
 
-#include "common/math/Types.h"
+#include "common/math/Pose.h"
 #include "server/collision/mesh/QueryWork.h"
 #include "server/collision/tree/TriangleTree.h"
 
 namespace tessera {
 
-/// translation · rotation · scale, as every transform of a scene.
-struct Pose {
-    Vec3d translation = Vec3d::Zero();
-    Quatd rotation = Quatd::Identity();
-    Vec3d scale = Vec3d::Ones();
-    [[nodiscard]] Affine3d matrix() const { return composeTransform(translation, rotation, scale); }
-};
-
 /// A body's way during one step, t from 0 to 1, in a frame that both bodies share: translation and scale linear,
 /// rotation by slerp along the shorter arc. A body at rest has equal ends.
-struct Motion {
+struct BodyMotion {
     Pose start, end;
     [[nodiscard]] Pose at(double t) const;
 };
@@ -56,8 +48,8 @@ struct Impact {
 /// Scale may be non-uniform, negative, zero, or pass through zero: what is left of a flattened body still meets things.
 /// Numbers that are not finite and rotations of length zero: nothing is known, which is `complete` = false with t = 0.
 /// An empty mesh meets nothing. Trees of any kinds.
-[[nodiscard]] Impact timeOfImpact(const TriangleTree& a, const Motion& motionA, const TriangleTree& b,
-                                  const Motion& motionB, QueryWork& work, const ImpactOptions& options = {});
+[[nodiscard]] Impact timeOfImpact(const TriangleTree& a, const BodyMotion& motionA, const TriangleTree& b,
+                                  const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options = {});
 
 /// Between two states of deforming bodies: every vertex goes straight from where its tree's mesh has it (t = 0) to its
 /// end position (one per vertex, both in one frame). Another number of end positions, and numbers that are not finite:

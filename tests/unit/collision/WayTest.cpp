@@ -34,7 +34,7 @@ struct Chain : SceneMaker {
     Way randomWay() {
         std::normal_distribution<double> n;
         const auto value = [&] {
-            return TransformValue{vector(-2, 2), Quatd(n(random), n(random), n(random), n(random)).normalized(),
+            return Pose{vector(-2, 2), Quatd(n(random), n(random), n(random), n(random)).normalized(),
                                   vector(0.5, 1.5)};
         };
         Way way{value(), value()};

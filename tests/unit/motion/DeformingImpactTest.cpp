@@ -67,7 +67,7 @@ TEST(DeformingImpact, AgreesWithRigidBodiesOnTranslations) {
         const Vec3d way = -2 * start + 2 * Vec3d(n(random), n(random), n(random)).normalized();
         const Body other = bodies::sphere(0.5, 10, 12).moved(start);
         QueryWork work;
-        const Motion motion{.start = {}, .end = {.translation = way}};
+        const BodyMotion motion{.start = {}, .end = {.translation = way}};
         const Impact rigid = timeOfImpact(torus.tree(), {}, other.tree(), motion, work, {.tolerance = 1e-7});
         const Impact found = impactOf(torus, positionsOf(torus), other,
                                       displaced(other, [&](const Vec3d& p) -> Vec3d { return p + way; }), 1e-7);

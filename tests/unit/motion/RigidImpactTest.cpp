@@ -15,11 +15,11 @@ namespace {
 
 using bodies::Body;
 
-Motion from(const Vec3d& start, const Vec3d& end) {
+BodyMotion from(const Vec3d& start, const Vec3d& end) {
     return {.start = {.translation = start}, .end = {.translation = end}};
 }
 
-Impact impactOf(const Body& a, const Motion& ma, const Body& b, const Motion& mb, double tolerance = 1e-4) {
+Impact impactOf(const Body& a, const BodyMotion& ma, const Body& b, const BodyMotion& mb, double tolerance = 1e-4) {
     QueryWork work;
     return timeOfImpact(a.tree(), ma, b.tree(), mb, work, {.tolerance = tolerance});
 }
@@ -54,7 +54,7 @@ TEST(RigidImpact, BodiesThatTravelTogetherNeverMeet) {
 
 TEST(RigidImpact, AGrowingBallReachesTheWall) {
     const Body ball = bodies::sphere(1, 24, 32), wall = bodies::sheet(20, 20);
-    Motion growing;
+    BodyMotion growing;
     growing.start.translation = growing.end.translation = Vec3d(0.01, 0.02, 3);
     growing.end.scale = Vec3d::Constant(5);
     // Its south pole is a vertex: 1 + 4 t = 3.
@@ -66,7 +66,7 @@ TEST(RigidImpact, AGrowingBallReachesTheWall) {
 
 TEST(RigidImpact, ABallThatGrowsBesideAnotherReachesIt) {
     const Body ball = bodies::sphere(1, 24, 32);
-    Motion growing;
+    BodyMotion growing;
     growing.start.translation = growing.end.translation = Vec3d(0, 0, 4);
     growing.end.scale = Vec3d::Constant(5);
     // Pole on pole: 1 + 4 t = 3.
@@ -78,7 +78,7 @@ TEST(RigidImpact, ABallThatGrowsBesideAnotherReachesIt) {
 
 /// A body on an arc flies past the wall at first, and into it in the end: only the bend of its way brings it there.
 TEST(RigidImpact, AnArcBendsIntoTheWall) {
-    Motion quarter;
+    BodyMotion quarter;
     quarter.end.rotation = Quatd(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3d::UnitZ()));
     Body point;
     const std::uint32_t v = point.vertex(Vec3d(2, 0, 0));
@@ -86,7 +86,7 @@ TEST(RigidImpact, AnArcBendsIntoTheWall) {
     const Body ball = bodies::sphere(0.5, 16, 20).moved(Vec3d(2, 0, 0));
     for (const Body& wall : {bodies::box(Vec3d(2, 20, 20)), bodies::grid(40, 20)}) {
         const bool isBox = wall.mesh().faceCount() == 12;
-        Motion standing;  // its face is the plane x = 1
+        BodyMotion standing;  // its face is the plane x = 1
         if (!isBox) {
             standing.start.rotation = standing.end.rotation =
                 Quatd(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3d::UnitY()));
@@ -106,7 +106,7 @@ TEST(RigidImpact, AnArcBendsIntoTheWall) {
 
 TEST(RigidImpact, AStretchedBodyReachesAsFarAsItIsStretched) {
     const Body box = bodies::box(Vec3d(1, 1, 1)), wall = bodies::sheet(20, 20);
-    Motion stretching;
+    BodyMotion stretching;
     stretching.start.translation = stretching.end.translation = Vec3d(0, 0, 2);
     stretching.end.scale = Vec3d(0.2, -3, 7);  // half of 1 + 6 t = 2
     const Impact found = impactOf(wall, {}, box, stretching);
@@ -119,9 +119,9 @@ TEST(RigidImpact, ATurningRodMeetsThePostAtItsAngle) {
     const Body rod = bodies::box(Vec3d(4, 0.02, 0.02)), post = bodies::box(Vec3d(0.02, 0.02, 2));
     // The rod turns 170 degrees about z; the post stands at 60.
     const double degree = std::numbers::pi / 180;
-    Motion turning;
+    BodyMotion turning;
     turning.end.rotation = Quatd(Eigen::AngleAxisd(170 * degree, Vec3d::UnitZ()));
-    Motion standing;
+    BodyMotion standing;
     standing.start.translation = standing.end.translation =
         1.5 * Vec3d(std::cos(60 * degree), std::sin(60 * degree), 0);
     const Impact found = impactOf(rod, turning, post, standing, 1e-6);
@@ -176,7 +176,7 @@ TEST(RigidImpact, LeavingFromWithinTheToleranceIsNoHit) {
 /// Fine sheets that slide and turn over each other, outside the tolerance: each face passes many others.
 TEST(RigidImpact, LongGrazingTakesBoundedWork) {
     const Body sheet = bodies::grid(40, 1.0);
-    Motion grazing = from(Vec3d(0, 0, 3e-4), Vec3d(0.7, 0.4, 3e-4));
+    BodyMotion grazing = from(Vec3d(0, 0, 3e-4), Vec3d(0.7, 0.4, 3e-4));
     QueryWork straight;
     EXPECT_FALSE(timeOfImpact(sheet.tree(), {}, sheet.tree(), grazing, straight).hit);
     EXPECT_LT(straight.boxTests + straight.triangleTests, 10u);
@@ -190,7 +190,7 @@ TEST(RigidImpact, LongGrazingTakesBoundedWork) {
 
 TEST(RigidImpact, GivesUpWhereToldToAndSaysHowFarItIsFree) {
     const Body ball = bodies::sphere(1, 30, 40);
-    const Motion way = from(Vec3d(5, 0.4, 0.1), Vec3d(-5, 0, 0));
+    const BodyMotion way = from(Vec3d(5, 0.4, 0.1), Vec3d(-5, 0, 0));
     const Impact truth = impactOf(ball, {}, ball, way);
     ASSERT_TRUE(truth.hit);
     double before = 0;
@@ -209,11 +209,11 @@ TEST(RigidImpact, GivesUpWhereToldToAndSaysHowFarItIsFree) {
 TEST(RigidImpact, BadInputHasDefinedAnswers) {
     const Body box = bodies::box(Vec3d(2, 2, 2)), nothing;
     const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
-    const Motion way = from(Vec3d(12, 0, 0), Vec3d(-8, 0, 0));
+    const BodyMotion way = from(Vec3d(12, 0, 0), Vec3d(-8, 0, 0));
     const auto unknown = [](const Impact& i) { return !i.hit && !i.complete && i.t == 0; };
     EXPECT_TRUE(unknown(impactOf(box, {}, box, from(Vec3d(nan, 0, 0), Vec3d(0, 0, 0)))));
     EXPECT_TRUE(unknown(impactOf(box, from(Vec3d(0, 0, 0), Vec3d(infinity, 0, 0)), box, {})));
-    Motion noRotation = way;
+    BodyMotion noRotation = way;
     noRotation.end.rotation = Quatd(0, 0, 0, 0);
     EXPECT_TRUE(unknown(impactOf(box, {}, box, noRotation)));
     EXPECT_FALSE(impactOf(nothing, {}, box, way).hit);
@@ -229,7 +229,7 @@ TEST(RigidImpact, BadInputHasDefinedAnswers) {
     }
     EXPECT_LE(impactOf(box, {}, box, way, infinity).t, 0.5);
     // Flat, and flattened to a point: what is left of it still meets things.
-    Motion flat = way;
+    BodyMotion flat = way;
     flat.start.scale = flat.end.scale = Vec3d(0, 1, 1);
     EXPECT_NEAR(impactOf(box, {}, box, flat).t, 11.0 / 20, 1e-5);
     flat.start.scale = flat.end.scale = Vec3d(0, 0, 0);
@@ -240,7 +240,7 @@ TEST(RigidImpact, BadInputHasDefinedAnswers) {
 
 /// A motion of one body past another, and what it is of.
 struct Trial {
-    Motion a, b;
+    BodyMotion a, b;
 };
 
 enum class Kind { kTranslation, kTurning, kHalfTurn, kScaling, kBoth, kNonUniform, kOrbit };
@@ -250,7 +250,7 @@ Trial randomTrial(std::mt19937& random, Kind kind) {
     std::uniform_real_distribution<double> u(-1, 1);
     const auto direction = [&] { return Vec3d(n(random), n(random), n(random)).normalized(); };
     const auto turn = [&](double most) { return Quatd(Eigen::AngleAxisd(most * u(random), direction())); };
-    const auto fill = [&](Motion& m, double distance) {
+    const auto fill = [&](BodyMotion& m, double distance) {
         const Vec3d d = direction();
         m.start.translation = distance * d;
         m.end.translation = -0.6 * distance * d + 3 * direction();
@@ -332,7 +332,7 @@ TEST(RigidImpact, DoesNotDependOnTheFrame) {
     const Body a = bodies::torus(0.8, 0.3, 12, 8), b = bodies::sphere(0.6, 8, 10);
     const Quatd turn = Quatd(0.3, -0.5, 0.7, 0.1).normalized();
     const Vec3d shift(30, -7, 12);
-    const auto carried = [&](Motion m) {
+    const auto carried = [&](BodyMotion m) {
         for (Pose* p : {&m.start, &m.end}) {
             p->translation = turn * p->translation + shift;
             p->rotation = turn * p->rotation;
