@@ -68,7 +68,8 @@ PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d
     const double slack = kSlack * (ta.radius + stretch * tb.radius + own.translation().norm()) + inDouble;
     f.slack = static_cast<float>(slack * (1 + 1e-6));
     f.slackB = f.similarity ? static_cast<float>(slack / scale * (1 + 1e-6)) : 1e30f;
-    f.bothWays = f.similarity;
+    // A in B's frame too, where that pays: for boxes always, for k-DOPs where B's are plates that look fat in A's frame.
+    f.bothWays = f.similarity && (tb.thin || shapeOf(tb.options.volume) == kernel::Shape::kDop6);
     if (ta.options.volume == VolumeKind::kSphere || ta.options.volume == VolumeKind::kObb) return f;
     const DirectionSet set = directionsOf(ta.options.volume);
     const PlaneChoice choice = realignment == Realignment::kBoxEnclosure ? PlaneChoice::kBoxEnclosure : PlaneChoice::kThreePlanes;

@@ -143,6 +143,7 @@ public:
         sink_.facesA = facesA_.data();
         sink_.facesB = facesB_.data();
         sink_.enough = kCapacity - kernel::kLeafPairs;
+        sink_.enoughLeaves = 16;
         sink_.flush = [](kernel::TouchSink&, void* self) { return static_cast<Candidates*>(self)->flush(); };
         sink_.context = this;
         sink_.nodeTests = work.boxTests;

@@ -43,12 +43,14 @@ bool TreePair::meets(FacePair pair) const {
 namespace {
 /// Deciding eight costs as much as deciding one; to wait for eight would cost more.
 constexpr std::uint32_t kEnoughForAny = 3;
+constexpr std::uint32_t kLeavesForAny = 8;
 }  // namespace
 
 Search::Search(const TreePair& pair, For what, const QueryWork& work) : pair_(pair), any_(what == For::kAny) {
     sink_.facesA = facesA_.data();
     sink_.facesB = facesB_.data();
     sink_.enough = any_ ? kEnoughForAny : kCapacity - kernel::kLeafPairs;
+    sink_.enoughLeaves = any_ ? kLeavesForAny : 16;
     sink_.flush = [](kernel::TouchSink&, void* self) { return static_cast<Search*>(self)->decide(); };
     sink_.context = this;
     sink_.nodeTests = work.boxTests;

@@ -2,6 +2,8 @@
 
 #include <immintrin.h>
 
+#include <algorithm>
+
 namespace tessera {
 
 kernel::Shape shapeOf(VolumeKind kind) {
@@ -43,6 +45,32 @@ std::vector<OwnPosition> ownPositions(const TreeStorage& tree) {
         }
     }
     return out;
+}
+
+bool hasManyPlates(const TreeStorage& tree) {
+    const unsigned rows = rowsOf(tree.options.volume), half = rows / 2;
+    if (tree.empty() || shapeOf(tree.options.volume) < kernel::Shape::kDop6) return false;
+    // A plate is sixteen times as wide as it is thick, and a quarter of them are many: of a surface that is turned every way,
+    // less than a twentieth lies so close along some direction. A thousand volumes are enough to tell.
+    constexpr std::size_t kNodes = 64;
+    constexpr float kWide = 16;
+    std::size_t all = 0, plates = 0;
+    const std::size_t step = (tree.nodeCount() + kNodes - 1) / kNodes;
+    for (std::size_t node = 0; node < tree.nodeCount(); node += step)
+        for (unsigned lane = 0; lane < kernel::kWidth; ++lane) {
+            if (tree.children[node * kernel::kWidth + lane] == kernel::kNoChild) continue;
+            const TreeStorage::VolumeRow* const row = &tree.volumes[node * rows];
+            float least = 3e38f, most = 0;
+            for (unsigned i = 0; i < half; ++i) {
+                // Directions beyond the third are longer than 1; by how much matters little.
+                const float width = row[i].lane[lane] + row[i + half].lane[lane];
+                least = std::min(least, width);
+                most = std::max(most, width);
+            }
+            ++all;
+            plates += least * kWide < most;
+        }
+    return 4 * plates > all;
 }
 
 }  // namespace tessera

@@ -32,6 +32,7 @@ struct TreeStorage {
     Vec3d centre = Vec3d::Zero();
     double unit = 1;    ///< a power of two: `radius` is at most 1
     double radius = 0;  ///< no vertex of a triangle is farther from the centre, in own coordinates
+    bool thin = false;  ///< many volumes are plates along the directions of k-DOPs; they look fat from elsewhere
     std::size_t depth = 0;
     double cost = 0;       ///< how many volumes a query is expected to meet: all their surfaces over the whole's
     double builtCost = 0;  ///< after the last build
@@ -56,6 +57,9 @@ struct TreeStorage {
 
 /// Every vertex of the mesh, rounded to float: each coordinate by half a unit in its last place.
 [[nodiscard]] std::vector<OwnPosition> ownPositions(const TreeStorage& tree);
+
+/// For TreeStorage::thin, after the volumes are fitted.
+[[nodiscard]] bool hasManyPlates(const TreeStorage& tree);
 
 [[nodiscard]] kernel::Shape shapeOf(VolumeKind kind);
 [[nodiscard]] unsigned rowsOf(VolumeKind kind);

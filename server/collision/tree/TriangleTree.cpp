@@ -50,6 +50,7 @@ void TriangleTree::rebuild() {
     tree.leafFaces.shrink_to_fit();
     fitVolumes(tree, positions);
     fitProfiles(tree, positions);
+    tree.thin = hasManyPlates(tree);
     tree.builtCost = tree.cost;
 }
 
@@ -61,6 +62,7 @@ Expected<void> TriangleTree::refit(std::span<const Vec3d> positions) {
     const std::vector<OwnPosition> own = ownPositions(tree);
     fitVolumes(tree, own);
     fitProfiles(tree, own);
+    tree.thin = hasManyPlates(tree);
     return {};
 }
 

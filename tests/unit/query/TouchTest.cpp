@@ -214,6 +214,30 @@ TEST(Touching, RefittedAndRebuiltTreesSeeTheNewShape) {
     }
 }
 
+// A stack of sheets seen from aside: in the other body's frame each looks as thick as it is wide.
+TEST(Touching, KDopsOfPlatesAreNotFooledByTurning) {
+    shapes::Soup soup;
+    for (int layer = 0; layer < 64; ++layer)
+        for (int i = 0; i < 16; ++i) {
+            const Vec3d at(i % 4, static_cast<double>(i / 4), 0.06 * layer);
+            const auto n = static_cast<std::uint32_t>(soup.positions.size() / 3);
+            for (const Vec3d& corner : {Vec3d(0, 0, 0), Vec3d(1, 0, 0), Vec3d(1, 1, 0), Vec3d(0, 1, 0)}) soup.vertex(at + corner);
+            soup.indices.insert(soup.indices.end(), {n, n + 1, n + 2, n, n + 2, n + 3});
+        }
+    const TriangleMesh stack = meshOf(soup), ball = meshOf(shapes::sphere(0.02, 12, 16));
+    const TriangleTree boxes(stack), ballInBoxes(ball), dops(stack, {VolumeKind::kDop18}), ballInDops(ball, {VolumeKind::kDop18});
+    QueryWork byBoxes, byDops;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+        Random random(seed);
+        // Between two sheets, touching none.
+        const Affine3d stack_T_ball = composeTransform(Vec3d(between(random, 1, 3), between(random, 1, 3), 0.06 * 30 + 0.03), anyRotation(random), Vec3d::Ones());
+        const Affine3d ball_T_stack = stack_T_ball.inverse(Eigen::Affine);
+        EXPECT_EQ(anyTouching(ballInBoxes, boxes, ball_T_stack, byBoxes), Touch::kNo);
+        EXPECT_EQ(anyTouching(ballInDops, dops, ball_T_stack, byDops), Touch::kNo);
+    }
+    EXPECT_LT(2 * (byDops.boxTests + byDops.triangleTests), 3 * (byBoxes.boxTests + byBoxes.triangleTests));
+}
+
 TEST(Touching, TreesOfDifferentKindsAreRefused) {
     Random random(1);
     const TriangleTree a(bumpy(random, 5, 6), {VolumeKind::kObb}), b(bumpy(random, 5, 6), {VolumeKind::kDop18});

@@ -36,6 +36,14 @@ TESSERA_INLINE D pick(D test, D whereNegative, D otherwise) {
 }
 TESSERA_INLINE F4 max(F4 a, F4 b) { return _mm_max_ps(a, b); }
 TESSERA_INLINE F4 min(F4 a, F4 b) { return _mm_min_ps(a, b); }
+/// One bit for each of sixteen numbers whose highest bit is set.
+TESSERA_INLINE Bits highest(const std::uint32_t* p) { return _mm512_movepi32_mask(_mm512_loadu_si512(p)); }
+/// Writes those of sixteen numbers that are asked for, and as many times `other`; room for sixteen is needed. Their count.
+TESSERA_INLINE unsigned keep(std::uint32_t* to, std::uint32_t* toOther, const std::uint32_t* from, Bits lanes, std::uint32_t other) {
+    _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(lanes), _mm512_loadu_si512(from)));
+    _mm512_storeu_si512(toOther, _mm512_set1_epi32(static_cast<int>(other)));
+    return static_cast<unsigned>(__builtin_popcount(lanes));
+}
 /// abcd -> aaaabbbbccccdddd
 TESSERA_INLINE F spread(F4 x) {
     // Not __builtin_shufflevector: g++ 12 sends it through memory.
@@ -106,6 +114,23 @@ TESSERA_INLINE F loadBytes(const std::uint8_t* p) {
     return {{part(bytes), part(_mm_srli_si128(bytes, 4))}, {part(_mm_srli_si128(bytes, 8)), part(_mm_srli_si128(bytes, 12))}};
 }
 TESSERA_INLINE F repeat(F4 x) { return {{x, x}, {x, x}}; }
+#endif
+
+#if !defined(__AVX512F__)
+TESSERA_INLINE Bits highest(const std::uint32_t* p) {
+    Bits bits = 0;
+    for (unsigned i = 0; i < 16; i += 4)
+        bits |= static_cast<Bits>(_mm_movemask_ps(_mm_castsi128_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p + i))))) << i;
+    return bits;
+}
+TESSERA_INLINE unsigned keep(std::uint32_t* to, std::uint32_t* toOther, const std::uint32_t* from, Bits lanes, std::uint32_t other) {
+    unsigned count = 0;
+    for (; lanes != 0; lanes &= lanes - 1, ++count) {
+        to[count] = from[__builtin_ctz(lanes)];
+        toOther[count] = other;
+    }
+    return count;
+}
 #endif
 
 TESSERA_INLINE FloatPart abs(FloatPart x) { return reinterpret_cast<FloatPart>(reinterpret_cast<IntPart>(x) & 0x7fffffff); }

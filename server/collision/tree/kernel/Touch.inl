@@ -9,6 +9,14 @@ struct Touching {
     const TreeView& b;
     const PairFrame& f;
     TouchSink& sink;
+    /// Pairs of leaves to look at. They come a few at a time, from anywhere in memory; done in one go, their corners have
+    /// arrived, and the walk has gone on meanwhile.
+    static constexpr unsigned kMostLeaves = 16;
+    unsigned waiting;
+    ChildRef waitingA[kMostLeaves + kWidth], waitingB[kMostLeaves + kWidth];
+
+    Touching(const TreeView& treeA, const TreeView& treeB, const PairFrame& frame, TouchSink& to)
+        : a(treeA), b(treeB), f(frame), sink(to), waiting(0) {}
 
     const float* nodeA(Slot slot) const { return a.volumes + std::size_t{slot / kWidth} * kRows * kWidth; }
     const float* nodeB(Slot slot) const { return b.volumes + std::size_t{slot / kWidth} * kRows * kWidth; }
@@ -39,20 +47,43 @@ struct Touching {
         else return ~0u;
     }
 
-    bool leaves(ChildRef refA, ChildRef refB, const PlacedLeaf& placed) {
-        const std::size_t leafA = (refA & ~kLeafBit) >> 2, leafB = (refB & ~kLeafBit) >> 2;
-        const unsigned countA = (refA & 3) + 1, countB = (refB & 3) + 1;
-        sink.triangleTests += countA * countB;
-        Bits left = mayMeet(cornersA(refA), countA, placed, countB, splat(f.slack));
-        if (left == 0) return false;
-        while (left != 0) {
-            const unsigned bit = static_cast<unsigned>(__builtin_ctz(left));
-            left &= left - 1;
-            sink.facesA[sink.count] = a.faces[leafA * kLeafFaces + bit / 4];
-            sink.facesB[sink.count] = b.faces[leafB * kLeafFaces + bit % 4];
-            ++sink.count;
+    static void prefetchLeaf(const float* corners) {
+        __builtin_prefetch(corners);
+        __builtin_prefetch(corners + 16);
+        __builtin_prefetch(corners + 32);
+    }
+    /// Some leaves of one of A's nodes against a leaf of B. True: that was the end.
+    bool queueLeaves(Slot firstA, Bits lanesA, ChildRef refB) {
+        if (lanesA != 0) prefetchLeaf(cornersB(refB));
+        for (Bits lanes = lanesA; lanes != 0; lanes &= lanes - 1)
+            prefetchLeaf(cornersA(a.children[firstA + static_cast<unsigned>(__builtin_ctz(lanes))]));
+        waiting += keep(waitingA + waiting, waitingB + waiting, a.children + firstA, lanesA, refB);
+        return waiting >= sink.enoughLeaves && testLeaves();
+    }
+
+    bool testLeaves() {
+        PlacedLeaf placed;
+        ChildRef last = kNoChild;
+        for (unsigned i = 0; i < waiting; ++i) {
+            const ChildRef refA = waitingA[i], refB = waitingB[i];
+            if (refA == kNoChild) continue;
+            if (refB != last) placed.place(cornersB(refB), f, splat(f.slack));
+            last = refB;
+            const unsigned countA = (refA & 3) + 1, countB = (refB & 3) + 1;
+            sink.triangleTests += countA * countB;
+            Bits left = mayMeet(cornersA(refA), countA, placed, countB, splat(f.slack));
+            if (left == 0) continue;
+            const std::size_t leafA = (refA & ~kLeafBit) >> 2, leafB = (refB & ~kLeafBit) >> 2;
+            for (; left != 0; left &= left - 1) {
+                const unsigned bit = static_cast<unsigned>(__builtin_ctz(left));
+                sink.facesA[sink.count] = a.faces[leafA * kLeafFaces + bit / 4];
+                sink.facesB[sink.count] = b.faces[leafB * kLeafFaces + bit % 4];
+                ++sink.count;
+            }
+            if (sink.count >= sink.enough && sink.flush(sink, sink.context)) return true;
         }
-        return sink.count >= sink.enough && sink.flush(sink, sink.context);
+        waiting = 0;
+        return false;
     }
 
     /// The pair is for later, if there is room.
@@ -70,19 +101,11 @@ struct Touching {
         if (refB == kNoChild) return false;
         if (sink.nodeTests + sink.triangleTests >= sink.limit) return sink.exhausted = true;
         if ((refB & kLeafBit) != 0) {
-            PlacedLeaf leafB;
-            bool placed = false;
-            for (; lanesA != 0; lanesA &= lanesA - 1) {
+            const Bits leaves = highest(a.children + firstA);
+            if (queueLeaves(firstA, lanesA & leaves, refB)) return true;
+            for (lanesA &= ~leaves; lanesA != 0; lanesA &= lanesA - 1) {
                 const Slot slotA = firstA + static_cast<unsigned>(__builtin_ctz(lanesA));
-                const ChildRef refA = a.children[slotA];
-                if ((refA & kLeafBit) == 0) {
-                    if (descendA(refA * kWidth, slotA, slotB, blockB, levels)) return true;
-                    continue;
-                }
-                if (refA == kNoChild) continue;
-                if (!placed) leafB.place(cornersB(refB), f, splat(f.slack));
-                placed = true;
-                if (leaves(refA, refB, leafB)) return true;
+                if (descendA(a.children[slotA] * kWidth, slotA, slotB, blockB, levels)) return true;
             }
             return false;
         }
@@ -150,17 +173,19 @@ struct Touching {
     }
 
     static bool walk(const TreeView& a, const TreeView& b, const PairFrame& f, SlotPair start, unsigned levels, TouchSink& sink) {
-        Touching touching{a, b, f, sink};
+        Touching touching(a, b, f, sink);
         Block blockA, blockB;
         if (touching.bothWays()) touching.placeA(touching.nodeA(start.a), blockA);
         touching.placeB(touching.nodeB(start.b), blockB);
         const unsigned lane = start.a % kWidth;
-        return touching.descend(start.a - lane, 1u << lane, start.b, blockA, blockB, levels);
+        const bool over = touching.descend(start.a - lane, 1u << lane, start.b, blockA, blockB, levels);
+        if (over && !sink.exhausted) return true;
+        return touching.testLeaves() || over;
     }
 
     static bool overlap(const TreeView& a, const TreeView& b, const PairFrame& f, SlotPair pair) {
         TouchSink unused{};
-        const Touching touching{a, b, f, unused};
+        const Touching touching(a, b, f, unused);
         Block block;
         touching.placeB(touching.nodeB(pair.b), block);
         const unsigned laneA = pair.a % kWidth, laneB = pair.b % kWidth;
