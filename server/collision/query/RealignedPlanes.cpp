@@ -1,5 +1,6 @@
 #include "server/collision/query/RealignedPlanes.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -63,10 +64,10 @@ Sum weigh(std::uint64_t x, std::uint64_t y, std::uint64_t z, double a, double b,
     if constexpr (Set == DirectionSet::k14)
         return {{x, x + y + z - 2 * kZero, x + y - z}, {a - b, 0.5 * (b + c), 0.5 * (b - c)}};
     if constexpr (Set == DirectionSet::k18) {
-        const double rest = a - b - c;
-        const bool one = rest >= 0;
-        return {{one ? x : y + z - kZero, x + y - kZero, x + z - kZero},
-                {one ? rest : -0.5 * rest, one ? b : 0.5 * (a + b - c), one ? c : 0.5 * (a + c - b)}};
+        // Both cases at once: (a + b - c) / 2 is b + rest / 2.
+        const double rest = a - b - c, inner = 0.5 * std::min(rest, 0.0);
+        const std::uint64_t isInner = std::uint64_t{0} - (std::bit_cast<std::uint64_t>(inner) >> 63);
+        return {{x ^ ((x ^ (y + z - kZero)) & isInner), x + y - kZero, x + z - kZero}, {std::max(rest, -inner), b + inner, c + inner}};
     }
     if constexpr (Set == DirectionSet::k26) return {{x, x + y - kZero, x + y + z - 2 * kZero}, {a - b, b - c, c}};
     return {{x, y, z}, {a, b, c}};

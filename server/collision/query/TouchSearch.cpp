@@ -50,6 +50,7 @@ Search::Search(const TreePair& pair, For what, const QueryWork& work) : pair_(pa
     sink_.facesA = facesA_.data();
     sink_.facesB = facesB_.data();
     sink_.enough = any_ ? kEnoughForAny : kCapacity - kernel::kLeafPairs;
+    sink_.deepestFirst = any_;
     sink_.enoughLeaves = any_ ? kLeavesForAny : 16;
     sink_.flush = [](kernel::TouchSink&, void* self) { return static_cast<Search*>(self)->decide(); };
     sink_.context = this;

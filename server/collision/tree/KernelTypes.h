@@ -91,6 +91,7 @@ struct TouchSink {
     std::uint32_t* facesB;
     std::uint32_t count;
     std::uint32_t enough;
+    bool deepestFirst;           ///< of what overlaps, the deepest is walked into first
     std::uint32_t enoughLeaves;  ///< so many pairs of leaves, at most 16, are looked at in one go
     bool (*flush)(TouchSink& sink, void* context);
     void* context;

@@ -31,8 +31,10 @@ struct TreeOptions {
 
 struct TreeStorage;
 
-/// Owns its mesh. Any number of threads may query it at once, none while it is refitted or rebuilt. The same mesh gives
-/// the same tree on every processor; queries answer the same with every volume and every split.
+/// Owns its mesh. Any number of threads may query it at once, none while it is refitted or rebuilt. The same mesh is
+/// divided in the same way on every processor; spheres and oriented boxes may differ in their last digits between
+/// instruction sets, and with them the counters of queries. What meets, and how far apart bodies are, is the same
+/// with every volume, split and processor.
 class TriangleTree {
 public:
     explicit TriangleTree(TriangleMesh mesh, const TreeOptions& options = {});

@@ -30,17 +30,31 @@ struct Touching {
     void placeA(const float* node, Block& out) const { V::place(node, f, f.aInB, out.row); }
     bool bothWays() const { return V::kBothWays && f.bothWays; }
 
-    /// Lanes of A's node that one volume of B, placed in A's frame, overlaps.
-    Bits overlapA(const float* placedB, const float* ownA) const {
-        if constexpr (std::is_same_v<V, Obb>) return 0xffffu & ~greater(V::template gap<true>(placedB, ownA, f), splat(f.slack));
-        else if constexpr (std::is_same_v<V, Sphere>) return 0xffffu & ~greater(V::gap(placedB, ownA, f), splat(f.slack));
-        else return 0xffffu & ~greater(V::gap(placedB, ownA), splat(f.slack));
+    /// Gaps between A's node and one volume of B, placed in A's frame.
+    F gapsA(const float* placedB, const float* ownA) const {
+        if constexpr (std::is_same_v<V, Obb>) return V::template gap<true>(placedB, ownA, f);
+        else if constexpr (std::is_same_v<V, Sphere>) return V::gap(placedB, ownA, f);
+        else return V::gap(placedB, ownA);
     }
-    /// Lanes of B's node, placed in A's frame, that one volume of A overlaps.
-    Bits overlapB(const float* ownA, const float* placedB) const {
-        if constexpr (std::is_same_v<V, Obb>) return 0xffffu & ~greater(V::template gap<false>(ownA, placedB, f), splat(f.slack));
-        else return overlapA(ownA, placedB);
+    /// Gaps between B's node, placed in A's frame, and one volume of A.
+    F gapsB(const float* ownA, const float* placedB) const {
+        if constexpr (std::is_same_v<V, Obb>) return V::template gap<false>(ownA, placedB, f);
+        else return gapsA(ownA, placedB);
     }
+    Bits overlaps(F gaps) const { return 0xffffu & ~greater(gaps, splat(f.slack)); }
+
+    /// The lane that overlaps most deeply. Where one pair is enough, something is met soonest there.
+    static unsigned deepest(Bits lanes, F gaps) {
+        alignas(64) float gap[kWidth];
+        store(gap, gaps);
+        unsigned lane = static_cast<unsigned>(__builtin_ctz(lanes));
+        for (Bits more = lanes & (lanes - 1); more != 0; more &= more - 1) {
+            const unsigned other = static_cast<unsigned>(__builtin_ctz(more));
+            if (gap[other] < gap[lane]) lane = other;
+        }
+        return lane;
+    }
+
     /// Lanes where one volume and many overlap in B's frame too.
     Bits overlapInB(const float* one, const float* many) const {
         if constexpr (V::kBothWays) return ~greater(V::gap(one, many), splat(f.slackB));
@@ -129,7 +143,7 @@ struct Touching {
         const unsigned laneB = slotB % kWidth;
         const float* const ownA = nodeA(firstA);
         ++sink.nodeTests;
-        Bits lanes = overlapA(blockB.row + laneB, ownA);
+        Bits lanes = overlaps(gapsA(blockB.row + laneB, ownA));
         if (lanes == 0) return false;
         Block placedA;
         if (bothWays()) {
@@ -145,7 +159,8 @@ struct Touching {
         const ChildRef refA = a.children[slotA];
         const float* const ownB = nodeB(firstB);
         ++sink.nodeTests;
-        Bits lanesB = overlapB(nodeA(slotA) + laneA, placedB.row);
+        const F gaps = gapsB(nodeA(slotA) + laneA, placedB.row);
+        Bits lanesB = overlaps(gaps);
         if (bothWays() && lanesB != 0) lanesB &= overlapInB(blockA.row + laneA, ownB);
         if ((refA & kLeafBit) != 0) {
             for (; lanesB != 0; lanesB &= lanesB - 1)
@@ -157,10 +172,13 @@ struct Touching {
         bool placed = false;
         const Slot firstA = refA * kWidth;
         const float* const ownA = nodeA(firstA);
-        for (; lanesB != 0; lanesB &= lanesB - 1) {
-            const unsigned laneB = static_cast<unsigned>(__builtin_ctz(lanesB));
+        bool first = sink.deepestFirst && (lanesB & (lanesB - 1)) != 0;
+        while (lanesB != 0) {
+            const unsigned laneB = first ? deepest(lanesB, gaps) : static_cast<unsigned>(__builtin_ctz(lanesB));
+            first = false;
+            lanesB &= ~(1u << laneB);
             ++sink.nodeTests;
-            Bits lanesA = overlapA(placedB.row + laneB, ownA);
+            Bits lanesA = overlaps(gapsA(placedB.row + laneB, ownA));
             if (lanesA == 0) continue;
             if (bothWays()) {
                 if (!placed) placeA(ownA, placedA);
@@ -189,7 +207,7 @@ struct Touching {
         Block block;
         touching.placeB(touching.nodeB(pair.b), block);
         const unsigned laneA = pair.a % kWidth, laneB = pair.b % kWidth;
-        if ((touching.overlapA(block.row + laneB, touching.nodeA(pair.a)) >> laneA & 1u) == 0) return false;
+        if ((touching.overlaps(touching.gapsA(block.row + laneB, touching.nodeA(pair.a))) >> laneA & 1u) == 0) return false;
         if (!touching.bothWays()) return true;
         touching.placeA(touching.nodeA(pair.a), block);
         return (touching.overlapInB(touching.nodeB(pair.b) + laneB, block.row) >> laneA & 1u) != 0;
