@@ -38,7 +38,7 @@ T orStop(Expected<T> value) {
     return std::move(*value);
 }
 
-const std::vector<std::string> kGroups{"any", "all", "contacts", "distance", "toi", "volumes", "tree", "threads"};
+const std::vector<std::string> kGroups{"any", "all", "contacts", "distance", "toi", "volumes", "realignment", "tree", "threads"};
 
 Arguments parse(int argc, char** argv) {
     Arguments out;
@@ -150,6 +150,7 @@ void measure(const BenchPair& pair, const BenchOptions& options, CollisionTable&
     if (options.wants("distance")) distanceRows(pair, fcl, options, table);
     if (options.wants("toi")) impactRows(pair, fcl, options, table);
     if (options.wants("volumes")) volumeRows(pair, options, table);
+    if (options.only.count("realignment") > 0) realignmentRows(pair, options, table);
     if (options.wants("tree")) treeRows(pair, options, table);
     if (options.wants("threads")) threadRows(pair, options, table);
 }

@@ -18,7 +18,7 @@ struct BenchPair {
     TriangleMesh a, b;
     std::vector<Affine3d> poses;     ///< a_T_b
     std::vector<std::size_t> near;   ///< those of `poses` that nearly touch
-    std::vector<BodyMotion> motions;     ///< of B; A stays
+    std::vector<BodyMotion> motions; ///< of B; A stays
 };
 
 struct BenchOptions {
@@ -43,6 +43,8 @@ void distanceRows(const BenchPair& pair, const FclPairs& fcl, const BenchOptions
 void impactRows(const BenchPair& pair, const FclPairs& fcl, const BenchOptions& options, CollisionTable& table);
 /// Realigned 18-DOPs beside our own boxes.
 void volumeRows(const BenchPair& pair, const BenchOptions& options, CollisionTable& table);
+/// Boxes, planes and tables beside each other, in queries over k-DOPs. Only when asked for by name.
+void realignmentRows(const BenchPair& pair, const BenchOptions& options, CollisionTable& table);
 /// Build beside Bullet, refit and memory beside FCL.
 void treeRows(const BenchPair& pair, const BenchOptions& options, CollisionTable& table);
 /// Two threads beside one.
