@@ -162,25 +162,73 @@ TriangleContact segmentContact(const Triangle& thin, const Triangle& t, const Ve
     return atPoint(middle / static_cast<double>(ends.size()), normal);
 }
 
-bool cutsThrough(const std::array<int, 3>& s) {
-    return s[0] != 0 && s[1] != 0 && s[2] != 0 && (s[0] != s[1] || s[1] != s[2]);
-}
+/// A triangle that is no needle, for plainCrossing.
+struct Plain {
+    const Triangle& t;
+    Vec3d normal;
+    double size2 = 0;  ///< of its longest edge
+    bool good = false;
 
-/// No needle, and edges that pierce the other's plane do so steeply: rounding moves the ends by far less than 1e-6 sizes.
-bool isSteady(const Triangle& t, const std::array<int, 3>& side, const Vec3d& distance, double size) {
-    const Vec3d e = t[1] - t[0], g = t[2] - t[0];
-    if (!(e.cross(g).squaredNorm() > 1e-8 * e.squaredNorm() * g.squaredNorm())) return false;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const std::size_t j = (i + 1) % 3;
-        if (side[i] != side[j] && !(std::abs(distance[static_cast<int>(i)] - distance[static_cast<int>(j)]) > 1e-4 * size)) return false;
+    explicit Plain(const Triangle& triangle) : t(triangle) {
+        const Vec3d e = t[1] - t[0], g = t[2] - t[0], across = e.cross(g);
+        const double ee = e.squaredNorm(), gg = g.squaredNorm(), square = across.squaredNorm();
+        // Angles above 1e-4: then the normal is good to 1e-12. The rest is for numbers too large or small to square.
+        good = square > 1e-8 * ee * gg && square > 1e-250 && square < 1e250;
+        size2 = std::max({ee, gg, (g - e).squaredNorm()});
+        normal = across * (1 / std::sqrt(square));
+    }
+};
+
+/// Where a triangle's edges pass through the other's plane, by the distances of its corners: two ends. False where a sign is
+/// not certain, or an edge runs along the plane so closely that rounding moves its end by more than 1e-7 sizes.
+bool piercePlainly(const Triangle& t, const Vec3d& d, double size, Vec3d (&ends)[2]) {
+    if (!(d.cwiseAbs().minCoeff() > 1e-9 * size)) return false;
+    const bool up[3] = {d[0] > 0, d[1] > 0, d[2] > 0};
+    if (up[0] == up[1] && up[1] == up[2]) return false;
+    const int apex = up[0] == up[1] ? 2 : up[0] == up[2] ? 1 : 0;
+    for (int k = 0; k < 2; ++k) {
+        const int other = (apex + 1 + k) % 3;
+        const double way = d[apex] - d[other];
+        if (!(std::abs(way) > 1e-4 * size)) return false;
+        const auto from = static_cast<std::size_t>(apex), to = static_cast<std::size_t>(other);
+        ends[k] = t[from] + d[apex] / way * (t[to] - t[from]);
     }
     return true;
 }
 
-/// Of triangles with area, not in one plane. They are known to meet, or else there is an answer only where their intervals
-/// clearly overlap.
+/// Nearly all contacts of real meshes: nothing about them is in doubt, so nothing exact is asked.
+std::optional<TriangleContact> plainCrossing(const Triangle& ta, const Triangle& tb) {
+    const Plain a(ta), b(tb);
+    if (!a.good || !b.good) return std::nullopt;
+    const Vec3d across = a.normal.cross(b.normal);
+    const double sine2 = across.squaredNorm();
+    if (!(sine2 > 1e-8)) return std::nullopt;
+    const double size = std::sqrt(std::max(a.size2, b.size2));
+    const Vec3d distancesA = distancesTo(tb, b.normal, ta), distancesB = distancesTo(ta, a.normal, tb);
+    Vec3d endsA[2], endsB[2];
+    if (!piercePlainly(ta, distancesA, size, endsA) || !piercePlainly(tb, distancesB, size, endsB)) return std::nullopt;
+    const Vec3d line = across * (1 / std::sqrt(sine2));
+    const auto along = [&](const Vec3d& p) { return line.dot(p - ta[0]); };
+    const double a0 = along(endsA[0]), a1 = along(endsA[1]), b0 = along(endsB[0]), b1 = along(endsB[1]);
+    const Vec3d &lowA = endsA[a0 <= a1 ? 0 : 1], &highA = endsA[a0 <= a1 ? 1 : 0];
+    const Vec3d &lowB = endsB[b0 <= b1 ? 0 : 1], &highB = endsB[b0 <= b1 ? 1 : 0];
+    const double low = std::max(std::min(a0, a1), std::min(b0, b1)), high = std::min(std::max(a0, a1), std::max(b0, b1));
+    if (!(high - low > 1e-6 * size)) return std::nullopt;
+
+    TriangleContact contact;
+    contact.from = std::min(a0, a1) >= std::min(b0, b1) ? lowA : lowB;
+    contact.to = std::max(a0, a1) <= std::max(b0, b1) ? highA : highB;
+    contact.point = 0.5 * (contact.from + contact.to);
+    // wayOut(a, b, normal of a), and the other way round: the plane of the one is its farthest point.
+    const double alongA = -distancesB.minCoeff(), againstB = -distancesA.minCoeff();
+    if (std::abs(alongA - againstB) <= 1e-12 * size) contact.normal = normalOr(a.normal - b.normal, line);
+    else contact.normal = alongA < againstB ? a.normal : Vec3d(-b.normal);
+    return contact;
+}
+
+/// Of triangles with area that meet and are not in one plane.
 std::optional<TriangleContact> crossing(const Triangle& a, const Triangle& b, const std::array<int, 3>& sidesA,
-                                        const std::array<int, 3>& sidesB, bool known = false) {
+                                        const std::array<int, 3>& sidesB) {
     const Vec3d nA = outside(a), nB = outside(b);
     const Vec3d distancesA = distancesTo(b, nB, a), distancesB = distancesTo(a, nA, b);
     Ends endsA = piercings(a, sidesA, distancesA);
@@ -188,15 +236,12 @@ std::optional<TriangleContact> crossing(const Triangle& a, const Triangle& b, co
     if (endsA.empty() || endsB.empty()) return std::nullopt;
     Vec3d line = nA.cross(nB);
     const double size = std::max(longestEdge(a).norm(), longestEdge(b).norm());
-    if (!known && !(line.squaredNorm() > 1e-8 && isSteady(a, sidesA, distancesA, size) && isSteady(b, sidesB, distancesB, size)))
-        return std::nullopt;
     if (unit(line) == Vec3d::Zero()) line = endsA.back().point - endsA.front().point;
     line = unit(line);
     const auto [lowA, highA] = intervalAlong(endsA, line);
     const auto [lowB, highB] = intervalAlong(endsB, line);
     const End& low = lowA.at >= lowB.at ? lowA : lowB;
     const End& high = highA.at <= highB.at ? highA : highB;
-    if (!known && !(high.at - low.at > 1e-6 * size)) return std::nullopt;
 
     TriangleContact contact;
     contact.from = low.point;
@@ -204,7 +249,7 @@ std::optional<TriangleContact> crossing(const Triangle& a, const Triangle& b, co
     contact.point = 0.5 * (low.point + high.point);
     if (low.at > high.at) contact.from = contact.to = contact.point;  // they touch, and rounding parted them
     const auto off = [&](const Vec3d& p) { return std::max((nearestOnTriangle(a, p) - p).norm(), (nearestOnTriangle(b, p) - p).norm()); };
-    if (known && std::max(off(contact.from), off(contact.to)) > 1e-9 * size) {
+    if (std::max(off(contact.from), off(contact.to)) > 1e-9 * size) {
         // A needle's plane is not to be had from rounded corners, nor is the line: an end on both triangles will do.
         Vec3d best = contact.point;
         for (const Ends* ends : {&endsA, &endsB})
@@ -234,12 +279,7 @@ double wayOut(const Triangle& a, const Triangle& b, const Vec3d& direction) {
 }
 
 TriangleContact contactOf(const Triangle& a, const Triangle& b) {
-    // Corners strictly on both sides of either plane, as nearly always: then both have area, and what is left to ask is
-    // whether the intervals on the line of the planes overlap.
-    const std::array<int, 3> sidesA = sidesOf(b, a), sidesB = sidesOf(a, b);
-    if (cutsThrough(sidesA) && cutsThrough(sidesB))
-        if (const std::optional<TriangleContact> contact = crossing(a, b, sidesA, sidesB)) return *contact;
-
+    if (const std::optional<TriangleContact> contact = plainCrossing(a, b)) return *contact;
     const bool thinA = isDegenerate(a);
     const bool thinB = isDegenerate(b);
     const Vec3d nA = thinA ? Vec3d(Vec3d::Zero()) : outside(a);
@@ -250,9 +290,10 @@ TriangleContact contactOf(const Triangle& a, const Triangle& b) {
         if (!allZero(sidesOf(a, b))) return segmentContact(b, a, nA, nA);
         return coplanarContact(a, b, nA, nB);
     }
+    const std::array<int, 3> sidesA = sidesOf(b, a);
     if (allZero(sidesA)) return coplanarContact(a, b, nA, nB);
     if (thinA) return segmentContact(a, b, nB, -nB);
-    if (const std::optional<TriangleContact> contact = crossing(a, b, sidesA, sidesB, true)) return *contact;
+    if (const std::optional<TriangleContact> contact = crossing(a, b, sidesA, sidesOf(a, b))) return *contact;
     return betweenNearest(a, b, nA, nB);
 }
 
