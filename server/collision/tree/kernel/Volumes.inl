@@ -51,25 +51,31 @@ struct Obb {
     template <bool PlacedIsOne>
     TESSERA_INLINE static F gap(const float* one, const float* many, const PairFrame& f) {
         F widest = splat(-3e38f);
-        gaps<PlacedIsOne>(one, many, f, [&](unsigned, F g) { widest = max(widest, g); });
+        gaps<PlacedIsOne>(one, many, f, [&](unsigned, F g, F) { widest = max(widest, g); });
         return widest;
     }
 
-    /// No points of the two are nearer: gaps along the square axes of one box make the distance of two boxes that hold them.
+    /// No points of the two are nearer: gaps along the square axes of one box make the distance of two boxes that hold them;
+    /// so does the gap along the line between the centres, which is the better bound for boxes small against their distance.
     template <bool PlacedIsOne>
     static F distance(const float* one, const float* many, const PairFrame& f) {
-        F sum[2] = {};
-        gaps<PlacedIsOne>(one, many, f, [&](unsigned box, F g) {
+        F sum[2] = {}, reach = {};
+        gaps<PlacedIsOne>(one, many, f, [&](unsigned box, F g, F along) {
             g = max(g, F{});
             sum[box] += g * g;
+            reach += along;
         });
-        return sqrt(max(sum[0], sum[1]));
+        const V3 t{load(many) - one[0], load(many + kWidth) - one[kWidth], load(many + 2 * kWidth) - one[2 * kWidth]};
+        const F square = dot(t, t);
+        return max(sqrt(max(sum[0], sum[1])), (square - reach) / sqrt(max(square, splat(1e-30f))));
     }
 
-    /// take(0, gap) for each axis of `many`, take(1, gap) for each of `one`.
+    /// take(0, gap, along) for each axis of `many`, take(1, gap, along) for each of `one`: the gap along it, or nothing to go by
+    /// (far below 0), and how far the half side reaches along the line between the centres, times that line's length.
     template <bool PlacedIsOne, typename Take>
     TESSERA_INLINE static void gaps(const float* one, const float* many, const PairFrame& f, const Take& take) {
         const V3 t{load(many) - one[0], load(many + kWidth) - one[kWidth], load(many + 2 * kWidth) - one[2 * kWidth]};
+        const F nothing = splat(-3e38f);
         F reach[3];  // of `many` along the axes of `one`
         for (unsigned j = 0; j < 3; ++j) reach[j] = splat(one[(12 + j) * kWidth]);
         for (unsigned i = 0; i < 3; ++i) {
@@ -83,14 +89,14 @@ struct Obb {
                 sum += cosine * one[(12 + j) * kWidth];
                 reach[j] += cosine * half;
             }
-            if (PlacedIsOne || f.similarity) take(0, abs(dot(t, axis)) - sum);
+            const F way = abs(dot(t, axis));
+            take(0, PlacedIsOne || f.similarity ? way - sum : nothing, way * half);
         }
-        if (!PlacedIsOne || f.similarity)
-            for (unsigned j = 0; j < 3; ++j) {
-                const float* const other = one + (3 + 3 * j) * kWidth;
-                const F way = abs(t.x * other[0] + t.y * other[kWidth] + t.z * other[2 * kWidth]);
-                take(1, way - reach[j]);
-            }
+        for (unsigned j = 0; j < 3; ++j) {
+            const float* const other = one + (3 + 3 * j) * kWidth;
+            const F way = abs(t.x * other[0] + t.y * other[kWidth] + t.z * other[2 * kWidth]);
+            take(1, !PlacedIsOne || f.similarity ? way - reach[j] : nothing, way * one[(12 + j) * kWidth]);
+        }
     }
 };
 
