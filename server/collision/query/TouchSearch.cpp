@@ -95,7 +95,7 @@ bool Search::decide() {
     return false;
 }
 
-void sort(std::span<FacePair> pairs, int bitsOfA) {
+void sort(std::vector<FacePair>& pairs, std::size_t facesA) {
     // By A's digits, the last first, then each face's few: a third of the time of comparisons.
     constexpr std::size_t kFewPairs = 64;
     constexpr int kMostBits = 11;
@@ -103,28 +103,27 @@ void sort(std::span<FacePair> pairs, int bitsOfA) {
         std::sort(pairs.begin(), pairs.end());
         return;
     }
-    std::vector<FacePair> room(pairs.size());
-    std::span<FacePair> from = pairs, to = room;
+    std::vector<FacePair> other(pairs.size());
     std::array<std::uint32_t, (1U << kMostBits) + 1> start;
-    const int passes = (bitsOfA + kMostBits - 1) / kMostBits;
+    const int bits = static_cast<int>(std::bit_width(facesA - 1));
+    const int passes = (bits + kMostBits - 1) / kMostBits;
     for (int pass = 0; pass < passes; ++pass) {
-        const int digit = (bitsOfA + passes - 1) / passes, shift = pass * digit;
+        const int digit = (bits + passes - 1) / passes, shift = pass * digit;
         const std::uint32_t mask = (1U << digit) - 1;
         std::fill_n(start.begin(), mask + 2, 0U);
-        for (const FacePair& p : from) ++start[(p.a >> shift & mask) + 1];
+        for (const FacePair& p : pairs) ++start[(p.a >> shift & mask) + 1];
         for (std::uint32_t i = 1; i <= mask; ++i) start[i] += start[i - 1];
-        for (const FacePair& p : from) to[start[p.a >> shift & mask]++] = p;
-        std::swap(from, to);
+        for (const FacePair& p : pairs) other[start[p.a >> shift & mask]++] = p;
+        pairs.swap(other);
     }
-    if (from.data() != pairs.data()) std::copy(from.begin(), from.end(), pairs.begin());
     // A face meets few others as a rule.
-    constexpr std::size_t kFew = 12;
-    for (std::size_t first = 0; first < pairs.size();) {
-        std::size_t end = first + 1;
-        for (; end < pairs.size() && pairs[end].a == pairs[first].a; ++end)
+    constexpr std::ptrdiff_t kFew = 12;
+    for (auto first = pairs.begin(); first != pairs.end();) {
+        auto end = first + 1;
+        for (; end != pairs.end() && end->a == first->a; ++end)
             if (end - first < kFew)
-                for (std::size_t at = end; at != first && pairs[at] < pairs[at - 1]; --at) std::swap(pairs[at], pairs[at - 1]);
-        if (end - first > kFew) std::sort(pairs.begin() + static_cast<std::ptrdiff_t>(first), pairs.begin() + static_cast<std::ptrdiff_t>(end));
+                for (auto at = end; at != first && *at < at[-1]; --at) std::iter_swap(at, at - 1);
+        if (end - first > kFew) std::sort(first, end);
         first = end;
     }
 }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <span>
 #include <vector>
 
 #include "server/collision/query/TouchQuery.h"
@@ -56,7 +55,6 @@ public:
     [[nodiscard]] std::vector<FacePair>& pairs() { return pairs_; }
     /// Above the leaves that the last candidates were in, or near them.
     [[nodiscard]] kernel::SlotPair lastPlace() const { return sink_.place; }
-    [[nodiscard]] std::uint64_t sum() const { return sink_.nodeTests + sink_.triangleTests; }
     [[nodiscard]] bool exhausted() const { return sink_.exhausted; }
     void take(QueryWork& work) const;
 
@@ -73,7 +71,7 @@ private:
 
 inline constexpr kernel::SlotPair kRoots{0, 0};
 
-/// By ascending faces; those of A differ in so many low bits at most.
-void sort(std::span<FacePair> pairs, int bitsOfA);
+/// By ascending faces; A has so many.
+void sort(std::vector<FacePair>& pairs, std::size_t facesA);
 
 }  // namespace tessera::touch
