@@ -43,6 +43,7 @@ Effect effectOf(const ChangeList& list) {
             case TypeNumber::kCamera:
             case TypeNumber::kMotion:
             case TypeNumber::kInterest:
+            case TypeNumber::kCollisionObject:
                 break;
             default:
                 effect.rebuild = true;

@@ -18,6 +18,7 @@ using Mat4d = Eigen::Matrix4d;
 using Mat4f = Eigen::Matrix4f;
 using Quatd = Eigen::Quaterniond;
 using Affine3d = Eigen::Affine3d;
+using Isometry3d = Eigen::Isometry3d;
 
 /// translation · rotation · scale, the order of every transform in a scene.
 [[nodiscard]] inline Affine3d composeTransform(const Vec3d& translation, const Quatd& rotation, const Vec3d& scale) {

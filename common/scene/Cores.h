@@ -28,6 +28,7 @@ enum class TypeNumber : std::uint16_t {
     kMotion = 11,
     kEnvironment = 12,
     kInterest = 13,
+    kCollisionObject = 14,
 };
 
 /// Nothing but children.
@@ -123,17 +124,57 @@ struct Environment {
     Vec3f sky{0.30f, 0.33f, 0.38f};         ///< ambient radiance from +Y
     Vec3f ground{0.12f, 0.11f, 0.10f};      ///< ambient radiance from -Y
     Vec3f background{0.05f, 0.06f, 0.08f};  ///< linear colour of empty pixels
+    Vec3d gravity = Vec3d::Zero();          ///< acceleration of free bodies, world units per s²
 };
 
-/// An application's interest in collisions: `object` (a node and all below it, taken as one body) against every
-/// geometry below `against` (those below `object` excepted; none: the whole scene).
+/// What takes part in collisions as one object: `node` and all below it, but for what belongs to an object further down.
+/// server/collision/README.md tells what becomes of it.
+struct CollisionObject {
+    static constexpr TypeNumber kType = TypeNumber::kCollisionObject;
+    static constexpr std::int64_t kStatic = 0, kRigid = 1, kDeforming = 2;
+    static constexpr std::int64_t kWhole = 0, kEachChild = 1, kEachGeometry = 2;
+    static constexpr std::int64_t kTriangles = 0, kHull = 1;
+    ObjectId node;  ///< none: the core means nothing
+    /// Static: expected to stay; moved all the same, it jumps. Rigid: its motions are followed from frame to frame.
+    /// Deforming: the arrays of its geometries may change in every frame.
+    std::int64_t kind = kRigid;
+    std::int64_t division = kWhole;   ///< a group: each child of the node, or each geometry below it, is an object by itself
+    std::int64_t shape = kTriangles;  ///< the surface as it is, or the convex hull of each geometry, which is solid
+    std::int64_t layers = 1;          ///< bits for the masks of interests; 0: takes part in nothing
+    /// Above 0, for rigid objects that are whole and whose node is a Transform of its own: a free body, which gravity,
+    /// impulses and its velocities move. 0: moved by motions and hands alone, and by no impulse.
+    double mass = 0;
+    double restitution = 0.2;         ///< 0 to 1; of two bodies the greater counts
+    double friction = 0.5;            ///< Coulomb's; of two bodies the geometric mean counts
+    Vec3d velocity = Vec3d::Zero();   ///< of a free body's centre of mass; world units per s
+    Vec3d spin = Vec3d::Zero();       ///< of a free body; world axes, radians per s
+};
+
+/// An application's interest in collisions: the objects of one side against those of the other.
+///
+/// A side is a node: the CollisionObjects at or below it that share a bit with the side's mask. Where there are none,
+/// `object` means the node and all below it as one object; `against` (none: the root) takes in all other geometry below
+/// it besides, each for itself, as layer 1. What belongs to one object never meets itself.
 struct Interest {
     static constexpr TypeNumber kType = TypeNumber::kInterest;
-    static constexpr std::int64_t kReport = 0, kStop = 1;
-    ObjectId object;   ///< a node
+    static constexpr std::int64_t kReport = 0, kStop = 1, kSlide = 2, kBounce = 3, kRollback = 4, kAsk = 5;
+    static constexpr std::int64_t kPseudoDynamic = 0, kStatic = 1, kDynamic = 2, kDistance = 3, kIgnore = 4;
+    static constexpr std::int64_t kAllFaces = 0, kYesOrNo = -1;
+    static constexpr std::int64_t kShowPoints = 1, kShowNormals = 2, kShowFaces = 4;
+    ObjectId object;   ///< a node; none: the interest means nothing
     ObjectId against;  ///< a node; none: the root
+    /// To a motion that would lead into something. Of several interests in one pair of objects the first in document order
+    /// decides.
     std::int64_t response = kStop;
     std::int64_t enabled = 1;
+    /// kStatic: what meets. kPseudoDynamic: that, and what began and ended. kDynamic: that, and the first time of contact
+    /// within each frame's motion. kDistance: how far apart. kIgnore: its pairs are of no interest to anybody.
+    std::int64_t mode = kPseudoDynamic;
+    std::int64_t detail = kAllFaces;  ///< pairs of faces listed per pair of objects: all, so many, or whether they meet
+    std::int64_t objectLayers = -1, againstLayers = -1;  ///< masks: bits of CollisionObject::layers
+    double threshold = 0;                                ///< of kDistance: nearer than this is near; world units
+    std::int64_t show = 0;                               ///< bits: what of its contacts is drawn on the wall
+    std::int64_t patience = 12;  ///< of kAsk: frames until the question goes unanswered
 };
 
 /// A place in the tree. One node, one path; several nodes may share one core.
@@ -147,7 +188,7 @@ struct Node {
 };
 
 using Object = std::variant<Node, Group, Transform, Geometry, Material, Image, Switch, DirectionalLight, PointLight,
-                            Camera, Motion, Environment, Interest>;
+                            Camera, Motion, Environment, Interest, CollisionObject>;
 
 [[nodiscard]] constexpr ObjectType objectType(TypeNumber number) {
     return ObjectType{static_cast<std::uint16_t>(number)};

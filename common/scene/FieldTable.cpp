@@ -170,12 +170,36 @@ constexpr FieldInfo kEnvironmentFields[] = {
     fieldOf<&Environment::sky>(field::kSky, "sky"),
     fieldOf<&Environment::ground>(field::kGround, "ground"),
     fieldOf<&Environment::background>(field::kBackground, "background"),
+    between(-1e6, 1e6, fieldOf<&Environment::gravity>(field::kGravity, "gravity")),
 };
 constexpr FieldInfo kInterestFields[] = {
     refOf<&Interest::object>(field::kInterestObject, "object", TypeNumber::kNode),
     refOf<&Interest::against>(field::kInterestAgainst, "against", TypeNumber::kNode),
-    between(Interest::kReport, Interest::kStop, fieldOf<&Interest::response>(field::kInterestResponse, "response")),
+    between(Interest::kReport, Interest::kAsk, fieldOf<&Interest::response>(field::kInterestResponse, "response")),
     between(0, 1, fieldOf<&Interest::enabled>(field::kInterestEnabled, "enabled")),
+    between(Interest::kPseudoDynamic, Interest::kIgnore, fieldOf<&Interest::mode>(field::kInterestMode, "mode")),
+    between(Interest::kYesOrNo, 1e6, fieldOf<&Interest::detail>(field::kInterestDetail, "detail")),
+    fieldOf<&Interest::objectLayers>(field::kInterestObjectLayers, "objectLayers"),
+    fieldOf<&Interest::againstLayers>(field::kInterestAgainstLayers, "againstLayers"),
+    between(0, 1e12, fieldOf<&Interest::threshold>(field::kInterestThreshold, "threshold")),
+    between(0, 7, fieldOf<&Interest::show>(field::kInterestShow, "show")),
+    between(0, 1e6, fieldOf<&Interest::patience>(field::kInterestPatience, "patience")),
+};
+constexpr double kFastest = 1e6;
+constexpr FieldInfo kCollisionObjectFields[] = {
+    refOf<&CollisionObject::node>(field::kCollisionNode, "node", TypeNumber::kNode),
+    between(CollisionObject::kStatic, CollisionObject::kDeforming,
+            fieldOf<&CollisionObject::kind>(field::kCollisionKind, "kind")),
+    between(CollisionObject::kWhole, CollisionObject::kEachGeometry,
+            fieldOf<&CollisionObject::division>(field::kCollisionDivision, "division")),
+    between(CollisionObject::kTriangles, CollisionObject::kHull,
+            fieldOf<&CollisionObject::shape>(field::kCollisionShape, "shape")),
+    fieldOf<&CollisionObject::layers>(field::kCollisionLayers, "layers"),
+    between(0, 1e12, fieldOf<&CollisionObject::mass>(field::kMass, "mass")),
+    between(0, 1, fieldOf<&CollisionObject::restitution>(field::kRestitution, "restitution")),
+    between(0, 1e3, fieldOf<&CollisionObject::friction>(field::kFriction, "friction")),
+    between(-kFastest, kFastest, fieldOf<&CollisionObject::velocity>(field::kVelocity, "velocity")),
+    between(-kFastest, kFastest, fieldOf<&CollisionObject::spin>(field::kSpin, "spin")),
 };
 
 template <typename T>
@@ -197,6 +221,7 @@ constexpr TypeInfo kTypes[] = {
     typeEntry<Motion>("Motion", true, kMotionFields),
     typeEntry<Environment>("Environment", true, kEnvironmentFields),
     typeEntry<Interest>("Interest", true, kInterestFields),
+    typeEntry<CollisionObject>("CollisionObject", true, kCollisionObjectFields),
 };
 
 // The table stands in the order of the variant's alternatives, so that an object finds its entry by index.

@@ -72,8 +72,12 @@ inline constexpr FieldId kChoice{1};
 inline constexpr FieldId kLightColor{1}, kLightIntensity{2}, kLightRange{3};
 inline constexpr FieldId kWorldUnitsPerMetre{1}, kCameraEnabled{2};
 inline constexpr FieldId kMotionTarget{1}, kMotionKeys{2}, kMotionMode{3}, kMotionPlaying{4}, kMotionTime{5};
-inline constexpr FieldId kSky{1}, kGround{2}, kBackground{3};
+inline constexpr FieldId kSky{1}, kGround{2}, kBackground{3}, kGravity{4};
 inline constexpr FieldId kInterestObject{1}, kInterestAgainst{2}, kInterestResponse{3}, kInterestEnabled{4};
+inline constexpr FieldId kInterestMode{5}, kInterestDetail{6}, kInterestObjectLayers{7}, kInterestAgainstLayers{8},
+    kInterestThreshold{9}, kInterestShow{10}, kInterestPatience{11};
+inline constexpr FieldId kCollisionNode{1}, kCollisionKind{2}, kCollisionDivision{3}, kCollisionShape{4}, kCollisionLayers{5},
+    kMass{6}, kRestitution{7}, kFriction{8}, kVelocity{9}, kSpin{10};
 }  // namespace field
 
 /// Conversions between C++ values and FieldValue.

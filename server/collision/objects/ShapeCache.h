@@ -1,0 +1,42 @@
+/// Collision shapes by the content of the arrays they were made from: nodes that share a geometry, and geometries of equal
+/// content, share one shape.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <tuple>
+
+#include "common/scene/Cores.h"
+#include "server/collision/objects/CollisionShape.h"
+
+namespace tessera {
+
+enum class ShapeKind : std::uint8_t { kTriangles, kHull };
+
+/// Not thread-safe; the shapes it hands out may be read by any thread.
+class ShapeCache {
+public:
+    /// Triangles of shapes that nobody uses any more, kept in case they come back (an undo, a switch).
+    explicit ShapeCache(std::size_t maxIdleTriangles = 4'000'000) : maxIdleTriangles_(maxIdleTriangles) {}
+
+    /// Made when first asked for. Null where the arrays are absent or malformed or hold no triangle, and for a hull where
+    /// the points lie in one plane.
+    [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const Geometry& geometry, ShapeKind kind = ShapeKind::kTriangles);
+    /// One of its own, for a geometry that will deform.
+    [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const Geometry& geometry);
+    /// The box around the vertices of a geometry, without making its shape. Empty where the array is absent.
+    [[nodiscard]] Box bounds(const Geometry& geometry);
+
+    /// Lets go of shapes that only the cache holds, where they exceed the limit.
+    void forgetIdle();
+    [[nodiscard]] std::size_t size() const { return shapes_.size(); }
+
+private:
+    using Key = std::tuple<BlobId, BlobId, ShapeKind>;  // positions, indices
+    std::size_t maxIdleTriangles_;
+    std::map<Key, std::shared_ptr<const CollisionShape>> shapes_;
+    std::map<BlobId, Box> bounds_;
+};
+
+}  // namespace tessera

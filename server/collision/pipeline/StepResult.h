@@ -1,0 +1,144 @@
+/// What the collision pipeline takes and gives in a frame. Plain values.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/change/Value.h"
+#include "common/math/Pose.h"
+#include "common/math/Types.h"
+
+namespace tessera {
+
+/// The values that somebody wants a Transform core to have, before anything is committed.
+struct TentativeTransform {
+    ObjectId transform;  ///< a Transform core
+    Vec3d translation = Vec3d::Zero();
+    Quatd rotation = Quatd::Identity();  ///< normalised on use
+    Vec3d scale = Vec3d::Ones();
+    int source = 0;  ///< whose wish it is; handed through. Of several wishes for one transform the lowest source counts
+};
+
+/// An application's answer to a Question: what becomes of the motion that it was asked about.
+struct Reply {
+    enum class Decision : std::uint8_t {
+        kStop,  ///< it stays stopped; the same motion is not asked about again while the two objects stay in touch
+        kPass,  ///< it goes where it wanted to be; the pair is no obstacle until it is apart again
+        kMove,  ///< it goes to `pose` instead; the pair is no obstacle until it is apart again
+    };
+    std::uint64_t question = 0;
+    Decision decision = Decision::kStop;
+    Pose pose;  ///< local value of the question's transform
+};
+
+/// A pair of triangles of two geometry-bearing nodes that meet.
+struct Contact {
+    static constexpr std::uint32_t kNoFace = 0xffffffffu;  ///< of a hull: no triangle of the file
+
+    ObjectId objectA, objectB;  ///< the nodes that bear the geometry; A is part of an interest's object
+    std::uint32_t faceA = 0, faceB = 0;
+    Vec3d point = Vec3d::Zero();   ///< world
+    Vec3d normal = Vec3d::Zero();  ///< world, unit length, from A to B
+    ObjectId interest;             ///< the one that decides about the pair
+    double time = 1;               ///< when in the frame's motion: 1 at its end; less for what stopped a motion on its way
+};
+
+enum class Phase : std::uint8_t { kBegan, kStays, kEnded };
+
+/// Two objects of an interest touch, or have just ceased to. For modes kPseudoDynamic and kDynamic; of a static interest only
+/// the contacts are told. `objectA`, `objectB`: their topmost nodes.
+struct PairEvent {
+    ObjectId interest, objectA, objectB;
+    Phase phase = Phase::kBegan;
+    /// kDynamic: when they first touched in this frame's motion, 0 to 1; 1 too where they do so at the end only.
+    double firstTime = 1;
+    Vec3d point = Vec3d::Zero(), normal = Vec3d::Zero();  ///< kDynamic, of a contact that began: where; world, A to B
+    bool through = false;  ///< kDynamic: touched on the way and are apart at its end (phase kEnded in the same frame)
+};
+
+/// How far two objects of a kDistance interest are apart. Listed while they are nearer than its threshold, and once more
+/// (phase kEnded, numbers of the last time) when they are not.
+struct PairDistance {
+    ObjectId interest, objectA, objectB;
+    Phase phase = Phase::kBegan;
+    double distance = 0;       ///< 0: they touch
+    ObjectId nodeA, nodeB;     ///< geometry-bearing nodes of the nearest faces
+    std::uint32_t faceA = 0, faceB = 0;
+    Vec3d pointA = Vec3d::Zero(), pointB = Vec3d::Zero();  ///< world
+};
+
+/// A motion has been stopped by a kAsk interest: what shall become of it? It stands until a Reply comes or the interest's
+/// patience is over.
+struct Question {
+    std::uint64_t id = 0;  ///< grows; never given twice by one pipeline
+    ObjectId interest, objectA, objectB;
+    ObjectId transform;     ///< that wanted to move
+    Pose present, wanted;   ///< its local values: where it stopped, where it wanted to be
+    Vec3d point = Vec3d::Zero(), normal = Vec3d::Zero();  ///< world, from A to B
+};
+
+/// New velocities of a free body, for its CollisionObject.
+struct BodyVelocity {
+    ObjectId core;
+    Vec3d velocity = Vec3d::Zero(), spin = Vec3d::Zero();
+};
+
+/// What a limit kept from being looked at: taken as blocked, and named here.
+struct NotLookedAt {
+    enum class Reason : std::uint8_t { kWork, kPieces, kNotFinite };
+    ObjectId nodeA, nodeB;  ///< geometry-bearing nodes; B none: a whole motion of A
+    Reason reason = Reason::kWork;
+};
+
+struct CollisionLimits {
+    std::size_t maxContacts = 1000;       ///< listed in a step; more are counted
+    std::size_t maxEvents = 100'000;      ///< events and distances listed in a step, each; more are counted
+    std::size_t maxInterests = 4096;      ///< enabled at a time; the first ones in document order count
+    std::size_t maxNotLookedAt = 100;     ///< listed; more are counted
+    std::size_t maxQuestions = 256;       ///< open at a time; further motions are stopped without one
+    std::uint64_t maxTests = 30'000'000;  ///< box and triangle tests in a step
+    /// How near to an obstacle a motion is stopped, in sizes (box diagonals) of the moving geometry.
+    double stopTolerance = 1e-4;
+    /// A rotating motion is cut into pieces whose arcs leave their chords by at most this many sizes...
+    double arcTolerance = 1e-3;
+    /// ...and into at most so many pieces; so are motions that begin in contact.
+    int maxPieces = 64;
+};
+
+struct StepCounters {
+    std::size_t objects = 0;        ///< geometry-bearing nodes that take part in an interest
+    std::size_t skipped = 0;        ///< of those: absent, malformed or flattened by a zero scale; they meet nothing
+    std::size_t freeBodies = 0;     ///< bodies that gravity and impulses move
+    std::size_t asleep = 0;         ///< of those: at rest
+    std::size_t neighbours = 0;     ///< pairs whose boxes (swept over the motion) meet
+    std::uint64_t pairsTested = 0;  ///< queries of the pairwise stage
+    std::uint64_t boxTests = 0;
+    std::uint64_t triangleTests = 0;
+    std::uint64_t notLookedAt = 0;      ///< pairs and motions left undecided because a limit was reached
+    std::uint64_t contactsLeftOut = 0;  ///< found, but beyond maxContacts
+    std::uint64_t eventsLeftOut = 0;
+    std::uint64_t unanswered = 0;       ///< questions whose patience ended in this step
+};
+
+struct StepResult {
+    /// Ascending by transform, one for each wish that names a Transform, and one for each free body that moved: the values to
+    /// commit. Committing a value equal to the present one is harmless.
+    std::vector<TentativeTransform> accepted;
+    /// Ascending by core: free bodies whose velocities are no longer what their core says.
+    std::vector<BodyVelocity> velocities;
+    /// Transforms that did not get (all the way) where they were wanted, ascending. Wishes that cannot be granted at
+    /// all (not finite, a zero or sign-changing scale, no such Transform) are here too.
+    std::vector<ObjectId> stopped;
+    /// What touches now, and what stopped a motion at its first touch. Ascending by (objectA, objectB, faceA, faceB).
+    std::vector<Contact> contacts;
+    std::vector<PairEvent> events;        ///< ascending by (interest, objectA, objectB)
+    std::vector<PairDistance> distances;  ///< ascending by (interest, objectA, objectB)
+    std::vector<Question> questions;      ///< asked in this step
+    /// Pairs of objects that touch now and did not in the last step, by any interest.
+    std::uint64_t contactsBegun = 0;
+    std::vector<NotLookedAt> notLookedAt;
+    StepCounters counters;
+};
+
+}  // namespace tessera
