@@ -18,6 +18,7 @@ constexpr std::size_t kMaxNameBytes = 1024;
 constexpr int kMaxKeys = 1'000'000;
 /// Far beyond any scene, near enough that sums and products of coordinates stay finite in float.
 constexpr double kMaxCoordinate = 1e15;
+constexpr double kStrongestGravity = 1e6;  // as in the field table
 
 bool within(double value) {
     return std::abs(value) <= kMaxCoordinate;
@@ -161,6 +162,10 @@ Expected<Environment> readEnvironment(const proto::scene::Environment& message) 
         if (!value) return tl::unexpected(value.error());
         *target = *value;
     }
+    environment.gravity = Vec3d(message.gravity().x(), message.gravity().y(), message.gravity().z());
+    if (!(environment.gravity.cwiseAbs().maxCoeff() <= kStrongestGravity))
+        return fail(ErrorCode::kBadInput, fmt::format("gravity's x, y and z must be between {} and {}",
+                                                      -kStrongestGravity, kStrongestGravity));
     return environment;
 }
 

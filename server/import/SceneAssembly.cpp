@@ -14,6 +14,7 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kMaxFiles = 1000;
+constexpr std::size_t kMaxNotes = 1000;
 constexpr std::string_view kAssetScheme = "asset://";
 
 using Content = proto::scene::Node::ContentCase;
@@ -35,9 +36,18 @@ std::string_view contentName(Content content) {
             return "environment";
         case Content::kInterest:
             return "interest";
+        case Content::kCollisionObject:
+            return "collision_object";
         default:
             return "node";
     }
+}
+
+/// Where the content says it stands; of contents that do not, line 0.
+proto::scene::Place placeOf(const proto::scene::Node& node) {
+    if (node.has_interest()) return node.interest().at();
+    if (node.has_collision_object()) return node.collision_object().at();
+    return {};
 }
 
 std::string placeText(const std::string& label, const proto::scene::Place& at) {
@@ -76,6 +86,10 @@ ObjectId SceneAssembly::create(const Object& object) {
     return id;
 }
 
+void SceneAssembly::note(std::string text) {
+    if (noted_.size() < kMaxNotes && noted_.insert(text).second) result_.notes.push_back(std::move(text));
+}
+
 Expected<SceneAssembly::Placed*> SceneAssembly::newNode(std::string name, ObjectId core, const Spot& spot) {
     if (result_.nodes >= options_.maxNodes)
         return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", options_.maxNodes));
@@ -86,7 +100,7 @@ Expected<SceneAssembly::Placed*> SceneAssembly::newNode(std::string name, Object
     node.core = core;
     const ObjectId id = create(node);
     builder_.place(id, spot.parent);
-    placed_.push_back(std::make_unique<Placed>(Placed{id, std::move(name), ObjectId{}, spot.placed, {}}));
+    placed_.push_back(std::make_unique<Placed>(Placed{id, std::move(name), ObjectId{}, true, spot.placed, {}}));
     if (spot.placed != nullptr) spot.placed->children.push_back(placed_.back().get());
     return placed_.back().get();
 }
@@ -141,17 +155,23 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
         return failWith(fmt::format("{}: node '{}'", file.label, readName(node.name(), "")), error);
     };
     Expected<ObjectId> core = contentCore(file, node, spot);
-    if (!core) return in(core.error());
+    if (!core) {
+        const proto::scene::Place at = placeOf(node);
+        return at.line() > 0 ? failWith(placeText(file.label, at), core.error()) : in(core.error());
+    }
 
     ObjectId transform;
+    bool evenScale = true;
     if (node.has_transform()) {
         Expected<Transform> value = readTransform(node.transform());
         if (!value) return in(value.error());
         transform = create(*value);
+        evenScale = value->scale == Vec3d::Constant(value->scale.x());
     }
     Expected<Placed*> own = newNode(readName(node.name(), contentName(content)), transform ? transform : *core, spot);
     if (!own) return in(own.error());
     (*own)->transform = transform;
+    (*own)->evenScale = evenScale;
     Spot below{(*own)->id, *own, spot.top, spot.depth + 1, spot.camerasEnabled};
 
     // A node has one core: content beside a transform goes into a node of its own below. Only a switch must then hold
@@ -177,6 +197,16 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
         if (!interest.against().empty())
             pending_.push_back(
                 {PendingRef::Kind::kInterestAgainst, *core, holder, spot.top, interest.against(), where});
+    }
+    if (content == Content::kCollisionObject) {
+        const proto::scene::CollisionObject& object = node.collision_object();
+        const std::string where = placeText(file.label, object.at());
+        pending_.push_back({PendingRef::Kind::kCollisionNode, *core, holder, spot.top, object.node(), where});
+        pending_.back().free = object.mass() > 0;
+        if (object.mass() > 0 && object.kind() != proto::scene::CollisionObject::RIGID)
+            note(where + ": it is not RIGID, so its mass means nothing");
+        else if (object.mass() > 0 && object.division() != proto::scene::CollisionObject::WHOLE)
+            note(where + ": it is divided into several objects, so its mass means nothing");
     }
     if (content == Content::kImport)
         if (Expected<void> done = placeImport(file, node.import(), below); !done) return done;

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,8 @@ private:
     struct Placed {
         ObjectId id;
         std::string name;
-        ObjectId transform;  ///< its core, where that is a Transform
+        ObjectId transform;     ///< its core, where that is a Transform
+        bool evenScale = true;  ///< that transform scales all axes alike
         Placed* parent = nullptr;
         std::vector<Placed*> children;
     };
@@ -43,13 +45,14 @@ private:
     };
     /// A name to be looked up once everything has its place.
     struct PendingRef {
-        enum class Kind { kMotionTarget, kInterestObject, kInterestAgainst };
+        enum class Kind { kMotionTarget, kInterestObject, kInterestAgainst, kCollisionNode };
         Kind kind;
         ObjectId core;
         Placed* from;
         Placed* top;
         std::string name;
         std::string where;  ///< file:line:column
+        bool free = false;  ///< a collision object with a mass
     };
 
     Expected<LoadedFile*> load(const std::string& canonicalPath, const std::string& label);
@@ -64,6 +67,10 @@ private:
     Expected<ObjectId> imageCore(LoadedFile& file, const std::string& name);
     Expected<Placed*> newNode(std::string name, ObjectId core, const Spot& spot);
     Expected<void> resolvePending(std::size_t from);
+    Expected<void> resolve(const PendingRef& ref);
+    void noteUnfree(const PendingRef& ref, const Placed& body);
+    /// For a person to read, each once.
+    void note(std::string text);
 
     ObjectId create(const Object& object);
     void set(ObjectId id, const Object& object);
@@ -75,6 +82,7 @@ private:
     std::map<std::string, std::unique_ptr<LoadedFile>> files_;  ///< by canonical path
     std::vector<std::unique_ptr<Placed>> placed_;
     std::vector<PendingRef> pending_;
+    std::set<std::string> noted_;
     std::vector<std::string> importing_;  ///< files being placed, outermost first
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/import/CollisionCores.h"
 #include "server/import/SceneAssembly.h"
 
 namespace tessera {
@@ -85,11 +86,14 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             return create(*environment);
         }
         case Content::kInterest: {
-            Interest interest;
-            interest.response =
-                node.interest().response() == proto::scene::Interest::REPORT ? Interest::kReport : Interest::kStop;
-            interest.enabled = node.interest().disabled() ? 0 : 1;
-            return create(interest);
+            const Expected<Interest> interest = readInterest(node.interest());
+            if (!interest) return tl::unexpected(interest.error());
+            return create(*interest);
+        }
+        case Content::kCollisionObject: {
+            const Expected<CollisionObject> object = readCollisionObject(node.collision_object());
+            if (!object) return tl::unexpected(object.error());
+            return create(*object);
         }
         default:
             return fail(ErrorCode::kBadInput, "it is not in plain form (shapes are made into meshes by the reader)");

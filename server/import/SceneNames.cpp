@@ -47,46 +47,79 @@ PlacedNode* descend(PlacedNode* node, std::string_view path) {
     return node;
 }
 
+/// Where the path begins with the node's own name. So in each copy of a repeated node its name means that copy.
+template <typename PlacedNode>
+PlacedNode* descendFrom(PlacedNode* node, std::string_view path) {
+    const std::size_t slash = path.find('/');
+    if (node->name != path.substr(0, slash)) return nullptr;
+    return descend(node, slash == std::string_view::npos ? std::string_view() : path.substr(slash + 1));
+}
+
 }  // namespace
 
 Expected<void> SceneAssembly::resolvePending(std::size_t from) {
-    for (std::size_t i = from; i < pending_.size(); ++i) {
-        const PendingRef& ref = pending_[i];
-        Placed* found = nullptr;
-        if (ref.name.empty()) {
-            found = ref.from;
-            while (found != ref.top && !found->transform) found = found->parent;
-            if (found == ref.top) found = nullptr;
-        } else if (ref.name.front() == '/') {
-            found = descend(ref.top, std::string_view(ref.name).substr(1));
-        } else {
-            for (Placed* outer = ref.from; found == nullptr && outer != nullptr && outer != ref.top;
-                 outer = outer->parent)
-                if (outer->parent != nullptr) found = descend(outer->parent, ref.name);
-        }
-        const std::string shown = readName(ref.name, "");
-        if (ref.kind == PendingRef::Kind::kMotionTarget) {
-            if (found == nullptr || !found->transform)
-                return fail(ErrorCode::kBadInput,
-                            ref.name.empty()
-                                ? fmt::format("{}: this motion has no transform at or above it to move", ref.where)
-                            : found != nullptr
-                                ? fmt::format("{}: the motion's target '{}' has no transform", ref.where, shown)
-                                : fmt::format("{}: there is no node '{}' for this motion to move", ref.where, shown));
-            builder_.set(ref.core, typeOf<Motion>(), field::kMotionTarget, toValue(found->transform));
-            continue;
-        }
-        if (found == nullptr || ref.name.empty())
-            return fail(ErrorCode::kBadInput,
-                        ref.name.empty()
-                            ? fmt::format("{}: this interest names no object", ref.where)
-                            : fmt::format("{}: there is no node '{}' for this interest", ref.where, shown));
-        const bool object = ref.kind == PendingRef::Kind::kInterestObject;
-        builder_.set(ref.core, typeOf<Interest>(), object ? field::kInterestObject : field::kInterestAgainst,
-                     toValue(found->id));
-    }
+    for (std::size_t i = from; i < pending_.size(); ++i)
+        if (Expected<void> done = resolve(pending_[i]); !done) return done;
     pending_.erase(pending_.begin() + static_cast<std::ptrdiff_t>(from), pending_.end());
     return {};
+}
+
+Expected<void> SceneAssembly::resolve(const PendingRef& ref) {
+    Placed* found = nullptr;
+    if (ref.name.empty()) {
+        found = ref.from;
+        while (found != ref.top && !found->transform) found = found->parent;
+        if (found == ref.top) found = nullptr;
+    } else if (ref.name.front() == '/') {
+        found = descend(ref.top, std::string_view(ref.name).substr(1));
+    } else {
+        for (Placed* outer = ref.from; found == nullptr && outer != nullptr && outer != ref.top;
+             outer = outer->parent) {
+            if (outer != ref.from) found = descendFrom(outer, ref.name);
+            if (found == nullptr && outer->parent != nullptr) found = descend(outer->parent, ref.name);
+        }
+    }
+    const std::string shown = readName(ref.name, "");
+    const auto wrong = [&](std::string_view what) {
+        return fail(ErrorCode::kBadInput, fmt::format("{}: {}", ref.where, what));
+    };
+    switch (ref.kind) {
+        case PendingRef::Kind::kMotionTarget:
+            if (found == nullptr || !found->transform)
+                return wrong(ref.name.empty()   ? "this motion has no transform at or above it to move"
+                             : found != nullptr ? fmt::format("the motion's target '{}' has no transform", shown)
+                                                : fmt::format("there is no node '{}' for this motion to move", shown));
+            builder_.set(ref.core, typeOf<Motion>(), field::kMotionTarget, toValue(found->transform));
+            return {};
+        case PendingRef::Kind::kCollisionNode:
+            if (found == nullptr)
+                return wrong(ref.name.empty() ? "this collision object has no transform at or above it; name its node"
+                                              : fmt::format("there is no node '{}' for this collision object", shown));
+            builder_.set(ref.core, typeOf<CollisionObject>(), field::kCollisionNode, toValue(found->id));
+            if (ref.free) noteUnfree(ref, *found);
+            return {};
+        case PendingRef::Kind::kInterestObject:
+        case PendingRef::Kind::kInterestAgainst:
+            break;
+    }
+    if (found == nullptr || ref.name.empty())
+        return wrong(ref.name.empty() ? "this interest names no object"
+                                      : fmt::format("there is no node '{}' for this interest", shown));
+    const bool object = ref.kind == PendingRef::Kind::kInterestObject;
+    builder_.set(ref.core, typeOf<Interest>(), object ? field::kInterestObject : field::kInterestAgainst,
+                 toValue(found->id));
+    return {};
+}
+
+void SceneAssembly::noteUnfree(const PendingRef& ref, const Placed& body) {
+    if (!body.transform)
+        return note(
+            fmt::format("{}: the node '{}' has no transform of its own that could move, so its mass means nothing",
+                        ref.where, body.name));
+    for (const Placed* above = body.parent; above != nullptr; above = above->parent)
+        if (!above->evenScale)
+            return note(fmt::format("{}: the node '{}' above it scales its axes differently, so its mass means nothing",
+                                    ref.where, above->name));
 }
 
 }  // namespace tessera

@@ -184,6 +184,10 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             *out.mutable_interest() = node.interest();
             *out.mutable_interest()->mutable_at() = at;
             return {};
+        case Content::kCollisionObject:
+            *out.mutable_collision_object() = node.collision_object();
+            *out.mutable_collision_object()->mutable_at() = at;
+            return {};
         default: {
             // Lights, camera, switch, environment: as they are.
             const FieldDescriptor* field = fieldOf(node, static_cast<int>(content));

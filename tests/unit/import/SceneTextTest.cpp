@@ -1,5 +1,8 @@
 // Tessera's own text format: what it becomes, and what it says when it is wrong.
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <vector>
 
 #include "common/math/Box.h"
@@ -110,6 +113,167 @@ TEST(SceneText, FindsMotionTargetsAndInterestsByName) {
     EXPECT_EQ(guard->object, crane);
     EXPECT_EQ(guard->against, *findNode(*aspect, "/hall/wall"));
     EXPECT_EQ(guard->response, Interest::kReport);
+}
+
+TEST(SceneText, ReadsEverythingThatAnInterestSays) {
+    Expected<ImportedScene> scene = importText(R"(
+        node { name: "a" } node { name: "b" }
+        node { name: "plain" interest { object: "a" } }
+        node { name: "full" interest { object: "a" against: "b" response: BOUNCE mode: DISTANCE most_faces: 7 disabled: true
+               object_layers: 6 against_layers: -8 threshold: 0.25 show_points: true show_faces: true patience: 3 } }
+        node { name: "brief" interest { object: "a" response: ROLLBACK mode: DYNAMIC yes_or_no: true show_normals: true } }
+        node { name: "slide" interest { object: "a" response: SLIDE mode: STATIC } }
+        node { name: "ask" interest { object: "a" response: ASK mode: IGNORE } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* plain = aspect.core<Interest>("/plain");
+    const Interest fresh;
+    EXPECT_EQ(plain->response, fresh.response);
+    EXPECT_EQ(plain->mode, fresh.mode);
+    EXPECT_EQ(plain->detail, fresh.detail);
+    EXPECT_EQ(plain->objectLayers, fresh.objectLayers);
+    EXPECT_EQ(plain->againstLayers, fresh.againstLayers);
+    EXPECT_EQ(plain->patience, fresh.patience);
+    EXPECT_EQ(plain->show, 0);
+    EXPECT_FALSE(plain->against);
+    const auto* full = aspect.core<Interest>("/full");
+    EXPECT_EQ(full->against, *findNode(*aspect, "/b"));
+    EXPECT_EQ(full->response, Interest::kBounce);
+    EXPECT_EQ(full->mode, Interest::kDistance);
+    EXPECT_EQ(full->detail, 7);
+    EXPECT_EQ(full->enabled, 0);
+    EXPECT_EQ(full->objectLayers, 6);
+    EXPECT_EQ(full->againstLayers, -8);
+    EXPECT_EQ(full->threshold, 0.25);
+    EXPECT_EQ(full->show, Interest::kShowPoints | Interest::kShowFaces);
+    EXPECT_EQ(full->patience, 3);
+    const auto* brief = aspect.core<Interest>("/brief");
+    EXPECT_EQ(brief->response, Interest::kRollback);
+    EXPECT_EQ(brief->mode, Interest::kDynamic);
+    EXPECT_EQ(brief->detail, Interest::kYesOrNo);
+    EXPECT_EQ(brief->show, Interest::kShowNormals);
+    EXPECT_EQ(aspect.core<Interest>("/slide")->response, Interest::kSlide);
+    EXPECT_EQ(aspect.core<Interest>("/slide")->mode, Interest::kStatic);
+    EXPECT_EQ(aspect.core<Interest>("/ask")->response, Interest::kAsk);
+    EXPECT_EQ(aspect.core<Interest>("/ask")->mode, Interest::kIgnore);
+}
+
+TEST(SceneText, ReadsEverythingThatACollisionObjectSays) {
+    Expected<ImportedScene> scene = importText(R"(
+        node { name: "air" environment { gravity { y: -9.81 z: 0.5 } } }
+        node { name: "bolt" transform {} collision_object {} }
+        node { name: "plate" node { name: "slab" box { size { x: 1 y: 1 z: 1 } } } }
+        node { name: "body" collision_object { node: "plate/slab" kind: STATIC division: EACH_GEOMETRY shape: HULL layers: 10
+               restitution: 0.9 friction: 2 velocity { x: 1 y: 2 z: 3 } spin { y: -4 } } }
+        node { name: "nut" transform {} node { name: "body" collision_object { kind: DEFORMING division: EACH_CHILD layers: 0 } } }
+        node { name: "ball" transform {} node { name: "body" collision_object { mass: 2.5 } } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(scene->notes.empty());
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_EQ(aspect.core<Environment>("/air")->gravity, Vec3d(0, -9.81, 0.5));
+    const CollisionObject fresh;
+    const auto* bolt = aspect.core<CollisionObject>("/bolt/collision_object");
+    ASSERT_NE(bolt, nullptr) << "beside a transform it has a node of its own below";
+    EXPECT_EQ(bolt->node, *findNode(*aspect, "/bolt")) << "absent: the node of the nearest transform";
+    EXPECT_EQ(bolt->kind, CollisionObject::kRigid);
+    EXPECT_EQ(bolt->division, CollisionObject::kWhole);
+    EXPECT_EQ(bolt->shape, CollisionObject::kTriangles);
+    EXPECT_EQ(bolt->layers, fresh.layers);
+    EXPECT_EQ(bolt->mass, 0);
+    EXPECT_EQ(bolt->restitution, fresh.restitution);
+    EXPECT_EQ(bolt->friction, fresh.friction);
+    const auto* body = aspect.core<CollisionObject>("/body");
+    EXPECT_EQ(body->node, *findNode(*aspect, "/plate/slab"));
+    EXPECT_EQ(body->kind, CollisionObject::kStatic);
+    EXPECT_EQ(body->division, CollisionObject::kEachGeometry);
+    EXPECT_EQ(body->shape, CollisionObject::kHull);
+    EXPECT_EQ(body->layers, 10);
+    EXPECT_EQ(body->restitution, 0.9);
+    EXPECT_EQ(body->friction, 2);
+    EXPECT_EQ(body->velocity, Vec3d(1, 2, 3));
+    EXPECT_EQ(body->spin, Vec3d(0, -4, 0));
+    const auto* nut = aspect.core<CollisionObject>("/nut/body");
+    EXPECT_EQ(nut->node, *findNode(*aspect, "/nut"));
+    EXPECT_EQ(nut->kind, CollisionObject::kDeforming);
+    EXPECT_EQ(nut->division, CollisionObject::kEachChild);
+    EXPECT_EQ(nut->layers, 0);
+    EXPECT_EQ(aspect.core<CollisionObject>("/ball/body")->mass, 2.5);
+}
+
+TEST(SceneText, EveryCopyOfARepeatedNodeIsACollisionObjectOfItsOwn) {
+    // Three ways to say it, each in copies of copies: no name, the copy's own name, a name within the copy.
+    Expected<ImportedScene> scene = importText(R"(
+        definition { name: "nut" node { name: "nut" transform {} collision_object { node: "nut" mass: 1 } } }
+        node { name: "layer" repeat { count: 2 step { y: 3 } }
+          node { name: "row" transform {} repeat { count: 3 step { z: 2 } }
+            node { name: "bolt" transform {} repeat { count: 4 step { x: 1 } }
+              node { name: "head" transform {} sphere { radius: 0.1 } }
+              node { name: "nameless" collision_object { mass: 1 } }
+              node { name: "named" collision_object { node: "bolt" mass: 1 } }
+              node { name: "inner" collision_object { node: "head" mass: 1 } }
+              node { name: "drive" motion { target: "row" paused: true key {} } }
+              node { instance: "nut" name: "place" } } } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(scene->notes.empty());
+    const ImportedAspect aspect(std::move(*scene));
+    for (int layer = 0; layer < 2; ++layer)
+        for (int row = 0; row < 3; ++row)
+            for (int bolt = 0; bolt < 4; ++bolt) {
+                const std::string rowPath = fmt::format("/layer[{}]/row[{}]", layer, row);
+                const std::string path = fmt::format("{}/bolt[{}]", rowPath, bolt);
+                const ObjectId own = *findNode(*aspect, path);
+                EXPECT_EQ(aspect.core<CollisionObject>(path + "/nameless")->node, own) << path;
+                EXPECT_EQ(aspect.core<CollisionObject>(path + "/named")->node, own) << path;
+                EXPECT_EQ(aspect.core<CollisionObject>(path + "/inner")->node, *findNode(*aspect, path + "/head"));
+                EXPECT_EQ(aspect.core<CollisionObject>(path + "/place/nut/collision_object")->node,
+                          *findNode(*aspect, path + "/place/nut"));
+                EXPECT_EQ(aspect.core<Motion>(path + "/drive")->target,
+                          aspect->get<Node>(*findNode(*aspect, rowPath))->core);
+            }
+}
+
+TEST(SceneText, FindsWhatIsNamedLikeTheNodeThatNamesIt) {
+    Expected<ImportedScene> scene = importText(R"(
+        node { name: "crane" transform {} }
+        node { name: "crane" motion { target: "crane" key {} } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_EQ(aspect.core<Motion>("/crane[1]")->target, aspect->get<Node>(*findNode(*aspect, "/crane"))->core);
+}
+
+TEST(SceneText, WritesThousandsOfBodiesInAFewLines) {
+    Expected<ImportedScene> scene = importText(R"(
+        node { name: "pour" node { transform {} repeat { count: 25 step { y: 1 } }
+          node { transform {} repeat { count: 20 step { z: 1 } }
+            node { name: "body" transform {} repeat { count: 20 step { x: 1 } }
+              node { box { size { x: 0.5 y: 0.5 z: 0.5 } } } node { collision_object { mass: 1 shape: HULL } } } } } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->geometries, 1u);
+    const ImportedAspect aspect(std::move(*scene));
+    std::vector<ObjectId> nodes;
+    for (const ObjectId id : aspect->ids())
+        if (const auto* object = aspect->get<CollisionObject>(id)) nodes.push_back(object->node);
+    EXPECT_EQ(nodes.size(), 10'000u);
+    std::sort(nodes.begin(), nodes.end());
+    EXPECT_EQ(std::unique(nodes.begin(), nodes.end()), nodes.end());
+}
+
+TEST(SceneText, SaysOnceWhereAMassMeansNothing) {
+    const Scratch scratch;
+    const std::string path =
+        scratch.write("scene.tsct", R"(node { name: "static" transform {} collision_object { mass: 1 kind: STATIC } }
+node { name: "parts" transform {} repeat { count: 3 step { x: 1 } } collision_object { mass: 1 division: EACH_CHILD } }
+node { name: "still" node { name: "body" collision_object { node: "still" mass: 1 } } }
+node { name: "flat" transform { scale { y: 2 } } node { transform { scale { y: 0.5 } } collision_object { mass: 1 } } }
+node { name: "even" transform { uniform_scale: 2 } node { transform { scale { y: 3 } } collision_object { mass: 1 } } })");
+    const Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const std::vector<std::string> expected = {
+        path + ":1:36: it is not RIGID, so its mass means nothing",
+        path + ":2:69: it is divided into several objects, so its mass means nothing",
+        path + ":3:42: the node 'still' has no transform of its own that could move, so its mass means nothing",
+        path + ":4:88: the node 'flat' above it scales its axes differently, so its mass means nothing"};
+    EXPECT_EQ(scene->notes, expected);
 }
 
 TEST(SceneText, HoldsLightsCameraSwitchEnvironmentAndWrittenOutMeshes) {
@@ -250,6 +414,39 @@ INSTANTIATE_TEST_SUITE_P(
                   "scene.tsct:2:8: the motion's target 'a' has no transform"},
         WrongText{"UnknownInterest", "node { interest { object: \"x\" } }",
                   "scene.tsct:1:8: there is no node 'x' for this interest"},
+        WrongText{"InterestWithoutObject", "node {\n  interest { against: \"x\" } }",
+                  "scene.tsct:2:3: this interest names no object"},
+        WrongText{"UnknownResponse", "node { interest {\n object: \"x\" response: SLIP } }",
+                  "scene.tsct:2:29: Unknown enumeration value of \"SLIP\" for field \"response\""},
+        WrongText{"ResponseBeyondAll", "node { name: \"x\" }\nnode { interest { object: \"x\" response: 17 } }",
+                  "scene.tsct:2:8: an interest: response must be between 0 and 5, not 17"},
+        WrongText{"NegativeThreshold", "node { name: \"x\" }\nnode { interest { object: \"x\" threshold: -1 } }",
+                  "scene.tsct:2:8: an interest: threshold must be between 0 and 1000000000000, not -1"},
+        WrongText{"FacesOrNone",
+                  "node { name: \"x\" }\nnode { interest { object: \"x\" yes_or_no: true most_faces: 3 } }",
+                  "scene.tsct:2:8: an interest: yes_or_no lists no faces, most_faces some; which is it?"},
+        WrongText{"TooManyFaces", "node { name: \"x\" }\nnode { interest { object: \"x\" most_faces: 1000001 } }",
+                  "scene.tsct:2:8: an interest: most_faces must be between 0 and 1000000, not 1000001"},
+        WrongText{"EndlessPatience", "node { name: \"x\" }\nnode { interest { object: \"x\" patience: 2000000 } }",
+                  "scene.tsct:2:8: an interest: patience must be between 0 and 1000000, not 2000000"},
+        WrongText{"NegativeMass", "node { transform {}\n  collision_object { mass: -2 } }",
+                  "scene.tsct:2:3: a collision object: mass must be between 0 and 1000000000000, not -2"},
+        WrongText{"TooBouncy", "node { transform {} collision_object { restitution: 1.5 } }",
+                  "scene.tsct:1:21: a collision object: restitution must be between 0 and 1, not 1.5"},
+        WrongText{"NegativeFriction", "node { transform {} collision_object { friction: -0.1 } }",
+                  "scene.tsct:1:21: a collision object: friction must be between 0 and 1000, not -0.1"},
+        WrongText{"TooFast", "node { transform {} collision_object { velocity { y: -2e6 } } }",
+                  "scene.tsct:1:21: a collision object: velocity must be between -1000000 and 1000000, not -2000000"},
+        WrongText{"SpinIsNoNumber", "node { transform {} collision_object { spin { z: nan } } }",
+                  "scene.tsct:1:21: a collision object: spin is not a finite number"},
+        WrongText{"UnknownCollisionNode", "node {\n  transform {}\n  collision_object { node: \"bolt\" } }",
+                  "scene.tsct:3:3: there is no node 'bolt' for this collision object"},
+        WrongText{"CollisionObjectOfNothing", "node { name: \"a\" node { collision_object {} } }",
+                  "scene.tsct:1:25: this collision object has no transform at or above it; name its node"},
+        WrongText{"UnknownCollisionField", "node { collision_object { weight: 3 } }",
+                  "scene.tsct:1:33: CollisionObject has no 'weight'"},
+        WrongText{"GravityBeyondBounds", "node { name: \"air\" environment { gravity { y: -1e7 } } }",
+                  "scene.tsct: node 'air': gravity's x, y and z must be between -1000000 and 1000000"},
         WrongText{"FlatBox", "node { name: \"b\" box { size { x: 1 y: 1 } } }",
                   "scene.tsct:1:1: a box's size x, y and z must be above zero"},
         WrongText{"Nan", "node { name: \"n\" transform { translation { x: nan } } }",
