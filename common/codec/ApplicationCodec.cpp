@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "common/codec/ApplicationCollisionParts.h"
 #include "common/codec/Parts.h"
 #include "proto/application.pb.h"
 
@@ -19,12 +20,6 @@ constexpr std::size_t kMaxHeadBytes = std::size_t{1} << 20;
 struct IdPair {
     std::uint64_t placeholder, id;
 };
-struct ContactRecord {
-    std::uint64_t objectA, objectB;
-    std::uint32_t faceA, faceB;
-    std::uint64_t point[3], normal[3];  ///< the bits of doubles: compared and copied as integers
-};
-static_assert(sizeof(ContactRecord) == 72);
 
 using Parts = std::vector<ByteSpan>;
 
@@ -48,21 +43,29 @@ void put(pb::Picked* out, const answer::Picked& picked) {
     out->set_x_px(picked.xPx);
     out->set_y_px(picked.yPx);
 }
-void put(pb::Contacts* out, const answer::Contacts& contacts, std::vector<ContactRecord>& records) {
+void put(pb::Contacts* out, const answer::Contacts& contacts) {
     out->set_frame(contacts.frame);
     out->set_begun(contacts.begun);
-    records.reserve(contacts.contacts.size());
-    for (const ContactValue& c : contacts.contacts) {
-        ContactRecord& r = records.emplace_back();
-        r.objectA = c.objectA.value;
-        r.objectB = c.objectB.value;
-        r.faceA = c.faceA;
-        r.faceB = c.faceB;
-        for (int i = 0; i < 3; ++i) {
-            r.point[i] = std::bit_cast<std::uint64_t>(c.point[i]);
-            r.normal[i] = std::bit_cast<std::uint64_t>(c.normal[i]);
-        }
-    }
+    out->set_left_out(contacts.leftOut);
+    out->set_not_looked_at(contacts.notLookedAt);
+}
+void put(pb::PairEvents* out, const answer::PairEvents& events) {
+    out->set_frame(events.frame);
+    out->set_left_out(events.leftOut);
+}
+void put(pb::Distances* out, const answer::Distances& distances) {
+    out->set_frame(distances.frame);
+    out->set_left_out(distances.leftOut);
+}
+void put(pb::Questions* out, const answer::Questions& questions) {
+    out->set_frame(questions.frame);
+    out->set_unanswered(questions.unanswered);
+}
+void put(pb::Rotation* out, const Quatd& q) {
+    out->set_w(q.w());
+    out->set_x(q.x());
+    out->set_y(q.y());
+    out->set_z(q.z());
 }
 
 /// Checks what a head says; keeps the first thing that is wrong.
@@ -110,29 +113,45 @@ public:
     }
     template <typename Record>
     std::vector<Record> records(std::size_t part, std::size_t most) {
-        auto found = recordsFrom<Record>(parts_[part], most);
-        if (found) return std::move(*found);
-        refuse(found.error().code, found.error().message);
-        return {};
+        return taken(recordsFrom<Record>(parts_[part], most));
     }
     answer::Picked picked(const pb::Picked& p) {
         return {p.hit(), ObjectId{p.node()}, p.face(), vector(p.point()), finite(p.x_px()), finite(p.y_px())};
     }
     answer::Contacts contacts(const pb::Contacts& head) {
-        expectParts(1);
-        answer::Contacts out{head.frame(), head.begun(), {}};
-        for (const ContactRecord& r : records<ContactRecord>(0, limits_.maxContacts)) {
-            ContactValue& c = out.contacts.emplace_back();
-            c = {ObjectId{r.objectA}, ObjectId{r.objectB}, r.faceA, r.faceB};
-            for (int i = 0; i < 3; ++i) {
-                c.point[i] = finite(std::bit_cast<double>(r.point[i]));
-                c.normal[i] = finite(std::bit_cast<double>(r.normal[i]));
-            }
-        }
-        return out;
+        expectCollision(1);
+        return {head.frame(), head.begun(), taken(unpackContacts(parts_[0], limits_.maxContacts)), head.left_out(),
+                head.not_looked_at()};
+    }
+    answer::PairEvents events(const pb::PairEvents& head) {
+        expectCollision(1);
+        return {head.frame(), taken(unpackEvents(parts_[0], limits_.maxEvents)), head.left_out()};
+    }
+    answer::Distances distances(const pb::Distances& head) {
+        expectCollision(1);
+        return {head.frame(), taken(unpackDistances(parts_[0], limits_.maxDistances)), head.left_out()};
+    }
+    answer::Questions questions(const pb::Questions& head) {
+        expectCollision(2);
+        return {head.frame(), taken(unpackQuestions(parts_[0], limits_.maxQuestions)),
+                records<std::uint64_t>(1, limits_.maxQuestions), head.unanswered()};
     }
 
 private:
+    /// Too many bytes are as good as none: nothing is taken of them.
+    void expectCollision(std::size_t count) {
+        expectParts(count);
+        std::size_t bytes = 0;
+        for (const ByteSpan part : parts_) bytes += part.size();
+        if (!within(bytes, limits_.maxCollisionBytes, "bytes of collisions")) parts_.assign(count, {});
+    }
+    template <typename Value>
+    std::vector<Value> taken(Expected<std::vector<Value>> values) {
+        if (values) return std::move(*values);
+        refuse(values.error().code, values.error().message);
+        return {};
+    }
+
     Parts parts_;
     const ApplicationLimits& limits_;
     std::optional<Error> error_;
@@ -173,12 +192,7 @@ void pack(const request::Load& r, pb::RequestHead& head, Parts&) {
 void pack(const request::SetView& r, pb::RequestHead& head, Parts&) {
     pb::SetView& out = *head.mutable_set_view();
     if (r.position) put(out.mutable_position(), *r.position);
-    if (r.orientation) {
-        out.mutable_orientation()->set_w(r.orientation->w());
-        out.mutable_orientation()->set_x(r.orientation->x());
-        out.mutable_orientation()->set_y(r.orientation->y());
-        out.mutable_orientation()->set_z(r.orientation->z());
-    }
+    if (r.orientation) put(out.mutable_orientation(), *r.orientation);
     if (r.worldUnitsPerMetre) out.set_world_units_per_metre(*r.worldUnitsPerMetre);
     out.set_user(r.user);
     if (r.head) put(out.mutable_head(), *r.head);
@@ -195,9 +209,32 @@ void pack(const request::GetImages&, pb::RequestHead& head, Parts&) {
     head.mutable_get_images();
 }
 void pack(const request::Subscribe& r, pb::RequestHead& head, Parts&) {
-    head.mutable_subscribe()->set_contacts(r.contacts);
-    head.mutable_subscribe()->set_picks(r.picks);
-    head.mutable_subscribe()->set_frames(r.frames);
+    pb::Subscribe& out = *head.mutable_subscribe();
+    out.set_contacts(r.contacts);
+    out.set_picks(r.picks);
+    out.set_frames(r.frames);
+    out.set_events(r.events);
+    out.set_stays(r.stays);
+    out.set_distances(r.distances);
+    out.set_questions(r.questions);
+}
+void pack(const request::GetEvents&, pb::RequestHead& head, Parts&) {
+    head.mutable_get_events();
+}
+void pack(const request::GetDistances&, pb::RequestHead& head, Parts&) {
+    head.mutable_get_distances();
+}
+void pack(const request::GetQuestions&, pb::RequestHead& head, Parts&) {
+    head.mutable_get_questions();
+}
+void pack(const request::Respond& r, pb::RequestHead& head, Parts&) {
+    pb::Respond& out = *head.mutable_respond();
+    out.set_question(r.question);
+    out.set_decision(static_cast<std::uint32_t>(r.decision));
+    if (r.decision != request::Respond::Decision::kMove) return;
+    put(out.mutable_translation(), r.pose.translation);
+    put(out.mutable_rotation(), r.pose.rotation);
+    put(out.mutable_scale(), r.pose.scale);
 }
 
 ApplicationRequest unpackPropose(Unpacker& in) {
@@ -226,6 +263,31 @@ ApplicationRequest unpackSetView(const pb::SetView& head, Unpacker& in) {
     return out;
 }
 
+ApplicationRequest unpackSubscribe(const pb::Subscribe& head) {
+    return request::Subscribe{.contacts = head.contacts(),
+                              .picks = head.picks(),
+                              .frames = head.frames(),
+                              .events = head.events(),
+                              .stays = head.stays(),
+                              .distances = head.distances(),
+                              .questions = head.questions()};
+}
+
+ApplicationRequest unpackRespond(const pb::Respond& head, Unpacker& in) {
+    using Decision = request::Respond::Decision;
+    request::Respond out;
+    out.question = head.question();
+    if (head.decision() > static_cast<std::uint32_t>(Decision::kMove)) {
+        in.refuse(ErrorCode::kUnsupported, "a decision that this version does not know");
+        return out;
+    }
+    out.decision = static_cast<Decision>(head.decision());
+    if (out.decision != Decision::kMove) return out;
+    out.pose = {in.vector(head.translation()), in.rotation(head.rotation()), in.vector(head.scale())};
+    if ((out.pose.scale.array() == 0).any()) in.refuse(ErrorCode::kBadInput, "a scale of zero");
+    return out;
+}
+
 ApplicationRequest unpackRequest(const pb::RequestHead& head, Unpacker& in) {
     if (head.what_case() != pb::RequestHead::kPropose) in.expectParts(0);
     switch (head.what_case()) {
@@ -246,12 +308,47 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, Unpacker& in) {
         case pb::RequestHead::kGetImages:
             return request::GetImages{};
         case pb::RequestHead::kSubscribe:
-            return request::Subscribe{head.subscribe().contacts(), head.subscribe().picks(), head.subscribe().frames()};
+            return unpackSubscribe(head.subscribe());
+        case pb::RequestHead::kGetEvents:
+            return request::GetEvents{};
+        case pb::RequestHead::kGetDistances:
+            return request::GetDistances{};
+        case pb::RequestHead::kGetQuestions:
+            return request::GetQuestions{};
+        case pb::RequestHead::kRespond:
+            return unpackRespond(head.respond(), in);
         case pb::RequestHead::WHAT_NOT_SET:
             break;
     }
     in.refuse(ErrorCode::kUnsupported, "it asks for something that this version does not know");
     return request::Undo{};
+}
+
+// ---- collisions, in answers and in notices
+
+Bytes joinPart(const google::protobuf::MessageLite& head, const Bytes& part) {
+    return joinParts(head, std::array{ByteSpan(part)});
+}
+template <typename Head>
+Bytes join(const answer::Contacts& a, Head& head) {
+    put(head.mutable_contacts(), a);
+    return joinPart(head, packContacts(a.contacts));
+}
+template <typename Head>
+Bytes join(const answer::PairEvents& a, Head& head) {
+    put(head.mutable_events(), a);
+    return joinPart(head, packEvents(a.events));
+}
+template <typename Head>
+Bytes join(const answer::Distances& a, Head& head) {
+    put(head.mutable_distances(), a);
+    return joinPart(head, packDistances(a.distances));
+}
+template <typename Head>
+Bytes join(const answer::Questions& a, Head& head) {
+    put(head.mutable_questions(), a);
+    const Bytes questions = packQuestions(a.questions);
+    return joinParts(head, std::array{ByteSpan(questions), recordBytes(a.closed)});
 }
 
 // ---- answers
@@ -300,11 +397,6 @@ Bytes join(const answer::Loaded& a, pb::AnswerHead& head) {
 Bytes join(const answer::Picked& a, pb::AnswerHead& head) {
     put(head.mutable_picked(), a);
     return joinParts(head, {});
-}
-Bytes join(const answer::Contacts& a, pb::AnswerHead& head) {
-    std::vector<ContactRecord> records;
-    put(head.mutable_contacts(), a, records);
-    return joinParts(head, std::array{recordBytes(records)});
 }
 Bytes join(const answer::Images& a, pb::AnswerHead& head) {
     Parts pngs;
@@ -383,6 +475,12 @@ ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, Unpacker& in) {
             return in.contacts(head.contacts());
         case pb::AnswerHead::kImages:
             return unpackImages(head.images(), in);
+        case pb::AnswerHead::kEvents:
+            return in.events(head.events());
+        case pb::AnswerHead::kDistances:
+            return in.distances(head.distances());
+        case pb::AnswerHead::kQuestions:
+            return in.questions(head.questions());
         case pb::AnswerHead::WHAT_NOT_SET:
             break;
     }
@@ -397,11 +495,6 @@ Bytes join(const notice::Frame& n, pb::NoticeHead& head) {
     for (const std::string& name : n.shown) head.mutable_frame()->add_shown(name);
     for (const std::string& name : n.held) head.mutable_frame()->add_held(name);
     return joinParts(head, {});
-}
-Bytes join(const answer::Contacts& n, pb::NoticeHead& head) {
-    std::vector<ContactRecord> records;
-    put(head.mutable_contacts(), n, records);
-    return joinParts(head, std::array{recordBytes(records)});
 }
 Bytes join(const answer::Picked& n, pb::NoticeHead& head) {
     put(head.mutable_picked(), n);
@@ -419,6 +512,12 @@ ApplicationNotice unpackNotice(const pb::NoticeHead& head, Unpacker& in) {
         case pb::NoticeHead::kPicked:
             in.expectParts(0);
             return in.picked(head.picked());
+        case pb::NoticeHead::kEvents:
+            return in.events(head.events());
+        case pb::NoticeHead::kDistances:
+            return in.distances(head.distances());
+        case pb::NoticeHead::kQuestions:
+            return in.questions(head.questions());
         case pb::NoticeHead::WHAT_NOT_SET:
             break;
     }
@@ -454,7 +553,7 @@ Bytes encodeNotice(const ApplicationNotice& notice) {
 }
 
 Expected<ApplicationNotice> decodeNotice(ByteSpan bytes, const ApplicationLimits& limits) {
-    return decode<pb::NoticeHead>(bytes, "notice", 1, limits, unpackNotice);
+    return decode<pb::NoticeHead>(bytes, "notice", 2, limits, unpackNotice);
 }
 
 }  // namespace tessera

@@ -10,6 +10,7 @@
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
 #include "common/change/Value.h"
+#include "common/codec/ApplicationCollision.h"
 #include "common/math/Types.h"
 
 namespace tessera {
@@ -41,26 +42,40 @@ struct SetView {
 struct Pick {
     double xPx = 0, yPx = 0;
 };
+/// What the newest frame's collision detection found.
 struct GetContacts {};
+struct GetEvents {};  ///< those that stay included
+struct GetDistances {};
+/// All that are open.
+struct GetQuestions {};
+/// An answer to a question that is open; the first one counts, whoever gives it.
+struct Respond {
+    enum class Decision : std::uint8_t {
+        kStop,  ///< it stays where it was stopped
+        kPass,  ///< it goes where it wanted to be
+        kMove,  ///< it goes to `pose` instead
+    };
+    std::uint64_t question = 0;
+    Decision decision = Decision::kStop;
+    Pose pose;  ///< with kMove: value of the question's transform; no zero in its scale
+};
 /// The wall as it is now: one TileImage per tile.
 struct GetImages {};
+/// Each frame's data that is wanted from now on.
 struct Subscribe {
     bool contacts = false, picks = false, frames = false;
+    bool events = false;
+    bool stays = false;  ///< with `events`: in every frame, pairs that go on touching too
+    bool distances = false;
+    bool questions = false;
 };
 
 }  // namespace request
 
 using ApplicationRequest =
     std::variant<request::Propose, request::Undo, request::GetStatus, request::Load, request::SetView, request::Pick,
-                 request::GetContacts, request::GetImages, request::Subscribe>;
-
-/// One touching pair of faces. World coordinates; the normal points from A to B.
-struct ContactValue {
-    ObjectId objectA, objectB;  ///< nodes
-    std::uint32_t faceA = 0, faceB = 0;
-    Vec3d point = Vec3d::Zero();
-    Vec3d normal = Vec3d::UnitY();
-};
+                 request::GetContacts, request::GetImages, request::Subscribe, request::GetEvents,
+                 request::GetDistances, request::GetQuestions, request::Respond>;
 
 namespace answer {
 
@@ -94,11 +109,6 @@ struct Picked {
     Vec3d point = Vec3d::Zero();
     double xPx = 0, yPx = 0;
 };
-struct Contacts {
-    std::uint64_t frame = 0;
-    std::uint64_t begun = 0;  ///< over the run
-    std::vector<ContactValue> contacts;
-};
 struct TileImageValue {
     std::string tile, host;
     std::uint64_t frame = 0;
@@ -112,8 +122,9 @@ struct Done {};
 
 }  // namespace answer
 
-using ApplicationAnswer = std::variant<answer::Done, answer::Committed, answer::Status, answer::Loaded, answer::Picked,
-                                       answer::Contacts, answer::Images>;
+using ApplicationAnswer =
+    std::variant<answer::Done, answer::Committed, answer::Status, answer::Loaded, answer::Picked, answer::Contacts,
+                 answer::Images, answer::PairEvents, answer::Distances, answer::Questions>;
 
 namespace notice {
 struct Frame {
@@ -121,13 +132,19 @@ struct Frame {
     std::vector<std::string> shown, held;
 };
 }  // namespace notice
-using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::Picked>;
+using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::Picked, answer::PairEvents,
+                                       answer::Distances, answer::Questions>;
 
 struct ApplicationLimits {
     std::size_t maxTextBytes = 4096;
     std::size_t maxBlobs = 65'536;   ///< of one proposal
     std::size_t maxIds = 8'000'000;  ///< given by one commit
     std::size_t maxContacts = 100'000;
+    std::size_t maxEvents = 100'000;
+    std::size_t maxDistances = 100'000;
+    std::size_t maxQuestions = 4096;  ///< and ids of closed ones
+    /// Of contacts, events, distances or questions in one notice or answer: what a Notice may carry at most.
+    std::size_t maxCollisionBytes = std::size_t{16} << 20;
     std::size_t maxTiles = 4096;
     std::size_t maxHosts = 4096;
 };

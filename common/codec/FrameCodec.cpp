@@ -61,6 +61,22 @@ Expected<User> readUser(const proto::frame::User& from) {
     return user;
 }
 
+void write(proto::frame::Collision& to, const FrameCollision& collision) {
+    to.set_contacts(collision.contacts);
+    to.set_begun(collision.begun);
+    to.set_ended(collision.ended);
+    to.set_near(collision.near);
+    to.set_nearest(collision.nearest);
+}
+Expected<FrameCollision> readCollision(const proto::frame::Collision& from) {
+    if (!(from.nearest() >= 0) || !std::isfinite(from.nearest())) return bad("frame: a distance that is none");
+    return FrameCollision{.contacts = from.contacts(),
+                          .begun = from.begun(),
+                          .ended = from.ended(),
+                          .near = from.near(),
+                          .nearest = from.nearest()};
+}
+
 }  // namespace
 
 Bytes encodeFrame(const FramePayload& payload) {
@@ -75,6 +91,7 @@ Bytes encodeFrame(const FramePayload& payload) {
         write(*to.mutable_orientation(), user.orientation);
         to.set_eye_separation_metres(user.eyeSeparationMetres);
     }
+    if (payload.collision != FrameCollision()) write(*head.mutable_collision(), payload.collision);
     if (!payload.list) return joinParts(head, {});
     const ByteSpan list(*payload.list);
     return joinParts(head, std::span(&list, 1));
@@ -104,6 +121,9 @@ Expected<FramePayload> decodeFrame(ByteSpan bytes) {
         if (!user) return tl::unexpected(user.error());
         payload.view.users.push_back(std::move(*user));
     }
+    const auto collision = readCollision(head.collision());
+    if (!collision) return tl::unexpected(collision.error());
+    payload.collision = *collision;
     if (!split->parts.empty()) payload.list = share(Bytes(split->parts[0].begin(), split->parts[0].end()));
     return payload;
 }

@@ -9,9 +9,21 @@
 
 namespace tessera {
 
+/// What a frame's collision detection found, in numbers. A render host draws contacts as what they are in the scene;
+/// lists of them go to applications, which ask for them (ApplicationCodec.h).
+struct FrameCollision {
+    std::uint64_t contacts = 0;  ///< pairs of faces
+    std::uint64_t begun = 0;     ///< pairs of objects that touch now and did not before
+    std::uint64_t ended = 0;
+    std::uint64_t near = 0;  ///< pairs of objects nearer than the threshold of their interest
+    double nearest = 0;      ///< the least of their distances; world units. Only with `near` above 0
+    bool operator==(const FrameCollision&) const = default;
+};
+
 struct FramePayload {
     View view;
     SharedBytes list;  ///< encoded ChangeList of this frame; null when nothing changed
+    FrameCollision collision = {};
 };
 [[nodiscard]] Bytes encodeFrame(const FramePayload& payload);
 [[nodiscard]] Expected<FramePayload> decodeFrame(ByteSpan bytes);

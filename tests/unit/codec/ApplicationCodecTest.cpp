@@ -38,7 +38,11 @@ std::vector<ApplicationRequest> everyRequest() {
             request::Pick{12.5, -3},
             request::GetContacts{},
             request::GetImages{},
-            request::Subscribe{true, false, true}};
+            request::Subscribe{true, false, true},
+            request::GetEvents{},
+            request::GetDistances{},
+            request::GetQuestions{},
+            request::Respond{.question = 5, .decision = request::Respond::Decision::kMove, .pose = {}}};
 }
 
 std::vector<ApplicationAnswer> everyAnswer() {
@@ -61,12 +65,19 @@ std::vector<ApplicationAnswer> everyAnswer() {
             answer::Loaded{ObjectId{25}, 26, 27},
             answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
             twoContacts(),
-            answer::Images{{{"front-0-0", "a", 32, some(100)}, {"front-1-0", "b", 33, some(5)}}, {"front-0-1"}}};
+            answer::Images{{{"front-0-0", "a", 32, some(100)}, {"front-1-0", "b", 33, some(5)}}, {"front-0-1"}},
+            answer::PairEvents{1, {PairEventValue{}}, 2},
+            answer::Distances{1, {PairDistanceValue{}}, 2},
+            answer::Questions{1, {QuestionValue{}}, {3, 4}, 2}};
 }
 
 std::vector<ApplicationNotice> everyNotice() {
-    return {notice::Frame{40, {"a", "b"}, {"c"}}, twoContacts(),
-            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5}};
+    return {notice::Frame{40, {"a", "b"}, {"c"}},
+            twoContacts(),
+            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
+            answer::PairEvents{1, {PairEventValue{}, PairEventValue{}}, 2},
+            answer::Distances{1, {PairDistanceValue{}}, 2},
+            answer::Questions{1, {QuestionValue{}}, {3, 4}, 2}};
 }
 
 /// Encoding is deterministic and complete (the fields are compared one by one below), so equal bytes mean equal values.

@@ -44,6 +44,21 @@ TEST(FrameCodec, TellsAnEmptyListFromNone) {
     EXPECT_TRUE(empty->list->empty());
 }
 
+TEST(FrameCodec, CarriesWhatTouchesInNumbersAndNothingWhereNothingDoes) {
+    FramePayload payload{someView(), nullptr};
+    const std::size_t bare = encodeFrame(payload).size();
+    EXPECT_EQ(decodeFrame(encodeFrame(payload))->collision, FrameCollision());
+    payload.collision = {.contacts = 1000, .begun = 2, .ended = 3, .near = 4, .nearest = 0.1};
+    const auto decoded = decodeFrame(encodeFrame(payload));
+    ASSERT_TRUE(decoded);
+    EXPECT_EQ(decoded->collision, payload.collision);
+    EXPECT_LT(encodeFrame(payload).size(), bare + 32) << "it goes to every host in every frame";
+    for (const double none : {-1.0, double{NAN}, double{INFINITY}}) {
+        payload.collision.nearest = none;
+        EXPECT_FALSE(decodeFrame(encodeFrame(payload))) << none;
+    }
+}
+
 TEST(FrameCodec, RefusesViewsThatNobodyCouldDraw) {
     const auto error = [](auto&& spoil) {
         FramePayload payload{someView(), nullptr};
