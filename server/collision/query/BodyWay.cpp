@@ -22,10 +22,24 @@ bool uniform(const Vec3d& scale) {
     return size.x() == size.y() && size.y() == size.z();
 }
 
+/// A bound of |m|: the root of the largest row sum of mᵀm, which is exact for rotations and uniform scales.
+double stretchOf(const Mat3d& m) {
+    const Mat3d square = m.transpose() * m;
+    return std::sqrt(square.cwiseAbs().rowwise().sum().maxCoeff()) * (1 + 1e-12);
+}
+
+/// Of a map that turns, mirrors and scales evenly: the scale. 0 of any other.
+double evenScale(const Mat3d& m) {
+    const Mat3d square = m.transpose() * m;
+    const double s2 = square.trace() / 3;
+    // What the kernels' floats cannot tell from even.
+    return (square - s2 * Mat3d::Identity()).cwiseAbs().maxCoeff() <= 1e-9 * s2 ? std::sqrt(s2) : 0;
+}
+
 }  // namespace
 
 BodyWay::BodyWay(const BodyMotion& motion) {
-    valid_ = usable(motion.start) && usable(motion.end);
+    valid_ = usable(motion.start) && usable(motion.end) && motion.body_T_mesh.matrix().allFinite();
     if (!valid_) return;
     start_ = motion.start.rotation.normalized();
     Quatd end = motion.end.rotation.normalized();
@@ -48,6 +62,13 @@ BodyWay::BodyWay(const BodyMotion& motion) {
     swelling_ = scale_.cwiseAbs().maxCoeff();
     // Of a scale that turns inside out on the way the three would have to pass zero together.
     similarity_ = uniform(motion.start.scale) && uniform(motion.end.scale) && uniform(scale_);
+    innerLinear_ = motion.body_T_mesh.linear();
+    innerShift_ = motion.body_T_mesh.translation();
+    inner_ = innerLinear_ != Mat3d::Identity() || innerShift_ != Vec3d::Zero();
+    if (!inner_) return;
+    innerStretch_ = stretchOf(innerLinear_);
+    innerScale_ = evenScale(innerLinear_);
+    similarity_ = similarity_ && innerScale_ > 0;
 }
 
 Quatd BodyWay::rotationAt(double t) const {
@@ -66,11 +87,18 @@ BodyMoment BodyWay::at(double t) const {
     m.turning = rate * scale.asDiagonal();
     m.turning += rotation * scale_.asDiagonal();
     m.drift = shift_;
+    if (inner_) {
+        m.translation += m.linear * innerShift_;
+        m.drift += m.turning * innerShift_;
+        m.linear *= innerLinear_;
+        m.turning *= innerLinear_;
+    }
     return m;
 }
 
 double BodyWay::extent(double reach) const {
-    return std::max(shift0_.cwiseAbs().maxCoeff(), (shift0_ + shift_).cwiseAbs().maxCoeff()) + stretch_ * reach;
+    return std::max(shift0_.cwiseAbs().maxCoeff(), (shift0_ + shift_).cwiseAbs().maxCoeff()) +
+           stretch_ * (innerStretch_ * reach + innerShift_.norm());
 }
 
 Pose BodyMotion::at(double t) const {

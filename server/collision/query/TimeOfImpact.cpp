@@ -40,7 +40,8 @@ struct Body {
     kernel::TreeView view;
     std::size_t shape;
     BodyWay way;
-    double reach;  ///< of its points from the origin, in the model's lengths
+    double meshReach;  ///< of its points from the mesh's origin, in the model's lengths
+    double reach;      ///< of its points from the origin of the frame that moves
 
     Body(const TriangleTree& t, const BodyMotion& motion)
         : tree(t),
@@ -48,12 +49,13 @@ struct Body {
           view(storage.view()),
           shape(static_cast<std::size_t>(shapeOf(t.options().volume))),
           way(motion),
-          reach(storage.centre.norm() + storage.radius / storage.unit) {}
+          meshReach(storage.centre.norm() + storage.radius / storage.unit),
+          reach(way.reachAround(storage.centre, storage.radius / storage.unit)) {}
 
     /// The size that it has in the shared frame, at most.
     [[nodiscard]] double size() const { return way.stretch() * storage.radius / storage.unit; }
     /// What counts as rounding in the shared frame.
-    [[nodiscard]] double rounding() const { return 0x1p-53 * 64 * way.extent(reach); }
+    [[nodiscard]] double rounding() const { return 0x1p-53 * 64 * way.extent(meshReach); }
 
     [[nodiscard]] kernel::MovingFrame frame(const BodyMoment& m, double t, const Vec3d& origin, const Vec3d& drift,
                                             double unit, bool similarity) const {
@@ -218,11 +220,11 @@ private:
             for (std::size_t i = 0; i < 3; ++i) {
                 va[i] = now_.a.velocity(xa[i]);
                 vb[i] = now_.b.velocity(xb[i]);
-                reachA = std::max(reachA, xa[i].squaredNorm());
-                reachB = std::max(reachB, xb[i].squaredNorm());
+                reachA = std::max(reachA, a_.way.reachOf(xa[i]));
+                reachB = std::max(reachB, b_.way.reachOf(xb[i]));
             }
             rate += lowest(n, vb) + lowest(-n, va);
-            const double bend = bendAlong(n, a_.way, std::sqrt(reachA)) + bendAlong(n, b_.way, std::sqrt(reachB));
+            const double bend = bendAlong(n, a_.way, reachA) + bendAlong(n, b_.way, reachB);
             free = timeUntilZero(gap, rate, bend);
         }
         if (near.distance <= tolerance_) {

@@ -23,7 +23,12 @@ namespace tessera {
 /// rotation by slerp along the shorter arc. A body at rest has equal ends.
 struct BodyMotion {
     Pose start, end;
+    /// Where the mesh sits in the frame that moves: any finite affine map, mirrored, sheared or flat.
+    Affine3d body_T_mesh = Affine3d::Identity();
+
     [[nodiscard]] Pose at(double t) const;
+    /// shared_T_mesh at t.
+    [[nodiscard]] Affine3d placeAt(double t) const { return at(t).matrix() * body_T_mesh; }
 };
 
 struct ImpactOptions {

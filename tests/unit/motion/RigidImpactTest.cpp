@@ -216,6 +216,9 @@ TEST(RigidImpact, BadInputHasDefinedAnswers) {
     BodyMotion noRotation = way;
     noRotation.end.rotation = Quatd(0, 0, 0, 0);
     EXPECT_TRUE(unknown(impactOf(box, {}, box, noRotation)));
+    BodyMotion noMap = way;
+    noMap.body_T_mesh.linear()(1, 2) = nan;
+    EXPECT_TRUE(unknown(impactOf(box, {}, box, noMap)));
     EXPECT_FALSE(impactOf(nothing, {}, box, way).hit);
     EXPECT_TRUE(impactOf(nothing, {}, box, way).complete);
     EXPECT_EQ(impactOf(box, {}, nothing, way).t, 1);
@@ -324,6 +327,90 @@ TEST_P(RandomMotions, AreNeverMissedAndNeverLate) {
 INSTANTIATE_TEST_SUITE_P(Kinds, RandomMotions,
                          testing::Values(Kind::kTranslation, Kind::kTurning, Kind::kHalfTurn, Kind::kScaling,
                                          Kind::kBoth, Kind::kNonUniform, Kind::kOrbit));
+
+/// A body whose mesh sits in its moving frame as the map says.
+class FixedMaps : public testing::TestWithParam<int> {
+public:
+    static Affine3d random(int kind, std::mt19937& random) {
+        std::normal_distribution<double> n;
+        std::uniform_real_distribution<double> u(-1, 1);
+        Affine3d map = Affine3d::Identity();
+        const Mat3d turn = Quatd(n(random), n(random), n(random), n(random)).normalized().toRotationMatrix();
+        switch (kind) {
+            case 0: map.linear() = turn; break;                                  // rigid
+            case 1: map.linear() = -1.3 * turn; break;                           // a mirrored similarity
+            case 2: map.linear() = turn * Vec3d(1.6, 0.5, -0.9).asDiagonal() * turn.transpose(); break;
+            case 3: map.linear() << 1, 0.7, 0, 0, 1, -0.5, 0, 0, 0.8; break;     // a shear
+            case 4: map.linear() = turn * Vec3d(1, 1, 0).asDiagonal(); break;    // flat
+            default: map.linear() = 1e-3 * turn; break;                          // of other units
+        }
+        map.translation() = 0.5 * Vec3d(u(random), u(random), u(random));
+        return map;
+    }
+};
+
+/// Against brute force, as RandomMotions; and beside the same bodies with the map worked into their vertices.
+TEST_P(FixedMaps, AreNeverMissedAndNeverLate) {
+    const unsigned seed = 300 + static_cast<unsigned>(GetParam());
+    std::mt19937 random(seed);
+    const std::array<Body, 4> shapes = {bodies::sphere(0.8, 6, 8), bodies::box(Vec3d(1, 0.7, 1.4)),
+                                        bodies::soup(random, 30), bodies::torus(0.8, 0.3, 10, 6)};
+    const Kind kinds[] = {Kind::kTranslation, Kind::kBoth, Kind::kHalfTurn, Kind::kScaling, Kind::kNonUniform};
+    int hits = 0;
+    constexpr int kTrials = 60;
+    for (int i = 0; i < kTrials; ++i) {
+        const auto again = [&] { return testing::Message() << "seed " << seed << ", trial " << i; };
+        Body a = shapes[random() % 4], b = shapes[random() % 4];
+        Trial trial = randomTrial(random, kinds[i % 5]);
+        trial.a.body_T_mesh = FixedMaps::random(i % 2 ? GetParam() : i % 6, random);
+        trial.b.body_T_mesh = FixedMaps::random(GetParam(), random);
+        if (i % 4 == 3) {  // a mesh far from its origin, and a map that brings it back
+            a = a.moved(Vec3d(100, -40, 7));
+            trial.a.body_T_mesh.translate(Vec3d(-100, 40, -7));
+        }
+        if (GetParam() == 5) {
+            for (double& x : b.positions) x *= 1000;
+            b = b.moved(Vec3d::Zero());  // with a tree of its own
+        }
+        const double tolerance = i % 3 ? 1e-4 : 1e-9;
+        const Impact found = impactOf(a, trial.a, b, trial.b, tolerance);
+        ASSERT_TRUE(found.complete) << again();
+        constexpr int kSamples = 150;
+        for (int s = 0; s <= kSamples; ++s) {
+            const double t = static_cast<double>(s) / kSamples;
+            if (found.hit && t >= found.t) break;
+            ASSERT_FALSE(bodies::touching(a, trial.a.placeAt(t), b, trial.b.placeAt(t))) << again() << ", t = " << t;
+        }
+        Body bakedA = a, bakedB = b;
+        const auto bake = [](Body& body, BodyMotion& motion) {
+            Body out;
+            for (std::size_t k = 0; k < body.positions.size(); k += 3)
+                out.vertex(motion.body_T_mesh * Vec3d(body.positions[k], body.positions[k + 1], body.positions[k + 2]));
+            out.indices = body.indices;
+            body = out;
+            motion.body_T_mesh.setIdentity();
+        };
+        Trial baked = trial;
+        bake(bakedA, baked.a);
+        bake(bakedB, baked.b);
+        const Impact beside = impactOf(bakedA, baked.a, bakedB, baked.b, tolerance);
+        if (!found.hit) {
+            ASSERT_TRUE(!beside.hit || beside.distance > 0) << again();
+            continue;
+        }
+        ++hits;
+        const double distance = bodies::distance(a, trial.a.placeAt(found.t), b, trial.b.placeAt(found.t));
+        ASSERT_LE(distance, tolerance) << again();
+        ASSERT_NEAR(found.distance, distance, 1e-12) << again();
+        ASSERT_NEAR(found.normal.norm(), 1, 1e-9) << again();
+        ASSERT_TRUE(beside.hit) << again();
+        ASSERT_NEAR(beside.t, found.t, 1e-3) << again();
+    }
+    EXPECT_GT(hits, kTrials / 5);
+    EXPECT_LT(hits, kTrials);
+}
+
+INSTANTIATE_TEST_SUITE_P(Maps, FixedMaps, testing::Range(0, 6));
 
 /// Both bodies carried along by one more rigid motion at rest: nothing changes but the frame.
 TEST(RigidImpact, DoesNotDependOnTheFrame) {
