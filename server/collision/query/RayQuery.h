@@ -1,0 +1,22 @@
+/// What does a ray meet first?
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "common/math/Ray.h"
+#include "server/collision/tree/TriangleTree.h"
+
+namespace tessera {
+
+struct RayHit {
+    std::uint32_t face = 0;
+    double t = 0;  ///< in lengths of the ray's direction
+};
+
+/// The nearest triangle that the ray meets, seen from either side, within 0 <= t <= maxT. Of equal t the lowest face.
+/// The ray is in the mesh's frame. Nothing for a ray that is not finite or has no direction. The same answer with every
+/// kind of tree; thread-safe.
+[[nodiscard]] std::optional<RayHit> castRay(const TriangleTree& tree, const Ray& ray, double maxT);
+
+}  // namespace tessera
