@@ -65,6 +65,9 @@ struct Application::Impl {
     std::optional<notice::Frame> lastFrame;
     std::function<void(const ChangeList&, Sequence)> changesCallback;
     std::function<void(const answer::Contacts&)> contactsCallback;
+    std::function<void(const answer::PairEvents&)> eventsCallback;
+    std::function<void(const answer::Distances&)> distancesCallback;
+    std::function<void(const answer::Questions&)> questionsCallback;
     std::function<void(const answer::Picked&)> pickCallback;
     std::function<void(const notice::Frame&)> frameCallback;
 };
@@ -129,13 +132,23 @@ Expected<void> Application::Impl::apply(incoming::List list) {
 }
 
 void Application::Impl::tell(const ApplicationNotice& notice) {
+    // Copies: a callback may set another in its own place.
+    const auto pass = [](const auto callback, const auto& told) {
+        if (callback) callback(told);
+    };
     if (const auto* frame = std::get_if<notice::Frame>(&notice)) {
         lastFrame = *frame;
-        if (const auto callback = frameCallback) callback(*frame);
+        pass(frameCallback, *frame);
     } else if (const auto* contacts = std::get_if<answer::Contacts>(&notice)) {
-        if (const auto callback = contactsCallback) callback(*contacts);
+        pass(contactsCallback, *contacts);
     } else if (const auto* picked = std::get_if<answer::Picked>(&notice)) {
-        if (const auto callback = pickCallback) callback(*picked);
+        pass(pickCallback, *picked);
+    } else if (const auto* events = std::get_if<answer::PairEvents>(&notice)) {
+        pass(eventsCallback, *events);
+    } else if (const auto* distances = std::get_if<answer::Distances>(&notice)) {
+        pass(distancesCallback, *distances);
+    } else if (const auto* questions = std::get_if<answer::Questions>(&notice)) {
+        pass(questionsCallback, *questions);
     }
 }
 
@@ -248,6 +261,23 @@ Expected<void> Application::onContacts(std::function<void(const answer::Contacts
     impl_->subscription.contacts = impl_->contactsCallback != nullptr;
     return impl_->subscribe();
 }
+Expected<void> Application::onPairEvents(std::function<void(const answer::PairEvents&)> callback,
+                                         PairEventOptions options) {
+    impl_->eventsCallback = std::move(callback);
+    impl_->subscription.events = impl_->eventsCallback != nullptr;
+    impl_->subscription.stays = impl_->subscription.events && options.stays;
+    return impl_->subscribe();
+}
+Expected<void> Application::onDistances(std::function<void(const answer::Distances&)> callback) {
+    impl_->distancesCallback = std::move(callback);
+    impl_->subscription.distances = impl_->distancesCallback != nullptr;
+    return impl_->subscribe();
+}
+Expected<void> Application::onQuestions(std::function<void(const answer::Questions&)> callback) {
+    impl_->questionsCallback = std::move(callback);
+    impl_->subscription.questions = impl_->questionsCallback != nullptr;
+    return impl_->subscribe();
+}
 Expected<void> Application::onPick(std::function<void(const answer::Picked&)> callback) {
     impl_->pickCallback = std::move(callback);
     impl_->subscription.picks = impl_->pickCallback != nullptr;
@@ -295,6 +325,21 @@ Expected<answer::Picked> Application::pick(double xPx, double yPx) {
 }
 Expected<answer::Contacts> Application::contacts() {
     return impl_->askFor<answer::Contacts>(request::GetContacts{});
+}
+Expected<answer::PairEvents> Application::pairEvents() {
+    return impl_->askFor<answer::PairEvents>(request::GetEvents{});
+}
+Expected<answer::Distances> Application::distances() {
+    return impl_->askFor<answer::Distances>(request::GetDistances{});
+}
+Expected<answer::Questions> Application::questions() {
+    return impl_->askFor<answer::Questions>(request::GetQuestions{});
+}
+Expected<void> Application::respond(std::uint64_t question, request::Respond::Decision decision, const Pose& pose) {
+    const Expected<answer::Done> done =
+        impl_->askFor<answer::Done>(request::Respond{.question = question, .decision = decision, .pose = pose});
+    if (!done) return tl::unexpected(done.error());
+    return {};
 }
 Expected<answer::Status> Application::status() {
     return impl_->askFor<answer::Status>(request::GetStatus{});

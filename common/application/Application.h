@@ -68,6 +68,22 @@ public:
     void onChanges(std::function<void(const ChangeList&, Sequence)> callback);
     /// The contacts of every frame, as it is made.
     [[nodiscard]] Expected<void> onContacts(std::function<void(const answer::Contacts&)> callback);
+    /// Which objects began or ceased to touch, frame by frame; a frame without any comes with an empty list. With
+    /// `stays` also those that go on touching, in every frame.
+    struct PairEventOptions {
+        bool stays = false;
+    };
+    [[nodiscard]] Expected<void> onPairEvents(std::function<void(const answer::PairEvents&)> callback,
+                                              PairEventOptions options);
+    [[nodiscard]] Expected<void> onPairEvents(std::function<void(const answer::PairEvents&)> callback) {
+        return onPairEvents(std::move(callback), PairEventOptions());
+    }
+    /// What is nearer than the threshold of its distance interest, frame by frame.
+    [[nodiscard]] Expected<void> onDistances(std::function<void(const answer::Distances&)> callback);
+    /// What interests with the response "ask" want to know, and which questions are closed: first those that are open
+    /// already, then in each frame that asks or closes any. To answer, call `respond`, from within the callback or
+    /// later; the frames go on meanwhile, and after the interest's patience nobody is asked any more.
+    [[nodiscard]] Expected<void> onQuestions(std::function<void(const answer::Questions&)> callback);
     /// Whenever anybody picks.
     [[nodiscard]] Expected<void> onPick(std::function<void(const answer::Picked&)> callback);
     /// Whenever the wall has shown a frame.
@@ -89,7 +105,16 @@ public:
     [[nodiscard]] Expected<void> setView(const request::SetView& view);
     /// What is under a pixel of the mosaic of the first screen, from its upper left.
     [[nodiscard]] Expected<answer::Picked> pick(double xPx, double yPx);
+    /// What the newest frame found.
     [[nodiscard]] Expected<answer::Contacts> contacts();
+    [[nodiscard]] Expected<answer::PairEvents> pairEvents();  ///< those that stay included
+    [[nodiscard]] Expected<answer::Distances> distances();
+    /// All that are open now.
+    [[nodiscard]] Expected<answer::Questions> questions();
+    /// Decides a question; the next frame does it. `pose` counts with kMove: the value that the question's transform
+    /// gets. kRefused: the question is not open, because somebody has answered it or nobody did in time.
+    [[nodiscard]] Expected<void> respond(std::uint64_t question, request::Respond::Decision decision,
+                                         const Pose& pose = {});
     [[nodiscard]] Expected<answer::Status> status();
     /// The tiles as they are shown now, all of the same frame.
     [[nodiscard]] Expected<answer::Images> images();

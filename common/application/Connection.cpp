@@ -57,6 +57,7 @@ std::optional<Incoming> Connection::next(Duration timeout) {
     if (value) {
         --waiting_;
         if (const auto* list = std::get_if<incoming::List>(&*value)) waitingBytes_ -= list->encodedBytes;
+        if (const auto* notice = std::get_if<incoming::Notice>(&*value)) waitingBytes_ -= notice->encodedBytes;
     }
     return value;
 }
@@ -141,9 +142,11 @@ void Connection::carryOut(ClientActions actions) {
         } else if (const auto* notice = std::get_if<client_action::NoticeReceived>(&action)) {
             Expected<ApplicationNotice> decoded = decodeNotice(*notice->notice.body);
             // One who does not poll misses notices, the newest first; lists it must not miss.
-            if (decoded && waiting_ < options_.maxWaiting) {
+            const std::size_t bytes = notice->notice.body->size();
+            if (decoded && waiting_ < options_.maxWaiting && waitingBytes_ + bytes <= options_.maxWaitingBytes / 2) {
                 ++waiting_;
-                out_.tryPush(incoming::Notice{std::move(*decoded)});
+                waitingBytes_ += bytes;
+                out_.tryPush(incoming::Notice{std::move(*decoded), bytes});
             }
         } else if (const auto* broken = std::get_if<client_action::Disconnect>(&action)) {
             end({broken->code, broken->reason}, false);

@@ -33,6 +33,7 @@ struct Reply {
 };
 struct Notice {
     ApplicationNotice notice;
+    std::size_t encodedBytes = 0;
 };
 /// The last value.
 struct Ended {
@@ -48,7 +49,8 @@ struct ConnectionOptions {
     bool lists = true;  ///< false: lists are neither decoded nor handed out
     bool blobs = false;
     std::chrono::milliseconds connectTimeout{10'000};
-    /// Lists that may wait for the caller. One who does not poll for longer loses the connection.
+    /// Lists that may wait for the caller. One who does not poll for longer loses the connection; before that, once
+    /// half of the bytes wait, it misses notices.
     std::size_t maxWaiting = 32'768;
     std::size_t maxWaitingBytes = std::size_t{512} << 20;
     /// Bulk bytes kept here for lists that are still to come.
