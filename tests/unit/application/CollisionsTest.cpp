@@ -130,7 +130,7 @@ TEST(Collisions, OneWhoDoesNotPollMissesNoticesAndKeepsItsConnection) {
     options.address = *parseAddress(server.address());
     options.name = "test";
     options.lists = false;
-    options.maxWaitingBytes = 2 * encodeNotice(events(0, 100)).size();
+    options.maxWaitingBytes = 2 * encodeNotice(events(31, 100)).size();
     Connection connection(options);
     while (!std::holds_alternative<incoming::Configured>(*connection.next(5s))) continue;
     for (const std::uint64_t round : {10u, 20u, 30u}) {
