@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "common/codec/ChangeCodec.h"
+#include "server/sim/CollisionAnswers.h"
 
 namespace tessera {
 
@@ -35,11 +36,12 @@ void RequestDesk::answerTo(ServerActions& actions, ConnectionId connection, std:
     append(actions, peers_.perform(peers_.session().reply(connection, std::move(reply))));
 }
 
-void RequestDesk::tell(ServerActions& actions, bool request::Subscribe::*topic, const ApplicationNotice& notice) {
+template <typename Subscribed, typename MakeNotice>
+void RequestDesk::tell(ServerActions& actions, Subscribed subscribed, MakeNotice notice) {
     SharedBytes body;
     for (const auto& [connection, subscription] : subscriptions_) {
-        if (!(subscription.*topic)) continue;
-        if (!body) body = share(encodeNotice(notice));
+        if (!subscribed(subscription)) continue;
+        if (!body) body = share(encodeNotice(notice()));
         append(actions, peers_.perform(peers_.session().notify(connection, {.body = body})));
     }
 }
@@ -92,10 +94,21 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
     }
     if (const auto* wish = std::get_if<request::Pick>(&*decoded))
         return respond(pick(received.connection, *wish, actions));
-    if (std::holds_alternative<request::GetContacts>(*decoded)) return respond(ApplicationAnswer(contacts_));
+    if (std::holds_alternative<request::GetContacts>(*decoded))
+        return respond(ApplicationAnswer(contactsOf(collision_, frame_, contactsBegun_)));
+    if (std::holds_alternative<request::GetEvents>(*decoded))
+        return respond(ApplicationAnswer(eventsOf(collision_, frame_, true, limits_.maxEventsTold)));
+    if (std::holds_alternative<request::GetDistances>(*decoded))
+        return respond(ApplicationAnswer(distancesOf(collision_, frame_, limits_.maxDistancesTold)));
+    if (std::holds_alternative<request::GetQuestions>(*decoded))
+        return respond(ApplicationAnswer(answer::Questions{.frame = frame_,
+                                                           .questions = openQuestions(),
+                                                           .closed = {},
+                                                           .unanswered = collision_.counters.unanswered}));
+    if (const auto* decision = std::get_if<request::Respond>(&*decoded)) return respond(decide(*decision));
     if (std::holds_alternative<request::GetImages>(*decoded)) return askForImages(received, now);
     if (const auto* subscribe = std::get_if<request::Subscribe>(&*decoded)) {
-        subscriptions_[received.connection] = *subscribe;
+        append(actions, this->subscribe(received.connection, *subscribe));
         return respond(ApplicationAnswer(answer::Done{}));
     }
     return respond(answerNow(std::get<request::GetStatus>(*decoded)));
@@ -136,7 +149,8 @@ Expected<ApplicationAnswer> RequestDesk::pick(ConnectionId, const request::Pick&
         picked.face = hit->face;
         picked.point = hit->point;
     }
-    tell(actions, &request::Subscribe::picks, picked);
+    tell(
+        actions, [](const request::Subscribe& s) { return s.picks; }, [&] { return picked; });
     return ApplicationAnswer(picked);
 }
 
@@ -276,7 +290,8 @@ std::vector<Edit> RequestDesk::takeEdits() {
     return edits;
 }
 
-ServerActions RequestDesk::committed(const FrameResult& frame, FrameNumber number) {
+ServerActions RequestDesk::committed(const FrameResult& frame, FrameNumber number,
+                                     std::span<const std::uint64_t> openQuestions) {
     ServerActions actions;
     for (const EditOutcome& outcome : frame.outcomes) {
         const auto found = open_.find(outcome.ticket);
@@ -296,24 +311,81 @@ ServerActions RequestDesk::committed(const FrameResult& frame, FrameNumber numbe
         }
         open_.erase(found);
     }
-    contacts_.frame = number;
-    contacts_.begun += frame.collision.contactsBegun;
-    contacts_.contacts.clear();
-    for (const Contact& contact : frame.collision.contacts)
-        contacts_.contacts.push_back({.objectA = contact.objectA,
-                                      .objectB = contact.objectB,
-                                      .faceA = contact.faceA,
-                                      .faceB = contact.faceB,
-                                      .point = contact.point,
-                                      .normal = contact.normal});
-    tell(actions, &request::Subscribe::contacts, contacts_);
+    frame_ = number;
+    contactsBegun_ += frame.collision.contactsBegun;
+    collision_.contacts = frame.collision.contacts;
+    collision_.events = frame.collision.events;
+    collision_.distances = frame.collision.distances;
+    collision_.questions = frame.collision.questions;
+    collision_.counters = frame.collision.counters;
+    tellOfCollisions(actions, questions_.frameDone(frame.collision.questions, openQuestions));
     return actions;
+}
+
+void RequestDesk::tellOfCollisions(ServerActions& actions, std::span<const std::uint64_t> closedQuestions) {
+    using Subscription = request::Subscribe;
+    tell(
+        actions, [](const Subscription& s) { return s.contacts; },
+        [&] { return contactsOf(collision_, frame_, contactsBegun_); });
+    for (const bool stays : {false, true})
+        tell(
+            actions, [&](const Subscription& s) { return s.events && s.stays == stays; },
+            [&] { return eventsOf(collision_, frame_, stays, limits_.maxEventsTold); });
+    tell(
+        actions, [](const Subscription& s) { return s.distances; },
+        [&] { return distancesOf(collision_, frame_, limits_.maxDistancesTold); });
+    if (collision_.questions.empty() && closedQuestions.empty()) return;
+    tell(
+        actions, [](const Subscription& s) { return s.questions; },
+        [&] {
+            answer::Questions told{.frame = frame_,
+                                   .questions = {},
+                                   .closed = {closedQuestions.begin(), closedQuestions.end()},
+                                   .unanswered = collision_.counters.unanswered};
+            for (const Question& question : collision_.questions) told.questions.push_back(valueOf(question));
+            return told;
+        });
+}
+
+ServerActions RequestDesk::subscribe(ConnectionId connection, const request::Subscribe& wanted) {
+    request::Subscribe& subscription = subscriptions_[connection];
+    const bool newToQuestions = wanted.questions && !subscription.questions;
+    subscription = wanted;
+    if (!newToQuestions || questions_.unanswered().empty()) return {};
+    const ApplicationNotice open =
+        answer::Questions{.frame = frame_, .questions = openQuestions(), .closed = {}, .unanswered = 0};
+    return peers_.perform(peers_.session().notify(connection, {.body = share(encodeNotice(open))}));
+}
+
+Expected<ApplicationAnswer> RequestDesk::decide(const request::Respond& decision) {
+    const auto word = [&] {
+        switch (decision.decision) {
+            case request::Respond::Decision::kPass:
+                return Reply::Decision::kPass;
+            case request::Respond::Decision::kMove:
+                return Reply::Decision::kMove;
+            case request::Respond::Decision::kStop:
+                break;
+        }
+        return Reply::Decision::kStop;
+    };
+    const Expected<void> taken =
+        questions_.answer({.question = decision.question, .decision = word(), .pose = decision.pose});
+    if (!taken) return tl::unexpected(taken.error());
+    return ApplicationAnswer(answer::Done{});
+}
+
+std::vector<QuestionValue> RequestDesk::openQuestions() const {
+    std::vector<QuestionValue> values;
+    for (const Question& question : questions_.unanswered()) values.push_back(valueOf(question));
+    return values;
 }
 
 ServerActions RequestDesk::frameReleased(const server_action::FrameReleased& release) {
     ServerActions actions;
-    tell(actions, &request::Subscribe::frames,
-         notice::Frame{.frame = release.frame, .shown = release.shown, .held = release.held});
+    tell(
+        actions, [](const request::Subscribe& s) { return s.frames; },
+        [&] { return notice::Frame{.frame = release.frame, .shown = release.shown, .held = release.held}; });
     return actions;
 }
 

@@ -7,6 +7,7 @@
 
 #include "common/codec/ApplicationCodec.h"
 #include "server/sim/Loader.h"
+#include "server/sim/OpenQuestions.h"
 #include "server/sim/Peers.h"
 #include "server/sim/Simulation.h"
 #include "server/sim/ViewSource.h"
@@ -15,7 +16,8 @@ namespace tessera {
 
 /// Answers what can be answered at once; collects edits for the next frame; waits for blobs, imports and images where
 /// it must. An edit that names blobs is handed out only when every live host has them, so that no frame waits for bulk
-/// data. Every request is answered exactly once, unless its application has gone. Frame thread only.
+/// data. Every request is answered exactly once, unless its application has gone. Nobody who is told of collisions, or
+/// asked about them, is waited for. Frame thread only.
 class RequestDesk {
 public:
     struct Limits {
@@ -25,6 +27,9 @@ public:
         /// Of one proposal: a list is checked and applied between two frames.
         std::size_t maxProposalBytes = std::size_t{64} << 20;
         std::size_t maxProposalChanges = 500'000;
+        /// Told in one frame, each; more are counted. Both fit into a Notice.
+        std::size_t maxEventsTold = 50'000;
+        std::size_t maxDistancesTold = 50'000;
     };
 
     RequestDesk(const Wall& wall, BlobStore& blobs, Peers& peers, Simulation& simulation, ViewSource& view,
@@ -46,7 +51,14 @@ public:
 
     /// The edits for the frame that is about to be made.
     [[nodiscard]] std::vector<Edit> takeEdits();
-    [[nodiscard]] ServerActions committed(const FrameResult& frame, FrameNumber number);
+    /// And the answers to questions for it.
+    [[nodiscard]] std::vector<Reply> takeReplies() { return questions_.takeReplies(); }
+    /// `openQuestions`: ids of those that stand after this frame.
+    [[nodiscard]] ServerActions committed(const FrameResult& frame, FrameNumber number,
+                                          std::span<const std::uint64_t> openQuestions);
+    [[nodiscard]] ServerActions committed(const FrameResult& frame, FrameNumber number) {
+        return committed(frame, number, openQuestionsOf(simulation_));
+    }
     [[nodiscard]] ServerActions frameReleased(const server_action::FrameReleased& release);
 
 private:
@@ -74,7 +86,13 @@ private:
     [[nodiscard]] ServerActions finishImages(std::map<std::uint64_t, OpenImages>::iterator images);
     void answerTo(ServerActions& actions, ConnectionId connection, std::uint64_t request,
                   const Expected<ApplicationAnswer>& answer);
-    void tell(ServerActions& actions, bool request::Subscribe::*topic, const ApplicationNotice& notice);
+    [[nodiscard]] ServerActions subscribe(ConnectionId connection, const request::Subscribe& wanted);
+    [[nodiscard]] Expected<ApplicationAnswer> decide(const request::Respond& decision);
+    [[nodiscard]] std::vector<QuestionValue> openQuestions() const;
+    void tellOfCollisions(ServerActions& actions, std::span<const std::uint64_t> closedQuestions);
+    /// To those who are `subscribed`; `notice` is made only where there are any.
+    template <typename Subscribed, typename MakeNotice>
+    void tell(ServerActions& actions, Subscribed subscribed, MakeNotice notice);
     static void append(ServerActions& to, ServerActions more);
 
     Wall wall_;
@@ -89,7 +107,11 @@ private:
     std::vector<std::uint64_t> ready_;            ///< tickets whose edits go into the next frame
     std::map<std::uint64_t, OpenImages> images_;  ///< by ticket
     std::map<ConnectionId, request::Subscribe> subscriptions_;
-    answer::Contacts contacts_;
+    OpenQuestions questions_;
+    // Of the newest frame.
+    FrameNumber frame_ = 0;
+    StepResult collision_;             ///< contacts, events, distances, questions, counters
+    std::uint64_t contactsBegun_ = 0;  ///< over the run
 };
 
 }  // namespace tessera
