@@ -10,7 +10,8 @@ namespace tessera {
 
 /// Read by any number of threads; changed (a deformation) by the object handler alone.
 struct CollisionShape {
-    /// Of the triangles as they are; for a hull: of the hull's own faces, so that all queries about surfaces work on it.
+    /// Of the triangles as they are; for a hull: of the hull's own faces, so that all queries about surfaces work on
+    /// it.
     TriangleTree tree;
     /// Solid: what is inside it touches it too.
     std::optional<ConvexHull> hull;

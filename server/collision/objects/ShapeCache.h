@@ -1,5 +1,5 @@
-/// Collision shapes by the content of the arrays they were made from: nodes that share a geometry, and geometries of equal
-/// content, share one shape.
+/// Collision shapes by the content of the arrays they were made from: nodes that share a geometry, and geometries of
+/// equal content, share one shape.
 #pragma once
 
 #include <cstddef>
@@ -20,9 +20,10 @@ public:
     /// Triangles of shapes that nobody uses any more, kept in case they come back (an undo, a switch).
     explicit ShapeCache(std::size_t maxIdleTriangles = 4'000'000) : maxIdleTriangles_(maxIdleTriangles) {}
 
-    /// Made when first asked for. Null where the arrays are absent or malformed or hold no triangle, and for a hull where
-    /// the points lie in one plane.
-    [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const Geometry& geometry, ShapeKind kind = ShapeKind::kTriangles);
+    /// Made when first asked for. Null where the arrays are absent or malformed or hold no triangle, and for a hull
+    /// where the points lie in one plane.
+    [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const Geometry& geometry,
+                                                              ShapeKind kind = ShapeKind::kTriangles);
     /// One of its own, for a geometry that will deform.
     [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const Geometry& geometry);
     /// The box around the vertices of a geometry, without making its shape. Empty where the array is absent.

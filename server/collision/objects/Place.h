@@ -1,0 +1,24 @@
+/// Where a visible node stands in the tree and in the world.
+#pragma once
+
+#include <cstdint>
+
+#include "common/change/Value.h"
+#include "common/math/Types.h"
+
+namespace tessera {
+
+inline constexpr std::uint32_t kNobody = 0xffffffffu;
+
+/// A visible node, in document order (depth first, children in order).
+struct Place {
+    static constexpr std::uint32_t kNone = kNobody;
+
+    std::uint32_t parent = kNone;
+    std::uint32_t end = 0;  ///< one past the last place below
+    ObjectId transform;     ///< the Transform core; none: the parent's frame
+    Affine3d local = Affine3d::Identity();
+    Affine3d world = Affine3d::Identity();
+};
+
+}  // namespace tessera

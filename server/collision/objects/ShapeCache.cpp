@@ -1,0 +1,78 @@
+#include "server/collision/objects/ShapeCache.h"
+
+namespace tessera {
+
+namespace {
+
+std::optional<TriangleMesh> meshOf(const Geometry& geometry) {
+    if (!geometry.positions.resident() || !geometry.indices.resident()) return std::nullopt;
+    // Whole elements only: a ragged tail makes the arrays malformed.
+    if (geometry.positions.sizeBytes() % sizeof(float) != 0 ||
+        geometry.indices.sizeBytes() % sizeof(std::uint32_t) != 0)
+        return std::nullopt;
+    Expected<TriangleMesh> mesh =
+        TriangleMesh::make(geometry.positions.as<float>(), geometry.indices.as<std::uint32_t>());
+    if (!mesh || mesh->faceCount() == 0) return std::nullopt;
+    return std::move(*mesh);
+}
+
+/// The hull's own triangles: every query about surfaces works on them.
+std::shared_ptr<const CollisionShape> hullShape(const TriangleMesh& mesh) {
+    Expected<ConvexHull> hull = ConvexHull::make(mesh);
+    if (!hull || hull->dimension() < 3) return nullptr;
+    std::vector<double> positions;
+    positions.reserve(3 * hull->vertices().size());
+    for (const Vec3d& v : hull->vertices()) positions.insert(positions.end(), {v.x(), v.y(), v.z()});
+    std::vector<std::uint32_t> indices;
+    indices.reserve(3 * hull->faces().size());
+    for (const ConvexHull::Face& face : hull->faces()) indices.insert(indices.end(), face.begin(), face.end());
+    Expected<TriangleMesh> surface = TriangleMesh::make(std::span<const double>(positions), indices);
+    TESSERA_CHECK(surface.has_value(), "a hull's own faces are a mesh");
+    return std::make_shared<const CollisionShape>(CollisionShape{TriangleTree(std::move(*surface)), std::move(*hull)});
+}
+
+}  // namespace
+
+std::shared_ptr<const CollisionShape> ShapeCache::shape(const Geometry& geometry, ShapeKind kind) {
+    // What is not here yet may come: nothing is remembered about it.
+    if (!geometry.positions.resident() || !geometry.indices.resident()) return nullptr;
+    const Key key{geometry.positions.id(), geometry.indices.id(), kind};
+    if (const auto known = shapes_.find(key); known != shapes_.end()) return known->second;
+    std::shared_ptr<const CollisionShape> made;
+    if (std::optional<TriangleMesh> mesh = meshOf(geometry))
+        made =
+            kind == ShapeKind::kHull
+                ? hullShape(*mesh)
+                : std::make_shared<const CollisionShape>(CollisionShape{TriangleTree(std::move(*mesh)), std::nullopt});
+    return shapes_[key] = std::move(made);
+}
+
+std::shared_ptr<CollisionShape> ShapeCache::ownShape(const Geometry& geometry) {
+    std::optional<TriangleMesh> mesh = meshOf(geometry);
+    if (!mesh) return nullptr;
+    return std::make_shared<CollisionShape>(CollisionShape{TriangleTree(std::move(*mesh)), std::nullopt});
+}
+
+Box ShapeCache::bounds(const Geometry& geometry) {
+    if (!geometry.positions.resident()) return {};
+    const auto [place, isNew] = bounds_.try_emplace(geometry.positions.id());
+    if (isNew) {
+        const std::span<const float> xyz = geometry.positions.as<float>();
+        for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) {
+            const Vec3d p(xyz[i], xyz[i + 1], xyz[i + 2]);
+            if (p.allFinite()) place->second.extend(p);
+        }
+    }
+    return place->second;
+}
+
+void ShapeCache::forgetIdle() {
+    std::size_t idle = 0;
+    for (const auto& [key, shape] : shapes_)
+        if (shape.use_count() == 1) idle += shape->tree.mesh().faceCount();
+    if (idle <= maxIdleTriangles_) return;
+    std::erase_if(shapes_, [](const auto& entry) { return entry.second.use_count() <= 1; });
+    bounds_.clear();
+}
+
+}  // namespace tessera
