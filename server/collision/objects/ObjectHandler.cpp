@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "common/scene/FieldTable.h"
-#include "server/collision/objects/BoxAround.h"
+#include "server/collision/objects/ConservativeBox.h"
 
 namespace tessera {
 

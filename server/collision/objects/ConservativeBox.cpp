@@ -1,4 +1,4 @@
-#include "server/collision/objects/BoxAround.h"
+#include "server/collision/objects/ConservativeBox.h"
 
 namespace tessera {
 
