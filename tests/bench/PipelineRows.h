@@ -1,0 +1,28 @@
+/// Who measures which rows of the pipeline's benchmark.
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "tests/bench/CollisionTable.h"
+
+namespace tessera {
+
+struct PipelineOptions {
+    int passes = 4;
+    bool quick = false;          ///< fewer bodies, fewer frames: to see that all works
+    std::set<std::string> only;  ///< groups of rows; empty: all
+    std::string plant, parts;    ///< a folder of models that stay; a model whose parts move
+    [[nodiscard]] bool wants(const std::string& group) const { return only.empty() || only.count(group) > 0; }
+};
+
+/// Convex bodies that fly and now and then touch: beside Bullet's collision world.
+void convexRows(const PipelineOptions& options, CollisionTable& table);
+/// Parts of an engine that swing in and out of a plant's surfaces: beside the same loop over FCL.
+void plantRows(const PipelineOptions& options, CollisionTable& table);
+/// Ten times more that stands still: beside ourselves.
+void restRows(const PipelineOptions& options, CollisionTable& table);
+/// Free bodies poured into a bin: beside Bullet's dynamics world.
+void pourRows(const PipelineOptions& options, CollisionTable& table);
+
+}  // namespace tessera

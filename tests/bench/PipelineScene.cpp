@@ -1,0 +1,180 @@
+#include "tests/bench/PipelineScene.h"
+
+#include <algorithm>
+#include <type_traits>
+
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+
+namespace {
+
+constexpr std::uint32_t kNoBody = 0xffffffffu;
+
+/// Nothing is to be left out of a measurement.
+CollisionLimits noLimits() {
+    CollisionLimits limits;
+    limits.maxContacts = 10'000'000;
+    limits.maxEvents = 10'000'000;
+    limits.maxTests = ~std::uint64_t{0};
+    return limits;
+}
+
+template <typename Pipeline>
+Pipeline makePipeline(Workers* workers) {
+    if constexpr (std::is_constructible_v<Pipeline, CollisionLimits, Workers*>)
+        return Pipeline(noLimits(), workers);
+    else
+        return Pipeline(noLimits());
+}
+
+}  // namespace
+
+PipelineScene::PipelineScene(Workers* workers) : pipeline_(makePipeline<CollisionPipeline>(workers)) {}
+
+ObjectId PipelineScene::create(ObjectType type) {
+    const ObjectId id(nextId_++);
+    builder_.create(id, type);
+    return id;
+}
+
+ObjectId PipelineScene::createNode(ObjectId parent, ObjectId core) {
+    const ObjectId id = create(typeOf<Node>());
+    if (core) builder_.set(id, typeOf<Node>(), field::kNodeCore, toValue(core));
+    builder_.place(id, parent);
+    return id;
+}
+
+std::uint32_t PipelineScene::addShape(const MeshArrays3& arrays) {
+    const std::vector<float> positions(arrays.positions.begin(), arrays.positions.end());
+    const ObjectId id = create(typeOf<Geometry>());
+    builder_.set(id, typeOf<Geometry>(), field::kPositions, Blob::of(std::span<const float>(positions)));
+    builder_.set(id, typeOf<Geometry>(), field::kIndices, Blob::of(std::span<const std::uint32_t>(arrays.indices)));
+    shapes_.push_back(id);
+    return static_cast<std::uint32_t>(shapes_.size() - 1);
+}
+
+ObjectId PipelineScene::addGroup(std::int64_t kind, std::int64_t shape) {
+    const ObjectId node = addFolder();
+    const ObjectId core = create(typeOf<CollisionObject>());
+    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionNode, toValue(node));
+    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionKind, toValue(kind));
+    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionDivision, toValue(CollisionObject::kEachChild));
+    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionShape, toValue(shape));
+    createNode(kRootNode, core);
+    return node;
+}
+
+ObjectId PipelineScene::addFolder() {
+    return createNode(kRootNode, {});
+}
+
+void PipelineScene::setPose(ObjectId transform, const Pose& pose) {
+    builder_.set(transform, typeOf<Transform>(), field::kTranslation, toValue(pose.translation));
+    builder_.set(transform, typeOf<Transform>(), field::kRotation, toValue(pose.rotation));
+    builder_.set(transform, typeOf<Transform>(), field::kScale, toValue(pose.scale));
+}
+
+/// Contacts name the node that bears the geometry, events the topmost one.
+ObjectId PipelineScene::placeBody(ObjectId group, std::uint32_t shape, const Pose& pose, ObjectId core) {
+    const ObjectId transform = create(typeOf<Transform>());
+    setPose(transform, pose);
+    const ObjectId top = createNode(group, transform);
+    const ObjectId bearer = createNode(top, shapes_[shape]);
+    bodyOfNode_.resize(nextId_, kNoBody);
+    bodyOfNode_[top.value] = bodyOfNode_[bearer.value] = static_cast<std::uint32_t>(bodies_.size());
+    bodies_.push_back({transform, core});
+    return top;
+}
+
+void PipelineScene::addBody(ObjectId group, std::uint32_t shape, const Pose& pose) {
+    placeBody(group, shape, pose, {});
+}
+
+void PipelineScene::addFreeBody(ObjectId folder, std::uint32_t shape, const Pose& pose, double mass) {
+    const ObjectId core = create(typeOf<CollisionObject>());
+    const ObjectId node = placeBody(folder, shape, pose, core);
+    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionNode, toValue(node));
+    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionShape, toValue(CollisionObject::kHull));
+    builder_.set(core, typeOf<CollisionObject>(), field::kMass, toValue(mass));
+    createNode(kRootNode, core);
+}
+
+void PipelineScene::addInterest(ObjectId object, ObjectId against, const SceneQuestion& question) {
+    const ObjectId core = create(typeOf<Interest>());
+    builder_.set(core, typeOf<Interest>(), field::kInterestObject, toValue(object));
+    builder_.set(core, typeOf<Interest>(), field::kInterestAgainst, toValue(against));
+    builder_.set(core, typeOf<Interest>(), field::kInterestMode, toValue(question.mode));
+    builder_.set(core, typeOf<Interest>(), field::kInterestResponse, toValue(question.response));
+    builder_.set(core, typeOf<Interest>(), field::kInterestDetail, toValue(question.detail));
+    createNode(kRootNode, core);
+}
+
+void PipelineScene::setGravity(const Vec3d& gravity) {
+    const ObjectId core = create(typeOf<Environment>());
+    builder_.set(core, typeOf<Environment>(), field::kGravity, toValue(gravity));
+    createNode(kRootNode, core);
+}
+
+void PipelineScene::open() {
+    bodyOfNode_.resize(nextId_, kNoBody);
+    apply(builder_.take());
+}
+
+void PipelineScene::apply(const ChangeList& list) {
+    const Expected<void> applied = aspect_.apply(list);
+    TESSERA_CHECK(applied.has_value(), applied ? std::string() : applied.error().message);
+    pipeline_.sceneChanged(aspect_, &list);
+}
+
+Pose PipelineScene::poseOf(std::uint32_t body) const {
+    const Transform& t = *aspect_.get<Transform>(bodies_[body].transform);
+    return {t.translation, t.rotation, t.scale};
+}
+
+void PipelineScene::put(const std::vector<TentativeTransform>& poses) {
+    for (const TentativeTransform& t : poses) setPose(t.transform, {t.translation, t.rotation, t.scale});
+    apply(builder_.take());
+}
+
+/// As the frame loop commits: fields that changed, and nothing else.
+ChangeList PipelineScene::listOf(const StepResult& result) {
+    for (const TentativeTransform& t : result.accepted) {
+        const Transform& now = *aspect_.get<Transform>(t.transform);
+        if (now.translation != t.translation)
+            builder_.set(t.transform, typeOf<Transform>(), field::kTranslation, toValue(t.translation));
+        if (now.rotation.coeffs() != t.rotation.coeffs())
+            builder_.set(t.transform, typeOf<Transform>(), field::kRotation, toValue(t.rotation));
+        if (now.scale != t.scale) builder_.set(t.transform, typeOf<Transform>(), field::kScale, toValue(t.scale));
+    }
+    for (const BodyVelocity& v : result.velocities) {
+        builder_.set(v.core, typeOf<CollisionObject>(), field::kVelocity, toValue(v.velocity));
+        builder_.set(v.core, typeOf<CollisionObject>(), field::kSpin, toValue(v.spin));
+    }
+    return builder_.take();
+}
+
+FrameTimes PipelineScene::frame(const std::vector<TentativeTransform>& wanted, const FrameClock& clock) {
+    FrameTimes times;
+    times.asked = clock.seconds([&] { result_ = pipeline_.step(aspect_, wanted); });
+    times.whole = times.asked + clock.seconds([&] {
+        const ChangeList list = listOf(result_);
+        if (!list.empty()) apply(list);
+    });
+    return times;
+}
+
+BodyPairs PipelineScene::touching() const {
+    BodyPairs pairs;
+    const auto add = [&](ObjectId a, ObjectId b) {
+        pairs.push_back(std::minmax({bodyOfNode_[a.value], bodyOfNode_[b.value]}));
+    };
+    for (const Contact& c : result_.contacts) add(c.objectA, c.objectB);
+    for (const PairEvent& e : result_.events)
+        if (e.phase != Phase::kEnded) add(e.objectA, e.objectB);
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    return pairs;
+}
+
+}  // namespace tessera
