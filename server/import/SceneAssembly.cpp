@@ -172,7 +172,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     if (!own) return in(own.error());
     (*own)->transform = transform;
     (*own)->evenScale = evenScale;
-    Spot below{(*own)->id, *own, spot.top, spot.depth + 1, spot.camerasEnabled};
+    Spot below{(*own)->id, *own, spot.top, spot.depth + 1, spot.camerasEnabled, spot.material};
 
     // A node has one core: content beside a transform goes into a node of its own below. Only a switch must then hold
     // the children too.
@@ -182,10 +182,10 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
         if (!inner) return in(inner.error());
         holder = *inner;
         if (content == Content::kSwitch)
-            below = Spot{holder->id, holder, spot.top, below.depth + 1, spot.camerasEnabled};
+            below = Spot{holder->id, holder, spot.top, below.depth + 1, spot.camerasEnabled, spot.material};
     }
     if (content == Content::kGeometry)
-        result_.triangles += file.geometryCores.at({node.geometry().mesh(), node.geometry().material()}).triangles;
+        result_.triangles += file.geometryCores.at({node.geometry().mesh(), materialOf(node, spot)}).triangles;
 
     if (content == Content::kMotion)
         pending_.push_back({PendingRef::Kind::kMotionTarget, *core, holder, spot.top, node.motion().target(),
@@ -211,7 +211,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     if (content == Content::kImport)
         if (Expected<void> done = placeImport(file, node.import(), below); !done) return done;
     if (content == Content::kInstance)
-        if (Expected<void> done = placeInstance(file, node.instance(), below); !done) return done;
+        if (Expected<void> done = placeInstance(file, node, below); !done) return done;
 
     for (const proto::scene::Node& child : node.node())
         if (Expected<void> done = placeNode(file, child, below); !done) return done;
@@ -240,6 +240,7 @@ Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::
     if (!imported) return failWith(where, imported.error());
     Spot inside = spot;
     inside.top = spot.placed;
+    inside.material.clear();  // the other file's materials are other ones
     inside.camerasEnabled = spot.camerasEnabled && import.cameras();
     importing_.push_back(*path);
     const Expected<void> done = placeFile(**imported, inside);
@@ -247,11 +248,12 @@ Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::
     return done;
 }
 
-Expected<void> SceneAssembly::placeInstance(LoadedFile& file, const std::string& definition, const Spot& spot) {
-    const auto found = file.definitions.find(definition);
+Expected<void> SceneAssembly::placeInstance(LoadedFile& file, const proto::scene::Node& instance, Spot spot) {
+    const auto found = file.definitions.find(instance.instance());
     if (found == file.definitions.end())
         return fail(ErrorCode::kBadInput,
-                    fmt::format("{}: there is no definition '{}'", file.label, readName(definition, "")));
+                    fmt::format("{}: there is no definition '{}'", file.label, readName(instance.instance(), "")));
+    if (!instance.material().empty()) spot.material = instance.material();
     for (const proto::scene::Node& node : found->second->node())
         if (Expected<void> done = placeNode(file, node, spot); !done) return done;
     return {};

@@ -24,7 +24,7 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
         case Content::kInstance:
             return ObjectId{};
         case Content::kGeometry:
-            return geometryCore(file, node.geometry());
+            return geometryCore(file, node.geometry().mesh(), materialOf(node, spot));
         case Content::kDirectionalLight: {
             const proto::scene::DirectionalLight& message = node.directional_light();
             DirectionalLight light;
@@ -100,10 +100,15 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
     }
 }
 
-Expected<ObjectId> SceneAssembly::geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry) {
-    LoadedFile::GeometryCore& core = file.geometryCores[{geometry.mesh(), geometry.material()}];
+const std::string& SceneAssembly::materialOf(const proto::scene::Node& node, const Spot& spot) {
+    return node.geometry().material().empty() ? spot.material : node.geometry().material();
+}
+
+Expected<ObjectId> SceneAssembly::geometryCore(LoadedFile& file, const std::string& mesh,
+                                               const std::string& materialName) {
+    LoadedFile::GeometryCore& core = file.geometryCores[{mesh, materialName}];
     if (core.id) return core.id;
-    Expected<MeshArrays> arrays = file.mesh(geometry.mesh());
+    Expected<MeshArrays> arrays = file.mesh(mesh);
     if (!arrays) return tl::unexpected(arrays.error());
     Geometry value;
     value.positions = std::move(arrays->positions);
@@ -111,8 +116,8 @@ Expected<ObjectId> SceneAssembly::geometryCore(LoadedFile& file, const proto::sc
     value.colors = std::move(arrays->colors);
     value.texcoords = std::move(arrays->texcoords);
     value.indices = std::move(arrays->indices);
-    if (!geometry.material().empty()) {
-        const Expected<ObjectId> material = materialCore(file, geometry.material());
+    if (!materialName.empty()) {
+        const Expected<ObjectId> material = materialCore(file, materialName);
         if (!material) return material;
         value.material = *material;
     }

@@ -171,6 +171,7 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
         }
         case Content::kInstance:
             out.set_instance(node.instance());
+            out.set_material(material);  // of what the definition leaves open
             return checkName(definitions_, node.instance(), "definition");
         case Content::kImport:
             *out.mutable_import() = node.import();

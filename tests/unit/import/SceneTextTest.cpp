@@ -85,6 +85,30 @@ TEST(SceneText, InstancesShareGeometryAndMaterialButNotTransforms) {
     EXPECT_EQ(aspect.core<Geometry>("/front/wheel/geometry"), aspect.core<Geometry>("/back/wheel/geometry"));
 }
 
+TEST(SceneText, GivesInstancesTheirOwnMaterialWhereTheDefinitionNamesNone) {
+    Expected<ImportedScene> scene = importText(R"(
+        material { name: "ivory" base_color { g: 1 } } material { name: "ebony" base_color { b: 1 } } material { name: "felt" base_color { r: 1 } }
+        definition { name: "head" node { name: "ball" sphere { radius: 1 } } }
+        definition { name: "pawn" node { name: "stem" cylinder { radius: 1 height: 2 } } node { name: "foot" material: "felt" cylinder { radius: 1 height: 2 } } node { name: "top" instance: "head" } }
+        node { name: "white" material: "ivory" node { name: "pawn" repeat { count: 2 step { x: 3 } } instance: "pawn" } }
+        node { name: "black" material: "ebony" instance: "pawn" }
+        node { name: "plain" instance: "pawn" })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->geometries, 7u) << "a stem and a ball of three materials each, one foot";
+    const ImportedAspect aspect(std::move(*scene));
+    const auto colorOf = [&](const char* path) {
+        const auto* material = aspect->get<Material>(aspect.core<Geometry>(path)->material);
+        return material == nullptr ? Vec3f::Zero().eval() : Vec3f(material->baseColor.head<3>());
+    };
+    EXPECT_EQ(colorOf("/white/pawn[1]/stem"), Vec3f(0, 1, 0));
+    EXPECT_EQ(colorOf("/white/pawn[1]/foot"), Vec3f(1, 0, 0));
+    EXPECT_EQ(colorOf("/white/pawn[1]/top/ball"), Vec3f(0, 1, 0));
+    EXPECT_EQ(colorOf("/black/stem"), Vec3f(0, 0, 1));
+    EXPECT_EQ(colorOf("/black/top/ball"), Vec3f(0, 0, 1));
+    EXPECT_EQ(colorOf("/plain/stem"), Vec3f::Zero());
+    EXPECT_EQ(colorOf("/plain/foot"), Vec3f(1, 0, 0));
+}
+
 TEST(SceneText, FindsMotionTargetsAndInterestsByName) {
     Expected<ImportedScene> scene = importText(R"(
         node { name: "hall"
