@@ -16,9 +16,6 @@ using Json = nlohmann::ordered_json;
 Json toJson(const Series& series) {
     return {{"p50", series.quantile(0.5)}, {"p99", series.quantile(0.99)}, {"max", series.quantile(1.0)}};
 }
-Json toJson(const Vec3d& v) {
-    return Json::array({v.x(), v.y(), v.z()});
-}
 
 std::uint64_t triangleCount(const Geometry& geometry) {
     return geometry.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
@@ -68,10 +65,7 @@ void Report::frameCommitted(const FrameResult& frame) {
         bytes_ += frame.commit.encoded->size();
     }
     if (collisionMs_.count() < kMaxFrames) collisionMs_.add(frame.collisionMs);
-    contactsBegun_ += frame.collision.contactsBegun;
-    pairsTested_ += frame.collision.counters.pairsTested;
-    objects_ = frame.collision.counters.objects;
-    contacts_ = frame.collision.contacts;
+    collision_.frameDone(frame.collision);
 }
 
 void Report::released(const server_action::FrameReleased& action) {
@@ -180,17 +174,8 @@ std::string Report::toJson(const Aspect& scene) const {
                              {"bytes", bytes_},
                              {"state_hash_mismatches", mismatches_},
                              {"resnapshots", resnapshots_}};
-    Json contactList = Json::array();
-    for (const Contact& contact : contacts_)
-        contactList.push_back({{"objects", {pathOf(scene, contact.objectA), pathOf(scene, contact.objectB)}},
-                               {"faces", {contact.faceA, contact.faceB}},
-                               {"point", tessera::toJson(contact.point)},
-                               {"normal", tessera::toJson(contact.normal)}});
-    report["collision"] = {{"objects", objects_},
-                           {"pairs_tested", pairsTested_},
-                           {"contacts", contactsBegun_},
-                           {"contact_list", contactList},
-                           {"ms", tessera::toJson(collisionMs_)}};
+    report["collision"] = collision_.toJson(scene);
+    report["collision"]["ms"] = tessera::toJson(collisionMs_);
     report["tiles"] = Json::array();
     for (const TileRow& row : tiles_)
         report["tiles"].push_back({{"tile", row.tile},

@@ -7,6 +7,7 @@
 
 #include "common/codec/FrameCodec.h"
 #include "common/session/ServerSession.h"
+#include "server/sim/CollisionReport.h"
 #include "server/sim/Simulation.h"
 
 namespace tessera {
@@ -75,8 +76,7 @@ private:
     Series frameMs_, barrierMs_, swapSpreadMs_, collisionMs_;
     std::uint64_t framesShown_ = 0, worstSkew_ = 0;
     std::uint64_t lists_ = 0, changes_ = 0, bytes_ = 0, mismatches_ = 0, resnapshots_ = 0;
-    std::uint64_t contactsBegun_ = 0, pairsTested_ = 0, objects_ = 0;
-    std::vector<Contact> contacts_;
+    CollisionReport collision_;
 };
 
 }  // namespace tessera

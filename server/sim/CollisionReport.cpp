@@ -1,0 +1,142 @@
+#include "server/sim/CollisionReport.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+namespace tessera {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json jsonOf(const Vec3d& v) {
+    return Json::array({v.x(), v.y(), v.z()});
+}
+
+std::string_view nameOf(Phase phase) {
+    switch (phase) {
+        case Phase::kBegan:
+            return "began";
+        case Phase::kStays:
+            return "stays";
+        case Phase::kEnded:
+            break;
+    }
+    return "ended";
+}
+
+std::string_view nameOf(NotLookedAt::Reason reason) {
+    switch (reason) {
+        case NotLookedAt::Reason::kWork:
+            return "work";
+        case NotLookedAt::Reason::kPieces:
+            return "pieces";
+        case NotLookedAt::Reason::kNotFinite:
+            break;
+    }
+    return "not finite";
+}
+
+/// Names nodes by their paths and interests by the path of the first node that holds them.
+class Names {
+public:
+    explicit Names(const Aspect& scene) : scene_(scene) {
+        for (const ObjectId id : scene.ids()) {
+            const Node* node = scene.get<Node>(id);
+            if (node && node->core && scene.get<Interest>(node->core)) holders_.try_emplace(node->core, id);
+        }
+    }
+    [[nodiscard]] std::string node(ObjectId id) const {
+        return scene_.get<Node>(id) ? pathOf(scene_, id) : fmt::format("#{}", id.value);
+    }
+    /// Null for none.
+    [[nodiscard]] Json interest(ObjectId id) const {
+        if (!id) return nullptr;
+        const auto holder = holders_.find(id);
+        return node(holder == holders_.end() ? id : holder->second);
+    }
+
+private:
+    const Aspect& scene_;
+    std::map<ObjectId, ObjectId> holders_;
+};
+
+template <typename Value>
+void keepFirst(std::vector<Value>& kept, const std::vector<Value>& all, std::size_t most) {
+    kept.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), most)));
+}
+
+}  // namespace
+
+void CollisionReport::frameDone(const StepResult& step) {
+    last_ = step.counters;
+    keepFirst(contacts_, step.contacts, kMaxContacts);
+    keepFirst(distances_, step.distances, kMaxDistances);
+    keepFirst(notLookedAt_, step.notLookedAt, kMaxNotLookedAt);
+    begun_ += step.contactsBegun;
+    pairsTested_ += last_.pairsTested;
+    boxTests_ += last_.boxTests;
+    triangleTests_ += last_.triangleTests;
+    mostTests_ = std::max(mostTests_, last_.boxTests + last_.triangleTests);
+    contactsLeftOut_ += last_.contactsLeftOut;
+    eventsLeftOut_ += last_.eventsLeftOut;
+    unanswered_ += last_.unanswered;
+    notLookedAtCount_ += last_.notLookedAt;
+    for (const PairEvent& event : step.events) {
+        // One that touched on its way through began and ended in one event.
+        eventsBegan_ += event.phase == Phase::kBegan || event.through;
+        eventsEnded_ += event.phase == Phase::kEnded;
+    }
+}
+
+nlohmann::ordered_json CollisionReport::toJson(const Aspect& scene) const {
+    const Names names(scene);
+    Json contacts = Json::array();
+    for (const Contact& c : contacts_)
+        contacts.push_back({{"objects", {names.node(c.objectA), names.node(c.objectB)}},
+                            {"faces", {c.faceA, c.faceB}},
+                            {"point", jsonOf(c.point)},
+                            {"normal", jsonOf(c.normal)},
+                            {"interest", names.interest(c.interest)},
+                            {"time", c.time}});
+    Json distances = Json::array();
+    for (const PairDistance& d : distances_)
+        distances.push_back({{"objects", {names.node(d.objectA), names.node(d.objectB)}},
+                             {"interest", names.interest(d.interest)},
+                             {"phase", nameOf(d.phase)},
+                             {"distance", d.distance},
+                             {"nodes", {names.node(d.nodeA), names.node(d.nodeB)}},
+                             {"faces", {d.faceA, d.faceB}},
+                             {"points", {jsonOf(d.pointA), jsonOf(d.pointB)}}});
+    Json notLookedAt = Json::array();
+    for (const NotLookedAt& n : notLookedAt_) {
+        Json nodes = Json::array({names.node(n.nodeA)});
+        if (n.nodeB) nodes.push_back(names.node(n.nodeB));
+        notLookedAt.push_back({{"nodes", std::move(nodes)}, {"reason", nameOf(n.reason)}});
+    }
+    const CollisionLimits limits;
+    Json report;
+    report["objects"] = last_.objects;
+    report["skipped"] = last_.skipped;
+    report["free_bodies"] = last_.freeBodies;
+    report["asleep"] = last_.asleep;
+    report["pairs_tested"] = pairsTested_;
+    report["box_tests"] = boxTests_;
+    report["triangle_tests"] = triangleTests_;
+    report["contacts"] = begun_;
+    report["contact_list"] = std::move(contacts);
+    report["contacts_left_out"] = contactsLeftOut_;
+    report["events"] = {{"began", eventsBegan_}, {"ended", eventsEnded_}, {"left_out", eventsLeftOut_}};
+    report["distances"] = std::move(distances);
+    report["unanswered"] = unanswered_;
+    report["not_looked_at"] = {{"count", notLookedAtCount_}, {"list", std::move(notLookedAt)}};
+    report["budget"] = {{"max_tests", limits.maxTests},
+                        {"largest_share", static_cast<double>(mostTests_) / static_cast<double>(limits.maxTests)}};
+    return report;
+}
+
+}  // namespace tessera
