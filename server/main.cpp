@@ -27,6 +27,8 @@ struct Arguments {
     int samples = 0;
     std::string camera;
     std::string report;
+    std::string record;
+    unsigned threads = 1;
     bool progress = false;
     bool allowUnconfined = false;
 };
@@ -64,6 +66,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.rateHz = arguments.rate >= 0 ? arguments.rate : arguments.frames > 0 ? 0 : 60;
     options.camera = arguments.camera;
     options.reportPath = arguments.report;
+    options.recordPath = arguments.record;
+    options.threads = arguments.threads;
     options.onListening = [](const Address& bound) {
         fmt::print("tessera-server: listening on {}\n", toString(bound));
         std::fflush(stdout);
@@ -81,6 +85,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     sigaddset(&signals, SIGTERM);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);  // a recording as long as the system lets it be is told by write, and ends alone
 
     FrameLoop loop(std::move(options), log);
     std::jthread watcher([&](const std::stop_token& done) {
@@ -112,6 +117,10 @@ int main(int argc, char** argv) {
         ->check(CLI::IsMember({1, 4}));
     app.add_option("--camera", arguments.camera, "Node of the camera to use")->type_name("NODE");
     app.add_option("--report", arguments.report, "Write report.json here at the end")->type_name("FILE");
+    app.add_option("--record", arguments.record, "Write what happens here, for tessera-replay")->type_name("FILE");
+    app.add_option("--threads", arguments.threads, "Of the collision pipeline (1)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 256));
     app.add_flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
     app.add_flag("--allow-unconfined-import", arguments.allowUnconfined,
                  "Import even where the child cannot\nbe confined");

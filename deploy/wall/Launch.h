@@ -20,6 +20,8 @@ struct LaunchOptions {
     int samples = 0;     ///< 0: the wall's own
     std::string camera;  ///< empty: the scene's, else the default one
     std::string culler;  ///< empty: the clients' default
+    std::string record;  ///< the server's recording; empty: none
+    unsigned threads = 0;  ///< of the server's collision pipeline; 0: its default
     std::string output = "out";
     std::vector<std::string> assets;
     bool keepFrames = false;

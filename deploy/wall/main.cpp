@@ -26,6 +26,10 @@ int main(int argc, char** argv) {
     app.add_option("--culler", options.culler, "none, frustum or masked")->type_name("K");
     app.add_option("--output", options.output, "Folder for pictures and report (out)")->type_name("DIR");
     app.add_option("--assets", options.assets, "Folders for asset://NAME")->type_name("DIR");
+    app.add_option("--record", options.record, "Record the server, for tessera-replay")->type_name("FILE");
+    app.add_option("--threads", options.threads, "Of the server's collision pipeline (1)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 256));
     app.add_flag("--keep-frames", options.keepFrames, "Keep every frame's tiles; with ffmpeg\nalso DIR/wall.mp4");
     app.add_flag("--restart", options.restart, "Start a client again that has died");
     app.add_flag("--allow-unconfined-import", options.allowUnconfined,

@@ -8,11 +8,16 @@
 #include <fmt/format.h>
 
 #include "common/base/Channel.h"
+#include "common/base/Version.h"
 #include "common/codec/FrameCodec.h"
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
+#include "server/collision/mesh/InstructionSet.h"
+#include "server/sim/CollisionAnswers.h"
 #include "server/sim/Loader.h"
 #include "server/sim/Peers.h"
+#include "server/sim/RecordingSeam.h"
+#include "server/sim/RecordingWriter.h"
 #include "server/sim/Report.h"
 #include "server/sim/ReportFile.h"
 #include "server/sim/RequestDesk.h"
@@ -62,6 +67,7 @@ struct FrameLoop::Impl {
     Impl(ServerOptions o, Log& l)
         : options(std::move(o)),
           log(l),
+          simulation(simulationOf({}, options.threads)),
           view(options.wall, options.camera),
           report(options.wall, join(options.scenes)),
           peers(sessionConfig(options.wall), blobs, [this](LinkEvent event) { inbox.push(std::move(event)); }),
@@ -73,6 +79,7 @@ struct FrameLoop::Impl {
     Expected<void> run();
     Expected<void> handle(Event event);
     Expected<void> startSceneLoaded(LoadFinished finished);
+    Expected<void> beginRecording();
     void carryOut(ServerActions actions);
     void carryOut(const server_action::Fault& fault);
     void giveSnapshot(ConnectionId connection);
@@ -92,6 +99,7 @@ struct FrameLoop::Impl {
     View lastView;
     Report report;
     StateComparison comparison;
+    std::unique_ptr<RecordingWriter> recording;  ///< null: none wanted
 
     std::vector<ChangeList> startScenes;
     bool sceneReady = false;
@@ -122,6 +130,7 @@ void FrameLoop::stop() {
 Expected<void> FrameLoop::Impl::run() {
     const Expected<std::uint16_t> port = peers.listen(options.listen);
     if (!port) return tl::unexpected(port.error());
+    if (Expected<void> begun = beginRecording(); !begun) return begun;
     Address bound = options.listen;
     bound.port = *port;
     if (!bound.isLoopback())
@@ -179,8 +188,10 @@ Expected<void> FrameLoop::Impl::startSceneLoaded(LoadFinished finished) {
     for (const std::string& note : finished.scene->notes) log.info(finished.path + ": " + note);
     startScenes.push_back(std::move(finished.scene->list));
     if (startScenes.size() < options.scenes.size()) return {};
+    if (recording) recording->startScene(startScenes);
     const Expected<CommittedFrame> loaded = simulation.load(std::move(startScenes));
     if (!loaded) return tl::unexpected(loaded.error());
+    if (recording) recording->started(*loaded);
     startScenes.clear();
     for (const Blob& blob : loaded->list ? blobsOf(*loaded->list) : std::vector<Blob>()) blobs.add(blob);
     const SceneCounts counts = countScene(simulation.scene());
@@ -191,6 +202,22 @@ Expected<void> FrameLoop::Impl::startSceneLoaded(LoadFinished finished) {
     if (!first) return tl::unexpected(first.error());
     sceneReady = true;
     for (const ConnectionId connection : std::exchange(waitingForScene, {})) giveSnapshot(connection);
+    return {};
+}
+
+Expected<void> FrameLoop::Impl::beginRecording() {
+    if (options.recordPath.empty()) return {};
+    Expected<std::unique_ptr<RecordingWriter>> writer =
+        RecordingWriter::create(options.recordPath,
+                                {.schema = schemaHash(),
+                                 .program = versionText("tessera-server"),
+                                 .instructionSet = std::string(name(instructionSet())),
+                                 .threads = options.threads,
+                                 .limits = SceneLimits(),
+                                 .collisionLimits = digestOf(CollisionLimits())},
+                                log);
+    if (!writer) return tl::unexpected(writer.error());
+    recording = std::move(*writer);
     return {};
 }
 
@@ -214,7 +241,11 @@ void FrameLoop::Impl::beginFrame(TimePoint now) {
     std::vector<Edit> edits = desk.takeEdits();
     for (const Edit& edit : edits)
         for (const Blob& blob : blobsOf(edit.list)) blobs.add(blob);
-    const FrameResult frame = simulation.step(number == 0, std::move(edits));
+    std::vector<Reply> replies = desk.takeReplies();
+    const bool first = number == 0;
+    if (recording) recording->frameBegins(number, first, edits, replies);
+    const FrameResult frame = stepOf(simulation, first, std::move(edits), std::move(replies));
+    if (recording) recording->frameDone(number, frame);
     report.frameCommitted(frame);
 
     const Expected<View> nextView = view.view(simulation.scene());
@@ -223,11 +254,13 @@ void FrameLoop::Impl::beginFrame(TimePoint now) {
     } else if (!std::exchange(cameraComplaint, true)) {
         log.warning(nextView.error().message + "; the view stays where it was");
     }
-    FrameContent content{.frame = number,
-                         .sequence = frame.commit.sequence,
-                         .stateHash = frame.commit.stateHash,
-                         .payload = share(encodeFrame({.view = lastView, .list = frame.commit.encoded})),
-                         .changes = {}};
+    FrameContent content{
+        .frame = number,
+        .sequence = frame.commit.sequence,
+        .stateHash = frame.commit.stateHash,
+        .payload = share(
+            encodeFrame({.view = lastView, .list = frame.commit.encoded, .collision = numbersOf(frame.collision)})),
+        .changes = {}};
     if (frame.commit.list)
         content.changes.push_back({.sequence = frame.commit.sequence,
                                    .stateHash = frame.commit.stateHash,

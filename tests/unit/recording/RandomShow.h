@@ -1,0 +1,193 @@
+/// A simulation driven from a seed, recorded as the frame loop records it.
+#pragma once
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "common/scene/FieldTable.h"
+#include "server/sim/RecordingSeam.h"
+#include "server/sim/RecordingWriter.h"
+#include "tests/unit/sim/SceneForTests.h"
+
+namespace tessera::test {
+
+using Random = std::mt19937_64;
+
+/// Calls `property(random)` once per seed, or once for the seed in TESSERA_SEED. Stops at the first failing seed.
+template <typename Property>
+void forSeeds(std::uint64_t count, Property&& property) {
+    const char* only = std::getenv("TESSERA_SEED");
+    const std::uint64_t first = only ? std::strtoull(only, nullptr, 10) : 1;
+    const std::uint64_t end = only ? first + 1 : first + count;
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    for (std::uint64_t seed = first; seed < end; ++seed) {
+        SCOPED_TRACE("run it again: TESSERA_SEED=" + std::to_string(seed) +
+                     " bin/unit_recording --gtest_filter=" + test->test_suite_name() + "." + test->name());
+        Random random(seed);
+        property(random);
+        if (testing::Test::HasFailure()) return;
+    }
+}
+inline std::size_t below(Random& random, std::size_t count) {
+    return count == 0 ? 0 : random() % count;
+}
+inline bool oneInTwo(Random& random) {
+    return below(random, 2) == 0;
+}
+inline double between(Random& random, double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+}
+
+inline record::Opening openingForTests() {
+    return {.schema = schemaHash(),
+            .program = "unit_recording",
+            .instructionSet = "none",
+            .threads = 1,
+            .limits = {},
+            .collisionLimits = digestOf(CollisionLimits())};
+}
+
+/// Boxes on and above a floor, some of them free bodies, one on a motion; interests of every kind of response and mode.
+class RandomShow {
+public:
+    explicit RandomShow(Random& random) : random_(random), simulation_(simulationOf({}, 1)) {}
+
+    [[nodiscard]] ChangeList startScene() {
+        ListMaker make;
+        const ObjectId environment = make.create<Environment>();
+        make.builder.set(environment, typeOf<Environment>(), field::kGravity, toValue(Vec3d(0, -9.81, 0)));
+        make.node("environment", kRootNode, environment);
+        const ObjectId floor = make.node("floor", kRootNode, make.transform(Vec3d(0, -1, 0)));
+        make.node("slab", floor, make.box(Vec3d(20, 1, 20)));
+        const ObjectId yard = make.node("yard", kRootNode);
+        ObjectId first{};
+        for (int i = 0; i < 8; ++i) {
+            const ObjectId place =
+                make.transform(Vec3d(between(random_, -4, 4), between(random_, 0, 4), between(random_, -4, 4)));
+            const ObjectId node = make.node("body" + std::to_string(i), yard, place);
+            make.node("shape", node, make.box(Vec3d::Constant(between(random_, 0.4, 1.2))));
+            if (i == 0) {
+                first = place;
+                continue;
+            }
+            const ObjectId object = make.create<CollisionObject>();
+            make.builder.set(object, typeOf<CollisionObject>(), field::kCollisionNode, node);
+            if (i % 2 == 0) make.builder.set(object, typeOf<CollisionObject>(), field::kMass, toValue(1.0 + i));
+            make.node("rule" + std::to_string(i), kRootNode, object);
+        }
+        make.node("motion", kRootNode, make.motion(first, {{0, -5, 0.5, 0}, {0.4, 5, 0.5, 0}, {0.8, -5, 0.5, 0}}));
+        for (int i = 0; i < 3; ++i) {
+            const ObjectId interest = make.create<Interest>();
+            make.builder.set(interest, typeOf<Interest>(), field::kInterestObject, yard);
+            make.builder.set(interest, typeOf<Interest>(), field::kInterestResponse,
+                             toValue(static_cast<std::int64_t>(below(random_, 6))));
+            make.builder.set(interest, typeOf<Interest>(), field::kInterestMode,
+                             toValue(static_cast<std::int64_t>(below(random_, 4))));
+            make.builder.set(interest, typeOf<Interest>(), field::kInterestThreshold, toValue(0.5));
+            make.builder.set(interest, typeOf<Interest>(), field::kInterestShow,
+                             toValue(static_cast<std::int64_t>(below(random_, 8))));
+            make.node("interest" + std::to_string(i), kRootNode, interest);
+        }
+        return make.builder.take();
+    }
+
+    /// Edits and replies as a bad day brings them.
+    [[nodiscard]] std::vector<Edit> someEdits() {
+        std::vector<Edit> edits;
+        for (std::size_t i = below(random_, 4); i > 0; --i) edits.push_back(someEdit());
+        return edits;
+    }
+    [[nodiscard]] std::vector<Reply> someReplies() {
+        std::vector<Reply> replies;
+        for (const Question& question : asked_)
+            if (below(random_, 2) == 0)
+                replies.push_back({.question = question.id + below(random_, 8) / 7,
+                                   .decision = static_cast<Reply::Decision>(below(random_, 3)),
+                                   .pose = {.translation = somePlace()}});
+        return replies;
+    }
+
+    /// Loads the scene and makes the frames, all of it recorded. What came of each frame is returned.
+    std::vector<FrameDigest> record(RecordingWriter& writer, std::uint64_t frames) {
+        std::vector<ChangeList> lists{startScene()};
+        writer.startScene(lists);
+        const Expected<CommittedFrame> loaded = simulation_.load(std::move(lists));
+        EXPECT_TRUE(loaded) << (loaded ? "" : loaded.error().message);
+        if (loaded) writer.started(*loaded);
+        std::vector<FrameDigest> digests;
+        for (std::uint64_t frame = 0; frame < frames; ++frame) {
+            std::vector<Edit> edits = someEdits();
+            std::vector<Reply> replies = someReplies();
+            writer.frameBegins(frame, frame == 0, edits, replies);
+            const FrameResult result = stepOf(simulation_, frame == 0, std::move(edits), std::move(replies));
+            writer.frameDone(frame, result);
+            asked_ = result.collision.questions;
+            contacts_ += result.collision.contacts.size();
+            refused_ += static_cast<std::uint64_t>(
+                std::ranges::count_if(result.outcomes, [](const EditOutcome& o) { return !o.result; }));
+            digests.push_back(digestOf(result));
+        }
+        return digests;
+    }
+    [[nodiscard]] std::uint64_t contacts() const { return contacts_; }
+    [[nodiscard]] std::uint64_t refused() const { return refused_; }
+
+private:
+    [[nodiscard]] Vec3d somePlace() {
+        return {between(random_, -5, 5), between(random_, -1, 4), between(random_, -5, 5)};
+    }
+    [[nodiscard]] ObjectId someOf(ObjectType type) {
+        std::vector<ObjectId> all;
+        for (const ObjectId id : simulation_.scene().ids())
+            if (typeOf(*simulation_.scene().find(id)) == type) all.push_back(id);
+        return all.empty() ? ObjectId{} : all[below(random_, all.size())];
+    }
+    [[nodiscard]] Edit someEdit() {
+        Edit edit{.ticket = ++ticket_};
+        ChangeListBuilder builder;
+        switch (below(random_, 8)) {
+            case 0:
+                edit.undo = true;
+                return edit;
+            case 1: {  // a new body, with arrays that nobody has seen
+                ListMaker make;
+                const ObjectId node = make.node("new", kRootNode, make.transform(somePlace()));
+                make.node("shape", node, make.box(Vec3d(between(random_, 0.2, 1), 0.5, 0.5)));
+                edit.list = make.builder.take();
+                edit.undoable = below(random_, 4) != 0;
+                return edit;
+            }
+            case 2:
+                builder.set(someOf(typeOf<Motion>()), typeOf<Motion>(), field::kMotionPlaying,
+                            toValue(static_cast<std::int64_t>(below(random_, 2))));
+                break;
+            case 3: {  // refused where something still hangs on it
+                const ObjectId node = someOf(typeOf<Node>());
+                builder.detach(node);
+                builder.destroy(node);
+                break;
+            }
+            case 4:
+                builder.set(someOf(typeOf<Transform>()), typeOf<Transform>(), field::kTranslation,
+                            toValue(Vec3d(std::numeric_limits<double>::quiet_NaN(), 0, 0)));
+                break;
+            default:
+                for (int i = 0; i < 3; ++i)
+                    builder.set(someOf(typeOf<Transform>()), typeOf<Transform>(), field::kTranslation,
+                                toValue(somePlace()));
+        }
+        edit.list = builder.take();
+        return edit;
+    }
+
+    Random& random_;
+    Simulation simulation_;
+    std::vector<Question> asked_;
+    std::uint64_t ticket_ = 0, contacts_ = 0, refused_ = 0;
+};
+
+}  // namespace tessera::test
