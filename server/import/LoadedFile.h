@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "common/base/Blob.h"
@@ -33,7 +33,8 @@ struct LoadedFile {
         ObjectId id;
         std::uint64_t triangles = 0;
     };
-    std::map<std::pair<std::string, std::string>, GeometryCore> geometryCores;  ///< by mesh and material
+    /// By mesh, material, and what is painted over it.
+    std::map<std::tuple<std::string, std::string, ObjectId>, GeometryCore> geometryCores;
     std::map<std::string, MeshArrays> checkedMeshes;
     std::map<std::string, ObjectId> materialCores, imageCores;
 

@@ -172,7 +172,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     if (!own) return in(own.error());
     (*own)->transform = transform;
     (*own)->evenScale = evenScale;
-    Spot below{(*own)->id, *own, spot.top, spot.depth + 1, spot.camerasEnabled, spot.material};
+    Spot below{(*own)->id, *own, spot.top, spot.depth + 1, spot.camerasEnabled, spot.material, spot.paint};
 
     // A node has one core: content beside a transform goes into a node of its own below. Only a switch must then hold
     // the children too.
@@ -181,12 +181,8 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
         const Expected<Placed*> inner = newNode(std::string(contentName(content)), *core, below);
         if (!inner) return in(inner.error());
         holder = *inner;
-        if (content == Content::kSwitch)
-            below = Spot{holder->id, holder, spot.top, below.depth + 1, spot.camerasEnabled, spot.material};
+        if (content == Content::kSwitch) below.parent = holder->id, below.placed = holder, ++below.depth;
     }
-    if (content == Content::kGeometry)
-        result_.triangles += file.geometryCores.at({node.geometry().mesh(), materialOf(node, spot)}).triangles;
-
     if (content == Content::kMotion)
         pending_.push_back({PendingRef::Kind::kMotionTarget, *core, holder, spot.top, node.motion().target(),
                             placeText(file.label, node.motion().at())});
@@ -209,7 +205,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
             note(where + ": it is divided into several objects, so its mass means nothing");
     }
     if (content == Content::kImport)
-        if (Expected<void> done = placeImport(file, node.import(), below); !done) return done;
+        if (Expected<void> done = placeImport(file, node, below); !done) return done;
     if (content == Content::kInstance)
         if (Expected<void> done = placeInstance(file, node, below); !done) return done;
 
@@ -218,7 +214,8 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     return {};
 }
 
-Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::Import& import, const Spot& spot) {
+Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
+    const proto::scene::Import& import = node.import();
     const std::string where = placeText(file.label, import.at());
     if (!file.isScene) return fail(ErrorCode::kBadInput, where + ": a model file may not import others");
     const std::string& uri = import.uri();
@@ -241,6 +238,11 @@ Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::
     Spot inside = spot;
     inside.top = spot.placed;
     inside.material.clear();  // the other file's materials are other ones
+    if (!spot.paint && !node.material().empty()) {
+        const Expected<ObjectId> paint = materialCore(file, node.material());
+        if (!paint) return tl::unexpected(paint.error());
+        inside.paint = *paint;
+    }
     inside.camerasEnabled = spot.camerasEnabled && import.cameras();
     importing_.push_back(*path);
     const Expected<void> done = placeFile(**imported, inside);

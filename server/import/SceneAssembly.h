@@ -43,6 +43,7 @@ private:
         std::size_t depth = 0;
         bool camerasEnabled = true;
         std::string material = {};  ///< of geometry that names none: an instance's, for what its definition leaves open
+        ObjectId paint = {};        ///< of all geometry, whatever it names: an import's
     };
     /// A name to be looked up once everything has its place.
     struct PendingRef {
@@ -59,12 +60,12 @@ private:
     Expected<LoadedFile*> load(const std::string& canonicalPath, const std::string& label);
     Expected<void> placeFile(LoadedFile& file, const Spot& spot);
     Expected<void> placeNode(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
-    Expected<void> placeImport(LoadedFile& file, const proto::scene::Import& import, const Spot& spot);
+    Expected<void> placeImport(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
     Expected<void> placeInstance(LoadedFile& file, const proto::scene::Node& instance, Spot spot);
     /// The core that a node's content needs, or none.
     Expected<ObjectId> contentCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
-    static const std::string& materialOf(const proto::scene::Node& node, const Spot& spot);
-    Expected<ObjectId> geometryCore(LoadedFile& file, const std::string& mesh, const std::string& materialName);
+    Expected<LoadedFile::GeometryCore> geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry,
+                                                    const Spot& spot);
     Expected<ObjectId> materialCore(LoadedFile& file, const std::string& name);
     Expected<ObjectId> imageCore(LoadedFile& file, const std::string& name);
     Expected<Placed*> newNode(std::string name, ObjectId core, const Spot& spot);

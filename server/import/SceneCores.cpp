@@ -23,8 +23,12 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
         case Content::kImport:
         case Content::kInstance:
             return ObjectId{};
-        case Content::kGeometry:
-            return geometryCore(file, node.geometry().mesh(), materialOf(node, spot));
+        case Content::kGeometry: {
+            const Expected<LoadedFile::GeometryCore> core = geometryCore(file, node.geometry(), spot);
+            if (!core) return tl::unexpected(core.error());
+            result_.triangles += core->triangles;
+            return core->id;
+        }
         case Content::kDirectionalLight: {
             const proto::scene::DirectionalLight& message = node.directional_light();
             DirectionalLight light;
@@ -100,15 +104,13 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
     }
 }
 
-const std::string& SceneAssembly::materialOf(const proto::scene::Node& node, const Spot& spot) {
-    return node.geometry().material().empty() ? spot.material : node.geometry().material();
-}
-
-Expected<ObjectId> SceneAssembly::geometryCore(LoadedFile& file, const std::string& mesh,
-                                               const std::string& materialName) {
-    LoadedFile::GeometryCore& core = file.geometryCores[{mesh, materialName}];
-    if (core.id) return core.id;
-    Expected<MeshArrays> arrays = file.mesh(mesh);
+Expected<LoadedFile::GeometryCore> SceneAssembly::geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry,
+                                                               const Spot& spot) {
+    const std::string& name = geometry.material().empty() ? spot.material : geometry.material();
+    LoadedFile::GeometryCore& core =
+        file.geometryCores[{geometry.mesh(), spot.paint ? std::string() : name, spot.paint}];
+    if (core.id) return core;
+    Expected<MeshArrays> arrays = file.mesh(geometry.mesh());
     if (!arrays) return tl::unexpected(arrays.error());
     Geometry value;
     value.positions = std::move(arrays->positions);
@@ -116,16 +118,17 @@ Expected<ObjectId> SceneAssembly::geometryCore(LoadedFile& file, const std::stri
     value.colors = std::move(arrays->colors);
     value.texcoords = std::move(arrays->texcoords);
     value.indices = std::move(arrays->indices);
-    if (!materialName.empty()) {
-        const Expected<ObjectId> material = materialCore(file, materialName);
-        if (!material) return material;
+    value.material = spot.paint;
+    if (!spot.paint && !name.empty()) {
+        const Expected<ObjectId> material = materialCore(file, name);
+        if (!material) return tl::unexpected(material.error());
         value.material = *material;
     }
     core.triangles = value.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
     core.id = create(value);
     ++result_.geometries;
     result_.trianglesStored += core.triangles;
-    return core.id;
+    return core;
 }
 
 Expected<ObjectId> SceneAssembly::materialCore(LoadedFile& file, const std::string& name) {

@@ -176,6 +176,7 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
         case Content::kImport:
             *out.mutable_import() = node.import();
             *out.mutable_import()->mutable_at() = at;
+            out.set_material(node.material());
             return {};
         case Content::kMotion:
             *out.mutable_motion() = node.motion();

@@ -339,6 +339,36 @@ TEST(SceneText, ImportsOtherFilesBesideItAndReadsEachOnce) {
     EXPECT_EQ(aspect.core<Geometry>("/left/bolt"), aspect.core<Geometry>("/right/bolt"));
 }
 
+TEST(SceneText, AMaterialBesideAnImportIsThatOfEverythingInIt) {
+    const Scratch scratch;
+    scratch.write("bolt.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const std::string path = scratch.write("all.tsct", R"(
+        material { name: "brass" base_color { r: 1 } } material { name: "steel" base_color { b: 1 } }
+        node { name: "tray" material: "steel"
+          node { name: "painted" material: "brass" import { uri: "bolt.obj" } }
+          node { name: "again" material: "brass" import { uri: "bolt.obj" } }
+          node { name: "plain" import { uri: "bolt.obj" } } })");
+    Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->geometries, 2u);
+    EXPECT_EQ(scene->triangles, 3u);
+    const ImportedAspect aspect(std::move(*scene));
+    const auto materialOf = [&](std::string_view name) {
+        const Material* found = nullptr;
+        Action action;
+        action.on<Geometry>([&](const Visit&, const Geometry& geometry) {
+            found = aspect->get<Material>(geometry.material);
+            return Descend::kInto;
+        });
+        action.run(*aspect, *findNode(*aspect, name));
+        return found;
+    };
+    EXPECT_EQ(materialOf("/tray/painted")->baseColor.x(), 1);
+    EXPECT_EQ(materialOf("/tray/again"), materialOf("/tray/painted"));
+    const Material* plain = materialOf("/tray/plain");
+    EXPECT_TRUE(plain == nullptr || plain->baseColor.z() < 1) << "what stands above an import does not repaint it";
+}
+
 TEST(SceneText, SeveralFilesBecomeOneList) {
     const Scratch scratch;
     const std::vector<std::string> paths = {
