@@ -4,6 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "server/collision/convex/ConvexQuery.h"
+#include "server/collision/mesh/TriangleContact.h"
+#include "server/collision/objects/ConservativeBox.h"
+#include "server/collision/query/DistanceQuery.h"
+#include "server/collision/query/TouchQuery.h"
+#include "server/collision/response/PairImpact.h"
+
 namespace tessera {
 
 namespace {
@@ -25,54 +32,89 @@ void narrow(MotionTrial::Span& span, double low0, double low1, double high0, dou
         span.last = std::min(span.last, crossing + kSlack);
 }
 
-Box blend(const Box& start, const Box& end, double f) {
-    Box box;
-    box.lower = start.lower + f * (end.lower - start.lower);
-    box.upper = start.upper + f * (end.upper - start.upper);
-    return box;
-}
-
 }  // namespace
 
 MotionTrial::MotionTrial(const ObjectHandler& handler, ObjectId transform, const Way& way,
-                         std::span<const std::pair<std::uint32_t, std::uint32_t>> pairs,
-                         const std::function<std::uint64_t(std::uint32_t, std::uint32_t)>& touchingAtStart,
+                         std::span<const ObstaclePair> pairs, const TouchingAtStart& touchingAtStart,
                          const MotionLimits& limits, QueryWork& work, std::uint64_t& queries)
-    : handler_(handler), way_(way), limits_(limits), work_(work), queries_(queries) {
+    : handler_(handler),
+      transform_(transform),
+      way_(way),
+      all_(pairs.begin(), pairs.end()),
+      limits_(limits),
+      work_(work),
+      queries_(queries) {
     struct Candidate {
-        Obstacle obstacle;
+        ObstaclePair parts;
         Pair pair;
+        [[nodiscard]] bool met() const { return pair.meet.first <= pair.meet.last; }
     };
+    const bool slides = std::any_of(all_.begin(), all_.end(), [](const ObstaclePair& p) { return p.slide; }) &&
+                        way.start.translation != way.end.translation;
     std::vector<Candidate> candidates;
-    for (const auto& [a, b] : pairs) {
-        Candidate candidate{{a, b, 0}, pairOf(a, b, transform)};
-        if (candidate.pair.meet.first <= candidate.pair.meet.last) candidates.push_back(candidate);
+    for (const ObstaclePair& parts : all_) {
+        if (!handler.parts()[parts.partA].solid() || !handler.parts()[parts.partB].solid()) continue;
+        Candidate candidate{parts, pairOf(parts)};
+        if (candidate.met() || slides) candidates.push_back(candidate);
     }
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const Candidate& x, const Candidate& y) { return x.pair.meet.first < y.pair.meet.first; });
-    for (Candidate& c : candidates) {
-        c.obstacle.touchingAtStart = touchingAtStart(c.obstacle.partA, c.obstacle.partB);
-        obstacles_.push_back(c.obstacle);
+    for (const Candidate& c : candidates) {
+        const std::size_t index = obstacles_.size();
+        obstacles_.push_back({c.parts.partA, c.parts.partB, c.parts.slide, 0});
         pairs_.push_back(c.pair);
+        if (!c.met()) continue;
+        Obstacle& o = obstacles_.back();
+        o.touchingAtStart = touchingAtStart(o.partA, o.partB);
+        if (o.touchingAtStart != 0 || !c.pair.meet.holds(0)) continue;
+        if (Touch touch = Touch::kNo; hullsOverlap(index, 0, touch) && touch != Touch::kNo)
+            o.touchingAtStart = 1;
+        else if (withinHull(index)) {
+            // Swallowed by a solid thing: its surface is no obstacle on the way out.
+            obstacles_.pop_back();
+            pairs_.pop_back();
+        }
     }
+}
+
+MotionTrial MotionTrial::leg(const Way& way) const {
+    const auto touchingNow = [&](std::uint32_t partA, std::uint32_t partB) -> std::uint64_t {
+        const auto known = std::find_if(obstacles_.begin(), obstacles_.end(),
+                                        [&](const Obstacle& o) { return o.partA == partA && o.partB == partB; });
+        if (known == obstacles_.end() || known->touchingAtStart == 0) return 0;
+        const auto pose = [&](const Traveller& t, std::uint32_t part) {
+            return t.path.moves() ? t.path.world(localOf(way.start)) : handler_.parts()[part].world;
+        };
+        const Pair& pair = pairs_[static_cast<std::size_t>(known - obstacles_.begin())];
+        const Affine3d a_T_b = pose(*pair.a, partA).inverse() * pose(*pair.b, partB);
+        ++queries_;
+        const FacePairs faces =
+            allTouching(handler_.parts()[partA].shape->tree, handler_.parts()[partB].shape->tree, a_T_b, work_);
+        return faces.complete ? faces.pairs.size() : known->touchingAtStart;
+    };
+    return {handler_, transform_, way, all_, touchingNow, limits_, work_, queries_};
 }
 
 /// A part's box on its way lies between `start` and `end`, but for the curvature/8 by which paths leave their chords.
-const MotionTrial::Traveller& MotionTrial::traveller(std::uint32_t number, ObjectId transform) {
-    if (const auto known = travellers_.find(number); known != travellers_.end()) return known->second;
+const MotionTrial::Traveller& MotionTrial::traveller(std::uint32_t number) {
+    std::unique_ptr<const Traveller>& known = travellers_[number];
+    if (known) return *known;
     const Part& part = handler_.parts()[number];
-    Traveller t{PartOnTheWay(handler_, number, transform), &part.shape->mesh(), {}, part.worldBox, part.worldBox};
+    Traveller t{PartOnTheWay(handler_, number, transform_), &part.shape->tree.mesh(), {}, part.worldBox, part.worldBox};
     if (t.path.moves()) {
-        t.bound = boundWay(handler_, number, [&](ObjectId id) { return id == transform ? &way_ : nullptr; });
-        t.end = conservativeBox(t.path.world(localOf(way_.end)), t.mesh->bounds());
+        t.bound = boundWay(handler_, number, [&](ObjectId id) { return id == transform_ ? &way_ : nullptr; });
+        t.start = boxAround(t.path.world(localOf(way_.start)), t.mesh->bounds());
+        t.end = boxAround(t.path.world(localOf(way_.end)), t.mesh->bounds());
     }
-    return travellers_.emplace(number, std::move(t)).first->second;
+    known = std::make_unique<const Traveller>(std::move(t));
+    return *known;
 }
 
-MotionTrial::Pair MotionTrial::pairOf(std::uint32_t partA, std::uint32_t partB, ObjectId transform) {
+MotionTrial::Pair MotionTrial::pairOf(const ObstaclePair& parts) {
     Pair pair;
-    pair.a = &traveller(partA, transform);
-    pair.b = &traveller(partB, transform);
+    pair.a = &traveller(parts.partA);
+    pair.b = &traveller(parts.partB);
+    pair.bothHulls = handler_.parts()[parts.partA].shape->hull && handler_.parts()[parts.partB].shape->hull;
     pair.size = pair.thickness = std::numeric_limits<double>::infinity();
     for (const Traveller* t : {pair.a, pair.b}) {
         if (!t->path.moves()) continue;
@@ -104,27 +146,66 @@ Affine3d MotionTrial::worldOfB(std::size_t obstacle, double fraction) const {
     return part.moves() ? part.world(localOf(way_.at(fraction))) : handler_.parts()[obstacles_[obstacle].partB].world;
 }
 
+/// False, and no answer, for what is no pair of hulls.
+bool MotionTrial::hullsOverlap(std::size_t obstacle, double fraction, Touch& touch) const {
+    if (!pairs_[obstacle].bothHulls) return false;
+    const Affine3d a_T_b = worldOfA(obstacle, fraction).inverse() * worldOfB(obstacle, fraction);
+    ConvexWork work;
+    ++queries_;
+    touch = hullsTouching(*shapeA(obstacle).hull, *shapeB(obstacle).hull, a_T_b, work);
+    work_.boxTests += work.supports;
+    return true;
+}
+
+/// Of a hull and a surface that do not meet at the start: is (some of) the surface inside?
+bool MotionTrial::withinHull(std::size_t obstacle) const {
+    if (pairs_[obstacle].bothHulls) return false;
+    const bool hullIsA = shapeA(obstacle).hull.has_value();
+    const std::optional<ConvexHull>& hull = hullIsA ? shapeA(obstacle).hull : shapeB(obstacle).hull;
+    if (!hull) return false;
+    const Affine3d worldHull = hullIsA ? worldOfA(obstacle, 0) : worldOfB(obstacle, 0);
+    const Affine3d hull_T_mesh = worldHull.inverse() * (hullIsA ? worldOfB(obstacle, 0) : worldOfA(obstacle, 0));
+    const TriangleMesh& mesh = (hullIsA ? shapeB(obstacle) : shapeA(obstacle)).tree.mesh();
+    const MeshPositions positions = mesh.positions();
+    for (const std::uint32_t vertex : mesh.indices()) {
+        const Vec3d p = hull_T_mesh * positions[vertex];
+        if (!hull->bounds().contains(p)) continue;
+        work_.boxTests += hull->faces().size();
+        if (work_.exhausted() || hull->contains(p)) return true;
+    }
+    return false;
+}
+
 Touch MotionTrial::touching(std::size_t obstacle, double fraction) const {
-    const Obstacle& o = obstacles_[obstacle];
     ++queries_;
     const Affine3d a_T_b = worldOfA(obstacle, fraction).inverse() * worldOfB(obstacle, fraction);
-    return anyTouching(*handler_.parts()[o.partA].shape, *handler_.parts()[o.partB].shape, a_T_b, work_);
+    const Touch surfaces = anyTouching(shapeA(obstacle).tree, shapeB(obstacle).tree, a_T_b, work_);
+    if (Touch solid = Touch::kNo; surfaces == Touch::kNo && hullsOverlap(obstacle, fraction, solid)) return solid;
+    return surfaces;
 }
 
 FacePairs MotionTrial::facesTouching(std::size_t obstacle, double fraction) const {
-    const Obstacle& o = obstacles_[obstacle];
     ++queries_;
     const Affine3d a_T_b = worldOfA(obstacle, fraction).inverse() * worldOfB(obstacle, fraction);
-    return allTouching(*handler_.parts()[o.partA].shape, *handler_.parts()[o.partB].shape, a_T_b, work_);
+    return allTouching(shapeA(obstacle).tree, shapeB(obstacle).tree, a_T_b, work_);
+}
+
+Impact MotionTrial::firstContact(std::size_t obstacle, double upTo) const {
+    ++queries_;
+    const Way cut{way_.start, way_.at(upTo)};
+    const auto wayOf = [&](ObjectId id) { return id == transform_ ? &cut : nullptr; };
+    // Far less than the gap in which motions stop: what slides along at that gap must not be taken for touching.
+    Impact found = firstRigidContact(handler_, obstacles_[obstacle].partA, obstacles_[obstacle].partB, wayOf,
+                                     1e-6 * tolerance(obstacle), work_);
+    found.t *= upTo;
+    return found;
 }
 
 template <typename Visit>
 void MotionTrial::forFaces(std::size_t obstacle, std::span<const FacePair> faces, double fraction,
                            Visit&& visit) const {
-    const Obstacle& o = obstacles_[obstacle];
     const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
-    const TriangleMesh& meshA = handler_.parts()[o.partA].shape->mesh();
-    const TriangleMesh& meshB = handler_.parts()[o.partB].shape->mesh();
+    const TriangleMesh &meshA = shapeA(obstacle).tree.mesh(), &meshB = shapeB(obstacle).tree.mesh();
     const bool mirroredA = worldA.linear().determinant() < 0, mirroredB = worldB.linear().determinant() < 0;
     for (const FacePair& f : faces) {
         Triangle a = transformed(worldA, meshA.triangle(f.a)), b = transformed(worldB, meshB.triangle(f.b));
@@ -144,7 +225,7 @@ double MotionTrial::depth(std::size_t obstacle, std::span<const FacePair> faces,
 
 std::vector<FacePair> MotionTrial::facing(std::size_t obstacle, std::span<const FacePair> faces) const {
     std::vector<FacePair> out;
-    const double thin = limits_.stopTolerance * pairs_[obstacle].size;
+    const double thin = tolerance(obstacle);
     forFaces(obstacle, faces, 0, [&](const FacePair& f, const Triangle& a, const Triangle& b) {
         constexpr double kNearlyOpposite = -0.999;
         if (outside(a).dot(outside(b)) < kNearlyOpposite && std::abs(wayOut(a, b, outside(a))) <= thin)
@@ -161,96 +242,71 @@ double MotionTrial::overlap(std::size_t obstacle, std::span<const FacePair> faci
     return most;
 }
 
-/// How many pieces keep every arc near its chord.
-int MotionTrial::pieces(const Pair& pair, double interval) const {
-    double wanted = interval * std::sqrt((pair.a->bound.curvature + pair.b->bound.curvature) /
-                                         (8 * limits_.arcTolerance * pair.size));
-    // Two parts on ways of their own (one Transform core at two places) have no straight relative motion to begin with.
-    if (pair.a->path.moves() && pair.b->path.moves())
-        wanted = std::max(wanted, interval * (pair.a->bound.length + pair.b->bound.length) / (0.05 * pair.size));
-    return std::clamp(static_cast<int>(std::ceil(std::min(wanted, 1e6))), 1, limits_.maxPieces);
-}
-
-bool MotionTrial::boxesMeetBetween(const Pair& pair, double from, double to) const {
-    if (from > pair.meet.last || to < pair.meet.first) return false;
-    const auto swept = [&](const Traveller& t) {
-        if (!t.path.moves()) return t.start;
-        // Without a bend the boxes between lie between the boxes at the ends; else it pays to look where it is.
-        const bool straight = t.bound.curvature == 0;
-        const auto at = [&](double f) {
-            if (straight) return blend(t.start, t.end, f);
-            return conservativeBox(t.path.world(localOf(way_.at(f))), t.mesh->bounds());
-        };
-        Box box = at(from);
-        box.extend(at(to));
-        const Vec3d margin = Vec3d::Constant(t.bound.curvature * (to - from) * (to - from) / 8);
-        box.lower -= margin;
-        box.upper += margin;
-        return box;
-    };
-    return swept(*pair.a).overlaps(swept(*pair.b));
-}
-
-/// A as seen from B where only A moves, else B as seen from A.
-StraightMotion MotionTrial::straight(const Pair& pair, const Obstacle& obstacle, double from, double to) const {
-    const Affine3d localFrom = localOf(way_.at(from)), localTo = localOf(way_.at(to));
-    const auto pose = [](const PartOnTheWay& onTheWay, const Part& part, const Affine3d& local) {
-        return onTheWay.moves() ? onTheWay.world(local) : part.world;
-    };
-    const bool fixedIsB = pair.a->path.moves();
-    const PartOnTheWay& fixed = (fixedIsB ? pair.b : pair.a)->path;
-    const PartOnTheWay& moving = (fixedIsB ? pair.a : pair.b)->path;
-    const Part& fixedPart = handler_.parts()[fixedIsB ? obstacle.partB : obstacle.partA];
-    const Part& movingPart = handler_.parts()[fixedIsB ? obstacle.partA : obstacle.partB];
-    const Affine3d fixedFrom_T_world = pose(fixed, fixedPart, localFrom).inverse();
-    const Affine3d fixedTo_T_world = pose(fixed, fixedPart, localTo).inverse();
-
-    const double interval = to - from;
-    double stray = (pair.a->bound.curvature + pair.b->bound.curvature) * interval * interval / 8;
-    if (fixed.moves()) stray += 0.5 * (pair.a->bound.length + pair.b->bound.length) * interval;
-    StraightMotion motion;
-    motion.fixed_T_start = fixedFrom_T_world * pose(moving, movingPart, localFrom);
-    motion.fixed_T_end = fixedTo_T_world * pose(moving, movingPart, localTo);
-    motion.deviation = stray * std::max(stretchOf(fixedFrom_T_world.linear()), stretchOf(fixedTo_T_world.linear()));
-    return motion;
-}
-
-Touch MotionTrial::touchingOnTheWay(std::size_t obstacle, double from, double to) const {
-    const Obstacle& o = obstacles_[obstacle];
-    const Pair& pair = pairs_[obstacle];
-    const AabbTree& shapeA = *handler_.parts()[o.partA].shape;
-    const AabbTree& shapeB = *handler_.parts()[o.partB].shape;
-    const bool fixedIsB = pair.a->path.moves();
-    const int n = pieces(pair, to - from);
-    double begin = from;
-    for (int i = 1; i <= n; ++i) {
-        const double end = i == n ? to : from + (to - from) * i / n;
-        if (boxesMeetBetween(pair, begin, end)) {
-            ++queries_;
-            const Touch onTheWay = anyTouchingOnTheWay(fixedIsB ? shapeB : shapeA, fixedIsB ? shapeA : shapeB,
-                                                       straight(pair, o, begin, end), work_);
-            if (onTheWay != Touch::kNo) return onTheWay;
-            // The sweep is seen from the fixed part; the answer that counts, at rest, is the one seen from A.
-            const Touch atEnd = touching(obstacle, end);
-            if (atEnd != Touch::kNo) return atEnd;
-        }
-        begin = end;
-    }
-    return Touch::kNo;
-}
-
-FacePairs MotionTrial::facesTouchingOnTheWay(std::size_t obstacle, double from, double to) const {
-    const Obstacle& o = obstacles_[obstacle];
-    const Pair& pair = pairs_[obstacle];
-    const AabbTree& shapeA = *handler_.parts()[o.partA].shape;
-    const AabbTree& shapeB = *handler_.parts()[o.partB].shape;
+std::optional<MotionTrial::HullOverlap> MotionTrial::hullOverlap(std::size_t obstacle, double fraction) const {
+    const Affine3d worldA = worldOfA(obstacle, fraction);
+    ConvexWork work;
     ++queries_;
-    const StraightMotion motion = straight(pair, o, from, to);
-    if (!pair.a->path.moves()) return allTouchingOnTheWay(shapeA, shapeB, motion, work_);
-    FacePairs faces = allTouchingOnTheWay(shapeB, shapeA, motion, work_);
-    for (FacePair& f : faces.pairs) std::swap(f.a, f.b);
-    std::sort(faces.pairs.begin(), faces.pairs.end());
-    return faces;
+    const HullDepth found = hullDepth(*shapeA(obstacle).hull, *shapeB(obstacle).hull,
+                                      worldA.inverse() * worldOfB(obstacle, fraction), work);
+    work_.boxTests += work.supports;
+    if (!found.complete) return std::nullopt;
+    if (!found.touching) return HullOverlap{};
+    const Vec3d way = worldA.linear() * found.normal;
+    return HullOverlap{std::max(0.0, found.depth) * way.norm(), way.normalized()};
+}
+
+MotionTrial::Nearest MotionTrial::nearest(std::size_t obstacle, double fraction) const {
+    ++queries_;
+    const Affine3d a_T_b = worldOfA(obstacle, fraction).inverse() * worldOfB(obstacle, fraction);
+    const Distance d = distanceBetween(shapeA(obstacle).tree, shapeB(obstacle).tree, a_T_b, work_);
+    Nearest out;
+    if (!d.complete || d.farther) return out;
+    forFaces(obstacle, std::span(&d.faces, 1), fraction, [&](const FacePair&, const Triangle& a, const Triangle& b) {
+        const NearestPoints near = nearestPoints(a, b);
+        out = {near.onA, near.onB, a, b, d.distance > 0 ? near.distance : 0, true};
+    });
+    return out;
+}
+
+double MotionTrial::gap(std::size_t obstacle, double fraction) const {
+    const Nearest near = nearest(obstacle, fraction);
+    return near.known ? near.distance : 0;
+}
+
+std::optional<Mat3d> MotionTrial::frameAbove(std::size_t obstacle) const {
+    const Pair& pair = pairs_[obstacle];
+    if (pair.a->path.moves() && pair.b->path.moves()) return std::nullopt;
+    return (pair.a->path.moves() ? pair.a : pair.b)->path.frameAbove();
+}
+
+std::vector<Vec3d> MotionTrial::waysOut(std::size_t obstacle, double fraction) const {
+    const double out = pairs_[obstacle].a->path.moves() ? -1 : 1;  // normals are from A to B
+    std::vector<Vec3d> ways;
+    if (obstacles_[obstacle].touchingAtStart == 0) {
+        const Nearest near = nearest(obstacle, fraction);
+        if (!near.known) return ways;
+        // Nearer than that rounding would choose the direction.
+        const bool clear =
+            near.distance > 1e-12 * std::max(near.onA.cwiseAbs().maxCoeff(), near.onB.cwiseAbs().maxCoeff());
+        const Vec3d normal = clear ? Vec3d((near.onB - near.onA) / near.distance) : contactOf(near.a, near.b).normal;
+        ways.push_back(out * normal);
+        return ways;
+    }
+    if (pairs_[obstacle].bothHulls) {
+        if (const std::optional<HullOverlap> overlap = hullOverlap(obstacle, fraction);
+            overlap && !overlap->normal.isZero())
+            ways.push_back(out * overlap->normal);
+        return ways;
+    }
+    const FacePairs faces = facesTouching(obstacle, fraction);
+    if (!faces.complete) return ways;
+    forFaces(obstacle, faces.pairs, fraction, [&](const FacePair&, const Triangle& a, const Triangle& b) {
+        const Vec3d way = out * contactOf(a, b).normal;
+        constexpr double kSame = 1 - 1e-12;
+        const bool known = std::any_of(ways.begin(), ways.end(), [&](const Vec3d& w) { return w.dot(way) > kSame; });
+        if (!known) ways.push_back(way);
+    });
+    return ways;
 }
 
 }  // namespace tessera

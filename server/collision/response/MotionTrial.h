@@ -3,22 +3,24 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
-#include "server/collision/query/TouchQuery.h"
+#include "server/collision/query/TimeOfImpact.h"
 #include "server/collision/response/Way.h"
 
 namespace tessera {
 
 struct MotionLimits {
     double stopTolerance = 1e-4;  ///< see CollisionLimits
-    double arcTolerance = 1e-3;
     int maxPieces = 64;
 };
 
-/// A pair of parts, one of which the transform carries, that may not be led into each other. A: of the interest's object.
+/// A pair of parts, one of which the transform carries, that may not be led into each other. A: of the interest's
+/// object.
 struct ObstaclePair {
     std::uint32_t partA = 0, partB = 0;
     bool slide = false;  ///< what is left of the motion may go on along the other's surface
@@ -29,25 +31,32 @@ struct Obstacle {
     std::uint32_t partA = 0;  ///< of an interest's object
     std::uint32_t partB = 0;
     bool slide = false;
-    std::uint64_t touchingAtStart = 0;  ///< intersecting face pairs before the motion begins
+    /// Intersecting face pairs before the motion begins; of hulls also 1 where one is wholly within the other.
+    std::uint64_t touchingAtStart = 0;
 };
 
 /// Answers a response's questions about the way. Fractions run from 0, where the transform is, to 1, where it is
 /// wanted. All answers are conservative: kUnknown means that the step's work is used up.
 class MotionTrial {
 public:
-    /// Pairs whose boxes do not meet anywhere on the way are no obstacles; of the others `touchingAtStart` is asked for
-    /// the number of face pairs that meet before the motion begins.
-    MotionTrial(const ObjectHandler& handler, ObjectId transform, const Way& way,
-                std::span<const ObstaclePair> pairs,
-                const std::function<std::uint64_t(std::uint32_t, std::uint32_t)>& touchingAtStart,
-                const MotionLimits& limits, QueryWork& work, std::uint64_t& queries);
+    using TouchingAtStart = std::function<std::uint64_t(std::uint32_t, std::uint32_t)>;
 
-    /// In the order in which boxes come to meet.
+    /// Pairs whose boxes do not meet anywhere on the way are no obstacles, unless a slide may lead there; of the others
+    /// `touchingAtStart` is asked for the number of face pairs that meet before the motion begins. Where pairs let
+    /// slide, `pairs` must hold all whose boxes on all ways (boxOnAllWays with `slides`) meet.
+    MotionTrial(const ObjectHandler& handler, ObjectId transform, const Way& way, std::span<const ObstaclePair> pairs,
+                const TouchingAtStart& touchingAtStart, const MotionLimits& limits, QueryWork& work,
+                std::uint64_t& queries);
+
+    /// The same transform on another way, that begins somewhere on this one: against all pairs anew.
+    [[nodiscard]] MotionTrial leg(const Way& way) const;
+
+    /// In the order in which boxes come to meet; those whose boxes do not, last.
     [[nodiscard]] std::span<const Obstacle> obstacles() const { return obstacles_; }
     /// Before `first` and after `last` the boxes of the pair are apart.
     struct Span {
         double first = 0, last = 1;
+        [[nodiscard]] bool holds(double fraction) const { return first <= fraction && fraction <= last; }
     };
     [[nodiscard]] const Span& boxesMeet(std::size_t obstacle) const { return pairs_[obstacle].meet; }
     [[nodiscard]] const MotionLimits& limits() const { return limits_; }
@@ -58,12 +67,15 @@ public:
     /// Box diagonal and smallest extent of the moving part (of the smaller one where both move), in world units.
     [[nodiscard]] double size(std::size_t obstacle) const { return pairs_[obstacle].size; }
     [[nodiscard]] double thickness(std::size_t obstacle) const { return pairs_[obstacle].thickness; }
+    /// How near the pair may be when the motion stops, in world units.
+    [[nodiscard]] double tolerance(std::size_t obstacle) const { return limits_.stopTolerance * size(obstacle); }
 
+    /// Solid: hulls that are within each other touch, too.
     [[nodiscard]] Touch touching(std::size_t obstacle, double fraction) const;
     [[nodiscard]] FacePairs facesTouching(std::size_t obstacle, double fraction) const;
-    /// Anything on the way from one fraction (taken to be free) to another, the end included.
-    [[nodiscard]] Touch touchingOnTheWay(std::size_t obstacle, double from, double to) const;
-    [[nodiscard]] FacePairs facesTouchingOnTheWay(std::size_t obstacle, double from, double to) const;
+    /// Of a pair that is apart at the start: when it first touches on the way up to a fraction. Its t is a fraction of
+    /// the whole way; faces within a millionth of the tolerance count as touching.
+    [[nodiscard]] Impact firstContact(std::size_t obstacle, double upTo) const;
 
     /// How deep the deepest of these faces meet at a fraction (see `penetration`), in world units.
     [[nodiscard]] double depth(std::size_t obstacle, std::span<const FacePair> faces, double fraction) const;
@@ -71,6 +83,22 @@ public:
     [[nodiscard]] std::vector<FacePair> facing(std::size_t obstacle, std::span<const FacePair> faces) const;
     /// How far B's part of these pairs has come past A's outside, at most; below 0: how far it has parted, at least.
     [[nodiscard]] double overlap(std::size_t obstacle, std::span<const FacePair> facing, double fraction) const;
+    [[nodiscard]] bool bothHulls(std::size_t obstacle) const { return pairs_[obstacle].bothHulls; }
+    /// How deep two hulls are in each other, and which way B gets out; in the world. Nothing where that cannot be told.
+    struct HullOverlap {
+        double depth = 0;              ///< 0 where they are apart
+        Vec3d normal = Vec3d::Zero();  ///< of unit length, from A to B
+    };
+    [[nodiscard]] std::optional<HullOverlap> hullOverlap(std::size_t obstacle, double fraction) const;
+
+    /// In which directions the moving part of a pair gets free of the other, at a fraction at which they are near (the
+    /// one of the nearest points) or touch (those of the faces that meet); of unit length, in the world. A's or B's
+    /// way, whichever moves.
+    [[nodiscard]] std::vector<Vec3d> waysOut(std::size_t obstacle, double fraction) const;
+    /// How far the pair is apart, in world units (of the nearest points in A's frame).
+    [[nodiscard]] double gap(std::size_t obstacle, double fraction) const;
+    /// See PartOnTheWay; nothing where both parts move.
+    [[nodiscard]] std::optional<Mat3d> frameAbove(std::size_t obstacle) const;
 
     [[nodiscard]] Affine3d worldOfA(std::size_t obstacle, double fraction) const;
     [[nodiscard]] Affine3d worldOfB(std::size_t obstacle, double fraction) const;
@@ -87,21 +115,36 @@ private:
         const Traveller* b;
         double size = 0;
         double thickness = 0;
+        bool bothHulls = false;
         Span meet;
     };
+    struct Nearest {
+        Vec3d onA, onB;
+        Triangle a, b;
+        double distance = 0;
+        bool known = false;
+    };
 
-    const Traveller& traveller(std::uint32_t part, ObjectId transform);
-    [[nodiscard]] Pair pairOf(std::uint32_t partA, std::uint32_t partB, ObjectId transform);
+    const Traveller& traveller(std::uint32_t part);
+    [[nodiscard]] Pair pairOf(const ObstaclePair& parts);
+    [[nodiscard]] bool hullsOverlap(std::size_t obstacle, double fraction, Touch& touch) const;
+    [[nodiscard]] bool withinHull(std::size_t obstacle) const;
+    [[nodiscard]] Nearest nearest(std::size_t obstacle, double fraction) const;
+    [[nodiscard]] const CollisionShape& shapeA(std::size_t obstacle) const {
+        return *handler_.parts()[obstacles_[obstacle].partA].shape;
+    }
+    [[nodiscard]] const CollisionShape& shapeB(std::size_t obstacle) const {
+        return *handler_.parts()[obstacles_[obstacle].partB].shape;
+    }
     /// visit(triangle of A, triangle of B), in the world; both counter-clockwise seen from outside.
     template <typename Visit>
     void forFaces(std::size_t obstacle, std::span<const FacePair> faces, double fraction, Visit&& visit) const;
-    [[nodiscard]] StraightMotion straight(const Pair& pair, const Obstacle& obstacle, double from, double to) const;
-    [[nodiscard]] int pieces(const Pair& pair, double interval) const;
-    [[nodiscard]] bool boxesMeetBetween(const Pair& pair, double from, double to) const;
 
     const ObjectHandler& handler_;
+    ObjectId transform_;
     Way way_;
-    std::unordered_map<std::uint32_t, Traveller> travellers_;
+    std::vector<ObstaclePair> all_;
+    std::unordered_map<std::uint32_t, std::unique_ptr<const Traveller>> travellers_;
     std::vector<Obstacle> obstacles_;
     std::vector<Pair> pairs_;
     MotionLimits limits_;

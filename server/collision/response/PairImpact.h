@@ -7,10 +7,21 @@
 namespace tessera {
 
 /// The first contact of two parts within a frame's motion: every transform goes its whole way (or stands still where
-/// `wayOf` knows none) as the same fraction of the frame passes, whatever stands above whom; a part that the handler says
-/// deforms goes with its vertices. As `timeOfImpact`: never late, `distance` at t within the tolerance (world units), hull
-/// shapes by their surfaces. `normal` and `point` in the world.
-[[nodiscard]] Impact firstContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB, const WayLookup& wayOf,
-                                  double tolerance, QueryWork& work);
+/// `wayOf` knows none) as the same fraction of the frame passes, whatever stands above whom; a part that the handler
+/// says deforms goes with its vertices. As `timeOfImpact`: never late, the faces named are within the tolerance (world
+/// units) at t, hull shapes by their surfaces. `normal`, `point` and `distance` (of the faces named) in the world.
+///
+/// Exact where each part's chain below what both share is one motion in some frame: translations above and fixed maps
+/// anywhere, at most one transform that turns or scales. Other chains are advanced by their distance over a bound of
+/// their speed: so is what begins within the tolerance and parts (a hit at 0 then), and after kMostAdvances steps the
+/// answer is `complete` = false at a t that is known to be free.
+[[nodiscard]] Impact firstContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
+                                  const WayLookup& wayOf, double tolerance, QueryWork& work);
+
+/// The same of the shapes as they are: nothing deforms.
+[[nodiscard]] Impact firstRigidContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
+                                       const WayLookup& wayOf, double tolerance, QueryWork& work);
+
+inline constexpr int kMostAdvances = 400;
 
 }  // namespace tessera

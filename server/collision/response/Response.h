@@ -34,8 +34,9 @@ public:
 
 /// Goes as far along the way as it is free. Obstacles of any law stop it.
 [[nodiscard]] std::unique_ptr<Response> makeStopResponse();
-/// Goes as far as the way is free; what is left of the translation then goes on along the surfaces that were met, where all
-/// of them are obstacles that let slide (ObstaclePair::slide), at most a few times; the rotation stays where it was stopped.
+/// Goes as far as the way is free; what is left of the translation then goes on along the surfaces that were met, where
+/// all of them are obstacles that let slide (ObstaclePair::slide), at most a few times; the rotation stays where it was
+/// stopped.
 [[nodiscard]] std::unique_ptr<Response> makeSlideResponse();
 
 }  // namespace tessera

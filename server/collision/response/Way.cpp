@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/collision/query/TouchQuery.h"
+#include "server/collision/objects/ConservativeBox.h"
+#include "server/collision/response/Reach.h"
 
 namespace tessera {
 
@@ -33,41 +34,6 @@ double stretchOf(const Mat3d& m) {
     return std::sqrt(square.cwiseAbs().rowwise().sum().maxCoeff()) * (1 + 1e-12);
 }
 
-namespace {
-
-/// The reach of a set of points seen from a frame's origin, and bounds on its motion there.
-struct Reach {
-    double radius = 0;
-    double speed = 0;         // first derivative by the fraction
-    double acceleration = 0;  // second, all on one fraction
-    double bow = 0;           // second, summed over the places' own fractions
-};
-
-/// p(f) = t(f) + R(f)·S(f)·u(f): |R'| <= θ, |R''| <= θ² for a slerp over θ; t and S are linear. The product rule for
-/// what is below.
-Reach onWay(const Reach& below, const Way& way) {
-    const double angle = way.start.rotation.normalized().angularDistance(way.end.rotation.normalized());
-    const double size = std::max(way.start.scale.cwiseAbs().maxCoeff(), way.end.scale.cwiseAbs().maxCoeff());
-    const double growth = (way.end.scale - way.start.scale).cwiseAbs().maxCoeff();
-    const double shift = (way.end.translation - way.start.translation).norm();
-    const double turn = angle * size + growth;                            // |(RS)'|
-    const double turnOfTurn = angle * angle * size + 2 * angle * growth;  // |(RS)''|
-    Reach out;
-    out.radius = std::max(way.start.translation.norm(), way.end.translation.norm()) + size * below.radius;
-    out.speed = shift + turn * below.radius + size * below.speed;
-    out.acceleration = turnOfTurn * below.radius + 2 * turn * below.speed + size * below.acceleration;
-    out.bow = turnOfTurn * below.radius + size * below.bow;
-    return out;
-}
-
-Reach through(const Reach& below, const Affine3d& fixed) {
-    const double stretch = stretchOf(fixed.linear());
-    return {fixed.translation().norm() + stretch * below.radius, stretch * below.speed, stretch * below.acceleration,
-            stretch * below.bow};
-}
-
-}  // namespace
-
 WayBound boundWay(const ObjectHandler& handler, std::uint32_t partNumber, const WayLookup& wayOf) {
     const Part& part = handler.parts()[partNumber];
     WayBound bound;
@@ -82,17 +48,10 @@ WayBound boundWay(const ObjectHandler& handler, std::uint32_t partNumber, const 
             fixed = place.local * fixed;
             continue;
         }
-        if (bound.bends++ == 0) {
-            const Box& box = part.shape->mesh().bounds();
-            for (int corner = 0; corner < 8; ++corner) {
-                const Vec3d p((corner & 1) ? box.upper.x() : box.lower.x(),
-                              (corner & 2) ? box.upper.y() : box.lower.y(),
-                              (corner & 4) ? box.upper.z() : box.lower.z());
-                reach.radius = std::max(reach.radius, (fixed * p).norm());
-            }
-        } else {
+        if (bound.bends++ == 0)
+            reach.radius = radiusOf(part.shape->tree.mesh().bounds(), fixed);
+        else
             reach = through(reach, fixed);
-        }
         reach = onWay(reach, *way);
         fixed = Affine3d::Identity();
     }
@@ -102,10 +61,11 @@ WayBound boundWay(const ObjectHandler& handler, std::uint32_t partNumber, const 
     bound.length = reach.speed * kRounding;
     bound.curvature = reach.acceleration * kRounding;
     bound.bow = reach.bow * kRounding;
+    bound.drift = reach.drift * kRounding;
     return bound;
 }
 
-Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t partNumber, const WayLookup& wayOf) {
+Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t partNumber, const WayLookup& wayOf, bool slides) {
     const Part& part = handler.parts()[partNumber];
     const WayBound bound = boundWay(handler, partNumber, wayOf);
     Box box = part.worldBox;
@@ -126,10 +86,11 @@ Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t partNumber, const W
                 world = world * (way ? localOf(way->at(ends >> bend & 1u)) : place.local);
                 bend += way != nullptr;
             }
-            box.extend(conservativeBox(world, part.shape->mesh().bounds()));
+            box.extend(boxAround(world, part.shape->tree.mesh().bounds()));
         }
         margin = bound.bow / 8;
     }
+    if (slides) margin += bound.drift;
     box.lower -= Vec3d::Constant(margin);
     box.upper += Vec3d::Constant(margin);
     return box;
@@ -146,6 +107,12 @@ PartOnTheWay::PartOnTheWay(const ObjectHandler& handler, std::uint32_t partNumbe
         above_ = place.parent == Place::kNone ? Affine3d(Affine3d::Identity()) : handler.places()[place.parent].world;
         path_.assign(upwards.rbegin(), upwards.rend());
     }
+}
+
+std::optional<Mat3d> PartOnTheWay::frameAbove() const {
+    const auto onTheWay = std::count_if(path_.begin(), path_.end(), [](const Step& step) { return step.onTheWay; });
+    if (onTheWay != 1) return std::nullopt;
+    return Mat3d(above_.linear());
 }
 
 Affine3d PartOnTheWay::world(const Affine3d& local) const {

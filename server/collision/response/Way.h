@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "common/math/Pose.h"
@@ -32,7 +33,8 @@ struct WayBound {
     /// The sum of the second derivatives by each place's own fraction: where each moves for itself, the part stays
     /// within bow/8 of the boxes around its poses at the ends of all ways.
     double bow = 0;
-    int bends = 0;  ///< how many places on ways of their own lie above the part, its own included
+    double drift = 0;  ///< how far the translations alone carry it
+    int bends = 0;     ///< how many places on ways of their own lie above the part, its own included
 };
 
 /// The way of a transform by its id, or null where it stands still.
@@ -41,8 +43,10 @@ using WayLookup = std::function<const Way*(ObjectId)>;
 /// `length` holds for any progress of each moving transform above the part.
 [[nodiscard]] WayBound boundWay(const ObjectHandler& handler, std::uint32_t part, const WayLookup& wayOf);
 
-/// The box that holds a part wherever the transforms above it may be on their ways, each for itself.
-[[nodiscard]] Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t part, const WayLookup& wayOf);
+/// The box that holds a part wherever the transforms above it may be on their ways, each for itself. With `slides` also
+/// wherever a response may lead it that turns what is left of their translations along surfaces.
+[[nodiscard]] Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t part, const WayLookup& wayOf,
+                               bool slides = false);
 
 /// The world pose of a part while one transform is on its way and everything else is as the handler has it.
 class PartOnTheWay {
@@ -52,6 +56,9 @@ public:
     [[nodiscard]] bool moves() const { return !path_.empty(); }
     /// The nearest place of the transform above the part (Place::kNone where it does not move).
     [[nodiscard]] std::uint32_t carrier() const { return carrier_; }
+    /// The linear map to the world from the frame that the transform's translation is in; nothing where the part does
+    /// not move, and where it has the transform above it more than once.
+    [[nodiscard]] std::optional<Mat3d> frameAbove() const;
     /// Multiplies as the object handler does: the same bits once the value is committed.
     [[nodiscard]] Affine3d world(const Affine3d& local) const;
 

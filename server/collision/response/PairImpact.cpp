@@ -1,0 +1,262 @@
+#include "server/collision/response/PairImpact.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/collision/mesh/TriangleContact.h"
+#include "server/collision/query/DistanceQuery.h"
+#include "server/collision/query/TouchQuery.h"
+#include "server/collision/response/Chain.h"
+
+namespace tessera {
+namespace {
+
+/// A part's surface as the fraction passes.
+class Surface {
+public:
+    Surface(const Part& part, const Deformation* deformation)
+        : tree_(part.shape->tree), end_(deformation ? &deformation->end : nullptr) {}
+
+    [[nodiscard]] bool deforms() const { return end_ != nullptr; }
+    [[nodiscard]] const TriangleTree& tree() const { return tree_; }
+    [[nodiscard]] Vec3d endOf(std::uint32_t vertex) const {
+        return end_ ? (*end_)[vertex] : tree_.mesh().positions()[vertex];
+    }
+    [[nodiscard]] Triangle at(std::uint32_t face, double fraction) const {
+        Triangle t = tree_.mesh().triangle(face);
+        if (end_)
+            for (unsigned i = 0; i < 3; ++i) t[i] += fraction * (endOf(tree_.mesh().vertexOf(face, i)) - t[i]);
+        return t;
+    }
+    [[nodiscard]] std::vector<Vec3d> verticesAt(double fraction) const {
+        const MeshPositions start = tree_.mesh().positions();
+        std::vector<Vec3d> out(start.begin(), start.end());
+        for (std::size_t i = 0; end_ && i < out.size(); ++i) out[i] += fraction * ((*end_)[i] - out[i]);
+        return out;
+    }
+    /// One end position per vertex, all finite.
+    [[nodiscard]] bool valid() const {
+        return !end_ || (end_->size() == tree_.mesh().vertexCount() &&
+                         std::all_of(end_->begin(), end_->end(), [](const Vec3d& p) { return p.allFinite(); }));
+    }
+    /// Of its points in its own frame, on their way.
+    [[nodiscard]] Reach reach() const {
+        Reach reach;
+        reach.radius = radiusOf(tree_.mesh().bounds(), Affine3d::Identity());
+        if (!end_) return reach;
+        const MeshPositions start = tree_.mesh().positions();
+        for (const std::uint32_t vertex : tree_.mesh().indices()) {
+            reach.radius = std::max(reach.radius, (*end_)[vertex].norm());
+            reach.speed = std::max(reach.speed, ((*end_)[vertex] - start[vertex]).norm());
+        }
+        return reach;
+    }
+
+private:
+    const TriangleTree& tree_;
+    const std::vector<Vec3d>* end_;
+};
+
+Triangle mapped(const Affine3d& map, const Triangle& t) {
+    Triangle out{map * t[0], map * t[1], map * t[2]};
+    // A mirror turns the corners round.
+    if (map.linear().determinant() < 0) std::swap(out[1], out[2]);
+    return out;
+}
+
+const Deformation* deformationOf(std::span<const Deformation> all, std::uint32_t part) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const Deformation& d) { return d.part == part; });
+    return found == all.end() ? nullptr : &*found;
+}
+
+class PairSearch {
+public:
+    PairSearch(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
+               std::span<const Deformation> deformations, const WayLookup& wayOf, double tolerance, QueryWork& work)
+        : chains_(chainsOf(handler, partA, partB, wayOf)),
+          a_(handler.parts()[partA], deformationOf(deformations, partA)),
+          b_(handler.parts()[partB], deformationOf(deformations, partB)),
+          work_(work),
+          // From here on in lengths of the frame below what both share: its own motion parts and joins nothing.
+          tolerance_(tolerance / chains_.shared.stretch()) {}
+
+    Impact run() {
+        if (!a_.valid() || !b_.valid()) return unknownFrom(0);
+        const bool deforms = a_.deforms() || b_.deforms();
+        if (!deforms && !chains_.a.moves() && !chains_.b.moves()) return atRest();
+        if (deforms && chains_.a.straight() && chains_.b.straight()) return straightVertices();
+        if (!deforms)
+            if (const std::optional<Impact> exact = asOneMotionEach()) return *exact;
+        return advance();
+    }
+
+private:
+    static Impact unknownFrom(double t) {
+        Impact out;
+        out.t = t;
+        out.complete = false;
+        return out;
+    }
+
+    Impact atRest() {
+        const Affine3d a_T_b = chains_.a.at(0).inverse() * chains_.b.at(0);
+        const TouchedPair found = firstTouching(a_.tree(), b_.tree(), a_T_b, work_);
+        if (found.touch == Touch::kUnknown) return unknownFrom(0);
+        return found.touch == Touch::kYes ? hit(0, found.faces) : Impact{};
+    }
+
+    /// In a frame in which each part's way is one motion.
+    std::optional<Impact> asOneMotionEach() {
+        for (const Mat3d& turnsIn : {Mat3d(Mat3d::Identity()), chains_.a.frameOfTurn(), chains_.b.frameOfTurn()}) {
+            const Mat3d frame = turnsIn == Mat3d::Identity() ? turnsIn : Mat3d(turnsIn.inverse());
+            if (!frame.allFinite()) continue;
+            const std::optional<BodyMotion> a = chains_.a.asOneMotion(frame), b = chains_.b.asOneMotion(frame);
+            if (!a || !b) continue;
+            const ImpactOptions options{.tolerance = tolerance_ / stretchOf(turnsIn)};
+            return told(timeOfImpact(a_.tree(), *a, b_.tree(), *b, work_, options));
+        }
+        return std::nullopt;
+    }
+
+    /// Translations alone, so that in the mesh frame of one of them all vertices go straight.
+    Impact straightVertices() {
+        const bool baseIsA = a_.deforms();
+        const Surface &base = baseIsA ? a_ : b_, &other = baseIsA ? b_ : a_;
+        const Chain &baseChain = baseIsA ? chains_.a : chains_.b, &otherChain = baseIsA ? chains_.b : chains_.a;
+        const Affine3d frame = baseChain.at(0).inverse();
+        if (!frame.matrix().allFinite()) return unknownFrom(0);
+        const double tolerance = tolerance_ / stretchOf(baseChain.at(0).linear());
+
+        std::vector<Vec3d> baseEnd = base.verticesAt(1);
+        const Affine3d base1 = frame * baseChain.at(1);
+        if (baseChain.moves())
+            for (Vec3d& p : baseEnd) p = base1 * p;
+        Box swept = base.tree().mesh().bounds();
+        for (const std::uint32_t vertex : base.tree().mesh().indices()) swept.extend(baseEnd[vertex]);
+        const double slack = 2 * tolerance + 1e-12 * (swept.lower.cwiseAbs() + swept.upper.cwiseAbs()).maxCoeff();
+        swept.lower.array() -= slack;
+        swept.upper.array() += slack;
+
+        // Of the other, what comes near: it may be a whole plant.
+        const Affine3d other0 = frame * otherChain.at(0), other1 = frame * otherChain.at(1);
+        std::vector<std::uint32_t> faces, indices;
+        std::vector<double> otherStart;
+        std::vector<Vec3d> otherEnd;
+        for (std::uint32_t face = 0; face < other.tree().mesh().faceCount(); ++face) {
+            Triangle from = other.at(face, 0), to = other.at(face, 1);
+            Box box;
+            for (std::size_t i = 0; i < 3; ++i) {
+                box.extend(from[i] = other0 * from[i]);
+                box.extend(to[i] = other1 * to[i]);
+            }
+            if (!box.overlaps(swept)) continue;
+            faces.push_back(face);
+            for (std::size_t i = 0; i < 3; ++i) {
+                indices.push_back(static_cast<std::uint32_t>(indices.size()));
+                otherStart.insert(otherStart.end(), {from[i].x(), from[i].y(), from[i].z()});
+                otherEnd.push_back(to[i]);
+            }
+        }
+        if (faces.empty()) return {};
+        Expected<TriangleMesh> mesh = TriangleMesh::make(std::span<const double>(otherStart), indices);
+        if (!mesh) return unknownFrom(0);
+        const TriangleTree near(*std::move(mesh));
+        const ImpactOptions options{.tolerance = tolerance};
+        Impact found = baseIsA ? timeOfImpact(base.tree(), baseEnd, near, otherEnd, work_, options)
+                               : timeOfImpact(near, otherEnd, base.tree(), baseEnd, work_, options);
+        if (found.hit) (baseIsA ? found.faces.b : found.faces.a) = faces[baseIsA ? found.faces.b : found.faces.a];
+        return told(found);
+    }
+
+    /// The gap over a bound of all speeds is free of contact; so is what is left then, and so on.
+    Impact advance() {
+        const Reach reachA = chains_.a.reach(a_.reach()), reachB = chains_.b.reach(b_.reach());
+        const double speed = (reachA.speed + reachB.speed) * (1 + 1e-12);
+        const double rounding = 0x1p-53 * 64 * (reachA.radius + reachB.radius);
+        const double tolerance = tolerance_ > 4 * rounding ? tolerance_ : 4 * rounding;
+        std::optional<TriangleTree> ownA = ownOf(a_), ownB = ownOf(b_);
+        double t = 0;
+        DistanceOptions options;
+        for (int step = 0; step < kMostAdvances && !work_.exhausted(); ++step) {
+            if (!moveTo(t, a_, ownA) || !moveTo(t, b_, ownB)) return unknownFrom(t);
+            const Affine3d worldA = chains_.a.at(t), worldB = chains_.b.at(t), a_T_shared = worldA.inverse();
+            if (!a_T_shared.matrix().allFinite()) return unknownFrom(t);
+            const Distance d = distanceBetween(ownA ? *ownA : a_.tree(), ownB ? *ownB : b_.tree(), a_T_shared * worldB,
+                                               work_, options);
+            if (!d.complete) return unknownFrom(t);
+            if (d.farther) return {};  // nothing there
+            options.start = d.faces;
+            if (d.distance == 0 || (worldA.linear() * (d.onB - d.onA)).norm() <= tolerance) return hit(t, d.faces);
+            const double gap = d.distance / stretchOf(a_T_shared.linear()) * (1 - 1e-12) - rounding;
+            if (!(gap > 0)) return hit(t, d.faces);
+            if (!(speed > 0) || t + gap / speed > 1) return {};
+            t += gap / speed;
+        }
+        return unknownFrom(t);
+    }
+    static std::optional<TriangleTree> ownOf(const Surface& surface) {
+        if (!surface.deforms()) return std::nullopt;
+        return std::optional<TriangleTree>(std::in_place, surface.tree().mesh(), surface.tree().options());
+    }
+    static bool moveTo(double t, const Surface& surface, std::optional<TriangleTree>& own) {
+        return !own || own->refit(surface.verticesAt(t)).has_value();
+    }
+
+    /// What a query said in another frame, with its place and direction in the world.
+    Impact told(const Impact& found) {
+        if (!found.hit) return found;
+        Impact out = hit(found.t, found.faces);
+        out.complete = found.complete;
+        return out;
+    }
+
+    Impact hit(double t, FacePair faces) {
+        Impact out;
+        out.hit = true;
+        out.t = t;
+        out.faces = faces;
+        const Affine3d shared = chains_.shared.at(t);
+        const Triangle a = mapped(shared * chains_.a.at(t), a_.at(faces.a, t)),
+                       b = mapped(shared * chains_.b.at(t), b_.at(faces.b, t));
+        const NearestPoints near = nearestPoints(a, b);
+        double extent = 0;
+        for (const Triangle* x : {&a, &b})
+            for (const Vec3d& p : *x) extent = std::max(extent, p.cwiseAbs().maxCoeff());
+        out.distance = trianglesIntersect(a, b) ? 0 : near.distance;
+        // Nearer than that rounding would choose the direction.
+        if (out.distance > 1e-12 * extent) {
+            out.point = 0.5 * (near.onA + near.onB);
+            out.normal = (near.onB - near.onA) / near.distance;
+        } else {
+            const TriangleContact contact = contactOf(a, b);
+            out.point = contact.point;
+            out.normal = contact.normal;
+        }
+        return out;
+    }
+
+    ChainPair chains_;
+    Surface a_, b_;
+    QueryWork& work_;
+    double tolerance_;
+};
+
+Impact search(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
+              std::span<const Deformation> deformations, const WayLookup& wayOf, double tolerance, QueryWork& work) {
+    if (!handler.parts()[partA].solid() || !handler.parts()[partB].solid()) return {};
+    return PairSearch(handler, partA, partB, deformations, wayOf, tolerance, work).run();
+}
+
+}  // namespace
+
+Impact firstContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB, const WayLookup& wayOf,
+                    double tolerance, QueryWork& work) {
+    return search(handler, partA, partB, handler.deformations(), wayOf, tolerance, work);
+}
+
+Impact firstRigidContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB, const WayLookup& wayOf,
+                         double tolerance, QueryWork& work) {
+    return search(handler, partA, partB, {}, wayOf, tolerance, work);
+}
+
+}  // namespace tessera
