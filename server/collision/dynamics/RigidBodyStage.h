@@ -1,7 +1,7 @@
 /// Free bodies: how gravity, contacts and friction move them in one frame.
 ///
-/// A function of what it is given and of what it remembers of the frames before (impulses to start from, who sleeps): no
-/// scene, no clock, no threads of its own. Answers do not depend on the number of workers or on the processor.
+/// A function of what it is given and of what it remembers of the frames before (impulses to start from, who sleeps):
+/// no scene, no clock, no threads of its own. Answers do not depend on the number of workers or on the processor.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ struct RigidBody {
     /// coming frame.
     Vec3d velocity = Vec3d::Zero(), spin = Vec3d::Zero();
     Vec3d anchor = Vec3d::Zero();
-    bool disturbed = false;           ///< somebody else has set its pose, shape, mass or velocity: it may not sleep on
+    bool disturbed = false;  ///< somebody else has set its pose, shape, mass or velocity: it may not sleep on
     std::vector<std::uint32_t> parts;
 };
 
@@ -52,7 +52,8 @@ struct RigidEncounter {
 };
 
 struct RigidMotion {
-    Isometry3d world_T_before = Isometry3d::Identity();  ///< from where the body was to where it is now; of a sleeper exactly the identity
+    Isometry3d world_T_before =
+        Isometry3d::Identity();  ///< from where the body was to where it is now; of a sleeper exactly the identity
     Vec3d velocity = Vec3d::Zero(), spin = Vec3d::Zero();
     bool asleep = false;
 };
@@ -81,11 +82,15 @@ public:
     RigidBodyStage(RigidBodyStage&&) noexcept;
     RigidBodyStage& operator=(RigidBodyStage&&) noexcept;
 
-    /// How far beyond its parts' boxes the encounters of a body that moves like this must be looked for, in world units.
+    /// How far beyond its parts' boxes the encounters of a body that moves like this must be looked for, in world
+    /// units.
     [[nodiscard]] static double reach(const RigidBody& body, double size, const Vec3d& gravity, double seconds);
-    /// Who slept at the end of the last frame and has not been disturbed: encounters among sleepers, and of sleepers with
-    /// bodies that stand still, may be left out.
+    /// Who slept at the end of the last frame and has not been disturbed: encounters among sleepers, and of sleepers
+    /// with bodies that stand still, may be left out.
     [[nodiscard]] bool asleep(std::uint64_t body) const;
+    /// Parts (ids, ascending) of bodies without mass that sleepers lean on. Pass them, and their bodies, as long as
+    /// they exist, be it without an encounter: where one is missing or elsewhere, those who leaned on it wake.
+    [[nodiscard]] std::span<const std::uint64_t> supports() const;
 
     [[nodiscard]] RigidFrame advance(std::span<const RigidBody> bodies, std::span<const RigidPart> parts,
                                      std::span<const RigidEncounter> encounters, const Vec3d& gravity, double seconds,

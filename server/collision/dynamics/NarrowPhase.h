@@ -1,0 +1,81 @@
+/// The contact points of the frame's encounters.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/collision/dynamics/ContactPoint.h"
+#include "server/collision/dynamics/FrameBodies.h"
+#include "server/collision/dynamics/SolidContacts.h"
+
+namespace tessera::dynamics {
+
+struct FrameEncounter {
+    std::uint32_t partA = 0, partB = 0;  ///< ranks, ascending
+    ContactLaw law = ContactLaw::kBounce;
+    SolidMemory memory;  ///< in: of the last frame; out: for the next
+    // What was found.
+    bool known = false;
+    std::uint32_t batch = 0;
+    std::uint32_t firstPoint = 0, points = 0;  ///< in the batch
+    std::uint32_t firstFace = 0, faces = 0;
+    double leastPlane = 0;  ///< solid against faces: how near its centre is to the plane of one of them
+};
+
+/// Encounters that are looked at in one task, and what they gave. Kept from frame to frame for its memory.
+struct EncounterBatch {
+    std::vector<ContactPoint> points;
+    std::vector<std::uint32_t> faces;
+    ClipScratch scratch;
+    QueryWork work;
+    std::vector<QueryWork> each;
+};
+
+struct NarrowOptions {
+    Vec3d gravity = Vec3d::Zero();
+    double seconds = 0, slop = 0;
+    std::uint64_t maxTestsPerEncounter = 0;
+    Workers* workers = nullptr;
+};
+
+class NarrowPhase {
+public:
+    /// Forgets the frame before.
+    void begin(const FrameBodies& frame, const NarrowOptions& options);
+    /// May be called more than once in a frame; batches stay until the next begin(). Encounters whose work was
+    /// exhausted are not `known`.
+    void find(std::span<FrameEncounter> encounters, QueryWork& work);
+
+    [[nodiscard]] std::span<const ContactPoint> pointsOf(const FrameEncounter& e) const {
+        return std::span(batches_[e.batch].points).subspan(e.firstPoint, e.points);
+    }
+    [[nodiscard]] std::span<const std::uint32_t> facesOf(const FrameEncounter& e) const {
+        return std::span(batches_[e.batch].faces).subspan(e.firstFace, e.faces);
+    }
+    [[nodiscard]] const PlacedSolid& solid(std::uint32_t part) const { return solids_[part]; }
+    /// The length that rests in each other: slop of the smaller of two bodies.
+    [[nodiscard]] double slopOf(const FrameBody& a, const FrameBody& b) const {
+        return options_.slop * std::min(a.size, b.size);
+    }
+
+private:
+    void placeSolids(std::span<const FrameEncounter> encounters);
+    void look(FrameEncounter& encounter, EncounterBatch& batch, QueryWork& work) const;
+    bool solidWithFaces(std::uint32_t solidPart, std::uint32_t facePart, FrameEncounter& encounter, double margin,
+                        double fine, EncounterBatch& batch, QueryWork& work) const;
+    [[nodiscard]] Vec3d approach(const FramePart& a, const FramePart& b) const;
+
+    const FrameBodies* frame_ = nullptr;
+    NarrowOptions options_;
+    std::vector<EncounterBatch> batches_;
+    std::size_t usedBatches_ = 0;
+    std::vector<PlacedSolid> solids_;  ///< by part
+    std::vector<Vec3d> corners_;
+    std::vector<PlacedSide> sides_;
+    std::vector<PlacedEdge> edges_;
+    std::array<std::size_t, 3> used_{};
+};
+
+}  // namespace tessera::dynamics

@@ -1,0 +1,595 @@
+#include "server/collision/dynamics/RigidBodyStage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "common/base/Workers.h"
+#include "server/collision/dynamics/ContactMemory.h"
+#include "server/collision/dynamics/ContactSolver.h"
+#include "server/collision/dynamics/FrameBodies.h"
+#include "server/collision/dynamics/Islands.h"
+#include "server/collision/dynamics/NarrowPhase.h"
+#include "server/collision/dynamics/Sleepers.h"
+
+namespace tessera {
+
+using namespace dynamics;
+
+namespace {
+
+constexpr int kPassesPerSubstep = 2;
+/// Of its size: what reach() adds to the motion that is foreseen, for what other bodies do to one within a frame.
+constexpr double kUnforeseen = 0.05;
+/// Approaches slower than what gravity gives in so many frames do not bounce: they are resting.
+constexpr double kRestingFrames = 3;
+/// A body is calm below the speed that gravity gives in so much of a frame, and moves less than so much of its size in
+/// a second.
+constexpr double kCalmFrames = 0.3, kCalmSizes = 1.0;
+/// Sizes per second at which overlap is undone, at most.
+constexpr double kPushSizes = 3;
+constexpr double kSameContact = 0.05;  ///< of the smaller body's size: a point that moved less is the same
+constexpr double kStickFriction = 1e6;
+constexpr std::size_t kPointsPerTask = 256;
+
+std::uint64_t keyOf(const FrameEncounter& e) {
+    return std::uint64_t{e.partA} << 32 | e.partB;
+}
+bool before(const FrameEncounter& x, const FrameEncounter& y) {
+    return keyOf(x) < keyOf(y);
+}
+/// Of two encounters of one pair with different laws the first in the order of laws counts, whoever was passed first.
+bool lawBefore(const FrameEncounter& x, const FrameEncounter& y) {
+    return keyOf(x) != keyOf(y) ? before(x, y) : x.law < y.law;
+}
+bool samePair(const FrameEncounter& x, const FrameEncounter& y) {
+    return keyOf(x) == keyOf(y);
+}
+
+}  // namespace
+
+struct RigidBodyStage::State {
+    RigidOptions options;
+    Workers* workers = nullptr;
+
+    std::uint64_t frameNumber = 0;
+    ShapeMemory shapes;
+    Sleepers sleepers;
+    ContactMemory memory, next;
+    struct Calm {
+        std::uint64_t body;
+        double seconds;
+    };
+    std::vector<Calm> calm;  ///< ascending; of free bodies that are awake
+    double lastSeconds = 0;
+
+    // Of the frame; kept for their memory.
+    FrameBodies frame;
+    NarrowPhase narrow;
+    std::vector<FrameEncounter> open, idle, looked;
+    struct Remembered {
+        std::uint32_t firstPoint = 0, points = 0;
+        bool fromSleep = false;
+    };
+    std::vector<PointMemory> woken;
+    std::vector<PairMemory> wokenPairs;
+    std::vector<SolverBody> solver;
+    std::vector<SolverPoint> points, sorted;
+    std::vector<std::uint32_t> pointEncounter, order;
+    Vec3d gravity = Vec3d::Zero();
+    double seconds = 0;
+
+    void collect(std::span<const RigidEncounter> encounters);
+    void wake(SleepingGroup group);
+    void look(QueryWork& work, RigidFrame& out);
+    void recallHints(std::vector<FrameEncounter>& encounters);
+    bool presses(const FrameEncounter& e, const FrameBody& awake) const;
+    void makePoints();
+    void solve();
+    void finish(RigidFrame& out);
+    void guard(std::vector<double>& share);
+    void remember();
+    void sleep(RigidFrame& out);
+    [[nodiscard]] bool active(const FrameEncounter& e) const;
+    [[nodiscard]] FrameBody& bodyOf(std::uint32_t part) { return frame.bodies[frame.parts[part].body]; }
+    [[nodiscard]] const FrameBody& bodyOf(std::uint32_t part) const { return frame.bodies[frame.parts[part].body]; }
+    [[nodiscard]] std::span<const PointMemory> remembered(const FrameEncounter& e) const;
+};
+
+RigidBodyStage::RigidBodyStage(RigidOptions options, Workers* workers) : state_(std::make_unique<State>()) {
+    state_->options = options;
+    state_->options.iterations = std::clamp(options.iterations, 1, 1000);
+    state_->workers = workers;
+}
+RigidBodyStage::~RigidBodyStage() = default;
+RigidBodyStage::RigidBodyStage(RigidBodyStage&&) noexcept = default;
+RigidBodyStage& RigidBodyStage::operator=(RigidBodyStage&&) noexcept = default;
+
+double RigidBodyStage::reach(const RigidBody& body, double size, const Vec3d& gravity, double seconds) {
+    const auto finite = [](double x, double most) { return std::isfinite(x) ? std::min(x, most) : 0.0; };
+    const double speed = finite(body.velocity.norm(), kMostSpeed), turn = finite(body.spin.norm() * seconds, 2.0);
+    const double fall = body.mass > 0 ? 2 * finite(gravity.norm(), kMostSpeed) * seconds * seconds : 0;
+    return speed * seconds + fall + (turn + kUnforeseen) * size;
+}
+
+bool RigidBodyStage::asleep(std::uint64_t body) const {
+    return state_->sleepers.asleep(body);
+}
+
+std::span<const std::uint64_t> RigidBodyStage::supports() const {
+    return state_->sleepers.supports();
+}
+
+RigidFrame RigidBodyStage::advance(std::span<const RigidBody> bodies, std::span<const RigidPart> parts,
+                                   std::span<const RigidEncounter> encounters, const Vec3d& gravity, double seconds,
+                                   QueryWork& work) {
+    State& s = *state_;
+    RigidFrame out;
+    out.motions.resize(bodies.size());
+    if (!std::isfinite(seconds) || seconds <= 0) {
+        for (std::size_t i = 0; i < bodies.size(); ++i)
+            if (bodies[i].velocity.allFinite() && bodies[i].spin.allFinite())
+                out.motions[i] = {{}, bodies[i].velocity, bodies[i].spin, asleep(bodies[i].id)};
+        return out;
+    }
+    ++s.frameNumber;
+    s.gravity = gravity.allFinite() ? gravity : Vec3d(Vec3d::Zero());
+    s.seconds = seconds;
+    s.frame.gather(bodies, parts, s.gravity, seconds, s.shapes, s.frameNumber);
+    s.shapes.forget(s.frameNumber);
+    s.open.clear();
+    s.woken.clear();
+    s.wokenPairs.clear();
+    for (FrameBody& body : s.frame.bodies) body.asleep = s.sleepers.asleep(body.given->id);
+    for (SleepingGroup& group : s.sleepers.takeDisturbed(s.frame, s.gravity)) s.wake(std::move(group));
+    s.collect(encounters);
+    s.narrow.begin(s.frame, {s.gravity, seconds, s.options.slop, s.options.maxTestsPerEncounter, s.workers});
+    s.look(work, out);
+    s.makePoints();
+    s.solve();
+    s.finish(out);
+    s.remember();
+    s.sleep(out);
+    s.lastSeconds = seconds;
+    out.contactPoints = s.points.size();
+    return out;
+}
+
+void RigidBodyStage::State::wake(SleepingGroup group) {
+    for (const std::uint64_t id : group.bodies)
+        if (const std::uint32_t rank = frame.findBody(id); rank != kNobody) frame.bodies[rank].asleep = false;
+    const auto shift = static_cast<std::uint32_t>(woken.size());
+    woken.insert(woken.end(), group.points.begin(), group.points.end());
+    for (SleepingGroup::Pair& pair : group.pairs) {
+        const std::uint32_t a = frame.findPart(pair.partA), b = frame.findPart(pair.partB);
+        if (a == kNobody || b == kNobody || frame.parts[a].body == kNobody || frame.parts[b].body == kNobody) continue;
+        FrameEncounter e;
+        e.partA = a;
+        e.partB = b;
+        e.law = pair.law;
+        e.memory = pair.memory.memory;
+        open.push_back(e);
+        pair.memory.firstPoint += shift;
+        pair.memory.partA = pair.partA;
+        pair.memory.partB = pair.partB;
+        wokenPairs.push_back(pair.memory);
+    }
+}
+
+void RigidBodyStage::State::collect(std::span<const RigidEncounter> encounters) {
+    for (const RigidEncounter& from : encounters) {
+        if (from.partA >= frame.partRank.size() || from.partB >= frame.partRank.size()) continue;
+        FrameEncounter e;
+        e.partA = frame.partRank[from.partA];
+        e.partB = frame.partRank[from.partB];
+        if (e.partA > e.partB) std::swap(e.partA, e.partB);
+        e.law = from.law;
+        const std::uint32_t a = frame.parts[e.partA].body, b = frame.parts[e.partB].body;
+        if (a == kNobody || b == kNobody || a == b || !(frame.bodies[a].free || frame.bodies[b].free)) continue;
+        open.push_back(e);
+    }
+}
+
+bool RigidBodyStage::State::active(const FrameEncounter& e) const {
+    const auto acts = [](const FrameBody& b) { return (b.free && !b.asleep) || b.moving; };
+    return acts(bodyOf(e.partA)) || acts(bodyOf(e.partB));
+}
+
+std::span<const PointMemory> RigidBodyStage::State::remembered(const FrameEncounter& e) const {
+    const std::pair<std::uint64_t, std::uint64_t> key{frame.parts[e.partA].given->id, frame.parts[e.partB].given->id};
+    const auto less = [](const PairMemory& p, const std::pair<std::uint64_t, std::uint64_t>& k) {
+        return std::pair(p.partA, p.partB) < k;
+    };
+    const auto at = std::lower_bound(memory.pairs.begin(), memory.pairs.end(), key, less);
+    if (at != memory.pairs.end() && at->partA == key.first && at->partB == key.second) return memory.pointsOf(*at);
+    const auto old = std::lower_bound(wokenPairs.begin(), wokenPairs.end(), key, less);
+    if (old != wokenPairs.end() && old->partA == key.first && old->partB == key.second)
+        return std::span(woken).subspan(old->firstPoint, old->points);
+    return {};
+}
+
+/// Both ascend: one walk through both.
+void RigidBodyStage::State::recallHints(std::vector<FrameEncounter>& encounters) {
+    auto at = memory.pairs.begin();
+    for (FrameEncounter& e : encounters) {
+        const std::pair key{frame.parts[e.partA].given->id, frame.parts[e.partB].given->id};
+        while (at != memory.pairs.end() && std::pair(at->partA, at->partB) < key) ++at;
+        if (at != memory.pairs.end() && std::pair(at->partA, at->partB) == key) e.memory = at->memory;
+    }
+}
+
+bool RigidBodyStage::State::presses(const FrameEncounter& e, const FrameBody& awake) const {
+    const FrameBody &a = bodyOf(e.partA), &b = bodyOf(e.partB);
+    for (const ContactPoint& p : narrow.pointsOf(e)) {
+        const Vec3d at = awake.velocity + awake.spin.cross(p.position - awake.mass.centre) +
+                         (awake.free ? Vec3d(seconds * gravity) : Vec3d(Vec3d::Zero()));
+        const double parting = (&awake == &a ? -1 : 1) * p.normal.dot(at);
+        if (p.gap <= 0.5 * narrow.slopOf(a, b) && (awake.free || parting < 0)) return true;
+        if (p.gap + seconds * parting < 0) return true;
+    }
+    return false;
+}
+
+/// Finds contacts; what is awake wakes what it touches, whose contacts are then wanted too, and so on.
+void RigidBodyStage::State::look(QueryWork& work, RigidFrame& out) {
+    looked.clear();
+    idle.clear();
+    while (true) {
+        std::sort(open.begin(), open.end(), lawBefore);
+        open.erase(std::unique(open.begin(), open.end(), samePair), open.end());
+        std::erase_if(open, [&](const FrameEncounter& e) {
+            if (std::binary_search(looked.begin(), looked.end(), e, before)) return true;
+            if (active(e)) return false;
+            idle.push_back(e);
+            return true;
+        });
+        if (open.empty()) break;
+        recallHints(open);
+        narrow.find(open, work);
+        std::vector<std::uint64_t> toWake;
+        for (const FrameEncounter& e : open) {
+            FrameBody &a = bodyOf(e.partA), &b = bodyOf(e.partB);
+            if (!e.known) {
+                if (a.free) a.frozen = true;
+                if (b.free) b.frozen = true;
+                out.notLookedAt.push_back({frame.parts[e.partA].body == kNobody ? 0 : e.partA, e.partB, e.law});
+            } else if (a.asleep != b.asleep && presses(e, a.asleep ? b : a)) {
+                toWake.push_back((a.asleep ? a : b).given->id);
+            }
+        }
+        const auto middle = static_cast<std::ptrdiff_t>(looked.size());
+        looked.insert(looked.end(), open.begin(), open.end());
+        std::inplace_merge(looked.begin(), looked.begin() + middle, looked.end(), before);
+        open.clear();
+        for (const std::uint64_t id : toWake)
+            if (sleepers.asleep(id)) wake(sleepers.take(id));
+        std::erase_if(idle, [&](const FrameEncounter& e) {
+            if (!active(e)) return false;
+            open.push_back(e);
+            return true;
+        });
+    }
+    std::sort(wokenPairs.begin(), wokenPairs.end(), [](const PairMemory& x, const PairMemory& y) {
+        return std::pair(x.partA, x.partB) < std::pair(y.partA, y.partB);
+    });
+    // Ranks to what was passed.
+    std::vector<std::uint32_t> index(frame.partRank.size());
+    for (std::uint32_t i = 0; i < frame.partRank.size(); ++i) index[frame.partRank[i]] = i;
+    for (RigidEncounter& e : out.notLookedAt) e = {index[e.partA], index[e.partB], e.law};
+}
+
+void RigidBodyStage::State::makePoints() {
+    solver.assign(frame.bodies.size(), {});
+    for (std::size_t i = 0; i < solver.size(); ++i) {
+        const FrameBody& body = frame.bodies[i];
+        SolverBody& to = solver[i];
+        if (!body.usable || body.asleep || body.frozen) continue;
+        to.velocity = body.velocity;
+        to.spin = body.spin;
+        if (!body.free) continue;
+        to.inverseMass = 1 / body.mass.mass;
+        to.inverseInertia = body.mass.inverseInertia;
+    }
+    points.clear();
+    pointEncounter.clear();
+    for (std::uint32_t i = 0; i < looked.size(); ++i) {
+        const FrameEncounter& e = looked[i];
+        const std::uint32_t rankA = frame.parts[e.partA].body, rankB = frame.parts[e.partB].body;
+        const FrameBody &a = frame.bodies[rankA], &b = frame.bodies[rankB];
+        if (!e.known || e.points == 0 || (solver[rankA].inverseMass == 0 && solver[rankB].inverseMass == 0)) continue;
+        const std::span<const PointMemory> old = remembered(e);
+        const double size = std::min(a.size, b.size), slop = narrow.slopOf(a, b);
+        const double scale = lastSeconds > 0 ? seconds / lastSeconds : 0;
+        for (const ContactPoint& from : narrow.pointsOf(e)) {
+            SolverPoint p;
+            p.bodyA = rankA;
+            p.bodyB = rankB;
+            setNormal(p, from.normal);
+            p.armA = from.position - a.mass.centre;
+            p.armB = from.position - b.mass.centre;
+            p.gap = from.gap + slop;
+            p.hard = solver[rankA].inverseMass == 0 || solver[rankB].inverseMass == 0;
+            p.push = kPushSizes * size;
+            if (e.law == ContactLaw::kBounce) {
+                p.friction = std::sqrt(a.friction * b.friction);
+                p.restitution = std::max(a.restitution, b.restitution);
+            } else if (e.law == ContactLaw::kStick) {
+                p.friction = kStickFriction;
+            }
+            if (const PointMemory* known = recall(old, from.position, from.normal, kSameContact * size)) {
+                p.impulse = scale * known->impulse;
+                for (int k = 0; k < 2; ++k) p.rubbing[k] = scale * known->rubbing.dot(p.tangent[k]);
+            }
+            points.push_back(p);
+            pointEncounter.push_back(i);
+        }
+    }
+}
+
+void RigidBodyStage::State::solve() {
+    Islands islands(solver.size());
+    for (const SolverPoint& p : points)
+        if (solver[p.bodyA].inverseMass > 0 && solver[p.bodyB].inverseMass > 0) islands.join(p.bodyA, p.bodyB);
+    // Islands in the order of their first bodies; points of one in the order of encounters.
+    const auto count = static_cast<std::uint32_t>(solver.size());
+    std::vector<std::uint32_t> island(count, kNobody), firstBody(1, 0), firstPoint(1, 0), bodies;
+    std::uint32_t islandCount = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        if (solver[i].inverseMass == 0) continue;
+        const std::uint32_t root = islands.find(i);
+        if (island[root] == kNobody) {
+            island[root] = islandCount++;
+            firstBody.push_back(0);
+            firstPoint.push_back(0);
+        }
+        island[i] = island[root];
+        ++firstBody[island[i] + 1];
+    }
+    const auto islandOf = [&](const SolverPoint& p) {
+        return island[solver[p.bodyA].inverseMass > 0 ? p.bodyA : p.bodyB];
+    };
+    for (const SolverPoint& p : points) ++firstPoint[islandOf(p) + 1];
+    for (std::uint32_t i = 0; i < islandCount; ++i) {
+        firstBody[i + 1] += firstBody[i];
+        firstPoint[i + 1] += firstPoint[i];
+    }
+    bodies.resize(firstBody.back());
+    order.resize(points.size());
+    sorted.resize(points.size());
+    std::vector<std::uint32_t> nextBody(firstBody.begin(), firstBody.end() - 1),
+        nextPoint(firstPoint.begin(), firstPoint.end() - 1);
+    for (std::uint32_t i = 0; i < count; ++i)
+        if (island[i] != kNobody) bodies[nextBody[island[i]]++] = i;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+        const std::uint32_t at = nextPoint[islandOf(points[i])]++;
+        order[i] = at;
+        sorted[at] = points[i];
+    }
+    std::vector<std::uint32_t> tasks(1, 0);
+    std::size_t load = 0;
+    for (std::uint32_t i = 0; i < islandCount; ++i) {
+        load += firstPoint[i + 1] - firstPoint[i] + firstBody[i + 1] - firstBody[i];
+        if (load >= kPointsPerTask || i + 1 == islandCount) {
+            tasks.push_back(i + 1);
+            load = 0;
+        }
+    }
+    SolverStep step;
+    step.gravity = gravity;
+    step.seconds = seconds;
+    step.substeps = std::max(1, options.iterations / kPassesPerSubstep);
+    step.bounceSpeed = kRestingFrames * gravity.norm() * seconds;
+    const auto task = [&](std::size_t t) {
+        for (std::uint32_t i = tasks[t]; i < tasks[t + 1]; ++i)
+            solveIsland(solver, std::span(bodies).subspan(firstBody[i], firstBody[i + 1] - firstBody[i]),
+                        std::span(sorted).subspan(firstPoint[i], firstPoint[i + 1] - firstPoint[i]), step);
+    };
+    if (workers == nullptr || tasks.size() < 3) {
+        for (std::size_t t = 0; t + 1 < tasks.size(); ++t) task(t);
+    } else {
+        workers->run(tasks.size() - 1, std::cref(task));
+    }
+    for (std::uint32_t i = 0; i < points.size(); ++i) points[i] = sorted[order[i]];
+}
+
+/// Where a body went is only true as far as its surroundings were looked at.
+void RigidBodyStage::State::finish(RigidFrame& out) {
+    std::vector<double> share(solver.size(), 1);
+    for (std::size_t i = 0; i < solver.size(); ++i) {
+        SolverBody& body = solver[i];
+        const FrameBody& from = frame.bodies[i];
+        if (body.inverseMass == 0) continue;
+        if (!body.velocity.allFinite() || !body.spin.allFinite() || !body.moved.allFinite() ||
+            !body.turned.coeffs().allFinite()) {
+            body.velocity = body.spin = body.moved = Vec3d::Zero();
+            body.turned = Quatd::Identity();
+        }
+        const double way = body.moved.norm() + 2 * body.turned.vec().norm() * from.size;
+        if (way > from.reach) share[i] = from.reach / way;
+    }
+    guard(share);
+    for (std::size_t i = 0; i < solver.size(); ++i) {
+        SolverBody& body = solver[i];
+        const FrameBody& from = frame.bodies[i];
+        if (!from.free) continue;
+        RigidMotion& motion = out.motions[from.index];
+        if (from.frozen && from.usable && !from.asleep) {
+            motion.velocity = from.velocity;
+            motion.spin = from.spin;
+        }
+        if (body.inverseMass == 0) continue;
+        if (share[i] < 1) {
+            body.moved *= share[i];
+            body.turned.vec() *= share[i];
+            body.turned.normalize();
+        }
+        motion.velocity = body.velocity;
+        motion.spin = body.spin;
+        motion.world_T_before.linear() = body.turned.toRotationMatrix();
+        motion.world_T_before.translation() =
+            from.mass.centre + body.moved - motion.world_T_before.linear() * from.mass.centre;
+    }
+}
+
+/// The centre of a solid does not pass through a face that was looked at.
+void RigidBodyStage::State::guard(std::vector<double>& share) {
+    const auto placeAfter = [&](std::uint32_t rank, const Vec3d& x) {
+        const SolverBody& body = solver[rank];
+        const FrameBody& from = frame.bodies[rank];
+        if (!from.free) return Vec3d(x + seconds * (body.velocity + body.spin.cross(x - from.mass.centre)));
+        Quatd turned = body.turned;
+        turned.vec() *= share[rank];
+        turned.normalize();
+        return Vec3d(from.mass.centre + share[rank] * body.moved + turned * (x - from.mass.centre));
+    };
+    for (const FrameEncounter& e : looked) {
+        if (!e.known || e.faces == 0) continue;
+        const bool solidIsA = frame.parts[e.partA].surface->solid.has_value();
+        const std::uint32_t solidPart = solidIsA ? e.partA : e.partB, facePart = solidIsA ? e.partB : e.partA;
+        const std::uint32_t rank = frame.parts[solidPart].body, other = frame.parts[facePart].body;
+        if (solver[rank].inverseMass == 0) continue;
+        const Vec3d from = narrow.solid(solidPart).centre;
+        for (int attempt = 0; attempt < 3; ++attempt) {
+            // Seen from the faces: less what they do themselves.
+            const Vec3d end = placeAfter(rank, from);
+            const Vec3d way = end - (placeAfter(other, end) - end) - from;
+            if (way.norm() < e.leastPlane) break;
+            const FramePart& surface = frame.parts[facePart];
+            const TriangleMesh& mesh = surface.given->tree->mesh();
+            double first = 2;
+            Vec3d normal = Vec3d::Zero();
+            for (const std::uint32_t face : narrow.facesOf(e)) {
+                const Vec3d a = surface.given->world * mesh.corner(face, 0),
+                            b = surface.given->world * mesh.corner(face, 1),
+                            c = surface.given->world * mesh.corner(face, 2);
+                Vec3d n = (b - a).cross(c - a);
+                double height = n.dot(from - a), after = n.dot(from + way - a);
+                if (height < 0) {
+                    n = -n;
+                    height = -height;
+                    after = -after;
+                }
+                if (!(after < 0) || !(height > after)) continue;
+                const double t = height / (height - after);
+                const Vec3d at = from + t * way;
+                const auto inside = [&](const Vec3d& p, const Vec3d& q) {
+                    return (q - p).cross(at - p).dot((b - a).cross(c - a)) >= 0;
+                };
+                if (t < first && inside(a, b) && inside(b, c) && inside(c, a)) {
+                    first = t;
+                    normal = n.normalized();
+                }
+            }
+            if (first > 1) break;
+            share[rank] *= attempt < 2 ? 0.9 * first : 0;
+            const double into = normal.dot(solver[rank].velocity);
+            if (into < 0) solver[rank].velocity -= into * normal;
+        }
+    }
+}
+
+void RigidBodyStage::State::remember() {
+    next.clear();
+    std::size_t p = 0;
+    for (std::uint32_t i = 0; i < looked.size(); ++i) {
+        const FrameEncounter& e = looked[i];
+        PairMemory pair{frame.parts[e.partA].given->id, frame.parts[e.partB].given->id, e.memory,
+                        static_cast<std::uint32_t>(next.points.size()), 0};
+        for (; p < points.size() && pointEncounter[p] == i; ++p) {
+            const SolverPoint& from = points[p];
+            const SolverBody &a = solver[from.bodyA], &b = solver[from.bodyB];
+            const Vec3d moved = 0.5 * (a.moved + a.turn * from.armA + b.moved + b.turn * from.armB);
+            next.points.push_back({frame.bodies[from.bodyA].mass.centre + from.armA + moved, from.normal, from.impulse,
+                                   from.rubbing[0] * from.tangent[0] + from.rubbing[1] * from.tangent[1]});
+            ++pair.points;
+        }
+        next.pairs.push_back(pair);
+    }
+    std::swap(memory, next);
+}
+
+void RigidBodyStage::State::sleep(RigidFrame& out) {
+    const std::size_t count = frame.bodies.size();
+    Islands groups(count);
+    std::vector<bool> held(count, false), restless(count, false);
+    for (const SolverPoint& p : points) {
+        if (!(p.most > 0)) continue;
+        const bool freeA = solver[p.bodyA].inverseMass > 0, freeB = solver[p.bodyB].inverseMass > 0;
+        if (freeA && freeB) groups.join(p.bodyA, p.bodyB);
+        held[p.bodyA] = held[p.bodyB] = true;
+        if (frame.bodies[p.bodyA].moving || frame.bodies[p.bodyB].moving) restless[p.bodyA] = restless[p.bodyB] = true;
+        if (frame.bodies[p.bodyA].frozen || frame.bodies[p.bodyB].frozen) restless[p.bodyA] = restless[p.bodyB] = true;
+    }
+    std::vector<Calm> now;
+    std::vector<bool> awake(count, false);  // per representative: somebody in the group is
+    std::size_t old = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const FrameBody& body = frame.bodies[i];
+        if (!body.usable || !body.free || body.asleep) continue;
+        while (old < calm.size() && calm[old].body < body.given->id) ++old;
+        double quiet = old < calm.size() && calm[old].body == body.given->id ? calm[old].seconds : 0;
+        const double limit =
+            std::min(std::max(kCalmFrames * gravity.norm() * seconds, 1e-3 * body.size), kCalmSizes * body.size);
+        const double speed = solver[i].velocity.norm() + 0.5 * body.size * solver[i].spin.norm();
+        const bool still =
+            !body.frozen && !restless[i] && !body.given->disturbed && (held[i] ? speed < limit : speed == 0);
+        quiet = still ? quiet + seconds : 0;
+        now.push_back({body.given->id, quiet});
+        if (quiet < options.secondsToSleep) awake[groups.find(i)] = true;
+    }
+    calm = std::move(now);
+    std::vector<std::uint32_t> slot(count, kNobody);
+    std::vector<SleepingGroup> asleep;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        FrameBody& body = frame.bodies[i];
+        if (!body.usable || !body.free || body.asleep || awake[groups.find(i)]) continue;
+        std::uint32_t& to = slot[groups.find(i)];
+        if (to == kNobody) {
+            to = static_cast<std::uint32_t>(asleep.size());
+            asleep.emplace_back().gravity = gravity;
+        }
+        asleep[to].bodies.push_back(body.given->id);
+        slot[i] = to;
+        out.motions[body.index] = {};
+    }
+    if (!asleep.empty()) {
+        for (std::uint32_t i = 0; i < looked.size(); ++i) {
+            const FrameEncounter& e = looked[i];
+            const PairMemory& pair = memory.pairs[i];
+            if (pair.points == 0) continue;
+            const std::uint32_t a = frame.parts[e.partA].body, b = frame.parts[e.partB].body;
+            for (const std::uint32_t one : {a, b}) {
+                if (!frame.bodies[one].free || slot[one] == kNobody) continue;
+                SleepingGroup& group = asleep[slot[one]];
+                const std::uint32_t other = one == a ? b : a;
+                if (frame.bodies[other].free && one == b && slot[a] == slot[b]) continue;  // once is enough
+                SleepingGroup::Pair kept{pair.partA, pair.partB, e.law, pair};
+                kept.memory.firstPoint = static_cast<std::uint32_t>(group.points.size());
+                const std::span<const PointMemory> from = memory.pointsOf(pair);
+                group.points.insert(group.points.end(), from.begin(), from.end());
+                group.pairs.push_back(kept);
+                if (frame.bodies[other].free) continue;
+                const FramePart& support = frame.parts[one == a ? e.partB : e.partA];
+                group.supports.push_back({support.given->id, support.given->tree, support.given->world});
+            }
+        }
+        for (SleepingGroup& group : asleep) {
+            const auto less = [](const SleepingGroup::Support& x, const SleepingGroup::Support& y) {
+                return x.part < y.part;
+            };
+            std::sort(group.supports.begin(), group.supports.end(), less);
+            group.supports.erase(std::unique(group.supports.begin(), group.supports.end(),
+                                             [](const auto& x, const auto& y) { return x.part == y.part; }),
+                                 group.supports.end());
+            sleepers.add(std::move(group));
+        }
+    }
+    sleepers.listSupports();
+    for (const FrameBody& body : frame.bodies)
+        if (body.usable && body.free && sleepers.asleep(body.given->id)) {
+            out.motions[body.index].asleep = true;
+            ++out.asleep;
+        }
+}
+
+}  // namespace tessera

@@ -1,0 +1,40 @@
+/// What is worked out once per surface and kept: moments, solid shape, neighbours across edges.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+
+#include "server/collision/convex/ConvexHull.h"
+#include "server/collision/dynamics/MassProperties.h"
+#include "server/collision/dynamics/Solid.h"
+#include "server/collision/query/SurfaceTopology.h"
+#include "server/collision/tree/TriangleTree.h"
+
+namespace tessera::dynamics {
+
+struct SurfaceData {
+    VolumeMoments moments;  ///< of what it encloses; of its box where it encloses nothing
+    std::optional<SolidShape> solid;
+    std::unique_ptr<SurfaceTopology> topology;  ///< of surfaces without a hull
+
+    /// Which surface it was made of. Another one may come to live at the same address, and a surface may be deformed.
+    std::size_t vertices = 0, faces = 0;
+    Box bounds;
+    std::uint64_t usedInFrame = 0;
+};
+
+/// Looked up by address, never walked in that order.
+class ShapeMemory {
+public:
+    /// Stays where it is until `forget`.
+    const SurfaceData& of(const TriangleTree& tree, const ConvexHull* hull, std::uint64_t frame);
+    /// Those not asked for since.
+    void forget(std::uint64_t before);
+
+private:
+    std::unordered_map<const TriangleTree*, std::unique_ptr<SurfaceData>> surfaces_;
+};
+
+}  // namespace tessera::dynamics
