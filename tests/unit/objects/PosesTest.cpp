@@ -1,0 +1,220 @@
+/// Where parts are: moves, tentative poses, versions, boxes.
+#include <limits>
+
+#include "common/scene/Action.h"
+#include "server/collision/objects/ConservativeBox.h"
+#include "tests/unit/objects/ObjectScene.h"
+
+namespace tessera {
+namespace {
+
+struct Moving : ObjectScene {
+    Thing carrier = thing(kRootNode, Vec3d(1, 0, 0));
+    Thing load = thing(carrier.node, Vec3d(0, 2, 0));
+    Thing other = thing(kRootNode, Vec3d(9, 9, 9));
+    ObjectId interestId = interest({.object = carrier.node});
+
+    Moving() { (void)handler.takeMoved(); }
+    [[nodiscard]] const Part& of(const Thing& thing) const { return handler.parts()[part(thing.shape)]; }
+    [[nodiscard]] std::vector<std::uint32_t> numbers(std::initializer_list<Thing> things) const {
+        std::vector<std::uint32_t> out;
+        for (const Thing& t : things) out.push_back(part(t.shape));
+        std::sort(out.begin(), out.end());
+        return out;
+    }
+};
+
+TEST(Poses, AMovedTransformMovesWhatIsBelowItAndNothingElse) {
+    Moving scene;
+    const std::uint64_t generation = scene.handler.generation();
+    const std::uint64_t before = scene.of(scene.other).poseVersion, load = scene.of(scene.load).poseVersion;
+    scene.move(scene.carrier.transform, Vec3d(5, 0, 0));
+    EXPECT_EQ(scene.of(scene.load).world.translation(), Vec3d(5, 2, 0));
+    EXPECT_EQ(scene.of(scene.load).worldBox.center(), Vec3d(5, 2, 0));
+    EXPECT_NE(scene.of(scene.load).poseVersion, load);
+    EXPECT_EQ(scene.of(scene.other).poseVersion, before);
+    EXPECT_EQ(scene.handler.takeMoved(), scene.numbers({scene.carrier, scene.load}));
+    EXPECT_TRUE(scene.handler.takeMoved().empty());
+    EXPECT_EQ(scene.handler.generation(), generation);
+}
+
+TEST(Poses, ATransformInTwoPlacesMovesBoth) {
+    Moving scene;
+    const ObjectId twin = scene.node(kRootNode, scene.load.transform);
+    const ObjectId shape = scene.node(twin, scene.load.geometry);
+    EXPECT_EQ(scene.handler.placesOf(scene.load.transform).size(), 2u);
+    scene.move(scene.load.transform, Vec3d(0, 4, 0));
+    EXPECT_EQ(scene.of(scene.load).world.translation(), Vec3d(1, 4, 0));
+    EXPECT_EQ(scene.handler.parts()[scene.part(shape)].world.translation(), Vec3d(0, 4, 0));
+}
+
+TEST(Poses, ATransformBelowItselfIsComposedTwice) {
+    Moving scene;
+    const ObjectId inner = scene.node(scene.carrier.node, scene.carrier.transform);
+    const ObjectId shape = scene.node(inner, scene.load.geometry);
+    scene.move(scene.carrier.transform, Vec3d(3, 0, 0));
+    EXPECT_EQ(scene.handler.parts()[scene.part(shape)].world.translation(), Vec3d(6, 0, 0));
+    Affine3d local = Affine3d::Identity();
+    local.translation() = Vec3d(0, 1, 0);
+    scene.handler.overlay(scene.carrier.transform, local);
+    EXPECT_EQ(scene.handler.parts()[scene.part(shape)].world.translation(), Vec3d(0, 2, 0));
+}
+
+TEST(Poses, WhatConcernsNobodyChangesNothing) {
+    Moving scene;
+    ChangeListBuilder b;
+    const ObjectId material = scene.fresh(), camera = ObjectId(material.value + 1), idle = ObjectId(material.value + 2);
+    b.create(material, typeOf<Material>());
+    b.create(camera, typeOf<Camera>());
+    b.create(idle, typeOf<Geometry>());
+    b.set(scene.carrier.geometry, typeOf<Geometry>(), field::kGeometryMaterial, toValue(material));
+    b.set(scene.carrier.node, typeOf<Node>(), field::kNodeName, toValue(std::string("crane")));
+    b.set(material, typeOf<Material>(), field::kRoughness, toValue(0.5f));
+    b.set(idle, typeOf<Geometry>(), field::kPositions, boxSoup(Vec3d::Ones()).positionBlob());
+    b.set(scene.interestId, typeOf<Interest>(), field::kInterestThreshold, toValue(4.0));
+    b.set(scene.interestId, typeOf<Interest>(), field::kInterestResponse, toValue(Interest::kSlide));
+    const std::uint64_t generation = scene.handler.generation();
+    scene.apply(b);
+    EXPECT_EQ(scene.handler.generation(), generation);
+    EXPECT_TRUE(scene.handler.takeMoved().empty());
+    EXPECT_EQ(scene.handler.interests()[0].threshold, 4);
+    EXPECT_EQ(scene.relation(scene.carrier.shape, scene.other.shape).response, Interest::kSlide);
+}
+
+TEST(Poses, AnOverlayIsTriedAndDropped) {
+    Moving scene;
+    const Affine3d home = scene.of(scene.load).world;
+    Affine3d local = Affine3d::Identity();
+    local.translation() = Vec3d(7, 0, 0);
+    scene.handler.overlay(scene.carrier.transform, local);
+    EXPECT_EQ(scene.of(scene.load).world.translation(), Vec3d(7, 2, 0));
+    EXPECT_EQ(scene.handler.takeMoved(), scene.numbers({scene.carrier, scene.load}));
+    scene.handler.dropOverlay(scene.aspect);
+    EXPECT_EQ(scene.of(scene.load).world.matrix(), home.matrix());
+    EXPECT_EQ(scene.handler.takeMoved(), scene.numbers({scene.carrier, scene.load}));
+    scene.handler.overlay(ObjectId{99999}, local);
+    EXPECT_TRUE(scene.handler.takeMoved().empty()) << "no such transform";
+}
+
+TEST(Poses, AnOverlayThatIsCommittedHasMovedNothing) {
+    Moving scene;
+    const Quatd turned(Eigen::AngleAxisd(0.3, Vec3d(1, 2, 3).normalized()));
+    scene.handler.overlay(scene.carrier.transform, composeTransform(Vec3d(7, 1, 2), turned, Vec3d(1, 2, 1)));
+    const std::uint64_t version = scene.of(scene.load).poseVersion;
+    (void)scene.handler.takeMoved();
+    scene.move(scene.carrier.transform, Vec3d(7, 1, 2), turned, Vec3d(1, 2, 1));
+    EXPECT_EQ(scene.of(scene.load).poseVersion, version);
+    EXPECT_TRUE(scene.handler.takeMoved().empty());
+    scene.handler.dropOverlay(scene.aspect);
+    EXPECT_EQ(scene.of(scene.load).poseVersion, version) << "there is none left";
+}
+
+TEST(Poses, AnOverlayThatIsRefusedIsGoneAfterTheNextList) {
+    Moving scene;
+    const Affine3d home = scene.of(scene.load).world;
+    scene.handler.overlay(scene.carrier.transform, composeTransform(Vec3d(7, 1, 2), Quatd::Identity(), Vec3d::Ones()));
+    scene.move(scene.other.transform, Vec3d(8, 8, 8));
+    EXPECT_EQ(scene.of(scene.load).world.matrix(), home.matrix());
+}
+
+TEST(Poses, VersionsOutliveNewTablesWherePoseAndShapeStay) {
+    Moving scene;
+    scene.handler.overlay(scene.carrier.transform, composeTransform(Vec3d(7, 1, 2), Quatd::Identity(), Vec3d::Ones()));
+    const std::uint64_t carrier = scene.of(scene.carrier).poseVersion, other = scene.of(scene.other).poseVersion;
+    const std::uint64_t generation = scene.handler.generation();
+    // One list with new structure and the accepted pose.
+    ChangeListBuilder b;
+    const ObjectId added = scene.fresh();
+    b.create(added, typeOf<Node>());
+    b.place(added, kRootNode, 0);
+    b.set(scene.carrier.transform, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(7, 1, 2)));
+    scene.apply(b);
+    EXPECT_GT(scene.handler.generation(), generation);
+    EXPECT_EQ(scene.of(scene.carrier).poseVersion, carrier);
+    EXPECT_EQ(scene.of(scene.other).poseVersion, other);
+    scene.handler.update(scene.aspect, nullptr);
+    EXPECT_EQ(scene.of(scene.carrier).poseVersion, carrier);
+    EXPECT_EQ(scene.handler.takeMoved().size(), scene.handler.parts().size()) << "new numbers";
+    scene.set<Geometry>(scene.other.geometry, field::kPositions, boxSoup(Vec3d(2, 2, 2)).positionBlob());
+    EXPECT_NE(scene.of(scene.other).poseVersion, other);
+}
+
+TEST(Poses, NewArraysAreANewShapeAndNoNewTables) {
+    Moving scene;
+    const std::uint64_t generation = scene.handler.generation();
+    scene.set<Geometry>(scene.other.geometry, field::kPositions, boxSoup(Vec3d(2, 4, 6)).positionBlob());
+    EXPECT_NEAR((scene.of(scene.other).worldBox.size() - Vec3d(2, 4, 6)).norm(), 0, 1e-9);
+    EXPECT_EQ(scene.handler.takeMoved(), scene.numbers({scene.other}));
+    const std::vector<std::uint32_t> beyond{0, 1, 99}, ragged{0, 1};
+    for (const auto& bad : {beyond, ragged, std::vector<std::uint32_t>{}}) {
+        scene.set<Geometry>(scene.other.geometry, field::kIndices, Blob::of(std::span<const std::uint32_t>(bad)));
+        EXPECT_FALSE(scene.of(scene.other).solid());
+        EXPECT_EQ(scene.handler.partsSkipped(), 1u);
+    }
+    scene.set<Geometry>(scene.other.geometry, field::kIndices, Blob::absent(BlobId{1, 2}, 36));
+    EXPECT_FALSE(scene.of(scene.other).shape);
+    scene.set<Geometry>(scene.other.geometry, field::kIndices, boxSoup(Vec3d::Ones()).indexBlob());
+    EXPECT_TRUE(scene.of(scene.other).solid());
+    EXPECT_EQ(scene.handler.generation(), generation);
+}
+
+TEST(Poses, FlattenedMirroredAndBoundlessPosesAreTold) {
+    Moving scene;
+    const ObjectId transform = scene.other.transform;
+    scene.move(transform, Vec3d::Zero(), Quatd::Identity(), Vec3d(-2, 1, 1));
+    EXPECT_TRUE(scene.of(scene.other).solid());
+    for (const Vec3d& scale : {Vec3d(0, 1, 1), Vec3d(1e-200, 1, 1), Vec3d(1e60, 1, 1)}) {
+        scene.move(transform, Vec3d::Zero(), Quatd::Identity(), scale);
+        EXPECT_FALSE(scene.of(scene.other).solid()) << scale.transpose();
+    }
+    scene.move(transform, Vec3d::Zero());
+    ASSERT_TRUE(scene.of(scene.other).solid());
+    Affine3d nowhere = Affine3d::Identity();
+    nowhere.translation().x() = std::numeric_limits<double>::quiet_NaN();
+    scene.handler.overlay(transform, nowhere);
+    EXPECT_FALSE(scene.of(scene.other).solid());
+    const std::uint64_t version = scene.of(scene.other).poseVersion;
+    scene.handler.overlay(transform, nowhere);
+    EXPECT_EQ(scene.of(scene.other).poseVersion, version) << "the same nowhere";
+    scene.handler.dropOverlay(scene.aspect);
+    EXPECT_TRUE(scene.of(scene.other).solid());
+}
+
+TEST(Poses, HiddenNodesAreNotThere) {
+    Moving scene;
+    const ObjectId choice = scene.switchCore(Switch::kAll);
+    const ObjectId group = scene.node(kRootNode, choice);
+    scene.place(scene.other.node, group);
+    EXPECT_TRUE(scene.takesPart(scene.other.shape));
+    for (const std::int64_t hides : {Switch::kNone, std::int64_t{1}, std::int64_t{7}}) {
+        scene.set<Switch>(choice, field::kChoice, hides);
+        EXPECT_FALSE(scene.takesPart(scene.other.shape)) << hides;
+        EXPECT_TRUE(scene.handler.placesOf(scene.other.transform).empty());
+    }
+    scene.set<Switch>(choice, field::kChoice, std::int64_t{0});
+    EXPECT_TRUE(scene.takesPart(scene.other.shape));
+    scene.place(scene.other.node, ObjectId{});
+    EXPECT_FALSE(scene.takesPart(scene.other.shape));
+    scene.place(scene.other.node, scene.load.node);
+    EXPECT_EQ(scene.of(scene.other).world.translation(), Vec3d(10, 11, 9)) << "with its parent";
+}
+
+TEST(Poses, BoxAroundHoldsEveryVertexAsRoundingPutsIt) {
+    std::srand(1);
+    for (int round = 0; round < 2000; ++round) {
+        Affine3d m = Affine3d::Identity();
+        m.matrix().topRows<3>() = Eigen::Matrix<double, 3, 4>::Random() * std::pow(10.0, round % 13 - 6);
+        Box box;
+        for (int i = 0; i < 2; ++i) box.extend(Vec3d(Vec3d::Random() * std::pow(10.0, round % 7 - 3)));
+        const Box around = boxAround(m, box);
+        for (int corner = 0; corner < 8; ++corner)
+            EXPECT_TRUE(around.contains(m * Vec3d(corner & 1 ? box.lower.x() : box.upper.x(),
+                                                  corner & 2 ? box.lower.y() : box.upper.y(),
+                                                  corner & 4 ? box.lower.z() : box.upper.z())))
+                << "round " << round;
+    }
+    EXPECT_TRUE(boxAround(Affine3d::Identity(), Box{}).empty());
+}
+
+}  // namespace
+}  // namespace tessera

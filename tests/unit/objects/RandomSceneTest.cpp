@@ -1,0 +1,293 @@
+/// After any history the handler is what a new one would be, and says what the rules say.
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <string>
+
+#include "common/scene/Action.h"
+
+#include "tests/unit/objects/NaiveRules.h"
+#include "tests/unit/objects/RandomScene.h"
+
+namespace tessera {
+namespace {
+
+constexpr HandlerLimits kLimits{.maxInterests = 6};
+
+bool sameBits(const Affine3d& a, const Affine3d& b) {
+    return std::memcmp(a.data(), b.data(), 16 * sizeof(double)) == 0;
+}
+bool sameBox(const Box& a, const Box& b) {
+    return a.lower == b.lower && a.upper == b.upper;
+}
+
+bool sameShape(const CollisionShape* a, const CollisionShape* b) {
+    if (!a || !b) return a == b;
+    const TriangleMesh& x = a->tree.mesh();
+    const TriangleMesh& y = b->tree.mesh();
+    return a->hull.has_value() == b->hull.has_value() && x.vertexCount() == y.vertexCount() &&
+           std::equal(x.positions().begin(), x.positions().end(), y.positions().begin()) &&
+           std::equal(x.indices().begin(), x.indices().end(), y.indices().begin(), y.indices().end());
+}
+
+bool operator==(const InterestTerms& a, const InterestTerms& b) {
+    return a.core == b.core && a.response == b.response && a.mode == b.mode && a.detail == b.detail &&
+           a.threshold == b.threshold && a.show == b.show && a.patience == b.patience;
+}
+bool sameBody(const Body& a, const Body& b) {
+    return a.node == b.node && a.core == b.core && a.place == b.place && a.kind == b.kind && a.layers == b.layers &&
+           a.mass == b.mass && a.restitution == b.restitution && a.friction == b.friction && a.velocity == b.velocity &&
+           a.spin == b.spin && a.transform == b.transform && a.parts == b.parts;
+}
+bool sameRelation(const Relation& a, const Relation& b) {
+    return a.relevant == b.relevant && a.firstIsObject == b.firstIsObject && a.response == b.response &&
+           a.contacts == b.contacts && a.dynamic == b.dynamic && a.distance == b.distance && a.detail == b.detail &&
+           a.threshold == b.threshold &&
+           std::equal(a.interests.begin(), a.interests.end(), b.interests.begin(), b.interests.end());
+}
+
+/// All that can be asked.
+void expectSame(const Aspect& aspect, const ObjectHandler& a, const ObjectHandler& b) {
+    ASSERT_EQ(a.places().size(), b.places().size());
+    for (std::uint32_t i = 0; i < a.places().size(); ++i) {
+        const Place &p = a.places()[i], &q = b.places()[i];
+        ASSERT_TRUE(p.parent == q.parent && p.end == q.end && p.transform == q.transform) << "place " << i;
+        ASSERT_TRUE(sameBits(p.local, q.local) && sameBits(p.world, q.world)) << "place " << i;
+        ASSERT_EQ(a.partsBelow(i), b.partsBelow(i));
+        if (p.transform) {
+            const auto here = a.placesOf(p.transform), there = b.placesOf(p.transform);
+            ASSERT_TRUE(std::equal(here.begin(), here.end(), there.begin(), there.end()));
+            ASSERT_NE(std::find(here.begin(), here.end(), i), here.end());
+        }
+    }
+    ASSERT_EQ(a.parts().size(), b.parts().size());
+    for (std::uint32_t i = 0; i < a.parts().size(); ++i) {
+        const Part &p = a.parts()[i], &q = b.parts()[i];
+        ASSERT_TRUE(p.node == q.node && p.place == q.place && p.body == q.body) << "part " << i;
+        ASSERT_TRUE(sameBits(p.world, q.world)) << "part " << i;
+        ASSERT_TRUE(sameShape(p.shape.get(), q.shape.get())) << "part " << i << ", node #" << p.node.value;
+        ASSERT_TRUE(sameBox(p.worldBox, q.worldBox)) << "part " << i;
+    }
+    ASSERT_EQ(a.bodies().size(), b.bodies().size());
+    for (std::size_t i = 0; i < a.bodies().size(); ++i)
+        ASSERT_TRUE(sameBody(a.bodies()[i], b.bodies()[i])) << "body " << i;
+    ASSERT_EQ(a.interests().size(), b.interests().size());
+    for (std::size_t i = 0; i < a.interests().size(); ++i) ASSERT_TRUE(a.interests()[i] == b.interests()[i]);
+    for (std::uint32_t i = 0; i < a.parts().size(); ++i)
+        for (std::uint32_t j = 0; j < a.parts().size(); ++j)
+            ASSERT_TRUE(sameRelation(a.relation(i, j), b.relation(i, j))) << i << ", " << j;
+    for (const ObjectId id : aspect.ids()) ASSERT_EQ(a.freeBodyOf(id), b.freeBodyOf(id)) << "#" << id.value;
+    EXPECT_EQ(a.gravity(), b.gravity());
+    EXPECT_EQ(a.partsSkipped(), b.partsSkipped());
+    EXPECT_EQ(a.interestsLeftOut(), b.interestsLeftOut());
+    EXPECT_EQ(a.interactions().groupOf, b.interactions().groupOf);
+    EXPECT_EQ(a.interactions().interacts, b.interactions().interacts);
+    EXPECT_EQ(a.interactions().active, b.interactions().active);
+}
+
+/// Counts what the histories brought about, so that a test which sees nothing fails.
+struct Sightings {
+    std::size_t relations = 0, irrelevant = 0, reversed = 0, severalInterests = 0, free = 0, divided = 0, left = 0,
+                deformations = 0, keptVersions = 0, lists = 0, sameTables = 0;
+};
+
+bool rigidButForScale(const Affine3d& m) {
+    const Mat3d l = m.linear();
+    const double s = l.col(0).norm();
+    return s > 0 && l.determinant() > 0 && std::abs(l.col(1).norm() - s) < 1e-8 * s &&
+           std::abs(l.col(2).norm() - s) < 1e-8 * s && std::abs(l.col(0).dot(l.col(1))) < 1e-8 * s * s &&
+           std::abs(l.col(0).dot(l.col(2))) < 1e-8 * s * s && std::abs(l.col(1).dot(l.col(2))) < 1e-8 * s * s;
+}
+
+void expectRules(const Aspect& aspect, const ObjectHandler& handler, Sightings& seen) {
+    const NaiveRules rules(aspect, kLimits.maxInterests);
+    std::vector<ObjectId> takePart;
+    for (const ObjectId id : rules.visible())
+        if (rules.takesPart(id)) takePart.push_back(id);
+    ASSERT_EQ(handler.places().size(), rules.visible().size());
+    ASSERT_EQ(handler.parts().size(), takePart.size());
+    ASSERT_EQ(handler.interestsLeftOut(), rules.leftOut);
+    seen.left += rules.leftOut;
+    ASSERT_EQ(handler.interests().size(), rules.interests().size());
+    for (std::size_t i = 0; i < takePart.size(); ++i) {
+        const Part& part = handler.parts()[i];
+        ASSERT_EQ(part.node, takePart[i]);
+        const Body& body = handler.bodies()[part.body];
+        ASSERT_EQ((NaiveRules::BodyName{body.node, body.core}), rules.bodyOf(part.node)) << "#" << part.node.value;
+        ASSERT_EQ(body.layers, rules.layersOf(part.node));
+        if (body.core && body.node != aspect.get<CollisionObject>(body.core)->node) ++seen.divided;
+        if (!part.solid()) continue;
+        const TriangleMesh& mesh = part.shape->tree.mesh();
+        for (const std::uint32_t vertex : mesh.indices())
+            ASSERT_TRUE(part.worldBox.contains(part.world * mesh.positions()[vertex])) << "#" << part.node.value;
+    }
+    for (std::uint32_t i = 0; i < takePart.size(); ++i)
+        for (std::uint32_t j = i + 1; j < takePart.size(); ++j) {
+            const NaiveRules::Answer right = rules.relation(takePart[i], takePart[j]);
+            const Relation relation = handler.relation(i, j);
+            const std::string pair =
+                "#" + std::to_string(takePart[i].value) + ", #" + std::to_string(takePart[j].value);
+            ASSERT_EQ(relation.relevant, right.relevant) << pair;
+            ASSERT_EQ(relation.firstIsObject, right.firstIsObject) << pair;
+            ASSERT_EQ(relation.response, right.response) << pair;
+            ASSERT_EQ(relation.contacts, right.contacts) << pair;
+            ASSERT_EQ(relation.dynamic, right.dynamic) << pair;
+            ASSERT_EQ(relation.distance, right.distance) << pair;
+            ASSERT_EQ(relation.threshold, right.threshold) << pair;
+            std::vector<ObjectId> interests;
+            for (const std::uint32_t k : relation.interests) interests.push_back(handler.interests()[k].core);
+            ASSERT_EQ(interests, right.interests) << pair;
+            const InteractionTable& table = handler.interactions();
+            if (right.relevant) {
+                ASSERT_TRUE(table.relevant(i, j) && table.relevant(j, i)) << pair;
+                ASSERT_TRUE(table.activeItem(i) || table.activeItem(j)) << pair;
+            } else if (handler.parts()[i].body != handler.parts()[j].body) {
+                ASSERT_FALSE(table.relevant(i, j)) << pair;
+                ++seen.irrelevant;
+            }
+            seen.relations += right.relevant;
+            seen.reversed += !right.firstIsObject;
+            seen.severalInterests += right.interests.size() > 1;
+        }
+    // Free bodies, each condition for itself.
+    std::map<ObjectId, std::vector<ObjectId>> bearers;
+    for (const ObjectId id : rules.visible()) bearers[aspect.get<Node>(id)->core].push_back(id);
+    for (const Body& body : handler.bodies()) {
+        const auto isFree = [&](const Body& b, auto&& self) -> bool {
+            if (!b.core) return false;
+            const CollisionObject& core = *aspect.get<CollisionObject>(b.core);
+            const Node& node = *aspect.get<Node>(b.node);
+            if (!(core.mass > 0) || core.kind != CollisionObject::kRigid || core.division != CollisionObject::kWhole ||
+                !aspect.coreOf<Transform>(node) || bearers[node.core].size() != 1)
+                return false;
+            if (node.parent && !rigidButForScale(worldTransform(aspect, node.parent))) return false;
+            if (std::none_of(b.parts.begin(), b.parts.end(), [&](auto p) { return handler.parts()[p].solid(); }))
+                return false;
+            return std::none_of(handler.bodies().begin(), handler.bodies().end(), [&](const Body& other) {
+                return other.node != b.node && rules.atOrBelow(b.node, other.node) && self(other, self);
+            });
+        };
+        ASSERT_EQ(body.free(), isFree(body, isFree)) << "#" << body.node.value;
+        seen.free += body.free();
+    }
+}
+
+struct Remembered {
+    std::uint64_t version = 0;
+    Affine3d world = Affine3d::Identity();
+    std::shared_ptr<const CollisionShape> shape;
+    Vec3d extent = Vec3d::Zero();  // of a shape that may deform in place
+};
+using Memory = std::map<ObjectId, Remembered>;
+
+Memory remember(const ObjectHandler& handler) {
+    Memory memory;
+    for (const Part& p : handler.parts())
+        memory[p.node] = {p.poseVersion, p.world, p.shape,
+                          p.shape ? p.shape->tree.mesh().bounds().size() : Vec3d::Zero()};
+    return memory;
+}
+
+/// Versions tell poses apart, and stay where pose and shape do. `again`: they may have gone and come back.
+void expectVersions(const Memory& before, const Memory& now, bool again, Sightings& seen) {
+    for (const auto& [node, part] : now) {
+        const auto old = before.find(node);
+        if (old == before.end()) continue;
+        const bool same = sameBits(part.world, old->second.world) && part.shape == old->second.shape &&
+                          part.extent == old->second.extent;
+        if (!same) {
+            ASSERT_NE(part.version, old->second.version) << "#" << node.value;
+        } else if (!again) {
+            ASSERT_EQ(part.version, old->second.version) << "#" << node.value;
+            ++seen.keptVersions;
+        }
+    }
+}
+
+void runHistory(std::uint32_t seed, int lists, Sightings& seen) {
+    RandomScene scene(seed);
+    auto shapes = std::make_shared<ShapeCache>();
+    ObjectHandler handler(shapes, kLimits);
+    handler.update(scene.aspect, nullptr);
+    Memory memory = remember(handler);
+    for (int step = 0; step < lists; ++step) {
+        SCOPED_TRACE("list " + std::to_string(step));
+        // Tentative poses, which the next list commits in part, refuses in part.
+        std::uint64_t generation = handler.generation();
+        (void)handler.takeMoved();
+        for (std::uint32_t k = scene.below(4); k > 0; --k) {
+            const ObjectId id = scene.some(typeOf<Transform>());
+            if (!id) break;
+            const Transform t = scene.someTransform();
+            handler.overlay(id, composeTransform(t.translation, t.rotation, t.scale));
+        }
+        if (scene.below(2) == 0) handler.dropOverlay(scene.aspect);
+        Memory tried = remember(handler);
+        expectVersions(memory, tried, true, seen);
+        std::vector<std::uint32_t> moved = handler.takeMoved();
+        for (std::uint32_t i = 0; i < handler.parts().size(); ++i) {
+            const ObjectId node = handler.parts()[i].node;
+            ASSERT_EQ(std::binary_search(moved.begin(), moved.end(), i), tried[node].version != memory[node].version);
+        }
+        if (testing::Test::HasFatalFailure()) return;
+
+        const std::shared_ptr<const ChangeList> list = scene.next();
+        if (!list) {
+            memory = std::move(tried);
+            continue;
+        }
+        ++seen.lists;
+        const bool jump = scene.below(20) == 0;
+        handler.update(scene.aspect, jump ? nullptr : list.get());
+        Memory now = remember(handler);
+        expectVersions(tried, now, false, seen);
+        if (handler.generation() == generation) {
+            ++seen.sameTables;
+            moved = handler.takeMoved();
+            for (std::uint32_t i = 0; i < handler.parts().size(); ++i) {
+                const ObjectId node = handler.parts()[i].node;
+                ASSERT_EQ(std::binary_search(moved.begin(), moved.end(), i), now[node].version != tried[node].version);
+            }
+        }
+        seen.deformations += handler.deformations().size();
+        handler.settleDeformations();
+        memory = remember(handler);
+        expectVersions(now, memory, true, seen);
+
+        ObjectHandler fresh(shapes, kLimits);
+        fresh.update(scene.aspect, nullptr);
+        expectSame(scene.aspect, handler, fresh);
+        if (testing::Test::HasFatalFailure()) return;
+        expectRules(scene.aspect, handler, seen);
+        if (testing::Test::HasFatalFailure()) return;
+    }
+}
+
+TEST(RandomScenes, AreFollowedAsIfSeenForTheFirstTime) {
+    Sightings seen;
+    std::uint32_t first = 1, last = 60;
+    if (const char* only = std::getenv("TESSERA_OBJECTS_SEED"))
+        first = last = static_cast<std::uint32_t>(std::atoi(only));
+    for (std::uint32_t seed = first; seed <= last; ++seed) {
+        SCOPED_TRACE("TESSERA_OBJECTS_SEED=" + std::to_string(seed));
+        runHistory(seed, 120, seen);
+        if (HasFailure()) return;
+    }
+    if (first == last) return;
+    RecordProperty("lists", static_cast<int>(seen.lists));
+    // A third, or less, of what was there when this was written: that the histories do bring these things about.
+    EXPECT_GT(seen.lists, 3'000u);
+    EXPECT_GT(seen.sameTables, 600u);
+    EXPECT_GT(seen.relations, 40'000u);
+    EXPECT_GT(seen.irrelevant, 40'000u);
+    EXPECT_GT(seen.reversed, 10'000u);
+    EXPECT_GT(seen.severalInterests, 10'000u);
+    EXPECT_GT(seen.free, 1'000u);
+    EXPECT_GT(seen.divided, 1'500u);
+    EXPECT_GT(seen.left, 100u);
+    EXPECT_GT(seen.deformations, 40u);
+    EXPECT_GT(seen.keptVersions, 15'000u);
+}
+
+}  // namespace
+}  // namespace tessera
