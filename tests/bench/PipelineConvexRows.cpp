@@ -217,7 +217,7 @@ void convexRows(const PipelineOptions& options, CollisionTable& table) {
         convexCase({.name = "10k", .atMost = 0.5}, options, table);
         convexCase({.name = "10k, all hulls equal", .hulls = 1}, options, table);
         convexCase({.name = "10k, a tenth moves", .everyNth = 10}, options, table);
-        convexCase({.name = "10k, packed", .spacing = 1.16, .atMost = 0.5}, options, table);
+        convexCase({.name = "10k, packed", .spacing = 1.135, .atMost = 0.5}, options, table);
         convexCase({.name = "10k, dense", .volume = 6}, options, table);
         convexCase({.name = "1k", .bodies = 1'000}, options, table);
     }

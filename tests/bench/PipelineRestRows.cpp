@@ -41,7 +41,7 @@ enum class Standing { kStatic, kAsleep };
 
 class RestScene final : public FrameContender {
 public:
-    RestScene(const BodyFrames& frames, std::size_t standing, Standing kind) {
+    RestScene(const BodyFrames& frames, std::size_t standing, Standing kind, std::int64_t detail) {
         const std::uint32_t ring = scene_.addShape(arraysOf(makeTorus(0.7, 0.25, 40, 20)));
         const std::uint32_t block = scene_.addShape(arraysOf(makeCylinder(0.5, 1, 24)));
         const ObjectId movers = scene_.addGroup(CollisionObject::kRigid, CollisionObject::kTriangles);
@@ -53,7 +53,7 @@ public:
             const Pose pose{place, Quatd::Identity(), Vec3d::Ones()};
             free ? scene_.addFreeBody(others, block, pose, 1) : scene_.addBody(others, block, pose);
         }
-        scene_.addInterest(movers, others, {});
+        scene_.addInterest(movers, others, {.detail = detail});
         scene_.open();
         wishes_ = frames.wishes(scene_);
     }
@@ -69,19 +69,21 @@ public:
     void look(std::size_t) override {
         const StepResult& r = scene_.result();
         contacts += r.contacts.size();
+        touching += scene_.touching().size();
         neighbours += r.counters.neighbours;
         asleep = r.counters.asleep;
         freeBodies = r.counters.freeBodies;
     }
 
-    std::size_t contacts = 0, neighbours = 0, asleep = 0, freeBodies = 0;
+    std::size_t contacts = 0, touching = 0, neighbours = 0, asleep = 0, freeBodies = 0;
 
 private:
     PipelineScene scene_;
     std::vector<std::vector<TentativeTransform>> wishes_;
 };
 
-void restRow(const std::string& what, Standing kind, const PipelineOptions& options, CollisionTable& table) {
+void restRow(const std::string& what, Standing kind, std::int64_t detail, const PipelineOptions& options,
+             CollisionTable& table) {
     const std::size_t frames = options.quick ? 10 : 60;
     // Within the near cube, a little from its sides, where the farther bodies are not met.
     BodyFrames flight = flyingBodies(kMovers, 1, 1, frames, 5);
@@ -89,7 +91,7 @@ void restRow(const std::string& what, Standing kind, const PipelineOptions& opti
     const double innerSide = kSpacing * (kNearSide - 1) - 4;
     for (std::vector<Pose>& poses : flight.poses)
         for (Pose& pose : poses) pose.translation = Vec3d::Constant(2) + innerSide / flightSide * pose.translation;
-    RestScene few(flight, 1'000, kind), many(flight, options.quick ? 3'000 : 10'000, kind);
+    RestScene few(flight, 1'000, kind, detail), many(flight, options.quick ? 3'000 : 10'000, kind, detail);
     if (kind == Standing::kAsleep) {
         few.settle();
         many.settle();
@@ -100,13 +102,15 @@ void restRow(const std::string& what, Standing kind, const PipelineOptions& opti
             fmt::print("  {}: left out, the pipeline knows no free bodies\n", what);
             return;
         }
-        few.contacts = few.neighbours = 0;
+        few.contacts = few.touching = few.neighbours = 0;
     }
     const RaceTimes times = raceFrames(frames, 4 * options.passes, {&many, &few});
-    if (few.contacts != many.contacts)
-        table.complain(fmt::format("{}: {} contacts among few, {} among many", what, few.contacts, many.contacts));
+    if (few.contacts != many.contacts || few.touching != many.touching)
+        table.complain(fmt::format("{}: {} pairs and {} contacts among few, {} and {} among many", what, few.touching,
+                                   few.contacts, many.touching, many.contacts));
     const std::string remark =
-        fmt::format("{:.0f} contacts, {:.0f} neighbours a frame; asleep {} and {}",
+        fmt::format("{:.0f} pairs touch, {:.0f} contacts, {:.0f} neighbours a frame; asleep {} and {}",
+                    static_cast<double>(few.touching) / static_cast<double>(frames),
                     static_cast<double>(few.contacts) / static_cast<double>(frames),
                     static_cast<double>(few.neighbours) / static_cast<double>(frames), many.asleep, few.asleep);
     const auto add = [&](const std::string& name, const RaceTimes& t, bool whole, double atMost) {
@@ -127,8 +131,9 @@ void restRow(const std::string& what, Standing kind, const PipelineOptions& opti
 }  // namespace
 
 void restRows(const PipelineOptions& options, CollisionTable& table) {
-    restRow("static", Standing::kStatic, options, table);
-    restRow("free, asleep", Standing::kAsleep, options, table);
+    restRow("static, yes or no", Standing::kStatic, Interest::kYesOrNo, options, table);
+    restRow("static, contacts", Standing::kStatic, Interest::kAllFaces, options, table);
+    restRow("asleep, yes or no", Standing::kAsleep, Interest::kYesOrNo, options, table);
 }
 
 }  // namespace tessera
