@@ -22,7 +22,7 @@ namespace {
 
 using Model = fcl::BVHModel<fcl::OBBRSSd>;
 using Tree = fcl::DynamicAABBTreeCollisionManagerd;
-using Body = fcl::CollisionObjectd;
+using FclBody = fcl::CollisionObjectd;
 
 std::shared_ptr<Model> modelOf(const TriangleMesh& mesh) {
     const MeshArrays3 arrays = arraysOf(mesh);
@@ -47,7 +47,7 @@ fcl::Transform3d toFcl(const Pose& pose) {
     return out;
 }
 
-std::uint32_t numberOf(const Body* object) {
+std::uint32_t numberOf(const FclBody* object) {
     return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(object->getUserData()));
 }
 
@@ -57,8 +57,8 @@ struct FclWorld::State {
     std::vector<std::shared_ptr<Model>> models;
     std::vector<double> reaches;  // per model: the farthest vertex from its origin
     std::vector<std::uint32_t> moverModels;
-    std::vector<std::unique_ptr<Body>> movers, standing;
-    std::vector<Body*> moverPointers;
+    std::vector<std::unique_ptr<FclBody>> movers, standing;
+    std::vector<FclBody*> moverPointers;
     Tree moverTree, standingTree;
 
     fcl::CollisionRequestd request;
@@ -66,7 +66,7 @@ struct FclWorld::State {
     std::size_t contacts = 0;
     std::size_t distances = 0;
 
-    static bool collidePair(Body* a, Body* b, void* user) {
+    static bool collidePair(FclBody* a, FclBody* b, void* user) {
         State& state = *static_cast<State*>(user);
         fcl::CollisionResultd result;
         if (fcl::collide(a, b, state.request, result) > 0) {
@@ -76,13 +76,13 @@ struct FclWorld::State {
         return false;
     }
 
-    static bool remember(Body* a, Body* b, void* user) {
-        auto& [probe, met] = *static_cast<std::pair<Body*, std::vector<Body*>>*>(user);
+    static bool remember(FclBody* a, FclBody* b, void* user) {
+        auto& [probe, met] = *static_cast<std::pair<FclBody*, std::vector<FclBody*>>*>(user);
         met.push_back(a == probe ? b : a);
         return false;
     }
 
-    double distance(const Model& model, const Pose& pose, const Body& other) {
+    double distance(const Model& model, const Pose& pose, const FclBody& other) {
         ++distances;
         const fcl::DistanceRequestd wanted(false);
         fcl::DistanceResultd result;
@@ -104,17 +104,17 @@ std::uint32_t FclWorld::addModel(const TriangleMesh& mesh) {
 
 void FclWorld::addMover(std::uint32_t model) {
     state_->moverModels.push_back(model);
-    state_->movers.push_back(std::make_unique<Body>(state_->models[model]));
+    state_->movers.push_back(std::make_unique<FclBody>(state_->models[model]));
     state_->moverPointers.push_back(state_->movers.back().get());
 }
 
 void FclWorld::addStanding(std::uint32_t model) {
-    state_->standing.push_back(std::make_unique<Body>(state_->models[model]));
+    state_->standing.push_back(std::make_unique<FclBody>(state_->models[model]));
 }
 
 void FclWorld::open() {
     std::uintptr_t number = 0;
-    std::vector<Body*> standing;
+    std::vector<FclBody*> standing;
     for (const auto& mover : state_->movers) mover->setUserData(reinterpret_cast<void*>(number++));
     for (const auto& body : state_->standing) {
         body->setUserData(reinterpret_cast<void*>(number++));
@@ -155,7 +155,7 @@ std::vector<double> FclWorld::advance(std::span<const Pose> from, std::span<cons
     State& s = *state_;
     s.distances = 0;
     std::vector<double> out;
-    std::pair<Body*, std::vector<Body*>> met;
+    std::pair<FclBody*, std::vector<FclBody*>> met;
     for (std::size_t i = 0; i < from.size(); ++i) {
         const std::uint32_t model = s.moverModels[i];
         const BodyMotion motion{from[i], to[i]};
@@ -164,14 +164,14 @@ std::vector<double> FclWorld::advance(std::span<const Pose> from, std::span<cons
         // A ball about the origin holds the part however it turns.
         const fcl::Vector3d size =
             (to[i].translation - from[i].translation).cwiseAbs() + Vec3d::Constant(2 * s.reaches[model]);
-        Body way(std::make_shared<fcl::Boxd>(size));
+        FclBody way(std::make_shared<fcl::Boxd>(size));
         way.setTranslation(0.5 * (from[i].translation + to[i].translation));
         way.computeAABB();
         met.first = &way;
         met.second.clear();
         s.standingTree.collide(&way, &met, &State::remember);
         double end = 1;
-        for (const Body* other : met.second) {
+        for (const FclBody* other : met.second) {
             double t = 0;
             while (speed > 0) {
                 const double d = s.distance(*s.models[model], motion.at(t), *other);
