@@ -38,6 +38,9 @@ public:
         for (SolverPoint& p : points_) prepare(p);
         for (int i = 0; i < step_.substeps; ++i) {
             for (const std::uint32_t b : bodies_) all_[b].velocity += seconds_ * step_.gravity;
+            // Before any impulse of this sub-step: those of the neighbours would look like an approach.
+            for (SolverPoint& p : points_)
+                if (p.most == 0) p.approach = p.normal.dot(relative(p));
             for (SolverPoint& p : points_) start(p);
             pass(true, i * seconds_);
             for (const std::uint32_t b : bodies_) {
@@ -82,7 +85,6 @@ private:
     }
 
     void start(SolverPoint& p) {
-        if (p.most == 0) p.approach = p.normal.dot(relative(p));
         if (p.impulse > 0) apply(p, p.impulse, p.normal, p.angularA, p.angularB);
         for (int k = 0; k < 2; ++k)
             if (p.rubbing[k] != 0) apply(p, p.rubbing[k], p.tangent[k], p.tangentA[k], p.tangentB[k]);
