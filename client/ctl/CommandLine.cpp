@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "client/ctl/FieldWords.h"
 #include "common/base/Version.h"
 
 namespace tessera {
@@ -32,6 +33,11 @@ struct Words {
     double scale = 1;
     std::vector<std::string> head;
     bool reset = false;
+    verb::Contacts contacts;
+    std::string show;
+    verb::Respond respond;
+    std::string decision;
+    std::vector<double> respondTo;
 };
 
 Vec3d vector3(const std::vector<double>& v) {
@@ -123,6 +129,40 @@ Expected<Verb> viewVerb(const Words& words, bool scaleGiven) {
     return verb::View{view};
 }
 
+Expected<Verb> contactsVerb(const Words& words, bool framesGiven) {
+    verb::Contacts contacts = words.contacts;
+    const auto refuse = [](std::string why) { return fail(ErrorCode::kUsage, "contacts: " + why); };
+    if (contacts.limit < -1) return refuse("--limit cannot be below zero");
+    if (framesGiven && contacts.frames <= 0) return refuse("--frames must be above zero");
+    if (!contacts.follow && (framesGiven || contacts.stays)) return refuse("--frames and --stays need --follow");
+    if (words.show.empty()) return contacts;
+    if (contacts.events || contacts.distances || contacts.follow || contacts.limit >= 0)
+        return refuse("--show draws; ask for lists without it");
+    contacts.show = showBits(words.show);
+    if (!contacts.show)
+        return refuse(fmt::format("--show takes points, normals, faces with commas between them, or none, not \"{}\"",
+                                  words.show));
+    return contacts;
+}
+
+Expected<Verb> respondVerb(const Words& words) {
+    using Decision = request::Respond::Decision;
+    verb::Respond respond = words.respond;
+    if (words.decision == "pass")
+        respond.decision = Decision::kPass;
+    else if (words.decision == "move")
+        respond.decision = Decision::kMove;
+    else if (words.decision != "stop")
+        return fail(ErrorCode::kUsage,
+                    fmt::format("answer: \"{}\" is no decision; write stop, pass or move", words.decision));
+    const bool moves = respond.decision == Decision::kMove;
+    if (words.respondTo.size() != (moves ? 3 : 0))
+        return fail(ErrorCode::kUsage, moves ? std::string("answer: move needs a place, X Y Z")
+                                             : fmt::format("answer: {} takes no numbers", words.decision));
+    if (moves) respond.place = vector3(words.respondTo);
+    return respond;
+}
+
 }  // namespace
 
 Expected<Quatd> lookAlong(const Vec3d& direction) {
@@ -194,7 +234,23 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     pick->add_option("X", in.pick.xPx, "From the left")->required();
     pick->add_option("Y", in.pick.yPx, "From the top")->required();
 
-    const CLI::App* contacts = app.add_subcommand("contacts", "What touches now");
+    CLI::App* contacts = app.add_subcommand("contacts", "What touches now");
+    contacts->add_flag("--events", in.contacts.events, "Who began, goes on or ceased to touch");
+    contacts->add_flag("--distances", in.contacts.distances, "Who is how near");
+    contacts->add_flag("--follow", in.contacts.follow, "Events of each frame as they come");
+    const CLI::Option* frames =
+        contacts->add_option("--frames", in.contacts.frames, "With --follow: so many")->type_name("N");
+    contacts->add_flag("--stays", in.contacts.stays, "With --follow: what goes on touching too");
+    contacts->add_option("--limit", in.contacts.limit, "Rows at most (all)")->type_name("N");
+    contacts->add_option("--interest", in.contacts.interest, "Of this Interest only (all)")->type_name("NODE");
+    contacts->add_option("--show", in.show, "Draw points,normals,faces or none")->type_name("WHAT");
+
+    const CLI::App* questions = app.add_subcommand("questions", "What stopped motions wait for");
+
+    CLI::App* respond = app.add_subcommand("answer", "Decides a question");
+    respond->add_option("ID", in.respond.question, "The question's number")->required();
+    respond->add_option("DECISION", in.decision, "stop, pass or move")->required();
+    respond->add_option("PLACE", in.respondTo, "Where to, with move")->type_name("X Y Z")->expected(0, 3);
 
     CLI::App* snapshot = app.add_subcommand("snapshot", "The wall as it is now, as a picture");
     snapshot->add_option("FILE", in.snapshot.file, "FILE.png to write")->required();
@@ -224,7 +280,9 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         if (undo->parsed()) return verb::Undo{};
         if (view->parsed()) return viewVerb(in, scale->count() > 0);
         if (pick->parsed()) return in.pick;
-        if (contacts->parsed()) return verb::Contacts{};
+        if (contacts->parsed()) return contactsVerb(in, frames->count() > 0);
+        if (questions->parsed()) return verb::Questions{};
+        if (respond->parsed()) return respondVerb(in);
         return in.snapshot;
     }();
     if (!verb) return tl::unexpected(verb.error());

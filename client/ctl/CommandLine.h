@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -40,7 +41,22 @@ struct View {
 struct Pick {
     double xPx = 0, yPx = 0;
 };
-struct Contacts {};
+/// What touches in the newest frame. `show`: draw it instead.
+struct Contacts {
+    bool events = false, distances = false;  ///< these instead of the contacts themselves
+    bool follow = false;                     ///< as they come; events unless distances alone are wanted
+    bool stays = false;                      ///< with `follow`: events of pairs that go on touching too
+    std::int64_t frames = 0;                 ///< with `follow`; 0: until interrupted
+    std::int64_t limit = -1;                 ///< rows; -1: all
+    std::optional<std::int64_t> show;        ///< bits of Interest::show
+    std::string interest;                    ///< a node; empty: all
+};
+struct Questions {};
+struct Respond {
+    std::uint64_t question = 0;
+    request::Respond::Decision decision = request::Respond::Decision::kStop;
+    Vec3d place = Vec3d::Zero();  ///< with kMove: translation
+};
 struct Snapshot {
     std::string file;
 };
@@ -48,7 +64,7 @@ struct Snapshot {
 }  // namespace verb
 
 using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo,
-                          verb::View, verb::Pick, verb::Contacts, verb::Snapshot>;
+                          verb::View, verb::Pick, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot>;
 
 struct CommandLine {
     std::string server;

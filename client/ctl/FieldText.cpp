@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+
+#include "client/ctl/FieldWords.h"
 
 namespace tessera {
 
@@ -106,6 +109,16 @@ Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field, co
             break;
     }
     return words[0];
+}
+
+Expected<FieldValue> parseValue(const Aspect& aspect, const FieldPlace& place, const std::vector<std::string>& words) {
+    const std::vector<std::string_view> known = wordsOf(place.type->type, place.field->id);
+    if (known.empty() || words.size() != 1 || words[0].empty()) return parseValue(aspect, *place.field, words);
+    if (const auto number = numberOfWord(place.type->type, place.field->id, words[0])) return FieldValue(*number);
+    if (!std::ranges::any_of(words[0], [](char c) { return c >= 'a' && c <= 'z'; }))
+        return parseValue(aspect, *place.field, words);
+    return fail(ErrorCode::kUsage,
+                fmt::format("{}: \"{}\" is none of {}", place.field->name, words[0], fmt::join(known, ", ")));
 }
 
 std::string textOf(const FieldValue& value) {

@@ -24,6 +24,10 @@ struct FieldPlace {
 [[nodiscard]] Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field,
                                               const std::vector<std::string>& words);
 
+/// The same; numbers that stand for something may be words (FieldWords.h). kUsage names the words there are.
+[[nodiscard]] Expected<FieldValue> parseValue(const Aspect& aspect, const FieldPlace& place,
+                                              const std::vector<std::string>& words);
+
 /// For people: "1 2 3", "#17", a text as it is, "4800 bytes".
 [[nodiscard]] std::string textOf(const FieldValue& value);
 

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "client/ctl/CollisionVerbs.h"
 #include "client/ctl/FieldText.h"
 #include "client/ctl/Mosaic.h"
 #include "client/ctl/SceneTree.h"
@@ -15,18 +16,6 @@ namespace tessera {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json jsonOf(const Vec3d& v) {
-    return Json::array({v.x(), v.y(), v.z()});
-}
-std::string textOf3(const Vec3d& v) {
-    return fmt::format("({:.6g}, {:.6g}, {:.6g})", v.x(), v.y(), v.z());
-}
-
-/// "/hall/crane", or only the number where the scene has no such node (any more).
-std::string nameOf(const Aspect& scene, ObjectId id) {
-    return scene.get<Node>(id) ? pathOf(scene, id) : fmt::format("#{}", id.value);
-}
 
 /// The nodes that hold one of these objects as their core, or are one.
 std::vector<std::string> nodesWith(const Aspect& scene, const std::vector<ObjectId>& objects) {
@@ -41,13 +30,18 @@ std::vector<std::string> nodesWith(const Aspect& scene, const std::vector<Object
     return names;
 }
 
-Answer committedAnswer(const Application& application, const answer::Committed& committed, std::string done) {
+Answer committedAnswer(Application& application, const answer::Committed& committed, std::string done) {
     const std::vector<std::string> stopped = nodesWith(application.scene(), committed.stopped);
     Answer answer;
     answer.text = std::move(done) + fmt::format(" (change {})\n", committed.sequence.value);
-    for (const std::string& name : stopped)
-        answer.text += fmt::format("{} was stopped by what it hit; see contacts\n", name);
     answer.json = {{"sequence", committed.sequence.value}, {"stopped", stopped}};
+    if (stopped.empty()) return answer;
+    Answer met = whatStopped(application, committed.stopped);
+    if (met.text.empty())
+        for (const std::string& name : stopped)
+            met.text += fmt::format("{} was stopped by what it hit; see contacts\n", name);
+    answer.text += met.text;
+    answer.json["stopped_by"] = std::move(met.json);
     return answer;
 }
 
@@ -132,7 +126,7 @@ Expected<Answer> run(Application& application, const verb::Move& move) {
     answer.json["rotation"] = Json::array(
         {transform->rotation.w(), transform->rotation.x(), transform->rotation.y(), transform->rotation.z()});
     answer.json["scale"] = jsonOf(transform->scale);
-    answer.text += fmt::format("it is at {} now\n", textOf3(transform->translation));
+    answer.text += fmt::format("it is at {} now\n", textOf(transform->translation));
     return answer;
 }
 
@@ -141,7 +135,7 @@ Expected<Answer> run(Application& application, const verb::Set& set) {
     if (!node) return tl::unexpected(node.error());
     const Expected<FieldPlace> place = findFieldOf(application.scene(), *node, set.field);
     if (!place) return tl::unexpected(place.error());
-    const Expected<FieldValue> value = parseValue(application.scene(), *place->field, set.values);
+    const Expected<FieldValue> value = parseValue(application.scene(), *place, set.values);
     if (!value) return tl::unexpected(value.error());
     ChangeListBuilder edits;
     edits.set(place->object, place->type->type, place->field->id, *value);
@@ -183,33 +177,13 @@ Expected<Answer> run(Application& application, const verb::Pick& pick) {
     if (!picked) return tl::unexpected(picked.error());
     if (!picked->hit) return Answer{"nothing is there\n", {{"hit", false}}, {}};
     const std::string path = nameOf(application.scene(), picked->node);
-    return Answer{fmt::format("{}, face {} at {}\n", path, picked->face, textOf3(picked->point)),
+    return Answer{fmt::format("{}, face {} at {}\n", path, picked->face, textOf(picked->point)),
                   {{"hit", true},
                    {"node", picked->node.value},
                    {"path", path},
                    {"face", picked->face},
                    {"point", jsonOf(picked->point)}},
                   {}};
-}
-
-Expected<Answer> run(Application& application, const verb::Contacts&) {
-    const Expected<answer::Contacts> contacts = application.contacts();
-    if (!contacts) return tl::unexpected(contacts.error());
-    const Aspect& scene = application.scene();
-    Answer answer;
-    Json list = Json::array();
-    for (const ContactValue& c : contacts->contacts) {
-        const std::string a = nameOf(scene, c.objectA), b = nameOf(scene, c.objectB);
-        answer.text += fmt::format("{} face {} - {} face {} at {}\n", a, c.faceA, b, c.faceB, textOf3(c.point));
-        list.push_back({{"objects", Json::array({a, b})},
-                        {"faces", Json::array({c.faceA, c.faceB})},
-                        {"point", jsonOf(c.point)},
-                        {"normal", jsonOf(c.normal)}});
-    }
-    answer.text += fmt::format("{} contacts in frame {}, {} begun so far\n", contacts->contacts.size(), contacts->frame,
-                               contacts->begun);
-    answer.json = {{"frame", contacts->frame}, {"begun", contacts->begun}, {"contacts", std::move(list)}};
-    return answer;
 }
 
 Expected<Answer> run(Application& application, const verb::Snapshot& snapshot) {
@@ -239,6 +213,19 @@ Expected<Answer> run(Application& application, const verb::Snapshot& snapshot) {
     return answer;
 }
 
+/// One verb prints as it goes.
+struct Runner {
+    Application& application;
+    bool json;
+    const Print& print;
+
+    Expected<Answer> operator()(const verb::Contacts& wanted) const { return run(application, wanted, json, print); }
+    template <typename Verb>
+    Expected<Answer> operator()(const Verb& verb) const {
+        return run(application, verb);
+    }
+};
+
 /// Verbs that speak of nodes need the scene; the others are spared its transfer.
 bool needsScene(const Verb& verb) {
     return !std::holds_alternative<verb::Status>(verb) && !std::holds_alternative<verb::View>(verb) &&
@@ -247,7 +234,7 @@ bool needsScene(const Verb& verb) {
 
 }  // namespace
 
-Expected<Answer> carryOut(const CommandLine& line) {
+Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     Application::Options options;
     options.address = line.server;
     options.name = "tessera-ctl";
@@ -255,10 +242,10 @@ Expected<Answer> carryOut(const CommandLine& line) {
     options.followScene = needsScene(line.verb);
     Expected<std::unique_ptr<Application>> application = Application::connect(options);
     if (!application) return tl::unexpected(application.error());
-    return std::visit([&](const auto& verb) { return run(**application, verb); }, line.verb);
+    return std::visit(Runner{**application, line.json, print}, line.verb);
 }
 
-CtlOutcome runCtl(const std::vector<std::string>& words) {
+CtlOutcome runCtl(const std::vector<std::string>& words, const Print& print) {
     const auto failed = [](const Error& error) {
         return CtlOutcome{exitCode(error.code), {}, "tessera-ctl: " + error.message + "\n"};
     };
@@ -266,12 +253,23 @@ CtlOutcome runCtl(const std::vector<std::string>& words) {
     if (!parsed) return failed(parsed.error());
     if (const auto* help = std::get_if<HelpText>(&*parsed)) return {0, help->text, {}};
     const auto& line = std::get<CommandLine>(*parsed);
-    const Expected<Answer> answer = carryOut(line);
+    const Expected<Answer> answer = carryOut(line, print);
     if (!answer) return failed(answer.error());
     CtlOutcome outcome;
-    // Names come from files: what is no UTF-8 must not stop the answer.
-    outcome.out = line.json ? answer->json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : answer->text;
+    // Names come from files: what is no UTF-8 must not stop the answer. A verb that has printed its entries as they
+    // came has none left.
+    if (!line.json)
+        outcome.out = answer->text;
+    else if (!answer->json.is_null())
+        outcome.out = answer->json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     if (!answer->warning.empty()) outcome.err = "tessera-ctl: warning: " + answer->warning + "\n";
+    return outcome;
+}
+
+CtlOutcome runCtl(const std::vector<std::string>& words) {
+    std::string printed;
+    CtlOutcome outcome = runCtl(words, [&](const std::string& lines) { printed += lines; });
+    outcome.out.insert(0, printed);
     return outcome;
 }
 

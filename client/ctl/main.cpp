@@ -4,7 +4,10 @@
 #include "client/ctl/Verbs.h"
 
 int main(int argc, char** argv) {
-    const tessera::CtlOutcome outcome = tessera::runCtl({argv + 1, argv + argc});
+    const tessera::CtlOutcome outcome = tessera::runCtl({argv + 1, argv + argc}, [](const std::string& lines) {
+        std::fwrite(lines.data(), 1, lines.size(), stdout);
+        std::fflush(stdout);
+    });
     std::fwrite(outcome.out.data(), 1, outcome.out.size(), stdout);
     std::fwrite(outcome.err.data(), 1, outcome.err.size(), stderr);
     return outcome.exitCode;

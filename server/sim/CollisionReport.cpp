@@ -17,6 +17,11 @@ Json jsonOf(const Vec3d& v) {
     return Json::array({v.x(), v.y(), v.z()});
 }
 
+/// Null for a hull's.
+Json faceOf(std::uint32_t face) {
+    return face == Contact::kNoFace ? Json(nullptr) : Json(face);
+}
+
 std::string_view nameOf(Phase phase) {
     switch (phase) {
         case Phase::kBegan:
@@ -98,7 +103,7 @@ nlohmann::ordered_json CollisionReport::toJson(const Aspect& scene) const {
     Json contacts = Json::array();
     for (const Contact& c : contacts_)
         contacts.push_back({{"objects", {names.node(c.objectA), names.node(c.objectB)}},
-                            {"faces", {c.faceA, c.faceB}},
+                            {"faces", {faceOf(c.faceA), faceOf(c.faceB)}},
                             {"point", jsonOf(c.point)},
                             {"normal", jsonOf(c.normal)},
                             {"interest", names.interest(c.interest)},
@@ -110,7 +115,7 @@ nlohmann::ordered_json CollisionReport::toJson(const Aspect& scene) const {
                              {"phase", nameOf(d.phase)},
                              {"distance", d.distance},
                              {"nodes", {names.node(d.nodeA), names.node(d.nodeB)}},
-                             {"faces", {d.faceA, d.faceB}},
+                             {"faces", {faceOf(d.faceA), faceOf(d.faceB)}},
                              {"points", {jsonOf(d.pointA), jsonOf(d.pointB)}}});
     Json notLookedAt = Json::array();
     for (const NotLookedAt& n : notLookedAt_) {

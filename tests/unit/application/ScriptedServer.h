@@ -95,6 +95,12 @@ public:
         script_ = std::move(answer);
     }
 
+    /// From now on every commit says that these were kept from going where it wanted them.
+    void stopEveryCommit(std::vector<ObjectId> transforms) {
+        const std::scoped_lock lock(mutex_);
+        stopped_ = std::move(transforms);
+    }
+
     struct Faults {
         bool mute = false;  ///< never answers requests
         bool noSnapshot = false;
@@ -205,6 +211,7 @@ private:
         answer::Committed committed;
         committed.sequence = Sequence{sequence_};
         committed.ids.assign(given.begin(), given.end());
+        committed.stopped = stopped_;
         return committed;
     }
 
@@ -214,6 +221,7 @@ private:
     std::uint64_t sequence_ = 0;
     std::uint64_t nextId_ = 100;
     std::vector<ChangeList> inverses_;
+    std::vector<ObjectId> stopped_;
     std::vector<LinkId> links_;
     Faults faults_;
     request::Subscribe subscription_;

@@ -82,6 +82,45 @@ TEST(CommandLine, ViewsAreReadInAllTheirForms) {
     EXPECT_FALSE(parsed<verb::View>("view --reset").view.worldUnitsPerMetre) << "what is not said stays as it is";
 }
 
+TEST(CommandLine, ContactsAreAskedForInAllTheirForms) {
+    const verb::Contacts plain = parsed<verb::Contacts>("contacts");
+    EXPECT_FALSE(plain.events || plain.distances || plain.follow || plain.stays || plain.show);
+    EXPECT_EQ(plain.limit, -1);
+    const verb::Contacts follow =
+        parsed<verb::Contacts>("contacts --events --distances --follow --stays --frames 12 --interest /watch");
+    EXPECT_TRUE(follow.events && follow.distances && follow.follow && follow.stays);
+    EXPECT_EQ(follow.frames, 12);
+    EXPECT_EQ(follow.interest, "/watch");
+    EXPECT_EQ(parsed<verb::Contacts>("contacts --limit 0").limit, 0);
+    EXPECT_EQ(parsed<verb::Contacts>("contacts --show none").show, 0);
+    EXPECT_EQ(parsed<verb::Contacts>("contacts --show faces,points").show,
+              Interest::kShowFaces | Interest::kShowPoints);
+    EXPECT_NE(refusal("--server a:1 contacts --show points,,faces").find("not \"points,,faces\""), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 contacts --show points --follow").find("--show draws"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 contacts --frames 3").find("need --follow"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 contacts --follow --frames 0").find("above zero"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 contacts --follow --frames many"), "accepted");
+    EXPECT_NE(refusal("--server a:1 contacts --follow --frames -1"), "accepted");
+    EXPECT_NE(refusal("--server a:1 contacts --limit -3").find("below zero"), std::string::npos);
+}
+
+TEST(CommandLine, DecisionsAreReadInAllTheirForms) {
+    using Decision = request::Respond::Decision;
+    (void)parsed<verb::Questions>("questions");
+    EXPECT_EQ(parsed<verb::Respond>("answer 7 stop").question, 7u);
+    EXPECT_EQ(parsed<verb::Respond>("answer 7 stop").decision, Decision::kStop);
+    EXPECT_EQ(parsed<verb::Respond>("answer 7 pass").decision, Decision::kPass);
+    const verb::Respond move = parsed<verb::Respond>("answer 18446744073709551615 move 1 -2.5 3");
+    EXPECT_EQ(move.question, ~0ull);
+    EXPECT_EQ(move.decision, Decision::kMove);
+    EXPECT_EQ(move.place, Vec3d(1, -2.5, 3));
+    EXPECT_NE(refusal("--server a:1 answer 7 fly").find("no decision"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 answer 7 move 1 2").find("X Y Z"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 answer 7 stop 1 2 3").find("takes no numbers"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 answer seven stop"), "accepted");
+    EXPECT_NE(refusal("--server a:1 answer 7"), "accepted");
+}
+
 TEST(CommandLine, LookingAlongAnyDirectionTurnsMinusZThere) {
     for (const Vec3d& direction :
          {Vec3d(0, 0, -1), Vec3d(0, 0, 1), Vec3d(1, 2, 3), Vec3d(0, 1, 0), Vec3d(0, -5, 0), Vec3d(-1, 0, 0)}) {
@@ -117,7 +156,7 @@ TEST(CommandLine, NonsenseIsRefusedInWords) {
 
 TEST(CommandLine, HelpFitsATerminal) {
     for (const std::string verb : {"", "status ", "tree ", "load ", "move ", "set ", "remove ", "undo ", "view ",
-                                   "pick ", "contacts ", "snapshot "}) {
+                                   "pick ", "contacts ", "questions ", "answer ", "snapshot "}) {
         const auto result = parseCommandLine(split(verb + "--help"));
         ASSERT_TRUE(result) << verb << result.error().message;
         std::istringstream text(std::get<HelpText>(*result).text);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "client/ctl/FieldWords.h"
 #include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
@@ -75,6 +76,38 @@ TEST_F(FieldText, WrongValuesAreExplained) {
     EXPECT_NE(why(translation, {"1", "2", "1e999"}).find("is not a number"), std::string::npos);
     EXPECT_NE(why(field(TypeNumber::kSwitch, "choice"), {"1.5"}).find("whole number"), std::string::npos);
     EXPECT_NE(why(field(TypeNumber::kGeometry, "positions"), {"0"}).find("bulk data"), std::string::npos);
+}
+
+/// Every word of every field, against the constants that the cores have for them.
+TEST_F(FieldText, NumbersThatStandForSomethingMayBeWords) {
+    const auto number = [&](TypeNumber type, std::string_view name, const std::string& word) {
+        const FieldPlace place{test::kCrane, findType(objectType(type)), &field(type, name)};
+        const auto value = parseValue(scene, place, {word});
+        EXPECT_TRUE(value) << word << ": " << value.error().message;
+        return value ? std::get<std::int64_t>(*value) : -99;
+    };
+    EXPECT_EQ(number(TypeNumber::kInterest, "response", "slide"), Interest::kSlide);
+    EXPECT_EQ(number(TypeNumber::kInterest, "response", "ask"), Interest::kAsk);
+    EXPECT_EQ(number(TypeNumber::kInterest, "response", "0"), Interest::kReport) << "numbers stay numbers";
+    EXPECT_EQ(number(TypeNumber::kInterest, "mode", "static"), Interest::kStatic);
+    EXPECT_EQ(number(TypeNumber::kInterest, "mode", "distance"), Interest::kDistance);
+    EXPECT_EQ(number(TypeNumber::kInterest, "detail", "yes-or-no"), Interest::kYesOrNo);
+    EXPECT_EQ(number(TypeNumber::kInterest, "detail", "16"), 16);
+    EXPECT_EQ(number(TypeNumber::kInterest, "show", "normals,faces"), Interest::kShowNormals | Interest::kShowFaces);
+    EXPECT_EQ(number(TypeNumber::kCollisionObject, "kind", "static"), CollisionObject::kStatic);
+    EXPECT_EQ(number(TypeNumber::kCollisionObject, "shape", "hull"), CollisionObject::kHull);
+    EXPECT_EQ(number(TypeNumber::kCollisionObject, "division", "each-child"), CollisionObject::kEachChild);
+    EXPECT_EQ(number(TypeNumber::kMotion, "mode", "ping-pong"), Motion::kPingPong);
+    EXPECT_EQ(number(TypeNumber::kSwitch, "choice", "-2"), Switch::kNone);
+    EXPECT_EQ(number(TypeNumber::kSwitch, "choice", "all"), Switch::kAll);
+    const FieldPlace place{test::kCrane, findType(typeOf<Interest>()), &field(TypeNumber::kInterest, "response")};
+    const auto unknown = parseValue(scene, place, {"slde"});
+    ASSERT_FALSE(unknown);
+    EXPECT_EQ(unknown.error().code, ErrorCode::kUsage);
+    EXPECT_EQ(unknown.error().message, "response: \"slde\" is none of report, stop, slide, bounce, rollback, ask");
+    EXPECT_FALSE(parseValue(scene, place, {"1", "2"}));
+    EXPECT_FALSE(parseValue(scene, place, {""}));
+    for (std::int64_t bits = 0; bits < 8; ++bits) EXPECT_EQ(showBits(showWords(bits)), bits);
 }
 
 }  // namespace

@@ -1,0 +1,30 @@
+/// What a verb answers: the same for people and for programs.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include <functional>
+#include <string>
+
+#include "common/scene/Aspect.h"
+
+namespace tessera {
+
+struct Answer {
+    std::string text;  ///< lines, each ended
+    nlohmann::ordered_json json;
+    std::string warning;  ///< for stderr; empty: none
+};
+
+/// Takes lines at once that are not to wait for the end of the verb.
+using Print = std::function<void(const std::string&)>;
+
+[[nodiscard]] nlohmann::ordered_json jsonOf(const Vec3d& v);
+/// "(1, 2.5, -3)"
+[[nodiscard]] std::string textOf(const Vec3d& v);
+/// "/hall/crane", or only the number where the scene has no such node (any more).
+[[nodiscard]] std::string nameOf(const Aspect& scene, ObjectId id);
+/// On one line. Names come from files: what is no UTF-8 in them must not stop the answer.
+[[nodiscard]] std::string jsonLine(const nlohmann::ordered_json& json);
+
+}  // namespace tessera

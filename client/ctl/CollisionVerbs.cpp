@@ -1,0 +1,382 @@
+#include "client/ctl/CollisionVerbs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "client/ctl/FieldWords.h"
+#include "client/ctl/TextTable.h"
+
+namespace tessera {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using namespace std::chrono_literals;
+
+std::string_view nameOf(TouchPhase phase) {
+    switch (phase) {
+        case TouchPhase::kBegan:
+            return "began";
+        case TouchPhase::kStays:
+            return "stays";
+        case TouchPhase::kEnded:
+            break;
+    }
+    return "ended";
+}
+
+std::string faceText(std::uint32_t face) {
+    return face == ContactValue::kNoFace ? "hull" : fmt::format("{}", face);
+}
+Json faceJson(std::uint32_t face) {
+    return face == ContactValue::kNoFace ? Json(nullptr) : Json(face);
+}
+
+/// Where what is told stands in the scene as it is now.
+class Names {
+public:
+    explicit Names(const Aspect& scene) : scene_(scene) {
+        for (const ObjectId id : scene.ids()) {
+            const Node* node = scene.get<Node>(id);
+            if (node && node->core && scene.get<Interest>(node->core)) holders_.try_emplace(node->core, id);
+        }
+    }
+    [[nodiscard]] std::string node(ObjectId id) const { return tessera::nameOf(scene_, id); }
+    [[nodiscard]] std::string pair(ObjectId a, ObjectId b) const { return node(a) + " - " + node(b); }
+    [[nodiscard]] Json pairJson(ObjectId a, ObjectId b) const { return Json::array({node(a), node(b)}); }
+    /// By the first node that holds it.
+    [[nodiscard]] std::string interest(ObjectId core) const {
+        const auto holder = holders_.find(core);
+        return core ? node(holder == holders_.end() ? core : holder->second) : "-";
+    }
+    [[nodiscard]] Json interestJson(ObjectId core) const { return core ? Json(interest(core)) : Json(nullptr); }
+    /// The cores of all interests, ascending.
+    [[nodiscard]] std::vector<ObjectId> interests() const {
+        std::vector<ObjectId> cores;
+        for (const ObjectId id : scene_.ids())
+            if (scene_.get<Interest>(id)) cores.push_back(id);
+        return cores;
+    }
+
+private:
+    const Aspect& scene_;
+    std::map<ObjectId, ObjectId> holders_;
+};
+
+/// The Interest core at a node.
+Expected<ObjectId> interestAt(const Aspect& scene, const std::string& name) {
+    const Expected<ObjectId> node = findNode(scene, name);
+    if (!node) return tl::unexpected(node.error());
+    const ObjectId core = scene.get<Node>(*node) ? scene.get<Node>(*node)->core : *node;
+    if (!core || !scene.get<Interest>(core))
+        return fail(ErrorCode::kNotFound, fmt::format("{} is no Interest; see tree for those there are", name));
+    return core;
+}
+
+// ---- one kind of list each: rows for people, entries for programs
+
+struct Listing {
+    TextTable table;
+    Json entries = Json::array();
+    std::size_t rows = 0, more = 0;
+};
+
+/// Takes those that `wanted` names, up to its limit.
+template <typename Value, typename Add>
+void list(Listing& listing, const std::vector<Value>& values, const verb::Contacts& wanted, ObjectId interest,
+          Add add) {
+    for (const Value& value : values) {
+        if (interest && value.interest != interest) continue;
+        if (wanted.limit >= 0 && listing.rows >= static_cast<std::size_t>(wanted.limit)) {
+            ++listing.more;
+            continue;
+        }
+        ++listing.rows;
+        add(value);
+    }
+}
+
+Listing listed(const answer::Contacts& told, const Names& names, const verb::Contacts& wanted, ObjectId interest) {
+    Listing out{.table = TextTable({"objects", "faces", "point", "normal", "time", "interest"})};
+    list(out, told.contacts, wanted, interest, [&](const ContactValue& c) {
+        out.table.add({names.pair(c.objectA, c.objectB), faceText(c.faceA) + " - " + faceText(c.faceB), textOf(c.point),
+                       textOf(c.normal), fmt::format("{:.4g}", c.time), names.interest(c.interest)});
+        out.entries.push_back({{"objects", names.pairJson(c.objectA, c.objectB)},
+                               {"faces", Json::array({faceJson(c.faceA), faceJson(c.faceB)})},
+                               {"point", jsonOf(c.point)},
+                               {"normal", jsonOf(c.normal)},
+                               {"interest", names.interestJson(c.interest)},
+                               {"time", c.time}});
+    });
+    return out;
+}
+
+Listing listed(const answer::PairEvents& told, const Names& names, const verb::Contacts& wanted, ObjectId interest) {
+    Listing out{.table = TextTable({"event", "objects", "time", "point", "normal", "interest"})};
+    list(out, told.events, wanted, interest, [&](const PairEventValue& e) {
+        const bool where = !e.normal.isZero();
+        out.table.add({e.through ? "through" : std::string(nameOf(e.phase)), names.pair(e.objectA, e.objectB),
+                       fmt::format("{:.4g}", e.firstTime), where ? textOf(e.point) : "-",
+                       where ? textOf(e.normal) : "-", names.interest(e.interest)});
+        out.entries.push_back({{"phase", nameOf(e.phase)},
+                               {"through", e.through},
+                               {"objects", names.pairJson(e.objectA, e.objectB)},
+                               {"first_time", e.firstTime},
+                               {"point", where ? jsonOf(e.point) : Json(nullptr)},
+                               {"normal", where ? jsonOf(e.normal) : Json(nullptr)},
+                               {"interest", names.interestJson(e.interest)}});
+    });
+    return out;
+}
+
+Listing listed(const answer::Distances& told, const Names& names, const verb::Contacts& wanted, ObjectId interest) {
+    Listing out{.table = TextTable({"near", "objects", "distance", "nearest points", "interest"})};
+    list(out, told.distances, wanted, interest, [&](const PairDistanceValue& d) {
+        out.table.add({std::string(nameOf(d.phase)), names.pair(d.objectA, d.objectB),
+                       fmt::format("{:.6g}", d.distance), textOf(d.pointA) + " - " + textOf(d.pointB),
+                       names.interest(d.interest)});
+        out.entries.push_back({{"phase", nameOf(d.phase)},
+                               {"objects", names.pairJson(d.objectA, d.objectB)},
+                               {"distance", d.distance},
+                               {"nodes", names.pairJson(d.nodeA, d.nodeB)},
+                               {"faces", Json::array({faceJson(d.faceA), faceJson(d.faceB)})},
+                               {"points", Json::array({jsonOf(d.pointA), jsonOf(d.pointB)})},
+                               {"interest", names.interestJson(d.interest)}});
+    });
+    return out;
+}
+
+// Of interests one may be named; elsewhere all are meant.
+Expected<ObjectId> wantedInterest(const Application& application, const verb::Contacts& wanted) {
+    if (wanted.interest.empty()) return ObjectId{};
+    return interestAt(application.scene(), wanted.interest);
+}
+
+std::string notListed(std::uint64_t more, std::string_view why) {
+    return more == 0 ? "" : fmt::format(", {} more {}", more, why);
+}
+
+Expected<Answer> showContacts(Application& application, const verb::Contacts& wanted, ObjectId interest) {
+    const Expected<answer::Contacts> told = application.contacts();
+    if (!told) return tl::unexpected(told.error());
+    const Listing out = listed(*told, Names(application.scene()), wanted, interest);
+    return Answer{
+        out.table.text() +
+            fmt::format("{} contacts in frame {}, {} begun so far{}{}{}\n", out.rows + out.more, told->frame,
+                        told->begun, notListed(told->leftOut, "found than are listed"),
+                        notListed(out.more, "than --limit"),
+                        told->notLookedAt == 0 ? "" : fmt::format("; {} pairs not looked at", told->notLookedAt)),
+        {{"frame", told->frame},
+         {"begun", told->begun},
+         {"contacts", out.entries},
+         {"left_out", told->leftOut + out.more},
+         {"not_looked_at", told->notLookedAt}},
+        {}};
+}
+
+/// Events or distances of one frame.
+template <typename Told>
+Answer showFrame(const Told& told, std::string_view what, const Listing& out) {
+    Answer answer;
+    answer.text = out.table.text() + fmt::format("{} {} in frame {}{}{}\n", out.rows + out.more, what, told.frame,
+                                                 notListed(told.leftOut, "found than are listed"),
+                                                 notListed(out.more, "than --limit"));
+    answer.json = {{"frame", told.frame}, {std::string(what), out.entries}, {"left_out", told.leftOut + out.more}};
+    return answer;
+}
+
+/// Puts two answers about one frame, or about two that follow each other, together.
+void add(Answer& to, Answer more) {
+    to.text += more.text;
+    if (to.json.is_null())
+        to.json = std::move(more.json);
+    else
+        for (auto& [key, value] : more.json.items())
+            if (key != "frame" && key != "left_out") to.json[key] = value;
+}
+
+Expected<Answer> showEventsAndDistances(Application& application, const verb::Contacts& wanted, ObjectId interest) {
+    const Names names(application.scene());
+    Answer answer;
+    if (wanted.events) {
+        const Expected<answer::PairEvents> told = application.pairEvents();
+        if (!told) return tl::unexpected(told.error());
+        add(answer, showFrame(*told, "events", listed(*told, names, wanted, interest)));
+    }
+    if (wanted.distances) {
+        const Expected<answer::Distances> told = application.distances();
+        if (!told) return tl::unexpected(told.error());
+        add(answer, showFrame(*told, "distances", listed(*told, names, wanted, interest)));
+    }
+    return answer;
+}
+
+/// Prints what each frame brings; frames that bring nothing are silent, and counted.
+class Follower {
+public:
+    Follower(Application& application, const verb::Contacts& wanted, ObjectId interest, bool json, const Print& print)
+        : application_(application), wanted_(wanted), interest_(interest), json_(json), print_(print) {}
+
+    Expected<Answer> run() {
+        const bool events = wanted_.events || !wanted_.distances;
+        if (events)
+            if (auto done = application_.onPairEvents(
+                    [&](const answer::PairEvents& told) { frame(told, "events", eventFrames_); },
+                    {.stays = wanted_.stays});
+                !done)
+                return tl::unexpected(done.error());
+        if (wanted_.distances)
+            if (auto done = application_.onDistances(
+                    [&](const answer::Distances& told) { frame(told, "distances", distanceFrames_); });
+                !done)
+                return tl::unexpected(done.error());
+        const auto enough = [&](bool asked, std::int64_t frames) { return !asked || frames >= wanted_.frames; };
+        while (wanted_.frames == 0 || !enough(events, eventFrames_) || !enough(wanted_.distances, distanceFrames_)) {
+            const Expected<bool> polled = application_.poll(1s);
+            if (polled) continue;
+            if (application_.serverIsOver()) break;
+            return tl::unexpected(polled.error());
+        }
+        return Answer{
+            fmt::format("followed {} frames, {} entries\n", std::max(eventFrames_, distanceFrames_), entries_), {}, {}};
+    }
+
+private:
+    template <typename Told>
+    void frame(const Told& told, std::string_view what, std::int64_t& frames) {
+        if (wanted_.frames != 0 && frames >= wanted_.frames) return;
+        ++frames;
+        if (entriesOf(told).empty() && told.leftOut == 0) return;
+        const Listing out = listed(told, Names(application_.scene()), wanted_, interest_);
+        if (out.rows == 0 && told.leftOut == 0) return;
+        entries_ += out.rows + out.more;
+        const Answer answer = showFrame(told, what, out);
+        print_(json_ ? jsonLine(answer.json) : answer.text);
+    }
+
+    static const std::vector<PairEventValue>& entriesOf(const answer::PairEvents& told) { return told.events; }
+    static const std::vector<PairDistanceValue>& entriesOf(const answer::Distances& told) { return told.distances; }
+
+    Application& application_;
+    const verb::Contacts& wanted_;
+    ObjectId interest_;
+    bool json_;
+    const Print& print_;
+    std::int64_t eventFrames_ = 0, distanceFrames_ = 0;
+    std::size_t entries_ = 0;
+};
+
+/// Sets what is drawn of the contacts of one interest or of all.
+Expected<Answer> drawContacts(Application& application, std::int64_t show, ObjectId interest) {
+    const std::vector<ObjectId> interests = interest ? std::vector{interest} : Names(application.scene()).interests();
+    if (interests.empty()) return fail(ErrorCode::kNotFound, "the scene has no Interest whose contacts could be drawn");
+    ChangeListBuilder edits;
+    for (const ObjectId id : interests) edits.set(id, typeOf<Interest>(), field::kInterestShow, toValue(show));
+    const Expected<answer::Committed> committed = application.propose(edits.take());
+    if (!committed) return tl::unexpected(committed.error());
+    Json names = Json::array();
+    for (const ObjectId id : interests) names.push_back(Names(application.scene()).interest(id));
+    return Answer{fmt::format("drawn of the contacts of {} interests: {} (change {})\n", interests.size(),
+                              showWords(show), committed->sequence.value),
+                  {{"sequence", committed->sequence.value}, {"show", showWords(show)}, {"interests", std::move(names)}},
+                  {}};
+}
+
+Json poseJson(const Pose& pose) {
+    const Quatd& q = pose.rotation;
+    return {{"translation", jsonOf(pose.translation)},
+            {"rotation", Json::array({q.w(), q.x(), q.y(), q.z()})},
+            {"scale", jsonOf(pose.scale)}};
+}
+
+}  // namespace
+
+Expected<Answer> run(Application& application, const verb::Contacts& wanted, bool json, const Print& print) {
+    const Expected<ObjectId> interest = wantedInterest(application, wanted);
+    if (!interest) return tl::unexpected(interest.error());
+    if (wanted.show) return drawContacts(application, *wanted.show, *interest);
+    if (wanted.follow) return Follower(application, wanted, *interest, json, print).run();
+    if (wanted.events || wanted.distances) return showEventsAndDistances(application, wanted, *interest);
+    return showContacts(application, wanted, *interest);
+}
+
+Expected<Answer> run(Application& application, const verb::Questions&) {
+    const Expected<answer::Questions> told = application.questions();
+    if (!told) return tl::unexpected(told.error());
+    const Names names(application.scene());
+    TextTable table({"question", "objects", "stands at", "wants to", "point", "interest"});
+    Json list = Json::array();
+    for (const QuestionValue& q : told->questions) {
+        table.add({fmt::format("{}", q.id), names.pair(q.objectA, q.objectB), textOf(q.present.translation),
+                   textOf(q.wanted.translation), textOf(q.point), names.interest(q.interest)});
+        list.push_back({{"question", q.id},
+                        {"objects", names.pairJson(q.objectA, q.objectB)},
+                        {"transform", q.transform.value},
+                        {"present", poseJson(q.present)},
+                        {"wanted", poseJson(q.wanted)},
+                        {"point", jsonOf(q.point)},
+                        {"normal", jsonOf(q.normal)},
+                        {"interest", names.interestJson(q.interest)}});
+    }
+    return Answer{table.text() + fmt::format("{} questions are open in frame {}\n", list.size(), told->frame),
+                  {{"frame", told->frame}, {"questions", std::move(list)}},
+                  {}};
+}
+
+Expected<Answer> run(Application& application, const verb::Respond& decision) {
+    Pose pose;
+    if (decision.decision == request::Respond::Decision::kMove) {
+        // Rotation and scale stay as they are where it was stopped.
+        const Expected<answer::Questions> told = application.questions();
+        if (!told) return tl::unexpected(told.error());
+        const auto asked = std::ranges::find(told->questions, decision.question, &QuestionValue::id);
+        if (asked == told->questions.end())
+            return fail(ErrorCode::kRefused,
+                        fmt::format("question {} is not open; see questions for those that are", decision.question));
+        pose = asked->present;
+        pose.translation = decision.place;
+    }
+    const Expected<void> done = application.respond(decision.question, decision.decision, pose);
+    if (!done) return tl::unexpected(done.error());
+    return Answer{fmt::format("question {} is answered\n", decision.question),
+                  {{"question", decision.question}, {"done", true}},
+                  {}};
+}
+
+Answer whatStopped(Application& application, std::span<const ObjectId> transforms) {
+    Answer answer;
+    answer.json = Json::array();
+    const Expected<answer::Contacts> told = application.contacts();
+    if (!told) return answer;  // it was stopped all the same; by what is not known
+    const Aspect& scene = application.scene();
+    const Names names(scene);
+    const auto hangsOn = [&](ObjectId node) {
+        for (const Node* at = scene.get<Node>(node); at != nullptr; at = scene.get<Node>(at->parent))
+            if (std::ranges::find(transforms, at->core) != transforms.end()) return true;
+        return false;
+    };
+    std::set<std::pair<ObjectId, ObjectId>> pairs;
+    for (const ContactValue& c : told->contacts) {
+        const bool a = hangsOn(c.objectA), b = hangsOn(c.objectB);
+        if (a == b) continue;  // no one's, or two parts of the same
+        const ObjectId mine = a ? c.objectA : c.objectB, other = a ? c.objectB : c.objectA;
+        if (!pairs.emplace(mine, other).second) continue;
+        const Vec3d normal = a ? c.normal : Vec3d(-c.normal);
+        answer.text +=
+            fmt::format("{} was stopped by {} at {}\n", names.node(mine), names.node(other), textOf(c.point));
+        answer.json.push_back(
+            {{"object", names.node(mine)},
+             {"by", names.node(other)},
+             {"faces", Json::array({faceJson(a ? c.faceA : c.faceB), faceJson(a ? c.faceB : c.faceA)})},
+             {"point", jsonOf(c.point)},
+             {"normal", jsonOf(normal)},
+             {"time", c.time},
+             {"interest", names.interestJson(c.interest)}});
+    }
+    return answer;
+}
+
+}  // namespace tessera
