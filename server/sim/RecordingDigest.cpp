@@ -141,10 +141,9 @@ std::vector<std::string> differences(const FrameDigest& recorded, const FrameDig
 
 std::uint64_t digestOf(const CollisionLimits& limits) {
     const auto& [maxContacts, maxEvents, maxInterests, maxNotLookedAt, maxQuestions, maxTests, stopTolerance,
-                 arcTolerance, maxPieces] = limits;
+                 maxPieces] = limits;
     Bits bits;
-    bits.addAll(maxContacts, maxEvents, maxInterests, maxNotLookedAt, maxQuestions, maxTests, stopTolerance,
-                arcTolerance, maxPieces);
+    bits.addAll(maxContacts, maxEvents, maxInterests, maxNotLookedAt, maxQuestions, maxTests, stopTolerance, maxPieces);
     return bits.hash();
 }
 

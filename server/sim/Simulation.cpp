@@ -43,7 +43,10 @@ void mergeColumn(ChangeList& list, FieldColumn column) {
 
 }  // namespace
 
-Simulation::Simulation(SceneLimits limits) : committer_(limits) {
+Simulation::Simulation(const SimulationOptions& options)
+    : committer_(options.scene),
+      workers_(options.threads > 1 ? std::make_unique<Workers>(options.threads) : nullptr),
+      pipeline_(options.collision, workers_.get()) {
     pipeline_.sceneChanged(committer_.scene(), nullptr);
 }
 
@@ -59,10 +62,11 @@ Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
     return committer_.closeFrame();
 }
 
-FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits) {
+FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span<const Reply> replies) {
     FrameResult result;
+    const double seconds = firstFrame ? 0.0 : kSecondsPerFrame;
     Wishes wishes;
-    for (const MotionStep& m : advanceMotions(scene(), motions_, firstFrame ? 0.0 : kSecondsPerFrame))
+    for (const MotionStep& m : advanceMotions(scene(), motions_, seconds))
         wishes[m.target] = {.pose = m.pose, .motion = m.motion, .motionTime = m.time};
     for (std::size_t i = 0; i < edits.size(); ++i) result.outcomes.push_back(applyEdit(std::move(edits[i]), i, wishes));
 
@@ -76,7 +80,7 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits) {
                              .scale = wish.pose.scale,
                              .source = static_cast<int>(wish.motion ? 0 : wish.edit + 1)});
     const auto begin = std::chrono::steady_clock::now();
-    result.collision = pipeline_.step(scene(), tentative);
+    result.collision = pipeline_.step(scene(), tentative, replies, seconds);
     result.collisionMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     bool handStopped = false;
     for (const ObjectId id : result.collision.stopped) {
@@ -206,6 +210,13 @@ void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
         if (!now) continue;
         addPose(builder, accepted.transform, poseOf(*now),
                 {.translation = accepted.translation, .rotation = accepted.rotation, .scale = accepted.scale});
+    }
+    for (const BodyVelocity& body : step.velocities) {
+        const CollisionObject* now = scene().get<CollisionObject>(body.core);
+        if (!now) continue;
+        const ObjectType type = typeOf<CollisionObject>();
+        if (now->velocity != body.velocity) builder.set(body.core, type, field::kVelocity, toValue(body.velocity));
+        if (now->spin != body.spin) builder.set(body.core, type, field::kSpin, toValue(body.spin));
     }
     for (const auto& [id, wish] : wishes) {
         if (!wish.motion || std::ranges::find(step.stopped, id) != step.stopped.end())

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "common/base/Workers.h"
 #include "server/collision/pipeline/CollisionPipeline.h"
 #include "server/sim/Committer.h"
 #include "server/sim/Motions.h"
@@ -34,28 +37,39 @@ struct FrameResult {
     double collisionMs = 0;
 };
 
-/// Deterministic: the same edits in the same frames give the same scenes, whatever the time or the number of clients.
+struct SimulationOptions {
+    SceneLimits scene;
+    unsigned threads = 1;  ///< of the collision pipeline; results do not depend on them
+    CollisionLimits collision;
+};
+
+/// Deterministic: the same edits and replies in the same frames give the same scenes, contacts and events, whatever the time,
+/// the threads or the number of clients.
 ///
 /// **Who wins.** Motions speak first, then edits in the order of their arrival; the last writer of a field wins. An
 /// edit that writes a Transform which a motion drives pauses that motion (`playing` becomes 0 in the same list) until
 /// somebody sets it again. What motions and edits want of existing Transforms goes through the collision pipeline;
-/// everything else is committed as it is. Not thread-safe.
+/// everything else is committed as it is. What an application replies to a question about a stopped motion stands above both, in
+/// that frame. Free bodies go where gravity and impulses send them, but for one that a motion or an edit moves: for as long as
+/// it does, it is moved like anything else. Not thread-safe.
 class Simulation {
 public:
-    explicit Simulation(SceneLimits limits = {});
+    explicit Simulation(const SimulationOptions& options = {});
 
     /// Makes these lists the scene before the first frame; not undoable. A refused list is named by its
     /// position.
     [[nodiscard]] Expected<CommittedFrame> load(std::vector<ChangeList> lists);
 
-    /// Motions stand still in the first frame and advance by 1/60 s in each later one.
-    [[nodiscard]] FrameResult step(bool firstFrame, std::vector<Edit> edits);
+    /// Motions and free bodies stand still in the first frame and advance by 1/60 s in each later one.
+    [[nodiscard]] FrameResult step(bool firstFrame, std::vector<Edit> edits, std::span<const Reply> replies = {});
 
     [[nodiscard]] const Aspect& scene() const { return committer_.scene(); }
     [[nodiscard]] std::uint64_t sequence() const { return committer_.sequence(); }
     [[nodiscard]] std::size_t undoDepth() const { return undo_.depth(); }
     /// Only with undoDepth() > 0.
     [[nodiscard]] const ChangeList& newestInverse() const { return undo_.top(); }
+    /// Questions that the collision pipeline has asked and nobody has replied to, ascending.
+    [[nodiscard]] std::vector<std::uint64_t> openQuestions() const { return pipeline_.openQuestions(); }
     /// The nearest visible triangle on a world-space ray.
     [[nodiscard]] std::optional<PickHit> pick(const Ray& ray) { return pipeline_.pickNode(scene(), ray); }
 
@@ -79,6 +93,7 @@ private:
 
     Committer committer_;
     UndoStack undo_;
+    std::unique_ptr<Workers> workers_;  ///< null: one thread
     CollisionPipeline pipeline_;
     std::vector<ObjectId> motions_;  ///< ids of all Motion cores, ascending
     struct Held {

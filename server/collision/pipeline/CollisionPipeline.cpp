@@ -1,344 +1,550 @@
 #include "server/collision/pipeline/CollisionPipeline.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <deque>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 
-#include "server/collision/neighbours/NeighbourFinder.h"
-#include "server/collision/pipeline/ContactMemory.h"
-#include "server/collision/pipeline/ObjectHandler.h"
-#include "server/collision/pipeline/Response.h"
+#include "common/base/Workers.h"
+#include "server/collision/pipeline/ContactList.h"
+#include "server/collision/pipeline/EventBook.h"
+#include "server/collision/pipeline/Neighbourhood.h"
+#include "server/collision/pipeline/QuestionBook.h"
+#include "server/collision/response/PairImpact.h"
+#include "server/collision/response/Response.h"
 
 namespace tessera {
-
 namespace {
 
-/// A wish that can be granted, and the way it asks for.
-struct Mover {
-    TentativeTransform wish;
-    Way way;
-};
+using NodePair = std::pair<ObjectId, ObjectId>;
 
-using ObjectPair = std::pair<ObjectId, ObjectId>;
-using PartPair = std::pair<std::uint32_t, std::uint32_t>;  // side A first
-
-Pose valueOf(const TentativeTransform& t) {
-    return {t.translation, t.rotation, t.scale};
-}
-Pose valueOf(const Transform& t) {
-    return {t.translation, t.rotation, t.scale};
-}
-
-TentativeTransform withValue(TentativeTransform t, const Pose& value) {
-    t.translation = value.translation;
-    t.rotation = value.rotation;
-    t.scale = value.scale;
-    return t;
-}
-
-std::array<double, 10> numbersOf(const TentativeTransform& t) {
-    return {t.translation.x(), t.translation.y(), t.translation.z(), t.rotation.w(), t.rotation.x(),
-            t.rotation.y(),    t.rotation.z(),    t.scale.x(),       t.scale.y(),    t.scale.z()};
-}
-
-/// Whose wish counts, whatever order they come in: the lowest source; of one source the one that the numbers put first.
-bool before(const TentativeTransform& x, const TentativeTransform& y) {
-    if (x.transform != y.transform) return x.transform < y.transform;
-    if (x.source != y.source) return x.source < y.source;
-    const std::array<double, 10> nx = numbersOf(x), ny = numbersOf(y);
-    return std::lexicographical_compare(nx.begin(), nx.end(), ny.begin(), ny.end(), [](double a, double b) {
-        return std::bit_cast<std::uint64_t>(a) < std::bit_cast<std::uint64_t>(b);
-    });
-}
-
-/// Two parts that touch: which faces, and in which poses.
-struct Touching {
-    ObjectPair objects;
-    std::uint32_t partA, partB;
-    const std::vector<FacePair>* faces;
-    Affine3d worldA, worldB;
-};
-
-/// A scale on its way through zero would flatten the part.
-bool turnsInsideOut(const Way& way) {
-    return (way.start.scale.array() * way.end.scale.array() < 0).any();
+bool wantsAllFaces(const Relation& relation) {
+    return relation.contacts && relation.detail != Interest::kYesOrNo;
 }
 
 }  // namespace
 
 struct CollisionPipeline::Impl {
-    explicit Impl(CollisionLimits l)
-        : limits(l), shapes(std::make_shared<ShapeCache>()), handler(shapes, l.maxInterests), picker(shapes) {}
+    Impl(CollisionLimits l, Workers* w)
+        : limits(l),
+          workers(w),
+          shapes(std::make_shared<ShapeCache>()),
+          handler(shapes, {.maxInterests = l.maxInterests}),
+          neighbourhood(w),
+          bodies(w),
+          picker(shapes) {}
 
     CollisionLimits limits;
+    Workers* workers;
     std::shared_ptr<ShapeCache> shapes;
     ObjectHandler handler;
-    std::unique_ptr<NeighbourFinder> neighbours = makeNeighbourFinder();
-    StopResponse stop;
-    ContactMemory memory;
+    Neighbourhood neighbourhood;
+    PairMemory memory;
+    FreeBodies bodies;
+    QuestionBook questions;
+    EventBook events;
     ScenePicker picker;
-    std::uint64_t generation = 0;           // of the handler's tables that `neighbours` and `memory` know
-    std::vector<std::uint32_t> swept;       // parts whose boxes in `neighbours` are larger than they are now
-    std::vector<ObjectPair> touchedBefore;  // ascending
+    std::unique_ptr<Response> stop = makeStopResponse(), slide = makeSlideResponse();
+    std::vector<NodePair> touchedBefore;  // ascending
 
     // State of one step.
     struct Step {
         StepResult result;
         QueryWork work;
-        std::vector<NeighbourPair> near;
-        std::vector<Touching> touching;
-        std::deque<Hit> hits;  // keeps what `touching` points to
+        std::vector<Mover> movers;                // that something may be in the way of, ascending by transform
+        std::vector<Mover> plain;                 // free bodies that are moved and that nothing is in the way of
+        std::vector<Mover> moved;                 // all that moved, on the ways that they went, ascending by transform
+        FreeBodies::StartWorlds startWorlds;      // of the parts that they carry, but for free bodies
+        std::unordered_map<std::uint32_t, double> firstTimes;  // kDynamic: by pair, for those that touch on the way
+        std::vector<std::vector<std::uint32_t>> pairsOfPart;   // those that are obstacles to each other
+        std::vector<EventBook::Touching> touchedOnTheWay;
+        ContactList contacts;
     };
 
-    StepResult run(const Aspect& committed, std::span<const TentativeTransform> wanted);
-    std::vector<Mover> admit(const Aspect& committed, std::span<const TentativeTransform> wanted,
-                             StepResult& result) const;
-    [[nodiscard]] bool canBeShown(const Mover& mover) const;
-    void findNeighbours(std::span<const Mover> movers, Step& step);
+    StepResult run(const Aspect& committed, std::span<const TentativeTransform> wanted, std::span<const Reply> replies,
+                   double seconds);
+    void admitWishes(const Aspect& committed, std::span<const TentativeTransform> wanted, std::span<const Reply> replies,
+                     Step& step);
+    void noteStart(const Mover& mover, Step& step) const;
+    void listObstacles(Step& step);
+    [[nodiscard]] bool obstacle(const PairState& pair, const Relation& relation, ObjectId transform) const;
+    void rollBack(Step& step);
     void move(const Mover& mover, Step& step);
-    [[nodiscard]] std::vector<PartPair> pairsOf(const Mover& mover, const Step& step) const;
-    void touch(std::uint32_t partA, std::uint32_t partB, const std::vector<FacePair>& faces, const Affine3d& worldA,
-               const Affine3d& worldB, Step& step) const;
-    [[nodiscard]] Contact contactAt(const Touching& touching, const FacePair& faces) const;
+    void ask(const MotionTrial& trial, const Resolution& resolution, const Mover& mover, Step& step);
+    void letGo(double seconds, Step& step) const;
+    void moveFreeBodies(const Aspect& committed, double seconds, Step& step);
+    void lookOnTheWay(bool deforming, Step& step);
     void touchAtRest(Step& step);
-    void listContacts(Step& step);
+    void measure(Step& step);
     void finish(Step& step);
 
-    [[nodiscard]] PartPair ordered(const NeighbourPair& pair) const {
-        return handler.relation(pair.a, pair.b).firstIsObject ? PartPair(pair.a, pair.b) : PartPair(pair.b, pair.a);
+    void notLookedAt(ObjectId a, ObjectId b, NotLookedAt::Reason reason, Step& step) const {
+        ++step.result.counters.notLookedAt;
+        if (step.result.notLookedAt.size() < limits.maxNotLookedAt) step.result.notLookedAt.push_back({a, b, reason});
     }
-    [[nodiscard]] bool moves(const Mover& mover) const {
-        for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
-            const auto [first, last] = handler.partsBelow(place);
-            if (first != last) return true;
-        }
-        return false;
+    [[nodiscard]] const Part& part(std::uint32_t index) const { return handler.parts()[index]; }
+    [[nodiscard]] const Body& bodyOf(std::uint32_t index) const { return handler.bodies()[part(index).body]; }
+    [[nodiscard]] Relation relationOf(const PairState& pair) const {
+        return handler.relation(std::min(pair.a, pair.b), std::max(pair.a, pair.b));
     }
+    [[nodiscard]] ObjectId interestOf(const Relation& relation) const {
+        return relation.interests.empty() ? ObjectId{} : handler.interests()[relation.interests.front()].core;
+    }
+    template <typename Query>
+    void forPairs(std::span<const std::uint32_t> pairs, QueryWork& work, const Query& query);
 };
 
-StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const TentativeTransform> wanted) {
+StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const TentativeTransform> wanted,
+                                        std::span<const Reply> replies, double seconds) {
     Step step;
     step.work.limit = limits.maxTests;
     handler.dropOverlay(committed);
-    const std::vector<Mover> movers = admit(committed, wanted, step.result);
-    findNeighbours(movers, step);
-    for (const Mover& mover : movers) move(mover, step);
+    neighbourhood.follow(handler);
+    admitWishes(committed, wanted, replies, step);
+
+    const std::span<const NeighbourPair> near = neighbourhood.find(handler, step.movers, bodies, seconds);
+    step.result.counters.neighbours = near.size();
+    memory.align(near, handler);
+    if (!handler.deformations().empty()) {
+        // Ways are those that are wished for: how far they are free is found against the new shapes.
+        lookOnTheWay(true, step);
+        handler.settleDeformations();
+    }
+    listObstacles(step);
+    rollBack(step);
+    for (const Mover& mover : step.movers) move(mover, step);
+    moveFreeBodies(committed, seconds, step);
+    std::ranges::sort(step.moved, {}, [](const Mover& mover) { return mover.wish.transform; });
+    lookOnTheWay(false, step);
     touchAtRest(step);
+    measure(step);
     finish(step);
     return std::move(step.result);
 }
 
-/// Sorts the wishes, refuses impossible ones, grants those that move no part of any interest, and returns the others.
-std::vector<Mover> CollisionPipeline::Impl::admit(const Aspect& committed, std::span<const TentativeTransform> wanted,
-                                                  StepResult& result) const {
-    std::vector<TentativeTransform> wishes(wanted.begin(), wanted.end());
-    std::sort(wishes.begin(), wishes.end(), before);
-    const auto sameTransform = [](const auto& x, const auto& y) { return x.transform == y.transform; };
-    wishes.erase(std::unique(wishes.begin(), wishes.end(), sameTransform), wishes.end());
-
-    std::vector<Mover> movers;
-    for (const TentativeTransform& wish : wishes) {
-        const Transform* present = committed.get<Transform>(wish.transform);
-        if (!present) {
-            result.stopped.push_back(wish.transform);
-            continue;
-        }
-        const Mover mover{wish, {valueOf(*present), valueOf(wish)}};
-        const bool granted = possible(mover.way.end);
-        if (granted && !moves(mover)) {
-            result.accepted.push_back(wish);
-        } else if (granted && !turnsInsideOut(mover.way) && canBeShown(mover)) {
-            movers.push_back(mover);
-        } else {
-            result.accepted.push_back(withValue(wish, mover.way.start));
-            result.stopped.push_back(wish.transform);
-        }
-    }
-    return movers;
-}
-
-/// No part that has a body now would lose it (by numbers too large or too small to work with).
-bool CollisionPipeline::Impl::canBeShown(const Mover& mover) const {
+void CollisionPipeline::Impl::noteStart(const Mover& mover, Step& step) const {
     for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
         const auto [first, last] = handler.partsBelow(place);
-        for (std::uint32_t i = first; i < last; ++i) {
-            if (!handler.parts()[i].solid()) continue;
-            const PartOnTheWay part(handler, i, mover.wish.transform);
-            if (!invertible(part.world(localOf(mover.way.end)))) return false;
-        }
+        for (std::uint32_t i = first; i < last; ++i) step.startWorlds.try_emplace(i, part(i).world);
     }
-    return true;
 }
 
-void CollisionPipeline::Impl::findNeighbours(std::span<const Mover> movers, Step& step) {
-    const std::span<const Part> parts = handler.parts();
-    std::vector<std::uint32_t> stale = handler.takeMoved();
-    if (generation != handler.generation()) {
-        generation = handler.generation();
-        std::vector<Box> boxes;
-        boxes.reserve(parts.size());
-        for (const Part& part : parts) boxes.push_back(part.worldBox);
-        neighbours->reset(boxes, handler.interactions());
-        memory.clear();
-    } else {
-        stale.insert(stale.end(), swept.begin(), swept.end());
-        for (const std::uint32_t i : stale) neighbours->move(i, parts[i].worldBox);
-    }
-    swept.clear();
+/// What nothing can be in the way of goes where it is wanted, at once.
+void CollisionPipeline::Impl::admitWishes(const Aspect& committed, std::span<const TentativeTransform> wanted,
+                                          std::span<const Reply> replies, Step& step) {
+    std::vector<TentativeTransform> wishes = questions.take(replies);
+    wishes.insert(wishes.end(), wanted.begin(), wanted.end());
+    std::vector<Mover> movers = admit(committed, handler, std::move(wishes), step.result);
+    std::vector<ObjectId> held;
     for (const Mover& mover : movers)
+        if (handler.freeBodyOf(mover.wish.transform) != kNobody) held.push_back(mover.wish.transform);
+    bodies.begin(handler, held);
+    for (Mover& mover : movers) {
+        bool obstructed = false, dynamic = false;
         for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
             const auto [first, last] = handler.partsBelow(place);
-            for (std::uint32_t i = first; i < last; ++i) swept.push_back(i);
+            for (std::uint32_t i = first; i < last; ++i) {
+                obstructed = obstructed || neighbourhood.traits(handler, i).obstructed;
+                dynamic = dynamic || neighbourhood.traits(handler, i).dynamic;
+            }
         }
-    std::sort(swept.begin(), swept.end());
-    swept.erase(std::unique(swept.begin(), swept.end()), swept.end());
-    const WayLookup wayOf = [&](ObjectId id) -> const Way* {
-        const auto it = std::lower_bound(movers.begin(), movers.end(), id,
-                                         [](const Mover& m, ObjectId value) { return m.wish.transform < value; });
-        return it != movers.end() && it->wish.transform == id ? &it->way : nullptr;
-    };
-    for (const std::uint32_t i : swept)
-        if (parts[i].solid()) neighbours->move(i, boxOnAllWays(handler, i, wayOf));
-    const std::span<const NeighbourPair> near = neighbours->pairs();
-    step.near.assign(near.begin(), near.end());
+        if (obstructed || dynamic) {
+            step.movers.push_back(std::move(mover));
+            continue;
+        }
+        step.result.accepted.push_back(mover.wish);
+        handler.overlay(mover.wish.transform, localOf(mover.way.end));
+        if (handler.freeBodyOf(mover.wish.transform) != kNobody) step.plain.push_back(std::move(mover));
+    }
 }
 
-std::vector<PartPair> CollisionPipeline::Impl::pairsOf(const Mover& mover, const Step& step) const {
-    std::unordered_map<std::uint32_t, std::uint32_t> carriers;  // moved part -> the place that carries it
-    for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
-        const auto [first, last] = handler.partsBelow(place);
-        for (std::uint32_t i = first; i < last; ++i) carriers[i] = place;  // ascending, so the nearest one stays
+/// Whether a pair stands in the way of a transform that carries one of its parts.
+bool CollisionPipeline::Impl::obstacle(const PairState& pair, const Relation& relation, ObjectId transform) const {
+    switch (relation.response) {
+        case Interest::kReport:
+            return false;
+        case Interest::kBounce:
+            // What can be pushed is.
+            return !bodies.isFree(part(pair.a).body) && !bodies.isFree(part(pair.b).body);
+        case Interest::kAsk:
+            return !questions.passes({transform, bodyOf(pair.a).node, bodyOf(pair.b).node});
+        default:
+            return true;
     }
-    const auto carrierOf = [&](std::uint32_t part) {
-        const auto it = carriers.find(part);
-        return it == carriers.end() ? Place::kNone : it->second;
+}
+
+void CollisionPipeline::Impl::listObstacles(Step& step) {
+    if (step.movers.empty()) return;
+    step.pairsOfPart.resize(handler.parts().size());
+    const std::span<const PairState> pairs = memory.states();
+    for (std::uint32_t k = 0; k < pairs.size(); ++k) {
+        if (relationOf(pairs[k]).response == Interest::kReport) continue;
+        step.pairsOfPart[pairs[k].a].push_back(k);
+        step.pairsOfPart[pairs[k].b].push_back(k);
+    }
+}
+
+/// All that takes part in a rollback goes back to the first time at which any of its pairs touch, everything being on its way
+/// as it is wished.
+void CollisionPipeline::Impl::rollBack(Step& step) {
+    const auto rollsBack = [&](const Mover& mover) {
+        return std::ranges::any_of(handler.placesOf(mover.wish.transform), [&](std::uint32_t place) {
+            const auto [first, last] = handler.partsBelow(place);
+            for (std::uint32_t i = first; i < last; ++i)
+                if (neighbourhood.traits(handler, i).rollback) return true;
+            return false;
+        });
     };
-    std::vector<PartPair> pairs;
-    for (const NeighbourPair& pair : step.near) {
-        // Two that stand still, or are carried together, are as far apart as before.
-        if (carrierOf(pair.a) == carrierOf(pair.b) || !handler.relation(pair.a, pair.b).stop) continue;
-        pairs.push_back(ordered(pair));
+    if (std::ranges::none_of(step.movers, rollsBack)) return;
+    const WayLookup lookup = [&](ObjectId transform) { return wayOf(step.movers, transform); };
+    double earliest = 1;
+    bool hit = false;
+    for (PairState& pair : memory.states()) {
+        const Relation relation = relationOf(pair);
+        if (relation.response != Interest::kRollback) continue;
+        const Part& a = part(pair.a);
+        const Part& b = part(pair.b);
+        askTouch(pair, a, b, true, limits.maxContacts, step.work);
+        if (pair.touch.touching) continue;  // resting on each other or stuck: a stop's rules are for that
+        ++step.result.counters.pairsTested;
+        const double size = std::min(a.worldBox.size().norm(), b.worldBox.size().norm());
+        const Impact impact = firstContact(handler, pair.a, pair.b, lookup, limits.stopTolerance * size, step.work);
+        if (!impact.complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
+        if (!impact.hit && impact.complete) continue;
+        hit = true;
+        earliest = std::min(earliest, impact.t);
     }
-    return pairs;
+    if (!hit) return;
+    for (Mover& mover : step.movers) {
+        if (!rollsBack(mover)) continue;
+        mover.way.end = mover.way.at(earliest);
+        step.result.stopped.push_back(mover.wish.transform);
+    }
 }
 
 void CollisionPipeline::Impl::move(const Mover& mover, Step& step) {
     StepResult& result = step.result;
+    noteStart(mover, step);
     Resolution resolution;
     resolution.accepted = mover.way.end;
-    const std::vector<PartPair> pairs = pairsOf(mover, step);
-    if (!pairs.empty()) {
-        const auto touchingAtStart = [&](std::uint32_t a, std::uint32_t b) -> std::uint64_t {
-            if (!handler.parts()[a].worldBox.overlaps(handler.parts()[b].worldBox)) return 0;
-            const FacePairs& faces = memory.state(handler, a, b, step.work, result.counters.pairsTested).faces;
-            // An undecided start is taken for contact; the response will not get far with it.
-            result.counters.notLookedAt += !faces.complete;
-            return faces.complete ? faces.pairs.size() : std::max<std::uint64_t>(faces.pairs.size(), 1);
-        };
-        const MotionTrial trial(handler, mover.wish.transform, mover.way, pairs, touchingAtStart,
-                                {limits.stopTolerance, limits.arcTolerance, limits.maxPieces}, step.work,
-                                result.counters.pairsTested);
-        resolution = stop.resolve(trial);
-        for (Hit& found : resolution.hits) {
-            const Hit& hit = step.hits.emplace_back(std::move(found));
-            const Obstacle& o = trial.obstacles()[hit.obstacle];
-            touch(o.partA, o.partB, hit.faces, hit.worldA, hit.worldB, step);
+    std::unordered_map<std::uint32_t, std::uint32_t> carriers;  // moved part -> the place that carries it
+    std::vector<std::uint32_t> near;
+    for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
+        const auto [first, last] = handler.partsBelow(place);
+        for (std::uint32_t i = first; i < last; ++i) {
+            carriers[i] = place;  // ascending, so the nearest one stays
+            if (!step.pairsOfPart.empty()) near.insert(near.end(), step.pairsOfPart[i].begin(), step.pairsOfPart[i].end());
         }
     }
-    result.counters.notLookedAt += resolution.undecided;
+    std::ranges::sort(near);
+    near.erase(std::unique(near.begin(), near.end()), near.end());
+    const auto carrierOf = [&](std::uint32_t i) {
+        const auto it = carriers.find(i);
+        return it == carriers.end() ? Place::kNone : it->second;
+    };
+    std::vector<ObstaclePair> pairs;
+    std::unordered_map<std::uint64_t, std::uint32_t> stateOf;
+    bool slides = false;
+    for (const std::uint32_t k : near) {
+        const PairState& pair = memory.states()[k];
+        const Relation relation = relationOf(pair);
+        // Two that are carried together are as far apart as before.
+        if (carrierOf(pair.a) == carrierOf(pair.b) || !obstacle(pair, relation, mover.wish.transform)) continue;
+        pairs.push_back({pair.a, pair.b, relation.response == Interest::kSlide});
+        slides = slides || pairs.back().slide;
+        stateOf[std::uint64_t{pair.a} << 32 | pair.b] = k;
+    }
+    if (!pairs.empty()) {
+        const auto touchingAtStart = [&](std::uint32_t a, std::uint32_t b) -> std::uint64_t {
+            if (!part(a).worldBox.overlaps(part(b).worldBox)) return 0;
+            PairState& state = memory.states()[stateOf.at(std::uint64_t{a} << 32 | b)];
+            if (!state.touch.holds(part(a), part(b), true)) ++result.counters.pairsTested;
+            askTouch(state, part(a), part(b), true, limits.maxContacts, step.work);
+            // An undecided start is taken for contact; the response will not get far with it.
+            if (!state.touch.complete) notLookedAt(state.nodeA, state.nodeB, NotLookedAt::Reason::kWork, step);
+            return state.touch.complete ? state.touch.faceCount : std::max<std::uint64_t>(state.touch.faceCount, 1);
+        };
+        const MotionTrial trial(handler, mover.wish.transform, mover.way, pairs, touchingAtStart,
+                                {limits.stopTolerance, limits.maxPieces}, step.work,
+                                result.counters.pairsTested);
+        resolution = (slides ? slide : stop)->resolve(trial);
+        ask(trial, resolution, mover, step);
+        for (Hit& hit : resolution.hits) {
+            const Obstacle& o = trial.obstacles()[hit.obstacle];
+            const PairState& state = memory.states()[stateOf.at(std::uint64_t{o.partA} << 32 | o.partB)];
+            const std::uint64_t count = hit.faces.size();
+            if (hit.faces.size() > limits.maxContacts) hit.faces.resize(limits.maxContacts);
+            step.contacts.add({state.nodeA, state.nodeB, o.partA, o.partB, std::move(hit.faces), count, hit.worldA, hit.worldB,
+                               interestOf(relationOf(state)), hit.fraction});
+        }
+    }
+    if (resolution.undecided > 0) notLookedAt(mover.wish.transform, {}, NotLookedAt::Reason::kPieces, step);
     result.accepted.push_back(withValue(mover.wish, resolution.accepted));
     if (resolution.stopped) result.stopped.push_back(mover.wish.transform);
     handler.overlay(mover.wish.transform, localOf(resolution.accepted));
+    step.moved.push_back({mover.wish, {mover.way.start, resolution.accepted}});
 }
 
-void CollisionPipeline::Impl::touch(std::uint32_t partA, std::uint32_t partB, const std::vector<FacePair>& faces,
-                                    const Affine3d& worldA, const Affine3d& worldB, Step& step) const {
-    if (faces.empty()) return;
-    const ObjectPair objects(handler.parts()[partA].node, handler.parts()[partB].node);
-    step.touching.push_back({objects, partA, partB, &faces, worldA, worldB});
+void CollisionPipeline::Impl::ask(const MotionTrial& trial, const Resolution& resolution, const Mover& mover, Step& step) {
+    for (const Hit& hit : resolution.hits) {
+        const Obstacle& o = trial.obstacles()[hit.obstacle];
+        const Relation relation = handler.relation(std::min(o.partA, o.partB), std::max(o.partA, o.partB));
+        if (relation.response != Interest::kAsk) continue;
+        const InterestTerms& interest = handler.interests()[relation.interests.front()];
+        Question question;
+        question.interest = interest.core;
+        question.objectA = bodyOf(o.partA).node;
+        question.objectB = bodyOf(o.partB).node;
+        question.transform = mover.wish.transform;
+        question.present = resolution.accepted;
+        question.wanted = mover.way.end;
+        const Part& a = part(o.partA);
+        const Part& b = part(o.partB);
+        const Contact where = !hit.faces.empty() ? contactOfFaces(a, b, hit.worldA, hit.worldB, hit.faces.front())
+                              : a.shape->hull && b.shape->hull ? contactOfHulls(a, b, hit.worldA, hit.worldB)
+                                                               : Contact{};
+        question.point = where.point;
+        question.normal = where.normal;
+        questions.stopped({question.transform, question.objectA, question.objectB}, question, interest.patience,
+                          limits.maxQuestions, step.result.questions);
+    }
 }
 
-/// Found in A's frame, where the predicate decided. The normal goes to the world as planes do, which also rights it
-/// where a mirrored frame turned the winding.
-Contact CollisionPipeline::Impl::contactAt(const Touching& touching, const FacePair& faces) const {
-    const TriangleMesh& meshA = handler.parts()[touching.partA].shape->mesh();
-    const TriangleMesh& meshB = handler.parts()[touching.partB].shape->mesh();
-    const Affine3d a_T_b = touching.worldA.inverse() * touching.worldB;
-    Triangle triangleB = transformed(a_T_b, meshB.triangle(faces.b));
-    if (a_T_b.linear().determinant() < 0) std::swap(triangleB[1], triangleB[2]);
-    const TriangleContact local = contactOf(meshA.triangle(faces.a), triangleB);
-    const Mat3d world_N_a = touching.worldA.linear().inverse().transpose();
-    return {touching.objects.first,
-            touching.objects.second,
-            faces.a,
-            faces.b,
-            touching.worldA * local.point,
-            (world_N_a * local.normal).stableNormalized()};
+/// Free bodies that somebody else moves in this frame: what a motion moves keeps its pace when it is let go, what a hand puts
+/// somewhere is at rest there.
+void CollisionPipeline::Impl::letGo(double seconds, Step& step) const {
+    for (const auto* movers : {&step.moved, &step.plain})
+        for (const Mover& mover : *movers) {
+            const std::uint32_t index = handler.freeBodyOf(mover.wish.transform);
+            if (index == kNobody) continue;
+            const Body& body = handler.bodies()[index];
+            BodyVelocity now{body.core, Vec3d::Zero(), Vec3d::Zero()};
+            if (mover.wish.source == 0 && seconds > 0) {
+                const std::uint32_t parent = handler.places()[body.place].parent;
+                const Affine3d above = parent == Place::kNone ? Affine3d(Affine3d::Identity()) : handler.places()[parent].world;
+                now.velocity = above.linear() * (mover.way.end.translation - mover.way.start.translation) / seconds;
+                const Eigen::AngleAxisd turn(mover.way.end.rotation.normalized() * mover.way.start.rotation.normalized().conjugate());
+                now.spin = (above.linear() * turn.axis()).stableNormalized() * (turn.angle() / seconds);
+            }
+            if (now.velocity != body.velocity || now.spin != body.spin) step.result.velocities.push_back(now);
+        }
+    std::ranges::sort(step.result.velocities, {}, &BodyVelocity::core);
+}
+
+void CollisionPipeline::Impl::moveFreeBodies(const Aspect& committed, double seconds, Step& step) {
+    letGo(seconds, step);
+    if (!bodies.any() || !(seconds > 0)) {
+        bodies.end(handler, step.result.velocities);
+        return;
+    }
+    FreeBodies::Outcome outcome = bodies.advance(committed, handler, memory.states(), step.startWorlds, seconds, step.work);
+    for (const NotLookedAt& pair : outcome.notLookedAt) notLookedAt(pair.nodeA, pair.nodeB, pair.reason, step);
+    step.result.counters.asleep = outcome.asleep;
+    step.result.counters.freeBodies = bodies.free().size();
+    for (const FreeBodies::Moved& moved : outcome.moved) {
+        Mover mover;
+        mover.wish.transform = handler.bodies()[moved.body].transform;
+        mover.way = moved.way;
+        step.result.accepted.push_back(withValue(mover.wish, moved.way.end));
+        handler.overlay(mover.wish.transform, localOf(moved.way.end));
+        step.moved.push_back(std::move(mover));
+    }
+    std::vector<BodyVelocity>& velocities = step.result.velocities;
+    velocities.insert(velocities.end(), outcome.velocities.begin(), outcome.velocities.end());
+    std::ranges::sort(velocities, {}, &BodyVelocity::core);
+    bodies.end(handler, velocities);
+}
+
+/// Runs query(pair, work) for pairs of the memory, shared among the workers. Each may take what is left at the start of its
+/// batch, and batches are cut by what their pairs may take, so results do not depend on the number of threads.
+template <typename Query>
+void CollisionPipeline::Impl::forPairs(std::span<const std::uint32_t> pairs, QueryWork& work, const Query& query) {
+    constexpr std::size_t kPairsPerBatch = 2048, kPairsPerTask = 32;
+    const auto expected = [&](const PairState& pair) {
+        return 64 + 16 * std::uint64_t{std::min(part(pair.a).shape->tree.mesh().faceCount(),
+                                                part(pair.b).shape->tree.mesh().faceCount())};
+    };
+    std::vector<QueryWork> works;
+    for (std::size_t begin = 0, end = 0; begin < pairs.size(); begin = end) {
+        const std::uint64_t used = work.boxTests + work.triangleTests;
+        const std::uint64_t left = work.limit - std::min(work.limit, used);
+        std::uint64_t promised = 0;
+        for (end = begin; end < pairs.size() && end - begin < kPairsPerBatch && (end == begin || promised < left); ++end)
+            promised += expected(memory.states()[pairs[end]]);
+        works.assign(end - begin, QueryWork{.limit = left});
+        const auto task = [&](std::size_t index) {
+            const std::size_t first = begin + index * kPairsPerTask, last = std::min(end, first + kPairsPerTask);
+            for (std::size_t i = first; i < last; ++i) query(memory.states()[pairs[i]], works[i - begin]);
+        };
+        const std::size_t tasks = (end - begin + kPairsPerTask - 1) / kPairsPerTask;
+        if (workers != nullptr && tasks > 1) {
+            workers->run(tasks, task);
+        } else {
+            for (std::size_t i = 0; i < tasks; ++i) task(i);
+        }
+        for (const QueryWork& w : works) {
+            work.boxTests += w.boxTests;
+            work.triangleTests += w.triangleTests;
+        }
+    }
+}
+
+/// The first contact within the frame's motion, for interests that want to know it: of pairs that deform (before they are
+/// settled, others being on the ways that they wish for), or of all others on the ways that they went.
+void CollisionPipeline::Impl::lookOnTheWay(bool deforming, Step& step) {
+    const std::span<const Mover> ways = deforming ? std::span<const Mover>(step.movers) : std::span<const Mover>(step.moved);
+    if (!deforming && ways.empty()) return;
+    std::vector<bool> travels(handler.parts().size(), false), deforms(handler.parts().size(), false);
+    for (const Mover& mover : ways)
+        for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
+            const auto [first, last] = handler.partsBelow(place);
+            for (std::uint32_t i = first; i < last; ++i) travels[i] = true;
+        }
+    for (const Deformation& deformation : handler.deformations()) deforms[deformation.part] = true;
+    std::vector<std::uint32_t> asked;
+    const std::span<PairState> pairs = memory.states();
+    for (std::uint32_t k = 0; k < pairs.size(); ++k) {
+        const PairState& pair = pairs[k];
+        if (!relationOf(pair).dynamic || step.firstTimes.contains(k)) continue;
+        const bool here = deforming ? deforms[pair.a] || deforms[pair.b] : travels[pair.a] || travels[pair.b];
+        if (here && part(pair.a).solid() && part(pair.b).solid()) asked.push_back(k);
+    }
+    if (asked.empty()) return;
+    const WayLookup lookup = [&](ObjectId transform) { return wayOf(ways, transform); };
+    std::vector<Impact> impacts(asked.size());
+    forPairs(asked, step.work, [&](PairState& pair, QueryWork& work) {
+        const std::size_t k = static_cast<std::size_t>(&pair - pairs.data());
+        const std::size_t i = static_cast<std::size_t>(std::ranges::lower_bound(asked, k) - asked.begin());
+        const double size = std::min(part(pair.a).worldBox.size().norm(), part(pair.b).worldBox.size().norm());
+        impacts[i] = firstContact(handler, pair.a, pair.b, lookup, limits.stopTolerance * size, work);
+    });
+    step.result.counters.pairsTested += asked.size();
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+        const PairState& pair = pairs[asked[i]];
+        if (!impacts[i].complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
+        if (!impacts[i].hit) continue;
+        step.firstTimes[asked[i]] = impacts[i].t;
+        const Relation relation = relationOf(pair);
+        for (const std::uint32_t index : relation.interests) {
+            const InterestTerms& interest = handler.interests()[index];
+            if (interest.mode != Interest::kDynamic) continue;
+            PairEvent event;
+            event.interest = interest.core;
+            event.objectA = bodyOf(pair.a).node;
+            event.objectB = bodyOf(pair.b).node;
+            event.firstTime = impacts[i].t;
+            event.point = impacts[i].point;
+            event.normal = impacts[i].normal;
+            step.touchedOnTheWay.push_back({event, false});
+        }
+    }
 }
 
 /// Everything that touches in the poses that were accepted.
 void CollisionPipeline::Impl::touchAtRest(Step& step) {
-    for (const NeighbourPair& pair : step.near) {
-        const auto [a, b] = ordered(pair);
-        if (!handler.parts()[a].worldBox.overlaps(handler.parts()[b].worldBox)) continue;
-        const PairState& now = memory.state(handler, a, b, step.work, step.result.counters.pairsTested);
-        step.result.counters.notLookedAt += !now.faces.complete;
-        touch(a, b, now.faces.pairs, handler.parts()[a].world, handler.parts()[b].world, step);
+    const std::span<PairState> pairs = memory.states();
+    std::vector<std::uint32_t> asked;
+    for (std::uint32_t k = 0; k < pairs.size(); ++k) {
+        PairState& pair = pairs[k];
+        const Part& a = part(pair.a);
+        const Part& b = part(pair.b);
+        const bool wanted = relationOf(pair).contacts || bodies.isFree(a.body) || bodies.isFree(b.body);
+        if (wanted && a.solid() && b.solid() && a.worldBox.overlaps(b.worldBox)) {
+            if (!pair.touch.holds(a, b, wantsAllFaces(relationOf(pair)))) asked.push_back(k);
+        } else {
+            pair.touch = {};
+        }
+    }
+    step.result.counters.pairsTested += asked.size();
+    forPairs(asked, step.work, [&](PairState& pair, QueryWork& work) {
+        if (work.limit == 0) {
+            pair.touch = {};
+            pair.touch.complete = false;
+            return;
+        }
+        askTouch(pair, part(pair.a), part(pair.b), wantsAllFaces(relationOf(pair)), limits.maxContacts, work);
+    });
+    for (const PairState& pair : pairs) {
+        if (!pair.touch.complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
+        if (!pair.touch.touching) continue;
+        const Relation relation = relationOf(pair);
+        if (!relation.contacts) continue;
+        Touching touching{pair.nodeA, pair.nodeB, pair.a, pair.b, pair.touch.faces, pair.touch.faceCount,
+                          part(pair.a).world, part(pair.b).world, interestOf(relation), 1};
+        if (relation.detail != Interest::kAllFaces) {
+            const std::size_t most = relation.detail == Interest::kYesOrNo ? 1 : static_cast<std::size_t>(relation.detail);
+            touching.faces.resize(std::min(touching.faces.size(), most));
+            touching.faceCount = std::max<std::uint64_t>(touching.faces.size(), 1);
+        }
+        step.contacts.add(std::move(touching));
     }
 }
 
-/// Sorts what touches and works out the first maxContacts of it.
-void CollisionPipeline::Impl::listContacts(Step& step) {
-    std::stable_sort(step.touching.begin(), step.touching.end(),
-                     [](const Touching& x, const Touching& y) { return x.objects < y.objects; });
-    std::vector<std::pair<FacePair, const Touching*>> faces;
-    for (std::size_t begin = 0, end = 0; begin < step.touching.size(); begin = end) {
-        faces.clear();
-        for (; end < step.touching.size() && step.touching[end].objects == step.touching[begin].objects; ++end)
-            for (const FacePair& f : *step.touching[end].faces) faces.emplace_back(f, &step.touching[end]);
-        // A pair can be hit by several movers in turn: the first account of two faces stays.
-        std::stable_sort(faces.begin(), faces.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
-        const auto same = [](const auto& x, const auto& y) { return x.first == y.first; };
-        faces.erase(std::unique(faces.begin(), faces.end(), same), faces.end());
-        for (const auto& [pair, touching] : faces) {
-            if (step.result.contacts.size() == limits.maxContacts)
-                ++step.result.counters.contactsLeftOut;
-            else
-                step.result.contacts.push_back(contactAt(*touching, pair));
+void CollisionPipeline::Impl::measure(Step& step) {
+    const std::span<PairState> pairs = memory.states();
+    std::vector<std::uint32_t> asked;
+    for (std::uint32_t k = 0; k < pairs.size(); ++k)
+        if (relationOf(pairs[k]).distance && part(pairs[k].a).solid() && part(pairs[k].b).solid()) asked.push_back(k);
+    forPairs(asked, step.work, [&](PairState& pair, QueryWork& work) {
+        askDistance(pair, part(pair.a), part(pair.b), relationOf(pair).threshold, work);
+    });
+    std::vector<EventBook::Near> near;
+    for (const std::uint32_t k : asked) {
+        const PairState& pair = pairs[k];
+        const DistanceAnswer& known = pair.distance;
+        if (!known.complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
+        if (!known.complete || known.farther) continue;
+        for (const std::uint32_t index : relationOf(pair).interests) {
+            const InterestTerms& interest = handler.interests()[index];
+            if (interest.mode != Interest::kDistance || known.distance > interest.threshold) continue;
+            near.push_back({{interest.core, bodyOf(pair.a).node, bodyOf(pair.b).node, Phase::kBegan, known.distance, pair.nodeA,
+                             pair.nodeB, known.faces.a, known.faces.b, known.pointA, known.pointB}});
         }
     }
+    std::vector<EventBook::Touching> touching = std::move(step.touchedOnTheWay);
+    for (std::uint32_t k = 0; k < pairs.size(); ++k) {
+        const PairState& pair = pairs[k];
+        if (!pair.touch.touching) continue;
+        for (const std::uint32_t index : relationOf(pair).interests) {
+            const InterestTerms& interest = handler.interests()[index];
+            if (interest.mode != Interest::kPseudoDynamic && interest.mode != Interest::kDynamic) continue;
+            PairEvent event;
+            event.interest = interest.core;
+            event.objectA = bodyOf(pair.a).node;
+            event.objectB = bodyOf(pair.b).node;
+            touching.push_back({event, true});
+        }
+    }
+    step.result.counters.eventsLeftOut += events.turnPage(std::move(touching), std::move(near), limits.maxEvents, step.result);
 }
 
 void CollisionPipeline::Impl::finish(Step& step) {
     StepResult& result = step.result;
-    const auto byTransform = [](const auto& x, const auto& y) { return x.transform < y.transform; };
-    std::sort(result.accepted.begin(), result.accepted.end(), byTransform);
-    std::sort(result.stopped.begin(), result.stopped.end());
+    std::ranges::sort(result.accepted, {}, &TentativeTransform::transform);
+    std::ranges::sort(result.stopped);
+    result.stopped.erase(std::unique(result.stopped.begin(), result.stopped.end()), result.stopped.end());
 
-    listContacts(step);
-    std::vector<ObjectPair> now;
-    now.reserve(step.touching.size());
-    for (const Touching& t : step.touching)
-        if (now.empty() || now.back() != t.objects) now.push_back(t.objects);
-    for (const ObjectPair& pair : now)
-        result.contactsBegun += !std::binary_search(touchedBefore.begin(), touchedBefore.end(), pair);
+    std::vector<NodePair> now, begun;
+    step.contacts.write(handler, limits.maxContacts, result, now);
+    for (const NodePair& pair : now)
+        result.contactsBegun += !std::ranges::binary_search(touchedBefore, pair);
     touchedBefore = std::move(now);
 
+    const auto inTouch = [&](const QuestionBook::Matter& matter) {
+        return std::ranges::any_of(memory.states(), [&](const PairState& pair) {
+            return pair.touch.touching && bodyOf(pair.a).node == matter.objectA && bodyOf(pair.b).node == matter.objectB;
+        });
+    };
     StepCounters& counters = result.counters;
+    counters.unanswered = questions.endFrame(inTouch);
     counters.objects = handler.parts().size();
     counters.skipped = handler.partsSkipped();
-    counters.neighbours = step.near.size();
     counters.boxTests = step.work.boxTests;
     counters.triangleTests = step.work.triangleTests;
     counters.notLookedAt += handler.interestsLeftOut();
-    memory.endStep();
 }
 
-CollisionPipeline::CollisionPipeline(CollisionLimits limits) : impl_(std::make_unique<Impl>(limits)) {}
+CollisionPipeline::CollisionPipeline(CollisionLimits limits, Workers* workers)
+    : impl_(std::make_unique<Impl>(limits, workers)) {}
 CollisionPipeline::~CollisionPipeline() = default;
 CollisionPipeline::CollisionPipeline(CollisionPipeline&&) noexcept = default;
 CollisionPipeline& CollisionPipeline::operator=(CollisionPipeline&&) noexcept = default;
@@ -347,8 +553,21 @@ void CollisionPipeline::sceneChanged(const Aspect& aspect, const ChangeList* lis
     impl_->handler.update(aspect, list);
 }
 
-StepResult CollisionPipeline::step(const Aspect& committed, std::span<const TentativeTransform> wanted) {
-    return impl_->run(committed, wanted);
+StepResult CollisionPipeline::step(const Aspect& committed, std::span<const TentativeTransform> wanted,
+                                   std::span<const Reply> replies, double seconds) {
+    return impl_->run(committed, wanted, replies, seconds);
+}
+
+std::vector<std::uint64_t> CollisionPipeline::openQuestions() const {
+    return impl_->questions.open();
+}
+
+std::span<const InterestTerms> CollisionPipeline::interests() const {
+    return impl_->handler.interests();
+}
+
+const CollisionLimits& CollisionPipeline::limits() const {
+    return impl_->limits;
 }
 
 std::optional<PickHit> CollisionPipeline::pickNode(const Aspect& aspect, const Ray& ray) {

@@ -1,7 +1,8 @@
 /// The collision pipeline: what the frame loop asks before it commits a motion.
 ///
-/// Object handler (who takes part, where) → neighbour finding (whose boxes meet) → pairwise (whose triangles meet) →
-/// response (how far may it go). Values in, values out: the pipeline changes no scene.
+/// Object handler (who takes part, where) → neighbour finding (whose boxes meet) → responses (how far may motions go, where do
+/// free bodies go) → pairwise (whose triangles meet, how far apart) → events. Values in, values out: the pipeline changes no
+/// scene.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +13,20 @@
 
 #include "common/math/Ray.h"
 #include "common/scene/Aspect.h"
+#include "server/collision/objects/ObjectHandler.h"
 #include "server/collision/pipeline/ScenePicker.h"
 #include "server/collision/pipeline/StepResult.h"
 
 namespace tessera {
 
-/// One thread owns it (the sim thread). Deterministic: the same scene history and wishes, in any order within a step,
-/// give the same results and counters.
+class Workers;
+
+/// One thread owns it (the sim thread). Deterministic: the same scene history, wishes (in any order within a step) and replies
+/// give the same results and counters, for any number of workers.
 class CollisionPipeline {
 public:
-    explicit CollisionPipeline(CollisionLimits limits = {});
+    /// `workers` may be null; else it must outlive the pipeline.
+    explicit CollisionPipeline(CollisionLimits limits = {}, Workers* workers = nullptr);
     ~CollisionPipeline();
     CollisionPipeline(CollisionPipeline&&) noexcept;
     CollisionPipeline& operator=(CollisionPipeline&&) noexcept;
@@ -30,8 +35,16 @@ public:
     /// be said by one list. Before the first step: once with null (or the list that made the scene).
     void sceneChanged(const Aspect& aspect, const ChangeList* list);
 
-    /// Looks at `committed` (the scene that sceneChanged has seen) with the wishes laid over it.
-    [[nodiscard]] StepResult step(const Aspect& committed, std::span<const TentativeTransform> wanted);
+    /// Looks at `committed` (the scene that sceneChanged has seen) with the wishes laid over it, and lets free bodies move on
+    /// for `seconds`; 0: time stands, and they with it.
+    [[nodiscard]] StepResult step(const Aspect& committed, std::span<const TentativeTransform> wanted,
+                                  std::span<const Reply> replies = {}, double seconds = kSecondsPerFrame);
+
+    /// Questions that wait for a reply, ascending by id.
+    [[nodiscard]] std::vector<std::uint64_t> openQuestions() const;
+    /// The enabled interests, in document order; valid until the scene changes.
+    [[nodiscard]] std::span<const InterestTerms> interests() const;
+    [[nodiscard]] const CollisionLimits& limits() const;
 
     /// The nearest visible triangle along a ray in world coordinates.
     [[nodiscard]] std::optional<PickHit> pickNode(const Aspect& aspect, const Ray& ray);

@@ -6,7 +6,7 @@
 
 #include "common/math/Ray.h"
 #include "common/scene/Aspect.h"
-#include "server/collision/pipeline/ShapeCache.h"
+#include "server/collision/objects/ShapeCache.h"
 
 namespace tessera {
 

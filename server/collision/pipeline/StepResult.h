@@ -100,9 +100,7 @@ struct CollisionLimits {
     std::uint64_t maxTests = 30'000'000;  ///< box and triangle tests in a step
     /// How near to an obstacle a motion is stopped, in sizes (box diagonals) of the moving geometry.
     double stopTolerance = 1e-4;
-    /// A rotating motion is cut into pieces whose arcs leave their chords by at most this many sizes...
-    double arcTolerance = 1e-3;
-    /// ...and into at most so many pieces; so are motions that begin in contact.
+    /// Motions that begin in contact are followed in at most so many pieces; the rest is for the next frame.
     int maxPieces = 64;
 };
 

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "server/collision/mesh/TreeQueries.h"
+#include "server/collision/mesh/QueryWork.h"
+#include "server/collision/mesh/TriangleMesh.h"
+#include "server/collision/mesh/TriangleTriangle.h"
 
 namespace tessera {
 

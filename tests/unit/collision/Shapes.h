@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "server/collision/mesh/AabbTree.h"
+#include "server/collision/mesh/TriangleMesh.h"
 
 namespace tessera::shapes {
 
@@ -17,9 +17,7 @@ struct Soup {
     void vertex(const Vec3d& p) {
         for (int i = 0; i < 3; ++i) positions.push_back(static_cast<float>(p[i]));
     }
-    [[nodiscard]] AabbTree tree() const {
-        return AabbTree(*TriangleMesh::make(std::span<const float>(positions), indices));
-    }
+    [[nodiscard]] TriangleMesh mesh() const { return *TriangleMesh::make(std::span<const float>(positions), indices); }
 };
 
 inline Soup box(const Vec3d& size) {

@@ -7,7 +7,7 @@
 
 #include "common/scene/Action.h"
 #include "tests/unit/collision/BruteForce.h"
-#include "tests/unit/collision/SceneMaker.h"
+#include "tests/unit/pipeline/SceneMaker.h"
 
 namespace tessera {
 namespace {

@@ -15,7 +15,9 @@ public:
     Aspect aspect;
     CollisionPipeline pipeline;
 
-    explicit SceneMaker(CollisionLimits limits = {}) : pipeline(limits) { pipeline.sceneChanged(aspect, nullptr); }
+    explicit SceneMaker(CollisionLimits limits = {}, Workers* workers = nullptr) : pipeline(limits, workers) {
+        pipeline.sceneChanged(aspect, nullptr);
+    }
 
     void apply(ChangeListBuilder& builder) {
         const ChangeList list = builder.take();
@@ -71,6 +73,47 @@ public:
         node(kRootNode, id);
         return id;
     }
+    /// Every field of an interest. Also gives it its node.
+    ObjectId interest(const Interest& fields) {
+        ChangeListBuilder b;
+        const ObjectId id = fresh();
+        b.create(id, typeOf<Interest>());
+        setAll(b, id, Object(fields));
+        apply(b);
+        node(kRootNode, id);
+        return id;
+    }
+    /// Also gives it its node.
+    ObjectId object(const CollisionObject& fields) {
+        ChangeListBuilder b;
+        const ObjectId id = fresh();
+        b.create(id, typeOf<CollisionObject>());
+        setAll(b, id, Object(fields));
+        apply(b);
+        node(kRootNode, id);
+        return id;
+    }
+    void gravity(const Vec3d& value) {
+        ChangeListBuilder b;
+        const ObjectId id = fresh();
+        b.create(id, typeOf<Environment>());
+        b.set(id, typeOf<Environment>(), field::kGravity, toValue(value));
+        apply(b);
+        node(kRootNode, id);
+    }
+    template <typename Core, typename Value>
+    void set(ObjectId id, FieldId field, const Value& value) {
+        ChangeListBuilder b;
+        b.set(id, typeOf<Core>(), field, toValue(value));
+        apply(b);
+    }
+    /// Takes a node without children out of the scene.
+    void destroy(ObjectId nodeId) {
+        ChangeListBuilder b;
+        b.detach(nodeId);
+        b.destroy(nodeId);
+        apply(b);
+    }
     void setChoice(ObjectId switchId, std::int64_t choice) {
         ChangeListBuilder b;
         b.set(switchId, typeOf<Switch>(), field::kChoice, toValue(choice));
@@ -82,11 +125,15 @@ public:
         apply(b);
     }
 
-    /// A step whose accepted values are committed, as the frame loop does.
-    StepResult frame(std::vector<TentativeTransform> wanted) {
-        StepResult result = pipeline.step(aspect, wanted);
+    /// A step whose values are committed, as the frame loop does.
+    StepResult frame(const std::vector<TentativeTransform>& wanted = {}, const std::vector<Reply>& replies = {}) {
+        StepResult result = pipeline.step(aspect, wanted, replies);
         ChangeListBuilder b;
         for (const TentativeTransform& t : result.accepted) set(b, t.transform, t);
+        for (const BodyVelocity& v : result.velocities) {
+            b.set(v.core, typeOf<CollisionObject>(), field::kVelocity, toValue(v.velocity));
+            b.set(v.core, typeOf<CollisionObject>(), field::kSpin, toValue(v.spin));
+        }
         apply(b);
         return result;
     }
@@ -105,6 +152,10 @@ public:
     }
 
 private:
+    static void setAll(ChangeListBuilder& b, ObjectId id, const Object& object) {
+        const TypeInfo& type = typeInfo(object);
+        for (const FieldInfo& info : type.fields) b.set(id, type.type, info.id, info.load(object));
+    }
     ObjectId fresh() const { return ObjectId(aspect.nextFreeId()); }
     static void set(ChangeListBuilder& b, ObjectId id, const TentativeTransform& v) {
         b.set(id, typeOf<Transform>(), field::kTranslation, toValue(v.translation));

@@ -1,0 +1,94 @@
+#include "server/collision/pipeline/Admission.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace tessera {
+namespace {
+
+std::array<double, 10> numbersOf(const TentativeTransform& t) {
+    return {t.translation.x(), t.translation.y(), t.translation.z(), t.rotation.w(), t.rotation.x(),
+            t.rotation.y(),    t.rotation.z(),    t.scale.x(),       t.scale.y(),    t.scale.z()};
+}
+
+/// Whose wish counts, whatever order they come in: the lowest source; of one source the one that the numbers put first.
+bool before(const TentativeTransform& x, const TentativeTransform& y) {
+    if (x.transform != y.transform) return x.transform < y.transform;
+    if (x.source != y.source) return x.source < y.source;
+    const std::array<double, 10> nx = numbersOf(x), ny = numbersOf(y);
+    return std::lexicographical_compare(nx.begin(), nx.end(), ny.begin(), ny.end(), [](double a, double b) {
+        return std::bit_cast<std::uint64_t>(a) < std::bit_cast<std::uint64_t>(b);
+    });
+}
+
+/// A scale on its way through zero would flatten the part.
+bool turnsInsideOut(const Way& way) {
+    return (way.start.scale.array() * way.end.scale.array() < 0).any();
+}
+
+bool movesParts(const ObjectHandler& handler, ObjectId transform) {
+    return std::ranges::any_of(handler.placesOf(transform), [&](std::uint32_t place) {
+        const auto [first, last] = handler.partsBelow(place);
+        return first != last;
+    });
+}
+
+/// No part that has a body now would lose it (by numbers too large or too small to work with). Rigid motions of moderate
+/// length cannot do that.
+bool canBeShown(const ObjectHandler& handler, const Mover& mover) {
+    constexpr double kModerate = 1e12;
+    if (mover.way.start.scale == mover.way.end.scale && mover.way.end.translation.cwiseAbs().maxCoeff() < kModerate) return true;
+    for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
+        const auto [first, last] = handler.partsBelow(place);
+        for (std::uint32_t i = first; i < last; ++i) {
+            if (!handler.parts()[i].solid()) continue;
+            const PartOnTheWay part(handler, i, mover.wish.transform);
+            if (!invertible(part.world(localOf(mover.way.end)))) return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace
+
+TentativeTransform withValue(TentativeTransform t, const Pose& value) {
+    t.translation = value.translation;
+    t.rotation = value.rotation;
+    t.scale = value.scale;
+    return t;
+}
+
+std::vector<Mover> admit(const Aspect& committed, const ObjectHandler& handler, std::vector<TentativeTransform> wishes,
+                         StepResult& result) {
+    const auto ascending = [](const auto& x, const auto& y) { return x.transform >= y.transform; };
+    if (std::ranges::adjacent_find(wishes, ascending) != wishes.end()) {
+        std::ranges::sort(wishes, before);
+        const auto same = std::ranges::unique(wishes, {}, &TentativeTransform::transform);
+        wishes.erase(same.begin(), same.end());
+    }
+    std::vector<Mover> movers;
+    movers.reserve(wishes.size());
+    for (const TentativeTransform& wish : wishes) {
+        const Transform* present = committed.get<Transform>(wish.transform);
+        if (!present) {
+            result.stopped.push_back(wish.transform);
+            continue;
+        }
+        const Mover mover{wish,
+                          {{present->translation, present->rotation, present->scale},
+                           {wish.translation, wish.rotation, wish.scale}}};
+        const bool granted = possible(mover.way.end);
+        if (granted && !movesParts(handler, wish.transform)) {
+            result.accepted.push_back(wish);
+        } else if (granted && !turnsInsideOut(mover.way) && canBeShown(handler, mover)) {
+            movers.push_back(mover);
+        } else {
+            result.accepted.push_back(withValue(wish, mover.way.start));
+            result.stopped.push_back(wish.transform);
+        }
+    }
+    return movers;
+}
+
+}  // namespace tessera

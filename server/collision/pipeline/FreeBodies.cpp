@@ -1,0 +1,201 @@
+#include "server/collision/pipeline/FreeBodies.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera {
+namespace {
+
+ContactLaw lawOf(std::int64_t response) {
+    if (response == Interest::kBounce) return ContactLaw::kBounce;
+    return response == Interest::kSlide ? ContactLaw::kSlide : ContactLaw::kStick;
+}
+
+Pose poseOf(const Transform& t) {
+    return {t.translation, t.rotation, t.scale};
+}
+
+/// What moves a part from one pose to another in some seconds, as the velocity of its origin and a spin about it.
+void setVelocity(RigidBody& body, const Affine3d& start, const Affine3d& end, double seconds) {
+    body.anchor = start.translation();
+    const Affine3d move = end * start.inverse();
+    if (!move.matrix().allFinite()) return;
+    body.velocity = (end.translation() - start.translation()) / seconds;
+    const Eigen::AngleAxisd turn(Mat3d(move.rotation()));
+    body.spin = turn.axis() * (turn.angle() / seconds);
+    if (!body.spin.allFinite()) body.spin = Vec3d::Zero();
+}
+
+}  // namespace
+
+std::uint64_t FreeBodies::versionOf(const ObjectHandler& handler, const Body& body) {
+    std::uint64_t sum = 0;
+    for (const std::uint32_t part : body.parts) sum += handler.parts()[part].poseVersion;
+    return sum;
+}
+
+void FreeBodies::begin(const ObjectHandler& handler, std::span<const ObjectId> held) {
+    const std::span<const Body> bodies = handler.bodies();
+    roles_.assign(bodies.size(), Role::kOther);
+    disturbed_.assign(bodies.size(), false);
+    free_.clear();
+    std::vector<std::pair<ObjectId, std::int64_t>> responses;
+    for (const InterestTerms& interest : handler.interests()) responses.emplace_back(interest.core, 16 * interest.mode + interest.response);
+    const bool othersMatter = responses != responses_;
+    responses_ = std::move(responses);
+    if (generation_ != handler.generation()) {
+        generation_ = handler.generation();
+        partOfNode_.clear();
+        for (std::uint32_t i = 0; i < handler.parts().size(); ++i) partOfNode_.emplace(handler.parts()[i].node.value, i);
+    }
+    for (std::uint32_t i = 0; i < bodies.size(); ++i) {
+        const Body& body = bodies[i];
+        if (!body.free() || std::ranges::binary_search(held, body.transform)) continue;
+        const bool solid = std::ranges::any_of(body.parts, [&](std::uint32_t part) { return handler.parts()[part].solid(); });
+        if (!solid) continue;  // nothing of it can be met, and nothing says where its mass is
+        const auto left = left_.find(body.core);
+        const bool known = left != left_.end();
+        disturbed_[i] = !known || othersMatter || left->second.poseVersion != versionOf(handler, body) || left->second.velocity != body.velocity ||
+                        left->second.spin != body.spin || left->second.mass != body.mass ||
+                        left->second.restitution != body.restitution || left->second.friction != body.friction;
+        roles_[i] = !disturbed_[i] && stage_.asleep(body.core.value) ? Role::kAsleep : Role::kAwake;
+        free_.push_back(i);
+    }
+}
+
+Box FreeBodies::reach(const ObjectHandler& handler, std::uint32_t part, double seconds) const {
+    const Body& body = handler.bodies()[handler.parts()[part].body];
+    Box box = handler.parts()[part].worldBox;
+    RigidBody rigid;
+    rigid.mass = body.mass;
+    rigid.velocity = body.velocity;
+    rigid.spin = body.spin;
+    Box whole;
+    for (const std::uint32_t other : body.parts) whole.extend(handler.parts()[other].worldBox);
+    const double margin = RigidBodyStage::reach(rigid, whole.size().norm(), handler.gravity(), seconds);
+    box.lower -= Vec3d::Constant(margin);
+    box.upper += Vec3d::Constant(margin);
+    return box;
+}
+
+/// The number of a part in what is handed to the stage. What is not free goes part by part: parts of one body may move in
+/// different ways.
+std::uint32_t FreeBodies::rigidPart(const ObjectHandler& handler, std::uint32_t index, const StartWorlds& startWorlds,
+                                    double seconds) {
+    if (rigidPartOf_[index] != kNobody) return rigidPartOf_[index];
+    const Part& part = handler.parts()[index];
+    const Body& of = handler.bodies()[part.body];
+    RigidBody body;
+    body.id = part.node.value;
+    body.restitution = of.restitution;
+    body.friction = of.friction;
+    RigidPart rigid;
+    rigid.id = part.node.value;
+    rigid.tree = &part.shape->tree;
+    rigid.hull = part.shape->hull ? &*part.shape->hull : nullptr;
+    rigid.world = part.world;
+    if (const auto start = startWorlds.find(index); start != startWorlds.end()) {
+        rigid.world = start->second;
+        setVelocity(body, start->second, part.world, seconds);
+    }
+    rigid.body = static_cast<std::uint32_t>(bodies_.size());
+    rigidPartOf_[index] = static_cast<std::uint32_t>(parts_.size());
+    body.parts.push_back(rigidPartOf_[index]);
+    parts_.push_back(rigid);
+    bodies_.push_back(std::move(body));
+    return rigidPartOf_[index];
+}
+
+void FreeBodies::gather(const ObjectHandler& handler, std::span<const PairState> pairs, const StartWorlds& startWorlds,
+                        double seconds) {
+    const std::span<const Part> parts = handler.parts();
+    rigidPartOf_.assign(parts.size(), kNobody);
+    bodies_.resize(free_.size());
+    parts_.clear();
+    encounters_.clear();
+    for (std::uint32_t i = 0; i < free_.size(); ++i) {
+        const Body& from = handler.bodies()[free_[i]];
+        RigidBody& body = bodies_[i];
+        body.id = from.core.value;
+        body.mass = from.mass;
+        body.restitution = from.restitution;
+        body.friction = from.friction;
+        body.velocity = from.velocity;
+        body.spin = from.spin;
+        body.disturbed = disturbed_[free_[i]];
+        body.parts.clear();
+        for (const std::uint32_t index : from.parts) {
+            const Part& part = parts[index];
+            if (!part.solid()) continue;
+            rigidPartOf_[index] = static_cast<std::uint32_t>(parts_.size());
+            body.parts.push_back(rigidPartOf_[index]);
+            parts_.push_back({part.node.value, i, &part.shape->tree, part.shape->hull ? &*part.shape->hull : nullptr, part.world});
+        }
+    }
+    for (const PairState& pair : pairs) {
+        const std::uint32_t bodyA = parts[pair.a].body, bodyB = parts[pair.b].body;
+        if (!isFree(bodyA) && !isFree(bodyB)) continue;
+        const auto still = [&](std::uint32_t body, std::uint32_t part) {
+            return isFree(body) ? asleep(body) : !startWorlds.contains(part);
+        };
+        if (still(bodyA, pair.a) && still(bodyB, pair.b)) continue;
+        const Relation relation = handler.relation(pair.a, pair.b);
+        if (relation.response == Interest::kReport) continue;
+        const std::uint32_t a = rigidPart(handler, pair.a, startWorlds, seconds);
+        const std::uint32_t b = rigidPart(handler, pair.b, startWorlds, seconds);
+        encounters_.push_back({a, b, lawOf(relation.response)});
+    }
+    for (const std::uint64_t id : stage_.supports())
+        if (const auto part = partOfNode_.find(id); part != partOfNode_.end() && parts[part->second].solid())
+            rigidPart(handler, part->second, startWorlds, seconds);
+}
+
+FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHandler& handler, std::span<const PairState> pairs,
+                                        const StartWorlds& startWorlds, double seconds, QueryWork& work) {
+    Outcome outcome;
+    if (free_.empty()) return outcome;
+    gather(handler, pairs, startWorlds, seconds);
+    const RigidFrame frame = stage_.advance(bodies_, parts_, encounters_, handler.gravity(), seconds, work);
+    outcome.asleep = frame.asleep;
+    for (const RigidEncounter& encounter : frame.notLookedAt)
+        outcome.notLookedAt.push_back(
+            {ObjectId{parts_[encounter.partA].id}, ObjectId{parts_[encounter.partB].id}, NotLookedAt::Reason::kWork});
+    for (std::uint32_t i = 0; i < free_.size(); ++i) {
+        const Body& body = handler.bodies()[free_[i]];
+        const RigidMotion& motion = frame.motions[i];
+        if (motion.velocity != body.velocity || motion.spin != body.spin)
+            outcome.velocities.push_back({body.core, motion.velocity, motion.spin});
+        const Transform* transform = committed.get<Transform>(body.transform);
+        if (transform == nullptr || motion.world_T_before.matrix() == Isometry3d::Identity().matrix()) continue;
+        Moved moved{.body = free_[i], .way = {.start = poseOf(*transform), .end = poseOf(*transform)}};
+        const std::uint32_t parent = handler.places()[body.place].parent;
+        const Affine3d above = parent == Place::kNone ? Affine3d(Affine3d::Identity()) : handler.places()[parent].world;
+        // Above is rigid but for one scale: what it does to a rotation is a change of axes.
+        const Quatd axes = Quatd(Mat3d(above.linear() / std::cbrt(above.linear().determinant()))).normalized();
+        const Vec3d origin = motion.world_T_before * (above * transform->translation);
+        moved.way.end.translation = above.inverse() * origin;
+        moved.way.end.rotation =
+            (axes.conjugate() * Quatd(motion.world_T_before.rotation()) * axes * transform->rotation.normalized()).normalized();
+        if (possible(moved.way.end)) outcome.moved.push_back(std::move(moved));
+    }
+    std::ranges::sort(outcome.moved, {}, [&](const Moved& m) { return handler.bodies()[m.body].transform; });
+    std::ranges::sort(outcome.velocities, {}, &BodyVelocity::core);
+    return outcome;
+}
+
+void FreeBodies::end(const ObjectHandler& handler, std::span<const BodyVelocity> velocities) {
+    std::unordered_map<ObjectId, Left> left;
+    left.reserve(handler.bodies().size());
+    for (const std::uint32_t index : free_) {
+        const Body& body = handler.bodies()[index];
+        Left& now = left[body.core];
+        now = {versionOf(handler, body), body.velocity, body.spin, body.mass, body.restitution, body.friction};
+        const auto velocity = std::ranges::lower_bound(velocities, body.core, {}, &BodyVelocity::core);
+        if (velocity == velocities.end() || velocity->core != body.core) continue;
+        now.velocity = velocity->velocity;
+        now.spin = velocity->spin;
+    }
+    left_ = std::move(left);
+}
+
+}  // namespace tessera
