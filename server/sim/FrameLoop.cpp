@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <limits>
 #include <random>
 #include <variant>
 
@@ -14,6 +15,7 @@
 #include "common/scene/FieldTable.h"
 #include "server/collision/mesh/InstructionSet.h"
 #include "server/sim/CollisionAnswers.h"
+#include "server/sim/ContactDisplay.h"
 #include "server/sim/Loader.h"
 #include "server/sim/Peers.h"
 #include "server/sim/RecordingSeam.h"
@@ -80,6 +82,7 @@ struct FrameLoop::Impl {
     Expected<void> handle(Event event);
     Expected<void> startSceneLoaded(LoadFinished finished);
     Expected<void> beginRecording();
+    void announceMarks();
     void carryOut(ServerActions actions);
     void carryOut(const server_action::Fault& fault);
     void giveSnapshot(ConnectionId connection);
@@ -100,6 +103,8 @@ struct FrameLoop::Impl {
     Report report;
     StateComparison comparison;
     std::unique_ptr<RecordingWriter> recording;  ///< null: none wanted
+    const std::vector<Blob> marks = ContactDisplay::blobs();
+    std::uint64_t marksToken = std::numeric_limits<std::uint64_t>::max();  ///< the desk's tokens count up, ours down
 
     std::vector<ChangeList> startScenes;
     bool sceneReady = false;
@@ -131,6 +136,7 @@ Expected<void> FrameLoop::Impl::run() {
     const Expected<std::uint16_t> port = peers.listen(options.listen);
     if (!port) return tl::unexpected(port.error());
     if (Expected<void> begun = beginRecording(); !begun) return begun;
+    announceMarks();
     Address bound = options.listen;
     bound.port = *port;
     if (!bound.isLoopback())
@@ -221,6 +227,17 @@ Expected<void> FrameLoop::Impl::beginRecording() {
     return {};
 }
 
+/// The display of contacts comes and goes in the middle of frames: every host has its arrays before it enters the barrier,
+/// whether or not they are ever shown.
+void FrameLoop::Impl::announceMarks() {
+    std::vector<BlobInfo> infos;
+    for (const Blob& blob : marks) {
+        blobs.add(blob);
+        infos.push_back({blob.id(), blob.sizeBytes()});
+    }
+    carryOut(peers.perform(peers.session().announceBlobs(marksToken--, std::move(infos), Clock::now())));
+}
+
 void FrameLoop::Impl::giveSnapshot(ConnectionId connection) {
     const ChangeList list = snapshot(simulation.scene());
     message::Snapshot message{.sequence = simulation.sequence(),
@@ -273,6 +290,11 @@ void FrameLoop::Impl::beginFrame(TimePoint now) {
                            : Duration{0};
     earliestNext = std::max(earliestNext + interval, now);
     carryOut(peers.perform(peers.session().beginFrame(content, now)));
+    // The session forgets what a list has named; the display may go, a host join, and the display come back.
+    const auto isMark = [&](const BlobInfo& info) {
+        return std::ranges::any_of(marks, [&](const Blob& blob) { return blob.id() == info.id; });
+    };
+    if (std::ranges::any_of(frame.commit.blobs, isMark)) announceMarks();
     carryOut(desk.committed(frame, number));
 }
 
