@@ -28,10 +28,15 @@ bool rigidButForScale(const Affine3d& m) {
 }  // namespace
 
 bool invertible(const Affine3d& m) {
+    // Nearly always: coefficients of the inverse, cofactors over the determinant, are then below 1e26. Not so a NaN.
+    constexpr double kUsual = 1e6;
+    const double determinant = m.linear().determinant();
+    if (m.matrix().cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < kUsual && std::abs(determinant) > 1 / kUsual)
+        return true;
     if (!m.matrix().allFinite()) return false;
     const Affine3d inverse = m.inverse();
-    return inverse.matrix().allFinite() && std::abs(m.linear().determinant()) > 1e-120 &&
-           m.matrix().cwiseAbs().maxCoeff() < 1e50 && inverse.matrix().cwiseAbs().maxCoeff() < 1e50;
+    return inverse.matrix().allFinite() && std::abs(determinant) > 1e-120 && m.matrix().cwiseAbs().maxCoeff() < 1e50 &&
+           inverse.matrix().cwiseAbs().maxCoeff() < 1e50;
 }
 
 // ---- following the scene
@@ -41,7 +46,15 @@ void ObjectHandler::update(const Aspect& aspect, const ChangeList* list) {
         rebuild(aspect, list == nullptr);
         return;
     }
-    for (const FieldColumn& column : list->columns) applyColumn(aspect, column);
+    const FieldColumn* before = nullptr;
+    for (const FieldColumn& column : list->columns) {
+        // Whoever moves sets translation, rotation and scale: of columns with the same rows one is enough, since all of
+        // the object is read. Not so of geometries, where the field matters.
+        const bool known =
+            before && column.type != typeOf<Geometry>() && column.type == before->type && column.ids == before->ids;
+        if (!known) applyColumn(aspect, column);
+        before = &column;
+    }
     // What was laid over the scene is now committed, or was refused.
     reloadTouched(aspect);
     if (termsChanged_) relations_.refresh(interests_);
@@ -91,7 +104,6 @@ void ObjectHandler::applyColumn(const Aspect& aspect, const FieldColumn& column)
             const CollisionObject& core = *aspect.get<CollisionObject>(id);
             for (const std::uint32_t body : bodiesOfObject_[number]) copyTerms(core, body);
         }
-        freedomChanged_ = freedomChanged_ || column.field == field::kMass;
     } else if (column.type == typeOf<Interest>()) {
         for (const ObjectId id : column.ids) {
             const std::uint32_t number = interestNumbers_.find(id);
@@ -304,7 +316,9 @@ void ObjectHandler::copyTerms(const CollisionObject& core, std::uint32_t body) {
     mine.friction = core.friction;
     mine.velocity = core.velocity;
     mine.spin = core.spin;
-    bodyTerms_[body].mass = bodyTerms_[body].transform != kNobody ? core.mass : 0;
+    const double mass = bodyTerms_[body].transform != kNobody ? core.mass : 0;
+    freedomChanged_ = freedomChanged_ || mass != bodyTerms_[body].mass;
+    bodyTerms_[body].mass = mass;
 }
 
 std::shared_ptr<const CollisionShape> ObjectHandler::shapeOf(const Aspect& aspect, std::uint32_t part, bool jump) {
@@ -423,10 +437,15 @@ void ObjectHandler::moveTouched() {
 }
 
 void ObjectHandler::movePlacesBelow(std::uint32_t index) {
-    for (std::uint32_t i = index; i < tree_.places[index].end; ++i) {
+    static const Affine3d kTop = Affine3d::Identity();
+    const std::uint32_t end = tree_.places[index].end;
+    for (std::uint32_t i = index; i < end; ++i) {
         Place& p = tree_.places[i];
-        const Affine3d above = p.parent == Place::kNone ? Affine3d(Affine3d::Identity()) : tree_.places[p.parent].world;
-        p.world = p.transform ? Affine3d(above * p.local) : above;
+        const Affine3d& above = p.parent == Place::kNone ? kTop : tree_.places[p.parent].world;
+        if (p.transform)
+            p.world = above * p.local;
+        else
+            p.world = above;
         if (aboveCandidate_[i]) freedomChanged_ = true;
         if (firstPart_[i + 1] != firstPart_[i]) movePart(firstPart_[i]);
     }

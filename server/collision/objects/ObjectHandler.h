@@ -61,7 +61,8 @@ public:
     /// The free body that a Transform core carries, or kNobody.
     [[nodiscard]] std::uint32_t freeBodyOf(ObjectId transform) const;
     [[nodiscard]] const InteractionTable& interactions() const { return relations_.interactions(); }
-    /// Parts of one body are nothing to each other. The list of interests lives until the tables are made anew.
+    /// Parts of one body are nothing to each other. The list of interests lives until the tables are made anew. Two
+    /// groups of parts are asked about for the first time by one thread at a time, and then by any number of threads.
     [[nodiscard]] Relation relation(std::uint32_t a, std::uint32_t b) const;
     /// Enabled interests beyond the limits: not looked at.
     [[nodiscard]] std::size_t interestsLeftOut() const { return interestsLeftOut_; }

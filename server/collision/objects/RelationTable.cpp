@@ -5,27 +5,15 @@
 #include <map>
 #include <tuple>
 
-#include "server/collision/objects/IdTable.h"
 #include "server/collision/objects/Place.h"
 
 namespace tessera {
 
 namespace {
 
-constexpr unsigned kObjectSide = 1, kOtherSide = 2;
-
-/// On which sides of an interest an item is.
-unsigned sidesOf(const InterestItem& item, const InterestSides& sides) {
-    if (!sides.awake) return 0;
-    unsigned on = 0;
-    const bool below = sides.object.holds(item.place);
-    if (sides.oneObject) {
-        if (below) return kObjectSide;
-    } else if (below && item.object && sides.object.holds(item.body) && (item.layers & sides.objectLayers) != 0) {
-        on |= kObjectSide;
-    }
-    if (sides.against.holds(item.place) && (item.layers & sides.againstLayers) != 0) on |= kOtherSide;
-    return on;
+bool onObjectSide(const InterestItem& item, const InterestSides& sides) {
+    if (!sides.object.holds(item.place)) return false;
+    return sides.oneObject || (item.object && sides.object.holds(item.body) && (item.layers & sides.objectLayers) != 0);
 }
 
 /// More demanding, the more faces are to be listed.
@@ -34,7 +22,7 @@ std::uint64_t demand(std::int64_t detail) {
     return detail < 0 ? 0 : static_cast<std::uint64_t>(detail);
 }
 
-/// What one more interest, which is not the first to speak of a pair, asks of it besides.
+/// What one more interest asks of a pair besides.
 void add(const InterestTerms& terms, Relation& relation) {
     if (terms.mode == Interest::kDistance) {
         relation.distance = true;
@@ -46,37 +34,102 @@ void add(const InterestTerms& terms, Relation& relation) {
     if (demand(terms.detail) > demand(relation.detail)) relation.detail = terms.detail;
 }
 
+/// A set that is divided again and again (partition refinement: Paige and Tarjan, SIAM J. Comput. 16, 1987). Members
+/// that are left out belong to no cell.
+class Partition {
+public:
+    explicit Partition(const std::vector<bool>& members) : cell_(members.size(), kNobody) {
+        const auto size = static_cast<std::size_t>(std::count(members.begin(), members.end(), true));
+        if (size == 0) return;
+        sizes_.push_back(size);
+        for (std::size_t i = 0; i < members.size(); ++i)
+            if (members[i]) cell_[i] = 0;
+    }
+    [[nodiscard]] std::size_t cells() const { return sizes_.size(); }
+    [[nodiscard]] std::uint32_t cellOf(std::size_t member) const { return cell_[member]; }
+
+    /// Takes those in [begin, end) that `chosen` says apart from those that it does not, and from all outside.
+    template <typename Chosen>
+    void divide(std::size_t begin, std::size_t end, Chosen&& chosen) {
+        counts_.assign(sizes_.size(), 0);
+        chosen_.clear();
+        for (std::size_t i = begin; i < end; ++i) {
+            if (cell_[i] == kNobody || !chosen(i)) continue;
+            chosen_.push_back(i);
+            ++counts_[cell_[i]];
+        }
+        fresh_.assign(sizes_.size(), kNobody);
+        for (const std::size_t i : chosen_) {
+            const std::uint32_t cell = cell_[i];
+            if (counts_[cell] == sizes_[cell] && fresh_[cell] == kNobody) continue;  // all of it: stays whole
+            if (fresh_[cell] == kNobody) {
+                fresh_[cell] = static_cast<std::uint32_t>(sizes_.size());
+                sizes_.push_back(0);
+            }
+            cell_[i] = fresh_[cell];
+            ++sizes_[cell_[i]];
+            --sizes_[cell];
+        }
+    }
+
+private:
+    std::vector<std::uint32_t> cell_, counts_, fresh_;
+    std::vector<std::size_t> chosen_;
+    std::vector<std::size_t> sizes_;
+};
+
 }  // namespace
 
 std::vector<bool> RelationTable::make(std::span<const InterestTerms> terms, std::span<const InterestSides> sides,
                                       std::span<const InterestItem> items, std::size_t maxGroups) {
+    sides_.assign(sides.begin(), sides.end());
     // Where the groups become too many the last interests go, and with them items that nobody else speaks of.
-    taken_ = sides.size();
     for (;;) {
-        const std::size_t fitting = findGroups(sides.first(taken_), items, maxGroups);
-        if (fitting == taken_) break;
-        taken_ = fitting;
+        findOtherSides();
+        const std::size_t fitting = findGroups(items, maxGroups);
+        if (fitting == sides_.size()) break;
+        sides_.resize(fitting);
     }
-    interactions_ = {};
+    terms_.assign(terms.begin(), terms.begin() + static_cast<std::ptrdiff_t>(sides_.size()));
+    relateGroups();
+    asked_.clear();
+    askedNumbers_.reset(0);
+
     std::vector<bool> takesPart(items.size(), false);
     for (std::size_t i = 0; i < items.size(); ++i) {
         if (groupOfItem_[i] == kNobody) continue;
         takesPart[i] = true;
         interactions_.groupOf.push_back(groupOfItem_[i]);
     }
-    relate(sides.first(taken_), items);
-    listInterests();
-    refresh(terms);
     return takesPart;
+}
+
+void RelationTable::refresh(std::span<const InterestTerms> terms) {
+    terms_.assign(terms.begin(), terms.end());
+    for (Asked& asked : asked_) sumUp(asked);
+}
+
+/// Most interests are against the same: everything.
+void RelationTable::findOtherSides() {
+    otherSides_.clear();
+    otherSideOf_.assign(sides_.size(), kNobody);
+    std::map<std::tuple<std::uint32_t, std::uint32_t, std::int64_t>, std::uint32_t> known;
+    for (std::size_t k = 0; k < sides_.size(); ++k) {
+        const InterestSides& s = sides_[k];
+        if (!s.awake) continue;
+        const auto next = static_cast<std::uint32_t>(otherSides_.size());
+        const auto [side, isNew] = known.emplace(std::tuple(s.against.begin, s.against.end, s.againstLayers), next);
+        if (isNew) otherSides_.push_back({s.against, s.againstLayers, {}});
+        otherSideOf_[k] = side->second;
+    }
 }
 
 /// Divides the items by each interest in turn. Returns how many interests fit: all, or those before the first that does
 /// not.
-std::size_t RelationTable::findGroups(std::span<const InterestSides> sides, std::span<const InterestItem> items,
-                                      std::size_t maxGroups) {
-    // Items between the same ends of sides are alike to all interests, so few need to be looked at.
+std::size_t RelationTable::findGroups(std::span<const InterestItem> items, std::size_t maxGroups) {
+    // Items between the same ends of sides are alike to all interests, so one of each kind is enough.
     std::vector<std::uint32_t> ends;
-    for (const InterestSides& s : sides)
+    for (const InterestSides& s : sides_)
         if (s.awake) ends.insert(ends.end(), {s.object.begin, s.object.end, s.against.begin, s.against.end});
     std::sort(ends.begin(), ends.end());
     ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
@@ -84,10 +137,11 @@ std::size_t RelationTable::findGroups(std::span<const InterestSides> sides, std:
         return static_cast<std::uint32_t>(std::upper_bound(ends.begin(), ends.end(), place) - ends.begin());
     };
     using Likeness = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::int64_t>;
-    std::map<Likeness, std::uint32_t> kinds;
-    std::vector<std::uint32_t> kindOf(items.size()), example;
+    std::map<Likeness, std::uint32_t> known;
+    std::vector<std::uint32_t> kindOf(items.size());
+    std::vector<InterestItem> kinds;  // ascending by place
     Likeness last{};
-    for (std::uint32_t i = 0; i < items.size(); ++i) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
         const InterestItem& item = items[i];
         const Likeness likeness{between(item.place), item.object ? between(item.body) + 1 : 0,
                                 item.alone ? item.body + 1 : 0, item.layers};
@@ -96,156 +150,151 @@ std::size_t RelationTable::findGroups(std::span<const InterestSides> sides, std:
             continue;
         }
         last = likeness;
-        const auto [known, isNew] = kinds.emplace(likeness, static_cast<std::uint32_t>(example.size()));
-        if (isNew) example.push_back(i);
-        kindOf[i] = known->second;
+        const auto [kind, isNew] = known.emplace(likeness, static_cast<std::uint32_t>(kinds.size()));
+        if (isNew) kinds.push_back(item);
+        kindOf[i] = kind->second;
     }
-
-    std::vector<bool> takesPart(example.size(), false);
-    for (std::size_t c = 0; c < example.size(); ++c)
-        takesPart[c] = std::any_of(sides.begin(), sides.end(), [&](const InterestSides& s) {
-            return !s.ignores && sidesOf(items[example[c]], s) != 0;
-        });
-
-    std::vector<std::uint32_t> group(example.size(), kNobody);
-    std::uint32_t groups = 0;
-    const auto divide = [&](auto&& keyOf, std::size_t keys) {
-        std::vector<std::uint32_t> number(keys, kNobody);
-        std::uint32_t next = 0;
-        std::vector<std::uint32_t> divided(example.size(), kNobody);
-        for (std::size_t c = 0; c < example.size(); ++c) {
-            if (!takesPart[c]) continue;
-            std::uint32_t& at = number[keyOf(c)];
-            if (at == kNobody) at = next++;
-            divided[c] = at;
-        }
-        if (next > maxGroups) return false;
-        group = std::move(divided);
-        groups = next;
-        return true;
+    const auto within = [&](const InterestSides::Range& range) {
+        const auto at = [&](std::uint32_t place) {
+            const auto it = std::lower_bound(kinds.begin(), kinds.end(), place,
+                                             [](const InterestItem& item, std::uint32_t p) { return item.place < p; });
+            return static_cast<std::size_t>(it - kinds.begin());
+        };
+        return std::pair(at(range.begin), at(range.end));
     };
-    std::vector<std::uint32_t> aloneNumber(example.size(), 0);
-    std::map<std::uint32_t, std::uint32_t> alone;
-    for (std::size_t c = 0; c < example.size(); ++c)
-        if (items[example[c]].alone)
-            aloneNumber[c] =
-                alone.emplace(items[example[c]].body, static_cast<std::uint32_t>(alone.size()) + 1).first->second;
-    if (!divide([&](std::size_t c) { return aloneNumber[c]; }, alone.size() + 1)) return 0;
-    for (std::size_t k = 0; k < sides.size(); ++k)
-        if (!divide([&](std::size_t c) { return 4 * group[c] + sidesOf(items[example[c]], sides[k]); },
-                    std::size_t{4} * groups))
-            return k;
 
-    representative_.assign(groups, kNobody);
-    manyBodies_.assign(groups, false);
+    std::vector<bool> takesPart(kinds.size(), false), asked(otherSides_.size(), false);
+    for (std::size_t k = 0; k < sides_.size(); ++k) {
+        if (!sides_[k].awake || sides_[k].ignores) continue;
+        asked[otherSideOf_[k]] = true;
+        const auto [first, end] = within(sides_[k].object);
+        for (std::size_t c = first; c < end; ++c) takesPart[c] = takesPart[c] || onObjectSide(kinds[c], sides_[k]);
+    }
+    for (std::size_t s = 0; s < otherSides_.size(); ++s)
+        for (std::size_t c = 0; asked[s] && c < kinds.size(); ++c)
+            takesPart[c] = takesPart[c] || otherSides_[s].holds(kinds[c]);
+
+    Partition partition(takesPart);
+    std::map<std::uint32_t, std::vector<std::size_t>> alone;
+    for (std::size_t c = 0; c < kinds.size(); ++c)
+        if (kinds[c].alone) alone[kinds[c].body].push_back(c);
+    for (const auto& [body, own] : alone)
+        partition.divide(own.front(), own.back() + 1,
+                         [&](std::size_t c) { return kinds[c].alone && kinds[c].body == body; });
+    std::vector<bool> divided(otherSides_.size(), false);
+    for (std::size_t k = 0; k < sides_.size(); ++k) {
+        if (partition.cells() > maxGroups) return k == 0 ? 0 : k - 1;
+        if (!sides_[k].awake) continue;
+        const auto [first, end] = within(sides_[k].object);
+        partition.divide(first, end, [&](std::size_t c) { return onObjectSide(kinds[c], sides_[k]); });
+        if (divided[otherSideOf_[k]]) continue;
+        divided[otherSideOf_[k]] = true;
+        const OtherSide& side = otherSides_[otherSideOf_[k]];
+        const auto [from, to] = within(side.range);
+        partition.divide(from, to, [&](std::size_t c) { return side.holds(kinds[c]); });
+    }
+    if (partition.cells() > maxGroups) return sides_.empty() ? 0 : sides_.size() - 1;
+
+    // Numbered as they first come up.
+    std::vector<std::uint32_t> number(partition.cells(), kNobody);
+    groups_.clear();
     groupOfItem_.assign(items.size(), kNobody);
-    for (std::uint32_t i = 0; i < items.size(); ++i) {
-        const std::uint32_t g = group[kindOf[i]];
-        groupOfItem_[i] = g;
-        if (g == kNobody) continue;
-        if (representative_[g] == kNobody) representative_[g] = i;
-        if (items[i].body != items[representative_[g]].body) manyBodies_[g] = true;
+    for (std::size_t i = 0; i < items.size(); ++i) {
+        const std::uint32_t cell = partition.cellOf(kindOf[i]);
+        if (cell == kNobody) continue;
+        if (number[cell] == kNobody) {
+            number[cell] = static_cast<std::uint32_t>(groups_.size());
+            groups_.push_back({items[i], false, {}});
+        }
+        Group& group = groups_[number[cell]];
+        group.manyBodies = group.manyBodies || items[i].body != group.example.body;
+        groupOfItem_[i] = number[cell];
     }
-    return sides.size();
+    return sides_.size();
 }
 
-void RelationTable::relate(std::span<const InterestSides> sides, std::span<const InterestItem> items) {
-    const std::size_t n = representative_.size();
-    constexpr std::uint32_t kIgnored = 0xffffffffu;
-    entries_.assign(n * n, 0);
-    lists_.assign(1, {});
+/// Which groups interact, with the lists that relations are made of.
+void RelationTable::relateGroups() {
+    const auto n = static_cast<std::uint32_t>(groups_.size());
+    for (OtherSide& side : otherSides_) {
+        side.reaches.resize(n);
+        for (std::uint32_t g = 0; g < n; ++g) side.reaches[g] = side.holds(groups_[g].example);
+    }
+    interactions_ = {};
     interactions_.active.assign(n, false);
-
-    using Extension = StrongId<struct ExtensionTag>;  // a list's number and the interest that is added to it
-    BasicIdTable<Extension> extensions;
-    const auto extended = [&](std::uint32_t list, std::uint32_t interest) {
-        const auto next = static_cast<std::uint32_t>(lists_.size());
-        const std::uint32_t known = extensions.insert(Extension((std::uint64_t{list} << 32) | (interest + 1)), next);
-        if (known == next) lists_.push_back({list, interest, lists_[list].length + 1, 0, {}});
-        return known;
+    interactions_.interacts.assign(std::size_t{n} * n, false);
+    // Groups are numbered in the order of their first items, so those in a range of places are nearly a range too.
+    const auto forObjects = [&](std::uint32_t k, auto&& visit) {
+        const auto before = [](const Group& group, std::uint32_t place) { return group.example.place < place; };
+        auto group = std::lower_bound(groups_.begin(), groups_.end(), sides_[k].object.begin, before);
+        for (; group != groups_.end() && group->example.place < sides_[k].object.end; ++group)
+            if (onObjectSide(group->example, sides_[k])) visit(static_cast<std::uint32_t>(group - groups_.begin()));
     };
-    // The pair (a, b), with a on the object's side, is seen from both of its parts; which of them has the lower number
-    // is known when two parts are asked about. In a pair that could be either way round the lower one is the object.
-    const auto speak = [&](std::uint32_t interest, std::uint32_t& entry, bool firstIsObject) {
-        if (entry == kIgnored) return;
-        std::uint32_t list = entry >> 1;
-        if (list == 0 || lists_[list].interest != interest) {
-            list = extended(list, interest);
-            entry = (list << 1) | (entry & kFirstIsObject);
-        }
-        if (firstIsObject && lists_[list].length == 1) entry |= kFirstIsObject;
+    const auto mark = [&](std::uint32_t k, bool value) {
+        forObjects(k, [&](std::uint32_t a) {
+            for (std::uint32_t b = 0; b < n; ++b)
+                if (isAgainst(k, b))
+                    interactions_.interacts[std::size_t{a} * n + b] = interactions_.interacts[std::size_t{b} * n + a] =
+                        value;
+        });
     };
-
-    std::vector<std::uint32_t> objects, others;
-    const auto findSides = [&](std::size_t k) {
-        objects.clear();
-        others.clear();
-        for (std::uint32_t g = 0; g < n; ++g) {
-            const unsigned on = sidesOf(items[representative_[g]], sides[k]);
-            if ((on & kObjectSide) != 0) objects.push_back(g);
-            if ((on & kOtherSide) != 0) others.push_back(g);
-        }
-    };
-    for (std::size_t k = 0; k < sides.size(); ++k) {
-        if (!sides[k].ignores) continue;
-        findSides(k);
-        for (const std::uint32_t a : objects)
-            for (const std::uint32_t b : others) entries_[a * n + b] = entries_[b * n + a] = kIgnored;
-    }
-    for (std::uint32_t k = 0; k < sides.size(); ++k) {
-        if (sides[k].ignores) continue;
-        findSides(k);
-        for (const std::uint32_t a : objects) {
+    for (std::uint32_t k = 0; k < sides_.size(); ++k) {
+        if (!sides_[k].awake || sides_[k].ignores) continue;
+        forObjects(k, [&](std::uint32_t a) {
             interactions_.active[a] = true;
-            for (const std::uint32_t b : others) {
-                speak(k, entries_[a * n + b], true);
-                speak(k, entries_[b * n + a], false);
-            }
-        }
+            groups_[a].interests.push_back(k);
+        });
+        mark(k, true);
     }
-    interactions_.interacts.assign(n * n, false);
-    for (std::size_t e = 0; e < entries_.size(); ++e) {
-        if (entries_[e] == kIgnored) entries_[e] = 0;
-        // What belongs to one body never meets itself.
-        const bool oneBody = e / n == e % n && !manyBodies_[e / n];
-        interactions_.interacts[e] = entries_[e] != 0 && !oneBody;
-    }
+    for (std::uint32_t k = 0; k < sides_.size(); ++k)
+        if (sides_[k].awake && sides_[k].ignores) mark(k, false);
+    // What belongs to one body never meets itself.
+    for (std::uint32_t g = 0; g < n; ++g)
+        if (!groups_[g].manyBodies) interactions_.interacts[std::size_t{g} * n + g] = false;
 }
 
-/// Writes out the lists that some pair has.
-void RelationTable::listInterests() {
-    std::vector<bool> used(lists_.size(), false);
-    for (const std::uint32_t entry : entries_) used[entry >> 1] = true;
-    listed_.clear();
-    for (std::size_t i = 1; i < lists_.size(); ++i) {
-        if (!used[i]) continue;
-        lists_[i].first = static_cast<std::uint32_t>(listed_.size());
-        listed_.resize(listed_.size() + lists_[i].length);
-        std::size_t at = listed_.size();
-        for (std::size_t list = i; list != 0; list = lists_[list].before) listed_[--at] = lists_[list].interest;
-    }
-}
-
-void RelationTable::refresh(std::span<const InterestTerms> terms) {
-    for (std::size_t i = 1; i < lists_.size(); ++i) {
-        List& list = lists_[i];  // what it extends stands before it
-        const InterestTerms& last = terms[list.interest];
-        list.relation = lists_[list.before].relation;
-        if (list.length == 1) {
-            list.relation.relevant = true;
-            list.relation.response = last.response;
-        }
-        add(last, list.relation);
-    }
+bool RelationTable::isAgainst(std::uint32_t interest, std::uint32_t group) const {
+    if (!otherSides_[otherSideOf_[interest]].reaches[group]) return false;
+    return !sides_[interest].oneObject || !sides_[interest].object.holds(groups_[group].example.place);
 }
 
 Relation RelationTable::relation(std::uint32_t a, std::uint32_t b) const {
-    const std::uint32_t entry = entries_[interactions_.groupOf[a] * representative_.size() + interactions_.groupOf[b]];
-    const List& list = lists_[entry >> 1];
-    Relation relation = list.relation;
-    relation.firstIsObject = entry == 0 || (entry & kFirstIsObject) != 0;
-    relation.interests = std::span(listed_).subspan(list.first, list.length);
+    const std::uint32_t first = interactions_.groupOf[a], second = interactions_.groupOf[b];
+    if (!interactions_.interacts[std::size_t{first} * groups_.size() + second]) return {};
+    const std::uint32_t low = std::min(first, second), high = std::max(first, second);
+    const GroupPair pair(((std::uint64_t{low} + 1) << 32) | high);
+    std::uint32_t number = askedNumbers_.find(pair);
+    if (number == decltype(askedNumbers_)::kNone) {
+        number = askedNumbers_.insert(pair, static_cast<std::uint32_t>(asked_.size()));
+        asked_.push_back(ask(low, high));
+    }
+    const Asked& asked = asked_[number];
+    Relation relation = asked.relation;
+    relation.firstIsObject = first == low ? asked.lowIsObject : asked.highIsObject;
+    relation.interests = asked.interests;
     return relation;
+}
+
+RelationTable::Asked RelationTable::ask(std::uint32_t low, std::uint32_t high) const {
+    std::vector<std::uint32_t> forth, back;
+    for (const std::uint32_t k : groups_[low].interests)
+        if (isAgainst(k, high)) forth.push_back(k);
+    for (const std::uint32_t k : groups_[high].interests)
+        if (isAgainst(k, low)) back.push_back(k);
+    Asked asked;
+    std::set_union(forth.begin(), forth.end(), back.begin(), back.end(), std::back_inserter(asked.interests));
+    const std::uint32_t decides = asked.interests.front();
+    asked.lowIsObject = !forth.empty() && forth.front() == decides;
+    asked.highIsObject = !back.empty() && back.front() == decides;
+    sumUp(asked);
+    return asked;
+}
+
+void RelationTable::sumUp(Asked& asked) const {
+    asked.relation = {};
+    asked.relation.relevant = true;
+    asked.relation.response = terms_[asked.interests.front()].response;
+    for (const std::uint32_t k : asked.interests) add(terms_[k], asked.relation);
 }
 
 }  // namespace tessera

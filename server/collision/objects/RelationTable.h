@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <vector>
 
 #include "server/collision/neighbours/NeighbourFinder.h"
+#include "server/collision/objects/IdTable.h"
 #include "server/collision/objects/Relation.h"
 
 namespace tessera {
@@ -15,6 +17,7 @@ struct InterestSides {
     struct Range {
         std::uint32_t begin = 0, end = 0;
         [[nodiscard]] bool holds(std::uint32_t place) const { return begin <= place && place < end; }
+        bool operator==(const Range&) const = default;
     };
     bool awake = false;  ///< both of its nodes are visible
     bool ignores = false;
@@ -32,9 +35,9 @@ struct InterestItem {
     bool alone = false;       ///< its body shares no group with others
 };
 
-/// Items that the same interests speak of in the same way form a group, so a lookup takes a table of groups by groups,
-/// however many parts there are. The table holds 4 bytes for each two groups, and 40 more for each list of interests
-/// that some two of them have.
+/// Items that interests cannot tell apart form a group, so there are few groups, however many parts, and what two parts
+/// are to each other is a lookup by their groups. Of two groups with interests of their own each that is a list of its
+/// own, so a thousand interests could mean half a million lists: a list is made when it is first asked for.
 class RelationTable {
 public:
     /// Items in document order. Interests count in their order while their groups stay within `maxGroups`. Returns per
@@ -45,36 +48,53 @@ public:
     void refresh(std::span<const InterestTerms> terms);
 
     /// How many interests count.
-    [[nodiscard]] std::size_t taken() const { return taken_; }
+    [[nodiscard]] std::size_t taken() const { return sides_.size(); }
     /// By number among the items that take part.
     [[nodiscard]] const InteractionTable& interactions() const { return interactions_; }
-    /// Of two items that take part and belong to different bodies; a < b.
+    /// Of two items that take part and belong to different bodies; a < b. Two groups are asked about for the first time
+    /// by one thread at a time, and then by any number of threads.
     [[nodiscard]] Relation relation(std::uint32_t a, std::uint32_t b) const;
 
 private:
-    /// A list of interests: another one and one more. List 0 is empty.
-    struct List {
-        std::uint32_t before = 0;
-        std::uint32_t interest = 0;
-        std::uint32_t length = 0;
-        std::uint32_t first = 0;  ///< in listed_
-        Relation relation;        ///< all but `firstIsObject` and `interests`
+    /// The other side of one interest or of several.
+    struct OtherSide {
+        InterestSides::Range range;
+        std::int64_t layers = -1;
+        std::vector<bool> reaches;  ///< per group
+        [[nodiscard]] bool holds(const InterestItem& item) const {
+            return range.holds(item.place) && (item.layers & layers) != 0;
+        }
     };
-    static constexpr std::uint32_t kFirstIsObject = 1;  // the lowest bit of an entry; above it the list's number
+    struct Group {
+        InterestItem example;
+        bool manyBodies = false;
+        std::vector<std::uint32_t> interests;  ///< on whose object's side it is, ascending
+    };
+    struct Asked {
+        Relation relation;  ///< all but `firstIsObject` and `interests`
+        /// Whether the lower-numbered part can be the object where it is of the lower group, or of the other. In a pair
+        /// that could be either way round it always is.
+        bool lowIsObject = false, highIsObject = false;
+        std::vector<std::uint32_t> interests;
+    };
+    using GroupPair = StrongId<struct GroupPairTag>;
 
-    std::size_t findGroups(std::span<const InterestSides> sides, std::span<const InterestItem> items,
-                           std::size_t maxGroups);
-    void relate(std::span<const InterestSides> sides, std::span<const InterestItem> items);
-    void listInterests();
+    void findOtherSides();
+    [[nodiscard]] std::size_t findGroups(std::span<const InterestItem> items, std::size_t maxGroups);
+    void relateGroups();
+    [[nodiscard]] bool isAgainst(std::uint32_t interest, std::uint32_t group) const;
+    [[nodiscard]] Asked ask(std::uint32_t low, std::uint32_t high) const;
+    void sumUp(Asked& asked) const;
 
-    std::size_t taken_ = 0;
-    std::vector<std::uint32_t> groupOfItem_;     // kNobody: takes no part
-    std::vector<std::uint32_t> representative_;  // per group: an item
-    std::vector<bool> manyBodies_;               // per group
+    std::vector<InterestTerms> terms_;
+    std::vector<InterestSides> sides_;
+    std::vector<std::uint32_t> otherSideOf_;  // per interest
+    std::vector<OtherSide> otherSides_;
+    std::vector<std::uint32_t> groupOfItem_;  // kNobody: takes no part
+    std::vector<Group> groups_;
     InteractionTable interactions_;
-    std::vector<std::uint32_t> entries_;  // groups × groups; the lower-numbered part's group first
-    std::vector<List> lists_;
-    std::vector<std::uint32_t> listed_;
+    mutable std::deque<Asked> asked_;  // stay where they are, so that lists can be handed out
+    mutable BasicIdTable<GroupPair> askedNumbers_;
 };
 
 }  // namespace tessera
