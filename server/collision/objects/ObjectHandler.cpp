@@ -200,6 +200,8 @@ void ObjectHandler::chooseParts(const Aspect& aspect, const BodyRules& rules, st
 
     std::vector<InterestItem> items;
     std::vector<std::uint32_t> itemGeometry;
+    items.reserve(tree_.geometries.size());
+    itemGeometry.reserve(tree_.geometries.size());
     std::vector<std::uint32_t> sizes(tree_.places.size(), 0);  // per topmost place of a body
     for (std::uint32_t g = 0; g < tree_.geometries.size(); ++g) {
         const std::uint32_t place = tree_.geometries[g].place;
@@ -245,6 +247,11 @@ void ObjectHandler::chooseParts(const Aspect& aspect, const BodyRules& rules, st
     for (std::uint32_t i = 0; i < tree_.objects.size(); ++i) objectNumbers_.insert(tree_.objects[i], i);
     firstPart_.assign(tree_.places.size() + 1, 0);
 
+    const auto taking = static_cast<std::size_t>(std::count(takesPart.begin(), takesPart.end(), true));
+    parts_.reserve(taking);
+    bodies_.reserve(taking);
+    bodyTerms_.reserve(taking);
+    geometryOfPart_.reserve(taking);
     std::vector<std::uint32_t> bodyAt(tree_.places.size(), kNobody);
     for (std::size_t i = 0; i < items.size(); ++i) {
         if (!takesPart[i]) continue;
@@ -339,7 +346,7 @@ std::shared_ptr<const CollisionShape> ObjectHandler::shapeOf(const Aspect& aspec
 void ObjectHandler::shapeParts(const Aspect& aspect, bool jump) {
     moved_.assign(parts_.size(), false);
     movedCount_ = 0;
-    geometries_.reset(parts_.size());
+    geometries_.reset(0);
     partsOfGeometry_.clear();
     deformingParts_.clear();
     std::vector<ObjectId> deformingCores;

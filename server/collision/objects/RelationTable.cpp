@@ -178,9 +178,11 @@ std::size_t RelationTable::findGroups(std::span<const InterestItem> items, std::
     std::map<std::uint32_t, std::vector<std::size_t>> alone;
     for (std::size_t c = 0; c < kinds.size(); ++c)
         if (kinds[c].alone) alone[kinds[c].body].push_back(c);
-    for (const auto& [body, own] : alone)
+    for (const auto& entry : alone) {
+        const std::vector<std::size_t>& own = entry.second;
         partition.divide(own.front(), own.back() + 1,
-                         [&](std::size_t c) { return kinds[c].alone && kinds[c].body == body; });
+                         [&](std::size_t c) { return kinds[c].alone && kinds[c].body == entry.first; });
+    }
     std::vector<bool> divided(otherSides_.size(), false);
     for (std::size_t k = 0; k < sides_.size(); ++k) {
         if (partition.cells() > maxGroups) return k == 0 ? 0 : k - 1;
