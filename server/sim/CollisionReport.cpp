@@ -1,7 +1,5 @@
 #include "server/sim/CollisionReport.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -55,9 +53,7 @@ public:
             if (node && node->core && scene.get<Interest>(node->core)) holders_.try_emplace(node->core, id);
         }
     }
-    [[nodiscard]] std::string node(ObjectId id) const {
-        return scene_.get<Node>(id) ? pathOf(scene_, id) : fmt::format("#{}", id.value);
-    }
+    [[nodiscard]] std::string node(ObjectId id) const { return pathOf(scene_, id); }
     /// Null for none.
     [[nodiscard]] Json interest(ObjectId id) const {
         if (!id) return nullptr;

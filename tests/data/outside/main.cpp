@@ -1,6 +1,5 @@
-// Moves a node of a running wall, or follows one:
-//   outside HOST:PORT mover NODE DISTANCE STEPS     along x, in equal steps, one per frame
-//   outside HOST:PORT follower NODE GOAL            until its x is GOAL
+// Moves a node of a running wall along x, in equal steps, one per frame; or follows one until its x is GOAL, and tells
+// what begins to touch and ceases to meanwhile.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -12,7 +11,7 @@ using namespace std::chrono_literals;
 
 static int failed(const tessera::Error& error) {
     std::fprintf(stderr, "outside: %s\n", error.message.c_str());
-    return 1;
+    return exitCode(error.code);
 }
 
 static int move(tessera::Application& wall, const std::string& node, double distance, int steps) {
@@ -35,23 +34,25 @@ static int follow(tessera::Application& wall, const std::string& node, double go
         if (transform == nullptr || transform->translation == last) return;
         last = transform->translation;
         std::printf("%s is at %.17g %.17g %.17g\n", node.c_str(), last.x(), last.y(), last.z());
-        std::fflush(stdout);
     };
     look();
     wall.onChanges([&](const tessera::ChangeList&, tessera::Sequence) { look(); });
-    while (!(std::abs(last.x() - goal) < 1e-6)) {
-        const auto polled = wall.poll(1s);
-        if (!polled) return failed(polled.error());
-    }
-    return 0;
+    const auto told = wall.onPairEvents([&](const tessera::answer::PairEvents& frame) {
+        for (const tessera::PairEventValue& event : frame.events)
+            std::printf("%s %s %s\n", pathOf(wall.scene(), event.objectA).c_str(),
+                        event.phase == tessera::TouchPhase::kBegan ? "touches" : "leaves",
+                        pathOf(wall.scene(), event.objectB).c_str());
+    });
+    while (told && !(std::abs(last.x() - goal) < 1e-6))
+        if (const auto polled = wall.poll(1s); !polled) return failed(polled.error());
+    return told ? 0 : failed(told.error());
 }
 
 int main(int argc, char** argv) {
     const std::string role = argc > 2 ? argv[2] : "";
-    if (!(role == "mover" && argc == 6) && !(role == "follower" && argc == 5)) {
-        std::fprintf(stderr, "usage: outside HOST:PORT mover NODE DISTANCE STEPS | follower NODE GOAL\n");
-        return 2;
-    }
+    if (!(role == "mover" && argc == 6) && !(role == "follower" && argc == 5))
+        return failed({tessera::ErrorCode::kUsage, "HOST:PORT mover NODE DISTANCE STEPS | follower NODE GOAL"});
+    std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
     auto wall = tessera::Application::connect({.address = argv[1], .name = role});
     if (!wall) return failed(wall.error());
     if (role == "mover") return move(**wall, argv[3], std::atof(argv[4]), std::max(1, std::atoi(argv[5])));
