@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace tessera::dynamics {
 
 namespace {
 
 constexpr int kBouncePasses = 8;
+/// Of the spring that undoes overlap, per sub-step: as stiff as the sub-steps can follow, so that what lies at the
+/// bottom of a heap is not pressed deep into what it lies on. Hard: where one of the two does not give way.
+constexpr double kSoftHertz = 0.2, kHardHertz = 0.25, kDamping = 10;
 
 /// How overlap is undone: as by an overdamped spring, whatever the masses (E. Catto, "Soft Constraints", GDC 2011).
 struct Softness {
@@ -29,13 +34,13 @@ public:
     Island(std::span<SolverBody> all, std::span<const std::uint32_t> bodies, std::span<SolverPoint> points,
            const SolverStep& step)
         : all_(all), bodies_(bodies), points_(points), step_(step), seconds_(step.seconds / step.substeps) {
-        const double hertz = std::min(0.5 / step.seconds, 0.25 / seconds_);
-        soft_ = softness(hertz, 10, seconds_);
-        hard_ = softness(2 * hertz, 10, seconds_);
+        soft_ = softness(kSoftHertz / seconds_, kDamping, seconds_);
+        hard_ = softness(kHardHertz / seconds_, kDamping, seconds_);
     }
 
     void solve() {
         for (SolverPoint& p : points_) prepare(p);
+        const double before = energy(false);
         for (int i = 0; i < step_.substeps; ++i) {
             for (const std::uint32_t b : bodies_) all_[b].velocity += seconds_ * step_.gravity;
             // Before any impulse of this sub-step: those of the neighbours would look like an approach.
@@ -49,7 +54,7 @@ public:
             }
             pass(false, (i + 1) * seconds_);
         }
-        bounce();
+        bounce(before);
     }
 
 private:
@@ -135,12 +140,30 @@ private:
         }
     }
 
+    /// Kinetic, as the frame begins or as it ends; inertia turns with the body.
+    [[nodiscard]] double energy(bool end) const {
+        double sum = 0;
+        for (const std::uint32_t b : bodies_)
+            sum += product(all_[b], all_[b].velocity, all_[b].spin, all_[b].velocity, all_[b].spin, end);
+        return 0.5 * sum;
+    }
+
+    /// Of momentum and motion: v · m w + s · I t.
+    [[nodiscard]] static double product(const SolverBody& body, const Vec3d& v, const Vec3d& s, const Vec3d& w,
+                                        const Vec3d& t, bool end) {
+        const Mat3d turn = end ? Mat3d(body.turn + Mat3d::Identity()) : Mat3d(Mat3d::Identity());
+        return v.dot(w) / body.inverseMass + (turn.transpose() * s).dot(body.inertia * (turn.transpose() * t));
+    }
+
     /// Newton's law, for what came fast and met: leaves with so much of the speed that it came with.
-    void bounce() {
+    void bounce(double before) {
         const auto bounces = [&](const SolverPoint& p) {
             return p.restitution > 0 && p.most > 0 && p.approach < -step_.bounceSpeed;
         };
         if (std::none_of(points_.begin(), points_.end(), bounces)) return;
+        std::vector<std::pair<Vec3d, Vec3d>> motions;
+        motions.reserve(bodies_.size());
+        for (const std::uint32_t b : bodies_) motions.emplace_back(all_[b].velocity, all_[b].spin);
         for (int i = 0; i < kBouncePasses; ++i)
             for (SolverPoint& p : points_) {
                 if (!bounces(p)) continue;
@@ -153,6 +176,34 @@ private:
         // They part: nothing to start the next frame from.
         for (SolverPoint& p : points_)
             if (bounces(p)) p.impulse = p.rubbing[0] = p.rubbing[1] = 0;
+        limitEnergy(before, motions);
+    }
+
+    /// Newton's law for many points at once can give more than it took (D. Stewart, "Rigid-Body Dynamics with Friction
+    /// and Impact", 2000). Of what the bounce did, all bodies keep so much that there is no more energy than before;
+    /// that share changes no sum of momenta. Where something pushes from outside there is no such limit.
+    void limitEnergy(double before, const std::vector<std::pair<Vec3d, Vec3d>>& motions) {
+        for (const SolverPoint& p : points_)
+            for (const std::uint32_t b : {p.bodyA, p.bodyB})
+                if (all_[b].inverseMass == 0 && (!all_[b].velocity.isZero(0) || !all_[b].spin.isZero(0))) return;
+        double limit = before, linear = 0, square = 0, start = 0;
+        for (std::size_t i = 0; i < bodies_.size(); ++i) {
+            const SolverBody& body = all_[bodies_[i]];
+            limit += step_.gravity.dot(body.moved) / body.inverseMass;
+            const auto& [v, s] = motions[i];
+            const Vec3d dv = body.velocity - v, ds = body.spin - s;
+            start += 0.5 * product(body, v, s, v, s, true);
+            linear += product(body, v, s, dv, ds, true);
+            square += 0.5 * product(body, dv, ds, dv, ds, true);
+        }
+        if (start + linear + square <= limit || !(square > 0)) return;
+        const double room = limit - start;
+        const double share = room > 0 ? (-linear + std::sqrt(linear * linear + 4 * square * room)) / (2 * square) : 0;
+        for (std::size_t i = 0; i < bodies_.size(); ++i) {
+            SolverBody& body = all_[bodies_[i]];
+            body.velocity = motions[i].first + share * (body.velocity - motions[i].first);
+            body.spin = motions[i].second + share * (body.spin - motions[i].second);
+        }
     }
 
     std::span<SolverBody> all_;

@@ -17,6 +17,7 @@ struct SolverBody {
     Vec3d velocity = Vec3d::Zero(), spin = Vec3d::Zero();
     double inverseMass = 0;                ///< 0: goes as its velocity says
     Mat3d inverseInertia = Mat3d::Zero();  ///< world, as the frame begins
+    Mat3d inertia = Mat3d::Zero();         ///< its inverse
     Vec3d moved = Vec3d::Zero();           ///< of the centre, so far in the frame
     Quatd turned = Quatd::Identity();
     Mat3d turn = Mat3d::Zero();  ///< rotation less identity

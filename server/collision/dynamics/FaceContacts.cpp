@@ -71,13 +71,16 @@ private:
             axis_ = -side.normal;
         }
         double least = gap_ + (kind_ == Kind::kSide ? query_.fine : 0);
+        const double low = std::max(query_.margin, 0.0);
         for (unsigned i = 0; i < 3; ++i) {
             const Vec3d along = t_[(i + 1) % 3] - t_[i];
             Vec3d outwards = along.cross(winding_);
             outwards.normalize();
             const Vec3d crossed = normal_.cross(outwards);
+            // Only edges that come down to the face's plane, or as near as it matters, can meet its rim.
             for (std::uint32_t e = 0; e < solid_.edges.size(); ++e) {
                 const PlacedEdge& edge = solid_.edges[e];
+                if (normal_.dot(edge.from) + std::min(normal_.dot(edge.along), 0.0) - offset_ > low) continue;
                 const double b1 = edge.first.dot(crossed), b2 = edge.second.dot(crossed);
                 if (!(b1 * b2 < 0)) continue;
                 const double a1 = normal_.dot(edge.crossed), a2 = outwards.dot(edge.crossed);

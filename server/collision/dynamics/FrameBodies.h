@@ -48,6 +48,8 @@ struct FrameBodies {
                 double seconds, ShapeMemory& shapes, std::uint64_t frame);
 };
 
+/// Of its size: what is added to the motion that is foreseen, for what other bodies do to one within a frame.
+inline constexpr double kUnforeseen = 0.05;
 /// Speeds beyond these are cut down to them: in units per second, and in turns that a frame can show.
 inline constexpr double kMostSpeed = 1e6;
 inline constexpr double kMostTurnPerFrame = 6.0;

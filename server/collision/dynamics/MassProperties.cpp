@@ -71,12 +71,15 @@ MassProperties massProperties(const VolumeMoments& moments, double mass, double 
     }
     // A solid ball's, where nothing is known.
     if (!(spread.trace() > 1e-9 * size * size)) spread = Mat3d::Identity() * (size * size / 60);
-    Mat3d inertia = mass * (spread.trace() * Mat3d::Identity() - spread);
-    const double third = inertia.trace() / 3;
-    if (!(inertia.determinant() > 1e-5 * third * third * third)) inertia.diagonal().array() += 0.02 * third;
-    out.inverseInertia = inertia.inverse();
-    if (!out.inverseInertia.allFinite())
-        out.inverseInertia = Mat3d::Identity() / std::max(mass * size * size / 10, 1e-300);
+    out.inertia = mass * (spread.trace() * Mat3d::Identity() - spread);
+    const double third = out.inertia.trace() / 3;
+    if (!(out.inertia.determinant() > 1e-5 * third * third * third)) out.inertia.diagonal().array() += 0.02 * third;
+    out.inverseInertia = out.inertia.inverse();
+    if (!out.inverseInertia.allFinite()) {
+        const double like = std::max(mass * size * size / 10, 1e-300);
+        out.inertia = Mat3d::Identity() * like;
+        out.inverseInertia = Mat3d::Identity() / like;
+    }
     return out;
 }
 

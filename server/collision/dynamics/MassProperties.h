@@ -32,7 +32,7 @@ struct VolumeMoments {
 struct MassProperties {
     Vec3d centre = Vec3d::Zero();
     double mass = 1;
-    Mat3d inverseInertia = Mat3d::Identity();  ///< about the centre
+    Mat3d inertia = Mat3d::Identity(), inverseInertia = Mat3d::Identity();  ///< about the centre
 };
 
 /// Spread evenly over the volume. Positive definite whatever the moments are: directions without extent get a little.

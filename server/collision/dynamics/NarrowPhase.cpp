@@ -140,8 +140,13 @@ void NarrowPhase::look(FrameEncounter& e, EncounterBatch& batch, QueryWork& work
     e.firstPoint = static_cast<std::uint32_t>(batch.points.size());
     e.firstFace = static_cast<std::uint32_t>(batch.faces.size());
     const double size = std::min(bodyA.size, bodyB.size), fine = kFine * slopOf(bodyA, bodyB);
-    const double margin =
-        (bodyA.free || bodyA.moving ? bodyA.reach : 0) + (bodyB.free || bodyB.moving ? bodyB.reach : 0);
+    // No farther than both may go; and as far as they go towards each other, if nobody else meddles.
+    const auto own = [](const FrameBody& body) { return body.free || body.moving ? body.reach : 0; };
+    const auto turn = [&](const FrameBody& body) {
+        return (std::min(body.spin.norm() * options_.seconds, 2.0) + (body.free ? kUnforeseen : 0)) * body.size;
+    };
+    const double fall = 2 * options_.gravity.norm() * options_.seconds * options_.seconds;
+    const double margin = std::min(own(bodyA) + own(bodyB), approach(a, b).norm() + fall + turn(bodyA) + turn(bodyB));
     if (a.surface->solid && b.surface->solid) {
         const SolidPart solidA{&solids_[e.partA], a.given->hull, &a.given->world},
             solidB{&solids_[e.partB], b.given->hull, &b.given->world};

@@ -19,15 +19,16 @@ using namespace dynamics;
 namespace {
 
 constexpr int kPassesPerSubstep = 2;
-/// Of its size: what reach() adds to the motion that is foreseen, for what other bodies do to one within a frame.
-constexpr double kUnforeseen = 0.05;
 /// Approaches slower than what gravity gives in so many frames do not bounce: they are resting.
 constexpr double kRestingFrames = 3;
-/// A body is calm below the speed that gravity gives in so much of a frame, and moves less than so much of its size in
-/// a second.
-constexpr double kCalmFrames = 0.3, kCalmSizes = 1.0;
+/// A body is calm while no point of it gets farther than so many sizes from where it began to be, and it is slower than
+/// what gravity gives in a frame. (By the way rather than by the speed: what trembles in place may sleep, what creeps
+/// may not.)
+constexpr double kCalmWay = 0.01, kCalmFrames = 1;
 /// Sizes per second at which overlap is undone, at most.
 constexpr double kPushSizes = 3;
+/// Deeper than so many sizes is no contact of bodies that keep apart.
+constexpr double kDeepSizes = 0.03;
 constexpr double kSameContact = 0.05;  ///< of the smaller body's size: a point that moved less is the same
 constexpr double kStickFriction = 1e6;
 constexpr std::size_t kPointsPerTask = 256;
@@ -57,8 +58,10 @@ struct RigidBodyStage::State {
     Sleepers sleepers;
     ContactMemory memory, next;
     struct Calm {
-        std::uint64_t body;
-        double seconds;
+        std::uint64_t body = 0;
+        double seconds = 0;
+        Vec3d moved = Vec3d::Zero();  ///< since it began to be calm
+        Quatd turned = Quatd::Identity();
     };
     std::vector<Calm> calm;  ///< ascending; of free bodies that are awake
     double lastSeconds = 0;
@@ -87,6 +90,7 @@ struct RigidBodyStage::State {
     void makePoints();
     void solve();
     void finish(RigidFrame& out);
+    void calmDown();
     void guard(std::vector<double>& share);
     void remember();
     void sleep(RigidFrame& out);
@@ -289,6 +293,7 @@ void RigidBodyStage::State::makePoints() {
         if (!body.free) continue;
         to.inverseMass = 1 / body.mass.mass;
         to.inverseInertia = body.mass.inverseInertia;
+        to.inertia = body.mass.inertia;
     }
     points.clear();
     pointEncounter.clear();
@@ -407,6 +412,7 @@ void RigidBodyStage::State::finish(RigidFrame& out) {
         const double way = body.moved.norm() + 2 * body.turned.vec().norm() * from.size;
         if (way > from.reach) share[i] = from.reach / way;
     }
+    calmDown();
     guard(share);
     for (std::size_t i = 0; i < solver.size(); ++i) {
         SolverBody& body = solver[i];
@@ -428,6 +434,26 @@ void RigidBodyStage::State::finish(RigidFrame& out) {
         motion.world_T_before.linear() = body.turned.toRotationMatrix();
         motion.world_T_before.translation() =
             from.mass.centre + body.moved - motion.world_T_before.linear() * from.mass.centre;
+    }
+}
+
+/// Many bodies in one place push each other apart all at once, and few passes do not take back all of the speed that
+/// this gives. What is deep in another leaves no faster than it came, or than the push alone.
+void RigidBodyStage::State::calmDown() {
+    std::vector<double> push(solver.size(), 0);
+    for (const SolverPoint& p : points)
+        if (p.gap < -kDeepSizes / kPushSizes * p.push)
+            for (const std::uint32_t b : {p.bodyA, p.bodyB}) push[b] = std::max(push[b], p.push);
+    for (std::size_t i = 0; i < solver.size(); ++i) {
+        SolverBody& body = solver[i];
+        if (push[i] == 0 || body.inverseMass == 0) continue;
+        const FrameBody& from = frame.bodies[i];
+        const auto cut = [](Vec3d& v, double most) {
+            const double length = v.norm();
+            if (length > most) v *= most / length;
+        };
+        cut(body.velocity, std::max(push[i], from.velocity.norm() + seconds * gravity.norm()));
+        cut(body.spin, std::max(push[i] / from.size, from.spin.norm()));
     }
 }
 
@@ -527,15 +553,22 @@ void RigidBodyStage::State::sleep(RigidFrame& out) {
         const FrameBody& body = frame.bodies[i];
         if (!body.usable || !body.free || body.asleep) continue;
         while (old < calm.size() && calm[old].body < body.given->id) ++old;
-        double quiet = old < calm.size() && calm[old].body == body.given->id ? calm[old].seconds : 0;
-        const double limit =
-            std::min(std::max(kCalmFrames * gravity.norm() * seconds, 1e-3 * body.size), kCalmSizes * body.size);
+        Calm quiet;
+        if (old < calm.size() && calm[old].body == body.given->id) quiet = calm[old];
+        quiet.body = body.given->id;
         const double speed = solver[i].velocity.norm() + 0.5 * body.size * solver[i].spin.norm();
-        const bool still =
-            !body.frozen && !restless[i] && !body.given->disturbed && (held[i] ? speed < limit : speed == 0);
-        quiet = still ? quiet + seconds : 0;
-        now.push_back({body.given->id, quiet});
-        if (quiet < options.secondsToSleep) awake[groups.find(i)] = true;
+        const double slow = std::max(kCalmFrames * gravity.norm() * seconds, kCalmWay * body.size);
+        quiet.moved += solver[i].moved;
+        quiet.turned = (solver[i].turned * quiet.turned).normalized();
+        const double way = quiet.moved.norm() + body.size * quiet.turned.vec().norm();
+        const bool still = !body.frozen && !restless[i] && !body.given->disturbed &&
+                           (held[i] ? speed < slow && way < kCalmWay * body.size : speed == 0);
+        if (still)
+            quiet.seconds += seconds;
+        else
+            quiet = {body.given->id};
+        if (quiet.seconds < options.secondsToSleep) awake[groups.find(i)] = true;
+        now.push_back(quiet);
     }
     calm = std::move(now);
     std::vector<std::uint32_t> slot(count, kNobody);

@@ -41,8 +41,18 @@ bool gapOfEdges(const PlacedEdge& a, const PlacedEdge& b, double& gap, Vec3d& no
     return true;
 }
 
+/// Edges that come as far along a direction.
+void reaching(const PlacedSolid& solid, const Vec3d& direction, double least, std::vector<std::uint32_t>& out) {
+    out.clear();
+    for (std::uint32_t e = 0; e < solid.edges.size(); ++e) {
+        const double from = direction.dot(solid.edges[e].from), along = direction.dot(solid.edges[e].along);
+        if (from + std::max(along, 0.0) >= least) out.push_back(e);
+    }
+}
+
 /// The widest gap among all axes, or any that is wider than `margin`.
-SolidAxis widestGap(const PlacedSolid& a, const PlacedSolid& b, double margin, double fine, const SolidMemory& memory) {
+SolidAxis widestGap(const PlacedSolid& a, const PlacedSolid& b, double margin, double fine, const SolidMemory& memory,
+                    ClipScratch& scratch) {
     SolidAxis best;
     best.gap = -std::numeric_limits<double>::infinity();
     const auto side = [&](bool ofA, std::uint32_t s) {
@@ -65,10 +75,13 @@ SolidAxis widestGap(const PlacedSolid& a, const PlacedSolid& b, double margin, d
         side(false, s);
         if (best.gap > margin) return best;
     }
+    // Where they are nearest, or deepest in each other, edges of both reach across the gap along any direction.
+    reaching(a, best.normal, lowest(b.corners, best.normal) - std::max(margin, 0.0), scratch.edgesA);
+    reaching(b, -best.normal, lowest(a.corners, -best.normal) - std::max(margin, 0.0), scratch.edgesB);
     SolidAxis edges;
     edges.gap = -std::numeric_limits<double>::infinity();
-    for (std::uint32_t i = 0; i < a.edges.size(); ++i)
-        for (std::uint32_t j = 0; j < b.edges.size(); ++j) {
+    for (const std::uint32_t i : scratch.edgesA)
+        for (const std::uint32_t j : scratch.edgesB) {
             double gap = 0;
             Vec3d normal;
             if (!crossing(a.edges[i], b.edges[j]) || !gapOfEdges(a.edges[i], b.edges[j], gap, normal) ||
@@ -206,7 +219,7 @@ bool contactsOfSolids(const SolidPart& a, const SolidPart& b, const SolidQuery& 
     } else {
         work.boxTests += pa.sides.size() + pb.sides.size();
         if (work.exhausted()) return false;
-        const SolidAxis axis = widestGap(pa, pb, query.margin, query.fine, memory);
+        const SolidAxis axis = widestGap(pa, pb, query.margin, query.fine, memory, scratch);
         if (axis.kind == SolidAxis::Kind::kNone) return true;
         memory.kind = axis.kind;
         memory.a = axis.a;

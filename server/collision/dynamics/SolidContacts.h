@@ -30,6 +30,7 @@ struct SolidMemory {
 /// Buffers, kept between calls.
 struct ClipScratch {
     std::vector<Vec3d> polygon, other;
+    std::vector<std::uint32_t> edgesA, edgesB;
 };
 
 /// A convex solid of the frame, as both queries want it.
