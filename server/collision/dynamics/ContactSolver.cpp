@@ -12,7 +12,7 @@ namespace {
 constexpr int kBouncePasses = 8;
 /// Of the spring that undoes overlap, per sub-step: as stiff as the sub-steps can follow, so that what lies at the
 /// bottom of a heap is not pressed deep into what it lies on. Hard: where one of the two does not give way.
-constexpr double kSoftHertz = 0.2, kHardHertz = 0.25, kDamping = 10;
+constexpr double kSoftHertz = 0.25, kHardHertz = 0.25, kDamping = 10;
 
 /// How overlap is undone: as by an overdamped spring, whatever the masses (E. Catto, "Soft Constraints", GDC 2011).
 struct Softness {

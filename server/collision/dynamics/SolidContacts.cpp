@@ -112,8 +112,21 @@ void clipSides(const PlacedSolid& reference, std::uint32_t side, const PlacedSol
 void sideManifold(const PlacedSolid& a, const PlacedSolid& b, bool ofA, std::uint32_t side, double gap,
                   const SolidQuery& query, ClipScratch& scratch, std::vector<ContactPoint>& out) {
     const PlacedSolid &reference = ofA ? a : b, &incident = ofA ? b : a;
+    const std::size_t first = out.size();
     clipSides(reference, side, incident, Vec3d::Zero(), ofA, query.margin, scratch, out);
-    if (!scratch.polygon.empty() || !(gap > 0)) return;
+    if (!(gap > 0)) {
+        // The sides that face each other may overlap beside where the solids are deepest in each other, or not at all.
+        double least = 0;
+        for (std::size_t i = first; i < out.size(); ++i) least = std::min(least, out[i].gap);
+        if (least <= 0.5 * gap) return;
+        const PlacedSide& plane = reference.sides[side];
+        const Vec3d* deepest = &incident.corners.front();
+        for (const Vec3d& c : incident.corners)
+            if (plane.normal.dot(c) < plane.normal.dot(*deepest)) deepest = &c;
+        out.push_back({*deepest - 0.5 * gap * plane.normal, ofA ? plane.normal : Vec3d(-plane.normal), gap});
+        return;
+    }
+    if (!scratch.polygon.empty()) return;
     // Beside each other: they may be above each other once they have come down to the plane.
     const Vec3d approach = ofA ? query.approach : Vec3d(-query.approach);
     const double closing = -reference.sides[side].normal.dot(approach);
