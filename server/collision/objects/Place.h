@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 
 #include "common/change/Value.h"
 #include "common/math/Types.h"
@@ -20,5 +21,10 @@ struct Place {
     Affine3d local = Affine3d::Identity();
     Affine3d world = Affine3d::Identity();
 };
+
+/// Whether nothing has moved: a NaN equals itself, and 0 is not -0.
+[[nodiscard]] inline bool sameBits(const Affine3d& a, const Affine3d& b) {
+    return std::memcmp(a.data(), b.data(), 16 * sizeof(double)) == 0;
+}
 
 }  // namespace tessera

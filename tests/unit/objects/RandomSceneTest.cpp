@@ -1,6 +1,5 @@
 /// After any history the handler is what a new one would be, and says what the rules say.
 #include <cstdlib>
-#include <cstring>
 #include <map>
 #include <string>
 
@@ -15,9 +14,6 @@ namespace {
 constexpr HandlerLimits kLimits{.maxInterests = 6};
 constexpr HandlerLimits kFewGroups{.maxInterests = 6, .maxGroups = 5};
 
-bool sameBits(const Affine3d& a, const Affine3d& b) {
-    return std::memcmp(a.data(), b.data(), 16 * sizeof(double)) == 0;
-}
 bool sameBox(const Box& a, const Box& b) {
     return a.lower == b.lower && a.upper == b.upper;
 }
