@@ -5,6 +5,7 @@
 /// The two take turns frame by frame. What they simulate is not the same to the last digit: the piles differ.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -85,38 +86,39 @@ void pour(std::size_t count, const PipelineOptions& options, CollisionTable& tab
     }
     struct Stage {
         std::string name;
+        int end;  ///< the last frame
         std::vector<double> ours, whole, theirs;
-        std::string remark;
     };
-    std::vector<Stage> stages{{"falling (frames 1 to 30)", {}, {}, {}, {}},
-                              {"piling up (31 to 300)", {}, {}, {}, {}},
-                              {"settling (301 to 900)", {}, {}, {}, {}},
-                              {"at the end (901 to 960)", {}, {}, {}, {}}};
-    const std::vector<int> ends = options.quick ? std::vector<int>{5, 10, 15, 20} : std::vector<int>{30, 300, 900, 960};
+    const std::array<int, 4> ends =
+        options.quick ? std::array<int, 4>{5, 10, 15, 20} : std::array<int, 4>{30, 300, 900, 960};
+    std::vector<Stage> stages{{"falling", ends[0], {}, {}, {}},
+                              {"piling up", ends[1], {}, {}, {}},
+                              {"settling", ends[2], {}, {}, {}},
+                              {"at the end", ends[3], {}, {}, {}}};
     int frame = 0;
-    for (std::size_t s = 0; s < stages.size(); ++s) {
-        for (; frame < ends[s]; ++frame) {
+    for (Stage& stage : stages) {
+        const std::string name = fmt::format("{} ({} to {})", stage.name, frame + 1, stage.end);
+        for (; frame < stage.end; ++frame) {
             const FrameTimes taken = scene.frame({}, clock);
-            stages[s].ours.push_back(taken.asked);
-            stages[s].whole.push_back(taken.whole);
-            stages[s].theirs.push_back(clock.seconds([&] { bullet.step(kSeconds); }));
+            stage.ours.push_back(taken.asked);
+            stage.whole.push_back(taken.whole);
+            stage.theirs.push_back(clock.seconds([&] { bullet.step(kSeconds); }));
         }
         const StepCounters& c = scene.result().counters;
         double lowest = 0;
         for (std::uint32_t i = 0; i < count; ++i) lowest = std::min(lowest, scene.poseOf(i).translation.y());
-        stages[s].remark = fmt::format("{} neighbours, {} asleep, lowest at {:.2f}; Bullet: {} manifolds, {} asleep",
-                                       c.neighbours, c.asleep, lowest, bullet.manifolds(), bullet.asleep());
-        table.add({.pair = fmt::format("pour: {} bodies", count),
-                   .operation = stages[s].name + ", step",
-                   .peer = "Bullet, dynamics world",
-                   .ours = summarise(stages[s].ours),
-                   .theirs = summarise(stages[s].theirs),
-                   .remark = stages[s].remark});
-        table.add({.pair = fmt::format("pour: {} bodies", count),
-                   .operation = stages[s].name + ", with commit",
-                   .peer = "Bullet, dynamics world",
-                   .ours = summarise(stages[s].whole),
-                   .theirs = summarise(stages[s].theirs)});
+        const auto add = [&](const char* what, const std::vector<double>& seconds, const std::string& remark) {
+            table.add({.pair = fmt::format("pour: {} bodies", count),
+                       .operation = name + what,
+                       .peer = "Bullet, dynamics",
+                       .ours = summarise(seconds),
+                       .theirs = summarise(stage.theirs),
+                       .remark = remark});
+        };
+        add(", step", stage.ours,
+            fmt::format("{} neighbours, {} asleep, lowest at {:.2f}; Bullet: {} manifolds, {} asleep", c.neighbours,
+                        c.asleep, lowest, bullet.manifolds(), bullet.asleep()));
+        add(", with commit", stage.whole, "");
     }
 }
 

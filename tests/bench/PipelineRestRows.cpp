@@ -91,7 +91,7 @@ void restRow(const std::string& what, Standing kind, std::int64_t detail, const 
     const double innerSide = kSpacing * (kNearSide - 1) - 4;
     for (std::vector<Pose>& poses : flight.poses)
         for (Pose& pose : poses) pose.translation = Vec3d::Constant(2) + innerSide / flightSide * pose.translation;
-    RestScene few(flight, 1'000, kind, detail), many(flight, options.quick ? 3'000 : 10'000, kind, detail);
+    RestScene few(flight, 1'000, kind, detail), many(flight, 10'000, kind, detail);
     if (kind == Standing::kAsleep) {
         few.settle();
         many.settle();
