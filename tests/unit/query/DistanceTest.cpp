@@ -90,6 +90,29 @@ INSTANTIATE_TEST_SUITE_P(Volumes, DistanceOfKind,
                          testing::Values(VolumeKind::kSphere, VolumeKind::kAabb, VolumeKind::kObb, VolumeKind::kDop6,
                                          VolumeKind::kDop14, VolumeKind::kDop18, VolumeKind::kDop26));
 
+/// A face whose corners are one point has no plane, and the bound of the search must not come from one.
+TEST_P(DistanceOfKind, IsRightWhereFacesArePoints) {
+    Random random(77);
+    for (int trial = 0; trial < 400; ++trial) {
+        SCOPED_TRACE("trial " + std::to_string(trial));
+        const auto soup = [&] {
+            shapes::Soup out;
+            for (std::uint32_t i = 0; i < 8; ++i) {
+                const Vec3d at = inCube(random, 1);
+                for (std::uint32_t k = 0; k < 3; ++k) {
+                    out.vertex(at + (i % 2 == 0 ? Vec3d(Vec3d::Zero()) : inCube(random, 0.3)));
+                    out.indices.push_back(3 * i + k);
+                }
+            }
+            return meshOf(out);
+        };
+        const TriangleTree a(soup(), {GetParam()}), b(soup(), {GetParam()});
+        const Affine3d a_T_b = composeTransform(inCube(random, 3), anyRotation(random), Vec3d::Ones());
+        QueryWork work;
+        EXPECT_NEAR(distanceBetween(a, b, a_T_b, work).distance, measured(a.mesh(), b.mesh(), a_T_b), 1e-12);
+    }
+}
+
 TEST(Distance, OfBoxesIsTheGapBetweenTheirFaces) {
     const TriangleTree a(meshOf(shapes::box({2, 2, 2}))), b(meshOf(shapes::box({1, 1, 1})));
     QueryWork work;

@@ -10,16 +10,6 @@
 namespace tessera {
 namespace {
 
-/// Slivers and segments stay. (distanceBetween takes faces that are points for farther than they are.)
-bodies::Body withoutPoints(bodies::Body body) {
-    std::vector<std::uint32_t> kept;
-    for (std::size_t i = 0; i < body.indices.size(); i += 3)
-        if (body.indices[i] != body.indices[i + 1] || body.indices[i] != body.indices[i + 2])
-            kept.insert(kept.end(), {body.indices[i], body.indices[i + 1], body.indices[i + 2]});
-    body.indices = kept;
-    return body;
-}
-
 enum class Kind {
     kSingle,
     kCrane,
@@ -46,7 +36,7 @@ struct Chains : TrialScene {
                 case 1:
                     return bodies::box(Vec3d(1, 0.7, 1.4));
                 case 2:
-                    return withoutPoints(bodies::soup(dice.engine(), 20));
+                    return bodies::soup(dice.engine(), 20);
                 default:
                     return bodies::torus(0.7, 0.3, 8, 5);
             }

@@ -46,7 +46,8 @@ struct Facet {
         normal = cross(edge[0], edge[1]);
         normal2 = dot(normal, normal);
         size2 = max(max(edge2[0], edge2[1]), edge2[2]);
-        sliver = size2 * size2 * 1e-3f - normal2;  // positive: |normal| < 0.03 size²
+        const F thin = size2 * size2 * 1e-3f - normal2;  // positive: |normal| < 0.03 size²
+        sliver = choose(-thin, splat(0.0f), splat(1.0f));  // a point too, of which both are 0
         height = sqrt(normal2) / sqrt(max(size2, splat(1e-30f)));
     }
     const V3& at(unsigned i) const { return i == 0 ? corner.a : i == 1 ? corner.b : corner.c; }
