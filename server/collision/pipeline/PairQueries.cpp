@@ -3,26 +3,28 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/dynamics/MeshFaces.h"
 #include "server/collision/mesh/TriangleContact.h"
+#include "server/collision/objects/ConservativeBox.h"
 #include "server/collision/query/TouchQuery.h"
 
 namespace tessera {
 namespace {
 
-/// A vertex of `inner` inside the hull of `outer`. Asked only of surfaces that do not meet; then a connected piece is inside
-/// as a whole or not at all, and any of its vertices would do, but pieces are not known here.
-bool inside(const Part& outer, const Part& inner) {
-    const Box& in = inner.worldBox;
-    const Box& out = outer.worldBox;
-    if (!out.overlaps(in)) return false;
+/// Part of `inner` within the hull of `outer`. Asked only of surfaces that do not meet: then each face is in it as a whole or
+/// not at all.
+bool inside(const Part& outer, const Part& inner, QueryWork& work) {
     const ConvexHull& hull = *outer.shape->hull;
     const Affine3d outer_T_inner = outer.world.inverse() * inner.world;
-    const TriangleMesh& mesh = inner.shape->tree.mesh();
-    for (std::uint32_t face = 0; face < mesh.faceCount(); ++face) {
-        const Vec3d p = outer_T_inner * mesh.triangle(face)[0];
-        if (hull.bounds().contains(p) && hull.contains(p)) return true;
-    }
-    return false;
+    const Box near = boxAround(outer_T_inner.inverse(), hull.bounds());
+    const TriangleTree& tree = inner.shape->tree;
+    if (!near.overlaps(tree.mesh().bounds())) return false;
+    std::vector<std::uint32_t> faces;
+    if (!dynamics::facesNear(tree, near, work, faces)) return false;
+    return std::ranges::any_of(faces, [&](std::uint32_t face) {
+        const Vec3d p = outer_T_inner * tree.mesh().corner(face, 0);
+        return hull.bounds().contains(p) && hull.contains(p);
+    });
 }
 
 /// The factor by which a similarity stretches lengths; nothing for other maps.
@@ -81,7 +83,7 @@ void askTouch(PairState& state, const Part& a, const Part& b, bool all, std::siz
         known.faceCount = known.faces.size();
     }
     if (!hulls && !known.touching && known.complete) {
-        known.touching = (a.shape->hull && inside(a, b)) || (b.shape->hull && inside(b, a));
+        known.touching = (a.shape->hull && inside(a, b, work)) || (b.shape->hull && inside(b, a, work));
         known.faceCount = known.touching ? 1 : 0;
     }
     // An answer that the work was not enough for is asked again.
