@@ -5,12 +5,8 @@
 #include <functional>
 
 #include "common/base/Workers.h"
-#include "server/collision/dynamics/ContactMemory.h"
-#include "server/collision/dynamics/ContactSolver.h"
-#include "server/collision/dynamics/FrameBodies.h"
 #include "server/collision/dynamics/Islands.h"
-#include "server/collision/dynamics/NarrowPhase.h"
-#include "server/collision/dynamics/Sleepers.h"
+#include "server/collision/dynamics/RigidBodyState.h"
 
 namespace tessera {
 
@@ -25,10 +21,6 @@ constexpr double kRestingFrames = 3;
 /// what gravity gives in a frame. (By the way rather than by the speed: what trembles in place may sleep, what creeps
 /// may not.)
 constexpr double kCalmWay = 0.01, kCalmFrames = 1;
-/// Sizes per second at which overlap is undone, at most.
-constexpr double kPushSizes = 3;
-/// Deeper than so many sizes is no contact of bodies that keep apart.
-constexpr double kDeepSizes = 0.03;
 constexpr double kSameContact = 0.05;  ///< of the smaller body's size: a point that moved less is the same
 constexpr double kStickFriction = 1e6;
 constexpr std::size_t kPointsPerTask = 256;
@@ -48,57 +40,6 @@ bool samePair(const FrameEncounter& x, const FrameEncounter& y) {
 }
 
 }  // namespace
-
-struct RigidBodyStage::State {
-    RigidOptions options;
-    Workers* workers = nullptr;
-
-    std::uint64_t frameNumber = 0;
-    ShapeMemory shapes;
-    Sleepers sleepers;
-    ContactMemory memory, next;
-    struct Calm {
-        std::uint64_t body = 0;
-        double seconds = 0;
-        Vec3d moved = Vec3d::Zero();  ///< since it began to be calm
-        Quatd turned = Quatd::Identity();
-    };
-    std::vector<Calm> calm;  ///< ascending; of free bodies that are awake
-    double lastSeconds = 0;
-
-    // Of the frame; kept for their memory.
-    FrameBodies frame;
-    NarrowPhase narrow;
-    std::vector<FrameEncounter> open, idle, looked;
-    struct Remembered {
-        std::uint32_t firstPoint = 0, points = 0;
-        bool fromSleep = false;
-    };
-    std::vector<PointMemory> woken;
-    std::vector<PairMemory> wokenPairs;
-    std::vector<SolverBody> solver;
-    std::vector<SolverPoint> points, sorted;
-    std::vector<std::uint32_t> pointEncounter, order;
-    Vec3d gravity = Vec3d::Zero();
-    double seconds = 0;
-
-    void collect(std::span<const RigidEncounter> encounters);
-    void wake(SleepingGroup group);
-    void look(QueryWork& work, RigidFrame& out);
-    void recallHints(std::vector<FrameEncounter>& encounters);
-    bool presses(const FrameEncounter& e, const FrameBody& awake) const;
-    void makePoints();
-    void solve();
-    void finish(RigidFrame& out);
-    void calmDown();
-    void guard(std::vector<double>& share);
-    void remember();
-    void sleep(RigidFrame& out);
-    [[nodiscard]] bool active(const FrameEncounter& e) const;
-    [[nodiscard]] FrameBody& bodyOf(std::uint32_t part) { return frame.bodies[frame.parts[part].body]; }
-    [[nodiscard]] const FrameBody& bodyOf(std::uint32_t part) const { return frame.bodies[frame.parts[part].body]; }
-    [[nodiscard]] std::span<const PointMemory> remembered(const FrameEncounter& e) const;
-};
 
 RigidBodyStage::RigidBodyStage(RigidOptions options, Workers* workers) : state_(std::make_unique<State>()) {
     state_->options = options;
@@ -395,123 +336,6 @@ void RigidBodyStage::State::solve() {
         workers->run(tasks.size() - 1, std::cref(task));
     }
     for (std::uint32_t i = 0; i < points.size(); ++i) points[i] = sorted[order[i]];
-}
-
-/// Where a body went is only true as far as its surroundings were looked at.
-void RigidBodyStage::State::finish(RigidFrame& out) {
-    std::vector<double> share(solver.size(), 1);
-    for (std::size_t i = 0; i < solver.size(); ++i) {
-        SolverBody& body = solver[i];
-        const FrameBody& from = frame.bodies[i];
-        if (body.inverseMass == 0) continue;
-        if (!body.velocity.allFinite() || !body.spin.allFinite() || !body.moved.allFinite() ||
-            !body.turned.coeffs().allFinite()) {
-            body.velocity = body.spin = body.moved = Vec3d::Zero();
-            body.turned = Quatd::Identity();
-        }
-        const double way = body.moved.norm() + 2 * body.turned.vec().norm() * from.size;
-        if (way > from.reach) share[i] = from.reach / way;
-    }
-    calmDown();
-    guard(share);
-    for (std::size_t i = 0; i < solver.size(); ++i) {
-        SolverBody& body = solver[i];
-        const FrameBody& from = frame.bodies[i];
-        if (!from.free) continue;
-        RigidMotion& motion = out.motions[from.index];
-        if (from.frozen && from.usable && !from.asleep) {
-            motion.velocity = from.velocity;
-            motion.spin = from.spin;
-        }
-        if (body.inverseMass == 0) continue;
-        if (share[i] < 1) {
-            body.moved *= share[i];
-            body.turned.vec() *= share[i];
-            body.turned.normalize();
-        }
-        motion.velocity = body.velocity;
-        motion.spin = body.spin;
-        motion.world_T_before.linear() = body.turned.toRotationMatrix();
-        motion.world_T_before.translation() =
-            from.mass.centre + body.moved - motion.world_T_before.linear() * from.mass.centre;
-    }
-}
-
-/// Many bodies in one place push each other apart all at once, and few passes do not take back all of the speed that
-/// this gives. What is deep in another leaves no faster than it came, or than the push alone.
-void RigidBodyStage::State::calmDown() {
-    std::vector<double> push(solver.size(), 0);
-    for (const SolverPoint& p : points)
-        if (p.gap < -kDeepSizes / kPushSizes * p.push)
-            for (const std::uint32_t b : {p.bodyA, p.bodyB}) push[b] = std::max(push[b], p.push);
-    for (std::size_t i = 0; i < solver.size(); ++i) {
-        SolverBody& body = solver[i];
-        if (push[i] == 0 || body.inverseMass == 0) continue;
-        const FrameBody& from = frame.bodies[i];
-        const auto cut = [](Vec3d& v, double most) {
-            const double length = v.norm();
-            if (length > most) v *= most / length;
-        };
-        cut(body.velocity, std::max(push[i], from.velocity.norm() + seconds * gravity.norm()));
-        cut(body.spin, std::max(push[i] / from.size, from.spin.norm()));
-    }
-}
-
-/// The centre of a solid does not pass through a face that was looked at.
-void RigidBodyStage::State::guard(std::vector<double>& share) {
-    const auto placeAfter = [&](std::uint32_t rank, const Vec3d& x) {
-        const SolverBody& body = solver[rank];
-        const FrameBody& from = frame.bodies[rank];
-        if (!from.free) return Vec3d(x + seconds * (body.velocity + body.spin.cross(x - from.mass.centre)));
-        Quatd turned = body.turned;
-        turned.vec() *= share[rank];
-        turned.normalize();
-        return Vec3d(from.mass.centre + share[rank] * body.moved + turned * (x - from.mass.centre));
-    };
-    for (const FrameEncounter& e : looked) {
-        if (!e.known || e.faces == 0) continue;
-        const bool solidIsA = frame.parts[e.partA].surface->solid.has_value();
-        const std::uint32_t solidPart = solidIsA ? e.partA : e.partB, facePart = solidIsA ? e.partB : e.partA;
-        const std::uint32_t rank = frame.parts[solidPart].body, other = frame.parts[facePart].body;
-        if (solver[rank].inverseMass == 0) continue;
-        const Vec3d from = narrow.solid(solidPart).centre;
-        for (int attempt = 0; attempt < 3; ++attempt) {
-            // Seen from the faces: less what they do themselves.
-            const Vec3d end = placeAfter(rank, from);
-            const Vec3d way = end - (placeAfter(other, end) - end) - from;
-            if (way.norm() < e.leastPlane) break;
-            const FramePart& surface = frame.parts[facePart];
-            const TriangleMesh& mesh = surface.given->tree->mesh();
-            double first = 2;
-            Vec3d normal = Vec3d::Zero();
-            for (const std::uint32_t face : narrow.facesOf(e)) {
-                const Vec3d a = surface.given->world * mesh.corner(face, 0),
-                            b = surface.given->world * mesh.corner(face, 1),
-                            c = surface.given->world * mesh.corner(face, 2);
-                Vec3d n = (b - a).cross(c - a);
-                double height = n.dot(from - a), after = n.dot(from + way - a);
-                if (height < 0) {
-                    n = -n;
-                    height = -height;
-                    after = -after;
-                }
-                if (!(after < 0) || !(height > after)) continue;
-                const double t = height / (height - after);
-                const Vec3d at = from + t * way;
-                const auto inside = [&](const Vec3d& p, const Vec3d& q) {
-                    return (q - p).cross(at - p).dot((b - a).cross(c - a)) >= 0;
-                };
-                if (t < first && inside(a, b) && inside(b, c) && inside(c, a)) {
-                    first = t;
-                    normal = n.normalized();
-                }
-            }
-            if (first > 1) break;
-            share[rank] *= attempt < 2 ? 0.9 * first : 0;
-            const double into = normal.dot(solver[rank].velocity);
-            if (into < 0) solver[rank].velocity -= into * normal;
-        }
-    }
 }
 
 void RigidBodyStage::State::remember() {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -11,7 +12,6 @@
 
 #include "common/base/Workers.h"
 #include "server/collision/dynamics/RigidBodyStage.h"
-#include "tests/unit/collision/Shapes.h"
 
 namespace tessera::dynamicstest {
 
