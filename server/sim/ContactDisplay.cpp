@@ -13,8 +13,8 @@ namespace {
 constexpr std::array<const char*, kMarkKinds> kGroupNames{"points", "normals", "faces"};
 constexpr std::size_t kFewest = 16;
 
-/// Told apart at a glance and unlike anything in a scene: yellow, cyan, magenta.
-const std::array<Vec3f, kMarkKinds> kColors{Vec3f(1.0f, 0.75f, 0.0f), Vec3f(0.0f, 0.85f, 1.0f),
+/// Told apart at a glance and unlike most of what stands in scenes: yellow, lime, magenta.
+const std::array<Vec3f, kMarkKinds> kColors{Vec3f(1.0f, 0.75f, 0.0f), Vec3f(0.25f, 1.0f, 0.0f),
                                             Vec3f(1.0f, 0.05f, 0.45f)};
 
 template <typename Core>

@@ -12,9 +12,14 @@
 namespace tessera {
 namespace {
 
-// In sizes (box diagonals) of the smaller object.
-constexpr double kBallRadius = 0.012;
-constexpr double kArrowLength = 0.15;
+/// The size that marks follow is that of the larger of the two objects, but at most so many times the smaller one's: an
+/// engine may meet a batten of a crate, a ball the floor of a hall.
+constexpr double kMostOfSmaller = 4;
+// In such sizes.
+constexpr double kBallRadius = 0.016;
+constexpr double kArrowLength = 0.3;
+/// Of its length, before the point: what lies wholly within B would not be seen.
+constexpr double kArrowTail = 0.5;
 /// Enough for a depth buffer of a whole hall to tell them from the faces that they lie on.
 constexpr double kLift = 0.002;
 constexpr std::size_t kMostBounds = 4096;
@@ -118,10 +123,11 @@ private:
         return it->second = bounds.empty() ? 0.0 : bounds.size().norm();
     }
 
-    /// The object of the contact's interest that a geometry-bearing node is part of.
-    [[nodiscard]] ObjectId objectOf(ObjectId interest, ObjectId node) const {
+    /// The object of the contact's interest that a geometry-bearing node is part of: one of its events, else
+    /// `otherwise`, where the node is below that, else the node itself.
+    [[nodiscard]] ObjectId objectOf(ObjectId interest, ObjectId node, ObjectId otherwise) const {
         for (ObjectId above = node; above;) {
-            if (objects_.contains({interest, above})) return above;
+            if (above == otherwise || objects_.contains({interest, above})) return above;
             const Node* there = scene_.get<Node>(above);
             if (!there) break;
             above = there->parent;
@@ -131,13 +137,18 @@ private:
 
     /// 0 where there is nothing to measure.
     [[nodiscard]] double sizeOf(const Contact& contact) {
-        double size = 0;
-        for (const ObjectId node : {contact.objectA, contact.objectB}) {
+        double least = 0, most = 0;
+        const Interest* interest = scene_.get<Interest>(contact.interest);
+        const ObjectId object = interest ? interest->object : ObjectId();
+        for (const auto& [node, otherwise] :
+             {std::pair(contact.objectA, object), std::pair(contact.objectB, ObjectId())}) {
             if (!scene_.get<Node>(node)) continue;
-            const double own = sizeOf(objectOf(contact.interest, node));
-            if (std::isfinite(own) && own > 0 && (size == 0 || own < size)) size = own;
+            const double own = sizeOf(objectOf(contact.interest, node, otherwise));
+            if (!std::isfinite(own) || own <= 0) continue;
+            least = least == 0 ? own : std::min(least, own);
+            most = std::max(most, own);
         }
-        return size;
+        return std::min(most, kMostOfSmaller * least);
     }
 
     [[nodiscard]] std::optional<Mark> markOf(const Contact& contact, MarkKind kind) {
@@ -147,9 +158,10 @@ private:
         if (kind == MarkKind::kPoint) return Mark{.translation = point, .scale = Vec3d::Constant(kBallRadius * size)};
         const Vec3d along = root_T_world_.linear() * contact.normal;
         if (!along.allFinite() || along.squaredNorm() < 1e-12) return {};
-        return Mark{.translation = point,
+        const double length = kArrowLength * size;
+        return Mark{.translation = point - kArrowTail * length * along.normalized(),
                     .rotation = turnTo(along.normalized()),
-                    .scale = Vec3d::Constant(kArrowLength * size)};
+                    .scale = Vec3d::Constant(length)};
     }
 
     [[nodiscard]] std::optional<Mark> markOfFace(ObjectId nodeId, std::uint32_t face, const Contact& contact) {

@@ -36,7 +36,7 @@ MeshData makeBall() {
 
 /// A thin shaft and a head, six-sided, turned around +Z.
 MeshData makeArrow() {
-    constexpr double kShaft = 0.025, kHead = 0.09, kNeck = 0.7;
+    constexpr double kShaft = 0.014, kHead = 0.05, kNeck = 0.8;
     const double half = 0.5, height = std::sqrt(0.75);
     const std::array<std::array<double, 2>, 6> ring{
         {{1, 0}, {half, height}, {-half, height}, {-1, 0}, {-half, -height}, {half, -height}}};

@@ -18,7 +18,6 @@
 #include "server/sim/ContactDisplay.h"
 #include "server/sim/Loader.h"
 #include "server/sim/Peers.h"
-#include "server/sim/RecordingSeam.h"
 #include "server/sim/RecordingWriter.h"
 #include "server/sim/Report.h"
 #include "server/sim/ReportFile.h"
@@ -69,7 +68,7 @@ struct FrameLoop::Impl {
     Impl(ServerOptions o, Log& l)
         : options(std::move(o)),
           log(l),
-          simulation(simulationOf({}, options.threads)),
+          simulation({.threads = options.threads}),
           view(options.wall, options.camera),
           report(options.wall, join(options.scenes)),
           peers(sessionConfig(options.wall), blobs, [this](LinkEvent event) { inbox.push(std::move(event)); }),
@@ -258,10 +257,10 @@ void FrameLoop::Impl::beginFrame(TimePoint now) {
     std::vector<Edit> edits = desk.takeEdits();
     for (const Edit& edit : edits)
         for (const Blob& blob : blobsOf(edit.list)) blobs.add(blob);
-    std::vector<Reply> replies = desk.takeReplies();
+    const std::vector<Reply> replies = desk.takeReplies();
     const bool first = number == 0;
     if (recording) recording->frameBegins(number, first, edits, replies);
-    const FrameResult frame = stepOf(simulation, first, std::move(edits), std::move(replies));
+    const FrameResult frame = simulation.step(first, std::move(edits), replies);
     if (recording) recording->frameDone(number, frame);
     report.frameCommitted(frame);
 

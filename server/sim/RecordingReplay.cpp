@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "server/sim/RecordingSeam.h"
-
 namespace tessera {
 namespace {
 
@@ -13,7 +11,7 @@ namespace {
 class Replay {
 public:
     Replay(const record::Opening& opening, const ReplayOptions& options)
-        : options_(options), simulation_(simulationOf(opening.limits, options.threads)) {}
+        : options_(options), simulation_({.scene = opening.limits, .threads = options.threads}) {}
 
     void take(record::StartList list) { startLists_.push_back(std::move(list.list)); }
 
@@ -33,7 +31,7 @@ public:
     void take(record::Inputs inputs) {
         using Clock = std::chrono::steady_clock;
         const Clock::time_point begin = Clock::now();
-        const FrameResult frame = stepOf(simulation_, inputs.first, std::move(inputs.edits), std::move(inputs.replies));
+        const FrameResult frame = simulation_.step(inputs.first, std::move(inputs.edits), inputs.replies);
         result.frameMs.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
         digest_ = digestOf(frame);
         result.unfinishedFrame = inputs.frame;

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "common/scene/FieldTable.h"
-#include "server/sim/RecordingSeam.h"
 #include "server/sim/RecordingWriter.h"
 #include "tests/unit/sim/SceneForTests.h"
 
@@ -54,7 +53,7 @@ inline record::Opening openingForTests() {
 /// Boxes on and above a floor, some of them free bodies, one on a motion; interests of every kind of response and mode.
 class RandomShow {
 public:
-    explicit RandomShow(Random& random) : random_(random), simulation_(simulationOf({}, 1)) {}
+    explicit RandomShow(Random& random) : random_(random) {}
 
     [[nodiscard]] ChangeList startScene() {
         ListMaker make;
@@ -121,9 +120,9 @@ public:
         std::vector<FrameDigest> digests;
         for (std::uint64_t frame = 0; frame < frames; ++frame) {
             std::vector<Edit> edits = someEdits();
-            std::vector<Reply> replies = someReplies();
+            const std::vector<Reply> replies = someReplies();
             writer.frameBegins(frame, frame == 0, edits, replies);
-            const FrameResult result = stepOf(simulation_, frame == 0, std::move(edits), std::move(replies));
+            const FrameResult result = simulation_.step(frame == 0, std::move(edits), replies);
             writer.frameDone(frame, result);
             asked_ = result.collision.questions;
             contacts_ += result.collision.contacts.size();

@@ -107,11 +107,10 @@ TEST_F(ContactDisplayTest, DrawsPointNormalAndBothFaces) {
     ASSERT_EQ(points.size(), 1u);
     EXPECT_TRUE(points[0].translation().isApprox(Vec3d(0.5, 0, 0)));
     ASSERT_EQ(normals.size(), 1u);
-    EXPECT_TRUE(normals[0].translation().isApprox(Vec3d(0.5, 0, 0)));
-    const Vec3d tip = normals[0].linear() * Vec3d::UnitZ();
-    EXPECT_TRUE(tip.normalized().isApprox(Vec3d::UnitX())) << "from A to B";
-    EXPECT_GT(tip.norm(), 0.05 * std::sqrt(3.0));
-    EXPECT_LT(tip.norm(), 0.5 * std::sqrt(3.0)) << "the size of the smaller object, a box of 1";
+    const Vec3d arrow = normals[0].linear() * Vec3d::UnitZ();
+    EXPECT_TRUE(arrow.normalized().isApprox(Vec3d::UnitX())) << "from A to B";
+    EXPECT_TRUE((normals[0] * Vec3d(0, 0, 0.5)).isApprox(Vec3d(0.5, 0, 0))) << "its middle is the point";
+    EXPECT_NEAR(arrow.norm(), 0.3 * std::sqrt(33.0), 1e-12) << "of the larger object, a box of 1 x 4 x 4";
     ASSERT_EQ(faces.size(), 2u);
     EXPECT_EQ(display_.counts().drawn, (std::array<std::uint64_t, 3>{1, 1, 2}));
 }
@@ -138,7 +137,7 @@ TEST_F(ContactDisplayTest, FacesLieAHairAboveTheTrianglesThatTheyShow) {
             const Vec3d lift = faces[i] * unit[k] - corners[k];
             EXPECT_LT(lift.cross(normal).norm(), 1e-12) << i << " " << k;
             EXPECT_GT(lift.dot(normal), 1e-4);
-            EXPECT_LT(lift.dot(normal), 1e-2);
+            EXPECT_LT(lift.dot(normal), 2e-2);
         }
         EXPECT_GT((faces[i].linear() * Vec3d::UnitZ()).dot(normal), 0) << "seen from outside";
     }
