@@ -1,7 +1,6 @@
 #include "tests/bench/PipelineScene.h"
 
 #include <algorithm>
-#include <type_traits>
 
 #include "common/scene/FieldTable.h"
 
@@ -20,17 +19,9 @@ CollisionLimits noLimits() {
     return limits;
 }
 
-template <typename Pipeline>
-Pipeline makePipeline(Workers* workers) {
-    if constexpr (std::is_constructible_v<Pipeline, CollisionLimits, Workers*>)
-        return Pipeline(noLimits(), workers);
-    else
-        return Pipeline(noLimits());
-}
-
 }  // namespace
 
-PipelineScene::PipelineScene(Workers* workers) : pipeline_(makePipeline<CollisionPipeline>(workers)) {}
+PipelineScene::PipelineScene(Workers* workers) : pipeline_(noLimits(), workers) {}
 
 ObjectId PipelineScene::create(ObjectType type) {
     const ObjectId id(nextId_++);
