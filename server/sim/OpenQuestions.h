@@ -36,13 +36,4 @@ private:
     std::uint64_t newest_ = 0;  ///< the highest id ever asked
 };
 
-/// The ids that stand, as the simulation says; none where it does not ask.
-template <typename Simulation>
-[[nodiscard]] std::span<const std::uint64_t> openQuestionsOf(const Simulation& simulation) {
-    if constexpr (requires { simulation.openQuestions(); })
-        return simulation.openQuestions();
-    else
-        return {};
-}
-
 }  // namespace tessera

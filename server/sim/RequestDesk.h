@@ -57,7 +57,7 @@ public:
     [[nodiscard]] ServerActions committed(const FrameResult& frame, FrameNumber number,
                                           std::span<const std::uint64_t> openQuestions);
     [[nodiscard]] ServerActions committed(const FrameResult& frame, FrameNumber number) {
-        return committed(frame, number, openQuestionsOf(simulation_));
+        return committed(frame, number, simulation_.openQuestions());
     }
     [[nodiscard]] ServerActions frameReleased(const server_action::FrameReleased& release);
 

@@ -47,7 +47,7 @@ Simulation::Simulation(const SimulationOptions& options)
     : committer_(options.scene),
       workers_(options.threads > 1 ? std::make_unique<Workers>(options.threads) : nullptr),
       pipeline_(options.collision, workers_.get()) {
-    pipeline_.sceneChanged(committer_.scene(), nullptr);
+    sceneChanged(nullptr);
 }
 
 Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
@@ -58,7 +58,7 @@ Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
     motions_.clear();
     for (const ObjectId id : scene().ids())
         if (scene().get<Motion>(id)) motions_.push_back(id);
-    pipeline_.sceneChanged(scene(), nullptr);
+    sceneChanged(nullptr);
     return committer_.closeFrame();
 }
 
@@ -91,6 +91,8 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     }
     commitPoses(wishes, result.collision);
     keepContacts(result.collision, handStopped);
+    if (const std::optional<ChangeList> marks = display_.commit(committer_, result.collision))
+        pipeline_.sceneChanged(scene(), &*marks);
     result.commit = committer_.closeFrame();
     return result;
 }
@@ -147,7 +149,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
             return it == outcome.ids.end() ? id : it->second;
         });
         noteMotions(numbered);
-        pipeline_.sceneChanged(scene(), &numbered);
+        sceneChanged(&numbered);
     }
     ChangeListBuilder back;
     for (const auto& [id, pose] : poses) {
@@ -229,7 +231,7 @@ void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
     const ChangeList list = builder.take();
     const Expected<Committer::Applied> applied = committer_.apply(list);
     TESSERA_CHECK(applied.has_value(), applied ? std::string() : applied.error().message);
-    pipeline_.sceneChanged(scene(), &list);
+    sceneChanged(&list);
 }
 
 void Simulation::keepContacts(StepResult& step, bool handStopped) {
@@ -254,6 +256,11 @@ void Simulation::keepContacts(StepResult& step, bool handStopped) {
     const auto same = [&](const Contact& a, const Contact& b) { return order(a) == order(b); };
     step.contacts.erase(std::unique(step.contacts.begin(), step.contacts.end(), same), step.contacts.end());
     if (step.contacts.size() > CollisionLimits().maxContacts) step.contacts.resize(CollisionLimits().maxContacts);
+}
+
+void Simulation::sceneChanged(const ChangeList* list) {
+    pipeline_.sceneChanged(scene(), list);
+    display_.sceneChanged(scene(), list);
 }
 
 void Simulation::noteMotions(const ChangeList& list) {

@@ -11,6 +11,7 @@
 #include "common/base/Workers.h"
 #include "server/collision/pipeline/CollisionPipeline.h"
 #include "server/sim/Committer.h"
+#include "server/sim/ContactDisplay.h"
 #include "server/sim/Motions.h"
 
 namespace tessera {
@@ -90,11 +91,14 @@ private:
     /// put.
     void keepContacts(StepResult& step, bool handStopped);
     void noteMotions(const ChangeList& list);
+    /// After each list applied to the scene; null: anything may have changed.
+    void sceneChanged(const ChangeList* list);
 
     Committer committer_;
     UndoStack undo_;
     std::unique_ptr<Workers> workers_;  ///< null: one thread
     CollisionPipeline pipeline_;
+    ContactDisplay display_;
     std::vector<ObjectId> motions_;  ///< ids of all Motion cores, ascending
     struct Held {
         Contact contact;
