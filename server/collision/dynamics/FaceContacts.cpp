@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "server/collision/mesh/TriangleContact.h"
+
 namespace tessera::dynamics {
 
 namespace {
@@ -41,6 +43,9 @@ public:
         leastPlane = std::min(leastPlane, std::abs(height));
         front_ = height >= 0;
         normal_ = front_ ? winding_ : Vec3d(-winding_);
+        // Most faces near a fast body are not in its way: a ball around it tells.
+        if (outOfReach(std::abs(height) - solid_.radius, normal_)) return;
+        if (length > 1e-3 * longest && besideReach()) return;
         offset_ = normal_.dot(t_[0]);
         if (!findAxis()) return;
         if (kind_ == Kind::kFace)
@@ -52,18 +57,29 @@ public:
 private:
     enum class Kind : std::uint8_t { kFace, kSide, kEdges };
 
-    /// False: farther apart than the margin.
+    /// Parted by so much along an axis (from the surface to the solid) that this frame's motion does not close it.
+    [[nodiscard]] bool outOfReach(double gap, const Vec3d& axis) const {
+        return gap > std::min(query_.margin, query_.slack + std::max(0.0, -axis.dot(query_.approach)));
+    }
+
+    [[nodiscard]] bool besideReach() const {
+        const Vec3d away = solid_.centre - nearestOnTriangle({t_[0], t_[1], t_[2]}, solid_.centre);
+        const double distance = away.norm();
+        return distance > solid_.radius && outOfReach(distance - solid_.radius, away / distance);
+    }
+
+    /// False: out of reach.
     bool findAxis() {
         faceGap_ = std::numeric_limits<double>::infinity();
         for (const Vec3d& c : solid_.corners) faceGap_ = std::min(faceGap_, normal_.dot(c) - offset_);
-        if (faceGap_ > query_.margin) return false;
+        if (outOfReach(faceGap_, normal_)) return false;
         kind_ = Kind::kFace;
         gap_ = faceGap_ + query_.fine;
         for (std::uint32_t s = 0; s < solid_.sides.size(); ++s) {
             const PlacedSide& side = solid_.sides[s];
             const double gap =
                 std::min({side.normal.dot(t_[0]), side.normal.dot(t_[1]), side.normal.dot(t_[2])}) - side.offset;
-            if (gap > query_.margin) return false;
+            if (outOfReach(gap, -side.normal)) return false;
             if (!(gap > gap_) || side.normal.dot(normal_) > kArcSlack) continue;
             kind_ = Kind::kSide;
             gap_ = gap;
@@ -91,7 +107,7 @@ private:
                 n /= std::sqrt(square);
                 if (n.dot(normal_ + outwards) < 0) n = -n;
                 const double gap = n.dot(edge.from - t_[i]);
-                if (gap > query_.margin) return false;
+                if (outOfReach(gap, n)) return false;
                 if (!(gap > least)) continue;
                 kind_ = Kind::kEdges;
                 gap_ = least = gap;

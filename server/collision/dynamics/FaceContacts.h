@@ -22,6 +22,8 @@ struct PlacedSurface {
 /// What the answer depends on beside the bodies.
 struct FaceQuery {
     double margin = 0;               ///< gaps up to this are wanted
+    /// Of these those only that `approach` may close, or this much more of motion in whatever direction.
+    double slack = 0;
     double fine = 0;                 ///< differences in gap that do not matter
     double near = 0;                 ///< points as near to each other count as one
     Vec3d approach = Vec3d::Zero();  ///< of the solid, seen from the surface, within the frame

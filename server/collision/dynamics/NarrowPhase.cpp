@@ -146,16 +146,17 @@ void NarrowPhase::look(FrameEncounter& e, EncounterBatch& batch, QueryWork& work
         return (std::min(body.spin.norm() * options_.seconds, 2.0) + (body.free ? kUnforeseen : 0)) * body.size;
     };
     const double fall = 2 * options_.gravity.norm() * options_.seconds * options_.seconds;
-    const double margin = std::min(own(bodyA) + own(bodyB), approach(a, b).norm() + fall + turn(bodyA) + turn(bodyB));
+    const double slack = fall + turn(bodyA) + turn(bodyB);
+    const double margin = std::min(own(bodyA) + own(bodyB), approach(a, b).norm() + slack);
     if (a.surface->solid && b.surface->solid) {
         const SolidPart solidA{&solids_[e.partA], a.given->hull, &a.given->world},
             solidB{&solids_[e.partB], b.given->hull, &b.given->world};
         e.known = contactsOfSolids(solidA, solidB, {margin, fine, kNear * size, approach(a, b)}, e.memory,
                                    batch.scratch, work, batch.points);
     } else if (a.surface->solid) {
-        e.known = solidWithFaces(e.partA, e.partB, e, margin, fine, batch, work);
+        e.known = solidWithFaces(e.partA, e.partB, e, margin, slack, fine, batch, work);
     } else if (b.surface->solid) {
-        e.known = solidWithFaces(e.partB, e.partA, e, margin, fine, batch, work);
+        e.known = solidWithFaces(e.partB, e.partA, e, margin, slack, fine, batch, work);
     } else {
         const SurfacePart surfaceA{a.given->tree, a.surface->topology.get(), a.given->world, bodyA.mass.centre};
         const SurfacePart surfaceB{b.given->tree, b.surface->topology.get(), b.given->world, bodyB.mass.centre};
@@ -168,7 +169,7 @@ void NarrowPhase::look(FrameEncounter& e, EncounterBatch& batch, QueryWork& work
 }
 
 bool NarrowPhase::solidWithFaces(std::uint32_t solidPart, std::uint32_t facePart, FrameEncounter& e, double margin,
-                                 double fine, EncounterBatch& batch, QueryWork& work) const {
+                                 double slack, double fine, EncounterBatch& batch, QueryWork& work) const {
     const FramePart &with = frame_->parts[solidPart], &of = frame_->parts[facePart];
     Box box = solids_[solidPart].box;
     box.lower.array() -= margin;
@@ -178,6 +179,7 @@ bool NarrowPhase::solidWithFaces(std::uint32_t solidPart, std::uint32_t facePart
         return false;
     FaceQuery query;
     query.margin = margin;
+    query.slack = slack;
     query.fine = fine;
     query.near = kNear * std::min(frame_->bodies[with.body].size, frame_->bodies[of.body].size);
     query.approach = approach(of, with);

@@ -64,7 +64,7 @@ private:
     void placeSolids(std::span<const FrameEncounter> encounters);
     void look(FrameEncounter& encounter, EncounterBatch& batch, QueryWork& work) const;
     bool solidWithFaces(std::uint32_t solidPart, std::uint32_t facePart, FrameEncounter& encounter, double margin,
-                        double fine, EncounterBatch& batch, QueryWork& work) const;
+                        double slack, double fine, EncounterBatch& batch, QueryWork& work) const;
     [[nodiscard]] Vec3d approach(const FramePart& a, const FramePart& b) const;
 
     const FrameBodies* frame_ = nullptr;

@@ -170,6 +170,7 @@ PlacedSolid place(const SolidShape& shape, const Affine3d& world, std::span<Vec3
         out.centre += corners[i];
     }
     out.centre /= static_cast<double>(corners.size());
+    for (const Vec3d& c : corners) out.radius = std::max(out.radius, (c - out.centre).norm());
     for (std::size_t s = 0; s < sides.size(); ++s) {
         const std::span<const std::uint32_t> outline = shape.outline(s);
         const Vec3d area = out.turn * areaVector(outline, corners);

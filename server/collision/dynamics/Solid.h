@@ -50,6 +50,7 @@ struct PlacedSolid {
     std::span<const PlacedSide> sides;
     std::span<const PlacedEdge> edges;
     Vec3d centre = Vec3d::Zero();  ///< of the corners: inside
+    double radius = 0;             ///< no corner is farther from it
     Box box;
     double turn = 1;  ///< -1: mirrored, outlines run the other way round
 };
