@@ -6,7 +6,7 @@
 #include "server/collision/dynamics/MeshFaces.h"
 #include "server/collision/mesh/TriangleContact.h"
 #include "server/collision/objects/ConservativeBox.h"
-#include "server/collision/query/TouchQuery.h"
+#include "server/collision/response/PairTouch.h"
 
 namespace tessera {
 namespace {
@@ -59,16 +59,16 @@ void askTouch(PairState& state, const Part& a, const Part& b, bool all, std::siz
     known.touching = false;
     known.complete = true;
     known.faceCount = 0;
-    const Affine3d a_T_b = a.world.inverse() * b.world;
     if (hulls) {
         ConvexWork convex{.limit = 100'000};
-        const Touch touch = hullsTouching(*a.shape->hull, *b.shape->hull, a_T_b, convex, &state.hulls);
+        const Touch touch =
+            hullsTouching(*a.shape->hull, *b.shape->hull, a.world.inverse() * b.world, convex, &state.hulls);
         work.triangleTests += convex.supports;
         known.complete = touch != Touch::kUnknown;
         known.touching = touch == Touch::kYes;
         known.faceCount = known.touching ? 1 : 0;
     } else if (all) {
-        FacePairs found = allTouching(a.shape->tree, b.shape->tree, a_T_b, work);
+        FacePairs found = surfaceFacesTouching({a.shape->tree, a.world}, {b.shape->tree, b.world}, work);
         known.complete = found.complete;
         known.touching = !found.pairs.empty();
         known.faceCount = found.pairs.size();
@@ -76,7 +76,8 @@ void askTouch(PairState& state, const Part& a, const Part& b, bool all, std::siz
         found.pairs.shrink_to_fit();
         known.faces = std::move(found.pairs);
     } else {
-        const TouchedPair found = state.front.firstTouching(a.shape->tree, b.shape->tree, a_T_b, work);
+        const TouchedPair found =
+            firstSurfacesTouching({a.shape->tree, a.world}, {b.shape->tree, b.world}, state.front, work);
         known.complete = found.touch != Touch::kUnknown;
         known.touching = found.touch == Touch::kYes;
         if (known.touching) known.faces.push_back(found.faces);

@@ -8,7 +8,7 @@
 #include "server/collision/mesh/TriangleContact.h"
 #include "server/collision/objects/ConservativeBox.h"
 #include "server/collision/query/DistanceQuery.h"
-#include "server/collision/query/TouchQuery.h"
+#include "server/collision/response/PairTouch.h"
 #include "server/collision/response/PairImpact.h"
 
 namespace tessera {
@@ -86,10 +86,10 @@ MotionTrial MotionTrial::leg(const Way& way) const {
             return t.path.moves() ? t.path.world(localOf(way.start)) : handler_.parts()[part].world;
         };
         const Pair& pair = pairs_[static_cast<std::size_t>(known - obstacles_.begin())];
-        const Affine3d a_T_b = pose(*pair.a, partA).inverse() * pose(*pair.b, partB);
+        const Affine3d worldA = pose(*pair.a, partA), worldB = pose(*pair.b, partB);
         ++queries_;
-        const FacePairs faces =
-            allTouching(handler_.parts()[partA].shape->tree, handler_.parts()[partB].shape->tree, a_T_b, work_);
+        const FacePairs faces = surfaceFacesTouching({handler_.parts()[partA].shape->tree, worldA},
+                                                     {handler_.parts()[partB].shape->tree, worldB}, work_);
         return faces.complete ? faces.pairs.size() : known->touchingAtStart;
     };
     return {handler_, transform_, way, all_, touchingNow, limits_, work_, queries_};
@@ -178,16 +178,16 @@ bool MotionTrial::withinHull(std::size_t obstacle) const {
 
 Touch MotionTrial::touching(std::size_t obstacle, double fraction) const {
     ++queries_;
-    const Affine3d a_T_b = worldOfA(obstacle, fraction).inverse() * worldOfB(obstacle, fraction);
-    const Touch surfaces = anyTouching(shapeA(obstacle).tree, shapeB(obstacle).tree, a_T_b, work_);
+    const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
+    const Touch surfaces = surfacesTouching({shapeA(obstacle).tree, worldA}, {shapeB(obstacle).tree, worldB}, work_);
     if (Touch solid = Touch::kNo; surfaces == Touch::kNo && hullsOverlap(obstacle, fraction, solid)) return solid;
     return surfaces;
 }
 
 FacePairs MotionTrial::facesTouching(std::size_t obstacle, double fraction) const {
     ++queries_;
-    const Affine3d a_T_b = worldOfA(obstacle, fraction).inverse() * worldOfB(obstacle, fraction);
-    return allTouching(shapeA(obstacle).tree, shapeB(obstacle).tree, a_T_b, work_);
+    const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
+    return surfaceFacesTouching({shapeA(obstacle).tree, worldA}, {shapeB(obstacle).tree, worldB}, work_);
 }
 
 Impact MotionTrial::firstContact(std::size_t obstacle, double upTo) const {
