@@ -35,6 +35,10 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, const Ray& ray) c
     std::optional<PickHit> best;
     double limit = std::numeric_limits<double>::infinity();
     Action action;
+    // The wall's own marks of contacts, for one.
+    action.on<CollisionObject>([](const Visit& visit, const CollisionObject& object) {
+        return object.layers == 0 && object.node == visit.nodeId ? Descend::kPast : Descend::kInto;
+    });
     action.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
         const Affine3d& world = visit.world_T_node;
         if (!(std::abs(world.linear().determinant()) > 0)) return Descend::kInto;

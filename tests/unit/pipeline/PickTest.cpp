@@ -1,0 +1,35 @@
+// What a ray through the scene hits.
+#include <gtest/gtest.h>
+
+#include "tests/unit/pipeline/SceneMaker.h"
+
+namespace tessera {
+namespace {
+
+TEST(Pick, TheNearestVisibleTriangle) {
+    SceneMaker scene;
+    scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 0, -5));
+    const auto near = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 0, -2));
+    const std::optional<PickHit> hit = scene.pipeline.pickNode(scene.aspect, {Vec3d(0.1, 0.2, 0), -Vec3d::UnitZ()});
+    ASSERT_TRUE(hit);
+    EXPECT_EQ(hit->node, near.shape);
+    EXPECT_DOUBLE_EQ(hit->t, 1.5);
+    EXPECT_FALSE(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.1, 0.2, 0), Vec3d::UnitZ()}));
+    EXPECT_FALSE(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.6, 0, 0), -Vec3d::UnitZ()}));
+}
+
+TEST(Pick, GoesThroughWhatTakesPartInNothing) {
+    SceneMaker scene;
+    const auto far = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 0, -5));
+    CollisionObject object;
+    object.layers = 0;
+    const ObjectId core = scene.object(object);
+    const ObjectId marks = scene.node(kRootNode, core);
+    scene.body(marks, shapes::box(Vec3d::Ones()), Vec3d(0, 0, -2));
+    EXPECT_NE(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.1, 0.2, 0), -Vec3d::UnitZ()})->node, far.shape);
+    scene.set<CollisionObject>(core, field::kCollisionNode, marks);
+    EXPECT_EQ(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.1, 0.2, 0), -Vec3d::UnitZ()})->node, far.shape);
+}
+
+}  // namespace
+}  // namespace tessera
