@@ -21,7 +21,7 @@ Contact contactWithin(const Part& a, const Part& b) {
 Contact contactAt(const ObjectHandler& handler, const Touching& touching, const FacePair* faces) {
     const Part& a = handler.parts()[touching.partA];
     const Part& b = handler.parts()[touching.partB];
-    Contact contact = faces                          ? contactOfFaces(a, b, touching.worldA, touching.worldB, *faces)
+    Contact contact = faces                            ? contactOfFaces(a, b, touching.worldA, touching.worldB, *faces)
                       : a.shape->hull && b.shape->hull ? contactOfHulls(a, b, touching.worldA, touching.worldB)
                                                        : contactWithin(a, b);
     contact.objectA = touching.nodeA;
@@ -49,8 +49,10 @@ void ContactList::write(const ObjectHandler& handler, std::size_t most, StepResu
         faces.clear();
         for (std::size_t i = begin; i < end; ++i) {
             for (const FacePair& f : touching_[i].faces) faces.emplace_back(f, &touching_[i]);
-            if (touching_[i].faces.empty()) faces.emplace_back(FacePair{Contact::kNoFace, Contact::kNoFace}, &touching_[i]);
-            result.counters.contactsLeftOut += touching_[i].faceCount - std::max<std::uint64_t>(touching_[i].faces.size(), 1);
+            if (touching_[i].faces.empty())
+                faces.emplace_back(FacePair{Contact::kNoFace, Contact::kNoFace}, &touching_[i]);
+            result.counters.contactsLeftOut +=
+                touching_[i].faceCount - std::max<std::uint64_t>(touching_[i].faces.size(), 1);
         }
         std::ranges::stable_sort(faces, {}, [](const auto& f) { return f.first; });
         const auto same = std::ranges::unique(faces, {}, [](const auto& f) { return f.first; });

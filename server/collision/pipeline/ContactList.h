@@ -22,8 +22,8 @@ class ContactList {
 public:
     void add(Touching touching) { touching_.push_back(std::move(touching)); }
 
-    /// Ascending by (objectA, objectB, faceA, faceB); a pair of faces once, by its first account. Those beyond `most` are
-    /// counted. Also the pairs of nodes that touch, ascending.
+    /// Ascending by (objectA, objectB, faceA, faceB); a pair of faces once, by its first account. Those beyond `most`
+    /// are counted. Also the pairs of nodes that touch, ascending.
     void write(const ObjectHandler& handler, std::size_t most, StepResult& result,
                std::vector<std::pair<ObjectId, ObjectId>>& nodes);
 

@@ -38,7 +38,8 @@ void compare(const std::vector<Entry>& before, const std::vector<Entry>& now, En
 
 }  // namespace
 
-std::size_t EventBook::turnPage(std::vector<Touching> touching, std::vector<Near> near, std::size_t most, StepResult& result) {
+std::size_t EventBook::turnPage(std::vector<Touching> touching, std::vector<Near> near, std::size_t most,
+                                StepResult& result) {
     std::size_t leftOut = 0;
 
     // Of one pair: whether it touches at the end, and its earliest contact.
@@ -62,7 +63,8 @@ std::size_t EventBook::turnPage(std::vector<Touching> touching, std::vector<Near
     for (PairEvent& event : throughs) {
         event.through = true;
         event.phase = Phase::kEnded;
-        const auto place = std::ranges::lower_bound(told, keyOf(event), {}, [](const PairEvent& e) { return keyOf(e); });
+        const auto place =
+            std::ranges::lower_bound(told, keyOf(event), {}, [](const PairEvent& e) { return keyOf(e); });
         // One that touched in the last frame and parts in this one has an end already.
         if (place == told.end() || keyOf(*place) != keyOf(event)) told.insert(place, event);
     }
@@ -76,7 +78,8 @@ std::size_t EventBook::turnPage(std::vector<Touching> touching, std::vector<Near
     });
     std::vector<PairDistance> nearNow;
     for (Near& entry : near)
-        if (nearNow.empty() || keyOf(nearNow.back()) != keyOf(entry.distance)) nearNow.push_back(std::move(entry.distance));
+        if (nearNow.empty() || keyOf(nearNow.back()) != keyOf(entry.distance))
+            nearNow.push_back(std::move(entry.distance));
     compare(
         near_, nearNow, [&](const PairDistance& d) { tell(d, Phase::kEnded, result.distances, most, leftOut); },
         [&](const PairDistance& d) { tell(d, Phase::kBegan, result.distances, most, leftOut); },

@@ -23,8 +23,8 @@ public:
         PairDistance distance;  ///< phase is of no meaning. Of several entries for one pair the nearest counts
     };
 
-    /// Takes this frame's entries in any order; appends what is to be told, in order, at most `most` of each; returns how
-    /// many were left out.
+    /// Takes this frame's entries in any order; appends what is to be told, in order, at most `most` of each; returns
+    /// how many were left out.
     [[nodiscard]] std::size_t turnPage(std::vector<Touching> touching, std::vector<Near> near, std::size_t most,
                                        StepResult& result);
 

@@ -11,8 +11,8 @@
 namespace tessera {
 namespace {
 
-/// Part of `inner` within the hull of `outer`. Asked only of surfaces that do not meet: then each face is in it as a whole or
-/// not at all.
+/// Part of `inner` within the hull of `outer`. Asked only of surfaces that do not meet: then each face is in it as a
+/// whole or not at all.
 bool inside(const Part& outer, const Part& inner, QueryWork& work) {
     const ConvexHull& hull = *outer.shape->hull;
     const Affine3d outer_T_inner = outer.world.inverse() * inner.world;
@@ -116,13 +116,15 @@ void askDistance(PairState& state, const Part& a, const Part& b, double upperBou
         for (const Vec3d p : mesh.positions()) positions.push_back(a.world * p);
         known.complete = mesh.move(positions).has_value();
         if (known.complete)
-            measure(known, TriangleTree(std::move(mesh)), Affine3d::Identity(), 1, treeB, b.world, state.nearest, upperBound, work);
+            measure(known, TriangleTree(std::move(mesh)), Affine3d::Identity(), 1, treeB, b.world, state.nearest,
+                    upperBound, work);
     }
     if (known.complete && !known.farther) state.nearest = known.faces;
     if (known.complete && a.shape->hull && b.shape->hull && known.distance > 0) {
         // One inside the other: no distance between solids.
         ConvexWork convex{.limit = 100'000};
-        if (hullsTouching(*a.shape->hull, *b.shape->hull, a.world.inverse() * b.world, convex, &state.hulls) == Touch::kYes) {
+        if (hullsTouching(*a.shape->hull, *b.shape->hull, a.world.inverse() * b.world, convex, &state.hulls) ==
+            Touch::kYes) {
             known.distance = 0;
             known.farther = false;
         }
@@ -143,7 +145,8 @@ Contact toWorld(const Affine3d& worldA, const Vec3d& point, const Vec3d& normal)
 
 }  // namespace
 
-Contact contactOfFaces(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB, const FacePair& faces) {
+Contact contactOfFaces(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB,
+                       const FacePair& faces) {
     const Affine3d a_T_b = worldA.inverse() * worldB;
     Triangle triangleB = transformed(a_T_b, b.shape->tree.mesh().triangle(faces.b));
     if (a_T_b.linear().determinant() < 0) std::swap(triangleB[1], triangleB[2]);

@@ -13,8 +13,8 @@ void askTouch(PairState& state, const Part& a, const Part& b, bool all, std::siz
 /// The same for the distance, up to `upperBound` (world units). Surfaces, and the insides of two hulls.
 void askDistance(PairState& state, const Part& a, const Part& b, double upperBound, QueryWork& work);
 
-/// Where two faces meet, given the poses in which they do. The normal goes to the world as planes do, which also rights it
-/// where a mirrored frame turned the winding. Not filled in: objects, interest and time.
+/// Where two faces meet, given the poses in which they do. The normal goes to the world as planes do, which also rights
+/// it where a mirrored frame turned the winding. Not filled in: objects, interest and time.
 [[nodiscard]] Contact contactOfFaces(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB,
                                      const FacePair& faces);
 /// Where two hulls meet: the middle between the deepest points.

@@ -17,8 +17,10 @@ std::vector<TentativeTransform> QuestionBook::take(std::span<const Reply> replie
         }
         entry.standing = Standing::kPassing;
         const Pose& pose = reply->decision == Reply::Decision::kPass ? entry.question.wanted : reply->pose;
-        if (!wishes.empty() && wishes.back().transform == matter.transform) continue;  // the first reply decides where to
-        // Below every motion's and every hand's own wish: what the application says of this motion is the newest word on it.
+        if (!wishes.empty() && wishes.back().transform == matter.transform)
+            continue;  // the first reply decides where to
+        // Below every motion's and every hand's own wish: what the application says of this motion is the newest word
+        // on it.
         wishes.push_back({.transform = matter.transform,
                           .translation = pose.translation,
                           .rotation = pose.rotation,
@@ -39,7 +41,8 @@ void QuestionBook::stopped(const Matter& matter, const Question& question, std::
         known->second.pressed = true;
         return;
     }
-    const auto open = std::ranges::count_if(entries_, [](const auto& e) { return e.second.standing == Standing::kAsked; });
+    const auto open =
+        std::ranges::count_if(entries_, [](const auto& e) { return e.second.standing == Standing::kAsked; });
     if (static_cast<std::size_t>(open) >= maxOpen) return;
     Entry entry{.standing = Standing::kAsked, .question = question, .framesLeft = patience, .pressed = true};
     entry.question.id = nextId_++;

@@ -11,9 +11,9 @@
 
 namespace tessera {
 
-/// Whatever an application does or does not do, the frame goes on: a motion that it was asked about stands stopped until its
-/// reply, or until the interest's patience is over; then it stays stopped, and nobody is asked again as long as it presses on
-/// in every frame. Not thread-safe.
+/// Whatever an application does or does not do, the frame goes on: a motion that it was asked about stands stopped
+/// until its reply, or until the interest's patience is over; then it stays stopped, and nobody is asked again as long
+/// as it presses on in every frame. Not thread-safe.
 class QuestionBook {
 public:
     /// Two objects and the transform that would lead them into each other.
@@ -22,8 +22,8 @@ public:
         auto operator<=>(const Matter&) const = default;
     };
 
-    /// Takes the replies of a frame (the first one to a question counts; those to unknown ones are ignored) and returns what
-    /// they set going, ascending by transform.
+    /// Takes the replies of a frame (the first one to a question counts; those to unknown ones are ignored) and returns
+    /// what they set going, ascending by transform.
     [[nodiscard]] std::vector<TentativeTransform> take(std::span<const Reply> replies);
 
     /// An application lets this pair pass: it is no obstacle.
@@ -31,8 +31,8 @@ public:
     /// A motion has been stopped. Appends a question where there has to be one.
     void stopped(const Matter& matter, const Question& question, std::int64_t patience, std::size_t maxOpen,
                  std::vector<Question>& asked);
-    /// Ends a frame: patience runs out; a stop is forgotten when nobody pressed on, a passage when it is over. `inTouch` says
-    /// whether a matter's objects touch now. Returns how many questions went unanswered.
+    /// Ends a frame: patience runs out; a stop is forgotten when nobody pressed on, a passage when it is over.
+    /// `inTouch` says whether a matter's objects touch now. Returns how many questions went unanswered.
     template <typename InTouch>
     [[nodiscard]] std::uint64_t endFrame(const InTouch& inTouch);
 

@@ -17,9 +17,9 @@ struct PickHit {
     double t = 0;                 ///< in lengths of the ray's direction
 };
 
-/// Looks at every visible geometry, from either side, but for what is below a CollisionObject of layers 0 that stands at the
-/// very node it names. Costs a walk over the scene's nodes; trees are built only for
-/// what the ray comes near. Not thread-safe.
+/// Looks at every visible geometry, from either side, but for what is below a CollisionObject of layers 0 that stands
+/// at the very node it names. Costs a walk over the scene's nodes; trees are built only for what the ray comes near.
+/// Not thread-safe.
 class ScenePicker {
 public:
     explicit ScenePicker(std::shared_ptr<ShapeCache> shapes) : shapes_(std::move(shapes)) {}

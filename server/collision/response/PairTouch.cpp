@@ -17,7 +17,8 @@ Affine3d a_T_b(const PlacedTree& a, const PlacedTree& b) {
 }  // namespace
 
 Touch surfacesTouching(const PlacedTree& a, const PlacedTree& b, QueryWork& work) {
-    return inFrameOfB(a, b) ? anyTouching(b.tree, a.tree, a_T_b(b, a), work) : anyTouching(a.tree, b.tree, a_T_b(a, b), work);
+    return inFrameOfB(a, b) ? anyTouching(b.tree, a.tree, a_T_b(b, a), work)
+                            : anyTouching(a.tree, b.tree, a_T_b(a, b), work);
 }
 
 FacePairs surfaceFacesTouching(const PlacedTree& a, const PlacedTree& b, QueryWork& work) {

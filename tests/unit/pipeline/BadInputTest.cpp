@@ -14,7 +14,8 @@ struct Mixed : SceneMaker {
     Body floor = body(kRootNode, shapes::box(Vec3d(20, 1, 20)), Vec3d(0, -0.5, 0));
     ObjectId core;
 
-    explicit Mixed(std::int64_t response = Interest::kBounce, double mass = 1, CollisionLimits limits = {}) : SceneMaker(limits) {
+    explicit Mixed(std::int64_t response = Interest::kBounce, double mass = 1, CollisionLimits limits = {})
+        : SceneMaker(limits) {
         gravity(Vec3d(0, -10, 0));
         CollisionObject object;
         object.node = box.node;
@@ -73,7 +74,8 @@ TEST(BadInput, WishesThatAreNoNumbersAreRefused) {
             EXPECT_EQ(scene.at(scene.box.transform).translation, before.translation);
         }
     }
-    const StepResult zero = scene.frame({{.transform = scene.box.transform, .translation = Vec3d(0, 9, 0), .scale = Vec3d(1, 0, 1)}});
+    const StepResult zero =
+        scene.frame({{.transform = scene.box.transform, .translation = Vec3d(0, 9, 0), .scale = Vec3d(1, 0, 1)}});
     EXPECT_EQ(zero.stopped.size(), 1u);
     const StepResult nobody = scene.frame({{.transform = ObjectId{123456}}});
     EXPECT_EQ(nobody.stopped, std::vector{ObjectId{123456}});
@@ -132,7 +134,8 @@ TEST(BadInput, AMillionContactsAreCountedAndTheFirstOnesListed) {
     EXPECT_EQ(result.contacts.size(), 100u);
     EXPECT_GT(result.counters.contactsLeftOut, 200'000u);
     EXPECT_EQ(result.counters.notLookedAt, 0u);
-    EXPECT_TRUE(std::ranges::is_sorted(result.contacts, {}, [](const Contact& c) { return std::pair(c.faceA, c.faceB); }));
+    EXPECT_TRUE(
+        std::ranges::is_sorted(result.contacts, {}, [](const Contact& c) { return std::pair(c.faceA, c.faceB); }));
 }
 
 TEST(BadInput, WhenTheWorkIsUsedUpItSaysWhatWasNotLookedAt) {

@@ -57,7 +57,8 @@ struct Bustle : SceneMaker {
         for (int i = 0; i < 40; ++i) {
             const Vec3d where(number(-4, 4), number(1, 8), number(-4, 4));
             const bool round = i % 3 == 0;
-            const shapes::Soup soup = round ? shapes::sphere(0.4, 6, 8) : shapes::box(Vec3d(0.7, number(0.3, 0.8), 0.5));
+            const shapes::Soup soup =
+                round ? shapes::sphere(0.4, 6, 8) : shapes::box(Vec3d(0.7, number(0.3, 0.8), 0.5));
             things.push_back(body(group, soup, where));
             CollisionObject object;
             object.node = things.back().node;
@@ -108,7 +109,8 @@ struct Bustle : SceneMaker {
 class Determinism : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(Determinism, ThreadsAndTheOrderOfWishesChangeNothing) {
-    SCOPED_TRACE("run it again: bin/unit_pipeline --gtest_filter=Seeds/Determinism." + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    SCOPED_TRACE("run it again: bin/unit_pipeline --gtest_filter=Seeds/Determinism." +
+                 std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
     Workers two(2), three(3);
     Bustle one(GetParam(), nullptr), other(GetParam(), &two), third(GetParam(), &three);
     for (int frame = 0; frame < 120 && !HasFailure(); ++frame) {

@@ -46,7 +46,8 @@ TEST(Modes, PseudoDynamicTellsBeginStayAndEnd) {
         EXPECT_EQ(result.events.size(), 1u);
         EXPECT_EQ(result.events.front().interest, interest);
         EXPECT_EQ(result.events.front().objectA, scene.a.node);
-        EXPECT_EQ(result.events.front().objectB, scene.b.shape) << "no CollisionObject: a geometry is an object by itself";
+        EXPECT_EQ(result.events.front().objectB, scene.b.shape)
+            << "no CollisionObject: a geometry is an object by itself";
         return result.events.front().phase;
     };
     EXPECT_EQ(phase(scene.to(3.5)), Phase::kBegan);

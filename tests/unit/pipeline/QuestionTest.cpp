@@ -83,7 +83,8 @@ TEST(Questions, MovePutsItElsewhere) {
     Asked scene;
     const std::uint64_t id = scene.push(6).questions.front().id;
     scene.push(6, {{.question = id, .decision = Reply::Decision::kMove, .pose = {.translation = Vec3d(-3, 1, 0)}}});
-    EXPECT_EQ(scene.at(scene.box.transform).translation, Vec3d(-3, 1, 0)) << "the reply stands above the wish of the frame";
+    EXPECT_EQ(scene.at(scene.box.transform).translation, Vec3d(-3, 1, 0))
+        << "the reply stands above the wish of the frame";
 }
 
 TEST(Questions, StopIsNotAskedAgainWhileItPressesOn) {

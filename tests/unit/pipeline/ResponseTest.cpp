@@ -110,7 +110,8 @@ TEST(Bounce, RisesToTheHeightThatItsRestitutionAllows) {
     for (int frame = 0; frame < 90; ++frame) {
         scene.frame();
         lowest = std::min(lowest, scene.height());
-        if (scene.aspect.get<CollisionObject>(scene.core)->velocity.y() > 0) highest = std::max(highest, scene.height());
+        if (scene.aspect.get<CollisionObject>(scene.core)->velocity.y() > 0)
+            highest = std::max(highest, scene.height());
     }
     EXPECT_GT(lowest, 0.5 - 0.05) << "not into the floor";
     EXPECT_NEAR(highest - 0.5, 0.25 * 2.5, 0.07) << "e² h";
@@ -161,7 +162,8 @@ TEST(Bounce, AMotionPushesFreeBodiesAndStopsAtFixedOnes) {
     scene.interest(fields);
     for (int frame = 0; frame < 120; ++frame) {
         const double x = scene.at(pusher.transform).translation.x();
-        const StepResult result = scene.frame({{.transform = pusher.transform, .translation = Vec3d(x + 0.05, 0.6, 0)}});
+        const StepResult result =
+            scene.frame({{.transform = pusher.transform, .translation = Vec3d(x + 0.05, 0.6, 0)}});
         EXPECT_TRUE(result.stopped.empty());
     }
     const double ball = scene.at(scene.ball.transform).translation.x();

@@ -113,7 +113,8 @@ TEST(Stop, TheWallIsStoppedByTheBoxTheInterestIsIn) {
     const StepResult result = scene.frame({{.transform = scene.wall.transform, .translation = Vec3d(-3, 0, 0)}});
     EXPECT_EQ(result.stopped, std::vector{scene.wall.transform});
     // The tolerance is in sizes of what moves: here the wall.
-    EXPECT_NEAR(scene.at(scene.wall.transform).translation.x(), 0.6, CollisionLimits().stopTolerance * Vec3d(0.2, 10, 10).norm());
+    EXPECT_NEAR(scene.at(scene.wall.transform).translation.x(), 0.6,
+                CollisionLimits().stopTolerance * Vec3d(0.2, 10, 10).norm());
     for (const Contact& c : result.contacts) {
         EXPECT_EQ(c.objectA, scene.box.shape) << "A is the interest's object, whoever moves";
         EXPECT_NEAR((c.normal - Vec3d::UnitX()).norm(), 0, 1e-9);

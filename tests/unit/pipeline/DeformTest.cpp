@@ -1,0 +1,102 @@
+// Bodies whose vertices move.
+#include <gtest/gtest.h>
+
+#include "tests/unit/pipeline/SceneMaker.h"
+
+namespace tessera {
+namespace {
+
+/// A tent over a square: its top is the one vertex that moves.
+shapes::Soup tent(double height) {
+    shapes::Soup soup;
+    for (const Vec3d& p : {Vec3d(-2, 0, -2), Vec3d(2, 0, -2), Vec3d(2, 0, 2), Vec3d(-2, 0, 2), Vec3d(0, height, 0)})
+        soup.vertex(p);
+    soup.indices = {0, 4, 1, 1, 4, 2, 2, 4, 3, 3, 4, 0, 0, 1, 2, 0, 2, 3};
+    return soup;
+}
+
+struct TentAndBox : SceneMaker {
+    Body cloth = body(kRootNode, tent(1), Vec3d::Zero());
+    Body box = body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 4, 0));  // its underside at 3.5
+
+    explicit TentAndBox(std::int64_t response, double mass = 0) {
+        CollisionObject object;
+        object.node = cloth.node;
+        object.kind = CollisionObject::kDeforming;
+        this->object(object);
+        object.node = box.node;
+        object.kind = CollisionObject::kRigid;
+        object.mass = mass;
+        this->object(object);
+        Interest fields;
+        fields.object = box.node;
+        fields.against = cloth.node;
+        fields.response = response;
+        fields.mode = Interest::kDynamic;
+        interest(fields);
+        frame();
+    }
+    void raise(double height) {
+        const shapes::Soup soup = tent(height);
+        set<Geometry>(aspect.get<Node>(cloth.shape)->core, field::kPositions,
+                      Blob::of(std::span<const float>(soup.positions)));
+    }
+};
+
+TEST(Deforming, AVertexThatRisesIntoABodyIsToldWithItsTime) {
+    TentAndBox scene(Interest::kReport);
+    scene.raise(2);
+    EXPECT_TRUE(scene.frame().events.empty());
+    scene.raise(4);
+    const StepResult result = scene.frame();
+    ASSERT_EQ(result.events.size(), 1u);
+    EXPECT_EQ(result.events.front().phase, Phase::kBegan);
+    // From 2 to 4: it passes 3.5 after three quarters.
+    EXPECT_NEAR(result.events.front().firstTime, 0.75, 1e-3);
+    EXPECT_NEAR(result.events.front().point.y(), 3.5, 1e-2);
+    EXPECT_FALSE(result.contacts.empty());
+    scene.raise(1);
+    EXPECT_EQ(scene.frame().events.front().phase, Phase::kEnded);
+}
+
+TEST(Deforming, WhatComesAndGoesWithinOneFrameIsATeleportOfTheArray) {
+    // Two edits of one frame: the last counts, and nothing was between.
+    TentAndBox scene(Interest::kReport);
+    scene.raise(5);
+    scene.raise(1.5);
+    EXPECT_TRUE(scene.frame().events.empty());
+}
+
+TEST(Deforming, MotionsStopAtTheNewShape) {
+    TentAndBox scene(Interest::kStop);
+    scene.raise(2);
+    scene.frame({{.transform = scene.box.transform, .translation = Vec3d(0, 0, 0)}});
+    EXPECT_NEAR(scene.at(scene.box.transform).translation.y(), 2.5, 1e-3);
+}
+
+TEST(Deforming, FreeBodiesAreLifted) {
+    TentAndBox scene(Interest::kBounce, 1);
+    scene.gravity(Vec3d(0, -10, 0));
+    for (int i = 0; i < 60; ++i) scene.frame();
+    for (int i = 0; i < 60; ++i) {
+        scene.raise(1 + 0.02 * i);
+        scene.frame();
+    }
+    const Transform& at = scene.at(scene.box.transform);
+    EXPECT_TRUE(at.translation.allFinite());
+    EXPECT_GT(at.translation.y(), 0) << "it slides down the side, but not through it";
+}
+
+TEST(Deforming, AnotherNumberOfVerticesIsAnotherShape) {
+    TentAndBox scene(Interest::kReport);
+    const ObjectId geometry = scene.aspect.get<Node>(scene.cloth.shape)->core;
+    const shapes::Soup soup = shapes::box(Vec3d(1, 9, 1));
+    ChangeListBuilder b;
+    b.set(geometry, typeOf<Geometry>(), field::kPositions, Blob::of(std::span<const float>(soup.positions)));
+    b.set(geometry, typeOf<Geometry>(), field::kIndices, Blob::of(std::span<const std::uint32_t>(soup.indices)));
+    scene.apply(b);
+    EXPECT_FALSE(scene.frame().contacts.empty());
+}
+
+}  // namespace
+}  // namespace tessera
