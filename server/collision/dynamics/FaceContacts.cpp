@@ -31,7 +31,7 @@ public:
                 ClipScratch& scratch, std::vector<ContactPoint>& out)
         : solid_(solid), surface_(surface), face_(face), query_(query), scratch_(scratch), out_(out) {}
 
-    void find(double& leastPlane) {
+    void find(double& clear) {
         for (unsigned i = 0; i < 3; ++i) t_[i] = surface_.world * surface_.mesh->corner(face_, i);
         const Vec3d area = (t_[1] - t_[0]).cross(t_[2] - t_[0]);
         const double length = area.norm();
@@ -40,12 +40,14 @@ public:
         if (!(length > 1e-10 * longest)) return;
         winding_ = area / length;
         const double height = winding_.dot(solid_.centre - t_[0]);
-        leastPlane = std::min(leastPlane, std::abs(height));
         front_ = height >= 0;
         normal_ = front_ ? winding_ : Vec3d(-winding_);
         // Most faces near a fast body are not in its way: a ball around it tells.
-        if (outOfReach(std::abs(height) - solid_.radius, normal_)) return;
-        if (length > 1e-3 * longest && besideReach()) return;
+        if (outOfReach(std::abs(height) - solid_.radius, normal_)) {
+            clear = std::min(clear, std::abs(height));
+            return;
+        }
+        if (besideReach(std::abs(height), length > 1e-3 * longest, clear)) return;
         offset_ = normal_.dot(t_[0]);
         if (!findAxis()) return;
         if (kind_ == Kind::kFace)
@@ -62,9 +64,15 @@ private:
         return gap > std::min(query_.margin, query_.slack + std::max(0.0, -axis.dot(query_.approach)));
     }
 
-    [[nodiscard]] bool besideReach() const {
+    /// Slivers: where on them is nearest cannot be told well.
+    [[nodiscard]] bool besideReach(double height, bool sound, double& clear) const {
+        if (!sound) {
+            clear = std::min(clear, height);
+            return false;
+        }
         const Vec3d away = solid_.centre - nearestOnTriangle({t_[0], t_[1], t_[2]}, solid_.centre);
         const double distance = away.norm();
+        clear = std::min(clear, distance);
         return distance > solid_.radius && outOfReach(distance - solid_.radius, away / distance);
     }
 
@@ -274,11 +282,10 @@ private:
 }  // namespace
 
 void contactsWithFaces(const PlacedSolid& solid, const PlacedSurface& surface, std::span<const std::uint32_t> faces,
-                       const FaceQuery& query, ClipScratch& scratch, double& leastPlane,
-                       std::vector<ContactPoint>& out) {
+                       const FaceQuery& query, ClipScratch& scratch, double& clear, std::vector<ContactPoint>& out) {
     if (solid.sides.empty()) return;
     const std::size_t first = out.size();
-    for (const std::uint32_t face : faces) FaceContact(solid, surface, face, query, scratch, out).find(leastPlane);
+    for (const std::uint32_t face : faces) FaceContact(solid, surface, face, query, scratch, out).find(clear);
     reduceContacts(out, first, query.near);
 }
 

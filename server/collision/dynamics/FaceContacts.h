@@ -21,7 +21,7 @@ struct PlacedSurface {
 
 /// What the answer depends on beside the bodies.
 struct FaceQuery {
-    double margin = 0;               ///< gaps up to this are wanted
+    double margin = 0;  ///< gaps up to this are wanted
     /// Of these those only that `approach` may close, or this much more of motion in whatever direction.
     double slack = 0;
     double fine = 0;                 ///< differences in gap that do not matter
@@ -32,9 +32,9 @@ struct FaceQuery {
 
 /// Appends points. Triangles have two sides; the one on which the solid's centre lies counts. Where triangles go on
 /// smoothly across an edge, the edge itself is no obstacle; a ridge is one for directions between its faces' normals.
-/// Triangles without area meet nothing. `leastPlane` falls to how near the centre is to the plane of one of them.
+/// Triangles without area meet nothing. `clear` falls to a way that the centre may go without getting through one of
+/// them.
 void contactsWithFaces(const PlacedSolid& solid, const PlacedSurface& surface, std::span<const std::uint32_t> faces,
-                       const FaceQuery& query, ClipScratch& scratch, double& leastPlane,
-                       std::vector<ContactPoint>& out);
+                       const FaceQuery& query, ClipScratch& scratch, double& clear, std::vector<ContactPoint>& out);
 
 }  // namespace tessera::dynamics

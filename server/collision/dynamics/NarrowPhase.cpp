@@ -100,7 +100,6 @@ void NarrowPhase::find(std::span<FrameEncounter> encounters, QueryWork& work) {
         runTasks(options_.workers, tasks, [&](std::size_t t) {
             EncounterBatch& batch = batches_[first + t];
             batch.points.clear();
-            batch.faces.clear();
             batch.each.clear();
             for (std::size_t i = t * kPerTask; i < std::min(some.size(), (t + 1) * kPerTask); ++i) {
                 QueryWork own;
@@ -123,35 +122,48 @@ void NarrowPhase::find(std::span<FrameEncounter> encounters, QueryWork& work) {
     }
 }
 
-Vec3d NarrowPhase::approach(const FramePart& a, const FramePart& b) const {
-    const auto at = [&](const FramePart& part) {
+/// How much farther than its centre a point of a part may come in some direction, by its body's turning.
+double NarrowPhase::turn(std::uint32_t part) const {
+    const FramePart& of = frame_->parts[part];
+    const FrameBody& body = frame_->bodies[of.body];
+    if (body.asleep || body.frozen) return 0;
+    const double angle = std::min(body.spin.norm() * options_.seconds, 2.0), unforeseen = body.free ? kUnforeseen : 0;
+    if (!of.surface->solid) return (angle + unforeseen) * body.size;
+    // What turns stays within a ball around its centre; what is nearly one comes no farther. The centre itself leaves
+    // its straight way by as much as an arc leaves its tangent.
+    const PlacedSolid& solid = solids_[part];
+    return std::min(angle * solid.radius, solid.radius - solid.inner) + unforeseen * body.size +
+           0.5 * angle * angle * (solid.centre - body.mass.centre).norm();
+}
+
+/// Of B, seen from A, within the frame: as their centres go, if nobody else meddles.
+Vec3d NarrowPhase::approach(std::uint32_t partA, std::uint32_t partB) const {
+    const auto at = [&](std::uint32_t p) {
+        const FramePart& part = frame_->parts[p];
         const FrameBody& body = frame_->bodies[part.body];
+        const Vec3d centre = part.surface->solid ? solids_[p].centre : Vec3d(part.box.center());
         if (body.asleep || body.frozen) return Vec3d(Vec3d::Zero());
-        Vec3d v = body.velocity + body.spin.cross(part.box.center() - body.mass.centre);
+        Vec3d v = body.velocity + body.spin.cross(centre - body.mass.centre);
         if (body.free) v += options_.seconds * options_.gravity;
         return Vec3d(v * options_.seconds);
     };
-    return at(b) - at(a);
+    return at(partB) - at(partA);
 }
 
 void NarrowPhase::look(FrameEncounter& e, EncounterBatch& batch, QueryWork& work) const {
     const FramePart &a = frame_->parts[e.partA], &b = frame_->parts[e.partB];
     const FrameBody &bodyA = frame_->bodies[a.body], &bodyB = frame_->bodies[b.body];
     e.firstPoint = static_cast<std::uint32_t>(batch.points.size());
-    e.firstFace = static_cast<std::uint32_t>(batch.faces.size());
     const double size = std::min(bodyA.size, bodyB.size), fine = kFine * slopOf(bodyA, bodyB);
     // No farther than both may go; and as far as they go towards each other, if nobody else meddles.
     const auto own = [](const FrameBody& body) { return body.free || body.moving ? body.reach : 0; };
-    const auto turn = [&](const FrameBody& body) {
-        return (std::min(body.spin.norm() * options_.seconds, 2.0) + (body.free ? kUnforeseen : 0)) * body.size;
-    };
     const double fall = 2 * options_.gravity.norm() * options_.seconds * options_.seconds;
-    const double slack = fall + turn(bodyA) + turn(bodyB);
-    const double margin = std::min(own(bodyA) + own(bodyB), approach(a, b).norm() + slack);
+    const double slack = fall + turn(e.partA) + turn(e.partB);
+    const double margin = std::min(own(bodyA) + own(bodyB), approach(e.partA, e.partB).norm() + slack);
     if (a.surface->solid && b.surface->solid) {
         const SolidPart solidA{&solids_[e.partA], a.given->hull, &a.given->world},
             solidB{&solids_[e.partB], b.given->hull, &b.given->world};
-        e.known = contactsOfSolids(solidA, solidB, {margin, fine, kNear * size, approach(a, b)}, e.memory,
+        e.known = contactsOfSolids(solidA, solidB, {margin, fine, kNear * size, approach(e.partA, e.partB)}, e.memory,
                                    batch.scratch, work, batch.points);
     } else if (a.surface->solid) {
         e.known = solidWithFaces(e.partA, e.partB, e, margin, slack, fine, batch, work);
@@ -165,29 +177,31 @@ void NarrowPhase::look(FrameEncounter& e, EncounterBatch& batch, QueryWork& work
     }
     if (!e.known) batch.points.resize(e.firstPoint);
     e.points = static_cast<std::uint32_t>(batch.points.size()) - e.firstPoint;
-    e.faces = static_cast<std::uint32_t>(batch.faces.size()) - e.firstFace;
 }
 
 bool NarrowPhase::solidWithFaces(std::uint32_t solidPart, std::uint32_t facePart, FrameEncounter& e, double margin,
                                  double slack, double fine, EncounterBatch& batch, QueryWork& work) const {
     const FramePart &with = frame_->parts[solidPart], &of = frame_->parts[facePart];
-    Box box = solids_[solidPart].box;
-    box.lower.array() -= margin;
-    box.upper.array() += margin;
-    const Affine3d back = of.given->world.inverse();
-    if (!back.matrix().allFinite() || !facesNear(*of.given->tree, box.transformed(back), work, batch.faces))
-        return false;
+    const PlacedSolid& solid = solids_[solidPart];
     FaceQuery query;
     query.margin = margin;
     query.slack = slack;
     query.fine = fine;
     query.near = kNear * std::min(frame_->bodies[with.body].size, frame_->bodies[of.body].size);
-    query.approach = approach(of, with);
+    query.approach = approach(facePart, solidPart);
     query.solidIsA = solidPart == e.partA;
-    e.leastPlane = std::numeric_limits<double>::infinity();
+    // Where it is on its way; not all that could be reached in some direction.
+    Box box = solid.box;
+    box.extend(Box{box.lower + query.approach, box.upper + query.approach});
+    box.lower.array() -= slack;
+    box.upper.array() += slack;
+    const Affine3d back = of.given->world.inverse();
+    batch.faces.clear();
+    if (!back.matrix().allFinite() || !facesNear(*of.given->tree, box.transformed(back), work, batch.faces))
+        return false;
+    e.clear = std::min((solid.centre - box.lower).minCoeff(), (box.upper - solid.centre).minCoeff());
     const PlacedSurface surface{&of.given->tree->mesh(), of.surface->topology.get(), of.given->world};
-    contactsWithFaces(solids_[solidPart], surface, std::span(batch.faces).subspan(e.firstFace), query, batch.scratch,
-                      e.leastPlane, batch.points);
+    contactsWithFaces(solid, surface, batch.faces, query, batch.scratch, e.clear, batch.points);
     return true;
 }
 

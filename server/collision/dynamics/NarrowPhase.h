@@ -20,14 +20,13 @@ struct FrameEncounter {
     bool known = false;
     std::uint32_t batch = 0;
     std::uint32_t firstPoint = 0, points = 0;  ///< in the batch
-    std::uint32_t firstFace = 0, faces = 0;
-    double leastPlane = 0;  ///< solid against faces: how near its centre is to the plane of one of them
+    double clear = 0;  ///< solid against faces: so far its centre may go, in any direction, without getting through one
 };
 
 /// Encounters that are looked at in one task, and what they gave. Kept from frame to frame for its memory.
 struct EncounterBatch {
     std::vector<ContactPoint> points;
-    std::vector<std::uint32_t> faces;
+    std::vector<std::uint32_t> faces;  ///< of one encounter at a time
     ClipScratch scratch;
     QueryWork work;
     std::vector<QueryWork> each;
@@ -51,9 +50,6 @@ public:
     [[nodiscard]] std::span<const ContactPoint> pointsOf(const FrameEncounter& e) const {
         return std::span(batches_[e.batch].points).subspan(e.firstPoint, e.points);
     }
-    [[nodiscard]] std::span<const std::uint32_t> facesOf(const FrameEncounter& e) const {
-        return std::span(batches_[e.batch].faces).subspan(e.firstFace, e.faces);
-    }
     [[nodiscard]] const PlacedSolid& solid(std::uint32_t part) const { return solids_[part]; }
     /// The length that rests in each other: slop of the smaller of two bodies.
     [[nodiscard]] double slopOf(const FrameBody& a, const FrameBody& b) const {
@@ -65,7 +61,8 @@ private:
     void look(FrameEncounter& encounter, EncounterBatch& batch, QueryWork& work) const;
     bool solidWithFaces(std::uint32_t solidPart, std::uint32_t facePart, FrameEncounter& encounter, double margin,
                         double slack, double fine, EncounterBatch& batch, QueryWork& work) const;
-    [[nodiscard]] Vec3d approach(const FramePart& a, const FramePart& b) const;
+    [[nodiscard]] double turn(std::uint32_t part) const;
+    [[nodiscard]] Vec3d approach(std::uint32_t partA, std::uint32_t partB) const;
 
     const FrameBodies* frame_ = nullptr;
     NarrowOptions options_;

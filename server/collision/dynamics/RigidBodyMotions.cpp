@@ -2,8 +2,10 @@
 /// face.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "server/collision/dynamics/RigidBodyState.h"
+#include "server/collision/query/RayQuery.h"
 
 namespace tessera {
 
@@ -13,6 +15,32 @@ namespace {
 
 /// Deeper than so many sizes is no contact of bodies that keep apart.
 constexpr double kDeepSizes = 0.03;
+/// In sizes: a centre nearer to a face lies in it; one that is stopped stays farther from it by far.
+constexpr double kInFace = 1e-9, kKeepAway = 1e-6;
+
+struct FaceHit {
+    double t = 0;  ///< of the way
+    Vec3d normal;  ///< on the side from which it comes
+};
+
+/// What is met within the first `inFace` of the way does not count: a centre that lies in a face is on neither side of
+/// it, and may leave to both.
+std::optional<FaceHit> firstFace(const TriangleTree& tree, const Affine3d& world, const Vec3d& from, const Vec3d& way,
+                                 double inFace) {
+    const Affine3d back = world.inverse();
+    const Ray ray{back * from, back.linear() * way};
+    double start = 0;
+    std::optional<RayHit> hit = castRay(tree, ray, 1);
+    if (hit && hit->t <= inFace) {
+        start = inFace;
+        hit = castRay(tree, {ray.origin + start * ray.direction, ray.direction}, 1 - start);
+    }
+    if (!hit) return std::nullopt;
+    const Triangle face = tree.mesh().triangle(hit->face);
+    const Vec3d a = world * face[0];
+    const Vec3d normal = (world * face[1] - a).cross(world * face[2] - a).normalized();
+    return FaceHit{start + hit->t, normal.dot(way) > 0 ? Vec3d(-normal) : normal};
+}
 
 }  // namespace
 
@@ -76,7 +104,8 @@ void RigidBodyStage::State::calmDown() {
     }
 }
 
-/// The centre of a solid does not pass through a face that was looked at.
+/// The centre of a solid does not pass through a face, wherever others have pushed it: beyond what was foreseen, where
+/// no faces were looked for, the way that it went is looked at itself.
 void RigidBodyStage::State::guard(std::vector<double>& share) {
     const auto placeAfter = [&](std::uint32_t rank, const Vec3d& x) {
         const SolverBody& body = solver[rank];
@@ -88,47 +117,25 @@ void RigidBodyStage::State::guard(std::vector<double>& share) {
         return Vec3d(from.mass.centre + share[rank] * body.moved + turned * (x - from.mass.centre));
     };
     for (const FrameEncounter& e : looked) {
-        if (!e.known || e.faces == 0) continue;
         const bool solidIsA = frame.parts[e.partA].surface->solid.has_value();
         const std::uint32_t solidPart = solidIsA ? e.partA : e.partB, facePart = solidIsA ? e.partB : e.partA;
         const std::uint32_t rank = frame.parts[solidPart].body, other = frame.parts[facePart].body;
-        if (solver[rank].inverseMass == 0) continue;
+        if (!e.known || solidIsA == frame.parts[e.partB].surface->solid.has_value() || solver[rank].inverseMass == 0)
+            continue;
         const Vec3d from = narrow.solid(solidPart).centre;
+        const RigidPart& surface = *frame.parts[facePart].given;
         for (int attempt = 0; attempt < 3; ++attempt) {
             // Seen from the faces: less what they do themselves.
             const Vec3d end = placeAfter(rank, from);
             const Vec3d way = end - (placeAfter(other, end) - end) - from;
-            if (way.norm() < e.leastPlane) break;
-            const FramePart& surface = frame.parts[facePart];
-            const TriangleMesh& mesh = surface.given->tree->mesh();
-            double first = 2;
-            Vec3d normal = Vec3d::Zero();
-            for (const std::uint32_t face : narrow.facesOf(e)) {
-                const Vec3d a = surface.given->world * mesh.corner(face, 0),
-                            b = surface.given->world * mesh.corner(face, 1),
-                            c = surface.given->world * mesh.corner(face, 2);
-                Vec3d n = (b - a).cross(c - a);
-                double height = n.dot(from - a), after = n.dot(from + way - a);
-                if (height < 0) {
-                    n = -n;
-                    height = -height;
-                    after = -after;
-                }
-                if (!(after < 0) || !(height > after)) continue;
-                const double t = height / (height - after);
-                const Vec3d at = from + t * way;
-                const auto inside = [&](const Vec3d& p, const Vec3d& q) {
-                    return (q - p).cross(at - p).dot((b - a).cross(c - a)) >= 0;
-                };
-                if (t < first && inside(a, b) && inside(b, c) && inside(c, a)) {
-                    first = t;
-                    normal = n.normalized();
-                }
-            }
-            if (first > 1) break;
-            share[rank] *= attempt < 2 ? 0.9 * first : 0;
-            const double into = normal.dot(solver[rank].velocity);
-            if (into < 0) solver[rank].velocity -= into * normal;
+            const double length = way.norm(), size = frame.bodies[rank].size;
+            if (length < e.clear || length <= kInFace * size) break;
+            const std::optional<FaceHit> hit =
+                firstFace(*surface.tree, surface.world, from, way, kInFace * size / length);
+            if (!hit) break;
+            share[rank] *= attempt < 2 && hit->t * length > kKeepAway * size ? 0.9 * hit->t : 0;
+            const double into = hit->normal.dot(solver[rank].velocity);
+            if (into < 0) solver[rank].velocity -= into * hit->normal;
         }
     }
 }

@@ -180,6 +180,9 @@ PlacedSolid place(const SolidShape& shape, const Affine3d& world, std::span<Vec3
         side.offset = side.normal.dot(corners[outline[0]]);
         for (const std::uint32_t c : outline) side.offset = std::max(side.offset, side.normal.dot(corners[c]));
     }
+    out.inner = out.radius;
+    for (const PlacedSide& side : sides)
+        out.inner = std::max(0.0, std::min(out.inner, side.offset - side.normal.dot(out.centre)));
     std::size_t next = 0;
     for (const SolidShape::Edge& e : shape.edges) {
         PlacedEdge edge{

@@ -51,6 +51,7 @@ struct PlacedSolid {
     std::span<const PlacedEdge> edges;
     Vec3d centre = Vec3d::Zero();  ///< of the corners: inside
     double radius = 0;             ///< no corner is farther from it
+    double inner = 0;              ///< no side is nearer to it
     Box box;
     double turn = 1;  ///< -1: mirrored, outlines run the other way round
 };
