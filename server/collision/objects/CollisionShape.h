@@ -15,6 +15,9 @@ struct CollisionShape {
     TriangleTree tree;
     /// Solid: what is inside it touches it too.
     std::optional<ConvexHull> hull;
+    /// For a hull: a ball that holds it. However the hull is turned, its box is no larger than the ball's.
+    Vec3d ballCentre = Vec3d::Zero();
+    double ballRadius = 0;
 };
 
 }  // namespace tessera

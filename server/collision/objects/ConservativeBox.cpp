@@ -2,10 +2,15 @@
 
 namespace tessera {
 
+namespace {
+
+// A mapped vertex is off by a few units in the last place of the sums that made it.
+constexpr double kSlack = 4e-15;
+
+}  // namespace
+
 Box boxAround(const Affine3d& to_T_from, const Box& box) {
     if (box.empty()) return {};
-    // A mapped vertex is off by a few units in the last place of the sums that made it.
-    constexpr double kSlack = 4e-15;
     const Vec3d center = 0.5 * (box.lower + box.upper);
     const Vec3d half = 0.5 * (box.upper - box.lower);
     const Mat3d magnitude = to_T_from.linear().cwiseAbs();
@@ -15,6 +20,19 @@ Box boxAround(const Affine3d& to_T_from, const Box& box) {
     Box out;
     out.lower = c - reach;
     out.upper = c + reach;
+    return out;
+}
+
+Box boxAround(const Affine3d& to_T_from, const Box& box, const Vec3d& ballCentre, double ballRadius) {
+    Box out = boxAround(to_T_from, box);
+    // A ball's image is an ellipsoid, which reaches as far along an axis as the row of the map is long.
+    const Mat3d magnitude = to_T_from.linear().cwiseAbs();
+    const Vec3d shift = to_T_from.translation().cwiseAbs();
+    const Vec3d farthest = ballCentre.cwiseAbs() + Vec3d::Constant(ballRadius);
+    const Vec3d reach = ballRadius * to_T_from.linear().rowwise().norm() + kSlack * (magnitude * farthest + shift);
+    const Vec3d c = to_T_from * ballCentre;
+    out.lower = out.lower.cwiseMax(c - reach);
+    out.upper = out.upper.cwiseMin(c + reach);
     return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/scene/FieldTable.h"
 #include "server/collision/objects/ConservativeBox.h"
@@ -18,6 +19,13 @@ bool rigidButForScale(const Affine3d& m) {
     if (!std::isfinite(scale) || !(scale > 0)) return false;
     return (gram - scale * Mat3d::Identity()).cwiseAbs().maxCoeff() <= kTolerance * scale &&
            m.linear().determinant() > 0;
+}
+
+Box boxOf(const Part& part) {
+    if (!part.shape || !invertible(part.world)) return {};
+    const CollisionShape& shape = *part.shape;
+    const Box& bounds = shape.tree.mesh().bounds();
+    return shape.hull ? boxAround(part.world, bounds, shape.ballCentre, shape.ballRadius) : boxAround(part.world, bounds);
 }
 
 }  // namespace
@@ -132,6 +140,7 @@ void ObjectHandler::copyTerms(const CollisionObject& core, std::uint32_t body) {
     mine.velocity = core.velocity;
     mine.spin = core.spin;
     const double mass = bodyTerms_[body].transform != kNobody ? core.mass : 0;
+    if (mine.free()) ++freeBodiesVersion_;
     freedomChanged_ = freedomChanged_ || mass != bodyTerms_[body].mass;
     bodyTerms_[body].mass = mass;
 }
@@ -245,25 +254,25 @@ void ObjectHandler::movePart(std::uint32_t part) {
 void ObjectHandler::reshapePart(std::uint32_t number) {
     Part& part = parts_[number];
     const bool wasSolid = part.solid();
-    part.worldBox =
-        part.shape && invertible(part.world) ? boxAround(part.world, part.shape->tree.mesh().bounds()) : Box{};
+    part.worldBox = boxOf(part);
     part.poseVersion = nextVersion_++;
-    if (part.solid() != wasSolid) freedomChanged_ = true;
+    if (part.solid() != wasSolid) {
+        freedomChanged_ = true;
+        if (wasSolid)
+            ++skipped_;
+        else
+            --skipped_;
+    }
+    if (bodies_[part.body].free()) ++freeBodiesVersion_;
     if (moved_[number]) return;
     moved_[number] = true;
-    ++movedCount_;
+    movedParts_.push_back(number);
 }
 
 std::vector<std::uint32_t> ObjectHandler::takeMoved() {
-    std::vector<std::uint32_t> moved;
-    moved.reserve(movedCount_);
-    for (std::uint32_t i = 0; i < moved_.size() && moved.size() < movedCount_; ++i) {
-        if (!moved_[i]) continue;
-        moved.push_back(i);
-        moved_[i] = false;
-    }
-    movedCount_ = 0;
-    return moved;
+    for (const std::uint32_t part : movedParts_) moved_[part] = false;
+    if (!std::is_sorted(movedParts_.begin(), movedParts_.end())) std::sort(movedParts_.begin(), movedParts_.end());
+    return std::exchange(movedParts_, {});
 }
 
 /// All conditions of CollisionObject::mass that poses and shapes decide; the others have chosen the candidates.
@@ -273,6 +282,8 @@ void ObjectHandler::findFreeBodies() {
     std::uint32_t above = Place::kNone;  // the place looked at last
     bool rigid = true;
     std::uint32_t freeUpTo = 0;  // places before this one are at or below a free body
+    ++freeBodiesVersion_;
+    freeBodies_.clear();
     for (const std::uint32_t number : candidates_) {
         Body& body = bodies_[number];
         const std::uint32_t parent = tree_.places[body.place].parent;
@@ -285,8 +296,11 @@ void ObjectHandler::findFreeBodies() {
         body.mass = free ? mass : 0;
         body.transform = free ? tree_.places[body.place].transform : ObjectId{};
         carriers_[bodyTerms_[number].transform].freeBody = free ? number : kNobody;
-        if (free) freeUpTo = tree_.places[body.place].end;
+        if (!free) continue;
+        freeUpTo = tree_.places[body.place].end;
+        freeBodies_.push_back(number);
     }
+    std::sort(freeBodies_.begin(), freeBodies_.end());
 }
 
 // ---- deformation
@@ -324,11 +338,6 @@ std::span<const std::uint32_t> ObjectHandler::placesOf(ObjectId transform) const
 std::uint32_t ObjectHandler::freeBodyOf(ObjectId transform) const {
     const std::uint32_t number = tree_.transformNumbers.find(transform);
     return number == IdTable::kNone ? kNobody : carriers_[number].freeBody;
-}
-
-std::size_t ObjectHandler::partsSkipped() const {
-    return static_cast<std::size_t>(
-        std::count_if(parts_.begin(), parts_.end(), [](const Part& p) { return !p.solid(); }));
 }
 
 }  // namespace tessera

@@ -60,13 +60,16 @@ public:
     [[nodiscard]] std::span<const std::uint32_t> placesOf(ObjectId transform) const;
     /// The free body that a Transform core carries, or kNobody.
     [[nodiscard]] std::uint32_t freeBodyOf(ObjectId transform) const;
+    [[nodiscard]] std::span<const std::uint32_t> freeBodies() const { return freeBodies_; }  ///< ascending
+    /// Another one after each change of who is free, and of a free body's pose, shape or terms.
+    [[nodiscard]] std::uint64_t freeBodiesVersion() const { return freeBodiesVersion_; }
     [[nodiscard]] const InteractionTable& interactions() const { return relations_.interactions(); }
     /// Parts of one body are nothing to each other. The list of interests lives until the tables are made anew. Two
     /// groups of parts are asked about for the first time by one thread at a time, and then by any number of threads.
     [[nodiscard]] Relation relation(std::uint32_t a, std::uint32_t b) const;
     /// Enabled interests beyond the limits: not looked at.
     [[nodiscard]] std::size_t interestsLeftOut() const { return interestsLeftOut_; }
-    [[nodiscard]] std::size_t partsSkipped() const;
+    [[nodiscard]] std::size_t partsSkipped() const { return skipped_; }
     /// Of the first Environment in document order.
     [[nodiscard]] const Vec3d& gravity() const { return gravity_; }
 
@@ -136,12 +139,15 @@ private:
     IdTable geometries_;  // those of parts: a number for partsOfGeometry_
     std::vector<std::vector<std::uint32_t>> partsOfGeometry_;
     std::vector<bool> moved_;  // per part
-    std::size_t movedCount_ = 0;
+    std::vector<std::uint32_t> movedParts_;
+    std::size_t skipped_ = 0;  // parts that are not solid
 
     std::vector<Body> bodies_;
     std::vector<BodyTerms> bodyTerms_;
     std::vector<std::uint32_t> candidates_;  // bodies that may be free, ascending by place
     bool freedomChanged_ = false;
+    std::vector<std::uint32_t> freeBodies_;  // ascending
+    std::uint64_t freeBodiesVersion_ = 0;
     IdTable objectNumbers_;  // visible CollisionObject cores
     std::vector<std::vector<std::uint32_t>> bodiesOfObject_;
 

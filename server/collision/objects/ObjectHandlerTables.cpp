@@ -1,5 +1,6 @@
 /// The part of the object handler that finds everything anew: who takes part, as whose body, with whom.
 #include <algorithm>
+#include <numeric>
 
 #include "server/collision/objects/ObjectHandler.h"
 
@@ -195,7 +196,7 @@ void ObjectHandler::makeBody(const Aspect& aspect, const BodyRules& rules, std::
 /// Gives all parts their shapes and poses; what has stayed keeps its pose version.
 void ObjectHandler::shapeParts(const Aspect& aspect, bool jump) {
     moved_.assign(parts_.size(), false);
-    movedCount_ = 0;
+    movedParts_.clear();
     geometries_.reset(0);
     partsOfGeometry_.clear();
     deformingParts_.clear();
@@ -218,7 +219,10 @@ void ObjectHandler::shapeParts(const Aspect& aspect, bool jump) {
         if (!same) reshapePart(i);
         moved_[i] = true;
     }
-    movedCount_ = parts_.size();
+    movedParts_.resize(parts_.size());
+    std::iota(movedParts_.begin(), movedParts_.end(), 0u);
+    skipped_ = static_cast<std::size_t>(
+        std::count_if(parts_.begin(), parts_.end(), [](const Part& p) { return !p.solid(); }));
     std::sort(deformingCores.begin(), deformingCores.end());
     deforming_.keepOnly(deformingCores);
     listDeformations();

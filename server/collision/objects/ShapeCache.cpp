@@ -16,6 +16,30 @@ std::optional<TriangleMesh> meshOf(const Geometry& geometry) {
     return std::move(*mesh);
 }
 
+/// A small ball around points: its centre goes towards the farthest one in ever shorter steps (Badoiu and Clarkson,
+/// Smaller core-sets for balls, SODA 2003).
+void setBall(CollisionShape& shape, std::span<const Vec3d> points) {
+    constexpr int kSteps = 64;
+    const auto farthest = [&](const Vec3d& centre) {
+        std::size_t best = 0;
+        for (std::size_t i = 1; i < points.size(); ++i)
+            if ((points[i] - centre).squaredNorm() > (points[best] - centre).squaredNorm()) best = i;
+        return best;
+    };
+    Vec3d centre = shape.hull->bounds().center();
+    shape.ballCentre = centre;
+    shape.ballRadius = (points[farthest(centre)] - centre).stableNorm();
+    for (int step = 1; step <= kSteps; ++step) {
+        centre += (points[farthest(centre)] - centre) / (step + 1);
+        const double radius = (points[farthest(centre)] - centre).stableNorm();
+        if (!(radius < shape.ballRadius)) continue;
+        shape.ballCentre = centre;
+        shape.ballRadius = radius;
+    }
+    // So that rounding leaves no point outside.
+    shape.ballRadius *= 1 + 1e-14;
+}
+
 /// The hull's own triangles: every query about surfaces works on them.
 std::shared_ptr<const CollisionShape> hullShape(const TriangleMesh& mesh) {
     Expected<ConvexHull> hull = ConvexHull::make(mesh);
@@ -28,7 +52,10 @@ std::shared_ptr<const CollisionShape> hullShape(const TriangleMesh& mesh) {
     for (const ConvexHull::Face& face : hull->faces()) indices.insert(indices.end(), face.begin(), face.end());
     Expected<TriangleMesh> surface = TriangleMesh::make(std::span<const double>(positions), indices);
     TESSERA_CHECK(surface.has_value(), "a hull's own faces are a mesh");
-    return std::make_shared<const CollisionShape>(CollisionShape{TriangleTree(std::move(*surface)), std::move(*hull)});
+    auto shape = std::make_shared<CollisionShape>(
+        CollisionShape{.tree = TriangleTree(std::move(*surface)), .hull = std::move(*hull)});
+    setBall(*shape, shape->hull->vertices());
+    return shape;
 }
 
 }  // namespace
@@ -43,14 +70,14 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const Geometry& geometry
         made =
             kind == ShapeKind::kHull
                 ? hullShape(*mesh)
-                : std::make_shared<const CollisionShape>(CollisionShape{TriangleTree(std::move(*mesh)), std::nullopt});
+                : std::make_shared<const CollisionShape>(CollisionShape{.tree = TriangleTree(std::move(*mesh))});
     return shapes_[key] = std::move(made);
 }
 
 std::shared_ptr<CollisionShape> ShapeCache::ownShape(const Geometry& geometry) {
     std::optional<TriangleMesh> mesh = meshOf(geometry);
     if (!mesh) return nullptr;
-    return std::make_shared<CollisionShape>(CollisionShape{TriangleTree(std::move(*mesh)), std::nullopt});
+    return std::make_shared<CollisionShape>(CollisionShape{.tree = TriangleTree(std::move(*mesh))});
 }
 
 Box ShapeCache::bounds(const Geometry& geometry) {
