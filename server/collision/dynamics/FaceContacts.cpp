@@ -27,11 +27,12 @@ struct Across {
 
 class FaceContact {
 public:
-    FaceContact(const PlacedSolid& solid, const PlacedSurface& surface, std::uint32_t face, const FaceQuery& query,
-                ClipScratch& scratch, std::vector<ContactPoint>& out)
-        : solid_(solid), surface_(surface), face_(face), query_(query), scratch_(scratch), out_(out) {}
+    FaceContact(const PlacedSolid& solid, const PlacedSurface& surface, const FaceQuery& query, ClipScratch& scratch,
+                std::vector<ContactPoint>& out)
+        : solid_(solid), surface_(surface), query_(query), scratch_(scratch), out_(out) {}
 
-    void find(double& clear) {
+    void find(std::uint32_t face, double& clear) {
+        face_ = face;
         for (unsigned i = 0; i < 3; ++i) t_[i] = surface_.world * surface_.mesh->corner(face_, i);
         const Vec3d area = (t_[1] - t_[0]).cross(t_[2] - t_[0]);
         const double length = area.norm();
@@ -73,7 +74,20 @@ private:
         const Vec3d away = solid_.centre - nearestOnTriangle({t_[0], t_[1], t_[2]}, solid_.centre);
         const double distance = away.norm();
         clear = std::min(clear, distance);
+        if (distance > solid_.radius && besideWay(away)) return true;
         return distance > solid_.radius && outOfReach(distance - solid_.radius, away / distance);
+    }
+
+    /// On its straight way the ball goes past it. `away`: from the nearest point to the ball's centre.
+    [[nodiscard]] bool besideWay(const Vec3d& away) const {
+        const double square = query_.approach.squaredNorm();
+        if (!(square > 0)) return false;
+        const Vec3d aside = away - query_.approach * (query_.approach.dot(away) / square);
+        const double length = aside.norm();
+        if (!(length > 0.1 * away.norm())) return false;
+        const double most = std::max({aside.dot(t_[0]), aside.dot(t_[1]), aside.dot(t_[2])});
+        const double gap = (aside.dot(solid_.centre) - most) / length - solid_.radius;
+        return gap > std::min(query_.margin, query_.slack);
     }
 
     /// False: out of reach.
@@ -81,13 +95,17 @@ private:
         faceGap_ = std::numeric_limits<double>::infinity();
         for (const Vec3d& c : solid_.corners) faceGap_ = std::min(faceGap_, normal_.dot(c) - offset_);
         if (outOfReach(faceGap_, normal_)) return false;
+        // The side that kept the face before away mostly does so again: they are neighbours.
+        if (lastSide_ < solid_.sides.size() && parts(solid_.sides[lastSide_])) return false;
         kind_ = Kind::kFace;
         gap_ = faceGap_ + query_.fine;
         for (std::uint32_t s = 0; s < solid_.sides.size(); ++s) {
             const PlacedSide& side = solid_.sides[s];
-            const double gap =
-                std::min({side.normal.dot(t_[0]), side.normal.dot(t_[1]), side.normal.dot(t_[2])}) - side.offset;
-            if (outOfReach(gap, -side.normal)) return false;
+            const double gap = gapBeyond(side);
+            if (outOfReach(gap, -side.normal)) {
+                lastSide_ = s;
+                return false;
+            }
             if (!(gap > gap_) || side.normal.dot(normal_) > kArcSlack) continue;
             kind_ = Kind::kSide;
             gap_ = gap;
@@ -96,24 +114,27 @@ private:
         }
         double least = gap_ + (kind_ == Kind::kSide ? query_.fine : 0);
         const double low = std::max(query_.margin, 0.0);
+        std::array<Vec3d, 3> along, outwards, crossed;
         for (unsigned i = 0; i < 3; ++i) {
-            const Vec3d along = t_[(i + 1) % 3] - t_[i];
-            Vec3d outwards = along.cross(winding_);
-            outwards.normalize();
-            const Vec3d crossed = normal_.cross(outwards);
+            along[i] = t_[(i + 1) % 3] - t_[i];
+            outwards[i] = along[i].cross(winding_).normalized();
+            crossed[i] = normal_.cross(outwards[i]);
+        }
+        for (std::uint32_t e = 0; e < solid_.edges.size(); ++e) {
+            const PlacedEdge& edge = solid_.edges[e];
             // Only edges that come down to the face's plane, or as near as it matters, can meet its rim.
-            for (std::uint32_t e = 0; e < solid_.edges.size(); ++e) {
-                const PlacedEdge& edge = solid_.edges[e];
-                if (normal_.dot(edge.from) + std::min(normal_.dot(edge.along), 0.0) - offset_ > low) continue;
-                const double b1 = edge.first.dot(crossed), b2 = edge.second.dot(crossed);
+            if (normal_.dot(edge.from) + std::min(normal_.dot(edge.along), 0.0) - offset_ > low) continue;
+            const double a1 = normal_.dot(edge.crossed);
+            for (unsigned i = 0; i < 3; ++i) {
+                const double b1 = edge.first.dot(crossed[i]), b2 = edge.second.dot(crossed[i]);
                 if (!(b1 * b2 < 0)) continue;
-                const double a1 = normal_.dot(edge.crossed), a2 = outwards.dot(edge.crossed);
+                const double a2 = outwards[i].dot(edge.crossed);
                 if (!(a1 * a2 < 0 && b1 * a2 < 0)) continue;
-                Vec3d n = along.cross(edge.along);
+                Vec3d n = along[i].cross(edge.along);
                 const double square = n.squaredNorm();
-                if (!(square > 1e-8 * along.squaredNorm() * edge.along.squaredNorm())) continue;
+                if (!(square > 1e-8 * along[i].squaredNorm() * edge.along.squaredNorm())) continue;
                 n /= std::sqrt(square);
-                if (n.dot(normal_ + outwards) < 0) n = -n;
+                if (n.dot(normal_ + outwards[i]) < 0) n = -n;
                 const double gap = n.dot(edge.from - t_[i]);
                 if (outOfReach(gap, n)) return false;
                 if (!(gap > least)) continue;
@@ -127,8 +148,13 @@ private:
         return true;
     }
 
+    [[nodiscard]] double gapBeyond(const PlacedSide& side) const {
+        return std::min({side.normal.dot(t_[0]), side.normal.dot(t_[1]), side.normal.dot(t_[2])}) - side.offset;
+    }
+    [[nodiscard]] bool parts(const PlacedSide& side) const { return outOfReach(gapBeyond(side), -side.normal); }
+
     void put(const Vec3d& position, const Vec3d& fromSurface, double gap) {
-        if (gap > query_.margin) return;
+        if (outOfReach(gap, fromSurface)) return;
         out_.push_back({position, query_.solidIsA ? Vec3d(-fromSurface) : fromSurface, gap});
     }
 
@@ -265,17 +291,18 @@ private:
 
     const PlacedSolid& solid_;
     const PlacedSurface& surface_;
-    std::uint32_t face_;
     const FaceQuery& query_;
     ClipScratch& scratch_;
     std::vector<ContactPoint>& out_;
 
+    std::uint32_t face_ = 0;
     std::array<Vec3d, 3> t_;
     Vec3d winding_ = Vec3d::Zero(), normal_ = Vec3d::Zero(), axis_ = Vec3d::Zero();
     bool front_ = true;
     double offset_ = 0, faceGap_ = 0, gap_ = 0;
     Kind kind_ = Kind::kFace;
     std::uint32_t side_ = 0, edge_ = 0;
+    std::uint32_t lastSide_ = 0;  ///< that parted a face from the solid
     unsigned rim_ = 0;
 };
 
@@ -285,7 +312,8 @@ void contactsWithFaces(const PlacedSolid& solid, const PlacedSurface& surface, s
                        const FaceQuery& query, ClipScratch& scratch, double& clear, std::vector<ContactPoint>& out) {
     if (solid.sides.empty()) return;
     const std::size_t first = out.size();
-    for (const std::uint32_t face : faces) FaceContact(solid, surface, face, query, scratch, out).find(clear);
+    FaceContact contact(solid, surface, query, scratch, out);
+    for (const std::uint32_t face : faces) contact.find(face, clear);
     reduceContacts(out, first, query.near);
 }
 
