@@ -82,6 +82,15 @@ TEST(OutsideProgram, MovesTheCraneWhileAnotherFollows) {
     const std::vector<std::string> expected = {"1 2 -3",    "1.25 2 -3", "1.5 2 -3",  "1.75 2 -3", "2 2 -3",
                                                "2.25 2 -3", "2.5 2 -3",  "2.75 2 -3", "3 2 -3"};
     EXPECT_EQ(placesIn(follower.output()), expected) << "every step, once, in order";
+    // The hook reaches 0.25 to either side of the crane, the post stands from 1.95 to 2.05: they meet from 1.7 to 2.3.
+    // What happens in a frame is told after where that frame leads.
+    const std::string told = follower.output();
+    const std::size_t touches = told.find("/hall/crane touches /hall/post"),
+                      leaves = told.find("/hall/crane leaves /hall/post");
+    ASSERT_TRUE(touches != std::string::npos && leaves != std::string::npos) << told;
+    EXPECT_GT(touches, told.find("is at 1.75 2 -3"));
+    EXPECT_LT(touches, told.find("is at 2 2 -3")) << told;
+    EXPECT_GT(leaves, told.find("is at 2.5 2 -3")) << told;
 
     const json report = wall.finish();
     ASSERT_FALSE(report.is_null()) << wall.logs();
