@@ -1,0 +1,65 @@
+/// Contacts drawn on the wall on request: nodes of the scene that come, are seen the same on every wall, and go.
+#include <gtest/gtest.h>
+
+#include "tests/integration/AskedWall.h"
+
+namespace tessera::test {
+namespace {
+
+using nlohmann::json;
+
+/// A wall on which everything has come to rest, a cart against a post, and nothing drawn of it.
+class RestingWall : public AskedWall {
+public:
+    explicit RestingWall(const std::string& name) : AskedWall({.wall = name}) {
+        if (!start()) return;
+        tell({"contacts", "--show", "none"});
+        EXPECT_TRUE(move("/stop/cart", {"9", "0", "0", "--by"}).stopped);
+        hash = waitForRest();
+    }
+    std::string hash;
+};
+
+TEST(ContactDisplay, ComesOnRequestLooksTheSameOnEveryWallAndGoes) {
+    Picture before, shown;
+    std::string hashShown;
+    json marks;
+    {
+        RestingWall wall("2x2");
+        ASSERT_FALSE(wall.hash.empty()) << wall.logs();
+        before = wall.picture("before");
+        ASSERT_EQ(before.widthPx, 320);
+        EXPECT_EQ(wall.wall().ctl({"tree", "/contacts"}).exitCode, 3) << "nobody has asked yet";
+
+        wall.tell({"contacts", "--show", "points,normals,faces"});
+        wall.settle();
+        marks = wall.ask({"tree", "/contacts"});
+        shown = wall.picture("shown");
+        hashShown = wall.ask({"status"})["state_hash"];
+        EXPECT_GT(pixelsThatDiffer(before, shown), 50u);
+        EXPECT_EQ(marks["children"].size(), 3u) << "balls, arrows, triangles";
+
+        wall.tell({"contacts", "--show", "none"});
+        wall.settle();
+        EXPECT_EQ(wall.wall().ctl({"tree", "/contacts"}).exitCode, 3) << "nobody asks any more";
+        EXPECT_EQ(pixelsThatDiffer(before, wall.picture("after")), 0u);
+
+        // Of one interest alone: less.
+        wall.tell({"contacts", "--interest", "/stop/interest", "--show", "points"});
+        const Picture one = wall.picture("one");
+        EXPECT_GT(pixelsThatDiffer(before, one), 0u);
+        EXPECT_LT(pixelsThatDiffer(before, one), pixelsThatDiffer(before, shown));
+        ASSERT_FALSE(wall.finish().is_null());
+    }
+    RestingWall wall("1x1");
+    ASSERT_FALSE(wall.hash.empty()) << wall.logs();
+    EXPECT_EQ(pixelsThatDiffer(before, wall.picture("before")), 0u);
+    wall.tell({"contacts", "--show", "points,normals,faces"});
+    EXPECT_EQ(pixelsThatDiffer(shown, wall.picture("shown")), 0u);
+    EXPECT_TRUE(wall.ask({"tree", "/contacts"}) == marks) << "the same marks at the same places";
+    EXPECT_EQ(wall.ask({"status"})["state_hash"], hashShown);
+    ASSERT_FALSE(wall.finish().is_null());
+}
+
+}  // namespace
+}  // namespace tessera::test
