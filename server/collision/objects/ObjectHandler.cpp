@@ -163,7 +163,10 @@ std::shared_ptr<const CollisionShape> ObjectHandler::shapeOf(const Aspect& aspec
 
 void ObjectHandler::overlay(ObjectId transform, const Affine3d& local) {
     const std::uint32_t number = tree_.transformNumbers.find(transform);
-    if (number == IdTable::kNone) return;
+    if (number != IdTable::kNone) overlay(number, local);
+}
+
+void ObjectHandler::overlay(std::uint32_t number, const Affine3d& local) {
     if (!carriers_[number].overlaid) {
         carriers_[number].overlaid = true;
         overlaid_.push_back(number);
@@ -333,6 +336,12 @@ std::span<const std::uint32_t> ObjectHandler::placesOf(ObjectId transform) const
     const std::uint32_t number = tree_.transformNumbers.find(transform);
     if (number == IdTable::kNone) return {};
     return tree_.placesOf(number);
+}
+
+std::uint32_t ObjectHandler::transformNumber(ObjectId transform, std::uint32_t guess) const {
+    if (guess < tree_.transforms.size() && tree_.transforms[guess] == transform) return guess;
+    const std::uint32_t number = tree_.transformNumbers.find(transform);
+    return number == IdTable::kNone ? kNobody : number;
 }
 
 std::uint32_t ObjectHandler::freeBodyOf(ObjectId transform) const {

@@ -60,6 +60,13 @@ public:
     [[nodiscard]] std::span<const std::uint32_t> placesOf(ObjectId transform) const;
     /// The free body that a Transform core carries, or kNobody.
     [[nodiscard]] std::uint32_t freeBodyOf(ObjectId transform) const;
+    /// Transforms by number, for those who ask much about one: 0 to transformCount() in this generation; kNobody where no
+    /// visible place has it. The number `guess` is tried first: wishes come in the order of the scene.
+    [[nodiscard]] std::uint32_t transformNumber(ObjectId transform, std::uint32_t guess = 0) const;
+    [[nodiscard]] std::size_t transformCount() const { return tree_.transforms.size(); }
+    [[nodiscard]] std::span<const std::uint32_t> placesOf(std::uint32_t number) const { return tree_.placesOf(number); }
+    [[nodiscard]] std::uint32_t freeBodyOf(std::uint32_t number) const { return carriers_[number].freeBody; }
+    [[nodiscard]] bool carriesParts(std::uint32_t number) const { return carriers_[number].parts; }
     [[nodiscard]] std::span<const std::uint32_t> freeBodies() const { return freeBodies_; }  ///< ascending
     /// Another one after each change of who is free, and of a free body's pose, shape or terms.
     [[nodiscard]] std::uint64_t freeBodiesVersion() const { return freeBodiesVersion_; }
@@ -76,6 +83,7 @@ public:
     /// Gives a Transform another local value until `dropOverlay` or the next `update`. Where the scene has that very
     /// value by then, nothing has moved.
     void overlay(ObjectId transform, const Affine3d& local);
+    void overlay(std::uint32_t number, const Affine3d& local);
     void dropOverlay(const Aspect& aspect);
     /// Parts whose world pose or shape has changed since the last call, ascending; all of them where the tables were
     /// made anew.
@@ -95,6 +103,7 @@ private:
     };
     struct Carrier {
         std::uint32_t freeBody = kNobody;
+        bool parts = false;  // at or below one of its places
         bool overlaid = false;
         bool touched = false;
     };

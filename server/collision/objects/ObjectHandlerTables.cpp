@@ -156,6 +156,11 @@ void ObjectHandler::chooseParts(const Aspect& aspect, const BodyRules& rules, st
         parts_.push_back(std::move(part));
     }
     for (std::size_t i = 1; i < firstPart_.size(); ++i) firstPart_[i] += firstPart_[i - 1];
+    for (std::uint32_t t = 0; t < carriers_.size(); ++t)
+        carriers_[t].parts = std::ranges::any_of(tree_.placesOf(t), [&](std::uint32_t place) {
+            const auto [first, last] = partsBelow(place);
+            return first != last;
+        });
     std::sort(candidates_.begin(), candidates_.end(),
               [&](std::uint32_t a, std::uint32_t b) { return bodies_[a].place < bodies_[b].place; });
 }

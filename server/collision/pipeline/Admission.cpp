@@ -27,19 +27,13 @@ bool turnsInsideOut(const Way& way) {
     return (way.start.scale.array() * way.end.scale.array() < 0).any();
 }
 
-bool movesParts(const ObjectHandler& handler, ObjectId transform) {
-    return std::ranges::any_of(handler.placesOf(transform), [&](std::uint32_t place) {
-        const auto [first, last] = handler.partsBelow(place);
-        return first != last;
-    });
-}
-
-/// No part that has a body now would lose it (by numbers too large or too small to work with). Rigid motions of moderate
-/// length cannot do that.
+/// No part that has a body now would lose it (by numbers too large or too small to work with). Rigid motions of
+/// moderate length cannot do that.
 bool canBeShown(const ObjectHandler& handler, const Mover& mover) {
     constexpr double kModerate = 1e12;
-    if (mover.way.start.scale == mover.way.end.scale && mover.way.end.translation.cwiseAbs().maxCoeff() < kModerate) return true;
-    for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
+    if (mover.way.start.scale == mover.way.end.scale && mover.way.end.translation.cwiseAbs().maxCoeff() < kModerate)
+        return true;
+    for (const std::uint32_t place : handler.placesOf(mover.number)) {
         const auto [first, last] = handler.partsBelow(place);
         for (std::uint32_t i = first; i < last; ++i) {
             if (!handler.parts()[i].solid()) continue;
@@ -59,36 +53,43 @@ TentativeTransform withValue(TentativeTransform t, const Pose& value) {
     return t;
 }
 
-std::vector<Mover> admit(const Aspect& committed, const ObjectHandler& handler, std::vector<TentativeTransform> wishes,
-                         StepResult& result) {
+void admit(const Aspect& committed, const ObjectHandler& handler, std::span<const TentativeTransform> wanted,
+           StepResult& result, std::vector<Mover>& movers) {
     const auto ascending = [](const auto& x, const auto& y) { return x.transform >= y.transform; };
-    if (std::ranges::adjacent_find(wishes, ascending) != wishes.end()) {
-        std::ranges::sort(wishes, before);
-        const auto same = std::ranges::unique(wishes, {}, &TentativeTransform::transform);
-        wishes.erase(same.begin(), same.end());
+    std::vector<TentativeTransform> sorted;
+    if (std::ranges::adjacent_find(wanted, ascending) != wanted.end()) {
+        sorted.assign(wanted.begin(), wanted.end());
+        std::ranges::sort(sorted, before);
+        const auto same = std::ranges::unique(sorted, {}, &TentativeTransform::transform);
+        sorted.erase(same.begin(), same.end());
+        wanted = sorted;
     }
-    std::vector<Mover> movers;
-    movers.reserve(wishes.size());
-    for (const TentativeTransform& wish : wishes) {
+    movers.clear();
+    result.accepted.reserve(wanted.size());
+    std::uint32_t guess = 0;
+    for (const TentativeTransform& wish : wanted) {
         const Transform* present = committed.get<Transform>(wish.transform);
         if (!present) {
             result.stopped.push_back(wish.transform);
             continue;
         }
-        const Mover mover{wish,
-                          {{present->translation, present->rotation, present->scale},
-                           {wish.translation, wish.rotation, wish.scale}}};
+        const std::uint32_t number = handler.transformNumber(wish.transform, guess);
+        if (number != kNobody) guess = number + 1;
+        const bool carries = number != kNobody && handler.carriesParts(number);
+        const Mover& mover = movers.emplace_back(
+            wish,
+            Way{{present->translation, present->rotation, present->scale}, {wish.translation, wish.rotation, wish.scale}},
+            number);
         const bool granted = possible(mover.way.end);
-        if (granted && !movesParts(handler, wish.transform)) {
+        if (granted && carries && !turnsInsideOut(mover.way) && canBeShown(handler, mover)) continue;
+        if (granted && !carries) {
             result.accepted.push_back(wish);
-        } else if (granted && !turnsInsideOut(mover.way) && canBeShown(handler, mover)) {
-            movers.push_back(mover);
         } else {
             result.accepted.push_back(withValue(wish, mover.way.start));
             result.stopped.push_back(wish.transform);
         }
+        movers.pop_back();
     }
-    return movers;
 }
 
 }  // namespace tessera

@@ -1,6 +1,7 @@
 /// Which of a frame's wishes can be granted at all.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "server/collision/pipeline/StepResult.h"
@@ -12,13 +13,15 @@ namespace tessera {
 struct Mover {
     TentativeTransform wish;
     Way way;
+    std::uint32_t number = kNobody;  ///< the transform's, by the handler
 };
 
 [[nodiscard]] TentativeTransform withValue(TentativeTransform t, const Pose& value);
 
-/// Sorts the wishes, takes the first of those for one transform (lowest source, then lowest numbers), refuses impossible ones,
-/// grants those that move no part of any interest, and returns the others, ascending by transform.
-[[nodiscard]] std::vector<Mover> admit(const Aspect& committed, const ObjectHandler& handler,
-                                       std::vector<TentativeTransform> wishes, StepResult& result);
+/// Sorts the wishes, takes the first of those for one transform (lowest source, then lowest numbers), refuses
+/// impossible ones, grants those that move no part of any interest, and leaves the others in `movers`, ascending by
+/// transform.
+void admit(const Aspect& committed, const ObjectHandler& handler, std::span<const TentativeTransform> wanted,
+           StepResult& result, std::vector<Mover>& movers);
 
 }  // namespace tessera

@@ -45,6 +45,8 @@ struct CollisionPipeline::Impl {
     ScenePicker picker;
     std::unique_ptr<Response> stop = makeStopResponse(), slide = makeSlideResponse();
     std::vector<NodePair> touchedBefore;  // ascending
+    std::vector<Mover> admitted;          // kept for its memory
+    std::vector<std::vector<std::uint32_t>> pairsOfPart;  // in a step: of pairs that are obstacles to each other
 
     // State of one step.
     struct Step {
@@ -55,7 +57,6 @@ struct CollisionPipeline::Impl {
         std::vector<Mover> moved;                 // all that moved, on the ways that they went, ascending by transform
         FreeBodies::StartWorlds startWorlds;      // of the parts that they carry, but for free bodies
         std::unordered_map<std::uint32_t, double> firstTimes;  // kDynamic: by pair, for those that touch on the way
-        std::vector<std::vector<std::uint32_t>> pairsOfPart;   // those that are obstacles to each other
         std::vector<EventBook::Touching> touchedOnTheWay;
         ContactList contacts;
     };
@@ -66,6 +67,7 @@ struct CollisionPipeline::Impl {
                      Step& step);
     void noteStart(const Mover& mover, Step& step) const;
     void listObstacles(Step& step);
+    void unlistObstacles(const Step& step);
     [[nodiscard]] bool obstacle(const PairState& pair, const Relation& relation, ObjectId transform) const;
     void rollBack(Step& step);
     void move(const Mover& mover, Step& step);
@@ -112,6 +114,7 @@ StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const
     listObstacles(step);
     rollBack(step);
     for (const Mover& mover : step.movers) move(mover, step);
+    unlistObstacles(step);
     moveFreeBodies(committed, seconds, step);
     std::ranges::sort(step.moved, {}, [](const Mover& mover) { return mover.wish.transform; });
     lookOnTheWay(false, step);
@@ -122,7 +125,7 @@ StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const
 }
 
 void CollisionPipeline::Impl::noteStart(const Mover& mover, Step& step) const {
-    for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
+    for (const std::uint32_t place : handler.placesOf(mover.number)) {
         const auto [first, last] = handler.partsBelow(place);
         for (std::uint32_t i = first; i < last; ++i) step.startWorlds.try_emplace(i, part(i).world);
     }
@@ -132,28 +135,24 @@ void CollisionPipeline::Impl::noteStart(const Mover& mover, Step& step) const {
 void CollisionPipeline::Impl::admitWishes(const Aspect& committed, std::span<const TentativeTransform> wanted,
                                           std::span<const Reply> replies, Step& step) {
     std::vector<TentativeTransform> wishes = questions.take(replies);
-    wishes.insert(wishes.end(), wanted.begin(), wanted.end());
-    std::vector<Mover> movers = admit(committed, handler, std::move(wishes), step.result);
+    if (!wishes.empty()) {
+        wishes.insert(wishes.end(), wanted.begin(), wanted.end());
+        wanted = wishes;
+    }
+    admit(committed, handler, wanted, step.result, admitted);
     std::vector<ObjectId> held;
-    for (const Mover& mover : movers)
-        if (handler.freeBodyOf(mover.wish.transform) != kNobody) held.push_back(mover.wish.transform);
+    for (const Mover& mover : admitted)
+        if (handler.freeBodyOf(mover.number) != kNobody) held.push_back(mover.wish.transform);
     bodies.begin(handler, held);
-    for (Mover& mover : movers) {
-        bool obstructed = false, dynamic = false;
-        for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
-            const auto [first, last] = handler.partsBelow(place);
-            for (std::uint32_t i = first; i < last; ++i) {
-                obstructed = obstructed || neighbourhood.traits(handler, i).obstructed;
-                dynamic = dynamic || neighbourhood.traits(handler, i).dynamic;
-            }
-        }
-        if (obstructed || dynamic) {
-            step.movers.push_back(std::move(mover));
+    for (const Mover& mover : admitted) {
+        const PartTraits& traits = neighbourhood.traitsCarried(mover.number);
+        if (traits.obstructed || traits.dynamic) {
+            step.movers.push_back(mover);
             continue;
         }
         step.result.accepted.push_back(mover.wish);
-        handler.overlay(mover.wish.transform, localOf(mover.way.end));
-        if (handler.freeBodyOf(mover.wish.transform) != kNobody) step.plain.push_back(std::move(mover));
+        handler.overlay(mover.number, localOf(mover.way.end));
+        if (handler.freeBodyOf(mover.number) != kNobody) step.plain.push_back(mover);
     }
 }
 
@@ -174,26 +173,28 @@ bool CollisionPipeline::Impl::obstacle(const PairState& pair, const Relation& re
 
 void CollisionPipeline::Impl::listObstacles(Step& step) {
     if (step.movers.empty()) return;
-    step.pairsOfPart.resize(handler.parts().size());
+    pairsOfPart.resize(std::max(pairsOfPart.size(), handler.parts().size()));
     const std::span<const PairState> pairs = memory.states();
     for (std::uint32_t k = 0; k < pairs.size(); ++k) {
         if (relationOf(pairs[k]).response == Interest::kReport) continue;
-        step.pairsOfPart[pairs[k].a].push_back(k);
-        step.pairsOfPart[pairs[k].b].push_back(k);
+        pairsOfPart[pairs[k].a].push_back(k);
+        pairsOfPart[pairs[k].b].push_back(k);
+    }
+}
+
+/// The table has a row per part: only those that were filled are emptied.
+void CollisionPipeline::Impl::unlistObstacles(const Step& step) {
+    if (step.movers.empty()) return;
+    for (const PairState& pair : memory.states()) {
+        pairsOfPart[pair.a].clear();
+        pairsOfPart[pair.b].clear();
     }
 }
 
 /// All that takes part in a rollback goes back to the first time at which any of its pairs touch, everything being on its way
 /// as it is wished.
 void CollisionPipeline::Impl::rollBack(Step& step) {
-    const auto rollsBack = [&](const Mover& mover) {
-        return std::ranges::any_of(handler.placesOf(mover.wish.transform), [&](std::uint32_t place) {
-            const auto [first, last] = handler.partsBelow(place);
-            for (std::uint32_t i = first; i < last; ++i)
-                if (neighbourhood.traits(handler, i).rollback) return true;
-            return false;
-        });
-    };
+    const auto rollsBack = [&](const Mover& mover) { return neighbourhood.traitsCarried(mover.number).rollback; };
     if (std::ranges::none_of(step.movers, rollsBack)) return;
     const WayLookup lookup = [&](ObjectId transform) { return wayOf(step.movers, transform); };
     double earliest = 1;
@@ -228,11 +229,11 @@ void CollisionPipeline::Impl::move(const Mover& mover, Step& step) {
     resolution.accepted = mover.way.end;
     std::unordered_map<std::uint32_t, std::uint32_t> carriers;  // moved part -> the place that carries it
     std::vector<std::uint32_t> near;
-    for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
+    for (const std::uint32_t place : handler.placesOf(mover.number)) {
         const auto [first, last] = handler.partsBelow(place);
         for (std::uint32_t i = first; i < last; ++i) {
             carriers[i] = place;  // ascending, so the nearest one stays
-            if (!step.pairsOfPart.empty()) near.insert(near.end(), step.pairsOfPart[i].begin(), step.pairsOfPart[i].end());
+            near.insert(near.end(), pairsOfPart[i].begin(), pairsOfPart[i].end());
         }
     }
     std::ranges::sort(near);
@@ -280,8 +281,8 @@ void CollisionPipeline::Impl::move(const Mover& mover, Step& step) {
     if (resolution.undecided > 0) notLookedAt(mover.wish.transform, {}, NotLookedAt::Reason::kPieces, step);
     result.accepted.push_back(withValue(mover.wish, resolution.accepted));
     if (resolution.stopped) result.stopped.push_back(mover.wish.transform);
-    handler.overlay(mover.wish.transform, localOf(resolution.accepted));
-    step.moved.push_back({mover.wish, {mover.way.start, resolution.accepted}});
+    handler.overlay(mover.number, localOf(resolution.accepted));
+    step.moved.push_back({mover.wish, {mover.way.start, resolution.accepted}, mover.number});
 }
 
 void CollisionPipeline::Impl::ask(const MotionTrial& trial, const Resolution& resolution, const Mover& mover, Step& step) {
@@ -314,7 +315,7 @@ void CollisionPipeline::Impl::ask(const MotionTrial& trial, const Resolution& re
 void CollisionPipeline::Impl::letGo(double seconds, Step& step) const {
     for (const auto* movers : {&step.moved, &step.plain})
         for (const Mover& mover : *movers) {
-            const std::uint32_t index = handler.freeBodyOf(mover.wish.transform);
+            const std::uint32_t index = handler.freeBodyOf(mover.number);
             if (index == kNobody) continue;
             const Body& body = handler.bodies()[index];
             BodyVelocity now{body.core, Vec3d::Zero(), Vec3d::Zero()};
@@ -344,8 +345,9 @@ void CollisionPipeline::Impl::moveFreeBodies(const Aspect& committed, double sec
         Mover mover;
         mover.wish.transform = handler.bodies()[moved.body].transform;
         mover.way = moved.way;
+        mover.number = handler.transformNumber(mover.wish.transform);
         step.result.accepted.push_back(withValue(mover.wish, moved.way.end));
-        handler.overlay(mover.wish.transform, localOf(moved.way.end));
+        handler.overlay(mover.number, localOf(moved.way.end));
         step.moved.push_back(std::move(mover));
     }
     std::vector<BodyVelocity>& velocities = step.result.velocities;
@@ -395,7 +397,7 @@ void CollisionPipeline::Impl::lookOnTheWay(bool deforming, Step& step) {
     if (!deforming && ways.empty()) return;
     std::vector<bool> travels(handler.parts().size(), false), deforms(handler.parts().size(), false);
     for (const Mover& mover : ways)
-        for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
+        for (const std::uint32_t place : handler.placesOf(mover.number)) {
             const auto [first, last] = handler.partsBelow(place);
             for (std::uint32_t i = first; i < last; ++i) travels[i] = true;
         }
@@ -463,13 +465,13 @@ void CollisionPipeline::Impl::touchAtRest(Step& step) {
         }
         askTouch(pair, part(pair.a), part(pair.b), wantsAllFaces(relationOf(pair)), limits.maxContacts, work);
     });
-    for (const PairState& pair : pairs) {
+    for (PairState& pair : pairs) {
         if (!pair.touch.complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
         if (!pair.touch.touching) continue;
         const Relation relation = relationOf(pair);
         if (!relation.contacts) continue;
         Touching touching{pair.nodeA, pair.nodeB, pair.a, pair.b, pair.touch.faces, pair.touch.faceCount,
-                          part(pair.a).world, part(pair.b).world, interestOf(relation), 1};
+                          part(pair.a).world, part(pair.b).world, interestOf(relation), 1, &pair.hullContact};
         if (relation.detail != Interest::kAllFaces) {
             const std::size_t most = relation.detail == Interest::kYesOrNo ? 1 : static_cast<std::size_t>(relation.detail);
             touching.faces.resize(std::min(touching.faces.size(), most));
@@ -519,7 +521,8 @@ void CollisionPipeline::Impl::measure(Step& step) {
 
 void CollisionPipeline::Impl::finish(Step& step) {
     StepResult& result = step.result;
-    std::ranges::sort(result.accepted, {}, &TentativeTransform::transform);
+    if (!std::ranges::is_sorted(result.accepted, {}, &TentativeTransform::transform))
+        std::ranges::sort(result.accepted, {}, &TentativeTransform::transform);
     std::ranges::sort(result.stopped);
     result.stopped.erase(std::unique(result.stopped.begin(), result.stopped.end()), result.stopped.end());
 

@@ -18,11 +18,26 @@ Contact contactWithin(const Part& a, const Part& b) {
     return contact;
 }
 
+/// Those of sleepers need not be worked out in each frame.
+Contact contactOfHulls(const Part& a, const Part& b, const Touching& touching) {
+    if (touching.known == nullptr) return contactOfHulls(a, b, touching.worldA, touching.worldB);
+    HullContact& known = *touching.known;
+    if (known.versionA != a.poseVersion || known.versionB != b.poseVersion) {
+        const Contact contact = contactOfHulls(a, b, touching.worldA, touching.worldB);
+        known = {a.poseVersion, b.poseVersion, contact.point, contact.normal};
+    }
+    Contact contact;
+    contact.point = known.point;
+    contact.normal = known.normal;
+    contact.faceA = contact.faceB = Contact::kNoFace;
+    return contact;
+}
+
 Contact contactAt(const ObjectHandler& handler, const Touching& touching, const FacePair* faces) {
     const Part& a = handler.parts()[touching.partA];
     const Part& b = handler.parts()[touching.partB];
     Contact contact = faces                            ? contactOfFaces(a, b, touching.worldA, touching.worldB, *faces)
-                      : a.shape->hull && b.shape->hull ? contactOfHulls(a, b, touching.worldA, touching.worldB)
+                      : a.shape->hull && b.shape->hull ? contactOfHulls(a, b, touching)
                                                        : contactWithin(a, b);
     contact.objectA = touching.nodeA;
     contact.objectB = touching.nodeB;

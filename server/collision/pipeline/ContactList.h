@@ -16,6 +16,7 @@ struct Touching {
     Affine3d worldA = Affine3d::Identity(), worldB = Affine3d::Identity();
     ObjectId interest;
     double time = 1;
+    HullContact* known = nullptr;  ///< of two hulls, in the poses in which they are now: what is known of the contact
 };
 
 class ContactList {

@@ -34,31 +34,54 @@ std::uint64_t FreeBodies::versionOf(const ObjectHandler& handler, const Body& bo
     return sum;
 }
 
+const FreeBodies::Left* FreeBodies::leftOf(std::uint32_t body, ObjectId core) const {
+    if (leftGeneration_ != generation_) {
+        const std::uint32_t number = leftOfCore_.find(core);
+        return number == IdTable::kNone ? nullptr : &left_[number];
+    }
+    const auto left = std::ranges::lower_bound(left_, body, {}, &Left::body);
+    return left != left_.end() && left->body == body ? &*left : nullptr;
+}
+
 void FreeBodies::begin(const ObjectHandler& handler, std::span<const ObjectId> held) {
     const std::span<const Body> bodies = handler.bodies();
-    roles_.assign(bodies.size(), Role::kOther);
-    disturbed_.assign(bodies.size(), false);
-    free_.clear();
     std::vector<std::pair<ObjectId, std::int64_t>> responses;
-    for (const InterestTerms& interest : handler.interests()) responses.emplace_back(interest.core, 16 * interest.mode + interest.response);
+    for (const InterestTerms& interest : handler.interests())
+        responses.emplace_back(interest.core, 16 * interest.mode + interest.response);
     const bool othersMatter = responses != responses_;
     responses_ = std::move(responses);
+    unchanged_ = allAsleep_ && !othersMatter && held.empty() && !anyHeld_ && generation_ == handler.generation() &&
+                 version_ == handler.freeBodiesVersion();
+    if (unchanged_) return;
+    anyHeld_ = !held.empty();
     if (generation_ != handler.generation()) {
         generation_ = handler.generation();
+        roles_.assign(bodies.size(), Role::kOther);
+        disturbed_.assign(bodies.size(), false);
         partOfNode_.clear();
-        for (std::uint32_t i = 0; i < handler.parts().size(); ++i) partOfNode_.emplace(handler.parts()[i].node.value, i);
+        for (std::uint32_t i = 0; i < handler.parts().size(); ++i)
+            partOfNode_.emplace(handler.parts()[i].node.value, i);
+        leftOfCore_.reset(left_.size());
+        for (std::uint32_t i = 0; i < left_.size(); ++i) leftOfCore_.insert(left_[i].core, i);
+    } else {
+        for (const std::uint32_t body : free_) {
+            roles_[body] = Role::kOther;
+            disturbed_[body] = false;
+        }
     }
-    for (std::uint32_t i = 0; i < bodies.size(); ++i) {
+    free_.clear();
+    told_ = false;
+    allAsleep_ = true;
+    for (const std::uint32_t i : handler.freeBodies()) {
         const Body& body = bodies[i];
-        if (!body.free() || std::ranges::binary_search(held, body.transform)) continue;
-        const bool solid = std::ranges::any_of(body.parts, [&](std::uint32_t part) { return handler.parts()[part].solid(); });
-        if (!solid) continue;  // nothing of it can be met, and nothing says where its mass is
-        const auto left = left_.find(body.core);
-        const bool known = left != left_.end();
-        disturbed_[i] = !known || othersMatter || left->second.poseVersion != versionOf(handler, body) || left->second.velocity != body.velocity ||
-                        left->second.spin != body.spin || left->second.mass != body.mass ||
-                        left->second.restitution != body.restitution || left->second.friction != body.friction;
+        if (std::ranges::binary_search(held, body.transform)) continue;
+        // What cannot be met has nothing that says where its mass is either: such a body is not free for the handler.
+        const Left* left = leftOf(i, body.core);
+        disturbed_[i] = left == nullptr || othersMatter || left->poseVersion != versionOf(handler, body) ||
+                        left->velocity != body.velocity || left->spin != body.spin || left->mass != body.mass ||
+                        left->restitution != body.restitution || left->friction != body.friction;
         roles_[i] = !disturbed_[i] && stage_.asleep(body.core.value) ? Role::kAsleep : Role::kAwake;
+        allAsleep_ = allAsleep_ && roles_[i] == Role::kAsleep;
         free_.push_back(i);
     }
 }
@@ -150,13 +173,51 @@ void FreeBodies::gather(const ObjectHandler& handler, std::span<const PairState>
             rigidPart(handler, part->second, startWorlds, seconds);
 }
 
+/// Whether the stage has to be told of any pair.
+bool FreeBodies::mayMeet(const ObjectHandler& handler, std::span<const PairState> pairs,
+                         const StartWorlds& startWorlds) const {
+    if (startWorlds.empty()) return false;
+    const auto awaits = [&](std::uint32_t part, std::uint32_t other) {
+        return isFree(handler.parts()[part].body) && startWorlds.contains(other);
+    };
+    return std::ranges::any_of(pairs, [&](const PairState& pair) {
+        return (awaits(pair.a, pair.b) || awaits(pair.b, pair.a)) &&
+               handler.relation(pair.a, pair.b).response != Interest::kReport;
+    });
+}
+
+bool FreeBodies::sameSupports(const ObjectHandler& handler) const {
+    return std::ranges::all_of(supports_, [&](const std::pair<std::uint64_t, std::uint64_t>& support) {
+        const auto part = partOfNode_.find(support.first);
+        return part != partOfNode_.end() && handler.parts()[part->second].poseVersion == support.second;
+    });
+}
+
+void FreeBodies::noteSupports(const ObjectHandler& handler, const StartWorlds& startWorlds) {
+    supports_.clear();
+    for (const std::uint64_t id : stage_.supports()) {
+        const auto part = partOfNode_.find(id);
+        const bool stands = part != partOfNode_.end() && !startWorlds.contains(part->second);
+        supports_.emplace_back(id, stands ? handler.parts()[part->second].poseVersion : 0);
+    }
+}
+
 FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHandler& handler, std::span<const PairState> pairs,
                                         const StartWorlds& startWorlds, double seconds, QueryWork& work) {
     Outcome outcome;
     if (free_.empty()) return outcome;
+    // Sleepers whom nothing comes near sleep on: nobody need be asked.
+    if (unchanged_ && told_ && gravity_ == handler.gravity() && sameSupports(handler) && !mayMeet(handler, pairs, startWorlds)) {
+        outcome.asleep = free_.size();
+        return outcome;
+    }
     gather(handler, pairs, startWorlds, seconds);
     const RigidFrame frame = stage_.advance(bodies_, parts_, encounters_, handler.gravity(), seconds, work);
     outcome.asleep = frame.asleep;
+    told_ = true;
+    allAsleep_ = allAsleep_ && frame.asleep == free_.size();
+    gravity_ = handler.gravity();
+    noteSupports(handler, startWorlds);
     for (const RigidEncounter& encounter : frame.notLookedAt)
         outcome.notLookedAt.push_back(
             {ObjectId{parts_[encounter.partA].id}, ObjectId{parts_[encounter.partB].id}, NotLookedAt::Reason::kWork});
@@ -165,8 +226,9 @@ FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHan
         const RigidMotion& motion = frame.motions[i];
         if (motion.velocity != body.velocity || motion.spin != body.spin)
             outcome.velocities.push_back({body.core, motion.velocity, motion.spin});
+        if (motion.world_T_before.matrix() == Isometry3d::Identity().matrix()) continue;
         const Transform* transform = committed.get<Transform>(body.transform);
-        if (transform == nullptr || motion.world_T_before.matrix() == Isometry3d::Identity().matrix()) continue;
+        if (transform == nullptr) continue;
         Moved moved{.body = free_[i], .way = {.start = poseOf(*transform), .end = poseOf(*transform)}};
         const std::uint32_t parent = handler.places()[body.place].parent;
         const Affine3d above = parent == Place::kNone ? Affine3d(Affine3d::Identity()) : handler.places()[parent].world;
@@ -184,18 +246,19 @@ FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHan
 }
 
 void FreeBodies::end(const ObjectHandler& handler, std::span<const BodyVelocity> velocities) {
-    std::unordered_map<ObjectId, Left> left;
-    left.reserve(handler.bodies().size());
+    version_ = handler.freeBodiesVersion();
+    if (unchanged_ && allAsleep_) return;
+    left_.clear();
+    leftGeneration_ = generation_;
     for (const std::uint32_t index : free_) {
         const Body& body = handler.bodies()[index];
-        Left& now = left[body.core];
-        now = {versionOf(handler, body), body.velocity, body.spin, body.mass, body.restitution, body.friction};
+        Left& now = left_.emplace_back(Left{body.core, index, versionOf(handler, body), body.velocity, body.spin, body.mass,
+                                            body.restitution, body.friction});
         const auto velocity = std::ranges::lower_bound(velocities, body.core, {}, &BodyVelocity::core);
         if (velocity == velocities.end() || velocity->core != body.core) continue;
         now.velocity = velocity->velocity;
         now.spin = velocity->spin;
     }
-    left_ = std::move(left);
 }
 
 }  // namespace tessera

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "server/collision/dynamics/RigidBodyStage.h"
@@ -25,6 +25,8 @@ public:
     void begin(const ObjectHandler& handler, std::span<const ObjectId> held);
 
     [[nodiscard]] bool any() const { return !free_.empty(); }
+    /// All of them sleep, and nothing about them or about who is free has changed since the last frame.
+    [[nodiscard]] bool resting() const { return unchanged_; }
     /// Bodies free in this frame, ascending.
     [[nodiscard]] std::span<const std::uint32_t> free() const { return free_; }
     [[nodiscard]] bool isFree(std::uint32_t body) const { return roles_[body] != Role::kOther; }
@@ -54,11 +56,18 @@ private:
     enum class Role : std::uint8_t { kOther, kAwake, kAsleep };
     /// As the last frame left it.
     struct Left {
+        ObjectId core;
+        std::uint32_t body = 0;
         std::uint64_t poseVersion = 0;  // the sum over its parts: changes when one does
         Vec3d velocity = Vec3d::Zero(), spin = Vec3d::Zero();
         double mass = 0, restitution = 0, friction = 0;
     };
     [[nodiscard]] static std::uint64_t versionOf(const ObjectHandler& handler, const Body& body);
+    [[nodiscard]] const Left* leftOf(std::uint32_t body, ObjectId core) const;
+    [[nodiscard]] bool mayMeet(const ObjectHandler& handler, std::span<const PairState> pairs,
+                               const StartWorlds& startWorlds) const;
+    [[nodiscard]] bool sameSupports(const ObjectHandler& handler) const;
+    void noteSupports(const ObjectHandler& handler, const StartWorlds& startWorlds);
     void gather(const ObjectHandler& handler, std::span<const PairState> pairs, const StartWorlds& startWorlds, double seconds);
     std::uint32_t rigidPart(const ObjectHandler& handler, std::uint32_t part, const StartWorlds& startWorlds, double seconds);
 
@@ -66,7 +75,16 @@ private:
     std::vector<Role> roles_;            // per body of the handler
     std::vector<bool> disturbed_;        // per body
     std::vector<std::uint32_t> free_;
-    std::unordered_map<ObjectId, Left> left_;  // by CollisionObject core
+    std::vector<Left> left_;             // ascending by body
+    std::uint64_t leftGeneration_ = 0;
+    IdTable leftOfCore_;                 // where the handler has numbered its bodies anew
+    std::uint64_t version_ = 0;          // of the handler's free bodies, when the last frame ended
+    bool anyHeld_ = false;
+    bool allAsleep_ = false, unchanged_ = false;
+    bool told_ = false;                  // the stage knows of the last change
+    /// Parts that sleepers lean on, and their poses, when the stage last ran; version 0: on the move.
+    std::vector<std::pair<std::uint64_t, std::uint64_t>> supports_;
+    Vec3d gravity_ = Vec3d::Zero();      // then
     std::vector<std::pair<ObjectId, std::int64_t>> responses_;  // of the interests of the last frame
     std::unordered_map<std::uint64_t, std::uint32_t> partOfNode_;
     std::uint64_t generation_ = 0;

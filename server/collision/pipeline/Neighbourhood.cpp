@@ -48,6 +48,23 @@ std::vector<PartTraits> traitsOf(const ObjectHandler& handler) {
     return traits;
 }
 
+/// Parts of a place are a range: how many of those before each part have a trait says whether any of a range has it.
+std::vector<PartTraits> carriedTraitsOf(const ObjectHandler& handler, const std::vector<PartTraits>& ofGroup) {
+    std::vector<PartTraits> carried(handler.transformCount());
+    for (bool PartTraits::*trait : {&PartTraits::obstructed, &PartTraits::dynamic, &PartTraits::rollback,
+                                    &PartTraits::slides, &PartTraits::distance}) {
+        std::vector<std::uint32_t> before(handler.parts().size() + 1, 0);
+        for (std::size_t i = 0; i + 1 < before.size(); ++i)
+            before[i + 1] = before[i] + (ofGroup[handler.interactions().groupOf[i]].*trait ? 1 : 0);
+        for (std::uint32_t t = 0; t < carried.size(); ++t)
+            carried[t].*trait = std::ranges::any_of(handler.placesOf(t), [&](std::uint32_t place) {
+                const auto [first, last] = handler.partsBelow(place);
+                return before[first] != before[last];
+            });
+    }
+    return carried;
+}
+
 }  // namespace
 
 const Way* wayOf(std::span<const Mover> movers, ObjectId transform) {
@@ -63,6 +80,7 @@ void Neighbourhood::follow(const ObjectHandler& handler) {
     if (generation_ == handler.generation()) return;
     generation_ = handler.generation();
     traits_ = traitsOf(handler);
+    carried_ = carriedTraitsOf(handler, traits_);
     fresh_ = true;
 }
 
@@ -87,14 +105,20 @@ std::span<const NeighbourPair> Neighbourhood::find(ObjectHandler& handler, std::
     std::vector<std::uint32_t> stale = handler.takeMoved();
     std::vector<std::uint32_t> travelling;
     for (const Mover& mover : ways)
-        for (const std::uint32_t place : handler.placesOf(mover.wish.transform)) {
+        for (const std::uint32_t place : handler.placesOf(mover.number)) {
             const auto [first, last] = handler.partsBelow(place);
             for (std::uint32_t i = first; i < last; ++i) travelling.push_back(i);
         }
     std::ranges::sort(travelling);
     std::vector<std::uint32_t> grown = travelling;
-    for (const std::uint32_t body : bodies.free())
-        grown.insert(grown.end(), handler.bodies()[body].parts.begin(), handler.bodies()[body].parts.end());
+    // As long as free bodies rest their boxes are still large enough.
+    if (!bodies.resting() || fresh_) {
+        stale.insert(stale.end(), free_.begin(), free_.end());
+        free_.clear();
+        for (const std::uint32_t body : bodies.free())
+            free_.insert(free_.end(), handler.bodies()[body].parts.begin(), handler.bodies()[body].parts.end());
+        stale.insert(stale.end(), free_.begin(), free_.end());
+    }
     for (const Deformation& deformation : handler.deformations()) grown.push_back(deformation.part);
     std::ranges::sort(grown);
     grown.erase(std::unique(grown.begin(), grown.end()), grown.end());

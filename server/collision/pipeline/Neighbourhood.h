@@ -31,6 +31,8 @@ public:
     [[nodiscard]] const PartTraits& traits(const ObjectHandler& handler, std::uint32_t part) const {
         return traits_[handler.interactions().groupOf[part]];
     }
+    /// Of all parts that a transform (by number) carries together.
+    [[nodiscard]] const PartTraits& traitsCarried(std::uint32_t transform) const { return carried_[transform]; }
 
     /// The pairs of parts of interest that may meet in this frame, ascending. `ways`: of transforms that are still to be moved.
     /// Parts within half the largest threshold of each other count where distances are asked for. Valid until the next call.
@@ -46,8 +48,10 @@ private:
     bool fresh_ = true;
     double margin_ = 0, previousMargin_ = 0;
     std::vector<PartTraits> traits_;    // per group
+    std::vector<PartTraits> carried_;   // per transform
     std::vector<Box> boxes_;            // per part, as the finder has them
     std::vector<std::uint32_t> grown_;  // parts whose boxes are larger than they are themselves
+    std::vector<std::uint32_t> free_;   // of those: parts of free bodies
     std::vector<std::uint32_t> items_;
     std::vector<Box> moved_;
 };

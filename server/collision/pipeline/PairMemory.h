@@ -39,11 +39,18 @@ struct DistanceAnswer {
     Vec3d pointA = Vec3d::Zero(), pointB = Vec3d::Zero();  ///< world
 };
 
+/// Where two hulls touch that do, in the poses that the versions name. World.
+struct HullContact {
+    std::uint64_t versionA = 0, versionB = 0;
+    Vec3d point = Vec3d::Zero(), normal = Vec3d::Zero();
+};
+
 struct PairState {
     std::uint32_t a = 0, b = 0;  ///< parts; A is of the deciding interest's object
     ObjectId nodeA, nodeB;
     TouchAnswer touch;
     DistanceAnswer distance;
+    HullContact hullContact;
     // Hints: they change no answer.
     TouchFront front;
     ConvexCache hulls;
