@@ -216,5 +216,29 @@ TEST(Poses, BoxAroundHoldsEveryVertexAsRoundingPutsIt) {
     EXPECT_TRUE(boxAround(Affine3d::Identity(), Box{}).empty());
 }
 
+TEST(Poses, BoxAroundABallHoldsEveryPointOfItAsRoundingPutsIt) {
+    std::srand(2);
+    for (int round = 0; round < 2000; ++round) {
+        Affine3d m = Affine3d::Identity();
+        m.matrix().topRows<3>() = Eigen::Matrix<double, 3, 4>::Random() * std::pow(10.0, round % 13 - 6);
+        const Vec3d centre = Vec3d::Random() * std::pow(10.0, round % 7 - 3);
+        std::vector<Vec3d> points;
+        Box box;
+        double radius = 0;
+        // Where the ball's image reaches farthest along each axis, and anywhere on the ball.
+        for (int i = 0; i < 12; ++i) {
+            const Vec3d way =
+                i < 6 ? Vec3d((i % 2 ? 1 : -1) * m.linear().row(i / 2).transpose()) : Vec3d(Vec3d::Random());
+            points.push_back(centre + 0.7 * way.normalized());
+            box.extend(points.back());
+            radius = std::max(radius, (points.back() - centre).norm());
+        }
+        const Box loose = boxAround(m, box);
+        const Box tight = boxAround(m, box, centre, radius * (1 + 1e-14));
+        for (const Vec3d& p : points) EXPECT_TRUE(tight.contains(m * p)) << "round " << round;
+        EXPECT_TRUE(loose.contains(tight.lower) && loose.contains(tight.upper)) << "round " << round;
+    }
+}
+
 }  // namespace
 }  // namespace tessera
