@@ -1,6 +1,8 @@
 /// Contacts drawn on the wall on request: nodes of the scene that come, are seen the same on every wall, and go.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/integration/AskedWall.h"
 
 namespace tessera::test {
@@ -20,6 +22,12 @@ public:
     std::string hash;
 };
 
+/// The pixel's number, row by row from the upper left.
+std::size_t firstThatDiffers(const Picture& a, const Picture& b) {
+    const auto differs = std::ranges::mismatch(a.rgb, b.rgb);
+    return static_cast<std::size_t>(differs.in1 - a.rgb.begin()) / 3;
+}
+
 TEST(ContactDisplay, ComesOnRequestLooksTheSameOnEveryWallAndGoes) {
     Picture before, shown;
     std::string hashShown;
@@ -38,6 +46,12 @@ TEST(ContactDisplay, ComesOnRequestLooksTheSameOnEveryWallAndGoes) {
         hashShown = wall.ask({"status"})["state_hash"];
         EXPECT_GT(pixelsThatDiffer(before, shown), 50u);
         EXPECT_EQ(marks["children"].size(), 3u) << "balls, arrows, triangles";
+
+        // Who points at a mark means what is behind it.
+        const std::size_t mark = firstThatDiffers(before, shown), width = static_cast<std::size_t>(before.widthPx);
+        const json hit = wall.ask({"pick", std::to_string(mark % width), std::to_string(mark / width)});
+        EXPECT_EQ(hit["hit"], true);
+        EXPECT_NE(hit["path"].get<std::string>().rfind("/contacts", 0), 0u) << hit.dump(2);
 
         wall.tell({"contacts", "--show", "none"});
         wall.settle();

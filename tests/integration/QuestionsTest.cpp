@@ -112,6 +112,7 @@ TEST(Questions, AProgramLetsPassPutsElsewhereAndStopsAndOneThatIsSilentHoldsNobo
     wall.tell({"answer", std::to_string(back.id), "move", "-2", "0.45", "2"});
     EXPECT_TRUE(judge.waitUntilAt("/stop/cart", Vec3d(-2, 0.45, 2)));
     EXPECT_TRUE(judge.waitUntilClosed(back.id));
+    wall.settle();
 
     // It stays where it was stopped.
     EXPECT_TRUE(wall.move("/stop/cart", {"9", "0", "0", "--by"}).stopped);
