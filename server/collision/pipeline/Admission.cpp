@@ -60,8 +60,8 @@ void admit(const Aspect& committed, const ObjectHandler& handler, std::span<cons
     if (std::ranges::adjacent_find(wanted, ascending) != wanted.end()) {
         sorted.assign(wanted.begin(), wanted.end());
         std::ranges::sort(sorted, before);
-        const auto same = std::ranges::unique(sorted, {}, &TentativeTransform::transform);
-        sorted.erase(same.begin(), same.end());
+        const auto same = [](const auto& x, const auto& y) { return x.transform == y.transform; };
+        sorted.erase(std::unique(sorted.begin(), sorted.end(), same), sorted.end());
         wanted = sorted;
     }
     movers.clear();
@@ -76,10 +76,11 @@ void admit(const Aspect& committed, const ObjectHandler& handler, std::span<cons
         const std::uint32_t number = handler.transformNumber(wish.transform, guess);
         if (number != kNobody) guess = number + 1;
         const bool carries = number != kNobody && handler.carriesParts(number);
-        const Mover& mover = movers.emplace_back(
-            wish,
-            Way{{present->translation, present->rotation, present->scale}, {wish.translation, wish.rotation, wish.scale}},
-            number);
+        movers.push_back(
+            {wish,
+             {{present->translation, present->rotation, present->scale}, {wish.translation, wish.rotation, wish.scale}},
+             number});
+        const Mover& mover = movers.back();
         const bool granted = possible(mover.way.end);
         if (granted && carries && !turnsInsideOut(mover.way) && canBeShown(handler, mover)) continue;
         if (granted && !carries) {

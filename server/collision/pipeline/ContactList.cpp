@@ -70,8 +70,8 @@ void ContactList::write(const ObjectHandler& handler, std::size_t most, StepResu
                 touching_[i].faceCount - std::max<std::uint64_t>(touching_[i].faces.size(), 1);
         }
         std::ranges::stable_sort(faces, {}, [](const auto& f) { return f.first; });
-        const auto same = std::ranges::unique(faces, {}, [](const auto& f) { return f.first; });
-        faces.erase(same.begin(), same.end());
+        const auto same = [](const auto& x, const auto& y) { return x.first == y.first; };
+        faces.erase(std::unique(faces.begin(), faces.end(), same), faces.end());
         for (const auto& [pair, touching] : faces) {
             if (result.contacts.size() == most)
                 ++result.counters.contactsLeftOut;
