@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <tuple>
 #include <unordered_set>
 
 #include <fmt/format.h>
@@ -82,15 +81,16 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     const auto begin = std::chrono::steady_clock::now();
     result.collision = pipeline_.step(scene(), tentative, replies, seconds);
     result.collisionMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-    bool handStopped = false;
-    for (const ObjectId id : result.collision.stopped) {
+    const auto tellHand = [&](ObjectId id) {
         const auto wish = wishes.find(id);
-        if (wish == wishes.end() || wish->second.motion) continue;
-        result.outcomes[wish->second.edit].stopped.push_back(id);
-        handStopped = true;
-    }
+        if (wish != wishes.end() && !wish->second.motion) result.outcomes[wish->second.edit].stopped.push_back(id);
+    };
+    for (const ObjectId id : result.collision.stopped) tellHand(id);
+    // Where a reply has decided, a hand has not got its way either.
+    for (const TentativeTransform& accepted : result.collision.accepted)
+        if (accepted.source < 0 && !std::ranges::binary_search(result.collision.stopped, accepted.transform))
+            tellHand(accepted.transform);
     commitPoses(wishes, result.collision);
-    keepContacts(result.collision, handStopped);
     if (const std::optional<ChangeList> marks = display_.commit(committer_, result.collision))
         pipeline_.sceneChanged(scene(), &*marks);
     result.commit = committer_.closeFrame();
@@ -232,30 +232,6 @@ void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
     const Expected<Committer::Applied> applied = committer_.apply(list);
     TESSERA_CHECK(applied.has_value(), applied ? std::string() : applied.error().message);
     sceneChanged(&list);
-}
-
-void Simulation::keepContacts(StepResult& step, bool handStopped) {
-    const auto order = [](const Contact& c) { return std::tuple(c.objectA, c.objectB, c.faceA, c.faceB); };
-    std::erase_if(held_, [&](const Held& held) {
-        const auto stays = [&](ObjectId node, const Affine3d& pose) {
-            return scene().get<Node>(node) && worldTransform(scene(), node).matrix() == pose.matrix();
-        };
-        return !stays(held.contact.objectA, held.world_T_a) || !stays(held.contact.objectB, held.world_T_b);
-    });
-    if (handStopped) {
-        held_.clear();
-        for (const Contact& contact : step.contacts)
-            held_.push_back({.contact = contact,
-                             .world_T_a = worldTransform(scene(), contact.objectA),
-                             .world_T_b = worldTransform(scene(), contact.objectB)});
-        return;
-    }
-    if (held_.empty()) return;
-    for (const Held& held : held_) step.contacts.push_back(held.contact);
-    std::ranges::sort(step.contacts, {}, order);
-    const auto same = [&](const Contact& a, const Contact& b) { return order(a) == order(b); };
-    step.contacts.erase(std::unique(step.contacts.begin(), step.contacts.end(), same), step.contacts.end());
-    if (step.contacts.size() > CollisionLimits().maxContacts) step.contacts.resize(CollisionLimits().maxContacts);
 }
 
 void Simulation::sceneChanged(const ChangeList* list) {

@@ -87,9 +87,6 @@ private:
     /// Takes the values of existing Transforms out of the list and makes wishes of them.
     [[nodiscard]] std::vector<std::pair<ObjectId, Pose>> takeTransforms(ChangeList& list, const Wishes& wishes) const;
     void commitPoses(const Wishes& wishes, const StepResult& step);
-    /// A motion presses on in every frame; a hand does not. What stopped a hand stays listed while both bodies stay
-    /// put.
-    void keepContacts(StepResult& step, bool handStopped);
     void noteMotions(const ChangeList& list);
     /// After each list applied to the scene; null: anything may have changed.
     void sceneChanged(const ChangeList* list);
@@ -100,11 +97,6 @@ private:
     CollisionPipeline pipeline_;
     ContactDisplay display_;
     std::vector<ObjectId> motions_;  ///< ids of all Motion cores, ascending
-    struct Held {
-        Contact contact;
-        Affine3d world_T_a, world_T_b;
-    };
-    std::vector<Held> held_;
 };
 
 }  // namespace tessera

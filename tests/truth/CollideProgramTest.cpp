@@ -12,6 +12,7 @@
 #include "server/collision/query/TimeOfImpact.h"
 #include "tests/truth/RealPairs.h"
 #include "tests/unit/TestFolder.h"
+#include "server/collision/mesh/TriangleContact.h"
 #include "tests/unit/collision/BruteForce.h"
 
 namespace tessera {

@@ -52,6 +52,8 @@ public:
     [[nodiscard]] std::span<const Part> parts() const { return parts_; }    ///< in document order
     [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }  ///< by their first part
     [[nodiscard]] std::span<const InterestTerms> interests() const { return interests_; }
+    /// The part that a node is, or kNobody.
+    [[nodiscard]] std::uint32_t partOf(ObjectId node) const { return partOfNode_.find(node); }
     /// Parts at or below a place: [first, second).
     [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> partsBelow(std::uint32_t place) const {
         return {firstPart_[place], firstPart_[tree_.places[place].end]};

@@ -9,6 +9,7 @@
 #include "server/collision/pipeline/EventBook.h"
 #include "server/collision/pipeline/Neighbourhood.h"
 #include "server/collision/pipeline/QuestionBook.h"
+#include "server/collision/pipeline/StoppedContacts.h"
 #include "server/collision/response/PairImpact.h"
 #include "server/collision/response/Response.h"
 
@@ -42,29 +43,31 @@ struct CollisionPipeline::Impl {
     FreeBodies bodies;
     QuestionBook questions;
     EventBook events;
+    StoppedContacts stopped;
     ScenePicker picker;
     std::unique_ptr<Response> stop = makeStopResponse(), slide = makeSlideResponse();
-    std::vector<NodePair> touchedBefore;  // ascending
-    std::vector<Mover> admitted;          // kept for its memory
+    std::vector<NodePair> touchedBefore;                  // ascending
+    std::vector<Mover> admitted;                          // kept for its memory
     std::vector<std::vector<std::uint32_t>> pairsOfPart;  // in a step: of pairs that are obstacles to each other
 
     // State of one step.
     struct Step {
         StepResult result;
         QueryWork work;
-        std::vector<Mover> movers;                // that something may be in the way of, ascending by transform
-        std::vector<Mover> plain;                 // free bodies that are moved and that nothing is in the way of
-        std::vector<Mover> moved;                 // all that moved, on the ways that they went, ascending by transform
-        FreeBodies::StartWorlds startWorlds;      // of the parts that they carry, but for free bodies
+        std::vector<Mover> movers;            // that something may be in the way of, ascending by transform
+        std::vector<Mover> plain;             // free bodies that are moved and that nothing is in the way of
+        std::vector<Mover> moved;             // all that moved, on the ways that they went, ascending by transform
+        FreeBodies::StartWorlds startWorlds;  // of the parts that they carry, but for free bodies
         std::unordered_map<std::uint32_t, double> firstTimes;  // kDynamic: by pair, for those that touch on the way
-        std::vector<EventBook::Touching> touchedOnTheWay;
+        std::vector<Touching> rolledBack;  // what made everybody go back; their poses are still to come
+        std::vector<EventBook::Touching> touchedOnTheWay, stopped;
         ContactList contacts;
     };
 
     StepResult run(const Aspect& committed, std::span<const TentativeTransform> wanted, std::span<const Reply> replies,
                    double seconds);
-    void admitWishes(const Aspect& committed, std::span<const TentativeTransform> wanted, std::span<const Reply> replies,
-                     Step& step);
+    void admitWishes(const Aspect& committed, std::span<const TentativeTransform> wanted,
+                     std::span<const Reply> replies, Step& step);
     void noteStart(const Mover& mover, Step& step) const;
     void listObstacles(Step& step);
     void unlistObstacles(const Step& step);
@@ -72,10 +75,11 @@ struct CollisionPipeline::Impl {
     void rollBack(Step& step);
     void move(const Mover& mover, Step& step);
     void ask(const MotionTrial& trial, const Resolution& resolution, const Mover& mover, Step& step);
-    void letGo(double seconds, Step& step) const;
     void moveFreeBodies(const Aspect& committed, double seconds, Step& step);
     void lookOnTheWay(bool deforming, Step& step);
     void touchAtRest(Step& step);
+    void tellStops(Step& step);
+    void addEvents(std::uint32_t a, std::uint32_t b, PairEvent when, std::vector<EventBook::Touching>& out) const;
     void measure(Step& step);
     void finish(Step& step);
 
@@ -115,10 +119,16 @@ StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const
     rollBack(step);
     for (const Mover& mover : step.movers) move(mover, step);
     unlistObstacles(step);
+    for (Touching& touching : step.rolledBack) {
+        touching.worldA = part(touching.partA).world;
+        touching.worldB = part(touching.partB).world;
+        stopped.add(std::move(touching));
+    }
     moveFreeBodies(committed, seconds, step);
     std::ranges::sort(step.moved, {}, [](const Mover& mover) { return mover.wish.transform; });
     lookOnTheWay(false, step);
     touchAtRest(step);
+    tellStops(step);
     measure(step);
     finish(step);
     return std::move(step.result);
@@ -191,14 +201,14 @@ void CollisionPipeline::Impl::unlistObstacles(const Step& step) {
     }
 }
 
-/// All that takes part in a rollback goes back to the first time at which any of its pairs touch, everything being on its way
-/// as it is wished.
+/// All that takes part in a rollback goes back to the first time at which any of its pairs touch, everything being on
+/// its way as it is wished.
 void CollisionPipeline::Impl::rollBack(Step& step) {
     const auto rollsBack = [&](const Mover& mover) { return neighbourhood.traitsCarried(mover.number).rollback; };
     if (std::ranges::none_of(step.movers, rollsBack)) return;
     const WayLookup lookup = [&](ObjectId transform) { return wayOf(step.movers, transform); };
     double earliest = 1;
-    bool hit = false;
+    std::vector<Touching> hits;
     for (PairState& pair : memory.states()) {
         const Relation relation = relationOf(pair);
         if (relation.response != Interest::kRollback) continue;
@@ -211,10 +221,13 @@ void CollisionPipeline::Impl::rollBack(Step& step) {
         const Impact impact = firstContact(handler, pair.a, pair.b, lookup, limits.stopTolerance * size, step.work);
         if (!impact.complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
         if (!impact.hit && impact.complete) continue;
-        hit = true;
+        hits.push_back(
+            {pair.nodeA, pair.nodeB, pair.a, pair.b, {impact.faces}, 1, {}, {}, interestOf(relation), impact.t});
         earliest = std::min(earliest, impact.t);
     }
-    if (!hit) return;
+    if (hits.empty()) return;
+    for (Touching& touching : hits)
+        if (touching.time == earliest) step.rolledBack.push_back(std::move(touching));
     for (Mover& mover : step.movers) {
         if (!rollsBack(mover)) continue;
         mover.way.end = mover.way.at(earliest);
@@ -265,8 +278,7 @@ void CollisionPipeline::Impl::move(const Mover& mover, Step& step) {
             return state.touch.complete ? state.touch.faceCount : std::max<std::uint64_t>(state.touch.faceCount, 1);
         };
         const MotionTrial trial(handler, mover.wish.transform, mover.way, pairs, touchingAtStart,
-                                {limits.stopTolerance, limits.maxPieces}, step.work,
-                                result.counters.pairsTested);
+                                {limits.stopTolerance, limits.maxPieces}, step.work, result.counters.pairsTested);
         resolution = (slides ? slide : stop)->resolve(trial);
         ask(trial, resolution, mover, step);
         for (Hit& hit : resolution.hits) {
@@ -274,8 +286,8 @@ void CollisionPipeline::Impl::move(const Mover& mover, Step& step) {
             const PairState& state = memory.states()[stateOf.at(std::uint64_t{o.partA} << 32 | o.partB)];
             const std::uint64_t count = hit.faces.size();
             if (hit.faces.size() > limits.maxContacts) hit.faces.resize(limits.maxContacts);
-            step.contacts.add({state.nodeA, state.nodeB, o.partA, o.partB, std::move(hit.faces), count, hit.worldA, hit.worldB,
-                               interestOf(relationOf(state)), hit.fraction});
+            stopped.add({state.nodeA, state.nodeB, o.partA, o.partB, std::move(hit.faces), count, hit.worldA,
+                         hit.worldB, interestOf(relationOf(state)), hit.fraction});
         }
     }
     if (resolution.undecided > 0) notLookedAt(mover.wish.transform, {}, NotLookedAt::Reason::kPieces, step);
@@ -285,7 +297,8 @@ void CollisionPipeline::Impl::move(const Mover& mover, Step& step) {
     step.moved.push_back({mover.wish, {mover.way.start, resolution.accepted}, mover.number});
 }
 
-void CollisionPipeline::Impl::ask(const MotionTrial& trial, const Resolution& resolution, const Mover& mover, Step& step) {
+void CollisionPipeline::Impl::ask(const MotionTrial& trial, const Resolution& resolution, const Mover& mover,
+                                  Step& step) {
     for (const Hit& hit : resolution.hits) {
         const Obstacle& o = trial.obstacles()[hit.obstacle];
         const Relation relation = handler.relation(std::min(o.partA, o.partB), std::max(o.partA, o.partB));
@@ -310,34 +323,14 @@ void CollisionPipeline::Impl::ask(const MotionTrial& trial, const Resolution& re
     }
 }
 
-/// Free bodies that somebody else moves in this frame: what a motion moves keeps its pace when it is let go, what a hand puts
-/// somewhere is at rest there.
-void CollisionPipeline::Impl::letGo(double seconds, Step& step) const {
-    for (const auto* movers : {&step.moved, &step.plain})
-        for (const Mover& mover : *movers) {
-            const std::uint32_t index = handler.freeBodyOf(mover.number);
-            if (index == kNobody) continue;
-            const Body& body = handler.bodies()[index];
-            BodyVelocity now{body.core, Vec3d::Zero(), Vec3d::Zero()};
-            if (mover.wish.source == 0 && seconds > 0) {
-                const std::uint32_t parent = handler.places()[body.place].parent;
-                const Affine3d above = parent == Place::kNone ? Affine3d(Affine3d::Identity()) : handler.places()[parent].world;
-                now.velocity = above.linear() * (mover.way.end.translation - mover.way.start.translation) / seconds;
-                const Eigen::AngleAxisd turn(mover.way.end.rotation.normalized() * mover.way.start.rotation.normalized().conjugate());
-                now.spin = (above.linear() * turn.axis()).stableNormalized() * (turn.angle() / seconds);
-            }
-            if (now.velocity != body.velocity || now.spin != body.spin) step.result.velocities.push_back(now);
-        }
-    std::ranges::sort(step.result.velocities, {}, &BodyVelocity::core);
-}
-
 void CollisionPipeline::Impl::moveFreeBodies(const Aspect& committed, double seconds, Step& step) {
-    letGo(seconds, step);
+    step.result.velocities = FreeBodies::letGo(handler, {step.moved, step.plain}, seconds);
     if (!bodies.any() || !(seconds > 0)) {
         bodies.end(handler, step.result.velocities);
         return;
     }
-    FreeBodies::Outcome outcome = bodies.advance(committed, handler, memory.states(), step.startWorlds, seconds, step.work);
+    FreeBodies::Outcome outcome =
+        bodies.advance(committed, handler, memory.states(), step.startWorlds, seconds, step.work);
     for (const NotLookedAt& pair : outcome.notLookedAt) notLookedAt(pair.nodeA, pair.nodeB, pair.reason, step);
     step.result.counters.asleep = outcome.asleep;
     step.result.counters.freeBodies = bodies.free().size();
@@ -356,8 +349,8 @@ void CollisionPipeline::Impl::moveFreeBodies(const Aspect& committed, double sec
     bodies.end(handler, velocities);
 }
 
-/// Runs query(pair, work) for pairs of the memory, shared among the workers. Each may take what is left at the start of its
-/// batch, and batches are cut by what their pairs may take, so results do not depend on the number of threads.
+/// Runs query(pair, work) for pairs of the memory, shared among the workers. Each may take what is left at the start of
+/// its batch, and batches are cut by what their pairs may take, so results do not depend on the number of threads.
 template <typename Query>
 void CollisionPipeline::Impl::forPairs(std::span<const std::uint32_t> pairs, QueryWork& work, const Query& query) {
     constexpr std::size_t kPairsPerBatch = 2048, kPairsPerTask = 32;
@@ -370,7 +363,8 @@ void CollisionPipeline::Impl::forPairs(std::span<const std::uint32_t> pairs, Que
         const std::uint64_t used = work.boxTests + work.triangleTests;
         const std::uint64_t left = work.limit - std::min(work.limit, used);
         std::uint64_t promised = 0;
-        for (end = begin; end < pairs.size() && end - begin < kPairsPerBatch && (end == begin || promised < left); ++end)
+        for (end = begin; end < pairs.size() && end - begin < kPairsPerBatch && (end == begin || promised < left);
+             ++end)
             promised += expected(memory.states()[pairs[end]]);
         works.assign(end - begin, QueryWork{.limit = left});
         const auto task = [&](std::size_t index) {
@@ -390,10 +384,11 @@ void CollisionPipeline::Impl::forPairs(std::span<const std::uint32_t> pairs, Que
     }
 }
 
-/// The first contact within the frame's motion, for interests that want to know it: of pairs that deform (before they are
-/// settled, others being on the ways that they wish for), or of all others on the ways that they went.
+/// The first contact within the frame's motion, for interests that want to know it: of pairs that deform (before they
+/// are settled, others being on the ways that they wish for), or of all others on the ways that they went.
 void CollisionPipeline::Impl::lookOnTheWay(bool deforming, Step& step) {
-    const std::span<const Mover> ways = deforming ? std::span<const Mover>(step.movers) : std::span<const Mover>(step.moved);
+    const std::span<const Mover> ways =
+        deforming ? std::span<const Mover>(step.movers) : std::span<const Mover>(step.moved);
     if (!deforming && ways.empty()) return;
     std::vector<bool> travels(handler.parts().size(), false), deforms(handler.parts().size(), false);
     for (const Mover& mover : ways)
@@ -470,13 +465,51 @@ void CollisionPipeline::Impl::touchAtRest(Step& step) {
         if (!pair.touch.touching) continue;
         const Relation relation = relationOf(pair);
         if (!relation.contacts) continue;
-        Touching touching{pair.nodeA, pair.nodeB, pair.a, pair.b, pair.touch.faces, pair.touch.faceCount,
-                          part(pair.a).world, part(pair.b).world, interestOf(relation), 1, &pair.hullContact};
+        Touching touching{pair.nodeA,
+                          pair.nodeB,
+                          pair.a,
+                          pair.b,
+                          pair.touch.faces,
+                          pair.touch.faceCount,
+                          part(pair.a).world,
+                          part(pair.b).world,
+                          interestOf(relation),
+                          1,
+                          &pair.hullContact};
         if (relation.detail != Interest::kAllFaces) {
-            const std::size_t most = relation.detail == Interest::kYesOrNo ? 1 : static_cast<std::size_t>(relation.detail);
+            const std::size_t most =
+                relation.detail == Interest::kYesOrNo ? 1 : static_cast<std::size_t>(relation.detail);
             touching.faces.resize(std::min(touching.faces.size(), most));
             touching.faceCount = std::max<std::uint64_t>(touching.faces.size(), 1);
         }
+        step.contacts.add(std::move(touching));
+    }
+}
+
+/// Of two objects in touch at the end, for each interest that wants to know of it. `when`: time, point and normal.
+void CollisionPipeline::Impl::addEvents(std::uint32_t a, std::uint32_t b, PairEvent when,
+                                        std::vector<EventBook::Touching>& out) const {
+    when.objectA = bodyOf(a).node;
+    when.objectB = bodyOf(b).node;
+    for (const std::uint32_t index : handler.relation(std::min(a, b), std::max(a, b)).interests) {
+        const InterestTerms& interest = handler.interests()[index];
+        if (interest.mode != Interest::kPseudoDynamic && interest.mode != Interest::kDynamic) continue;
+        when.interest = interest.core;
+        out.push_back({when, true});
+    }
+}
+
+void CollisionPipeline::Impl::tellStops(Step& step) {
+    for (Touching& touching : stopped.settle(handler)) {
+        PairEvent when;
+        when.firstTime = touching.time;
+        if (touching.time < 1 && !touching.faces.empty()) {
+            const Contact where = contactOfFaces(part(touching.partA), part(touching.partB), touching.worldA,
+                                                 touching.worldB, touching.faces.front());
+            when.point = where.point;
+            when.normal = where.normal;
+        }
+        addEvents(touching.partA, touching.partB, when, step.stopped);
         step.contacts.add(std::move(touching));
     }
 }
@@ -498,25 +531,19 @@ void CollisionPipeline::Impl::measure(Step& step) {
         for (const std::uint32_t index : relationOf(pair).interests) {
             const InterestTerms& interest = handler.interests()[index];
             if (interest.mode != Interest::kDistance || known.distance > interest.threshold) continue;
-            near.push_back({{interest.core, bodyOf(pair.a).node, bodyOf(pair.b).node, Phase::kBegan, known.distance, pair.nodeA,
-                             pair.nodeB, known.faces.a, known.faces.b, known.pointA, known.pointB}});
+            near.push_back({{interest.core, bodyOf(pair.a).node, bodyOf(pair.b).node, Phase::kBegan, known.distance,
+                             pair.nodeA, pair.nodeB, known.faces.a, known.faces.b, known.pointA, known.pointB}});
         }
     }
     std::vector<EventBook::Touching> touching = std::move(step.touchedOnTheWay);
+    touching.insert(touching.end(), step.stopped.begin(), step.stopped.end());
     for (std::uint32_t k = 0; k < pairs.size(); ++k) {
         const PairState& pair = pairs[k];
         if (!pair.touch.touching) continue;
-        for (const std::uint32_t index : relationOf(pair).interests) {
-            const InterestTerms& interest = handler.interests()[index];
-            if (interest.mode != Interest::kPseudoDynamic && interest.mode != Interest::kDynamic) continue;
-            PairEvent event;
-            event.interest = interest.core;
-            event.objectA = bodyOf(pair.a).node;
-            event.objectB = bodyOf(pair.b).node;
-            touching.push_back({event, true});
-        }
+        addEvents(pair.a, pair.b, {}, touching);
     }
-    step.result.counters.eventsLeftOut += events.turnPage(std::move(touching), std::move(near), limits.maxEvents, step.result);
+    step.result.counters.eventsLeftOut +=
+        events.turnPage(std::move(touching), std::move(near), limits.maxEvents, step.result);
 }
 
 void CollisionPipeline::Impl::finish(Step& step) {
@@ -526,15 +553,15 @@ void CollisionPipeline::Impl::finish(Step& step) {
     std::ranges::sort(result.stopped);
     result.stopped.erase(std::unique(result.stopped.begin(), result.stopped.end()), result.stopped.end());
 
-    std::vector<NodePair> now, begun;
+    std::vector<NodePair> now;
     step.contacts.write(handler, limits.maxContacts, result, now);
-    for (const NodePair& pair : now)
-        result.contactsBegun += !std::ranges::binary_search(touchedBefore, pair);
+    for (const NodePair& pair : now) result.contactsBegun += !std::ranges::binary_search(touchedBefore, pair);
     touchedBefore = std::move(now);
 
     const auto inTouch = [&](const QuestionBook::Matter& matter) {
         return std::ranges::any_of(memory.states(), [&](const PairState& pair) {
-            return pair.touch.touching && bodyOf(pair.a).node == matter.objectA && bodyOf(pair.b).node == matter.objectB;
+            return pair.touch.touching && bodyOf(pair.a).node == matter.objectA &&
+                   bodyOf(pair.b).node == matter.objectB;
         });
     };
     StepCounters& counters = result.counters;

@@ -58,9 +58,6 @@ void FreeBodies::begin(const ObjectHandler& handler, std::span<const ObjectId> h
         generation_ = handler.generation();
         roles_.assign(bodies.size(), Role::kOther);
         disturbed_.assign(bodies.size(), false);
-        partOfNode_.clear();
-        for (std::uint32_t i = 0; i < handler.parts().size(); ++i)
-            partOfNode_.emplace(handler.parts()[i].node.value, i);
         leftOfCore_.reset(left_.size());
         for (std::uint32_t i = 0; i < left_.size(); ++i) leftOfCore_.insert(left_[i].core, i);
     } else {
@@ -101,8 +98,8 @@ Box FreeBodies::reach(const ObjectHandler& handler, std::uint32_t part, double s
     return box;
 }
 
-/// The number of a part in what is handed to the stage. What is not free goes part by part: parts of one body may move in
-/// different ways.
+/// The number of a part in what is handed to the stage. What is not free goes part by part: parts of one body may move
+/// in different ways.
 std::uint32_t FreeBodies::rigidPart(const ObjectHandler& handler, std::uint32_t index, const StartWorlds& startWorlds,
                                     double seconds) {
     if (rigidPartOf_[index] != kNobody) return rigidPartOf_[index];
@@ -152,7 +149,8 @@ void FreeBodies::gather(const ObjectHandler& handler, std::span<const PairState>
             if (!part.solid()) continue;
             rigidPartOf_[index] = static_cast<std::uint32_t>(parts_.size());
             body.parts.push_back(rigidPartOf_[index]);
-            parts_.push_back({part.node.value, i, &part.shape->tree, part.shape->hull ? &*part.shape->hull : nullptr, part.world});
+            parts_.push_back(
+                {part.node.value, i, &part.shape->tree, part.shape->hull ? &*part.shape->hull : nullptr, part.world});
         }
     }
     for (const PairState& pair : pairs) {
@@ -169,8 +167,8 @@ void FreeBodies::gather(const ObjectHandler& handler, std::span<const PairState>
         encounters_.push_back({a, b, lawOf(relation.response)});
     }
     for (const std::uint64_t id : stage_.supports())
-        if (const auto part = partOfNode_.find(id); part != partOfNode_.end() && parts[part->second].solid())
-            rigidPart(handler, part->second, startWorlds, seconds);
+        if (const std::uint32_t part = handler.partOf(ObjectId{id}); part != kNobody && parts[part].solid())
+            rigidPart(handler, part, startWorlds, seconds);
 }
 
 /// Whether the stage has to be told of any pair.
@@ -188,26 +186,28 @@ bool FreeBodies::mayMeet(const ObjectHandler& handler, std::span<const PairState
 
 bool FreeBodies::sameSupports(const ObjectHandler& handler) const {
     return std::ranges::all_of(supports_, [&](const std::pair<std::uint64_t, std::uint64_t>& support) {
-        const auto part = partOfNode_.find(support.first);
-        return part != partOfNode_.end() && handler.parts()[part->second].poseVersion == support.second;
+        const std::uint32_t part = handler.partOf(ObjectId{support.first});
+        return part != kNobody && handler.parts()[part].poseVersion == support.second;
     });
 }
 
 void FreeBodies::noteSupports(const ObjectHandler& handler, const StartWorlds& startWorlds) {
     supports_.clear();
     for (const std::uint64_t id : stage_.supports()) {
-        const auto part = partOfNode_.find(id);
-        const bool stands = part != partOfNode_.end() && !startWorlds.contains(part->second);
-        supports_.emplace_back(id, stands ? handler.parts()[part->second].poseVersion : 0);
+        const std::uint32_t part = handler.partOf(ObjectId{id});
+        const bool stands = part != kNobody && !startWorlds.contains(part);
+        supports_.emplace_back(id, stands ? handler.parts()[part].poseVersion : 0);
     }
 }
 
-FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHandler& handler, std::span<const PairState> pairs,
-                                        const StartWorlds& startWorlds, double seconds, QueryWork& work) {
+FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHandler& handler,
+                                        std::span<const PairState> pairs, const StartWorlds& startWorlds,
+                                        double seconds, QueryWork& work) {
     Outcome outcome;
     if (free_.empty()) return outcome;
     // Sleepers whom nothing comes near sleep on: nobody need be asked.
-    if (unchanged_ && told_ && gravity_ == handler.gravity() && sameSupports(handler) && !mayMeet(handler, pairs, startWorlds)) {
+    if (unchanged_ && told_ && gravity_ == handler.gravity() && sameSupports(handler) &&
+        !mayMeet(handler, pairs, startWorlds)) {
         outcome.asleep = free_.size();
         return outcome;
     }
@@ -237,12 +237,37 @@ FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHan
         const Vec3d origin = motion.world_T_before * (above * transform->translation);
         moved.way.end.translation = above.inverse() * origin;
         moved.way.end.rotation =
-            (axes.conjugate() * Quatd(motion.world_T_before.rotation()) * axes * transform->rotation.normalized()).normalized();
+            (axes.conjugate() * Quatd(motion.world_T_before.rotation()) * axes * transform->rotation.normalized())
+                .normalized();
         if (possible(moved.way.end)) outcome.moved.push_back(std::move(moved));
     }
     std::ranges::sort(outcome.moved, {}, [&](const Moved& m) { return handler.bodies()[m.body].transform; });
     std::ranges::sort(outcome.velocities, {}, &BodyVelocity::core);
     return outcome;
+}
+
+std::vector<BodyVelocity> FreeBodies::letGo(const ObjectHandler& handler,
+                                            std::initializer_list<std::span<const Mover>> movers, double seconds) {
+    std::vector<BodyVelocity> out;
+    for (const std::span<const Mover> some : movers)
+        for (const Mover& mover : some) {
+            const std::uint32_t index = handler.freeBodyOf(mover.number);
+            if (index == kNobody) continue;
+            const Body& body = handler.bodies()[index];
+            BodyVelocity now{body.core, Vec3d::Zero(), Vec3d::Zero()};
+            if (mover.wish.source == 0 && seconds > 0) {
+                const std::uint32_t parent = handler.places()[body.place].parent;
+                const Affine3d above =
+                    parent == Place::kNone ? Affine3d(Affine3d::Identity()) : handler.places()[parent].world;
+                now.velocity = above.linear() * (mover.way.end.translation - mover.way.start.translation) / seconds;
+                const Eigen::AngleAxisd turn(mover.way.end.rotation.normalized() *
+                                             mover.way.start.rotation.normalized().conjugate());
+                now.spin = (above.linear() * turn.axis()).stableNormalized() * (turn.angle() / seconds);
+            }
+            if (now.velocity != body.velocity || now.spin != body.spin) out.push_back(now);
+        }
+    std::ranges::sort(out, {}, &BodyVelocity::core);
+    return out;
 }
 
 void FreeBodies::end(const ObjectHandler& handler, std::span<const BodyVelocity> velocities) {
@@ -252,8 +277,8 @@ void FreeBodies::end(const ObjectHandler& handler, std::span<const BodyVelocity>
     leftGeneration_ = generation_;
     for (const std::uint32_t index : free_) {
         const Body& body = handler.bodies()[index];
-        Left& now = left_.emplace_back(Left{body.core, index, versionOf(handler, body), body.velocity, body.spin, body.mass,
-                                            body.restitution, body.friction});
+        Left& now = left_.emplace_back(Left{body.core, index, versionOf(handler, body), body.velocity, body.spin,
+                                            body.mass, body.restitution, body.friction});
         const auto velocity = std::ranges::lower_bound(velocities, body.core, {}, &BodyVelocity::core);
         if (velocity == velocities.end() || velocity->core != body.core) continue;
         now.velocity = velocity->velocity;

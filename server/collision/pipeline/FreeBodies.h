@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "server/collision/dynamics/RigidBodyStage.h"
+#include "server/collision/pipeline/Admission.h"
 #include "server/collision/pipeline/PairMemory.h"
 #include "server/collision/pipeline/StepResult.h"
 #include "server/collision/response/Way.h"
@@ -49,6 +51,10 @@ public:
     using StartWorlds = std::unordered_map<std::uint32_t, Affine3d>;
     [[nodiscard]] Outcome advance(const Aspect& committed, const ObjectHandler& handler, std::span<const PairState> pairs,
                                   const StartWorlds& startWorlds, double seconds, QueryWork& work);
+    /// What becomes of free bodies that these have moved: what a motion moves keeps its pace when it is let go, what a hand puts
+    /// somewhere is at rest there. Velocities that change, ascending by core.
+    [[nodiscard]] static std::vector<BodyVelocity> letGo(const ObjectHandler& handler,
+                                                         std::initializer_list<std::span<const Mover>> movers, double seconds);
     /// After the step: poses as they are left behind.
     void end(const ObjectHandler& handler, std::span<const BodyVelocity> velocities);
 
@@ -86,7 +92,6 @@ private:
     std::vector<std::pair<std::uint64_t, std::uint64_t>> supports_;
     Vec3d gravity_ = Vec3d::Zero();      // then
     std::vector<std::pair<ObjectId, std::int64_t>> responses_;  // of the interests of the last frame
-    std::unordered_map<std::uint64_t, std::uint32_t> partOfNode_;
     std::uint64_t generation_ = 0;
     // Kept for their memory.
     std::vector<RigidBody> bodies_;

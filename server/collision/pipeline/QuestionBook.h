@@ -61,7 +61,7 @@ std::uint64_t QuestionBook::endFrame(const InTouch& inTouch) {
                 entry.standing = Standing::kStopped;
                 ++unanswered;
             }
-        } else if (!entry.pressed && (entry.standing == Standing::kStopped || !inTouch(it->first))) {
+        } else if (entry.standing == Standing::kStopped ? !entry.pressed : !inTouch(it->first)) {
             it = entries_.erase(it);
             continue;
         }

@@ -79,6 +79,15 @@ TEST(Questions, PassLetsItGoWhereItWantedToBe) {
     EXPECT_EQ(scene.push(5).questions.size(), 1u) << "apart again: the wall is a wall";
 }
 
+TEST(Questions, APassageIsOverWhenItHasLedToTheOtherSide) {
+    Asked scene;
+    const std::uint64_t id = scene.push(9).questions.front().id;
+    scene.frame({}, {{.question = id, .decision = Reply::Decision::kPass, .pose = {}}});
+    EXPECT_EQ(scene.x(), 9);
+    EXPECT_EQ(scene.push(0).questions.size(), 1u) << "in the very next frame";
+    EXPECT_NEAR(scene.x(), 6, 1e-3);
+}
+
 TEST(Questions, MovePutsItElsewhere) {
     Asked scene;
     const std::uint64_t id = scene.push(6).questions.front().id;

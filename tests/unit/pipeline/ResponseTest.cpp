@@ -67,7 +67,11 @@ TEST(Rollback, EverybodyGoesBackToTheFirstTimeOfContact) {
     EXPECT_NEAR(scene.at(boxes[1].transform).translation.x(), 3, 2e-3);
     EXPECT_NEAR(scene.at(boxes[2].transform).translation.y(), 3, 2e-3);
     EXPECT_EQ(result.stopped.size(), 3u);
-    EXPECT_TRUE(result.contacts.empty() || result.contacts.front().time < 1) << "nothing touches at the end";
+    ASSERT_FALSE(result.contacts.empty()) << "what made them go back is told";
+    EXPECT_EQ(result.contacts.front().objectA, boxes[0].shape);
+    EXPECT_EQ(result.contacts.front().objectB, boxes[1].shape);
+    EXPECT_NEAR(result.contacts.front().time, 0.5, 1e-3);
+    EXPECT_EQ(result.events.size(), 1u);
 }
 
 /// A unit ball-like hull, free, above a floor.

@@ -98,6 +98,31 @@ TEST(Stop, ATurningBeamStopsAtThePostWithoutPassingIt) {
     EXPECT_NEAR(reached, expected, 1e-3);
 }
 
+TEST(Stop, IsAnEventThatStaysWhileBothStay) {
+    BoxAndWall scene;
+    const StepResult stopped = scene.frame({scene.to(1000)});
+    ASSERT_EQ(stopped.events.size(), 1u);
+    EXPECT_EQ(stopped.events.front().phase, Phase::kBegan);
+    EXPECT_NEAR(stopped.events.front().firstTime, 0.0045, 1e-4);
+    EXPECT_NEAR(stopped.events.front().point.x(), 5, 1e-3);
+    EXPECT_EQ(stopped.contactsBegun, 1u);
+    // Nobody pushes any more; another stop elsewhere does not make it forgotten, nor does a change of structure.
+    const auto other = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 20, 0));
+    scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(3, 20, 0));
+    scene.interest(other.node);
+    const StepResult later = scene.frame({{.transform = other.transform, .translation = Vec3d(9, 20, 0)}});
+    EXPECT_EQ(later.contactsBegun, 1u);
+    ASSERT_EQ(later.events.size(), 2u);
+    EXPECT_EQ(later.events.front().phase, Phase::kStays);
+    EXPECT_EQ(later.events.back().phase, Phase::kBegan);
+    ASSERT_FALSE(later.contacts.empty());
+    EXPECT_EQ(later.contacts.front().objectA, scene.box.shape);
+    EXPECT_EQ(later.contacts.front().time, 1);
+    const StepResult away = scene.frame({scene.to(0)});
+    EXPECT_EQ(away.events.front().phase, Phase::kEnded);
+    EXPECT_EQ(away.events.back().phase, Phase::kStays);
+}
+
 TEST(Stop, AGrowingBoxStopsAtTheWall) {
     BoxAndWall scene;
     scene.frame({scene.to(4)});

@@ -152,7 +152,9 @@ TEST(Replay, GoesAsFarAsACutOffFileGoes) {
         EXPECT_FALSE(result.firstDifference) << bytes << ": " << firstWords(result);
         EXPECT_LE(result.frames, 6u);
         unfinished += result.unfinishedFrame.has_value() ? 1 : 0;
-        if (result.unfinishedFrame) EXPECT_EQ(*result.unfinishedFrame, result.frames);
+        if (result.unfinishedFrame) {
+            EXPECT_EQ(*result.unfinishedFrame, result.frames);
+        }
     }
     EXPECT_GT(unfinished, 0u);
 }

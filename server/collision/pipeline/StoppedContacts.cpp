@@ -1,0 +1,34 @@
+#include "server/collision/pipeline/StoppedContacts.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tessera {
+
+std::vector<Touching> StoppedContacts::settle(const ObjectHandler& handler) {
+    std::vector<Touching> told;
+    std::vector<Kept> kept;
+    const auto keep = [&](const Touching& touching) {
+        kept.push_back(
+            {touching, handler.parts()[touching.partA].poseVersion, handler.parts()[touching.partB].poseVersion});
+        told.push_back(touching);
+    };
+    for (const Touching& touching : fresh_) keep(touching);
+    fresh_.clear();
+    for (Kept& before : kept_) {
+        Touching& touching = before.touching;
+        const std::uint32_t a = handler.partOf(touching.nodeA), b = handler.partOf(touching.nodeB);
+        if (a == kNobody || b == kNobody || handler.parts()[a].poseVersion != before.versionA ||
+            handler.parts()[b].poseVersion != before.versionB ||
+            handler.relation(std::min(a, b), std::max(a, b)).response == Interest::kReport)
+            continue;
+        touching.partA = a;
+        touching.partB = b;
+        touching.time = 1;
+        keep(touching);
+    }
+    kept_ = std::move(kept);
+    return told;
+}
+
+}  // namespace tessera
