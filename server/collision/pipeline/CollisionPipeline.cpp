@@ -4,10 +4,10 @@
 #include <unordered_map>
 #include <utility>
 
-#include "common/base/Workers.h"
 #include "server/collision/pipeline/ContactList.h"
 #include "server/collision/pipeline/EventBook.h"
 #include "server/collision/pipeline/Neighbourhood.h"
+#include "server/collision/pipeline/PairTasks.h"
 #include "server/collision/pipeline/QuestionBook.h"
 #include "server/collision/pipeline/StoppedContacts.h"
 #include "server/collision/response/PairImpact.h"
@@ -96,7 +96,9 @@ struct CollisionPipeline::Impl {
         return relation.interests.empty() ? ObjectId{} : handler.interests()[relation.interests.front()].core;
     }
     template <typename Query>
-    void forPairs(std::span<const std::uint32_t> pairs, QueryWork& work, const Query& query);
+    void forPairs(std::span<const std::uint32_t> pairs, QueryWork& work, const Query& query) {
+        tessera::forPairs(handler, memory.states(), pairs, workers, work, query);
+    }
 };
 
 StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const TentativeTransform> wanted,
@@ -347,41 +349,6 @@ void CollisionPipeline::Impl::moveFreeBodies(const Aspect& committed, double sec
     velocities.insert(velocities.end(), outcome.velocities.begin(), outcome.velocities.end());
     std::ranges::sort(velocities, {}, &BodyVelocity::core);
     bodies.end(handler, velocities);
-}
-
-/// Runs query(pair, work) for pairs of the memory, shared among the workers. Each may take what is left at the start of
-/// its batch, and batches are cut by what their pairs may take, so results do not depend on the number of threads.
-template <typename Query>
-void CollisionPipeline::Impl::forPairs(std::span<const std::uint32_t> pairs, QueryWork& work, const Query& query) {
-    constexpr std::size_t kPairsPerBatch = 2048, kPairsPerTask = 32;
-    const auto expected = [&](const PairState& pair) {
-        return 64 + 16 * std::uint64_t{std::min(part(pair.a).shape->tree.mesh().faceCount(),
-                                                part(pair.b).shape->tree.mesh().faceCount())};
-    };
-    std::vector<QueryWork> works;
-    for (std::size_t begin = 0, end = 0; begin < pairs.size(); begin = end) {
-        const std::uint64_t used = work.boxTests + work.triangleTests;
-        const std::uint64_t left = work.limit - std::min(work.limit, used);
-        std::uint64_t promised = 0;
-        for (end = begin; end < pairs.size() && end - begin < kPairsPerBatch && (end == begin || promised < left);
-             ++end)
-            promised += expected(memory.states()[pairs[end]]);
-        works.assign(end - begin, QueryWork{.limit = left});
-        const auto task = [&](std::size_t index) {
-            const std::size_t first = begin + index * kPairsPerTask, last = std::min(end, first + kPairsPerTask);
-            for (std::size_t i = first; i < last; ++i) query(memory.states()[pairs[i]], works[i - begin]);
-        };
-        const std::size_t tasks = (end - begin + kPairsPerTask - 1) / kPairsPerTask;
-        if (workers != nullptr && tasks > 1) {
-            workers->run(tasks, task);
-        } else {
-            for (std::size_t i = 0; i < tasks; ++i) task(i);
-        }
-        for (const QueryWork& w : works) {
-            work.boxTests += w.boxTests;
-            work.triangleTests += w.triangleTests;
-        }
-    }
 }
 
 /// The first contact within the frame's motion, for interests that want to know it: of pairs that deform (before they
