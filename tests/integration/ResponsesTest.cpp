@@ -75,6 +75,7 @@ TEST(Responses, SlideRollbackAndDistanceAreThoseOfTheScenesMeasures) {
     EXPECT_TRUE(stopped.stopped);
     EXPECT_LE(stopped.place.x(), stop + 1e-7);
     EXPECT_GE(stopped.place.x(), stop - kStopTolerance);
+    wall.settle();
     const json contacts = wall.contacts();
     const json* contact = entryOf(contacts, "/stop/cart", "/stop/post");
     ASSERT_NE(contact, nullptr);
