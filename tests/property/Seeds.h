@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <random>
 #include <string>
@@ -20,7 +21,7 @@ void forSeeds(std::uint64_t count, Property&& property) {
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
     for (std::uint64_t seed = first; seed < end; ++seed) {
         SCOPED_TRACE("run it again: TESSERA_SEED=" + std::to_string(seed) +
-                     " bin/property_scene --gtest_filter=" + test->test_suite_name() + "." + test->name());
+                     " bin/" + program_invocation_short_name + " --gtest_filter=" + test->test_suite_name() + "." + test->name());
         Random random(seed);
         property(random);
         if (testing::Test::HasFailure()) return;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "server/collision/pipeline/ContactList.h"
@@ -58,7 +59,7 @@ struct CollisionPipeline::Impl {
         std::vector<Mover> plain;             // free bodies that are moved and that nothing is in the way of
         std::vector<Mover> moved;             // all that moved, on the ways that they went, ascending by transform
         FreeBodies::StartWorlds startWorlds;  // of the parts that they carry, but for free bodies
-        std::unordered_map<std::uint32_t, double> firstTimes;  // kDynamic: by pair, for those that touch on the way
+        std::unordered_set<std::uint32_t> metDeforming;  // pairs whose first contact the deformation has told
         std::vector<Touching> rolledBack;  // what made everybody go back; their poses are still to come
         std::vector<EventBook::Touching> touchedOnTheWay, stopped;
         ContactList contacts;
@@ -210,6 +211,7 @@ void CollisionPipeline::Impl::rollBack(Step& step) {
     if (std::ranges::none_of(step.movers, rollsBack)) return;
     const WayLookup lookup = [&](ObjectId transform) { return wayOf(step.movers, transform); };
     double earliest = 1;
+    bool blocked = false;
     std::vector<Touching> hits;
     for (PairState& pair : memory.states()) {
         const Relation relation = relationOf(pair);
@@ -222,12 +224,13 @@ void CollisionPipeline::Impl::rollBack(Step& step) {
         const double size = std::min(a.worldBox.size().norm(), b.worldBox.size().norm());
         const Impact impact = firstContact(handler, pair.a, pair.b, lookup, limits.stopTolerance * size, step.work);
         if (!impact.complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
-        if (!impact.hit && impact.complete) continue;
-        hits.push_back(
-            {pair.nodeA, pair.nodeB, pair.a, pair.b, {impact.faces}, 1, {}, {}, interestOf(relation), impact.t});
+        // Where the work was not enough nobody goes further than is known to be free, and nothing is told to touch.
         earliest = std::min(earliest, impact.t);
+        blocked = blocked || impact.hit || !impact.complete;
+        if (impact.hit)
+            hits.push_back({pair.nodeA, pair.nodeB, pair.a, pair.b, {impact.faces}, 1, {}, {}, interestOf(relation), impact.t});
     }
-    if (hits.empty()) return;
+    if (!blocked) return;
     for (Touching& touching : hits)
         if (touching.time == earliest) step.rolledBack.push_back(std::move(touching));
     for (Mover& mover : step.movers) {
@@ -368,7 +371,7 @@ void CollisionPipeline::Impl::lookOnTheWay(bool deforming, Step& step) {
     const std::span<PairState> pairs = memory.states();
     for (std::uint32_t k = 0; k < pairs.size(); ++k) {
         const PairState& pair = pairs[k];
-        if (!relationOf(pair).dynamic || step.firstTimes.contains(k)) continue;
+        if (!relationOf(pair).dynamic || step.metDeforming.contains(k)) continue;
         const bool here = deforming ? deforms[pair.a] || deforms[pair.b] : travels[pair.a] || travels[pair.b];
         if (here && part(pair.a).solid() && part(pair.b).solid()) asked.push_back(k);
     }
@@ -386,7 +389,7 @@ void CollisionPipeline::Impl::lookOnTheWay(bool deforming, Step& step) {
         const PairState& pair = pairs[asked[i]];
         if (!impacts[i].complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
         if (!impacts[i].hit) continue;
-        step.firstTimes[asked[i]] = impacts[i].t;
+        if (deforming) step.metDeforming.insert(asked[i]);
         const Relation relation = relationOf(pair);
         for (const std::uint32_t index : relation.interests) {
             const InterestTerms& interest = handler.interests()[index];

@@ -74,6 +74,23 @@ TEST(Rollback, EverybodyGoesBackToTheFirstTimeOfContact) {
     EXPECT_EQ(result.events.size(), 1u);
 }
 
+TEST(Rollback, WhatTheWorkWasNotEnoughForIsBlockedButNotSaidToTouch) {
+    CollisionLimits limits;
+    limits.maxTests = 40;
+    SceneMaker scene(limits);
+    const auto a = scene.body(kRootNode, shapes::sphere(1, 40, 80), Vec3d::Zero());
+    scene.body(kRootNode, shapes::sphere(1, 40, 80), Vec3d(2.5, 0.3, 0));
+    Interest fields;
+    fields.object = a.node;
+    fields.response = Interest::kRollback;
+    scene.interest(fields);
+    const StepResult result = scene.frame({{.transform = a.transform, .translation = Vec3d(4, 0, 0)}});
+    EXPECT_EQ(result.stopped, std::vector{a.transform});
+    EXPECT_GE(result.counters.notLookedAt, 1u);
+    EXPECT_TRUE(result.contacts.empty());
+    EXPECT_TRUE(result.events.empty());
+}
+
 /// A unit ball-like hull, free, above a floor.
 struct Bouncing : SceneMaker {
     Body ball = body(kRootNode, shapes::sphere(0.5, 16, 24), Vec3d(0, 3, 0));

@@ -11,7 +11,6 @@
 namespace tessera {
 namespace {
 
-using test::Random;
 
 template <typename T>
 T roundTrip(const RecordContent& content, const BlobStore& arrays = {}) {

@@ -12,9 +12,7 @@
 namespace tessera {
 namespace {
 
-using test::below;
 using test::oneInTwo;
-using test::Random;
 using test::RawRecord;
 using test::recordShow;
 
@@ -161,7 +159,7 @@ TEST(RecordingReader, TakesNoMemoryForWhatIsOnlyClaimed) {
 /// Hashes that fit around contents that do not: the decoders are reached, and what they let through is replayed.
 TEST(RecordingReader, NoBytesCrashReaderOrReplay) {
     std::uint64_t refused = 0, replayed = 0;
-    test::forSeeds(2000, [&](Random& random) {
+    forSeeds(2000, [&](Random& random) {
         std::vector<RawRecord> records = test::takeApart(aRecording());
         for (std::size_t i = 1 + below(random, 3); i > 0; --i) {
             RawRecord& record = records[below(random, records.size())];

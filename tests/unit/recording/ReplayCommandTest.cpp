@@ -27,7 +27,7 @@ Ran run(const std::vector<std::string>& words) {
 class ReplayCommand : public testing::Test {
 protected:
     ReplayCommand() {
-        test::Random random(4);
+        Random random(4);
         recorded_ = test::recordShow(random, 15);
         test::writeBytes(file_, recorded_.file);
     }

@@ -8,7 +8,6 @@
 namespace tessera {
 namespace {
 
-using test::Random;
 using test::RawRecord;
 using test::Recorded;
 using test::recordShow;
@@ -28,7 +27,7 @@ std::string firstWords(const ReplayResult& result) {
 
 TEST(Replay, IsTheRecordingForAnyNumberOfThreads) {
     std::uint64_t contacts = 0, refused = 0;
-    test::forSeeds(12, [&](Random& random) {
+    forSeeds(12, [&](Random& random) {
         const Recorded recorded = recordShow(random, 40);
         contacts += recorded.contacts;
         refused += recorded.refused;

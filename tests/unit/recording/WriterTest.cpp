@@ -13,7 +13,6 @@
 namespace tessera {
 namespace {
 
-using test::Random;
 using test::RandomShow;
 
 /// A log that can be read.
