@@ -5,6 +5,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "common/scene/FieldTable.h"
 #include "server/collision/pipeline/ContactList.h"
 #include "server/collision/pipeline/EventBook.h"
 #include "server/collision/pipeline/Neighbourhood.h"
@@ -18,6 +19,14 @@ namespace tessera {
 namespace {
 
 using NodePair = std::pair<ObjectId, ObjectId>;
+
+/// Fields that say who is of interest to whom.
+bool setsRules(const FieldColumn& column) {
+    if (column.type == typeOf<Interest>())
+        return column.field != field::kInterestThreshold && column.field != field::kInterestShow &&
+               column.field != field::kInterestPatience;
+    return column.type == typeOf<CollisionObject>() && column.field != field::kVelocity && column.field != field::kSpin;
+}
 
 bool wantsAllFaces(const Relation& relation) {
     return relation.contacts && relation.detail != Interest::kYesOrNo;
@@ -551,6 +560,7 @@ CollisionPipeline& CollisionPipeline::operator=(CollisionPipeline&&) noexcept = 
 
 void CollisionPipeline::sceneChanged(const Aspect& aspect, const ChangeList* list) {
     impl_->handler.update(aspect, list);
+    if (list == nullptr || std::ranges::any_of(list->columns, setsRules)) impl_->bodies.rulesChanged();
 }
 
 StepResult CollisionPipeline::step(const Aspect& committed, std::span<const TentativeTransform> wanted,

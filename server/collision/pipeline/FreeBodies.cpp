@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -48,7 +49,7 @@ void FreeBodies::begin(const ObjectHandler& handler, std::span<const ObjectId> h
     std::vector<std::pair<ObjectId, std::int64_t>> responses;
     for (const InterestTerms& interest : handler.interests())
         responses.emplace_back(interest.core, 16 * interest.mode + interest.response);
-    const bool othersMatter = responses != responses_;
+    const bool othersMatter = std::exchange(rulesChanged_, false) || responses != responses_;
     responses_ = std::move(responses);
     unchanged_ = allAsleep_ && !othersMatter && held.empty() && !anyHeld_ && generation_ == handler.generation() &&
                  version_ == handler.freeBodiesVersion();

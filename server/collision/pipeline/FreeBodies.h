@@ -26,6 +26,9 @@ public:
     /// this frame; the bodies that they carry are not free in it.
     void begin(const ObjectHandler& handler, std::span<const ObjectId> held);
 
+    /// Who is of interest to whom may be another matter now: in the next frame everybody is disturbed.
+    void rulesChanged() { rulesChanged_ = true; }
+
     [[nodiscard]] bool any() const { return !free_.empty(); }
     /// All of them sleep, and nothing about them or about who is free has changed since the last frame.
     [[nodiscard]] bool resting() const { return unchanged_; }
@@ -91,6 +94,7 @@ private:
     /// Parts that sleepers lean on, and their poses, when the stage last ran; version 0: on the move.
     std::vector<std::pair<std::uint64_t, std::uint64_t>> supports_;
     Vec3d gravity_ = Vec3d::Zero();      // then
+    bool rulesChanged_ = false;
     std::vector<std::pair<ObjectId, std::int64_t>> responses_;  // of the interests of the last frame
     std::uint64_t generation_ = 0;
     // Kept for their memory.

@@ -167,6 +167,18 @@ TEST(Bounce, ASleeperWakesWhenItsFloorIsTakenAway) {
     EXPECT_LT(other.height(), before - 0.2);
 }
 
+TEST(Bounce, ASleeperWakesWhenItsFloorIsMaskedOut) {
+    Bouncing scene(0.2);
+    StepResult result;
+    for (int frame = 0; frame < 400; ++frame) result = scene.frame();
+    ASSERT_EQ(result.counters.asleep, 1u);
+    const double before = scene.height();
+    const ObjectId interest = scene.pipeline.interests().front().core;
+    scene.set<Interest>(interest, field::kInterestAgainstLayers, std::int64_t{2});
+    for (int frame = 0; frame < 20; ++frame) scene.frame();
+    EXPECT_LT(scene.height(), before - 0.2);
+}
+
 TEST(Bounce, ReportLetsItFallThrough) {
     Bouncing scene(0.5, Interest::kReport);
     for (int frame = 0; frame < 120; ++frame) scene.frame();
