@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "client/ctl/FieldWords.h"
+#include "client/ctl/FieldText.h"
 #include "client/ctl/TextTable.h"
 
 namespace tessera {
@@ -274,14 +274,14 @@ Expected<Answer> drawContacts(Application& application, std::int64_t show, Objec
     const std::vector<ObjectId> interests = interest ? std::vector{interest} : Names(application.scene()).interests();
     if (interests.empty()) return fail(ErrorCode::kNotFound, "the scene has no Interest whose contacts could be drawn");
     ChangeListBuilder edits;
-    for (const ObjectId id : interests) edits.set(id, typeOf<Interest>(), field::kInterestShow, toValue(show));
+    for (const ObjectId id : interests) edits.set(id, typeOf<Interest>(), fieldId<&Interest::show>, toValue(show));
     const Expected<answer::Committed> committed = application.propose(edits.take());
     if (!committed) return tl::unexpected(committed.error());
     Json names = Json::array();
     for (const ObjectId id : interests) names.push_back(Names(application.scene()).interest(id));
     return Answer{fmt::format("drawn of the contacts of {} interests: {} (change {})\n", interests.size(),
-                              showWords(show), committed->sequence.value),
-                  {{"sequence", committed->sequence.value}, {"show", showWords(show)}, {"interests", std::move(names)}},
+                              *wordOfNumber(showField(), show), committed->sequence.value),
+                  {{"sequence", committed->sequence.value}, {"show", *wordOfNumber(showField(), show)}, {"interests", std::move(names)}},
                   {}};
 }
 

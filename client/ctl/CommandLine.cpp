@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "client/ctl/FieldWords.h"
+#include "client/ctl/FieldText.h"
 #include "common/base/Version.h"
 
 namespace tessera {
@@ -138,7 +138,7 @@ Expected<Verb> contactsVerb(const Words& words, bool framesGiven) {
     if (words.show.empty()) return contacts;
     if (contacts.events || contacts.distances || contacts.follow || contacts.limit >= 0)
         return refuse("--show draws; ask for lists without it");
-    contacts.show = showBits(words.show);
+    contacts.show = numberOfWord(showField(), words.show);
     if (!contacts.show)
         return refuse(fmt::format("--show takes points, normals, faces with commas between them, or none, not \"{}\"",
                                   words.show));

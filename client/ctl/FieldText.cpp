@@ -4,10 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
-
-#include "client/ctl/FieldWords.h"
 
 namespace tessera {
 
@@ -19,21 +18,10 @@ bool readNumber(const std::string& word, Number& value) {
     return error == std::errc() && end == word.data() + word.size();
 }
 
-std::string_view nameOf(FieldKind kind) {
-    switch (kind) {
-        case FieldKind::kFloat:
-        case FieldKind::kDouble:
-            return "number";
-        case FieldKind::kInt:
-            return "whole number";
-        case FieldKind::kRef:
-            return "node, #id or none";
-        case FieldKind::kText:
-            return "text";
-        case FieldKind::kBlob:
-            return "blob";
-    }
-    return "value";
+std::string_view wanted(FieldKind kind) {
+    static constexpr std::array<std::string_view, kFieldKinds> kWanted = {
+        "number", "number", "whole number", "node, #id or none", "text", "blob", "true or false", "node or #id", "number"};
+    return kWanted[static_cast<std::size_t>(kind)];
 }
 
 template <typename Values>
@@ -49,17 +37,50 @@ Expected<FieldValue> parseNumbers(const FieldInfo& field, const std::vector<std:
     return values;
 }
 
+Expected<FieldValue> parseMatrix(const FieldInfo& field, const std::vector<std::string>& words) {
+    Matrix matrix;
+    for (std::size_t i = 0; i < words.size(); ++i)
+        if (!readNumber(words[i], matrix.values[i]) || !std::isfinite(matrix.values[i]))
+            return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not a number", field.name, words[i]));
+    return matrix;
+}
+
+Expected<FieldValue> parseInteger(const FieldInfo& field, const std::string& word) {
+    if (const std::optional<std::int64_t> number = numberOfWord(field, word)) return *number;
+    std::int64_t number = 0;
+    if (readNumber(word, number)) return number;
+    if (field.words().empty())
+        return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not a whole number", field.name, word));
+    std::vector<std::string_view> known;
+    if (field.wordUse == WordUse::kFlags) known.push_back("none");
+    for (const FieldWord& other : field.words()) known.push_back(other.word);
+    return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is {}none of {}", field.name, word,
+                                               field.wordUse == WordUse::kNamed ? "no whole number and " : "",
+                                               fmt::join(known, ", ")));
+}
+
 Expected<FieldValue> parseRef(const Aspect& aspect, const std::string& word) {
     if (word == "none") return ObjectId{};
     if (word.starts_with('#')) {
         ObjectId id;
-        if (!readNumber(word.substr(1), id.value) || aspect.find(id) == nullptr)
+        if (!readNumber(word.substr(1), id.value) || !aspect.find(id))
             return fail(ErrorCode::kNotFound, fmt::format("there is no object {}", word));
         return id;
     }
     const Expected<ObjectId> node = findNode(aspect, word);
     if (!node) return tl::unexpected(node.error());
     return *node;
+}
+
+Expected<FieldValue> parseRefs(const Aspect& aspect, const std::vector<std::string>& words) {
+    RefList refs;
+    if (words.size() == 1 && words[0] == "none") return refs;
+    for (const std::string& word : words) {
+        const Expected<FieldValue> ref = parseRef(aspect, word);
+        if (!ref) return ref;
+        refs.push_back(std::get<ObjectId>(*ref));
+    }
+    return refs;
 }
 
 std::vector<std::string> fieldNames(const TypeInfo& type) {
@@ -71,13 +92,12 @@ std::vector<std::string> fieldNames(const TypeInfo& type) {
 }  // namespace
 
 Expected<FieldPlace> findFieldOf(const Aspect& aspect, ObjectId node, const std::string& name) {
-    const Object& own = *aspect.find(node);
-    const ObjectId core = std::get<Node>(own).core;
+    const ObjectId core = aspect.get<Node>(node)->core;
     std::vector<std::string> known;
     for (const ObjectId id : {node, core}) {
         if (!id) continue;
-        const TypeInfo& type = typeInfo(*aspect.find(id));
-        if (const FieldInfo* field = findField(type, name)) return FieldPlace{id, &type, field};
+        const TypeInfo& type = aspect.find(id).info();
+        if (const FieldEntry* field = findField(type, name)) return FieldPlace{id, &type, field};
         const std::vector<std::string> more = fieldNames(type);
         known.insert(known.end(), more.begin(), more.end());
     }
@@ -88,20 +108,25 @@ Expected<FieldPlace> findFieldOf(const Aspect& aspect, ObjectId node, const std:
 Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field, const std::vector<std::string>& words) {
     if (field.kind == FieldKind::kBlob)
         return fail(ErrorCode::kUsage, fmt::format("{} holds bulk data, which cannot be set from here", field.name));
-    if (words.size() != field.width)
-        return fail(ErrorCode::kUsage, fmt::format("{} takes {} {}{}, not {}", field.name, field.width,
-                                                   nameOf(field.kind), field.width == 1 ? "" : "s", words.size()));
+    const std::size_t count = field.kind == FieldKind::kMatrix ? 16 : field.width;
+    if (field.kind != FieldKind::kRefs && words.size() != count)
+        return fail(ErrorCode::kUsage, fmt::format("{} takes {} {}{}, not {}", field.name, count,
+                                                   wanted(field.kind), count == 1 ? "" : "s", words.size()));
     switch (field.kind) {
         case FieldKind::kFloat:
             return parseNumbers<Floats>(field, words);
         case FieldKind::kDouble:
             return parseNumbers<Doubles>(field, words);
-        case FieldKind::kInt: {
-            std::int64_t number = 0;
-            if (!readNumber(words[0], number))
-                return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not a whole number", field.name, words[0]));
-            return number;
-        }
+        case FieldKind::kInt:
+            return parseInteger(field, words[0]);
+        case FieldKind::kBool:
+            if (words[0] == "true" || words[0] == "1") return true;
+            if (words[0] == "false" || words[0] == "0") return false;
+            return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is neither true nor false", field.name, words[0]));
+        case FieldKind::kRefs:
+            return parseRefs(aspect, words);
+        case FieldKind::kMatrix:
+            return parseMatrix(field, words);
         case FieldKind::kRef:
             return parseRef(aspect, words[0]);
         case FieldKind::kText:
@@ -111,16 +136,6 @@ Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field, co
     return words[0];
 }
 
-Expected<FieldValue> parseValue(const Aspect& aspect, const FieldPlace& place, const std::vector<std::string>& words) {
-    const std::vector<std::string_view> known = wordsOf(place.type->type, place.field->id);
-    if (known.empty() || words.size() != 1 || words[0].empty()) return parseValue(aspect, *place.field, words);
-    if (const auto number = numberOfWord(place.type->type, place.field->id, words[0])) return FieldValue(*number);
-    if (!std::ranges::any_of(words[0], [](char c) { return c >= 'a' && c <= 'z'; }))
-        return parseValue(aspect, *place.field, words);
-    return fail(ErrorCode::kUsage,
-                fmt::format("{}: \"{}\" is none of {}", place.field->name, words[0], fmt::join(known, ", ")));
-}
-
 std::string textOf(const FieldValue& value) {
     const auto numbers = [](const auto& v) {
         return fmt::format("{}", fmt::join(v.values.begin(), v.values.begin() + v.width, " "));
@@ -128,9 +143,21 @@ std::string textOf(const FieldValue& value) {
     if (const auto* floats = std::get_if<Floats>(&value)) return numbers(*floats);
     if (const auto* doubles = std::get_if<Doubles>(&value)) return numbers(*doubles);
     if (const auto* number = std::get_if<std::int64_t>(&value)) return fmt::format("{}", *number);
-    if (const auto* id = std::get_if<ObjectId>(&value)) return *id ? fmt::format("#{}", id->value) : "none";
+    if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
+    if (const auto* matrix = std::get_if<Matrix>(&value)) return fmt::format("{}", fmt::join(matrix->values, " "));
+    const auto name = [](ObjectId id) { return id ? fmt::format("#{}", id.value) : "none"; };
+    if (const auto* id = std::get_if<ObjectId>(&value)) return name(*id);
+    if (const auto* refs = std::get_if<RefList>(&value)) {
+        std::string names;
+        for (const ObjectId id : *refs) names.append(names.empty() ? "" : " ").append(name(id));
+        return names.empty() ? "none" : names;
+    }
     if (const auto* text = std::get_if<std::string>(&value)) return *text;
     return fmt::format("{} bytes", std::get<Blob>(value).sizeBytes());
+}
+
+const FieldInfo& showField() {
+    return *findField(*findType(typeOf<Interest>()), fieldId<&Interest::show>);
 }
 
 }  // namespace tessera

@@ -14,21 +14,21 @@ namespace tessera {
 struct FieldPlace {
     ObjectId object;
     const TypeInfo* type = nullptr;
-    const FieldInfo* field = nullptr;
+    const FieldEntry* field = nullptr;
 };
 
 /// The node's own fields come first. kNotFound names the fields there are.
 [[nodiscard]] Expected<FieldPlace> findFieldOf(const Aspect& aspect, ObjectId node, const std::string& name);
 
-/// Numbers, one text, a node's path, "#id" or "none"; as many as the field is wide. kUsage says what it wants.
+/// Numbers, one text, true or false, a node's path, "#id" or "none"; as many as the field is wide. Of references as many as
+/// are wanted. Numbers that have words may be said by them. kUsage says what it wants.
 [[nodiscard]] Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field,
-                                              const std::vector<std::string>& words);
-
-/// The same; numbers that stand for something may be words (FieldWords.h). kUsage names the words there are.
-[[nodiscard]] Expected<FieldValue> parseValue(const Aspect& aspect, const FieldPlace& place,
                                               const std::vector<std::string>& words);
 
 /// For people: "1 2 3", "#17", a text as it is, "4800 bytes".
 [[nodiscard]] std::string textOf(const FieldValue& value);
+
+/// Which of an interest's contacts are drawn: the field whose words `contacts --show` takes.
+[[nodiscard]] const FieldInfo& showField();
 
 }  // namespace tessera

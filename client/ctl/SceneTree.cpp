@@ -19,7 +19,14 @@ nlohmann::ordered_json valueJson(const FieldValue& value) {
     if (const auto* floats = std::get_if<Floats>(&value)) return numbers(*floats);
     if (const auto* doubles = std::get_if<Doubles>(&value)) return numbers(*doubles);
     if (const auto* number = std::get_if<std::int64_t>(&value)) return *number;
+    if (const auto* flag = std::get_if<bool>(&value)) return *flag;
+    if (const auto* matrix = std::get_if<Matrix>(&value)) return matrix->values;
     if (const auto* id = std::get_if<ObjectId>(&value)) return *id ? nlohmann::ordered_json(id->value) : nullptr;
+    if (const auto* refs = std::get_if<RefList>(&value)) {
+        auto list = nlohmann::ordered_json::array();
+        for (const ObjectId id : *refs) list.push_back(id.value);
+        return list;
+    }
     if (const auto* text = std::get_if<std::string>(&value)) return *text;
     const Blob& blob = std::get<Blob>(value);
     if (blob.empty()) return nullptr;
@@ -30,7 +37,7 @@ void addLines(std::string& text, const Aspect& aspect, ObjectId id, int depth, s
     const Node& node = *aspect.get<Node>(id);
     text.append(2 * indent, ' ');
     text += id == kRootNode ? "/" : node.name.empty() ? "(unnamed)" : node.name;
-    if (node.core) text += fmt::format("  {}", typeInfo(*aspect.find(node.core)).name);
+    if (node.core) text += fmt::format("  {}", aspect.find(node.core).info().name);
     if (const auto* transform = aspect.coreOf<Transform>(node))
         text += fmt::format(" at {}", textOf(toValue(transform->translation)));
     text += fmt::format("  #{}", id.value);
@@ -52,9 +59,9 @@ nlohmann::ordered_json treeJson(const Aspect& aspect, ObjectId id, int depth) {
     const Node& node = *aspect.get<Node>(id);
     nlohmann::ordered_json json = {{"id", id.value}, {"name", node.name}, {"path", pathOf(aspect, id)}};
     if (node.core) {
-        const Object& core = *aspect.find(node.core);
-        nlohmann::ordered_json fields = {{"id", node.core.value}, {"type", typeInfo(core).name}};
-        for (const FieldInfo& field : typeInfo(core).fields)
+        const Object core = aspect.find(node.core);
+        nlohmann::ordered_json fields = {{"id", node.core.value}, {"type", core.info().name}};
+        for (const FieldEntry& field : core.info().fields)
             fields[std::string(field.name)] = valueJson(field.load(core));
         json["core"] = std::move(fields);
     }

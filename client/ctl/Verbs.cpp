@@ -135,7 +135,7 @@ Expected<Answer> run(Application& application, const verb::Set& set) {
     if (!node) return tl::unexpected(node.error());
     const Expected<FieldPlace> place = findFieldOf(application.scene(), *node, set.field);
     if (!place) return tl::unexpected(place.error());
-    const Expected<FieldValue> value = parseValue(application.scene(), *place, set.values);
+    const Expected<FieldValue> value = parseValue(application.scene(), *place->field, set.values);
     if (!value) return tl::unexpected(value.error());
     ChangeListBuilder edits;
     edits.set(place->object, place->type->type, place->field->id, *value);

@@ -44,26 +44,26 @@ Expected<Aspect> probeScene() {
     for (const ObjectId id : {kSmooth, kFaceted}) {
         const ObjectType type = typeOf<Geometry>();
         list.create(id, type);
-        set(id, type, field::kPositions, blobOf(kPyramid));
-        set(id, type, field::kIndices, blobOf(kTriangles));
-        set(id, type, field::kTexcoords, blobOf(kTexcoords));
+        set(id, type, fieldId<&Geometry::positions>, blobOf(kPyramid));
+        set(id, type, fieldId<&Geometry::indices>, blobOf(kTriangles));
+        set(id, type, fieldId<&Geometry::texcoords>, blobOf(kTexcoords));
         if (id == kFaceted) continue;
-        set(id, type, field::kNormals, blobOf(kNormals));
-        set(id, type, field::kColors, blobOf(kColors));
+        set(id, type, fieldId<&Geometry::normals>, blobOf(kNormals));
+        set(id, type, fieldId<&Geometry::colors>, blobOf(kColors));
     }
     list.create(kImage, typeOf<Image>());
-    set(kImage, typeOf<Image>(), field::kPixels, checkerboard());
-    set(kImage, typeOf<Image>(), field::kImageWidth, std::int64_t{8});
-    set(kImage, typeOf<Image>(), field::kImageHeight, std::int64_t{8});
+    set(kImage, typeOf<Image>(), fieldId<&Image::pixels>, checkerboard());
+    set(kImage, typeOf<Image>(), fieldId<&Image::widthPx>, std::int64_t{8});
+    set(kImage, typeOf<Image>(), fieldId<&Image::heightPx>, std::int64_t{8});
     for (const ObjectId id : {kPlain, kPicture, kGlass, kSheet, kGlassPicture}) {
         const ObjectType type = typeOf<Material>();
         const bool glass = id == kGlass || id == kGlassPicture;
         list.create(id, type);
-        set(id, type, field::kBaseColor, glass ? Vec4f(0.2f, 0.5f, 0.9f, 0.4f) : Vec4f(0.9f, 0.7f, 0.4f, 1.0f));
-        set(id, type, field::kMetallic, id == kPlain ? 1.0f : 0.0f);
-        set(id, type, field::kRoughness, id == kPicture ? 0.8f : 0.25f);
-        if (id == kPicture || id == kGlassPicture) set(id, type, field::kBaseColorImage, kImage);
-        if (id == kSheet) set(id, type, field::kDoubleSided, std::int64_t{1});
+        set(id, type, fieldId<&Material::baseColor>, glass ? Vec4f(0.2f, 0.5f, 0.9f, 0.4f) : Vec4f(0.9f, 0.7f, 0.4f, 1.0f));
+        set(id, type, fieldId<&Material::metallic>, id == kPlain ? 1.0f : 0.0f);
+        set(id, type, fieldId<&Material::roughness>, id == kPicture ? 0.8f : 0.25f);
+        if (id == kPicture || id == kGlassPicture) set(id, type, fieldId<&Material::baseColorImage>, kImage);
+        if (id == kSheet) set(id, type, fieldId<&Material::doubleSided>, true);
     }
     Aspect aspect;
     if (auto applied = aspect.apply(list.take()); !applied) return failWith("the probe's scene", applied.error());

@@ -13,44 +13,27 @@ namespace {
 constexpr double kUtmost = 1e30;
 
 /// What a list does to the derived state.
-struct Effect {
+struct Changes {
     bool rebuild = false;
     bool lights = false;
     bool materials = false;
     std::vector<ObjectId> transforms;
 };
 
-Effect effectOf(const ChangeList& list) {
-    Effect effect;
-    effect.rebuild = !list.creations.empty() || !list.placements.empty() || !list.destructions.empty();
+Changes changesOf(const ChangeList& list) {
+    Changes changes;
+    changes.rebuild = !list.creations.empty() || !list.placements.empty() || !list.destructions.empty() || !list.ranges.empty();
     for (const FieldColumn& column : list.columns) {
-        switch (static_cast<TypeNumber>(column.type.value)) {
-            case TypeNumber::kTransform:
-                effect.transforms.insert(effect.transforms.end(), column.ids.begin(), column.ids.end());
-                break;
-            case TypeNumber::kDirectionalLight:
-            case TypeNumber::kPointLight:
-            case TypeNumber::kEnvironment:
-                effect.lights = true;
-                break;
-            case TypeNumber::kMaterial:
-                effect.materials = true;
-                break;
-            case TypeNumber::kNode:
-                effect.rebuild = effect.rebuild || column.field != field::kNodeName;
-                break;
-            case TypeNumber::kGroup:
-            case TypeNumber::kCamera:
-            case TypeNumber::kMotion:
-            case TypeNumber::kInterest:
-            case TypeNumber::kCollisionObject:
-                break;
-            default:
-                effect.rebuild = true;
-                break;
-        }
+        const Effect effects = effectsOf(column);
+        if (effects & Effect::kPose)
+            changes.transforms.insert(changes.transforms.end(), column.ids.begin(), column.ids.end());
+        if (effects & Effect::kLight) changes.lights = true;
+        if (column.type == typeOf<Material>())
+            changes.materials = true;
+        else if (effects & (Effect::kStructure | Effect::kVisibility | Effect::kShape | Effect::kLook))
+            changes.rebuild = true;
     }
-    return effect;
+    return changes;
 }
 
 Vec3d unitOr(const Vec3d& v, const Vec3d& fallback) {
@@ -84,7 +67,7 @@ Box RenderScene::bounds() const {
 void RenderScene::update(const Aspect& aspect, const ChangeList* list) {
     Impl& impl = *impl_;
     if (!list || impl.rebuilds == 0) return impl.rebuild(aspect);
-    const Effect effect = effectOf(*list);
+    const Changes effect = changesOf(*list);
     if (effect.rebuild) return impl.rebuild(aspect);
     if (effect.materials) impl.refreshMaterials(aspect);
     if (!effect.transforms.empty()) {

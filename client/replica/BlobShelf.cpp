@@ -16,7 +16,7 @@ void BlobShelf::trim(const std::function<void(const BlobId&)>& dropped) {
     for (const BlobId& id : byAge_) {
         const auto it = held_.find(id);
         // One holder: the shelf itself. Another one may come from the store at any time; then the bytes simply live on.
-        if (heldBytes_ > budgetBytes_ && it->second.shared().use_count() == 1) {
+        if (heldBytes_ > budgetBytes_ && it->second.soleHandle()) {
             heldBytes_ -= it->second.sizeBytes();
             held_.erase(it);
             dropped(id);

@@ -261,7 +261,7 @@ void RenderHost::corruptOneField() {
         const auto* transform = aspect_.get<Transform>(id);
         if (!transform) continue;
         ChangeListBuilder builder;
-        builder.set(id, typeOf<Transform>(), field::kTranslation,
+        builder.set(id, typeOf<Transform>(), fieldId<&Transform::translation>,
                     toValue(Vec3d(transform->translation + Vec3d(0.25, 0, 0))));
         const ChangeList list = builder.take();
         if (!aspect_.apply(list)) continue;

@@ -11,14 +11,6 @@ namespace tessera {
 
 namespace {
 
-/// Every ref of an object, once per field that holds it.
-template <typename Visit>
-void forEachRef(const Object& object, Visit visit) {
-    for (const FieldInfo& field : typeInfo(object).fields)
-        if (field.kind == FieldKind::kRef)
-            if (const ObjectId to = std::get<ObjectId>(field.load(object))) visit(to);
-}
-
 void collectSubtree(const Aspect& aspect, ObjectId node, std::vector<ObjectId>& nodes) {
     nodes.push_back(node);
     for (std::size_t i = nodes.size() - 1; i < nodes.size(); ++i)
@@ -47,18 +39,18 @@ Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMov
     ChangeListBuilder edits;
     if (move.translation) {
         const Vec3d translation = move.relative ? Vec3d(present.translation + *move.translation) : *move.translation;
-        edits.set(core, typeOf<Transform>(), field::kTranslation, toValue(translation));
+        edits.set(core, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(translation));
     }
     if (move.rotation) {
         if (!(move.rotation->norm() > 0))
             return fail(ErrorCode::kUsage, "a rotation given by a quaternion of no length");
         const Quatd turn = move.rotation->normalized();
         const Quatd rotation = move.relative ? Quatd((turn * present.rotation).normalized()) : turn;
-        edits.set(core, typeOf<Transform>(), field::kRotation, toValue(rotation));
+        edits.set(core, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(rotation));
     }
     if (move.scale) {
         const Vec3d scale = move.relative ? Vec3d(present.scale.cwiseProduct(*move.scale)) : *move.scale;
-        edits.set(core, typeOf<Transform>(), field::kScale, toValue(scale));
+        edits.set(core, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(scale));
     }
     if (edits.empty()) return fail(ErrorCode::kUsage, "a move needs a translation, a rotation or a scale");
     return edits.take();
@@ -78,7 +70,7 @@ Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node) {
     std::unordered_set<ObjectId> going(gone.begin(), gone.end());
     std::unordered_map<ObjectId, std::size_t> usesGone;
     for (std::size_t i = 0; i < gone.size(); ++i) {
-        forEachRef(*aspect.find(gone[i]), [&](ObjectId to) {
+        forEachRef(aspect.find(gone[i]), [&](ObjectId to) {
             if (++usesGone[to] < aspect.useCount(to) || aspect.get<Node>(to) != nullptr) return;
             if (going.insert(to).second) gone.push_back(to);
         });

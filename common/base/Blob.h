@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
@@ -15,8 +16,11 @@
 
 namespace tessera {
 
-/// Name of a blob: the hash of its bytes. Equal bytes, equal id, on every host.
+/// Name of a blob: the hash of its bytes. Equal bytes, equal id, on every host. Of more than one leaf of kBlobLeafBytes it is
+/// the hash of the leaves' hashes, so that a change of a few bytes costs the hashes of the leaves that they lie in.
 using BlobId = Hash128;
+inline constexpr std::size_t kBlobLeafBytes = 65536;
+[[nodiscard]] BlobId blobIdOf(ByteSpan bytes);
 
 /// A handle on a blob; copying it shares the bytes. Thread-safe because the bytes never change.
 ///
@@ -36,13 +40,18 @@ public:
         return Blob(std::move(bytes));
     }
     [[nodiscard]] static Blob absent(BlobId id, std::uint64_t sizeBytes);
+    /// The same with other bytes from `offset` on. Copies all of them, hashes the leaves that change. Refused where the range
+    /// does not lie inside, or the bytes are not here.
+    [[nodiscard]] Expected<Blob> withRange(std::uint64_t offset, ByteSpan bytes) const;
 
-    [[nodiscard]] const BlobId& id() const { return id_; }
-    [[nodiscard]] std::uint64_t sizeBytes() const { return sizeBytes_; }
-    [[nodiscard]] bool empty() const { return !id_; }
-    [[nodiscard]] bool resident() const { return bytes_ != nullptr; }
+    [[nodiscard]] const BlobId& id() const { return content_ ? content_->id : kNoId; }
+    [[nodiscard]] std::uint64_t sizeBytes() const { return content_ ? content_->sizeBytes : 0; }
+    [[nodiscard]] bool empty() const { return content_ == nullptr; }
+    [[nodiscard]] bool resident() const { return content_ && content_->resident; }
+    /// Nobody else holds a handle on these bytes.
+    [[nodiscard]] bool soleHandle() const { return content_.use_count() == 1; }
     /// The bytes; an empty span where the blob is empty or absent. Storage is aligned for any scalar type.
-    [[nodiscard]] ByteSpan bytes() const { return bytes_ ? ByteSpan(*bytes_) : ByteSpan(); }
+    [[nodiscard]] ByteSpan bytes() const { return content_ ? ByteSpan(content_->bytes) : ByteSpan(); }
     /// The bytes as values of T; a tail shorter than one T is left off.
     template <typename T>
     requires std::is_trivially_copyable_v<T>
@@ -50,18 +59,26 @@ public:
         const ByteSpan all = bytes();
         return {reinterpret_cast<const T*>(all.data()), all.size() / sizeof(T)};
     }
-    [[nodiscard]] const SharedBytes& shared() const { return bytes_; }
+    [[nodiscard]] SharedBytes shared() const {
+        return resident() ? SharedBytes(content_, &content_->bytes) : SharedBytes();
+    }
 
     /// Two handles are equal when they name the same content, resident or not.
-    bool operator==(const Blob& other) const { return id_ == other.id_; }
+    bool operator==(const Blob& other) const { return id() == other.id(); }
 
 private:
     friend class BlobStore;
-    Blob(BlobId id, SharedBytes bytes) : id_(id), sizeBytes_(bytes->size()), bytes_(std::move(bytes)) {}
+    struct Content {
+        BlobId id;
+        std::uint64_t sizeBytes = 0;
+        bool resident = false;
+        Bytes bytes;
+        std::vector<Hash128> leaves;  ///< their hashes, where there are several
+    };
+    static constexpr BlobId kNoId{};
+    explicit Blob(std::shared_ptr<const Content> content) : content_(std::move(content)) {}
 
-    BlobId id_;
-    std::uint64_t sizeBytes_ = 0;
-    SharedBytes bytes_;
+    std::shared_ptr<const Content> content_;  ///< null: empty
 };
 
 /// Finds blobs by id as long as somebody holds a handle on them. Thread-safe; one per process.
@@ -74,7 +91,7 @@ public:
 
 private:
     mutable std::mutex mutex_;
-    mutable std::unordered_map<BlobId, std::weak_ptr<const Bytes>> known_;
+    mutable std::unordered_map<BlobId, std::weak_ptr<const Blob::Content>> known_;
     std::size_t sweepAt_ = 1024;
 };
 

@@ -27,10 +27,11 @@ struct Placement {
 };
 
 /// The new values of one field for many objects of one type, in a packed array. `width` scalars per object for the
-/// float kinds. The variant's index is the FieldKind.
+/// float kinds. The variant's index is the FieldKind. Bools are bytes, 0 or 1.
 struct FieldColumn {
     using Values = std::variant<std::vector<float>, std::vector<double>, std::vector<std::int64_t>,
-                                std::vector<ObjectId>, std::vector<std::string>, std::vector<Blob>>;
+                                std::vector<ObjectId>, std::vector<std::string>, std::vector<Blob>,
+                                std::vector<std::uint8_t>, std::vector<RefList>, std::vector<Matrix>>;
 
     ObjectType type;
     FieldId field;
@@ -51,21 +52,36 @@ struct FieldColumn {
     bool operator==(const FieldColumn&) const = default;
 };
 
+/// New bytes for a part of a large array: only they travel and are hashed.
+struct RangeEdit {
+    ObjectId object;
+    ObjectType type;
+    FieldId field;             ///< of kind kBlob
+    std::uint64_t offset = 0;  ///< in bytes; the array keeps its size
+    Blob bytes;                ///< resident, not empty
+    /// The array afterwards. Empty: not known yet (in proposals). Absent: its name is known, which whoever holds the array
+    /// compares with what comes out.
+    Blob result;
+    bool operator==(const RangeEdit&) const = default;
+};
+
 /// Applied in this order: creations, placements one after the other, columns (each field of an object at most once),
-/// destructions. Immutable once shared.
+/// ranges one after the other, destructions. Immutable once shared.
 struct ChangeList {
     std::vector<Creation> creations;
     std::vector<Placement> placements;
     std::vector<FieldColumn> columns;
+    std::vector<RangeEdit> ranges;
     std::vector<ObjectId> destructions;
     /// Ids from here on have never been given. In snapshots, and in compacted lists that leave out an object which came
     /// and went; zero elsewhere.
     std::uint64_t nextFreeId = 0;
 
     [[nodiscard]] bool empty() const {
-        return creations.empty() && placements.empty() && columns.empty() && destructions.empty() && nextFreeId == 0;
+        return creations.empty() && placements.empty() && columns.empty() && ranges.empty() && destructions.empty() &&
+               nextFreeId == 0;
     }
-    /// Creations + placements + column rows + destructions.
+    /// Creations + placements + column rows + ranges + destructions.
     [[nodiscard]] std::size_t changeCount() const;
     bool operator==(const ChangeList&) const = default;
 };
@@ -80,6 +96,8 @@ public:
     void detach(ObjectId node) { place(node, ObjectId{}); }
     /// The type is the object's; kind and width must be the same for every object of one (type, field).
     void set(ObjectId id, ObjectType type, FieldId field, const FieldValue& value);
+    /// Takes effect after all values that are set.
+    void setRange(ObjectId id, ObjectType type, FieldId field, std::uint64_t offset, Blob bytes);
     void destroy(ObjectId id);
 
     [[nodiscard]] bool empty() const;
@@ -113,7 +131,11 @@ void replaceIds(ChangeList& list, Replace&& replace) {
         for (ObjectId& id : column.ids) id = replace(id);
         if (auto* refs = std::get_if<std::vector<ObjectId>>(&column.values))
             for (ObjectId& id : *refs) id = replace(id);
+        if (auto* lists = std::get_if<std::vector<RefList>>(&column.values))
+            for (RefList& refs : *lists)
+                for (ObjectId& id : refs) id = replace(id);
     }
+    for (RangeEdit& range : list.ranges) range.object = replace(range.object);
     for (ObjectId& id : list.destructions) id = replace(id);
 }
 

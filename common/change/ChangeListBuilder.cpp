@@ -80,6 +80,10 @@ void ChangeListBuilder::set(ObjectId id, ObjectType type, FieldId field, const F
     it->second.set(id, value);
 }
 
+void ChangeListBuilder::setRange(ObjectId id, ObjectType type, FieldId field, std::uint64_t offset, Blob bytes) {
+    impl_->list.ranges.push_back({id, type, field, offset, std::move(bytes), {}});
+}
+
 void ChangeListBuilder::destroy(ObjectId id) {
     impl_->list.destructions.push_back(id);
 }

@@ -29,9 +29,12 @@ public:
         append(creations_, next.creations);
         append(placements_, next.placements);
         append(destructions_, next.destructions);
-        for (const FieldColumn& column : next.columns)
+        for (const FieldColumn& column : next.columns) {
+            if (!ranges_.empty() && column.kind() == FieldKind::kBlob) dropOverwritten(column);
             for (std::size_t row = 0; row < column.ids.size(); ++row)
                 values_.set(column.ids[row], column.type, column.field, column.value(row));
+        }
+        append(ranges_, next.ranges);
         nextFreeId_ = std::max(nextFreeId_, next.nextFreeId);
     }
 
@@ -51,6 +54,8 @@ public:
             if (!cameAndWent(id)) list.destructions.push_back(id);
         for (FieldColumn& column : list.columns) dropRowsOfDestroyed(column);
         std::erase_if(list.columns, [](const FieldColumn& column) { return column.ids.empty(); });
+        std::erase_if(ranges_, [&](const RangeEdit& range) { return destroyed_.contains(range.object); });
+        list.ranges = std::move(ranges_);
         return list;
     }
 
@@ -63,6 +68,13 @@ private:
     [[nodiscard]] bool cameAndWent(ObjectId id) const {
         return created_.contains(id) && destroyed_.contains(id) && !placed_.contains(id);
     }
+    /// Ranges stand behind all columns: those of an array that is replaced later must not come back.
+    void dropOverwritten(const FieldColumn& column) {
+        const std::unordered_set<ObjectId> replaced(column.ids.begin(), column.ids.end());
+        std::erase_if(ranges_, [&](const RangeEdit& range) {
+            return range.type == column.type && range.field == column.field && replaced.contains(range.object);
+        });
+    }
     void dropRowsOfDestroyed(FieldColumn& column) const {
         if (std::none_of(column.ids.begin(), column.ids.end(), [&](ObjectId id) { return destroyed_.contains(id); }))
             return;
@@ -74,6 +86,7 @@ private:
 
     std::vector<Creation> creations_;
     std::vector<Placement> placements_;
+    std::vector<RangeEdit> ranges_;
     std::vector<ObjectId> destructions_;
     ChangeListBuilder values_;
     std::unordered_set<ObjectId> created_, placed_, destroyed_;

@@ -4,7 +4,9 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <variant>
+#include <vector>
 
 #include "common/base/Blob.h"
 #include "common/base/StrongId.h"
@@ -33,8 +35,12 @@ inline constexpr double kSecondsPerFrame = 1.0 / 60.0;
 using ObjectType = StrongId<struct ObjectTypeTag, std::uint16_t>;
 using FieldId = StrongId<struct FieldIdTag, std::uint16_t>;
 
-/// The shapes a field can have. Width is the number of scalars: 1 to 4 for the two float kinds, else 1.
-enum class FieldKind : std::uint8_t { kFloat, kDouble, kInt, kRef, kText, kBlob };
+/// The shapes a field can have. Width is the number of scalars: 1 to 4 for the two float kinds, else 1. The numbers stand
+/// on the wire.
+enum class FieldKind : std::uint8_t { kFloat, kDouble, kInt, kRef, kText, kBlob, kBool, kRefs, kMatrix };
+inline constexpr std::size_t kFieldKinds = 9;
+/// For messages: "float", "reference list", …
+[[nodiscard]] std::string_view nameOf(FieldKind kind);
 
 struct Floats {
     std::array<float, 4> values{};
@@ -47,8 +53,16 @@ struct Doubles {
     bool operator==(const Doubles&) const = default;
 };
 
+/// References in their order. None of them is "none", and none stands there twice.
+using RefList = std::vector<ObjectId>;
+/// 4 × 4, column by column; acts on column vectors.
+struct Matrix {
+    std::array<double, 16> values{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    bool operator==(const Matrix&) const = default;
+};
+
 /// One value of one field. The variant's index is the FieldKind.
-using FieldValue = std::variant<Floats, Doubles, std::int64_t, ObjectId, std::string, Blob>;
+using FieldValue = std::variant<Floats, Doubles, std::int64_t, ObjectId, std::string, Blob, bool, RefList, Matrix>;
 
 [[nodiscard]] inline FieldKind kindOf(const FieldValue& value) {
     return static_cast<FieldKind>(value.index());

@@ -20,6 +20,8 @@ enum Part : std::size_t {
     kPlacementParents,
     kPlacementIndices,
     kDestructions,
+    kRanges,      ///< RangeRecord each
+    kRangeBytes,  ///< of all ranges, one behind the other
     kFirstColumnPart
 };
 constexpr std::size_t kPartsPerColumn = 2;
@@ -30,6 +32,14 @@ constexpr std::size_t kHeadBytesPerColumn = 24;
 struct BlobRecord {
     std::uint64_t low = 0, high = 0, sizeBytes = 0;
 };
+
+struct RangeRecord {
+    std::uint64_t object = 0, offset = 0, sizeBytes = 0;
+    std::uint16_t type = 0, field = 0;
+    std::uint32_t unused = 0;
+    BlobRecord result;
+};
+static_assert(sizeof(RangeRecord) == 56);
 
 static_assert(sizeof(ObjectId) == 8 && sizeof(ObjectType) == 2, "ids are written as they lie in memory");
 
@@ -60,10 +70,24 @@ Bytes packTexts(const std::vector<std::string>& texts) {
     return packed;
 }
 
+BlobRecord recordOf(const Blob& blob) {
+    return {blob.id().low, blob.id().high, blob.sizeBytes()};
+}
+
 Bytes packBlobs(const std::vector<Blob>& blobs) {
     Bytes packed;
     packed.reserve(sizeof(BlobRecord) * blobs.size());
-    for (const Blob& blob : blobs) append(packed, BlobRecord{blob.id().low, blob.id().high, blob.sizeBytes()});
+    for (const Blob& blob : blobs) append(packed, recordOf(blob));
+    return packed;
+}
+
+Bytes packRefs(const std::vector<RefList>& lists) {
+    Bytes packed;
+    for (const RefList& refs : lists) append(packed, static_cast<std::uint32_t>(refs.size()));
+    for (const RefList& refs : lists) {
+        const ByteSpan bytes = bytesOf(refs);
+        packed.insert(packed.end(), bytes.begin(), bytes.end());
+    }
     return packed;
 }
 
@@ -109,6 +133,37 @@ Expected<FieldColumn::Values> decodeTexts(ByteSpan bytes, std::size_t rows, std:
     }
     if (!bytes.empty()) return bad("bytes are left over behind the texts");
     return texts;
+}
+
+Expected<FieldColumn::Values> decodeRefs(ByteSpan bytes, std::size_t rows) {
+    if (bytes.size() / sizeof(std::uint32_t) < rows) return bad("lists of references are cut off");
+    const std::vector<std::uint32_t> counts = copyAs<std::uint32_t>(bytes.first(rows * sizeof(std::uint32_t)));
+    bytes = bytes.subspan(rows * sizeof(std::uint32_t));
+    std::vector<RefList> lists;
+    lists.reserve(rows);
+    for (const std::uint32_t count : counts) {
+        if (count > bytes.size() / sizeof(ObjectId)) return bad("lists of references are cut off");
+        lists.push_back(copyAs<ObjectId>(bytes.first(count * sizeof(ObjectId))));
+        bytes = bytes.subspan(count * sizeof(ObjectId));
+    }
+    if (!bytes.empty()) return bad("bytes are left over behind the references");
+    return lists;
+}
+
+Expected<std::vector<RangeEdit>> decodeRanges(ByteSpan records, ByteSpan bytes) {
+    std::vector<RangeEdit> ranges;
+    ranges.reserve(records.size() / sizeof(RangeRecord));
+    for (const RangeRecord& record : copyAs<RangeRecord>(records)) {
+        if (record.sizeBytes == 0 || record.sizeBytes > bytes.size()) return bad("the bytes of a range are cut off");
+        const ByteSpan own = bytes.first(record.sizeBytes);
+        bytes = bytes.subspan(record.sizeBytes);
+        // Never a handle that is here: whoever applies the list makes the array and compares.
+        ranges.push_back({ObjectId(record.object), ObjectType(record.type), FieldId(record.field), record.offset,
+                          Blob(Bytes(own.begin(), own.end())),
+                          Blob::absent({record.result.low, record.result.high}, record.result.sizeBytes)});
+    }
+    if (!bytes.empty()) return bad("bytes are left over behind the ranges");
+    return ranges;
 }
 
 Expected<FieldColumn::Values> decodeBlobs(ByteSpan bytes, std::size_t rows, const BlobStore& store,
@@ -180,6 +235,15 @@ Expected<FieldColumn> decodeColumn(const proto::change::Column& head, ByteSpan i
         case FieldKind::kBlob:
             decoded = decodeBlobs(values, rows, how.store, how.absent);
             break;
+        case FieldKind::kBool:
+            decoded = decodeScalars<std::uint8_t>(values, scalars);
+            break;
+        case FieldKind::kRefs:
+            decoded = decodeRefs(values, rows);
+            break;
+        case FieldKind::kMatrix:
+            decoded = decodeScalars<Matrix>(values, scalars);
+            break;
     }
     if (!decoded) return tl::unexpected(decoded.error());
     column.values = std::move(*decoded);
@@ -200,7 +264,9 @@ Expected<void> checkParts(const SplitParts& split, const ChangeLimits& limits) {
         split.parts[kPlacementIndices].size() != placements * sizeof(std::uint32_t))
         return bad("nodes, parents and indices of placements differ in number");
     if (!isWhole<ObjectId>(split.parts[kDestructions])) return bad("destructions are cut off");
-    std::size_t changes = creations + placements + split.parts[kDestructions].size() / sizeof(ObjectId);
+    if (!isWhole<RangeRecord>(split.parts[kRanges])) return bad("ranges are cut off");
+    std::size_t changes = creations + placements + split.parts[kDestructions].size() / sizeof(ObjectId) +
+                          split.parts[kRanges].size() / sizeof(RangeRecord);
     for (std::size_t part = kFirstColumnPart; part < split.parts.size(); part += kPartsPerColumn) {
         if (!isWhole<ObjectId>(split.parts[part])) return bad("the ids of a column are cut off");
         changes += split.parts[part].size() / sizeof(ObjectId);
@@ -244,8 +310,16 @@ Bytes encodeChangeList(const ChangeList& list) {
         parents[i] = list.placements[i].parent;
         indices[i] = list.placements[i].index;
     }
-    std::vector<ByteSpan> parts = {bytesOf(creationIds), bytesOf(creationTypes), bytesOf(nodes),
-                                   bytesOf(parents),     bytesOf(indices),       bytesOf(list.destructions)};
+    std::vector<RangeRecord> ranges;
+    Bytes rangeBytes;
+    for (const RangeEdit& range : list.ranges) {
+        ranges.push_back({range.object.value, range.offset, range.bytes.sizeBytes(), range.type.value, range.field.value, 0,
+                          recordOf(range.result)});
+        const ByteSpan own = range.bytes.bytes();
+        rangeBytes.insert(rangeBytes.end(), own.begin(), own.end());
+    }
+    std::vector<ByteSpan> parts = {bytesOf(creationIds), bytesOf(creationTypes),     bytesOf(nodes),  bytesOf(parents),
+                                   bytesOf(indices),     bytesOf(list.destructions), bytesOf(ranges), rangeBytes};
     std::vector<Bytes> packed;  // texts and blobs; reserved, so that spans on its elements stay
     packed.reserve(list.columns.size());
     for (const FieldColumn& column : list.columns) {
@@ -264,6 +338,8 @@ Bytes encodeChangeList(const ChangeList& list) {
                     parts.push_back(packed.emplace_back(packTexts(values)));
                 else if constexpr (std::is_same_v<Values, std::vector<Blob>>)
                     parts.push_back(packed.emplace_back(packBlobs(values)));
+                else if constexpr (std::is_same_v<Values, std::vector<RefList>>)
+                    parts.push_back(packed.emplace_back(packRefs(values)));
                 else
                     parts.push_back(bytesOf(values));
             },
@@ -296,6 +372,9 @@ Expected<ChangeList> decodeChangeList(ByteSpan bytes, const BlobStore& store, Ab
     list.placements.resize(nodes.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) list.placements[i] = {nodes[i], parents[i], indices[i]};
     list.destructions = copyAs<ObjectId>(split->parts[kDestructions]);
+    Expected<std::vector<RangeEdit>> ranges = decodeRanges(split->parts[kRanges], split->parts[kRangeBytes]);
+    if (!ranges) return tl::unexpected(ranges.error());
+    list.ranges = std::move(*ranges);
 
     list.columns.reserve(static_cast<std::size_t>(head->columns_size()));
     for (int i = 0; i < head->columns_size(); ++i) {

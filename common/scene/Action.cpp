@@ -7,11 +7,6 @@ namespace tessera {
 
 namespace {
 
-Affine3d ownTransform(const Aspect& aspect, const Node& node) {
-    const Transform* t = aspect.coreOf<Transform>(node);
-    return t ? composeTransform(t->translation, t->rotation, t->scale) : Affine3d::Identity();
-}
-
 /// Children [first, end) of a node that a traversal enters.
 struct ChildRange {
     std::size_t first = 0;
@@ -28,36 +23,38 @@ ChildRange shownChildren(const Aspect& aspect, const Node& node) {
 
 }  // namespace
 
-void Action::setHandler(TypeNumber type, Handler handler) {
-    const auto number = static_cast<std::size_t>(type);
-    TESSERA_CHECK(number < handlers_.size(), "an object type beyond the handler table");
-    handlers_[number] = std::move(handler);
+Affine3d placeNode(const Aspect& aspect, const Node& node, const Affine3d& world_T_parent) {
+    const Object core = node.core ? aspect.find(node.core) : Object();
+    return core && core.info().pose ? core.info().pose(core.data()).below(world_T_parent) : world_T_parent;
+}
+
+void Action::setHandler(std::size_t type, Handler handler) {
+    if (handlers_.size() <= type) handlers_.resize(type + 1);
+    handlers_[type] = std::move(handler);
 }
 
 void Action::run(const Aspect& aspect, ObjectId from) const {
     struct Level {
-        const Node* node;
         Affine3d world_T_node;
-        std::size_t nextChild;
-        std::size_t endChild;
+        ChildList::Iterator nextChild;
+        std::size_t left;
     };
     std::vector<Level> levels;  // no recursion: depth is a matter of memory, not of the stack
 
     const auto enter = [&](ObjectId id, const Affine3d& world_T_parent) {
         const Node* node = aspect.get<Node>(id);
         if (!node) return;
-        Affine3d world_T_node = world_T_parent;
-        const Object* core = node->core ? aspect.find(node->core) : nullptr;
-        if (core && std::holds_alternative<Transform>(*core))
-            world_T_node = world_T_parent * ownTransform(aspect, *node);
+        const Object core = node->core ? aspect.find(node->core) : Object();
+        const Affine3d world_T_node =
+            core && core.info().pose ? core.info().pose(core.data()).below(world_T_parent) : world_T_parent;
         const Visit visit{aspect, id, *node, world_T_node, levels.size()};
         if (nodeHandler_ && nodeHandler_(visit) == Descend::kPast) return;
-        if (core) {
-            const Handler& handler = handlers_[typeOf(*core).value];
+        if (core && core.info().index < handlers_.size()) {
+            const Handler& handler = handlers_[core.info().index];
             if (handler && handler(visit) == Descend::kPast) return;
         }
         const ChildRange range = visitHidden_ ? ChildRange{0, node->children.size()} : shownChildren(aspect, *node);
-        levels.push_back({node, world_T_node, range.first, range.end});
+        levels.push_back({world_T_node, node->children.from(range.first), range.end - range.first});
     };
 
     const Node* start = aspect.get<Node>(from);
@@ -65,11 +62,13 @@ void Action::run(const Aspect& aspect, ObjectId from) const {
     enter(from, start->parent ? worldTransform(aspect, start->parent) : Affine3d::Identity());
     while (!levels.empty()) {
         Level& level = levels.back();
-        if (level.nextChild == level.endChild) {
+        if (level.left == 0) {
             levels.pop_back();
             continue;
         }
-        const ObjectId child = level.node->children[level.nextChild++];
+        const ObjectId child = *level.nextChild;
+        ++level.nextChild;
+        --level.left;
         const Affine3d world_T_parent = level.world_T_node;  // `enter` grows the stack
         enter(child, world_T_parent);
     }
@@ -81,8 +80,7 @@ Affine3d worldTransform(const Aspect& aspect, ObjectId node) {
         path.push_back(n);
     // From the top down, as a traversal multiplies: the same bits.
     Affine3d world_T_node = Affine3d::Identity();
-    for (auto it = path.rbegin(); it != path.rend(); ++it)
-        if (aspect.coreOf<Transform>(**it)) world_T_node = world_T_node * ownTransform(aspect, **it);
+    for (auto it = path.rbegin(); it != path.rend(); ++it) world_T_node = placeNode(aspect, **it, world_T_node);
     return world_T_node;
 }
 

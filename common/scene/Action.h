@@ -1,8 +1,8 @@
 /// A traversal of the tree with a handler per core type: a table, no visitor that names all types.
 #pragma once
 
-#include <array>
 #include <functional>
+#include <vector>
 
 #include "common/scene/Aspect.h"
 
@@ -28,7 +28,7 @@ public:
     /// Called when a node with this type of core is entered. One handler per type.
     template <typename Core>
     void on(std::function<Descend(const Visit&, const Core&)> handler) {
-        setHandler(Core::kType,
+        setHandler(kTypeIndex<Core>,
                    [h = std::move(handler)](const Visit& v) { return h(v, *v.aspect.coreOf<Core>(v.node)); });
     }
     /// Called for every node before the handler of its core.
@@ -39,12 +39,15 @@ public:
     void run(const Aspect& aspect, ObjectId from = kRootNode) const;
 
 private:
-    void setHandler(TypeNumber type, Handler handler);
+    void setHandler(std::size_t type, Handler handler);
 
-    std::array<Handler, 32> handlers_;
+    std::vector<Handler> handlers_;  ///< by the index of the type; as many as were asked for
     Handler nodeHandler_;
     bool visitHidden_ = false;
 };
+
+/// world_T_node of a node whose parent stands at `world_T_parent`. The one product that everybody makes, the same bits.
+[[nodiscard]] Affine3d placeNode(const Aspect& aspect, const Node& node, const Affine3d& world_T_parent);
 
 /// world_T_node by walking up to the root.
 [[nodiscard]] Affine3d worldTransform(const Aspect& aspect, ObjectId node);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "common/scene/FieldLayout.h"
 #include "common/scene/InverseRecorder.h"
 #include "common/scene/ListCheck.h"
 
@@ -10,22 +9,22 @@ namespace tessera {
 
 struct Aspect::Impl {
     explicit Impl(SceneLimits l) : limits(l) {
-        ObjectTable::Slot& root = table.insert(kRootNode, Node());
-        table.setHash(kRootNode, root, hashObject(kRootNode, root, scratch));
+        table.rehash(kRootNode, table.insert(kRootNode, allTypes()[kTypeIndex<Node>]));
     }
 
     /// The list has passed its check: from here on nothing fails.
-    void applyChecked(const ChangeList& list, InverseRecorder* inverse);
+    void applyChecked(const ChangeList& list, const CheckedList& checked, InverseRecorder* inverse);
 
     void create(const Creation& creation);
     void place(const Placement& placement, InverseRecorder* inverse);
-    /// Columns of one type with the same ids. `final`: no other column of that type follows, so the objects can be
+    /// Columns of one type with the same ids. `final`: nothing else touches objects of that type any more, so they can be
     /// hashed while they are at hand.
     void setColumns(std::span<const FieldColumn> columns, bool final, InverseRecorder* inverse);
-    void setRow(const FieldColumn& column, const FieldLayout& field, Object& object, std::size_t row);
+    void setColumn(const FieldColumn& column, const FieldEntry& field);
+    void setRange(const RangeEdit& range, const Blob& result, InverseRecorder* inverse);
     void destroy(ObjectId id);
     void rehash(ObjectId id, ObjectTable::Slot& slot) {
-        table.setHash(id, slot, hashObject(id, slot, scratch));
+        table.rehash(id, slot);
         slot.mark = hashedMark;
     }
     void rehashTouched();
@@ -36,6 +35,9 @@ struct Aspect::Impl {
         touched.push_back({id, &slot});
     }
     void findRows(const FieldColumn& column);
+    void hold(ObjectId target) {
+        if (target) ++table.find(target)->uses;
+    }
     void letGo(ObjectId target) {
         if (ObjectTable::Slot* slot = target ? table.find(target) : nullptr) --slot->uses;
     }
@@ -51,64 +53,29 @@ struct Aspect::Impl {
     };
     std::vector<Touched> touched;
     std::vector<ObjectTable::Slot*> rows;  ///< of the columns at hand
-    std::vector<std::byte> scratch;
+    std::vector<std::byte*> objects;       ///< the same
 };
 
-namespace {
-
-template <typename Scalar>
-void writeNumbers(const FieldColumn& column, const FieldLayout& field, Object& object, std::size_t row) {
-    const std::size_t width = field.info->width;
-    const Scalar* from = std::get<std::vector<Scalar>>(column.values).data() + row * width;
-    Scalar* to = field.in<Scalar>(object);
-    if (field.info->quaternion) {  // said as w x y z, lies as x y z w
-        to[0] = from[1];
-        to[1] = from[2];
-        to[2] = from[3];
-        to[3] = from[0];
-        return;
-    }
-    // Widths are 1 to 4: written out, since a loop over so few costs more than its work.
-    to[0] = from[0];
-    if (width > 1) to[1] = from[1];
-    if (width > 2) to[2] = from[2];
-    if (width > 3) to[3] = from[3];
-}
-
-std::size_t indexOf(const std::vector<ObjectId>& children, ObjectId child) {
-    // From both ends: whole families are mostly taken apart from one of them.
-    for (std::size_t front = 0, back = children.size() - 1;; ++front, --back) {
-        if (children[front] == child) return front;
-        if (children[back] == child) return back;
-        TESSERA_CHECK(front < back, "a node is not among its parent's children");
-    }
-}
-
-}  // namespace
-
 void Aspect::Impl::create(const Creation& creation) {
-    touch(creation.id, table.insert(creation.id, findType(creation.type)->make()));
+    touch(creation.id, table.insert(creation.id, *findType(creation.type)));
     nextFreeId = std::max(nextFreeId, creation.id.value + 1);
 }
 
 void Aspect::Impl::place(const Placement& p, InverseRecorder* inverse) {
     ObjectTable::Slot& slot = *table.find(p.node);
-    Node& node = std::get<Node>(*slot.object);
+    Node& node = table.node(slot);
     std::size_t oldIndex = 0;
     const ObjectId oldParent = node.parent;
     if (oldParent) {
         ObjectTable::Slot& parent = *table.find(oldParent);
-        std::vector<ObjectId>& siblings = std::get<Node>(*parent.object).children;
-        oldIndex = indexOf(siblings, p.node);
-        siblings.erase(siblings.begin() + static_cast<std::ptrdiff_t>(oldIndex));
+        oldIndex = table.node(parent).children.erase(p.node);
         touch(oldParent, parent);
     }
     if (inverse) inverse->moved(p.node, oldParent, static_cast<std::uint32_t>(oldIndex));
     if (p.parent) {
         ObjectTable::Slot& parent = *table.find(p.parent);
-        std::vector<ObjectId>& siblings = std::get<Node>(*parent.object).children;
-        const std::size_t index = p.index == Placement::kLast ? siblings.size() : p.index;
-        siblings.insert(siblings.begin() + static_cast<std::ptrdiff_t>(index), p.node);
+        ChildList& siblings = table.node(parent).children;
+        siblings.insert(p.index == Placement::kLast ? siblings.size() : p.index, p.node);
         touch(p.parent, parent);
     }
     node.parent = p.parent;
@@ -116,62 +83,113 @@ void Aspect::Impl::place(const Placement& p, InverseRecorder* inverse) {
 }
 
 void Aspect::Impl::findRows(const FieldColumn& column) {
-    rows.clear();
-    rows.reserve(column.ids.size());
+    rows.resize(column.ids.size());
+    objects.resize(column.ids.size());
     ObjectTable::Cursor cursor(table);
-    for (const ObjectId id : column.ids) rows.push_back(cursor.find(id));
+    const Slab* slab = nullptr;
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        rows[row] = cursor.find(column.ids[row]);
+        if (!slab) slab = &table.slab(rows[row]->type);
+        objects[row] = static_cast<std::byte*>(slab->at(rows[row]->place));
+    }
 }
 
-void Aspect::Impl::setRow(const FieldColumn& column, const FieldLayout& field, Object& object, std::size_t row) {
-    switch (field.info->kind) {
-        case FieldKind::kFloat:
-            writeNumbers<float>(column, field, object, row);
-            break;
-        case FieldKind::kDouble:
-            writeNumbers<double>(column, field, object, row);
-            break;
-        case FieldKind::kInt:
-            writeNumbers<std::int64_t>(column, field, object, row);
-            break;
-        case FieldKind::kRef: {
-            ObjectId& held = *field.in<ObjectId>(object);
-            letGo(held);
-            held = std::get<std::vector<ObjectId>>(column.values)[row];
-            if (held) ++table.find(held)->uses;
-            break;
-        }
-        case FieldKind::kText:
-            *field.in<std::string>(object) = std::get<std::vector<std::string>>(column.values)[row];
-            break;
-        case FieldKind::kBlob:
-            *field.in<Blob>(object) = std::get<std::vector<Blob>>(column.values)[row];
-            break;
+namespace {
+
+template <typename Scalar, std::size_t width>
+void writeRows(const std::vector<Scalar>& values, std::span<std::byte* const> objects, std::size_t offset) {
+    const Scalar* from = values.data();
+    for (std::byte* object : objects) {
+        auto* to = reinterpret_cast<Scalar*>(object + offset);
+        for (std::size_t i = 0; i < width; ++i) to[i] = from[i];
+        from += width;
     }
+}
+
+template <typename Scalar>
+void writeNumbers(const std::vector<Scalar>& values, std::span<std::byte* const> objects, const FieldEntry& field) {
+    if (field.quaternion) {  // said as w x y z, lies as x y z w
+        const Scalar* from = values.data();
+        for (std::byte* object : objects) {
+            auto* to = reinterpret_cast<Scalar*>(object + field.offset);
+            to[0] = from[1];
+            to[1] = from[2];
+            to[2] = from[3];
+            to[3] = from[0];
+            from += 4;
+        }
+        return;
+    }
+    switch (field.width) {
+        case 1:
+            return writeRows<Scalar, 1>(values, objects, field.offset);
+        case 2:
+            return writeRows<Scalar, 2>(values, objects, field.offset);
+        case 3:
+            return writeRows<Scalar, 3>(values, objects, field.offset);
+        default:
+            return writeRows<Scalar, 4>(values, objects, field.offset);
+    }
+}
+
+}  // namespace
+
+void Aspect::Impl::setColumn(const FieldColumn& column, const FieldEntry& field) {
+    std::visit(
+        [&](const auto& values) {
+            using Scalar = typename std::decay_t<decltype(values)>::value_type;
+            if constexpr (std::is_same_v<Scalar, float> || std::is_same_v<Scalar, double>) {
+                writeNumbers(values, objects, field);
+            } else if constexpr (std::is_same_v<Scalar, ObjectId>) {
+                for (std::size_t row = 0; row < objects.size(); ++row) {
+                    ObjectId& held = *field.in<ObjectId>(objects[row]);
+                    letGo(held);
+                    held = values[row];
+                    hold(held);
+                }
+            } else if constexpr (std::is_same_v<Scalar, RefList>) {
+                for (std::size_t row = 0; row < objects.size(); ++row) {
+                    RefList& held = *field.in<RefList>(objects[row]);
+                    for (const ObjectId id : held) letGo(id);
+                    held = values[row];
+                    for (const ObjectId id : held) hold(id);
+                }
+            } else if constexpr (std::is_same_v<Scalar, std::uint8_t>) {
+                for (std::size_t row = 0; row < objects.size(); ++row) *field.in<bool>(objects[row]) = values[row] != 0;
+            } else {
+                for (std::size_t row = 0; row < objects.size(); ++row) *field.in<Scalar>(objects[row]) = values[row];
+            }
+        },
+        column.values);
 }
 
 void Aspect::Impl::setColumns(std::span<const FieldColumn> columns, bool final, InverseRecorder* inverse) {
     findRows(columns.front());
     if (rows.empty()) return;
-    std::vector<const FieldLayout*> fields;
+    const TypeInfo& type = table.type(*rows.front());
     for (const FieldColumn& column : columns) {
-        fields.push_back(&layoutOf(rows.front()->alternative, column.field));
-        if (inverse) inverse->overwritten(column, *fields.back()->info, table);
+        const FieldEntry& field = *findField(type, column.field);
+        if (inverse) inverse->overwritten(column, field, objects);
+        setColumn(column, field);
     }
-    for (std::size_t row = 0; row < rows.size(); ++row) {
-        ObjectTable::Slot& slot = *rows[row];
-        for (std::size_t i = 0; i < columns.size(); ++i) setRow(columns[i], *fields[i], *slot.object, row);
-        const ObjectId id = columns.front().ids[row];
-        if (final)
-            rehash(id, slot);
-        else
-            touch(id, slot);
-    }
+    const std::vector<ObjectId>& ids = columns.front().ids;
+    if (final)
+        for (std::size_t row = 0; row < rows.size(); ++row) rehash(ids[row], *rows[row]);
+    else
+        for (std::size_t row = 0; row < rows.size(); ++row) touch(ids[row], *rows[row]);
+}
+
+void Aspect::Impl::setRange(const RangeEdit& range, const Blob& result, InverseRecorder* inverse) {
+    ObjectTable::Slot& slot = *table.find(range.object);
+    const FieldEntry& field = *findField(table.type(slot), range.field);
+    Blob& held = *field.in<Blob>(table.data(slot));
+    if (inverse) inverse->edited(range, held);
+    held = result;
+    touch(range.object, slot);
 }
 
 void Aspect::Impl::destroy(ObjectId id) {
-    const Object& object = *table.find(id)->object;
-    for (const FieldInfo& field : typeInfo(object).fields)
-        if (field.kind == FieldKind::kRef) letGo(*fieldAt<ObjectId>(field, object));
+    forEachRef(table.object(*table.find(id)), [this](ObjectId target) { letGo(target); });
     table.erase(id);
 }
 
@@ -180,7 +198,7 @@ void Aspect::Impl::rehashTouched() {
         if (object.slot->mark != hashedMark) rehash(object.id, *object.slot);
 }
 
-void Aspect::Impl::applyChecked(const ChangeList& list, InverseRecorder* inverse) {
+void Aspect::Impl::applyChecked(const ChangeList& list, const CheckedList& checked, InverseRecorder* inverse) {
     touchedMark = table.newMark();
     hashedMark = table.newMark();
     touched.clear();
@@ -191,10 +209,12 @@ void Aspect::Impl::applyChecked(const ChangeList& list, InverseRecorder* inverse
         const FieldColumn& column = list.columns[first];
         for (end = first + 1; end < list.columns.size(); ++end)
             if (list.columns[end].type != column.type || list.columns[end].ids != column.ids) break;
-        const bool final = std::none_of(list.columns.begin() + static_cast<std::ptrdiff_t>(end), list.columns.end(),
-                                        [&](const FieldColumn& later) { return later.type == column.type; });
+        const auto sameType = [&](const auto& later) { return later.type == column.type; };
+        const bool final = std::none_of(list.columns.begin() + static_cast<std::ptrdiff_t>(end), list.columns.end(), sameType) &&
+                           std::ranges::none_of(list.ranges, sameType);
         setColumns(std::span(list.columns).subspan(first, end - first), final, inverse);
     }
+    for (std::size_t i = 0; i < list.ranges.size(); ++i) setRange(list.ranges[i], checked.rangeResults[i], inverse);
     rehashTouched();  // while every slot still stands
     for (const ObjectId id : list.destructions) destroy(id);
     nextFreeId = std::max(nextFreeId, list.nextFreeId);
@@ -208,21 +228,23 @@ Aspect::Aspect(Aspect&&) noexcept = default;
 Aspect& Aspect::operator=(Aspect&&) noexcept = default;
 
 Expected<void> Aspect::apply(const ChangeList& list) {
-    if (auto ok = ListCheck(impl_->table, impl_->limits, list).run(); !ok) return ok;
-    impl_->applyChecked(list, nullptr);
+    const Expected<CheckedList> checked = ListCheck(impl_->table, impl_->limits, list).run();
+    if (!checked) return tl::unexpected(checked.error());
+    impl_->applyChecked(list, *checked, nullptr);
     return {};
 }
 
 Expected<ChangeList> Aspect::applyWithInverse(const ChangeList& list) {
-    if (auto ok = ListCheck(impl_->table, impl_->limits, list).run(); !ok) return tl::unexpected(ok.error());
+    const Expected<CheckedList> checked = ListCheck(impl_->table, impl_->limits, list).run();
+    if (!checked) return tl::unexpected(checked.error());
     InverseRecorder inverse(list, impl_->table);
-    impl_->applyChecked(list, &inverse);
+    impl_->applyChecked(list, *checked, &inverse);
     return inverse.take();
 }
 
-const Object* Aspect::find(ObjectId id) const {
+Object Aspect::find(ObjectId id) const {
     const ObjectTable::Slot* slot = std::as_const(impl_->table).find(id);
-    return slot ? slot->object.get() : nullptr;
+    return slot ? impl_->table.object(*slot) : Object();
 }
 
 std::size_t Aspect::useCount(ObjectId id) const {
@@ -239,6 +261,9 @@ std::vector<ObjectId> Aspect::ids() const {
 std::uint64_t Aspect::nextFreeId() const {
     return impl_->nextFreeId;
 }
+std::vector<Aspect::MemoryUse> Aspect::memoryUse() const {
+    return impl_->table.memoryUse();
+}
 std::uint64_t Aspect::stateHash() const {
     return impl_->table.rootHash();
 }
@@ -247,6 +272,59 @@ std::vector<Aspect::LeafHash> Aspect::leafHashes() const {
 }
 std::vector<Aspect::ObjectHash> Aspect::objectHashes(std::uint64_t leaf) const {
     return impl_->table.objectHashes(leaf);
+}
+
+// ---- snapshot ------------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// The values of one field, of all objects of a type whose value is not the default.
+FieldColumn columnOf(const ObjectTable& table, const TypeInfo& type, const FieldEntry& field, std::span<const ObjectId> ids) {
+    FieldColumn column = FieldColumn::ofShape(type.type, field.id, field.kind, field.width);
+    ObjectTable::ConstCursor cursor(table);
+    std::visit(
+        [&](auto& values) {
+            using Scalar = typename std::decay_t<decltype(values)>::value_type;
+            using Stored = std::conditional_t<std::is_same_v<Scalar, std::uint8_t>, bool, Scalar>;
+            const auto* usual = field.in<Stored>(type.fresh);
+            for (const ObjectId id : ids) {
+                const auto* held = field.in<Stored>(static_cast<const void*>(table.data(*cursor.find(id))));
+                if constexpr (std::is_same_v<Scalar, Matrix>) {
+                    if (*held == *usual) continue;
+                    values.push_back(*held);
+                } else {
+                    if (std::equal(held, held + field.width, usual)) continue;
+                    if (field.quaternion) values.push_back(held[3]);
+                    for (std::size_t i = 0; i < (field.quaternion ? 3u : field.width); ++i) values.push_back(held[i]);
+                }
+                column.ids.push_back(id);
+            }
+        },
+        column.values);
+    return column;
+}
+
+}  // namespace
+
+ChangeList snapshot(const Aspect& aspect) {
+    const ObjectTable& table = aspect.impl_->table;
+    ChangeList list;
+    std::vector<std::vector<ObjectId>> byType(allTypes().size());
+    ObjectTable::ConstCursor cursor(table);
+    for (const ObjectId id : table.ids()) {
+        const ObjectTable::Slot& slot = *cursor.find(id);
+        byType[slot.type].push_back(id);
+        if (id != kRootNode) list.creations.push_back({id, table.type(slot).type});
+        if (slot.type == kTypeIndex<Node>)
+            for (const ObjectId child : table.node(slot).children) list.placements.push_back({child, id});
+    }
+    for (const TypeInfo& type : allTypes())
+        for (const FieldEntry& field : type.fields) {
+            FieldColumn column = columnOf(table, type, field, byType[type.index]);
+            if (!column.ids.empty()) list.columns.push_back(std::move(column));
+        }
+    list.nextFreeId = aspect.nextFreeId();
+    return list;
 }
 
 }  // namespace tessera

@@ -8,7 +8,7 @@
 
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
-#include "common/scene/Cores.h"
+#include "common/scene/FieldTable.h"
 
 namespace tessera {
 
@@ -17,6 +17,7 @@ struct SceneLimits {
     std::size_t maxChildren = 1'000'000;
     std::size_t maxDepth = 256;       ///< nodes from the root
     std::size_t maxTextBytes = 4096;  ///< one text value
+    std::size_t maxRefs = 65'536;     ///< one list of references
 };
 
 /// Holds all objects by id. Changed by applying change lists and in no other way. One thread owns it; nothing in it is
@@ -38,11 +39,11 @@ public:
     /// Also returns the list that leads back. Its creations bring back old ids.
     [[nodiscard]] Expected<ChangeList> applyWithInverse(const ChangeList& list);
 
-    [[nodiscard]] const Object* find(ObjectId id) const;
+    /// Nothing where there is no such object. What is found holds until the next apply.
+    [[nodiscard]] Object find(ObjectId id) const;
     template <typename T>
     [[nodiscard]] const T* get(ObjectId id) const {
-        const Object* object = find(id);
-        return object ? std::get_if<T>(object) : nullptr;
+        return find(id).as<T>();
     }
     [[nodiscard]] const Node& root() const { return *get<Node>(kRootNode); }
     /// The core of a node as T, or null.
@@ -76,10 +77,25 @@ public:
     };
     [[nodiscard]] std::vector<ObjectHash> objectHashes(std::uint64_t leaf) const;
 
+    /// Memory by type: what an object and its slot take, and what is kept elsewhere (child lists; texts and blobs are not
+    /// counted).
+    struct MemoryUse {
+        std::string_view type;
+        std::size_t objects = 0;
+        std::size_t objectBytes = 0;  ///< of one
+        std::size_t elsewhereBytes = 0;  ///< of all
+    };
+    [[nodiscard]] std::vector<MemoryUse> memoryUse() const;
+
 private:
+    friend ChangeList snapshot(const Aspect& aspect);
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+/// Names the arrays that the list's ranges lead to, for a committer: a proposal does not know them. Refused where a range lies
+/// outside its array, or where the array is not here and its name is not said.
+[[nodiscard]] Expected<void> resolveRanges(const Aspect& aspect, ChangeList& list);
 
 /// The list that leads from the empty scene to this one, next free id included.
 [[nodiscard]] ChangeList snapshot(const Aspect& aspect);

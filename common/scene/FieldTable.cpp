@@ -1,315 +1,335 @@
 #include "common/scene/FieldTable.h"
 
-#include <algorithm>
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <new>
+#include <unordered_set>
+
+#include "common/base/Hash.h"
 
 namespace tessera {
 
 namespace {
 
-// ---- C++ type <-> kind, width and FieldValue -----------------------------------------------------------------------
+static_assert(std::endian::native == std::endian::little, "canonical bytes are little-endian");
 
-template <typename T>
-struct Shape;
-template <>
-struct Shape<float> {
-    static constexpr FieldKind kKind = FieldKind::kFloat;
-    static constexpr std::uint8_t kWidth = 1;
-    static void assign(float& to, const FieldValue& value) { to = std::get<Floats>(value).values[0]; }
-    static void* at(float& v) { return &v; }
-};
-template <>
-struct Shape<double> {
-    static constexpr FieldKind kKind = FieldKind::kDouble;
-    static constexpr std::uint8_t kWidth = 1;
-    static void assign(double& to, const FieldValue& value) { to = std::get<Doubles>(value).values[0]; }
-    static void* at(double& v) { return &v; }
-};
-template <int N>
-struct Shape<Eigen::Matrix<float, N, 1>> {
-    static constexpr FieldKind kKind = FieldKind::kFloat;
-    static constexpr std::uint8_t kWidth = N;
-    static void assign(Eigen::Matrix<float, N, 1>& to, const FieldValue& value) {
-        std::copy_n(std::get<Floats>(value).values.begin(), N, to.data());
-    }
-    static void* at(Eigen::Matrix<float, N, 1>& v) { return v.data(); }
-};
-template <>
-struct Shape<Vec3d> {
-    static constexpr FieldKind kKind = FieldKind::kDouble;
-    static constexpr std::uint8_t kWidth = 3;
-    static void assign(Vec3d& to, const FieldValue& value) {
-        std::copy_n(std::get<Doubles>(value).values.begin(), 3, to.data());
-    }
-    static void* at(Vec3d& v) { return v.data(); }
-};
-template <>
-struct Shape<Quatd> {
-    static constexpr FieldKind kKind = FieldKind::kDouble;
-    static constexpr std::uint8_t kWidth = 4;
-    static void assign(Quatd& to, const FieldValue& value) {
-        const auto& wxyz = std::get<Doubles>(value).values;
-        to = Quatd(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
-    }
-    static void* at(Quatd& v) { return v.coeffs().data(); }
-};
-template <typename T, FieldKind kind>
-struct SingleShape {
-    static constexpr FieldKind kKind = kind;
-    static constexpr std::uint8_t kWidth = 1;
-    static void assign(T& to, const FieldValue& value) { to = std::get<T>(value); }
-    static void* at(T& v) { return &v; }
-};
-template <>
-struct Shape<std::int64_t> : SingleShape<std::int64_t, FieldKind::kInt> {};
-template <>
-struct Shape<ObjectId> : SingleShape<ObjectId, FieldKind::kRef> {};
-template <>
-struct Shape<std::string> : SingleShape<std::string, FieldKind::kText> {};
-template <>
-struct Shape<Blob> : SingleShape<Blob, FieldKind::kBlob> {};
+// ---- hashing -------------------------------------------------------------------------------------------------------
 
-template <typename Member>
-struct MemberOf;
-template <typename Core_, typename Type_>
-struct MemberOf<Type_ Core_::*> {
-    using Core = Core_;
-    using Type = Type_;
+/// A product of 128 bits folded: two words at a time, a handful of cycles each. Not cryptographic.
+class WordHash {
+public:
+    explicit WordHash(std::uint64_t seed) : state_(seed ^ 0x9E3779B97F4A7C15ull) {}
+
+    void put(std::uint64_t a, std::uint64_t b) { state_ = fold(a ^ 0xA0761D6478BD642Full ^ state_, b ^ 0xE7037ED1A0B428DBull); }
+    void put(std::uint64_t a) { put(a, 0x8EBC6AF09C88C6E3ull); }
+    void putBytes(ByteSpan bytes) { put(hash64(bytes), bytes.size()); }
+    [[nodiscard]] std::uint64_t value() const { return fold(state_, 0x589965CC75374CC3ull); }
+
+private:
+    /// A factor of zero would forget all that came before: the factors themselves are kept in the sum.
+    [[nodiscard]] static std::uint64_t fold(std::uint64_t a, std::uint64_t b) {
+        const unsigned __int128 product = static_cast<unsigned __int128>(a) * b;
+        return static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64) ^ std::rotl(a, 23) ^ b;
+    }
+    std::uint64_t state_;
 };
+
+template <typename Real>
+std::uint64_t canonicalBits(Real value) {
+    return std::bit_cast<std::conditional_t<sizeof(Real) == 8, std::uint64_t, std::uint32_t>>(value + Real(0));  // -0 + 0 is +0
+}
+
+template <typename Real>
+void putReals(WordHash& hash, const Real* values, std::size_t count) {
+    if constexpr (sizeof(Real) == 8) {
+        std::size_t i = 0;
+        for (; i + 1 < count; i += 2) hash.put(canonicalBits(values[i]), canonicalBits(values[i + 1]));
+        if (i < count) hash.put(canonicalBits(values[i]));
+    } else {
+        const auto pair = [&](std::size_t i) {
+            return canonicalBits(values[i]) | (i + 1 < count ? canonicalBits(values[i + 1]) << 32 : 0);
+        };
+        hash.put(pair(0), count > 2 ? pair(2) : 0);
+    }
+}
+
+template <FieldKind kind, std::size_t width>
+void putField(WordHash& hash, const void* at) {
+    if constexpr (kind == FieldKind::kFloat)
+        putReals(hash, static_cast<const float*>(at), width);
+    else if constexpr (kind == FieldKind::kDouble)
+        putReals(hash, static_cast<const double*>(at), width);
+    else if constexpr (kind == FieldKind::kMatrix)
+        putReals(hash, static_cast<const double*>(at), 16);
+    else if constexpr (kind == FieldKind::kInt)
+        hash.put(static_cast<std::uint64_t>(*static_cast<const std::int64_t*>(at)));
+    else if constexpr (kind == FieldKind::kRef)
+        hash.put(static_cast<const ObjectId*>(at)->value);
+    else if constexpr (kind == FieldKind::kBool)
+        hash.put(*static_cast<const bool*>(at) ? 1 : 0);
+    else if constexpr (kind == FieldKind::kText)
+        hash.putBytes(asBytes(*static_cast<const std::string*>(at)));
+    else if constexpr (kind == FieldKind::kRefs)
+        hash.putBytes(std::as_bytes(std::span(*static_cast<const RefList*>(at))));
+    else
+        hash.put(static_cast<const Blob*>(at)->id().low, static_cast<const Blob*>(at)->id().high);
+}
 
 // ---- the table -----------------------------------------------------------------------------------------------------
 
-template <auto kMember>
-constexpr FieldInfo fieldOf(FieldId id, std::string_view name) {
-    using Core = typename MemberOf<decltype(kMember)>::Core;
-    using Type = typename MemberOf<decltype(kMember)>::Type;
-    return {
-        .id = id,
-        .name = name,
-        .kind = Shape<Type>::kKind,
-        .width = Shape<Type>::kWidth,
-        .refType = std::nullopt,
-        .quaternion = std::is_same_v<Type, Quatd>,
-        .load = [](const Object& object) -> FieldValue { return toValue(std::get<Core>(object).*kMember); },
-        .store = [](Object& object,
-                    const FieldValue& value) { Shape<Type>::assign(std::get<Core>(object).*kMember, value); },
-        .at = [](Object& object) -> void* { return Shape<Type>::at(std::get<Core>(object).*kMember); },
-    };
-}
-template <auto kMember>
-constexpr FieldInfo refOf(FieldId id, std::string_view name, TypeNumber to) {
-    FieldInfo info = fieldOf<kMember>(id, name);
-    info.refType = objectType(to);
-    return info;
-}
-constexpr FieldInfo between(double least, double greatest, FieldInfo info) {
-    info.least = least;
-    info.greatest = greatest;
-    return info;
-}
-
-// Bounds stand only where a value beyond them would break somebody who trusts the scene.
-constexpr double kMaxImagePx = 65536;
-constexpr double kLeastScale = 1e-9;
-constexpr double kGreatestScale = 1e9;
-
-constexpr FieldInfo kNodeFields[] = {
-    fieldOf<&Node::name>(field::kNodeName, "name"),
-    fieldOf<&Node::core>(field::kNodeCore, "core"),
-};
-constexpr FieldInfo kTransformFields[] = {
-    fieldOf<&Transform::translation>(field::kTranslation, "translation"),
-    fieldOf<&Transform::rotation>(field::kRotation, "rotation"),
-    fieldOf<&Transform::scale>(field::kScale, "scale"),
-};
-constexpr FieldInfo kGeometryFields[] = {
-    fieldOf<&Geometry::positions>(field::kPositions, "positions"),
-    fieldOf<&Geometry::normals>(field::kNormals, "normals"),
-    fieldOf<&Geometry::colors>(field::kColors, "colors"),
-    fieldOf<&Geometry::texcoords>(field::kTexcoords, "texcoords"),
-    fieldOf<&Geometry::indices>(field::kIndices, "indices"),
-    refOf<&Geometry::material>(field::kGeometryMaterial, "material", TypeNumber::kMaterial),
-};
-constexpr FieldInfo kMaterialFields[] = {
-    fieldOf<&Material::baseColor>(field::kBaseColor, "baseColor"),
-    fieldOf<&Material::metallic>(field::kMetallic, "metallic"),
-    fieldOf<&Material::roughness>(field::kRoughness, "roughness"),
-    fieldOf<&Material::emissive>(field::kEmissive, "emissive"),
-    refOf<&Material::baseColorImage>(field::kBaseColorImage, "baseColorImage", TypeNumber::kImage),
-    between(0, 1, fieldOf<&Material::doubleSided>(field::kDoubleSided, "doubleSided")),
-};
-constexpr FieldInfo kImageFields[] = {
-    fieldOf<&Image::pixels>(field::kPixels, "pixels"),
-    between(0, kMaxImagePx, fieldOf<&Image::widthPx>(field::kImageWidth, "widthPx")),
-    between(0, kMaxImagePx, fieldOf<&Image::heightPx>(field::kImageHeight, "heightPx")),
-};
-constexpr FieldInfo kSwitchFields[] = {
-    between(Switch::kNone, 1e9, fieldOf<&Switch::choice>(field::kChoice, "choice")),
-};
-constexpr FieldInfo kDirectionalLightFields[] = {
-    fieldOf<&DirectionalLight::color>(field::kLightColor, "color"),
-    fieldOf<&DirectionalLight::intensity>(field::kLightIntensity, "intensity"),
-};
-constexpr FieldInfo kPointLightFields[] = {
-    fieldOf<&PointLight::color>(field::kLightColor, "color"),
-    fieldOf<&PointLight::intensity>(field::kLightIntensity, "intensity"),
-    fieldOf<&PointLight::range>(field::kLightRange, "range"),
-};
-constexpr FieldInfo kCameraFields[] = {
-    between(kLeastScale, kGreatestScale,
-            fieldOf<&Camera::worldUnitsPerMetre>(field::kWorldUnitsPerMetre, "worldUnitsPerMetre")),
-    between(0, 1, fieldOf<&Camera::enabled>(field::kCameraEnabled, "enabled")),
-};
-constexpr FieldInfo kMotionFields[] = {
-    refOf<&Motion::target>(field::kMotionTarget, "target", TypeNumber::kTransform),
-    fieldOf<&Motion::keys>(field::kMotionKeys, "keys"),
-    between(Motion::kOnce, Motion::kPingPong, fieldOf<&Motion::mode>(field::kMotionMode, "mode")),
-    between(0, 1, fieldOf<&Motion::playing>(field::kMotionPlaying, "playing")),
-    fieldOf<&Motion::time>(field::kMotionTime, "time"),
-};
-constexpr FieldInfo kEnvironmentFields[] = {
-    fieldOf<&Environment::sky>(field::kSky, "sky"),
-    fieldOf<&Environment::ground>(field::kGround, "ground"),
-    fieldOf<&Environment::background>(field::kBackground, "background"),
-    between(-1e6, 1e6, fieldOf<&Environment::gravity>(field::kGravity, "gravity")),
-};
-constexpr FieldInfo kInterestFields[] = {
-    refOf<&Interest::object>(field::kInterestObject, "object", TypeNumber::kNode),
-    refOf<&Interest::against>(field::kInterestAgainst, "against", TypeNumber::kNode),
-    between(Interest::kReport, Interest::kAsk, fieldOf<&Interest::response>(field::kInterestResponse, "response")),
-    between(0, 1, fieldOf<&Interest::enabled>(field::kInterestEnabled, "enabled")),
-    between(Interest::kPseudoDynamic, Interest::kIgnore, fieldOf<&Interest::mode>(field::kInterestMode, "mode")),
-    between(Interest::kYesOrNo, 1e6, fieldOf<&Interest::detail>(field::kInterestDetail, "detail")),
-    fieldOf<&Interest::objectLayers>(field::kInterestObjectLayers, "objectLayers"),
-    fieldOf<&Interest::againstLayers>(field::kInterestAgainstLayers, "againstLayers"),
-    between(0, 1e12, fieldOf<&Interest::threshold>(field::kInterestThreshold, "threshold")),
-    between(0, 7, fieldOf<&Interest::show>(field::kInterestShow, "show")),
-    between(0, 1e6, fieldOf<&Interest::patience>(field::kInterestPatience, "patience")),
-};
-constexpr double kFastest = 1e6;
-constexpr FieldInfo kCollisionObjectFields[] = {
-    refOf<&CollisionObject::node>(field::kCollisionNode, "node", TypeNumber::kNode),
-    between(CollisionObject::kStatic, CollisionObject::kDeforming,
-            fieldOf<&CollisionObject::kind>(field::kCollisionKind, "kind")),
-    between(CollisionObject::kWhole, CollisionObject::kEachGeometry,
-            fieldOf<&CollisionObject::division>(field::kCollisionDivision, "division")),
-    between(CollisionObject::kTriangles, CollisionObject::kHull,
-            fieldOf<&CollisionObject::shape>(field::kCollisionShape, "shape")),
-    fieldOf<&CollisionObject::layers>(field::kCollisionLayers, "layers"),
-    between(0, 1e12, fieldOf<&CollisionObject::mass>(field::kMass, "mass")),
-    between(0, 1, fieldOf<&CollisionObject::restitution>(field::kRestitution, "restitution")),
-    between(0, 1e3, fieldOf<&CollisionObject::friction>(field::kFriction, "friction")),
-    between(-kFastest, kFastest, fieldOf<&CollisionObject::velocity>(field::kVelocity, "velocity")),
-    between(-kFastest, kFastest, fieldOf<&CollisionObject::spin>(field::kSpin, "spin")),
+template <typename T>
+concept HasPose = requires(const T& core) {
+    { core.pose() } -> std::same_as<NodePose>;
 };
 
 template <typename T>
-constexpr TypeInfo typeEntry(std::string_view name, bool isCore, std::span<const FieldInfo> fields) {
-    return {typeOf<T>(), name, isCore, fields, [] { return Object(T()); }};
-}
+struct Derived {
+    static constexpr auto& kSaid = kDescription<T>;
+    static constexpr std::size_t kCount = std::tuple_size_v<decltype(kSaid.fields)>;
 
-constexpr TypeInfo kTypes[] = {
-    typeEntry<Node>("Node", false, kNodeFields),
-    typeEntry<Group>("Group", true, {}),
-    typeEntry<Transform>("Transform", true, kTransformFields),
-    typeEntry<Geometry>("Geometry", true, kGeometryFields),
-    typeEntry<Material>("Material", false, kMaterialFields),
-    typeEntry<Image>("Image", false, kImageFields),
-    typeEntry<Switch>("Switch", true, kSwitchFields),
-    typeEntry<DirectionalLight>("DirectionalLight", true, kDirectionalLightFields),
-    typeEntry<PointLight>("PointLight", true, kPointLightFields),
-    typeEntry<Camera>("Camera", true, kCameraFields),
-    typeEntry<Motion>("Motion", true, kMotionFields),
-    typeEntry<Environment>("Environment", true, kEnvironmentFields),
-    typeEntry<Interest>("Interest", true, kInterestFields),
-    typeEntry<CollisionObject>("CollisionObject", true, kCollisionObjectFields),
+    static consteval bool sound() {
+        for (std::size_t i = 0; i < kCount; ++i)
+            for (std::size_t j = 0; j < i; ++j)
+                if (kSaid.fields[i].id == kSaid.fields[j].id || kSaid.fields[i].name == kSaid.fields[j].name) return false;
+        return true;
+    }
+    static_assert(sound(), "two fields of one type share a number or a name");
+
+    static const T& fresh() {
+        static const T object{};
+        return object;
+    }
+    static const std::array<FieldEntry, kCount>& entries() {
+        static const std::array<FieldEntry, kCount> kEntries = [] {
+            std::array<FieldEntry, kCount> entries;
+            T object{};
+            for (std::size_t i = 0; i < kCount; ++i) {
+                static_cast<FieldInfo&>(entries[i]) = kSaid.fields[i];
+                entries[i].offset = static_cast<std::uint32_t>(static_cast<std::byte*>(kSaid.fields[i].at(&object)) -
+                                                               reinterpret_cast<std::byte*>(&object));
+            }
+            return entries;
+        }();
+        return kEntries;
+    }
+    template <std::size_t... kIndex>
+    static void putFields(WordHash& hash, const T& object, std::index_sequence<kIndex...>) {
+        // The description is a constant, so kinds, widths and places are known when this is compiled.
+        (putField<kSaid.fields[kIndex].kind, kSaid.fields[kIndex].width>(hash, kSaid.fields[kIndex].at(const_cast<T*>(&object))), ...);
+    }
+    static std::uint64_t hash(const void* object, std::uint64_t seed) {
+        WordHash hash(seed);
+        const T& value = *static_cast<const T*>(object);
+        putFields(hash, value, std::make_index_sequence<kCount>());
+        if constexpr (std::is_same_v<T, Node>) {
+            hash.put(value.parent.value, value.children.size());
+            hash.put(value.children.orderHash());
+        }
+        return hash.value();
+    }
+    static NodePose pose(const void* object) {
+        if constexpr (HasPose<T>) return static_cast<const T*>(object)->pose();
+        return {};
+    }
+    static TypeInfo make() {
+        TypeInfo info;
+        info.type = T::kType;
+        info.index = kTypeIndex<T>;
+        info.name = kSaid.name;
+        info.isCore = kSaid.isCore;
+        info.fields = entries();
+        for (const FieldInfo& field : kSaid.fields) {
+            info.effects = info.effects | field.effects;
+            info.refers = info.refers || field.holdsRefs();
+        }
+        info.size = sizeof(T);
+        info.alignment = alignof(T);
+        info.construct = [](void* at) { new (at) T(); };
+        info.destroy = [](void* at) { static_cast<T*>(at)->~T(); };
+        info.hash = &hash;
+        if constexpr (HasPose<T>) info.pose = &pose;
+        info.fresh = &fresh();
+        return info;
+    }
 };
 
-// The table stands in the order of the variant's alternatives, so that an object finds its entry by index.
-template <std::size_t... kIndex>
-constexpr bool tableFollowsVariant(std::index_sequence<kIndex...>) {
-    return std::size(kTypes) == std::variant_size_v<Object> &&
-           ((kTypes[kIndex].type == typeOf<std::variant_alternative_t<kIndex, Object>>()) && ...);
-}
-static_assert(tableFollowsVariant(std::make_index_sequence<std::variant_size_v<Object>>()));
+struct Table {
+    template <typename... Types>
+    explicit Table(TypeList<Types...>) : types{Derived<Types>::make()...} {
+        for (const TypeInfo& type : types) {
+            if (type.type.value >= byNumber.size()) byNumber.resize(type.type.value + std::size_t{1});
+            TESSERA_CHECK(!byNumber[type.type.value], "two types share a number");
+            byNumber[type.type.value] = &type;
+        }
+    }
+    std::vector<TypeInfo> types;
+    std::vector<const TypeInfo*> byNumber;
+};
 
-template <typename Scalar, int N>
-auto packed(const Eigen::Matrix<Scalar, N, 1>& v) {
-    std::conditional_t<std::is_same_v<Scalar, float>, Floats, Doubles> values;
-    std::copy_n(v.data(), N, values.values.begin());
-    values.width = N;
-    return values;
+const Table& table() {
+    static const Table kTable{SceneTypes()};
+    return kTable;
 }
 
 }  // namespace
 
 std::span<const TypeInfo> allTypes() {
-    return kTypes;
+    return table().types;
 }
 
 const TypeInfo* findType(ObjectType type) {
-    const auto it =
-        std::find_if(std::begin(kTypes), std::end(kTypes), [&](const TypeInfo& t) { return t.type == type; });
-    return it == std::end(kTypes) ? nullptr : it;
+    const auto& byNumber = table().byNumber;
+    return type.value < byNumber.size() ? byNumber[type.value] : nullptr;
 }
 
 const TypeInfo* findType(std::string_view name) {
-    const auto it =
-        std::find_if(std::begin(kTypes), std::end(kTypes), [&](const TypeInfo& t) { return t.name == name; });
-    return it == std::end(kTypes) ? nullptr : it;
+    const auto it = std::ranges::find(table().types, name, &TypeInfo::name);
+    return it == table().types.end() ? nullptr : &*it;
 }
 
-const TypeInfo& typeInfo(const Object& object) {
-    return kTypes[object.index()];
-}
-
-ObjectType typeOf(const Object& object) {
-    return typeInfo(object).type;
-}
-
-const FieldInfo* findField(const TypeInfo& type, FieldId id) {
-    for (const FieldInfo& info : type.fields)
+const FieldEntry* findField(const TypeInfo& type, FieldId id) {
+    for (const FieldEntry& info : type.fields)
         if (info.id == id) return &info;
     return nullptr;
 }
 
-const FieldInfo* findField(const TypeInfo& type, std::string_view name) {
-    for (const FieldInfo& info : type.fields)
+const FieldEntry* findField(const TypeInfo& type, std::string_view name) {
+    for (const FieldEntry& info : type.fields)
         if (info.name == name) return &info;
     return nullptr;
 }
 
 std::uint64_t schemaHash() {
     std::string text;
-    const auto say = [&](std::string_view word) { text.append(word).push_back('\n'); };
-    for (const TypeInfo& type : kTypes) {
-        say(type.name);
-        say(std::to_string(type.type.value));
+    for (const TypeInfo& type : allTypes()) {
+        text += fmt::format("{} {} {}\n", type.name, type.type.value, type.isCore);
         for (const FieldInfo& info : type.fields) {
-            say(info.name);
-            say(std::to_string(info.id.value) + ' ' + std::to_string(static_cast<int>(info.kind)) + ' ' +
-                std::to_string(info.width) + ' ' + std::to_string(info.refType.value_or(ObjectType()).value));
+            text += fmt::format("{} {} {} {} {} {}", info.name, info.id.value, static_cast<int>(info.kind), info.width,
+                                info.refType.value_or(ObjectType()).value, static_cast<int>(info.wordUse));
+            for (const FieldWord& word : info.words()) text += fmt::format(" {}={}", word.word, word.number);
+            text += '\n';
         }
     }
     return hash64(asBytes(text));
 }
 
-FieldValue toValue(float v) {
-    return Floats{{v}, 1};
+void forEachRef(const Object& object, const std::function<void(ObjectId)>& visit) {
+    if (!object.info().refers) return;
+    for (const FieldEntry& field : object.info().fields) {
+        if (field.kind == FieldKind::kRef) {
+            if (const ObjectId to = *field.in<ObjectId>(object.data())) visit(to);
+        } else if (field.kind == FieldKind::kRefs) {
+            for (const ObjectId to : *field.in<RefList>(object.data())) visit(to);
+        }
+    }
 }
-FieldValue toValue(double v) {
-    return Doubles{{v}, 1};
+
+void setAllFields(ChangeListBuilder& list, ObjectId id, const Object& object) {
+    const TypeInfo& type = object.info();
+    for (const FieldEntry& field : type.fields) {
+        const FieldValue value = field.load(object);
+        if (value != field.load(type.freshObject())) list.set(id, type.type, field.id, value);
+    }
 }
-FieldValue toValue(const Vec3f& v) {
-    return packed<float, 3>(v);
+
+// ---- effects -------------------------------------------------------------------------------------------------------
+
+Effect effectsOf(ObjectType type, FieldId field) {
+    const TypeInfo* info = findType(type);
+    const FieldEntry* entry = info ? findField(*info, field) : nullptr;
+    return entry ? entry->effects : Effect::kNone;
 }
-FieldValue toValue(const Vec4f& v) {
-    return packed<float, 4>(v);
+
+Effect effectsOf(const ChangeList& list) {
+    Effect all = list.placements.empty() ? Effect::kNone : Effect::kStructure;
+    for (const FieldColumn& column : list.columns) all = all | effectsOf(column);
+    for (const RangeEdit& range : list.ranges) all = all | effectsOf(range.type, range.field);
+    return all;
 }
-FieldValue toValue(const Vec3d& v) {
-    return packed<double, 3>(v);
+
+// ---- words ---------------------------------------------------------------------------------------------------------
+
+std::string_view nameOf(Unit unit) {
+    static constexpr std::string_view kNames[] = {"",       "world units",       "s",                  "frames",       "radians",
+                                                  "pixels", "world units per s", "world units per s²", "radians per s", "world units per metre"};
+    return kNames[static_cast<std::size_t>(unit)];
 }
-FieldValue toValue(const Quatd& q) {
-    return Doubles{{q.w(), q.x(), q.y(), q.z()}, 4};
+
+std::optional<std::int64_t> numberOfWord(const FieldInfo& field, std::string_view word) {
+    const auto one = [&](std::string_view name) -> std::optional<std::int64_t> {
+        for (const FieldWord& known : field.words())
+            if (known.word == name) return known.number;
+        return std::nullopt;
+    };
+    if (field.wordUse != WordUse::kFlags) return one(word);
+    if (word == "none") return 0;
+    std::int64_t bits = 0;
+    for (;;) {
+        const std::size_t comma = word.find(',');
+        const std::optional<std::int64_t> bit = one(word.substr(0, comma));
+        if (!bit) return std::nullopt;
+        bits |= *bit;
+        if (comma == std::string_view::npos) return bits;
+        word.remove_prefix(comma + 1);
+    }
+}
+
+std::optional<std::string> wordOfNumber(const FieldInfo& field, std::int64_t number) {
+    if (field.wordUse == WordUse::kFlags) {
+        if (number == 0) return "none";
+        std::string words;
+        for (const FieldWord& known : field.words())
+            if (number & known.number) {
+                words.append(words.empty() ? "" : ",").append(known.word);
+                number &= ~known.number;
+            }
+        return number == 0 ? std::optional(words) : std::nullopt;
+    }
+    for (const FieldWord& known : field.words())
+        if (known.number == number) return std::string(known.word);
+    return std::nullopt;
+}
+
+// ---- values --------------------------------------------------------------------------------------------------------
+
+Expected<void> checkValue(const FieldInfo& field, const FieldValue& value) {
+    const auto bad = [&](std::string why) { return fail(ErrorCode::kBadInput, fmt::format("{}: {}", field.name, why)); };
+    if (kindOf(value) != field.kind || widthOf(value) != field.width)
+        return bad(fmt::format("it holds {} {}, not {} {}", field.width, nameOf(field.kind), widthOf(value),
+                               nameOf(kindOf(value))));
+    const auto checkNumber = [&](double number) -> Expected<void> {
+        if (!std::isfinite(number)) return bad("not a finite number");
+        if (number < field.least || number > field.greatest)
+            return bad(fmt::format("{} is not between {} and {}", number, field.least, field.greatest));
+        return {};
+    };
+    if (const auto* floats = std::get_if<Floats>(&value)) {
+        for (std::size_t i = 0; i < field.width; ++i)
+            if (auto ok = checkNumber(floats->values[i]); !ok) return ok;
+    } else if (const auto* doubles = std::get_if<Doubles>(&value)) {
+        double squared = 0;
+        for (std::size_t i = 0; i < field.width; ++i) {
+            if (auto ok = checkNumber(doubles->values[i]); !ok) return ok;
+            squared += doubles->values[i] * doubles->values[i];
+        }
+        // Below and above, the square of the length no longer tells a direction that can be normalised.
+        if (field.quaternion && !(squared >= 1e-100 && squared < 1e100))
+            return bad(squared < 1 ? "a rotation of zero has no direction" : "a rotation this long cannot be normalised");
+    } else if (const auto* matrix = std::get_if<Matrix>(&value)) {
+        for (const double number : matrix->values)
+            if (auto ok = checkNumber(number); !ok) return ok;
+    } else if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+        if (auto ok = checkNumber(static_cast<double>(*whole)); !ok) return ok;
+        if (field.wordUse == WordUse::kOneOf && !wordOfNumber(field, *whole))
+            return bad(fmt::format("{} is none of its words", *whole));
+    } else if (const auto* refs = std::get_if<RefList>(&value)) {
+        std::unordered_set<ObjectId> seen;
+        for (const ObjectId id : *refs)
+            if (!id || !seen.insert(id).second) return bad(id ? "it names an object twice" : "it names none among others");
+    }
+    return {};
 }
 
 }  // namespace tessera

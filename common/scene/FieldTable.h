@@ -1,103 +1,124 @@
-/// The one table of object types and fields. Codec, snapshot, inspector, text format and hash see only fields and
-/// values.
+/// The one table of types and fields, derived from their descriptions (Field.h). Codec, snapshot, inverse, hash, files and
+/// tools see only this: fields and values.
 #pragma once
 
-#include <limits>
-#include <optional>
+#include <functional>
 #include <span>
 #include <string_view>
 
 #include "common/base/Error.h"
+#include "common/change/ChangeList.h"
 #include "common/scene/Cores.h"
+#include "common/scene/NodePose.h"
+#include "common/scene/Object.h"
 
 namespace tessera {
 
-struct FieldInfo {
-    FieldId id;             ///< unique within its type; never reused
-    std::string_view name;  ///< e.g. "translation"
-    FieldKind kind;
-    std::uint8_t width;
-    /// For refs: what may be referred to (none: any core for Node.core). Refs may always be "none".
-    std::optional<ObjectType> refType;
-    bool quaternion = false;  ///< width 4, must not be zero
-    FieldValue (*load)(const Object&);
-    void (*store)(Object&, const FieldValue&);  ///< kind and width already checked
-    /// Where the value lies in an object of this type: `width` floats or doubles, one std::int64_t, ObjectId,
-    /// std::string or Blob. Quaternions lie there as x y z w, while values say w x y z.
-    void* (*at)(Object&);
-    /// What a number of this field may be (each scalar of it). Every number must be finite besides.
-    double least = -std::numeric_limits<double>::infinity();
-    double greatest = std::numeric_limits<double>::infinity();
-};
+/// A field, and where it lies in its struct.
+struct FieldEntry : FieldInfo {
+    std::uint32_t offset = 0;  ///< in bytes from the object's start
 
-/// The field's value where it lies; T is the C++ type of its kind (see FieldInfo::at).
-template <typename T>
-[[nodiscard]] T* fieldAt(const FieldInfo& field, Object& object) {
-    return static_cast<T*>(field.at(object));
-}
-template <typename T>
-[[nodiscard]] const T* fieldAt(const FieldInfo& field, const Object& object) {
-    return static_cast<const T*>(field.at(const_cast<Object&>(object)));
-}
+    template <typename T>
+    [[nodiscard]] T* in(void* object) const {
+        return reinterpret_cast<T*>(static_cast<std::byte*>(object) + offset);
+    }
+    template <typename T>
+    [[nodiscard]] const T* in(const void* object) const {
+        return reinterpret_cast<const T*>(static_cast<const std::byte*>(object) + offset);
+    }
+    [[nodiscard]] FieldValue load(const Object& object) const { return read(object.data()); }
+    void store(void* object, const FieldValue& value) const { write(object, value); }
+};
 
 struct TypeInfo {
     ObjectType type;
-    std::string_view name;  ///< e.g. "Transform"
-    bool isCore;            ///< may be a node's core (Material and Image may not)
-    std::span<const FieldInfo> fields;
-    Object (*make)();  ///< a fresh object of this type
+    std::uint16_t index = 0;  ///< its place in allTypes()
+    std::string_view name;    ///< e.g. "Transform"
+    bool isCore = true;       ///< may be a node's core (Material and Image may not)
+    std::span<const FieldEntry> fields;
+    Effect effects = Effect::kNone;  ///< of all its fields together
+    bool refers = false;             ///< some field is a ref or a list of them
+
+    std::size_t size = 0, alignment = 0;      ///< of its struct
+    void (*construct)(void*) = nullptr;       ///< a fresh one at this place
+    void (*destroy)(void*) = nullptr;
+    /// Over all fields as they lie there. -0 counts as 0. `seed` goes in too.
+    std::uint64_t (*hash)(const void*, std::uint64_t seed) = nullptr;
+    /// Null: it leaves its node where it is.
+    NodePose (*pose)(const void*) = nullptr;
+    const void* fresh = nullptr;  ///< an object with all defaults
+    [[nodiscard]] Object freshObject() const { return {*this, fresh}; }
 };
 
 [[nodiscard]] std::span<const TypeInfo> allTypes();
 /// Null where the number or name is unknown.
 [[nodiscard]] const TypeInfo* findType(ObjectType type);
 [[nodiscard]] const TypeInfo* findType(std::string_view name);
-/// The entry of an object that is there.
-[[nodiscard]] const TypeInfo& typeInfo(const Object& object);
-[[nodiscard]] const FieldInfo* findField(const TypeInfo& type, FieldId field);
-[[nodiscard]] const FieldInfo* findField(const TypeInfo& type, std::string_view name);
+[[nodiscard]] const FieldEntry* findField(const TypeInfo& type, FieldId field);
+[[nodiscard]] const FieldEntry* findField(const TypeInfo& type, std::string_view name);
 
-/// Hash over numbers, names, kinds and widths of all types and fields. Two programs with different hashes do not
-/// understand each other's change lists.
+namespace detail {
+template <typename T, typename... Types>
+consteval std::uint16_t indexIn(TypeList<Types...>) {
+    const bool same[] = {std::is_same_v<T, Types>...};
+    for (std::size_t i = 0; i < sizeof...(Types); ++i)
+        if (same[i]) return static_cast<std::uint16_t>(i);
+    throw "this is none of the scene's types";
+}
+}  // namespace detail
+/// The place of a type in allTypes().
+template <typename T>
+inline constexpr std::uint16_t kTypeIndex = detail::indexIn<T>(SceneTypes());
+
+[[nodiscard]] inline ObjectType typeOf(const Object& object) {
+    return object.info().type;
+}
+template <typename T>
+const T* Object::as() const {
+    return data_ && type_->index == kTypeIndex<T> ? static_cast<const T*>(data_) : nullptr;
+}
+template <typename T>
+Object Object::of(const T& value) {
+    return {allTypes()[kTypeIndex<T>], &value};
+}
+
+/// Hash over numbers, names, kinds, widths, references and words of all types and fields. Two programs with different hashes
+/// do not understand each other's change lists.
 [[nodiscard]] std::uint64_t schemaHash();
 
-/// Field ids by name for code that sets fields: `field::kTranslation` and so on.
-namespace field {
-inline constexpr FieldId kNodeName{1}, kNodeCore{2};
-inline constexpr FieldId kTranslation{1}, kRotation{2}, kScale{3};
-inline constexpr FieldId kPositions{1}, kNormals{2}, kColors{3}, kTexcoords{4}, kIndices{5}, kGeometryMaterial{6};
-inline constexpr FieldId kBaseColor{1}, kMetallic{2}, kRoughness{3}, kEmissive{4}, kBaseColorImage{5}, kDoubleSided{6};
-inline constexpr FieldId kPixels{1}, kImageWidth{2}, kImageHeight{3};
-inline constexpr FieldId kChoice{1};
-inline constexpr FieldId kLightColor{1}, kLightIntensity{2}, kLightRange{3};
-inline constexpr FieldId kWorldUnitsPerMetre{1}, kCameraEnabled{2};
-inline constexpr FieldId kMotionTarget{1}, kMotionKeys{2}, kMotionMode{3}, kMotionPlaying{4}, kMotionTime{5};
-inline constexpr FieldId kSky{1}, kGround{2}, kBackground{3}, kGravity{4};
-inline constexpr FieldId kInterestObject{1}, kInterestAgainst{2}, kInterestResponse{3}, kInterestEnabled{4};
-inline constexpr FieldId kInterestMode{5}, kInterestDetail{6}, kInterestObjectLayers{7}, kInterestAgainstLayers{8},
-    kInterestThreshold{9}, kInterestShow{10}, kInterestPatience{11};
-inline constexpr FieldId kCollisionNode{1}, kCollisionKind{2}, kCollisionDivision{3}, kCollisionShape{4}, kCollisionLayers{5},
-    kMass{6}, kRestitution{7}, kFriction{8}, kVelocity{9}, kSpin{10};
-}  // namespace field
+/// Every ref of an object that is not "none", as often as it is held.
+void forEachRef(const Object& object, const std::function<void(ObjectId)>& visit);
 
-/// Conversions between C++ values and FieldValue.
-[[nodiscard]] FieldValue toValue(float v);
-[[nodiscard]] FieldValue toValue(double v);
-[[nodiscard]] FieldValue toValue(const Vec3f& v);
-[[nodiscard]] FieldValue toValue(const Vec4f& v);
-[[nodiscard]] FieldValue toValue(const Vec3d& v);
-[[nodiscard]] FieldValue toValue(const Quatd& q);
-[[nodiscard]] inline FieldValue toValue(std::int64_t v) {
-    return v;
+/// What a column, or a whole list, may alter in what is derived from the scene. Placements count as structure; creations and
+/// destructions alone as nothing, because what is not placed is not seen.
+[[nodiscard]] Effect effectsOf(ObjectType type, FieldId field);
+[[nodiscard]] inline Effect effectsOf(const FieldColumn& column) {
+    return effectsOf(column.type, column.field);
 }
-[[nodiscard]] inline FieldValue toValue(ObjectId v) {
-    return v;
+[[nodiscard]] Effect effectsOf(const ChangeList& list);
+
+/// The number that a word names: of flags also several with commas between them, or "none". Numbers themselves are no words.
+[[nodiscard]] std::optional<std::int64_t> numberOfWord(const FieldInfo& field, std::string_view word);
+/// The word for a number, where it has one.
+[[nodiscard]] std::optional<std::string> wordOfNumber(const FieldInfo& field, std::int64_t number);
+
+/// Why a value cannot be one of this field, whatever the scene: another kind or width, a number that is not finite or out of
+/// its bounds, a word that is none, a rotation without direction. Refs are not looked up.
+[[nodiscard]] Expected<void> checkValue(const FieldInfo& field, const FieldValue& value);
+
+/// A C++ value as a FieldValue, by the type of its member.
+template <typename T>
+[[nodiscard]] FieldValue toValue(const T& value) {
+    return FieldShape<T>::load(value);
 }
-[[nodiscard]] inline FieldValue toValue(std::string v) {
-    return v;
+
+/// Sets one member of one object: `setField<&Transform::translation>(list, id, Vec3d(1, 0, 0))`.
+template <auto kMember>
+void setField(ChangeListBuilder& list, ObjectId id, const typename FieldMember<decltype(kMember)>::Type& value) {
+    using Core = typename FieldMember<decltype(kMember)>::Core;
+    list.set(id, typeOf<Core>(), fieldId<kMember>, toValue(value));
 }
-[[nodiscard]] inline FieldValue toValue(Blob v) {
-    return v;
-}
+/// Sets all fields of an object that are not as in a fresh one.
+void setAllFields(ChangeListBuilder& list, ObjectId id, const Object& object);
 
 }  // namespace tessera

@@ -1,6 +1,7 @@
 /// Writes down, while a list is applied, the list that leads back. Internal to common/scene.
 #pragma once
 
+#include <set>
 #include <unordered_set>
 
 #include "common/scene/FieldTable.h"
@@ -20,19 +21,20 @@ public:
 
     /// Before a node is taken from `parent` (none: it was detached), where it stands at `index`.
     void moved(ObjectId node, ObjectId parent, std::uint32_t index);
-    /// Before the rows of a column are written.
-    void overwritten(const FieldColumn& column, const FieldInfo& field, const ObjectTable& table);
+    /// Before the rows of a column are written; `objects` are those of its rows.
+    void overwritten(const FieldColumn& column, const FieldEntry& field, std::span<std::byte* const> objects);
+    /// Before a range of an array is written.
+    void edited(const RangeEdit& range, const Blob& before);
 
     [[nodiscard]] ChangeList take();
 
 private:
     ChangeList inverse_;
     std::unordered_set<ObjectId> created_, destroyed_;
-    /// Of the objects that the list destroys; rows of survivors are recorded column by column.
+    /// Arrays that go back as a whole: a column of the same list replaces them, or they are not here.
+    std::set<std::pair<ObjectId, FieldId>> wholes_;
+    /// Of the objects that the list destroys, and arrays that are not here; rows of survivors are recorded column by column.
     ChangeListBuilder lost_;
 };
-
-/// Sets all fields of an object that are not as in a fresh one.
-void setAllFields(ChangeListBuilder& list, ObjectId id, const Object& object);
 
 }  // namespace tessera

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "common/scene/Text.h"
 
@@ -15,11 +16,6 @@ namespace {
 std::string nameOf(ObjectId id) {
     return isPlaceholder(id) ? fmt::format("placeholder {}", id.value - kFirstPlaceholder)
                              : fmt::format("#{}", id.value);
-}
-
-std::string_view nameOf(FieldKind kind) {
-    static constexpr std::string_view kNames[] = {"float", "double", "int", "ref", "text", "blob"};
-    return kNames[static_cast<std::size_t>(kind)];
 }
 
 tl::unexpected<Error> refuse(std::string message) {
@@ -38,17 +34,17 @@ tl::unexpected<Error> missing(std::string_view what, ObjectId id) {
 
 }  // namespace
 
-Expected<void> ListCheck::run() {
+Expected<CheckedList> ListCheck::run() {
     if (list_.nextFreeId > kFirstPlaceholder)
         return fail(ErrorCode::kBadInput, "the next free id lies among the placeholders");
-    if (auto ok = checkCreations(); !ok) return ok;
-    if (auto ok = checkPlacements(); !ok) return ok;
-    if (auto ok = checkColumns(); !ok) return ok;
-    return checkDestructions();
+    for (const auto check : {&ListCheck::checkCreations, &ListCheck::checkPlacements, &ListCheck::checkColumns,
+                             &ListCheck::checkRanges, &ListCheck::checkDestructions})
+        if (const Expected<void> ok = (this->*check)(); !ok) return tl::unexpected(ok.error());
+    return std::move(checked_);
 }
 
 const TypeInfo* ListCheck::typeOfObject(ObjectId id) const {
-    if (const ObjectTable::Slot* slot = table_.find(id)) return &typeInfo(*slot->object);
+    if (const ObjectTable::Slot* slot = table_.find(id)) return &table_.type(*slot);
     const auto it = created_.find(id);
     return it == created_.end() ? nullptr : it->second.type;
 }
@@ -81,14 +77,14 @@ Expected<void> ListCheck::checkCreations() {
 ObjectId ListCheck::parentOf(ObjectId node) const {
     if (const auto it = places_.find(node); it != places_.end()) return it->second.parent;
     const ObjectTable::Slot* slot = table_.find(node);
-    return slot ? std::get<Node>(*slot->object).parent : ObjectId();
+    return slot ? table_.node(*slot).parent : ObjectId();
 }
 
 ListCheck::Place& ListCheck::place(ObjectId node) {
     const auto [it, isNew] = places_.try_emplace(node);
     if (isNew)
         if (const ObjectTable::Slot* slot = table_.find(node)) {
-            const Node& present = std::get<Node>(*slot->object);
+            const Node& present = table_.node(*slot);
             it->second.parent = present.parent;
             it->second.children = present.children.size();
         }
@@ -170,7 +166,7 @@ Expected<void> ListCheck::checkDepths() {
                 return fail(ErrorCode::kLimit, fmt::format("place {}: the tree below it would be deeper than {} nodes",
                                                            nameOf(id), limits_.maxDepth));
             if (const ObjectTable::Slot* slot = table_.find(step.id))
-                for (const ObjectId child : std::get<Node>(*slot->object).children)
+                for (const ObjectId child : table_.node(*slot).children)
                     if (!isPlaced(child)) open.push_back({child, step.depth + 1});
             if (const auto it = placedBelow.find(step.id); it != placedBelow.end())
                 for (const ObjectId child : it->second) open.push_back({child, step.depth + 1});
@@ -187,7 +183,7 @@ Expected<void> ListCheck::checkColumns() {
     for (const FieldColumn& column : list_.columns) {
         const TypeInfo* type = findType(column.type);
         if (!type) return fail(ErrorCode::kBadInput, fmt::format("set: object type {} is unknown", column.type.value));
-        const FieldInfo* field = findField(*type, column.field);
+        const FieldEntry* field = findField(*type, column.field);
         if (!field)
             return fail(ErrorCode::kBadInput, fmt::format("set: {} has no field {}", type->name, column.field.value));
         if (!seen.insert(std::uint32_t{column.type.value} << 16 | column.field.value).second)
@@ -212,15 +208,23 @@ Expected<void> ListCheck::checkColumns() {
 }
 
 Expected<void> ListCheck::checkRows(const FieldColumn& column, const TypeInfo& type) {
-    const std::uint32_t mark = table_.newMark();
-    const std::size_t alternative = type.make().index();
     ObjectTable::ConstCursor cursor(table_);
+    // Rows mostly come in ascending order: then none is there twice, and all that is left to see is their type.
+    bool good = true;
+    ObjectId before;
+    for (const ObjectId id : column.ids) {
+        const ObjectTable::Slot* slot = cursor.find(id);
+        good = good && slot && slot->type == type.index && before < id;
+        before = id;
+    }
+    if (good) return {};
+    const std::uint32_t mark = table_.newMark();
     for (const ObjectId id : column.ids) {
         std::uint32_t* lastMark = nullptr;
         const TypeInfo* actual = &type;
         if (const ObjectTable::Slot* slot = cursor.find(id)) {
             lastMark = &slot->mark;
-            if (slot->alternative != alternative) actual = &typeInfo(*slot->object);
+            actual = &table_.type(*slot);
         } else if (const auto it = created_.find(id); it != created_.end()) {
             lastMark = &it->second.mark;
             actual = it->second.type;
@@ -272,16 +276,30 @@ Expected<void> ListCheck::checkValues(const FieldColumn& column, const TypeInfo&
             }
             return {};
         }
-        case FieldKind::kInt:
-            return checkNumbers(std::get<std::vector<std::int64_t>>(column.values));
-        case FieldKind::kRef: {
-            const auto& refs = std::get<std::vector<ObjectId>>(column.values);
-            for (std::size_t row = 0; row < refs.size(); ++row)
-                if (auto ok = checkRef(field, refs[row]); !ok)
-                    return failWith(fmt::format("set {}.{} of {}", type.name, field.name, nameOf(column.ids[row])),
-                                    ok.error());
+        case FieldKind::kInt: {
+            const auto& numbers = std::get<std::vector<std::int64_t>>(column.values);
+            if (auto ok = checkNumbers(numbers); !ok || field.wordUse != WordUse::kOneOf) return ok;
+            for (std::size_t row = 0; row < numbers.size(); ++row)
+                if (std::ranges::find(field.words(), numbers[row], &FieldWord::number) == field.words().end())
+                    return bad(row, fmt::format("{} is none of its words", numbers[row]));
             return {};
         }
+        case FieldKind::kMatrix: {
+            const auto& matrices = std::get<std::vector<Matrix>>(column.values);
+            for (std::size_t row = 0; row < matrices.size(); ++row)
+                if (!std::ranges::all_of(matrices[row].values, [](double number) { return std::isfinite(number); }))
+                    return bad(row, "not a finite number");
+            return {};
+        }
+        case FieldKind::kBool:
+            for (std::size_t row = 0; row < column.ids.size(); ++row)
+                if (std::get<std::vector<std::uint8_t>>(column.values)[row] > 1) return bad(row, "neither 0 nor 1");
+            return {};
+        case FieldKind::kRef:
+        case FieldKind::kRefs:
+            if (auto ok = checkRefs(column, field); !ok)
+                return failWith(fmt::format("set {}.{}", type.name, field.name), ok.error());
+            return {};
         case FieldKind::kText: {
             const auto& texts = std::get<std::vector<std::string>>(column.values);
             for (std::size_t row = 0; row < texts.size(); ++row) {
@@ -300,6 +318,32 @@ Expected<void> ListCheck::checkValues(const FieldColumn& column, const TypeInfo&
     return {};
 }
 
+Expected<void> ListCheck::checkRefs(const FieldColumn& column, const FieldInfo& field) {
+    const auto of = [&](std::size_t row, const Error& error) {
+        return failWith(fmt::format("of {}", nameOf(column.ids[row])), error);
+    };
+    if (const auto* refs = std::get_if<std::vector<ObjectId>>(&column.values)) {
+        for (std::size_t row = 0; row < refs->size(); ++row)
+            if (auto ok = checkRef(field, (*refs)[row]); !ok) return of(row, ok.error());
+        return {};
+    }
+    const auto& lists = std::get<std::vector<RefList>>(column.values);
+    std::unordered_set<ObjectId> seen;
+    for (std::size_t row = 0; row < lists.size(); ++row) {
+        if (lists[row].size() > limits_.maxRefs)
+            return fail(ErrorCode::kLimit, fmt::format("of {}: {} references, more than the limit of {}", nameOf(column.ids[row]),
+                                                       lists[row].size(), limits_.maxRefs));
+        seen.clear();
+        for (const ObjectId id : lists[row]) {
+            if (!id) return of(row, Error{ErrorCode::kBadInput, "it names none among others"});
+            if (!seen.insert(id).second)
+                return of(row, Error{ErrorCode::kBadInput, fmt::format("it names {} twice", nameOf(id))});
+            if (auto ok = checkRef(field, id); !ok) return of(row, ok.error());
+        }
+    }
+    return {};
+}
+
 Expected<void> ListCheck::checkRef(const FieldInfo& field, ObjectId target) {
     if (!target) return {};
     const TypeInfo* type = typeOfObject(target);
@@ -307,6 +351,54 @@ Expected<void> ListCheck::checkRef(const FieldInfo& field, ObjectId target) {
     if (field.refType ? type->type != *field.refType : !type->isCore)
         return refuse(fmt::format("{} is a {}, not a {}", nameOf(target), type->name,
                                   field.refType ? findType(*field.refType)->name : "core"));
+    return {};
+}
+
+// ---- ranges --------------------------------------------------------------------------------------------------------
+
+Expected<void> ListCheck::checkRanges() {
+    if (list_.ranges.empty()) return {};
+    // Arrays as the columns and the ranges before leave them.
+    std::map<std::pair<ObjectId, FieldId>, Blob> arrays;
+    for (const FieldColumn& column : list_.columns)
+        if (const auto* blobs = std::get_if<std::vector<Blob>>(&column.values))
+            for (std::size_t row = 0; row < blobs->size(); ++row) arrays[{column.ids[row], column.field}] = (*blobs)[row];
+    for (const RangeEdit& range : list_.ranges) {
+        const TypeInfo* type = typeOfObject(range.object);
+        if (!type) return missing("set a range of", range.object);
+        const FieldEntry* field = findField(*type, range.field);
+        if (type->type != range.type || !field || field->kind != FieldKind::kBlob)
+            return refuse(fmt::format("set a range of {}: a {} has no array {}.{}", nameOf(range.object), type->name,
+                                      range.type.value, range.field.value));
+        const std::string what = fmt::format("set a range of {}.{} of {}", type->name, field->name, nameOf(range.object));
+        auto known = arrays.find({range.object, range.field});
+        if (known == arrays.end()) {
+            const ObjectTable::Slot* slot = table_.find(range.object);
+            const Blob present = slot ? *field->in<Blob>(static_cast<const void*>(table_.data(*slot))) : Blob();
+            known = arrays.emplace(std::pair(range.object, range.field), present).first;
+        }
+        Blob& array = known->second;
+        if (!range.bytes.resident() || range.offset > array.sizeBytes() ||
+            range.bytes.sizeBytes() > array.sizeBytes() - range.offset)
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("{}: bytes [{}, +{}) do not lie in its {}", what, range.offset, range.bytes.sizeBytes(),
+                                    array.sizeBytes()));
+        if (range.result.resident() && range.result.sizeBytes() == array.sizeBytes()) {
+            array = range.result;  // made by whoever resolved this list; nothing that came over a wire is
+        } else if (array.resident()) {
+            const Expected<Blob> made = array.withRange(range.offset, range.bytes.bytes());
+            if (!made) return failWith(what, made.error());
+            if (!range.result.empty() && range.result != *made)
+                return fail(ErrorCode::kBadInput,
+                            fmt::format("{}: what comes out is {}, not {}", what, toHex(made->id()), toHex(range.result.id())));
+            array = *made;
+        } else if (!range.result.empty() && range.result.sizeBytes() == array.sizeBytes()) {
+            array = range.result;
+        } else {
+            return refuse(fmt::format("{}: its array is not here", what));
+        }
+        checked_.rangeResults.push_back(array);
+    }
     return {};
 }
 
@@ -345,33 +437,44 @@ std::unordered_map<ObjectId, std::int64_t> ListCheck::usesOfDestroyed(
     for (const ObjectId id : destroyed)
         if (const ObjectTable::Slot* slot = table_.find(id)) uses[id] = slot->uses;
 
-    const auto presentRef = [&](ObjectId object, const FieldInfo& field) {
-        const ObjectTable::Slot* slot = table_.find(object);
-        return slot ? *fieldAt<ObjectId>(field, std::as_const(*slot->object)) : ObjectId();
-    };
     // What columns let go of, and what they take hold of. Refs of objects that go themselves do not count.
+    const auto letGo = [&](ObjectId held) {
+        if (destroyed.contains(held)) --uses[held];
+    };
+    const auto forEachHeld = [&](ObjectId object, const FieldEntry& field, const auto& visit) {
+        const ObjectTable::Slot* slot = table_.find(object);
+        if (!slot) return;
+        const void* data = table_.data(*slot);
+        if (field.kind == FieldKind::kRef)
+            visit(*field.in<ObjectId>(data));
+        else
+            for (const ObjectId held : *field.in<RefList>(data)) visit(held);
+    };
     std::unordered_set<RefRow, RefRowHash> rowsOfDestroyed;
     for (const FieldColumn& column : list_.columns) {
-        if (column.kind() != FieldKind::kRef) continue;
-        const FieldInfo& field = *findField(*findType(column.type), column.field);
-        const auto& refs = std::get<std::vector<ObjectId>>(column.values);
-        for (std::size_t row = 0; row < refs.size(); ++row) {
+        if (column.kind() != FieldKind::kRef && column.kind() != FieldKind::kRefs) continue;
+        const FieldEntry& field = *findField(*findType(column.type), column.field);
+        for (std::size_t row = 0; row < column.ids.size(); ++row) {
             const ObjectId object = column.ids[row];
-            if (const ObjectId old = presentRef(object, field); destroyed.contains(old)) --uses[old];
-            if (destroyed.contains(object))
+            forEachHeld(object, field, letGo);
+            if (destroyed.contains(object)) {
                 rowsOfDestroyed.insert({object, column.field});
-            else if (destroyed.contains(refs[row]))
-                ++uses[refs[row]];
+                continue;
+            }
+            const auto takeHold = [&](ObjectId taken) {
+                if (destroyed.contains(taken)) ++uses[taken];
+            };
+            if (const auto* refs = std::get_if<std::vector<ObjectId>>(&column.values))
+                takeHold((*refs)[row]);
+            else
+                for (const ObjectId taken : std::get<std::vector<RefList>>(column.values)[row]) takeHold(taken);
         }
     }
     for (const ObjectId id : destroyed) {
         const ObjectTable::Slot* slot = table_.find(id);
         if (!slot) continue;
-        for (const FieldInfo& field : typeInfo(*slot->object).fields) {
-            if (field.kind != FieldKind::kRef || rowsOfDestroyed.contains({id, field.id})) continue;
-            if (const ObjectId held = *fieldAt<ObjectId>(field, std::as_const(*slot->object)); destroyed.contains(held))
-                --uses[held];
-        }
+        for (const FieldEntry& field : table_.type(*slot).fields)
+            if (field.holdsRefs() && !rowsOfDestroyed.contains({id, field.id})) forEachHeld(id, field, letGo);
     }
     return uses;
 }

@@ -9,6 +9,11 @@
 
 namespace tessera {
 
+/// What was found out on the way and is needed to apply the list.
+struct CheckedList {
+    std::vector<Blob> rangeResults;  ///< per range: the array afterwards
+};
+
 /// Plays a list on an overlay of the scene: what it creates, where it places nodes, what it lets go of. Everything the
 /// contract of Aspect names is refused here, so that applying afterwards cannot fail. Used once.
 ///
@@ -18,7 +23,7 @@ public:
     ListCheck(const ObjectTable& table, const SceneLimits& limits, const ChangeList& list)
         : table_(table), limits_(limits), list_(list) {}
 
-    [[nodiscard]] Expected<void> run();
+    [[nodiscard]] Expected<CheckedList> run();
 
 private:
     struct Created {
@@ -49,6 +54,8 @@ private:
     [[nodiscard]] Expected<void> checkRows(const FieldColumn& column, const TypeInfo& type);
     [[nodiscard]] Expected<void> checkValues(const FieldColumn& column, const TypeInfo& type, const FieldInfo& field);
     [[nodiscard]] Expected<void> checkRef(const FieldInfo& field, ObjectId target);
+    [[nodiscard]] Expected<void> checkRefs(const FieldColumn& column, const FieldInfo& field);
+    [[nodiscard]] Expected<void> checkRanges();
     [[nodiscard]] Expected<void> checkDestructions();
     /// How many refs of objects that stay name each destroyed object.
     [[nodiscard]] std::unordered_map<ObjectId, std::int64_t> usesOfDestroyed(
@@ -64,6 +71,7 @@ private:
     const ChangeList& list_;
     std::unordered_map<ObjectId, Created> created_;
     std::unordered_map<ObjectId, Place> places_;
+    CheckedList checked_;
 };
 
 }  // namespace tessera

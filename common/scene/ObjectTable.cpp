@@ -16,6 +16,55 @@ std::uint64_t mix(std::uint64_t value, std::uint64_t seed) {
 
 }  // namespace
 
+// ---- Slab ----------------------------------------------------------------------------------------------------------
+
+Slab::Slab(const TypeInfo& type) : type_(&type) {
+    stride_ = (type.size + type.alignment - 1) / type.alignment * type.alignment;
+    constexpr std::size_t kPageBytes = 16384;
+    pageBits_ = static_cast<std::uint32_t>(std::bit_width(std::max<std::size_t>(kPageBytes / stride_, 1)) - 1);
+    pageMask_ = (std::uint32_t{1} << pageBits_) - 1;
+}
+
+Slab::~Slab() {
+    for (std::uint32_t place = 0; place < end_; ++place)
+        if (inUse_[place]) type_->destroy(at(place));
+}
+
+std::uint32_t Slab::add() {
+    std::uint32_t place = end_;
+    if (!free_.empty()) {
+        place = free_.back();
+        free_.pop_back();
+    } else {
+        if (place >> pageBits_ == pages_.size())
+            pages_.emplace_back(static_cast<std::byte*>(::operator new(stride_ << pageBits_, std::align_val_t{64})));
+        ++end_;
+        inUse_.push_back(false);
+    }
+    type_->construct(at(place));
+    inUse_[place] = true;
+    return place;
+}
+
+void Slab::remove(std::uint32_t place) {
+    type_->destroy(at(place));
+    inUse_[place] = false;
+    free_.push_back(place);
+    if (free_.size() == end_) {  // empty again: the memory goes back
+        free_.clear();
+        pages_.clear();
+        inUse_.clear();
+        end_ = 0;
+    }
+}
+
+// ---- ObjectTable ---------------------------------------------------------------------------------------------------
+
+ObjectTable::ObjectTable() : types_(allTypes().data()) {
+    slabs_.reserve(allTypes().size());
+    for (const TypeInfo& type : allTypes()) slabs_.emplace_back(type);
+}
+
 std::size_t ObjectTable::home(std::uint64_t leaf) const {
     // Fibonacci hashing: neighbouring leaves spread well and cost one multiplication.
     return static_cast<std::size_t>((leaf * 0x9E3779B97F4A7C15ull) >> (64 - std::countr_zero(entries_.size())));
@@ -73,23 +122,23 @@ ObjectTable::Slot* ObjectTable::find(ObjectId id) {
     Block* block = findBlock(id.value / kIdsPerBlock);
     if (!block) return nullptr;
     Slot& slot = block->slots[id.value % kIdsPerBlock];
-    return slot.object ? &slot : nullptr;
+    return slot.type == kNothing ? nullptr : &slot;
 }
 
 const ObjectTable::Slot* ObjectTable::find(ObjectId id) const {
     return const_cast<ObjectTable*>(this)->find(id);
 }
 
-ObjectTable::Slot& ObjectTable::insert(ObjectId id, Object object) {
+ObjectTable::Slot& ObjectTable::insert(ObjectId id, const TypeInfo& type) {
     const std::uint64_t leaf = id.value / Aspect::kIdsPerLeaf;
     Page* page = findPage(leaf);
     if (!page) page = &makePage(leaf);
     std::unique_ptr<Block>& block = page->blocks[(id.value / kIdsPerBlock) % kBlocksPerPage];
     if (!block) block = std::make_unique<Block>();
     Slot& slot = block->slots[id.value % kIdsPerBlock];
-    TESSERA_CHECK(!slot.object, "an object with this id is there already");
-    slot.alternative = static_cast<std::uint32_t>(object.index());
-    slot.object = std::make_unique<Object>(std::move(object));
+    TESSERA_CHECK(slot.type == kNothing, "an object with this id is there already");
+    slot.place = slabs_[type.index].add();
+    slot.type = type.index;
     ++block->live;
     ++page->live;
     ++size_;
@@ -101,17 +150,19 @@ void ObjectTable::erase(ObjectId id) {
     Page* page = findPage(leaf);
     TESSERA_CHECK(page, "no object with this id");
     std::unique_ptr<Block>& block = page->blocks[(id.value / kIdsPerBlock) % kBlocksPerPage];
-    TESSERA_CHECK(block && block->slots[id.value % kIdsPerBlock].object, "no object with this id");
+    TESSERA_CHECK(block && block->slots[id.value % kIdsPerBlock].type != kNothing, "no object with this id");
     Slot& slot = block->slots[id.value % kIdsPerBlock];
     page->sum -= slot.hash;
     sum_ -= slot.hash;
+    slabs_[slot.type].remove(slot.place);
     slot = {};
     --size_;
     if (--block->live == 0) block.reset();
     if (--page->live == 0) removePage(leaf);
 }
 
-void ObjectTable::setHash(ObjectId id, Slot& slot, std::uint64_t hash) {
+void ObjectTable::rehash(ObjectId id, Slot& slot) {
+    const std::uint64_t hash = types_[slot.type].hash(data(slot), id.value * 0xD6E8FEB86659FD93ull + types_[slot.type].type.value);
     const std::uint64_t leaf = id.value / Aspect::kIdsPerLeaf;
     if (!hashedPage_ || hashedLeaf_ != leaf) {
         hashedPage_ = findPage(leaf);
@@ -151,7 +202,7 @@ std::vector<Aspect::ObjectHash> ObjectTable::objectHashes(std::uint64_t leaf) co
         const Block* block = page->blocks[i / kIdsPerBlock].get();
         if (!block) continue;
         const Slot& slot = block->slots[i % kIdsPerBlock];
-        if (slot.object) hashes.push_back({ObjectId(leaf * Aspect::kIdsPerLeaf + i), slot.hash});
+        if (slot.type != kNothing) hashes.push_back({ObjectId(leaf * Aspect::kIdsPerLeaf + i), slot.hash});
     }
     return hashes;
 }
@@ -162,10 +213,27 @@ std::vector<ObjectId> ObjectTable::ids() const {
     for (const Entry* entry : sortedEntries())
         for (std::uint64_t i = 0; i < Aspect::kIdsPerLeaf; ++i) {
             const Block* block = entry->page->blocks[i / kIdsPerBlock].get();
-            if (block && block->slots[i % kIdsPerBlock].object)
+            if (block && block->slots[i % kIdsPerBlock].type != kNothing)
                 all.push_back(ObjectId(entry->leaf * Aspect::kIdsPerLeaf + i));
         }
     return all;
+}
+
+std::vector<Aspect::MemoryUse> ObjectTable::memoryUse() const {
+    std::vector<Aspect::MemoryUse> uses;
+    for (const TypeInfo& type : allTypes()) uses.push_back({.type = type.name, .objectBytes = type.size + sizeof(Slot)});
+    for (const Entry& entry : entries_) {
+        if (!entry.page) continue;
+        for (const std::unique_ptr<Block>& block : entry.page->blocks) {
+            if (!block) continue;
+            for (const Slot& slot : block->slots) {
+                if (slot.type == kNothing) continue;
+                ++uses[slot.type].objects;
+                if (slot.type == kTypeIndex<Node>) uses[slot.type].elsewhereBytes += node(slot).children.memoryBytes();
+            }
+        }
+    }
+    return uses;
 }
 
 std::uint32_t ObjectTable::newMark() const {

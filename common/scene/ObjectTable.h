@@ -1,8 +1,10 @@
-/// Where an aspect keeps its objects: id -> slot, with the hash tree. Internal to common/scene.
+/// Where an aspect keeps its objects: id -> slot -> place in the slab of its type, with the hash tree. Internal to common/scene.
 ///
 /// Ids are dense and grow, so slots stand in blocks of neighbouring ids and blocks in pages of Aspect::kIdsPerLeaf ids,
 /// found through one small hash table of pages. A page is also the leaf of the state hash. Blocks and pages go when
 /// their last object goes, and exist only where there are objects: sparse ids cost memory in proportion to the objects.
+///
+/// The objects themselves stand in slabs, one per type, each as large as its struct.
 #pragma once
 
 #include <array>
@@ -13,24 +15,64 @@
 
 namespace tessera {
 
+/// Room for the objects of one type. A place stays where it is until it is given back.
+class Slab {
+public:
+    explicit Slab(const TypeInfo& type);
+    ~Slab();
+    Slab(Slab&& other) noexcept = default;
+
+    /// A fresh object; returns its place.
+    [[nodiscard]] std::uint32_t add();
+    void remove(std::uint32_t place);
+    [[nodiscard]] void* at(std::uint32_t place) const {
+        return pages_[place >> pageBits_].get() + (place & pageMask_) * stride_;
+    }
+    [[nodiscard]] std::size_t memoryBytes() const { return pages_.size() * stride_ << pageBits_; }
+
+private:
+    struct Free {
+        void operator()(std::byte* page) const { ::operator delete(page, std::align_val_t{64}); }
+    };
+    const TypeInfo* type_;
+    std::size_t stride_;
+    std::uint32_t pageBits_, pageMask_;
+    std::vector<std::unique_ptr<std::byte, Free>> pages_;
+    std::vector<std::uint32_t> free_;
+    std::uint32_t end_ = 0;     ///< places from here on have never been used
+    std::vector<bool> inUse_;  ///< for the end, when all go
+};
+
 class ObjectTable {
 public:
     struct Slot {
-        std::unique_ptr<Object> object;  ///< null: nothing has this id
-        std::uint64_t hash = 0;          ///< as counted into the leaf's sum; 0 until the first setHash
-        std::uint32_t alternative = 0;   ///< object->index(), here so that checking a type does not fetch the object
-        std::uint32_t uses = 0;          ///< refs that name this object
+        std::uint64_t hash = 0;  ///< as counted into the leaf's sum; 0 until the first setHash
+        std::uint32_t uses = 0;  ///< refs that name this object
+        std::uint32_t place = 0;
         /// Scratch for whoever walks over many objects and wants to see each once; see newMark. Not part of the state.
         mutable std::uint32_t mark = 0;
+        std::uint16_t type = kNothing;  ///< index into allTypes(), here so that checking a type does not fetch the object
     };
+    static constexpr std::uint16_t kNothing = 0xffff;
+
+    ObjectTable();
 
     [[nodiscard]] const Slot* find(ObjectId id) const;
     [[nodiscard]] Slot* find(ObjectId id);
-    /// There must be no object with this id. Slots stay where they are until they are erased.
-    Slot& insert(ObjectId id, Object object);
+    [[nodiscard]] void* data(const Slot& slot) const { return slabs_[slot.type].at(slot.place); }
+    [[nodiscard]] Object object(const Slot& slot) const { return {types_[slot.type], data(slot)}; }
+    [[nodiscard]] const TypeInfo& type(const Slot& slot) const { return types_[slot.type]; }
+    /// The node of a slot that holds one.
+    [[nodiscard]] Node& node(const Slot& slot) const { return *static_cast<Node*>(data(slot)); }
+    /// The slab of a type, by its index.
+    [[nodiscard]] const Slab& slab(std::size_t type) const { return slabs_[type]; }
+
+    /// A fresh object. There must be none with this id. Slots and objects stay where they are until they are erased.
+    Slot& insert(ObjectId id, const TypeInfo& type);
     /// Takes its hash out of the tree. Unknown ids are our own bug.
     void erase(ObjectId id);
-    void setHash(ObjectId id, Slot& slot, std::uint64_t hash);
+    /// Counts the object's hash, as it is now, into the tree.
+    void rehash(ObjectId id, Slot& slot);
 
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] std::uint64_t rootHash() const;
@@ -38,6 +80,7 @@ public:
     [[nodiscard]] std::vector<Aspect::ObjectHash> objectHashes(std::uint64_t leaf) const;
     /// Ascending.
     [[nodiscard]] std::vector<ObjectId> ids() const;
+    [[nodiscard]] std::vector<Aspect::MemoryUse> memoryUse() const;
 
     /// A value that no slot's mark has.
     [[nodiscard]] std::uint32_t newMark() const;
@@ -56,7 +99,7 @@ public:
             }
             if (!slots_) return nullptr;
             TableSlot& slot = slots_[id.value % kIdsPerBlock];
-            return slot.object ? &slot : nullptr;
+            return slot.type == kNothing ? nullptr : &slot;
         }
 
     private:
@@ -68,7 +111,7 @@ public:
     using ConstCursor = BasicCursor<const ObjectTable, const Slot>;
 
 private:
-    static constexpr std::uint64_t kIdsPerBlock = 64;
+    static constexpr std::uint64_t kIdsPerBlock = 32;
     static constexpr std::uint64_t kBlocksPerPage = Aspect::kIdsPerLeaf / kIdsPerBlock;
 
     struct Block {
@@ -93,17 +136,15 @@ private:
     [[nodiscard]] Block* findBlock(std::uint64_t blockKey) const;
     [[nodiscard]] std::vector<const Entry*> sortedEntries() const;
 
+    const TypeInfo* types_;
+    std::vector<Slab> slabs_;  ///< by the index of their type
     std::vector<Entry> entries_ = std::vector<Entry>(16);  ///< open addressing, linear probing, a power of two
     std::size_t pages_ = 0;
     std::size_t size_ = 0;
     std::uint64_t sum_ = 0;       ///< over all pages
-    Page* hashedPage_ = nullptr;  ///< of the last setHash: hashes come in runs too
+    Page* hashedPage_ = nullptr;  ///< of the last rehash: hashes come in runs too
     std::uint64_t hashedLeaf_ = 0;
     mutable std::uint32_t lastMark_ = 0;
 };
-
-/// Over the object's id, type, all fields, parent and children in order: the same on every host. -0 counts as 0.
-/// `scratch` is reused memory.
-[[nodiscard]] std::uint64_t hashObject(ObjectId id, const ObjectTable::Slot& slot, std::vector<std::byte>& scratch);
 
 }  // namespace tessera

@@ -67,10 +67,10 @@ Expected<ObjectId> findById(const Aspect& aspect, std::string_view text) {
     if (!number)
         return fail(ErrorCode::kNotFound,
                     fmt::format("node \"{}\": an id is written as # and a number, e.g. #17", text));
-    const Object* object = aspect.find(ObjectId(*number));
+    const Object object = aspect.find(ObjectId(*number));
     if (!object) return fail(ErrorCode::kNotFound, fmt::format("node {}: there is no object with this id", text));
-    if (!std::holds_alternative<Node>(*object))
-        return fail(ErrorCode::kNotFound, fmt::format("node {}: it is a {}, not a node", text, typeInfo(*object).name));
+    if (!object.is<Node>())
+        return fail(ErrorCode::kNotFound, fmt::format("node {}: it is a {}, not a node", text, object.info().name));
     return ObjectId(*number);
 }
 

@@ -1,23 +1,11 @@
+#include <unordered_map>
 #include <unordered_set>
 
-#include "common/scene/FieldTable.h"
-#include "common/scene/InverseRecorder.h"
+#include <fmt/format.h>
+
+#include "common/scene/Aspect.h"
 
 namespace tessera {
-
-ChangeList snapshot(const Aspect& aspect) {
-    ChangeListBuilder builder;
-    for (const ObjectId id : aspect.ids()) {
-        const Object& object = *aspect.find(id);
-        if (id != kRootNode) builder.create(id, typeOf(object));
-        if (const Node* node = std::get_if<Node>(&object))
-            for (const ObjectId child : node->children) builder.place(child, id);
-        setAllFields(builder, id, object);
-    }
-    ChangeList list = builder.take();
-    list.nextFreeId = aspect.nextFreeId();
-    return list;
-}
 
 std::vector<Blob> blobsOf(const ChangeList& list) {
     std::vector<Blob> blobs;
@@ -27,6 +15,35 @@ std::vector<Blob> blobsOf(const ChangeList& list) {
             for (const Blob& blob : *values)
                 if (!blob.empty() && seen.insert(blob.id()).second) blobs.push_back(blob);
     return blobs;
+}
+
+Expected<void> resolveRanges(const Aspect& aspect, ChangeList& list) {
+    std::unordered_map<ObjectId, std::unordered_map<std::uint32_t, Blob>> arrays;  // as earlier parts of the list leave them
+    if (list.ranges.empty()) return {};
+    for (const FieldColumn& column : list.columns)
+        if (const auto* blobs = std::get_if<std::vector<Blob>>(&column.values))
+            for (std::size_t row = 0; row < std::min(column.ids.size(), blobs->size()); ++row)
+                arrays[column.ids[row]][column.field.value] = (*blobs)[row];
+    for (RangeEdit& range : list.ranges) {
+        auto& fields = arrays[range.object];
+        auto known = fields.find(range.field.value);
+        if (known == fields.end()) {
+            const Object object = aspect.find(range.object);
+            const FieldEntry* field = object ? findField(object.info(), range.field) : nullptr;
+            if (!field || field->kind != FieldKind::kBlob) return {};  // the scene refuses it in words
+            known = fields.emplace(range.field.value, *field->in<Blob>(object.data())).first;
+        }
+        Blob& array = known->second;
+        if (array.resident() && range.bytes.resident()) {
+            const Expected<Blob> made = array.withRange(range.offset, range.bytes.bytes());
+            if (!made) return failWith(fmt::format("a range of #{}", range.object.value), made.error());
+            range.result = *made;
+        } else if (range.result.empty()) {
+            return fail(ErrorCode::kRefused, fmt::format("a range of #{}: its array is not here", range.object.value));
+        }
+        array = range.result;
+    }
+    return {};
 }
 
 }  // namespace tessera

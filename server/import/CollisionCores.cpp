@@ -12,25 +12,12 @@ namespace {
 using Message = proto::scene::Interest;
 using ObjectMessage = proto::scene::CollisionObject;
 
-/// Every number within the bounds that the scene will hold it to. The fields have the same names in files.
-Expected<void> checkNumbers(const Object& core) {
-    for (const FieldInfo& info : findType(typeOf(core))->fields) {
-        const auto check = [&](double number) -> Expected<void> {
-            if (!std::isfinite(number))
-                return fail(ErrorCode::kBadInput, fmt::format("{} is not a finite number", info.name));
-            if (number < info.least || number > info.greatest)
-                return fail(ErrorCode::kBadInput, fmt::format("{} must be between {} and {}, not {}", info.name,
-                                                              info.least, info.greatest, number));
-            return {};
-        };
-        const FieldValue value = info.load(core);
-        if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-            if (Expected<void> good = check(static_cast<double>(*whole)); !good) return good;
-        } else if (const auto* numbers = std::get_if<Doubles>(&value)) {
-            for (std::size_t i = 0; i < numbers->width; ++i)
-                if (Expected<void> good = check(numbers->values[i]); !good) return good;
-        }
-    }
+/// Every value within the bounds that the scene will hold it to. The fields have the same names in files.
+template <typename Core>
+Expected<void> checkFields(const Core& core) {
+    const Object object = Object::of(core);
+    for (const FieldEntry& field : object.info().fields)
+        if (Expected<void> good = checkValue(field, field.load(object)); !good) return good;
     return {};
 }
 
@@ -87,7 +74,7 @@ constexpr std::uint32_t kMostFaces = 1'000'000;
 Expected<Interest> readInterest(const Message& message) {
     Interest interest;
     interest.response = responseOf(message.response());
-    interest.enabled = message.disabled() ? 0 : 1;
+    interest.enabled = !message.disabled();
     interest.mode = message.mode();
     if (message.yes_or_no() && message.most_faces() != 0)
         return fail(ErrorCode::kBadInput, "an interest: yes_or_no lists no faces, most_faces some; which is it?");
@@ -102,7 +89,7 @@ Expected<Interest> readInterest(const Message& message) {
                     (message.show_normals() ? Interest::kShowNormals : 0) |
                     (message.show_faces() ? Interest::kShowFaces : 0);
     if (message.has_patience()) interest.patience = message.patience();
-    if (Expected<void> good = checkNumbers(interest); !good) return failWith("an interest", good.error());
+    if (Expected<void> good = checkFields(interest); !good) return failWith("an interest", good.error());
     return interest;
 }
 
@@ -117,7 +104,7 @@ Expected<CollisionObject> readCollisionObject(const ObjectMessage& message) {
     if (message.has_friction()) object.friction = message.friction();
     if (message.has_velocity()) object.velocity = vectorOf(message.velocity());
     if (message.has_spin()) object.spin = vectorOf(message.spin());
-    if (Expected<void> good = checkNumbers(object); !good) return failWith("a collision object", good.error());
+    if (Expected<void> good = checkFields(object); !good) return failWith("a collision object", good.error());
     return object;
 }
 

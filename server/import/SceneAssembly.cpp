@@ -65,21 +65,11 @@ ImportedScene SceneAssembly::take() {
     return std::move(result_);
 }
 
-void SceneAssembly::set(ObjectId id, const Object& object) {
-    const TypeInfo* type = findType(typeOf(object));
-    TESSERA_CHECK(type != nullptr, "a core type is missing from the field table");
-    const Object fresh = type->make();
-    for (const FieldInfo& info : type->fields) {
-        const FieldValue value = info.load(object);
-        if (value != info.load(fresh)) builder_.set(id, type->type, info.id, value);
-    }
-}
-
-ObjectId SceneAssembly::create(const Object& object) {
+ObjectId SceneAssembly::createObject(const Object& object) {
     const ObjectId id{nextId_++};
     builder_.create(id, typeOf(object));
-    set(id, object);
-    if (std::holds_alternative<Node>(object))
+    setAllFields(builder_, id, object);
+    if (object.is<Node>())
         ++result_.nodes;
     else
         ++result_.cores;

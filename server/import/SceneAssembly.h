@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/change/ChangeList.h"
-#include "common/scene/Cores.h"
+#include "common/scene/FieldTable.h"
 #include "server/import/Importer.h"
 #include "server/import/LoadedFile.h"
 
@@ -75,8 +75,11 @@ private:
     /// For a person to read, each once.
     void note(std::string text);
 
-    ObjectId create(const Object& object);
-    void set(ObjectId id, const Object& object);
+    template <typename T>
+    ObjectId create(const T& value) {
+        return createObject(Object::of(value));
+    }
+    ObjectId createObject(const Object& object);
 
     const ImportOptions& options_;
     ChangeListBuilder builder_;

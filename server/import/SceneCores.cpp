@@ -63,8 +63,8 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
                 camera.worldUnitsPerMetre = node.camera().world_units_per_metre();
             if (!(camera.worldUnitsPerMetre > 1e-9 && camera.worldUnitsPerMetre < 1e12))
                 return fail(ErrorCode::kBadInput, "a camera's world_units_per_metre must be above zero");
-            camera.enabled = spot.camerasEnabled && !node.camera().disabled() ? 1 : 0;
-            if (camera.enabled != 0) result_.hasCamera = true;
+            camera.enabled = spot.camerasEnabled && !node.camera().disabled();
+            if (camera.enabled) result_.hasCamera = true;
             return create(camera);
         }
         case Content::kSwitch: {
@@ -81,7 +81,7 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             Motion motion;
             motion.keys = *keys;
             motion.mode = std::clamp<std::int64_t>(node.motion().mode(), Motion::kOnce, Motion::kPingPong);
-            motion.playing = node.motion().paused() ? 0 : 1;
+            motion.playing = !node.motion().paused();
             return create(motion);
         }
         case Content::kEnvironment: {

@@ -89,13 +89,13 @@ Expected<void> SceneAssembly::resolve(const PendingRef& ref) {
                 return wrong(ref.name.empty()   ? "this motion has no transform at or above it to move"
                              : found != nullptr ? fmt::format("the motion's target '{}' has no transform", shown)
                                                 : fmt::format("there is no node '{}' for this motion to move", shown));
-            builder_.set(ref.core, typeOf<Motion>(), field::kMotionTarget, toValue(found->transform));
+            builder_.set(ref.core, typeOf<Motion>(), fieldId<&Motion::target>, toValue(found->transform));
             return {};
         case PendingRef::Kind::kCollisionNode:
             if (found == nullptr)
                 return wrong(ref.name.empty() ? "this collision object has no transform at or above it; name its node"
                                               : fmt::format("there is no node '{}' for this collision object", shown));
-            builder_.set(ref.core, typeOf<CollisionObject>(), field::kCollisionNode, toValue(found->id));
+            builder_.set(ref.core, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(found->id));
             if (ref.free) noteUnfree(ref, *found);
             return {};
         case PendingRef::Kind::kInterestObject:
@@ -106,7 +106,7 @@ Expected<void> SceneAssembly::resolve(const PendingRef& ref) {
         return wrong(ref.name.empty() ? "this interest names no object"
                                       : fmt::format("there is no node '{}' for this interest", shown));
     const bool object = ref.kind == PendingRef::Kind::kInterestObject;
-    builder_.set(ref.core, typeOf<Interest>(), object ? field::kInterestObject : field::kInterestAgainst,
+    builder_.set(ref.core, typeOf<Interest>(), object ? fieldId<&Interest::object> : fieldId<&Interest::against>,
                  toValue(found->id));
     return {};
 }

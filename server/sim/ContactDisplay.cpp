@@ -28,9 +28,9 @@ void setPose(ChangeListBuilder& list, ObjectId id, const Transform* now, const M
     const ObjectType type = typeOf<Transform>();
     const Transform fresh;
     const Transform& from = now ? *now : fresh;
-    if (to.translation != from.translation) list.set(id, type, field::kTranslation, toValue(to.translation));
-    if (to.rotation.coeffs() != from.rotation.coeffs()) list.set(id, type, field::kRotation, toValue(to.rotation));
-    if (to.scale != from.scale) list.set(id, type, field::kScale, toValue(to.scale));
+    if (to.translation != from.translation) list.set(id, type, fieldId<&Transform::translation>, toValue(to.translation));
+    if (to.rotation.coeffs() != from.rotation.coeffs()) list.set(id, type, fieldId<&Transform::rotation>, toValue(to.rotation));
+    if (to.scale != from.scale) list.set(id, type, fieldId<&Transform::scale>, toValue(to.scale));
 }
 
 }  // namespace
@@ -129,28 +129,28 @@ ChangeList ContactDisplay::update(const Aspect& scene, const StepResult& step) {
 void ContactDisplay::build(ChangeListBuilder& list) {
     state_.node = createIn<Node>(list, fresh());
     state_.object = createIn<CollisionObject>(list, fresh());
-    list.set(state_.node, typeOf<Node>(), field::kNodeName, std::string("contacts"));
-    list.set(state_.node, typeOf<Node>(), field::kNodeCore, state_.object);
-    list.set(state_.object, typeOf<CollisionObject>(), field::kCollisionNode, state_.node);
-    list.set(state_.object, typeOf<CollisionObject>(), field::kCollisionLayers, std::int64_t{0});
+    list.set(state_.node, typeOf<Node>(), fieldId<&Node::name>, std::string("contacts"));
+    list.set(state_.node, typeOf<Node>(), fieldId<&Node::core>, state_.object);
+    list.set(state_.object, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, state_.node);
+    list.set(state_.object, typeOf<CollisionObject>(), fieldId<&CollisionObject::layers>, std::int64_t{0});
     list.place(state_.node, kRootNode);
     for (std::size_t i = 0; i < kMarkKinds; ++i) {
         Kind& kind = state_.kinds[i];
         kind.material = createIn<Material>(list, fresh());
         const Vec3f& color = kColors[i];
-        list.set(kind.material, typeOf<Material>(), field::kBaseColor,
+        list.set(kind.material, typeOf<Material>(), fieldId<&Material::baseColor>,
                  toValue(Vec4f(0.3f * color.x(), 0.3f * color.y(), 0.3f * color.z(), 1.0f)));
-        list.set(kind.material, typeOf<Material>(), field::kEmissive, toValue(Vec3f(0.8f * color)));
-        list.set(kind.material, typeOf<Material>(), field::kDoubleSided, std::int64_t{1});
+        list.set(kind.material, typeOf<Material>(), fieldId<&Material::emissive>, toValue(Vec3f(0.8f * color)));
+        list.set(kind.material, typeOf<Material>(), fieldId<&Material::doubleSided>, true);
         kind.geometry = createIn<Geometry>(list, fresh());
         const MeshArrays& shape = markShapes()[i];
         const ObjectType type = typeOf<Geometry>();
-        list.set(kind.geometry, type, field::kPositions, shape.positions);
-        if (!shape.normals.empty()) list.set(kind.geometry, type, field::kNormals, shape.normals);
-        list.set(kind.geometry, type, field::kIndices, shape.indices);
-        list.set(kind.geometry, type, field::kGeometryMaterial, kind.material);
+        list.set(kind.geometry, type, fieldId<&Geometry::positions>, shape.positions);
+        if (!shape.normals.empty()) list.set(kind.geometry, type, fieldId<&Geometry::normals>, shape.normals);
+        list.set(kind.geometry, type, fieldId<&Geometry::indices>, shape.indices);
+        list.set(kind.geometry, type, fieldId<&Geometry::material>, kind.material);
         kind.group = createIn<Node>(list, fresh());
-        list.set(kind.group, typeOf<Node>(), field::kNodeName, std::string(kGroupNames[i]));
+        list.set(kind.group, typeOf<Node>(), fieldId<&Node::name>, std::string(kGroupNames[i]));
         list.place(kind.group, state_.node);
     }
 }
@@ -159,8 +159,8 @@ void ContactDisplay::growTo(ChangeListBuilder& list, MarkKind kind, std::size_t 
     Kind& marks = state_.kinds[static_cast<std::size_t>(kind)];
     const auto below = [&](ObjectId parent, const char* name, ObjectId core) {
         const ObjectId node = createIn<Node>(list, fresh());
-        list.set(node, typeOf<Node>(), field::kNodeName, std::string(name));
-        list.set(node, typeOf<Node>(), field::kNodeCore, core);
+        list.set(node, typeOf<Node>(), fieldId<&Node::name>, std::string(name));
+        list.set(node, typeOf<Node>(), fieldId<&Node::core>, core);
         list.place(node, parent);
         return node;
     };
@@ -235,10 +235,7 @@ void ContactDisplay::dismantle(ChangeListBuilder& list, const Aspect& scene) {
     for (bool more = true; more;) {
         std::unordered_map<ObjectId, std::size_t> held;  // refs by those that go
         for (const ObjectId id : going) {
-            const Object& object = *scene.find(id);
-            for (const FieldInfo& info : typeInfo(object).fields)
-                if (info.kind == FieldKind::kRef)
-                    if (const ObjectId target = *fieldAt<ObjectId>(info, object); target) ++held[target];
+            forEachRef(scene.find(id), [&](ObjectId target) { ++held[target]; });
         }
         const std::size_t before = going.size();
         for (const ObjectId id : own) {

@@ -35,12 +35,12 @@ double Series::quantile(double share) const {
 SceneCounts countScene(const Aspect& scene) {
     SceneCounts counts;
     for (const ObjectId id : scene.ids()) {
-        const Object* object = scene.find(id);
-        if (std::holds_alternative<Node>(*object)) {
+        const Object object = scene.find(id);
+        if (object.is<Node>()) {
             ++counts.nodes;
         } else {
             ++counts.cores;
-            if (const Geometry* geometry = std::get_if<Geometry>(object))
+            if (const Geometry* geometry = object.as<Geometry>())
                 counts.trianglesStored += triangleCount(*geometry);
         }
     }

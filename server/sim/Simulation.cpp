@@ -14,7 +14,7 @@ namespace {
 
 bool isPoseField(const FieldColumn& column) {
     return column.type == typeOf<Transform>() &&
-           (column.field == field::kTranslation || column.field == field::kRotation || column.field == field::kScale);
+           (column.field == fieldId<&Transform::translation> || column.field == fieldId<&Transform::rotation> || column.field == fieldId<&Transform::scale>);
 }
 
 Pose poseOf(const Transform& t) {
@@ -24,9 +24,9 @@ Pose poseOf(const Transform& t) {
 /// The columns that lead a Transform from one pose to another; nothing for fields that stay.
 void addPose(ChangeListBuilder& builder, ObjectId id, const Pose& from, const Pose& to) {
     const ObjectType type = typeOf<Transform>();
-    if (to.translation != from.translation) builder.set(id, type, field::kTranslation, toValue(to.translation));
-    if (to.rotation.coeffs() != from.rotation.coeffs()) builder.set(id, type, field::kRotation, toValue(to.rotation));
-    if (to.scale != from.scale) builder.set(id, type, field::kScale, toValue(to.scale));
+    if (to.translation != from.translation) builder.set(id, type, fieldId<&Transform::translation>, toValue(to.translation));
+    if (to.rotation.coeffs() != from.rotation.coeffs()) builder.set(id, type, fieldId<&Transform::rotation>, toValue(to.rotation));
+    if (to.scale != from.scale) builder.set(id, type, fieldId<&Transform::scale>, toValue(to.scale));
 }
 
 /// Adds rows to a list's column of the same field, or the column where there is none. No object may be in both.
@@ -120,13 +120,13 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     ChangeListBuilder pauses;
     std::unordered_set<ObjectId> spokenFor;
     for (const FieldColumn& column : edit.list.columns)
-        if (column.type == typeOf<Motion>() && column.field == field::kMotionPlaying)
+        if (column.type == typeOf<Motion>() && column.field == fieldId<&Motion::playing>)
             spokenFor.insert(column.ids.begin(), column.ids.end());
     for (const ObjectId id : motions_) {
         const Motion* motion = scene().get<Motion>(id);
         const bool taken = motion && motion->playing && !spokenFor.contains(id) &&
                            std::ranges::any_of(poses, [&](const auto& p) { return p.first == motion->target; });
-        if (taken) pauses.set(id, typeOf<Motion>(), field::kMotionPlaying, std::int64_t{0});
+        if (taken) pauses.set(id, typeOf<Motion>(), fieldId<&Motion::playing>, false);
     }
     if (!pauses.empty()) {
         ChangeList pausing = pauses.take();
@@ -173,7 +173,7 @@ std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& li
     std::map<ObjectId, Pose> wanted;
     for (FieldColumn& column : list.columns) {
         if (!isPoseField(column) || column.kind() != FieldKind::kDouble) continue;
-        const std::size_t width = column.field == field::kRotation ? 4 : 3;
+        const std::size_t width = column.field == fieldId<&Transform::rotation> ? 4 : 3;
         if (column.width != width) continue;  // the scene refuses it in words
         FieldColumn rest{.type = column.type,
                          .field = column.field,
@@ -195,9 +195,9 @@ std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& li
                                                                                                  : poseOf(*now))
                              .first->second;
             const std::array<double, 4> v = std::get<Doubles>(column.value(row)).values;
-            if (column.field == field::kTranslation) pose.translation = Vec3d(v[0], v[1], v[2]);
-            if (column.field == field::kRotation) pose.rotation = Quatd(v[0], v[1], v[2], v[3]);
-            if (column.field == field::kScale) pose.scale = Vec3d(v[0], v[1], v[2]);
+            if (column.field == fieldId<&Transform::translation>) pose.translation = Vec3d(v[0], v[1], v[2]);
+            if (column.field == fieldId<&Transform::rotation>) pose.rotation = Quatd(v[0], v[1], v[2], v[3]);
+            if (column.field == fieldId<&Transform::scale>) pose.scale = Vec3d(v[0], v[1], v[2]);
         }
         column = std::move(rest);
     }
@@ -217,15 +217,15 @@ void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
         const CollisionObject* now = scene().get<CollisionObject>(body.core);
         if (!now) continue;
         const ObjectType type = typeOf<CollisionObject>();
-        if (now->velocity != body.velocity) builder.set(body.core, type, field::kVelocity, toValue(body.velocity));
-        if (now->spin != body.spin) builder.set(body.core, type, field::kSpin, toValue(body.spin));
+        if (now->velocity != body.velocity) builder.set(body.core, type, fieldId<&CollisionObject::velocity>, toValue(body.velocity));
+        if (now->spin != body.spin) builder.set(body.core, type, fieldId<&CollisionObject::spin>, toValue(body.spin));
     }
     for (const auto& [id, wish] : wishes) {
         if (!wish.motion || std::ranges::find(step.stopped, id) != step.stopped.end())
             continue;  // a stopped motion's time stands
         const Motion* motion = scene().get<Motion>(wish.motion);
         if (motion && motion->time != wish.motionTime)
-            builder.set(wish.motion, typeOf<Motion>(), field::kMotionTime, toValue(wish.motionTime));
+            builder.set(wish.motion, typeOf<Motion>(), fieldId<&Motion::time>, toValue(wish.motionTime));
     }
     if (builder.empty()) return;
     const ChangeList list = builder.take();

@@ -21,9 +21,9 @@ std::optional<std::uint64_t> firstDifference(const std::map<std::uint64_t, std::
 
 std::string describe(const Aspect& scene, ObjectId id, bool replicaHasIt, bool sceneHadIt) {
     std::string text = fmt::format("#{}", id.value);
-    if (const Object* object = scene.find(id)) {
-        text += fmt::format(" ({})", findType(typeOf(*object))->name);
-        if (std::holds_alternative<Node>(*object)) text.append(" ").append(pathOf(scene, id));
+    if (const Object object = scene.find(id)) {
+        text += fmt::format(" ({})", object.info().name);
+        if (object.is<Node>()) text.append(" ").append(pathOf(scene, id));
     }
     if (!replicaHasIt) return text.append(" is missing in the replica");
     if (!sceneHadIt) return text.append(" is in the replica only");

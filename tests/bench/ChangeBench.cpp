@@ -37,9 +37,9 @@ ChangeList moves(std::uint64_t count, int frame) {
     ChangeListBuilder builder;
     for (std::uint64_t i = 0; i < count; ++i) {
         const double t = 0.001 * double(i) + frame;
-        builder.set(ObjectId(2 + i), typeOf<Transform>(), field::kTranslation, toValue(Vec3d(t, -t, 0.5)));
-        builder.set(ObjectId(2 + i), typeOf<Transform>(), field::kRotation, toValue(Quatd(1, t, 0, 0)));
-        builder.set(ObjectId(2 + i), typeOf<Transform>(), field::kScale, toValue(Vec3d(1, 1, 1)));
+        builder.set(ObjectId(2 + i), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(t, -t, 0.5)));
+        builder.set(ObjectId(2 + i), typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(Quatd(1, t, 0, 0)));
+        builder.set(ObjectId(2 + i), typeOf<Transform>(), fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1)));
     }
     return builder.take();
 }

@@ -65,9 +65,9 @@ Stage makeCity(int frames) {
         const ObjectId id{next++};
         const MeshArrays arrays = mesh.toArrays();
         list.create(id, typeOf<Geometry>());
-        list.set(id, typeOf<Geometry>(), field::kPositions, toValue(arrays.positions));
-        list.set(id, typeOf<Geometry>(), field::kNormals, toValue(arrays.normals));
-        list.set(id, typeOf<Geometry>(), field::kIndices, toValue(arrays.indices));
+        list.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(arrays.positions));
+        list.set(id, typeOf<Geometry>(), fieldId<&Geometry::normals>, toValue(arrays.normals));
+        list.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(arrays.indices));
         return id;
     };
     const auto put = [&](ObjectId core, const Vec3d& at, const Vec3d& size) {
@@ -75,13 +75,13 @@ Stage makeCity(int frames) {
         const ObjectId outer{next++};
         const ObjectId inner{next++};
         list.create(place, typeOf<Transform>());
-        list.set(place, typeOf<Transform>(), field::kTranslation, toValue(at));
-        list.set(place, typeOf<Transform>(), field::kScale, toValue(size));
+        list.set(place, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(at));
+        list.set(place, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(size));
         list.create(outer, typeOf<Node>());
-        list.set(outer, typeOf<Node>(), field::kNodeCore, toValue(place));
+        list.set(outer, typeOf<Node>(), fieldId<&Node::core>, toValue(place));
         list.place(outer, kRootNode);
         list.create(inner, typeOf<Node>());
-        list.set(inner, typeOf<Node>(), field::kNodeCore, toValue(core));
+        list.set(inner, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
         list.place(inner, outer);
     };
     const ObjectId house = geometry(makeBox({1, 1, 1}));

@@ -31,7 +31,7 @@ ObjectId PipelineScene::create(ObjectType type) {
 
 ObjectId PipelineScene::createNode(ObjectId parent, ObjectId core) {
     const ObjectId id = create(typeOf<Node>());
-    if (core) builder_.set(id, typeOf<Node>(), field::kNodeCore, toValue(core));
+    if (core) builder_.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
     builder_.place(id, parent);
     return id;
 }
@@ -39,8 +39,8 @@ ObjectId PipelineScene::createNode(ObjectId parent, ObjectId core) {
 std::uint32_t PipelineScene::addShape(const MeshArrays3& arrays) {
     const std::vector<float> positions(arrays.positions.begin(), arrays.positions.end());
     const ObjectId id = create(typeOf<Geometry>());
-    builder_.set(id, typeOf<Geometry>(), field::kPositions, Blob::of(std::span<const float>(positions)));
-    builder_.set(id, typeOf<Geometry>(), field::kIndices, Blob::of(std::span<const std::uint32_t>(arrays.indices)));
+    builder_.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(positions)));
+    builder_.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(arrays.indices)));
     shapes_.push_back(id);
     return static_cast<std::uint32_t>(shapes_.size() - 1);
 }
@@ -48,10 +48,10 @@ std::uint32_t PipelineScene::addShape(const MeshArrays3& arrays) {
 ObjectId PipelineScene::addGroup(std::int64_t kind, std::int64_t shape) {
     const ObjectId node = addFolder();
     const ObjectId core = create(typeOf<CollisionObject>());
-    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionNode, toValue(node));
-    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionKind, toValue(kind));
-    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionDivision, toValue(CollisionObject::kEachChild));
-    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionShape, toValue(shape));
+    builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(node));
+    builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::kind>, toValue(kind));
+    builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::division>, toValue(CollisionObject::kEachChild));
+    builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::shape>, toValue(shape));
     createNode(kRootNode, core);
     return node;
 }
@@ -61,9 +61,9 @@ ObjectId PipelineScene::addFolder() {
 }
 
 void PipelineScene::setPose(ObjectId transform, const Pose& pose) {
-    builder_.set(transform, typeOf<Transform>(), field::kTranslation, toValue(pose.translation));
-    builder_.set(transform, typeOf<Transform>(), field::kRotation, toValue(pose.rotation));
-    builder_.set(transform, typeOf<Transform>(), field::kScale, toValue(pose.scale));
+    builder_.set(transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(pose.translation));
+    builder_.set(transform, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(pose.rotation));
+    builder_.set(transform, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(pose.scale));
 }
 
 /// Contacts name the node that bears the geometry, events the topmost one.
@@ -85,25 +85,25 @@ void PipelineScene::addBody(ObjectId group, std::uint32_t shape, const Pose& pos
 void PipelineScene::addFreeBody(ObjectId folder, std::uint32_t shape, const Pose& pose, double mass) {
     const ObjectId core = create(typeOf<CollisionObject>());
     const ObjectId node = placeBody(folder, shape, pose, core);
-    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionNode, toValue(node));
-    builder_.set(core, typeOf<CollisionObject>(), field::kCollisionShape, toValue(CollisionObject::kHull));
-    builder_.set(core, typeOf<CollisionObject>(), field::kMass, toValue(mass));
+    builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(node));
+    builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::shape>, toValue(CollisionObject::kHull));
+    builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::mass>, toValue(mass));
     createNode(kRootNode, core);
 }
 
 void PipelineScene::addInterest(ObjectId object, ObjectId against, const SceneQuestion& question) {
     const ObjectId core = create(typeOf<Interest>());
-    builder_.set(core, typeOf<Interest>(), field::kInterestObject, toValue(object));
-    builder_.set(core, typeOf<Interest>(), field::kInterestAgainst, toValue(against));
-    builder_.set(core, typeOf<Interest>(), field::kInterestMode, toValue(question.mode));
-    builder_.set(core, typeOf<Interest>(), field::kInterestResponse, toValue(question.response));
-    builder_.set(core, typeOf<Interest>(), field::kInterestDetail, toValue(question.detail));
+    builder_.set(core, typeOf<Interest>(), fieldId<&Interest::object>, toValue(object));
+    builder_.set(core, typeOf<Interest>(), fieldId<&Interest::against>, toValue(against));
+    builder_.set(core, typeOf<Interest>(), fieldId<&Interest::mode>, toValue(question.mode));
+    builder_.set(core, typeOf<Interest>(), fieldId<&Interest::response>, toValue(question.response));
+    builder_.set(core, typeOf<Interest>(), fieldId<&Interest::detail>, toValue(question.detail));
     createNode(kRootNode, core);
 }
 
 void PipelineScene::setGravity(const Vec3d& gravity) {
     const ObjectId core = create(typeOf<Environment>());
-    builder_.set(core, typeOf<Environment>(), field::kGravity, toValue(gravity));
+    builder_.set(core, typeOf<Environment>(), fieldId<&Environment::gravity>, toValue(gravity));
     createNode(kRootNode, core);
 }
 
@@ -133,14 +133,14 @@ ChangeList PipelineScene::listOf(const StepResult& result) {
     for (const TentativeTransform& t : result.accepted) {
         const Transform& now = *aspect_.get<Transform>(t.transform);
         if (now.translation != t.translation)
-            builder_.set(t.transform, typeOf<Transform>(), field::kTranslation, toValue(t.translation));
+            builder_.set(t.transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(t.translation));
         if (now.rotation.coeffs() != t.rotation.coeffs())
-            builder_.set(t.transform, typeOf<Transform>(), field::kRotation, toValue(t.rotation));
-        if (now.scale != t.scale) builder_.set(t.transform, typeOf<Transform>(), field::kScale, toValue(t.scale));
+            builder_.set(t.transform, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(t.rotation));
+        if (now.scale != t.scale) builder_.set(t.transform, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(t.scale));
     }
     for (const BodyVelocity& v : result.velocities) {
-        builder_.set(v.core, typeOf<CollisionObject>(), field::kVelocity, toValue(v.velocity));
-        builder_.set(v.core, typeOf<CollisionObject>(), field::kSpin, toValue(v.spin));
+        builder_.set(v.core, typeOf<CollisionObject>(), fieldId<&CollisionObject::velocity>, toValue(v.velocity));
+        builder_.set(v.core, typeOf<CollisionObject>(), fieldId<&CollisionObject::spin>, toValue(v.spin));
     }
     return builder_.take();
 }

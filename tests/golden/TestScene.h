@@ -18,37 +18,37 @@ public:
     ObjectId add(const MeshData& mesh, ObjectId material = {}) { return add(mesh.toArrays(), material); }
     ObjectId add(const MeshArrays& arrays, ObjectId material = {}) {
         const ObjectId id = create<Geometry>();
-        set<Geometry>(id, field::kPositions, arrays.positions);
-        if (!arrays.normals.empty()) set<Geometry>(id, field::kNormals, arrays.normals);
-        if (!arrays.colors.empty()) set<Geometry>(id, field::kColors, arrays.colors);
-        if (!arrays.texcoords.empty()) set<Geometry>(id, field::kTexcoords, arrays.texcoords);
-        set<Geometry>(id, field::kIndices, arrays.indices);
-        if (material) set<Geometry>(id, field::kGeometryMaterial, material);
+        set<Geometry>(id, fieldId<&Geometry::positions>, arrays.positions);
+        if (!arrays.normals.empty()) set<Geometry>(id, fieldId<&Geometry::normals>, arrays.normals);
+        if (!arrays.colors.empty()) set<Geometry>(id, fieldId<&Geometry::colors>, arrays.colors);
+        if (!arrays.texcoords.empty()) set<Geometry>(id, fieldId<&Geometry::texcoords>, arrays.texcoords);
+        set<Geometry>(id, fieldId<&Geometry::indices>, arrays.indices);
+        if (material) set<Geometry>(id, fieldId<&Geometry::material>, material);
         return id;
     }
     ObjectId add(const Material& material) {
         const ObjectId id = create<Material>();
-        set<Material>(id, field::kBaseColor, material.baseColor);
-        set<Material>(id, field::kMetallic, material.metallic);
-        set<Material>(id, field::kRoughness, material.roughness);
-        set<Material>(id, field::kEmissive, material.emissive);
-        if (material.baseColorImage) set<Material>(id, field::kBaseColorImage, material.baseColorImage);
-        set<Material>(id, field::kDoubleSided, material.doubleSided);
+        set<Material>(id, fieldId<&Material::baseColor>, material.baseColor);
+        set<Material>(id, fieldId<&Material::metallic>, material.metallic);
+        set<Material>(id, fieldId<&Material::roughness>, material.roughness);
+        set<Material>(id, fieldId<&Material::emissive>, material.emissive);
+        if (material.baseColorImage) set<Material>(id, fieldId<&Material::baseColorImage>, material.baseColorImage);
+        set<Material>(id, fieldId<&Material::doubleSided>, material.doubleSided);
         return id;
     }
     ObjectId addImage(const Blob& pixels, int widthPx, int heightPx) {
         const ObjectId id = create<Image>();
-        set<Image>(id, field::kPixels, pixels);
-        set<Image>(id, field::kImageWidth, std::int64_t{widthPx});
-        set<Image>(id, field::kImageHeight, std::int64_t{heightPx});
+        set<Image>(id, fieldId<&Image::pixels>, pixels);
+        set<Image>(id, fieldId<&Image::widthPx>, std::int64_t{widthPx});
+        set<Image>(id, fieldId<&Image::heightPx>, std::int64_t{heightPx});
         return id;
     }
     /// A light of sky and ground, and the colour of what is empty.
     void setEnvironment(const Vec3f& sky, const Vec3f& ground, const Vec3f& background) {
         const ObjectId id = create<Environment>();
-        set<Environment>(id, field::kSky, sky);
-        set<Environment>(id, field::kGround, ground);
-        set<Environment>(id, field::kBackground, background);
+        set<Environment>(id, fieldId<&Environment::sky>, sky);
+        set<Environment>(id, fieldId<&Environment::ground>, ground);
+        set<Environment>(id, fieldId<&Environment::background>, background);
         addNode(id);
     }
     /// Only what is emitted can be seen: no ambient light, and a lamp without power, since a scene without lamps is
@@ -59,29 +59,29 @@ public:
     }
     void addPointLight(const Vec3d& position, const Vec3f& color, float intensity, float range = 0) {
         const ObjectId id = create<PointLight>();
-        set<PointLight>(id, field::kLightColor, color);
-        set<PointLight>(id, field::kLightIntensity, intensity);
-        set<PointLight>(id, field::kLightRange, range);
+        set<PointLight>(id, fieldId<&PointLight::color>, color);
+        set<PointLight>(id, fieldId<&PointLight::intensity>, intensity);
+        set<PointLight>(id, fieldId<&PointLight::range>, range);
         addNode(id, addTransform(position));
     }
     /// Travels along `direction`.
     void addDirectionalLight(const Vec3d& direction, const Vec3f& color, float intensity) {
         const ObjectId id = create<DirectionalLight>();
-        set<DirectionalLight>(id, field::kLightColor, color);
-        set<DirectionalLight>(id, field::kLightIntensity, intensity);
+        set<DirectionalLight>(id, fieldId<&DirectionalLight::color>, color);
+        set<DirectionalLight>(id, fieldId<&DirectionalLight::intensity>, intensity);
         addNode(id, addTransform(Vec3d::Zero(), Quatd::FromTwoVectors(-Vec3d::UnitZ(), direction)));
     }
     ObjectId addTransform(const Vec3d& translation, const Quatd& rotation = Quatd::Identity(),
                           const Vec3d& scale = Vec3d::Ones(), ObjectId parent = kRootNode) {
         const ObjectId id = create<Transform>();
-        set<Transform>(id, field::kTranslation, translation);
-        set<Transform>(id, field::kRotation, rotation);
-        set<Transform>(id, field::kScale, scale);
+        set<Transform>(id, fieldId<&Transform::translation>, translation);
+        set<Transform>(id, fieldId<&Transform::rotation>, rotation);
+        set<Transform>(id, fieldId<&Transform::scale>, scale);
         return addNode(id, parent);
     }
     ObjectId addNode(ObjectId core, ObjectId parent = kRootNode) {
         const ObjectId id = create<Node>();
-        set<Node>(id, field::kNodeCore, core);
+        set<Node>(id, fieldId<&Node::core>, core);
         list_.place(id, parent);
         return id;
     }

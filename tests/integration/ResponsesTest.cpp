@@ -117,8 +117,8 @@ TEST(Responses, SlideRollbackAndDistanceAreThoseOfTheScenesMeasures) {
         return node ? hands.scene().get<Node>(*node)->core : ObjectId{};
     };
     ChangeListBuilder both;
-    both.set(transformOf("/rollback/cart"), typeOf<Transform>(), field::kTranslation, toValue(Vec3d(3, 0.45, -2)));
-    both.set(transformOf("/rollback/post"), typeOf<Transform>(), field::kTranslation, toValue(Vec3d(-1, 0.75, -2)));
+    both.set(transformOf("/rollback/cart"), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(3, 0.45, -2)));
+    both.set(transformOf("/rollback/post"), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(-1, 0.75, -2)));
     const auto committed = hands.propose(both.take());
     ASSERT_TRUE(committed) << committed.error().message;
     EXPECT_EQ(committed->stopped.size(), 2u);

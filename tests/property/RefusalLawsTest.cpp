@@ -119,11 +119,11 @@ const std::vector<Spoiling>& spoilings() {
          }},
         {"sets what is not there",
          [](ChangeList& l, const SceneModel&, Random&) {
-             return addRow(l, ObjectId(1ull << 40), typeOf<Node>(), field::kNodeName, std::string("ghost"));
+             return addRow(l, ObjectId(1ull << 40), typeOf<Node>(), fieldId<&Node::name>, std::string("ghost"));
          }},
         {"sets a field of another type",
          [](ChangeList& l, const SceneModel&, Random&) {
-             return addRow(l, kRootNode, typeOf<Transform>(), field::kScale, toValue(Vec3d(1, 1, 1)));
+             return addRow(l, kRootNode, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1)));
          }},
         {"sets a field twice",
          [](ChangeList& l, const SceneModel&, Random& r) {
@@ -181,27 +181,27 @@ const std::vector<Spoiling>& spoilings() {
          [](ChangeList& l, const SceneModel& s, Random&) {
              const auto transforms = s.objectsOf(typeOf<Transform>());
              return !transforms.empty() &&
-                    addRow(l, transforms[0], typeOf<Transform>(), field::kRotation, Doubles{{}, 4});
+                    addRow(l, transforms[0], typeOf<Transform>(), fieldId<&Transform::rotation>, Doubles{{}, 4});
          }},
         {"holds a text that is too long",
          [](ChangeList& l, const SceneModel&, Random&) {
-             return addRow(l, kRootNode, typeOf<Node>(), field::kNodeName, std::string(4097, 'x'));
+             return addRow(l, kRootNode, typeOf<Node>(), fieldId<&Node::name>, std::string(4097, 'x'));
          }},
         {"holds a text that is not UTF-8",
          [](ChangeList& l, const SceneModel&, Random&) {
-             return addRow(l, kRootNode, typeOf<Node>(), field::kNodeName, std::string("\xFF"));
+             return addRow(l, kRootNode, typeOf<Node>(), fieldId<&Node::name>, std::string("\xFF"));
          }},
         {"names a core that is not there",
          [](ChangeList& l, const SceneModel&, Random&) {
-             return addRow(l, kRootNode, typeOf<Node>(), field::kNodeCore, ObjectId(1ull << 40));
+             return addRow(l, kRootNode, typeOf<Node>(), fieldId<&Node::core>, ObjectId(1ull << 40));
          }},
         {"names a node as a core",
          [](ChangeList& l, const SceneModel&, Random&) {
-             return addRow(l, kRootNode, typeOf<Node>(), field::kNodeCore, kRootNode);
+             return addRow(l, kRootNode, typeOf<Node>(), fieldId<&Node::core>, kRootNode);
          }},
         {"names a placeholder",
          [](ChangeList& l, const SceneModel&, Random&) {
-             return addRow(l, kRootNode, typeOf<Node>(), field::kNodeCore, ObjectId(kFirstPlaceholder));
+             return addRow(l, kRootNode, typeOf<Node>(), fieldId<&Node::core>, ObjectId(kFirstPlaceholder));
          }},
         {"destroys the root",
          [](ChangeList& l, const SceneModel&, Random&) { return l.destructions.push_back(kRootNode), true; }},
@@ -232,7 +232,7 @@ const std::vector<Spoiling>& spoilings() {
              const ObjectId core(1ull << 40);
              l.creations.push_back({core, typeOf<Group>()});
              l.destructions.push_back(core);
-             return addRow(l, kRootNode, typeOf<Node>(), field::kNodeCore, core);
+             return addRow(l, kRootNode, typeOf<Node>(), fieldId<&Node::core>, core);
          }},
         {"says a next free id among the placeholders",
          [](ChangeList& l, const SceneModel&, Random&) { return l.nextFreeId = kFirstPlaceholder + 1, true; }},

@@ -10,6 +10,7 @@ namespace {
 struct Pool {
     BlobStore store;
     std::vector<Blob> blobs;
+    std::vector<Blob> kept;  ///< that ranges made: whoever reads a snapshot looks for them
     Pool() {
         for (int i = 0; i < 6; ++i) {
             const std::vector<int> values(static_cast<std::size_t>(1 + i * i), i);
@@ -18,8 +19,8 @@ struct Pool {
     }
 };
 
-const Pool& pool() {
-    static const Pool thePool;
+Pool& pool() {
+    static Pool thePool;
     return thePool;
 }
 
@@ -52,10 +53,14 @@ const std::vector<Blob>& blobPool() {
 const BlobStore& blobStore() {
     return pool().store;
 }
+Blob keepBlob(const Blob& blob) {
+    return pool().kept.emplace_back(pool().store.add(blob));
+}
 
 SceneModel::SceneModel() {
     ModelObject root{typeOf<Node>(), {}, {}, {}};
-    for (const FieldInfo& field : findType("Node")->fields) root.fields[field.id] = field.load(Object(Node()));
+    const TypeInfo& type = *findType("Node");
+    for (const FieldEntry& field : type.fields) root.fields[field.id] = field.load(type.freshObject());
     objects_[kRootNode] = root;
 }
 
@@ -98,6 +103,7 @@ FieldValue SceneModel::someValue(const FieldInfo& field, Random& random, const s
         }
         case FieldKind::kInt: {
             const double least = std::max(field.least, -1000.0), greatest = std::min(field.greatest, 1000.0);
+            if (field.wordUse == WordUse::kOneOf) return field.words()[below(random, field.words().size())].number;
             return static_cast<std::int64_t>(least) +
                    static_cast<std::int64_t>(below(random, static_cast<std::size_t>(greatest - least) + 1));
         }
@@ -113,6 +119,22 @@ FieldValue SceneModel::someValue(const FieldInfo& field, Random& random, const s
             return someName(random);
         case FieldKind::kBlob:
             return oneIn(random, 5) ? Blob() : blobPool()[below(random, blobPool().size())];
+        case FieldKind::kBool:
+            return oneIn(random, 2);
+        case FieldKind::kRefs: {
+            RefList refs;
+            for (const auto& [id, object] : objects_)
+                if ((field.refType ? object.type == *field.refType : findType(object.type)->isCore) &&
+                    !avoid.contains(id) && oneIn(random, 4))
+                    refs.push_back(id);
+            std::shuffle(refs.begin(), refs.end(), random);
+            return refs;
+        }
+        case FieldKind::kMatrix: {
+            Matrix matrix;
+            for (double& number : matrix.values) number = someNumber(random);
+            return matrix;
+        }
     }
     return {};
 }
@@ -123,7 +145,7 @@ void SceneModel::create(ChangeListBuilder& list, ObjectType type, Random& random
     list.create(id, type);
     ModelObject object{type, {}, {}, {}};
     const TypeInfo& info = *findType(type);
-    for (const FieldInfo& field : info.fields) object.fields[field.id] = field.load(info.make());
+    for (const FieldEntry& field : info.fields) object.fields[field.id] = field.load(info.freshObject());
     objects_[id] = std::move(object);
 }
 
@@ -180,7 +202,10 @@ void SceneModel::releaseRefs(ChangeListBuilder& list, const std::set<ObjectId>& 
     for (auto& [id, object] : objects_) {
         if (doomed.contains(id)) continue;
         for (const FieldInfo& field : findType(object.type)->fields) {
-            if (field.kind != FieldKind::kRef || !doomed.contains(std::get<ObjectId>(object.fields[field.id])))
+            const FieldValue& held = object.fields[field.id];
+            const auto goes = [&](ObjectId target) { return doomed.contains(target); };
+            if (!(field.kind == FieldKind::kRef && goes(std::get<ObjectId>(held))) &&
+                !(field.kind == FieldKind::kRefs && std::ranges::any_of(std::get<RefList>(held), goes)))
                 continue;
             object.fields[field.id] = someValue(field, random, doomed);
             list.set(id, object.type, field.id, object.fields[field.id]);
@@ -208,7 +233,30 @@ ChangeList SceneModel::nextList(Random& random) {
         list.destroy(id);
         objects_.erase(id);
     }
-    return list.take();
+    ChangeList made = list.take();
+    setRanges(made, random);
+    return made;
+}
+
+void SceneModel::setRanges(ChangeList& list, Random& random) {
+    for (std::size_t tries = below(random, 30); tries > 0; --tries) {
+        auto it = objects_.begin();
+        std::advance(it, static_cast<std::ptrdiff_t>(below(random, objects_.size())));
+        const TypeInfo& type = *findType(it->second.type);
+        if (type.fields.empty()) continue;
+        const FieldInfo& field = type.fields[below(random, type.fields.size())];
+        if (field.kind != FieldKind::kBlob) continue;
+        Blob& array = std::get<Blob>(it->second.fields[field.id]);
+        if (array.empty()) continue;
+        const std::size_t offset = below(random, array.sizeBytes());
+        Bytes bytes(1 + below(random, array.sizeBytes() - offset));
+        for (std::byte& byte : bytes) byte = static_cast<std::byte>(below(random, 256));
+        const Blob after = *array.withRange(offset, bytes);
+        // As a committer would name it, which is all that travels.
+        list.ranges.push_back({it->first, type.type, field.id, offset, Blob(std::move(bytes)),
+                               Blob::absent(after.id(), after.sizeBytes())});
+        array = keepBlob(after);
+    }
 }
 
 void SceneModel::expectEqual(const Aspect& aspect) const {
@@ -218,15 +266,17 @@ void SceneModel::expectEqual(const Aspect& aspect) const {
     std::vector<ObjectId> ids;
     for (const auto& [id, expected] : objects_) {
         ids.push_back(id);
-        const Object* object = aspect.find(id);
-        ASSERT_NE(object, nullptr) << id.value;
-        ASSERT_EQ(typeOf(*object), expected.type) << id.value;
-        for (const FieldInfo& field : findType(expected.type)->fields) {
+        const Object object = aspect.find(id);
+        ASSERT_TRUE(object) << id.value;
+        ASSERT_EQ(typeOf(object), expected.type) << id.value;
+        for (const FieldEntry& field : findType(expected.type)->fields) {
             const FieldValue& value = expected.fields.at(field.id);
-            EXPECT_EQ(field.load(*object), value) << id.value << " " << field.name;
+            EXPECT_EQ(field.load(object), value) << id.value << " " << field.name;
             if (field.kind == FieldKind::kRef) ++uses[std::get<ObjectId>(value)];
+            if (field.kind == FieldKind::kRefs)
+                for (const ObjectId target : std::get<RefList>(value)) ++uses[target];
         }
-        if (const Node* node = std::get_if<Node>(object)) {
+        if (const Node* node = object.as<Node>()) {
             EXPECT_EQ(node->parent, expected.parent) << id.value;
             EXPECT_EQ(node->children, expected.children) << id.value;
         }

@@ -40,6 +40,8 @@ private:
     void moveSomething(ChangeListBuilder& list, Random& random);
     void isolate(ChangeListBuilder& list, const std::set<ObjectId>& doomed, Random& random);
     void setSomething(ChangeListBuilder& list, Random& random, const std::set<ObjectId>& doomed);
+    /// A few bytes of some arrays.
+    void setRanges(ChangeList& list, Random& random);
     void releaseRefs(ChangeListBuilder& list, const std::set<ObjectId>& doomed, Random& random);
     [[nodiscard]] bool isBelow(ObjectId node, ObjectId ancestor) const;
     [[nodiscard]] ObjectId anyOf(const std::vector<ObjectId>& ids, Random& random) const;
@@ -51,5 +53,7 @@ private:
 /// Blobs that random lists name; all in the store.
 [[nodiscard]] const std::vector<Blob>& blobPool();
 [[nodiscard]] const BlobStore& blobStore();
+/// Puts it there, and keeps it.
+Blob keepBlob(const Blob& blob);
 
 }  // namespace tessera

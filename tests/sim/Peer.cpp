@@ -226,7 +226,7 @@ void Peer::on(const client_action::Show& action) {
 }
 
 void Peer::on(const client_action::StoreBlob& action) {
-    if (hash128(action.blob.bytes()) != action.blob.id()) violated("was handed a damaged blob");
+    if (blobIdOf(action.blob.bytes()) != action.blob.id()) violated("was handed a damaged blob");
     store_.insert(action.blob.id());
 }
 

@@ -71,23 +71,23 @@ bool ObjectHandler::changesTables(const ChangeList& list) const {
     if (!list.placements.empty()) return true;
     const auto changes = [&](const FieldColumn& column) {
         const auto any = [&](auto&& concerns) { return std::any_of(column.ids.begin(), column.ids.end(), concerns); };
-        if (column.type == typeOf<Node>()) return column.field == field::kNodeCore;
+        if (column.type == typeOf<Node>()) return column.field == fieldId<&Node::core>;
         if (column.type == typeOf<Switch>())
             return any([&](ObjectId id) { return tree_.switches.find(id) != IdTable::kNone; });
         if (column.type == typeOf<Interest>()) {
-            if (column.field == field::kInterestResponse || column.field == field::kInterestDetail ||
-                column.field == field::kInterestThreshold || column.field == field::kInterestShow ||
-                column.field == field::kInterestPatience)
+            if (column.field == fieldId<&Interest::response> || column.field == fieldId<&Interest::detail> ||
+                column.field == fieldId<&Interest::threshold> || column.field == fieldId<&Interest::show> ||
+                column.field == fieldId<&Interest::patience>)
                 return false;
-            const bool enables = column.field == field::kInterestEnabled;
+            const bool enables = column.field == fieldId<&Interest::enabled>;
             return any([&](ObjectId id) {
                 const std::uint32_t number = interestNumbers_.find(id);
                 return number != IdTable::kNone && (enables || number != kDisabled);
             });
         }
         if (column.type == typeOf<CollisionObject>()) {
-            if (column.field == field::kMass || column.field == field::kRestitution ||
-                column.field == field::kFriction || column.field == field::kVelocity || column.field == field::kSpin)
+            if (column.field == fieldId<&CollisionObject::mass> || column.field == fieldId<&CollisionObject::restitution> ||
+                column.field == fieldId<&CollisionObject::friction> || column.field == fieldId<&CollisionObject::velocity> || column.field == fieldId<&CollisionObject::spin>)
                 return false;
             return any([&](ObjectId id) { return objectNumbers_.find(id) != IdTable::kNone; });
         }
@@ -116,7 +116,7 @@ void ObjectHandler::applyColumn(const Aspect& aspect, const FieldColumn& column)
             termsChanged_ = true;
         }
     } else if (column.type == typeOf<Geometry>()) {
-        if (column.field != field::kPositions && column.field != field::kIndices) return;
+        if (column.field != fieldId<&Geometry::positions> && column.field != fieldId<&Geometry::indices>) return;
         for (const ObjectId id : column.ids) {
             const std::uint32_t number = geometries_.find(id);
             if (number == IdTable::kNone) continue;

@@ -39,7 +39,7 @@ std::vector<InterestSides> ObjectHandler::chooseInterests(const Aspect& aspect) 
     std::vector<ObjectId> ends;  // two per interest
     for (const ObjectId id : tree_.interests) {
         const Interest& core = *aspect.get<Interest>(id);
-        if (core.enabled == 0) {
+        if (!core.enabled) {
             interestNumbers_.insert(id, kDisabled);
         } else if (interests_.size() == limits_.maxInterests) {
             interestNumbers_.insert(id, kLeftOut);

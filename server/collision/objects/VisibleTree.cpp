@@ -31,23 +31,23 @@ void VisibleTree::flatten(const Aspect& aspect) {
         Place place;
         place.parent = path.empty() ? Place::kNone : path.back();
         place.world = visit.world_T_node;
-        if (const Object* core = visit.node.core ? aspect.find(visit.node.core) : nullptr) {
-            if (const auto* t = std::get_if<Transform>(core)) {
+        if (const Object core = visit.node.core ? aspect.find(visit.node.core) : Object()) {
+            if (const auto* t = core.as<Transform>()) {
                 place.transform = visit.node.core;
                 place.local = composeTransform(t->translation, t->rotation, t->scale);
                 const auto next = static_cast<std::uint32_t>(transforms.size());
                 const std::uint32_t number = transformNumbers.insert(visit.node.core, next);
                 if (number == next) transforms.push_back(visit.node.core);
                 transformOf.push_back(number);
-            } else if (std::holds_alternative<Geometry>(*core)) {
+            } else if (core.is<Geometry>()) {
                 geometries.push_back({index, visit.node.core});
-            } else if (std::holds_alternative<Switch>(*core)) {
+            } else if (core.is<Switch>()) {
                 switches.insert(visit.node.core, index);
-            } else if (std::holds_alternative<Interest>(*core)) {
+            } else if (core.is<Interest>()) {
                 if (interestsSeen.insert(visit.node.core, index) == index) interests.push_back(visit.node.core);
-            } else if (std::holds_alternative<CollisionObject>(*core)) {
+            } else if (core.is<CollisionObject>()) {
                 objects.push_back(visit.node.core);
-            } else if (std::holds_alternative<Environment>(*core) && !environment) {
+            } else if (core.is<Environment>() && !environment) {
                 environment = visit.node.core;
             }
         }

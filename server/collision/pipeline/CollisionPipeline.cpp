@@ -23,9 +23,9 @@ using NodePair = std::pair<ObjectId, ObjectId>;
 /// Fields that say who is of interest to whom.
 bool setsRules(const FieldColumn& column) {
     if (column.type == typeOf<Interest>())
-        return column.field != field::kInterestThreshold && column.field != field::kInterestShow &&
-               column.field != field::kInterestPatience;
-    return column.type == typeOf<CollisionObject>() && column.field != field::kVelocity && column.field != field::kSpin;
+        return column.field != fieldId<&Interest::threshold> && column.field != fieldId<&Interest::show> &&
+               column.field != fieldId<&Interest::patience>;
+    return column.type == typeOf<CollisionObject>() && column.field != fieldId<&CollisionObject::velocity> && column.field != fieldId<&CollisionObject::spin>;
 }
 
 bool wantsAllFaces(const Relation& relation) {

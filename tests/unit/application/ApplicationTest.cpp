@@ -30,7 +30,7 @@ Vec3d cranePlace(const Application& application) {
 
 ChangeList craneTo(const Vec3d& place) {
     ChangeListBuilder edits;
-    edits.set(kCraneCore, typeOf<Transform>(), field::kTranslation, toValue(place));
+    edits.set(kCraneCore, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(place));
     return edits.take();
 }
 

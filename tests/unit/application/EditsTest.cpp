@@ -69,12 +69,12 @@ TEST_F(Edits, WhatOthersUseStaysWhenANodeIsRemoved) {
     ChangeListBuilder edits;
     edits.create(other, typeOf<Node>());
     edits.place(other, kRootNode);
-    edits.set(other, typeOf<Node>(), field::kNodeCore, toValue(test::kHookCore));
+    edits.set(other, typeOf<Node>(), fieldId<&Node::core>, toValue(test::kHookCore));
     apply(edits.take());
     apply(removalList(scene, kHall));
-    EXPECT_NE(scene.find(test::kHookCore), nullptr) << "a core that another node shares";
-    EXPECT_NE(scene.find(test::kMetal), nullptr) << "and the material of that core";
-    EXPECT_EQ(scene.find(kCraneCore), nullptr);
+    EXPECT_TRUE(scene.find(test::kHookCore)) << "a core that another node shares";
+    EXPECT_TRUE(scene.find(test::kMetal)) << "and the material of that core";
+    EXPECT_FALSE(scene.find(kCraneCore));
     apply(removalList(scene, other));
     EXPECT_EQ(scene.objectCount(), Aspect().objectCount());
 }

@@ -50,13 +50,13 @@ inline ChangeList craneScene() {
     edits.place(kHall, kRootNode);
     edits.place(kCrane, kHall);
     edits.place(kHook, kCrane);
-    edits.set(kHall, typeOf<Node>(), field::kNodeName, toValue(std::string("hall")));
-    edits.set(kCrane, typeOf<Node>(), field::kNodeName, toValue(std::string("crane")));
-    edits.set(kCrane, typeOf<Node>(), field::kNodeCore, toValue(kCraneCore));
-    edits.set(kHook, typeOf<Node>(), field::kNodeName, toValue(std::string("hook")));
-    edits.set(kHook, typeOf<Node>(), field::kNodeCore, toValue(kHookCore));
-    edits.set(kHookCore, typeOf<Geometry>(), field::kGeometryMaterial, toValue(kMetal));
-    edits.set(kCraneCore, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(1, 2, 3)));
+    edits.set(kHall, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("hall")));
+    edits.set(kCrane, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("crane")));
+    edits.set(kCrane, typeOf<Node>(), fieldId<&Node::core>, toValue(kCraneCore));
+    edits.set(kHook, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("hook")));
+    edits.set(kHook, typeOf<Node>(), fieldId<&Node::core>, toValue(kHookCore));
+    edits.set(kHookCore, typeOf<Geometry>(), fieldId<&Geometry::material>, toValue(kMetal));
+    edits.set(kCraneCore, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 2, 3)));
     return edits.take();
 }
 

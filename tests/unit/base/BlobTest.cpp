@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <random>
 #include <thread>
 
 namespace tessera {
@@ -97,6 +99,47 @@ TEST(BlobStore, IsUsedByManyThreads) {
     for (std::size_t i = 0; i < 500; ++i) {
         for (const std::vector<Blob>& one : results) EXPECT_EQ(one[i].shared(), results[0][i].shared());
     }
+}
+
+TEST(Blob, ARangeMakesWhatAllTheBytesWouldMake) {
+    std::mt19937_64 random(5);
+    for (const std::size_t size : {std::size_t{1}, std::size_t{100}, kBlobLeafBytes - 1, kBlobLeafBytes, kBlobLeafBytes + 1,
+                                   3 * kBlobLeafBytes, 5 * kBlobLeafBytes + 17}) {
+        Bytes bytes(size);
+        for (std::byte& byte : bytes) byte = static_cast<std::byte>(random());
+        Blob blob{Bytes(bytes)};
+        for (int i = 0; i < 20; ++i) {
+            const std::size_t offset = random() % size;
+            Bytes part(1 + random() % (size - offset));
+            for (std::byte& byte : part) byte = static_cast<std::byte>(random());
+            std::copy(part.begin(), part.end(), bytes.begin() + static_cast<std::ptrdiff_t>(offset));
+            const Expected<Blob> next = blob.withRange(offset, part);
+            ASSERT_TRUE(next) << next.error().message;
+            EXPECT_EQ(next->id(), Blob(Bytes(bytes)).id()) << size << " " << offset << " " << part.size();
+            EXPECT_TRUE(std::ranges::equal(next->bytes(), bytes));
+            EXPECT_EQ(blobIdOf(next->bytes()), next->id());
+            blob = *next;
+        }
+    }
+}
+
+TEST(Blob, ARangeOutsideIsRefused) {
+    const Blob blob{Bytes(10)};
+    const Bytes four(4);
+    EXPECT_TRUE(blob.withRange(6, four));
+    EXPECT_FALSE(blob.withRange(7, four));
+    EXPECT_FALSE(blob.withRange(~std::uint64_t{0}, four));
+    EXPECT_FALSE(blob.withRange(0, {}));
+    EXPECT_FALSE(Blob::absent(blob.id(), 10).withRange(0, four));
+    EXPECT_FALSE(Blob().withRange(0, four));
+}
+
+TEST(Blob, TheNameOfLeavesIsNotTheNameOfTheirHashes) {
+    Bytes bytes(2 * kBlobLeafBytes);
+    const Blob large{Bytes(bytes)};
+    const Hash128 leaf = hash128(ByteSpan(bytes).first(kBlobLeafBytes));
+    const std::array<Hash128, 2> leaves{leaf, leaf};
+    EXPECT_NE(Blob::of(std::span<const Hash128>(leaves)).id(), large.id());
 }
 
 }  // namespace

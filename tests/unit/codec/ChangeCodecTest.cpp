@@ -23,18 +23,27 @@ ChangeList richList(const Blob& blob) {
     b.create(ObjectId(~0ull), typeOf<Geometry>());
     b.place(ObjectId(7), kRootNode, 3);
     b.detach(ObjectId(9));
-    b.set(ObjectId(1), typeOf<Material>(), field::kBaseColor,
+    b.set(ObjectId(1), typeOf<Material>(), fieldId<&Material::baseColor>,
           toValue(Vec4f(0.25f, 1, 2, std::numeric_limits<float>::denorm_min())));
-    b.set(ObjectId(3), typeOf<Transform>(), field::kTranslation, toValue(Vec3d(1e-300, -0.0, 1e300)));
-    b.set(ObjectId(2), typeOf<Transform>(), field::kTranslation, toValue(Vec3d(1, 2, 3)));
-    b.set(ObjectId(3), typeOf<Motion>(), field::kMotionMode, std::numeric_limits<std::int64_t>::min());
-    b.set(ObjectId(4), typeOf<Node>(), field::kNodeCore, ObjectId(5));
-    b.set(ObjectId(4), typeOf<Node>(), field::kNodeName, std::string("Größe\0x", 9));
-    b.set(ObjectId(5), typeOf<Node>(), field::kNodeName, std::string());
-    b.set(ObjectId(6), typeOf<Geometry>(), field::kPositions, blob);
-    b.set(ObjectId(8), typeOf<Geometry>(), field::kPositions, Blob());
+    b.set(ObjectId(3), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1e-300, -0.0, 1e300)));
+    b.set(ObjectId(2), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 2, 3)));
+    b.set(ObjectId(3), typeOf<Motion>(), fieldId<&Motion::mode>, std::numeric_limits<std::int64_t>::min());
+    b.set(ObjectId(4), typeOf<Node>(), fieldId<&Node::core>, ObjectId(5));
+    b.set(ObjectId(4), typeOf<Node>(), fieldId<&Node::name>, std::string("Größe\0x", 9));
+    b.set(ObjectId(5), typeOf<Node>(), fieldId<&Node::name>, std::string());
+    b.set(ObjectId(6), typeOf<Geometry>(), fieldId<&Geometry::positions>, blob);
+    b.set(ObjectId(8), typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob());
+    // Kinds that travel whatever types there are: the codec knows no schema.
+    b.set(ObjectId(12), ObjectType(500), FieldId(1), true);
+    b.set(ObjectId(13), ObjectType(500), FieldId(1), false);
+    b.set(ObjectId(12), ObjectType(500), FieldId(2), RefList{ObjectId(3), ObjectId(~0ull)});
+    b.set(ObjectId(13), ObjectType(500), FieldId(2), RefList());
+    b.set(ObjectId(12), ObjectType(500), FieldId(3), Matrix{{1, -0.0, 3, 1e300}});
+    b.setRange(ObjectId(6), typeOf<Geometry>(), fieldId<&Geometry::positions>, 4, blobOf(2));
+    b.setRange(ObjectId(6), typeOf<Geometry>(), fieldId<&Geometry::positions>, 0, blobOf(1));
     b.destroy(ObjectId(11));
     ChangeList list = b.take();
+    list.ranges.back().result = Blob::absent({7, 8}, 12);
     list.nextFreeId = 1ull << 62;
     return list;
 }
@@ -124,7 +133,7 @@ TEST(ChangeCodec, HoldsItsLimits) {
 
 struct Forgery {
     proto::change::ListHead head;
-    std::vector<Bytes> parts = std::vector<Bytes>(6);
+    std::vector<Bytes> parts = std::vector<Bytes>(8);
 
     Forgery& column(std::uint32_t type, std::uint32_t field, int kind, std::uint32_t width, std::size_t idBytes,
                     std::size_t valueBytes) {
@@ -152,11 +161,31 @@ TEST(ChangeCodec, ExplainsWhatIsWrongWithAForgedList) {
     EXPECT_EQ(Forgery().column(3, 1, 1, 5, 16, 80).error(), "change list: a column of width 5");
     EXPECT_EQ(Forgery().column(3, 1, 1, 0, 16, 0).error(), "change list: a column of width 0");
     EXPECT_EQ(Forgery().column(3, 1, 2, 2, 16, 32).error(), "change list: a column of width 2");
-    EXPECT_EQ(Forgery().column(3, 1, 6, 1, 8, 8).error(), "change list: field kind 6 is unknown");
+    EXPECT_EQ(Forgery().column(3, 1, 9, 1, 8, 8).error(), "change list: field kind 9 is unknown");
     EXPECT_EQ(Forgery().column(65536, 1, 2, 1, 8, 8).error(), "change list: a type or field number is past 65535");
     EXPECT_EQ(Forgery().column(1, 1, 4, 1, 8, 3).error(), "change list: texts are cut off");
     EXPECT_EQ(Forgery().column(1, 1, 4, 1, 8, 5).error(), "change list: bytes are left over behind the texts");
     EXPECT_EQ(Forgery().column(4, 1, 5, 1, 8, 23).error(), "change list: blob names are cut off");
+
+    EXPECT_EQ(Forgery().column(3, 1, 6, 1, 8, 2).error(), "change list: 2 bytes for 1 scalars");
+    EXPECT_EQ(Forgery().column(3, 1, 7, 1, 8, 3).error(), "change list: lists of references are cut off");
+    EXPECT_EQ(Forgery().column(3, 1, 7, 1, 8, 12).error(), "change list: bytes are left over behind the references");
+    EXPECT_EQ(Forgery().column(3, 1, 8, 1, 8, 127).error(), "change list: 127 bytes for 1 scalars");
+    Forgery endless = Forgery().column(3, 1, 7, 1, 8, 12);
+    std::memset(endless.parts.back().data(), 0xff, 4);
+    EXPECT_EQ(endless.error(), "change list: lists of references are cut off");
+    Forgery ranges;
+    ranges.parts[6].resize(56);
+    EXPECT_EQ(ranges.error(), "change list: the bytes of a range are cut off") << "it says that it has none";
+    ranges.parts[6][16] = std::byte{4};
+    ranges.parts[7].resize(3);
+    EXPECT_EQ(ranges.error(), "change list: the bytes of a range are cut off");
+    ranges.parts[7].resize(5);
+    EXPECT_EQ(ranges.error(), "change list: bytes are left over behind the ranges");
+    ranges.parts[7].resize(4);
+    EXPECT_EQ(ranges.error(), "");
+    ranges.parts[6].resize(55);
+    EXPECT_EQ(ranges.error(), "change list: ranges are cut off");
 
     Forgery sized = Forgery().column(4, 1, 5, 1, 8, 24);
     sized.parts.back()[16] = std::byte{1};
@@ -177,14 +206,14 @@ TEST(ChangeCodec, ExplainsWhatIsWrongWithAForgedList) {
     EXPECT_EQ(missing.error(), "change list: 0 columns are named, 1 are there");
     Forgery odd;
     odd.parts.emplace_back();
-    EXPECT_EQ(odd.error(), "change list: 7 parts");
+    EXPECT_EQ(odd.error(), "change list: 9 parts");
 }
 
 TEST(ChangeCodec, RefusesFieldsOfANewerSchema) {
     proto::change::ListHead head;
     std::string bytes = head.SerializeAsString() + std::string("\xA0\x06\x01", 3);  // field 100, varint 1
     ASSERT_TRUE(head.ParseFromString(bytes));
-    std::vector<Bytes> empty(6);
+    std::vector<Bytes> empty(8);
     const auto decoded =
         decodeChangeList(joinParts(head, std::vector<ByteSpan>(empty.begin(), empty.end())), BlobStore());
     ASSERT_FALSE(decoded);
@@ -194,8 +223,8 @@ TEST(ChangeCodec, RefusesFieldsOfANewerSchema) {
 TEST(ChangeCodec, RefusesAHeadOfCountlessEmptyColumnsBeforeItBecomesObjects) {
     // 10 MiB of two-byte sub-messages would become hundreds of MiB of objects.
     const std::size_t count = 5u << 20;
-    Bytes bytes(8 + 6 * 8);
-    const std::uint32_t headBytes = 2 * count, parts = 6;
+    Bytes bytes(8 + 8 * 8);
+    const std::uint32_t headBytes = 2 * count, parts = 8;
     std::memcpy(bytes.data(), &headBytes, 4);
     std::memcpy(bytes.data() + 4, &parts, 4);
     for (std::size_t i = 0; i < count; ++i) {

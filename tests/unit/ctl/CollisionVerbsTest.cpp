@@ -27,9 +27,9 @@ protected:
             edits.create(node, typeOf<Node>());
             edits.create(core, typeOf<Interest>());
             edits.place(node, kRootNode);
-            edits.set(node, typeOf<Node>(), field::kNodeName, toValue(std::string(name)));
-            edits.set(node, typeOf<Node>(), field::kNodeCore, toValue(core));
-            edits.set(core, typeOf<Interest>(), field::kInterestObject, toValue(test::kCrane));
+            edits.set(node, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string(name)));
+            edits.set(node, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
+            edits.set(core, typeOf<Interest>(), fieldId<&Interest::object>, toValue(test::kCrane));
         }
         server.commit(edits.take());
         server.script([this](const ApplicationRequest& asked) { return answerTo(asked); });
@@ -271,8 +271,8 @@ TEST_F(CollisionVerbs, FieldsOfInterestsAndBodiesAreSetByName) {
     edits.create(node, typeOf<Node>());
     edits.create(core, typeOf<CollisionObject>());
     edits.place(node, kRootNode);
-    edits.set(node, typeOf<Node>(), field::kNodeName, toValue(std::string("body")));
-    edits.set(node, typeOf<Node>(), field::kNodeCore, toValue(core));
+    edits.set(node, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("body")));
+    edits.set(node, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
     server.commit(edits.take());
     for (const std::string words :
          {"/body velocity 1 -2 3", "/body spin 0 0 0.5", "/body mass 2.5", "/body kind deforming", "/body layers 6",

@@ -11,8 +11,8 @@ namespace {
 class FieldText : public testing::Test {
 protected:
     FieldText() { EXPECT_TRUE(scene.apply(test::craneScene())); }
-    const FieldInfo& field(TypeNumber type, std::string_view name) {
-        return *findField(*findType(objectType(type)), name);
+    const FieldInfo& field(ObjectType type, std::string_view name) {
+        return *findField(*findType(type), name);
     }
     std::string why(const FieldInfo& info, const std::vector<std::string>& words) {
         const auto value = parseValue(scene, info, words);
@@ -60,7 +60,7 @@ TEST_F(FieldText, WhatIsReadIsWrittenTheSame) {
 }
 
 TEST_F(FieldText, RefsAreWrittenAsPathsIdsOrNone) {
-    const FieldInfo& object = field(TypeNumber::kInterest, "object");
+    const FieldInfo& object = field(typeOf<Interest>(), "object");
     EXPECT_EQ(std::get<ObjectId>(*parseValue(scene, object, {"/hall/crane"})), test::kCrane);
     EXPECT_EQ(std::get<ObjectId>(*parseValue(scene, object, {"#7"})), test::kMetal);
     EXPECT_EQ(std::get<ObjectId>(*parseValue(scene, object, {"none"})), ObjectId{});
@@ -69,38 +69,38 @@ TEST_F(FieldText, RefsAreWrittenAsPathsIdsOrNone) {
 }
 
 TEST_F(FieldText, WrongValuesAreExplained) {
-    const FieldInfo& translation = field(TypeNumber::kTransform, "translation");
+    const FieldInfo& translation = field(typeOf<Transform>(), "translation");
     EXPECT_NE(why(translation, {"1", "2"}).find("takes 3 numbers, not 2"), std::string::npos);
     EXPECT_NE(why(translation, {"1", "2", "far"}).find("\"far\" is not a number"), std::string::npos);
     EXPECT_NE(why(translation, {"1", "2", "nan"}).find("is not a number"), std::string::npos);
     EXPECT_NE(why(translation, {"1", "2", "1e999"}).find("is not a number"), std::string::npos);
-    EXPECT_NE(why(field(TypeNumber::kSwitch, "choice"), {"1.5"}).find("whole number"), std::string::npos);
-    EXPECT_NE(why(field(TypeNumber::kGeometry, "positions"), {"0"}).find("bulk data"), std::string::npos);
+    EXPECT_NE(why(field(typeOf<Switch>(), "choice"), {"1.5"}).find("whole number"), std::string::npos);
+    EXPECT_NE(why(field(typeOf<Geometry>(), "positions"), {"0"}).find("bulk data"), std::string::npos);
 }
 
 /// Every word of every field, against the constants that the cores have for them.
 TEST_F(FieldText, NumbersThatStandForSomethingMayBeWords) {
-    const auto number = [&](TypeNumber type, std::string_view name, const std::string& word) {
-        const FieldPlace place{test::kCrane, findType(objectType(type)), &field(type, name)};
+    const auto number = [&](ObjectType type, std::string_view name, const std::string& word) {
+        const FieldPlace place{test::kCrane, findType(type), &field(type, name)};
         const auto value = parseValue(scene, place, {word});
         EXPECT_TRUE(value) << word << ": " << value.error().message;
         return value ? std::get<std::int64_t>(*value) : -99;
     };
-    EXPECT_EQ(number(TypeNumber::kInterest, "response", "slide"), Interest::kSlide);
-    EXPECT_EQ(number(TypeNumber::kInterest, "response", "ask"), Interest::kAsk);
-    EXPECT_EQ(number(TypeNumber::kInterest, "response", "0"), Interest::kReport) << "numbers stay numbers";
-    EXPECT_EQ(number(TypeNumber::kInterest, "mode", "static"), Interest::kStatic);
-    EXPECT_EQ(number(TypeNumber::kInterest, "mode", "distance"), Interest::kDistance);
-    EXPECT_EQ(number(TypeNumber::kInterest, "detail", "yes-or-no"), Interest::kYesOrNo);
-    EXPECT_EQ(number(TypeNumber::kInterest, "detail", "16"), 16);
-    EXPECT_EQ(number(TypeNumber::kInterest, "show", "normals,faces"), Interest::kShowNormals | Interest::kShowFaces);
-    EXPECT_EQ(number(TypeNumber::kCollisionObject, "kind", "static"), CollisionObject::kStatic);
-    EXPECT_EQ(number(TypeNumber::kCollisionObject, "shape", "hull"), CollisionObject::kHull);
-    EXPECT_EQ(number(TypeNumber::kCollisionObject, "division", "each-child"), CollisionObject::kEachChild);
-    EXPECT_EQ(number(TypeNumber::kMotion, "mode", "ping-pong"), Motion::kPingPong);
-    EXPECT_EQ(number(TypeNumber::kSwitch, "choice", "-2"), Switch::kNone);
-    EXPECT_EQ(number(TypeNumber::kSwitch, "choice", "all"), Switch::kAll);
-    const FieldPlace place{test::kCrane, findType(typeOf<Interest>()), &field(TypeNumber::kInterest, "response")};
+    EXPECT_EQ(number(typeOf<Interest>(), "response", "slide"), Interest::kSlide);
+    EXPECT_EQ(number(typeOf<Interest>(), "response", "ask"), Interest::kAsk);
+    EXPECT_EQ(number(typeOf<Interest>(), "response", "0"), Interest::kReport) << "numbers stay numbers";
+    EXPECT_EQ(number(typeOf<Interest>(), "mode", "static"), Interest::kStatic);
+    EXPECT_EQ(number(typeOf<Interest>(), "mode", "distance"), Interest::kDistance);
+    EXPECT_EQ(number(typeOf<Interest>(), "detail", "yes-or-no"), Interest::kYesOrNo);
+    EXPECT_EQ(number(typeOf<Interest>(), "detail", "16"), 16);
+    EXPECT_EQ(number(typeOf<Interest>(), "show", "normals,faces"), Interest::kShowNormals | Interest::kShowFaces);
+    EXPECT_EQ(number(typeOf<CollisionObject>(), "kind", "static"), CollisionObject::kStatic);
+    EXPECT_EQ(number(typeOf<CollisionObject>(), "shape", "hull"), CollisionObject::kHull);
+    EXPECT_EQ(number(typeOf<CollisionObject>(), "division", "each-child"), CollisionObject::kEachChild);
+    EXPECT_EQ(number(typeOf<Motion>(), "mode", "ping-pong"), Motion::kPingPong);
+    EXPECT_EQ(number(typeOf<Switch>(), "choice", "-2"), Switch::kNone);
+    EXPECT_EQ(number(typeOf<Switch>(), "choice", "all"), Switch::kAll);
+    const FieldPlace place{test::kCrane, findType(typeOf<Interest>()), &field(typeOf<Interest>(), "response")};
     const auto unknown = parseValue(scene, place, {"slde"});
     ASSERT_FALSE(unknown);
     EXPECT_EQ(unknown.error().code, ErrorCode::kUsage);

@@ -498,8 +498,8 @@ TEST_F(RendererTest, KeepsIdsOf64Bits) {
     ChangeListBuilder builder;
     const MeshArrays sheet = makeSheet(9, 9).toArrays();
     builder.create(geometry, typeOf<Geometry>());
-    builder.set(geometry, typeOf<Geometry>(), field::kPositions, toValue(sheet.positions));
-    builder.set(geometry, typeOf<Geometry>(), field::kIndices, toValue(sheet.indices));
+    builder.set(geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(sheet.positions));
+    builder.set(geometry, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(sheet.indices));
     Aspect aspect;
     ASSERT_TRUE(aspect.apply(builder.take()));
     DrawItem item{.node = ObjectId{0x1234567890abcdefull}, .geometry = geometry, .world_T_item = Affine3d::Identity()};

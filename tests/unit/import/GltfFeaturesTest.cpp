@@ -267,19 +267,19 @@ TEST(ObjImport, TakesMaterialsFromTheLibraryBesideIt) {
 TEST(SharedData, AnimatedSkinnedAndTexturedSamplesKeepTheirParts) {
     const std::string data = testData();
     if (data.empty()) GTEST_SKIP() << "no folder of real models (TESSERA_TEST_DATA, or shared/data beside the project)";
-    const auto has = [&](const std::string& file, TypeNumber type) {
+    const auto has = [&](const std::string& file, ObjectType type) {
         Expected<ImportedScene> scene = importScene(data + "/gltf/" + file, kRootNode, importOptions());
         EXPECT_TRUE(scene) << messageOf(scene);
         if (!scene) return false;
         const ImportedAspect aspect(std::move(*scene));
         const std::vector<ObjectId> ids = aspect->ids();
         return std::any_of(ids.begin(), ids.end(),
-                           [&](ObjectId id) { return typeOf(*aspect->find(id)) == objectType(type); });
+                           [&](ObjectId id) { return typeOf(aspect->find(id)) == type; });
     };
-    EXPECT_TRUE(has("BoxAnimated.glb", TypeNumber::kMotion));
-    EXPECT_TRUE(has("BoxTextured.glb", TypeNumber::kImage));
-    EXPECT_TRUE(has("RiggedFigure.glb", TypeNumber::kGeometry));
-    EXPECT_TRUE(has("Fox.glb", TypeNumber::kMotion));
+    EXPECT_TRUE(has("BoxAnimated.glb", typeOf<Motion>()));
+    EXPECT_TRUE(has("BoxTextured.glb", typeOf<Image>()));
+    EXPECT_TRUE(has("RiggedFigure.glb", typeOf<Geometry>()));
+    EXPECT_TRUE(has("Fox.glb", typeOf<Motion>()));
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ TEST(Bodies, ADeeperCollisionObjectTakesWhatIsItsOwn) {
     EXPECT_EQ(scene.body(outer.shape).node, scene.group);
     EXPECT_EQ(scene.body(inner.shape).node, inner.node);
     EXPECT_EQ(scene.body(innermost.shape).node, inner.node);
-    scene.set<CollisionObject>(core, field::kCollisionNode, ObjectId{});
+    scene.set<CollisionObject>(core, fieldId<&CollisionObject::node>, ObjectId{});
     EXPECT_EQ(scene.body(inner.shape).node, scene.group) << "a core without a node means nothing";
 }
 
@@ -65,7 +65,7 @@ TEST(Bodies, OfTwoCoresForOneNodeTheLowestIdCounts) {
     const ObjectId first = scene.object({.node = a.node, .layers = 2});
     const ObjectId second = scene.object({.node = a.node, .layers = 4});
     EXPECT_EQ(scene.body(a.shape).core, first);
-    scene.set<CollisionObject>(first, field::kCollisionNode, scene.group);
+    scene.set<CollisionObject>(first, fieldId<&CollisionObject::node>, scene.group);
     EXPECT_EQ(scene.body(a.shape).core, second);
 }
 
@@ -77,9 +77,9 @@ TEST(Bodies, AGroupIsDividedByChildrenOrByGeometries) {
     EXPECT_EQ(scene.body(below.shape).node, a.node);
     EXPECT_EQ(scene.body(b.shape).node, b.node);
     EXPECT_EQ(scene.body(a.shape).core, core);
-    scene.set<CollisionObject>(core, field::kCollisionDivision, CollisionObject::kEachGeometry);
+    scene.set<CollisionObject>(core, fieldId<&CollisionObject::division>, CollisionObject::kEachGeometry);
     for (const auto& part : {a, below, b}) EXPECT_EQ(scene.body(part.shape).node, part.shape);
-    scene.set<CollisionObject>(core, field::kCollisionDivision, CollisionObject::kWhole);
+    scene.set<CollisionObject>(core, fieldId<&CollisionObject::division>, CollisionObject::kWhole);
     for (const auto& part : {a, below, b}) EXPECT_EQ(scene.body(part.shape).node, scene.group);
 }
 
@@ -91,10 +91,10 @@ TEST(Bodies, WithoutLayersNothingTakesPart) {
     EXPECT_FALSE(scene.takesPart(arrows.shape));
     EXPECT_TRUE(scene.takesPart(scene.watcher.shape));
     // Nor does it make a side one that has objects.
-    scene.set<Interest>(scene.interestId, field::kInterestObject, kRootNode);
+    scene.set<Interest>(scene.interestId, fieldId<&Interest::object>, kRootNode);
     EXPECT_EQ(scene.body(scene.watcher.shape).node, kRootNode);
     EXPECT_FALSE(scene.takesPart(arrows.shape));
-    scene.set<CollisionObject>(core, field::kCollisionLayers, std::int64_t{8});
+    scene.set<CollisionObject>(core, fieldId<&CollisionObject::layers>, std::int64_t{8});
     EXPECT_TRUE(scene.takesPart(arrows.shape));
 }
 
@@ -117,13 +117,13 @@ TEST(Bodies, ACollisionObjectThatIsHiddenOrWhoseBearerIsHiddenMeansNothing) {
     ChangeListBuilder b;
     const ObjectId core = scene.fresh(), bearer = ObjectId(core.value + 1);
     b.create(core, typeOf<CollisionObject>());
-    b.set(core, typeOf<CollisionObject>(), field::kCollisionNode, toValue(scene.group));
+    b.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(scene.group));
     b.create(bearer, typeOf<Node>());
-    b.set(bearer, typeOf<Node>(), field::kNodeCore, toValue(core));
+    b.set(bearer, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
     b.place(bearer, hideable);
     scene.apply(b);
     EXPECT_EQ(scene.body(a.shape).node, scene.group);
-    scene.set<Switch>(choice, field::kChoice, Switch::kNone);
+    scene.set<Switch>(choice, fieldId<&Switch::choice>, Switch::kNone);
     EXPECT_EQ(scene.body(a.shape).node, a.shape);
 }
 
@@ -138,7 +138,7 @@ TEST(Bodies, HullsAreSolidAndMadeOfTheirOwnFaces) {
     EXPECT_TRUE(hull.solid());
     EXPECT_FALSE(scene.handler.parts()[scene.part(flat.shape)].shape) << "no inside";
     EXPECT_EQ(scene.handler.partsSkipped(), 1u);
-    scene.set<CollisionObject>(core, field::kCollisionShape, CollisionObject::kTriangles);
+    scene.set<CollisionObject>(core, fieldId<&CollisionObject::shape>, CollisionObject::kTriangles);
     EXPECT_FALSE(scene.handler.parts()[scene.part(a.shape)].shape->hull);
     EXPECT_EQ(scene.handler.partsSkipped(), 0u);
 }

@@ -12,7 +12,7 @@ struct Cloth : ObjectScene {
 
     Cloth() { (void)handler.takeMoved(); }
     [[nodiscard]] const Part& cloth() const { return handler.parts()[part(thing1.shape)]; }
-    void bend(const Vec3d& size) { set<Geometry>(thing1.geometry, field::kPositions, boxSoup(size).positionBlob()); }
+    void bend(const Vec3d& size) { set<Geometry>(thing1.geometry, fieldId<&Geometry::positions>, boxSoup(size).positionBlob()); }
     [[nodiscard]] Vec3d sizeOfShape() const { return cloth().shape->tree.mesh().bounds().size(); }
 };
 
@@ -58,7 +58,7 @@ TEST(Deformation, OutlivesNewTables) {
     ChangeListBuilder b;
     const ObjectId node = scene.fresh();
     b.create(node, typeOf<Node>());
-    b.set(node, typeOf<Node>(), field::kNodeCore, toValue(scene.wall.geometry));
+    b.set(node, typeOf<Node>(), fieldId<&Node::core>, toValue(scene.wall.geometry));
     b.place(node, kRootNode, 0);
     scene.apply(b);
     ASSERT_EQ(scene.handler.deformations().size(), 1u);
@@ -73,8 +73,8 @@ TEST(Deformation, OtherArraysAreAnotherShapeAtOnce) {
     Cloth scene;
     const Soup sheet = sheetSoup();
     ChangeListBuilder b;
-    b.set(scene.thing1.geometry, typeOf<Geometry>(), field::kPositions, sheet.positionBlob());
-    b.set(scene.thing1.geometry, typeOf<Geometry>(), field::kIndices, sheet.indexBlob());
+    b.set(scene.thing1.geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>, sheet.positionBlob());
+    b.set(scene.thing1.geometry, typeOf<Geometry>(), fieldId<&Geometry::indices>, sheet.indexBlob());
     scene.apply(b);
     EXPECT_TRUE(scene.handler.deformations().empty());
     EXPECT_EQ(scene.cloth().shape->tree.mesh().faceCount(), 2u);
@@ -87,7 +87,7 @@ TEST(Deformation, MalformedPositionsMakeItMeetNothingUntilGoodOnesCome) {
     Soup few = boxSoup(Vec3d::Ones());
     few.positions.resize(12);
     for (const Blob& positions : {bad.positionBlob(), few.positionBlob(), Blob{}, Blob::absent(BlobId{1, 2}, 96)}) {
-        scene.set<Geometry>(scene.thing1.geometry, field::kPositions, positions);
+        scene.set<Geometry>(scene.thing1.geometry, fieldId<&Geometry::positions>, positions);
         EXPECT_FALSE(scene.cloth().solid());
         EXPECT_TRUE(scene.handler.deformations().empty());
         scene.handler.settleDeformations();
@@ -100,7 +100,7 @@ TEST(Deformation, MalformedPositionsMakeItMeetNothingUntilGoodOnesCome) {
 TEST(Deformation, AJumpIsNone) {
     Cloth scene;
     ChangeListBuilder b;
-    b.set(scene.thing1.geometry, typeOf<Geometry>(), field::kPositions, boxSoup(Vec3d(2, 1, 1)).positionBlob());
+    b.set(scene.thing1.geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>, boxSoup(Vec3d(2, 1, 1)).positionBlob());
     const ChangeList list = b.take();
     ASSERT_TRUE(scene.aspect.apply(list));
     scene.handler.update(scene.aspect, nullptr);
@@ -124,7 +124,7 @@ TEST(Deformation, ConcernsEveryPartThatShowsTheGeometryAndNoRigidOne) {
 TEST(Deformation, OfARigidBodyIsANewShape) {
     Cloth scene;
     const auto before = scene.handler.parts()[scene.part(scene.wall.shape)].shape;
-    scene.set<Geometry>(scene.wall.geometry, field::kPositions, boxSoup(Vec3d(2, 1, 1)).positionBlob());
+    scene.set<Geometry>(scene.wall.geometry, fieldId<&Geometry::positions>, boxSoup(Vec3d(2, 1, 1)).positionBlob());
     EXPECT_TRUE(scene.handler.deformations().empty());
     EXPECT_NE(scene.handler.parts()[scene.part(scene.wall.shape)].shape, before);
     EXPECT_EQ(before->tree.mesh().bounds().size(), Vec3d(1, 1, 1)) << "shared shapes never change";
@@ -147,7 +147,7 @@ TEST(Deformation, TheTreeIsDividedAnewWhereItHasDecayed) {
     Soup folded = strip;
     for (int i = 0; i <= kQuads; ++i)
         for (int k = 0; k < 2; ++k) folded.positions[3 * (2 * i + k)] = static_cast<float>(i * 173 % (kQuads + 1));
-    scene.set<Geometry>(thing.geometry, field::kPositions, folded.positionBlob());
+    scene.set<Geometry>(thing.geometry, fieldId<&Geometry::positions>, folded.positionBlob());
     scene.handler.settleDeformations();
     EXPECT_LE(scene.handler.parts()[0].shape->tree.decay(), TriangleTree::kRebuildAbove);
     Expected<TriangleMesh> mesh = TriangleMesh::make(std::span<const float>(strip.positions), strip.indices);

@@ -30,14 +30,14 @@ TEST(FreeBodies, ARigidWholeObjectOnATransformOfItsOwnIsFree) {
 TEST(FreeBodies, MassComesAndGoesWithoutNewTables) {
     Falling scene;
     const std::uint64_t generation = scene.handler.generation();
-    scene.set<CollisionObject>(scene.core, field::kMass, 0.0);
+    scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::mass>, 0.0);
     EXPECT_FALSE(scene.isFree());
     EXPECT_EQ(scene.handler.freeBodyOf(scene.ball.transform), kNobody);
     EXPECT_EQ(scene.body(scene.ball.shape).mass, 0);
-    scene.set<CollisionObject>(scene.core, field::kMass, 5.0);
+    scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::mass>, 5.0);
     EXPECT_EQ(scene.body(scene.ball.shape).mass, 5);
-    scene.set<CollisionObject>(scene.core, field::kVelocity, Vec3d(1, 2, 3));
-    scene.set<CollisionObject>(scene.core, field::kSpin, Vec3d(4, 5, 6));
+    scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::velocity>, Vec3d(1, 2, 3));
+    scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::spin>, Vec3d(4, 5, 6));
     EXPECT_EQ(scene.body(scene.ball.shape).velocity, Vec3d(1, 2, 3));
     EXPECT_EQ(scene.body(scene.ball.shape).spin, Vec3d(4, 5, 6));
     EXPECT_EQ(scene.handler.generation(), generation);
@@ -46,13 +46,13 @@ TEST(FreeBodies, MassComesAndGoesWithoutNewTables) {
 TEST(FreeBodies, OnlyRigidUndividedObjectsAreFree) {
     Falling scene;
     for (const std::int64_t kind : {CollisionObject::kStatic, CollisionObject::kDeforming}) {
-        scene.set<CollisionObject>(scene.core, field::kCollisionKind, kind);
+        scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::kind>, kind);
         EXPECT_FALSE(scene.isFree());
         EXPECT_EQ(scene.body(scene.ball.shape).mass, 0);
     }
-    scene.set<CollisionObject>(scene.core, field::kCollisionKind, CollisionObject::kRigid);
+    scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::kind>, CollisionObject::kRigid);
     EXPECT_TRUE(scene.isFree());
-    scene.set<CollisionObject>(scene.core, field::kCollisionDivision, CollisionObject::kEachChild);
+    scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::division>, CollisionObject::kEachChild);
     EXPECT_FALSE(scene.isFree());
 }
 
@@ -66,7 +66,7 @@ TEST(FreeBodies, ASharedTransformCarriesNone) {
 
 TEST(FreeBodies, ANodeWithoutATransformIsNotFree) {
     Falling scene;
-    scene.set<CollisionObject>(scene.core, field::kCollisionNode, scene.ball.shape);
+    scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::node>, scene.ball.shape);
     EXPECT_FALSE(scene.isFree());
 }
 
@@ -106,7 +106,7 @@ TEST(FreeBodies, BelowAnotherFreeBodyNoneIsFree) {
     const ObjectId riderCore = scene.object({.node = rider.node, .mass = 1});
     EXPECT_TRUE(scene.isFree());
     EXPECT_FALSE(scene.body(rider.shape).free());
-    scene.set<CollisionObject>(scene.core, field::kMass, 0.0);
+    scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::mass>, 0.0);
     EXPECT_TRUE(scene.body(rider.shape).free()) << "the one below it is carried by hand now";
     EXPECT_EQ(scene.body(rider.shape).core, riderCore);
 }
@@ -117,15 +117,15 @@ TEST(FreeBodies, GravityIsTheFirstEnvironments) {
     ChangeListBuilder b;
     const ObjectId first = scene.fresh(), second = ObjectId(first.value + 1);
     for (const ObjectId id : {first, second}) b.create(id, typeOf<Environment>());
-    b.set(first, typeOf<Environment>(), field::kGravity, toValue(Vec3d(0, -9.81, 0)));
-    b.set(second, typeOf<Environment>(), field::kGravity, toValue(Vec3d(7, 7, 7)));
+    b.set(first, typeOf<Environment>(), fieldId<&Environment::gravity>, toValue(Vec3d(0, -9.81, 0)));
+    b.set(second, typeOf<Environment>(), fieldId<&Environment::gravity>, toValue(Vec3d(7, 7, 7)));
     scene.apply(b);
     EXPECT_EQ(scene.handler.gravity(), Vec3d::Zero()) << "no node bears one";
     const ObjectId bearer = scene.node(kRootNode, first);
     scene.node(kRootNode, second);
     EXPECT_EQ(scene.handler.gravity(), Vec3d(0, -9.81, 0));
     const std::uint64_t generation = scene.handler.generation();
-    scene.set<Environment>(first, field::kGravity, Vec3d(0, -1.6, 0));
+    scene.set<Environment>(first, fieldId<&Environment::gravity>, Vec3d(0, -1.6, 0));
     EXPECT_EQ(scene.handler.gravity(), Vec3d(0, -1.6, 0));
     EXPECT_EQ(scene.handler.generation(), generation);
     scene.place(bearer, ObjectId{});

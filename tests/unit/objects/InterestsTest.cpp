@@ -72,7 +72,7 @@ TEST(Interests, TheFirstInDocumentOrderDecides) {
     ASSERT_EQ(relation.interests.size(), 2u);
     EXPECT_EQ(scene.handler.interests()[relation.interests[0]].core, first);
     EXPECT_EQ(scene.handler.interests()[relation.interests[1]].core, second);
-    scene.set<Interest>(first, field::kInterestEnabled, std::int64_t{0});
+    scene.set<Interest>(first, fieldId<&Interest::enabled>, false);
     relation = scene.relation(scene.a.shape, scene.b.shape);
     EXPECT_EQ(relation.response, Interest::kBounce);
     EXPECT_FALSE(relation.firstIsObject);
@@ -111,7 +111,7 @@ TEST(Interests, ThatIgnoreExcludeTheirPairsFromAllOthers) {
     EXPECT_FALSE(scene.related(scene.a.shape, scene.b.shape));
     EXPECT_TRUE(scene.relation(scene.a.shape, scene.b.shape).interests.empty());
     EXPECT_TRUE(scene.related(scene.a.shape, scene.c.shape));
-    scene.set<Interest>(ignores, field::kInterestMode, Interest::kStatic);
+    scene.set<Interest>(ignores, fieldId<&Interest::mode>, Interest::kStatic);
     EXPECT_TRUE(scene.related(scene.a.shape, scene.b.shape));
 }
 
@@ -138,13 +138,13 @@ TEST(Interests, SleepWhileOneOfTheirNodesIsNotThere) {
     const auto d = scene.thing(group);
     const ObjectId interest = scene.interest({.object = scene.a.node, .against = d.node});
     EXPECT_TRUE(scene.related(scene.a.shape, d.shape));
-    scene.set<Switch>(choice, field::kChoice, Switch::kNone);
+    scene.set<Switch>(choice, fieldId<&Switch::choice>, Switch::kNone);
     EXPECT_TRUE(scene.handler.parts().empty());
     ASSERT_EQ(scene.handler.interests().size(), 1u) << "it is listed, and has no pairs";
     EXPECT_EQ(scene.handler.interests()[0].core, interest);
-    scene.set<Switch>(choice, field::kChoice, Switch::kAll);
+    scene.set<Switch>(choice, fieldId<&Switch::choice>, Switch::kAll);
     EXPECT_TRUE(scene.related(scene.a.shape, d.shape));
-    scene.set<Interest>(interest, field::kInterestObject, ObjectId{});
+    scene.set<Interest>(interest, fieldId<&Interest::object>, ObjectId{});
     EXPECT_TRUE(scene.handler.parts().empty());
 }
 
@@ -156,7 +156,7 @@ TEST(Interests, BeyondTheLimitAreCountedAndNotLookedAt) {
     EXPECT_EQ(scene.handler.interestsLeftOut(), 1u);
     EXPECT_TRUE(scene.related(scene.a.shape, scene.b.shape));
     EXPECT_FALSE(scene.takesPart(scene.c.shape));
-    scene.set<Interest>(first, field::kInterestEnabled, std::int64_t{0});
+    scene.set<Interest>(first, fieldId<&Interest::enabled>, false);
     EXPECT_EQ(scene.handler.interestsLeftOut(), 0u);
     EXPECT_TRUE(scene.related(scene.a.shape, scene.c.shape));
 }

@@ -74,7 +74,7 @@ public:
         ChangeListBuilder b;
         const ObjectId id = fresh();
         b.create(id, typeOf<Node>());
-        if (core) b.set(id, typeOf<Node>(), field::kNodeCore, toValue(core));
+        if (core) b.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
         if (parent) b.place(id, parent);
         apply(b);
         return id;
@@ -98,8 +98,8 @@ public:
         ChangeListBuilder b;
         const ObjectId id = fresh();
         b.create(id, typeOf<Geometry>());
-        b.set(id, typeOf<Geometry>(), field::kPositions, soup.positionBlob());
-        b.set(id, typeOf<Geometry>(), field::kIndices, soup.indexBlob());
+        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, soup.positionBlob());
+        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, soup.indexBlob());
         apply(b);
         return id;
     }
@@ -107,7 +107,7 @@ public:
         ChangeListBuilder b;
         const ObjectId id = fresh();
         b.create(id, typeOf<Switch>());
-        b.set(id, typeOf<Switch>(), field::kChoice, toValue(choice));
+        b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(choice));
         apply(b);
         return id;
     }
@@ -117,17 +117,17 @@ public:
         const ObjectId id = fresh();
         const ObjectType type = typeOf<Interest>();
         b.create(id, type);
-        b.set(id, type, field::kInterestObject, toValue(value.object));
-        b.set(id, type, field::kInterestAgainst, toValue(value.against));
-        b.set(id, type, field::kInterestResponse, toValue(value.response));
-        b.set(id, type, field::kInterestEnabled, toValue(value.enabled));
-        b.set(id, type, field::kInterestMode, toValue(value.mode));
-        b.set(id, type, field::kInterestDetail, toValue(value.detail));
-        b.set(id, type, field::kInterestObjectLayers, toValue(value.objectLayers));
-        b.set(id, type, field::kInterestAgainstLayers, toValue(value.againstLayers));
-        b.set(id, type, field::kInterestThreshold, toValue(value.threshold));
-        b.set(id, type, field::kInterestShow, toValue(value.show));
-        b.set(id, type, field::kInterestPatience, toValue(value.patience));
+        b.set(id, type, fieldId<&Interest::object>, toValue(value.object));
+        b.set(id, type, fieldId<&Interest::against>, toValue(value.against));
+        b.set(id, type, fieldId<&Interest::response>, toValue(value.response));
+        b.set(id, type, fieldId<&Interest::enabled>, toValue(value.enabled));
+        b.set(id, type, fieldId<&Interest::mode>, toValue(value.mode));
+        b.set(id, type, fieldId<&Interest::detail>, toValue(value.detail));
+        b.set(id, type, fieldId<&Interest::objectLayers>, toValue(value.objectLayers));
+        b.set(id, type, fieldId<&Interest::againstLayers>, toValue(value.againstLayers));
+        b.set(id, type, fieldId<&Interest::threshold>, toValue(value.threshold));
+        b.set(id, type, fieldId<&Interest::show>, toValue(value.show));
+        b.set(id, type, fieldId<&Interest::patience>, toValue(value.patience));
         apply(b);
         node(kRootNode, id);
         return id;
@@ -138,16 +138,16 @@ public:
         const ObjectId id = fresh();
         const ObjectType type = typeOf<CollisionObject>();
         b.create(id, type);
-        b.set(id, type, field::kCollisionNode, toValue(value.node));
-        b.set(id, type, field::kCollisionKind, toValue(value.kind));
-        b.set(id, type, field::kCollisionDivision, toValue(value.division));
-        b.set(id, type, field::kCollisionShape, toValue(value.shape));
-        b.set(id, type, field::kCollisionLayers, toValue(value.layers));
-        b.set(id, type, field::kMass, toValue(value.mass));
-        b.set(id, type, field::kRestitution, toValue(value.restitution));
-        b.set(id, type, field::kFriction, toValue(value.friction));
-        b.set(id, type, field::kVelocity, toValue(value.velocity));
-        b.set(id, type, field::kSpin, toValue(value.spin));
+        b.set(id, type, fieldId<&CollisionObject::node>, toValue(value.node));
+        b.set(id, type, fieldId<&CollisionObject::kind>, toValue(value.kind));
+        b.set(id, type, fieldId<&CollisionObject::division>, toValue(value.division));
+        b.set(id, type, fieldId<&CollisionObject::shape>, toValue(value.shape));
+        b.set(id, type, fieldId<&CollisionObject::layers>, toValue(value.layers));
+        b.set(id, type, fieldId<&CollisionObject::mass>, toValue(value.mass));
+        b.set(id, type, fieldId<&CollisionObject::restitution>, toValue(value.restitution));
+        b.set(id, type, fieldId<&CollisionObject::friction>, toValue(value.friction));
+        b.set(id, type, fieldId<&CollisionObject::velocity>, toValue(value.velocity));
+        b.set(id, type, fieldId<&CollisionObject::spin>, toValue(value.spin));
         apply(b);
         node(kRootNode, id);
         return id;
@@ -186,9 +186,9 @@ public:
 
 private:
     static void set(ChangeListBuilder& b, ObjectId id, const Transform& v) {
-        b.set(id, typeOf<Transform>(), field::kTranslation, toValue(v.translation));
-        b.set(id, typeOf<Transform>(), field::kRotation, toValue(v.rotation));
-        b.set(id, typeOf<Transform>(), field::kScale, toValue(v.scale));
+        b.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(v.translation));
+        b.set(id, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(v.rotation));
+        b.set(id, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(v.scale));
     }
 };
 

@@ -67,12 +67,12 @@ TEST(Poses, WhatConcernsNobodyChangesNothing) {
     b.create(material, typeOf<Material>());
     b.create(camera, typeOf<Camera>());
     b.create(idle, typeOf<Geometry>());
-    b.set(scene.carrier.geometry, typeOf<Geometry>(), field::kGeometryMaterial, toValue(material));
-    b.set(scene.carrier.node, typeOf<Node>(), field::kNodeName, toValue(std::string("crane")));
-    b.set(material, typeOf<Material>(), field::kRoughness, toValue(0.5f));
-    b.set(idle, typeOf<Geometry>(), field::kPositions, boxSoup(Vec3d::Ones()).positionBlob());
-    b.set(scene.interestId, typeOf<Interest>(), field::kInterestThreshold, toValue(4.0));
-    b.set(scene.interestId, typeOf<Interest>(), field::kInterestResponse, toValue(Interest::kSlide));
+    b.set(scene.carrier.geometry, typeOf<Geometry>(), fieldId<&Geometry::material>, toValue(material));
+    b.set(scene.carrier.node, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("crane")));
+    b.set(material, typeOf<Material>(), fieldId<&Material::roughness>, toValue(0.5f));
+    b.set(idle, typeOf<Geometry>(), fieldId<&Geometry::positions>, boxSoup(Vec3d::Ones()).positionBlob());
+    b.set(scene.interestId, typeOf<Interest>(), fieldId<&Interest::threshold>, toValue(4.0));
+    b.set(scene.interestId, typeOf<Interest>(), fieldId<&Interest::response>, toValue(Interest::kSlide));
     const std::uint64_t generation = scene.handler.generation();
     scene.apply(b);
     EXPECT_EQ(scene.handler.generation(), generation);
@@ -127,7 +127,7 @@ TEST(Poses, VersionsOutliveNewTablesWherePoseAndShapeStay) {
     const ObjectId added = scene.fresh();
     b.create(added, typeOf<Node>());
     b.place(added, kRootNode, 0);
-    b.set(scene.carrier.transform, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(7, 1, 2)));
+    b.set(scene.carrier.transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(7, 1, 2)));
     scene.apply(b);
     EXPECT_GT(scene.handler.generation(), generation);
     EXPECT_EQ(scene.of(scene.carrier).poseVersion, carrier);
@@ -135,25 +135,25 @@ TEST(Poses, VersionsOutliveNewTablesWherePoseAndShapeStay) {
     scene.handler.update(scene.aspect, nullptr);
     EXPECT_EQ(scene.of(scene.carrier).poseVersion, carrier);
     EXPECT_EQ(scene.handler.takeMoved().size(), scene.handler.parts().size()) << "new numbers";
-    scene.set<Geometry>(scene.other.geometry, field::kPositions, boxSoup(Vec3d(2, 2, 2)).positionBlob());
+    scene.set<Geometry>(scene.other.geometry, fieldId<&Geometry::positions>, boxSoup(Vec3d(2, 2, 2)).positionBlob());
     EXPECT_NE(scene.of(scene.other).poseVersion, other);
 }
 
 TEST(Poses, NewArraysAreANewShapeAndNoNewTables) {
     Moving scene;
     const std::uint64_t generation = scene.handler.generation();
-    scene.set<Geometry>(scene.other.geometry, field::kPositions, boxSoup(Vec3d(2, 4, 6)).positionBlob());
+    scene.set<Geometry>(scene.other.geometry, fieldId<&Geometry::positions>, boxSoup(Vec3d(2, 4, 6)).positionBlob());
     EXPECT_NEAR((scene.of(scene.other).worldBox.size() - Vec3d(2, 4, 6)).norm(), 0, 1e-9);
     EXPECT_EQ(scene.handler.takeMoved(), scene.numbers({scene.other}));
     const std::vector<std::uint32_t> beyond{0, 1, 99}, ragged{0, 1};
     for (const auto& bad : {beyond, ragged, std::vector<std::uint32_t>{}}) {
-        scene.set<Geometry>(scene.other.geometry, field::kIndices, Blob::of(std::span<const std::uint32_t>(bad)));
+        scene.set<Geometry>(scene.other.geometry, fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(bad)));
         EXPECT_FALSE(scene.of(scene.other).solid());
         EXPECT_EQ(scene.handler.partsSkipped(), 1u);
     }
-    scene.set<Geometry>(scene.other.geometry, field::kIndices, Blob::absent(BlobId{1, 2}, 36));
+    scene.set<Geometry>(scene.other.geometry, fieldId<&Geometry::indices>, Blob::absent(BlobId{1, 2}, 36));
     EXPECT_FALSE(scene.of(scene.other).shape);
-    scene.set<Geometry>(scene.other.geometry, field::kIndices, boxSoup(Vec3d::Ones()).indexBlob());
+    scene.set<Geometry>(scene.other.geometry, fieldId<&Geometry::indices>, boxSoup(Vec3d::Ones()).indexBlob());
     EXPECT_TRUE(scene.of(scene.other).solid());
     EXPECT_EQ(scene.handler.generation(), generation);
 }
@@ -187,11 +187,11 @@ TEST(Poses, HiddenNodesAreNotThere) {
     scene.place(scene.other.node, group);
     EXPECT_TRUE(scene.takesPart(scene.other.shape));
     for (const std::int64_t hides : {Switch::kNone, std::int64_t{1}, std::int64_t{7}}) {
-        scene.set<Switch>(choice, field::kChoice, hides);
+        scene.set<Switch>(choice, fieldId<&Switch::choice>, hides);
         EXPECT_FALSE(scene.takesPart(scene.other.shape)) << hides;
         EXPECT_TRUE(scene.handler.placesOf(scene.other.transform).empty());
     }
-    scene.set<Switch>(choice, field::kChoice, std::int64_t{0});
+    scene.set<Switch>(choice, fieldId<&Switch::choice>, std::int64_t{0});
     EXPECT_TRUE(scene.takesPart(scene.other.shape));
     scene.place(scene.other.node, ObjectId{});
     EXPECT_FALSE(scene.takesPart(scene.other.shape));

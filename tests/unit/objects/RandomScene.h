@@ -80,7 +80,7 @@ public:
     [[nodiscard]] ObjectId some(ObjectType type) {
         std::vector<ObjectId> all;
         for (const ObjectId id : aspect.ids())
-            if (typeOf(*aspect.find(id)) == type) all.push_back(id);
+            if (typeOf(aspect.find(id)) == type) all.push_back(id);
         for (const auto& [id, made] : made_)
             if (made == type) all.push_back(id);
         return all.empty() ? ObjectId{} : all[below(static_cast<std::uint32_t>(all.size()))];
@@ -94,7 +94,7 @@ private:
         std::vector<ObjectId> nodes{kRootNode};
         const auto place = [&](ObjectId parent, ObjectId core) {
             const ObjectId id = create(b, typeOf<Node>());
-            b.set(id, typeOf<Node>(), field::kNodeCore, toValue(core));
+            b.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
             b.place(id, parent);
             return id;
         };
@@ -107,14 +107,14 @@ private:
         }
         for (int i = 0; i < 5; ++i) {
             const ObjectId object = create(b, typeOf<CollisionObject>());
-            b.set(object, typeOf<CollisionObject>(), field::kCollisionNode, toValue(nodes[1 + below(9)]));
-            if (i == 0) b.set(object, typeOf<CollisionObject>(), field::kCollisionKind, CollisionObject::kDeforming);
-            if (i > 1) b.set(object, typeOf<CollisionObject>(), field::kMass, toValue(1.0 + i));
+            b.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(nodes[1 + below(9)]));
+            if (i == 0) b.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::kind>, CollisionObject::kDeforming);
+            if (i > 1) b.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::mass>, toValue(1.0 + i));
             place(kRootNode, object);
         }
         for (int i = 0; i < 3; ++i) {
             const ObjectId interest = create(b, typeOf<Interest>());
-            b.set(interest, typeOf<Interest>(), field::kInterestObject,
+            b.set(interest, typeOf<Interest>(), fieldId<&Interest::object>,
                   toValue(i == 2 ? nodes[1 + below(9)] : kRootNode));
             place(kRootNode, interest);
         }
@@ -133,44 +133,44 @@ private:
 
     void setTransform(ChangeListBuilder& b, ObjectId id) {
         const Transform t = someTransform();
-        b.set(id, typeOf<Transform>(), field::kTranslation, toValue(t.translation));
-        b.set(id, typeOf<Transform>(), field::kRotation, toValue(t.rotation));
-        b.set(id, typeOf<Transform>(), field::kScale, toValue(t.scale));
+        b.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(t.translation));
+        b.set(id, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(t.rotation));
+        b.set(id, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(t.scale));
     }
     void setArrays(ChangeListBuilder& b, ObjectId id, bool indicesToo) {
         const Soup& soup = soups_[below(below(3) == 0 ? static_cast<std::uint32_t>(soups_.size()) : 4)];
-        b.set(id, typeOf<Geometry>(), field::kPositions, soup.positionBlob());
-        if (indicesToo) b.set(id, typeOf<Geometry>(), field::kIndices, soup.indexBlob());
+        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, soup.positionBlob());
+        if (indicesToo) b.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, soup.indexBlob());
     }
     void setInterest(ChangeListBuilder& b, ObjectId id) {
         const ObjectType type = typeOf<Interest>();
         const auto number = [&](std::uint32_t n) { return toValue(std::int64_t{below(n)}); };
         const auto mask = [&] { return toValue(below(2) == 0 ? std::int64_t{-1} : std::int64_t{below(8)}); };
-        if (below(2) == 0) b.set(id, type, field::kInterestObject, toValue(someNodeOrNone()));
-        if (below(3) == 0) b.set(id, type, field::kInterestAgainst, toValue(someNodeOrNone()));
-        if (below(3) == 0) b.set(id, type, field::kInterestResponse, number(6));
-        if (below(4) == 0) b.set(id, type, field::kInterestEnabled, toValue(std::int64_t{below(4) != 0}));
-        if (below(3) == 0) b.set(id, type, field::kInterestMode, number(5));
-        if (below(3) == 0) b.set(id, type, field::kInterestDetail, toValue(std::int64_t{below(6)} - 1));
-        if (below(4) == 0) b.set(id, type, field::kInterestObjectLayers, mask());
-        if (below(4) == 0) b.set(id, type, field::kInterestAgainstLayers, mask());
-        if (below(3) == 0) b.set(id, type, field::kInterestThreshold, toValue(between(0, 3)));
-        if (below(4) == 0) b.set(id, type, field::kInterestShow, number(8));
-        if (below(4) == 0) b.set(id, type, field::kInterestPatience, number(30));
+        if (below(2) == 0) b.set(id, type, fieldId<&Interest::object>, toValue(someNodeOrNone()));
+        if (below(3) == 0) b.set(id, type, fieldId<&Interest::against>, toValue(someNodeOrNone()));
+        if (below(3) == 0) b.set(id, type, fieldId<&Interest::response>, number(6));
+        if (below(4) == 0) b.set(id, type, fieldId<&Interest::enabled>, toValue(std::int64_t{below(4) != 0}));
+        if (below(3) == 0) b.set(id, type, fieldId<&Interest::mode>, number(5));
+        if (below(3) == 0) b.set(id, type, fieldId<&Interest::detail>, toValue(std::int64_t{below(6)} - 1));
+        if (below(4) == 0) b.set(id, type, fieldId<&Interest::objectLayers>, mask());
+        if (below(4) == 0) b.set(id, type, fieldId<&Interest::againstLayers>, mask());
+        if (below(3) == 0) b.set(id, type, fieldId<&Interest::threshold>, toValue(between(0, 3)));
+        if (below(4) == 0) b.set(id, type, fieldId<&Interest::show>, number(8));
+        if (below(4) == 0) b.set(id, type, fieldId<&Interest::patience>, number(30));
     }
     void setObject(ChangeListBuilder& b, ObjectId id) {
         const ObjectType type = typeOf<CollisionObject>();
         const auto number = [&](std::uint32_t n) { return toValue(std::int64_t{below(n)}); };
-        if (below(3) == 0) b.set(id, type, field::kCollisionNode, toValue(someNodeOrNone()));
-        if (below(4) == 0) b.set(id, type, field::kCollisionKind, number(3));
-        if (below(4) == 0) b.set(id, type, field::kCollisionDivision, number(3));
-        if (below(4) == 0) b.set(id, type, field::kCollisionShape, number(2));
-        if (below(4) == 0) b.set(id, type, field::kCollisionLayers, number(8));
-        if (below(2) == 0) b.set(id, type, field::kMass, toValue(below(3) == 0 ? 0.0 : between(1, 9)));
-        if (below(3) == 0) b.set(id, type, field::kFriction, toValue(between(0, 1)));
-        if (below(3) == 0) b.set(id, type, field::kRestitution, toValue(between(0, 1)));
-        if (below(3) == 0) b.set(id, type, field::kVelocity, toValue(Vec3d(between(-1, 1), 2, 3)));
-        if (below(3) == 0) b.set(id, type, field::kSpin, toValue(Vec3d(1, between(-1, 1), 3)));
+        if (below(3) == 0) b.set(id, type, fieldId<&CollisionObject::node>, toValue(someNodeOrNone()));
+        if (below(4) == 0) b.set(id, type, fieldId<&CollisionObject::kind>, number(3));
+        if (below(4) == 0) b.set(id, type, fieldId<&CollisionObject::division>, number(3));
+        if (below(4) == 0) b.set(id, type, fieldId<&CollisionObject::shape>, number(2));
+        if (below(4) == 0) b.set(id, type, fieldId<&CollisionObject::layers>, number(8));
+        if (below(2) == 0) b.set(id, type, fieldId<&CollisionObject::mass>, toValue(below(3) == 0 ? 0.0 : between(1, 9)));
+        if (below(3) == 0) b.set(id, type, fieldId<&CollisionObject::friction>, toValue(between(0, 1)));
+        if (below(3) == 0) b.set(id, type, fieldId<&CollisionObject::restitution>, toValue(between(0, 1)));
+        if (below(3) == 0) b.set(id, type, fieldId<&CollisionObject::velocity>, toValue(Vec3d(between(-1, 1), 2, 3)));
+        if (below(3) == 0) b.set(id, type, fieldId<&CollisionObject::spin>, toValue(Vec3d(1, between(-1, 1), 3)));
     }
     ObjectId newCore(ChangeListBuilder& b) {
         switch (below(12)) {
@@ -190,25 +190,25 @@ private:
             }
             case 6: {
                 const ObjectId id = create(b, typeOf<Switch>());
-                b.set(id, typeOf<Switch>(), field::kChoice, toValue(std::int64_t{below(4)} - 2));
+                b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(std::int64_t{below(4)} - 2));
                 return id;
             }
             case 7:
             case 8: {
                 const ObjectId id = create(b, typeOf<Interest>());
-                b.set(id, typeOf<Interest>(), field::kInterestObject, toValue(someNode()));
+                b.set(id, typeOf<Interest>(), fieldId<&Interest::object>, toValue(someNode()));
                 return id;
             }
             case 9:
             case 10: {
                 const ObjectId id = create(b, typeOf<CollisionObject>());
-                b.set(id, typeOf<CollisionObject>(), field::kCollisionNode, toValue(someNode()));
+                b.set(id, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(someNode()));
                 setObject(b, id);
                 return id;
             }
             default: {
                 const ObjectId id = create(b, typeOf<Environment>());
-                b.set(id, typeOf<Environment>(), field::kGravity, toValue(Vec3d(0, between(-9, 0), 0)));
+                b.set(id, typeOf<Environment>(), fieldId<&Environment::gravity>, toValue(Vec3d(0, between(-9, 0), 0)));
                 return id;
             }
         }
@@ -236,7 +236,7 @@ private:
                 const ObjectId parent = someNode();
                 const ObjectId core = below(3) == 0 ? someCore() : newCore(b);
                 const ObjectId id = create(b, typeOf<Node>());
-                if (core) b.set(id, typeOf<Node>(), field::kNodeCore, toValue(core));
+                if (core) b.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
                 b.place(id, parent, below(2) == 0 ? Placement::kLast : 0);
                 break;
             }
@@ -263,12 +263,12 @@ private:
             case 8: {
                 const ObjectId id = someNode();
                 if (id == kRootNode && below(4) != 0) break;
-                b.set(id, typeOf<Node>(), field::kNodeCore, toValue(below(5) == 0 ? ObjectId{} : someCore()));
+                b.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(below(5) == 0 ? ObjectId{} : someCore()));
                 break;
             }
             case 9: {
                 const ObjectId id = some(typeOf<Switch>());
-                if (id) b.set(id, typeOf<Switch>(), field::kChoice, toValue(std::int64_t{below(5)} - 2));
+                if (id) b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(std::int64_t{below(5)} - 2));
                 break;
             }
             case 10:
@@ -290,7 +290,7 @@ private:
             }
             case 18: {
                 const ObjectId id = some(typeOf<Environment>());
-                if (id) b.set(id, typeOf<Environment>(), field::kGravity, toValue(Vec3d(0, between(-9, 0), 0)));
+                if (id) b.set(id, typeOf<Environment>(), fieldId<&Environment::gravity>, toValue(Vec3d(0, between(-9, 0), 0)));
                 break;
             }
             default: {

@@ -104,7 +104,7 @@ TEST(BadInput, AnInterestInADeletedNodeMeansNothing) {
     b.detach(lonely);
     scene.apply(b);
     scene.frame();
-    scene.set<Interest>(interest, field::kInterestObject, ObjectId{});
+    scene.set<Interest>(interest, fieldId<&Interest::object>, ObjectId{});
     scene.destroy(lonely);
     EXPECT_TRUE(scene.frame({{.transform = scene.box.transform, .translation = Vec3d(0, 4, 0)}}).stopped.empty());
 }
@@ -156,8 +156,8 @@ TEST(BadInput, WhenTheWorkIsUsedUpItSaysWhatWasNotLookedAt) {
 TEST(BadInput, ExtremeMassesAndSpeedsStayNumbers) {
     for (const double mass : {1e-12, 1e12}) {
         Mixed scene(Interest::kBounce, mass);
-        scene.set<CollisionObject>(scene.core, field::kVelocity, Vec3d(1e6, -1e6, 1e6));
-        scene.set<CollisionObject>(scene.core, field::kSpin, Vec3d(1e6, 1e6, -1e6));
+        scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::velocity>, Vec3d(1e6, -1e6, 1e6));
+        scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::spin>, Vec3d(1e6, 1e6, -1e6));
         for (int frame = 0; frame < 50; ++frame) scene.frame();
         EXPECT_TRUE(scene.at(scene.box.transform).translation.allFinite());
         EXPECT_TRUE(scene.at(scene.other.transform).translation.allFinite());

@@ -38,7 +38,7 @@ struct TentAndBox : SceneMaker {
     }
     void raise(double height) {
         const shapes::Soup soup = tent(height);
-        set<Geometry>(aspect.get<Node>(cloth.shape)->core, field::kPositions,
+        set<Geometry>(aspect.get<Node>(cloth.shape)->core, fieldId<&Geometry::positions>,
                       Blob::of(std::span<const float>(soup.positions)));
     }
 };
@@ -92,8 +92,8 @@ TEST(Deforming, AnotherNumberOfVerticesIsAnotherShape) {
     const ObjectId geometry = scene.aspect.get<Node>(scene.cloth.shape)->core;
     const shapes::Soup soup = shapes::box(Vec3d(1, 9, 1));
     ChangeListBuilder b;
-    b.set(geometry, typeOf<Geometry>(), field::kPositions, Blob::of(std::span<const float>(soup.positions)));
-    b.set(geometry, typeOf<Geometry>(), field::kIndices, Blob::of(std::span<const std::uint32_t>(soup.indices)));
+    b.set(geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(soup.positions)));
+    b.set(geometry, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(soup.indices)));
     scene.apply(b);
     EXPECT_FALSE(scene.frame().contacts.empty());
 }

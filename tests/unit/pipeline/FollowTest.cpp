@@ -65,9 +65,9 @@ TEST(Follow, AWallThatIsDestroyedOrLosesItsCoreIsGone) {
     const auto wall = scene.body(kRootNode, Runner::wallShape(), Vec3d(5, 0, 0));
     EXPECT_NEAR(scene.run(), kAtWall, kNear);
     const ObjectId core = scene.aspect.get<Node>(wall.shape)->core;
-    scene.set(wall.shape, typeOf<Node>(), field::kNodeCore, toValue(ObjectId{}));
+    scene.set(wall.shape, typeOf<Node>(), fieldId<&Node::core>, toValue(ObjectId{}));
     EXPECT_EQ(scene.run(), kFree);
-    scene.set(wall.shape, typeOf<Node>(), field::kNodeCore, toValue(core));
+    scene.set(wall.shape, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
     EXPECT_NEAR(scene.run(), kAtWall, kNear);
     ChangeListBuilder b;
     b.detach(wall.shape);
@@ -81,7 +81,7 @@ TEST(Follow, NewArraysAreANewShape) {
     const auto wall = scene.body(kRootNode, Runner::wallShape(), Vec3d(5, 0, 0));
     const ObjectId core = scene.aspect.get<Node>(wall.shape)->core;
     const shapes::Soup thick = shapes::box(Vec3d(2.2, 10, 10));
-    scene.set(core, typeOf<Geometry>(), field::kPositions, Blob::of(std::span<const float>(thick.positions)));
+    scene.set(core, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(thick.positions)));
     EXPECT_NEAR(scene.run(), kAtWall - 1, kNear);
 }
 
@@ -137,23 +137,23 @@ TEST(Follow, InterestsComeGoAndSleep) {
     const auto other = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 30, 0));
     EXPECT_NEAR(scene.run(), kAtWall, kNear);
     const ObjectType type = typeOf<Interest>();
-    scene.set(scene.wish, type, field::kInterestEnabled, toValue(std::int64_t{0}));
+    scene.set(scene.wish, type, fieldId<&Interest::enabled>, false);
     EXPECT_EQ(scene.run(), kFree);
     EXPECT_EQ(scene.frame({}).counters.objects, 0u);
-    scene.set(scene.wish, type, field::kInterestEnabled, toValue(std::int64_t{1}));
+    scene.set(scene.wish, type, fieldId<&Interest::enabled>, true);
     EXPECT_NEAR(scene.run(), kAtWall, kNear);
-    scene.set(scene.wish, type, field::kInterestAgainst, toValue(other.node));
+    scene.set(scene.wish, type, fieldId<&Interest::against>, toValue(other.node));
     EXPECT_EQ(scene.run(), kFree) << "the wall is none of its business any more";
-    scene.set(scene.wish, type, field::kInterestAgainst, toValue(wall.node));
+    scene.set(scene.wish, type, fieldId<&Interest::against>, toValue(wall.node));
     EXPECT_NEAR(scene.run(), kAtWall, kNear);
-    scene.set(scene.wish, type, field::kInterestResponse, toValue(Interest::kReport));
+    scene.set(scene.wish, type, fieldId<&Interest::response>, toValue(Interest::kReport));
     EXPECT_EQ(scene.run(), kFree);
-    scene.set(scene.wish, type, field::kInterestResponse, toValue(Interest::kStop));
+    scene.set(scene.wish, type, fieldId<&Interest::response>, toValue(Interest::kStop));
     scene.place(wall.node, ObjectId{});
     EXPECT_EQ(scene.run(), kFree) << "asleep while its other side is out of the tree";
     scene.place(wall.node, kRootNode);
     EXPECT_NEAR(scene.run(), kAtWall, kNear);
-    scene.set(scene.wish, type, field::kInterestObject, toValue(ObjectId{}));
+    scene.set(scene.wish, type, fieldId<&Interest::object>, toValue(ObjectId{}));
     EXPECT_EQ(scene.run(), kFree);
 }
 
@@ -165,14 +165,14 @@ TEST(Follow, MalformedAndAbsentGeometryIsSkippedAndCounted) {
     EXPECT_EQ(scene.frame({}).counters.skipped, 0u);
     const std::vector<std::uint32_t> beyond{0, 1, 99}, ragged{0, 1};
     for (const auto& bad : {beyond, ragged, std::vector<std::uint32_t>{}}) {
-        scene.set(core, typeOf<Geometry>(), field::kIndices, Blob::of(std::span<const std::uint32_t>(bad)));
+        scene.set(core, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(bad)));
         EXPECT_EQ(scene.run(), kFree);
         EXPECT_EQ(scene.frame({}).counters.skipped, 1u);
     }
-    scene.set(core, typeOf<Geometry>(), field::kIndices, Blob::absent(BlobId{1, 2}, 36));
+    scene.set(core, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::absent(BlobId{1, 2}, 36));
     EXPECT_EQ(scene.run(), kFree);
     EXPECT_EQ(scene.frame({}).counters.skipped, 1u);
-    scene.set(core, typeOf<Geometry>(), field::kIndices, good);
+    scene.set(core, typeOf<Geometry>(), fieldId<&Geometry::indices>, good);
     EXPECT_NEAR(scene.run(), kAtWall, kNear);
 }
 

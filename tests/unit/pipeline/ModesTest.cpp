@@ -68,11 +68,11 @@ TEST(Modes, AnEndIsToldWhenAnObjectIsDeletedHiddenOrNoLongerOfInterest) {
         const ObjectId interest = scene.watch(Interest::kPseudoDynamic);
         EXPECT_EQ(scene.to(3.5).events.size(), 1u);
         if (how == 0) {
-            scene.set<Node>(scene.b.shape, field::kNodeCore, ObjectId{});
+            scene.set<Node>(scene.b.shape, fieldId<&Node::core>, ObjectId{});
         } else if (how == 1) {
             scene.setChoice(hide, Switch::kNone);
         } else {
-            scene.set<Interest>(interest, field::kInterestEnabled, std::int64_t{0});
+            scene.set<Interest>(interest, fieldId<&Interest::enabled>, false);
         }
         const StepResult result = scene.frame();
         ASSERT_EQ(result.events.size(), 1u) << how;
@@ -159,7 +159,7 @@ TEST(Modes, AGrownThresholdIsObeyedAtOnce) {
     TwoBoxes scene;
     const ObjectId interest = scene.watch(Interest::kDistance, Interest::kAllFaces, 1);
     EXPECT_TRUE(scene.frame().distances.empty());
-    scene.set<Interest>(interest, field::kInterestThreshold, 5.0);
+    scene.set<Interest>(interest, fieldId<&Interest::threshold>, 5.0);
     EXPECT_EQ(scene.frame().distances.size(), 1u);
 }
 

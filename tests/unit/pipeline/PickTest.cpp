@@ -27,7 +27,7 @@ TEST(Pick, GoesThroughWhatTakesPartInNothing) {
     const ObjectId marks = scene.node(kRootNode, core);
     scene.body(marks, shapes::box(Vec3d::Ones()), Vec3d(0, 0, -2));
     EXPECT_NE(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.1, 0.2, 0), -Vec3d::UnitZ()})->node, far.shape);
-    scene.set<CollisionObject>(core, field::kCollisionNode, marks);
+    scene.set<CollisionObject>(core, fieldId<&CollisionObject::node>, marks);
     EXPECT_EQ(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.1, 0.2, 0), -Vec3d::UnitZ()})->node, far.shape);
 }
 

@@ -118,7 +118,7 @@ TEST(Questions, RepliesThatMakeNoSenseChangeNothing) {
 TEST(Questions, OfADeletedObjectRunOut) {
     Asked scene;
     EXPECT_EQ(scene.push(6).questions.size(), 1u);
-    scene.set<Node>(scene.wall.shape, field::kNodeCore, ObjectId{});
+    scene.set<Node>(scene.wall.shape, fieldId<&Node::core>, ObjectId{});
     for (int frame = 0; frame < 6; ++frame) scene.frame();
     EXPECT_TRUE(scene.pipeline.openQuestions().empty());
     scene.push(6);

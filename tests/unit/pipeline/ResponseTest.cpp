@@ -162,7 +162,7 @@ TEST(Bounce, ASleeperWakesWhenItsFloorIsTakenAway) {
     // The same when it is deleted.
     Bouncing other(0.2);
     for (int frame = 0; frame < 400; ++frame) other.frame();
-    other.set<Node>(other.floor.shape, field::kNodeCore, ObjectId{});
+    other.set<Node>(other.floor.shape, fieldId<&Node::core>, ObjectId{});
     for (int frame = 0; frame < 20; ++frame) other.frame();
     EXPECT_LT(other.height(), before - 0.2);
 }
@@ -174,7 +174,7 @@ TEST(Bounce, ASleeperWakesWhenItsFloorIsMaskedOut) {
     ASSERT_EQ(result.counters.asleep, 1u);
     const double before = scene.height();
     const ObjectId interest = scene.pipeline.interests().front().core;
-    scene.set<Interest>(interest, field::kInterestAgainstLayers, std::int64_t{2});
+    scene.set<Interest>(interest, fieldId<&Interest::againstLayers>, std::int64_t{2});
     for (int frame = 0; frame < 20; ++frame) scene.frame();
     EXPECT_LT(scene.height(), before - 0.2);
 }

@@ -30,7 +30,7 @@ public:
         ChangeListBuilder b;
         const ObjectId id = fresh();
         b.create(id, typeOf<Node>());
-        if (core) b.set(id, typeOf<Node>(), field::kNodeCore, toValue(core));
+        if (core) b.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
         b.place(id, parent);
         apply(b);
         return id;
@@ -48,8 +48,8 @@ public:
         ChangeListBuilder b;
         const ObjectId id = fresh();
         b.create(id, typeOf<Geometry>());
-        b.set(id, typeOf<Geometry>(), field::kPositions, Blob::of(std::span<const float>(soup.positions)));
-        b.set(id, typeOf<Geometry>(), field::kIndices, Blob::of(std::span<const std::uint32_t>(soup.indices)));
+        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(soup.positions)));
+        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(soup.indices)));
         apply(b);
         return id;
     }
@@ -57,7 +57,7 @@ public:
         ChangeListBuilder b;
         const ObjectId id = fresh();
         b.create(id, typeOf<Switch>());
-        b.set(id, typeOf<Switch>(), field::kChoice, toValue(choice));
+        b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(choice));
         apply(b);
         return id;
     }
@@ -66,9 +66,9 @@ public:
         ChangeListBuilder b;
         const ObjectId id = fresh();
         b.create(id, typeOf<Interest>());
-        b.set(id, typeOf<Interest>(), field::kInterestObject, toValue(object));
-        b.set(id, typeOf<Interest>(), field::kInterestAgainst, toValue(against));
-        b.set(id, typeOf<Interest>(), field::kInterestResponse, toValue(response));
+        b.set(id, typeOf<Interest>(), fieldId<&Interest::object>, toValue(object));
+        b.set(id, typeOf<Interest>(), fieldId<&Interest::against>, toValue(against));
+        b.set(id, typeOf<Interest>(), fieldId<&Interest::response>, toValue(response));
         apply(b);
         node(kRootNode, id);
         return id;
@@ -78,7 +78,7 @@ public:
         ChangeListBuilder b;
         const ObjectId id = fresh();
         b.create(id, typeOf<Interest>());
-        setAll(b, id, Object(fields));
+        setAll(b, id, Object::of(fields));
         apply(b);
         node(kRootNode, id);
         return id;
@@ -88,7 +88,7 @@ public:
         ChangeListBuilder b;
         const ObjectId id = fresh();
         b.create(id, typeOf<CollisionObject>());
-        setAll(b, id, Object(fields));
+        setAll(b, id, Object::of(fields));
         apply(b);
         node(kRootNode, id);
         return id;
@@ -97,7 +97,7 @@ public:
         ChangeListBuilder b;
         const ObjectId id = fresh();
         b.create(id, typeOf<Environment>());
-        b.set(id, typeOf<Environment>(), field::kGravity, toValue(value));
+        b.set(id, typeOf<Environment>(), fieldId<&Environment::gravity>, toValue(value));
         apply(b);
         node(kRootNode, id);
     }
@@ -116,7 +116,7 @@ public:
     }
     void setChoice(ObjectId switchId, std::int64_t choice) {
         ChangeListBuilder b;
-        b.set(switchId, typeOf<Switch>(), field::kChoice, toValue(choice));
+        b.set(switchId, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(choice));
         apply(b);
     }
     void commit(const TentativeTransform& value) {
@@ -131,8 +131,8 @@ public:
         ChangeListBuilder b;
         for (const TentativeTransform& t : result.accepted) set(b, t.transform, t);
         for (const BodyVelocity& v : result.velocities) {
-            b.set(v.core, typeOf<CollisionObject>(), field::kVelocity, toValue(v.velocity));
-            b.set(v.core, typeOf<CollisionObject>(), field::kSpin, toValue(v.spin));
+            b.set(v.core, typeOf<CollisionObject>(), fieldId<&CollisionObject::velocity>, toValue(v.velocity));
+            b.set(v.core, typeOf<CollisionObject>(), fieldId<&CollisionObject::spin>, toValue(v.spin));
         }
         apply(b);
         return result;
@@ -153,14 +153,14 @@ public:
 
 private:
     static void setAll(ChangeListBuilder& b, ObjectId id, const Object& object) {
-        const TypeInfo& type = typeInfo(object);
-        for (const FieldInfo& info : type.fields) b.set(id, type.type, info.id, info.load(object));
+        const TypeInfo& type = object.info();
+        for (const FieldEntry& info : type.fields) b.set(id, type.type, info.id, info.load(object));
     }
     ObjectId fresh() const { return ObjectId(aspect.nextFreeId()); }
     static void set(ChangeListBuilder& b, ObjectId id, const TentativeTransform& v) {
-        b.set(id, typeOf<Transform>(), field::kTranslation, toValue(v.translation));
-        b.set(id, typeOf<Transform>(), field::kRotation, toValue(v.rotation));
-        b.set(id, typeOf<Transform>(), field::kScale, toValue(v.scale));
+        b.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(v.translation));
+        b.set(id, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(v.rotation));
+        b.set(id, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(v.scale));
     }
 };
 

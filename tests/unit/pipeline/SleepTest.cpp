@@ -98,7 +98,7 @@ TEST(Sleep, EndsWhereSomethingPushes) {
 TEST(Sleep, EndsWhereAVelocityIsGiven) {
     Sleeping scene;
     ASSERT_EQ(scene.asleep(), 2u);
-    scene.set<CollisionObject>(scene.core, field::kVelocity, Vec3d(0, 3, 0));
+    scene.set<CollisionObject>(scene.core, fieldId<&CollisionObject::velocity>, Vec3d(0, 3, 0));
     const double before = scene.height();
     for (int frames = 0; frames < 10; ++frames) (void)scene.frame();
     EXPECT_GT(scene.height(), before + 0.2);
@@ -109,7 +109,7 @@ TEST(Sleep, EndsWhereNobodyIsInterestedAnyMore) {
     ASSERT_EQ(scene.asleep(), 2u);
     ChangeListBuilder list;
     for (const InterestTerms& interest : scene.pipeline.interests())
-        list.set(interest.core, typeOf<Interest>(), field::kInterestResponse, toValue(Interest::kReport));
+        list.set(interest.core, typeOf<Interest>(), fieldId<&Interest::response>, toValue(Interest::kReport));
     scene.apply(list);
     EXPECT_TRUE(scene.falls()) << "nothing holds it";
 }

@@ -38,7 +38,7 @@ public:
     [[nodiscard]] ChangeList startScene() {
         ListMaker make;
         const ObjectId environment = make.create<Environment>();
-        make.builder.set(environment, typeOf<Environment>(), field::kGravity, toValue(Vec3d(0, -9.81, 0)));
+        make.builder.set(environment, typeOf<Environment>(), fieldId<&Environment::gravity>, toValue(Vec3d(0, -9.81, 0)));
         make.node("environment", kRootNode, environment);
         const ObjectId floor = make.node("floor", kRootNode, make.transform(Vec3d(0, -1, 0)));
         make.node("slab", floor, make.box(Vec3d(20, 1, 20)));
@@ -54,20 +54,20 @@ public:
                 continue;
             }
             const ObjectId object = make.create<CollisionObject>();
-            make.builder.set(object, typeOf<CollisionObject>(), field::kCollisionNode, node);
-            if (i % 2 == 0) make.builder.set(object, typeOf<CollisionObject>(), field::kMass, toValue(1.0 + i));
+            make.builder.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, node);
+            if (i % 2 == 0) make.builder.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::mass>, toValue(1.0 + i));
             make.node("rule" + std::to_string(i), kRootNode, object);
         }
         make.node("motion", kRootNode, make.motion(first, {{0, -5, 0.5, 0}, {0.4, 5, 0.5, 0}, {0.8, -5, 0.5, 0}}));
         for (int i = 0; i < 3; ++i) {
             const ObjectId interest = make.create<Interest>();
-            make.builder.set(interest, typeOf<Interest>(), field::kInterestObject, yard);
-            make.builder.set(interest, typeOf<Interest>(), field::kInterestResponse,
+            make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::object>, yard);
+            make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::response>,
                              toValue(static_cast<std::int64_t>(below(random_, 6))));
-            make.builder.set(interest, typeOf<Interest>(), field::kInterestMode,
+            make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::mode>,
                              toValue(static_cast<std::int64_t>(below(random_, 4))));
-            make.builder.set(interest, typeOf<Interest>(), field::kInterestThreshold, toValue(0.5));
-            make.builder.set(interest, typeOf<Interest>(), field::kInterestShow,
+            make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::threshold>, toValue(0.5));
+            make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::show>,
                              toValue(static_cast<std::int64_t>(below(random_, 8))));
             make.node("interest" + std::to_string(i), kRootNode, interest);
         }
@@ -141,7 +141,7 @@ private:
                 return edit;
             }
             case 2:
-                builder.set(someOf(typeOf<Motion>()), typeOf<Motion>(), field::kMotionPlaying,
+                builder.set(someOf(typeOf<Motion>()), typeOf<Motion>(), fieldId<&Motion::playing>,
                             toValue(static_cast<std::int64_t>(below(random_, 2))));
                 break;
             case 3: {  // refused where something still hangs on it
@@ -151,12 +151,12 @@ private:
                 break;
             }
             case 4:
-                builder.set(someOf(typeOf<Transform>()), typeOf<Transform>(), field::kTranslation,
+                builder.set(someOf(typeOf<Transform>()), typeOf<Transform>(), fieldId<&Transform::translation>,
                             toValue(Vec3d(std::numeric_limits<double>::quiet_NaN(), 0, 0)));
                 break;
             default:
                 for (int i = 0; i < 3; ++i)
-                    builder.set(someOf(typeOf<Transform>()), typeOf<Transform>(), field::kTranslation,
+                    builder.set(someOf(typeOf<Transform>()), typeOf<Transform>(), fieldId<&Transform::translation>,
                                 toValue(somePlace()));
         }
         edit.list = builder.take();

@@ -201,12 +201,12 @@ TEST(Masked, ColoursAndImagesWithAlphaHideNothing) {
         TestScene textured;
         const std::vector<std::uint8_t> pixels{1, 2, 3, 255, 4, 5, 6, alpha};
         const ObjectId image = textured.create(typeOf<Image>());
-        textured.edit.set(image, typeOf<Image>(), field::kPixels,
+        textured.edit.set(image, typeOf<Image>(), fieldId<&Image::pixels>,
                           toValue(Blob::of(std::span<const std::uint8_t>(pixels))));
-        textured.edit.set(image, typeOf<Image>(), field::kImageWidth, toValue(std::int64_t{2}));
-        textured.edit.set(image, typeOf<Image>(), field::kImageHeight, toValue(std::int64_t{1}));
+        textured.edit.set(image, typeOf<Image>(), fieldId<&Image::widthPx>, toValue(std::int64_t{2}));
+        textured.edit.set(image, typeOf<Image>(), fieldId<&Image::heightPx>, toValue(std::int64_t{1}));
         const ObjectId material = textured.material(1.0f);
-        textured.edit.set(material, typeOf<Material>(), field::kBaseColorImage, toValue(image));
+        textured.edit.set(material, typeOf<Material>(), fieldId<&Material::baseColorImage>, toValue(image));
         textured.put(textured.geometry(makeBox({4, 4, 1}), material), {0, 0, -5});
         const ObjectId behindImage = distantBox(textured);
         textured.apply();
@@ -314,7 +314,7 @@ TEST(Masked, NeverHidesWhatTheOracleSees) {
         TestScene scene;
         const ObjectId glass = scene.material(0.5f);
         const ObjectId sheetMaterial = scene.material(1.0f);
-        scene.edit.set(sheetMaterial, typeOf<Material>(), field::kDoubleSided, toValue(std::int64_t{1}));
+        scene.edit.set(sheetMaterial, typeOf<Material>(), fieldId<&Material::doubleSided>, true);
         std::vector<ObjectId> cores;
         for (const ObjectId material : {ObjectId{}, sheetMaterial, glass}) {
             cores.push_back(scene.geometry(makeBox({1, 1, 1}), material));

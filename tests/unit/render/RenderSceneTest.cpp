@@ -68,7 +68,7 @@ TEST(RenderScene, WhatASwitchHidesIsNoItem) {
     RenderScene all;
     all.update(scene.aspect, nullptr);
     for (const std::int64_t value : {std::int64_t{1}, Switch::kNone, Switch::kAll, std::int64_t{7}, std::int64_t{0}}) {
-        scene.edit.set(choice, typeOf<Switch>(), field::kChoice, toValue(value));
+        scene.edit.set(choice, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(value));
         const ChangeList list = scene.apply();
         all.update(scene.aspect, &list);
         const DrawList drawn = RenderAction(kNone).run(all, TestCamera().camera(), TestCamera().tile(), nullptr);
@@ -98,7 +98,7 @@ TEST(RenderScene, LightsComeInDocumentOrderTheFirstSixteenWithTheirNodesPlace) {
     for (int i = 0; i < 20; ++i) {
         const ObjectId lamp = scene.create(i == 0 ? typeOf<DirectionalLight>() : typeOf<PointLight>());
         const ObjectType type = i == 0 ? typeOf<DirectionalLight>() : typeOf<PointLight>();
-        scene.edit.set(lamp, type, field::kLightIntensity, toValue(static_cast<float>(i + 1)));
+        scene.edit.set(lamp, type, fieldId<&PointLight::intensity>, toValue(static_cast<float>(i + 1)));
         scene.node(lamp, scene.node(scene.transform({1.0 * i, 2, 3}, turned)));
     }
     scene.apply();
@@ -116,7 +116,7 @@ TEST(RenderScene, LightsThatAreSwitchedOffLeaveTheSceneDarkInsteadOfDefaultLit) 
     TestScene scene;
     const ObjectId choice = scene.create(typeOf<Switch>());
     scene.node(scene.create(typeOf<PointLight>()), scene.node(choice));
-    scene.edit.set(choice, typeOf<Switch>(), field::kChoice, toValue(Switch::kNone));
+    scene.edit.set(choice, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(Switch::kNone));
     scene.apply();
     EXPECT_TRUE(cull(scene, kNone, TestCamera()).lights.empty());
 }
@@ -125,7 +125,7 @@ TEST(RenderScene, TheFirstEnvironmentInDocumentOrderIsUsed) {
     TestScene scene;
     for (const float value : {0.25f, 0.75f}) {
         const ObjectId core = scene.create(typeOf<Environment>());
-        scene.edit.set(core, typeOf<Environment>(), field::kSky, toValue(Vec3f(Vec3f::Constant(value))));
+        scene.edit.set(core, typeOf<Environment>(), fieldId<&Environment::sky>, toValue(Vec3f(Vec3f::Constant(value))));
         scene.node(core);
     }
     scene.apply();
@@ -141,7 +141,7 @@ TEST(RenderScene, AMaterialThatTurnsTransparentTakesItsItemsAlong) {
     scene.apply();
     RenderScene all;
     all.update(scene.aspect, nullptr);
-    scene.edit.set(material, typeOf<Material>(), field::kBaseColor, toValue(Vec4f(1, 1, 1, 0.5f)));
+    scene.edit.set(material, typeOf<Material>(), fieldId<&Material::baseColor>, toValue(Vec4f(1, 1, 1, 0.5f)));
     const ChangeList list = scene.apply();
     all.update(scene.aspect, &list);
     const DrawList drawn = RenderAction(kNone).run(all, TestCamera().camera(), TestCamera().tile(), nullptr);
@@ -160,9 +160,9 @@ TEST(RenderScene, MeshesThatCannotBeDrawnAreLeftOut) {
     scene.put(scene.geometry(endless), {0, 0, -5});
     const ObjectId absent = scene.create(typeOf<Geometry>());
     const Blob positions = makeBox({1, 1, 1}).toArrays().positions;
-    scene.edit.set(absent, typeOf<Geometry>(), field::kPositions,
+    scene.edit.set(absent, typeOf<Geometry>(), fieldId<&Geometry::positions>,
                    toValue(Blob::absent(positions.id(), positions.sizeBytes())));
-    scene.edit.set(absent, typeOf<Geometry>(), field::kIndices, toValue(makeBox({1, 1, 1}).toArrays().indices));
+    scene.edit.set(absent, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(makeBox({1, 1, 1}).toArrays().indices));
     scene.node(absent);
     // Beyond anything a float can hold once it is scaled.
     scene.put(scene.geometry(makeBox({1, 1, 1})), {0, 0, -5}, Quatd::Identity(), Vec3d::Constant(1e200));
@@ -220,13 +220,13 @@ TEST(RenderScene, FollowingChangesEqualsStartingAnew) {
         } else if (kind == 5) {
             grow();
         } else if (kind == 6 && !switches.empty()) {
-            scene.edit.set(switches[pick(switches.size())], typeOf<Switch>(), field::kChoice,
+            scene.edit.set(switches[pick(switches.size())], typeOf<Switch>(), fieldId<&Switch::choice>,
                            toValue(static_cast<std::int64_t>(pick(5)) - 2));
         } else if (kind == 7) {
-            scene.edit.set(opaque, typeOf<Material>(), field::kBaseColor,
+            scene.edit.set(opaque, typeOf<Material>(), fieldId<&Material::baseColor>,
                            toValue(Vec4f(1, 1, 1, pick(2) ? 1.0f : 0.4f)));
         } else if (kind == 8) {
-            scene.edit.set(lampCore, typeOf<PointLight>(), field::kLightIntensity,
+            scene.edit.set(lampCore, typeOf<PointLight>(), fieldId<&PointLight::intensity>,
                            toValue(static_cast<float>(uniform(0, 9))));
         } else {
             scene.edit.detach(leaves[pick(leaves.size())]);

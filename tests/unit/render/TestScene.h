@@ -26,7 +26,7 @@ public:
     }
     ObjectId node(ObjectId core = {}, ObjectId parent = kRootNode) {
         const ObjectId id = create(typeOf<Node>());
-        if (core) edit.set(id, typeOf<Node>(), field::kNodeCore, toValue(core));
+        if (core) edit.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
         edit.place(id, parent);
         return id;
     }
@@ -37,25 +37,25 @@ public:
         return id;
     }
     void place(ObjectId id, const Vec3d& translation, const Quatd& rotation, const Vec3d& scale) {
-        edit.set(id, typeOf<Transform>(), field::kTranslation, toValue(translation));
-        edit.set(id, typeOf<Transform>(), field::kRotation, toValue(rotation));
-        edit.set(id, typeOf<Transform>(), field::kScale, toValue(scale));
+        edit.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(translation));
+        edit.set(id, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(rotation));
+        edit.set(id, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(scale));
     }
     ObjectId geometry(const MeshData& mesh, ObjectId material = {}) {
         const MeshArrays arrays = mesh.toArrays();
         const ObjectId id = create(typeOf<Geometry>());
         const ObjectType type = typeOf<Geometry>();
-        edit.set(id, type, field::kPositions, toValue(arrays.positions));
-        edit.set(id, type, field::kNormals, toValue(arrays.normals));
-        edit.set(id, type, field::kColors, toValue(arrays.colors));
-        edit.set(id, type, field::kTexcoords, toValue(arrays.texcoords));
-        edit.set(id, type, field::kIndices, toValue(arrays.indices));
-        if (material) edit.set(id, type, field::kGeometryMaterial, toValue(material));
+        edit.set(id, type, fieldId<&Geometry::positions>, toValue(arrays.positions));
+        edit.set(id, type, fieldId<&Geometry::normals>, toValue(arrays.normals));
+        edit.set(id, type, fieldId<&Geometry::colors>, toValue(arrays.colors));
+        edit.set(id, type, fieldId<&Geometry::texcoords>, toValue(arrays.texcoords));
+        edit.set(id, type, fieldId<&Geometry::indices>, toValue(arrays.indices));
+        if (material) edit.set(id, type, fieldId<&Geometry::material>, toValue(material));
         return id;
     }
     ObjectId material(float alpha) {
         const ObjectId id = create(typeOf<Material>());
-        edit.set(id, typeOf<Material>(), field::kBaseColor, toValue(Vec4f(0.5f, 0.6f, 0.7f, alpha)));
+        edit.set(id, typeOf<Material>(), fieldId<&Material::baseColor>, toValue(Vec4f(0.5f, 0.6f, 0.7f, alpha)));
         return id;
     }
     /// The node of the geometry, below a node with a transform.

@@ -97,7 +97,7 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     for (const ObjectId id : scene.ids())
         if (scene.get<Transform>(id)) transform = id;
     ChangeListBuilder move;
-    move.set(transform, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(0, 1.5, -2)));
+    move.set(transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(0, 1.5, -2)));
     const ChangeList list = move.take();
     ASSERT_TRUE(scene.apply(list));
     ASSERT_TRUE(perform(work::Draw{beginOf(0, share(encodeChangeList(list)))}));

@@ -328,7 +328,7 @@ TEST_P(DeformingContact, IsNeverMissedAndNeverLate) {
             Soup out;
             for (const Vec3d& p : from)
                 out.vertex(p + dice.uniform(0.2, most) * std::max(0.0, p.dot(pull)) * pull + 0.1 * dice.vector(-1, 1));
-            scene.set<Geometry>(what.geometry, field::kPositions, out.positionBlob());
+            scene.set<Geometry>(what.geometry, fieldId<&Geometry::positions>, out.positionBlob());
         };
         if (bendsA) bend(a, startA);
         if (bendsB) bend(b, startB);

@@ -55,7 +55,7 @@ TEST(Action, RespectsSwitches) {
     Aspect aspect = hall();
     mustApply(aspect, Edits().core<Switch>(20, 2).take());
     const auto shown = [&](std::int64_t choice, bool hidden = false) {
-        mustApply(aspect, Edits().value<Switch>(20, field::kChoice, choice).take());
+        mustApply(aspect, Edits().value<Switch>(20, fieldId<&Switch::choice>, choice).take());
         Action action;
         action.visitHidden(hidden);
         return visited(action, aspect);
@@ -72,9 +72,9 @@ TEST(Action, AccumulatesTransformsAsWorldTransformDoesToTheLastBit) {
     Edits e;
     for (std::uint64_t i = 0; i < 50; ++i) {
         e.node(10 + i, "joint", i == 0 ? 1 : 9 + i).core<Transform>(100 + i, 10 + i);
-        e.value<Transform>(100 + i, field::kTranslation, toValue(Vec3d(0.1 * double(i), 1.0 / 3, -7)));
-        e.value<Transform>(100 + i, field::kRotation, toValue(Quatd(0.9, 0.1 * double(i % 7), 0.2, -0.3)));
-        e.value<Transform>(100 + i, field::kScale, toValue(Vec3d(1, 0.97, 1.01)));
+        e.value<Transform>(100 + i, fieldId<&Transform::translation>, toValue(Vec3d(0.1 * double(i), 1.0 / 3, -7)));
+        e.value<Transform>(100 + i, fieldId<&Transform::rotation>, toValue(Quatd(0.9, 0.1 * double(i % 7), 0.2, -0.3)));
+        e.value<Transform>(100 + i, fieldId<&Transform::scale>, toValue(Vec3d(1, 0.97, 1.01)));
     }
     mustApply(aspect, e.take());
     std::size_t nodes = 0;

@@ -26,7 +26,7 @@ TEST(Aspect, AppliesCreationsPlacementsValuesAndDestructions) {
     mustApply(aspect, Edits().under(4, 0).gone(4).gone(6).gone(7).take());
 
     EXPECT_EQ(aspect.objectCount(), 4u);
-    EXPECT_EQ(aspect.find(ObjectId(6)), nullptr);
+    EXPECT_FALSE(aspect.find(ObjectId(6)));
     EXPECT_EQ(aspect.nextFreeId(), 8u) << "an id is never free again";
 }
 
@@ -52,7 +52,7 @@ TEST(Aspect, LetsObjectsThatNameEachOtherGoTogether) {
     mustApply(aspect, Edits()
                           .node(10, "probe", 0)
                           .core<Interest>(11, 10)
-                          .value<Interest>(11, field::kInterestObject, ObjectId(10))
+                          .value<Interest>(11, fieldId<&Interest::object>, ObjectId(10))
                           .take());
     const std::uint64_t before = hall().stateHash();
     mustApply(aspect, Edits().gone(10).gone(11).take());
@@ -78,14 +78,14 @@ TEST(StateHash, DoesNotDependOnHowTheSceneCameToBe) {
     Aspect detour = hall();
     mustApply(detour, Edits()
                           .node(30, "scaffold", 3)
-                          .value<Transform>(5, field::kTranslation, toValue(Vec3d(9, 9, 9)))
+                          .value<Transform>(5, fieldId<&Transform::translation>, toValue(Vec3d(9, 9, 9)))
                           .under(3, 1)
                           .take());
     mustApply(detour, Edits()
                           .under(30, 0)
                           .gone(30)
                           .under(3, 2, 0)
-                          .value<Transform>(5, field::kTranslation, toValue(Vec3d(1, 2, 3)))
+                          .value<Transform>(5, fieldId<&Transform::translation>, toValue(Vec3d(1, 2, 3)))
                           .take());
     EXPECT_EQ(detour.stateHash(), direct.stateHash());
     EXPECT_EQ(detour.leafHashes(), direct.leafHashes());
@@ -98,11 +98,11 @@ TEST(StateHash, SeesEveryFieldParentAndOrderOfChildren) {
         mustApply(aspect, e.take());
         return aspect.stateHash();
     };
-    EXPECT_NE(hashAfter(Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, 1, 1.0000001)))), before);
-    EXPECT_NE(hashAfter(Edits().value<Node>(4, field::kNodeName, toValue(std::string("Hook")))), before);
-    EXPECT_NE(hashAfter(Edits().value<Material>(7, field::kDoubleSided, std::int64_t{1})), before);
+    EXPECT_NE(hashAfter(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1.0000001)))), before);
+    EXPECT_NE(hashAfter(Edits().value<Node>(4, fieldId<&Node::name>, toValue(std::string("Hook")))), before);
+    EXPECT_NE(hashAfter(Edits().value<Material>(7, fieldId<&Material::doubleSided>, true)), before);
     EXPECT_NE(
-        hashAfter(Edits().value<Geometry>(6, field::kPositions, Blob::of(std::span<const int>(std::array{1, 2, 3})))),
+        hashAfter(Edits().value<Geometry>(6, fieldId<&Geometry::positions>, Blob::of(std::span<const int>(std::array{1, 2, 3})))),
         before);
     EXPECT_NE(hashAfter(Edits().under(4, 2, 0)), before);
     EXPECT_NE(hashAfter(Edits().coreOfNode(4, 5)), before);
@@ -110,9 +110,9 @@ TEST(StateHash, SeesEveryFieldParentAndOrderOfChildren) {
 
 TEST(StateHash, TakesMinusZeroForZero) {
     Aspect aspect = hall();
-    mustApply(aspect, Edits().value<Transform>(5, field::kTranslation, toValue(Vec3d(0, 2, 3))).take());
+    mustApply(aspect, Edits().value<Transform>(5, fieldId<&Transform::translation>, toValue(Vec3d(0, 2, 3))).take());
     const std::uint64_t zero = aspect.stateHash();
-    mustApply(aspect, Edits().value<Transform>(5, field::kTranslation, toValue(Vec3d(-0.0, 2, 3))).take());
+    mustApply(aspect, Edits().value<Transform>(5, fieldId<&Transform::translation>, toValue(Vec3d(-0.0, 2, 3))).take());
     EXPECT_EQ(aspect.stateHash(), zero);
 }
 
@@ -123,7 +123,7 @@ TEST(StateHash, ItsTreeLeadsToTheObjectThatDiffers) {
     const ChangeList list = far.take();
     mustApply(server, list);
     mustApply(replica, list);
-    mustApply(replica, Edits().value<Transform>(7001, field::kTranslation, toValue(Vec3d(0, 0, 1e-9))).take());
+    mustApply(replica, Edits().value<Transform>(7001, fieldId<&Transform::translation>, toValue(Vec3d(0, 0, 1e-9))).take());
 
     const auto ours = server.leafHashes(), theirs = replica.leafHashes();
     ASSERT_EQ(ours.size(), theirs.size());
@@ -152,8 +152,8 @@ TEST(Inverse, LeadsBackAndItsOwnInverseForwardAgain) {
     Aspect aspect = hall();
     const std::uint64_t before = aspect.stateHash();
     Edits e;
-    e.node(20, "new", 2).core<Transform>(21, 20).value<Transform>(21, field::kScale, toValue(Vec3d(2, 2, 2)));
-    e.under(3, 1, 0).value<Transform>(5, field::kRotation, toValue(Quatd(0, 1, 0, 0)));
+    e.node(20, "new", 2).core<Transform>(21, 20).value<Transform>(21, fieldId<&Transform::scale>, toValue(Vec3d(2, 2, 2)));
+    e.under(3, 1, 0).value<Transform>(5, fieldId<&Transform::rotation>, toValue(Quatd(0, 1, 0, 0)));
     e.coreOfNode(4, 0).under(4, 0).gone(4).gone(6);
 
     const Expected<ChangeList> undo = aspect.applyWithInverse(e.take());
@@ -190,7 +190,7 @@ TEST(Inverse, RestoresTheOrderAroundANodeThatCameAndWent) {
 
 TEST(Snapshot, LeadsFromTheEmptySceneToThisOne) {
     Aspect aspect = hall();
-    mustApply(aspect, Edits().value<Node>(1, field::kNodeName, toValue(std::string("world"))).core<Group>(50).take());
+    mustApply(aspect, Edits().value<Node>(1, fieldId<&Node::name>, toValue(std::string("world"))).core<Group>(50).take());
     mustApply(aspect, Edits().gone(50).node(40, "loose", 0).node(41, "child of loose", 40).take());
     Aspect copy;
     mustApply(copy, snapshot(aspect));
@@ -211,10 +211,10 @@ TEST(BlobsOf, NamesEachBlobOnce) {
     const Blob shared = Blob::of(std::span<const int>(std::array{1, 2, 3}));
     const Blob absent = Blob::absent(Hash128{1, 2}, 12);
     const ChangeList list = Edits()
-                                .value<Geometry>(6, field::kPositions, shared)
-                                .value<Geometry>(6, field::kNormals, shared)
-                                .value<Geometry>(8, field::kPositions, absent)
-                                .value<Geometry>(8, field::kNormals, Blob())
+                                .value<Geometry>(6, fieldId<&Geometry::positions>, shared)
+                                .value<Geometry>(6, fieldId<&Geometry::normals>, shared)
+                                .value<Geometry>(8, fieldId<&Geometry::positions>, absent)
+                                .value<Geometry>(8, fieldId<&Geometry::normals>, Blob())
                                 .take();
     EXPECT_EQ(blobsOf(list), (std::vector{shared, absent}));
 }

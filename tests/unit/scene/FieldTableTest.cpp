@@ -2,12 +2,33 @@
 
 #include <gtest/gtest.h>
 
+#include <new>
 #include <set>
 
 #include "common/scene/Text.h"
 
 namespace tessera {
 namespace {
+
+/// An object of any type, to write to.
+class Scratch {
+public:
+    explicit Scratch(const TypeInfo& type) : type_(type), memory_(::operator new(type.size, std::align_val_t{64})) {
+        type_.construct(memory_);
+    }
+    ~Scratch() {
+        type_.destroy(memory_);
+        ::operator delete(memory_, std::align_val_t{64});
+    }
+    Scratch(const Scratch&) = delete;
+    Scratch& operator=(const Scratch&) = delete;
+    [[nodiscard]] Object object() const { return {type_, memory_}; }
+    void store(const FieldEntry& field, const FieldValue& value) { field.store(memory_, value); }
+
+private:
+    const TypeInfo& type_;
+    void* memory_;
+};
 
 /// A value that differs from any default, of a field's kind and width.
 FieldValue someValue(const FieldInfo& field) {
@@ -27,6 +48,12 @@ FieldValue someValue(const FieldInfo& field) {
             return std::string("text");
         case FieldKind::kBlob:
             return Blob::absent(Hash128{1, 2}, 3);
+        case FieldKind::kBool:
+            return field.name == "doubleSided";  // the one that is false by itself
+        case FieldKind::kRefs:
+            return RefList{ObjectId(7), ObjectId(5)};
+        case FieldKind::kMatrix:
+            return Matrix{{1, 2, 3}};
     }
     return {};
 }
@@ -34,22 +61,65 @@ FieldValue someValue(const FieldInfo& field) {
 TEST(FieldTable, EveryFieldLoadsWhatWasStoredAndTouchesNoOther) {
     std::size_t fields = 0;
     for (const TypeInfo& type : allTypes()) {
-        const Object fresh = type.make();
+        const Object fresh = type.freshObject();
         EXPECT_EQ(typeOf(fresh), type.type);
-        for (const FieldInfo& field : type.fields) {
+        for (const FieldEntry& field : type.fields) {
             ++fields;
-            Object object = type.make();
+            Scratch scratch(type);
+            const Object object = scratch.object();
             EXPECT_EQ(kindOf(field.load(object)), field.kind);
             EXPECT_EQ(widthOf(field.load(object)), field.width);
-            field.store(object, someValue(field));
+            EXPECT_EQ(field.load(object), field.load(fresh));
+            const std::uint64_t hash = type.hash(object.data(), 1);
+            EXPECT_EQ(hash, type.hash(fresh.data(), 1));
+            EXPECT_NE(hash, type.hash(fresh.data(), 2));
+            scratch.store(field, someValue(field));
             EXPECT_EQ(field.load(object), someValue(field)) << type.name << "." << field.name;
-            for (const FieldInfo& other : type.fields)
+            EXPECT_NE(hash, type.hash(object.data(), 1)) << type.name << "." << field.name << " does not count";
+            for (const FieldEntry& other : type.fields)
                 if (other.id != field.id) {
                     EXPECT_EQ(other.load(object), other.load(fresh)) << type.name << "." << other.name;
                 }
         }
     }
     EXPECT_EQ(fields, 58u) << "a field was added to the table: its id and name are part of the schema now";
+}
+
+TEST(FieldTable, DefaultsAreValidAndWordsAreUnique) {
+    for (const TypeInfo& type : allTypes())
+        for (const FieldEntry& field : type.fields) {
+            const Expected<void> good = checkValue(field, field.load(type.freshObject()));
+            EXPECT_TRUE(good) << type.name << "." << good.error().message;
+            std::set<std::string_view> words;
+            for (const FieldWord& word : field.words()) {
+                EXPECT_TRUE(words.insert(word.word).second) << word.word;
+                EXPECT_EQ(numberOfWord(field, word.word), word.number);
+                EXPECT_EQ(wordOfNumber(field, word.number), std::string(word.word));
+            }
+        }
+    const FieldEntry& show = *findField(*findType("Interest"), "show");
+    for (std::int64_t bits = 0; bits < 8; ++bits) EXPECT_EQ(numberOfWord(show, *wordOfNumber(show, bits)), bits);
+    EXPECT_EQ(wordOfNumber(show, 5), "points,faces");
+    EXPECT_FALSE(numberOfWord(show, "points,"));
+    EXPECT_FALSE(numberOfWord(show, "everything"));
+    EXPECT_FALSE(wordOfNumber(show, 8));
+}
+
+TEST(FieldTable, SaysWhatAChangeAffects) {
+    const auto effects = [](auto... lists) { return effectsOf(lists...); };
+    EXPECT_TRUE(effects(typeOf<Transform>(), fieldId<&Transform::scale>) & Effect::kPose);
+    EXPECT_FALSE(effects(typeOf<Transform>(), fieldId<&Transform::scale>) & Effect::kShape);
+    EXPECT_TRUE(effects(typeOf<Switch>(), fieldId<&Switch::choice>) & Effect::kVisibility);
+    EXPECT_EQ(effects(ObjectType(999), FieldId(1)), Effect::kNone);
+    ChangeListBuilder list;
+    list.create(ObjectId(9), typeOf<Geometry>());
+    EXPECT_EQ(effectsOf(list.take()), Effect::kNone);
+    list.place(ObjectId(2), kRootNode);
+    setField<&Geometry::material>(list, ObjectId(9), ObjectId(8));
+    EXPECT_EQ(effectsOf(list.take()), Effect::kStructure | Effect::kLook);
+    for (const TypeInfo& type : allTypes())
+        for (const FieldEntry& field : type.fields)
+            EXPECT_NE(field.effects, Effect::kNone) << type.name << "." << field.name << " affects nothing";
 }
 
 TEST(FieldTable, NumbersAndNamesAreUnique) {
@@ -60,7 +130,7 @@ TEST(FieldTable, NumbersAndNamesAreUnique) {
         EXPECT_TRUE(types.insert(type.type).second);
         std::set<std::string_view> names;
         std::set<FieldId> ids;
-        for (const FieldInfo& field : type.fields) {
+        for (const FieldEntry& field : type.fields) {
             EXPECT_TRUE(names.insert(field.name).second);
             EXPECT_TRUE(ids.insert(field.id).second);
             EXPECT_EQ(findField(type, field.id), &field);
@@ -76,11 +146,11 @@ TEST(FieldTable, NumbersAndNamesAreUnique) {
 }
 
 TEST(FieldTable, SaysQuaternionsAsWxyz) {
-    const FieldInfo& rotation = *findField(*findType("Transform"), "rotation");
-    Object object = Transform{};
-    rotation.store(object, Doubles{{0.1, 0.2, 0.3, 0.4}, 4});
-    EXPECT_EQ(std::get<Transform>(object).rotation.w(), 0.1);
-    EXPECT_EQ(fieldAt<double>(rotation, object)[3], 0.1) << "w lies last";
+    const FieldEntry& rotation = *findField(*findType("Transform"), "rotation");
+    Transform transform;
+    rotation.store(&transform, Doubles{{0.1, 0.2, 0.3, 0.4}, 4});
+    EXPECT_EQ(transform.rotation.w(), 0.1);
+    EXPECT_EQ(rotation.in<double>(&transform)[3], 0.1) << "w lies last";
 }
 
 TEST(Text, KnowsUtf8) {

@@ -58,39 +58,98 @@ TEST(Refusals, OfPlacements) {
     EXPECT_SAYS(Edits().under(kFirstPlaceholder, 1).take(), "placeholder 0");
 }
 
+TEST(Refusals, OfRanges) {
+    Aspect aspect = hall();
+    const std::vector<float> corners(9, 1.0f);
+    const Blob array = Blob::of(std::span<const float>(corners)), four = Blob{Bytes(4)};
+    const FieldId positions = fieldId<&Geometry::positions>;
+    mustApply(aspect, Edits().value<Geometry>(6, positions, array).take());
+    const auto range = [&](std::uint64_t id, std::uint64_t offset, const Blob& bytes, FieldId field = FieldId{1},
+                           ObjectType type = typeOf<Geometry>()) {
+        Edits edits;
+        edits.setRange(ObjectId(id), type, field, offset, bytes);
+        return edits.take();
+    };
+    const auto says = [&](const ChangeList& list, std::string_view text) {
+        const std::string why = refusalBy([&] {
+            Aspect copy;
+            mustApply(copy, snapshot(aspect));
+            return copy;
+        }(), list).message;
+        EXPECT_NE(why.find(text), std::string::npos) << why;
+    };
+    says(range(99, 0, four), "set a range of #99: there is no such object");
+    says(range(5, 0, four), "a Transform has no array");
+    says(range(5, 0, four, FieldId{1}, typeOf<Transform>()), "a Transform has no array");
+    says(range(6, 0, four, fieldId<&Geometry::material>), "a Geometry has no array");
+    says(range(6, 33, four), "bytes [33, +4) do not lie in its 36");
+    says(range(6, ~std::uint64_t{0}, four), "do not lie in its 36");
+    says(range(6, 0, Blob()), "do not lie in its 36");
+    says(range(6, 0, Blob::absent(four.id(), 4)), "do not lie in its 36");
+    ChangeList lying = range(6, 0, four);
+    lying.ranges[0].result = Blob::absent({1, 2}, 36);
+    says(lying, "what comes out is");
+    ChangeList good = range(6, 32, four);
+    ASSERT_TRUE(resolveRanges(aspect, good));
+    EXPECT_EQ(good.ranges[0].result, *array.withRange(32, four.bytes()));
+    mustApply(aspect, good);
+    EXPECT_EQ(aspect.get<Geometry>(ObjectId(6))->positions, good.ranges[0].result);
+    // Behind a column of the same list that takes the array away.
+    ChangeList both = Edits().value<Geometry>(6, positions, Blob()).take();
+    both.ranges = range(6, 0, four).ranges;
+    says(both, "do not lie in its 0");
+    // An array that is not here needs a name.
+    mustApply(aspect, Edits().value<Geometry>(6, positions, Blob::absent({3, 4}, 36)).take());
+    says(range(6, 0, four), "its array is not here");
+    ChangeList unnamed = range(6, 0, four);
+    EXPECT_FALSE(resolveRanges(aspect, unnamed));
+}
+
+TEST(Refusals, OfWordsAndFlags) {
+    Edits edits;
+    edits.core<Interest>(20);
+    ChangeList list = edits.take();
+    list.columns.push_back(FieldColumn::ofShape(typeOf<Interest>(), fieldId<&Interest::enabled>, FieldKind::kBool, 1));
+    list.columns[0].append(ObjectId(20), true);
+    std::get<std::vector<std::uint8_t>>(list.columns[0].values)[0] = 2;
+    EXPECT_SAYS(list, "set Interest.enabled of #20: neither 0 nor 1");
+    EXPECT_SAYS(Edits().core<Interest>(20).value<Interest>(20, fieldId<&Interest::mode>, std::int64_t{5}).take(),
+                "5 is not between 0 and 4");
+}
+
 TEST(Refusals, OfColumns) {
-    EXPECT_SAYS(Edits().value<Transform>(99, field::kScale, toValue(Vec3d(1, 1, 1))).take(),
+    EXPECT_SAYS(Edits().value<Transform>(99, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take(),
                 "set Transform.scale: of #99");
-    EXPECT_SAYS(Edits().value<Transform>(7, field::kScale, toValue(Vec3d(1, 1, 1))).take(), "#7 is a Material");
+    EXPECT_SAYS(Edits().value<Transform>(7, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take(), "#7 is a Material");
     EXPECT_SAYS(Edits().value<Transform>(5, FieldId(9), toValue(1.0)).take(), "Transform has no field 9");
-    EXPECT_SAYS(Edits().value<Transform>(5, field::kScale, toValue(1.0)).take(), "it holds 3 double, not 1 double");
-    EXPECT_SAYS(Edits().value<Transform>(5, field::kScale, toValue(Vec3f(1, 1, 1))).take(), "not 3 float");
-    EXPECT_SAYS(Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, NAN, 1))).take(),
+    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(1.0)).take(), "it holds 3 double, not 1 double");
+    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3f(1, 1, 1))).take(), "not 3 float");
+    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, NAN, 1))).take(),
                 "set Transform.scale of #5: not a finite number");
-    EXPECT_SAYS(Edits().value<Material>(7, field::kRoughness, toValue(float(kInfinity))).take(), "not a finite number");
-    EXPECT_SAYS(Edits().value<Transform>(5, field::kRotation, Doubles{{0, 0, 0, 0}, 4}).take(), "a rotation of zero");
-    EXPECT_SAYS(Edits().value<Transform>(5, field::kRotation, Doubles{{1e-60, 0, 0, 0}, 4}).take(),
+    EXPECT_SAYS(Edits().value<Material>(7, fieldId<&Material::roughness>, toValue(float(kInfinity))).take(), "not a finite number");
+    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{0, 0, 0, 0}, 4}).take(), "a rotation of zero");
+    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{1e-60, 0, 0, 0}, 4}).take(),
                 "a rotation of zero");
-    EXPECT_SAYS(Edits().value<Transform>(5, field::kRotation, Doubles{{1e200, 0, 0, 0}, 4}).take(),
+    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{1e200, 0, 0, 0}, 4}).take(),
                 "cannot be normalised");
-    EXPECT_SAYS(Edits().value<Node>(4, field::kNodeName, std::string(5000, 'x')).take(), "5000 bytes of text");
-    EXPECT_SAYS(Edits().value<Node>(4, field::kNodeName, std::string("\xC3(")).take(), "not UTF-8");
-    EXPECT_SAYS(Edits().core<Image>(20).value<Image>(20, field::kImageWidth, std::int64_t{-1}).take(),
+    EXPECT_SAYS(Edits().value<Node>(4, fieldId<&Node::name>, std::string(5000, 'x')).take(), "5000 bytes of text");
+    EXPECT_SAYS(Edits().value<Node>(4, fieldId<&Node::name>, std::string("\xC3(")).take(), "not UTF-8");
+    EXPECT_SAYS(Edits().core<Image>(20).value<Image>(20, fieldId<&Image::widthPx>, std::int64_t{-1}).take(),
                 "-1 is not between 0 and 65536");
-    EXPECT_SAYS(Edits().core<Camera>(20).value<Camera>(20, field::kWorldUnitsPerMetre, toValue(0.0)).take(),
+    EXPECT_SAYS(Edits().core<Camera>(20).value<Camera>(20, fieldId<&Camera::worldUnitsPerMetre>, toValue(0.0)).take(),
                 "not between");
 
-    ChangeList twice = Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, 1, 1))).take();
+    ChangeList twice = Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take();
     twice.columns[0].append(ObjectId(5), toValue(Vec3d(2, 2, 2)));
     EXPECT_SAYS(twice, "#5 twice");
     ChangeList createdTwice =
-        Edits().core<Transform>(20).value<Transform>(20, field::kScale, toValue(Vec3d(1, 1, 1))).take();
+        Edits().core<Transform>(20).value<Transform>(20, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take();
     createdTwice.columns[0].append(ObjectId(20), toValue(Vec3d(2, 2, 2)));
     EXPECT_SAYS(createdTwice, "#20 twice");
-    ChangeList sameColumn = Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, 1, 1))).take();
+    ChangeList sameColumn = Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take();
     sameColumn.columns.push_back(sameColumn.columns[0]);
     EXPECT_SAYS(sameColumn, "this column twice");
-    ChangeList ragged = Edits().value<Transform>(5, field::kScale, toValue(Vec3d(1, 1, 1))).take();
+    ChangeList ragged = Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take();
     ragged.columns[0].ids.push_back(ObjectId(5));
     EXPECT_SAYS(ragged, "2 objects, but 3 scalars");
 }
@@ -99,7 +158,7 @@ TEST(Refusals, OfRefs) {
     EXPECT_SAYS(Edits().coreOfNode(4, 99).take(), "to #99: there is no such object");
     EXPECT_SAYS(Edits().coreOfNode(4, 3).take(), "#3 is a Node, not a core");
     EXPECT_SAYS(Edits().coreOfNode(4, 7).take(), "#7 is a Material, not a core");
-    EXPECT_SAYS(Edits().value<Geometry>(6, field::kGeometryMaterial, ObjectId(5)).take(),
+    EXPECT_SAYS(Edits().value<Geometry>(6, fieldId<&Geometry::material>, ObjectId(5)).take(),
                 "#5 is a Transform, not a Material");
     EXPECT_SAYS(Edits().coreOfNode(4, kFirstPlaceholder + 1).take(), "placeholder 1");
 }

@@ -15,14 +15,14 @@ class Edits : public ChangeListBuilder {
 public:
     Edits& node(std::uint64_t id, std::string name, std::uint64_t parent = kRootNode.value) {
         create(ObjectId(id), typeOf<Node>());
-        set(ObjectId(id), typeOf<Node>(), field::kNodeName, toValue(std::move(name)));
+        set(ObjectId(id), typeOf<Node>(), fieldId<&Node::name>, toValue(std::move(name)));
         if (parent != 0) place(ObjectId(id), ObjectId(parent));
         return *this;
     }
     template <typename Core>
     Edits& core(std::uint64_t id, std::uint64_t nodeId = 0) {
         create(ObjectId(id), typeOf<Core>());
-        if (nodeId != 0) set(ObjectId(nodeId), typeOf<Node>(), field::kNodeCore, ObjectId(id));
+        if (nodeId != 0) set(ObjectId(nodeId), typeOf<Node>(), fieldId<&Node::core>, ObjectId(id));
         return *this;
     }
     template <typename Core>
@@ -31,7 +31,7 @@ public:
         return *this;
     }
     Edits& coreOfNode(std::uint64_t nodeId, std::uint64_t core) {
-        return value<Node>(nodeId, field::kNodeCore, ObjectId(core));
+        return value<Node>(nodeId, fieldId<&Node::core>, ObjectId(core));
     }
     Edits& under(std::uint64_t nodeId, std::uint64_t parent, std::uint32_t index = Placement::kLast) {
         place(ObjectId(nodeId), ObjectId(parent), index);
@@ -54,8 +54,8 @@ inline Aspect hall(SceneLimits limits = {}) {
     Edits e;
     e.node(2, "hall").node(3, "crane", 2).node(4, "hook", 2);
     e.core<Transform>(5, 3).core<Geometry>(6, 4).core<Material>(7);
-    e.value<Transform>(5, field::kTranslation, toValue(Vec3d(1, 2, 3)));
-    e.value<Geometry>(6, field::kGeometryMaterial, ObjectId(7));
+    e.value<Transform>(5, fieldId<&Transform::translation>, toValue(Vec3d(1, 2, 3)));
+    e.value<Geometry>(6, fieldId<&Geometry::material>, ObjectId(7));
     mustApply(aspect, e.take());
     return aspect;
 }

@@ -141,7 +141,7 @@ struct ServerFixture {
 };
 
 inline BlobInfo blobOf(std::string_view text) {
-    return {hash128(asBytes(text)), text.size()};
+    return {blobIdOf(asBytes(text)), text.size()};
 }
 
 }  // namespace tessera

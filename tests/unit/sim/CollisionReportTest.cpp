@@ -22,10 +22,10 @@ Aspect hall() {
     edits.place(kHall, kRootNode);
     edits.place(kCrane, kHall);
     edits.place(kWatch, kHall);
-    edits.set(kHall, typeOf<Node>(), field::kNodeName, toValue(std::string("hall")));
-    edits.set(kCrane, typeOf<Node>(), field::kNodeName, toValue(std::string("crane")));
-    edits.set(kWatch, typeOf<Node>(), field::kNodeName, toValue(std::string("watch")));
-    edits.set(kWatch, typeOf<Node>(), field::kNodeCore, toValue(kInterest));
+    edits.set(kHall, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("hall")));
+    edits.set(kCrane, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("crane")));
+    edits.set(kWatch, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("watch")));
+    edits.set(kWatch, typeOf<Node>(), fieldId<&Node::core>, toValue(kInterest));
     Aspect scene;
     EXPECT_TRUE(scene.apply(edits.take()));
     return scene;

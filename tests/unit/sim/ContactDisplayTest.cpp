@@ -25,8 +25,8 @@ protected:
         const ObjectId b = make.node("b", kRootNode, make.transform(Vec3d(1, 0, 0)));
         make.node("shape", b, make.box(Vec3d(1, 4, 4)));
         const ObjectId interest = make.create<Interest>();
-        make.builder.set(interest, typeOf<Interest>(), field::kInterestObject, a);
-        make.builder.set(interest, typeOf<Interest>(), field::kInterestShow, show);
+        make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::object>, a);
+        make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::show>, show);
         make.node("interest", kRootNode, interest);
         const Expected<Committer::Applied> applied = committer_.apply(make.builder.take());
         EXPECT_TRUE(applied) << applied.error().message;
@@ -45,7 +45,7 @@ protected:
     }
     void show(std::int64_t bits) {
         ChangeListBuilder builder;
-        builder.set(interest_, typeOf<Interest>(), field::kInterestShow, bits);
+        builder.set(interest_, typeOf<Interest>(), fieldId<&Interest::show>, bits);
         apply(builder.take());
     }
     [[nodiscard]] Contact contact(std::uint32_t faceA = 0, std::uint32_t faceB = 0,
@@ -215,7 +215,7 @@ TEST_F(ContactDisplayTest, IsNoConcernOfOtherInterests) {
     (void)frame({foreign, contact(1, 1)});
     EXPECT_EQ(seen("points").size(), 1u);
     ChangeListBuilder builder;
-    builder.set(interest_, typeOf<Interest>(), field::kInterestEnabled, std::int64_t{0});
+    builder.set(interest_, typeOf<Interest>(), fieldId<&Interest::enabled>, false);
     apply(builder.take());
     (void)frame({contact()});
     EXPECT_FALSE(has("/contacts")) << "an interest that is disabled asks for nothing";
@@ -278,7 +278,7 @@ TEST_F(ContactDisplayTest, PeopleCannotBreakIt) {
     const ObjectId box = make.box(Vec3d::Ones());
     const ObjectId material =
         scene().coreOf<Geometry>(*scene().get<Node>(at("/contacts/faces/mark/turn/shape")))->material;
-    make.builder.set(box, typeOf<Geometry>(), field::kGeometryMaterial, material);
+    make.builder.set(box, typeOf<Geometry>(), fieldId<&Geometry::material>, material);
     make.node("guest", at("/contacts/normals"), box);
     apply(make.builder.take());
     show(0);
@@ -338,8 +338,8 @@ TEST(ContactDisplay, IsDeterministic) {
         const ObjectId a = make.node("a", kRootNode, make.transform(Vec3d::Zero()));
         make.node("shape", a, make.box(Vec3d::Ones()));
         const ObjectId interest = make.create<Interest>();
-        make.builder.set(interest, typeOf<Interest>(), field::kInterestObject, a);
-        make.builder.set(interest, typeOf<Interest>(), field::kInterestShow, std::int64_t{7});
+        make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::object>, a);
+        make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::show>, std::int64_t{7});
         make.node("interest", kRootNode, interest);
         EXPECT_TRUE(committer.apply(make.builder.take()));
         display.sceneChanged(committer.scene(), nullptr);

@@ -23,22 +23,22 @@ public:
     /// A node with a core (none: a plain one) below `parent`.
     ObjectId node(const std::string& name, ObjectId parent, ObjectId core = {}) {
         const ObjectId id = create<Node>();
-        builder.set(id, typeOf<Node>(), field::kNodeName, name);
-        if (core) builder.set(id, typeOf<Node>(), field::kNodeCore, core);
+        builder.set(id, typeOf<Node>(), fieldId<&Node::name>, name);
+        if (core) builder.set(id, typeOf<Node>(), fieldId<&Node::core>, core);
         builder.place(id, parent);
         return id;
     }
     ObjectId transform(const Vec3d& translation) {
         const ObjectId id = create<Transform>();
-        builder.set(id, typeOf<Transform>(), field::kTranslation, toValue(translation));
+        builder.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(translation));
         return id;
     }
     ObjectId box(const Vec3d& size) {
         const MeshArrays arrays = makeBox(size).toArrays();
         const ObjectId id = create<Geometry>();
-        builder.set(id, typeOf<Geometry>(), field::kPositions, arrays.positions);
-        builder.set(id, typeOf<Geometry>(), field::kNormals, arrays.normals);
-        builder.set(id, typeOf<Geometry>(), field::kIndices, arrays.indices);
+        builder.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, arrays.positions);
+        builder.set(id, typeOf<Geometry>(), fieldId<&Geometry::normals>, arrays.normals);
+        builder.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, arrays.indices);
         return id;
     }
     ObjectId motion(ObjectId target, const std::vector<std::array<double, 4>>& timeAndPlace) {
@@ -46,8 +46,8 @@ public:
         for (const auto& [t, x, y, z] : timeAndPlace)
             for (const double v : {t, x, y, z, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0}) keys.push_back(v);
         const ObjectId id = create<Motion>();
-        builder.set(id, typeOf<Motion>(), field::kMotionTarget, target);
-        builder.set(id, typeOf<Motion>(), field::kMotionKeys, Blob::of(std::span<const double>(keys)));
+        builder.set(id, typeOf<Motion>(), fieldId<&Motion::target>, target);
+        builder.set(id, typeOf<Motion>(), fieldId<&Motion::keys>, Blob::of(std::span<const double>(keys)));
         return id;
     }
     ChangeListBuilder builder;
@@ -68,7 +68,7 @@ inline ChangeList craneScene(bool withInterest = true) {
     make.node("motion", kRootNode, make.motion(place, {{0, 0, 0, 0}, {1, 6, 0, 0}}));
     if (withInterest) {
         const ObjectId interest = make.create<Interest>();
-        make.builder.set(interest, typeOf<Interest>(), field::kInterestObject, crane);
+        make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::object>, crane);
         make.node("interest", kRootNode, interest);
     }
     return make.builder.take();
@@ -84,7 +84,7 @@ inline Vec3d placeOf(const Aspect& scene, const std::string& path) {
 /// A list that moves one Transform.
 inline ChangeList moveTo(ObjectId transform, const Vec3d& translation) {
     ChangeListBuilder builder;
-    builder.set(transform, typeOf<Transform>(), field::kTranslation, toValue(translation));
+    builder.set(transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(translation));
     return builder.take();
 }
 

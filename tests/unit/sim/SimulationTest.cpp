@@ -101,7 +101,7 @@ TEST(Simulation, AHandOnAMovingThingPausesItsMotionUntilToldOtherwise) {
     const ObjectId motion = simulation.scene().get<Node>(findNode(simulation.scene(), "/motion").value())->core;
     EXPECT_EQ(simulation.scene().get<Motion>(motion)->playing, 0);
     ChangeListBuilder play;
-    play.set(motion, typeOf<Motion>(), field::kMotionPlaying, std::int64_t{1});
+    play.set(motion, typeOf<Motion>(), fieldId<&Motion::playing>, true);
     (void)simulation.step(false, one(play.take()));
     (void)simulation.step(false, {});
     EXPECT_EQ(placeOf(simulation.scene(), "/crane").y(), 0);
@@ -135,11 +135,11 @@ TEST(Simulation, AGeometryWithAnIndexPastItsVerticesIsRefusedAndLeavesNoTrace) {
     ChangeListBuilder bad;
     const std::uint32_t wild[3] = {0, 1, 1'000'000};
     bad.set(simulation.scene().get<Node>(findNode(simulation.scene(), "/wall/bricks").value())->core,
-            typeOf<Geometry>(), field::kIndices, Blob::of(std::span<const std::uint32_t>(wild)));
+            typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(wild)));
     // The crane's motion moves on in every frame: pause it to compare hashes.
     ChangeListBuilder pause;
     pause.set(simulation.scene().get<Node>(findNode(simulation.scene(), "/motion").value())->core, typeOf<Motion>(),
-              field::kMotionPlaying, std::int64_t{0});
+              fieldId<&Motion::playing>, false);
     (void)simulation.step(false, one(pause.take()));
     const std::uint64_t paused = simulation.scene().stateHash();
     const FrameResult frame = simulation.step(false, one(bad.take()));

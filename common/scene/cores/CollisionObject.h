@@ -1,0 +1,63 @@
+/// What takes part in collisions.
+#pragma once
+
+#include "common/scene/Field.h"
+#include "common/scene/cores/Node.h"
+
+namespace tessera {
+
+/// What takes part in collisions as one object: `node` and all below it, but for what belongs to an object further down.
+/// server/collision/README.md tells what becomes of it.
+struct CollisionObject {
+    static constexpr ObjectType kType{14};
+    static constexpr std::int64_t kStatic = 0, kRigid = 1, kDeforming = 2;
+    static constexpr std::int64_t kWhole = 0, kEachChild = 1, kEachGeometry = 2;
+    static constexpr std::int64_t kTriangles = 0, kHull = 1;
+    ObjectId node;  ///< none: the core means nothing
+    /// Static: expected to stay; moved all the same, it jumps. Rigid: its motions are followed from frame to frame.
+    /// Deforming: the arrays of its geometries may change in every frame.
+    std::int64_t kind = kRigid;
+    std::int64_t division = kWhole;   ///< a group: each child of the node, or each geometry below it, is an object by itself
+    std::int64_t shape = kTriangles;  ///< the surface as it is, or the convex hull of each geometry, which is solid
+    std::int64_t layers = 1;          ///< bits for the masks of interests; 0: takes part in nothing
+    /// Above 0, for rigid objects that are whole and whose node is a Transform of its own: a free body, which gravity,
+    /// impulses and its velocities move. 0: moved by motions and hands alone, and by no impulse.
+    double mass = 0;
+    double restitution = 0.2;         ///< 0 to 1; of two bodies the greater counts
+    double friction = 0.5;            ///< Coulomb's; of two bodies the geometric mean counts
+    Vec3d velocity = Vec3d::Zero();   ///< of a free body's centre of mass
+    Vec3d spin = Vec3d::Zero();       ///< of a free body; world axes
+
+    static constexpr double kFastest = 1e6;
+};
+template <>
+inline constexpr auto kDescription<CollisionObject> =
+    describe("CollisionObject",
+             field<&CollisionObject::node>(1, "node").to<Node>().affects(Effect::kRules),
+             field<&CollisionObject::kind>(2, "kind")
+                 .oneOf({{CollisionObject::kStatic, "static"},
+                         {CollisionObject::kRigid, "rigid"},
+                         {CollisionObject::kDeforming, "deforming"}})
+                 .affects(Effect::kRules),
+             field<&CollisionObject::division>(3, "division")
+                 .oneOf({{CollisionObject::kWhole, "whole"},
+                         {CollisionObject::kEachChild, "each-child"},
+                         {CollisionObject::kEachGeometry, "each-geometry"}})
+                 .affects(Effect::kRules),
+             field<&CollisionObject::shape>(4, "shape")
+                 .oneOf({{CollisionObject::kTriangles, "triangles"}, {CollisionObject::kHull, "hull"}})
+                 .affects(Effect::kRules),
+             field<&CollisionObject::layers>(5, "layers").affects(Effect::kRules),
+             field<&CollisionObject::mass>(6, "mass").between(0, 1e12).affects(Effect::kTerms),
+             field<&CollisionObject::restitution>(7, "restitution").between(0, 1).affects(Effect::kTerms),
+             field<&CollisionObject::friction>(8, "friction").between(0, 1e3).affects(Effect::kTerms),
+             field<&CollisionObject::velocity>(9, "velocity")
+                 .unit(Unit::kWorldPerSecond)
+                 .between(-CollisionObject::kFastest, CollisionObject::kFastest)
+                 .affects(Effect::kTerms),
+             field<&CollisionObject::spin>(10, "spin")
+                 .unit(Unit::kRadianPerSecond)
+                 .between(-CollisionObject::kFastest, CollisionObject::kFastest)
+                 .affects(Effect::kTerms));
+
+}  // namespace tessera

@@ -1,0 +1,20 @@
+/// Light from one direction.
+#pragma once
+
+#include "common/scene/Field.h"
+
+namespace tessera {
+
+/// Shines along -Z of its node.
+struct DirectionalLight {
+    static constexpr ObjectType kType{8};
+    Vec3f color = Vec3f::Ones();  ///< linear RGB
+    float intensity = 1.0f;
+};
+template <>
+inline constexpr auto kDescription<DirectionalLight> =
+    describe("DirectionalLight",
+             field<&DirectionalLight::color>(1, "color").affects(Effect::kLight),
+             field<&DirectionalLight::intensity>(2, "intensity").affects(Effect::kLight));
+
+}  // namespace tessera

@@ -1,0 +1,25 @@
+/// Where what is below a node stands.
+#pragma once
+
+#include "common/scene/Field.h"
+#include "common/scene/NodePose.h"
+
+namespace tessera {
+
+/// parent_T_node = translation · rotation · scale. What motions, people and the collision response move.
+struct Transform {
+    static constexpr ObjectType kType{3};
+    Vec3d translation = Vec3d::Zero();
+    Quatd rotation = Quatd::Identity();  ///< normalised on use, never zero
+    Vec3d scale = Vec3d::Ones();
+
+    [[nodiscard]] NodePose pose() const { return {.matrix = composeTransform(translation, rotation, scale)}; }
+};
+template <>
+inline constexpr auto kDescription<Transform> =
+    describe("Transform",
+             field<&Transform::translation>(1, "translation").unit(Unit::kWorld).affects(Effect::kPose),
+             field<&Transform::rotation>(2, "rotation").affects(Effect::kPose),
+             field<&Transform::scale>(3, "scale").affects(Effect::kPose));
+
+}  // namespace tessera

@@ -1,0 +1,29 @@
+/// A type that only the property tests' own build of common/scene holds: kinds of fields that no shipped type has yet.
+#pragma once
+
+#include "common/scene/cores/Node.h"
+
+namespace tessera {
+
+struct Probe {
+    static constexpr ObjectType kType{60000};
+    RefList nodes;
+    RefList cores;
+    Mat4d matrix = Mat4d::Identity();
+    bool flag = true;
+    std::int64_t word = 3;
+    Blob array;
+};
+template <>
+inline constexpr auto kDescription<Probe> =
+    describe("Probe",
+             field<&Probe::nodes>(1, "nodes").to<Node>(),
+             field<&Probe::cores>(2, "cores"),
+             field<&Probe::matrix>(3, "matrix"),
+             field<&Probe::flag>(4, "flag"),
+             field<&Probe::word>(5, "word").oneOf({{3, "three"}, {5, "five"}, {-7, "minus-seven"}}),
+             field<&Probe::array>(6, "array"));
+
+using ExtraTypes = TypeList<Probe>;
+
+}  // namespace tessera
