@@ -44,7 +44,7 @@ int bench(const std::vector<std::string>& arguments) {
     const struct {
         const char* name;
         void (*rows)(SceneTable&, const SceneOptions&);
-    } parts[] = {{"tree", treeRows}, {"alone", aloneRows}};
+    } parts[] = {{"tree", treeRows}, {"alone", aloneRows}, {"edits", editRows}, {"idle", idleRows}};
     for (const auto& part : parts)
         if (("," + wanted + ",").find("," + std::string(part.name) + ",") != std::string::npos)
             part.rows(table, options);

@@ -33,7 +33,7 @@ std::string number(double x) {
 
 void SceneTable::begin(const std::string& group) {
     group_ = group;
-    fmt::print("\n{}\n  {:<46}{:<24}{:>6}{:>6}{:>9}  {:>11} {:>5}{:>12} {:>5}\n", group, "operation", "beside", "limit",
+    fmt::print("\n{}\n  {:<54}{:<24}{:>6}{:>6}{:>9}  {:>11} {:>5}{:>12} {:>5}\n", group, "operation", "beside", "limit",
                "aim", "ratio", "ours", "+-%", "theirs", "+-%");
 }
 
@@ -43,7 +43,7 @@ void SceneTable::add(SceneRow row) {
                                 : missed(row)                            ? " MISSED"
                                 : row.aim > 0 && row.ratio() <= row.aim ? " aim"
                                                                          : " ok";
-    fmt::print("  {:<46}{:<24}{:>6}{:>6}{:>9}  {:>11} {:>5.0f}{:>12} {:>5.0f}  {}{}{}{}\n", row.operation, row.peer,
+    fmt::print("  {:<54}{:<24}{:>6}{:>6}{:>9}  {:>11} {:>5.0f}{:>12} {:>5.0f}  {}{}{}{}\n", row.operation, row.peer,
                claim(row.atMost), claim(row.aim), number(row.ratio()), number(row.ours.value), 100 * row.ours.spread,
                number(row.theirs.value), 100 * row.theirs.spread, row.unit, verdict, row.remark.empty() ? "" : "; ",
                row.remark);
