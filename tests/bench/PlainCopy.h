@@ -1,4 +1,5 @@
-/// Copies a list's ids and values into memory that is there already: the least that any way of passing them on can cost.
+/// Copies a list's ids and values into memory that is there already: the least that any way of passing them on can
+/// cost.
 #pragma once
 
 #include <cstddef>

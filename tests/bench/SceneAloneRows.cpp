@@ -35,7 +35,8 @@ std::vector<ObjectId> transformsOf(const Aspect& scene) {
 ChangeList shift(std::span<const ObjectId> transforms, double by) {
     ChangeListBuilder list;
     for (const ObjectId id : transforms)
-        list.set(id, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(by, 1e-3 * static_cast<double>(id.value), 0)));
+        list.set(id, typeOf<Transform>(), field::kTranslation,
+                 toValue(Vec3d(by, 1e-3 * static_cast<double>(id.value), 0)));
     return list.take();
 }
 
@@ -93,9 +94,8 @@ void millionRows(SceneTable& table, const SceneOptions& options) {
     const BlobStore blobs;
     alone.row("snapshot", whole, [&] { return secondsOf([&] { must(!snapshot(scene).empty()); }); });
     alone.row("encode the snapshot", whole, [&] { return secondsOf([&] { must(!encodeChangeList(whole).empty()); }); });
-    alone.row("decode it", whole, [&] {
-        return secondsOf([&] { must(decodeChangeList(encoded, blobs).has_value()); });
-    });
+    alone.row("decode it", whole,
+              [&] { return secondsOf([&] { must(decodeChangeList(encoded, blobs).has_value()); }); });
     alone.row("apply it to an empty scene, hash included", whole, [&] {
         Aspect empty;
         const double taken = secondsOf([&] { must(empty.apply(whole).has_value()); });
@@ -118,13 +118,11 @@ void millionRows(SceneTable& table, const SceneOptions& options) {
     const std::vector<ObjectId> transforms = transformsOf(scene);
     const ChangeList shifts[] = {shift(transforms, 1), shift(transforms, 2)};
     std::size_t turn = 0;
-    alone.row("one field of each Transform: all hashed anew", shifts[0], [&] {
-        return secondsOf([&] { must(scene.apply(shifts[turn++ & 1]).has_value()); });
-    });
+    alone.row("one field of each Transform: all hashed anew", shifts[0],
+              [&] { return secondsOf([&] { must(scene.apply(shifts[turn++ & 1]).has_value()); }); });
     ChangeList back;
-    alone.row("the same with its inverse", shifts[0], [&] {
-        return secondsOf([&] { back = scene.applyWithInverse(shifts[turn++ & 1]).value(); });
-    });
+    alone.row("the same with its inverse", shifts[0],
+              [&] { return secondsOf([&] { back = scene.applyWithInverse(shifts[turn++ & 1]).value(); }); });
     alone.row("undo it", shifts[0], [&] {
         back = scene.applyWithInverse(shifts[turn++ & 1]).value();
         return secondsOf([&] { must(scene.apply(back).has_value()); });
@@ -141,8 +139,9 @@ void applyRow(SceneTable& table, const SceneOptions& options) {
     const ChangeList moves[] = {move(count, 1), move(count, 2)};
     std::size_t turn = 0;
     Alone alone(table, options.quick ? 1 : 31);
-    alone.row("apply", moves[0], [&] { return secondsOf([&] { must(scene.apply(moves[turn++ & 1]).has_value()); }); },
-              4, 2.5);
+    alone.row(
+        "apply", moves[0], [&] { return secondsOf([&] { must(scene.apply(moves[turn++ & 1]).has_value()); }); }, 4,
+        2.5);
     alone.row("apply with inverse", moves[0],
               [&] { return secondsOf([&] { must(scene.applyWithInverse(moves[turn++ & 1]).has_value()); }); });
 }
@@ -172,8 +171,9 @@ void byteRows(SceneTable& table) {
                    .ours = {bytes, 0, 1},
                    .theirs = {},
                    .unit = "bytes",
-                   .remark = type.type == typeOf<Node>() ? "without a name; its place among its parent's children included"
-                                                         : ""});
+                   .remark = type.type == typeOf<Node>()
+                                 ? "without a name; its place among its parent's children included"
+                                 : ""});
     }
 }
 

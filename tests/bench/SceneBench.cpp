@@ -1,5 +1,5 @@
-/// What a scene costs: a million nodes beside OpenSceneGraph and alone, one change in a large scene beside one in a small
-/// scene, idle frames, an idle wall. README.md names the rows.
+/// What a scene costs: a million nodes beside OpenSceneGraph and alone, one change in a large scene beside one in a
+/// small scene, idle frames, an idle wall. README.md names the rows.
 ///
 ///     bench_scene [--json FILE] [--rows tree,alone,edits,idle,wall] [--nodes N] [--quick]
 #include <cstdio>
@@ -14,7 +14,8 @@
 namespace tessera::bench {
 namespace {
 
-constexpr const char* kUsage = "usage: bench_scene [--json FILE] [--rows tree,alone,edits,idle,wall] [--nodes N] [--quick]\n";
+constexpr const char* kUsage =
+    "usage: bench_scene [--json FILE] [--rows tree,alone,edits,idle,wall] [--nodes N] [--quick]\n";
 
 int bench(const std::vector<std::string>& arguments) {
     SceneOptions options;
@@ -44,7 +45,7 @@ int bench(const std::vector<std::string>& arguments) {
     const struct {
         const char* name;
         void (*rows)(SceneTable&, const SceneOptions&);
-    } parts[] = {{"tree", treeRows}, {"alone", aloneRows}, {"edits", editRows}, {"idle", idleRows}};
+    } parts[] = {{"tree", treeRows}, {"alone", aloneRows}, {"edits", editRows}, {"idle", idleRows}, {"wall", wallRows}};
     for (const auto& part : parts)
         if (("," + wanted + ",").find("," + std::string(part.name) + ",") != std::string::npos)
             part.rows(table, options);

@@ -8,7 +8,7 @@
 namespace tessera::bench {
 namespace {
 
-constexpr std::uint64_t kShared = 16;     // meshes and materials
+constexpr std::uint64_t kShared = 16;      // meshes and materials
 constexpr std::uint64_t kEditPlaces = 32;  // of each sort, spread over the tree
 constexpr std::uint64_t kBelow = 10;
 constexpr double kCell = 2;  // no shape is larger than 1
@@ -76,7 +76,8 @@ private:
     ObjectId ten(ObjectId parent, const Vec3d& at, const char* name) {
         const ObjectId top = place(parent, at, name);
         node(top, shared_[4]);
-        for (int i = 0; i < 4; ++i) node(place(top, Vec3d(0, 0, kCell * (i + 1))), shared_[static_cast<std::size_t>(i)]);
+        for (int i = 0; i < 4; ++i)
+            node(place(top, Vec3d(0, 0, kCell * (i + 1))), shared_[static_cast<std::size_t>(i)]);
         return top;
     }
     void tools() {
@@ -107,7 +108,8 @@ private:
     void bushy() {
         // Places, ten below each; the lowest have a Geometry node: p places of which nine tenths are leaves.
         const std::uint64_t places = wish_.size * kBelow / (2 * kBelow - 1);
-        const std::uint64_t firstLeaf = (places + kBelow - 2) / kBelow;  // its first child would be beyond the last place
+        const std::uint64_t firstLeaf =
+            (places + kBelow - 2) / kBelow;  // its first child would be beyond the last place
         const std::uint64_t leaves = places - firstLeaf;
         const std::uint64_t stride = std::max<std::uint64_t>(2, leaves / kEditPlaces);
         std::vector<ObjectId> at;
@@ -150,8 +152,8 @@ private:
     std::vector<ObjectId> shared_;
 };
 
-/// One of `count` objects, of which as many take turns in every scene: caches then hold as much of a large scene as of a
-/// small one. Those that follow each other are far from each other.
+/// One of `count` objects, of which as many take turns in every scene: caches then hold as much of a large scene as of
+/// a small one. Those that follow each other are far from each other.
 std::size_t indexAt(std::size_t count, std::size_t turn, std::size_t turns = kEditPlaces) {
     return count * (turn * 7 % turns) / turns;
 }

@@ -9,9 +9,9 @@
 namespace tessera::bench {
 
 struct SceneOptions {
-    std::string program;            ///< this program, to be started as one of two sides
+    std::string program;             ///< this program, to be started as one of two sides
     std::uint64_t many = 1'000'000;  ///< nodes of what is measured by the million
-    bool quick = false;             ///< few repetitions: to see whether it runs, not to claim anything
+    bool quick = false;              ///< few repetitions: to see whether it runs, not to claim anything
 };
 
 /// Beside OpenSceneGraph: build, traverse, change, memory.

@@ -1,5 +1,5 @@
-/// One side of the comparison of trees: a process of its own that is told what to do and answers how long it took. Memory
-/// is then its own, and no two libraries of GL ever meet.
+/// One side of the comparison of trees: a process of its own that is told what to do and answers how long it took.
+/// Memory is then its own, and no two libraries of GL ever meet.
 #pragma once
 
 #include <malloc.h>
@@ -27,7 +27,8 @@ public:
     virtual void change() = 0;
     /// The sum of the world translations of those places alone.
     virtual double look() = 0;
-    /// As `change`, and whatever else this side has to see it with: world matrices that are kept. 0 where it has nothing.
+    /// As `change`, and whatever else this side has to see it with: world matrices that are kept. 0 where it has
+    /// nothing.
     virtual double changeKept() = 0;
 
     double saying = 0;  ///< seconds of the last work that went into saying what is wanted, before anything was done

@@ -1,4 +1,5 @@
-/// One scene as it lives in a running wall: the server's simulation, a host's replica and what the host derives from it.
+/// One scene as it lives in a running wall: the server's simulation, a host's replica and what the host derives from
+/// it.
 #pragma once
 
 #include <memory>
@@ -22,7 +23,8 @@ class SceneStage {
 public:
     SceneStage(SceneShape shape, std::uint64_t size);
 
-    /// One frame with one edit of this kind. Ends the program where it is refused, stopped, or not the same on the host.
+    /// One frame with one edit of this kind. Ends the program where it is refused, stopped, or not the same on the
+    /// host.
     EditTimes edit(const EditKind& kind, std::size_t turn, bool second);
     /// A frame of the server without any edit: simulation and view.
     double idle();

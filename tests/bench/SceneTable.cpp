@@ -13,7 +13,8 @@ Median medianOf(std::vector<double> values, double factor) {
     if (values.empty()) return {};
     std::sort(values.begin(), values.end());
     const auto at = [&](double share) {
-        return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
+        return values[std::min(values.size() - 1,
+                               static_cast<std::size_t>(share * static_cast<double>(values.size())))];
     };
     const double middle = at(0.5);
     return {middle * factor, middle > 0 ? (at(0.75) - at(0.25)) / middle : 0, values.size()};
@@ -39,10 +40,10 @@ void SceneTable::begin(const std::string& group) {
 
 void SceneTable::add(SceneRow row) {
     const auto claim = [](double x) { return x > 0 ? fmt::format("{:.3g}", x) : std::string("-"); };
-    const std::string verdict = row.atMost <= 0                          ? ""
-                                : missed(row)                            ? " MISSED"
+    const std::string verdict = row.atMost <= 0                         ? ""
+                                : missed(row)                           ? " MISSED"
                                 : row.aim > 0 && row.ratio() <= row.aim ? " aim"
-                                                                         : " ok";
+                                                                        : " ok";
     fmt::print("  {:<54}{:<24}{:>6}{:>6}{:>9}  {:>11} {:>5.0f}{:>12} {:>5.0f}  {}{}{}{}\n", row.operation, row.peer,
                claim(row.atMost), claim(row.aim), number(row.ratio()), number(row.ours.value), 100 * row.ours.spread,
                number(row.theirs.value), 100 * row.theirs.spread, row.unit, verdict, row.remark.empty() ? "" : "; ",

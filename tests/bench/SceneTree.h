@@ -1,5 +1,5 @@
-/// The tree that Tessera and its peer build, said in plain numbers: no type of either side is nearer to it. Place 0 is the
-/// top; each place has ten below it, all levels are full but for the last.
+/// The tree that Tessera and its peer build, said in plain numbers: no type of either side is nearer to it. Place 0 is
+/// the top; each place has ten below it, all levels are full but for the last.
 #pragma once
 
 #include <cmath>

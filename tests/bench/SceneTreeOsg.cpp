@@ -1,5 +1,5 @@
-/// The tree in OpenSceneGraph, as one who knows it would build it. A program of its own: libosg brings libGL, which must not
-/// meet OSMesa in one process.
+/// The tree in OpenSceneGraph, as one who knows it would build it. A program of its own: libosg brings libGL, which
+/// must not meet OSMesa in one process.
 ///
 ///     bench_scene_osg PLACES
 #include <osg/MatrixTransform>

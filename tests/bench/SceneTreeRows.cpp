@@ -83,7 +83,9 @@ void treeRows(SceneTable& table, const SceneOptions& options) {
     const std::string peer = std::filesystem::path(options.program).parent_path() / "bench_scene_osg";
     const bool both = std::filesystem::exists(peer);
     if (!both)
-        table.skip("OpenSceneGraph was not found when this was configured; ./deploy/set-up --peers installs it. Our own figures stand alone");
+        table.skip(
+            "OpenSceneGraph was not found when this was configured; ./deploy/set-up --peers installs it. Our own "
+            "figures stand alone");
 
     std::map<std::string, Taken> taken;
     const int rounds = options.quick ? 1 : 5;
@@ -127,7 +129,8 @@ void treeRows(SceneTable& table, const SceneOptions& options) {
     };
     row("build", "build", 0.5, 1e3, "ms", "ours: a list said and applied, with its hash");
     row("build list", "  of that: the list said", 0, 1e3, "ms");
-    row("traverse", "traverse: each node's world matrix", 0.5, 1e3, "ms", "Action; a NodeVisitor with a stack of matrices");
+    row("traverse", "traverse: each node's world matrix", 0.5, 1e3, "ms",
+        "Action; a NodeVisitor with a stack of matrices");
     row("change-traverse", "change a tenth, then traverse", 0.5, 1e3, "ms");
     row("change", "  of that: the change alone", 0, 1e3, "ms", "ours: said, checked, applied, hashed");
     row("change list", "  of that: the list said", 0, 1e3, "ms");
