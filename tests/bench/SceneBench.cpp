@@ -1,7 +1,7 @@
 /// What a scene costs: a million nodes beside OpenSceneGraph and alone, one change in a large scene beside one in a
 /// small scene, idle frames, an idle wall. README.md names the rows.
 ///
-///     bench_scene [--json FILE] [--rows tree,alone,edits,idle,wall] [--nodes N] [--quick]
+///     bench_scene [--json FILE] [--rows tree,alone,edits,idle,wall] [--only TEXT] [--nodes N] [--quick]
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace tessera::bench {
 namespace {
 
 constexpr const char* kUsage =
-    "usage: bench_scene [--json FILE] [--rows tree,alone,edits,idle,wall] [--nodes N] [--quick]\n";
+    "usage: bench_scene [--json FILE] [--rows tree,alone,edits,idle,wall] [--only TEXT] [--nodes N] [--quick]\n";
 
 int bench(const std::vector<std::string>& arguments) {
     SceneOptions options;
@@ -34,6 +34,8 @@ int bench(const std::vector<std::string>& arguments) {
             json = arguments[++i];
         } else if (arguments[i] == "--rows") {
             wanted = arguments[++i];
+        } else if (arguments[i] == "--only") {
+            options.only = arguments[++i];
         } else if (arguments[i] == "--nodes") {
             options.many = std::max<std::uint64_t>(1000, std::strtoull(arguments[++i].c_str(), nullptr, 10));
         } else {

@@ -11,6 +11,7 @@ namespace tessera::bench {
 struct SceneOptions {
     std::string program;             ///< this program, to be started as one of two sides
     std::uint64_t many = 1'000'000;  ///< nodes of what is measured by the million
+    std::string only;                ///< of the kinds of edits, those with this in their name
     bool quick = false;              ///< few repetitions: to see whether it runs, not to claim anything
 };
 

@@ -30,19 +30,26 @@ SceneStage::SceneStage(SceneShape shape, std::uint64_t size) : view_(someWall(),
     (void)idle();
 }
 
-EditTimes SceneStage::edit(const EditKind& kind, std::size_t turn, bool second) {
+double SceneStage::edit(const EditKind& kind, std::size_t turn, bool second) {
     std::vector<Edit> edits(1);
     edits[0].list = kind.make(places_, scene(), turn, second);
     const double begin = threadSeconds();
-    const FrameResult frame = simulation_.step(false, std::move(edits));
-    const double stepped = threadSeconds();
+    FrameResult frame = simulation_.step(false, std::move(edits));
+    const double taken = threadSeconds() - begin;
     must(frame.outcomes[0].result.has_value() && frame.outcomes[0].stopped.empty() && frame.commit.list);
-    const double received = threadSeconds();
-    must(replica_.apply(*frame.commit.list).has_value());
-    render_.update(replica_, frame.commit.list.get());
-    const double drawn = threadSeconds();
-    must(replica_.stateHash() == frame.commit.stateHash);
-    return {.server = stepped - begin, .client = drawn - received};
+    frames_.push_back(std::move(frame.commit));
+    return taken;
+}
+
+double SceneStage::follow() {
+    const CommittedFrame frame = std::move(frames_.front());
+    frames_.pop_front();
+    const double begin = threadSeconds();
+    must(replica_.apply(*frame.list).has_value());
+    render_.update(replica_, frame.list.get());
+    const double taken = threadSeconds() - begin;
+    must(replica_.stateHash() == frame.stateHash);
+    return taken;
 }
 
 double SceneStage::idle() {

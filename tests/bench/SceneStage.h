@@ -2,8 +2,8 @@
 /// it.
 #pragma once
 
-#include <memory>
-#include <string>
+#include <cstdint>
+#include <deque>
 
 #include "client/render/RenderAction.h"
 #include "common/scene/Aspect.h"
@@ -13,25 +13,23 @@
 
 namespace tessera::bench {
 
-/// Seconds of processor time.
-struct EditTimes {
-    double server = 0;  ///< Simulation::step: check, commit, collisions, inverse, encoding
-    double client = 0;  ///< Aspect::apply and RenderScene::update
-};
-
 class SceneStage {
 public:
     SceneStage(SceneShape shape, std::uint64_t size);
 
-    /// One frame with one edit of this kind. Ends the program where it is refused, stopped, or not the same on the
-    /// host.
-    EditTimes edit(const EditKind& kind, std::size_t turn, bool second);
+    /// A frame of the server with one edit of this kind; seconds of Simulation::step: check, commit, collisions,
+    /// inverse, encoding. Ends the program where the edit is refused or stopped.
+    double edit(const EditKind& kind, std::size_t turn, bool second);
+    /// The oldest frame that the host has not followed yet; seconds of Aspect::apply and RenderScene::update. Ends the
+    /// program where its scene is then another.
+    double follow();
     /// A frame of the server without any edit: simulation and view.
     double idle();
     [[nodiscard]] const Aspect& scene() const { return simulation_.scene(); }
 
 private:
     Simulation simulation_;
+    std::deque<CommittedFrame> frames_;  ///< that the host has not followed
     Aspect replica_;
     RenderScene render_;
     ViewSource view_;
