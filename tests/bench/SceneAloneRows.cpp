@@ -5,10 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "client/render/RenderAction.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/Simulation.h"
 #include "tests/bench/PlainCopy.h"
+#include "tests/bench/SceneMaker.h"
 #include "tests/bench/SceneRows.h"
 #include "tests/bench/SceneSide.h"
 #include "tests/bench/SceneTreeOurs.h"
@@ -177,12 +180,48 @@ void byteRows(SceneTable& table) {
     }
 }
 
+/// What a node costs with all that is derived from it, in a scene where half of the nodes are Transforms and half
+/// Geometry.
+void derivedRows(SceneTable& table) {
+    const std::uint64_t count = 100'000;
+    table.begin(fmt::format("bytes per node of a scene of {}, sixteen meshes shared, cores included", count));
+    const auto row = [&](const char* what, double bytes, std::uint64_t nodes) {
+        table.add({.operation = what,
+                   .peer = "-",
+                   .ours = {bytes / static_cast<double>(nodes), 0, 1},
+                   .theirs = {},
+                   .unit = "bytes"});
+    };
+    CommittedFrame loaded;
+    std::uint64_t nodes = 0;
+    double withServer = 0;
+    {
+        std::vector<ChangeList> lists;
+        lists.push_back(makeScene({.shape = SceneShape::kBushy, .size = count}));
+        Simulation simulation;
+        loaded = simulation.load(std::move(lists)).value();
+        (void)simulation.step(true, {});
+        for (const ObjectId id : simulation.scene().ids()) nodes += simulation.scene().get<Node>(id) ? 1 : 0;
+        withServer = allocatedBytes();
+    }
+    // The list that was sent is not what the scene costs, and is still there now.
+    row("server: Simulation", withServer - allocatedBytes(), nodes);
+    const double before = allocatedBytes();
+    Aspect replica;
+    must(replica.apply(*loaded.list).has_value());
+    row("host: Aspect", allocatedBytes() - before, nodes);
+    RenderScene render;
+    render.update(replica, nullptr);
+    row("host: Aspect and RenderScene", allocatedBytes() - before, nodes);
+}
+
 }  // namespace
 
 void aloneRows(SceneTable& table, const SceneOptions& options) {
     millionRows(table, options);
     applyRow(table, options);
     byteRows(table);
+    derivedRows(table);
 }
 
 }  // namespace tessera::bench

@@ -1,10 +1,11 @@
 /// What a scene costs: a million nodes beside OpenSceneGraph and alone, one change in a large scene beside one in a
 /// small scene, idle frames, an idle wall. README.md names the rows.
 ///
-///     bench_scene [--json FILE] [--rows tree,alone,edits,idle,wall] [--only TEXT] [--nodes N] [--quick]
+///     bench_scene [--json FILE] [--rows tree,alone,edits,idle,wall] [--only TEXT] [--nodes N] [--walls N,N] [--quick]
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,16 @@ namespace tessera::bench {
 namespace {
 
 constexpr const char* kUsage =
-    "usage: bench_scene [--json FILE] [--rows tree,alone,edits,idle,wall] [--only TEXT] [--nodes N] [--quick]\n";
+    "usage: bench_scene [--json FILE] [--rows tree,alone,edits,idle,wall] [--only TEXT] [--nodes N]\n"
+    "       [--walls N,N] [--quick]\n";
+
+/// "1000,100000"
+std::vector<std::uint64_t> numbers(const std::string& text) {
+    std::vector<std::uint64_t> all;
+    std::istringstream in(text);
+    for (std::string one; std::getline(in, one, ',');) all.push_back(std::strtoull(one.c_str(), nullptr, 10));
+    return all;
+}
 
 int bench(const std::vector<std::string>& arguments) {
     SceneOptions options;
@@ -36,6 +46,8 @@ int bench(const std::vector<std::string>& arguments) {
             wanted = arguments[++i];
         } else if (arguments[i] == "--only") {
             options.only = arguments[++i];
+        } else if (arguments[i] == "--walls") {
+            options.walls = numbers(arguments[++i]);
         } else if (arguments[i] == "--nodes") {
             options.many = std::max<std::uint64_t>(1000, std::strtoull(arguments[++i].c_str(), nullptr, 10));
         } else {
@@ -48,9 +60,16 @@ int bench(const std::vector<std::string>& arguments) {
         const char* name;
         void (*rows)(SceneTable&, const SceneOptions&);
     } parts[] = {{"tree", treeRows}, {"alone", aloneRows}, {"edits", editRows}, {"idle", idleRows}, {"wall", wallRows}};
-    for (const auto& part : parts)
-        if (("," + wanted + ",").find("," + std::string(part.name) + ",") != std::string::npos)
-            part.rows(table, options);
+    int ran = 0;
+    for (const auto& part : parts) {
+        if (("," + wanted + ",").find("," + std::string(part.name) + ",") == std::string::npos) continue;
+        part.rows(table, options);
+        ++ran;
+    }
+    if (ran == 0) {
+        std::fputs(kUsage, stderr);
+        return 2;
+    }
     table.summarise();
     if (!json.empty() && !table.writeJson(json)) {
         std::fprintf(stderr, "bench_scene: %s cannot be written\n", json.c_str());

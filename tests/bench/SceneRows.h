@@ -3,16 +3,18 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "tests/bench/SceneTable.h"
 
 namespace tessera::bench {
 
 struct SceneOptions {
-    std::string program;             ///< this program, to be started as one of two sides
-    std::uint64_t many = 1'000'000;  ///< nodes of what is measured by the million
-    std::string only;                ///< of the kinds of edits, those with this in their name
-    bool quick = false;              ///< few repetitions: to see whether it runs, not to claim anything
+    std::string program;                                  ///< this program, to be started as one of two sides
+    std::uint64_t many = 1'000'000;                       ///< nodes of what is measured by the million
+    std::string only;                                     ///< of the kinds of edits, those with this in their name
+    std::vector<std::uint64_t> walls = {1'000, 100'000};  ///< nodes of the scenes that idle walls show
+    bool quick = false;  ///< few repetitions: to see whether it runs, not to claim anything
 };
 
 /// Beside OpenSceneGraph: build, traverse, change, memory.

@@ -116,7 +116,7 @@ void wallRows(SceneTable& table, const SceneOptions& options) {
             table.skip(fmt::format("{} is not built: the idle wall", name));
             return;
         }
-    for (const std::uint64_t nodes : {1'000, 100'000}) wallRow(table, nodes, options.quick);
+    for (const std::uint64_t nodes : options.walls) wallRow(table, nodes, options.quick);
 }
 
 }  // namespace tessera::bench
