@@ -1,4 +1,4 @@
-#include <signal.h>
+#include <fcntl.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -23,9 +24,10 @@ namespace {
 /// A side in its own process.
 class SideProcess {
 public:
-    SideProcess(std::vector<std::string> command) : name_(command.front()) {
+    explicit SideProcess(std::vector<std::string> command) : name_(command.front()) {
         int to[2], from[2];
-        if (pipe(to) != 0 || pipe(from) != 0) std::abort();
+        // Closed in the other side: an end that it held open would keep this one waiting for the end of its input.
+        if (pipe2(to, O_CLOEXEC) != 0 || pipe2(from, O_CLOEXEC) != 0) std::abort();
         std::vector<char*> words;
         for (std::string& word : command) words.push_back(word.data());
         words.push_back(nullptr);
@@ -35,7 +37,6 @@ public:
             prctl(PR_SET_PDEATHSIG, SIGKILL);
             dup2(to[0], 0);
             dup2(from[1], 1);
-            for (const int end : {to[0], to[1], from[0], from[1]}) close(end);
             execv(words[0], words.data());
             _exit(127);
         }
@@ -87,6 +88,7 @@ void treeRows(SceneTable& table, const SceneOptions& options) {
             "OpenSceneGraph was not found when this was configured; ./deploy/set-up --peers installs it. Our own "
             "figures stand alone");
 
+    std::signal(SIGPIPE, SIG_IGN);  // a side that cannot start is told by its silence
     std::map<std::string, Taken> taken;
     const int rounds = options.quick ? 1 : 5;
     const int repeats = options.quick ? 1 : 5;
