@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstring>
 #include <ctime>
 #include <functional>
 #include <string>
@@ -16,6 +15,7 @@
 #include "common/codec/ChangeCodec.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
+#include "tests/bench/PlainCopy.h"
 
 namespace tessera {
 namespace {
@@ -43,32 +43,6 @@ ChangeList moves(std::uint64_t count, int frame) {
     }
     return builder.take();
 }
-
-/// Copies a list's ids and values into memory that is there already: the least that any way of passing them on can
-/// cost.
-class PlainCopy {
-public:
-    explicit PlainCopy(const ChangeList& list) : list_(list) {
-        std::size_t size = 0;
-        for (const FieldColumn& column : list.columns) size += 8 * (column.ids.size() + column.scalarCount());
-        to_.resize(size);
-    }
-    void operator()() {
-        std::byte* at = to_.data();
-        const auto copy = [&at](const auto& values) {
-            std::memcpy(at, values.data(), 8 * values.size());
-            at += 8 * values.size();
-        };
-        for (const FieldColumn& column : list_.columns) {
-            copy(column.ids);
-            copy(std::get<std::vector<double>>(column.values));
-        }
-    }
-
-private:
-    const ChangeList& list_;
-    std::vector<std::byte> to_;
-};
 
 /// Processor time of this thread: what others do on the machine meanwhile does not count, short of the caches they
 /// take.
