@@ -80,8 +80,7 @@ Expected<void> RenderHost::useWall(Wall wall) {
 }
 
 bool RenderHost::on(const work::ApplySnapshot& apply) {
-    aspect_ = Aspect();
-    if (auto applied = applyList(apply.snapshot.list); !applied) {
+    if (auto applied = applySnapshot(apply.snapshot.list); !applied) {
         tell(outcome::ApplyFailed{"the snapshot: " + applied.error().message});
         return true;
     }
@@ -100,13 +99,24 @@ bool RenderHost::on(const work::ApplyChanges& apply) {
     return true;
 }
 
+Expected<void> RenderHost::applySnapshot(const SharedBytes& encoded) {
+    // A snapshot starts from nothing: what was known of the scene before is void, come what may.
+    aspect_ = Aspect();
+    Expected<void> done;
+    if (encoded && !encoded->empty()) {
+        const auto list = decodeChangeList(*encoded, blobs_);
+        done = list ? aspect_.apply(*list) : tl::unexpected(list.error());
+    }
+    scene_.update(aspect_, nullptr);
+    return done;
+}
+
 Expected<void> RenderHost::applyList(const SharedBytes& encoded) {
     if (!encoded || encoded->empty()) return {};
     const auto list = decodeChangeList(*encoded, blobs_);
     if (!list) return tl::unexpected(list.error());
     if (auto applied = aspect_.apply(*list); !applied) return applied;
-    // A snapshot starts from nothing: what was known of the scene before is void.
-    scene_.update(aspect_, list->nextFreeId != 0 ? nullptr : &*list);
+    scene_.update(aspect_, &*list);
     return {};
 }
 

@@ -65,6 +65,7 @@ private:
     bool on(const work::Finish& finish);
 
     [[nodiscard]] Expected<void> useWall(Wall wall);
+    [[nodiscard]] Expected<void> applySnapshot(const SharedBytes& encoded);
     [[nodiscard]] Expected<void> applyList(const SharedBytes& encoded);
     [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, std::uint64_t frame);
     [[nodiscard]] Expected<void> showTile(TileState& state);
