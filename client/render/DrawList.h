@@ -7,6 +7,7 @@
 #include "common/base/Blob.h"
 #include "common/math/Types.h"
 #include "common/scene/Cores.h"
+#include "common/wall/View.h"
 
 namespace tessera {
 
@@ -35,5 +36,10 @@ struct DrawList {
     Environment environment;
     static constexpr std::size_t kMaxLights = 16;
 };
+
+/// Whether the lists name the same things in the same places, to the bit: they draw the same picture then, as long as
+/// the arrays, materials and images that they name are the same.
+[[nodiscard]] bool drawAlike(const DrawList& a, const DrawList& b);
+[[nodiscard]] bool drawAlike(const ScreenCamera& a, const ScreenCamera& b);
 
 }  // namespace tessera

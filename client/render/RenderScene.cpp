@@ -37,6 +37,10 @@ Box RenderScene::bounds() const {
     return impl_->tree.bounds();
 }
 
+SceneVersion RenderScene::version() const {
+    return impl_->version;
+}
+
 void RenderScene::update(const Aspect& aspect, const ChangeList* list) {
     if (!list || impl_->rebuilds == 0) return impl_->rebuild(aspect);
     impl_->follow(aspect, *list);
@@ -44,6 +48,8 @@ void RenderScene::update(const Aspect& aspect, const ChangeList* list) {
 
 void RenderScene::Impl::rebuild(const Aspect& aspect) {
     ++rebuilds;
+    ++version.scene;
+    ++version.contents;
     places.clear();
     items.clear();
     boxes.clear();
@@ -76,6 +82,7 @@ void RenderScene::Impl::follow(const Aspect& aspect, const ChangeList& list) {
     ++update_;
     for (const Creation& creation : list.creations)
         if (creation.type == typeOf<Node>()) addPlace(creation.id, kNone);
+    if (!list.placements.empty()) ++version.scene;
     // One after the other, as they were applied: so there is never a circle.
     for (const Placement& placement : list.placements) relink(placement);
     for (const FieldColumn& column : list.columns) followColumn(column);
@@ -99,7 +106,11 @@ void RenderScene::Impl::finish() {
 }
 
 void RenderScene::Impl::followColumn(const FieldColumn& column) {
-    switch (effectOf(column.type, column.field)) {
+    const SceneEffect effect = effectOf(column.type, column.field);
+    if (effect != SceneEffect::kNothing) ++version.scene;
+    // Much of a look is the renderer's affair alone.
+    if (effect == SceneEffect::kShape || effect == SceneEffect::kLook) ++version.contents;
+    switch (effect) {
         case SceneEffect::kNothing:
             break;
         case SceneEffect::kStructure:
@@ -119,10 +130,9 @@ void RenderScene::Impl::followColumn(const FieldColumn& column) {
             break;
         case SceneEffect::kShape:
         case SceneEffect::kLook: {
-            const bool shape = effectOf(column.type, column.field) == SceneEffect::kShape;
             for (const ObjectId id : column.ids)
-                shape ? looks_.shapeChanged(*aspect_, id, changedLooks_)
-                      : looks_.lookChanged(*aspect_, id, changedLooks_);
+                effect == SceneEffect::kShape ? looks_.shapeChanged(*aspect_, id, changedLooks_)
+                                              : looks_.lookChanged(*aspect_, id, changedLooks_);
             for (const ObjectId core : changedLooks_) markUsers(core, kDrawn);
             changedLooks_.clear();
             break;

@@ -80,6 +80,7 @@ struct RenderScene::Impl {
     std::vector<LightItem> lights;
     Environment environment;
     std::uint64_t rebuilds = 0;
+    SceneVersion version;
 
     void rebuild(const Aspect& aspect);
     void follow(const Aspect& aspect, const ChangeList& list);
