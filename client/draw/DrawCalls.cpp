@@ -82,8 +82,8 @@ void DrawCalls::collect(const Aspect& aspect, const std::vector<DrawItem>& items
                         MeshBuffers& meshes, TextureCache& textures) {
     const Material defaultMaterial;
     for (const DrawItem& item : items) {
-        const auto* geometry = aspect.get<Geometry>(item.geometry);
-        const std::optional<MeshRange> mesh = geometry ? meshes.find(*geometry) : std::nullopt;
+        const Drawable drawable = drawableOf(aspect, item.geometry);
+        const std::optional<MeshRange> mesh = drawable ? meshes.find(drawable) : std::nullopt;
         if (!mesh) {
             ++counts_.skipped;
             continue;

@@ -22,12 +22,12 @@ std::array<std::uint16_t, 256> makeLinearTable() {
     return table;
 }
 
-std::vector<MeshVertex> interleave(const Geometry& geometry) {
+std::vector<MeshVertex> interleave(const MeshArrays& arrays) {
     static const std::array<std::uint16_t, 256> kLinear = makeLinearTable();
-    const std::span<const float> positions = geometry.positions.as<float>();
-    const std::span<const float> normals = geometry.normals.as<float>();
-    const std::span<const float> texcoords = geometry.texcoords.as<float>();
-    const std::span<const std::uint8_t> colors = geometry.colors.as<std::uint8_t>();
+    const std::span<const float> positions = arrays.positions.as<float>();
+    const std::span<const float> normals = arrays.normals.as<float>();
+    const std::span<const float> texcoords = arrays.texcoords.as<float>();
+    const std::span<const std::uint8_t> colors = arrays.colors.as<std::uint8_t>();
     std::vector<MeshVertex> vertices(positions.size() / 3);
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         MeshVertex& v = vertices[i];
@@ -44,19 +44,7 @@ std::vector<MeshVertex> interleave(const Geometry& geometry) {
     return vertices;
 }
 
-bool allResident(const Geometry& g) {
-    for (const Blob* blob : {&g.positions, &g.normals, &g.colors, &g.texcoords, &g.indices})
-        if (!blob->empty() && !blob->resident()) return false;
-    return true;
-}
-
 }  // namespace
-
-std::size_t MeshBuffers::KeyHash::operator()(const Key& key) const {
-    std::size_t h = 0;
-    for (const BlobId& id : key) h = h * 0x9E3779B97F4A7C15ull + id.low;
-    return h;
-}
 
 MeshBuffers::MeshBuffers(const GlFunctions& gl, GLuint vertexArray, std::size_t budgetBytes)
     : gl_(gl), vertexArray_(vertexArray), budgetBytes_(budgetBytes) {}
@@ -75,32 +63,26 @@ std::size_t MeshBuffers::residentBytes() const {
     return vertices_.ranges.used() * sizeof(MeshVertex) + indices_.ranges.used() * sizeof(std::uint32_t);
 }
 
-std::optional<MeshRange> MeshBuffers::find(const Geometry& geometry) {
-    const Key key{geometry.positions.id(), geometry.normals.id(), geometry.colors.id(), geometry.texcoords.id(),
-                  geometry.indices.id()};
+std::optional<MeshRange> MeshBuffers::find(const Drawable& drawable) {
+    const MeshKey key = drawable.key();
     auto it = meshes_.find(key);
     if (it == meshes_.end()) {
-        if (!allResident(geometry)) return std::nullopt;
-        it = meshes_.emplace(key, upload(geometry)).first;
+        if (!drawable.resident()) return std::nullopt;
+        it = meshes_.emplace(key, upload(drawable.arrays())).first;
     }
     it->second.lastDraw = draw_;
     if (it->second.refused) return std::nullopt;
     return it->second.range;
 }
 
-MeshBuffers::Mesh MeshBuffers::upload(const Geometry& geometry) {
+MeshBuffers::Mesh MeshBuffers::upload(const MeshArrays& arrays) {
     Mesh mesh;
-    const MeshArrays arrays{.positions = geometry.positions,
-                            .normals = geometry.normals,
-                            .colors = geometry.colors,
-                            .texcoords = geometry.texcoords,
-                            .indices = geometry.indices};
     if (!checkMesh(arrays)) {
         mesh.refused = true;
         return mesh;
     }
-    const std::vector<MeshVertex> vertices = interleave(geometry);
-    const std::span<const std::uint32_t> indices = geometry.indices.as<std::uint32_t>();
+    const std::vector<MeshVertex> vertices = interleave(arrays);
+    const std::span<const std::uint32_t> indices = arrays.indices.as<std::uint32_t>();
     const std::uint64_t baseVertex = place(vertices_, vertices.size(), sizeof(MeshVertex));
     const std::uint64_t firstIndex = place(indices_, indices.size(), sizeof(std::uint32_t));
     gl_.NamedBufferSubData(vertices_.name, static_cast<GLintptr>(baseVertex * sizeof(MeshVertex)),
@@ -110,7 +92,7 @@ MeshBuffers::Mesh MeshBuffers::upload(const Geometry& geometry) {
     mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstIndex),
                   .indexCount = static_cast<std::uint32_t>(indices.size()),
                   .baseVertex = static_cast<std::int32_t>(baseVertex),
-                  .hasNormals = !geometry.normals.empty()};
+                  .hasNormals = !arrays.normals.empty()};
     mesh.vertexCount = vertices.size();
     return mesh;
 }
@@ -142,7 +124,7 @@ void MeshBuffers::rebind() {
 void MeshBuffers::makeRoom() {
     // Least recently drawn first, until three quarters of the budget are left, so that this does not happen every
     // frame.
-    std::vector<std::pair<std::uint64_t, const Key*>> byAge;
+    std::vector<std::pair<std::uint64_t, const MeshKey*>> byAge;
     byAge.reserve(meshes_.size());
     for (const auto& [key, mesh] : meshes_)
         if (mesh.lastDraw != draw_) byAge.emplace_back(mesh.lastDraw, &key);

@@ -8,7 +8,7 @@
 
 #include "client/draw/GlFunctions.h"
 #include "client/draw/RangeAllocator.h"
-#include "common/scene/Cores.h"
+#include "client/render/Drawables.h"
 
 namespace tessera {
 
@@ -41,16 +41,12 @@ public:
     void beginDraw();
     /// Uploads on first sight. Nothing: an array is absent (it may come later), or checkMesh refuses the mesh (it is
     /// not looked at again: the same arrays will never be better).
-    [[nodiscard]] std::optional<MeshRange> find(const Geometry& geometry);
+    [[nodiscard]] std::optional<MeshRange> find(const Drawable& drawable);
 
     [[nodiscard]] std::size_t residentBytes() const;
     [[nodiscard]] std::size_t meshCount() const { return meshes_.size(); }
 
 private:
-    using Key = std::array<BlobId, 5>;
-    struct KeyHash {
-        std::size_t operator()(const Key& key) const;
-    };
     struct Mesh {
         MeshRange range;
         std::uint64_t vertexCount = 0;
@@ -62,7 +58,7 @@ private:
         RangeAllocator ranges;
     };
 
-    Mesh upload(const Geometry& geometry);
+    Mesh upload(const MeshArrays& arrays);
     std::uint64_t place(Buffer& buffer, std::uint64_t count, std::size_t elementBytes);
     void rebind();
     void makeRoom();
@@ -71,7 +67,7 @@ private:
     GLuint vertexArray_;
     std::size_t budgetBytes_;
     Buffer vertices_, indices_;
-    std::unordered_map<Key, Mesh, KeyHash> meshes_;
+    std::unordered_map<MeshKey, Mesh, MeshKeyHash> meshes_;
     std::uint64_t draw_ = 0;
 };
 

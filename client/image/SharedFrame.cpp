@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
@@ -17,14 +18,14 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x31454d4152465354;  // "TSFRAME1" in memory
+constexpr std::uint64_t kMagic = 0x32454d4152465354;  // "TSFRAME2" in memory
 constexpr std::size_t kHeaderBytes = 4096;
 constexpr int kMaxSidePx = 16384;
 constexpr int kReadAttempts = 200;
 
 struct Slot {
     std::uint64_t frame;
-    std::uint64_t checksum;  ///< of the pixels, seeded with the frame number
+    std::uint64_t checksum;  ///< of the pixels' hash, seeded with the frame number
 };
 
 /// Start of the file. The pixels of slot i stand at kHeaderBytes + i * widthPx * heightPx * 3.
@@ -40,8 +41,13 @@ std::size_t slotBytes(int widthPx, int heightPx) {
     return static_cast<std::size_t>(widthPx) * static_cast<std::size_t>(heightPx) * 3;
 }
 
-std::uint64_t checksumOf(std::uint64_t frame, const std::uint8_t* pixels, std::size_t bytes) {
-    return hash64(ByteSpan(reinterpret_cast<const std::byte*>(pixels), bytes), frame);
+std::uint64_t hashOf(const std::uint8_t* pixels, std::size_t bytes) {
+    return hash64(ByteSpan(reinterpret_cast<const std::byte*>(pixels), bytes), 0);
+}
+
+/// From the pixels' hash: a picture that stays is not read again for each frame that it is shown in.
+std::uint64_t checksumOf(std::uint64_t frame, std::uint64_t pixelHash) {
+    return hash64(ByteSpan(reinterpret_cast<const std::byte*>(&pixelHash), sizeof pixelHash), frame);
 }
 
 class FileDescriptor {
@@ -121,6 +127,8 @@ SharedFrameWriter& SharedFrameWriter::operator=(SharedFrameWriter&& other) noexc
     widthPx_ = other.widthPx_;
     heightPx_ = other.heightPx_;
     prepared_ = std::exchange(other.prepared_, -1);
+    pixelHash_ = other.pixelHash_;
+    std::copy(std::begin(other.holdsIt_), std::end(other.holdsIt_), std::begin(holdsIt_));
     return *this;
 }
 
@@ -133,13 +141,36 @@ void SharedFrameWriter::close() {
 
 void SharedFrameWriter::prepare(std::uint64_t frame, const Picture& picture) {
     TESSERA_CHECK(picture.widthPx == widthPx_ && picture.heightPx == heightPx_, "the picture has the size of its tile");
+    const std::size_t bytes = slotBytes(widthPx_, heightPx_);
+    const int slot = hiddenSlot();
+    pixelHash_ = hashOf(picture.rgb.data(), bytes);
+    std::memcpy(pixelsOf(slot), picture.rgb.data(), bytes);
+    holdsIt_[slot] = true;
+    holdsIt_[1 - slot] = false;
+    number(slot, frame);
+}
+
+void SharedFrameWriter::prepareAgain(std::uint64_t frame) {
+    TESSERA_CHECK(holdsIt_[0] || holdsIt_[1], "a picture is prepared before it is prepared again");
+    const int slot = hiddenSlot();
+    if (!holdsIt_[slot]) std::memcpy(pixelsOf(slot), pixelsOf(1 - slot), slotBytes(widthPx_, heightPx_));
+    holdsIt_[slot] = true;
+    number(slot, frame);
+}
+
+int SharedFrameWriter::hiddenSlot() const {
     auto* header = reinterpret_cast<Header*>(memory_);
     const std::uint64_t shown = std::atomic_ref(header->shown).load(std::memory_order_relaxed);
-    const int slot = shown == 0 ? 0 : static_cast<int>(1 - (shown & 1));
-    const std::size_t bytes = slotBytes(widthPx_, heightPx_);
-    std::byte* pixels = memory_ + kHeaderBytes + static_cast<std::size_t>(slot) * bytes;
-    std::memcpy(pixels, picture.rgb.data(), bytes);
-    header->slots[slot] = {.frame = frame, .checksum = checksumOf(frame, picture.rgb.data(), bytes)};
+    return shown == 0 ? 0 : static_cast<int>(1 - (shown & 1));
+}
+
+std::byte* SharedFrameWriter::pixelsOf(int slot) const {
+    return memory_ + kHeaderBytes + static_cast<std::size_t>(slot) * slotBytes(widthPx_, heightPx_);
+}
+
+void SharedFrameWriter::number(int slot, std::uint64_t frame) {
+    auto* header = reinterpret_cast<Header*>(memory_);
+    header->slots[slot] = {.frame = frame, .checksum = checksumOf(frame, pixelHash_)};
     prepared_ = slot;
 }
 
@@ -182,7 +213,8 @@ Expected<ShownImage> readSharedFrame(const std::string& path) {
         image.picture.rgb.resize(bytes);
         if (!readAt(file.get(), image.picture.rgb.data(), bytes, kHeaderBytes + slot * bytes))
             return fail(ErrorCode::kBadInput, path + ": the file is shorter than its pictures");
-        if (checksumOf(image.frame, image.picture.rgb.data(), bytes) == header.slots[slot].checksum) return image;
+        if (checksumOf(image.frame, hashOf(image.picture.rgb.data(), bytes)) == header.slots[slot].checksum)
+            return image;
     }
     return fail(ErrorCode::kFailed, path + ": no whole picture in many attempts; the file is damaged");
 }

@@ -31,6 +31,8 @@ public:
 
     /// Lays the picture into the slot that is not shown. Preparing again replaces what was prepared.
     void prepare(std::uint64_t frame, const Picture& picture);
+    /// The picture prepared last is that of this frame too. From its second time in a row on, that takes a few words.
+    void prepareAgain(std::uint64_t frame);
     /// Makes the prepared picture the one shown. A few nanoseconds, but for the first time, when the file gets its
     /// name.
     [[nodiscard]] Expected<void> show();
@@ -38,13 +40,18 @@ public:
 private:
     SharedFrameWriter() = default;
     void close();
+    [[nodiscard]] int hiddenSlot() const;
+    [[nodiscard]] std::byte* pixelsOf(int slot) const;
+    void number(int slot, std::uint64_t frame);
 
     std::string path_;
     std::string unnamed_;  ///< where the file lies until the first image is shown; then empty
     std::byte* memory_ = nullptr;
     std::size_t mappedBytes_ = 0;
     int widthPx_ = 0, heightPx_ = 0;
-    int prepared_ = -1;  ///< slot, or none
+    int prepared_ = -1;                 ///< slot, or none
+    std::uint64_t pixelHash_ = 0;       ///< of the picture prepared last
+    bool holdsIt_[2] = {false, false};  ///< the slots where that lies
 };
 
 /// The image shown now. kNotFound: no host has shown anything there yet; kBadInput: not such a file; kFailed: the

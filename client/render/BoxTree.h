@@ -1,6 +1,7 @@
 /// A binary tree of boxes over the boxes of a scene's items: what lets a culler leave out many items with one test.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -9,41 +10,66 @@
 
 namespace tessera {
 
-/// Built when items come and go, refitted when they move. Items are named by their index in the span of boxes.
+/// Follows items that come, go and move at O(log n) each, amortised; a box in it is always the very union of what lies
+/// below. Items are named by their index in the span of boxes; those with an empty box are not in the tree.
+///
+/// Kept good by rebuilding parts: a subtree is built anew, halved at medians, once one of its halves has outgrown the
+/// other (so the depth stays logarithmic whatever comes in whatever order), and once as many items have changed below
+/// it as it has and its boxes have grown much since it was built (a scapegoat tree; Galperin and Rivest 1993).
 class BoxTree {
 public:
+    static constexpr std::uint32_t kNone = 0xffffffffu;
+    static constexpr std::uint32_t kItemsPerLeaf = 4;
+
     struct Node {
         Box box;
-        std::uint32_t first = 0;  ///< the items below are itemsOf(node), a slice of one permutation
-        std::uint32_t count = 0;
-        std::uint32_t parent = 0;
-        std::uint32_t second = 0;  ///< index of the second child; the first stands right behind its parent. 0: a leaf
+        std::uint32_t count = 0;  ///< of items below
+        bool leaf = true;
+        std::array<std::uint32_t, kItemsPerLeaf> below{};  ///< a leaf: `count` items; else two nodes
+
+        [[nodiscard]] std::span<const std::uint32_t> items() const { return std::span(below).first(count); }
     };
 
-    /// Empty boxes are allowed and lie in the tree as such.
+    /// From nothing, for all items.
     void build(std::span<const Box> boxes);
-    /// The boxes of `moved` (indices of items) have changed. Builds anew once motion has made the tree much worse.
-    void refit(std::span<const Box> boxes, std::span<const std::uint32_t> moved);
+    /// The boxes of these items have changed; empty ones came, or go. An item may be named more than once.
+    void follow(std::span<const Box> boxes, std::span<const std::uint32_t> changed);
 
-    /// Parents before children; empty for no items. Node 0 is the root.
-    [[nodiscard]] std::span<const Node> nodes() const { return nodes_; }
-    [[nodiscard]] std::span<const std::uint32_t> itemsOf(const Node& node) const {
-        return std::span(items_).subspan(node.first, node.count);
-    }
-    [[nodiscard]] Box bounds() const { return nodes_.empty() ? Box() : nodes_.front().box; }
+    [[nodiscard]] bool empty() const { return nodes_.empty(); }
+    static constexpr std::uint32_t kRoot = 0;
+    [[nodiscard]] const Node& node(std::uint32_t index) const { return nodes_[index]; }
+    [[nodiscard]] Box bounds() const { return empty() ? Box() : nodes_[kRoot].box; }
+    /// Nodes that were looked at by changes so far: what tests of cost count.
+    [[nodiscard]] std::uint64_t work() const { return work_; }
 
 private:
-    std::uint32_t buildBelow(std::span<const Box> boxes, std::uint32_t first, std::uint32_t count,
-                             std::uint32_t parent);
-    void refitNode(std::span<const Box> boxes, std::size_t index);
-    void refitAll(std::span<const Box> boxes);
-    [[nodiscard]] double cost() const;
+    /// What only changes look at.
+    struct Care {
+        std::uint32_t parent = kNone;
+        std::uint32_t changes = 0;  ///< of items below since it was built or looked at
+        std::uint32_t builtCount = 0;
+        double builtCost = 0;  ///< summed half surfaces of the boxes at and below it, when it was built
+    };
 
-    std::vector<Node> nodes_;
-    std::vector<std::uint32_t> items_;
-    std::vector<std::uint32_t> leafOf_;
-    double builtCost_ = 0;
-    std::size_t movedSinceCheck_ = 0;
+    [[nodiscard]] std::uint32_t addNode(std::uint32_t parent);
+    void freeNode(std::uint32_t index);
+    double buildAt(std::uint32_t index, std::span<const Box> boxes, std::span<std::uint32_t> items);
+    void rebuild(std::uint32_t index, std::span<const Box> boxes);
+    void refitAbove(std::uint32_t index, std::span<const Box> boxes);
+    void collect(std::uint32_t index, std::vector<std::uint32_t>& items, std::vector<std::uint32_t>& nodes) const;
+    void insert(std::uint32_t item, std::span<const Box> boxes);
+    void remove(std::uint32_t item, std::span<const Box> boxes);
+    void move(std::uint32_t item, std::span<const Box> boxes);
+    double refitAll(std::uint32_t index, std::span<const Box> boxes);
+    [[nodiscard]] Box boxOf(const Node& node, std::span<const Box> boxes) const;
+    [[nodiscard]] double costOf(std::uint32_t index) const;
+    [[nodiscard]] bool needsRebuild(std::uint32_t index);
+
+    std::vector<Node> nodes_;  ///< parents before children where built at once; the root is the first
+    std::vector<Care> care_;
+    std::vector<std::uint32_t> free_;
+    std::vector<std::uint32_t> leafOf_;  ///< by item, or kNone
+    mutable std::uint64_t work_ = 0;
 };
 
 }  // namespace tessera

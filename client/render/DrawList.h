@@ -7,6 +7,7 @@
 #include "common/base/Blob.h"
 #include "common/math/Types.h"
 #include "common/scene/Cores.h"
+#include "common/wall/View.h"
 
 namespace tessera {
 
@@ -21,11 +22,13 @@ struct DrawItem {
 };
 
 struct LightItem {
-    enum class Kind : std::uint8_t { kDirectional, kPoint } kind = Kind::kPoint;
+    using Kind = LightSource::Kind;
+    Kind kind = Kind::kPoint;
     Vec3d position = Vec3d::Zero();     ///< world
     Vec3d direction = -Vec3d::UnitZ();  ///< world, the way the light travels
     Vec3f radiance = Vec3f::Ones();     ///< colour × intensity
     float range = 0;
+    float innerAngle = 0, outerAngle = 0;  ///< of a spot: radians from its axis
 };
 
 struct DrawList {
@@ -35,5 +38,10 @@ struct DrawList {
     Environment environment;
     static constexpr std::size_t kMaxLights = 16;
 };
+
+/// Whether the lists name the same things in the same places, to the bit: they draw the same picture then, as long as
+/// the arrays, materials and images that they name are the same.
+[[nodiscard]] bool drawAlike(const DrawList& a, const DrawList& b);
+[[nodiscard]] bool drawAlike(const ScreenCamera& a, const ScreenCamera& b);
 
 }  // namespace tessera

@@ -67,8 +67,9 @@ void MaskedCuller::cull(const RenderScene::Impl& scene, const ScreenCamera& came
     if (!tile.usable() || items.empty()) return;
     if (rebuilds_ != scene.rebuilds) {
         rebuilds_ = scene.rebuilds;
-        hiddenBefore_.assign(scene.items.size(), false);
+        hiddenBefore_.clear();
     }
+    hiddenBefore_.resize(scene.items.size(), false);
     buffer_.reset(pixels.width, pixels.height);
     drawOccluders(scene, tile, items);
     keepVisible(scene, tile, tileFrustum(camera, pixels), items);
@@ -101,9 +102,12 @@ void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProje
     depths.accumulate();
     for (Candidate& candidate : candidates_)
         candidate.benefit *= kLeastWorth + depths.shareBeyond(candidate.footprint.farthest);
-    // Ties by item, so that the choice is the same on every run.
-    std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
-        return a.benefit != b.benefit ? a.benefit > b.benefit : a.item < b.item;
+    // Ties by node, so that the choice is the same on every run, whatever the scene has been through.
+    const auto tie = [&scene](const Candidate& a, const Candidate& b) {
+        return scene.items[a.item].node < scene.items[b.item].node;
+    };
+    std::sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
+        return a.benefit != b.benefit ? a.benefit > b.benefit : tie(a, b);
     });
 
     double budget = std::max(kLeastBudgetNs, kShareOfDrawing * drawingNs);
@@ -116,10 +120,10 @@ void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProje
             sum += candidates_[end].cost;
         const auto batch = candidates_.begin();
         std::sort(batch + static_cast<std::ptrdiff_t>(begin), batch + static_cast<std::ptrdiff_t>(end),
-                  [](const Candidate& a, const Candidate& b) {
+                  [&](const Candidate& a, const Candidate& b) {
                       if (a.footprint.nearPlane != b.footprint.nearPlane) return a.footprint.nearPlane;
                       return a.footprint.nearest != b.footprint.nearest ? a.footprint.nearest > b.footprint.nearest
-                                                                        : a.item < b.item;
+                                                                        : tie(a, b);
                   });
         for (; begin < end; ++begin) {
             const Candidate& candidate = candidates_[begin];
@@ -145,26 +149,26 @@ void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProject
                                std::vector<std::uint32_t>& items) {
     for (const std::uint32_t i : items) hiddenBefore_[i] = true;
     items.clear();
-    const std::span<const BoxTree::Node> nodes = scene.tree.nodes();
+    const double reach = scene.reaches.bound();
     struct Open {
         std::uint32_t node;
         Frustum::Mask mask;
     };
-    std::vector<Open> open{{0, Frustum::kAllPlanes}};
+    std::vector<Open> open{{BoxTree::kRoot, Frustum::kAllPlanes}};
     while (!open.empty()) {
         const auto [index, mask] = open.back();
         open.pop_back();
-        const BoxTree::Node& node = nodes[index];
+        const BoxTree::Node& node = scene.tree.node(index);
         const Frustum::Result result = frustum.classify(node.box, mask);
         if (result.outside) continue;
-        const double noise = tile.noise(scene.maxReach, node.box);
+        const double noise = tile.noise(reach, node.box);
         if (buffer_.hides(tile.footprint(tile.clip_T_world(), node.box, noise))) continue;
-        if (node.second != 0) {
-            open.push_back({node.second, result.undecided});
-            open.push_back({index + 1, result.undecided});
+        if (!node.leaf) {
+            open.push_back({node.below[1], result.undecided});
+            open.push_back({node.below[0], result.undecided});
             continue;
         }
-        for (const std::uint32_t i : scene.tree.itemsOf(node)) {
+        for (const std::uint32_t i : node.items()) {
             if (frustum.classify(scene.boxes[i], result.undecided).outside) continue;
             const SceneItem& item = scene.items[i];
             const Footprint footprint =

@@ -1,12 +1,6 @@
 #include "client/render/MeshCache.h"
 
-#include <algorithm>
-
-#include "common/geometry/Mesh.h"
-
 namespace tessera {
-
-namespace {
 
 bool allOpaque(ByteSpan rgba) {
     for (std::size_t i = 3; i < rgba.size(); i += 4) {
@@ -14,8 +8,6 @@ bool allOpaque(ByteSpan rgba) {
     }
     return true;
 }
-
-}  // namespace
 
 const OccluderMesh* RenderMesh::occluder() const {
     if (!occluderBuilt_) {
@@ -27,50 +19,37 @@ const OccluderMesh* RenderMesh::occluder() const {
     return occluder_.get();
 }
 
-std::size_t MeshCache::KeyHash::operator()(const Key& key) const {
-    std::size_t h = 0;
-    for (const BlobId& id : key) h = h * 0x9E3779B97F4A7C15ull + std::hash<BlobId>{}(id);
-    return h;
-}
-
-const RenderMesh* MeshCache::of(const Geometry& geometry) {
-    const Key key{geometry.positions.id(), geometry.indices.id(), geometry.normals.id(), geometry.colors.id(),
-                  geometry.texcoords.id()};
-    Entry& entry = meshes_[key];
-    entry.usedIn = sweep_;
-    if (!entry.complete) {
-        const MeshArrays arrays{geometry.positions, geometry.normals, geometry.colors, geometry.texcoords,
-                                geometry.indices};
-        // A handle that is absent now may be resident the next time.
-        entry.complete = true;
-        for (const Blob* blob :
-             {&arrays.positions, &arrays.normals, &arrays.colors, &arrays.texcoords, &arrays.indices})
-            entry.complete = entry.complete && (blob->empty() || blob->resident());
-        entry.mesh = std::make_unique<RenderMesh>();
-        RenderMesh& mesh = *entry.mesh;
-        mesh.positions = geometry.positions;
-        mesh.indices = geometry.indices;
-        if (checkMesh(arrays)) {
-            mesh.bounds = boundsOf(geometry.positions.as<float>());
-            mesh.triangles = geometry.indices.as<std::uint32_t>().size() / 3;
-            mesh.opaque = allOpaque(geometry.colors.bytes());
-        }
+const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
+    if (!drawable.resident()) return nullptr;
+    const auto [it, isNew] = meshes_.try_emplace(drawable.key());
+    RenderMesh& mesh = it->second;
+    ++mesh.users_;
+    if (!isNew) return &mesh;
+    const MeshArrays arrays = drawable.arrays();
+    mesh.key_ = it->first;
+    mesh.positions = arrays.positions;
+    mesh.indices = arrays.indices;
+    if (checkMesh(arrays)) {
+        mesh.bounds = boundsOf(arrays.positions.as<float>());
+        mesh.triangles = arrays.indices.as<std::uint32_t>().size() / 3;
+        mesh.opaque = allOpaque(arrays.colors.bytes());
     }
-    return entry.mesh.get();
+    return &mesh;
 }
 
-bool MeshCache::opaque(const Image& image) {
-    ImageEntry& entry = images_[image.pixels.id()];
-    if (entry.usedIn == 0 || !image.pixels.resident()) {
-        entry.opaque = image.pixels.resident() && allOpaque(image.pixels.bytes());
+void MeshCache::release(const RenderMesh* mesh) {
+    if (!mesh) return;
+    const auto it = meshes_.find(mesh->key_);
+    TESSERA_CHECK(it != meshes_.end() && it->second.users_ > 0, "a mesh is released by who acquired it");
+    if (--it->second.users_ == 0) unused_.push_back(mesh->key_);
+}
+
+void MeshCache::dropUnused() {
+    for (const MeshKey& key : unused_) {
+        const auto it = meshes_.find(key);
+        if (it != meshes_.end() && it->second.users_ == 0) meshes_.erase(it);
     }
-    entry.usedIn = image.pixels.resident() ? sweep_ : 0;
-    return entry.opaque;
-}
-
-void MeshCache::endSweep() {
-    std::erase_if(meshes_, [this](const auto& item) { return item.second.usedIn != sweep_; });
-    std::erase_if(images_, [this](const auto& item) { return item.second.usedIn != sweep_; });
+    unused_.clear();
 }
 
 }  // namespace tessera

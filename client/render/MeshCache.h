@@ -1,15 +1,14 @@
 /// What culling needs to know of meshes: bounds, triangle counts, whether they can hide things. By content, not by id.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <unordered_map>
+#include <vector>
 
+#include "client/render/Drawables.h"
 #include "client/render/OccluderMesh.h"
-#include "common/base/Blob.h"
 #include "common/math/Box.h"
-#include "common/scene/Cores.h"
 
 namespace tessera {
 
@@ -26,40 +25,31 @@ struct RenderMesh {
     [[nodiscard]] bool occluderReady() const { return occluderBuilt_; }
 
 private:
+    friend class MeshCache;
+    MeshKey key_{};
+    std::uint32_t users_ = 0;
     mutable bool occluderBuilt_ = false;
     mutable std::unique_ptr<OccluderMesh> occluder_;
 };
 
-/// Not thread-safe. Keeps what was asked for since the last `beginSweep`; `endSweep` drops the rest.
+/// Meshes in use, each once however many drawables have its content. Not thread-safe.
 class MeshCache {
 public:
-    void beginSweep() { ++sweep_; }
-    void endSweep();
+    /// To be released as often as acquired. Null where bytes are absent: nothing is known of them then, and other
+    /// handles on them may be no better. A mesh that is not whole (see checkMesh) is not drawable.
+    [[nodiscard]] const RenderMesh* acquire(const Drawable& drawable);
+    /// The mesh stays where it is until `dropUnused`. Null is allowed.
+    void release(const RenderMesh* mesh);
+    void dropUnused();
 
-    /// Never null; the pointer holds until the sweep that drops it. A mesh that is not whole (see checkMesh) is not
-    /// drawable.
-    [[nodiscard]] const RenderMesh* of(const Geometry& geometry);
-    /// Whether every pixel has alpha 1.
-    [[nodiscard]] bool opaque(const Image& image);
+    [[nodiscard]] std::size_t size() const { return meshes_.size(); }
 
 private:
-    using Key = std::array<BlobId, 5>;
-    struct KeyHash {
-        std::size_t operator()(const Key& key) const;
-    };
-    struct Entry {
-        std::unique_ptr<RenderMesh> mesh;
-        bool complete = false;  ///< all its bytes were here when it was looked at
-        std::uint64_t usedIn = 0;
-    };
-    struct ImageEntry {
-        bool opaque = false;
-        std::uint64_t usedIn = 0;
-    };
-
-    std::unordered_map<Key, Entry, KeyHash> meshes_;
-    std::unordered_map<BlobId, ImageEntry> images_;
-    std::uint64_t sweep_ = 0;
+    std::unordered_map<MeshKey, RenderMesh, MeshKeyHash> meshes_;
+    std::vector<MeshKey> unused_;  ///< released by their last user at least once since the last drop
 };
+
+/// Whether every pixel, or vertex, has alpha 1: RGBA bytes.
+[[nodiscard]] bool allOpaque(ByteSpan rgba);
 
 }  // namespace tessera

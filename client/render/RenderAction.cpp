@@ -35,26 +35,26 @@ bool fartherFirst(const Ranked& a, const Ranked& b) {
 
 /// Items whose box is not wholly outside; what a box is inside of is not tested again below it.
 void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found) {
-    const std::span<const BoxTree::Node> nodes = scene.tree.nodes();
-    if (nodes.empty()) return;
+    if (scene.tree.empty()) return;
     struct Open {
         std::uint32_t node;
         Frustum::Mask mask;
     };
-    std::vector<Open> open{{0, Frustum::kAllPlanes}};
+    std::vector<Open> open{{BoxTree::kRoot, Frustum::kAllPlanes}};
     while (!open.empty()) {
         const auto [index, mask] = open.back();
         open.pop_back();
-        const BoxTree::Node& node = nodes[index];
-        const Frustum::Result result = frustum.classify(node.box, mask);
+        const BoxTree::Node& node = scene.tree.node(index);
+        const Frustum::Result result = mask == 0 ? Frustum::Result{} : frustum.classify(node.box, mask);
         if (result.outside) continue;
-        if (node.second != 0 && result.undecided != 0) {
-            open.push_back({node.second, result.undecided});
-            open.push_back({index + 1, result.undecided});
+        if (!node.leaf) {
+            open.push_back({node.below[1], result.undecided});
+            open.push_back({node.below[0], result.undecided});
             continue;
         }
-        for (const std::uint32_t item : scene.tree.itemsOf(node)) {
-            if (!frustum.classify(scene.boxes[item], result.undecided).outside) found.push_back(item);
+        for (const std::uint32_t item : node.items()) {
+            if (result.undecided == 0 || !frustum.classify(scene.boxes[item], result.undecided).outside)
+                found.push_back(item);
         }
     }
 }

@@ -15,6 +15,13 @@ enum class CullerKind : std::uint8_t { kNone, kFrustum, kMasked };
 [[nodiscard]] Expected<CullerKind> parseCuller(std::string_view name);
 [[nodiscard]] std::string_view nameOf(CullerKind kind);
 
+/// Numbers that tell states of a scene apart, as far as a picture shows them; only whether they are equal means anything.
+struct SceneVersion {
+    std::uint64_t scene = 0;     ///< equal: the same pictures
+    std::uint64_t contents = 0;  ///< equal: the same arrays, materials and images
+    bool operator==(const SceneVersion&) const = default;
+};
+
 /// Everything of a scene that does not depend on a tile: items with world transforms and bounds in a hierarchy, meshes'
 /// bounds and occluders (cached by blob). Kept from frame to frame; brought up to date by `update`. Belongs to one
 /// thread, together with the actions that run on it.
@@ -25,6 +32,7 @@ public:
     /// Call after the aspect has changed by `list` (null: anything may have changed).
     void update(const Aspect& aspect, const ChangeList* list);
     [[nodiscard]] Box bounds() const;  ///< world bounds of all visible geometry
+    [[nodiscard]] SceneVersion version() const;
 
     struct Impl;
     [[nodiscard]] const Impl& impl() const { return *impl_; }

@@ -1,40 +1,12 @@
+// From a change list to the places of the scene that it concerns. What becomes of those: ScenePlaces.cpp.
 #include <algorithm>
 #include <cmath>
 
 #include "client/render/SceneItems.h"
-#include "common/scene/Action.h"
-#include "common/scene/FieldTable.h"
 
 namespace tessera {
 
 namespace {
-
-/// Beyond this a float of the rasteriser overflows; such an item leaves no pixel.
-constexpr double kUtmost = 1e30;
-
-/// What a list does to the derived state.
-struct Changes {
-    bool rebuild = false;
-    bool lights = false;
-    bool materials = false;
-    std::vector<ObjectId> transforms;
-};
-
-Changes changesOf(const ChangeList& list) {
-    Changes changes;
-    changes.rebuild = !list.creations.empty() || !list.placements.empty() || !list.destructions.empty() || !list.ranges.empty();
-    for (const FieldColumn& column : list.columns) {
-        const Effect effects = effectsOf(column);
-        if (effects & Effect::kPose)
-            changes.transforms.insert(changes.transforms.end(), column.ids.begin(), column.ids.end());
-        if (effects & Effect::kLight) changes.lights = true;
-        if (column.type == typeOf<Material>())
-            changes.materials = true;
-        else if (effects & (Effect::kStructure | Effect::kVisibility | Effect::kShape | Effect::kLook))
-            changes.rebuild = true;
-    }
-    return changes;
-}
 
 Vec3d unitOr(const Vec3d& v, const Vec3d& fallback) {
     const double length = v.norm();
@@ -53,7 +25,8 @@ std::vector<LightItem> defaultLights() {
     };
     // A key from the upper left in front (a default view looks along -Z), a weak cool fill from the right, a rim from
     // behind.
-    return {directional({0.5, -0.8, -0.6}, {0.66f, 0.63f, 0.58f}), directional({-0.8, -0.15, -0.5}, {0.07f, 0.09f, 0.12f}),
+    return {directional({0.5, -0.8, -0.6}, {0.66f, 0.63f, 0.58f}),
+            directional({-0.8, -0.15, -0.5}, {0.07f, 0.09f, 0.12f}),
             directional({0.1, -0.4, 0.9}, {0.15f, 0.15f, 0.15f})};
 }
 
@@ -64,189 +37,224 @@ Box RenderScene::bounds() const {
     return impl_->tree.bounds();
 }
 
+SceneVersion RenderScene::version() const {
+    return impl_->version;
+}
+
 void RenderScene::update(const Aspect& aspect, const ChangeList* list) {
-    Impl& impl = *impl_;
-    if (!list || impl.rebuilds == 0) return impl.rebuild(aspect);
-    const Changes effect = changesOf(*list);
-    if (effect.rebuild) return impl.rebuild(aspect);
-    if (effect.materials) impl.refreshMaterials(aspect);
-    if (!effect.transforms.empty()) {
-        std::vector<std::uint32_t> moved;
-        for (const ObjectId core : effect.transforms) {
-            const auto by = [](const auto& user, ObjectId id) { return user.first < id; };
-            auto it = std::lower_bound(impl.transformUsers.begin(), impl.transformUsers.end(), core, by);
-            for (; it != impl.transformUsers.end() && it->first == core; ++it) moved.push_back(it->second);
-        }
-        impl.moveTransforms(aspect, std::move(moved));
-    }
-    if (effect.lights || !effect.transforms.empty()) impl.refreshLights(aspect);
+    if (!list || impl_->rebuilds == 0) return impl_->rebuild(aspect);
+    impl_->follow(aspect, *list);
 }
 
 void RenderScene::Impl::rebuild(const Aspect& aspect) {
     ++rebuilds;
-    meshes.beginSweep();
+    ++version.scene;
+    ++version.contents;
     places.clear();
     items.clear();
     boxes.clear();
-    lightPlaces.clear();
-    transformUsers.clear();
-    environmentCore = {};
-    anyLight = false;
-    maxReach = 0;
-    collect(aspect);
-    for (std::uint32_t i = 0; i < places.size(); ++i) {
-        setWorld(aspect, places[i]);
-        if (places[i].transform) transformUsers.emplace_back(places[i].transform, i);
+    reaches = {};
+    users_.clear();
+    looks_.clear();
+    freeItems_.clear();
+    shownLights_.clear();
+    shownEnvironments_.clear();
+    standing_.clear();
+    attachedLights_ = 0;
+    lightsStale_ = true;
+
+    aspect_ = &aspect;
+    places.reserve(aspect.objectCount());
+    adopt(kRootNode);
+    for (const ObjectId id : aspect.ids()) {
+        const auto* node = aspect.get<Node>(id);
+        if (node && !node->parent && id != kRootNode) adopt(id);
     }
-    std::sort(transformUsers.begin(), transformUsers.end());
-    boxes.resize(items.size());
-    for (std::size_t i = 0; i < items.size(); ++i) setItem(items[i], boxes[i]);
-    refreshMaterials(aspect);
+    settle(places.find(kRootNode));
+    for (const std::uint32_t item : changedItems_) items[item].queued = false;
+    changedItems_.clear();
     tree.build(boxes);
-    refreshLights(aspect);
-    meshes.endSweep();
+    finish();
 }
 
-void RenderScene::Impl::collect(const Aspect& aspect) {
-    // The open places from the root down; a visit's depth says how many of them are its ancestors.
-    std::vector<std::uint32_t> open;
-    Action action;
-    action.onNode([&](const Visit& visit) {
-        const auto self = static_cast<std::uint32_t>(places.size());
-        while (open.size() > visit.depth) {
-            places[open.back()].end = self;
-            open.pop_back();
+void RenderScene::Impl::follow(const Aspect& aspect, const ChangeList& list) {
+    aspect_ = &aspect;
+    ++update_;
+    for (const Creation& creation : list.creations)
+        if (creation.type == typeOf<Node>()) addPlace(creation.id, kNone);
+    if (!list.placements.empty()) ++version.scene;
+    // One after the other, as they were applied: so there is never a circle.
+    for (const Placement& placement : list.placements) relink(placement);
+    for (const FieldColumn& column : list.columns) followField(effectsOf(column), column.ids);
+    for (const RangeEdit& range : list.ranges)
+        followField(effectsOf(range.type, range.field), std::span(&range.object, 1));
+    for (const ObjectId id : list.destructions)
+        if (const std::uint32_t place = places.find(id); place != kNone) removePlace(place);
+    settleAll(!list.placements.empty());
+
+    tree.follow(boxes, changedItems_);
+    for (const std::uint32_t item : changedItems_) items[item].queued = false;
+    changedItems_.clear();
+    finish();
+}
+
+void RenderScene::Impl::finish() {
+    for (const std::uint32_t place : arrivals_) putIn(place);
+    arrivals_.clear();
+    if (lightsStale_) refreshLights();
+    lightsStale_ = false;
+    looks_.endUpdate();
+    aspect_ = nullptr;
+}
+
+void RenderScene::Impl::followField(Effect effects, std::span<const ObjectId> ids) {
+    constexpr Effect kDrawnByContent = Effect::kShape | Effect::kLook;
+    if (!(effects & (Effect::kStructure | Effect::kVisibility | Effect::kPose | Effect::kLight | kDrawnByContent))) return;
+    ++version.scene;
+    if (effects & Effect::kStructure)
+        for (const ObjectId id : ids) {
+            const auto* node = aspect_->get<Node>(id);
+            const std::uint32_t place = places.find(id);
+            if (!node || place == kNone || places[place].core == node->core) continue;
+            setCore(place, node->core);
+            mark(place, kCore);
         }
-        ScenePlace place;
-        place.node = visit.nodeId;
-        if (!open.empty()) place.parent = open.back();
-        if (aspect.coreOf<Transform>(visit.node)) place.transform = visit.node.core;
-        places.push_back(place);
-        open.push_back(self);
-        return Descend::kInto;
-    });
-    action.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
-        const RenderMesh* mesh = meshes.of(geometry);
-        if (mesh->drawable()) {
-            const auto place = static_cast<std::uint32_t>(places.size() - 1);
-            places[place].item = static_cast<std::uint32_t>(items.size());
-            SceneItem item;
-            item.node = visit.nodeId;
-            item.geometry = visit.node.core;
-            item.material = geometry.material;
-            item.mesh = mesh;
-            item.place = place;
-            items.push_back(item);
+    if (effects & Effect::kVisibility)
+        for (const ObjectId id : ids) markUsers(id, kChoice);
+    if (effects & Effect::kPose)
+        for (const ObjectId id : ids) markUsers(id, kPose);
+    if (effects & kDrawnByContent) {
+        // Much of a look is the renderer's affair alone.
+        ++version.contents;
+        for (const ObjectId id : ids) {
+            looks_.shapeChanged(*aspect_, id, changedLooks_);
+            looks_.lookChanged(*aspect_, id, changedLooks_);
         }
-        return Descend::kInto;
-    });
-    const auto addLight = [&](const Visit& visit) {
-        anyLight = true;
-        if (lightPlaces.size() < DrawList::kMaxLights)
-            lightPlaces.push_back({static_cast<std::uint32_t>(places.size() - 1), visit.node.core});
-        return Descend::kInto;
+        for (const ObjectId core : changedLooks_) markUsers(core, kDrawn);
+        changedLooks_.clear();
+    }
+    if (effects & Effect::kLight) lightsStale_ = true;
+}
+
+void RenderScene::Impl::adopt(ObjectId top) {
+    struct Found {
+        ObjectId node;
+        std::uint32_t parent;
     };
-    action.on<DirectionalLight>([&](const Visit& visit, const DirectionalLight&) { return addLight(visit); });
-    action.on<PointLight>([&](const Visit& visit, const PointLight&) { return addLight(visit); });
-    action.on<Environment>([&](const Visit& visit, const Environment&) {
-        if (!environmentCore) environmentCore = visit.node.core;
-        return Descend::kInto;
-    });
-    action.run(aspect);
-    for (const std::uint32_t place : open) places[place].end = static_cast<std::uint32_t>(places.size());
-
-    if (anyLight) return;
-    // Lights that are switched off are meant to be off: no default light then.
-    Action search;
-    search.visitHidden(true);
-    search.on<DirectionalLight>([this](const Visit&, const DirectionalLight&) {
-        anyLight = true;
-        return Descend::kPast;
-    });
-    search.on<PointLight>([this](const Visit&, const PointLight&) {
-        anyLight = true;
-        return Descend::kPast;
-    });
-    search.run(aspect);
-}
-
-// The one place where world transforms come from, so that following changes and starting anew give the same bits on
-// every host.
-void RenderScene::Impl::setWorld(const Aspect& aspect, ScenePlace& place) {
-    place.world_T_node = place.parent == ScenePlace::kNone ? Affine3d::Identity() : places[place.parent].world_T_node;
-    const Transform* t = place.transform ? aspect.get<Transform>(place.transform) : nullptr;
-    if (t) place.world_T_node = place.world_T_node * composeTransform(t->translation, t->rotation, t->scale);
-}
-
-void RenderScene::Impl::setItem(SceneItem& item, Box& box) {
-    const Affine3d& world_T_item = places[item.place].world_T_node;
-    item.mirrored = world_T_item.linear().determinant() < 0;
-    box = item.mesh->bounds.transformed(world_T_item);
-    const Vec3d farthest = item.mesh->bounds.lower.cwiseAbs().cwiseMax(item.mesh->bounds.upper.cwiseAbs());
-    item.reach = (world_T_item.linear().cwiseAbs() * farthest).norm();
-    // Written so that it is false for NaN.
-    const bool sane = (box.lower.array() > -kUtmost).all() && (box.upper.array() < kUtmost).all() && !box.empty() &&
-                      item.reach < kUtmost;
-    if (!sane) {
-        box = Box();
-        item.reach = 0;
+    std::vector<Found> found{{top, kNone}};
+    while (!found.empty()) {
+        const auto [id, parent] = found.back();
+        found.pop_back();
+        const std::uint32_t place = addPlace(id, parent);
+        const auto& children = aspect_->get<Node>(id)->children;
+        // The first is the next to be found.
+        for (std::size_t i = children.size(); i-- > 0;) found.push_back({children[i], place});
     }
-    maxReach = std::max(maxReach, item.reach);
 }
 
-void RenderScene::Impl::moveTransforms(const Aspect& aspect, std::vector<std::uint32_t> moved) {
-    std::sort(moved.begin(), moved.end());
-    std::vector<std::uint32_t> movedItems;
-    std::uint32_t done = 0;
-    for (const std::uint32_t from : moved) {
-        // Below a place that has been done already.
-        if (from < done) continue;
-        done = places[from].end;
-        for (std::uint32_t i = from; i < done; ++i) {
-            setWorld(aspect, places[i]);
-            if (places[i].item != ScenePlace::kNone) movedItems.push_back(places[i].item);
+std::uint32_t RenderScene::Impl::addPlace(ObjectId id, std::uint32_t parent) {
+    ++work_;
+    const std::uint32_t slot = places.add(id);
+    ScenePlace& place = places[slot];
+    if (parent != kNone) {
+        place.parent = parent;
+        place.depth = places[parent].depth + 1;
+        linkFirst(places, places[parent].firstChild, slot, &ScenePlace::sibling);
+    }
+    const auto* node = aspect_->get<Node>(id);
+    if (node && node->core) setCore(slot, node->core);
+    return slot;
+}
+
+void RenderScene::Impl::removePlace(std::uint32_t slot) {
+    ++work_;
+    TESSERA_CHECK(places[slot].parent == kNone && places[slot].firstChild == kNone, "who goes stands alone");
+    setCore(slot, {});
+    places.erase(slot);
+}
+
+void RenderScene::Impl::relink(const Placement& placement) {
+    const std::uint32_t slot = places.find(placement.node);
+    const std::uint32_t parent = places.find(placement.parent);
+    TESSERA_CHECK(slot != kNone, "every node has its place");
+    ScenePlace& place = places[slot];
+    // A switch may show another child now.
+    for (const std::uint32_t above : {place.parent, parent})
+        if (above != kNone && places[above].role == SceneRole::kChoice) mark(above, kChoice);
+    mark(slot, kPlaced);
+    if (place.parent == parent) return;
+    const std::uint32_t ordered = place.orderedBelow;
+    if (place.parent != kNone) {
+        if (ordered > 0) countOrdered(place.parent, -std::int64_t{ordered});
+        unlink(places, places[place.parent].firstChild, slot, &ScenePlace::sibling);
+    }
+    place.parent = parent;
+    if (parent != kNone) {
+        linkFirst(places, places[parent].firstChild, slot, &ScenePlace::sibling);
+        if (ordered > 0) countOrdered(parent, ordered);
+    }
+}
+
+void RenderScene::Impl::setCore(std::uint32_t slot, ObjectId core) {
+    ScenePlace& place = places[slot];
+    leaveRole(slot);
+    if (place.core) {
+        std::uint32_t first = users_.find(place.core);
+        unlink(places, first, slot, &ScenePlace::user);
+        if (first == kNone) {
+            users_.erase(place.core);
+            looks_.drop(place.core);
+        } else {
+            users_.set(place.core, first);
         }
     }
-    for (const std::uint32_t i : movedItems) setItem(items[i], boxes[i]);
-    tree.refit(boxes, movedItems);
+    place.core = core;
+    place.role = roleOf(*aspect_, core);
+    if (!core) return;
+    std::uint32_t first = users_.find(core);
+    linkFirst(places, first, slot, &ScenePlace::user);
+    users_.set(core, first);
 }
 
-void RenderScene::Impl::refreshMaterials(const Aspect& aspect) {
-    for (SceneItem& item : items) setMaterial(aspect, item);
+void RenderScene::Impl::mark(std::uint32_t slot, Dirty why) {
+    ScenePlace& place = places[slot];
+    ++work_;
+    if (place.dirty == 0) dirty_.push_back(slot);
+    place.dirty = static_cast<std::uint8_t>(place.dirty | why);
 }
 
-void RenderScene::Impl::setMaterial(const Aspect& aspect, SceneItem& item) {
-    item.transparent = false;
-    item.occludes = item.mesh->opaque;
-    const Material* material = item.material ? aspect.get<Material>(item.material) : nullptr;
-    if (!material) return;
-    item.transparent = material->baseColor.w() < 1.0f;
-    if (item.transparent) item.occludes = false;
-    if (!item.occludes) return;
-    const Image* image = material->baseColorImage ? aspect.get<Image>(material->baseColorImage) : nullptr;
-    if (image) item.occludes = meshes.opaque(*image);
+void RenderScene::Impl::markUsers(ObjectId core, Dirty why) {
+    for (std::uint32_t user = users_.find(core); user != kNone; user = places[user].user.next) mark(user, why);
 }
 
-void RenderScene::Impl::refreshLights(const Aspect& aspect) {
+// A few candidates, whatever the scene: the order of the others does not matter.
+void RenderScene::Impl::refreshLights() {
     lights.clear();
-    for (const SceneLight& source : lightPlaces) {
-        const Affine3d& world_T_node = places[source.place].world_T_node;
-        LightItem light;
-        light.position = world_T_node.translation();
-        light.direction = unitOr(world_T_node.linear() * -Vec3d::UnitZ(), -Vec3d::UnitZ());
-        if (const auto* sun = aspect.get<DirectionalLight>(source.core)) {
-            light.kind = LightItem::Kind::kDirectional;
-            light.radiance = sun->color * sun->intensity;
-        } else if (const auto* lamp = aspect.get<PointLight>(source.core)) {
-            light.kind = LightItem::Kind::kPoint;
-            light.radiance = lamp->color * lamp->intensity;
-            light.range = lamp->range;
-        }
-        lights.push_back(light);
+    for (const std::uint32_t place : shownLights_) {
+        if (lights.size() == DrawList::kMaxLights) break;
+        ++work_;
+        lights.push_back(lightAt(place));
     }
-    if (!anyLight) lights = defaultLights();
-    const Environment* found = environmentCore ? aspect.get<Environment>(environmentCore) : nullptr;
+    if (attachedLights_ == 0) lights = defaultLights();
+    const auto first = shownEnvironments_.begin();
+    ++work_;
+    const auto* found = first == shownEnvironments_.end() ? nullptr : aspect_->get<Environment>(places[*first].core);
     environment = found ? *found : Environment();
+}
+
+LightItem RenderScene::Impl::lightAt(std::uint32_t slot) const {
+    const ScenePlace& place = places[slot];
+    LightItem light;
+    light.position = place.world_T_node.translation();
+    light.direction = unitOr(place.world_T_node.linear() * -Vec3d::UnitZ(), -Vec3d::UnitZ());
+    const Object core = aspect_->find(place.core);
+    const LightSource source = core.info().light(core.data());
+    light.kind = source.kind;
+    light.radiance = source.radiance;
+    light.range = source.range;
+    light.innerAngle = source.innerAngle;
+    light.outerAngle = source.outerAngle;
+    return light;
 }
 
 }  // namespace tessera

@@ -1,70 +1,157 @@
 /// What RenderScene keeps: the inside of this folder, not for others.
 #pragma once
 
-#include <utility>
+#include <array>
+#include <set>
+#include <unordered_map>
 #include <vector>
 
 #include "client/render/BoxTree.h"
-#include "client/render/MeshCache.h"
 #include "client/render/RenderAction.h"
+#include "client/render/SceneEffects.h"
+#include "client/render/SceneLooks.h"
 
 namespace tessera {
 
-/// A Geometry at its place.
+/// A drawable core at its place.
 struct SceneItem {
-    ObjectId node, geometry, material;
+    ObjectId node, geometry, material;  ///< no node: the slot is free
     const RenderMesh* mesh = nullptr;
-    std::uint32_t place = 0;  ///< index into `places`
+    std::uint32_t place = 0;  ///< slot in `places`
     bool mirrored = false;
     bool transparent = false;
     bool occludes = false;  ///< opaque in every pixel it covers
+    bool queued = false;    ///< named in `changedItems`
     double reach = 0;       ///< at least the distance of any vertex from the mesh's own origin, in world units
 };
 
-/// A visible node, in document order, so that a subtree is a contiguous range.
+/// A node of the scene, attached or not. What children inherit: attached, shown, depth, world_T_node.
 struct ScenePlace {
-    static constexpr std::uint32_t kNone = 0xffffffffu;
+    static constexpr std::uint32_t kNone = IdIndex::kNone;
+    static constexpr std::uint32_t kAll = 0xfffffffeu;
 
-    ObjectId node;
-    ObjectId transform;  ///< the Transform that is the node's core, or none
-    std::uint32_t parent = kNone;
-    std::uint32_t end = 0;       ///< behind the last place of the subtree
-    std::uint32_t item = kNone;  ///< the item here
-    Affine3d world_T_node = Affine3d::Identity();
+    ObjectId id;  ///< of the node
+    ObjectId core;
+    SceneRole role = SceneRole::kNothing;
+    std::uint8_t dirty = 0;  ///< why it is to be settled
+    bool attached = false;   ///< the root, or below it
+    bool shown = false;      ///< attached, and no switch hides it
+    bool ordered = false;    ///< stands among `shownLights` or `shownEnvironments`
+    bool counted = false;    ///< in `attachedLights`
+    std::uint32_t parent = kNone, firstChild = kNone;
+    SlotLink sibling;                ///< in no particular order
+    SlotLink user;                   ///< of the same core
+    std::uint32_t shows = kAll;      ///< the one child that may be shown, or all, or none; means nothing while hidden
+    std::uint32_t item = kNone;      ///< the item here
+    std::uint32_t depth = 0;         ///< nodes above
+    std::uint32_t orderedBelow = 0;  ///< ordered places at and below it
+    std::uint32_t newDepth = 0, newDepthIn = 0;    ///< while an update runs, see depthNow
+    Affine3d world_T_node = Affine3d::Identity();  ///< while shown
+
+    [[nodiscard]] bool maySee(std::uint32_t child) const { return shows == kAll || shows == child; }
 };
 
-struct SceneLight {
-    std::uint32_t place = 0;
-    ObjectId core;
+/// How far items reach, by octaves: the greatest of a set that changes.
+class ReachCounts {
+public:
+    void add(double reach) { ++counts_[octave(reach)]; }
+    void remove(double reach) { --counts_[octave(reach)]; }
+    /// Not below any, and less than twice the greatest (but for the smallest octave); 0 where none reaches anywhere.
+    [[nodiscard]] double bound() const;
+
+private:
+    static constexpr int kLowest = -60;
+    static constexpr std::size_t kOctaves = 192;  ///< the first one is for zero
+    [[nodiscard]] static std::size_t octave(double reach);
+    std::array<std::uint32_t, kOctaves> counts_{};
 };
 
 struct RenderScene::Impl {
-    std::vector<ScenePlace> places;
-    std::vector<SceneItem> items;
-    std::vector<Box> boxes;  ///< of the items, world
-    BoxTree tree;
-    std::vector<SceneLight> lightPlaces;
-    bool anyLight = false;  ///< hidden ones counted
-    std::vector<LightItem> lights;
-    ObjectId environmentCore;
-    Environment environment;
-    double maxReach = 0;         ///< over all items since the last rebuild
-    std::uint64_t rebuilds = 0;  ///< an item's index means the same item as long as this stays
+    Impl() = default;
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
 
-    MeshCache meshes;
-    /// (Transform core, place), sorted: who moves when a core changes.
-    std::vector<std::pair<ObjectId, std::uint32_t>> transformUsers;
+    // What actions read.
+    SlotTable<ScenePlace> places;
+    std::vector<SceneItem> items;  ///< in slots; the box of a free one is empty
+    std::vector<Box> boxes;        ///< of the items, world; empty where an item is beyond all measure
+    BoxTree tree;
+    ReachCounts reaches;
+    std::vector<LightItem> lights;
+    Environment environment;
+    std::uint64_t rebuilds = 0;
+    SceneVersion version;
 
     void rebuild(const Aspect& aspect);
-    void moveTransforms(const Aspect& aspect, std::vector<std::uint32_t> places);
-    void refreshLights(const Aspect& aspect);
-    void refreshMaterials(const Aspect& aspect);
+    void follow(const Aspect& aspect, const ChangeList& list);
+    /// Places, links and tree nodes that changes have looked at so far: what tests of cost count.
+    [[nodiscard]] std::uint64_t work() const { return work_ + tree.work(); }
 
 private:
-    void collect(const Aspect& aspect);
-    void setWorld(const Aspect& aspect, ScenePlace& place);
-    void setItem(SceneItem& item, Box& box);
-    void setMaterial(const Aspect& aspect, SceneItem& item);
+    static constexpr std::uint32_t kNone = ScenePlace::kNone;
+    enum Dirty : std::uint8_t { kCore = 1, kChoice = 2, kPose = 4, kDrawn = 8, kPlaced = 16 };
+
+    // RenderScene.cpp: from a list to the places that it concerns.
+    void followField(Effect effects, std::span<const ObjectId> ids);
+    std::uint32_t addPlace(ObjectId node, std::uint32_t parent);
+    void removePlace(std::uint32_t place);
+    void adopt(ObjectId top);
+    void relink(const Placement& placement);
+    void setCore(std::uint32_t place, ObjectId core);
+    void mark(std::uint32_t place, Dirty why);
+    void markUsers(ObjectId core, Dirty why);
+    void finish();
+    void refreshLights();
+    [[nodiscard]] LightItem lightAt(std::uint32_t place) const;
+
+    // ScenePlaces.cpp: what is to be known of a place, from its parent down.
+    void settleAll(bool treeChanged);
+    void settle(std::uint32_t top);
+    void settleItem(std::uint32_t place, bool moved, bool another);
+    void enterBelow(std::uint32_t place, bool reorder);
+    [[nodiscard]] std::uint32_t shownChild(const ScenePlace& place) const;
+    [[nodiscard]] Affine3d worldOf(const ScenePlace& place) const;
+    [[nodiscard]] std::uint32_t depthNow(std::uint32_t place);
+    void leaveRole(std::uint32_t place);
+    void placeItem(std::uint32_t item);
+    void freeItem(ScenePlace& place);
+    void queue(std::uint32_t item);
+
+    // What stands in document order.
+    [[nodiscard]] bool before(std::uint32_t a, std::uint32_t b) const;
+    void takeOut(std::uint32_t place);
+    void putIn(std::uint32_t place);
+    void countOrdered(std::uint32_t place, std::int64_t more);
+
+    struct InDocumentOrder {
+        const Impl* scene;
+        bool operator()(std::uint32_t a, std::uint32_t b) const { return scene->before(a, b); }
+    };
+    using OrderedPlaces = std::set<std::uint32_t, InDocumentOrder>;
+    struct Open {
+        std::uint32_t place;
+        bool reorder;  ///< it, or what it lies in, has been placed anew
+    };
+
+    const Aspect* aspect_ = nullptr;  ///< while an update runs
+    IdIndex users_;                   ///< core → the first place that has it
+    SceneLooks looks_;
+    std::vector<std::uint32_t> freeItems_;
+    OrderedPlaces shownLights_{InDocumentOrder{this}}, shownEnvironments_{InDocumentOrder{this}};
+    std::unordered_map<std::uint32_t, OrderedPlaces::iterator> standing_;
+    std::size_t attachedLights_ = 0;  ///< hidden ones counted
+    bool lightsStale_ = false;
+
+    // Of the update that runs.
+    std::vector<std::uint32_t> dirty_;
+    std::vector<std::uint64_t> byDepth_;
+    std::vector<std::uint32_t> arrivals_;  ///< to stand in document order
+    std::vector<std::uint32_t> changedItems_;
+    std::vector<ObjectId> changedLooks_;
+    std::vector<Open> open_;
+    std::vector<std::uint32_t> path_;
+    std::uint32_t update_ = 0;
+    mutable std::uint64_t work_ = 0;
 };
 
 /// The light of a scene that brings none: three directional lights that are fixed in the world.

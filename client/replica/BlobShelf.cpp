@@ -1,34 +1,42 @@
 #include "client/replica/BlobShelf.h"
 
+#include <algorithm>
+
 namespace tessera {
+namespace {
+
+constexpr std::size_t kLooksPerTrim = 64;
+
+}  // namespace
 
 void BlobShelf::put(Blob blob) {
     const BlobId id = blob.id();
     if (!blob.resident() || held_.contains(id)) return;
     heldBytes_ += blob.sizeBytes();
-    byAge_.push_back(id);
+    inTurn_.push_back(id);
     held_.emplace(id, store_.add(std::move(blob)));
 }
 
 void BlobShelf::trim(const std::function<void(const BlobId&)>& dropped) {
     if (heldBytes_ <= budgetBytes_) return;
-    std::deque<BlobId> staying;
-    for (const BlobId& id : byAge_) {
+    std::size_t looks = std::min(kLooksPerTrim, inTurn_.size());
+    for (; looks > 0 && heldBytes_ > budgetBytes_; --looks) {
+        const BlobId id = inTurn_.front();
+        inTurn_.pop_front();
         const auto it = held_.find(id);
         // One holder: the shelf itself. Another one may come from the store at any time; then the bytes simply live on.
-        if (heldBytes_ > budgetBytes_ && it->second.soleHandle()) {
-            heldBytes_ -= it->second.sizeBytes();
-            held_.erase(it);
-            dropped(id);
-        } else {
-            staying.push_back(id);
+        if (!it->second.soleHandle()) {
+            inTurn_.push_back(id);
+            continue;
         }
+        heldBytes_ -= it->second.sizeBytes();
+        held_.erase(it);
+        dropped(id);
     }
-    byAge_ = std::move(staying);
 }
 
 void BlobShelf::forEach(const std::function<void(const Blob&)>& visit) const {
-    for (const BlobId& id : byAge_) visit(held_.at(id));
+    for (const BlobId& id : inTurn_) visit(held_.at(id));
 }
 
 }  // namespace tessera

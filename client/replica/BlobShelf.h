@@ -11,13 +11,14 @@
 namespace tessera {
 
 /// Keeps blobs findable in a store although no scene names them yet, or any more. Above the budget, those that nobody
-/// else holds go, oldest first. One thread.
+/// else holds go, those that have been looked at longest ago first. One thread.
 class BlobShelf {
 public:
     BlobShelf(BlobStore& store, std::uint64_t budgetBytes) : store_(store), budgetBytes_(budgetBytes) {}
 
     void put(Blob blob);
-    /// Lets go of what is over the budget and used by nobody; `dropped` hears of each.
+    /// Lets go of what is over the budget and used by nobody; `dropped` hears of each. Looks at a few blobs in turn:
+    /// call it often, it costs the same however many are in use.
     void trim(const std::function<void(const BlobId&)>& dropped);
     void forEach(const std::function<void(const Blob&)>& visit) const;
 
@@ -27,7 +28,7 @@ private:
     BlobStore& store_;
     std::uint64_t budgetBytes_;
     std::uint64_t heldBytes_ = 0;
-    std::deque<BlobId> byAge_;
+    std::deque<BlobId> inTurn_;
     std::unordered_map<BlobId, Blob> held_;
 };
 

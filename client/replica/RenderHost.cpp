@@ -80,8 +80,7 @@ Expected<void> RenderHost::useWall(Wall wall) {
 }
 
 bool RenderHost::on(const work::ApplySnapshot& apply) {
-    aspect_ = Aspect();
-    if (auto applied = applyList(apply.snapshot.list); !applied) {
+    if (auto applied = applySnapshot(apply.snapshot.list); !applied) {
         tell(outcome::ApplyFailed{"the snapshot: " + applied.error().message});
         return true;
     }
@@ -100,13 +99,24 @@ bool RenderHost::on(const work::ApplyChanges& apply) {
     return true;
 }
 
+Expected<void> RenderHost::applySnapshot(const SharedBytes& encoded) {
+    // A snapshot starts from nothing: what was known of the scene before is void, come what may.
+    aspect_ = Aspect();
+    Expected<void> done;
+    if (encoded && !encoded->empty()) {
+        const auto list = decodeChangeList(*encoded, blobs_);
+        done = list ? aspect_.apply(*list) : tl::unexpected(list.error());
+    }
+    scene_.update(aspect_, nullptr);
+    return done;
+}
+
 Expected<void> RenderHost::applyList(const SharedBytes& encoded) {
     if (!encoded || encoded->empty()) return {};
     const auto list = decodeChangeList(*encoded, blobs_);
     if (!list) return tl::unexpected(list.error());
     if (auto applied = aspect_.apply(*list); !applied) return applied;
-    // A snapshot starts from nothing: what was known of the scene before is void.
-    scene_.update(aspect_, list->nextFreeId != 0 ? nullptr : &*list);
+    scene_.update(aspect_, &*list);
     return {};
 }
 
@@ -133,7 +143,7 @@ bool RenderHost::on(const work::Draw& draw) {
             return broken({drawn.error().code,
                            fmt::format("frame {}, tile {}: {}", frame, state->tile.name, drawn.error().message)});
         stats.push_back(std::move(*drawn));
-        skipped += renderer_->lastCounts().skipped;
+        skipped += state->skipped;
     }
     if (skipped != skippedBefore_ && skipped > 0)
         log_.warning(
@@ -144,32 +154,33 @@ bool RenderHost::on(const work::Draw& draw) {
 }
 
 Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, std::uint64_t frame) {
-    const ScreenCamera camera = tileCamera(wall_, state.tile, view);
-    const TimePoint begin = now();
-    CullCounts counts;
-    const DrawList list = state.action.run(scene_, camera, state.tile.rect, &counts);
-    const TimePoint culled = now();
-    auto picture = renderer_->draw(aspect_, list, camera, state.tile.rect);
-    if (!picture) return tl::unexpected(picture.error());
-    const TimePoint drawn = now();
-    state.drawn = std::make_shared<const Picture>(std::move(*picture));
+    auto painted = state.painter.paint(aspect_, scene_, *renderer_, tileCamera(wall_, state.tile, view));
+    if (!painted) return tl::unexpected(painted.error());
+    ++state.painted;
+    state.again += painted->again ? 1 : 0;
+    state.skipped = painted->skipped;
+    state.drawn = painted->picture;
     state.drawnFrame = frame;
     if (!options_.output.empty()) {
-        if (!state.file) {
+        const bool isNew = !state.file;
+        if (isNew) {
             auto file =
                 SharedFrameWriter::create(fmt::format("{}/tiles/{}/shown.frame", options_.output, state.tile.name),
                                           state.tile.rect.width, state.tile.rect.height);
             if (!file) return tl::unexpected(file.error());
             state.file = std::move(*file);
         }
-        state.file->prepare(frame, *state.drawn);
+        if (painted->again && !isNew)
+            state.file->prepareAgain(frame);
+        else
+            state.file->prepare(frame, *state.drawn);
     }
     return TileStats{.tile = state.tile.name,
-                     .cullMs = toMilliseconds(culled - begin),
-                     .drawMs = toMilliseconds(drawn - culled),
-                     .inFrustum = counts.inFrustum,
-                     .drawn = counts.drawn,
-                     .trianglesDrawn = counts.trianglesDrawn};
+                     .cullMs = toMilliseconds(painted->cull),
+                     .drawMs = toMilliseconds(painted->draw),
+                     .inFrustum = painted->counts.inFrustum,
+                     .drawn = painted->counts.drawn,
+                     .trianglesDrawn = painted->counts.trianglesDrawn};
 }
 
 bool RenderHost::on(const work::Show& show) {
@@ -236,6 +247,9 @@ void RenderHost::sendImages(const WaitingImages& waiting) {
 }
 
 bool RenderHost::on(const work::Finish&) {
+    for (const auto& state : tiles_)
+        log_.info(fmt::format("tile {}: {} frames, {} of them without drawing anything anew", state->tile.name,
+                              state->painted, state->again));
     if (!options_.keepFrames && !options_.output.empty())
         for (const auto& state : tiles_)
             if (state->shown) writer_->writePng(pngPath(*state), state->shown, state->shownFrame);

@@ -7,11 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "client/draw/Renderer.h"
 #include "client/image/SharedFrame.h"
-#include "client/render/RenderAction.h"
 #include "client/replica/Injection.h"
 #include "client/replica/PictureWriter.h"
+#include "client/replica/TilePainter.h"
 #include "client/replica/Work.h"
 #include "common/base/Log.h"
 #include "common/codec/FrameCodec.h"
@@ -43,12 +42,14 @@ public:
 
 private:
     struct TileState {
-        TileState(Tile t, CullerKind culler) : tile(std::move(t)), action(culler) {}
+        TileState(Tile t, CullerKind culler) : tile(std::move(t)), painter(tile.rect, culler) {}
         Tile tile;
-        RenderAction action;
+        TilePainter painter;
         std::shared_ptr<const Picture> drawn, shown;
         std::uint64_t drawnFrame = 0, shownFrame = 0;
         std::optional<SharedFrameWriter> file;
+        std::uint64_t painted = 0, again = 0;  ///< frames, and those of them that needed no new picture
+        std::uint64_t skipped = 0;             ///< items that the picture lacks because they cannot be drawn
     };
     struct WaitingImages {
         Attempt attempt;
@@ -65,6 +66,7 @@ private:
     bool on(const work::Finish& finish);
 
     [[nodiscard]] Expected<void> useWall(Wall wall);
+    [[nodiscard]] Expected<void> applySnapshot(const SharedBytes& encoded);
     [[nodiscard]] Expected<void> applyList(const SharedBytes& encoded);
     [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, std::uint64_t frame);
     [[nodiscard]] Expected<void> showTile(TileState& state);

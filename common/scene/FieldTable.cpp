@@ -85,6 +85,11 @@ concept HasPose = requires(const T& core) {
 };
 
 template <typename T>
+concept HasLight = requires(const T& core) {
+    { core.light() } -> std::same_as<LightSource>;
+};
+
+template <typename T>
 struct Derived {
     static constexpr auto& kSaid = kDescription<T>;
     static constexpr std::size_t kCount = std::tuple_size_v<decltype(kSaid.fields)>;
@@ -133,6 +138,10 @@ struct Derived {
         if constexpr (HasPose<T>) return static_cast<const T*>(object)->pose();
         return {};
     }
+    static LightSource light(const void* object) {
+        if constexpr (HasLight<T>) return static_cast<const T*>(object)->light();
+        return {};
+    }
     static TypeInfo make() {
         TypeInfo info;
         info.type = T::kType;
@@ -150,6 +159,7 @@ struct Derived {
         info.destroy = [](void* at) { static_cast<T*>(at)->~T(); };
         info.hash = &hash;
         if constexpr (HasPose<T>) info.pose = &pose;
+        if constexpr (HasLight<T>) info.light = &light;
         info.fresh = &fresh();
         return info;
     }

@@ -9,6 +9,7 @@
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
 #include "common/scene/Cores.h"
+#include "common/scene/LightSource.h"
 #include "common/scene/NodePose.h"
 #include "common/scene/Object.h"
 
@@ -46,6 +47,8 @@ struct TypeInfo {
     std::uint64_t (*hash)(const void*, std::uint64_t seed) = nullptr;
     /// Null: it leaves its node where it is.
     NodePose (*pose)(const void*) = nullptr;
+    /// Null: it does not shine.
+    LightSource (*light)(const void*) = nullptr;
     const void* fresh = nullptr;  ///< an object with all defaults
     [[nodiscard]] Object freshObject() const { return {*this, fresh}; }
 };

@@ -38,7 +38,7 @@ std::vector<ObjectId> transformsOf(const Aspect& scene) {
 ChangeList shift(std::span<const ObjectId> transforms, double by) {
     ChangeListBuilder list;
     for (const ObjectId id : transforms)
-        list.set(id, typeOf<Transform>(), field::kTranslation,
+        list.set(id, typeOf<Transform>(), fieldId<&Transform::translation>,
                  toValue(Vec3d(by, 1e-3 * static_cast<double>(id.value), 0)));
     return list.take();
 }
@@ -49,9 +49,9 @@ ChangeList move(std::uint64_t count, double by) {
     for (std::uint64_t i = 0; i < count; ++i) {
         const ObjectId id{2 + i};
         const double t = 0.001 * static_cast<double>(i) + by;
-        list.set(id, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(t, -t, 0.5)));
-        list.set(id, typeOf<Transform>(), field::kRotation, toValue(Quatd(1, t, 0, 0)));
-        list.set(id, typeOf<Transform>(), field::kScale, toValue(Vec3d(1, 1, 1)));
+        list.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(t, -t, 0.5)));
+        list.set(id, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(Quatd(1, t, 0, 0)));
+        list.set(id, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1)));
     }
     return list.take();
 }

@@ -48,28 +48,28 @@ private:
     }
     ObjectId node(ObjectId parent, ObjectId core, const char* name = "") {
         const ObjectId id = create<Node>();
-        if (core) list_.set(id, typeOf<Node>(), field::kNodeCore, toValue(core));
-        if (*name) list_.set(id, typeOf<Node>(), field::kNodeName, toValue(std::string(name)));
+        if (core) list_.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
+        if (*name) list_.set(id, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string(name)));
         list_.place(id, parent);
         return id;
     }
     ObjectId place(ObjectId parent, const Vec3d& at, const char* name = "") {
         const ObjectId core = create<Transform>();
-        list_.set(core, typeOf<Transform>(), field::kTranslation, toValue(at));
+        list_.set(core, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(at));
         return node(parent, core, name);
     }
     ObjectId material(const Vec4f& color) {
         const ObjectId id = create<Material>();
-        list_.set(id, typeOf<Material>(), field::kBaseColor, toValue(color));
+        list_.set(id, typeOf<Material>(), fieldId<&Material::baseColor>, toValue(color));
         return id;
     }
     ObjectId geometry(const MeshData& mesh, ObjectId look) {
         const MeshArrays arrays = mesh.toArrays();
         const ObjectId id = create<Geometry>();
-        list_.set(id, typeOf<Geometry>(), field::kPositions, toValue(arrays.positions));
-        list_.set(id, typeOf<Geometry>(), field::kNormals, toValue(arrays.normals));
-        list_.set(id, typeOf<Geometry>(), field::kIndices, toValue(arrays.indices));
-        list_.set(id, typeOf<Geometry>(), field::kGeometryMaterial, toValue(look));
+        list_.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(arrays.positions));
+        list_.set(id, typeOf<Geometry>(), fieldId<&Geometry::normals>, toValue(arrays.normals));
+        list_.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(arrays.indices));
+        list_.set(id, typeOf<Geometry>(), fieldId<&Geometry::material>, toValue(look));
         return id;
     }
     /// Four things at places of their own and one at the middle: ten nodes.
@@ -93,10 +93,10 @@ private:
         const ObjectId crane = place(top, {-30, 0, 0}, "crane");
         node(crane, shared_[2]);
         const ObjectId body = create<CollisionObject>();
-        list_.set(body, typeOf<CollisionObject>(), field::kCollisionNode, toValue(crane));
+        list_.set(body, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(crane));
         node(crane, body);
         const ObjectId interest = create<Interest>();
-        list_.set(interest, typeOf<Interest>(), field::kInterestObject, toValue(crane));
+        list_.set(interest, typeOf<Interest>(), fieldId<&Interest::object>, toValue(crane));
         node(top, interest);
     }
     /// Cell i of a cube of `count` cells.
@@ -171,7 +171,7 @@ const ScenePlaces::Own& ownAt(const ScenePlaces& places, std::size_t turn) {
 ChangeList shift(const Aspect& scene, ObjectId transform, double by) {
     ChangeListBuilder list;
     const Vec3d to = scene.get<Transform>(transform)->translation + Vec3d(by, 0, 0);
-    list.set(transform, typeOf<Transform>(), field::kTranslation, toValue(to));
+    list.set(transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(to));
     return list.take();
 }
 
@@ -183,12 +183,12 @@ ChangeList addLeaf(const ScenePlaces& places, const Aspect& scene, ObjectId pare
     ChangeListBuilder list;
     const Geometry& like = *scene.get<Geometry>(places.geometry[0]);
     list.create(placeholder(0), typeOf<Geometry>());
-    list.set(placeholder(0), typeOf<Geometry>(), field::kPositions, toValue(like.positions));
-    list.set(placeholder(0), typeOf<Geometry>(), field::kNormals, toValue(like.normals));
-    list.set(placeholder(0), typeOf<Geometry>(), field::kIndices, toValue(like.indices));
-    list.set(placeholder(0), typeOf<Geometry>(), field::kGeometryMaterial, toValue(places.material[0]));
+    list.set(placeholder(0), typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(like.positions));
+    list.set(placeholder(0), typeOf<Geometry>(), fieldId<&Geometry::normals>, toValue(like.normals));
+    list.set(placeholder(0), typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(like.indices));
+    list.set(placeholder(0), typeOf<Geometry>(), fieldId<&Geometry::material>, toValue(places.material[0]));
     list.create(placeholder(1), typeOf<Node>());
-    list.set(placeholder(1), typeOf<Node>(), field::kNodeCore, toValue(placeholder(0)));
+    list.set(placeholder(1), typeOf<Node>(), fieldId<&Node::core>, toValue(placeholder(0)));
     list.place(placeholder(1), parent);
     return list.take();
 }
@@ -220,12 +220,12 @@ ChangeList insert(const ScenePlaces& places, const Aspect& scene, std::size_t, b
     if (second) return removeChild(scene, places.wide, index);
     ChangeListBuilder list;
     list.create(placeholder(0), typeOf<Transform>());
-    list.set(placeholder(0), typeOf<Transform>(), field::kTranslation, toValue(Vec3d(0, -10, 0)));
+    list.set(placeholder(0), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(0, -10, 0)));
     list.create(placeholder(1), typeOf<Node>());
-    list.set(placeholder(1), typeOf<Node>(), field::kNodeCore, toValue(placeholder(0)));
+    list.set(placeholder(1), typeOf<Node>(), fieldId<&Node::core>, toValue(placeholder(0)));
     list.place(placeholder(1), places.wide, static_cast<std::uint32_t>(index));
     list.create(placeholder(2), typeOf<Node>());
-    list.set(placeholder(2), typeOf<Node>(), field::kNodeCore, toValue(places.geometry[0]));
+    list.set(placeholder(2), typeOf<Node>(), fieldId<&Node::core>, toValue(places.geometry[0]));
     list.place(placeholder(2), placeholder(1));
     return list.take();
 }
@@ -249,7 +249,7 @@ const std::vector<EditKind> kBushyKinds = {
     {"hide a subtree of 10 with a Switch", "show a subtree of 10 with a Switch",
      [](const ScenePlaces& places, const Aspect& scene, std::size_t, bool second) {
          ChangeListBuilder list;
-         list.set(scene.get<Node>(places.toggled)->core, typeOf<Switch>(), field::kChoice,
+         list.set(scene.get<Node>(places.toggled)->core, typeOf<Switch>(), fieldId<&Switch::choice>,
                   toValue(second ? Switch::kAll : Switch::kNone));
          return list.take();
      }},
@@ -262,13 +262,13 @@ const std::vector<EditKind> kBushyKinds = {
          next[0] = std::nextafter(next[0], second ? 0.0f : 1.0f);
          next[1] = -0.45f + 1e-6f * static_cast<float>(turn);
          ChangeListBuilder list;
-         list.set(id, typeOf<Geometry>(), field::kPositions, toValue(Blob::of(std::span<const float>(next))));
+         list.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(Blob::of(std::span<const float>(next))));
          return list.take();
      }},
     {"a material's colour", "",
      [](const ScenePlaces& places, const Aspect&, std::size_t turn, bool second) {
          ChangeListBuilder list;
-         list.set(ownAt(places, turn).material, typeOf<Material>(), field::kBaseColor,
+         list.set(ownAt(places, turn).material, typeOf<Material>(), fieldId<&Material::baseColor>,
                   toValue(Vec4f(second ? 0.5f : 0.9f, 0.5f, 0.5f, 1)));
          return list.take();
      }},
@@ -276,14 +276,14 @@ const std::vector<EditKind> kBushyKinds = {
      [](const ScenePlaces& places, const Aspect&, std::size_t turn, bool second) {
          const ScenePlaces::Own& own = ownAt(places, turn);
          ChangeListBuilder list;
-         list.set(own.geometry, typeOf<Geometry>(), field::kGeometryMaterial,
+         list.set(own.geometry, typeOf<Geometry>(), fieldId<&Geometry::material>,
                   toValue(second ? own.material : places.material[0]));
          return list.take();
      }},
     {"a light", "",
      [](const ScenePlaces& places, const Aspect& scene, std::size_t, bool second) {
          ChangeListBuilder list;
-         list.set(scene.get<Node>(places.lamp)->core, typeOf<PointLight>(), field::kLightIntensity,
+         list.set(scene.get<Node>(places.lamp)->core, typeOf<PointLight>(), fieldId<&PointLight::intensity>,
                   toValue(second ? 1.0f : 2.0f));
          return list.take();
      }},

@@ -22,9 +22,9 @@ void setPlace(ChangeListBuilder& list, ObjectId id, const TreePlace& place) {
     const double* t = place.translation;
     const double* r = place.rotation;
     const double* s = place.scale;
-    list.set(id, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(t[0], t[1], t[2])));
-    list.set(id, typeOf<Transform>(), field::kRotation, toValue(Quatd(r[0], r[1], r[2], r[3])));
-    list.set(id, typeOf<Transform>(), field::kScale, toValue(Vec3d(s[0], s[1], s[2])));
+    list.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(t[0], t[1], t[2])));
+    list.set(id, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(Quatd(r[0], r[1], r[2], r[3])));
+    list.set(id, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(Vec3d(s[0], s[1], s[2])));
 }
 
 class OurTree : public TreeSide {
@@ -99,7 +99,7 @@ ChangeList treeList(std::span<const TreePlace> places) {
         list.create(transformId(i), typeOf<Transform>());
         setPlace(list, transformId(i), places[i]);
         list.create(nodeId(i), typeOf<Node>());
-        list.set(nodeId(i), typeOf<Node>(), field::kNodeCore, toValue(transformId(i)));
+        list.set(nodeId(i), typeOf<Node>(), fieldId<&Node::core>, toValue(transformId(i)));
         list.place(nodeId(i), i == 0 ? kRootNode : nodeId(parentOf(i)));
     }
     return list.take();

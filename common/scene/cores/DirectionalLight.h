@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/scene/Field.h"
+#include "common/scene/LightSource.h"
 
 namespace tessera {
 
@@ -10,6 +11,10 @@ struct DirectionalLight {
     static constexpr ObjectType kType{8};
     Vec3f color = Vec3f::Ones();  ///< linear RGB
     float intensity = 1.0f;
+
+    [[nodiscard]] LightSource light() const {
+        return {.kind = LightSource::Kind::kDirectional, .radiance = color * intensity};
+    }
 };
 template <>
 inline constexpr auto kDescription<DirectionalLight> =

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/scene/Field.h"
+#include "common/scene/LightSource.h"
 
 namespace tessera {
 
@@ -11,6 +12,8 @@ struct PointLight {
     Vec3f color = Vec3f::Ones();  ///< linear RGB
     float intensity = 1.0f;       ///< falls with the square of the distance in world units
     float range = 0.0f;           ///< no effect beyond. 0: unlimited
+
+    [[nodiscard]] LightSource light() const { return {.radiance = color * intensity, .range = range}; }
 };
 template <>
 inline constexpr auto kDescription<PointLight> =

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "client/ctl/FieldWords.h"
 #include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
@@ -11,9 +10,7 @@ namespace {
 class FieldText : public testing::Test {
 protected:
     FieldText() { EXPECT_TRUE(scene.apply(test::craneScene())); }
-    const FieldInfo& field(ObjectType type, std::string_view name) {
-        return *findField(*findType(type), name);
-    }
+    const FieldEntry& field(ObjectType type, std::string_view name) { return *findField(*findType(type), name); }
     std::string why(const FieldInfo& info, const std::vector<std::string>& words) {
         const auto value = parseValue(scene, info, words);
         return value ? "accepted" : value.error().message;
@@ -41,10 +38,11 @@ TEST_F(FieldText, FieldsOfANodeAndOfItsCoreAreFound) {
 TEST_F(FieldText, WhatIsReadIsWrittenTheSame) {
     std::size_t fields = 0;
     for (const TypeInfo& type : allTypes())
-        for (const FieldInfo& info : type.fields) {
+        for (const FieldEntry& info : type.fields) {
             if (info.kind == FieldKind::kBlob) continue;
             std::vector<std::string> words(info.width, "0.5");
             if (info.kind == FieldKind::kInt) words = {"-2"};
+            if (info.kind == FieldKind::kBool) words = {"false"};
             if (info.kind == FieldKind::kRef) words = {"#3"};
             if (info.kind == FieldKind::kText) words = {"a name"};
             const auto value = parseValue(scene, info, words);
@@ -81,8 +79,7 @@ TEST_F(FieldText, WrongValuesAreExplained) {
 /// Every word of every field, against the constants that the cores have for them.
 TEST_F(FieldText, NumbersThatStandForSomethingMayBeWords) {
     const auto number = [&](ObjectType type, std::string_view name, const std::string& word) {
-        const FieldPlace place{test::kCrane, findType(type), &field(type, name)};
-        const auto value = parseValue(scene, place, {word});
+        const auto value = parseValue(scene, field(type, name), {word});
         EXPECT_TRUE(value) << word << ": " << value.error().message;
         return value ? std::get<std::int64_t>(*value) : -99;
     };
@@ -100,14 +97,17 @@ TEST_F(FieldText, NumbersThatStandForSomethingMayBeWords) {
     EXPECT_EQ(number(typeOf<Motion>(), "mode", "ping-pong"), Motion::kPingPong);
     EXPECT_EQ(number(typeOf<Switch>(), "choice", "-2"), Switch::kNone);
     EXPECT_EQ(number(typeOf<Switch>(), "choice", "all"), Switch::kAll);
-    const FieldPlace place{test::kCrane, findType(typeOf<Interest>()), &field(typeOf<Interest>(), "response")};
-    const auto unknown = parseValue(scene, place, {"slde"});
+    const FieldInfo& response = field(typeOf<Interest>(), "response");
+    const auto unknown = parseValue(scene, response, {"slde"});
     ASSERT_FALSE(unknown);
     EXPECT_EQ(unknown.error().code, ErrorCode::kUsage);
     EXPECT_EQ(unknown.error().message, "response: \"slde\" is none of report, stop, slide, bounce, rollback, ask");
-    EXPECT_FALSE(parseValue(scene, place, {"1", "2"}));
-    EXPECT_FALSE(parseValue(scene, place, {""}));
-    for (std::int64_t bits = 0; bits < 8; ++bits) EXPECT_EQ(showBits(showWords(bits)), bits);
+    EXPECT_FALSE(parseValue(scene, response, {"1", "2"}));
+    EXPECT_FALSE(parseValue(scene, response, {""}));
+    EXPECT_NE(why(field(typeOf<Switch>(), "choice"), {"al"}).find("no whole number and none of none, all"), std::string::npos);
+    EXPECT_EQ(std::get<bool>(*parseValue(scene, field(typeOf<Motion>(), "playing"), {"false"})), false);
+    EXPECT_EQ(std::get<bool>(*parseValue(scene, field(typeOf<Motion>(), "playing"), {"1"})), true);
+    EXPECT_NE(why(field(typeOf<Motion>(), "playing"), {"yes"}).find("neither true nor false"), std::string::npos);
 }
 
 }  // namespace

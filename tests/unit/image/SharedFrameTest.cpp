@@ -48,6 +48,39 @@ TEST(SharedFrame, ShowsOnlyWhatWasMadeTheShownImage) {
     EXPECT_EQ(readSharedFrame(path)->frame, 9u);
 }
 
+TEST(SharedFrame, ShowsAPictureAgainUnderItsNewNumber) {
+    const test::TestFolder folder;
+    const std::string path = folder / "shown.frame";
+    auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
+    ASSERT_TRUE(writer);
+    const auto expectShown = [&](std::uint64_t frame, std::uint64_t pictureFrame) {
+        ASSERT_TRUE(writer->show());
+        const auto shown = readSharedFrame(path);
+        ASSERT_TRUE(shown) << shown.error().message;
+        EXPECT_EQ(shown->frame, frame);
+        EXPECT_EQ(shown->picture, pictureOf(pictureFrame));
+    };
+    writer->prepare(1, pictureOf(1));
+    expectShown(1, 1);
+    for (std::uint64_t frame = 2; frame < 6; ++frame) {
+        writer->prepareAgain(frame);
+        expectShown(frame, 1);
+    }
+    // Prepared, and never shown.
+    writer->prepare(6, pictureOf(6));
+    writer->prepareAgain(7);
+    expectShown(7, 6);
+    writer->prepareAgain(8);
+    expectShown(8, 6);
+    writer->prepare(9, pictureOf(9));
+    expectShown(9, 9);
+    SharedFrameWriter moved = std::move(*writer);
+    moved.prepareAgain(10);
+    ASSERT_TRUE(moved.show());
+    EXPECT_EQ(readSharedFrame(path)->frame, 10u);
+    EXPECT_EQ(readSharedFrame(path)->picture, pictureOf(9));
+}
+
 TEST(SharedFrame, OutlivesAWriterKilledAtAnyInstant) {
     const test::TestFolder folder;
     const std::string path = folder / "shown.frame";
@@ -57,7 +90,11 @@ TEST(SharedFrame, OutlivesAWriterKilledAtAnyInstant) {
         if (child == 0) {
             auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
             for (std::uint64_t frame = 0; writer; ++frame) {
-                writer->prepare(frame, pictureOf(frame));
+                // Every picture is shown three times in a row.
+                if (frame % 3 == 0)
+                    writer->prepare(frame, pictureOf(frame));
+                else
+                    writer->prepareAgain(frame);
                 if (!writer->show()) break;
             }
             ::_exit(1);
@@ -69,7 +106,7 @@ TEST(SharedFrame, OutlivesAWriterKilledAtAnyInstant) {
         ::waitpid(child, nullptr, 0);
         const auto shown = readSharedFrame(path);
         ASSERT_TRUE(shown) << shown.error().message;
-        EXPECT_EQ(shown->picture, pictureOf(shown->frame));
+        EXPECT_EQ(shown->picture, pictureOf(shown->frame / 3 * 3));
     }
 }
 

@@ -122,7 +122,7 @@ private:
     [[nodiscard]] ObjectId someOf(ObjectType type) {
         std::vector<ObjectId> all;
         for (const ObjectId id : simulation_.scene().ids())
-            if (typeOf(*simulation_.scene().find(id)) == type) all.push_back(id);
+            if (typeOf(simulation_.scene().find(id)) == type) all.push_back(id);
         return all.empty() ? ObjectId{} : all[below(random_, all.size())];
     }
     [[nodiscard]] Edit someEdit() {

@@ -1,6 +1,5 @@
 #include <random>
 
-#include "client/render/BoxTree.h"
 #include "tests/unit/render/TestScene.h"
 
 namespace tessera {
@@ -97,38 +96,6 @@ TEST(FrustumCulling, KeepsExactlyTheBoxesThatAreNotBehindAPlane) {
             EXPECT_EQ(counts.drawn, nodesOf(part).size());
             EXPECT_EQ(counts.trianglesDrawn, 12 * counts.drawn);
         }
-    }
-}
-
-TEST(BoxTree, RefittedBoundsAlwaysHoldTheirItems) {
-    std::mt19937 random(5);
-    std::uniform_real_distribution<double> place(-10, 10);
-    std::vector<Box> boxes(500);
-    const auto shuffle = [&](Box& box) {
-        box = Box();
-        box.extend(Vec3d(place(random), place(random), place(random)));
-        box.extend(Vec3d(box.lower + Vec3d(0.5, 0.5, 0.5)));
-    };
-    for (Box& box : boxes) shuffle(box);
-    boxes[17] = Box();
-    BoxTree tree;
-    tree.build(boxes);
-    for (int step = 0; step < 40; ++step) {
-        std::vector<std::uint32_t> moved;
-        for (std::uint32_t i = 0; i < 60; ++i) {
-            moved.push_back(static_cast<std::uint32_t>(random() % boxes.size()));
-            shuffle(boxes[moved.back()]);
-        }
-        tree.refit(boxes, moved);
-        std::vector<int> seen(boxes.size(), 0);
-        for (const BoxTree::Node& node : tree.nodes()) {
-            for (const std::uint32_t item : tree.itemsOf(node)) {
-                if (node.second == 0) ++seen[item];
-                if (boxes[item].empty()) continue;
-                ASSERT_TRUE(node.box.contains(boxes[item].lower) && node.box.contains(boxes[item].upper));
-            }
-        }
-        EXPECT_EQ(seen, std::vector<int>(boxes.size(), 1));
     }
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <optional>
+#include <random>
 
 #include "client/image/SharedFrame.h"
 #include "common/base/Channel.h"
@@ -64,9 +65,18 @@ protected:
         scene.place(scene.add(makeSphere(0.8, 24)), {-0.6, 1.5, -1});
         return scene.take();
     }
-    message::Begin beginOf(std::uint64_t frame, SharedBytes list = nullptr) {
-        return {
-            .frame = frame, .sequence = 7, .payload = share(encodeFrame({.view = View{}, .list = std::move(list)}))};
+    message::Begin beginOf(std::uint64_t frame, SharedBytes list = nullptr, const View& view = {}) {
+        return {.frame = frame, .sequence = 7, .payload = share(encodeFrame({.view = view, .list = std::move(list)}))};
+    }
+    /// Draws and shows a frame in which `list` changes the scene: what the tile took.
+    TileStats frame(std::uint64_t number, const ChangeList& list = {}, const View& view = {}) {
+        for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
+        EXPECT_TRUE(perform(work::Draw{beginOf(number, list.empty() ? nullptr : share(encodeChangeList(list)), view)}));
+        const auto drawn = next<outcome::Drawn>();
+        EXPECT_TRUE(perform(work::Show{number}));
+        EXPECT_TRUE(next<outcome::Shown>());
+        if (!drawn || !decodeStats(*drawn->stats)) return {};
+        return decodeStats(*drawn->stats)->front();
     }
     void drawAndShow(std::uint64_t frame) {
         ASSERT_TRUE(perform(work::Draw{beginOf(frame)}));
@@ -111,6 +121,134 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     EXPECT_EQ(stats->front().drawn, 1u);
     EXPECT_GT(stats->front().trianglesDrawn, 500u);
     EXPECT_GT(stats->front().drawMs, 0);
+}
+
+TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChanges) {
+    start({.output = folder_.path()});
+    test::TestScene made;
+    const ObjectId material = made.add(Material{});
+    const ObjectId ball = made.place(made.add(makeSphere(0.8, 24), material), {-0.6, 1.5, -1});
+    const ObjectId behind = made.place(made.add(makeSphere(0.8, 24)), {0, 1.5, 50});
+    Aspect scene = made.take();
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    ASSERT_TRUE(next<outcome::Applied>());
+    const auto shown = [&] { return readSharedFrame(folder_ / "tiles/front-0-0/shown.frame").value(); };
+    const auto poseOf = [&](ObjectId node) { return scene.get<Node>(scene.get<Node>(node)->parent)->core; };
+    const auto set = [](ObjectId id, ObjectType type, FieldId field, const FieldValue& value) {
+        ChangeListBuilder list;
+        list.set(id, type, field, value);
+        return list.take();
+    };
+
+    const TileStats first = frame(0);
+    EXPECT_GT(first.drawMs, 0);
+    const Picture picture = shown().picture;
+    for (std::uint64_t number = 1; number < 5; ++number) {
+        const TileStats idle = frame(number);
+        EXPECT_EQ(idle.cullMs + idle.drawMs, 0) << "frame " << number;
+        EXPECT_EQ(idle.drawn, first.drawn);
+        EXPECT_EQ(idle.trianglesDrawn, first.trianglesDrawn);
+        EXPECT_EQ(shown().frame, number);
+        EXPECT_EQ(shown().picture, picture);
+    }
+    const TileStats renamed = frame(5, set(ball, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("ball"))));
+    EXPECT_EQ(renamed.cullMs + renamed.drawMs, 0) << "a name is not seen";
+    const TileStats unseen =
+        frame(6, set(poseOf(behind), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 1.5, 50))));
+    EXPECT_GT(unseen.cullMs, 0);
+    EXPECT_EQ(unseen.drawMs, 0) << "what this tile does not show";
+    EXPECT_EQ(shown().picture, picture);
+    EXPECT_EQ(shown().frame, 6u);
+    // What only the renderer knows of.
+    EXPECT_GT(frame(7, set(material, typeOf<Material>(), fieldId<&Material::roughness>, toValue(0.1f))).drawMs, 0);
+    EXPECT_FALSE(shown().picture == picture);
+    EXPECT_EQ(frame(8).drawMs, 0);
+    View view;
+    view.position = {0.1, 0, 0};
+    EXPECT_GT(frame(9, {}, view).drawMs, 0);
+    EXPECT_EQ(frame(10, {}, view).drawMs, 0);
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    ASSERT_TRUE(next<outcome::Applied>());
+    EXPECT_GT(frame(11, {}, view).drawMs, 0);
+    configure(makeWall());
+    EXPECT_GT(frame(12, {}, view).drawMs, 0);
+}
+
+TEST_F(RenderHostTest, ShowsWhatOneShowsWhoHasJustComeAfterAnyEdit) {
+    start({.output = folder_.path()});
+    std::mt19937 random(11);
+    const auto pick = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
+    test::TestScene made;
+    const std::vector<std::uint8_t> red{255, 0, 0, 255}, blue{0, 0, 255, 255};
+    const ObjectId image = made.addImage(Blob::of(std::span(red)), 1, 1);
+    Material painted;
+    painted.baseColorImage = image;
+    const ObjectId materials[] = {made.add(Material{}), made.add(painted)};
+    const MeshArrays meshes[] = {makeSphere(0.5, 12).toArrays(), makeBox({0.6, 0.9, 0.6}).toArrays()};
+    std::vector<ObjectId> cores, nodes;
+    for (int i = 0; i < 6; ++i) {
+        cores.push_back(made.add(meshes[i % 2], materials[i % 2]));
+        nodes.push_back(made.place(cores.back(), {0.7 * i - 2.2, 1.5, -1}));
+    }
+    made.addPointLight({0, 2, 1}, Vec3f::Ones(), 3);
+    Aspect scene = made.take();
+    ObjectId lamp;
+    for (const ObjectId id : scene.ids())
+        if (scene.get<PointLight>(id)) lamp = id;
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    ASSERT_TRUE(next<outcome::Applied>());
+    const auto surface = makeSurface("osmesa").value();
+    const auto renderer = Renderer::create(*surface, {.samples = 1}).value();
+    const Wall wall = makeWall();
+    const Tile tile = tilesOf(wall, "left").front();
+    int again = 0;
+    for (std::uint64_t number = 0; number < 120; ++number) {
+        ChangeListBuilder edit;
+        const ObjectId node = nodes[pick(nodes.size())];
+        const ObjectId group = scene.get<Node>(node)->parent;
+        const ObjectId core = scene.get<Node>(node)->core;
+        switch (pick(11)) {
+            case 0:
+                edit.set(scene.get<Node>(group)->core, typeOf<Transform>(), fieldId<&Transform::translation>,
+                         toValue(Vec3d(static_cast<double>(pick(5)) - 2, 1.5, -1)));
+                break;
+            case 1: edit.place(group, scene.get<Node>(group)->parent ? ObjectId() : kRootNode); break;
+            case 2: edit.set(node, typeOf<Node>(), fieldId<&Node::core>, toValue(cores[pick(cores.size())])); break;
+            case 3: edit.set(core, typeOf<Geometry>(), fieldId<&Geometry::material>, toValue(materials[pick(2)])); break;
+            case 4: {
+                const MeshArrays& mesh = meshes[pick(2)];
+                edit.set(core, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(mesh.positions));
+                edit.set(core, typeOf<Geometry>(), fieldId<&Geometry::normals>, toValue(mesh.normals));
+                edit.set(core, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(mesh.indices));
+                edit.set(core, typeOf<Geometry>(), fieldId<&Geometry::texcoords>, toValue(mesh.texcoords));
+                break;
+            }
+            case 5:
+                edit.set(materials[pick(2)], typeOf<Material>(), fieldId<&Material::baseColor>,
+                         toValue(Vec4f(1, static_cast<float>(pick(2)), 1, pick(2) ? 1.0f : 0.5f)));
+                break;
+            case 6: edit.set(materials[pick(2)], typeOf<Material>(), fieldId<&Material::doubleSided>, true); break;
+            case 7: edit.set(image, typeOf<Image>(), fieldId<&Image::pixels>, toValue(Blob::of(std::span(pick(2) ? red : blue)))); break;
+            case 8: edit.set(lamp, typeOf<PointLight>(), fieldId<&PointLight::intensity>, toValue(pick(2) ? 3.0f : 2.0f)); break;
+            default: break;
+        }
+        const ChangeList list = edit.take();
+        ASSERT_TRUE(scene.apply(list));
+        again += frame(number, list).drawMs == 0 ? 1 : 0;
+
+        RenderScene anew;
+        anew.update(scene, nullptr);
+        const ScreenCamera camera = tileCamera(wall, tile, View{});
+        const DrawList drawn = RenderAction(CullerKind::kNone).run(anew, camera, tile.rect, nullptr);
+        const auto expected = renderer->draw(scene, drawn, camera, tile.rect);
+        ASSERT_TRUE(expected);
+        const auto shown = readSharedFrame(folder_ / "tiles/front-0-0/shown.frame");
+        ASSERT_TRUE(shown);
+        ASSERT_EQ(shown->frame, number);
+        ASSERT_EQ(shown->picture, *expected) << "frame " << number;
+    }
+    EXPECT_GT(again, 20);
+    EXPECT_LT(again, 100);
 }
 
 TEST_F(RenderHostTest, ShowsAnImageOnlyWhenTold) {

@@ -43,6 +43,23 @@ TEST(BlobShelf, KeepsWhatOthersHoldAndLetsGoOfTheOldestRest) {
     EXPECT_FALSE(store.find(blobOf(4, 100).id()).empty());
 }
 
+TEST(BlobShelf, LooksAtAFewInTurnHoweverManyAreInUse) {
+    BlobStore store;
+    BlobShelf shelf(store, 100);
+    std::vector<Blob> inUse;
+    for (int i = 0; i < 1000; ++i) {
+        inUse.push_back(store.add(Blob(Bytes(10 + i))));
+        shelf.put(inUse.back());
+    }
+    shelf.put(blobOf(1, 2000));
+    std::vector<BlobId> dropped;
+    int trims = 0;
+    for (; dropped.empty() && trims < 100; ++trims) shelf.trim([&](const BlobId& id) { dropped.push_back(id); });
+    EXPECT_EQ(dropped, std::vector<BlobId>{blobOf(1, 2000).id()});
+    EXPECT_GT(trims, 5) << "all were looked at at once";
+    EXPECT_LT(trims, 30);
+}
+
 TEST(BlobShelf, NamesWhatItHoldsForTheNextConnection) {
     BlobStore store;
     BlobShelf shelf(store, 1000);

@@ -1,0 +1,45 @@
+#include "client/render/DrawList.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace tessera {
+
+namespace {
+
+template <typename Matrix>
+bool sameBits(const Matrix& a, const Matrix& b) {
+    return std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(*a.data())) == 0;
+}
+
+bool same(const DrawItem& a, const DrawItem& b) {
+    return a.node == b.node && a.geometry == b.geometry && a.material == b.material && a.mirrored == b.mirrored &&
+           sameBits(a.world_T_item.matrix(), b.world_T_item.matrix());
+}
+
+bool same(const LightItem& a, const LightItem& b) {
+    return a.kind == b.kind && a.range == b.range && a.innerAngle == b.innerAngle && a.outerAngle == b.outerAngle &&
+           sameBits(a.position, b.position) &&
+           sameBits(a.direction, b.direction) && sameBits(a.radiance, b.radiance);
+}
+
+template <typename Item>
+bool same(const std::vector<Item>& a, const std::vector<Item>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Item& x, const Item& y) { return same(x, y); });
+}
+
+}  // namespace
+
+bool drawAlike(const DrawList& a, const DrawList& b) {
+    return same(a.opaque, b.opaque) && same(a.transparent, b.transparent) && same(a.lights, b.lights) &&
+           sameBits(a.environment.sky, b.environment.sky) && sameBits(a.environment.ground, b.environment.ground) &&
+           sameBits(a.environment.background, b.environment.background);
+}
+
+bool drawAlike(const ScreenCamera& a, const ScreenCamera& b) {
+    return sameBits(a.eyeWorld, b.eyeWorld) && sameBits(a.eye_T_world.matrix(), b.eye_T_world.matrix()) &&
+           sameBits(a.clip_T_eye, b.clip_T_eye) && a.pixels.width == b.pixels.width &&
+           a.pixels.height == b.pixels.height;
+}
+
+}  // namespace tessera

@@ -1,0 +1,18 @@
+#include "client/render/SceneEffects.h"
+
+#include "client/render/Drawables.h"
+
+namespace tessera {
+
+SceneRole roleOf(const Aspect& aspect, ObjectId core) {
+    const Object object = core ? aspect.find(core) : Object();
+    if (!object) return SceneRole::kNothing;
+    if (isDrawable(typeOf(object))) return SceneRole::kDrawable;
+    if (object.info().pose) return SceneRole::kPose;
+    if (object.info().light) return SceneRole::kLight;
+    if (object.info().effects & Effect::kVisibility) return SceneRole::kChoice;
+    // Of what shines without standing anywhere there is one kind.
+    return object.is<Environment>() ? SceneRole::kEnvironment : SceneRole::kNothing;
+}
+
+}  // namespace tessera

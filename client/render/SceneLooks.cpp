@@ -1,0 +1,140 @@
+#include "client/render/SceneLooks.h"
+
+namespace tessera {
+
+SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
+    std::uint32_t slot = drawables_.find(core);
+    if (slot == kNone) {
+        slot = drawables_.add(core);
+        const Drawable drawable = drawableOf(aspect, core);
+        if (drawable) {
+            drawables_[slot].mesh = meshes_.acquire(drawable);
+            setMaterial(aspect, slot, drawable.material());
+        }
+    }
+    const DrawableUse& use = drawables_[slot];
+    SceneLook look{.mesh = use.mesh, .material = use.materialId};
+    look.occludes = use.mesh && use.mesh->opaque;
+    if (use.material != kNone) {
+        look.transparent = materials_[use.material].transparent;
+        look.occludes = look.occludes && materials_[use.material].opaque;
+    }
+    return look;
+}
+
+void SceneLooks::drop(ObjectId core) {
+    const std::uint32_t slot = drawables_.find(core);
+    if (slot == kNone) return;
+    meshes_.release(drawables_[slot].mesh);
+    leaveMaterial(slot);
+    drawables_.erase(slot);
+}
+
+void SceneLooks::clear() {
+    for (const DrawableUse& use : drawables_.slots())
+        if (use.id) meshes_.release(use.mesh);
+    drawables_.clear();
+    materials_.clear();
+    images_.clear();
+}
+
+void SceneLooks::shapeChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed) {
+    const std::uint32_t slot = drawables_.find(id);
+    const Drawable drawable = slot == kNone ? Drawable() : drawableOf(aspect, id);
+    if (!drawable) return;
+    const RenderMesh* before = drawables_[slot].mesh;
+    drawables_[slot].mesh = meshes_.acquire(drawable);
+    meshes_.release(before);
+    if (drawables_[slot].mesh != before) changed.push_back(id);
+}
+
+void SceneLooks::lookChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed) {
+    if (const std::uint32_t slot = drawables_.find(id); slot != kNone) {
+        const Drawable drawable = drawableOf(aspect, id);
+        if (!drawable || drawable.material() == drawables_[slot].materialId) return;
+        setMaterial(aspect, slot, drawable.material());
+        changed.push_back(id);
+    } else if (const std::uint32_t material = materials_.find(id); material != kNone) {
+        if (refresh(aspect, material)) appendDrawables(material, changed);
+    } else if (const std::uint32_t image = images_.find(id); image != kNone) {
+        for (std::uint32_t m = images_[image].firstMaterial, next = kNone; m != kNone; m = next) {
+            next = materials_[m].ofImage.next;  // it may take to another image here
+            if (refresh(aspect, m)) appendDrawables(m, changed);
+        }
+    }
+}
+
+void SceneLooks::appendDrawables(std::uint32_t material, std::vector<ObjectId>& to) const {
+    for (std::uint32_t d = materials_[material].firstDrawable; d != kNone; d = drawables_[d].ofMaterial.next)
+        to.push_back(drawables_[d].id);
+}
+
+void SceneLooks::setMaterial(const Aspect& aspect, std::uint32_t drawable, ObjectId material) {
+    leaveMaterial(drawable);
+    if (!material) return;
+    DrawableUse& use = drawables_[drawable];
+    use.materialId = material;
+    use.material = materials_.find(material);
+    if (use.material == kNone) {
+        use.material = materials_.add(material);
+        refresh(aspect, use.material);
+    }
+    linkFirst(drawables_, materials_[use.material].firstDrawable, drawable, &DrawableUse::ofMaterial);
+}
+
+void SceneLooks::leaveMaterial(std::uint32_t drawable) {
+    DrawableUse& use = drawables_[drawable];
+    if (use.material != kNone) {
+        MaterialUse& material = materials_[use.material];
+        unlink(drawables_, material.firstDrawable, drawable, &DrawableUse::ofMaterial);
+        if (material.firstDrawable == kNone) {
+            setImage(use.material, {});
+            materials_.erase(use.material);
+        }
+    }
+    use.materialId = {};
+    use.material = kNone;
+}
+
+void SceneLooks::setImage(std::uint32_t material, ObjectId image) {
+    MaterialUse& use = materials_[material];
+    const ObjectId before = use.image == kNone ? ObjectId() : images_[use.image].id;
+    if (before == image) return;
+    if (use.image != kNone) {
+        unlink(materials_, images_[use.image].firstMaterial, material, &MaterialUse::ofImage);
+        if (images_[use.image].firstMaterial == kNone) images_.erase(use.image);
+    }
+    use.image = kNone;
+    if (!image) return;
+    use.image = images_.find(image);
+    if (use.image == kNone) use.image = images_.add(image);
+    linkFirst(materials_, images_[use.image].firstMaterial, material, &MaterialUse::ofImage);
+}
+
+bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
+    const auto* core = aspect.get<Material>(materials_[material].id);
+    if (!core) return false;
+    setImage(material, core->baseColorImage);
+    MaterialUse& use = materials_[material];
+    const bool transparent = core->baseColor.w() < 1.0f;
+    // An image is looked through only where that decides something.
+    const bool opaque = !transparent && (use.image == kNone || imageOpaque(aspect, use.image));
+    const bool another = transparent != use.transparent || opaque != use.opaque;
+    use.transparent = transparent;
+    use.opaque = opaque;
+    return another;
+}
+
+bool SceneLooks::imageOpaque(const Aspect& aspect, std::uint32_t image) {
+    ImageUse& use = images_[image];
+    const auto* core = aspect.get<Image>(use.id);
+    if (!core) return true;
+    if (!core->pixels.resident()) return false;
+    if (core->pixels.id() != use.pixels) {
+        use.pixels = core->pixels.id();
+        use.opaque = allOpaque(core->pixels.bytes());
+    }
+    return use.opaque;
+}
+
+}  // namespace tessera

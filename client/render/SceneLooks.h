@@ -1,0 +1,72 @@
+/// What the drawables in use look like to a culler: mesh, transparency, whether they hide things. Knows who uses what,
+/// so that a change finds those it concerns.
+#pragma once
+
+#include <vector>
+
+#include "client/render/MeshCache.h"
+#include "client/render/SlotTable.h"
+
+namespace tessera {
+
+struct SceneLook {
+    const RenderMesh* mesh = nullptr;  ///< null: its bytes are not here
+    ObjectId material;
+    bool transparent = false;
+    bool occludes = false;  ///< opaque in every pixel it covers
+};
+
+/// Drawable cores, the materials that they name, and the images that those name.
+class SceneLooks {
+public:
+    /// Remembers the core until `drop`.
+    [[nodiscard]] SceneLook of(const Aspect& aspect, ObjectId core);
+    /// Nobody uses the core any more. Its mesh stays until `endUpdate`. Unknown ones are allowed.
+    void drop(ObjectId core);
+    /// A drawable's arrays, or anything that makes a look, have new values: appends the known drawables whose look is
+    /// another now. Costs what is appended, and the materials of an image.
+    void shapeChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed);
+    void lookChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed);
+    void clear();
+    void endUpdate() { meshes_.dropUnused(); }
+
+private:
+    static constexpr std::uint32_t kNone = IdIndex::kNone;
+
+    struct DrawableUse {
+        ObjectId id;
+        ObjectId materialId;
+        const RenderMesh* mesh = nullptr;
+        std::uint32_t material = kNone;
+        SlotLink ofMaterial;
+    };
+    struct MaterialUse {
+        ObjectId id;
+        bool transparent = false;
+        bool opaque = true;  ///< and its image too
+        std::uint32_t image = kNone;
+        std::uint32_t firstDrawable = kNone;
+        SlotLink ofImage;
+    };
+    struct ImageUse {
+        ObjectId id;
+        BlobId pixels;  ///< whose opacity is known
+        bool opaque = false;
+        std::uint32_t firstMaterial = kNone;
+    };
+
+    void setMaterial(const Aspect& aspect, std::uint32_t drawable, ObjectId material);
+    void leaveMaterial(std::uint32_t drawable);
+    void setImage(std::uint32_t material, ObjectId image);
+    /// Whether it is another now.
+    bool refresh(const Aspect& aspect, std::uint32_t material);
+    [[nodiscard]] bool imageOpaque(const Aspect& aspect, std::uint32_t image);
+    void appendDrawables(std::uint32_t material, std::vector<ObjectId>& to) const;
+
+    MeshCache meshes_;
+    SlotTable<DrawableUse> drawables_;
+    SlotTable<MaterialUse> materials_;
+    SlotTable<ImageUse> images_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,279 @@
+// What is to be known of a place, from its parent down.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "client/render/SceneItems.h"
+
+namespace tessera {
+
+namespace {
+
+/// Beyond this a float of the rasteriser overflows; such an item leaves no pixel.
+constexpr double kUtmost = 1e30;
+
+bool sameBits(const Affine3d& a, const Affine3d& b) {
+    return std::memcmp(a.data(), b.data(), 16 * sizeof(double)) == 0;
+}
+
+bool standsInOrder(SceneRole role) {
+    return role == SceneRole::kLight || role == SceneRole::kEnvironment;
+}
+
+}  // namespace
+
+double ReachCounts::bound() const {
+    for (std::size_t i = kOctaves; i-- > 1;)
+        if (counts_[i] > 0) return std::ldexp(1.0, static_cast<int>(i) + kLowest);
+    return 0;
+}
+
+std::size_t ReachCounts::octave(double reach) {
+    if (!(reach > 0)) return 0;
+    return static_cast<std::size_t>(std::clamp(std::ilogb(reach) - kLowest + 1, 1, static_cast<int>(kOctaves) - 1));
+}
+
+// Whoever is settled finds its parent settled: from the top down. Those below that inherit a change are settled on the
+// way, those that do not are found again here.
+void RenderScene::Impl::settleAll(bool treeChanged) {
+    // By depth; those as deep in the order in which they lie in memory.
+    byDepth_.clear();
+    for (const std::uint32_t slot : dirty_) {
+        if (!places[slot].id) continue;  // gone
+        const std::uint64_t depth = treeChanged ? depthNow(slot) : places[slot].depth;
+        byDepth_.push_back(depth << 32 | slot);
+    }
+    dirty_.clear();
+    std::sort(byDepth_.begin(), byDepth_.end());
+    for (const std::uint64_t next : byDepth_) {
+        const auto slot = static_cast<std::uint32_t>(next);
+        if (places[slot].dirty != 0) settle(slot);
+    }
+}
+
+/// As the links are now; each place is counted once in an update.
+std::uint32_t RenderScene::Impl::depthNow(std::uint32_t slot) {
+    path_.clear();
+    for (; slot != kNone && places[slot].newDepthIn != update_; slot = places[slot].parent) path_.push_back(slot);
+    std::uint32_t depth = slot == kNone ? 0 : places[slot].newDepth + 1;
+    for (auto it = path_.rbegin(); it != path_.rend(); ++it) {
+        places[*it].newDepth = depth++;
+        places[*it].newDepthIn = update_;
+    }
+    work_ += path_.size();
+    return depth - 1;
+}
+
+void RenderScene::Impl::settle(std::uint32_t top) {
+    open_.assign(1, {top, false});
+    while (!open_.empty()) {
+        const auto [slot, inPlaced] = open_.back();
+        open_.pop_back();
+        ++work_;
+        ScenePlace& place = places[slot];
+        const std::uint8_t dirty = place.dirty;
+        place.dirty = 0;
+        const bool reorder = inPlaced || (dirty & kPlaced) != 0;
+
+        const ScenePlace* parent = place.parent == kNone ? nullptr : &places[place.parent];
+        const bool isRoot = place.id == kRootNode;
+        const bool attached = isRoot || (parent && parent->attached);
+        const bool shown = isRoot || (parent && parent->shown && parent->maySee(slot));
+        const std::uint32_t depth = parent ? parent->depth + 1 : 0;
+        const bool wasShown = place.shown;
+        const bool forAll = attached != place.attached || depth != place.depth;
+        place.attached = attached;
+        place.shown = shown;
+        place.depth = depth;
+        bool moved = false;
+        if (shown) {
+            const Affine3d world_T_node = worldOf(place);
+            moved = !wasShown || !sameBits(world_T_node, place.world_T_node);
+            if (moved) place.world_T_node = world_T_node;
+        }
+
+        const bool light = place.role == SceneRole::kLight;
+        if (place.counted != (attached && light)) {
+            place.counted = !place.counted;
+            place.counted ? ++attachedLights_ : --attachedLights_;
+            lightsStale_ = true;
+        }
+        const bool stands = shown && standsInOrder(place.role);
+        if (place.ordered && (!stands || reorder)) takeOut(slot);
+        if (stands && !place.ordered) arrivals_.push_back(slot);
+        if (stands && moved) lightsStale_ = true;
+        settleItem(slot, moved, (dirty & kDrawn) != 0);
+
+        // Which children inherit something new?
+        const std::uint32_t showed = place.shows;
+        if (place.role != SceneRole::kChoice)
+            place.shows = ScenePlace::kAll;
+        else if (shown)
+            place.shows = shownChild(place);
+        const bool seen = (wasShown && showed == ScenePlace::kAll) || (shown && place.shows == ScenePlace::kAll);
+        const bool news = wasShown != shown || moved || showed != place.shows;
+        if (forAll || (seen && news)) {
+            enterBelow(slot, reorder);
+            continue;
+        }
+        if (reorder && place.orderedBelow > 0) {
+            for (std::uint32_t c = place.firstChild; c != kNone; c = places[c].sibling.next)
+                if (places[c].orderedBelow > 0) open_.push_back({c, true});
+        }
+        if (!news) continue;
+        for (const std::uint32_t child : {showed, place.shows}) {
+            if (child == kNone || child == ScenePlace::kAll || places[child].parent != slot) continue;
+            open_.push_back({child, reorder});
+        }
+    }
+}
+
+void RenderScene::Impl::enterBelow(std::uint32_t slot, bool reorder) {
+    for (std::uint32_t c = places[slot].firstChild; c != kNone; c = places[c].sibling.next)
+        open_.push_back({c, reorder});
+}
+
+std::uint32_t RenderScene::Impl::shownChild(const ScenePlace& place) const {
+    const auto* choice = aspect_->get<Switch>(place.core);
+    if (!choice || choice->choice == Switch::kAll) return ScenePlace::kAll;
+    const auto& children = aspect_->get<Node>(place.id)->children;
+    if (choice->choice < 0 || static_cast<std::uint64_t>(choice->choice) >= children.size()) return kNone;
+    return places.find(children[static_cast<std::size_t>(choice->choice)]);
+}
+
+// The one place where world transforms come from, so that following changes and starting anew give the same bits on
+// every host.
+Affine3d RenderScene::Impl::worldOf(const ScenePlace& place) const {
+    static const Affine3d kTop = Affine3d::Identity();
+    const Affine3d& world_T_parent = place.parent == kNone ? kTop : places[place.parent].world_T_node;
+    if (place.role != SceneRole::kPose) return world_T_parent;
+    const Object core = aspect_->find(place.core);
+    return core.info().pose(core.data()).below(world_T_parent);
+}
+
+void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another) {
+    ScenePlace& place = places[slot];
+    if (!place.shown || place.role != SceneRole::kDrawable) return freeItem(place);
+    if (place.item != kNone && !another) {
+        if (moved) placeItem(place.item);
+        return;
+    }
+    const SceneLook look = looks_.of(*aspect_, place.core);
+    if (!look.mesh || !look.mesh->drawable()) return freeItem(place);
+    const bool isNew = place.item == kNone;
+    if (isNew && freeItems_.empty()) {
+        place.item = static_cast<std::uint32_t>(items.size());
+        items.emplace_back();
+        boxes.emplace_back();
+    } else if (isNew) {
+        place.item = freeItems_.back();
+        freeItems_.pop_back();
+    }
+    SceneItem& item = items[place.item];
+    const bool otherMesh = item.mesh != look.mesh;
+    if (isNew) reaches.add(item.reach);
+    item.node = place.id;
+    item.geometry = place.core;
+    item.material = look.material;
+    item.mesh = look.mesh;
+    item.place = slot;
+    item.transparent = look.transparent;
+    item.occludes = look.occludes;
+    if (isNew || moved || otherMesh) placeItem(place.item);
+}
+
+void RenderScene::Impl::placeItem(std::uint32_t index) {
+    SceneItem& item = items[index];
+    Box& box = boxes[index];
+    const Affine3d& world_T_item = places[item.place].world_T_node;
+    reaches.remove(item.reach);
+    item.mirrored = world_T_item.linear().determinant() < 0;
+    box = item.mesh->bounds.transformed(world_T_item);
+    const Vec3d farthest = item.mesh->bounds.lower.cwiseAbs().cwiseMax(item.mesh->bounds.upper.cwiseAbs());
+    item.reach = (world_T_item.linear().cwiseAbs() * farthest).norm();
+    // Written so that it is false for NaN.
+    const bool sane = (box.lower.array() > -kUtmost).all() && (box.upper.array() < kUtmost).all() && !box.empty() &&
+                      item.reach < kUtmost;
+    if (!sane) {
+        box = Box();
+        item.reach = 0;
+    }
+    reaches.add(item.reach);
+    queue(index);
+}
+
+void RenderScene::Impl::freeItem(ScenePlace& place) {
+    if (place.item == kNone) return;
+    const std::uint32_t index = std::exchange(place.item, kNone);
+    reaches.remove(items[index].reach);
+    boxes[index] = Box();
+    queue(index);
+    items[index] = {.queued = true};
+    freeItems_.push_back(index);
+}
+
+void RenderScene::Impl::queue(std::uint32_t item) {
+    if (!items[item].queued) changedItems_.push_back(item);
+    items[item].queued = true;
+}
+
+void RenderScene::Impl::leaveRole(std::uint32_t slot) {
+    ScenePlace& place = places[slot];
+    freeItem(place);
+    if (place.ordered) takeOut(slot);
+    if (!place.counted) return;
+    place.counted = false;
+    --attachedLights_;
+    lightsStale_ = true;
+}
+
+// ---- document order ------------------------------------------------------------------------------------------------
+
+// Two places that were not moved keep their order, so the sets stay sorted: what a placement moves is taken out before,
+// and put in after, the tree of places is as it is now.
+bool RenderScene::Impl::before(std::uint32_t a, std::uint32_t b) const {
+    if (a == b) return false;
+    const bool deeper = places[a].depth > places[b].depth;
+    std::uint32_t x = a, y = b;
+    for (; places[x].depth > places[y].depth; ++work_) x = places[x].parent;
+    for (; places[y].depth > places[x].depth; ++work_) y = places[y].parent;
+    if (x == y) return !deeper;  // one lies below the other
+    for (; places[x].parent != places[y].parent; ++work_) {
+        x = places[x].parent;
+        y = places[y].parent;
+    }
+    const auto& children = aspect_->get<Node>(places[places[x].parent].id)->children;
+    const auto indexOf = [&](std::uint32_t slot) {
+        return std::find(children.begin(), children.end(), places[slot].id) - children.begin();
+    };
+    return indexOf(x) < indexOf(y);
+}
+
+void RenderScene::Impl::takeOut(std::uint32_t slot) {
+    ScenePlace& place = places[slot];
+    const auto standing = standing_.find(slot);
+    (place.role == SceneRole::kLight ? shownLights_ : shownEnvironments_).erase(standing->second);
+    standing_.erase(standing);
+    place.ordered = false;
+    countOrdered(slot, -1);
+    lightsStale_ = true;
+}
+
+void RenderScene::Impl::putIn(std::uint32_t slot) {
+    ScenePlace& place = places[slot];
+    if (place.ordered) return;
+    OrderedPlaces& order = place.role == SceneRole::kLight ? shownLights_ : shownEnvironments_;
+    standing_[slot] = order.insert(slot).first;
+    place.ordered = true;
+    countOrdered(slot, 1);
+    lightsStale_ = true;
+}
+
+void RenderScene::Impl::countOrdered(std::uint32_t slot, std::int64_t more) {
+    for (; slot != kNone; slot = places[slot].parent) {
+        ++work_;
+        places[slot].orderedBelow = static_cast<std::uint32_t>(places[slot].orderedBelow + more);
+    }
+}
+
+}  // namespace tessera

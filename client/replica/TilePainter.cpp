@@ -1,0 +1,40 @@
+#include "client/replica/TilePainter.h"
+
+namespace tessera {
+namespace {
+
+TimePoint now() {
+    return std::chrono::steady_clock::now();
+}
+
+}  // namespace
+
+Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene& scene, Renderer& renderer,
+                                         const ScreenCamera& camera) {
+    const SceneVersion version = scene.version();
+    const bool seenAlike = last_.picture && version.contents == version_.contents && drawAlike(camera, camera_);
+    PaintedTile painted = last_;
+    painted.again = true;
+    painted.cull = painted.draw = {};
+    if (seenAlike && version.scene == version_.scene) return painted;
+
+    const TimePoint begin = now();
+    DrawList list = action_.run(scene, camera, rect_, &painted.counts);
+    const TimePoint culled = now();
+    painted.cull = culled - begin;
+    if (!seenAlike || !drawAlike(list, list_)) {
+        auto picture = renderer.draw(aspect, list, camera, rect_);
+        if (!picture) return tl::unexpected(picture.error());
+        painted.picture = std::make_shared<const Picture>(std::move(*picture));
+        painted.again = false;
+        painted.draw = now() - culled;
+        painted.skipped = renderer.lastCounts().skipped;
+    }
+    last_ = painted;
+    camera_ = camera;
+    version_ = version;
+    list_ = std::move(list);
+    return painted;
+}
+
+}  // namespace tessera

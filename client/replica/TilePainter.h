@@ -1,0 +1,43 @@
+/// Makes one tile's pictures, and makes none where the last one would come out again.
+#pragma once
+
+#include <memory>
+
+#include "client/draw/Renderer.h"
+#include "client/render/RenderAction.h"
+#include "common/base/Clock.h"
+
+namespace tessera {
+
+/// A tile's picture and what it took.
+struct PaintedTile {
+    std::shared_ptr<const Picture> picture;
+    bool again = false;  ///< the picture before, which shows this frame too
+    Duration cull{}, draw{};
+    CullCounts counts;          ///< of what the picture shows
+    std::uint64_t skipped = 0;  ///< items that cannot be drawn, of what it shows
+};
+
+/// The picture before is right again when nothing that it was made from has changed: the scene (or, where that has,
+/// what of it this tile draws) and the camera, to the bit. One thread: that of surface, scene and renderer, which must
+/// be the same in every call.
+class TilePainter {
+public:
+    /// `rect`: the tile in the pixels of its screen.
+    TilePainter(PixelRect rect, CullerKind culler) : rect_(rect), action_(culler) {}
+
+    /// Errors are the renderer's.
+    [[nodiscard]] Expected<PaintedTile> paint(const Aspect& aspect, const RenderScene& scene, Renderer& renderer,
+                                              const ScreenCamera& camera);
+
+private:
+    PixelRect rect_;
+    RenderAction action_;
+    // What the last picture was made from; none yet: no picture.
+    PaintedTile last_;
+    ScreenCamera camera_;
+    SceneVersion version_;
+    DrawList list_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,37 @@
+/// A transform about a centre.
+#pragma once
+
+#include "common/scene/Field.h"
+#include "common/scene/NodePose.h"
+
+namespace tessera {
+
+/// parent_T_node = translation · centre · rotation · scaleOrientation · scale · scaleOrientation⁻¹ · centre⁻¹, as OpenSG's and
+/// VRML's. Placed by whoever edits it: motions and the collision response move a Transform.
+struct ComponentTransform {
+    static constexpr ObjectType kType{16};
+    Vec3d translation = Vec3d::Zero();
+    Vec3d center = Vec3d::Zero();        ///< what rotation and scale leave where it is
+    Quatd rotation = Quatd::Identity();  ///< normalised on use, never zero
+    Quatd scaleOrientation = Quatd::Identity();  ///< axes of the scale; normalised on use, never zero
+    Vec3d scale = Vec3d::Ones();
+
+    [[nodiscard]] NodePose pose() const {
+        const Mat3d axes = scaleOrientation.normalized().toRotationMatrix();
+        Affine3d matrix;
+        matrix.linear() = rotation.normalized().toRotationMatrix() * axes * scale.asDiagonal() * axes.transpose();
+        matrix.translation() = translation + center - matrix.linear() * center;
+        matrix.makeAffine();
+        return {.matrix = matrix};
+    }
+};
+template <>
+inline constexpr auto kDescription<ComponentTransform> =
+    describe("ComponentTransform",
+             field<&ComponentTransform::translation>(1, "translation").unit(Unit::kWorld).affects(Effect::kPose),
+             field<&ComponentTransform::center>(2, "center").unit(Unit::kWorld).affects(Effect::kPose),
+             field<&ComponentTransform::rotation>(3, "rotation").affects(Effect::kPose),
+             field<&ComponentTransform::scaleOrientation>(4, "scaleOrientation").affects(Effect::kPose),
+             field<&ComponentTransform::scale>(5, "scale").affects(Effect::kPose));
+
+}  // namespace tessera

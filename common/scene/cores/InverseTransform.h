@@ -1,0 +1,18 @@
+/// Back to the world's coordinates.
+#pragma once
+
+#include "common/scene/Field.h"
+#include "common/scene/NodePose.h"
+
+namespace tessera {
+
+/// Undoes every transform above its node: what is below stands in world coordinates, wherever the node hangs.
+struct InverseTransform {
+    static constexpr ObjectType kType{17};
+
+    [[nodiscard]] NodePose pose() const { return {.absolute = true}; }
+};
+template <>
+inline constexpr auto kDescription<InverseTransform> = describe("InverseTransform");
+
+}  // namespace tessera

@@ -1,0 +1,39 @@
+/// Light from one point into a cone.
+#pragma once
+
+#include <algorithm>
+#include <numbers>
+
+#include "common/scene/Field.h"
+#include "common/scene/LightSource.h"
+
+namespace tessera {
+
+/// Sits at the origin of its node and shines along -Z. Between the two angles it fades as glTF's KHR_lights_punctual says.
+struct SpotLight {
+    static constexpr ObjectType kType{15};
+    static constexpr double kWidest = std::numbers::pi / 2;
+    Vec3f color = Vec3f::Ones();  ///< linear RGB
+    float intensity = 1.0f;       ///< falls with the square of the distance in world units
+    float range = 0.0f;           ///< no effect beyond. 0: unlimited
+    float innerAngle = 0.0f;      ///< from the axis: full light up to here; at most the outer angle counts
+    float outerAngle = static_cast<float>(std::numbers::pi / 4);  ///< from the axis: none beyond
+
+    [[nodiscard]] LightSource light() const {
+        return {.kind = LightSource::Kind::kSpot,
+                .radiance = color * intensity,
+                .range = range,
+                .innerAngle = std::min(innerAngle, outerAngle),
+                .outerAngle = outerAngle};
+    }
+};
+template <>
+inline constexpr auto kDescription<SpotLight> =
+    describe("SpotLight",
+             field<&SpotLight::color>(1, "color").affects(Effect::kLight),
+             field<&SpotLight::intensity>(2, "intensity").affects(Effect::kLight),
+             field<&SpotLight::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight),
+             field<&SpotLight::innerAngle>(4, "innerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),
+             field<&SpotLight::outerAngle>(5, "outerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight));
+
+}  // namespace tessera

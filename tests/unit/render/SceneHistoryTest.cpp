@@ -1,0 +1,420 @@
+// Whatever a scene has been through, what is drawn of it is what one would draw who has just come: random histories of
+// all kinds of edits, a RenderScene that follows them beside one that starts anew.
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <random>
+
+#include "client/render/SceneItems.h"
+#include "common/scene/Action.h"
+#include "tests/unit/render/TestScene.h"
+
+namespace tessera {
+namespace {
+
+/// What is known of an item, in comparable form.
+std::string describe(const RenderScene::Impl& scene, const SceneItem& item, const Box& box) {
+    std::string text;
+    const auto number = [&](double value) {
+        char buffer[32];
+        std::snprintf(buffer, sizeof buffer, "%a ", value + 0.0);
+        text += buffer;
+    };
+    text += std::to_string(item.geometry.value) + " " + std::to_string(item.material.value) + " ";
+    text += item.mirrored ? "mirrored " : "";
+    text += item.transparent ? "transparent " : "";
+    text += item.occludes ? "occludes " : "";
+    text += toHex(item.mesh->positions.id()) + toHex(item.mesh->indices.id()) + " ";
+    number(static_cast<double>(item.mesh->triangles));
+    number(item.reach);
+    const Affine3d& world = scene.places[item.place].world_T_node;
+    std::array<std::uint64_t, 16> bits{};
+    std::memcpy(bits.data(), world.data(), sizeof bits);
+    for (const std::uint64_t b : bits) text += std::to_string(b) + " ";
+    for (const double v : {box.lower.x(), box.lower.y(), box.lower.z(), box.upper.x(), box.upper.y(), box.upper.z()})
+        number(v);
+    return text;
+}
+
+std::map<std::uint64_t, std::string> itemsOf(const RenderScene& scene) {
+    const RenderScene::Impl& all = scene.impl();
+    std::map<std::uint64_t, std::string> found;
+    for (std::size_t i = 0; i < all.items.size(); ++i) {
+        if (!all.items[i].node) {
+            EXPECT_TRUE(all.boxes[i].empty());
+            continue;
+        }
+        EXPECT_TRUE(found.emplace(all.items[i].node.value, describe(all, all.items[i], all.boxes[i])).second);
+    }
+    return found;
+}
+
+/// Items that the tree leads to.
+std::size_t countInTree(const RenderScene::Impl& scene, std::uint32_t at) {
+    const BoxTree::Node& node = scene.tree.node(at);
+    if (!node.leaf) return countInTree(scene, node.below[0]) + countInTree(scene, node.below[1]);
+    for (const std::uint32_t item : node.items()) {
+        EXPECT_TRUE(scene.items[item].node);
+        EXPECT_TRUE(node.box.contains(scene.boxes[item].lower) && node.box.contains(scene.boxes[item].upper));
+    }
+    return node.count;
+}
+
+void expectSame(const RenderScene& followed, const RenderScene& anew) {
+    const auto a = itemsOf(followed);
+    const auto b = itemsOf(anew);
+    for (const auto& [node, item] : a) {
+        const auto other = b.find(node);
+        ASSERT_TRUE(other != b.end()) << "node " << node << " is drawn and should not be";
+        ASSERT_EQ(item, other->second) << "node " << node;
+    }
+    for (const auto& [node, item] : b) ASSERT_TRUE(a.contains(node)) << "node " << node << " is not drawn";
+
+    const RenderScene::Impl& x = followed.impl();
+    const RenderScene::Impl& y = anew.impl();
+    ASSERT_EQ(x.lights.size(), y.lights.size());
+    for (std::size_t i = 0; i < x.lights.size(); ++i) {
+        ASSERT_EQ(x.lights[i].kind, y.lights[i].kind) << "light " << i;
+        ASSERT_EQ(x.lights[i].position, y.lights[i].position) << "light " << i;
+        ASSERT_EQ(x.lights[i].direction, y.lights[i].direction) << "light " << i;
+        ASSERT_EQ(x.lights[i].radiance, y.lights[i].radiance) << "light " << i;
+        ASSERT_EQ(x.lights[i].range, y.lights[i].range) << "light " << i;
+    }
+    ASSERT_EQ(x.environment.sky, y.environment.sky);
+    ASSERT_EQ(x.environment.background, y.environment.background);
+    ASSERT_EQ(followed.bounds().lower, anew.bounds().lower);
+    ASSERT_EQ(followed.bounds().upper, anew.bounds().upper);
+    ASSERT_EQ(x.reaches.bound(), y.reaches.bound());
+    std::size_t boxed = 0;
+    for (const Box& box : x.boxes) boxed += box.empty() ? 0 : 1;
+    ASSERT_EQ(x.tree.empty() ? 0 : countInTree(x, BoxTree::kRoot), boxed);
+    ASSERT_EQ(x.rebuilds, 1u) << "it was to follow";
+}
+
+/// Items, lights and environment, read off the scene by a traversal, node after node in document order.
+void expectAsTraversed(const RenderScene& scene, const Aspect& aspect) {
+    const RenderScene::Impl& all = scene.impl();
+    std::map<std::uint64_t, const SceneItem*> items;
+    for (const SceneItem& item : all.items)
+        if (item.node) items.emplace(item.node.value, &item);
+    std::size_t drawn = 0;
+    std::vector<float> intensities;
+    std::vector<Vec3f> skies;
+    bool anyLight = false;
+    Action shown, hidden;
+    shown.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
+        const MeshArrays arrays{geometry.positions, geometry.normals, geometry.colors, geometry.texcoords,
+                                geometry.indices};
+        const auto item = items.find(visit.nodeId.value);
+        const bool drawable = checkMesh(arrays) && !geometry.indices.empty();
+        EXPECT_EQ(item != items.end(), drawable) << "node " << visit.nodeId.value;
+        if (item == items.end()) return Descend::kInto;
+        ++drawn;
+        const Affine3d& world = all.places[item->second->place].world_T_node;
+        EXPECT_EQ(std::memcmp(world.data(), visit.world_T_node.data(), 16 * sizeof(double)), 0);
+        EXPECT_EQ(item->second->material, geometry.material);
+        const auto* material = aspect.get<Material>(geometry.material);
+        EXPECT_EQ(item->second->transparent, material && material->baseColor.w() < 1);
+        return Descend::kInto;
+    });
+    shown.on<DirectionalLight>([&](const Visit&, const DirectionalLight& light) {
+        intensities.push_back(light.intensity);
+        return Descend::kInto;
+    });
+    shown.on<PointLight>([&](const Visit&, const PointLight& light) {
+        intensities.push_back(light.intensity);
+        return Descend::kInto;
+    });
+    shown.on<Environment>([&](const Visit&, const Environment& environment) {
+        skies.push_back(environment.sky);
+        return Descend::kInto;
+    });
+    shown.run(aspect);
+    const auto found = [&](const Visit&, const auto&) {
+        anyLight = true;
+        return Descend::kInto;
+    };
+    hidden.visitHidden(true);
+    hidden.on<DirectionalLight>(found);
+    hidden.on<PointLight>(found);
+    hidden.run(aspect);
+
+    EXPECT_EQ(drawn, items.size());
+    EXPECT_EQ(all.environment.sky, skies.empty() ? Environment().sky : skies.front());
+    if (!anyLight) intensities.assign(3, 0);
+    intensities.resize(std::min(intensities.size(), DrawList::kMaxLights));
+    ASSERT_EQ(all.lights.size(), intensities.size());
+    for (std::size_t i = 0; anyLight && i < intensities.size(); ++i)
+        EXPECT_EQ(all.lights[i].radiance, Vec3f::Constant(intensities[i])) << "light " << i;
+}
+
+/// Edits a scene at random; knows nothing of it but what the aspect says.
+class Editor {
+public:
+    explicit Editor(unsigned seed) : random_(seed) {
+        for (const auto& mesh : {makeBox({1, 1, 1}), makeSphere(1, 8), makeTorus(1, 0.3, 8, 6), MeshData{}})
+            meshes_.push_back(mesh.toArrays());
+        MeshData broken = makeBox({1, 2, 1});
+        broken.indices[4] = 4711;
+        meshes_.push_back(broken.toArrays());
+        MeshData glassy = makeBox({2, 1, 1});
+        glassy.colors.assign(glassy.positions.size() / 3 * 4, 128);
+        meshes_.push_back(glassy.toArrays());
+        meshes_.push_back(meshes_.front());
+        meshes_.back().positions = absent(meshes_.back().positions);
+        const std::vector<std::uint8_t> clear(16, 128), full(16, 255);
+        images_ = {Blob::of(std::span(clear)), Blob::of(std::span(full)), {}};
+        images_.push_back(absent(images_[1]));
+    }
+
+    TestScene scene;
+
+    /// One list of up to eight edits, or what leads back from the last one not taken back yet. An impossible one comes
+    /// to nothing.
+    ChangeList step() {
+        if (!undo_.empty() && pick(6) == 0) {
+            ChangeList back = std::move(undo_.back());
+            undo_.pop_back();
+            EXPECT_TRUE(scene.aspect.apply(back));
+            return back;
+        }
+        survey();
+        for (std::size_t edits = pick(8) + 1; edits > 0; --edits) edit();
+        ChangeList list = scene.edit.take();
+        auto back = scene.aspect.applyWithInverse(list);
+        if (!back) return {};
+        undo_.push_back(std::move(*back));
+        return list;
+    }
+
+private:
+    static Blob absent(const Blob& blob) { return Blob::absent(blob.id(), blob.sizeBytes()); }
+    std::size_t pick(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_); }
+    double uniform(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
+    ObjectId any(const std::vector<ObjectId>& ids) { return ids.empty() ? ObjectId() : ids[pick(ids.size())]; }
+    std::vector<ObjectId>& of(ObjectType type) { return ids_[static_cast<std::size_t>(type)]; }
+
+    void survey() {
+        for (auto& ids : ids_) ids.clear();
+        for (const ObjectId id : scene.aspect.ids())
+            of(static_cast<ObjectType>(typeOf(*scene.aspect.find(id)).value)).push_back(id);
+    }
+
+    ObjectId create(ObjectType type) {
+        const ObjectId id = scene.create(objectType(type));
+        of(type).push_back(id);
+        return id;
+    }
+    ObjectId anyCore() {
+        constexpr ObjectType kTypes[] = {typeOf<Transform>(),  typeOf<Transform>(), typeOf<Geometry>(),
+                                         typeOf<Geometry>(),   typeOf<Geometry>(),  typeOf<Switch>(),
+                                         typeOf<PointLight>(), typeOf<Group>(),     typeOf<DirectionalLight>(),
+                                         typeOf<Environment>()};
+        const ObjectType type = kTypes[pick(std::size(kTypes))];
+        if (pick(3) > 0 && !of(type).empty()) return any(of(type));
+        const ObjectId core = create(type);
+        switch (type) {
+            case typeOf<Transform>():
+                setTransform(core);
+                break;
+            case typeOf<Geometry>():
+                setArrays(core);
+                setMaterial(core);
+                break;
+            case typeOf<Switch>():
+                setChoice(core);
+                break;
+            case typeOf<PointLight>():
+            case typeOf<DirectionalLight>():
+                setIntensity(core, type);
+                break;
+            case typeOf<Environment>():
+                setSky(core);
+                break;
+            default:
+                break;
+        }
+        return core;
+    }
+    void setTransform(ObjectId id) {
+        if (!id) return;
+        if (pick(12) == 0)
+            return scene.place(id, {uniform(-3, 3), 0, 0}, Quatd::Identity(), Vec3d::Constant(pick(2) ? 1e200 : 1e12));
+        // Few different values, so that some changes change nothing.
+        const Quatd turned(pick(2) ? 1.0 : 0.5, static_cast<double>(pick(2)), 0.25, 0);
+        scene.place(id, {static_cast<double>(pick(4)), 1, static_cast<double>(pick(3))}, turned,
+                    {pick(3) ? 1.0 : -1.5, 1, 0.5});
+    }
+    void setArrays(ObjectId id) {
+        if (!id) return;
+        const MeshArrays& arrays = meshes_[pick(meshes_.size())];
+        const ObjectType type = typeOf<Geometry>();
+        scene.edit.set(id, type, fieldId<&Geometry::positions>, toValue(arrays.positions));
+        scene.edit.set(id, type, fieldId<&Geometry::normals>, toValue(arrays.normals));
+        scene.edit.set(id, type, fieldId<&Geometry::colors>, toValue(arrays.colors));
+        scene.edit.set(id, type, fieldId<&Geometry::texcoords>, toValue(arrays.texcoords));
+        scene.edit.set(id, type, fieldId<&Geometry::indices>, toValue(arrays.indices));
+    }
+    void setMaterial(ObjectId id) {
+        if (!id) return;
+        ObjectId material = pick(4) == 0 ? ObjectId() : any(of(typeOf<Material>()));
+        if (pick(4) == 0) setColor(material = create(typeOf<Material>()));
+        scene.edit.set(id, typeOf<Geometry>(), fieldId<&Geometry::material>, toValue(material));
+    }
+    void setColor(ObjectId id) {
+        if (!id) return;
+        const ObjectType type = typeOf<Material>();
+        if (pick(2)) scene.edit.set(id, type, fieldId<&Material::baseColor>, toValue(Vec4f(1, 1, 1, pick(3) ? 1.0f : 0.5f)));
+        if (pick(2)) scene.edit.set(id, type, fieldId<&Material::roughness>, toValue(static_cast<float>(uniform(0, 1))));
+        if (pick(2)) {
+            ObjectId image = pick(3) == 0 ? ObjectId() : any(of(typeOf<Image>()));
+            if (pick(3) == 0) setPixels(image = create(typeOf<Image>()));
+            scene.edit.set(id, type, fieldId<&Material::baseColorImage>, toValue(image));
+        }
+    }
+    void setPixels(ObjectId id) {
+        if (id) scene.edit.set(id, typeOf<Image>(), fieldId<&Image::pixels>, toValue(images_[pick(images_.size())]));
+    }
+    void setChoice(ObjectId id) {
+        if (id) scene.edit.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(static_cast<std::int64_t>(pick(6)) - 2));
+    }
+    void setIntensity(ObjectId id, ObjectType type) {
+        if (id)
+            scene.edit.set(id, objectType(type), fieldId<&PointLight::intensity>, toValue(static_cast<float>(uniform(0, 9))));
+    }
+    void setSky(ObjectId id) {
+        if (!id) return;
+        const Vec3f sky = Vec3f::Constant(static_cast<float>(uniform(0, 1)));
+        scene.edit.set(id, typeOf<Environment>(), fieldId<&Environment::sky>, toValue(sky));
+    }
+
+    /// With all below it, out of the tree and out of the world; `keep`: some of its children stay in the tree.
+    void destroy(ObjectId node, bool keep) {
+        std::vector<ObjectId> open{node};
+        while (!open.empty()) {
+            const ObjectId id = open.back();
+            open.pop_back();
+            const auto* gone = scene.aspect.get<Node>(id);
+            if (!gone || id == kRootNode) return;
+            if (gone->parent) scene.edit.detach(id);
+            for (const ObjectId child : gone->children) {
+                if (keep && pick(2))
+                    scene.edit.place(child, kRootNode);
+                else
+                    open.push_back(child);
+            }
+            scene.edit.destroy(id);
+        }
+    }
+    void edit() {
+        std::vector<ObjectId>& nodes = of(typeOf<Node>());
+        const ObjectId node = any(nodes);
+        const bool crowded = nodes.size() > 70;
+        switch (pick(17)) {
+            case 0:
+            case 1:
+            case 2:
+            case 3: {
+                // A few nodes, below one that is there or in a tree of their own.
+                if (crowded) return destroy(node, false);
+                ObjectId above = pick(5) == 0 ? ObjectId() : node;
+                for (std::size_t count = pick(4) + 1; count > 0; --count) {
+                    const ObjectId id = create(typeOf<Node>());
+                    if (const ObjectId core = pick(6) == 0 ? ObjectId() : anyCore())
+                        scene.edit.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
+                    if (above) scene.edit.place(id, above, pick(3) ? Placement::kLast : 0);
+                    if (pick(2) || !above) above = id;
+                }
+                return;
+            }
+            case 4:
+                return scene.edit.detach(node);
+            case 5:
+            case 6: {
+                const ObjectId parent = any(nodes);
+                const auto* above = scene.aspect.get<Node>(parent);
+                const std::size_t index = above ? pick(above->children.size() + 1) : 0;
+                return scene.edit.place(node, parent, static_cast<std::uint32_t>(index));
+            }
+            case 7: {
+                const auto* present = scene.aspect.get<Node>(node);
+                if (!present || !present->parent) return;
+                const auto& siblings = scene.aspect.get<Node>(present->parent)->children;
+                return scene.edit.place(node, present->parent, static_cast<std::uint32_t>(pick(siblings.size())));
+            }
+            case 8:
+                return destroy(node, pick(2) == 0);
+            case 9: {
+                const ObjectId core = pick(4) == 0 ? ObjectId() : anyCore();
+                return scene.edit.set(node, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
+            }
+            case 10:
+            case 11:
+                return setChoice(any(of(typeOf<Switch>())));
+            case 12:
+                return setTransform(any(of(typeOf<Transform>())));
+            case 13:
+                return setArrays(any(of(typeOf<Geometry>())));
+            case 14:
+                return setMaterial(any(of(typeOf<Geometry>())));
+            case 15:
+                return pick(2) ? setColor(any(of(typeOf<Material>()))) : setPixels(any(of(typeOf<Image>())));
+            default:
+                break;
+        }
+        if (pick(4) == 0) return removeUnused();
+        if (pick(2)) return setSky(any(of(typeOf<Environment>())));
+        const ObjectType type = pick(2) ? typeOf<PointLight>() : typeOf<DirectionalLight>();
+        setIntensity(any(of(type)), type);
+    }
+    void removeUnused() {
+        for (const ObjectId id : scene.aspect.ids())
+            if (!scene.aspect.get<Node>(id) && scene.aspect.useCount(id) == 0) scene.edit.destroy(id);
+    }
+
+    std::mt19937 random_;
+    std::array<std::vector<ObjectId>, 64> ids_;
+    std::vector<MeshArrays> meshes_;
+    std::vector<Blob> images_;
+    std::vector<ChangeList> undo_;
+};
+
+/// Lists that changed something.
+int runHistory(unsigned seed, int steps) {
+    Editor editor(seed);
+    RenderScene followed;
+    followed.update(editor.scene.aspect, nullptr);
+    int done = 0;
+    for (int step = 0; step < steps; ++step) {
+        const ChangeList list = editor.step();
+        done += list.empty() ? 0 : 1;
+        followed.update(editor.scene.aspect, &list);
+        RenderScene anew;
+        anew.update(editor.scene.aspect, nullptr);
+        expectSame(followed, anew);
+        if (!testing::Test::HasFailure()) expectAsTraversed(followed, editor.scene.aspect);
+        if (testing::Test::HasFailure()) {
+            ADD_FAILURE() << "step " << step << " of history " << seed << "; repeat it with TESSERA_HISTORY=" << seed
+                          << " unit_render --gtest_filter=SceneHistory.*";
+            return done;
+        }
+    }
+    return done;
+}
+
+TEST(SceneHistory, FollowingItEqualsStartingAnew) {
+    const char* one = std::getenv("TESSERA_HISTORY");
+    const unsigned first = one ? static_cast<unsigned>(std::strtoul(one, nullptr, 10)) : 0;
+    int done = 0;
+    for (unsigned seed = first; seed < (one ? first + 1 : 400); ++seed) {
+        done += runHistory(seed, 60);
+        if (HasFailure()) return;
+    }
+    if (!one) {
+        EXPECT_GT(done, 400 * 20) << "most lists were refused: this proves little";
+    }
+    RecordProperty("lists", done);
+}
+
+}  // namespace
+}  // namespace tessera
