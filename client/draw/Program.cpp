@@ -33,7 +33,11 @@ std::string headOf(const ProgramKind& kind) {
     if (kind.use == Use::kLightRest) head += "#define REST\n";
     head += fmt::format("#define SAMPLES {}\n#define FOR_EACH_LIGHT", kind.samples);
     for (std::size_t i = 0; i < kind.lightCount; ++i)
-        head += fmt::format(" addLight(lit, lights[{0}].place, lights[{0}].radiance);", i);
+        head += kind.spots >> i & 1
+                    ? fmt::format(" addLight(lit, lights[{0}].place, lights[{0}].radiance * vec4(vec3(coneOf(lights[{0}], "
+                                  "lit.position)), 1.0));",
+                                  i)
+                    : fmt::format(" addLight(lit, lights[{0}].place, lights[{0}].radiance);", i);
     return head + "\n" + shader_text::kBlocks;
 }
 

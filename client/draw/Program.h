@@ -13,6 +13,9 @@ struct FrameBlock {
     struct Light {
         std::array<float, 4> place;     ///< eye space, metres: position and 1, or direction towards the light and 0
         std::array<float, 4> radiance;  ///< rgb at one metre; w: 1 / range in metres, 0 for unlimited
+        /// Of a spot: its axis in eye space times s, and o, so that cos · s + o goes from 0 at the outer angle to 1 at the
+        /// inner one. Of others: 0 0 0 1.
+        std::array<float, 4> cone;
     };
     std::array<float, 16> clip_T_eye;  ///< columns; depth 1 at the near plane, 0 at the far one
     std::array<float, 16> eye_T_clip;
@@ -21,7 +24,7 @@ struct FrameBlock {
     std::array<float, 4> clipPerPixel;  ///< 2 / width, 2 / height
     std::array<Light, 16> lights;
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 * 32);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 * 48);
 
 /// One drawn item; std140, padded to the largest alignment that GL may ask for. A range of uniforms per draw call costs
 /// a microsecond, attributes or a storage buffer cost time per vertex.
@@ -59,6 +62,7 @@ struct ProgramKind {
     bool faceted = false;        ///< kSurface only
     int samples = 1;             ///< kLight only
     std::size_t lightCount = 0;  ///< a count that is not a constant would cost a read per lane and light
+    std::uint32_t spots = 0;     ///< bits: which of the lights have a cone
     auto operator<=>(const ProgramKind&) const = default;
 };
 

@@ -81,6 +81,7 @@ struct Renderer::Impl {
     DrawCalls calls;
     PixelRect scissor;
     std::size_t lightCount = 0;
+    std::uint32_t spots = 0;
 };
 
 Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions o)
@@ -124,6 +125,9 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     scissor = grownToGrid(rect);
     if (auto room = buffers.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room) return room;
     lightCount = std::min(list.lights.size(), DrawList::kMaxLights);
+    spots = 0;
+    for (std::size_t i = 0; i < lightCount; ++i)
+        if (list.lights[i].kind == LightItem::Kind::kSpot) spots |= std::uint32_t{1} << i;
     calls.collect(aspect, list, camera, *meshes, textures);
 
     const FrameBlock block = makeFrameBlock(list, camera);
@@ -215,7 +219,7 @@ Expected<void> Renderer::Impl::lightSurfaces() {
     gl.BindTextureUnit(0, tile.surfaceTexture());
     gl.BindTextureUnit(1, tile.depthTexture());
     gl.BindTextureUnit(2, materialTexture);
-    ProgramKind kind{.use = ProgramKind::Use::kLight, .samples = options.samples, .lightCount = lightCount};
+    ProgramKind kind{.use = ProgramKind::Use::kLight, .samples = options.samples, .lightCount = lightCount, .spots = spots};
     gl.DepthFunc(GL_ALWAYS);
     if (auto drawn = drawOverScreen(kind); !drawn || options.samples == 1) return drawn;
     kind.use = ProgramKind::Use::kLightRest;
@@ -241,7 +245,7 @@ Expected<void> Renderer::Impl::blendTransparent() {
     gl.Enable(GL_BLEND);
     gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
     if (auto drawn = issue(calls.opaqueCount(), calls.calls().size(),
-                           {.use = ProgramKind::Use::kBlend, .lightCount = lightCount});
+                           {.use = ProgramKind::Use::kBlend, .lightCount = lightCount, .spots = spots});
         !drawn || options.samples == 1)
         return drawn;
     const int right = scissor.x + scissor.width, top = scissor.y + scissor.height;

@@ -6,6 +6,7 @@ const char kBlocks[] = R"(
 struct Light {
     vec4 place;
     vec4 radiance;
+    vec4 cone;
 };
 layout(std140, binding = 0) uniform FrameBlock {
     mat4 clip_T_eye;
@@ -128,6 +129,13 @@ struct Lit {
     float nv, alpha, alpha2;
     vec3 diffuse, specular;
 };
+
+// The cone of KHR_lights_punctual: squared, so that it fades without an edge.
+float coneOf(Light light, vec3 position) {
+    vec3 l = position - light.place.xyz;
+    float t = clamp(dot(l, light.cone.xyz) * inversesqrt(max(dot(l, l), 1e-8)) + light.cone.w, 0.0, 1.0);
+    return t * t;
+}
 
 void addLight(inout Lit lit, vec4 place, vec4 radiance) {
     vec3 l = place.xyz - lit.position * place.w;

@@ -261,12 +261,6 @@ Effect effectsOf(const ChangeList& list) {
 
 // ---- words ---------------------------------------------------------------------------------------------------------
 
-std::string_view nameOf(Unit unit) {
-    static constexpr std::string_view kNames[] = {"",       "world units",       "s",                  "frames",       "radians",
-                                                  "pixels", "world units per s", "world units per s²", "radians per s", "world units per metre"};
-    return kNames[static_cast<std::size_t>(unit)];
-}
-
 std::optional<std::int64_t> numberOfWord(const FieldInfo& field, std::string_view word) {
     const auto one = [&](std::string_view name) -> std::optional<std::int64_t> {
         for (const FieldWord& known : field.words())
@@ -305,14 +299,14 @@ std::optional<std::string> wordOfNumber(const FieldInfo& field, std::int64_t num
 // ---- values --------------------------------------------------------------------------------------------------------
 
 Expected<void> checkValue(const FieldInfo& field, const FieldValue& value) {
-    const auto bad = [&](std::string why) { return fail(ErrorCode::kBadInput, fmt::format("{}: {}", field.name, why)); };
+    const auto bad = [&](std::string why) { return fail(ErrorCode::kBadInput, fmt::format("{} {}", field.name, why)); };
     if (kindOf(value) != field.kind || widthOf(value) != field.width)
-        return bad(fmt::format("it holds {} {}, not {} {}", field.width, nameOf(field.kind), widthOf(value),
+        return bad(fmt::format("holds {} {}, not {} {}", field.width, nameOf(field.kind), widthOf(value),
                                nameOf(kindOf(value))));
     const auto checkNumber = [&](double number) -> Expected<void> {
-        if (!std::isfinite(number)) return bad("not a finite number");
+        if (!std::isfinite(number)) return bad("is not a finite number");
         if (number < field.least || number > field.greatest)
-            return bad(fmt::format("{} is not between {} and {}", number, field.least, field.greatest));
+            return bad(fmt::format("must be between {} and {}, not {}", field.least, field.greatest, number));
         return {};
     };
     if (const auto* floats = std::get_if<Floats>(&value)) {
@@ -326,18 +320,18 @@ Expected<void> checkValue(const FieldInfo& field, const FieldValue& value) {
         }
         // Below and above, the square of the length no longer tells a direction that can be normalised.
         if (field.quaternion && !(squared >= 1e-100 && squared < 1e100))
-            return bad(squared < 1 ? "a rotation of zero has no direction" : "a rotation this long cannot be normalised");
+            return bad(squared < 1 ? "is zero, which has no direction" : "is too long to be normalised");
     } else if (const auto* matrix = std::get_if<Matrix>(&value)) {
         for (const double number : matrix->values)
             if (auto ok = checkNumber(number); !ok) return ok;
     } else if (const auto* whole = std::get_if<std::int64_t>(&value)) {
         if (auto ok = checkNumber(static_cast<double>(*whole)); !ok) return ok;
         if (field.wordUse == WordUse::kOneOf && !wordOfNumber(field, *whole))
-            return bad(fmt::format("{} is none of its words", *whole));
+            return bad(fmt::format("is {}, which is none of its words", *whole));
     } else if (const auto* refs = std::get_if<RefList>(&value)) {
         std::unordered_set<ObjectId> seen;
         for (const ObjectId id : *refs)
-            if (!id || !seen.insert(id).second) return bad(id ? "it names an object twice" : "it names none among others");
+            if (!id || !seen.insert(id).second) return bad(id ? "names an object twice" : "names none among others");
     }
     return {};
 }

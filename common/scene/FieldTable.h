@@ -9,8 +9,8 @@
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
 #include "common/scene/Cores.h"
-#include "common/scene/LightSource.h"
-#include "common/scene/NodePose.h"
+#include "common/field/LightSource.h"
+#include "common/field/NodePose.h"
 #include "common/scene/Object.h"
 
 namespace tessera {

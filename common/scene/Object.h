@@ -1,7 +1,7 @@
 /// An object of the scene, whatever its type.
 #pragma once
 
-#include "common/scene/Field.h"
+#include "common/field/Field.h"
 
 namespace tessera {
 

@@ -2,7 +2,7 @@
 # applications, so that find_package(Tessera) gives Tessera::application and the layers below it.
 include(CMakePackageConfigHelpers)
 
-set(application_layers base math change scene session wall codec net application)
+set(application_layers base math change field cores scene session wall codec net application)
 list(TRANSFORM application_layers PREPEND tessera_ OUTPUT_VARIABLE application_targets)
 set(package_folder lib/cmake/Tessera)
 

@@ -103,20 +103,28 @@ Expected<Vec3f> readColor(const proto::scene::Color& message) {
     return Vec3f(color.cwiseMax(0.0f).cwiseMin(1e9f));
 }
 
+Expected<Quatd> readRotation(const proto::scene::Rotation& message) {
+    Quatd rotation = Quatd::Identity();
+    if (message.has_quaternion()) {
+        const proto::scene::Quaternion& q = message.quaternion();
+        rotation = Quatd(q.w(), q.x(), q.y(), q.z());
+        if (!(rotation.norm() > 1e-12)) return fail(ErrorCode::kBadInput, "a rotation's quaternion is zero");
+    } else if (message.has_axis()) {
+        const Vec3d axis(message.axis().x(), message.axis().y(), message.axis().z());
+        const double length = axis.norm();
+        if (!(length > 1e-12)) return fail(ErrorCode::kBadInput, "a rotation's axis is zero");
+        rotation = Quatd(Eigen::AngleAxisd(message.angle_deg() * EIGEN_PI / 180.0, axis / length));
+    }
+    if (!rotation.coeffs().allFinite()) return badNumber("a rotation");
+    return rotation.normalized();
+}
+
 Expected<Transform> readTransform(const proto::scene::Transform& message) {
     Transform transform;
     transform.translation = Vec3d(message.translation().x(), message.translation().y(), message.translation().z());
-    if (message.rotation().has_quaternion()) {
-        const proto::scene::Quaternion& q = message.rotation().quaternion();
-        transform.rotation = Quatd(q.w(), q.x(), q.y(), q.z());
-        if (!(transform.rotation.norm() > 1e-12)) return fail(ErrorCode::kBadInput, "a rotation's quaternion is zero");
-    } else if (message.rotation().has_axis()) {
-        const Vec3d axis(message.rotation().axis().x(), message.rotation().axis().y(), message.rotation().axis().z());
-        const double length = axis.norm();
-        if (!(length > 1e-12)) return fail(ErrorCode::kBadInput, "a rotation's axis is zero");
-        const double angle = message.rotation().angle_deg() * EIGEN_PI / 180.0;
-        transform.rotation = Quatd(Eigen::AngleAxisd(angle, axis / length));
-    }
+    const Expected<Quatd> rotation = readRotation(message.rotation());
+    if (!rotation) return tl::unexpected(rotation.error());
+    transform.rotation = *rotation;
     const proto::scene::Factors& s = message.scale();
     if (message.has_uniform_scale())
         transform.scale = Vec3d::Constant(message.uniform_scale());
@@ -124,8 +132,6 @@ Expected<Transform> readTransform(const proto::scene::Transform& message) {
         transform.scale = Vec3d(s.has_x() ? s.x() : 1.0, s.has_y() ? s.y() : 1.0, s.has_z() ? s.z() : 1.0);
     for (int i = 0; i < 3; ++i)
         if (!within(transform.translation[i]) || !within(transform.scale[i])) return badNumber("a transform");
-    if (!transform.rotation.coeffs().allFinite()) return badNumber("a rotation");
-    transform.rotation.normalize();
     return transform;
 }
 
@@ -146,7 +152,7 @@ Expected<Material> readMaterial(const proto::scene::Material& message) {
     if (!std::isfinite(material.metallic) || !std::isfinite(material.roughness)) return badNumber("a material");
     material.metallic = std::clamp(material.metallic, 0.0f, 1.0f);
     material.roughness = std::clamp(material.roughness, 0.0f, 1.0f);
-    material.doubleSided = message.double_sided() ? 1 : 0;
+    material.doubleSided = message.double_sided();
     return material;
 }
 

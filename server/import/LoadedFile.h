@@ -50,6 +50,7 @@ struct LoadedFile {
                                                              std::vector<std::string>& notes);
 
 // Plain-form values, checked: every number finite, every rotation a rotation.
+[[nodiscard]] Expected<Quatd> readRotation(const proto::scene::Rotation& message);
 [[nodiscard]] Expected<Transform> readTransform(const proto::scene::Transform& message);
 [[nodiscard]] Expected<Material> readMaterial(const proto::scene::Material& message);
 [[nodiscard]] Expected<Environment> readEnvironment(const proto::scene::Environment& message);

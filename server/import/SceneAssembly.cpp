@@ -9,6 +9,7 @@
 
 #include "common/scene/FieldTable.h"
 #include "server/import/AssetFolders.h"
+#include "server/import/TableCores.h"
 
 namespace tessera {
 namespace {
@@ -25,7 +26,11 @@ std::string_view contentName(Content content) {
             return "geometry";
         case Content::kDirectionalLight:
         case Content::kPointLight:
+        case Content::kSpotLight:
             return "light";
+        case Content::kComponentTransform:
+        case Content::kInverseTransform:
+            return "transform";
         case Content::kCamera:
             return "camera";
         case Content::kSwitch:
@@ -164,14 +169,16 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     (*own)->evenScale = evenScale;
     Spot below{(*own)->id, *own, spot.top, spot.depth + 1, spot.camerasEnabled, spot.material, spot.paint};
 
-    // A node has one core: content beside a transform goes into a node of its own below. Only a switch must then hold
-    // the children too.
+    // A node has one core: content beside a transform goes into a node of its own below. Only what says something of its
+    // children, a switch or another transform, must then hold them too.
     Placed* holder = *own;
     if (transform && *core) {
         const Expected<Placed*> inner = newNode(std::string(contentName(content)), *core, below);
         if (!inner) return in(inner.error());
         holder = *inner;
-        if (content == Content::kSwitch) below.parent = holder->id, below.placed = holder, ++below.depth;
+        const TypeInfo* type = tableTypeOf(node);
+        if (type && (type->pose || type->effects & Effect::kVisibility))
+            below.parent = holder->id, below.placed = holder, ++below.depth;
     }
     if (content == Content::kMotion)
         pending_.push_back({PendingRef::Kind::kMotionTarget, *core, holder, spot.top, node.motion().target(),

@@ -7,6 +7,7 @@
 
 #include "server/import/CollisionCores.h"
 #include "server/import/SceneAssembly.h"
+#include "server/import/TableCores.h"
 
 namespace tessera {
 namespace {
@@ -100,6 +101,13 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             return create(*object);
         }
         default:
+            if (const TypeInfo* type = tableTypeOf(node)) {
+                const Expected<TableCore> core = readTableCore(node, *type);
+                if (!core) return tl::unexpected(core.error());
+                const ObjectId id = createObject(type->freshObject());
+                for (const auto& [field, value] : core->fields) builder_.set(id, type->type, field, value);
+                return id;
+            }
             return fail(ErrorCode::kBadInput, "it is not in plain form (shapes are made into meshes by the reader)");
     }
 }

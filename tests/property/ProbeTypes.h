@@ -1,7 +1,7 @@
 /// A type that only the property tests' own build of common/scene holds: kinds of fields that no shipped type has yet.
 #pragma once
 
-#include "common/scene/cores/Node.h"
+#include "common/cores/Node.h"
 
 namespace tessera {
 

@@ -1,4 +1,4 @@
-#include "common/scene/ChildList.h"
+#include "common/cores/ChildList.h"
 
 #include <gtest/gtest.h>
 

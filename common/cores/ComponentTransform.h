@@ -1,8 +1,8 @@
 /// A transform about a centre.
 #pragma once
 
-#include "common/scene/Field.h"
-#include "common/scene/NodePose.h"
+#include "common/field/Field.h"
+#include "common/field/NodePose.h"
 
 namespace tessera {
 

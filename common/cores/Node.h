@@ -1,8 +1,8 @@
 /// A place in the tree.
 #pragma once
 
-#include "common/scene/Field.h"
-#include "common/scene/ChildList.h"
+#include "common/field/Field.h"
+#include "common/cores/ChildList.h"
 
 namespace tessera {
 

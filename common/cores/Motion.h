@@ -1,8 +1,8 @@
 /// Key-framed motion.
 #pragma once
 
-#include "common/scene/Field.h"
-#include "common/scene/cores/Transform.h"
+#include "common/field/Field.h"
+#include "common/cores/Transform.h"
 
 namespace tessera {
 

@@ -1,7 +1,7 @@
 /// A core that holds nothing.
 #pragma once
 
-#include "common/scene/Field.h"
+#include "common/field/Field.h"
 
 namespace tessera {
 

@@ -1,8 +1,8 @@
 /// Back to the world's coordinates.
 #pragma once
 
-#include "common/scene/Field.h"
-#include "common/scene/NodePose.h"
+#include "common/field/Field.h"
+#include "common/field/NodePose.h"
 
 namespace tessera {
 

@@ -1,8 +1,8 @@
 /// What a surface looks like.
 #pragma once
 
-#include "common/scene/Field.h"
-#include "common/scene/cores/Image.h"
+#include "common/field/Field.h"
+#include "common/cores/Image.h"
 
 namespace tessera {
 

@@ -1,7 +1,7 @@
 /// Where the wall stands in the world.
 #pragma once
 
-#include "common/scene/Field.h"
+#include "common/field/Field.h"
 
 namespace tessera {
 

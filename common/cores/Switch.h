@@ -1,7 +1,7 @@
 /// A choice among children.
 #pragma once
 
-#include "common/scene/Field.h"
+#include "common/field/Field.h"
 
 namespace tessera {
 

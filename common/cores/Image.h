@@ -1,7 +1,7 @@
 /// Pixels.
 #pragma once
 
-#include "common/scene/Field.h"
+#include "common/field/Field.h"
 
 namespace tessera {
 

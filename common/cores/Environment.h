@@ -1,7 +1,7 @@
 /// The surroundings.
 #pragma once
 
-#include "common/scene/Field.h"
+#include "common/field/Field.h"
 
 namespace tessera {
 

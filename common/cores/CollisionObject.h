@@ -1,8 +1,8 @@
 /// What takes part in collisions.
 #pragma once
 
-#include "common/scene/Field.h"
-#include "common/scene/cores/Node.h"
+#include "common/field/Field.h"
+#include "common/cores/Node.h"
 
 namespace tessera {
 

@@ -1,8 +1,8 @@
 /// Indexed triangles.
 #pragma once
 
-#include "common/scene/Field.h"
-#include "common/scene/cores/Material.h"
+#include "common/field/Field.h"
+#include "common/cores/Material.h"
 
 namespace tessera {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <numbers>
 
-#include "common/scene/Field.h"
-#include "common/scene/LightSource.h"
+#include "common/field/Field.h"
+#include "common/field/LightSource.h"
 
 namespace tessera {
 

@@ -1,8 +1,8 @@
 /// Light from one point.
 #pragma once
 
-#include "common/scene/Field.h"
-#include "common/scene/LightSource.h"
+#include "common/field/Field.h"
+#include "common/field/LightSource.h"
 
 namespace tessera {
 

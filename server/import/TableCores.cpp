@@ -1,0 +1,115 @@
+#include "server/import/TableCores.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <numbers>
+
+namespace tessera {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+
+std::string snakeCase(std::string_view camel) {
+    std::string snake;
+    for (const char c : camel) {
+        if (std::isupper(static_cast<unsigned char>(c))) snake += '_';
+        snake += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    return snake;
+}
+
+const FieldDescriptor* contentField(const proto::scene::Node& node) {
+    return node.GetReflection()->GetOneofFieldDescriptor(node, node.GetDescriptor()->FindOneofByName("content"));
+}
+
+/// The field of a message that says a field of the table, and what its number is to be multiplied with.
+struct Said {
+    const FieldDescriptor* field = nullptr;
+    double factor = 1;
+};
+
+Said findSaid(const Message& message, const FieldInfo& field) {
+    const std::string name = snakeCase(field.name);
+    const auto& descriptor = *message.GetDescriptor();
+    if (field.measuredIn == Unit::kRadian && field.width == 1)
+        return {descriptor.FindFieldByName(name + "_deg"), std::numbers::pi / 180};
+    return {descriptor.FindFieldByName(name), 1};
+}
+
+template <typename Packed>
+FieldValue packed(const FieldInfo& field, std::initializer_list<double> numbers) {
+    Packed values;
+    values.width = field.width;
+    std::size_t i = 0;
+    for (const double number : numbers)
+        if (i < field.width) values.values[i++] = static_cast<typename decltype(values.values)::value_type>(number);
+    return values;
+}
+
+FieldValue numbersOf(const FieldInfo& field, std::initializer_list<double> numbers) {
+    return field.kind == FieldKind::kFloat ? packed<Floats>(field, numbers) : packed<Doubles>(field, numbers);
+}
+
+Expected<FieldValue> readMessage(const Message& value, const FieldInfo& field) {
+    if (const auto* color = dynamic_cast<const proto::scene::Color*>(&value)) {
+        const Expected<Vec3f> rgb = readColor(*color);
+        if (!rgb) return tl::unexpected(rgb.error());
+        return numbersOf(field, {rgb->x(), rgb->y(), rgb->z(), color->has_a() ? color->a() : 1.0});
+    }
+    if (const auto* vector = dynamic_cast<const proto::scene::Vector*>(&value))
+        return numbersOf(field, {vector->x(), vector->y(), vector->z()});
+    if (const auto* factors = dynamic_cast<const proto::scene::Factors*>(&value))
+        return numbersOf(field, {factors->has_x() ? factors->x() : 1.0, factors->has_y() ? factors->y() : 1.0,
+                                 factors->has_z() ? factors->z() : 1.0});
+    if (const auto* rotation = dynamic_cast<const proto::scene::Rotation*>(&value)) {
+        const Expected<Quatd> turn = readRotation(*rotation);
+        if (!turn) return tl::unexpected(turn.error());
+        return toValue(*turn);
+    }
+    TESSERA_CHECK(false, "a message of the scene schema that no kind of field has");
+    return FieldValue();
+}
+
+Expected<FieldValue> readField(const Message& message, const Said& said, const FieldInfo& field) {
+    const auto& reflection = *message.GetReflection();
+    switch (said.field->cpp_type()) {
+        case FieldDescriptor::CPPTYPE_MESSAGE:
+            return readMessage(reflection.GetMessage(message, said.field), field);
+        case FieldDescriptor::CPPTYPE_BOOL:
+            return reflection.GetBool(message, said.field);
+        case FieldDescriptor::CPPTYPE_INT64:
+            return reflection.GetInt64(message, said.field);
+        case FieldDescriptor::CPPTYPE_FLOAT:
+            return numbersOf(field, {reflection.GetFloat(message, said.field) * said.factor});
+        case FieldDescriptor::CPPTYPE_DOUBLE:
+            return numbersOf(field, {reflection.GetDouble(message, said.field) * said.factor});
+        default:
+            TESSERA_CHECK(false, "a field of the scene schema that no kind of field has");
+            return FieldValue();
+    }
+}
+
+}  // namespace
+
+const TypeInfo* tableTypeOf(const proto::scene::Node& node) {
+    const FieldDescriptor* content = contentField(node);
+    return content && content->message_type() ? findType(content->message_type()->name()) : nullptr;
+}
+
+Expected<TableCore> readTableCore(const proto::scene::Node& node, const TypeInfo& type) {
+    const Message& message = node.GetReflection()->GetMessage(node, contentField(node));
+    TableCore core{.type = &type, .fields = {}};
+    for (const FieldEntry& field : type.fields) {
+        const Said said = findSaid(message, field);
+        if (!said.field || !message.GetReflection()->HasField(message, said.field)) continue;
+        Expected<FieldValue> value = readField(message, said, field);
+        if (!value) return failWith(std::string(said.field->name()), value.error());
+        if (Expected<void> good = checkValue(field, *value); !good) return tl::unexpected(good.error());
+        core.fields.emplace_back(field.id, std::move(*value));
+    }
+    return core;
+}
+
+}  // namespace tessera
