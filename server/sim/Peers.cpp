@@ -1,8 +1,11 @@
 #include "server/sim/Peers.h"
 
 #include <algorithm>
+#include <random>
 
 #include "common/codec/MessageCodec.h"
+#include "common/codec/WallCodec.h"
+#include "common/scene/FieldTable.h"
 
 namespace tessera {
 namespace {
@@ -17,6 +20,19 @@ std::pair<std::uint64_t, SharedBytes> broadcastKey(const Message& message) {
 }
 
 }  // namespace
+
+ServerSessionConfig sessionConfigOf(const Wall& wall) {
+    ServerSessionConfig config;
+    for (const WallHost& host : wall.hosts) config.hosts.push_back(host.name);
+    config.sync = wall.sync;
+    // Every start has a higher epoch than the one before, without a file: nanoseconds since 1970.
+    config.epoch = static_cast<std::uint64_t>(
+        std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count());
+    config.schema = schemaHash();
+    config.configuration = share(encodeWall(wall));
+    config.tokenSeed = (std::uint64_t{std::random_device{}()} << 32) | std::random_device{}();
+    return config;
+}
 
 Peers::Peers(const ServerSessionConfig& config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver)
     : blobs_(blobs),
@@ -54,8 +70,6 @@ ServerActions Peers::perform(ServerActions actions) {
         } else if (const auto* blob = std::get_if<server_action::BlobRequested>(&action)) {
             send(blob->connection, chunkFor(blob->request));
         } else {
-            if (std::holds_alternative<server_action::ApplicationJoined>(action)) ++applications_;
-            if (std::holds_alternative<server_action::ApplicationLeft>(action)) --applications_;
             left.push_back(std::move(action));
         }
     }
@@ -84,12 +98,6 @@ message::BlobChunk Peers::chunkFor(const message::BlobRequest& request) const {
     const ByteSpan part = blob.bytes().subspan(request.offset, length);
     chunk.bytes = share(Bytes(part.begin(), part.end()));
     return chunk;
-}
-
-std::size_t Peers::queuedBytes() const {
-    std::size_t sum = 0;
-    for (const auto& [connection, peer] : open_) sum += transport_.queuedBytes(LinkId{connection.value});
-    return sum;
 }
 
 }  // namespace tessera

@@ -1,5 +1,5 @@
 /// Records to bytes and back.
-#include "server/sim/RecordingFormat.h"
+#include "server/sim/recording/RecordingFormat.h"
 
 #include <gtest/gtest.h>
 

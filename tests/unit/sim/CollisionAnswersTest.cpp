@@ -1,10 +1,10 @@
 /// What a step found, as it is told: every value in its place, and what is left out is counted.
-#include "server/sim/CollisionAnswers.h"
+#include "server/sim/desk/CollisionAnswers.h"
 
 #include <gtest/gtest.h>
 
 #include "common/codec/ApplicationCodec.h"
-#include "server/sim/RequestDesk.h"
+#include "server/sim/desk/FrameNews.h"
 
 namespace tessera {
 namespace {
@@ -108,7 +108,7 @@ TEST(CollisionAnswers, HostsAreToldTheNumbers) {
 
 /// The limits of the desk and of the codec are one contract: what is told can be heard.
 TEST(CollisionAnswers, TheMostThatIsToldFitsIntoANotice) {
-    const RequestDesk::Limits limits;
+    const FrameNews::Limits limits;
     StepResult full;
     full.contacts.resize(CollisionLimits().maxContacts);
     full.events.resize(CollisionLimits().maxEvents);

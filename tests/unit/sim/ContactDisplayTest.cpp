@@ -1,5 +1,5 @@
 /// Marks appear, follow and vanish; nobody else notices.
-#include "server/sim/ContactDisplay.h"
+#include "server/sim/display/ContactDisplay.h"
 
 #include <gtest/gtest.h>
 

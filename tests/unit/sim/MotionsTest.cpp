@@ -1,4 +1,4 @@
-#include "server/sim/Motions.h"
+#include "server/sim/frame/Motions.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/sim/Simulation.h"
+#include "server/sim/frame/Simulation.h"
 
 #include <gtest/gtest.h>
 
