@@ -23,6 +23,7 @@ Expected<void> FrameMaker::load(std::vector<ChangeList> lists) {
     const SceneCounts counts = countScene(around_.simulation.scene());
     around_.log.info(fmt::format("scene: {} nodes, {} cores, {} triangles ({} stored)", counts.nodes, counts.cores,
                                  counts.triangles, counts.trianglesStored));
+    around_.view.update(around_.simulation.scene(), nullptr);
     const Expected<View> first = around_.view.view(around_.simulation.scene());
     return first ? Expected<void>() : tl::unexpected(first.error());
 }
@@ -36,6 +37,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     if (recording_) recording_->frameDone(number, frame);
     around_.report.frameCommitted(frame);
 
+    if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
     if (const Expected<View> view = around_.view.view(around_.simulation.scene())) {
         lastView_ = *view;
     } else if (!std::exchange(cameraComplaint_, true)) {

@@ -13,7 +13,8 @@
 
 namespace tessera {
 
-/// Makes frames of edits and replies, with the view, and sees to it that they are recorded and reported. Frame thread only.
+/// Makes frames of edits and replies, with the view, and sees to it that they are recorded and reported. Frame thread
+/// only.
 class FrameMaker {
 public:
     /// All outlive it.

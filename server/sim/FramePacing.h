@@ -9,8 +9,8 @@ namespace tessera {
 /// the last frame, and the pace of a wall where nobody draws. Times are the caller's.
 class FramePacing {
 public:
-    /// The next frame begins when all who were told to show the last one have said so: then no two shown images differ by
-    /// a frame. A host that does not say so costs the others this much once, and is found by its other deadlines.
+    /// The next frame begins when all who were told to show the last one have said so: then no two shown images differ
+    /// by a frame. A host that does not say so costs the others this much once, and is found by its other deadlines.
     static constexpr Duration kShownGrace = std::chrono::milliseconds(50);
 
     /// `rateHz`: frames per second at most; 0: as fast as the wall draws.

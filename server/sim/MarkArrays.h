@@ -10,16 +10,16 @@
 
 namespace tessera {
 
-/// The display comes and goes in the middle of frames: every host has its arrays before it enters the barrier, whether or
-/// not they are ever shown.
+/// The display comes and goes in the middle of frames: every host has its arrays before it enters the barrier, whether
+/// or not they are ever shown.
 class MarkArrays {
 public:
     /// Keeps the arrays findable for hosts that fetch them.
     MarkArrays(BlobStore& blobs, ServerSession& session);
 
     [[nodiscard]] ServerActions announce(TimePoint now);
-    /// After a frame whose list names these blobs. The session forgets what a list has named; the display may go, a host
-    /// join, and the display come back: then they are announced again.
+    /// After a frame whose list names these blobs. The session forgets what a list has named; the display may go, a
+    /// host join, and the display come back: then they are announced again.
     [[nodiscard]] ServerActions named(std::span<const BlobInfo> blobs, TimePoint now);
 
 private:

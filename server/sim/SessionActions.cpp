@@ -29,10 +29,9 @@ ServerActions SessionActions::on(const server_action::SnapshotWanted& wanted) {
 
 ServerActions SessionActions::on(const server_action::HostEntered& entered) {
     around_.report.entered(entered);
-    around_.log.info(entered.rejoined
-                         ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost", entered.host,
-                                       entered.frame, toMilliseconds(entered.awayFor))
-                         : fmt::format("{} enters at frame {}", entered.host, entered.frame));
+    around_.log.info(entered.rejoined ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost",
+                                                    entered.host, entered.frame, toMilliseconds(entered.awayFor))
+                                      : fmt::format("{} enters at frame {}", entered.host, entered.frame));
     return {};
 }
 

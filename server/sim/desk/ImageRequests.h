@@ -17,7 +17,8 @@ public:
     ImageRequests(const Wall& wall, ServerSession& session, std::chrono::milliseconds deadline)
         : wall_(wall), session_(session), deadline_(deadline) {}
 
-    /// Asks for the next frame to begin: on each host's control connection the question comes before that frame's Begin.
+    /// Asks for the next frame to begin: on each host's control connection the question comes before that frame's
+    /// Begin.
     [[nodiscard]] ServerActions ask(const Asker& asker, TimePoint now);
     [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image);
     [[nodiscard]] ServerActions advance(TimePoint now);

@@ -19,8 +19,8 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
     const Expected<ApplicationRequest> decoded = decodeRequest(received.body ? ByteSpan(*received.body) : ByteSpan());
     if (!decoded) return refuse(asker, decoded.error());
     if (open_.size() + images_.openCount() >= limits_.maxOpenRequests)
-        return refuse(asker, {ErrorCode::kLimit, fmt::format("{} requests are open already; try again later",
-                                                             limits_.maxOpenRequests)});
+        return refuse(asker, {ErrorCode::kLimit,
+                              fmt::format("{} requests are open already; try again later", limits_.maxOpenRequests)});
     return std::visit([&](const auto& request) { return on(asker, request, now); }, *decoded);
 }
 
@@ -42,8 +42,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Undo&, TimePoin
 ServerActions RequestDesk::on(const Asker& asker, const request::Load& load, TimePoint) {
     const ObjectId parent = load.parent ? load.parent : kRootNode;
     if (!around_.simulation.scene().get<Node>(parent))
-        return refuse(asker,
-                      {ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", parent.value)});
+        return refuse(asker, {ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", parent.value)});
     const std::uint64_t ticket = nextTicket_++;
     if (!around_.loader.order({.ticket = ticket, .path = load.path, .parent = parent}))
         return refuse(asker, {ErrorCode::kLimit, "too many files wait to be loaded already"});
@@ -67,8 +66,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
                                 .roundTripMs = toMilliseconds(host.roundTrip)});
     status.waitingFor = session.waitingFor();
     status.objects = simulation.scene().objectCount();
-    for (const ObjectId id : simulation.scene().ids())
-        if (simulation.scene().get<Node>(id)) ++status.nodes;
+    status.nodes = simulation.nodeCount();
     status.undoDepth = simulation.undoDepth();
     status.applications = applications_.size();
     return answer(asker, ApplicationAnswer(std::move(status)));
@@ -226,8 +224,8 @@ Expected<ApplicationAnswer> RequestDesk::outcomeOf(const Open& open, const EditO
                                                    std::uint64_t sequence) const {
     if (!outcome.result) return tl::unexpected(outcome.result.error());
     if (!open.isLoad)
-        return ApplicationAnswer(answer::Committed{
-            .sequence = Sequence{sequence}, .ids = outcome.ids, .stopped = outcome.stopped});
+        return ApplicationAnswer(
+            answer::Committed{.sequence = Sequence{sequence}, .ids = outcome.ids, .stopped = outcome.stopped});
     answer::Loaded loaded = open.loaded;
     const auto given = std::ranges::find(outcome.ids, loaded.node, &std::pair<ObjectId, ObjectId>::first);
     if (given != outcome.ids.end()) loaded.node = given->second;

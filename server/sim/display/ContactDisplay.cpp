@@ -50,57 +50,57 @@ void ContactDisplay::State::forEachId(F&& f) {
 
 void ContactDisplay::sceneChanged(const Aspect& scene, const ChangeList* list) {
     if (!list) {
-        interests_.clear();
-        for (const ObjectId id : scene.ids())
-            if (scene.get<Interest>(id)) interests_.push_back(id);
+        asked_.clear();
+        for (const ObjectId id : scene.ids()) look(scene, id);
         return;
     }
-    const bool created =
-        std::ranges::any_of(list->creations, [](const Creation& c) { return c.type == typeOf<Interest>(); });
-    if (!created && list->destructions.empty()) return;
-    for (const Creation& creation : list->creations)
-        if (creation.type == typeOf<Interest>()) interests_.push_back(creation.id);
-    std::erase_if(interests_, [&](ObjectId id) { return !scene.get<Interest>(id); });
-    std::ranges::sort(interests_);
+    // Fresh interests show nothing until a column says so.
+    for (const FieldColumn& column : list->columns)
+        if (column.type == typeOf<Interest>() &&
+            (column.field == field::kInterestShow || column.field == field::kInterestEnabled))
+            for (const ObjectId id : column.ids) look(scene, id);
+    if (!asked_.empty())
+        for (const ObjectId id : list->destructions) asked_.erase(id);
 }
 
-std::vector<InterestShow> ContactDisplay::asked(const Aspect& scene) const {
-    std::vector<InterestShow> asked;
-    for (const ObjectId id : interests_) {
-        const Interest* interest = scene.get<Interest>(id);
-        if (interest && interest->enabled && interest->show != 0) asked.push_back({id, interest->show});
+void ContactDisplay::look(const Aspect& scene, ObjectId id) {
+    const Interest* interest = scene.get<Interest>(id);
+    if (interest && interest->enabled && interest->show != 0)
+        asked_[id] = interest->show;
+    else
+        asked_.erase(id);
+}
+
+ChangeListPtr ContactDisplay::commit(Committer& committer, const StepResult& step) {
+    if (asked_.empty() && !state_.node) {
+        counts_ = {};
+        return nullptr;
     }
-    return asked;
-}
-
-std::optional<ChangeList> ContactDisplay::commit(Committer& committer, const StepResult& step) {
     const State before = state_;
     const Counts countsBefore = counts_;
     ChangeList list = update(committer.scene(), step);
-    if (list.empty()) return {};
-    const Expected<Committer::Applied> applied = committer.apply(list);
+    if (list.empty()) return nullptr;
+    const Expected<Committer::Applied> applied = committer.apply(std::move(list));
     if (!applied) {
         state_ = before;
         counts_ = countsBefore;
-        return {};
+        return nullptr;
     }
     if (!applied->ids.empty()) {
         const std::unordered_map<ObjectId, ObjectId> given(applied->ids.begin(), applied->ids.end());
-        const auto numbered = [&](ObjectId id) {
-            const auto it = given.find(id);
-            return it == given.end() ? id : it->second;
-        };
-        state_.forEachId([&](ObjectId& id) { id = numbered(id); });
-        replaceIds(list, numbered);
+        state_.forEachId([&](ObjectId& id) {
+            if (const auto it = given.find(id); it != given.end()) id = it->second;
+        });
     }
-    return list;
+    return applied->list;
 }
 
 ChangeList ContactDisplay::update(const Aspect& scene, const StepResult& step) {
     placeholders_ = 0;
     counts_ = {};
     ChangeListBuilder list;
-    const std::vector<InterestShow> shows = asked(scene);
+    std::vector<InterestShow> shows;
+    for (const auto& [interest, show] : asked_) shows.push_back({interest, show});
     if (state_.node && (shows.empty() || !intact(scene))) {
         dismantle(list, scene);
         return list.take();  // anew in the next frame, where that is wanted

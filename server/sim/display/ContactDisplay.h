@@ -2,7 +2,7 @@
 #pragma once
 
 #include <array>
-#include <optional>
+#include <map>
 #include <span>
 #include <utility>
 #include <vector>
@@ -35,8 +35,8 @@ namespace tessera {
 /// Deterministic: a function of the scene's history and the steps' contacts. How to use it, in Simulation::step, once
 /// the accepted poses are committed and before the frame is closed:
 ///
-///     if (const std::optional<ChangeList> list = display_.commit(committer_, result.collision))
-///         pipeline_.sceneChanged(scene(), &*list);
+///     if (const ChangeListPtr list = display_.commit(committer_, result.collision))
+///         pipeline_.sceneChanged(scene(), list.get());
 ///
 /// and `display_.sceneChanged(scene(), list or null)` wherever the pipeline is told the same.
 class ContactDisplay {
@@ -44,9 +44,9 @@ public:
     /// As CollisionPipeline::sceneChanged: after each list, with that list; null: anything may have changed.
     void sceneChanged(const Aspect& scene, const ChangeList* list);
 
-    /// Brings the display up to date with a step. The numbered list that was committed, if one was needed. A scene that
-    /// is full has no display; nothing else fails.
-    [[nodiscard]] std::optional<ChangeList> commit(Committer& committer, const StepResult& step);
+    /// Brings the display up to date with a step. The numbered list that was committed; null where none was needed. A
+    /// scene that is full has no display; nothing else fails.
+    [[nodiscard]] ChangeListPtr commit(Committer& committer, const StepResult& step);
 
     struct Counts {
         std::array<std::uint64_t, kMarkKinds> drawn{}, leftOut{};
@@ -75,7 +75,7 @@ private:
         void forEachId(F&& f);
     };
 
-    [[nodiscard]] std::vector<InterestShow> asked(const Aspect& scene) const;
+    void look(const Aspect& scene, ObjectId interest);
     /// Fresh objects carry placeholders, in the list and in the state.
     [[nodiscard]] ChangeList update(const Aspect& scene, const StepResult& step);
     void build(ChangeListBuilder& list);
@@ -85,7 +85,7 @@ private:
     void dismantle(ChangeListBuilder& list, const Aspect& scene);
     [[nodiscard]] ObjectId fresh() { return ObjectId{kFirstPlaceholder + placeholders_++}; }
 
-    std::vector<ObjectId> interests_;  ///< all Interest cores, ascending
+    std::map<ObjectId, std::int64_t> asked_;  ///< enabled interests that want something drawn → their `show`
     MarkMaker maker_;
     State state_;
     Counts counts_;

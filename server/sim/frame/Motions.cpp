@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <ranges>
 
 #include <fmt/format.h>
+
+#include "common/scene/FieldTable.h"
 
 namespace tessera {
 namespace {
@@ -53,8 +55,9 @@ Expected<void> checkKeys(std::span<const double> keys) {
 Pose poseAt(std::span<const double> keys, std::int64_t mode, double seconds) {
     const std::size_t count = keys.size() / kScalarsPerKey;
     const double time = foldTime(seconds, keyTime(keys, 0), keyTime(keys, count - 1), mode);
-    std::size_t next = 0;
-    while (next < count && keyTime(keys, next) <= time) ++next;
+    const auto indices = std::views::iota(std::size_t{0}, count);
+    const auto next = static_cast<std::size_t>(
+        std::ranges::upper_bound(indices, time, {}, [&](std::size_t i) { return keyTime(keys, i); }) - indices.begin());
     if (next == 0) return poseOfKey(keys, 0);
     if (next == count) return poseOfKey(keys, count - 1);
     const Pose a = poseOfKey(keys, next - 1);
@@ -65,22 +68,76 @@ Pose poseAt(std::span<const double> keys, std::int64_t mode, double seconds) {
             .scale = (1 - u) * a.scale + u * b.scale};
 }
 
-std::vector<MotionStep> advanceMotions(const Aspect& scene, std::span<const ObjectId> motions, double seconds) {
+void Motions::update(const Aspect& scene, const ChangeList* list) {
+    if (!list) {
+        known_.clear();
+        playing_.clear();
+        byTarget_.clear();
+        for (const ObjectId id : scene.ids()) look(scene, id, true);
+        return;
+    }
+    for (const Creation& creation : list->creations)
+        if (creation.type == typeOf<Motion>()) look(scene, creation.id, false);  // fresh ones have no keys
+    for (const FieldColumn& column : list->columns) {
+        if (column.type != typeOf<Motion>() || column.field == field::kMotionTime || column.field == field::kMotionMode)
+            continue;
+        for (const ObjectId id : column.ids) look(scene, id, column.field == field::kMotionKeys);
+    }
+    if (!known_.empty())
+        for (const ObjectId id : list->destructions) forget(id);
+}
+
+void Motions::look(const Aspect& scene, ObjectId id, bool keys) {
+    const Motion* motion = scene.get<Motion>(id);
+    if (!motion) return;  // destroyed by the same list, or no Motion at all
+    Known& known = known_[id];
+    if (keys) {
+        ++keysChecked_;
+        known.sound = checkKeys(motion->keys.as<double>()).has_value();
+    }
+    setPlaying(id, known, motion->playing != 0, motion->target);
+}
+
+void Motions::forget(ObjectId id) {
+    const auto found = known_.find(id);
+    if (found == known_.end()) return;
+    setPlaying(id, found->second, false, {});
+    known_.erase(found);
+}
+
+void Motions::setPlaying(ObjectId id, Known& known, bool playing, ObjectId target) {
+    if (known.playing) byTarget_.erase({known.target, id});
+    known.playing = playing;
+    known.target = target;
+    if (playing) {
+        playing_[id] = known.sound;
+        byTarget_.insert({target, id});
+    } else {
+        playing_.erase(id);
+    }
+}
+
+std::vector<MotionStep> Motions::advance(const Aspect& scene, double seconds) const {
     std::map<ObjectId, MotionStep> byTarget;
-    for (const ObjectId id : motions) {
-        const Motion* motion = scene.get<Motion>(id);
-        if (!motion || !motion->playing || !scene.get<Transform>(motion->target)) continue;
-        const std::span<const double> keys = motion->keys.as<double>();
-        if (!checkKeys(keys)) continue;
-        double time = motion->time + seconds;
-        if (motion->mode == Motion::kOnce) time = std::min(time, keyTime(keys, keys.size() / kScalarsPerKey - 1));
-        byTarget[motion->target] = {
-            .motion = id, .target = motion->target, .time = time, .pose = poseAt(keys, motion->mode, time)};
+    for (const auto& [id, sound] : playing_) {
+        if (!sound) continue;
+        const Motion& motion = *scene.get<Motion>(id);
+        if (!scene.get<Transform>(motion.target)) continue;
+        const std::span<const double> keys = motion.keys.as<double>();
+        double time = motion.time + seconds;
+        if (motion.mode == Motion::kOnce) time = std::min(time, keyTime(keys, keys.size() / kScalarsPerKey - 1));
+        byTarget[motion.target] = {
+            .motion = id, .target = motion.target, .time = time, .pose = poseAt(keys, motion.mode, time)};
     }
     std::vector<MotionStep> steps;
     for (auto& [target, step] : byTarget) steps.push_back(step);
     std::ranges::sort(steps, {}, &MotionStep::motion);
     return steps;
+}
+
+void Motions::appendPlaying(ObjectId target, std::vector<ObjectId>& motions) const {
+    for (auto it = byTarget_.lower_bound({target, ObjectId()}); it != byTarget_.end() && it->first == target; ++it)
+        motions.push_back(it->second);
 }
 
 }  // namespace tessera

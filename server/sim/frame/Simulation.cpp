@@ -29,12 +29,13 @@ void addPose(ChangeListBuilder& builder, ObjectId id, const Pose& from, const Po
     if (to.scale != from.scale) builder.set(id, type, field::kScale, toValue(to.scale));
 }
 
-/// Adds rows to a list's column of the same field, or the column where there is none. No object may be in both.
+/// Adds rows to a list's column of the same field, or the column, in its place, where there is none. No object may be
+/// in both.
 void mergeColumn(ChangeList& list, FieldColumn column) {
-    const auto same = std::ranges::find_if(
-        list.columns, [&](const FieldColumn& c) { return c.type == column.type && c.field == column.field; });
+    const auto order = [](const FieldColumn& c) { return std::pair(c.type, c.field); };
+    const auto same = std::ranges::find(list.columns, order(column), order);
     if (same == list.columns.end()) {
-        list.columns.push_back(std::move(column));
+        list.columns.insert(std::ranges::upper_bound(list.columns, order(column), {}, order), std::move(column));
         return;
     }
     for (std::size_t row = 0; row < column.ids.size(); ++row) same->append(column.ids[row], column.value(row));
@@ -54,9 +55,6 @@ Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
         const Expected<Committer::Applied> applied = committer_.apply(std::move(lists[i]));
         if (!applied) return failWith(fmt::format("scene {}", i + 1), applied.error());
     }
-    motions_.clear();
-    for (const ObjectId id : scene().ids())
-        if (scene().get<Motion>(id)) motions_.push_back(id);
     sceneChanged(nullptr);
     return committer_.closeFrame();
 }
@@ -65,7 +63,7 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     FrameResult result;
     const double seconds = firstFrame ? 0.0 : kSecondsPerFrame;
     Wishes wishes;
-    for (const MotionStep& m : advanceMotions(scene(), motions_, seconds))
+    for (const MotionStep& m : motions_.advance(scene(), seconds))
         wishes[m.target] = {.pose = m.pose, .motion = m.motion, .motionTime = m.time};
     for (std::size_t i = 0; i < edits.size(); ++i) result.outcomes.push_back(applyEdit(std::move(edits[i]), i, wishes));
 
@@ -91,72 +89,58 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
         if (accepted.source < 0 && !std::ranges::binary_search(result.collision.stopped, accepted.transform))
             tellHand(accepted.transform);
     commitPoses(wishes, result.collision);
-    if (const std::optional<ChangeList> marks = display_.commit(committer_, result.collision))
-        pipeline_.sceneChanged(scene(), &*marks);
+    if (const ChangeListPtr marks = display_.commit(committer_, result.collision))
+        pipeline_.sceneChanged(scene(), marks.get());
     result.commit = committer_.closeFrame();
     return result;
 }
 
 EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) {
     EditOutcome outcome{.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}};
-    if (edit.undo) {
-        if (undo_.depth() == 0) {
-            outcome.result = fail(ErrorCode::kRefused, "there is nothing to undo");
-            return outcome;
-        }
-        edit.list = undo_.top();
+    if (edit.undo && undo_.depth() == 0) {
+        outcome.result = fail(ErrorCode::kRefused, "there is nothing to undo");
+        return outcome;
     }
-    const std::vector<std::pair<ObjectId, Pose>> poses = takeTransforms(edit.list, wishes);
-    for (const auto& [id, pose] : poses) {
-        if (!pose.translation.allFinite() || !pose.rotation.coeffs().allFinite() || !pose.scale.allFinite() ||
-            pose.rotation.squaredNorm() < 1e-12) {
+    // An inverse stays on the stack until it has been applied. One that moves nothing is applied as it lies there.
+    ChangeListPtr whole = edit.undo ? undo_.top() : nullptr;
+    std::vector<std::pair<ObjectId, Pose>> poses;
+    ChangeList list;
+    if (!whole || std::ranges::any_of(whole->columns, isPoseField)) {
+        list = whole ? *std::exchange(whole, nullptr) : std::move(edit.list);
+        poses = takeTransforms(list, wishes);
+        for (const auto& [id, pose] : poses) {
+            if (pose.translation.allFinite() && pose.rotation.coeffs().allFinite() && pose.scale.allFinite() &&
+                pose.rotation.squaredNorm() >= 1e-12)
+                continue;
             outcome.result = fail(
                 ErrorCode::kBadInput,
                 fmt::format("the transform wanted for #{} is not finite or has a rotation of length zero", id.value));
             return outcome;
         }
-    }
-    // Motions whose target is taken in hand are paused in the same list, unless the edit itself says something of it.
-    ChangeListBuilder pauses;
-    std::unordered_set<ObjectId> spokenFor;
-    for (const FieldColumn& column : edit.list.columns)
-        if (column.type == typeOf<Motion>() && column.field == field::kMotionPlaying)
-            spokenFor.insert(column.ids.begin(), column.ids.end());
-    for (const ObjectId id : motions_) {
-        const Motion* motion = scene().get<Motion>(id);
-        const bool taken = motion && motion->playing && !spokenFor.contains(id) &&
-                           std::ranges::any_of(poses, [&](const auto& p) { return p.first == motion->target; });
-        if (taken) pauses.set(id, typeOf<Motion>(), field::kMotionPlaying, std::int64_t{0});
-    }
-    if (!pauses.empty()) {
-        ChangeList pausing = pauses.take();
-        for (FieldColumn& column : pausing.columns) mergeColumn(edit.list, std::move(column));
+        pauseMotionsOf(poses, list);
     }
 
     ChangeList inverse;
-    if (!edit.list.empty()) {
+    if (whole || !list.empty()) {
+        if (edit.undo && !whole) whole = std::make_shared<const ChangeList>(std::move(list));
         Expected<Committer::Applied> applied =
-            edit.undo ? committer_.applyInverse(edit.list) : committer_.apply(edit.list);
+            edit.undo ? committer_.applyInverse(whole)
+                      : committer_.apply(std::move(list),
+                                         edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone);
         if (!applied) {
             outcome.result = tl::unexpected(applied.error());
             return outcome;
         }
         outcome.ids = std::move(applied->ids);
         inverse = std::move(applied->inverse);
-        ChangeList numbered = edit.list;
-        replaceIds(numbered, [&](ObjectId id) {
-            const auto it = std::ranges::find(outcome.ids, id, &std::pair<ObjectId, ObjectId>::first);
-            return it == outcome.ids.end() ? id : it->second;
-        });
-        noteMotions(numbered);
-        sceneChanged(&numbered);
+        sceneChanged(applied->list.get());
     }
     ChangeListBuilder back;
     for (const auto& [id, pose] : poses) {
         const Transform* now = scene().get<Transform>(id);
         if (!now) continue;  // destroyed by the same edit
         wishes[id] = {.pose = pose, .motion = {}, .motionTime = 0, .edit = index};
-        addPose(back, id, pose, poseOf(*now));
+        if (edit.undoable && !edit.undo) addPose(back, id, pose, poseOf(*now));
     }
     if (edit.undo) {
         undo_.pop();
@@ -167,6 +151,22 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
         undo_.push(std::move(inverse));
     }
     return outcome;
+}
+
+void Simulation::pauseMotionsOf(std::span<const std::pair<ObjectId, Pose>> poses, ChangeList& list) const {
+    std::vector<ObjectId> taken;
+    for (const auto& [target, pose] : poses) motions_.appendPlaying(target, taken);
+    if (taken.empty()) return;
+    std::ranges::sort(taken);
+    std::unordered_set<ObjectId> spokenFor;
+    for (const FieldColumn& column : list.columns)
+        if (column.type == typeOf<Motion>() && column.field == field::kMotionPlaying)
+            spokenFor.insert(column.ids.begin(), column.ids.end());
+    ChangeListBuilder pauses;
+    for (const ObjectId id : taken)
+        if (!spokenFor.contains(id)) pauses.set(id, typeOf<Motion>(), field::kMotionPlaying, std::int64_t{0});
+    ChangeList pausing = pauses.take();
+    for (FieldColumn& column : pausing.columns) mergeColumn(list, std::move(column));
 }
 
 std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& list, const Wishes& wishes) const {
@@ -221,29 +221,21 @@ void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
         if (now->spin != body.spin) builder.set(body.core, type, field::kSpin, toValue(body.spin));
     }
     for (const auto& [id, wish] : wishes) {
-        if (!wish.motion || std::ranges::find(step.stopped, id) != step.stopped.end())
-            continue;  // a stopped motion's time stands
+        if (!wish.motion || std::ranges::binary_search(step.stopped, id)) continue;  // a stopped motion's time stands
         const Motion* motion = scene().get<Motion>(wish.motion);
         if (motion && motion->time != wish.motionTime)
             builder.set(wish.motion, typeOf<Motion>(), field::kMotionTime, toValue(wish.motionTime));
     }
     if (builder.empty()) return;
-    const ChangeList list = builder.take();
-    const Expected<Committer::Applied> applied = committer_.apply(list);
+    const Expected<Committer::Applied> applied = committer_.apply(builder.take());
     TESSERA_CHECK(applied.has_value(), applied ? std::string() : applied.error().message);
-    sceneChanged(&list);
+    sceneChanged(applied->list.get());
 }
 
 void Simulation::sceneChanged(const ChangeList* list) {
+    motions_.update(scene(), list);
     pipeline_.sceneChanged(scene(), list);
     display_.sceneChanged(scene(), list);
-}
-
-void Simulation::noteMotions(const ChangeList& list) {
-    for (const Creation& creation : list.creations)
-        if (creation.type == typeOf<Motion>()) motions_.push_back(creation.id);
-    std::erase_if(motions_, [&](ObjectId id) { return !scene().get<Motion>(id); });
-    std::ranges::sort(motions_);
 }
 
 }  // namespace tessera

@@ -44,15 +44,15 @@ struct SimulationOptions {
     CollisionLimits collision;
 };
 
-/// Deterministic: the same edits and replies in the same frames give the same scenes, contacts and events, whatever the time,
-/// the threads or the number of clients.
+/// Deterministic: the same edits and replies in the same frames give the same scenes, contacts and events, whatever the
+/// time, the threads or the number of clients.
 ///
 /// **Who wins.** Motions speak first, then edits in the order of their arrival; the last writer of a field wins. An
 /// edit that writes a Transform which a motion drives pauses that motion (`playing` becomes 0 in the same list) until
 /// somebody sets it again. What motions and edits want of existing Transforms goes through the collision pipeline;
-/// everything else is committed as it is. What an application replies to a question about a stopped motion stands above both, in
-/// that frame. Free bodies go where gravity and impulses send them, but for one that a motion or an edit moves: for as long as
-/// it does, it is moved like anything else. Not thread-safe.
+/// everything else is committed as it is. What an application replies to a question about a stopped motion stands above
+/// both, in that frame. Free bodies go where gravity and impulses send them, but for one that a motion or an edit
+/// moves: for as long as it does, it is moved like anything else. Not thread-safe.
 class Simulation {
 public:
     explicit Simulation(const SimulationOptions& options = {});
@@ -66,9 +66,12 @@ public:
 
     [[nodiscard]] const Aspect& scene() const { return committer_.scene(); }
     [[nodiscard]] std::uint64_t sequence() const { return committer_.sequence(); }
+    /// Of the scene, the root included. Kept, not counted.
+    [[nodiscard]] std::size_t nodeCount() const { return committer_.nodeCount(); }
+    [[nodiscard]] const Motions& motions() const { return motions_; }
     [[nodiscard]] std::size_t undoDepth() const { return undo_.depth(); }
     /// Only with undoDepth() > 0.
-    [[nodiscard]] const ChangeList& newestInverse() const { return undo_.top(); }
+    [[nodiscard]] const ChangeList& newestInverse() const { return *undo_.top(); }
     /// Questions that the collision pipeline has asked and nobody has replied to, ascending.
     [[nodiscard]] std::vector<std::uint64_t> openQuestions() const { return pipeline_.openQuestions(); }
     /// The nearest visible triangle on a world-space ray.
@@ -87,7 +90,8 @@ private:
     /// Takes the values of existing Transforms out of the list and makes wishes of them.
     [[nodiscard]] std::vector<std::pair<ObjectId, Pose>> takeTransforms(ChangeList& list, const Wishes& wishes) const;
     void commitPoses(const Wishes& wishes, const StepResult& step);
-    void noteMotions(const ChangeList& list);
+    /// Pauses, in `list`, the motions whose targets are taken in hand, unless the list itself says something of them.
+    void pauseMotionsOf(std::span<const std::pair<ObjectId, Pose>> poses, ChangeList& list) const;
     /// After each list applied to the scene; null: anything may have changed.
     void sceneChanged(const ChangeList* list);
 
@@ -96,7 +100,7 @@ private:
     std::unique_ptr<Workers> workers_;  ///< null: one thread
     CollisionPipeline pipeline_;
     ContactDisplay display_;
-    std::vector<ObjectId> motions_;  ///< ids of all Motion cores, ascending
+    Motions motions_;
 };
 
 }  // namespace tessera

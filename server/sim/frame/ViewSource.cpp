@@ -36,25 +36,30 @@ Box sceneBounds(const Aspect& scene) {
     return bounds;
 }
 
-ViewSource::ViewSource(const Wall& wall, std::string cameraPath)
-    : wall_(wall), cameraPath_(std::move(cameraPath)), users_(wall.users) {}
+ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath) : wall_(wall), users_(wall.users) {
+    if (cameraPath.empty()) return;
+    named_.emplace(cameraPath);
+    update(Aspect(), nullptr);
+}
+
+void ViewSource::update(const Aspect& scene, const ChangeList* list) {
+    if (named_)
+        named_->update(scene, list);
+    else
+        first_.update(scene, list);
+    camera_ = cameraView(scene);
+}
 
 Expected<std::optional<View>> ViewSource::cameraView(const Aspect& scene) const {
-    if (!cameraPath_.empty()) {
-        const Expected<ObjectId> node = findNode(scene, cameraPath_);
-        if (!node) return failWith("camera", node.error());
-        const Camera* camera = scene.coreOf<Camera>(*scene.get<Node>(*node));
-        if (!camera) return fail(ErrorCode::kBadInput, fmt::format("camera: {} holds no Camera", cameraPath_));
-        return viewOf(worldTransform(scene, *node), *camera);
+    if (!named_) {
+        if (!first_.node()) return std::optional<View>();
+        return viewOf(worldTransform(scene, first_.node()), *scene.coreOf<Camera>(*scene.get<Node>(first_.node())));
     }
-    std::optional<View> found;
-    Action action;
-    action.on<Camera>([&](const Visit& visit, const Camera& camera) {
-        if (!found && camera.enabled) found = viewOf(visit.world_T_node, camera);
-        return Descend::kInto;
-    });
-    action.run(scene);
-    return found;
+    if (!named_->node()) return failWith("camera", named_->node().error());
+    const ObjectId node = *named_->node();
+    const Camera* camera = scene.coreOf<Camera>(*scene.get<Node>(node));
+    if (!camera) return fail(ErrorCode::kBadInput, fmt::format("camera: {} holds no Camera", named_->path()));
+    return viewOf(worldTransform(scene, node), *camera);
 }
 
 Expected<View> ViewSource::view(const Aspect& scene) {
@@ -62,10 +67,9 @@ Expected<View> ViewSource::view(const Aspect& scene) {
     if (override_) {
         result = *override_;
     } else {
-        const Expected<std::optional<View>> camera = cameraView(scene);
-        if (!camera) return tl::unexpected(camera.error());
-        if (*camera) {
-            result = **camera;
+        if (!camera_) return tl::unexpected(camera_.error());
+        if (*camera_) {
+            result = **camera_;
         } else {
             if (!default_) default_ = defaultView(wall_, sceneBounds(scene));
             result = *default_;

@@ -11,7 +11,6 @@
 namespace tessera {
 namespace {
 
-
 template <typename T>
 T roundTrip(const RecordContent& content, const BlobStore& arrays = {}) {
     const test::RawRecord raw = test::rawOf(content);
