@@ -35,14 +35,8 @@ double Series::quantile(double share) const {
 SceneCounts countScene(const Aspect& scene) {
     SceneCounts counts;
     for (const ObjectId id : scene.ids()) {
-        const Object* object = scene.find(id);
-        if (std::holds_alternative<Node>(*object)) {
-            ++counts.nodes;
-        } else {
-            ++counts.cores;
-            if (const Geometry* geometry = std::get_if<Geometry>(object))
-                counts.trianglesStored += triangleCount(*geometry);
-        }
+        ++(scene.get<Node>(id) ? counts.nodes : counts.cores);
+        if (const Geometry* geometry = scene.get<Geometry>(id)) counts.trianglesStored += triangleCount(*geometry);
     }
     Action action;
     action.visitHidden(true);

@@ -23,7 +23,7 @@ std::string describe(const Aspect& scene, ObjectId id, bool replicaHasIt, bool s
     std::string text = fmt::format("#{}", id.value);
     if (const Object* object = scene.find(id)) {
         text += fmt::format(" ({})", findType(typeOf(*object))->name);
-        if (std::holds_alternative<Node>(*object)) text.append(" ").append(pathOf(scene, id));
+        if (scene.get<Node>(id)) text.append(" ").append(pathOf(scene, id));
     }
     if (!replicaHasIt) return text.append(" is missing in the replica");
     if (!sceneHadIt) return text.append(" is in the replica only");

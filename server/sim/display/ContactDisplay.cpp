@@ -112,7 +112,7 @@ ChangeList ContactDisplay::update(const Aspect& scene, const StepResult& step) {
     if (!state_.node) {
         if (std::ranges::all_of(marks.of, [](const std::vector<Mark>& of) { return of.empty(); })) return {};
         build(list);
-    } else if (scene.root().children.back() != state_.node) {
+    } else if (const auto& children = scene.root().children; children[children.size() - 1] != state_.node) {
         list.place(state_.node, kRootNode);
     }
     for (const MarkKind kind : {MarkKind::kPoint, MarkKind::kNormal, MarkKind::kFace}) {
