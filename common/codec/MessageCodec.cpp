@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <optional>
 
+#include "common/base/Utf8.h"
 #include "common/codec/Parts.h"
+#include "common/codec/Unpacker.h"
 #include "proto/session.pb.h"
 
 namespace tessera {
@@ -86,7 +87,7 @@ ByteSpan spanOf(const SharedBytes& bytes) {
     return bytes ? ByteSpan(*bytes) : ByteSpan();
 }
 std::string reasonText(const std::string& text) {
-    return std::string(shortened(text, MessageLimits{}.maxTextBytes));
+    return std::string(cutUtf8(text, MessageLimits{}.maxTextBytes));
 }
 
 // ---- packing
@@ -208,55 +209,28 @@ void pack(const message::Over& m, pb::Over& head, Parts&) {
 
 // ---- unpacking
 
-/// Checks what a head says; keeps the first thing that is wrong.
-class Unpacker {
+/// With the limits of session messages.
+class MessageUnpacker : public Unpacker {
 public:
-    Unpacker(Parts parts, const MessageLimits& limits) : parts_(std::move(parts)), limits_(limits) {}
+    MessageUnpacker(Parts parts, const MessageLimits& limits)
+        : Unpacker(std::move(parts), limits.maxTextBytes), maxEntries_(limits.maxEntries) {}
 
-    [[nodiscard]] const std::optional<Error>& error() const { return error_; }
-
-    void expectParts(std::size_t count) {
-        if (parts_.size() == count) return;
-        refuse(ErrorCode::kBadInput, fmt::format("it has {} parts instead of {}", parts_.size(), count));
-        parts_.resize(count);
-    }
-    std::string text(const std::string& value) {
-        if (value.size() <= limits_.maxTextBytes) return value;
-        refuse(ErrorCode::kLimit,
-               fmt::format("a text of {} bytes; at most {} are allowed", value.size(), limits_.maxTextBytes));
-        return {};
-    }
-    template <typename Enum>
-    Enum enumeration(std::uint32_t value, Enum last) {
-        if (value <= static_cast<std::uint32_t>(last)) return static_cast<Enum>(value);
-        refuse(ErrorCode::kBadInput, fmt::format("it holds the unknown value {}", value));
-        return {};
-    }
-    SharedBytes bytes(std::size_t part) { return share(Bytes(parts_[part].begin(), parts_[part].end())); }
     template <typename Record>
     std::vector<Record> records(std::size_t part) {
-        auto found = recordsFrom<Record>(parts_[part], limits_.maxEntries);
-        if (found) return std::move(*found);
-        refuse(found.error().code, found.error().message);
-        return {};
+        return Unpacker::records<Record>(part, maxEntries_);
     }
 
 private:
-    void refuse(ErrorCode code, std::string message) {
-        if (!error_) error_ = Error{code, std::move(message)};
-    }
-    Parts parts_;
-    const MessageLimits& limits_;
-    std::optional<Error> error_;
+    std::size_t maxEntries_;
 };
 
 constexpr ErrorCode kLastErrorCode = ErrorCode::kFailed;
 
-void unpack(message::Heartbeat& m, const pb::Heartbeat& head, Unpacker& in) {
+void unpack(message::Heartbeat& m, const pb::Heartbeat& head, MessageUnpacker& in) {
     in.expectParts(0);
     m = {head.sent_at_ns(), head.echo_ns(), head.held_ns()};
 }
-void unpack(message::Hello& m, const pb::Hello& head, Unpacker& in) {
+void unpack(message::Hello& m, const pb::Hello& head, MessageUnpacker& in) {
     m.protocol = head.protocol();
     // Of another version only the number is understood for certain.
     if (m.protocol != kProtocolVersion) return;
@@ -269,88 +243,88 @@ void unpack(message::Hello& m, const pb::Hello& head, Unpacker& in) {
     m.pixelProbe = head.pixel_probe();
     m.wantBlobs = head.want_blobs();
 }
-void unpack(message::Synced& m, const pb::Synced& head, Unpacker& in) {
+void unpack(message::Synced& m, const pb::Synced& head, MessageUnpacker& in) {
     in.expectParts(0);
     m = {head.sequence(), head.state_hash()};
 }
-void unpack(message::Ready& m, const pb::Ready& head, Unpacker& in) {
+void unpack(message::Ready& m, const pb::Ready& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {head.frame(), head.state_hash(), in.bytes(0)};
 }
-void unpack(message::Shown& m, const pb::Shown& head, Unpacker& in) {
+void unpack(message::Shown& m, const pb::Shown& head, MessageUnpacker& in) {
     in.expectParts(0);
     m = {head.frame(), head.shown_at_ns()};
 }
-void unpack(message::BlobsHeld& m, const pb::BlobsHeld& head, Unpacker& in) {
+void unpack(message::BlobsHeld& m, const pb::BlobsHeld& head, MessageUnpacker& in) {
     in.expectParts(0);
     m.token = head.token();
 }
-void unpack(message::BlobRequest& m, const pb::BlobRequest& head, Unpacker& in) {
+void unpack(message::BlobRequest& m, const pb::BlobRequest& head, MessageUnpacker& in) {
     in.expectParts(0);
     m = {BlobId{head.id_low(), head.id_high()}, head.offset(), head.length()};
 }
-void unpack(message::HashAnswer& m, const pb::HashAnswer& head, Unpacker& in) {
+void unpack(message::HashAnswer& m, const pb::HashAnswer& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {head.sequence(), head.objects(), in.records<HashEntry>(0)};
 }
-void unpack(message::TileImage& m, const pb::TileImage& head, Unpacker& in) {
+void unpack(message::TileImage& m, const pb::TileImage& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {head.request(), head.frame(), in.text(head.tile()), in.bytes(0)};
 }
-void unpack(message::Request& m, const pb::Request& head, Unpacker& in) {
+void unpack(message::Request& m, const pb::Request& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {head.id(), in.bytes(0)};
 }
-void unpack(message::Welcome& m, const pb::Welcome& head, Unpacker& in) {
+void unpack(message::Welcome& m, const pb::Welcome& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {head.epoch(), head.token(), std::chrono::milliseconds(head.heartbeat_ms()),
          std::chrono::milliseconds(head.lost_after_ms()), in.bytes(0)};
 }
-void unpack(message::Refused& m, const pb::Refused& head, Unpacker& in) {
+void unpack(message::Refused& m, const pb::Refused& head, MessageUnpacker& in) {
     in.expectParts(0);
     m = {in.enumeration(head.code(), kLastErrorCode), in.text(head.reason()), head.retry()};
 }
-void unpack(message::Snapshot& m, const pb::Snapshot& head, Unpacker& in) {
+void unpack(message::Snapshot& m, const pb::Snapshot& head, MessageUnpacker& in) {
     in.expectParts(2);
     m = {head.sequence(), head.state_hash(), in.bytes(0), in.records<BlobInfo>(1)};
 }
-void unpack(message::Changes& m, const pb::Changes& head, Unpacker& in) {
+void unpack(message::Changes& m, const pb::Changes& head, MessageUnpacker& in) {
     in.expectParts(2);
     m = {head.sequence(), head.state_hash(), in.bytes(0), in.records<BlobInfo>(1)};
 }
-void unpack(message::Begin& m, const pb::Begin& head, Unpacker& in) {
+void unpack(message::Begin& m, const pb::Begin& head, MessageUnpacker& in) {
     in.expectParts(2);
     m = {head.frame(), head.sequence(), head.state_hash(), in.bytes(0), in.records<BlobInfo>(1)};
 }
-void unpack(message::Swap& m, const pb::SwapFrame& head, Unpacker& in) {
+void unpack(message::Swap& m, const pb::SwapFrame& head, MessageUnpacker& in) {
     in.expectParts(0);
     m.frame = head.frame();
 }
-void unpack(message::BlobNotice& m, const pb::BlobNotice& head, Unpacker& in) {
+void unpack(message::BlobNotice& m, const pb::BlobNotice& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {head.token(), in.records<BlobInfo>(0)};
 }
-void unpack(message::BlobChunk& m, const pb::BlobChunk& head, Unpacker& in) {
+void unpack(message::BlobChunk& m, const pb::BlobChunk& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {BlobId{head.id_low(), head.id_high()}, head.offset(), head.total_bytes(), in.bytes(0)};
 }
-void unpack(message::HashQuery& m, const pb::HashQuery& head, Unpacker& in) {
+void unpack(message::HashQuery& m, const pb::HashQuery& head, MessageUnpacker& in) {
     in.expectParts(0);
     m = {head.objects(), head.leaf()};
 }
-void unpack(message::ImageRequest& m, const pb::ImageRequest& head, Unpacker& in) {
+void unpack(message::ImageRequest& m, const pb::ImageRequest& head, MessageUnpacker& in) {
     in.expectParts(0);
     m = {head.request(), head.frame()};
 }
-void unpack(message::Reply& m, const pb::Reply& head, Unpacker& in) {
+void unpack(message::Reply& m, const pb::Reply& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {head.id(), in.enumeration(head.code(), kLastErrorCode), in.text(head.error()), in.bytes(0)};
 }
-void unpack(message::Notice& m, const pb::Notice&, Unpacker& in) {
+void unpack(message::Notice& m, const pb::Notice&, MessageUnpacker& in) {
     in.expectParts(1);
     m.body = in.bytes(0);
 }
-void unpack(message::Over& m, const pb::Over& head, Unpacker& in) {
+void unpack(message::Over& m, const pb::Over& head, MessageUnpacker& in) {
     in.expectParts(0);
     m.reason = in.text(head.reason());
 }
@@ -364,7 +338,7 @@ Expected<Message> decodeAs(ByteSpan payload, const MessageLimits& limits) {
     typename Wire<M>::Head head;
     if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
         return fail(ErrorCode::kBadInput, "its head is no protobuf message");
-    Unpacker in(std::move(split->parts), limits);
+    MessageUnpacker in(std::move(split->parts), limits);
     M message;
     unpack(message, head, in);
     if (in.error()) return tl::unexpected(*in.error());

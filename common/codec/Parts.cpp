@@ -62,11 +62,4 @@ Expected<SplitParts> splitParts(ByteSpan bytes, std::size_t maxHeadBytes, std::s
     return split;
 }
 
-std::string_view shortened(std::string_view text, std::size_t maxBytes) {
-    if (text.size() <= maxBytes) return text;
-    std::size_t end = maxBytes;
-    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // UTF-8: not inside a character
-    return text.substr(0, end);
-}
-
 }  // namespace tessera

@@ -45,7 +45,4 @@ template <typename Record>
     return records;
 }
 
-/// The whole number of characters of `text` that fit into `maxBytes`.
-[[nodiscard]] std::string_view shortened(std::string_view text, std::size_t maxBytes);
-
 }  // namespace tessera
