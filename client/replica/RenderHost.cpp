@@ -86,17 +86,17 @@ bool RenderHost::on(const work::ApplySnapshot& apply) {
         return true;
     }
     sequence_ = apply.snapshot.sequence;
-    tell(outcome::Applied{apply.snapshot.sequence, aspect_.stateHash()});
+    tell(outcome::Applied{apply.snapshot.sequence, StateHash(aspect_.stateHash())});
     return true;
 }
 
 bool RenderHost::on(const work::ApplyChanges& apply) {
     if (auto applied = applyList(apply.changes.list); !applied) {
-        tell(outcome::ApplyFailed{fmt::format("list {}: {}", apply.changes.sequence, applied.error().message)});
+        tell(outcome::ApplyFailed{fmt::format("list {}: {}", apply.changes.sequence.value, applied.error().message)});
         return true;
     }
     sequence_ = apply.changes.sequence;
-    tell(outcome::Applied{apply.changes.sequence, aspect_.stateHash()});
+    tell(outcome::Applied{apply.changes.sequence, StateHash(aspect_.stateHash())});
     return true;
 }
 
@@ -111,17 +111,17 @@ Expected<void> RenderHost::applyList(const SharedBytes& encoded) {
 }
 
 bool RenderHost::on(const work::Draw& draw) {
-    const std::uint64_t frame = draw.begin.frame;
+    const FrameNumber frame = draw.begin.frame;
     injectBefore(frame);
-    if (options_.injection.at(Injection::Kind::kDrawFail, frame))
-        return broken({ErrorCode::kFailed, fmt::format("frame {}: an error injected by --inject", frame)});
+    if (options_.injection.at(Injection::Kind::kDrawFail, frame.value))
+        return broken({ErrorCode::kFailed, fmt::format("frame {}: an error injected by --inject", frame.value)});
     const auto payload = draw.begin.payload ? decodeFrame(*draw.begin.payload) : Expected<FramePayload>(FramePayload{});
     if (!payload) {
-        tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame, payload.error().message)});
+        tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame.value, payload.error().message)});
         return true;
     }
     if (auto applied = applyList(payload->list); !applied) {
-        tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame, applied.error().message)});
+        tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame.value, applied.error().message)});
         return true;
     }
     sequence_ = draw.begin.sequence;
@@ -131,19 +131,19 @@ bool RenderHost::on(const work::Draw& draw) {
         auto drawn = drawTile(*state, payload->view, frame);
         if (!drawn)
             return broken({drawn.error().code,
-                           fmt::format("frame {}, tile {}: {}", frame, state->tile.name, drawn.error().message)});
+                           fmt::format("frame {}, tile {}: {}", frame.value, state->tile.name, drawn.error().message)});
         stats.push_back(std::move(*drawn));
         skipped += renderer_->lastCounts().skipped;
     }
     if (skipped != skippedBefore_ && skipped > 0)
         log_.warning(
-            fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame, skipped));
+            fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame.value, skipped));
     skippedBefore_ = skipped;
-    tell(outcome::Drawn{frame, aspect_.stateHash(), share(encodeStats(stats))});
+    tell(outcome::Drawn{frame, StateHash(aspect_.stateHash()), share(encodeStats(stats))});
     return true;
 }
 
-Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, std::uint64_t frame) {
+Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, FrameNumber frame) {
     const ScreenCamera camera = tileCamera(wall_, state.tile, view);
     const TimePoint begin = now();
     CullCounts counts;
@@ -162,7 +162,7 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, std
             if (!file) return tl::unexpected(file.error());
             state.file = std::move(*file);
         }
-        state.file->prepare(frame, *state.drawn);
+        state.file->prepare(frame.value, *state.drawn);
     }
     return TileStats{.tile = state.tile.name,
                      .cullMs = toMilliseconds(culled - begin),
@@ -192,7 +192,7 @@ Expected<void> RenderHost::showTile(TileState& state) {
     if (state.file)
         if (auto shown = state.file->show(); !shown) return shown;
     if (options_.keepFrames && !options_.output.empty())
-        writer_->writePng(pngPath(state), state.shown, state.shownFrame);
+        writer_->writePng(pngPath(state), state.shown, state.shownFrame.value);
     return {};
 }
 
@@ -227,7 +227,7 @@ void RenderHost::sendImages(const WaitingImages& waiting) {
         message::TileImage image{
             .request = waiting.request.request, .frame = state->shownFrame, .tile = state->tile.name};
         writer_->encodePng(
-            state->shown, state->shownFrame,
+            state->shown, state->shownFrame.value,
             [report = report_, attempt = waiting.attempt, image = std::move(image)](SharedBytes png) mutable {
                 image.png = std::move(png);
                 report({attempt, outcome::Image{std::move(image)}});
@@ -238,22 +238,22 @@ void RenderHost::sendImages(const WaitingImages& waiting) {
 bool RenderHost::on(const work::Finish&) {
     if (!options_.keepFrames && !options_.output.empty())
         for (const auto& state : tiles_)
-            if (state->shown) writer_->writePng(pngPath(*state), state->shown, state->shownFrame);
+            if (state->shown) writer_->writePng(pngPath(*state), state->shown, state->shownFrame.value);
     if (!writer_->finish()) return broken({ErrorCode::kFailed, "not every picture could be written"});
     return false;
 }
 
-void RenderHost::injectBefore(std::uint64_t frame) {
+void RenderHost::injectBefore(FrameNumber frame) {
     const Injection& injection = options_.injection;
-    if (injection.at(Injection::Kind::kDrawHang, frame)) {
-        log_.warning(fmt::format("frame {}: the draw thread hangs, as --inject asks for", frame));
+    if (injection.at(Injection::Kind::kDrawHang, frame.value)) {
+        log_.warning(fmt::format("frame {}: the draw thread hangs, as --inject asks for", frame.value));
         while (true) std::this_thread::sleep_for(std::chrono::hours(1));
     }
-    if (injection.at(Injection::Kind::kDrawSlow, frame)) {
-        log_.warning(fmt::format("frame {}: the draw thread pauses, as --inject asks for", frame));
+    if (injection.at(Injection::Kind::kDrawSlow, frame.value)) {
+        log_.warning(fmt::format("frame {}: the draw thread pauses, as --inject asks for", frame.value));
         std::this_thread::sleep_for(injection.pause);
     }
-    if (injection.at(Injection::Kind::kCorrupt, frame)) corruptOneField();
+    if (injection.at(Injection::Kind::kCorrupt, frame.value)) corruptOneField();
 }
 
 void RenderHost::corruptOneField() {
@@ -278,7 +278,7 @@ bool RenderHost::broken(const Error& error) {
 }
 
 std::string RenderHost::pngPath(const TileState& state) const {
-    return fmt::format("{}/tiles/{}/{:06}.png", options_.output, state.tile.name, state.shownFrame);
+    return fmt::format("{}/tiles/{}/{:06}.png", options_.output, state.tile.name, state.shownFrame.value);
 }
 
 }  // namespace tessera

@@ -176,7 +176,7 @@ void ServerLink::configured(const client_action::Configured& configured) {
     epoch_ = configured.epoch;
     pause_ = options_.firstPause;
     lastReason_.clear();
-    log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), epoch_));
+    log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), epoch_.value));
     give(work::Configure{configured.configuration});
 }
 

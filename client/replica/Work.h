@@ -27,7 +27,7 @@ struct Draw {
     message::Begin begin;
 };
 struct Show {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
 };
 struct Describe {
     message::HashQuery query;
@@ -49,17 +49,19 @@ struct Work {
 
 namespace outcome {
 struct Applied {
-    std::uint64_t sequence = 0, stateHash = 0;
+    Sequence sequence;
+    StateHash stateHash;
 };
 struct ApplyFailed {
     std::string reason;
 };
 struct Drawn {
-    std::uint64_t frame = 0, stateHash = 0;
+    FrameNumber frame;
+    StateHash stateHash;
     SharedBytes stats;
 };
 struct Shown {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     TimePoint at;
 };
 struct Described {

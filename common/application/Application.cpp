@@ -122,7 +122,7 @@ Expected<void> Application::Impl::apply(incoming::List list) {
     if (auto applied = aspect.apply(*list.list); !applied)
         return failWith(fmt::format("change list {} of the server does not fit the scene here", list.sequence.value),
                         applied.error());
-    if (aspect.stateHash() != list.stateHash)
+    if (StateHash(aspect.stateHash()) != list.stateHash)
         return fail(ErrorCode::kFailed,
                     fmt::format("after change list {} the scene here differs from the server's; connect again",
                                 list.sequence.value));

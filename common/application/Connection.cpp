@@ -110,11 +110,11 @@ void Connection::carryOut(ClientActions actions) {
     const auto more = [&](ClientActions next) {
         pending.insert(pending.end(), std::make_move_iterator(next.begin()), std::make_move_iterator(next.end()));
     };
-    const auto apply = [&](bool whole, std::uint64_t sequence, std::uint64_t hash, const SharedBytes& bytes) {
+    const auto apply = [&](bool whole, Sequence sequence, StateHash hash, const SharedBytes& bytes) {
         if (options_.lists) {
             Expected<ChangeListPtr> list = decode(bytes);
             if (!list) return more(session_.applyFailed(list.error().message));
-            handOut({whole, Sequence{sequence}, hash, std::move(*list), bytes->size()});
+            handOut({whole, sequence, hash, std::move(*list), bytes->size()});
         }
         more(session_.applied(sequence, hash));
     };

@@ -24,7 +24,7 @@ struct Configured {
 struct List {
     bool whole = false;
     Sequence sequence;
-    std::uint64_t stateHash = 0;
+    StateHash stateHash;
     ChangeListPtr list;
     std::size_t encodedBytes = 0;
 };
@@ -92,7 +92,7 @@ private:
     std::vector<Blob> arrived_;  ///< handles that keep blobs findable until lists name them, oldest first
     std::size_t arrivedBytes_ = 0;
     std::map<ChannelKind, LinkId> links_;
-    std::uint64_t epoch_ = 0;
+    Epoch epoch_;
     bool welcomed_ = false;
     bool ended_ = false;
 

@@ -42,21 +42,21 @@ void put(pb::Picked* out, const answer::Picked& picked) {
     out->set_y_px(picked.yPx);
 }
 void put(pb::Contacts* out, const answer::Contacts& contacts) {
-    out->set_frame(contacts.frame);
+    out->set_frame(contacts.frame.value);
     out->set_begun(contacts.begun);
     out->set_left_out(contacts.leftOut);
     out->set_not_looked_at(contacts.notLookedAt);
 }
 void put(pb::PairEvents* out, const answer::PairEvents& events) {
-    out->set_frame(events.frame);
+    out->set_frame(events.frame.value);
     out->set_left_out(events.leftOut);
 }
 void put(pb::Distances* out, const answer::Distances& distances) {
-    out->set_frame(distances.frame);
+    out->set_frame(distances.frame.value);
     out->set_left_out(distances.leftOut);
 }
 void put(pb::Questions* out, const answer::Questions& questions) {
-    out->set_frame(questions.frame);
+    out->set_frame(questions.frame.value);
     out->set_unanswered(questions.unanswered);
 }
 void put(pb::Rotation* out, const Quatd& q) {
@@ -97,20 +97,20 @@ public:
     }
     answer::Contacts contacts(const pb::Contacts& head) {
         expectCollision(1);
-        return {head.frame(), head.begun(), taken(unpackContacts(part(0), limits_.maxContacts)), head.left_out(),
+        return {FrameNumber(head.frame()), head.begun(), taken(unpackContacts(part(0), limits_.maxContacts)), head.left_out(),
                 head.not_looked_at()};
     }
     answer::PairEvents events(const pb::PairEvents& head) {
         expectCollision(1);
-        return {head.frame(), taken(unpackEvents(part(0), limits_.maxEvents)), head.left_out()};
+        return {FrameNumber(head.frame()), taken(unpackEvents(part(0), limits_.maxEvents)), head.left_out()};
     }
     answer::Distances distances(const pb::Distances& head) {
         expectCollision(1);
-        return {head.frame(), taken(unpackDistances(part(0), limits_.maxDistances)), head.left_out()};
+        return {FrameNumber(head.frame()), taken(unpackDistances(part(0), limits_.maxDistances)), head.left_out()};
     }
     answer::Questions questions(const pb::Questions& head) {
         expectCollision(2);
-        return {head.frame(), taken(unpackQuestions(part(0), limits_.maxQuestions)),
+        return {FrameNumber(head.frame()), taken(unpackQuestions(part(0), limits_.maxQuestions)),
                 records<std::uint64_t>(1, limits_.maxQuestions), head.unanswered()};
     }
 
@@ -339,15 +339,15 @@ Bytes join(const answer::Committed& a, pb::AnswerHead& head) {
 Bytes join(const answer::Status& a, pb::AnswerHead& head) {
     pb::Status& out = *head.mutable_status();
     out.set_wall_name(a.wallName);
-    out.set_epoch(a.epoch);
-    out.set_frame(a.frame);
-    out.set_sequence(a.sequence);
-    out.set_state_hash(a.stateHash);
+    out.set_epoch(a.epoch.value);
+    out.set_frame(a.frame.value);
+    out.set_sequence(a.sequence.value);
+    out.set_state_hash(a.stateHash.value);
     for (const answer::HostInfo& host : a.hosts) {
         pb::HostInfo& info = *out.add_hosts();
         info.set_name(host.name);
         info.set_state(host.state);
-        info.set_last_shown(host.lastShown);
+        info.set_last_shown(host.lastShown.value);
         info.set_round_trip_ms(host.roundTripMs);
     }
     for (const std::string& name : a.waitingFor) out.add_waiting_for(name);
@@ -373,7 +373,7 @@ Bytes join(const answer::Images& a, pb::AnswerHead& head) {
         pb::TileImage& out = *head.mutable_images()->add_tiles();
         out.set_tile(image.tile);
         out.set_host(image.host);
-        out.set_frame(image.frame);
+        out.set_frame(image.frame.value);
         pngs.push_back(spanOf(image.png));
     }
     for (const std::string& name : a.missing) head.mutable_images()->add_missing(name);
@@ -397,14 +397,14 @@ answer::Status unpackStatus(const pb::Status& head, ApplicationUnpacker& in) {
     in.expectParts(0);
     answer::Status out;
     out.wallName = in.text(head.wall_name());
-    out.epoch = head.epoch();
-    out.frame = head.frame();
-    out.sequence = head.sequence();
-    out.stateHash = head.state_hash();
+    out.epoch = Epoch(head.epoch());
+    out.frame = FrameNumber(head.frame());
+    out.sequence = Sequence(head.sequence());
+    out.stateHash = StateHash(head.state_hash());
     if (in.within(static_cast<std::size_t>(head.hosts_size()), in.limits().maxHosts, "hosts"))
         for (const pb::HostInfo& host : head.hosts())
             out.hosts.push_back(
-                {in.text(host.name()), in.text(host.state()), host.last_shown(), in.finite(host.round_trip_ms())});
+                {in.text(host.name()), in.text(host.state()), FrameNumber(host.last_shown()), in.finite(host.round_trip_ms())});
     out.waitingFor = in.texts(head.waiting_for(), in.limits().maxHosts);
     out.objects = head.objects();
     out.nodes = head.nodes();
@@ -419,7 +419,7 @@ answer::Images unpackImages(const pb::Images& head, ApplicationUnpacker& in) {
     in.expectParts(count);
     for (std::size_t i = 0; i < count; ++i) {
         const pb::TileImage& image = head.tiles(static_cast<int>(i));
-        out.tiles.push_back({in.text(image.tile()), in.text(image.host()), image.frame(), in.bytes(i)});
+        out.tiles.push_back({in.text(image.tile()), in.text(image.host()), FrameNumber(image.frame()), in.bytes(i)});
     }
     out.missing = in.texts(head.missing(), in.limits().maxTiles);
     return out;
@@ -460,7 +460,7 @@ ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, ApplicationUnpacker& 
 // ---- notices
 
 Bytes join(const notice::Frame& n, pb::NoticeHead& head) {
-    head.mutable_frame()->set_frame(n.frame);
+    head.mutable_frame()->set_frame(n.frame.value);
     for (const std::string& name : n.shown) head.mutable_frame()->add_shown(name);
     for (const std::string& name : n.held) head.mutable_frame()->add_held(name);
     return joinParts(head, {});
@@ -474,7 +474,7 @@ ApplicationNotice unpackNotice(const pb::NoticeHead& head, ApplicationUnpacker& 
     switch (head.what_case()) {
         case pb::NoticeHead::kFrame:
             in.expectParts(0);
-            return notice::Frame{head.frame().frame(), in.texts(head.frame().shown(), in.limits().maxHosts),
+            return notice::Frame{FrameNumber(head.frame().frame()), in.texts(head.frame().shown(), in.limits().maxHosts),
                                  in.texts(head.frame().held(), in.limits().maxHosts)};
         case pb::NoticeHead::kContacts:
             return in.contacts(head.contacts());

@@ -88,12 +88,15 @@ struct Committed {
 };
 struct HostInfo {
     std::string name, state;
-    std::uint64_t lastShown = 0;
+    FrameNumber lastShown;
     double roundTripMs = 0;
 };
 struct Status {
     std::string wallName;
-    std::uint64_t epoch = 0, frame = 0, sequence = 0, stateHash = 0;
+    Epoch epoch;
+    FrameNumber frame;
+    Sequence sequence;
+    StateHash stateHash;
     std::vector<HostInfo> hosts;
     std::vector<std::string> waitingFor;
     std::uint64_t objects = 0, nodes = 0, undoDepth = 0, applications = 0;
@@ -111,7 +114,7 @@ struct Picked {
 };
 struct TileImageValue {
     std::string tile, host;
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     SharedBytes png;
 };
 struct Images {
@@ -128,7 +131,7 @@ using ApplicationAnswer =
 
 namespace notice {
 struct Frame {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::vector<std::string> shown, held;
 };
 }  // namespace notice

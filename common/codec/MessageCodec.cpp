@@ -108,16 +108,16 @@ void pack(const message::Hello& m, pb::Hello& head, Parts&) {
     head.set_want_blobs(m.wantBlobs);
 }
 void pack(const message::Synced& m, pb::Synced& head, Parts&) {
-    head.set_sequence(m.sequence);
-    head.set_state_hash(m.stateHash);
+    head.set_sequence(m.sequence.value);
+    head.set_state_hash(m.stateHash.value);
 }
 void pack(const message::Ready& m, pb::Ready& head, Parts& parts) {
-    head.set_frame(m.frame);
-    head.set_state_hash(m.stateHash);
+    head.set_frame(m.frame.value);
+    head.set_state_hash(m.stateHash.value);
     parts = {spanOf(m.stats)};
 }
 void pack(const message::Shown& m, pb::Shown& head, Parts&) {
-    head.set_frame(m.frame);
+    head.set_frame(m.frame.value);
     head.set_shown_at_ns(m.shownAtNs);
 }
 void pack(const message::BlobsHeld& m, pb::BlobsHeld& head, Parts&) {
@@ -130,13 +130,13 @@ void pack(const message::BlobRequest& m, pb::BlobRequest& head, Parts&) {
     head.set_length(m.length);
 }
 void pack(const message::HashAnswer& m, pb::HashAnswer& head, Parts& parts) {
-    head.set_sequence(m.sequence);
+    head.set_sequence(m.sequence.value);
     head.set_objects(m.objects);
     parts = {recordBytes(m.entries)};
 }
 void pack(const message::TileImage& m, pb::TileImage& head, Parts& parts) {
     head.set_request(m.request);
-    head.set_frame(m.frame);
+    head.set_frame(m.frame.value);
     head.set_tile(m.tile);
     parts = {spanOf(m.png)};
 }
@@ -145,7 +145,7 @@ void pack(const message::Request& m, pb::Request& head, Parts& parts) {
     parts = {spanOf(m.body)};
 }
 void pack(const message::Welcome& m, pb::Welcome& head, Parts& parts) {
-    head.set_epoch(m.epoch);
+    head.set_epoch(m.epoch.value);
     head.set_token(m.token);
     head.set_heartbeat_ms(static_cast<std::uint32_t>(m.heartbeat.count()));
     head.set_lost_after_ms(static_cast<std::uint32_t>(m.lostAfter.count()));
@@ -157,23 +157,23 @@ void pack(const message::Refused& m, pb::Refused& head, Parts&) {
     head.set_retry(m.retry);
 }
 void pack(const message::Snapshot& m, pb::Snapshot& head, Parts& parts) {
-    head.set_sequence(m.sequence);
-    head.set_state_hash(m.stateHash);
+    head.set_sequence(m.sequence.value);
+    head.set_state_hash(m.stateHash.value);
     parts = {spanOf(m.list), recordBytes(m.blobs)};
 }
 void pack(const message::Changes& m, pb::Changes& head, Parts& parts) {
-    head.set_sequence(m.sequence);
-    head.set_state_hash(m.stateHash);
+    head.set_sequence(m.sequence.value);
+    head.set_state_hash(m.stateHash.value);
     parts = {spanOf(m.list), recordBytes(m.blobs)};
 }
 void pack(const message::Begin& m, pb::Begin& head, Parts& parts) {
-    head.set_frame(m.frame);
-    head.set_sequence(m.sequence);
-    head.set_state_hash(m.stateHash);
+    head.set_frame(m.frame.value);
+    head.set_sequence(m.sequence.value);
+    head.set_state_hash(m.stateHash.value);
     parts = {spanOf(m.payload), recordBytes(m.blobs)};
 }
 void pack(const message::Swap& m, pb::SwapFrame& head, Parts&) {
-    head.set_frame(m.frame);
+    head.set_frame(m.frame.value);
 }
 void pack(const message::BlobNotice& m, pb::BlobNotice& head, Parts& parts) {
     head.set_token(m.token);
@@ -192,7 +192,7 @@ void pack(const message::HashQuery& m, pb::HashQuery& head, Parts&) {
 }
 void pack(const message::ImageRequest& m, pb::ImageRequest& head, Parts&) {
     head.set_request(m.request);
-    head.set_frame(m.frame);
+    head.set_frame(m.frame.value);
 }
 void pack(const message::Reply& m, pb::Reply& head, Parts& parts) {
     head.set_id(m.id);
@@ -245,15 +245,15 @@ void unpack(message::Hello& m, const pb::Hello& head, MessageUnpacker& in) {
 }
 void unpack(message::Synced& m, const pb::Synced& head, MessageUnpacker& in) {
     in.expectParts(0);
-    m = {head.sequence(), head.state_hash()};
+    m = {Sequence(head.sequence()), StateHash(head.state_hash())};
 }
 void unpack(message::Ready& m, const pb::Ready& head, MessageUnpacker& in) {
     in.expectParts(1);
-    m = {head.frame(), head.state_hash(), in.bytes(0)};
+    m = {FrameNumber(head.frame()), StateHash(head.state_hash()), in.bytes(0)};
 }
 void unpack(message::Shown& m, const pb::Shown& head, MessageUnpacker& in) {
     in.expectParts(0);
-    m = {head.frame(), head.shown_at_ns()};
+    m = {FrameNumber(head.frame()), head.shown_at_ns()};
 }
 void unpack(message::BlobsHeld& m, const pb::BlobsHeld& head, MessageUnpacker& in) {
     in.expectParts(0);
@@ -265,11 +265,11 @@ void unpack(message::BlobRequest& m, const pb::BlobRequest& head, MessageUnpacke
 }
 void unpack(message::HashAnswer& m, const pb::HashAnswer& head, MessageUnpacker& in) {
     in.expectParts(1);
-    m = {head.sequence(), head.objects(), in.records<HashEntry>(0)};
+    m = {Sequence(head.sequence()), head.objects(), in.records<HashEntry>(0)};
 }
 void unpack(message::TileImage& m, const pb::TileImage& head, MessageUnpacker& in) {
     in.expectParts(1);
-    m = {head.request(), head.frame(), in.text(head.tile()), in.bytes(0)};
+    m = {head.request(), FrameNumber(head.frame()), in.text(head.tile()), in.bytes(0)};
 }
 void unpack(message::Request& m, const pb::Request& head, MessageUnpacker& in) {
     in.expectParts(1);
@@ -277,7 +277,7 @@ void unpack(message::Request& m, const pb::Request& head, MessageUnpacker& in) {
 }
 void unpack(message::Welcome& m, const pb::Welcome& head, MessageUnpacker& in) {
     in.expectParts(1);
-    m = {head.epoch(), head.token(), std::chrono::milliseconds(head.heartbeat_ms()),
+    m = {Epoch(head.epoch()), head.token(), std::chrono::milliseconds(head.heartbeat_ms()),
          std::chrono::milliseconds(head.lost_after_ms()), in.bytes(0)};
 }
 void unpack(message::Refused& m, const pb::Refused& head, MessageUnpacker& in) {
@@ -286,19 +286,19 @@ void unpack(message::Refused& m, const pb::Refused& head, MessageUnpacker& in) {
 }
 void unpack(message::Snapshot& m, const pb::Snapshot& head, MessageUnpacker& in) {
     in.expectParts(2);
-    m = {head.sequence(), head.state_hash(), in.bytes(0), in.records<BlobInfo>(1)};
+    m = {Sequence(head.sequence()), StateHash(head.state_hash()), in.bytes(0), in.records<BlobInfo>(1)};
 }
 void unpack(message::Changes& m, const pb::Changes& head, MessageUnpacker& in) {
     in.expectParts(2);
-    m = {head.sequence(), head.state_hash(), in.bytes(0), in.records<BlobInfo>(1)};
+    m = {Sequence(head.sequence()), StateHash(head.state_hash()), in.bytes(0), in.records<BlobInfo>(1)};
 }
 void unpack(message::Begin& m, const pb::Begin& head, MessageUnpacker& in) {
     in.expectParts(2);
-    m = {head.frame(), head.sequence(), head.state_hash(), in.bytes(0), in.records<BlobInfo>(1)};
+    m = {FrameNumber(head.frame()), Sequence(head.sequence()), StateHash(head.state_hash()), in.bytes(0), in.records<BlobInfo>(1)};
 }
 void unpack(message::Swap& m, const pb::SwapFrame& head, MessageUnpacker& in) {
     in.expectParts(0);
-    m.frame = head.frame();
+    m.frame = FrameNumber(head.frame());
 }
 void unpack(message::BlobNotice& m, const pb::BlobNotice& head, MessageUnpacker& in) {
     in.expectParts(1);
@@ -314,7 +314,7 @@ void unpack(message::HashQuery& m, const pb::HashQuery& head, MessageUnpacker& i
 }
 void unpack(message::ImageRequest& m, const pb::ImageRequest& head, MessageUnpacker& in) {
     in.expectParts(0);
-    m = {head.request(), head.frame()};
+    m = {head.request(), FrameNumber(head.frame())};
 }
 void unpack(message::Reply& m, const pb::Reply& head, MessageUnpacker& in) {
     in.expectParts(1);

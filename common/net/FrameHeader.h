@@ -6,6 +6,7 @@
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
+#include "common/base/HistoryIds.h"
 
 namespace tessera {
 
@@ -18,14 +19,13 @@ struct FrameHeader {
 
     std::uint16_t type = 0;
     std::uint32_t payloadBytes = 0;
-    std::uint64_t epoch = 0;
+    Epoch epoch;
     std::uint64_t checksum = 0;
     std::uint64_t headSeed = 0;  ///< hash of the first 24 bytes as they came, for checkPayload
 };
 
 /// The payload must be shorter than 4 GiB.
-[[nodiscard]] std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, std::uint64_t epoch,
-                                                                      ByteSpan payload);
+[[nodiscard]] std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, Epoch epoch, ByteSpan payload);
 /// Refuses a wrong magic ("not a Tessera peer"), another version, before any payload is looked at. The caller checks
 /// length against its limit for the type *before* taking memory.
 [[nodiscard]] Expected<FrameHeader> decodeHeader(std::span<const std::byte, FrameHeader::kBytes> bytes);

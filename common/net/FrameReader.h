@@ -14,7 +14,7 @@ namespace tessera {
 
 struct ReceivedFrame {
     std::uint16_t type = 0;
-    std::uint64_t epoch = 0;
+    Epoch epoch;
     SharedBytes payload;  ///< never null
 };
 

@@ -190,7 +190,7 @@ struct Transport::Impl {
         read(link);
     }
 
-    void queue(LinkId id, std::uint16_t type, std::uint64_t epoch, const SharedBytes& payload) {
+    void queue(LinkId id, std::uint16_t type, Epoch epoch, const SharedBytes& payload) {
         const auto found = links.find(id);
         OutgoingFrame frame{{}, payload};
         if (found == links.end() || found->second->state == LinkState::kClosing)
@@ -201,7 +201,7 @@ struct Transport::Impl {
     }
 
     /// One large payload for many links is hashed once.
-    std::array<std::byte, FrameHeader::kBytes> headerOf(std::uint16_t type, std::uint64_t epoch,
+    std::array<std::byte, FrameHeader::kBytes> headerOf(std::uint16_t type, Epoch epoch,
                                                         const SharedBytes& payload) {
         if (!payload || payload->size() < kWorthCaching)
             return encodeHeader(type, epoch, payload ? ByteSpan(*payload) : ByteSpan());
@@ -297,7 +297,7 @@ struct Transport::Impl {
 
     struct CachedHeader {
         std::uint16_t type = 0;
-        std::uint64_t epoch = 0;
+        Epoch epoch;
         std::weak_ptr<const Bytes> payload;
         std::array<std::byte, FrameHeader::kBytes> header{};
     };
@@ -354,7 +354,7 @@ LinkId Transport::connect(const Address& address, std::chrono::milliseconds time
     return id;
 }
 
-void Transport::send(LinkId link, std::uint16_t type, std::uint64_t epoch, SharedBytes payload) {
+void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedBytes payload) {
     const std::size_t bytes = FrameHeader::kBytes + (payload ? payload->size() : 0);
     const std::optional<std::size_t> queued = impl_->table.charge(link, bytes);
     if (!queued) return;

@@ -9,7 +9,7 @@
 #include "common/base/Bytes.h"
 #include "common/base/Clock.h"
 #include "common/base/Error.h"
-#include "common/base/StrongId.h"
+#include "common/base/HistoryIds.h"
 
 namespace tessera {
 
@@ -32,7 +32,7 @@ struct Opened {
 struct Received {
     LinkId link;
     std::uint16_t type = 0;
-    std::uint64_t epoch = 0;
+    Epoch epoch;
     SharedBytes payload;
 };
 /// Always the last event of a link, once.
@@ -71,7 +71,7 @@ public:
     LinkId connect(const Address& address, std::chrono::milliseconds timeout);
     /// Queues one frame (before Opened too); the same SharedBytes may go to many links; none is an empty payload.
     /// Unknown or closed links are ignored. Frames of one thread to one link arrive in order.
-    void send(LinkId link, std::uint16_t type, std::uint64_t epoch, SharedBytes payload);
+    void send(LinkId link, std::uint16_t type, Epoch epoch, SharedBytes payload);
     /// Sends what is queued, then closes; takes at most a second. `reason` comes back in Closed.
     void close(LinkId link, std::string reason);
     /// Bytes waiting to be sent, headers included. Never waits.

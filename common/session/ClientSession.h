@@ -44,7 +44,7 @@ struct Send {
 struct OpenBulk {};
 /// The wall has been handed out (Welcome).
 struct Configured {
-    std::uint64_t epoch = 0;
+    Epoch epoch;
     SharedBytes configuration;
 };
 /// Make this the scene. All blobs it names are here (as far as `wantBlobs`). Answer with `applied`.
@@ -61,7 +61,7 @@ struct Draw {
 };
 /// Make image `frame` the one shown, then call `shown`.
 struct Show {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
 };
 /// Keep this blob; it is complete and its hash is right.
 struct StoreBlob {
@@ -126,11 +126,11 @@ public:
     /// The owner has let go of this blob: should a list name it again, it is fetched again.
     void dropBlob(const BlobId& id);
 
-    [[nodiscard]] ClientActions applied(std::uint64_t sequence, std::uint64_t stateHash);
+    [[nodiscard]] ClientActions applied(Sequence sequence, StateHash stateHash);
     /// A list or snapshot could not be applied: asks for a fresh snapshot by reconnecting.
     [[nodiscard]] ClientActions applyFailed(const std::string& reason);
-    [[nodiscard]] ClientActions drawn(std::uint64_t frame, std::uint64_t stateHash, SharedBytes stats);
-    [[nodiscard]] ClientActions shown(std::uint64_t frame, TimePoint at);
+    [[nodiscard]] ClientActions drawn(FrameNumber frame, StateHash stateHash, SharedBytes stats);
+    [[nodiscard]] ClientActions shown(FrameNumber frame, TimePoint at);
     [[nodiscard]] ClientActions hashes(message::HashAnswer answer);
     [[nodiscard]] ClientActions image(message::TileImage image);
     [[nodiscard]] ClientActions request(message::Request request);

@@ -10,7 +10,7 @@ std::size_t bytesOf(const message::Changes& changes) {
 }
 }  // namespace
 
-void ListTail::startAt(std::uint64_t sequence, std::uint64_t stateHash) {
+void ListTail::startAt(Sequence sequence, StateHash stateHash) {
     started_ = true;
     last_ = sequence;
     base_ = sequence;
@@ -18,8 +18,8 @@ void ListTail::startAt(std::uint64_t sequence, std::uint64_t stateHash) {
 }
 
 void ListTail::append(const message::Changes& changes) {
-    TESSERA_CHECK(!started_ || changes.sequence == last_ + 1, "lists are numbered one by one");
-    if (!started_) base_ = changes.sequence - 1;
+    TESSERA_CHECK(!started_ || changes.sequence == last_.next(), "lists are numbered one by one");
+    if (!started_) base_ = Sequence(changes.sequence.value - 1);
     started_ = true;
     last_ = changes.sequence;
     hashes_.emplace_back(changes.sequence, changes.stateHash);
@@ -46,9 +46,9 @@ void ListTail::keep(bool wanted) {
     base_ = last_;
 }
 
-std::optional<std::uint64_t> ListTail::hashAt(std::uint64_t sequence) const {
+std::optional<StateHash> ListTail::hashAt(Sequence sequence) const {
     const auto it = std::lower_bound(hashes_.begin(), hashes_.end(), sequence,
-                                     [](const auto& entry, std::uint64_t wanted) { return entry.first < wanted; });
+                                     [](const auto& entry, Sequence wanted) { return entry.first < wanted; });
     if (it == hashes_.end() || it->first != sequence) return std::nullopt;
     return it->second;
 }

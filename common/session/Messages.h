@@ -11,7 +11,7 @@
 #include "common/base/Bytes.h"
 #include "common/base/Clock.h"
 #include "common/base/Error.h"
-#include "common/base/StrongId.h"
+#include "common/base/HistoryIds.h"
 #include "common/base/Version.h"
 
 namespace tessera {
@@ -66,19 +66,19 @@ struct Hello {
 };
 /// The replica stands at `sequence` with all its blobs; the host can enter the barrier.
 struct Synced {
-    std::uint64_t sequence = 0;
-    std::uint64_t stateHash = 0;
+    Sequence sequence;
+    StateHash stateHash;
     bool operator==(const Synced&) const = default;
 };
 /// The image of `frame` is complete in memory, not merely "received".
 struct Ready {
-    std::uint64_t frame = 0;
-    std::uint64_t stateHash = 0;
+    FrameNumber frame;
+    StateHash stateHash;
     SharedBytes stats;  ///< per tile: see codec FrameCodec
 };
 /// Image `frame` became the one shown at this instant of the *server's* clock, as the host estimates it.
 struct Shown {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::int64_t shownAtNs = 0;
     bool operator==(const Shown&) const = default;
 };
@@ -95,7 +95,7 @@ struct BlobRequest {
     bool operator==(const BlobRequest&) const = default;
 };
 struct HashAnswer {
-    std::uint64_t sequence = 0;
+    Sequence sequence;
     bool objects = false;  ///< entries are objects of one leaf, else leaves
     std::vector<HashEntry> entries;
     bool operator==(const HashAnswer&) const = default;
@@ -103,7 +103,7 @@ struct HashAnswer {
 /// Bulk channel: the answer to an ImageRequest, one per tile, PNG.
 struct TileImage {
     std::uint64_t request = 0;
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::string tile;
     SharedBytes png;
 };
@@ -116,7 +116,7 @@ struct Request {
 // ---- server to peer ------------------------------------------------------------------------------------------------
 
 struct Welcome {
-    std::uint64_t epoch = 0;
+    Epoch epoch;
     std::uint64_t token = 0;  ///< binds this peer's bulk channel to it
     std::chrono::milliseconds heartbeat{50};
     std::chrono::milliseconds lostAfter{250};
@@ -131,30 +131,30 @@ struct Refused {
 };
 /// The whole scene at `sequence`; its blobs are to be fetched first.
 struct Snapshot {
-    std::uint64_t sequence = 0;
-    std::uint64_t stateHash = 0;
+    Sequence sequence;
+    StateHash stateHash;
     SharedBytes list;
     std::vector<BlobInfo> blobs;
 };
 /// A committed list off the barrier (joining and late hosts, applications).
 struct Changes {
-    std::uint64_t sequence = 0;
-    std::uint64_t stateHash = 0;
+    Sequence sequence;
+    StateHash stateHash;
     SharedBytes list;
     std::vector<BlobInfo> blobs;  ///< that the list names and earlier lists did not; to be fetched before it is applied
 };
 /// Draw frame `frame`: `payload` holds view and change list (codec FrameCodec); the replica must then stand at
 /// `sequence` with `stateHash`.
 struct Begin {
-    std::uint64_t frame = 0;
-    std::uint64_t sequence = 0;
-    std::uint64_t stateHash = 0;
+    FrameNumber frame;
+    Sequence sequence;
+    StateHash stateHash;
     SharedBytes payload;
     std::vector<BlobInfo> blobs;  ///< new in this frame's list; hosts hold them already where they were announced
 };
 /// Make image `frame` the one shown.
 struct Swap {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     bool operator==(const Swap&) const = default;
 };
 /// A list that needs these blobs will be committed when everybody has them.
@@ -178,7 +178,7 @@ struct HashQuery {
 /// Send all tile images of the frame that is shown once `frame` or a later one is.
 struct ImageRequest {
     std::uint64_t request = 0;
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     bool operator==(const ImageRequest&) const = default;
 };
 struct Reply {

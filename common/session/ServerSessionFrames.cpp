@@ -5,7 +5,7 @@ namespace tessera {
 
 bool ServerSession::Impl::mayBegin(TimePoint now) const {
     if (!barrier.mayBegin()) return false;
-    if (barrier.nextFrame() > 0) return true;
+    if (barrier.nextFrame()) return true;
     if (std::all_of(hosts.begin(), hosts.end(), [](const Host& host) { return host.mayEnter(); })) return true;
     return startedAt && now - *startedAt >= config.sync.startDeadline;
 }
@@ -56,7 +56,7 @@ void ServerSession::Impl::enterSynced(const FrameContent& content, TimePoint now
 /// Whether this frame's lists are just what the peer's replica lacks. A snapshot may be ahead of them: it is made of
 /// the committed scene, and a list may be committed before the frame that carries it begins.
 bool ServerSession::Impl::fits(const Peer& peer, const FrameContent& content) const {
-    if (!content.changes.empty()) return peer.sentThrough + 1 == content.changes.front().sequence;
+    if (!content.changes.empty()) return peer.sentThrough.next() == content.changes.front().sequence;
     return peer.sentThrough == content.sequence;
 }
 
@@ -67,7 +67,7 @@ void ServerSession::Impl::record(const FrameContent& content) {
 
 void ServerSession::Impl::follow(Peer& peer, const message::Changes& changes, TimePoint now) {
     if (changes.sequence <= peer.sentThrough) return;
-    TESSERA_CHECK(changes.sequence == peer.sentThrough + 1, "a follower gets every list");
+    TESSERA_CHECK(changes.sequence == peer.sentThrough.next(), "a follower gets every list");
     peer.sentThrough = changes.sequence;
     send(peer.id, changes);
     if (peer.role != PeerRole::kHost || changes.blobs.empty()) return;
@@ -184,7 +184,7 @@ void ServerSession::Impl::repair(const std::string& name, TimePoint now) {
     settle(now);
 }
 
-void ServerSession::Impl::requestImages(std::uint64_t request, std::uint64_t frame) {
+void ServerSession::Impl::requestImages(std::uint64_t request, FrameNumber frame) {
     constexpr std::size_t kRemembered = 64;
     imageRequests.push_back(request);
     if (imageRequests.size() > kRemembered) imageRequests.pop_front();
@@ -193,7 +193,7 @@ void ServerSession::Impl::requestImages(std::uint64_t request, std::uint64_t fra
 }
 
 void ServerSession::Impl::settle(TimePoint now) {
-    const std::uint64_t frame = currentFrame();
+    const FrameNumber frame = currentFrame();
     SwapBarrier::Outcome outcome = barrier.poll(now, std::min(now, knownUntil));
     if (outcome.released) {
         for (const std::string& name : outcome.show) {
@@ -216,7 +216,7 @@ void ServerSession::Impl::settle(TimePoint now) {
     for (const std::string& name : outcome.stalled) {
         Host& host = *findHost(name);
         const ConnectionId connection = host.connection;
-        const std::string detail = "no picture of frame " + std::to_string(host.frame) + " within the frame deadline";
+        const std::string detail = "no picture of frame " + std::to_string(host.frame.value) + " within the frame deadline";
         lose(host, FaultKind::kDrawStalled, detail, frame, now);
         close(*find(connection), detail);
     }

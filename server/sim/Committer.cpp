@@ -83,14 +83,14 @@ CommittedFrame Committer::closeFrame() {
         TESSERA_CHECK(packed.size() == 1, "the edits of one frame must pack into one list");
         open_.clear();
         if (!packed.front().empty()) {
-            ++sequence_;
+            sequence_ = sequence_.next();
             frame.list = std::make_shared<const ChangeList>(std::move(packed.front()));
             frame.encoded = share(encodeChangeList(*frame.list));
             for (const Blob& blob : blobsOf(*frame.list)) frame.blobs.push_back({blob.id(), blob.sizeBytes()});
         }
     }
     frame.sequence = sequence_;
-    frame.stateHash = scene_.stateHash();
+    frame.stateHash = StateHash(scene_.stateHash());
     return frame;
 }
 

@@ -12,8 +12,8 @@ namespace tessera {
 
 /// What one frame changed, as it is sent.
 struct CommittedFrame {
-    std::uint64_t sequence = 0;  ///< the scene's; grows only when something changed
-    std::uint64_t stateHash = 0;
+    Sequence sequence;  ///< the scene's; grows only when something changed
+    StateHash stateHash;
     ChangeListPtr list;           ///< null when nothing changed
     SharedBytes encoded;          ///< of `list`
     std::vector<BlobInfo> blobs;  ///< that the list names
@@ -26,7 +26,7 @@ public:
     explicit Committer(SceneLimits limits = {});
 
     [[nodiscard]] const Aspect& scene() const { return scene_; }
-    [[nodiscard]] std::uint64_t sequence() const { return sequence_; }
+    [[nodiscard]] Sequence sequence() const { return sequence_; }
 
     struct Applied {
         std::vector<std::pair<ObjectId, ObjectId>> ids;  ///< placeholder, id
@@ -48,7 +48,7 @@ private:
 
     Aspect scene_;
     std::uint64_t nextId_ = kRootNode.value + 1;
-    std::uint64_t sequence_ = 0;
+    Sequence sequence_;
     std::vector<ChangeListPtr> open_;
 };
 

@@ -49,7 +49,7 @@ ServerSessionConfig sessionConfig(const Wall& wall) {
     for (const WallHost& host : wall.hosts) config.hosts.push_back(host.name);
     config.sync = wall.sync;
     // Every start has a higher epoch than the one before, without a file: nanoseconds since 1970.
-    config.epoch = static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch() / 1ns);
+    config.epoch = Epoch(static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch() / 1ns));
     config.schema = schemaHash();
     config.configuration = share(encodeWall(wall));
     config.tokenSeed = (std::uint64_t{std::random_device{}()} << 32) | std::random_device{}();
@@ -160,7 +160,7 @@ Expected<void> FrameLoop::Impl::run() {
         carryOut(desk.advance(Clock::now()));
         if (frameIsDue(Clock::now())) {
             const std::vector<std::string> missing = peers.session().missing();
-            if (peers.session().nextFrame() == 0 && !missing.empty())
+            if (peers.session().nextFrame() == FrameNumber(0) && !missing.empty())
                 log.warning(fmt::format("starting without: {}", join(missing)));
             beginFrame(Clock::now());
         }
@@ -240,7 +240,7 @@ void FrameLoop::Impl::announceMarks() {
 void FrameLoop::Impl::giveSnapshot(ConnectionId connection) {
     const ChangeList list = snapshot(simulation.scene());
     message::Snapshot message{.sequence = simulation.sequence(),
-                              .stateHash = simulation.scene().stateHash(),
+                              .stateHash = StateHash(simulation.scene().stateHash()),
                               .list = share(encodeChangeList(list)),
                               .blobs = {}};
     for (const Blob& blob : blobsOf(list)) message.blobs.push_back({blob.id(), blob.sizeBytes()});
@@ -253,15 +253,15 @@ bool FrameLoop::Impl::frameIsDue(TimePoint now) const {
 }
 
 void FrameLoop::Impl::beginFrame(TimePoint now) {
-    const std::uint64_t number = peers.session().nextFrame();
+    const FrameNumber number = peers.session().nextFrame();
     std::vector<Edit> edits = desk.takeEdits();
     for (const Edit& edit : edits)
         for (const Blob& blob : blobsOf(edit.list)) blobs.add(blob);
     const std::vector<Reply> replies = desk.takeReplies();
-    const bool first = number == 0;
-    if (recording) recording->frameBegins(number, first, edits, replies);
+    const bool first = number == FrameNumber(0);
+    if (recording) recording->frameBegins(number.value, first, edits, replies);
     const FrameResult frame = simulation.step(first, std::move(edits), replies);
-    if (recording) recording->frameDone(number, frame);
+    if (recording) recording->frameDone(number.value, frame);
     report.frameCommitted(frame);
 
     const Expected<View> nextView = view.view(simulation.scene());
@@ -315,11 +315,11 @@ void FrameLoop::Impl::carryOut(ServerActions actions) {
             anyoneEverLive = true;
             report.entered(*entered);
             log.info(entered->rejoined ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost",
-                                                     entered->host, entered->frame, toMilliseconds(entered->awayFor))
-                                       : fmt::format("{} enters at frame {}", entered->host, entered->frame));
+                                                     entered->host, entered->frame.value, toMilliseconds(entered->awayFor))
+                                       : fmt::format("{} enters at frame {}", entered->host, entered->frame.value));
         } else if (const auto* fault = std::get_if<server_action::Fault>(&action)) {
             report.fault(*fault);
-            log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault->frame,
+            log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault->frame.value,
                                     fault->host, nameOf(fault->kind), toMilliseconds(fault->detectedAfter),
                                     fault->detail.empty() ? "" : " (" + fault->detail + ")"));
         } else if (const auto* released = std::get_if<server_action::FrameReleased>(&action)) {
@@ -372,7 +372,7 @@ TimePoint FrameLoop::Impl::nextWake(TimePoint now) const {
 
 bool FrameLoop::Impl::lastFrameShown() const {
     return std::ranges::all_of(peers.session().hosts(), [&](const ServerSession::HostStatus& host) {
-        return host.state != HostState::kLive || (host.everShown && host.lastShown + 1 >= peers.session().nextFrame());
+        return host.state != HostState::kLive || (host.everShown && host.lastShown.next() >= peers.session().nextFrame());
     });
 }
 

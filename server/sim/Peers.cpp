@@ -11,8 +11,8 @@ constexpr std::uint32_t kMaxChunkBytes = 1024 * 1024;
 
 /// Number and content by which two messages for everybody are known to be the same; no content: not for everybody.
 std::pair<std::uint64_t, SharedBytes> broadcastKey(const Message& message) {
-    if (const auto* begin = std::get_if<message::Begin>(&message)) return {begin->frame, begin->payload};
-    if (const auto* changes = std::get_if<message::Changes>(&message)) return {changes->sequence, changes->list};
+    if (const auto* begin = std::get_if<message::Begin>(&message)) return {begin->frame.value, begin->payload};
+    if (const auto* changes = std::get_if<message::Changes>(&message)) return {changes->sequence.value, changes->list};
     return {0, nullptr};
 }
 

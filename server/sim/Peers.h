@@ -31,14 +31,14 @@ public:
     [[nodiscard]] std::size_t queuedBytes() const;
     [[nodiscard]] std::size_t connectionCount() const { return open_.size(); }
     [[nodiscard]] std::size_t applicationCount() const { return applications_; }
-    [[nodiscard]] std::uint64_t epoch() const { return epoch_; }
+    [[nodiscard]] Epoch epoch() const { return epoch_; }
 
 private:
     void send(ConnectionId connection, const Message& message);
     [[nodiscard]] message::BlobChunk chunkFor(const message::BlobRequest& request) const;
 
     const BlobStore& blobs_;
-    std::uint64_t epoch_;
+    Epoch epoch_;
     ServerSession session_;
     std::map<ConnectionId, std::string> open_;  ///< peers' addresses
     std::size_t applications_ = 0;

@@ -97,7 +97,7 @@ FrameDigest::Part partOf(const std::vector<Item>& items) {
 FrameDigest digestOf(const FrameResult& frame) {
     const auto& [accepted, velocities, stopped, contacts, events, distances, questions, contactsBegun, notLookedAt,
                  counters] = frame.collision;
-    FrameDigest digest{.sequence = frame.commit.sequence, .stateHash = frame.commit.stateHash};
+    FrameDigest digest{.sequence = frame.commit.sequence.value, .stateHash = frame.commit.stateHash.value};
     const auto at = [&](DigestPart part) -> FrameDigest::Part& { return digest.parts[static_cast<std::size_t>(part)]; };
     at(DigestPart::kOutcomes) = partOf(frame.outcomes);
     at(DigestPart::kAccepted) = partOf(accepted);

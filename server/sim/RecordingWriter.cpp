@@ -66,7 +66,7 @@ void RecordingWriter::startScene(std::span<const ChangeList> lists) {
 }
 
 void RecordingWriter::started(const CommittedFrame& scene) {
-    hand(encodeStarted({.sequence = scene.sequence, .stateHash = scene.stateHash}));
+    hand(encodeStarted({.sequence = scene.sequence.value, .stateHash = scene.stateHash.value}));
 }
 
 void RecordingWriter::frameBegins(std::uint64_t frame, bool first, std::span<const Edit> edits,

@@ -99,8 +99,8 @@ void Report::stats(const server_action::FrameStats& action) {
 }
 
 void Report::shown(const server_action::FrameShown& action) {
-    lastShown_[action.host] = action.frame;
-    const auto [it, isNew] = swapInstants_.try_emplace(action.frame, action.shownAtNs, action.shownAtNs);
+    lastShown_[action.host] = action.frame.value;
+    const auto [it, isNew] = swapInstants_.try_emplace(action.frame.value, action.shownAtNs, action.shownAtNs);
     it->second.first = std::min(it->second.first, action.shownAtNs);
     it->second.second = std::max(it->second.second, action.shownAtNs);
     // A frame's spread is settled once everybody is a few frames on.
@@ -123,7 +123,7 @@ void Report::frameBegins() {
 }
 
 void Report::fault(const server_action::Fault& action) {
-    faults_.push_back({.frame = action.frame,
+    faults_.push_back({.frame = action.frame.value,
                        .host = action.host,
                        .kind = std::string(nameOf(action.kind)),
                        .detail = action.detail,

@@ -121,7 +121,7 @@ Expected<ApplicationAnswer> RequestDesk::answerNow(const request::GetStatus&) {
     status.epoch = peers_.epoch();
     status.frame = session.nextFrame();
     status.sequence = simulation_.sequence();
-    status.stateHash = simulation_.scene().stateHash();
+    status.stateHash = StateHash(simulation_.scene().stateHash());
     for (const ServerSession::HostStatus& host : session.hosts())
         status.hosts.push_back({.name = host.name,
                                 .state = std::string(nameOf(host.state)),
@@ -307,7 +307,7 @@ ServerActions RequestDesk::committed(const FrameResult& frame, FrameNumber numbe
         } else {
             answerTo(actions, open.connection, open.request,
                      ApplicationAnswer(answer::Committed{
-                         .sequence = Sequence{frame.commit.sequence}, .ids = outcome.ids, .stopped = outcome.stopped}));
+                         .sequence = frame.commit.sequence, .ids = outcome.ids, .stopped = outcome.stopped}));
         }
         open_.erase(found);
     }

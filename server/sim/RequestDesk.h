@@ -109,7 +109,7 @@ private:
     std::map<ConnectionId, request::Subscribe> subscriptions_;
     OpenQuestions questions_;
     // Of the newest frame.
-    FrameNumber frame_ = 0;
+    FrameNumber frame_;
     StepResult collision_;             ///< contacts, events, distances, questions, counters
     std::uint64_t contactsBegun_ = 0;  ///< over the run
 };

@@ -65,7 +65,7 @@ public:
     [[nodiscard]] FrameResult step(bool firstFrame, std::vector<Edit> edits, std::span<const Reply> replies = {});
 
     [[nodiscard]] const Aspect& scene() const { return committer_.scene(); }
-    [[nodiscard]] std::uint64_t sequence() const { return committer_.sequence(); }
+    [[nodiscard]] Sequence sequence() const { return committer_.sequence(); }
     [[nodiscard]] std::size_t undoDepth() const { return undo_.depth(); }
     /// Only with undoDepth() > 0.
     [[nodiscard]] const ChangeList& newestInverse() const { return undo_.top(); }

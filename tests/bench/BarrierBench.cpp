@@ -157,7 +157,7 @@ private:
     const Address address{.host = "127.0.0.1", .port = port};
     std::map<LinkId, ChannelKind> kinds;
     std::map<ChannelKind, LinkId> links;
-    std::uint64_t epoch = 0;
+    Epoch epoch;
     const auto dial = [&](ChannelKind kind) {
         const LinkId link = transport.connect(address, 5s);
         kinds[link] = kind;
@@ -242,8 +242,8 @@ public:
             const auto begin = Clock::now();
             released_ = false;
             take(peers_->perform(peers_->session().beginFrame({.frame = peers_->session().nextFrame(),
-                                                               .sequence = 0,
-                                                               .stateHash = 0,
+                                                               .sequence = {},
+                                                               .stateHash = {},
                                                                .payload = payload_,
                                                                .changes = {}},
                                                               begin)),
@@ -282,7 +282,7 @@ private:
     SharedBytes payload_ = share(Bytes(64));
     std::vector<pid_t> pids_;
     bool released_ = false;
-    std::map<std::uint64_t, std::vector<std::int64_t>> shownAt_;
+    std::map<FrameNumber, std::vector<std::int64_t>> shownAt_;
     std::unique_ptr<Peers> peers_;
 };
 

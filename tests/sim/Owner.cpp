@@ -131,7 +131,7 @@ void Owner::maybeBegin() {
     if (!prepared_) prepare();
     FrameContent content = *std::exchange(prepared_, std::nullopt);
     content.frame = session_.nextFrame();
-    if (content.frame != released_) violated("a frame begins that does not follow the last one released");
+    if (content.frame.value != released_) violated("a frame begins that does not follow the last one released");
     nextBegin_ = now() + config_.frameInterval;
     frame_ = Frame{.number = content.frame, .stateHash = content.stateHash, .begun = now(), .open = true};
     sayingAt_ = now();
@@ -145,7 +145,7 @@ void Owner::maybeBegin() {
 void Owner::prepare() {
     FrameContent content;
     if (random_.chance(0.7) || !everywhere_.empty()) {
-        ModelList list{.sequence = scene_.sequence + 1, .content = random_.next()};
+        ModelList list{.sequence = scene_.sequence.next(), .content = random_.next()};
         for (const BlobInfo& blob : everywhere_) list.blobs.push_back(blob.id);
         scene_.apply(list);
         sceneBlobs_.insert(sceneBlobs_.end(), everywhere_.begin(), everywhere_.end());
@@ -228,8 +228,8 @@ void Owner::on(const server_action::SnapshotWanted& action) {
     hostOf_[action.connection] = action.name;
     const auto make = [this] {
         Numbers bytes;
-        bytes.put(scene_.sequence);
-        bytes.put(scene_.hash);
+        bytes.put(scene_.sequence.value);
+        bytes.put(scene_.hash.value);
         return message::Snapshot{
             .sequence = scene_.sequence, .stateHash = scene_.hash, .list = bytes.share(), .blobs = sceneBlobs_};
     };
@@ -244,7 +244,7 @@ void Owner::on(const server_action::SnapshotWanted& action) {
 }
 
 void Owner::on(const server_action::HostEntered& action) {
-    witness_.trace(action.host + " enters at frame " + std::to_string(action.frame));
+    witness_.trace(action.host + " enters at frame " + std::to_string(action.frame.value));
     if (action.frame != frame_.number || !frame_.open)
         violated(action.host + " enters at another frame than the one that begins");
     if (!members_.insert(action.host).second) violated(action.host + " enters twice");
@@ -287,8 +287,8 @@ void Owner::checkDetection(const server_action::Fault& fault) const {
 
 void Owner::on(const server_action::FrameReleased& action) {
     const SyncPolicy& sync = config_.session.sync;
-    if (!frame_.open || action.frame != frame_.number || action.frame != released_)
-        violated("frame " + std::to_string(action.frame) + " is released out of turn");
+    if (!frame_.open || action.frame != frame_.number || action.frame.value != released_)
+        violated("frame " + std::to_string(action.frame.value) + " is released out of turn");
     TimePoint first = TimePoint::max();
     for (const std::string& host : action.shown) {
         if (!frame_.ready.contains(host)) violated("shows a frame on " + host + ", which is not ready");
@@ -325,7 +325,7 @@ void Owner::on(const server_action::FrameReleased& action) {
 }
 
 void Owner::on(const server_action::FrameStats& action) {
-    if (Numbers(action.stats).get() != action.frame) violated("mixes up statistics");
+    if (FrameNumber(Numbers(action.stats).get()) != action.frame) violated("mixes up statistics");
 }
 
 void Owner::on(const server_action::FrameShown& action) {

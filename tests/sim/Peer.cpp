@@ -185,8 +185,8 @@ void Peer::on(const client_action::ApplySnapshot& action) {
     onDrawThread(config_.applyTime * 4, [this, snapshot = action.snapshot] {
         requireBlobs(snapshot.blobs, "with a snapshot");
         Numbers in(snapshot.list);
-        scene_.sequence = in.get();
-        scene_.hash = in.get();
+        scene_.sequence = Sequence(in.get());
+        scene_.hash = StateHash(in.get());
         haveScene_ = true;
         corrupted_ = false;
         carryOut(session_->applied(snapshot.sequence, scene_.hash));
@@ -209,7 +209,7 @@ void Peer::on(const client_action::Draw& action) {
         if (scene_.sequence != begin.sequence) violated("stands at another list than the frame it draws");
         if ((scene_.hash != begin.stateHash) != corrupted_) violated("has drawn another scene than the server's");
         Numbers stats;
-        stats.put(begin.frame);
+        stats.put(begin.frame.value);
         carryOut(session_->drawn(begin.frame, scene_.hash, stats.share()));
     });
 }
@@ -233,7 +233,7 @@ void Peer::on(const client_action::StoreBlob& action) {
 void Peer::on(const client_action::DescribeState& action) {
     onDrawThread(config_.applyTime, [this, query = action.query] {
         carryOut(session_->hashes(
-            {.sequence = scene_.sequence, .objects = query.objects, .entries = {{query.leaf, scene_.hash}}}));
+            {.sequence = scene_.sequence, .objects = query.objects, .entries = {{query.leaf, scene_.hash.value}}}));
     });
 }
 
@@ -275,8 +275,8 @@ void Peer::onDrawThread(Duration work, std::function<void()> done) {
 
 void Peer::apply(const ModelList& list) {
     if (!haveScene_) violated("gets a list before any snapshot");
-    if (list.sequence != scene_.sequence + 1)
-        violated("is given list " + std::to_string(list.sequence) + " at list " + std::to_string(scene_.sequence));
+    if (list.sequence != scene_.sequence.next())
+        violated("is given list " + std::to_string(list.sequence.value) + " at list " + std::to_string(scene_.sequence.value));
     if (config_.wantBlobs)
         for (const BlobId& id : list.blobs)
             if (!store_.contains(id)) violated("applies a list without a blob that it names");

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <random>
 #include <set>
+#include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
 namespace {
@@ -23,24 +24,24 @@ std::vector<Message> everyMessage() {
     return {
         Heartbeat{-5, 6, 7'000'000'000},
         Hello{kProtocolVersion, 0xfeed, PeerRole::kApplication, ChannelKind::kBulk, "lower-left", 99, 12, false},
-        Synced{17, 0xabcdef},
-        Ready{18, 0x1234, some(100)},
-        Shown{19, -20},
+        Synced{17_seq, 0xabcdef_hash},
+        Ready{18_frame, 0x1234_hash, some(100)},
+        Shown{19_frame, -20},
         BlobsHeld{21},
         BlobRequest{BlobId{22, 23}, 24, 25},
-        HashAnswer{26, true, {{27, 28}, {29, ~0ull}}},
-        TileImage{30, 31, "front-0-1", some(5000)},
+        HashAnswer{26_seq, true, {{27, 28}, {29, ~0ull}}},
+        TileImage{30, 31_frame, "front-0-1", some(5000)},
         Request{32, some(33)},
-        Welcome{34, 35, std::chrono::milliseconds(36), std::chrono::milliseconds(37), some(38)},
+        Welcome{34_epoch, 35, std::chrono::milliseconds(36), std::chrono::milliseconds(37), some(38)},
         Refused{ErrorCode::kLimit, "there is no host \"west\"", true},
-        Snapshot{40, 41, some(100'000), kBlobs},
-        Changes{42, 43, some(44), kBlobs},
-        Begin{45, 46, 47, some(48), kBlobs},
-        Swap{~0ull},
+        Snapshot{40_seq, 41_hash, some(100'000), kBlobs},
+        Changes{42_seq, 43_hash, some(44), kBlobs},
+        Begin{45_frame, 46_seq, 47_hash, some(48), kBlobs},
+        Swap{FrameNumber(~0ull)},
         BlobNotice{50, kBlobs},
         BlobChunk{BlobId{51, 52}, 53, 54, some(262'144)},
         HashQuery{true, 55},
-        ImageRequest{56, 57},
+        ImageRequest{56, 57_frame},
         Reply{58, ErrorCode::kNotFound, "no node \"/hall/crna\"", some(59)},
         Notice{some(60)},
         Over{"the last frame was shown"},
@@ -108,7 +109,7 @@ TEST(MessageCodec, EveryMessageArrivesAsItWasSent) {
 }
 
 TEST(MessageCodec, ByteFieldsThatAreMissingArriveEmptyAndNeverNull) {
-    const auto begin = there(message::Begin{1, 2, 3, nullptr, {}});
+    const auto begin = there(message::Begin{1_frame, 2_seq, 3_hash, nullptr, {}});
     ASSERT_TRUE(begin);
     ASSERT_NE(std::get<message::Begin>(*begin).payload, nullptr);
     EXPECT_TRUE(std::get<message::Begin>(*begin).payload->empty());
@@ -131,7 +132,7 @@ TEST(MessageCodec, NumbersOnTheWireAreFixedAndBounded) {
 
 TEST(MessageCodec, HeartbeatsAndSwapsStaySmall) {
     EXPECT_LE(encodeMessage(message::Heartbeat{1, 2, 3}).size(), 64u);
-    EXPECT_LE(encodeMessage(message::Swap{~0ull}).size(), 64u);
+    EXPECT_LE(encodeMessage(message::Swap{FrameNumber(~0ull)}).size(), 64u);
 }
 
 TEST(MessageCodec, AHelloOfAnotherVersionCanStillBeNamed) {
@@ -179,7 +180,7 @@ TEST(MessageCodec, LongReasonsAreCutBetweenCharacters) {
 }
 
 TEST(MessageCodec, ClaimsWithoutBytesBehindThemAreRefused) {
-    const Bytes good = encodeMessage(message::Snapshot{1, 2, some(50), kBlobs});
+    const Bytes good = encodeMessage(message::Snapshot{1_seq, 2_hash, some(50), kBlobs});
     const auto patched = [&](std::size_t at, std::uint64_t value, std::size_t width) {
         Bytes bytes = good;
         std::memcpy(bytes.data() + at, &value, width);

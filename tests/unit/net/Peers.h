@@ -106,7 +106,7 @@ private:
     int fd_;
 };
 
-inline Bytes frameBytes(std::uint16_t type, ByteSpan payload, std::uint64_t epoch = 0) {
+inline Bytes frameBytes(std::uint16_t type, ByteSpan payload, Epoch epoch = {}) {
     const auto header = encodeHeader(type, epoch, payload);
     Bytes all(header.size() + payload.size());
     std::memcpy(all.data(), header.data(), header.size());

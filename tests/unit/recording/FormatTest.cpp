@@ -123,8 +123,8 @@ TEST(FrameDigest, SeesEveryMember) {
         {"questions", [](FrameResult& f) { f.collision.questions[0].wanted.scale.x() = 3; }},
         {"not looked at", [](FrameResult& f) { f.collision.notLookedAt[0].reason = NotLookedAt::Reason::kNotFinite; }},
         {"the committed list", [](FrameResult& f) { f.commit.encoded = share(Bytes(3)); }},
-        {"sequence", [](FrameResult& f) { ++f.commit.sequence; }},
-        {"state hash", [](FrameResult& f) { ++f.commit.stateHash; }},
+        {"sequence", [](FrameResult& f) { ++f.commit.sequence.value; }},
+        {"state hash", [](FrameResult& f) { ++f.commit.stateHash.value; }},
         {"contacts begun", [](FrameResult& f) { ++f.collision.contactsBegun; }},
         {"free bodies", [](FrameResult& f) { ++f.collision.counters.freeBodies; }},
         {"unanswered questions", [](FrameResult& f) { ++f.collision.counters.unanswered; }}};

@@ -5,6 +5,7 @@
 
 #include "common/base/Hash.h"
 #include "common/session/ServerSession.h"
+#include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
 
@@ -16,8 +17,8 @@ inline SharedBytes textBytes(std::string_view text) {
     return share(Bytes(bytes.begin(), bytes.end()));
 }
 /// A stand-in for the scene's hash after list `sequence`.
-inline std::uint64_t hashAfter(std::uint64_t sequence) {
-    return 0x9E3779B97F4A7C15ull * (sequence + 1);
+inline StateHash hashAfter(Sequence sequence) {
+    return StateHash(0x9E3779B97F4A7C15ull * (sequence.value + 1));
 }
 
 inline ServerSessionConfig twoHosts() {
@@ -37,8 +38,8 @@ struct ServerFixture {
     std::uint64_t schema;
     TimePoint now{10s};
     std::uint64_t lastConnection = 0;
-    std::uint64_t sequence = 5;  ///< of the scene
-    ServerActions done;          ///< since the last `forget()`
+    Sequence sequence{5};  ///< of the scene
+    ServerActions done;    ///< since the last `forget()`
 
     void forget() { done.clear(); }
     void take(ServerActions actions) { done.insert(done.end(), actions.begin(), actions.end()); }
@@ -93,14 +94,14 @@ struct ServerFixture {
         return connection;
     }
     message::Changes commit(std::vector<BlobInfo> blobs = {}) {
-        ++sequence;
+        sequence = sequence.next();
         return {.sequence = sequence,
                 .stateHash = hashAfter(sequence),
                 .list = textBytes("list"),
                 .blobs = std::move(blobs)};
     }
-    std::uint64_t begin(std::vector<message::Changes> changes = {}) {
-        const std::uint64_t frame = session.nextFrame();
+    FrameNumber begin(std::vector<message::Changes> changes = {}) {
+        const FrameNumber frame = session.nextFrame();
         take(session.beginFrame({.frame = frame,
                                  .sequence = sequence,
                                  .stateHash = hashAfter(sequence),
@@ -109,8 +110,8 @@ struct ServerFixture {
                                 now));
         return frame;
     }
-    void ready(ConnectionId connection, std::uint64_t frame) { readyAt(connection, frame, sequence); }
-    void readyAt(ConnectionId connection, std::uint64_t frame, std::uint64_t at) {
+    void ready(ConnectionId connection, FrameNumber frame) { readyAt(connection, frame, sequence); }
+    void readyAt(ConnectionId connection, FrameNumber frame, Sequence at) {
         say(connection, message::Ready{frame, hashAfter(at), nullptr});
     }
 

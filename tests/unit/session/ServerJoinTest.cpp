@@ -147,7 +147,7 @@ TEST(ServerJoin, ALateJoinerGetsEveryListOnceAndEntersAtANamedFrame) {
     const ConnectionId gone = ConnectionId(2);
     s.begin();
     s.drop(gone);
-    s.ready(a, 0);
+    s.ready(a, 0_frame);
     const ConnectionId b = s.hello("b");
     const message::Snapshot old{.sequence = s.sequence,
                                 .stateHash = hashAfter(s.sequence)};  // made now, handed in late
@@ -155,12 +155,12 @@ TEST(ServerJoin, ALateJoinerGetsEveryListOnceAndEntersAtANamedFrame) {
     s.forget();
     s.take(s.session.snapshotReady(b, old, s.now));
     s.ready(a, s.begin({s.commit()}));
-    std::vector<std::uint64_t> got;
+    std::vector<Sequence> got;
     for (const auto& changes : s.sent<message::Changes>(b)) got.push_back(changes.sequence);
-    EXPECT_EQ(got, (std::vector<std::uint64_t>{6, 7, 8}));
-    s.say(b, message::Synced{8, hashAfter(8)});
+    EXPECT_EQ(got, (std::vector{6_seq, 7_seq, 8_seq}));
+    s.say(b, message::Synced{8_seq, hashAfter(8_seq)});
     s.forget();
-    const std::uint64_t frame = s.begin({s.commit()});
+    const FrameNumber frame = s.begin({s.commit()});
     const auto entered = s.actions<server_action::HostEntered>();
     ASSERT_EQ(entered.size(), 1u);
     EXPECT_EQ(entered[0].host, "b");
@@ -168,7 +168,7 @@ TEST(ServerJoin, ALateJoinerGetsEveryListOnceAndEntersAtANamedFrame) {
     EXPECT_TRUE(entered[0].rejoined);
     EXPECT_TRUE(s.sent<message::Changes>(b).empty());
     ASSERT_EQ(s.sent<message::Begin>(b).size(), 1u);
-    EXPECT_EQ(s.sent<message::Begin>(b)[0].sequence, 9u);
+    EXPECT_EQ(s.sent<message::Begin>(b)[0].sequence, 9_seq);
 }
 
 TEST(ServerJoin, ASyncedHostEntersThoughNewerListsAreOnTheirWayToIt) {
@@ -177,11 +177,11 @@ TEST(ServerJoin, ASyncedHostEntersThoughNewerListsAreOnTheirWayToIt) {
     s.join("b");
     s.begin();
     s.drop(ConnectionId(2));
-    s.ready(a, 0);
+    s.ready(a, 0_frame);
     const ConnectionId b = s.hello("b");
     s.snapshot(b);
     s.ready(a, s.begin({s.commit()}));
-    s.say(b, message::Synced{5, hashAfter(5)});  // it has not seen list 6 yet
+    s.say(b, message::Synced{5_seq, hashAfter(5_seq)});  // it has not seen list 6 yet
     s.forget();
     s.begin({s.commit()});
     EXPECT_EQ(s.actions<server_action::HostEntered>().size(), 1u);
@@ -209,7 +209,7 @@ TEST(ServerJoin, AsksAgainWhereTheListsSinceASnapshotWereTooMany) {
     s.join("b");
     s.begin();
     s.drop(ConnectionId(2));
-    s.ready(a, 0);
+    s.ready(a, 0_frame);
     const ConnectionId b = s.hello("b");
     const message::Snapshot old{.sequence = s.sequence, .stateHash = hashAfter(s.sequence)};
     for (int i = 0; i < 3; ++i) s.ready(a, s.begin({s.commit()}));

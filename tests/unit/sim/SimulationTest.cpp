@@ -227,7 +227,7 @@ TEST(Simulation, ReplicasThatApplyEachFramesListFollowExactly) {
             ASSERT_TRUE(decoded) << decoded.error().message;
             ASSERT_TRUE(replica.apply(*decoded));
         }
-        ASSERT_EQ(replica.stateHash(), frame.commit.stateHash) << "frame " << i;
+        ASSERT_EQ(StateHash(replica.stateHash()), frame.commit.stateHash) << "frame " << i;
     }
 }
 
