@@ -56,7 +56,7 @@ Expected<Mosaic> stitch(const Wall& wall, const answer::Images& images) {
             mosaic.missing.push_back(tile.name);
             continue;
         }
-        const Expected<DecodedPng> png = decodePng(*image->png);
+        const Expected<DecodedPng> png = decodePng(image->png);
         if (!png) return failWith(fmt::format("the image of tile {}", tile.name), png.error());
         if (png->picture.widthPx != tile.mosaicRect.width || png->picture.heightPx != tile.mosaicRect.height)
             return fail(ErrorCode::kBadInput, fmt::format("the image of tile {} is {}x{}, but the tile {}x{}",

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
 
@@ -45,7 +46,7 @@ bool RenderHost::perform(const Work& work) {
 bool RenderHost::on(const work::Configure& configure) {
     // Images of an earlier connection are asked for again by whoever still wants them.
     waitingImages_.clear();
-    auto wall = decodeWall(*configure.configuration);
+    auto wall = decodeWall(configure.configuration);
     if (!wall) return broken({wall.error().code, "the server's wall: " + wall.error().message});
     if (auto used = useWall(std::move(*wall)); !used) return broken(used.error());
     return true;
@@ -81,28 +82,28 @@ Expected<void> RenderHost::useWall(Wall wall) {
 
 bool RenderHost::on(const work::ApplySnapshot& apply) {
     aspect_ = Aspect();
-    if (auto applied = applyList(apply.snapshot.list); !applied) {
+    if (auto applied = applyList(*apply.snapshot.list); !applied) {
         tell(outcome::ApplyFailed{"the snapshot: " + applied.error().message});
         return true;
     }
-    sequence_ = apply.snapshot.sequence;
-    tell(outcome::Applied{apply.snapshot.sequence, StateHash(aspect_.stateHash())});
+    sequence_ = apply.snapshot.list->sequence;
+    tell(outcome::Applied{sequence_, StateHash(aspect_.stateHash())});
     return true;
 }
 
 bool RenderHost::on(const work::ApplyChanges& apply) {
-    if (auto applied = applyList(apply.changes.list); !applied) {
-        tell(outcome::ApplyFailed{fmt::format("list {}: {}", apply.changes.sequence.value, applied.error().message)});
+    if (auto applied = applyList(*apply.changes.list); !applied) {
+        tell(outcome::ApplyFailed{fmt::format("list {}: {}", apply.changes.list->sequence.value, applied.error().message)});
         return true;
     }
-    sequence_ = apply.changes.sequence;
-    tell(outcome::Applied{apply.changes.sequence, StateHash(aspect_.stateHash())});
+    sequence_ = apply.changes.list->sequence;
+    tell(outcome::Applied{sequence_, StateHash(aspect_.stateHash())});
     return true;
 }
 
-Expected<void> RenderHost::applyList(const SharedBytes& encoded) {
-    if (!encoded || encoded->empty()) return {};
-    const auto list = decodeChangeList(*encoded, blobs_);
+Expected<void> RenderHost::applyList(const CommittedList& committed) {
+    if (!committed.changed()) return {};
+    const auto list = decodeChangeList(committed.encoded, blobs_);
     if (!list) return tl::unexpected(list.error());
     if (auto applied = aspect_.apply(*list); !applied) return applied;
     // A snapshot starts from nothing: what was known of the scene before is void.
@@ -115,16 +116,16 @@ bool RenderHost::on(const work::Draw& draw) {
     injectBefore(frame);
     if (options_.injection.at(Injection::Kind::kDrawFail, frame.value))
         return broken({ErrorCode::kFailed, fmt::format("frame {}: an error injected by --inject", frame.value)});
-    const auto payload = draw.begin.payload ? decodeFrame(*draw.begin.payload) : Expected<FramePayload>(FramePayload{});
+    const auto payload = decodeFrame(draw.begin.payload);
     if (!payload) {
         tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame.value, payload.error().message)});
         return true;
     }
-    if (auto applied = applyList(payload->list); !applied) {
+    if (auto applied = applyList(*draw.begin.list); !applied) {
         tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame.value, applied.error().message)});
         return true;
     }
-    sequence_ = draw.begin.sequence;
+    sequence_ = draw.begin.list->sequence;
     std::vector<TileStats> stats;
     std::uint64_t skipped = 0;
     for (const auto& state : tiles_) {
@@ -139,7 +140,7 @@ bool RenderHost::on(const work::Draw& draw) {
         log_.warning(
             fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame.value, skipped));
     skippedBefore_ = skipped;
-    tell(outcome::Drawn{frame, StateHash(aspect_.stateHash()), share(encodeStats(stats))});
+    tell(outcome::Drawn{frame, StateHash(aspect_.stateHash()), encodeStats(stats)});
     return true;
 }
 

@@ -65,7 +65,7 @@ private:
     bool on(const work::Finish& finish);
 
     [[nodiscard]] Expected<void> useWall(Wall wall);
-    [[nodiscard]] Expected<void> applyList(const SharedBytes& encoded);
+    [[nodiscard]] Expected<void> applyList(const CommittedList& committed);
     [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, FrameNumber frame);
     [[nodiscard]] Expected<void> showTile(TileState& state);
     void injectBefore(FrameNumber frame);

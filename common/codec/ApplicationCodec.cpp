@@ -24,9 +24,6 @@ struct IdPair {
 
 using Parts = std::vector<ByteSpan>;
 
-ByteSpan spanOf(const SharedBytes& bytes) {
-    return bytes ? ByteSpan(*bytes) : ByteSpan();
-}
 
 void put(pb::Vector* out, const Vec3d& v) {
     out->set_x(v.x());
@@ -69,8 +66,8 @@ void put(pb::Rotation* out, const Quatd& q) {
 /// With the values that several messages of applications hold, and their limits.
 class ApplicationUnpacker : public Unpacker {
 public:
-    ApplicationUnpacker(Parts parts, const ApplicationLimits& limits)
-        : Unpacker(std::move(parts), limits.maxTextBytes), limits_(limits) {}
+    ApplicationUnpacker(const ByteSlice& whole, Parts parts, const ApplicationLimits& limits)
+        : Unpacker(whole, std::move(parts), limits.maxTextBytes), limits_(limits) {}
 
     [[nodiscard]] const ApplicationLimits& limits() const { return limits_; }
 
@@ -128,14 +125,14 @@ private:
 
 /// Splits, parses and unpacks; `unpack(head, in)` gives the value.
 template <typename Head, typename Unpack>
-auto decode(ByteSpan bytes, std::string_view what, std::size_t maxParts, const ApplicationLimits& limits, Unpack unpack)
+auto decode(const ByteSlice& bytes, std::string_view what, std::size_t maxParts, const ApplicationLimits& limits, Unpack unpack)
     -> Expected<decltype(unpack(std::declval<const Head&>(), std::declval<ApplicationUnpacker&>()))> {
     auto split = splitParts(bytes, kMaxHeadBytes, maxParts);
     if (!split) return failWith(fmt::format("a malformed {}", what), split.error());
     Head head;
     if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
         return fail(ErrorCode::kBadInput, fmt::format("a malformed {}: its head is no protobuf message", what));
-    ApplicationUnpacker in(std::move(split->parts), limits);
+    ApplicationUnpacker in(bytes, std::move(split->parts), limits);
     auto value = unpack(head, in);
     if (in.error()) return failWith(fmt::format("a malformed {}", what), *in.error());
     return value;
@@ -145,8 +142,8 @@ auto decode(ByteSpan bytes, std::string_view what, std::size_t maxParts, const A
 
 void pack(const request::Propose& r, pb::RequestHead& head, Parts& parts) {
     head.mutable_propose();
-    parts.push_back(spanOf(r.list));
-    for (const SharedBytes& blob : r.blobs) parts.push_back(spanOf(blob));
+    parts.push_back(r.list);
+    for (const ByteSlice& blob : r.blobs) parts.push_back(blob);
 }
 void pack(const request::Undo&, pb::RequestHead& head, Parts&) {
     head.mutable_undo();
@@ -374,7 +371,7 @@ Bytes join(const answer::Images& a, pb::AnswerHead& head) {
         out.set_tile(image.tile);
         out.set_host(image.host);
         out.set_frame(image.frame.value);
-        pngs.push_back(spanOf(image.png));
+        pngs.push_back(image.png);
     }
     for (const std::string& name : a.missing) head.mutable_images()->add_missing(name);
     if (a.tiles.empty()) head.mutable_images();
@@ -503,7 +500,7 @@ Bytes encodeRequest(const ApplicationRequest& request) {
     return joinParts(head, parts);
 }
 
-Expected<ApplicationRequest> decodeRequest(ByteSpan bytes, const ApplicationLimits& limits) {
+Expected<ApplicationRequest> decodeRequest(const ByteSlice& bytes, const ApplicationLimits& limits) {
     return decode<pb::RequestHead>(bytes, "request", limits.maxBlobs + 1, limits, unpackRequest);
 }
 
@@ -512,7 +509,7 @@ Bytes encodeAnswer(const ApplicationAnswer& answer) {
     return std::visit([&](const auto& a) { return join(a, head); }, answer);
 }
 
-Expected<ApplicationAnswer> decodeAnswer(ByteSpan bytes, const ApplicationLimits& limits) {
+Expected<ApplicationAnswer> decodeAnswer(const ByteSlice& bytes, const ApplicationLimits& limits) {
     return decode<pb::AnswerHead>(bytes, "answer", limits.maxTiles, limits, unpackAnswer);
 }
 
@@ -521,7 +518,7 @@ Bytes encodeNotice(const ApplicationNotice& notice) {
     return std::visit([&](const auto& n) { return join(n, head); }, notice);
 }
 
-Expected<ApplicationNotice> decodeNotice(ByteSpan bytes, const ApplicationLimits& limits) {
+Expected<ApplicationNotice> decodeNotice(const ByteSlice& bytes, const ApplicationLimits& limits) {
     return decode<pb::NoticeHead>(bytes, "notice", 2, limits, unpackNotice);
 }
 

@@ -16,7 +16,7 @@ namespace {
 namespace pb = proto::session;
 
 constexpr std::size_t kMaxHeadBytes = 16 * 1024;
-constexpr std::size_t kMaxParts = 2;
+constexpr std::size_t kMaxParts = 3;
 constexpr std::size_t kSmall = 256;
 constexpr std::size_t kText = kMaxHeadBytes + 64;
 constexpr std::size_t kMebi = std::size_t{1} << 20;
@@ -81,10 +81,21 @@ template <>
 struct Wire<message::Over> : WireAs<23, kText, false, pb::Over> {};
 // clang-format on
 
-using Parts = std::vector<ByteSpan>;
+using Parts = std::vector<ByteSlice>;
 
-ByteSpan spanOf(const SharedBytes& bytes) {
-    return bytes ? ByteSpan(*bytes) : ByteSpan();
+/// Records that go with the message to be encoded, which may not live as long as its bytes.
+template <typename Record>
+ByteSlice copied(const std::vector<Record>& records) {
+    const ByteSpan bytes = recordBytes(records);
+    return Bytes(bytes.begin(), bytes.end());
+}
+/// List and blobs of an envelope, where they lie.
+template <typename Head>
+void packList(const CommittedListPtr& list, Head& head, Parts& parts) {
+    head.set_sequence(list->sequence.value);
+    head.set_state_hash(list->stateHash.value);
+    parts.push_back(list->encoded);
+    parts.emplace_back(list, recordBytes(list->blobs));
 }
 std::string reasonText(const std::string& text) {
     return std::string(cutUtf8(text, MessageLimits{}.maxTextBytes));
@@ -114,7 +125,7 @@ void pack(const message::Synced& m, pb::Synced& head, Parts&) {
 void pack(const message::Ready& m, pb::Ready& head, Parts& parts) {
     head.set_frame(m.frame.value);
     head.set_state_hash(m.stateHash.value);
-    parts = {spanOf(m.stats)};
+    parts = {m.stats};
 }
 void pack(const message::Shown& m, pb::Shown& head, Parts&) {
     head.set_frame(m.frame.value);
@@ -132,24 +143,24 @@ void pack(const message::BlobRequest& m, pb::BlobRequest& head, Parts&) {
 void pack(const message::HashAnswer& m, pb::HashAnswer& head, Parts& parts) {
     head.set_sequence(m.sequence.value);
     head.set_objects(m.objects);
-    parts = {recordBytes(m.entries)};
+    parts = {copied(m.entries)};
 }
 void pack(const message::TileImage& m, pb::TileImage& head, Parts& parts) {
     head.set_request(m.request);
     head.set_frame(m.frame.value);
     head.set_tile(m.tile);
-    parts = {spanOf(m.png)};
+    parts = {m.png};
 }
 void pack(const message::Request& m, pb::Request& head, Parts& parts) {
     head.set_id(m.id);
-    parts = {spanOf(m.body)};
+    parts = {m.body};
 }
 void pack(const message::Welcome& m, pb::Welcome& head, Parts& parts) {
     head.set_epoch(m.epoch.value);
     head.set_token(m.token);
     head.set_heartbeat_ms(static_cast<std::uint32_t>(m.heartbeat.count()));
     head.set_lost_after_ms(static_cast<std::uint32_t>(m.lostAfter.count()));
-    parts = {spanOf(m.configuration)};
+    parts = {m.configuration};
 }
 void pack(const message::Refused& m, pb::Refused& head, Parts&) {
     head.set_code(static_cast<std::uint32_t>(m.code));
@@ -157,34 +168,29 @@ void pack(const message::Refused& m, pb::Refused& head, Parts&) {
     head.set_retry(m.retry);
 }
 void pack(const message::Snapshot& m, pb::Snapshot& head, Parts& parts) {
-    head.set_sequence(m.sequence.value);
-    head.set_state_hash(m.stateHash.value);
-    parts = {spanOf(m.list), recordBytes(m.blobs)};
+    packList(m.list, head, parts);
 }
 void pack(const message::Changes& m, pb::Changes& head, Parts& parts) {
-    head.set_sequence(m.sequence.value);
-    head.set_state_hash(m.stateHash.value);
-    parts = {spanOf(m.list), recordBytes(m.blobs)};
+    packList(m.list, head, parts);
 }
 void pack(const message::Begin& m, pb::Begin& head, Parts& parts) {
     head.set_frame(m.frame.value);
-    head.set_sequence(m.sequence.value);
-    head.set_state_hash(m.stateHash.value);
-    parts = {spanOf(m.payload), recordBytes(m.blobs)};
+    parts = {m.payload};
+    packList(m.list, head, parts);
 }
 void pack(const message::Swap& m, pb::SwapFrame& head, Parts&) {
     head.set_frame(m.frame.value);
 }
 void pack(const message::BlobNotice& m, pb::BlobNotice& head, Parts& parts) {
     head.set_token(m.token);
-    parts = {recordBytes(m.blobs)};
+    parts = {copied(m.blobs)};
 }
 void pack(const message::BlobChunk& m, pb::BlobChunk& head, Parts& parts) {
     head.set_id_low(m.id.low);
     head.set_id_high(m.id.high);
     head.set_offset(m.offset);
     head.set_total_bytes(m.totalBytes);
-    parts = {spanOf(m.bytes)};
+    parts = {m.bytes};
 }
 void pack(const message::HashQuery& m, pb::HashQuery& head, Parts&) {
     head.set_objects(m.objects);
@@ -198,10 +204,10 @@ void pack(const message::Reply& m, pb::Reply& head, Parts& parts) {
     head.set_id(m.id);
     head.set_code(static_cast<std::uint32_t>(m.code));
     head.set_error(reasonText(m.error));
-    parts = {spanOf(m.body)};
+    parts = {m.body};
 }
 void pack(const message::Notice& m, pb::Notice&, Parts& parts) {
-    parts = {spanOf(m.body)};
+    parts = {m.body};
 }
 void pack(const message::Over& m, pb::Over& head, Parts&) {
     head.set_reason(reasonText(m.reason));
@@ -212,12 +218,18 @@ void pack(const message::Over& m, pb::Over& head, Parts&) {
 /// With the limits of session messages.
 class MessageUnpacker : public Unpacker {
 public:
-    MessageUnpacker(Parts parts, const MessageLimits& limits)
-        : Unpacker(std::move(parts), limits.maxTextBytes), maxEntries_(limits.maxEntries) {}
+    MessageUnpacker(ByteSlice whole, std::vector<ByteSpan> parts, const MessageLimits& limits)
+        : Unpacker(std::move(whole), std::move(parts), limits.maxTextBytes), maxEntries_(limits.maxEntries) {}
 
     template <typename Record>
     std::vector<Record> records(std::size_t part) {
         return Unpacker::records<Record>(part, maxEntries_);
+    }
+    /// An envelope whose list is part `part` and whose blobs are the one behind.
+    template <typename Head>
+    CommittedListPtr list(const Head& head, std::size_t part) {
+        return share(CommittedList{Sequence(head.sequence()), StateHash(head.state_hash()), bytes(part),
+                                   records<BlobInfo>(part + 1)});
     }
 
 private:
@@ -286,15 +298,15 @@ void unpack(message::Refused& m, const pb::Refused& head, MessageUnpacker& in) {
 }
 void unpack(message::Snapshot& m, const pb::Snapshot& head, MessageUnpacker& in) {
     in.expectParts(2);
-    m = {Sequence(head.sequence()), StateHash(head.state_hash()), in.bytes(0), in.records<BlobInfo>(1)};
+    m.list = in.list(head, 0);
 }
 void unpack(message::Changes& m, const pb::Changes& head, MessageUnpacker& in) {
     in.expectParts(2);
-    m = {Sequence(head.sequence()), StateHash(head.state_hash()), in.bytes(0), in.records<BlobInfo>(1)};
+    m.list = in.list(head, 0);
 }
 void unpack(message::Begin& m, const pb::Begin& head, MessageUnpacker& in) {
-    in.expectParts(2);
-    m = {FrameNumber(head.frame()), Sequence(head.sequence()), StateHash(head.state_hash()), in.bytes(0), in.records<BlobInfo>(1)};
+    in.expectParts(3);
+    m = {FrameNumber(head.frame()), in.bytes(0), in.list(head, 1)};
 }
 void unpack(message::Swap& m, const pb::SwapFrame& head, MessageUnpacker& in) {
     in.expectParts(0);
@@ -332,13 +344,13 @@ void unpack(message::Over& m, const pb::Over& head, MessageUnpacker& in) {
 // ---- the table of types
 
 template <typename M>
-Expected<Message> decodeAs(ByteSpan payload, const MessageLimits& limits) {
+Expected<Message> decodeAs(const ByteSlice& payload, const MessageLimits& limits) {
     auto split = splitParts(payload, kMaxHeadBytes, kMaxParts);
     if (!split) return tl::unexpected(split.error());
     typename Wire<M>::Head head;
     if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
         return fail(ErrorCode::kBadInput, "its head is no protobuf message");
-    MessageUnpacker in(std::move(split->parts), limits);
+    MessageUnpacker in(payload, std::move(split->parts), limits);
     M message;
     unpack(message, head, in);
     if (in.error()) return tl::unexpected(*in.error());
@@ -349,7 +361,7 @@ struct TypeEntry {
     std::uint16_t type = 0;
     std::size_t maxPayload = 0;
     bool fromPeer = false;
-    Expected<Message> (*decode)(ByteSpan, const MessageLimits&) = nullptr;
+    Expected<Message> (*decode)(const ByteSlice&, const MessageLimits&) = nullptr;
 };
 
 template <typename Variant>
@@ -372,25 +384,24 @@ std::uint16_t wireType(const Message& message) {
     return std::visit([]<typename M>(const M&) { return Wire<M>::kType; }, message);
 }
 
-Bytes encodeMessage(const Message& message) {
+ByteChain encodeMessage(const Message& message) {
     return std::visit(
         []<typename M>(const M& m) {
             typename Wire<M>::Head head;
             Parts parts;
             pack(m, head, parts);
-            return joinParts(head, parts);
+            return chainParts(head, parts);
         },
         message);
 }
 
-Expected<Message> decodeMessage(std::uint16_t type, SharedBytes payload, const MessageLimits& limits) {
+Expected<Message> decodeMessage(std::uint16_t type, const ByteSlice& payload, const MessageLimits& limits) {
     const TypeEntry* entry = findEntry(type);
     if (entry == nullptr) return fail(ErrorCode::kBadInput, fmt::format("a message of unknown type {}", type));
-    const ByteSpan bytes = spanOf(payload);
-    if (bytes.size() > entry->maxPayload)
+    if (payload.size() > entry->maxPayload)
         return fail(ErrorCode::kLimit, fmt::format("a message of type {} with {} bytes; at most {} are allowed", type,
-                                                   bytes.size(), entry->maxPayload));
-    auto decoded = entry->decode(bytes, limits);
+                                                   payload.size(), entry->maxPayload));
+    auto decoded = entry->decode(payload, limits);
     if (!decoded) return failWith(fmt::format("a malformed message of type {}", type), decoded.error());
     return decoded;
 }

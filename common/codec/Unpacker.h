@@ -16,8 +16,9 @@ namespace tessera {
 /// nothing: whoever asks for `error` at the end need not ask in between.
 class Unpacker {
 public:
-    Unpacker(std::vector<ByteSpan> parts, std::size_t maxTextBytes)
-        : parts_(std::move(parts)), maxTextBytes_(maxTextBytes) {}
+    /// `parts` are parts of `whole`.
+    Unpacker(ByteSlice whole, std::vector<ByteSpan> parts, std::size_t maxTextBytes)
+        : whole_(std::move(whole)), parts_(std::move(parts)), maxTextBytes_(maxTextBytes) {}
 
     [[nodiscard]] const std::optional<Error>& error() const { return error_; }
     [[nodiscard]] std::size_t partCount() const { return parts_.size(); }
@@ -47,7 +48,8 @@ public:
         refuse(ErrorCode::kBadInput, fmt::format("it holds the unknown value {}", value));
         return {};
     }
-    SharedBytes bytes(std::size_t part) { return share(Bytes(parts_[part].begin(), parts_[part].end())); }
+    /// A part where it lies: it keeps the whole message.
+    [[nodiscard]] ByteSlice bytes(std::size_t part) const { return whole_.slice(parts_[part]); }
     template <typename Record>
     std::vector<Record> records(std::size_t part, std::size_t most) {
         return taken(recordsFrom<Record>(parts_[part], most));
@@ -64,6 +66,7 @@ protected:
     void dropParts() { parts_.assign(parts_.size(), {}); }
 
 private:
+    ByteSlice whole_;
     std::vector<ByteSpan> parts_;
     std::size_t maxTextBytes_;
     std::optional<Error> error_;

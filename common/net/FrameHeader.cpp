@@ -43,7 +43,8 @@ std::string printable(ByteSpan bytes) {
 
 }  // namespace
 
-std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, Epoch epoch, ByteSpan payload) {
+std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, Epoch epoch,
+                                                       const ByteChain& payload) {
     TESSERA_CHECK(payload.size() <= 0xffffffffu, "a frame's payload is shorter than 4 GiB");
     std::array<std::byte, FrameHeader::kBytes> bytes{};
     put(bytes, kMagicAt, FrameHeader::kMagic);
@@ -52,7 +53,7 @@ std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, Epoc
     put(bytes, kLengthAt, static_cast<std::uint32_t>(payload.size()));
     put(bytes, kEpochAt, epoch.value);
     const std::uint64_t seed = hash64(ByteSpan(bytes).first(kChecksumAt));
-    put(bytes, kChecksumAt, hash64(payload, seed));
+    put(bytes, kChecksumAt, payload.hash64(seed));
     return bytes;
 }
 

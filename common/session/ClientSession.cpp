@@ -10,26 +10,19 @@ namespace tessera {
 
 namespace {
 
-std::size_t bytesOf(const SharedBytes& bytes) {
-    return bytes ? bytes->size() : 0;
+/// The list that comes with a message.
+const CommittedList& listOf(const Message& message) {
+    if (const auto* snapshot = std::get_if<message::Snapshot>(&message)) return *snapshot->list;
+    if (const auto* changes = std::get_if<message::Changes>(&message)) return *changes->list;
+    if (const auto* begin = std::get_if<message::Begin>(&message)) return *begin->list;
+    return *nothingCommitted();
 }
 
+/// That a waiting message keeps.
 std::size_t bytesOf(const Message& message) {
-    if (const auto* snapshot = std::get_if<message::Snapshot>(&message))
-        return bytesOf(snapshot->list) + snapshot->blobs.size() * sizeof(BlobInfo);
-    if (const auto* changes = std::get_if<message::Changes>(&message))
-        return bytesOf(changes->list) + changes->blobs.size() * sizeof(BlobInfo);
-    if (const auto* begin = std::get_if<message::Begin>(&message))
-        return bytesOf(begin->payload) + begin->blobs.size() * sizeof(BlobInfo);
-    return 0;
-}
-
-const std::vector<BlobInfo>& blobsOf(const Message& message) {
-    static const std::vector<BlobInfo> kNone;
-    if (const auto* snapshot = std::get_if<message::Snapshot>(&message)) return snapshot->blobs;
-    if (const auto* changes = std::get_if<message::Changes>(&message)) return changes->blobs;
-    if (const auto* begin = std::get_if<message::Begin>(&message)) return begin->blobs;
-    return kNone;
+    const CommittedList& list = listOf(message);
+    const auto* begin = std::get_if<message::Begin>(&message);
+    return list.encoded.size() + list.blobs.size() * sizeof(BlobInfo) + (begin ? begin->payload.size() : 0);
 }
 
 }  // namespace
@@ -264,7 +257,7 @@ void ClientSession::Impl::enqueue(const Message& message) {
         // The one in front is no backlog, however large it is.
         if (steps.size() > 1) return disconnect("fell too far behind the server; starting over from a snapshot");
     }
-    if (!want(blobsOf(message))) return;
+    if (!want(listOf(message).blobs)) return;
     pump();
 }
 
@@ -319,7 +312,7 @@ void ClientSession::Impl::pump() {
         return;
     }
     Step& next = steps.front();
-    if (!allHeld(blobsOf(next.message), next.held)) return;
+    if (!allHeld(listOf(next.message).blobs, next.held)) return;
     const Message message = std::move(next.message);
     steps.pop_front();
     queuedBytes -= bytesOf(message);
@@ -329,13 +322,13 @@ void ClientSession::Impl::pump() {
 void ClientSession::Impl::start(const Message& message) {
     if (const auto* snapshot = std::get_if<message::Snapshot>(&message)) {
         work = Work::kApplying;
-        applying = snapshot->sequence;
-        applyingHash = snapshot->stateHash;
+        applying = snapshot->list->sequence;
+        applyingHash = snapshot->list->stateHash;
         out.push_back(client_action::ApplySnapshot{*snapshot});
     } else if (const auto* changes = std::get_if<message::Changes>(&message)) {
         work = Work::kApplying;
-        applying = changes->sequence;
-        applyingHash = changes->stateHash;
+        applying = changes->list->sequence;
+        applyingHash = changes->list->stateHash;
         out.push_back(client_action::ApplyChanges{*changes});
     } else if (const auto* begin = std::get_if<message::Begin>(&message)) {
         work = Work::kDrawing;
@@ -442,7 +435,7 @@ ClientActions ClientSession::applyFailed(const std::string& reason) {
     return impl_->take();
 }
 
-ClientActions ClientSession::drawn(FrameNumber frame, StateHash stateHash, SharedBytes stats) {
+ClientActions ClientSession::drawn(FrameNumber frame, StateHash stateHash, ByteSlice stats) {
     if (impl_->dead()) return {};
     TESSERA_CHECK(impl_->work == Impl::Work::kDrawing && impl_->workFrame == frame,
                   "`drawn` answers the frame handed out last");

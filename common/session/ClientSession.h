@@ -45,7 +45,7 @@ struct OpenBulk {};
 /// The wall has been handed out (Welcome).
 struct Configured {
     Epoch epoch;
-    SharedBytes configuration;
+    ByteSlice configuration;
 };
 /// Make this the scene. All blobs it names are here (as far as `wantBlobs`). Answer with `applied`.
 struct ApplySnapshot {
@@ -55,7 +55,7 @@ struct ApplySnapshot {
 struct ApplyChanges {
     message::Changes changes;
 };
-/// Apply what `begin.payload` holds, draw, and answer with `drawn`. Never a second one before the first is answered.
+/// Apply `begin.list`, draw, and answer with `drawn`. Never a second one before the first is answered.
 struct Draw {
     message::Begin begin;
 };
@@ -129,7 +129,7 @@ public:
     [[nodiscard]] ClientActions applied(Sequence sequence, StateHash stateHash);
     /// A list or snapshot could not be applied: asks for a fresh snapshot by reconnecting.
     [[nodiscard]] ClientActions applyFailed(const std::string& reason);
-    [[nodiscard]] ClientActions drawn(FrameNumber frame, StateHash stateHash, SharedBytes stats);
+    [[nodiscard]] ClientActions drawn(FrameNumber frame, StateHash stateHash, ByteSlice stats);
     [[nodiscard]] ClientActions shown(FrameNumber frame, TimePoint at);
     [[nodiscard]] ClientActions hashes(message::HashAnswer answer);
     [[nodiscard]] ClientActions image(message::TileImage image);

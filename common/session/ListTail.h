@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "common/session/Messages.h"
+#include "common/session/CommittedList.h"
 
 namespace tessera {
 
@@ -18,20 +18,20 @@ public:
 
     /// The scene stood here before the first list.
     void startAt(Sequence sequence, StateHash stateHash);
-    void append(const message::Changes& changes);
+    void append(CommittedListPtr list);
     /// From now on lists are kept, or none is any more.
     void keep(bool wanted);
 
     /// Whether `after(sequence)` is everything that came since.
     [[nodiscard]] bool covers(Sequence sequence) const { return !started_ || sequence >= base_; }
-    [[nodiscard]] const std::deque<message::Changes>& lists() const { return lists_; }
+    [[nodiscard]] const std::deque<CommittedListPtr>& lists() const { return lists_; }
     [[nodiscard]] bool started() const { return started_; }
     [[nodiscard]] Sequence last() const { return last_; }
     [[nodiscard]] std::optional<StateHash> hashAt(Sequence sequence) const;
 
 private:
     std::size_t maxLists_, maxBytes_;
-    std::deque<message::Changes> lists_;
+    std::deque<CommittedListPtr> lists_;
     std::size_t bytes_ = 0;
     std::deque<std::pair<Sequence, StateHash>> hashes_;  ///< ascending
     Sequence base_;  ///< every list after this one is in lists_

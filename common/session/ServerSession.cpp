@@ -191,8 +191,9 @@ void ServerSession::Impl::finish(const std::string& reason) {
     if (finished) return;
     finished = true;
     finishReason = reason;
+    const MessagePtr over = shared(message::Over{reason});
     for (const auto& [id, peer] : peers)
-        if (peer.stage != Peer::Stage::kBulk) send(id, message::Over{reason});
+        if (peer.stage != Peer::Stage::kBulk) send(id, over);
 }
 
 void ServerSession::Impl::fault(const Host& host, FaultKind kind, const std::string& detail, FrameNumber frame,

@@ -39,7 +39,7 @@ struct ServerSessionConfig {
     SyncPolicy sync;
     Epoch epoch{1};
     std::uint64_t schema = 0;
-    SharedBytes configuration;  ///< handed out in Welcome
+    ByteSlice configuration;  ///< handed out in Welcome
     std::uint64_t tokenSeed = 1;
     std::size_t maxApplications = 64;
     std::size_t maxPendingConnections = 64;
@@ -63,21 +63,18 @@ struct ServerSessionConfig {
 /// What the frame loop hands in for one frame.
 struct FrameContent {
     FrameNumber frame;
-    Sequence sequence;  ///< the scene's after this frame's list
-    StateHash stateHash;
-    SharedBytes payload;  ///< for hosts in the barrier
-    /// Lists committed for this frame, for those who follow off the barrier. May be none. Lists are numbered one by
-    /// one: each is in exactly one frame's `changes`, in order, the last one has the number `sequence`, and a frame
-    /// without lists has the sequence of the frame before it. (Checked: a gap would leave a joining host with another
-    /// scene.)
-    std::vector<message::Changes> changes;
+    ByteSlice payload;  ///< for hosts in the barrier
+    /// What is committed for this frame, for everybody. Lists are numbered one by one: each is in exactly one frame, in
+    /// order, and a frame that changes nothing has the sequence of the frame before it. (Checked: a gap would leave a
+    /// joining host with another scene.)
+    CommittedListPtr list = nothingCommitted();
 };
 
 namespace server_action {
 
 struct Send {
     ConnectionId connection;
-    Message message;
+    MessagePtr message;  ///< the same for all to whom the same is said
 };
 struct Close {
     ConnectionId connection;
@@ -113,7 +110,7 @@ struct FrameReleased {
 struct FrameStats {
     std::string host;
     FrameNumber frame;
-    SharedBytes stats;
+    ByteSlice stats;
 };
 struct FrameShown {
     std::string host;
@@ -140,7 +137,7 @@ struct RequestReceived {
     ConnectionId connection;
     std::string application;
     std::uint64_t id = 0;
-    SharedBytes body;
+    ByteSlice body;
 };
 struct ApplicationJoined {
     ConnectionId connection;
@@ -208,7 +205,7 @@ public:
     /// in the barrier the frame is released at once.
     [[nodiscard]] ServerActions beginFrame(const FrameContent& content, TimePoint now);
 
-    /// The answer to SnapshotWanted. Lists committed after `snapshot.sequence` follow by themselves.
+    /// The answer to SnapshotWanted. Lists committed after its sequence follow by themselves.
     [[nodiscard]] ServerActions snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now);
     /// Announces blobs; BlobsEverywhere follows (at once when no host is live). Tokens are the caller's, each used
     /// once. Joining hosts are told too: they are not waited for, but do not enter the barrier without these blobs.

@@ -126,7 +126,7 @@ struct ServerSession::Impl {
     void enterSynced(const FrameContent& content, TimePoint now);
     [[nodiscard]] bool fits(const Peer& peer, const FrameContent& content) const;
     void record(const FrameContent& content);
-    void follow(Peer& peer, const message::Changes& changes, TimePoint now);
+    void follow(Peer& peer, const CommittedListPtr& list, MessagePtr& changes, TimePoint now);
     void askSnapshot(Peer& peer);
     void snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now);
     void updateTail();
@@ -163,8 +163,12 @@ struct ServerSession::Impl {
     [[nodiscard]] Host* findHost(const std::string& name);
     [[nodiscard]] Host& hostOf(const Peer& peer);
     [[nodiscard]] FrameNumber currentFrame() const;
-    void send(ConnectionId connection, Message message) {
+    void send(ConnectionId connection, MessagePtr message) {
         out.push_back(server_action::Send{connection, std::move(message)});
+    }
+    void send(ConnectionId connection, Message message) { send(connection, shared(std::move(message))); }
+    [[nodiscard]] static MessagePtr shared(Message message) {
+        return std::make_shared<const Message>(std::move(message));
     }
     void fault(const Host& host, FaultKind kind, const std::string& detail, FrameNumber frame, TimePoint now);
     /// The host is gone: fault, out of the barrier. What happens to its connection is the caller's.

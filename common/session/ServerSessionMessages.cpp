@@ -89,7 +89,7 @@ void ServerSession::Impl::on(Peer& peer, Host& host, const message::Ready& messa
             peer, "is ready with frame " + std::to_string(message.frame.value) + ", which it was not told to draw", now);
     if (message.frame < host.frame || host.answered) return;
     host.answered = true;
-    if (message.stats) out.push_back(server_action::FrameStats{host.name, message.frame, message.stats});
+    if (!message.stats.empty()) out.push_back(server_action::FrameStats{host.name, message.frame, message.stats});
     if (!host.inBarrier()) return;  // it left the barrier while it drew; its catching up is under way
     if (message.stateHash != host.stateHash) {
         mismatch(peer, host, host.sequence, host.stateHash, message.stateHash, now);

@@ -77,6 +77,7 @@ Expected<void> Committer::checkGeometries(const ChangeList& list) const {
 
 CommittedFrame Committer::closeFrame() {
     CommittedFrame frame;
+    CommittedList sent;
     if (!open_.empty()) {
         std::vector<ChangeList> packed = compact(open_);
         // applyInverse keeps ids that were destroyed in this frame from coming back in it, so one list always suffices.
@@ -85,12 +86,13 @@ CommittedFrame Committer::closeFrame() {
         if (!packed.front().empty()) {
             sequence_ = sequence_.next();
             frame.list = std::make_shared<const ChangeList>(std::move(packed.front()));
-            frame.encoded = share(encodeChangeList(*frame.list));
-            for (const Blob& blob : blobsOf(*frame.list)) frame.blobs.push_back({blob.id(), blob.sizeBytes()});
+            sent.encoded = encodeChangeList(*frame.list);
+            for (const Blob& blob : blobsOf(*frame.list)) sent.blobs.push_back({blob.id(), blob.sizeBytes()});
         }
     }
-    frame.sequence = sequence_;
-    frame.stateHash = StateHash(scene_.stateHash());
+    sent.sequence = sequence_;
+    sent.stateHash = StateHash(scene_.stateHash());
+    frame.sent = share(std::move(sent));
     return frame;
 }
 

@@ -6,17 +6,14 @@
 #include <vector>
 
 #include "common/scene/Aspect.h"
-#include "common/session/Messages.h"
+#include "common/session/CommittedList.h"
 
 namespace tessera {
 
 /// What one frame changed, as it is sent.
 struct CommittedFrame {
-    Sequence sequence;  ///< the scene's; grows only when something changed
-    StateHash stateHash;
-    ChangeListPtr list;           ///< null when nothing changed
-    SharedBytes encoded;          ///< of `list`
-    std::vector<BlobInfo> blobs;  ///< that the list names
+    CommittedListPtr sent = nothingCommitted();  ///< its sequence grows only when something changed
+    ChangeListPtr list;                          ///< the same as a value; null when nothing changed
 };
 
 /// Owns the authoritative scene. Edits of one frame are applied one after the other, each whole or not at all;

@@ -10,6 +10,7 @@
 
 #include "common/base/Channel.h"
 #include "common/base/Version.h"
+#include "common/codec/ChangeCodec.h"
 #include "common/codec/FrameCodec.h"
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
@@ -239,12 +240,12 @@ void FrameLoop::Impl::announceMarks() {
 
 void FrameLoop::Impl::giveSnapshot(ConnectionId connection) {
     const ChangeList list = snapshot(simulation.scene());
-    message::Snapshot message{.sequence = simulation.sequence(),
-                              .stateHash = StateHash(simulation.scene().stateHash()),
-                              .list = share(encodeChangeList(list)),
-                              .blobs = {}};
-    for (const Blob& blob : blobsOf(list)) message.blobs.push_back({blob.id(), blob.sizeBytes()});
-    carryOut(peers.perform(peers.session().snapshotReady(connection, std::move(message), Clock::now())));
+    CommittedList whole{.sequence = simulation.sequence(),
+                        .stateHash = StateHash(simulation.scene().stateHash()),
+                        .encoded = encodeChangeList(list),
+                        .blobs = {}};
+    for (const Blob& blob : blobsOf(list)) whole.blobs.push_back({blob.id(), blob.sizeBytes()});
+    carryOut(peers.perform(peers.session().snapshotReady(connection, {share(std::move(whole))}, Clock::now())));
 }
 
 bool FrameLoop::Impl::frameIsDue(TimePoint now) const {
@@ -270,18 +271,10 @@ void FrameLoop::Impl::beginFrame(TimePoint now) {
     } else if (!std::exchange(cameraComplaint, true)) {
         log.warning(nextView.error().message + "; the view stays where it was");
     }
-    FrameContent content{
+    const FrameContent content{
         .frame = number,
-        .sequence = frame.commit.sequence,
-        .stateHash = frame.commit.stateHash,
-        .payload = share(
-            encodeFrame({.view = lastView, .list = frame.commit.encoded, .collision = numbersOf(frame.collision)})),
-        .changes = {}};
-    if (frame.commit.list)
-        content.changes.push_back({.sequence = frame.commit.sequence,
-                                   .stateHash = frame.commit.stateHash,
-                                   .list = frame.commit.encoded,
-                                   .blobs = frame.commit.blobs});
+        .payload = encodeFrame({.view = lastView, .collision = numbersOf(frame.collision)}),
+        .list = frame.commit.sent};
     report.frameBegins();
     frameOpen = true;
     const Duration interval =
@@ -293,7 +286,7 @@ void FrameLoop::Impl::beginFrame(TimePoint now) {
     const auto isMark = [&](const BlobInfo& info) {
         return std::ranges::any_of(marks, [&](const Blob& blob) { return blob.id() == info.id; });
     };
-    if (std::ranges::any_of(frame.commit.blobs, isMark)) announceMarks();
+    if (std::ranges::any_of(frame.commit.sent->blobs, isMark)) announceMarks();
     carryOut(desk.committed(frame, number));
 }
 

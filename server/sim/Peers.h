@@ -34,7 +34,7 @@ public:
     [[nodiscard]] Epoch epoch() const { return epoch_; }
 
 private:
-    void send(ConnectionId connection, const Message& message);
+    void send(ConnectionId connection, const MessagePtr& message);
     [[nodiscard]] message::BlobChunk chunkFor(const message::BlobRequest& request) const;
 
     const BlobStore& blobs_;
@@ -44,10 +44,8 @@ private:
     std::size_t applications_ = 0;
     /// The message last encoded, so that one for everybody is encoded once.
     struct {
-        std::uint16_t type = 0;
-        std::uint64_t key = 0;
-        SharedBytes content;
-        SharedBytes encoded;
+        MessagePtr message;
+        SharedChain encoded;
     } last_;
     Transport transport_;  ///< last: its thread ends before the rest goes
 };

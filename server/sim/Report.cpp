@@ -62,7 +62,7 @@ void Report::frameCommitted(const FrameResult& frame) {
     if (frame.commit.list) {
         ++lists_;
         changes_ += frame.commit.list->changeCount();
-        bytes_ += frame.commit.encoded->size();
+        bytes_ += frame.commit.sent->encoded.size();
     }
     if (collisionMs_.count() < kMaxFrames) collisionMs_.add(frame.collisionMs);
     collision_.frameDone(frame.collision);
@@ -81,8 +81,7 @@ void Report::released(const server_action::FrameReleased& action) {
 }
 
 void Report::stats(const server_action::FrameStats& action) {
-    if (!action.stats) return;
-    const Expected<std::vector<TileStats>> decoded = decodeStats(*action.stats);
+    const Expected<std::vector<TileStats>> decoded = decodeStats(action.stats);
     if (!decoded) return;
     for (const TileStats& tile : *decoded) {
         const auto row = std::ranges::find_if(

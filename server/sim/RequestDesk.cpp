@@ -26,9 +26,9 @@ void RequestDesk::append(ServerActions& to, ServerActions more) {
 
 void RequestDesk::answerTo(ServerActions& actions, ConnectionId connection, std::uint64_t request,
                            const Expected<ApplicationAnswer>& answer) {
-    message::Reply reply{.id = request, .code = {}, .error = {}, .body = nullptr};
+    message::Reply reply{.id = request, .code = {}, .error = {}, .body = {}};
     if (answer) {
-        reply.body = share(encodeAnswer(*answer));
+        reply.body = encodeAnswer(*answer);
     } else {
         reply.code = answer.error().code;
         reply.error = answer.error().message;
@@ -38,10 +38,10 @@ void RequestDesk::answerTo(ServerActions& actions, ConnectionId connection, std:
 
 template <typename Subscribed, typename MakeNotice>
 void RequestDesk::tell(ServerActions& actions, Subscribed subscribed, MakeNotice notice) {
-    SharedBytes body;
+    ByteSlice body;
     for (const auto& [connection, subscription] : subscriptions_) {
         if (!subscribed(subscription)) continue;
-        if (!body) body = share(encodeNotice(notice()));
+        if (body.empty()) body = encodeNotice(notice());
         append(actions, peers_.perform(peers_.session().notify(connection, {.body = body})));
     }
 }
@@ -52,7 +52,7 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
         answerTo(actions, received.connection, received.id, tl::unexpected(error));
         return actions;
     };
-    const Expected<ApplicationRequest> decoded = decodeRequest(received.body ? ByteSpan(*received.body) : ByteSpan());
+    const Expected<ApplicationRequest> decoded = decodeRequest(received.body);
     if (!decoded) return refuse(decoded.error());
     if (open_.size() + images_.size() >= limits_.maxOpenRequests)
         return refuse(
@@ -157,16 +157,15 @@ Expected<ApplicationAnswer> RequestDesk::pick(ConnectionId, const request::Pick&
 Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
     std::size_t uploaded = 0;
     std::vector<Blob> uploads;  // keeps them findable until the list holds them
-    for (const SharedBytes& bytes : proposal.blobs) {
-        if (!bytes) continue;
-        uploaded += bytes->size();
+    for (const ByteSlice& bytes : proposal.blobs) {
+        uploaded += bytes.size();
         if (uploaded > limits_.maxUploadBytes)
             return fail(ErrorCode::kLimit,
                         fmt::format("a proposal may bring {} MiB of blobs at most", limits_.maxUploadBytes >> 20));
-        uploads.push_back(blobs_.add(Blob(*bytes)));
+        uploads.push_back(blobs_.add(Blob(Bytes(bytes.begin(), bytes.end()))));
     }
     Expected<ChangeList> list =
-        decodeChangeList(proposal.list ? ByteSpan(*proposal.list) : ByteSpan(), blobs_, AbsentBlobs::kRefuse,
+        decodeChangeList(proposal.list, blobs_, AbsentBlobs::kRefuse,
                          {.maxBytes = limits_.maxProposalBytes, .maxChanges = limits_.maxProposalChanges});
     if (!list) return failWith("proposal", list.error());
     Edit edit;
@@ -307,7 +306,7 @@ ServerActions RequestDesk::committed(const FrameResult& frame, FrameNumber numbe
         } else {
             answerTo(actions, open.connection, open.request,
                      ApplicationAnswer(answer::Committed{
-                         .sequence = frame.commit.sequence, .ids = outcome.ids, .stopped = outcome.stopped}));
+                         .sequence = frame.commit.sent->sequence, .ids = outcome.ids, .stopped = outcome.stopped}));
         }
         open_.erase(found);
     }
@@ -354,7 +353,7 @@ ServerActions RequestDesk::subscribe(ConnectionId connection, const request::Sub
     if (!newToQuestions || questions_.unanswered().empty()) return {};
     const ApplicationNotice open =
         answer::Questions{.frame = frame_, .questions = openQuestions(), .closed = {}, .unanswered = 0};
-    return peers_.perform(peers_.session().notify(connection, {.body = share(encodeNotice(open))}));
+    return peers_.perform(peers_.session().notify(connection, {.body = encodeNotice(open)}));
 }
 
 Expected<ApplicationAnswer> RequestDesk::decide(const request::Respond& decision) {

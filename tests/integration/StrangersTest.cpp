@@ -103,11 +103,11 @@ TEST_F(Strangers, SilentConnectionsAreClosedAfterTheHelloDeadline) {
 }
 
 TEST_F(Strangers, AMessageThatOnlyAHostMaySayEndsTheConnection) {
-    const Bytes payload = encodeMessage(message::Ready{.frame = FrameNumber(4), .stateHash = StateHash(1), .stats = nullptr});
+    const ByteChain payload = encodeMessage(message::Ready{.frame = FrameNumber(4), .stateHash = StateHash(1), .stats = nullptr});
     const auto header = encodeHeader(wireType(Message(message::Ready{})), {}, payload);
     const Knock knock(wall_.address());
     knock.say(header);
-    knock.say(payload);
+    knock.say(payload.joined());
     EXPECT_TRUE(knock.closedWithin(5s));
 }
 

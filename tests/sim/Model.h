@@ -29,7 +29,7 @@ struct ModelScene {
 class Numbers {
 public:
     Numbers() = default;
-    explicit Numbers(const SharedBytes& bytes) : bytes_(bytes ? *bytes : Bytes{}) {}
+    explicit Numbers(const ByteSlice& bytes) : bytes_(bytes.begin(), bytes.end()) {}
     void put(std::uint64_t value) {
         const std::size_t end = bytes_.size();
         bytes_.resize(end + sizeof value);

@@ -157,12 +157,12 @@ private:
         welcome.configuration = share(encodeWall(oneByOne()));
         say(link, welcome);
         if (!faults_.noSnapshot)
-            say(link, message::Snapshot{sequence_, StateHash(scene_.stateHash()), share(encodeChangeList(snapshot(scene_))), {}});
+            say(link, message::Snapshot{share(CommittedList{sequence_, StateHash(scene_.stateHash()), encodeChangeList(snapshot(scene_)), {}})});
     }
 
     void answer(LinkId link, const message::Request& request) {
         if (faults_.mute) return;
-        const Expected<ApplicationRequest> asked = decodeRequest(*request.body);
+        const Expected<ApplicationRequest> asked = decodeRequest(request.body);
         ASSERT_TRUE(asked) << asked.error().message;
         message::Reply reply;
         reply.id = request.id;
@@ -178,7 +178,7 @@ private:
 
     Expected<ApplicationAnswer> answerTo(const ApplicationRequest& asked) {
         if (const auto* propose = std::get_if<request::Propose>(&asked)) {
-            Expected<ChangeList> list = decodeChangeList(*propose->list, store_);
+            Expected<ChangeList> list = decodeChangeList(propose->list, store_);
             if (!list) return tl::unexpected(list.error());
             return commitLocked(std::move(*list));
         }
@@ -208,7 +208,7 @@ private:
         Bytes bytes = encodeChangeList(list);
         if (faults_.malformed) bytes.assign(30, std::byte{0xff});
         for (const LinkId link : links_)
-            say(link, message::Changes{sequence_, StateHash(scene_.stateHash() + (faults_.wrongHash ? 1 : 0)), share(bytes), {}});
+            say(link, message::Changes{share(CommittedList{sequence_, StateHash(scene_.stateHash() + (faults_.wrongHash ? 1 : 0)), share(bytes), {}})});
         answer::Committed committed;
         committed.sequence = sequence_;
         committed.ids.assign(given.begin(), given.end());

@@ -107,7 +107,7 @@ private:
 };
 
 inline Bytes frameBytes(std::uint16_t type, ByteSpan payload, Epoch epoch = {}) {
-    const auto header = encodeHeader(type, epoch, payload);
+    const auto header = encodeHeader(type, epoch, ByteSlice(Bytes(payload.begin(), payload.end())));
     Bytes all(header.size() + payload.size());
     std::memcpy(all.data(), header.data(), header.size());
     if (!payload.empty()) std::memcpy(all.data() + header.size(), payload.data(), payload.size());

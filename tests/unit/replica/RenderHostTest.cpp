@@ -7,6 +7,7 @@
 
 #include "client/image/SharedFrame.h"
 #include "common/base/Channel.h"
+#include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
 #include "tests/golden/TestScene.h"
 #include "tests/unit/TestFolder.h"
@@ -58,16 +59,17 @@ protected:
     message::Snapshot snapshotOf(Aspect& scene) {
         const ChangeList list = snapshot(scene);
         for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
-        return {.sequence = 7_seq, .stateHash = StateHash(scene.stateHash()), .list = share(encodeChangeList(list))};
+        return {share(CommittedList{7_seq, StateHash(scene.stateHash()), encodeChangeList(list), {}})};
     }
     Aspect makeBall() {
         test::TestScene scene;
         scene.place(scene.add(makeSphere(0.8, 24)), {-0.6, 1.5, -1});
         return scene.take();
     }
-    message::Begin beginOf(FrameNumber frame, SharedBytes list = nullptr) {
-        return {
-            .frame = frame, .sequence = 7_seq, .payload = share(encodeFrame({.view = View{}, .list = std::move(list)}))};
+    message::Begin beginOf(FrameNumber frame, ByteSlice list = {}) {
+        return {.frame = frame,
+                .payload = encodeFrame({.view = View{}}),
+                .list = share(CommittedList{7_seq, {}, std::move(list), {}})};
     }
     void drawAndShow(FrameNumber frame) {
         ASSERT_TRUE(perform(work::Draw{beginOf(frame)}));
@@ -201,11 +203,11 @@ TEST_F(RenderHostTest, DescribesItsStateDownToTheObject) {
 
 TEST_F(RenderHostTest, SaysWhatCannotBeAppliedAndStaysAlive) {
     start();
-    ASSERT_TRUE(perform(work::ApplySnapshot{{.sequence = 1_seq, .list = share(Bytes(40, std::byte{0xff}))}}));
+    ASSERT_TRUE(perform(work::ApplySnapshot{{share(CommittedList{1_seq, {}, Bytes(40, std::byte{0xff}), {}})}}));
     EXPECT_TRUE(next<outcome::ApplyFailed>());
     ChangeListBuilder impossible;
     impossible.destroy(ObjectId{77});
-    ASSERT_TRUE(perform(work::ApplyChanges{{.sequence = 2_seq, .list = share(encodeChangeList(impossible.take()))}}));
+    ASSERT_TRUE(perform(work::ApplyChanges{{share(CommittedList{2_seq, {}, encodeChangeList(impossible.take()), {}})}}));
     const auto failed = next<outcome::ApplyFailed>();
     ASSERT_TRUE(failed);
     EXPECT_NE(failed->reason.find("list 2"), std::string::npos) << failed->reason;

@@ -140,7 +140,7 @@ TEST_F(ServerLinkTest, DialsAgainAfterALostConnectionAndARefusalForNow) {
 TEST_F(ServerLinkTest, HeartbeatsGoOnWhileTheDrawThreadIsBusy) {
     start();
     const LinkId control = welcome();
-    server_.say(control, message::Snapshot{.sequence = 1_seq, .stateHash = 9_hash, .list = share(Bytes(1))});
+    server_.say(control, message::Snapshot{share(CommittedList{1_seq, 9_hash, share(Bytes(1)), {}})});
     // The draw thread has its work and answers nothing.
     bool asked = false;
     while (const auto next = work_.popFor(kPatience))
@@ -159,7 +159,7 @@ TEST_F(ServerLinkTest, HeartbeatsGoOnWhileTheDrawThreadIsBusy) {
 TEST_F(ServerLinkTest, AnswersOfAnEarlierConnectionComeToNothing) {
     start();
     const LinkId first = welcome();
-    server_.say(first, message::Snapshot{.sequence = 1_seq, .stateHash = 9_hash, .list = share(Bytes(1))});
+    server_.say(first, message::Snapshot{share(CommittedList{1_seq, 9_hash, share(Bytes(1)), {}})});
     while (const auto next = work_.popFor(kPatience))
         if (std::holds_alternative<work::ApplySnapshot>(next->what)) break;
     server_.hangUp(first);

@@ -43,7 +43,7 @@ struct ClientFixture {
     /// Welcomed, and its replica stands at `sequence`.
     void inStep(Sequence sequence = 5_seq) {
         welcomed();
-        hear(message::Snapshot{.sequence = sequence, .stateHash = hashAfter(sequence)});
+        hear(message::Snapshot{listAt(sequence)});
         take(session.applied(sequence, hashAfter(sequence)));
     }
     void answerChunks(const std::vector<Blob>& blobs) {
@@ -100,8 +100,8 @@ TEST(ClientSession, SaysHelloAndOpensItsBulkConnection) {
 TEST(ClientSession, AppliesSnapshotAndListsInOrderAndIsThenSynced) {
     ClientFixture c;
     c.welcomed();
-    c.hear(message::Snapshot{.sequence = 5_seq, .stateHash = hashAfter(5_seq)});
-    c.hear(message::Changes{.sequence = 6_seq, .stateHash = hashAfter(6_seq)});
+    c.hear(message::Snapshot{listAt(5_seq)});
+    c.hear(message::Changes{listAt(6_seq)});
     EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);  // needs no bulk connection
     EXPECT_TRUE(c.actions<client_action::ApplyChanges>().empty());
     c.take(c.session.applied(5_seq, hashAfter(5_seq)));
@@ -114,7 +114,7 @@ TEST(ClientSession, AppliesSnapshotAndListsInOrderAndIsThenSynced) {
 TEST(ClientSession, AReplicaThatDiffersStartsOver) {
     ClientFixture c;
     c.welcomed();
-    c.hear(message::Snapshot{.sequence = 5_seq, .stateHash = hashAfter(5_seq)});
+    c.hear(message::Snapshot{listAt(5_seq)});
     c.take(c.session.applied(5_seq, 666_hash));
     ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
     EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
@@ -124,7 +124,7 @@ TEST(ClientSession, AReplicaThatDiffersStartsOver) {
 TEST(ClientSession, AListThatCannotBeAppliedStartsOver) {
     ClientFixture c;
     c.welcomed();
-    c.hear(message::Snapshot{.sequence = 5_seq, .stateHash = hashAfter(5_seq)});
+    c.hear(message::Snapshot{listAt(5_seq)});
     c.take(c.session.applyFailed("no such node"));
     ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
     EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
@@ -133,7 +133,7 @@ TEST(ClientSession, AListThatCannotBeAppliedStartsOver) {
 TEST(ClientSession, DrawsShowsAndSaysSo) {
     ClientFixture c;
     c.inStep();
-    c.hear(message::Begin{.frame = 7_frame, .sequence = 5_seq});
+    c.hear(message::Begin{.frame = 7_frame, .list = listAt(5_seq)});
     ASSERT_EQ(c.actions<client_action::Draw>().size(), 1u);
     EXPECT_TRUE(c.sent<message::Ready>().empty());
     c.take(c.session.drawn(7_frame, 99_hash, nullptr));
@@ -162,7 +162,7 @@ TEST(ClientSession, ListsThatComeWhileItDrawsWaitTheirTurn) {
     ClientFixture c;
     c.inStep();
     c.hear(message::Begin{.frame = 0_frame});
-    c.hear(message::Changes{.sequence = 6_seq, .stateHash = hashAfter(6_seq)});
+    c.hear(message::Changes{listAt(6_seq)});
     c.hear(message::Begin{.frame = 2_frame});
     EXPECT_TRUE(c.actions<client_action::ApplyChanges>().empty());
     c.take(c.session.drawn(0_frame, 0_hash, nullptr));
@@ -186,7 +186,7 @@ TEST(ClientSession, FetchesBlobsInAWindowBeforeItApplies) {
     ClientFixture c;
     const Blob large(content(450, 1)), small(content(10, 2));
     c.welcomed();
-    c.hear(message::Snapshot{.sequence = 5_seq, .stateHash = hashAfter(5_seq), .blobs = {infoOf(large), infoOf(small)}});
+    c.hear(message::Snapshot{listAt(5_seq, {infoOf(large), infoOf(small)})});
     EXPECT_TRUE(c.actions<client_action::ApplySnapshot>().empty());
     c.bulkOpen();
     EXPECT_EQ(c.sent<message::BlobRequest>(ChannelKind::kBulk).size(), 2u);  // the window
@@ -203,7 +203,7 @@ TEST(ClientSession, DoesNotFetchWhatItHolds) {
     c.session.holdBlob(blob.id());
     c.welcomed();
     c.bulkOpen();
-    c.hear(message::Snapshot{.sequence = 5_seq, .blobs = {infoOf(blob)}});
+    c.hear(message::Snapshot{listAt(5_seq, {infoOf(blob)})});
     EXPECT_TRUE(c.sent<message::BlobRequest>(ChannelKind::kBulk).empty());
     EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);
 }
@@ -213,7 +213,7 @@ TEST(ClientSession, GoesOnWithABlobWhereABrokenBulkConnectionLeftIt) {
     const Blob blob(content(450, 1));
     c.welcomed();
     c.bulkOpen();
-    c.hear(message::Snapshot{.sequence = 5_seq, .blobs = {infoOf(blob)}});
+    c.hear(message::Snapshot{listAt(5_seq, {infoOf(blob)})});
     const auto first = c.sent<message::BlobRequest>(ChannelKind::kBulk);
     const ByteSpan head = blob.bytes().subspan(0, 100);
     c.hear(message::BlobChunk{blob.id(), 0, 450, share(Bytes(head.begin(), head.end()))}, ChannelKind::kBulk);
@@ -244,7 +244,7 @@ TEST(ClientSession, ADeadBulkConnectionEndsTheConnectionThoughTheOtherOneLives) 
     };
     live(20s);  // nothing is wanted of it
     EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
-    c.hear(message::Snapshot{.sequence = 5_seq, .blobs = {infoOf(blob)}});
+    c.hear(message::Snapshot{listAt(5_seq, {infoOf(blob)})});
     live(14'900ms);
     EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
     live(200ms);
@@ -263,7 +263,7 @@ TEST(ClientSession, DamagedMissingOrUnaskedChunksEndTheConnection) {
         ClientFixture c;
         c.welcomed();
         c.bulkOpen();
-        c.hear(message::Snapshot{.sequence = 5_seq, .blobs = {infoOf(blob)}});
+        c.hear(message::Snapshot{listAt(5_seq, {infoOf(blob)})});
         c.hear(chunk, ChannelKind::kBulk);
         ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
         EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
@@ -278,7 +278,7 @@ TEST(ClientSession, ABlobAboveTheLimitIsRefusedBeforeAnyOfItIsFetched) {
     ClientFixture c(config);
     c.welcomed();
     c.bulkOpen();
-    c.hear(message::Snapshot{.sequence = 5_seq, .blobs = {{blobOf("x").id, 1001}}});
+    c.hear(message::Snapshot{listAt(5_seq, {{blobOf("x").id, 1001}})});
     ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
     EXPECT_FALSE(c.actions<client_action::Disconnect>()[0].retry);
     EXPECT_EQ(c.actions<client_action::Disconnect>()[0].code, ErrorCode::kLimit);
@@ -307,7 +307,7 @@ TEST(ClientSession, AnswersHashQueriesBetweenItsOtherWork) {
     EXPECT_TRUE(c.actions<client_action::DescribeState>().empty());
     c.take(c.session.drawn(0_frame, 0_hash, nullptr));
     ASSERT_EQ(c.actions<client_action::DescribeState>().size(), 1u);
-    c.hear(message::Snapshot{.sequence = 9_seq, .stateHash = 1_hash});
+    c.hear(message::Snapshot{listAt(9_seq)});
     EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);  // the first one only: it is being looked at
     c.take(c.session.hashes({.sequence = 5_seq}));
     EXPECT_EQ(c.sent<message::HashAnswer>().size(), 1u);
@@ -319,10 +319,10 @@ TEST(ClientSession, GivesUpRatherThanQueueWithoutEnd) {
     config.maxQueuedMessages = 4;
     ClientFixture c(config);
     c.welcomed();
-    c.hear(message::Snapshot{.sequence = 5_seq, .blobs = {blobOf("never comes")}});
-    for (std::uint64_t i = 6; i < 9; ++i) c.hear(message::Changes{.sequence = Sequence(i)});
+    c.hear(message::Snapshot{listAt(5_seq, {blobOf("never comes")})});
+    for (std::uint64_t i = 6; i < 9; ++i) c.hear(message::Changes{listAt(Sequence(i))});
     EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
-    c.hear(message::Changes{.sequence = 9_seq});
+    c.hear(message::Changes{listAt(9_seq)});
     ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
     EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
 }
@@ -431,9 +431,9 @@ TEST(ClientSession, AnApplicationMayFollowWithoutBulkData) {
     ClientFixture c(application(false));
     c.welcomed();
     EXPECT_TRUE(c.actions<client_action::OpenBulk>().empty());
-    c.hear(message::Snapshot{.sequence = 5_seq, .stateHash = hashAfter(5_seq), .blobs = {blobOf("x")}});
+    c.hear(message::Snapshot{listAt(5_seq, {blobOf("x")})});
     c.take(c.session.applied(5_seq, hashAfter(5_seq)));
-    c.hear(message::Changes{.sequence = 6_seq, .blobs = {blobOf("y")}});
+    c.hear(message::Changes{listAt(6_seq, {blobOf("y")})});
     EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);
     EXPECT_TRUE(c.sent<message::Synced>().empty());
 }
@@ -443,9 +443,9 @@ TEST(ClientSession, AnApplicationThatWantsBlobsFetchesThemBeforeItApplies) {
     const Blob blob(content(250, 3));
     c.welcomed();
     c.bulkOpen();
-    c.hear(message::Snapshot{.sequence = 5_seq, .stateHash = hashAfter(5_seq)});
+    c.hear(message::Snapshot{listAt(5_seq)});
     c.take(c.session.applied(5_seq, hashAfter(5_seq)));
-    c.hear(message::Changes{.sequence = 6_seq, .blobs = {infoOf(blob)}});
+    c.hear(message::Changes{listAt(6_seq, {infoOf(blob)})});
     EXPECT_TRUE(c.actions<client_action::ApplyChanges>().empty());
     c.answerChunks({blob});
     EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);

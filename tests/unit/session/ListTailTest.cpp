@@ -2,13 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include "common/session/Messages.h"
 #include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
 namespace {
 
-message::Changes listOf(std::uint64_t sequence, std::size_t bytes = 1) {
-    return {.sequence = Sequence(sequence), .stateHash = StateHash(100 + sequence), .list = share(Bytes(bytes))};
+CommittedListPtr listOf(std::uint64_t sequence, std::size_t bytes = 1) {
+    return share(CommittedList{Sequence(sequence), StateHash(100 + sequence), share(Bytes(bytes)), {}});
 }
 
 TEST(ListTail, CoversEverythingBeforeTheFirstFrame) {

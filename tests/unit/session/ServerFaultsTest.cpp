@@ -201,7 +201,7 @@ TEST(ServerFaults, AGreedyChunkRequestIsRefused) {
 
 TEST(ServerFaults, AWrongReplicaIsNamedQueriedAndRepaired) {
     Live s;
-    const FrameNumber frame = s.begin({s.commit()});
+    const FrameNumber frame = s.begin(s.commit());
     s.ready(s.a, frame);
     s.say(s.b, message::Ready{frame, 666_hash, nullptr});
     const auto mismatch = s.actions<server_action::StateMismatch>();
@@ -222,7 +222,7 @@ TEST(ServerFaults, AWrongReplicaIsNamedQueriedAndRepaired) {
     ASSERT_EQ(s.actions<server_action::HashesReceived>().size(), 1u);
     s.take(s.session.queryObjects("b", 1));
     EXPECT_EQ(s.sent<message::HashQuery>(s.b).size(), 2u);
-    s.ready(s.a, s.begin({s.commit()}));
+    s.ready(s.a, s.begin(s.commit()));
     EXPECT_TRUE(s.sent<message::Changes>(s.b).empty());  // it stands still while it is looked at
     s.say(s.b, message::HashAnswer{.sequence = s.sequence, .objects = true});
     EXPECT_EQ(s.actions<server_action::HashesReceived>().size(), 2u);

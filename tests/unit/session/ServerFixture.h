@@ -21,6 +21,11 @@ inline StateHash hashAfter(Sequence sequence) {
     return StateHash(0x9E3779B97F4A7C15ull * (sequence.value + 1));
 }
 
+/// The envelope of a list that leads to `sequence`, of a scene that stands there, or of one made from nothing.
+inline CommittedListPtr listAt(Sequence sequence, std::vector<BlobInfo> blobs = {}, ByteSlice encoded = {}) {
+    return share(CommittedList{sequence, hashAfter(sequence), std::move(encoded), std::move(blobs)});
+}
+
 inline ServerSessionConfig twoHosts() {
     ServerSessionConfig config;
     config.hosts = {"a", "b"};
@@ -78,7 +83,7 @@ struct ServerFixture {
         return connection;
     }
     void snapshot(ConnectionId connection) {
-        take(session.snapshotReady(connection, {.sequence = sequence, .stateHash = hashAfter(sequence)}, now));
+        take(session.snapshotReady(connection, {listAt(sequence)}, now));
     }
     void synced(ConnectionId connection) { say(connection, message::Synced{sequence, hashAfter(sequence)}); }
     /// Hello, snapshot, synced: enters at the next frame.
@@ -93,21 +98,15 @@ struct ServerFixture {
         snapshot(connection);
         return connection;
     }
-    message::Changes commit(std::vector<BlobInfo> blobs = {}) {
+    CommittedListPtr commit(std::vector<BlobInfo> blobs = {}) {
         sequence = sequence.next();
-        return {.sequence = sequence,
-                .stateHash = hashAfter(sequence),
-                .list = textBytes("list"),
-                .blobs = std::move(blobs)};
+        return listAt(sequence, std::move(blobs), textBytes("list"));
     }
-    FrameNumber begin(std::vector<message::Changes> changes = {}) {
+    /// Without a list the frame changes nothing.
+    FrameNumber begin(CommittedListPtr list = nullptr) {
         const FrameNumber frame = session.nextFrame();
-        take(session.beginFrame({.frame = frame,
-                                 .sequence = sequence,
-                                 .stateHash = hashAfter(sequence),
-                                 .payload = textBytes("frame"),
-                                 .changes = std::move(changes)},
-                                now));
+        if (!list) list = listAt(sequence);
+        take(session.beginFrame({.frame = frame, .payload = textBytes("frame"), .list = std::move(list)}, now));
         return frame;
     }
     void ready(ConnectionId connection, FrameNumber frame) { readyAt(connection, frame, sequence); }
@@ -126,7 +125,7 @@ struct ServerFixture {
     std::vector<M> sent(ConnectionId connection) const {
         std::vector<M> found;
         for (const auto& send : actions<server_action::Send>())
-            if (const M* m = std::get_if<M>(&send.message); m && send.connection == connection) found.push_back(*m);
+            if (const M* m = std::get_if<M>(send.message.get()); m && send.connection == connection) found.push_back(*m);
         return found;
     }
     bool closed(ConnectionId connection) const {

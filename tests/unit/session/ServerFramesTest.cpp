@@ -23,7 +23,7 @@ ServerSessionConfig with(LateFramePolicy late) {
 
 TEST(ServerFrames, SwapsOnceEverybodyIsReady) {
     Live s;
-    const FrameNumber frame = s.begin({s.commit()});
+    const FrameNumber frame = s.begin(s.commit());
     EXPECT_EQ(s.sent<message::Begin>(s.a).size(), 1u);
     s.pass(10ms);
     s.ready(s.a, frame);
@@ -75,7 +75,7 @@ TEST(ServerFrames, ALostHostReleasesTheFrame) {
 
 TEST(ServerFrames, HoldSendsTheListsButNoFrameUntilTheLateHostIsReady) {
     Live s(with(LateFramePolicy::kHold));
-    const FrameNumber late = s.begin({s.commit()});
+    const FrameNumber late = s.begin(s.commit());
     const Sequence lateSequence = s.sequence;
     s.ready(s.a, late);
     s.run(110ms, {s.a, s.b});
@@ -83,14 +83,14 @@ TEST(ServerFrames, HoldSendsTheListsButNoFrameUntilTheLateHostIsReady) {
     EXPECT_EQ(s.actions<server_action::FrameReleased>()[0].held, Names{"b"});
     EXPECT_EQ(s.state("b"), HostState::kLate);
     s.forget();
-    s.ready(s.a, s.begin({s.commit()}));
+    s.ready(s.a, s.begin(s.commit()));
     EXPECT_TRUE(s.sent<message::Begin>(s.b).empty());
     EXPECT_EQ(s.sent<message::Changes>(s.b).size(), 1u);
     EXPECT_EQ(s.actions<server_action::FrameReleased>()[0].held, Names{"b"});
     s.readyAt(s.b, late, lateSequence);
     EXPECT_TRUE(s.sent<message::Swap>(s.b).empty());  // it keeps its image: frame `late` is over
     s.forget();
-    const FrameNumber next = s.begin({s.commit()});
+    const FrameNumber next = s.begin(s.commit());
     EXPECT_EQ(s.sent<message::Begin>(s.b).size(), 1u);
     EXPECT_EQ(s.state("b"), HostState::kLive);
     s.ready(s.a, next);
@@ -100,11 +100,11 @@ TEST(ServerFrames, HoldSendsTheListsButNoFrameUntilTheLateHostIsReady) {
 
 TEST(ServerFrames, DropWaitsUntilTheLateHostHasCaughtUp) {
     Live s(with(LateFramePolicy::kDrop));
-    const FrameNumber late = s.begin({s.commit()});
+    const FrameNumber late = s.begin(s.commit());
     const Sequence lateSequence = s.sequence;
     s.ready(s.a, late);
     s.run(110ms, {s.a, s.b});
-    s.ready(s.a, s.begin({s.commit()}));
+    s.ready(s.a, s.begin(s.commit()));
     s.readyAt(s.b, late, lateSequence);
     EXPECT_EQ(s.state("b"), HostState::kSyncing);
     s.forget();
@@ -187,7 +187,7 @@ TEST(ServerFrames, AHostThatFetchesTooSlowlyLeavesTheBarrier) {
     EXPECT_EQ(s.actions<server_action::BlobsEverywhere>().size(), 1u);
     EXPECT_EQ(s.actions<server_action::SnapshotWanted>().size(), 1u);
     EXPECT_FALSE(s.closed(s.b));
-    s.ready(s.a, s.begin({s.commit({blobOf("mesh")})}));
+    s.ready(s.a, s.begin(s.commit({blobOf("mesh")})));
     s.snapshot(s.b);
     s.synced(s.b);
     s.forget();
@@ -205,7 +205,7 @@ TEST(ServerFrames, AJoiningHostLearnsOfBlobsThatNoListHasNamedYet) {
     s.say(s.a, message::BlobsHeld{1});
     const ConnectionId b = s.join("b");
     EXPECT_EQ(s.sent<message::BlobNotice>(b).size(), 1u);
-    s.ready(s.a, s.begin({s.commit({blobOf("mesh")})}));
+    s.ready(s.a, s.begin(s.commit({blobOf("mesh")})));
     EXPECT_TRUE(s.sent<message::Begin>(b).empty());  // it would make the barrier wait for bulk data
     s.say(b, message::BlobsHeld{1});
     s.synced(b);
@@ -219,8 +219,8 @@ TEST(ServerFrames, AListWithBlobsThatASyncingHostWasSentIsWaitedFor) {
     const ConnectionId b = s.join("b");
     s.take(s.session.repair("b", s.now));
     s.snapshot(b);
-    s.ready(s.a, s.begin({s.commit({blobOf("mesh")})}));
-    EXPECT_EQ(s.sent<message::Changes>(b).at(0).blobs.size(), 1u);
+    s.ready(s.a, s.begin(s.commit({blobOf("mesh")})));
+    EXPECT_EQ(s.sent<message::Changes>(b).at(0).list->blobs.size(), 1u);
     s.say(b, message::Synced{5_seq, hashAfter(5_seq)});
     s.forget();
     s.ready(s.a, s.begin());
@@ -266,7 +266,7 @@ TEST(ServerFramesDeathTest, AListBetweenTwoFramesIsOurOwnBug) {
     s.begin();
     s.commit();
     EXPECT_DEATH(s.begin(), "nothing is between two frames");
-    EXPECT_DEATH(s.begin({s.commit()}), "numbered one by one");
+    EXPECT_DEATH(s.begin(s.commit()), "numbered one by one");
 }
 
 }  // namespace

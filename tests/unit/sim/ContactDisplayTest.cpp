@@ -360,7 +360,7 @@ TEST(ContactDisplay, IsDeterministic) {
             }
             if (const std::optional<ChangeList> list = display.commit(committer, step))
                 display.sceneChanged(committer.scene(), &*list);
-            hashes.push_back(committer.closeFrame().stateHash.value);
+            hashes.push_back(committer.closeFrame().sent->stateHash.value);
         }
         return hashes;
     };
