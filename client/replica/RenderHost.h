@@ -47,7 +47,7 @@ private:
         Tile tile;
         RenderAction action;
         std::shared_ptr<const Picture> drawn, shown;
-        std::uint64_t drawnFrame = 0, shownFrame = 0;
+        FrameNumber drawnFrame, shownFrame;
         std::optional<SharedFrameWriter> file;
     };
     struct WaitingImages {
@@ -65,10 +65,10 @@ private:
     bool on(const work::Finish& finish);
 
     [[nodiscard]] Expected<void> useWall(Wall wall);
-    [[nodiscard]] Expected<void> applyList(const SharedBytes& encoded);
-    [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, std::uint64_t frame);
+    [[nodiscard]] Expected<void> applyList(const CommittedList& committed);
+    [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, FrameNumber frame);
     [[nodiscard]] Expected<void> showTile(TileState& state);
-    void injectBefore(std::uint64_t frame);
+    void injectBefore(FrameNumber frame);
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
     bool broken(const Error& error);
@@ -82,7 +82,7 @@ private:
     std::function<void(Outcome)> report_;
 
     Attempt attempt_;
-    std::uint64_t sequence_ = 0;  ///< of the replica
+    Sequence sequence_;  ///< of the replica
     Wall wall_;
     Aspect aspect_;
     RenderScene scene_;

@@ -205,7 +205,8 @@ bool FrameLoop::Impl::mayBegin(TimePoint now) const {
 
 bool FrameLoop::Impl::lastFrameShown() const {
     return std::ranges::all_of(peers.session().hosts(), [&](const ServerSession::HostStatus& host) {
-        return host.state != HostState::kLive || (host.everShown && host.lastShown + 1 >= peers.session().nextFrame());
+        return host.state != HostState::kLive ||
+               (host.everShown && host.lastShown.next() >= peers.session().nextFrame());
     });
 }
 
@@ -216,14 +217,14 @@ TimePoint FrameLoop::Impl::nextWake(TimePoint now) const {
 
 void FrameLoop::Impl::makeFrame(TimePoint now) {
     const FrameNumber number = peers.session().nextFrame();
-    if (number == 0)
+    if (number == FrameNumber(0))
         if (const std::vector<std::string> missing = peers.session().missing(); !missing.empty())
             log.warning(fmt::format("starting without: {}", join(missing)));
     FrameMaker::Made made = maker.make(number, desk.takeEdits(), desk.takeReplies());
     report.frameBegins();
     pacing.began(now);
     actions.carryOut(peers.session().beginFrame(made.content, now));
-    actions.carryOut(marks.named(made.result.commit.blobs, Clock::now()));
+    actions.carryOut(marks.named(made.result.commit.sent->blobs, Clock::now()));
     actions.carryOut(desk.committed(std::move(made.result), number, simulation.openQuestions()));
 }
 

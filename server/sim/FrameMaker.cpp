@@ -29,12 +29,12 @@ Expected<void> FrameMaker::load(std::vector<ChangeList> lists) {
 }
 
 FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies) {
-    const bool first = number == 0;
+    const bool first = number == FrameNumber(0);
     for (const Edit& edit : edits)
         for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
-    if (recording_) recording_->frameBegins(number, first, edits, replies);
+    if (recording_) recording_->frameBegins(number.value, first, edits, replies);
     FrameResult frame = around_.simulation.step(first, std::move(edits), replies);
-    if (recording_) recording_->frameDone(number, frame);
+    if (recording_) recording_->frameDone(number.value, frame);
     around_.report.frameCommitted(frame);
 
     if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
@@ -43,18 +43,9 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     } else if (!std::exchange(cameraComplaint_, true)) {
         around_.log.warning(view.error().message + "; the view stays where it was");
     }
-    FrameContent content{
-        .frame = number,
-        .sequence = frame.commit.sequence,
-        .stateHash = frame.commit.stateHash,
-        .payload = share(
-            encodeFrame({.view = lastView_, .list = frame.commit.encoded, .collision = numbersOf(frame.collision)})),
-        .changes = {}};
-    if (frame.commit.list)
-        content.changes.push_back({.sequence = frame.commit.sequence,
-                                   .stateHash = frame.commit.stateHash,
-                                   .list = frame.commit.encoded,
-                                   .blobs = frame.commit.blobs});
+    FrameContent content{.frame = number,
+                         .payload = encodeFrame({.view = lastView_, .collision = numbersOf(frame.collision)}),
+                         .list = frame.commit.sent};
     return {.result = std::move(frame), .content = std::move(content)};
 }
 

@@ -32,22 +32,20 @@ public:
     [[nodiscard]] ServerSession& session() { return session_; }
     [[nodiscard]] const ServerSession& session() const { return session_; }
     [[nodiscard]] std::size_t connectionCount() const { return open_.size(); }
-    [[nodiscard]] std::uint64_t epoch() const { return epoch_; }
+    [[nodiscard]] Epoch epoch() const { return epoch_; }
 
 private:
-    void send(ConnectionId connection, const Message& message);
+    void send(ConnectionId connection, const MessagePtr& message);
     [[nodiscard]] message::BlobChunk chunkFor(const message::BlobRequest& request) const;
 
     const BlobStore& blobs_;
-    std::uint64_t epoch_;
+    Epoch epoch_;
     ServerSession session_;
     std::map<ConnectionId, std::string> open_;  ///< peers' addresses
     /// The message last encoded, so that one for everybody is encoded once.
     struct {
-        std::uint16_t type = 0;
-        std::uint64_t key = 0;
-        SharedBytes content;
-        SharedBytes encoded;
+        MessagePtr message;
+        SharedChain encoded;
     } last_;
     Transport transport_;  ///< last: its thread ends before the rest goes
 };

@@ -30,14 +30,14 @@ ServerActions SessionActions::on(const server_action::SnapshotWanted& wanted) {
 ServerActions SessionActions::on(const server_action::HostEntered& entered) {
     around_.report.entered(entered);
     around_.log.info(entered.rejoined ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost",
-                                                    entered.host, entered.frame, toMilliseconds(entered.awayFor))
-                                      : fmt::format("{} enters at frame {}", entered.host, entered.frame));
+                                                    entered.host, entered.frame.value, toMilliseconds(entered.awayFor))
+                                      : fmt::format("{} enters at frame {}", entered.host, entered.frame.value));
     return {};
 }
 
 ServerActions SessionActions::on(const server_action::Fault& fault) {
     around_.report.fault(fault);
-    around_.log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault.frame,
+    around_.log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault.frame.value,
                                     fault.host, nameOf(fault.kind), toMilliseconds(fault.detectedAfter),
                                     fault.detail.empty() ? "" : " (" + fault.detail + ")"));
     return {};

@@ -21,13 +21,18 @@ ServerActions Snapshots::sceneReady(TimePoint now) {
 }
 
 ServerActions Snapshots::give(ConnectionId connection, TimePoint now) {
-    const ChangeList list = snapshot(simulation_.scene());
-    message::Snapshot message{.sequence = simulation_.sequence(),
-                              .stateHash = simulation_.scene().stateHash(),
-                              .list = share(encodeChangeList(list)),
-                              .blobs = {}};
-    for (const Blob& blob : blobsOf(list)) message.blobs.push_back({blob.id(), blob.sizeBytes()});
-    return session_.snapshotReady(connection, std::move(message), now);
+    CommittedListPtr whole = last_.lock();
+    if (!whole || whole->sequence != simulation_.sequence()) {
+        const ChangeList list = snapshot(simulation_.scene());
+        CommittedList made{.sequence = simulation_.sequence(),
+                           .stateHash = StateHash(simulation_.scene().stateHash()),
+                           .encoded = encodeChangeList(list),
+                           .blobs = {}};
+        for (const Blob& blob : blobsOf(list)) made.blobs.push_back({blob.id(), blob.sizeBytes()});
+        whole = share(std::move(made));
+        last_ = whole;
+    }
+    return session_.snapshotReady(connection, {std::move(whole)}, now);
 }
 
 }  // namespace tessera

@@ -1,6 +1,7 @@
 /// The whole scene for those who join: hosts, applications, and replicas to be repaired.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "common/session/ServerSession.h"
@@ -22,6 +23,8 @@ private:
 
     const Simulation& simulation_;
     ServerSession& session_;
+    /// While somebody is being sent it, whoever joins gets the same: a scene is encoded once, however many come.
+    std::weak_ptr<const CommittedList> last_;
     bool ready_ = false;
     std::vector<ConnectionId> waiting_;
 };

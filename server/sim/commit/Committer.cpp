@@ -126,17 +126,19 @@ std::size_t Committer::nodesAfter(const ChangeList& list) const {
 
 CommittedFrame Committer::closeFrame() {
     CommittedFrame frame;
+    CommittedList sent;
     if (!open_.empty()) {
         const ChangeListPtr list = packed(std::exchange(open_, {}));
         if (!list->empty()) {
-            ++sequence_;
+            sequence_ = sequence_.next();
             frame.list = list;
-            frame.encoded = share(encodeChangeList(*frame.list));
-            for (const Blob& blob : blobsOf(*frame.list)) frame.blobs.push_back({blob.id(), blob.sizeBytes()});
+            sent.encoded = encodeChangeList(*frame.list);
+            for (const Blob& blob : blobsOf(*frame.list)) sent.blobs.push_back({blob.id(), blob.sizeBytes()});
         }
     }
-    frame.sequence = sequence_;
-    frame.stateHash = scene_.stateHash();
+    sent.sequence = sequence_;
+    sent.stateHash = StateHash(scene_.stateHash());
+    frame.sent = share(std::move(sent));
     return frame;
 }
 

@@ -6,17 +6,14 @@
 #include <vector>
 
 #include "common/scene/Aspect.h"
-#include "common/session/Messages.h"
+#include "common/session/CommittedList.h"
 
 namespace tessera {
 
 /// What one frame changed, as it is sent.
 struct CommittedFrame {
-    std::uint64_t sequence = 0;  ///< the scene's; grows only when something changed
-    std::uint64_t stateHash = 0;
-    ChangeListPtr list;           ///< null when nothing changed
-    SharedBytes encoded;          ///< of `list`
-    std::vector<BlobInfo> blobs;  ///< that the list names
+    CommittedListPtr sent = nothingCommitted();  ///< its sequence grows only when something changed
+    ChangeListPtr list;                          ///< the same as a value; null when nothing changed
 };
 
 /// Owns the authoritative scene. Edits of one frame are applied one after the other, each whole or not at all;
@@ -26,7 +23,7 @@ public:
     explicit Committer(SceneLimits limits = {});
 
     [[nodiscard]] const Aspect& scene() const { return scene_; }
-    [[nodiscard]] std::uint64_t sequence() const { return sequence_; }
+    [[nodiscard]] Sequence sequence() const { return sequence_; }
     /// Of the scene, the root included. Kept, not counted.
     [[nodiscard]] std::size_t nodeCount() const { return nodes_; }
 
@@ -57,7 +54,7 @@ private:
     Aspect scene_;
     std::size_t nodes_ = 1;
     std::uint64_t nextId_ = kRootNode.value + 1;
-    std::uint64_t sequence_ = 0;
+    Sequence sequence_;
     std::vector<ChangeListPtr> open_;
 };
 

@@ -3,9 +3,9 @@
 namespace tessera {
 
 ServerActions answerTo(ServerSession& session, const Asker& asker, const Expected<ApplicationAnswer>& answer) {
-    message::Reply reply{.id = asker.request, .code = {}, .error = {}, .body = nullptr};
+    message::Reply reply{.id = asker.request, .code = {}, .error = {}, .body = {}};
     if (answer) {
-        reply.body = share(encodeAnswer(*answer));
+        reply.body = encodeAnswer(*answer);
     } else {
         reply.code = answer.error().code;
         reply.error = answer.error().message;

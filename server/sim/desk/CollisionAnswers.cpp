@@ -60,7 +60,7 @@ bool isChange(const PairEvent& event) {
 
 }  // namespace
 
-answer::Contacts contactsOf(const StepResult& step, std::uint64_t frame, std::uint64_t begun) {
+answer::Contacts contactsOf(const StepResult& step, FrameNumber frame, std::uint64_t begun) {
     answer::Contacts told{.frame = frame,
                           .begun = begun,
                           .contacts = {},
@@ -71,7 +71,7 @@ answer::Contacts contactsOf(const StepResult& step, std::uint64_t frame, std::ui
     return told;
 }
 
-answer::PairEvents eventsOf(const StepResult& step, std::uint64_t frame, bool stays, std::size_t most) {
+answer::PairEvents eventsOf(const StepResult& step, FrameNumber frame, bool stays, std::size_t most) {
     answer::PairEvents told{.frame = frame, .events = {}, .leftOut = step.counters.eventsLeftOut};
     const auto changes = static_cast<std::size_t>(std::ranges::count_if(step.events, isChange));
     std::size_t changesLeft = std::min(changes, most);
@@ -90,7 +90,7 @@ answer::PairEvents eventsOf(const StepResult& step, std::uint64_t frame, bool st
     return told;
 }
 
-answer::Distances distancesOf(const StepResult& step, std::uint64_t frame, std::size_t most) {
+answer::Distances distancesOf(const StepResult& step, FrameNumber frame, std::size_t most) {
     answer::Distances told{.frame = frame, .distances = {}, .leftOut = step.counters.eventsLeftOut};
     const std::size_t listed = std::min(step.distances.size(), most);
     told.leftOut += step.distances.size() - listed;

@@ -6,10 +6,10 @@ namespace tessera {
 
 template <typename Subscribed, typename MakeNotice>
 void FrameNews::tell(ServerActions& actions, Subscribed subscribed, MakeNotice notice) {
-    SharedBytes body;
+    ByteSlice body;
     for (const auto& [connection, subscription] : subscriptions_) {
         if (!subscribed(subscription)) continue;
-        if (!body) body = share(encodeNotice(notice()));
+        if (body.empty()) body = encodeNotice(notice());
         append(actions, session_.notify(connection, {.body = body}));
     }
 }
@@ -21,7 +21,7 @@ ServerActions FrameNews::subscribe(ConnectionId connection, const request::Subsc
     if (!newToQuestions || questions_.unanswered().empty()) return {};
     const ApplicationNotice open =
         answer::Questions{.frame = frame_, .questions = openQuestions(), .closed = {}, .unanswered = 0};
-    return session_.notify(connection, {.body = share(encodeNotice(open))});
+    return session_.notify(connection, {.body = encodeNotice(open)});
 }
 
 ServerActions FrameNews::committed(StepResult step, FrameNumber number, std::span<const std::uint64_t> open) {

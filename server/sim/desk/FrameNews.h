@@ -54,7 +54,7 @@ private:
     Limits limits_;
     std::map<ConnectionId, request::Subscribe> subscriptions_;
     OpenQuestions questions_;
-    FrameNumber frame_ = 0;
+    FrameNumber frame_;
     StepResult step_;
     std::uint64_t contactsBegun_ = 0;  ///< over the run
 };

@@ -16,7 +16,7 @@ RequestDesk::RequestDesk(const Surroundings& around, const Limits& limits)
 
 ServerActions RequestDesk::received(const server_action::RequestReceived& received, TimePoint now) {
     const Asker asker{.connection = received.connection, .request = received.id};
-    const Expected<ApplicationRequest> decoded = decodeRequest(received.body ? ByteSpan(*received.body) : ByteSpan());
+    const Expected<ApplicationRequest> decoded = decodeRequest(received.body);
     if (!decoded) return refuse(asker, decoded.error());
     if (open_.size() + images_.openCount() >= limits_.maxOpenRequests)
         return refuse(asker, {ErrorCode::kLimit,
@@ -58,7 +58,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
     status.epoch = around_.epoch;
     status.frame = session.nextFrame();
     status.sequence = simulation.sequence();
-    status.stateHash = simulation.scene().stateHash();
+    status.stateHash = StateHash(simulation.scene().stateHash());
     for (const ServerSession::HostStatus& host : session.hosts())
         status.hosts.push_back({.name = host.name,
                                 .state = std::string(nameOf(host.state)),
@@ -127,16 +127,15 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Subscribe& want
 Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
     std::size_t uploaded = 0;
     std::vector<Blob> uploads;  // keeps them findable until the list holds them
-    for (const SharedBytes& bytes : proposal.blobs) {
-        if (!bytes) continue;
-        uploaded += bytes->size();
+    for (const ByteSlice& bytes : proposal.blobs) {
+        uploaded += bytes.size();
         if (uploaded > limits_.maxUploadBytes)
             return fail(ErrorCode::kLimit,
                         fmt::format("a proposal may bring {} MiB of blobs at most", limits_.maxUploadBytes >> 20));
-        uploads.push_back(around_.blobs.add(Blob(*bytes)));
+        uploads.push_back(around_.blobs.add(Blob(Bytes(bytes.begin(), bytes.end()))));
     }
     Expected<ChangeList> list =
-        decodeChangeList(proposal.list ? ByteSpan(*proposal.list) : ByteSpan(), around_.blobs, AbsentBlobs::kRefuse,
+        decodeChangeList(proposal.list, around_.blobs, AbsentBlobs::kRefuse,
                          {.maxBytes = limits_.maxProposalBytes, .maxChanges = limits_.maxProposalChanges});
     if (!list) return failWith("proposal", list.error());
     Edit edit;
@@ -213,7 +212,7 @@ ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
     for (const EditOutcome& outcome : frame.outcomes) {
         const auto found = open_.find(outcome.ticket);
         if (found == open_.end()) continue;
-        append(actions, answer(found->second.asker, outcomeOf(found->second, outcome, frame.commit.sequence)));
+        append(actions, answer(found->second.asker, outcomeOf(found->second, outcome, frame.commit.sent->sequence)));
         open_.erase(found);
     }
     append(actions, news_.committed(std::move(frame.collision), number, openQuestions));
@@ -221,11 +220,11 @@ ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
 }
 
 Expected<ApplicationAnswer> RequestDesk::outcomeOf(const Open& open, const EditOutcome& outcome,
-                                                   std::uint64_t sequence) const {
+                                                   Sequence sequence) const {
     if (!outcome.result) return tl::unexpected(outcome.result.error());
     if (!open.isLoad)
         return ApplicationAnswer(
-            answer::Committed{.sequence = Sequence{sequence}, .ids = outcome.ids, .stopped = outcome.stopped});
+            answer::Committed{.sequence = sequence, .ids = outcome.ids, .stopped = outcome.stopped});
     answer::Loaded loaded = open.loaded;
     const auto given = std::ranges::find(outcome.ids, loaded.node, &std::pair<ObjectId, ObjectId>::first);
     if (given != outcome.ids.end()) loaded.node = given->second;

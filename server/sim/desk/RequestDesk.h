@@ -31,7 +31,7 @@ public:
     /// What the desk asks and changes; all of it outlives the desk.
     struct Surroundings {
         const Wall& wall;
-        std::uint64_t epoch = 0;  ///< told with the status
+        Epoch epoch;  ///< told with the status
         BlobStore& blobs;
         ServerSession& session;
         Simulation& simulation;
@@ -99,7 +99,7 @@ private:
     [[nodiscard]] Expected<Edit> editFrom(const request::Propose& proposal);
     [[nodiscard]] ServerActions queueEdit(std::uint64_t ticket, TimePoint now);
     [[nodiscard]] Expected<ApplicationAnswer> outcomeOf(const Open& open, const EditOutcome& outcome,
-                                                        std::uint64_t sequence) const;
+                                                        Sequence sequence) const;
 
     Surroundings around_;
     Limits limits_;

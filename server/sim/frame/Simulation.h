@@ -65,7 +65,7 @@ public:
     [[nodiscard]] FrameResult step(bool firstFrame, std::vector<Edit> edits, std::span<const Reply> replies = {});
 
     [[nodiscard]] const Aspect& scene() const { return committer_.scene(); }
-    [[nodiscard]] std::uint64_t sequence() const { return committer_.sequence(); }
+    [[nodiscard]] Sequence sequence() const { return committer_.sequence(); }
     /// Of the scene, the root included. Kept, not counted.
     [[nodiscard]] std::size_t nodeCount() const { return committer_.nodeCount(); }
     [[nodiscard]] const Motions& motions() const { return motions_; }

@@ -97,7 +97,7 @@ FrameDigest::Part partOf(const std::vector<Item>& items) {
 FrameDigest digestOf(const FrameResult& frame) {
     const auto& [accepted, velocities, stopped, contacts, events, distances, questions, contactsBegun, notLookedAt,
                  counters] = frame.collision;
-    FrameDigest digest{.sequence = frame.commit.sequence, .stateHash = frame.commit.stateHash};
+    FrameDigest digest{.sequence = frame.commit.sent->sequence.value, .stateHash = frame.commit.sent->stateHash.value};
     const auto at = [&](DigestPart part) -> FrameDigest::Part& { return digest.parts[static_cast<std::size_t>(part)]; };
     at(DigestPart::kOutcomes) = partOf(frame.outcomes);
     at(DigestPart::kAccepted) = partOf(accepted);
@@ -109,7 +109,7 @@ FrameDigest digestOf(const FrameResult& frame) {
     at(DigestPart::kQuestions) = partOf(questions);
     at(DigestPart::kNotLookedAt) = partOf(notLookedAt);
     at(DigestPart::kChanges) = {.count = frame.commit.list ? frame.commit.list->changeCount() : 0,
-                                .hash = frame.commit.encoded ? hash64(*frame.commit.encoded) : 0};
+                                .hash = frame.commit.sent->changed() ? hash64(frame.commit.sent->encoded) : 0};
 
     const auto& [objects, skipped, freeBodies, asleep, neighbours, pairsTested, boxTests, triangleTests, leftUndecided,
                  contactsLeftOut, eventsLeftOut, unanswered] = counters;

@@ -79,7 +79,7 @@ void RecordingWriter::startScene(std::span<const ChangeList> lists) {
 }
 
 void RecordingWriter::started(const CommittedFrame& scene) {
-    hand(encodeStarted({.sequence = scene.sequence, .stateHash = scene.stateHash}));
+    hand(encodeStarted({.sequence = scene.sent->sequence.value, .stateHash = scene.sent->stateHash.value}));
 }
 
 void RecordingWriter::frameBegins(std::uint64_t frame, bool first, std::span<const Edit> edits,

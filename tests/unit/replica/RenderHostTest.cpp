@@ -7,9 +7,11 @@
 
 #include "client/image/SharedFrame.h"
 #include "common/base/Channel.h"
+#include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
 #include "tests/golden/TestScene.h"
 #include "tests/unit/TestFolder.h"
+#include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
 namespace {
@@ -57,18 +59,19 @@ protected:
     message::Snapshot snapshotOf(Aspect& scene) {
         const ChangeList list = snapshot(scene);
         for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
-        return {.sequence = 7, .stateHash = scene.stateHash(), .list = share(encodeChangeList(list))};
+        return {share(CommittedList{7_seq, StateHash(scene.stateHash()), encodeChangeList(list), {}})};
     }
     Aspect makeBall() {
         test::TestScene scene;
         scene.place(scene.add(makeSphere(0.8, 24)), {-0.6, 1.5, -1});
         return scene.take();
     }
-    message::Begin beginOf(std::uint64_t frame, SharedBytes list = nullptr) {
-        return {
-            .frame = frame, .sequence = 7, .payload = share(encodeFrame({.view = View{}, .list = std::move(list)}))};
+    message::Begin beginOf(FrameNumber frame, ByteSlice list = {}) {
+        return {.frame = frame,
+                .payload = encodeFrame({.view = View{}}),
+                .list = share(CommittedList{7_seq, {}, std::move(list), {}})};
     }
-    void drawAndShow(std::uint64_t frame) {
+    void drawAndShow(FrameNumber frame) {
         ASSERT_TRUE(perform(work::Draw{beginOf(frame)}));
         ASSERT_TRUE(next<outcome::Drawn>());
         ASSERT_TRUE(perform(work::Show{frame}));
@@ -90,8 +93,8 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     const auto applied = next<outcome::Applied>();
     ASSERT_TRUE(applied);
-    EXPECT_EQ(applied->sequence, 7u);
-    EXPECT_EQ(applied->stateHash, scene.stateHash());
+    EXPECT_EQ(applied->sequence, 7_seq);
+    EXPECT_EQ(applied->stateHash, StateHash(scene.stateHash()));
 
     ObjectId transform;
     for (const ObjectId id : scene.ids())
@@ -100,10 +103,10 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     move.set(transform, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(0, 1.5, -2)));
     const ChangeList list = move.take();
     ASSERT_TRUE(scene.apply(list));
-    ASSERT_TRUE(perform(work::Draw{beginOf(0, share(encodeChangeList(list)))}));
+    ASSERT_TRUE(perform(work::Draw{beginOf(0_frame, share(encodeChangeList(list)))}));
     const auto drawn = next<outcome::Drawn>();
     ASSERT_TRUE(drawn);
-    EXPECT_EQ(drawn->stateHash, scene.stateHash());
+    EXPECT_EQ(drawn->stateHash, StateHash(scene.stateHash()));
     const auto stats = decodeStats(*drawn->stats);
     ASSERT_TRUE(stats);
     ASSERT_EQ(stats->size(), 1u);
@@ -119,10 +122,10 @@ TEST_F(RenderHostTest, ShowsAnImageOnlyWhenTold) {
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     ASSERT_TRUE(next<outcome::Applied>());
     const std::string path = folder_ / "tiles/front-0-0/shown.frame";
-    ASSERT_TRUE(perform(work::Draw{beginOf(0)}));
+    ASSERT_TRUE(perform(work::Draw{beginOf(0_frame)}));
     ASSERT_TRUE(next<outcome::Drawn>());
     EXPECT_FALSE(readSharedFrame(path));
-    ASSERT_TRUE(perform(work::Show{0}));
+    ASSERT_TRUE(perform(work::Show{0_frame}));
     ASSERT_TRUE(next<outcome::Shown>());
     const auto shown = readSharedFrame(path);
     ASSERT_TRUE(shown);
@@ -143,8 +146,8 @@ TEST_F(RenderHostTest, ShowsAnImageOnlyWhenTold) {
 
 TEST_F(RenderHostTest, KeepsEveryShownFrameWhenAsked) {
     start({.output = folder_.path(), .keepFrames = true});
-    for (std::uint64_t frame : {0, 1, 2}) drawAndShow(frame);
-    ASSERT_TRUE(perform(work::Draw{beginOf(3)}));  // drawn, never shown
+    for (const FrameNumber frame : {0_frame, 1_frame, 2_frame}) drawAndShow(frame);
+    ASSERT_TRUE(perform(work::Draw{beginOf(3_frame)}));  // drawn, never shown
     EXPECT_FALSE(perform(work::Finish{}));
     for (const char* name : {"000000.png", "000001.png", "000002.png"})
         EXPECT_TRUE(std::filesystem::exists(folder_ / ("tiles/front-0-0/" + std::string(name)))) << name;
@@ -153,20 +156,20 @@ TEST_F(RenderHostTest, KeepsEveryShownFrameWhenAsked) {
 
 TEST_F(RenderHostTest, SendsImagesOnceALateEnoughFrameIsShown) {
     start();
-    drawAndShow(4);
-    ASSERT_TRUE(perform(work::SendImages{{.request = 11, .frame = 5}}));
-    ASSERT_TRUE(perform(work::SendImages{{.request = 12, .frame = 4}}));
+    drawAndShow(4_frame);
+    ASSERT_TRUE(perform(work::SendImages{{.request = 11, .frame = 5_frame}}));
+    ASSERT_TRUE(perform(work::SendImages{{.request = 12, .frame = 4_frame}}));
     const auto now = next<outcome::Image>();
     ASSERT_TRUE(now);
     EXPECT_EQ(now->image.request, 12u);
-    EXPECT_EQ(now->image.frame, 4u);
+    EXPECT_EQ(now->image.frame, 4_frame);
     EXPECT_EQ(now->image.tile, "front-0-0");
     EXPECT_TRUE(decodePng(*now->image.png));
-    drawAndShow(5);
+    drawAndShow(5_frame);
     const auto later = next<outcome::Image>();
     ASSERT_TRUE(later);
     EXPECT_EQ(later->image.request, 11u);
-    EXPECT_EQ(later->image.frame, 5u);
+    EXPECT_EQ(later->image.frame, 5_frame);
 }
 
 TEST_F(RenderHostTest, DescribesItsStateDownToTheObject) {
@@ -174,16 +177,16 @@ TEST_F(RenderHostTest, DescribesItsStateDownToTheObject) {
     Aspect scene = makeBall();
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     ASSERT_TRUE(next<outcome::Applied>());
-    drawAndShow(0);
-    ASSERT_TRUE(perform(work::Draw{beginOf(1)}));
+    drawAndShow(0_frame);
+    ASSERT_TRUE(perform(work::Draw{beginOf(1_frame)}));
     const auto drawn = next<outcome::Drawn>();
     ASSERT_TRUE(drawn);
-    EXPECT_NE(drawn->stateHash, scene.stateHash()) << "one field differs now";
+    EXPECT_NE(drawn->stateHash, StateHash(scene.stateHash())) << "one field differs now";
 
     ASSERT_TRUE(perform(work::Describe{{.objects = true, .leaf = 0}}));
     const auto described = next<outcome::Described>();
     ASSERT_TRUE(described);
-    EXPECT_EQ(described->answer.sequence, 7u);
+    EXPECT_EQ(described->answer.sequence, 7_seq);
     std::vector<std::uint64_t> differing;
     const std::vector<Aspect::ObjectHash> expected = scene.objectHashes(0);
     ASSERT_EQ(described->answer.entries.size(), expected.size());
@@ -195,28 +198,28 @@ TEST_F(RenderHostTest, DescribesItsStateDownToTheObject) {
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     const auto repaired = next<outcome::Applied>();
     ASSERT_TRUE(repaired);
-    EXPECT_EQ(repaired->stateHash, scene.stateHash());
+    EXPECT_EQ(repaired->stateHash, StateHash(scene.stateHash()));
 }
 
 TEST_F(RenderHostTest, SaysWhatCannotBeAppliedAndStaysAlive) {
     start();
-    ASSERT_TRUE(perform(work::ApplySnapshot{{.sequence = 1, .list = share(Bytes(40, std::byte{0xff}))}}));
+    ASSERT_TRUE(perform(work::ApplySnapshot{{share(CommittedList{1_seq, {}, Bytes(40, std::byte{0xff}), {}})}}));
     EXPECT_TRUE(next<outcome::ApplyFailed>());
     ChangeListBuilder impossible;
     impossible.destroy(ObjectId{77});
-    ASSERT_TRUE(perform(work::ApplyChanges{{.sequence = 2, .list = share(encodeChangeList(impossible.take()))}}));
+    ASSERT_TRUE(perform(work::ApplyChanges{{share(CommittedList{2_seq, {}, encodeChangeList(impossible.take()), {}})}}));
     const auto failed = next<outcome::ApplyFailed>();
     ASSERT_TRUE(failed);
     EXPECT_NE(failed->reason.find("list 2"), std::string::npos) << failed->reason;
-    ASSERT_TRUE(perform(work::Draw{{.frame = 0, .payload = share(Bytes(9, std::byte{0xff}))}}));
+    ASSERT_TRUE(perform(work::Draw{{.frame = 0_frame, .payload = share(Bytes(9, std::byte{0xff}))}}));
     EXPECT_TRUE(next<outcome::ApplyFailed>());
-    drawAndShow(0);
+    drawAndShow(0_frame);
 }
 
 TEST_F(RenderHostTest, LeavesWhenItCannotDraw) {
     start({.injection = *parseInjection("draw-fail@2")});
-    drawAndShow(1);
-    EXPECT_FALSE(perform(work::Draw{beginOf(2)}));
+    drawAndShow(1_frame);
+    EXPECT_FALSE(perform(work::Draw{beginOf(2_frame)}));
     const auto broken = next<outcome::Broken>();
     ASSERT_TRUE(broken);
     EXPECT_NE(broken->error.message.find("frame 2"), std::string::npos);
@@ -230,26 +233,26 @@ TEST_F(RenderHostTest, LeavesWhenTheWallMakesNoSense) {
 
 TEST_F(RenderHostTest, KeepsItsImageThroughANewConnection) {
     start();
-    drawAndShow(8);
+    drawAndShow(8_frame);
     configure(makeWall());
-    ASSERT_TRUE(perform(work::SendImages{{.request = 1, .frame = 0}}));
+    ASSERT_TRUE(perform(work::SendImages{{.request = 1, .frame = 0_frame}}));
     const auto kept = next<outcome::Image>();
     ASSERT_TRUE(kept);
-    EXPECT_EQ(kept->image.frame, 8u);
+    EXPECT_EQ(kept->image.frame, 8_frame);
     // A wall with other tiles: what was shown is of no use.
     configure(makeWall(70));
-    ASSERT_TRUE(perform(work::SendImages{{.request = 2, .frame = 0}}));
-    drawAndShow(9);
+    ASSERT_TRUE(perform(work::SendImages{{.request = 2, .frame = 0_frame}}));
+    drawAndShow(9_frame);
     const auto fresh = next<outcome::Image>();
     ASSERT_TRUE(fresh);
     EXPECT_EQ(fresh->image.request, 2u);
-    EXPECT_EQ(fresh->image.frame, 9u);
+    EXPECT_EQ(fresh->image.frame, 9_frame);
 }
 
 TEST_F(RenderHostTest, SaysWhenPicturesCannotBeWritten) {
     ASSERT_TRUE(writeFile(folder_ / "file", asBytes("x")));
     start({.output = folder_ / "file"});
-    EXPECT_FALSE(perform(work::Draw{beginOf(0)}));
+    EXPECT_FALSE(perform(work::Draw{beginOf(0_frame)}));
     const auto broken = next<outcome::Broken>();
     ASSERT_TRUE(broken);
     EXPECT_NE(broken->error.message.find("shown.frame"), std::string::npos) << broken->error.message;

@@ -40,7 +40,7 @@ TEST(Committer, FramesListsLeadReplicasAlong) {
             if (closed.list) {
                 ASSERT_TRUE(replica.apply(*closed.list)) << "frame " << frame;
             }
-            ASSERT_EQ(replica.stateHash(), closed.stateHash) << "frame " << frame;
+            ASSERT_EQ(StateHash(replica.stateHash()), closed.sent->stateHash) << "frame " << frame;
         }
     });
 }
@@ -63,7 +63,7 @@ TEST(Committer, AListThatSaysNothingIsNoFrame) {
     ASSERT_TRUE(committer.apply(hollow));
     const CommittedFrame frame = committer.closeFrame();
     EXPECT_EQ(frame.list, nullptr);
-    EXPECT_EQ(frame.sequence, 0u);
+    EXPECT_EQ(frame.sent->sequence, Sequence(0));
 }
 
 TEST(Committer, TheWayBackIsMadeWhereItIsAskedForOnly) {

@@ -177,7 +177,7 @@ TEST_F(ContactDisplayTest, OnlyValuesOfTransformsTravelOnceItStands) {
         EXPECT_TRUE(made.list->creations.empty() && made.list->placements.empty() && made.list->destructions.empty())
             << i;
         for (const FieldColumn& column : made.list->columns) EXPECT_EQ(column.type, typeOf<Transform>()) << i;
-        EXPECT_TRUE(made.blobs.empty());
+        EXPECT_TRUE(made.sent->blobs.empty());
         EXPECT_EQ(seen("points").size(), contacts.size()) << i;
     }
     (void)frame({contact()});
@@ -360,7 +360,7 @@ TEST(ContactDisplay, IsDeterministic) {
             }
             if (const ChangeListPtr list = display.commit(committer, step))
                 display.sceneChanged(committer.scene(), list.get());
-            hashes.push_back(committer.closeFrame().stateHash);
+            hashes.push_back(committer.closeFrame().sent->stateHash.value);
         }
         return hashes;
     };

@@ -61,7 +61,7 @@ public:
             std::vector<Reply> replies = desk.takeReplies();
             FrameResult result;
             result.collision = std::move(step);
-            (void)peers.perform(desk.committed(std::move(result), frame_++, openQuestions));
+            (void)peers.perform(desk.committed(std::move(result), std::exchange(frame_, frame_.next()), openQuestions));
             done.set_value(std::move(replies));
         });
         return done.get_future().get();
@@ -101,7 +101,7 @@ private:
     Channel<Event> events_{1024};
     std::promise<std::uint16_t> port_;
     std::string address_;
-    FrameNumber frame_ = 0;
+    FrameNumber frame_;
     std::thread thread_;
 };
 
@@ -155,7 +155,7 @@ TEST(RequestDesk, EachSubscriberIsToldWhatItAskedFor) {
     pollUntil(*changes, [&] { return begunOnly.size() == 2; });
     EXPECT_EQ(everything[0].events.size(), 2u);
     EXPECT_EQ(begunOnly[0].events.size(), 1u);
-    EXPECT_EQ(begunOnly[1].frame, 1u) << "a frame without events is told too";
+    EXPECT_EQ(begunOnly[1].frame, FrameNumber(1)) << "a frame without events is told too";
     EXPECT_TRUE(begunOnly[1].events.empty());
     EXPECT_EQ(distances[0].distances.at(0).distance, 3);
     EXPECT_EQ(contacts[0].contacts.at(0).interest, ObjectId{5});
@@ -174,7 +174,7 @@ TEST(RequestDesk, TheNewestFrameIsThereForWhoAsks) {
     (void)desk.frame({});
     (void)desk.frame(touching());
     EXPECT_EQ(application->contacts()->contacts.size(), 1u);
-    EXPECT_EQ(application->contacts()->frame, 1u);
+    EXPECT_EQ(application->contacts()->frame, FrameNumber(1));
     EXPECT_EQ(application->pairEvents()->events.size(), 2u) << "those that stay included";
     EXPECT_EQ(application->distances()->distances.size(), 1u);
     EXPECT_TRUE(application->questions()->questions.empty());
@@ -233,7 +233,7 @@ TEST(RequestDesk, OneThatNeverAnswersDelaysNothingAndIsToldWhenItIsOver) {
     EXPECT_EQ(told[0].questions.at(0).id, 1u);
     EXPECT_EQ(told[1].closed, std::vector<std::uint64_t>{1});
     EXPECT_EQ(told[1].unanswered, 1u);
-    EXPECT_EQ(told[1].frame, 11u) << "frames in which nothing is asked or closed are not told";
+    EXPECT_EQ(told[1].frame, FrameNumber(11)) << "frames in which nothing is asked or closed are not told";
     EXPECT_FALSE(mute->respond(1, Decision::kPass));
 }
 

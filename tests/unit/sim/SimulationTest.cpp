@@ -260,12 +260,12 @@ TEST(Simulation, ReplicasThatApplyEachFramesListFollowExactly) {
             edits = one(make.builder.take());
         }
         const FrameResult frame = simulation.step(i == 0, std::move(edits));
-        if (frame.commit.encoded) {
-            const Expected<ChangeList> decoded = decodeChangeList(*frame.commit.encoded, blobs);
+        if (frame.commit.list) {
+            const Expected<ChangeList> decoded = decodeChangeList(frame.commit.sent->encoded, blobs);
             ASSERT_TRUE(decoded) << decoded.error().message;
             ASSERT_TRUE(replica.apply(*decoded));
         }
-        ASSERT_EQ(replica.stateHash(), frame.commit.stateHash) << "frame " << i;
+        ASSERT_EQ(StateHash(replica.stateHash()), frame.commit.sent->stateHash) << "frame " << i;
     }
 }
 
