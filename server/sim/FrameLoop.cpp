@@ -271,10 +271,9 @@ void FrameLoop::Impl::beginFrame(TimePoint now) {
     } else if (!std::exchange(cameraComplaint, true)) {
         log.warning(nextView.error().message + "; the view stays where it was");
     }
-    const FrameContent content{
-        .frame = number,
-        .payload = encodeFrame({.view = lastView, .collision = numbersOf(frame.collision)}),
-        .list = frame.commit.sent};
+    const FrameContent content{.frame = number,
+                               .payload = encodeFrame({.view = lastView, .collision = numbersOf(frame.collision)}),
+                               .list = frame.commit.sent};
     report.frameBegins();
     frameOpen = true;
     const Duration interval =
@@ -307,9 +306,10 @@ void FrameLoop::Impl::carryOut(ServerActions actions) {
         } else if (const auto* entered = std::get_if<server_action::HostEntered>(&action)) {
             anyoneEverLive = true;
             report.entered(*entered);
-            log.info(entered->rejoined ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost",
-                                                     entered->host, entered->frame.value, toMilliseconds(entered->awayFor))
-                                       : fmt::format("{} enters at frame {}", entered->host, entered->frame.value));
+            log.info(entered->rejoined
+                         ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost", entered->host,
+                                       entered->frame.value, toMilliseconds(entered->awayFor))
+                         : fmt::format("{} enters at frame {}", entered->host, entered->frame.value));
         } else if (const auto* fault = std::get_if<server_action::Fault>(&action)) {
             report.fault(*fault);
             log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault->frame.value,
@@ -365,7 +365,8 @@ TimePoint FrameLoop::Impl::nextWake(TimePoint now) const {
 
 bool FrameLoop::Impl::lastFrameShown() const {
     return std::ranges::all_of(peers.session().hosts(), [&](const ServerSession::HostStatus& host) {
-        return host.state != HostState::kLive || (host.everShown && host.lastShown.next() >= peers.session().nextFrame());
+        return host.state != HostState::kLive ||
+               (host.everShown && host.lastShown.next() >= peers.session().nextFrame());
     });
 }
 

@@ -20,10 +20,11 @@ public:
         if (!loaded) return differs({}, {loaded.error().message});
         std::vector<std::string> what;
         if (loaded->sent->sequence.value != started.sequence)
-            what.push_back(fmt::format("sequence: recorded {}, now {}", started.sequence, loaded->sent->sequence.value));
-        if (loaded->sent->stateHash.value != started.stateHash)
             what.push_back(
-                fmt::format("state hash: recorded {}, now {}", toHex(started.stateHash), toHex(loaded->sent->stateHash.value)));
+                fmt::format("sequence: recorded {}, now {}", started.sequence, loaded->sent->sequence.value));
+        if (loaded->sent->stateHash.value != started.stateHash)
+            what.push_back(fmt::format("state hash: recorded {}, now {}", toHex(started.stateHash),
+                                       toHex(loaded->sent->stateHash.value)));
         if (!what.empty()) differs({}, std::move(what));
     }
 
