@@ -165,11 +165,11 @@ Expected<Answer> showContacts(Application& application, const verb::Contacts& wa
     const Listing out = listed(*told, Names(application.scene()), wanted, interest);
     return Answer{
         out.table.text() +
-            fmt::format("{} contacts in frame {}, {} begun so far{}{}{}\n", out.rows + out.more, told->frame,
+            fmt::format("{} contacts in frame {}, {} begun so far{}{}{}\n", out.rows + out.more, told->frame.value,
                         told->begun, notListed(told->leftOut, "found than are listed"),
                         notListed(out.more, "than --limit"),
                         told->notLookedAt == 0 ? "" : fmt::format("; {} pairs not looked at", told->notLookedAt)),
-        {{"frame", told->frame},
+        {{"frame", told->frame.value},
          {"begun", told->begun},
          {"contacts", out.entries},
          {"left_out", told->leftOut + out.more},
@@ -181,10 +181,11 @@ Expected<Answer> showContacts(Application& application, const verb::Contacts& wa
 template <typename Told>
 Answer showFrame(const Told& told, std::string_view what, const Listing& out) {
     Answer answer;
-    answer.text = out.table.text() + fmt::format("{} {} in frame {}{}{}\n", out.rows + out.more, what, told.frame,
+    answer.text = out.table.text() + fmt::format("{} {} in frame {}{}{}\n", out.rows + out.more, what, told.frame.value,
                                                  notListed(told.leftOut, "found than are listed"),
                                                  notListed(out.more, "than --limit"));
-    answer.json = {{"frame", told.frame}, {std::string(what), out.entries}, {"left_out", told.leftOut + out.more}};
+    answer.json = {
+        {"frame", told.frame.value}, {std::string(what), out.entries}, {"left_out", told.leftOut + out.more}};
     return answer;
 }
 
@@ -321,8 +322,8 @@ Expected<Answer> run(Application& application, const verb::Questions&) {
                         {"normal", jsonOf(q.normal)},
                         {"interest", names.interestJson(q.interest)}});
     }
-    return Answer{table.text() + fmt::format("{} questions are open in frame {}\n", list.size(), told->frame),
-                  {{"frame", told->frame}, {"questions", std::move(list)}},
+    return Answer{table.text() + fmt::format("{} questions are open in frame {}\n", list.size(), told->frame.value),
+                  {{"frame", told->frame.value}, {"questions", std::move(list)}},
                   {}};
 }
 

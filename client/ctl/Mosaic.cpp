@@ -41,7 +41,7 @@ Expected<Mosaic> stitch(const Wall& wall, const answer::Images& images) {
                                                    [](const auto& a, const auto& b) { return a.frame < b.frame; });
     if (first->frame != last->frame)
         return fail(ErrorCode::kRefused, fmt::format("tile {} shows frame {} and tile {} frame {}; try again",
-                                                     first->tile, first->frame, last->tile, last->frame));
+                                                     first->tile, first->frame.value, last->tile, last->frame.value));
     const std::vector<Tile> tiles = layoutTiles(wall);
     const Eye eye = chosenEye(tiles);
     const Arrangement all = arrange(wall);
@@ -56,7 +56,7 @@ Expected<Mosaic> stitch(const Wall& wall, const answer::Images& images) {
             mosaic.missing.push_back(tile.name);
             continue;
         }
-        const Expected<DecodedPng> png = decodePng(*image->png);
+        const Expected<DecodedPng> png = decodePng(image->png);
         if (!png) return failWith(fmt::format("the image of tile {}", tile.name), png.error());
         if (png->picture.widthPx != tile.mosaicRect.width || png->picture.heightPx != tile.mosaicRect.height)
             return fail(ErrorCode::kBadInput, fmt::format("the image of tile {} is {}x{}, but the tile {}x{}",

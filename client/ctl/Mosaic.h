@@ -12,7 +12,7 @@ namespace tessera {
 struct Mosaic {
     Picture
         picture;  ///< visible pixels without gaps; several screens side by side, bottoms aligned, in the wall's order
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::vector<std::string> missing;  ///< tiles that are black because nobody draws them now
 };
 

@@ -49,17 +49,17 @@ Expected<Answer> run(Application& application, const verb::Status&) {
     const Expected<answer::Status> status = application.status();
     if (!status) return tl::unexpected(status.error());
     Answer answer;
-    answer.text = fmt::format("wall    {}, frame {}, change {}, epoch {}\n", status->wallName, status->frame,
-                              status->sequence, status->epoch);
+    answer.text = fmt::format("wall    {}, frame {}, change {}, epoch {}\n", status->wallName, status->frame.value,
+                              status->sequence.value, status->epoch.value);
     Json hosts = Json::array();
     std::size_t widest = 0;
     for (const answer::HostInfo& host : status->hosts) widest = std::max(widest, host.name.size());
     for (const answer::HostInfo& host : status->hosts) {
         answer.text += fmt::format("host    {:<{}}  {:<8} frame {}, round trip {:.3f} ms\n", host.name, widest,
-                                   host.state, host.lastShown, host.roundTripMs);
+                                   host.state, host.lastShown.value, host.roundTripMs);
         hosts.push_back({{"name", host.name},
                          {"state", host.state},
-                         {"last_shown", host.lastShown},
+                         {"last_shown", host.lastShown.value},
                          {"round_trip_ms", host.roundTripMs}});
     }
     if (!status->waitingFor.empty())
@@ -68,9 +68,9 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                                toHex(status->stateHash));
     answer.text += fmt::format("undo    {} changes\napplications  {}\n", status->undoDepth, status->applications);
     answer.json = {{"wall", status->wallName},
-                   {"epoch", status->epoch},
-                   {"frame", status->frame},
-                   {"sequence", status->sequence},
+                   {"epoch", status->epoch.value},
+                   {"frame", status->frame.value},
+                   {"sequence", status->sequence.value},
                    {"state_hash", toHex(status->stateHash)},
                    {"hosts", std::move(hosts)},
                    {"waiting_for", status->waitingFor},
@@ -199,15 +199,16 @@ Expected<Answer> run(Application& application, const verb::Snapshot& snapshot) {
     }
     if (!mosaic) return tl::unexpected(mosaic.error());
     const Picture& picture = mosaic->picture;
-    const Expected<void> written = writeFile(snapshot.file, encodePng(picture, mosaic->frame));
+    const Expected<void> written = writeFile(snapshot.file, encodePng(picture, mosaic->frame.value));
     if (!written) return tl::unexpected(written.error());
-    Answer answer{fmt::format("{}: {}x{}, frame {}\n", snapshot.file, picture.widthPx, picture.heightPx, mosaic->frame),
-                  {{"file", snapshot.file},
-                   {"width", picture.widthPx},
-                   {"height", picture.heightPx},
-                   {"frame", mosaic->frame},
-                   {"missing", mosaic->missing}},
-                  {}};
+    Answer answer{
+        fmt::format("{}: {}x{}, frame {}\n", snapshot.file, picture.widthPx, picture.heightPx, mosaic->frame.value),
+        {{"file", snapshot.file},
+         {"width", picture.widthPx},
+         {"height", picture.heightPx},
+         {"frame", mosaic->frame.value},
+         {"missing", mosaic->missing}},
+        {}};
     if (!mosaic->missing.empty())
         answer.warning = fmt::format("nobody draws {} now: black", fmt::join(mosaic->missing, ", "));
     return answer;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
 
@@ -45,7 +46,7 @@ bool RenderHost::perform(const Work& work) {
 bool RenderHost::on(const work::Configure& configure) {
     // Images of an earlier connection are asked for again by whoever still wants them.
     waitingImages_.clear();
-    auto wall = decodeWall(*configure.configuration);
+    auto wall = decodeWall(configure.configuration);
     if (!wall) return broken({wall.error().code, "the server's wall: " + wall.error().message});
     if (auto used = useWall(std::move(*wall)); !used) return broken(used.error());
     return true;
@@ -80,40 +81,41 @@ Expected<void> RenderHost::useWall(Wall wall) {
 }
 
 bool RenderHost::on(const work::ApplySnapshot& apply) {
-    if (auto applied = applySnapshot(apply.snapshot.list); !applied) {
+    if (auto applied = applySnapshot(*apply.snapshot.list); !applied) {
         tell(outcome::ApplyFailed{"the snapshot: " + applied.error().message});
         return true;
     }
-    sequence_ = apply.snapshot.sequence;
-    tell(outcome::Applied{apply.snapshot.sequence, aspect_.stateHash()});
+    sequence_ = apply.snapshot.list->sequence;
+    tell(outcome::Applied{sequence_, StateHash(aspect_.stateHash())});
     return true;
 }
 
 bool RenderHost::on(const work::ApplyChanges& apply) {
-    if (auto applied = applyList(apply.changes.list); !applied) {
-        tell(outcome::ApplyFailed{fmt::format("list {}: {}", apply.changes.sequence, applied.error().message)});
+    if (auto applied = applyList(*apply.changes.list); !applied) {
+        tell(outcome::ApplyFailed{
+            fmt::format("list {}: {}", apply.changes.list->sequence.value, applied.error().message)});
         return true;
     }
-    sequence_ = apply.changes.sequence;
-    tell(outcome::Applied{apply.changes.sequence, aspect_.stateHash()});
+    sequence_ = apply.changes.list->sequence;
+    tell(outcome::Applied{sequence_, StateHash(aspect_.stateHash())});
     return true;
 }
 
-Expected<void> RenderHost::applySnapshot(const SharedBytes& encoded) {
+Expected<void> RenderHost::applySnapshot(const CommittedList& committed) {
     // A snapshot starts from nothing: what was known of the scene before is void, come what may.
     aspect_ = Aspect();
     Expected<void> done;
-    if (encoded && !encoded->empty()) {
-        const auto list = decodeChangeList(*encoded, blobs_);
+    if (committed.changed()) {
+        const auto list = decodeChangeList(committed.encoded, blobs_);
         done = list ? aspect_.apply(*list) : tl::unexpected(list.error());
     }
     scene_.update(aspect_, nullptr);
     return done;
 }
 
-Expected<void> RenderHost::applyList(const SharedBytes& encoded) {
-    if (!encoded || encoded->empty()) return {};
-    const auto list = decodeChangeList(*encoded, blobs_);
+Expected<void> RenderHost::applyList(const CommittedList& committed) {
+    if (!committed.changed()) return {};
+    const auto list = decodeChangeList(committed.encoded, blobs_);
     if (!list) return tl::unexpected(list.error());
     if (auto applied = aspect_.apply(*list); !applied) return applied;
     scene_.update(aspect_, &*list);
@@ -121,39 +123,39 @@ Expected<void> RenderHost::applyList(const SharedBytes& encoded) {
 }
 
 bool RenderHost::on(const work::Draw& draw) {
-    const std::uint64_t frame = draw.begin.frame;
+    const FrameNumber frame = draw.begin.frame;
     injectBefore(frame);
-    if (options_.injection.at(Injection::Kind::kDrawFail, frame))
-        return broken({ErrorCode::kFailed, fmt::format("frame {}: an error injected by --inject", frame)});
-    const auto payload = draw.begin.payload ? decodeFrame(*draw.begin.payload) : Expected<FramePayload>(FramePayload{});
+    if (options_.injection.at(Injection::Kind::kDrawFail, frame.value))
+        return broken({ErrorCode::kFailed, fmt::format("frame {}: an error injected by --inject", frame.value)});
+    const auto payload = decodeFrame(draw.begin.payload);
     if (!payload) {
-        tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame, payload.error().message)});
+        tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame.value, payload.error().message)});
         return true;
     }
-    if (auto applied = applyList(payload->list); !applied) {
-        tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame, applied.error().message)});
+    if (auto applied = applyList(*draw.begin.list); !applied) {
+        tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame.value, applied.error().message)});
         return true;
     }
-    sequence_ = draw.begin.sequence;
+    sequence_ = draw.begin.list->sequence;
     std::vector<TileStats> stats;
     std::uint64_t skipped = 0;
     for (const auto& state : tiles_) {
         auto drawn = drawTile(*state, payload->view, frame);
         if (!drawn)
             return broken({drawn.error().code,
-                           fmt::format("frame {}, tile {}: {}", frame, state->tile.name, drawn.error().message)});
+                           fmt::format("frame {}, tile {}: {}", frame.value, state->tile.name, drawn.error().message)});
         stats.push_back(std::move(*drawn));
         skipped += state->skipped;
     }
     if (skipped != skippedBefore_ && skipped > 0)
-        log_.warning(
-            fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame, skipped));
+        log_.warning(fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame.value,
+                                 skipped));
     skippedBefore_ = skipped;
-    tell(outcome::Drawn{frame, aspect_.stateHash(), share(encodeStats(stats))});
+    tell(outcome::Drawn{frame, StateHash(aspect_.stateHash()), encodeStats(stats)});
     return true;
 }
 
-Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, std::uint64_t frame) {
+Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, FrameNumber frame) {
     auto painted = state.painter.paint(aspect_, scene_, *renderer_, tileCamera(wall_, state.tile, view));
     if (!painted) return tl::unexpected(painted.error());
     ++state.painted;
@@ -171,9 +173,9 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, std
             state.file = std::move(*file);
         }
         if (painted->again && !isNew)
-            state.file->prepareAgain(frame);
+            state.file->prepareAgain(frame.value);
         else
-            state.file->prepare(frame, *state.drawn);
+            state.file->prepare(frame.value, *state.drawn);
     }
     return TileStats{.tile = state.tile.name,
                      .cullMs = toMilliseconds(painted->cull),
@@ -203,7 +205,7 @@ Expected<void> RenderHost::showTile(TileState& state) {
     if (state.file)
         if (auto shown = state.file->show(); !shown) return shown;
     if (options_.keepFrames && !options_.output.empty())
-        writer_->writePng(pngPath(state), state.shown, state.shownFrame);
+        writer_->writePng(pngPath(state), state.shown, state.shownFrame.value);
     return {};
 }
 
@@ -238,7 +240,7 @@ void RenderHost::sendImages(const WaitingImages& waiting) {
         message::TileImage image{
             .request = waiting.request.request, .frame = state->shownFrame, .tile = state->tile.name};
         writer_->encodePng(
-            state->shown, state->shownFrame,
+            state->shown, state->shownFrame.value,
             [report = report_, attempt = waiting.attempt, image = std::move(image)](SharedBytes png) mutable {
                 image.png = std::move(png);
                 report({attempt, outcome::Image{std::move(image)}});
@@ -252,22 +254,22 @@ bool RenderHost::on(const work::Finish&) {
                               state->painted, state->again));
     if (!options_.keepFrames && !options_.output.empty())
         for (const auto& state : tiles_)
-            if (state->shown) writer_->writePng(pngPath(*state), state->shown, state->shownFrame);
+            if (state->shown) writer_->writePng(pngPath(*state), state->shown, state->shownFrame.value);
     if (!writer_->finish()) return broken({ErrorCode::kFailed, "not every picture could be written"});
     return false;
 }
 
-void RenderHost::injectBefore(std::uint64_t frame) {
+void RenderHost::injectBefore(FrameNumber frame) {
     const Injection& injection = options_.injection;
-    if (injection.at(Injection::Kind::kDrawHang, frame)) {
-        log_.warning(fmt::format("frame {}: the draw thread hangs, as --inject asks for", frame));
+    if (injection.at(Injection::Kind::kDrawHang, frame.value)) {
+        log_.warning(fmt::format("frame {}: the draw thread hangs, as --inject asks for", frame.value));
         while (true) std::this_thread::sleep_for(std::chrono::hours(1));
     }
-    if (injection.at(Injection::Kind::kDrawSlow, frame)) {
-        log_.warning(fmt::format("frame {}: the draw thread pauses, as --inject asks for", frame));
+    if (injection.at(Injection::Kind::kDrawSlow, frame.value)) {
+        log_.warning(fmt::format("frame {}: the draw thread pauses, as --inject asks for", frame.value));
         std::this_thread::sleep_for(injection.pause);
     }
-    if (injection.at(Injection::Kind::kCorrupt, frame)) corruptOneField();
+    if (injection.at(Injection::Kind::kCorrupt, frame.value)) corruptOneField();
 }
 
 void RenderHost::corruptOneField() {
@@ -292,7 +294,7 @@ bool RenderHost::broken(const Error& error) {
 }
 
 std::string RenderHost::pngPath(const TileState& state) const {
-    return fmt::format("{}/tiles/{}/{:06}.png", options_.output, state.tile.name, state.shownFrame);
+    return fmt::format("{}/tiles/{}/{:06}.png", options_.output, state.tile.name, state.shownFrame.value);
 }
 
 }  // namespace tessera

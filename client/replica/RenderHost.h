@@ -46,7 +46,7 @@ private:
         Tile tile;
         TilePainter painter;
         std::shared_ptr<const Picture> drawn, shown;
-        std::uint64_t drawnFrame = 0, shownFrame = 0;
+        FrameNumber drawnFrame, shownFrame;
         std::optional<SharedFrameWriter> file;
         std::uint64_t painted = 0, again = 0;  ///< frames, and those of them that needed no new picture
         std::uint64_t skipped = 0;             ///< items that the picture lacks because they cannot be drawn
@@ -66,11 +66,11 @@ private:
     bool on(const work::Finish& finish);
 
     [[nodiscard]] Expected<void> useWall(Wall wall);
-    [[nodiscard]] Expected<void> applySnapshot(const SharedBytes& encoded);
-    [[nodiscard]] Expected<void> applyList(const SharedBytes& encoded);
-    [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, std::uint64_t frame);
+    [[nodiscard]] Expected<void> applySnapshot(const CommittedList& committed);
+    [[nodiscard]] Expected<void> applyList(const CommittedList& committed);
+    [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, FrameNumber frame);
     [[nodiscard]] Expected<void> showTile(TileState& state);
-    void injectBefore(std::uint64_t frame);
+    void injectBefore(FrameNumber frame);
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
     bool broken(const Error& error);
@@ -84,7 +84,7 @@ private:
     std::function<void(Outcome)> report_;
 
     Attempt attempt_;
-    std::uint64_t sequence_ = 0;  ///< of the replica
+    Sequence sequence_;  ///< of the replica
     Wall wall_;
     Aspect aspect_;
     RenderScene scene_;

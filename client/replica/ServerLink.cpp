@@ -139,17 +139,17 @@ void ServerLink::carryOut(ClientActions actions) {
         } else if (const auto* wall = std::get_if<client_action::Configured>(&action)) {
             configured(*wall);
         } else if (auto* snapshot = std::get_if<client_action::ApplySnapshot>(&action)) {
-            give(work::ApplySnapshot{std::move(snapshot->snapshot)});
+            give(std::move(*snapshot));
         } else if (auto* changes = std::get_if<client_action::ApplyChanges>(&action)) {
-            give(work::ApplyChanges{std::move(changes->changes)});
+            give(std::move(*changes));
         } else if (auto* draw = std::get_if<client_action::Draw>(&action)) {
-            give(work::Draw{std::move(draw->begin)});
+            give(std::move(*draw));
         } else if (const auto* show = std::get_if<client_action::Show>(&action)) {
-            give(work::Show{show->frame});
+            give(*show);
         } else if (const auto* describe = std::get_if<client_action::DescribeState>(&action)) {
-            give(work::Describe{describe->query});
+            give(*describe);
         } else if (const auto* images = std::get_if<client_action::SendImages>(&action)) {
-            give(work::SendImages{images->request});
+            give(*images);
         } else if (const auto* blob = std::get_if<client_action::StoreBlob>(&action)) {
             store(blob->blob);
         } else if (const auto* broken = std::get_if<client_action::Disconnect>(&action)) {
@@ -176,8 +176,8 @@ void ServerLink::configured(const client_action::Configured& configured) {
     epoch_ = configured.epoch;
     pause_ = options_.firstPause;
     lastReason_.clear();
-    log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), epoch_));
-    give(work::Configure{configured.configuration});
+    log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), epoch_.value));
+    give(configured);
 }
 
 void ServerLink::store(const Blob& blob) {

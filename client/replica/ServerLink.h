@@ -74,7 +74,7 @@ private:
     Attempt attempt_;
     std::unique_ptr<ClientSession> session_;  ///< null between attempts
     std::map<ChannelKind, LinkId> links_;
-    std::uint64_t epoch_ = 0;
+    Epoch epoch_;
     std::optional<TimePoint> dialAt_;
     std::chrono::milliseconds pause_;
     std::string lastReason_;  ///< a server that is not there is mentioned once, not once a second

@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "common/base/Clock.h"
-#include "common/session/Messages.h"
+#include "common/session/ClientSession.h"
 
 namespace tessera {
 
@@ -13,29 +13,15 @@ namespace tessera {
 using Attempt = StrongId<struct AttemptTag>;
 
 namespace work {
-/// The wall, as the server hands it out. Not answered.
-struct Configure {
-    SharedBytes configuration;
-};
-struct ApplySnapshot {
-    message::Snapshot snapshot;
-};
-struct ApplyChanges {
-    message::Changes changes;
-};
-struct Draw {
-    message::Begin begin;
-};
-struct Show {
-    std::uint64_t frame = 0;
-};
-struct Describe {
-    message::HashQuery query;
-};
+// What the session asks for, as it asks for it.
+using Configure = client_action::Configured;  ///< not answered
+using ApplySnapshot = client_action::ApplySnapshot;
+using ApplyChanges = client_action::ApplyChanges;
+using Draw = client_action::Draw;
+using Show = client_action::Show;
+using Describe = client_action::DescribeState;
 /// Answered by one Image per tile, at once or when a frame that is late enough is shown.
-struct SendImages {
-    message::ImageRequest request;
-};
+using SendImages = client_action::SendImages;
 /// The show is over: write what is shown. The last piece of work.
 struct Finish {};
 }  // namespace work
@@ -49,17 +35,19 @@ struct Work {
 
 namespace outcome {
 struct Applied {
-    std::uint64_t sequence = 0, stateHash = 0;
+    Sequence sequence;
+    StateHash stateHash;
 };
 struct ApplyFailed {
     std::string reason;
 };
 struct Drawn {
-    std::uint64_t frame = 0, stateHash = 0;
-    SharedBytes stats;
+    FrameNumber frame;
+    StateHash stateHash;
+    ByteSlice stats;
 };
 struct Shown {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     TimePoint at;
 };
 struct Described {

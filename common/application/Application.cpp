@@ -82,7 +82,7 @@ bool Application::Impl::take(TimePoint deadline, std::optional<message::Reply>* 
     } else if (auto* end = std::get_if<incoming::Ended>(&*value)) {
         ended = std::move(*end);
     } else if (auto* configured = std::get_if<incoming::Configured>(&*value)) {
-        Expected<Wall> decoded = decodeWall(*configured->wall);
+        Expected<Wall> decoded = decodeWall(configured->wall);
         if (decoded)
             wall = std::move(*decoded);
         else
@@ -120,13 +120,14 @@ Expected<void> Application::Impl::apply(incoming::List list) {
         haveScene = true;
     }
     if (auto applied = aspect.apply(*list.list); !applied)
-        return failWith(fmt::format("change list {} of the server does not fit the scene here", list.sequence.value),
-                        applied.error());
-    if (aspect.stateHash() != list.stateHash)
+        return failWith(
+            fmt::format("change list {} of the server does not fit the scene here", list.committed->sequence.value),
+            applied.error());
+    if (StateHash(aspect.stateHash()) != list.committed->stateHash)
         return fail(ErrorCode::kFailed,
                     fmt::format("after change list {} the scene here differs from the server's; connect again",
-                                list.sequence.value));
-    sequence = list.sequence;
+                                list.committed->sequence.value));
+    sequence = list.committed->sequence;
     if (const auto callback = changesCallback) callback(*list.list, sequence);
     return {};
 }
@@ -155,7 +156,7 @@ void Application::Impl::tell(const ApplicationNotice& notice) {
 Expected<ApplicationAnswer> Application::Impl::ask(const ApplicationRequest& request, milliseconds timeout) {
     if (ended) return tl::unexpected(ended->error);
     const TimePoint deadline = now() + timeout;
-    connection.request(++lastRequest, share(encodeRequest(request)));
+    connection.request(++lastRequest, encodeRequest(request));
     std::optional<message::Reply> reply;
     while (!reply) {
         if (take(deadline, &reply)) continue;
@@ -164,7 +165,7 @@ Expected<ApplicationAnswer> Application::Impl::ask(const ApplicationRequest& req
                     fmt::format("the server at {} did not answer within {} ms", options.address, timeout.count()));
     }
     if (!reply->error.empty()) return fail(reply->code, std::move(reply->error));
-    return decodeAnswer(*reply->body);
+    return decodeAnswer(reply->body);
 }
 
 Expected<answer::Committed> Application::Impl::settled(Expected<answer::Committed> committed) {
@@ -290,7 +291,7 @@ Expected<void> Application::onFrame(std::function<void(const notice::Frame&)> ca
 }
 
 Expected<answer::Committed> Application::propose(const ChangeList& list) {
-    request::Propose proposal{share(encodeChangeList(list)), {}};
+    request::Propose proposal{encodeChangeList(list), {}};
     for (const Blob& blob : blobsOf(list))
         if (blob.resident()) proposal.blobs.push_back(blob.shared());
     return impl_->settled(impl_->askFor<answer::Committed>(proposal));

@@ -56,13 +56,13 @@ std::optional<Incoming> Connection::next(Duration timeout) {
     std::optional<Incoming> value = out_.popFor(timeout);
     if (value) {
         --waiting_;
-        if (const auto* list = std::get_if<incoming::List>(&*value)) waitingBytes_ -= list->encodedBytes;
+        if (const auto* list = std::get_if<incoming::List>(&*value)) waitingBytes_ -= list->committed->encoded.size();
         if (const auto* notice = std::get_if<incoming::Notice>(&*value)) waitingBytes_ -= notice->encodedBytes;
     }
     return value;
 }
 
-void Connection::request(std::uint64_t id, SharedBytes body) {
+void Connection::request(std::uint64_t id, ByteSlice body) {
     events_.push(message::Request{id, std::move(body)});
 }
 
@@ -110,13 +110,13 @@ void Connection::carryOut(ClientActions actions) {
     const auto more = [&](ClientActions next) {
         pending.insert(pending.end(), std::make_move_iterator(next.begin()), std::make_move_iterator(next.end()));
     };
-    const auto apply = [&](bool whole, std::uint64_t sequence, std::uint64_t hash, const SharedBytes& bytes) {
+    const auto apply = [&](bool whole, const CommittedListPtr& committed) {
         if (options_.lists) {
-            Expected<ChangeListPtr> list = decode(bytes);
+            Expected<ChangeListPtr> list = decode(committed->encoded);
             if (!list) return more(session_.applyFailed(list.error().message));
-            handOut({whole, Sequence{sequence}, hash, std::move(*list), bytes->size()});
+            handOut({whole, committed, std::move(*list)});
         }
-        more(session_.applied(sequence, hash));
+        more(session_.applied(committed->sequence, committed->stateHash));
     };
     while (!pending.empty() && !ended_) {
         const ClientAction action = std::move(pending.front());
@@ -131,18 +131,18 @@ void Connection::carryOut(ClientActions actions) {
             ++waiting_;
             out_.tryPush(incoming::Configured{configured->configuration});
         } else if (const auto* whole = std::get_if<client_action::ApplySnapshot>(&action)) {
-            apply(true, whole->snapshot.sequence, whole->snapshot.stateHash, whole->snapshot.list);
+            apply(true, whole->snapshot.list);
         } else if (const auto* part = std::get_if<client_action::ApplyChanges>(&action)) {
-            apply(false, part->changes.sequence, part->changes.stateHash, part->changes.list);
+            apply(false, part->changes.list);
         } else if (const auto* blob = std::get_if<client_action::StoreBlob>(&action)) {
             store(blob->blob);
         } else if (const auto* reply = std::get_if<client_action::ReplyReceived>(&action)) {
             ++waiting_;
             out_.tryPush(incoming::Reply{reply->reply});
         } else if (const auto* notice = std::get_if<client_action::NoticeReceived>(&action)) {
-            Expected<ApplicationNotice> decoded = decodeNotice(*notice->notice.body);
+            Expected<ApplicationNotice> decoded = decodeNotice(notice->notice.body);
             // One who does not poll misses notices, the newest first; lists it must not miss.
-            const std::size_t bytes = notice->notice.body->size();
+            const std::size_t bytes = notice->notice.body.size();
             if (decoded && waiting_ < options_.maxWaiting && waitingBytes_ + bytes <= options_.maxWaitingBytes / 2) {
                 ++waiting_;
                 waitingBytes_ += bytes;
@@ -177,9 +177,9 @@ void Connection::store(const Blob& blob) {
     }
 }
 
-Expected<ChangeListPtr> Connection::decode(const SharedBytes& bytes) {
+Expected<ChangeListPtr> Connection::decode(ByteSpan bytes) {
     // A blob that went with its last object and came back by an undo may be gone here: its handle is absent then.
-    Expected<ChangeList> list = decodeChangeList(*bytes, store_, AbsentBlobs::kKeepAbsent);
+    Expected<ChangeList> list = decodeChangeList(bytes, store_, AbsentBlobs::kKeepAbsent);
     if (!list) return tl::unexpected(list.error());
     return std::make_shared<const ChangeList>(std::move(*list));
 }
@@ -191,7 +191,7 @@ void Connection::handOut(incoming::List list) {
              fmt::format("{} changes waited for the application to poll, which is the most that may", waiting_.load())},
             false);
     ++waiting_;
-    waitingBytes_ += list.encodedBytes;
+    waitingBytes_ += list.committed->encoded.size();
     out_.tryPush(std::move(list));
 }
 

@@ -18,15 +18,13 @@ namespace tessera {
 namespace incoming {
 /// The server has accepted us.
 struct Configured {
-    SharedBytes wall;
+    ByteSlice wall;
 };
-/// A committed list, or with `whole` the list that makes the scene from nothing.
+/// A committed list, or with `whole` the list that makes the scene from nothing: as it came, and decoded.
 struct List {
     bool whole = false;
-    Sequence sequence;
-    std::uint64_t stateHash = 0;
+    CommittedListPtr committed;
     ChangeListPtr list;
-    std::size_t encodedBytes = 0;
 };
 struct Reply {
     message::Reply reply;
@@ -66,7 +64,7 @@ public:
     /// Nothing when none came within `timeout`.
     [[nodiscard]] std::optional<Incoming> next(Duration timeout);
     /// The answer comes as a Reply with this id, or Ended.
-    void request(std::uint64_t id, SharedBytes body);
+    void request(std::uint64_t id, ByteSlice body);
 
 private:
     using Event = std::variant<LinkEvent, message::Request>;
@@ -77,7 +75,7 @@ private:
     void carryOut(const client_action::Send& action);
     void open(ChannelKind channel);
     void store(const Blob& blob);
-    Expected<ChangeListPtr> decode(const SharedBytes& bytes);
+    Expected<ChangeListPtr> decode(ByteSpan bytes);
     void handOut(incoming::List list);
     void end(Error error, bool over);
 
@@ -92,7 +90,7 @@ private:
     std::vector<Blob> arrived_;  ///< handles that keep blobs findable until lists name them, oldest first
     std::size_t arrivedBytes_ = 0;
     std::map<ChannelKind, LinkId> links_;
-    std::uint64_t epoch_ = 0;
+    Epoch epoch_;
     bool welcomed_ = false;
     bool ended_ = false;
 

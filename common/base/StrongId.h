@@ -14,6 +14,8 @@ struct StrongId {
     constexpr StrongId() = default;
     constexpr explicit StrongId(Value v) : value(v) {}
     constexpr auto operator<=>(const StrongId&) const = default;
+    /// The one that follows, where ids are counted (sequences, frames).
+    [[nodiscard]] constexpr StrongId next() const { return StrongId(static_cast<Value>(value + 1)); }
     /// Zero means "none" wherever an id may be absent.
     [[nodiscard]] constexpr explicit operator bool() const { return value != Value{}; }
 };

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/base/Blob.h"
-#include "common/base/StrongId.h"
+#include "common/base/HistoryIds.h"
 
 namespace tessera {
 
@@ -24,12 +24,7 @@ inline constexpr std::uint64_t kFirstPlaceholder = std::uint64_t{1} << 63;
 /// The node that every scene has: exists in the empty scene, cannot be moved or destroyed.
 inline constexpr ObjectId kRootNode{1};
 
-/// Position of a list in the history of one epoch; the first committed list is 1.
-using Sequence = StrongId<struct SequenceTag>;
-/// Grows with every start of a server.
-using Epoch = StrongId<struct EpochTag>;
-/// Frames are numbered from 0; simulation time of frame n is n / 60 s.
-using FrameNumber = std::uint64_t;
+/// Of simulation time.
 inline constexpr double kSecondsPerFrame = 1.0 / 60.0;
 
 using ObjectType = StrongId<struct ObjectTypeTag, std::uint16_t>;

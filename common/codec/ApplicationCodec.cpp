@@ -6,6 +6,7 @@
 
 #include "common/codec/ApplicationCollisionParts.h"
 #include "common/codec/Parts.h"
+#include "common/codec/Unpacker.h"
 #include "proto/application.pb.h"
 
 namespace tessera {
@@ -23,13 +24,6 @@ struct IdPair {
 
 using Parts = std::vector<ByteSpan>;
 
-ByteSpan spanOf(const SharedBytes& bytes) {
-    return bytes ? ByteSpan(*bytes) : ByteSpan();
-}
-SharedBytes copyOf(ByteSpan bytes) {
-    return share(Bytes(bytes.begin(), bytes.end()));
-}
-
 void put(pb::Vector* out, const Vec3d& v) {
     out->set_x(v.x());
     out->set_y(v.y());
@@ -44,21 +38,21 @@ void put(pb::Picked* out, const answer::Picked& picked) {
     out->set_y_px(picked.yPx);
 }
 void put(pb::Contacts* out, const answer::Contacts& contacts) {
-    out->set_frame(contacts.frame);
+    out->set_frame(contacts.frame.value);
     out->set_begun(contacts.begun);
     out->set_left_out(contacts.leftOut);
     out->set_not_looked_at(contacts.notLookedAt);
 }
 void put(pb::PairEvents* out, const answer::PairEvents& events) {
-    out->set_frame(events.frame);
+    out->set_frame(events.frame.value);
     out->set_left_out(events.leftOut);
 }
 void put(pb::Distances* out, const answer::Distances& distances) {
-    out->set_frame(distances.frame);
+    out->set_frame(distances.frame.value);
     out->set_left_out(distances.leftOut);
 }
 void put(pb::Questions* out, const answer::Questions& questions) {
-    out->set_frame(questions.frame);
+    out->set_frame(questions.frame.value);
     out->set_unanswered(questions.unanswered);
 }
 void put(pb::Rotation* out, const Quatd& q) {
@@ -68,31 +62,14 @@ void put(pb::Rotation* out, const Quatd& q) {
     out->set_z(q.z());
 }
 
-/// Checks what a head says; keeps the first thing that is wrong.
-class Unpacker {
+/// With the values that several messages of applications hold, and their limits.
+class ApplicationUnpacker : public Unpacker {
 public:
-    Unpacker(Parts parts, const ApplicationLimits& limits) : parts_(std::move(parts)), limits_(limits) {}
+    ApplicationUnpacker(const ByteSlice& whole, Parts parts, const ApplicationLimits& limits)
+        : Unpacker(whole, std::move(parts), limits.maxTextBytes), limits_(limits) {}
 
-    [[nodiscard]] const std::optional<Error>& error() const { return error_; }
     [[nodiscard]] const ApplicationLimits& limits() const { return limits_; }
-    [[nodiscard]] std::size_t partCount() const { return parts_.size(); }
-    [[nodiscard]] ByteSpan part(std::size_t i) const { return parts_[i]; }
 
-    void refuse(ErrorCode code, std::string message) {
-        if (!error_) error_ = Error{code, std::move(message)};
-    }
-    void expectParts(std::size_t count) {
-        if (parts_.size() == count) return;
-        refuse(ErrorCode::kBadInput, fmt::format("it has {} parts instead of {}", parts_.size(), count));
-        parts_.resize(count);
-    }
-    bool within(std::size_t count, std::size_t most, std::string_view what) {
-        if (count > most) refuse(ErrorCode::kLimit, fmt::format("{} {}; at most {} are allowed", count, what, most));
-        return count <= most;
-    }
-    std::string text(const std::string& value) {
-        return within(value.size(), limits_.maxTextBytes, "bytes of text") ? value : std::string();
-    }
     template <typename Texts>
     std::vector<std::string> texts(const Texts& values, std::size_t most) {
         std::vector<std::string> out;
@@ -111,29 +88,25 @@ public:
             refuse(ErrorCode::kBadInput, "a quaternion of no length");
         return q;
     }
-    template <typename Record>
-    std::vector<Record> records(std::size_t part, std::size_t most) {
-        return taken(recordsFrom<Record>(parts_[part], most));
-    }
     answer::Picked picked(const pb::Picked& p) {
         return {p.hit(), ObjectId{p.node()}, p.face(), vector(p.point()), finite(p.x_px()), finite(p.y_px())};
     }
     answer::Contacts contacts(const pb::Contacts& head) {
         expectCollision(1);
-        return {head.frame(), head.begun(), taken(unpackContacts(parts_[0], limits_.maxContacts)), head.left_out(),
-                head.not_looked_at()};
+        return {FrameNumber(head.frame()), head.begun(), taken(unpackContacts(part(0), limits_.maxContacts)),
+                head.left_out(), head.not_looked_at()};
     }
     answer::PairEvents events(const pb::PairEvents& head) {
         expectCollision(1);
-        return {head.frame(), taken(unpackEvents(parts_[0], limits_.maxEvents)), head.left_out()};
+        return {FrameNumber(head.frame()), taken(unpackEvents(part(0), limits_.maxEvents)), head.left_out()};
     }
     answer::Distances distances(const pb::Distances& head) {
         expectCollision(1);
-        return {head.frame(), taken(unpackDistances(parts_[0], limits_.maxDistances)), head.left_out()};
+        return {FrameNumber(head.frame()), taken(unpackDistances(part(0), limits_.maxDistances)), head.left_out()};
     }
     answer::Questions questions(const pb::Questions& head) {
         expectCollision(2);
-        return {head.frame(), taken(unpackQuestions(parts_[0], limits_.maxQuestions)),
+        return {FrameNumber(head.frame()), taken(unpackQuestions(part(0), limits_.maxQuestions)),
                 records<std::uint64_t>(1, limits_.maxQuestions), head.unanswered()};
     }
 
@@ -142,31 +115,24 @@ private:
     void expectCollision(std::size_t count) {
         expectParts(count);
         std::size_t bytes = 0;
-        for (const ByteSpan part : parts_) bytes += part.size();
-        if (!within(bytes, limits_.maxCollisionBytes, "bytes of collisions")) parts_.assign(count, {});
-    }
-    template <typename Value>
-    std::vector<Value> taken(Expected<std::vector<Value>> values) {
-        if (values) return std::move(*values);
-        refuse(values.error().code, values.error().message);
-        return {};
+        for (std::size_t i = 0; i < count; ++i) bytes += part(i).size();
+        if (!within(bytes, limits_.maxCollisionBytes, "bytes of collisions")) dropParts();
     }
 
-    Parts parts_;
     const ApplicationLimits& limits_;
-    std::optional<Error> error_;
 };
 
 /// Splits, parses and unpacks; `unpack(head, in)` gives the value.
 template <typename Head, typename Unpack>
-auto decode(ByteSpan bytes, std::string_view what, std::size_t maxParts, const ApplicationLimits& limits, Unpack unpack)
-    -> Expected<decltype(unpack(std::declval<const Head&>(), std::declval<Unpacker&>()))> {
+auto decode(const ByteSlice& bytes, std::string_view what, std::size_t maxParts, const ApplicationLimits& limits,
+            Unpack unpack)
+    -> Expected<decltype(unpack(std::declval<const Head&>(), std::declval<ApplicationUnpacker&>()))> {
     auto split = splitParts(bytes, kMaxHeadBytes, maxParts);
     if (!split) return failWith(fmt::format("a malformed {}", what), split.error());
     Head head;
     if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
         return fail(ErrorCode::kBadInput, fmt::format("a malformed {}: its head is no protobuf message", what));
-    Unpacker in(std::move(split->parts), limits);
+    ApplicationUnpacker in(bytes, std::move(split->parts), limits);
     auto value = unpack(head, in);
     if (in.error()) return failWith(fmt::format("a malformed {}", what), *in.error());
     return value;
@@ -176,8 +142,8 @@ auto decode(ByteSpan bytes, std::string_view what, std::size_t maxParts, const A
 
 void pack(const request::Propose& r, pb::RequestHead& head, Parts& parts) {
     head.mutable_propose();
-    parts.push_back(spanOf(r.list));
-    for (const SharedBytes& blob : r.blobs) parts.push_back(spanOf(blob));
+    parts.push_back(r.list);
+    for (const ByteSlice& blob : r.blobs) parts.push_back(blob);
 }
 void pack(const request::Undo&, pb::RequestHead& head, Parts&) {
     head.mutable_undo();
@@ -237,19 +203,19 @@ void pack(const request::Respond& r, pb::RequestHead& head, Parts&) {
     put(out.mutable_scale(), r.pose.scale);
 }
 
-ApplicationRequest unpackPropose(Unpacker& in) {
+ApplicationRequest unpackPropose(ApplicationUnpacker& in) {
     request::Propose out;
     if (in.partCount() == 0) {
         in.refuse(ErrorCode::kBadInput, "a proposal without a list");
         return out;
     }
-    out.list = copyOf(in.part(0));
+    out.list = in.bytes(0);
     out.blobs.reserve(in.partCount() - 1);
-    for (std::size_t i = 1; i < in.partCount(); ++i) out.blobs.push_back(copyOf(in.part(i)));
+    for (std::size_t i = 1; i < in.partCount(); ++i) out.blobs.push_back(in.bytes(i));
     return out;
 }
 
-ApplicationRequest unpackSetView(const pb::SetView& head, Unpacker& in) {
+ApplicationRequest unpackSetView(const pb::SetView& head, ApplicationUnpacker& in) {
     request::SetView out;
     if (head.has_position()) out.position = in.vector(head.position());
     if (head.has_orientation()) out.orientation = in.rotation(head.orientation());
@@ -273,7 +239,7 @@ ApplicationRequest unpackSubscribe(const pb::Subscribe& head) {
                               .questions = head.questions()};
 }
 
-ApplicationRequest unpackRespond(const pb::Respond& head, Unpacker& in) {
+ApplicationRequest unpackRespond(const pb::Respond& head, ApplicationUnpacker& in) {
     using Decision = request::Respond::Decision;
     request::Respond out;
     out.question = head.question();
@@ -288,7 +254,7 @@ ApplicationRequest unpackRespond(const pb::Respond& head, Unpacker& in) {
     return out;
 }
 
-ApplicationRequest unpackRequest(const pb::RequestHead& head, Unpacker& in) {
+ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacker& in) {
     if (head.what_case() != pb::RequestHead::kPropose) in.expectParts(0);
     switch (head.what_case()) {
         case pb::RequestHead::kPropose:
@@ -370,15 +336,15 @@ Bytes join(const answer::Committed& a, pb::AnswerHead& head) {
 Bytes join(const answer::Status& a, pb::AnswerHead& head) {
     pb::Status& out = *head.mutable_status();
     out.set_wall_name(a.wallName);
-    out.set_epoch(a.epoch);
-    out.set_frame(a.frame);
-    out.set_sequence(a.sequence);
-    out.set_state_hash(a.stateHash);
+    out.set_epoch(a.epoch.value);
+    out.set_frame(a.frame.value);
+    out.set_sequence(a.sequence.value);
+    out.set_state_hash(a.stateHash.value);
     for (const answer::HostInfo& host : a.hosts) {
         pb::HostInfo& info = *out.add_hosts();
         info.set_name(host.name);
         info.set_state(host.state);
-        info.set_last_shown(host.lastShown);
+        info.set_last_shown(host.lastShown.value);
         info.set_round_trip_ms(host.roundTripMs);
     }
     for (const std::string& name : a.waitingFor) out.add_waiting_for(name);
@@ -404,15 +370,15 @@ Bytes join(const answer::Images& a, pb::AnswerHead& head) {
         pb::TileImage& out = *head.mutable_images()->add_tiles();
         out.set_tile(image.tile);
         out.set_host(image.host);
-        out.set_frame(image.frame);
-        pngs.push_back(spanOf(image.png));
+        out.set_frame(image.frame.value);
+        pngs.push_back(image.png);
     }
     for (const std::string& name : a.missing) head.mutable_images()->add_missing(name);
     if (a.tiles.empty()) head.mutable_images();
     return joinParts(head, pngs);
 }
 
-answer::Committed unpackCommitted(const pb::Committed& head, Unpacker& in) {
+answer::Committed unpackCommitted(const pb::Committed& head, ApplicationUnpacker& in) {
     in.expectParts(2);
     answer::Committed out{Sequence{head.sequence()}, {}, {}};
     const auto ids = in.records<IdPair>(0, in.limits().maxIds);
@@ -424,18 +390,18 @@ answer::Committed unpackCommitted(const pb::Committed& head, Unpacker& in) {
     return out;
 }
 
-answer::Status unpackStatus(const pb::Status& head, Unpacker& in) {
+answer::Status unpackStatus(const pb::Status& head, ApplicationUnpacker& in) {
     in.expectParts(0);
     answer::Status out;
     out.wallName = in.text(head.wall_name());
-    out.epoch = head.epoch();
-    out.frame = head.frame();
-    out.sequence = head.sequence();
-    out.stateHash = head.state_hash();
+    out.epoch = Epoch(head.epoch());
+    out.frame = FrameNumber(head.frame());
+    out.sequence = Sequence(head.sequence());
+    out.stateHash = StateHash(head.state_hash());
     if (in.within(static_cast<std::size_t>(head.hosts_size()), in.limits().maxHosts, "hosts"))
         for (const pb::HostInfo& host : head.hosts())
-            out.hosts.push_back(
-                {in.text(host.name()), in.text(host.state()), host.last_shown(), in.finite(host.round_trip_ms())});
+            out.hosts.push_back({in.text(host.name()), in.text(host.state()), FrameNumber(host.last_shown()),
+                                 in.finite(host.round_trip_ms())});
     out.waitingFor = in.texts(head.waiting_for(), in.limits().maxHosts);
     out.objects = head.objects();
     out.nodes = head.nodes();
@@ -444,19 +410,19 @@ answer::Status unpackStatus(const pb::Status& head, Unpacker& in) {
     return out;
 }
 
-answer::Images unpackImages(const pb::Images& head, Unpacker& in) {
+answer::Images unpackImages(const pb::Images& head, ApplicationUnpacker& in) {
     answer::Images out;
     const auto count = static_cast<std::size_t>(head.tiles_size());
     in.expectParts(count);
     for (std::size_t i = 0; i < count; ++i) {
         const pb::TileImage& image = head.tiles(static_cast<int>(i));
-        out.tiles.push_back({in.text(image.tile()), in.text(image.host()), image.frame(), copyOf(in.part(i))});
+        out.tiles.push_back({in.text(image.tile()), in.text(image.host()), FrameNumber(image.frame()), in.bytes(i)});
     }
     out.missing = in.texts(head.missing(), in.limits().maxTiles);
     return out;
 }
 
-ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, Unpacker& in) {
+ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, ApplicationUnpacker& in) {
     switch (head.what_case()) {
         case pb::AnswerHead::kDone:
             in.expectParts(0);
@@ -491,7 +457,7 @@ ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, Unpacker& in) {
 // ---- notices
 
 Bytes join(const notice::Frame& n, pb::NoticeHead& head) {
-    head.mutable_frame()->set_frame(n.frame);
+    head.mutable_frame()->set_frame(n.frame.value);
     for (const std::string& name : n.shown) head.mutable_frame()->add_shown(name);
     for (const std::string& name : n.held) head.mutable_frame()->add_held(name);
     return joinParts(head, {});
@@ -501,11 +467,12 @@ Bytes join(const answer::Picked& n, pb::NoticeHead& head) {
     return joinParts(head, {});
 }
 
-ApplicationNotice unpackNotice(const pb::NoticeHead& head, Unpacker& in) {
+ApplicationNotice unpackNotice(const pb::NoticeHead& head, ApplicationUnpacker& in) {
     switch (head.what_case()) {
         case pb::NoticeHead::kFrame:
             in.expectParts(0);
-            return notice::Frame{head.frame().frame(), in.texts(head.frame().shown(), in.limits().maxHosts),
+            return notice::Frame{FrameNumber(head.frame().frame()),
+                                 in.texts(head.frame().shown(), in.limits().maxHosts),
                                  in.texts(head.frame().held(), in.limits().maxHosts)};
         case pb::NoticeHead::kContacts:
             return in.contacts(head.contacts());
@@ -534,7 +501,7 @@ Bytes encodeRequest(const ApplicationRequest& request) {
     return joinParts(head, parts);
 }
 
-Expected<ApplicationRequest> decodeRequest(ByteSpan bytes, const ApplicationLimits& limits) {
+Expected<ApplicationRequest> decodeRequest(const ByteSlice& bytes, const ApplicationLimits& limits) {
     return decode<pb::RequestHead>(bytes, "request", limits.maxBlobs + 1, limits, unpackRequest);
 }
 
@@ -543,7 +510,7 @@ Bytes encodeAnswer(const ApplicationAnswer& answer) {
     return std::visit([&](const auto& a) { return join(a, head); }, answer);
 }
 
-Expected<ApplicationAnswer> decodeAnswer(ByteSpan bytes, const ApplicationLimits& limits) {
+Expected<ApplicationAnswer> decodeAnswer(const ByteSlice& bytes, const ApplicationLimits& limits) {
     return decode<pb::AnswerHead>(bytes, "answer", limits.maxTiles, limits, unpackAnswer);
 }
 
@@ -552,7 +519,7 @@ Bytes encodeNotice(const ApplicationNotice& notice) {
     return std::visit([&](const auto& n) { return join(n, head); }, notice);
 }
 
-Expected<ApplicationNotice> decodeNotice(ByteSpan bytes, const ApplicationLimits& limits) {
+Expected<ApplicationNotice> decodeNotice(const ByteSlice& bytes, const ApplicationLimits& limits) {
     return decode<pb::NoticeHead>(bytes, "notice", 2, limits, unpackNotice);
 }
 

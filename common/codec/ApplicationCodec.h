@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "common/base/Bytes.h"
+#include "common/base/ByteSlice.h"
 #include "common/base/Error.h"
 #include "common/change/Value.h"
 #include "common/codec/ApplicationCollision.h"
@@ -19,8 +19,8 @@ namespace request {
 
 /// An encoded ChangeList (ChangeCodec); new objects carry placeholders. Blobs it names are uploaded in `blobs`.
 struct Propose {
-    SharedBytes list;
-    std::vector<SharedBytes> blobs;
+    ByteSlice list;
+    std::vector<ByteSlice> blobs;
 };
 struct Undo {};
 struct GetStatus {};
@@ -88,12 +88,15 @@ struct Committed {
 };
 struct HostInfo {
     std::string name, state;
-    std::uint64_t lastShown = 0;
+    FrameNumber lastShown;
     double roundTripMs = 0;
 };
 struct Status {
     std::string wallName;
-    std::uint64_t epoch = 0, frame = 0, sequence = 0, stateHash = 0;
+    Epoch epoch;
+    FrameNumber frame;
+    Sequence sequence;
+    StateHash stateHash;
     std::vector<HostInfo> hosts;
     std::vector<std::string> waitingFor;
     std::uint64_t objects = 0, nodes = 0, undoDepth = 0, applications = 0;
@@ -111,8 +114,8 @@ struct Picked {
 };
 struct TileImageValue {
     std::string tile, host;
-    std::uint64_t frame = 0;
-    SharedBytes png;
+    FrameNumber frame;
+    ByteSlice png;
 };
 struct Images {
     std::vector<TileImageValue> tiles;
@@ -128,7 +131,7 @@ using ApplicationAnswer =
 
 namespace notice {
 struct Frame {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::vector<std::string> shown, held;
 };
 }  // namespace notice
@@ -150,12 +153,13 @@ struct ApplicationLimits {
 };
 
 /// Decoding never crashes whatever the bytes are and takes no memory out of proportion to them. Numbers that are not
-/// finite and quaternions of no length are refused. Byte fields are never null. kBadInput, kLimit.
+/// finite and quaternions of no length are refused. kBadInput, kLimit.
+/// Byte fields of what is decoded are slices of `bytes` and keep them.
 [[nodiscard]] Bytes encodeRequest(const ApplicationRequest& request);
-[[nodiscard]] Expected<ApplicationRequest> decodeRequest(ByteSpan bytes, const ApplicationLimits& limits = {});
+[[nodiscard]] Expected<ApplicationRequest> decodeRequest(const ByteSlice& bytes, const ApplicationLimits& limits = {});
 [[nodiscard]] Bytes encodeAnswer(const ApplicationAnswer& answer);
-[[nodiscard]] Expected<ApplicationAnswer> decodeAnswer(ByteSpan bytes, const ApplicationLimits& limits = {});
+[[nodiscard]] Expected<ApplicationAnswer> decodeAnswer(const ByteSlice& bytes, const ApplicationLimits& limits = {});
 [[nodiscard]] Bytes encodeNotice(const ApplicationNotice& notice);
-[[nodiscard]] Expected<ApplicationNotice> decodeNotice(ByteSpan bytes, const ApplicationLimits& limits = {});
+[[nodiscard]] Expected<ApplicationNotice> decodeNotice(const ByteSlice& bytes, const ApplicationLimits& limits = {});
 
 }  // namespace tessera

@@ -60,24 +60,24 @@ namespace answer {
 
 /// All that touched in a frame, as far as the server lists it.
 struct Contacts {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::uint64_t begun = 0;  ///< pairs of objects that came to touch, over the run
     std::vector<ContactValue> contacts;
     std::uint64_t leftOut = 0;      ///< found in this frame, but more than are listed
     std::uint64_t notLookedAt = 0;  ///< pairs and motions of this frame left undecided because a limit was reached
 };
 struct PairEvents {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::vector<PairEventValue> events;
     std::uint64_t leftOut = 0;  ///< events of this frame beyond what is listed; those of pairs that go on touching are the first to go
 };
 struct Distances {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::vector<PairDistanceValue> distances;
     std::uint64_t leftOut = 0;
 };
 struct Questions {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::vector<QuestionValue> questions;  ///< new ones in a notice, all that are open in an answer; ids ascending
     std::vector<std::uint64_t> closed;     ///< in a notice: no longer open, answered or not; ascending
     std::uint64_t unanswered = 0;          ///< of this frame: closed because nobody answered in time

@@ -92,13 +92,11 @@ Bytes encodeFrame(const FramePayload& payload) {
         to.set_eye_separation_metres(user.eyeSeparationMetres);
     }
     if (payload.collision != FrameCollision()) write(*head.mutable_collision(), payload.collision);
-    if (!payload.list) return joinParts(head, {});
-    const ByteSpan list(*payload.list);
-    return joinParts(head, std::span(&list, 1));
+    return joinParts(head, {});
 }
 
 Expected<FramePayload> decodeFrame(ByteSpan bytes) {
-    const auto split = splitParts(bytes, kMaxHeadBytes, 1);
+    const auto split = splitParts(bytes, kMaxHeadBytes, 0);
     if (!split) return failWith("frame", split.error());
     proto::frame::FrameHead head;
     if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
@@ -124,7 +122,6 @@ Expected<FramePayload> decodeFrame(ByteSpan bytes) {
     const auto collision = readCollision(head.collision());
     if (!collision) return tl::unexpected(collision.error());
     payload.collision = *collision;
-    if (!split->parts.empty()) payload.list = share(Bytes(split->parts[0].begin(), split->parts[0].end()));
     return payload;
 }
 

@@ -1,10 +1,11 @@
-/// The payload of Begin and the statistics of Ready.
+/// What a Begin says beside its list, and the statistics of Ready.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "common/codec/ChangeCodec.h"
+#include "common/base/Bytes.h"
+#include "common/base/Error.h"
 #include "common/wall/View.h"
 
 namespace tessera {
@@ -22,7 +23,6 @@ struct FrameCollision {
 
 struct FramePayload {
     View view;
-    SharedBytes list;  ///< encoded ChangeList of this frame; null when nothing changed
     FrameCollision collision = {};
 };
 [[nodiscard]] Bytes encodeFrame(const FramePayload& payload);

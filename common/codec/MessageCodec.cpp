@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <optional>
 
+#include "common/base/Utf8.h"
 #include "common/codec/Parts.h"
+#include "common/codec/Unpacker.h"
 #include "proto/session.pb.h"
 
 namespace tessera {
@@ -15,7 +16,7 @@ namespace {
 namespace pb = proto::session;
 
 constexpr std::size_t kMaxHeadBytes = 16 * 1024;
-constexpr std::size_t kMaxParts = 2;
+constexpr std::size_t kMaxParts = 3;
 constexpr std::size_t kSmall = 256;
 constexpr std::size_t kText = kMaxHeadBytes + 64;
 constexpr std::size_t kMebi = std::size_t{1} << 20;
@@ -80,13 +81,24 @@ template <>
 struct Wire<message::Over> : WireAs<23, kText, false, pb::Over> {};
 // clang-format on
 
-using Parts = std::vector<ByteSpan>;
+using Parts = std::vector<ByteSlice>;
 
-ByteSpan spanOf(const SharedBytes& bytes) {
-    return bytes ? ByteSpan(*bytes) : ByteSpan();
+/// Records that go with the message to be encoded, which may not live as long as its bytes.
+template <typename Record>
+ByteSlice copied(const std::vector<Record>& records) {
+    const ByteSpan bytes = recordBytes(records);
+    return Bytes(bytes.begin(), bytes.end());
+}
+/// List and blobs of an envelope, where they lie.
+template <typename Head>
+void packList(const CommittedListPtr& list, Head& head, Parts& parts) {
+    head.set_sequence(list->sequence.value);
+    head.set_state_hash(list->stateHash.value);
+    parts.push_back(list->encoded);
+    parts.emplace_back(list, recordBytes(list->blobs));
 }
 std::string reasonText(const std::string& text) {
-    return std::string(shortened(text, MessageLimits{}.maxTextBytes));
+    return std::string(cutUtf8(text, MessageLimits{}.maxTextBytes));
 }
 
 // ---- packing
@@ -107,16 +119,16 @@ void pack(const message::Hello& m, pb::Hello& head, Parts&) {
     head.set_want_blobs(m.wantBlobs);
 }
 void pack(const message::Synced& m, pb::Synced& head, Parts&) {
-    head.set_sequence(m.sequence);
-    head.set_state_hash(m.stateHash);
+    head.set_sequence(m.sequence.value);
+    head.set_state_hash(m.stateHash.value);
 }
 void pack(const message::Ready& m, pb::Ready& head, Parts& parts) {
-    head.set_frame(m.frame);
-    head.set_state_hash(m.stateHash);
-    parts = {spanOf(m.stats)};
+    head.set_frame(m.frame.value);
+    head.set_state_hash(m.stateHash.value);
+    parts = {m.stats};
 }
 void pack(const message::Shown& m, pb::Shown& head, Parts&) {
-    head.set_frame(m.frame);
+    head.set_frame(m.frame.value);
     head.set_shown_at_ns(m.shownAtNs);
 }
 void pack(const message::BlobsHeld& m, pb::BlobsHeld& head, Parts&) {
@@ -129,26 +141,26 @@ void pack(const message::BlobRequest& m, pb::BlobRequest& head, Parts&) {
     head.set_length(m.length);
 }
 void pack(const message::HashAnswer& m, pb::HashAnswer& head, Parts& parts) {
-    head.set_sequence(m.sequence);
+    head.set_sequence(m.sequence.value);
     head.set_objects(m.objects);
-    parts = {recordBytes(m.entries)};
+    parts = {copied(m.entries)};
 }
 void pack(const message::TileImage& m, pb::TileImage& head, Parts& parts) {
     head.set_request(m.request);
-    head.set_frame(m.frame);
+    head.set_frame(m.frame.value);
     head.set_tile(m.tile);
-    parts = {spanOf(m.png)};
+    parts = {m.png};
 }
 void pack(const message::Request& m, pb::Request& head, Parts& parts) {
     head.set_id(m.id);
-    parts = {spanOf(m.body)};
+    parts = {m.body};
 }
 void pack(const message::Welcome& m, pb::Welcome& head, Parts& parts) {
-    head.set_epoch(m.epoch);
+    head.set_epoch(m.epoch.value);
     head.set_token(m.token);
     head.set_heartbeat_ms(static_cast<std::uint32_t>(m.heartbeat.count()));
     head.set_lost_after_ms(static_cast<std::uint32_t>(m.lostAfter.count()));
-    parts = {spanOf(m.configuration)};
+    parts = {m.configuration};
 }
 void pack(const message::Refused& m, pb::Refused& head, Parts&) {
     head.set_code(static_cast<std::uint32_t>(m.code));
@@ -156,34 +168,29 @@ void pack(const message::Refused& m, pb::Refused& head, Parts&) {
     head.set_retry(m.retry);
 }
 void pack(const message::Snapshot& m, pb::Snapshot& head, Parts& parts) {
-    head.set_sequence(m.sequence);
-    head.set_state_hash(m.stateHash);
-    parts = {spanOf(m.list), recordBytes(m.blobs)};
+    packList(m.list, head, parts);
 }
 void pack(const message::Changes& m, pb::Changes& head, Parts& parts) {
-    head.set_sequence(m.sequence);
-    head.set_state_hash(m.stateHash);
-    parts = {spanOf(m.list), recordBytes(m.blobs)};
+    packList(m.list, head, parts);
 }
 void pack(const message::Begin& m, pb::Begin& head, Parts& parts) {
-    head.set_frame(m.frame);
-    head.set_sequence(m.sequence);
-    head.set_state_hash(m.stateHash);
-    parts = {spanOf(m.payload), recordBytes(m.blobs)};
+    head.set_frame(m.frame.value);
+    parts = {m.payload};
+    packList(m.list, head, parts);
 }
 void pack(const message::Swap& m, pb::SwapFrame& head, Parts&) {
-    head.set_frame(m.frame);
+    head.set_frame(m.frame.value);
 }
 void pack(const message::BlobNotice& m, pb::BlobNotice& head, Parts& parts) {
     head.set_token(m.token);
-    parts = {recordBytes(m.blobs)};
+    parts = {copied(m.blobs)};
 }
 void pack(const message::BlobChunk& m, pb::BlobChunk& head, Parts& parts) {
     head.set_id_low(m.id.low);
     head.set_id_high(m.id.high);
     head.set_offset(m.offset);
     head.set_total_bytes(m.totalBytes);
-    parts = {spanOf(m.bytes)};
+    parts = {m.bytes};
 }
 void pack(const message::HashQuery& m, pb::HashQuery& head, Parts&) {
     head.set_objects(m.objects);
@@ -191,16 +198,16 @@ void pack(const message::HashQuery& m, pb::HashQuery& head, Parts&) {
 }
 void pack(const message::ImageRequest& m, pb::ImageRequest& head, Parts&) {
     head.set_request(m.request);
-    head.set_frame(m.frame);
+    head.set_frame(m.frame.value);
 }
 void pack(const message::Reply& m, pb::Reply& head, Parts& parts) {
     head.set_id(m.id);
     head.set_code(static_cast<std::uint32_t>(m.code));
     head.set_error(reasonText(m.error));
-    parts = {spanOf(m.body)};
+    parts = {m.body};
 }
 void pack(const message::Notice& m, pb::Notice&, Parts& parts) {
-    parts = {spanOf(m.body)};
+    parts = {m.body};
 }
 void pack(const message::Over& m, pb::Over& head, Parts&) {
     head.set_reason(reasonText(m.reason));
@@ -208,55 +215,34 @@ void pack(const message::Over& m, pb::Over& head, Parts&) {
 
 // ---- unpacking
 
-/// Checks what a head says; keeps the first thing that is wrong.
-class Unpacker {
+/// With the limits of session messages.
+class MessageUnpacker : public Unpacker {
 public:
-    Unpacker(Parts parts, const MessageLimits& limits) : parts_(std::move(parts)), limits_(limits) {}
+    MessageUnpacker(ByteSlice whole, std::vector<ByteSpan> parts, const MessageLimits& limits)
+        : Unpacker(std::move(whole), std::move(parts), limits.maxTextBytes), maxEntries_(limits.maxEntries) {}
 
-    [[nodiscard]] const std::optional<Error>& error() const { return error_; }
-
-    void expectParts(std::size_t count) {
-        if (parts_.size() == count) return;
-        refuse(ErrorCode::kBadInput, fmt::format("it has {} parts instead of {}", parts_.size(), count));
-        parts_.resize(count);
-    }
-    std::string text(const std::string& value) {
-        if (value.size() <= limits_.maxTextBytes) return value;
-        refuse(ErrorCode::kLimit,
-               fmt::format("a text of {} bytes; at most {} are allowed", value.size(), limits_.maxTextBytes));
-        return {};
-    }
-    template <typename Enum>
-    Enum enumeration(std::uint32_t value, Enum last) {
-        if (value <= static_cast<std::uint32_t>(last)) return static_cast<Enum>(value);
-        refuse(ErrorCode::kBadInput, fmt::format("it holds the unknown value {}", value));
-        return {};
-    }
-    SharedBytes bytes(std::size_t part) { return share(Bytes(parts_[part].begin(), parts_[part].end())); }
     template <typename Record>
     std::vector<Record> records(std::size_t part) {
-        auto found = recordsFrom<Record>(parts_[part], limits_.maxEntries);
-        if (found) return std::move(*found);
-        refuse(found.error().code, found.error().message);
-        return {};
+        return Unpacker::records<Record>(part, maxEntries_);
+    }
+    /// An envelope whose list is part `part` and whose blobs are the one behind.
+    template <typename Head>
+    CommittedListPtr list(const Head& head, std::size_t part) {
+        return share(CommittedList{Sequence(head.sequence()), StateHash(head.state_hash()), bytes(part),
+                                   records<BlobInfo>(part + 1)});
     }
 
 private:
-    void refuse(ErrorCode code, std::string message) {
-        if (!error_) error_ = Error{code, std::move(message)};
-    }
-    Parts parts_;
-    const MessageLimits& limits_;
-    std::optional<Error> error_;
+    std::size_t maxEntries_;
 };
 
 constexpr ErrorCode kLastErrorCode = ErrorCode::kFailed;
 
-void unpack(message::Heartbeat& m, const pb::Heartbeat& head, Unpacker& in) {
+void unpack(message::Heartbeat& m, const pb::Heartbeat& head, MessageUnpacker& in) {
     in.expectParts(0);
     m = {head.sent_at_ns(), head.echo_ns(), head.held_ns()};
 }
-void unpack(message::Hello& m, const pb::Hello& head, Unpacker& in) {
+void unpack(message::Hello& m, const pb::Hello& head, MessageUnpacker& in) {
     m.protocol = head.protocol();
     // Of another version only the number is understood for certain.
     if (m.protocol != kProtocolVersion) return;
@@ -269,88 +255,88 @@ void unpack(message::Hello& m, const pb::Hello& head, Unpacker& in) {
     m.pixelProbe = head.pixel_probe();
     m.wantBlobs = head.want_blobs();
 }
-void unpack(message::Synced& m, const pb::Synced& head, Unpacker& in) {
+void unpack(message::Synced& m, const pb::Synced& head, MessageUnpacker& in) {
     in.expectParts(0);
-    m = {head.sequence(), head.state_hash()};
+    m = {Sequence(head.sequence()), StateHash(head.state_hash())};
 }
-void unpack(message::Ready& m, const pb::Ready& head, Unpacker& in) {
+void unpack(message::Ready& m, const pb::Ready& head, MessageUnpacker& in) {
     in.expectParts(1);
-    m = {head.frame(), head.state_hash(), in.bytes(0)};
+    m = {FrameNumber(head.frame()), StateHash(head.state_hash()), in.bytes(0)};
 }
-void unpack(message::Shown& m, const pb::Shown& head, Unpacker& in) {
+void unpack(message::Shown& m, const pb::Shown& head, MessageUnpacker& in) {
     in.expectParts(0);
-    m = {head.frame(), head.shown_at_ns()};
+    m = {FrameNumber(head.frame()), head.shown_at_ns()};
 }
-void unpack(message::BlobsHeld& m, const pb::BlobsHeld& head, Unpacker& in) {
+void unpack(message::BlobsHeld& m, const pb::BlobsHeld& head, MessageUnpacker& in) {
     in.expectParts(0);
     m.token = head.token();
 }
-void unpack(message::BlobRequest& m, const pb::BlobRequest& head, Unpacker& in) {
+void unpack(message::BlobRequest& m, const pb::BlobRequest& head, MessageUnpacker& in) {
     in.expectParts(0);
     m = {BlobId{head.id_low(), head.id_high()}, head.offset(), head.length()};
 }
-void unpack(message::HashAnswer& m, const pb::HashAnswer& head, Unpacker& in) {
+void unpack(message::HashAnswer& m, const pb::HashAnswer& head, MessageUnpacker& in) {
     in.expectParts(1);
-    m = {head.sequence(), head.objects(), in.records<HashEntry>(0)};
+    m = {Sequence(head.sequence()), head.objects(), in.records<HashEntry>(0)};
 }
-void unpack(message::TileImage& m, const pb::TileImage& head, Unpacker& in) {
+void unpack(message::TileImage& m, const pb::TileImage& head, MessageUnpacker& in) {
     in.expectParts(1);
-    m = {head.request(), head.frame(), in.text(head.tile()), in.bytes(0)};
+    m = {head.request(), FrameNumber(head.frame()), in.text(head.tile()), in.bytes(0)};
 }
-void unpack(message::Request& m, const pb::Request& head, Unpacker& in) {
+void unpack(message::Request& m, const pb::Request& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {head.id(), in.bytes(0)};
 }
-void unpack(message::Welcome& m, const pb::Welcome& head, Unpacker& in) {
+void unpack(message::Welcome& m, const pb::Welcome& head, MessageUnpacker& in) {
     in.expectParts(1);
-    m = {head.epoch(), head.token(), std::chrono::milliseconds(head.heartbeat_ms()),
+    m = {Epoch(head.epoch()), head.token(), std::chrono::milliseconds(head.heartbeat_ms()),
          std::chrono::milliseconds(head.lost_after_ms()), in.bytes(0)};
 }
-void unpack(message::Refused& m, const pb::Refused& head, Unpacker& in) {
+void unpack(message::Refused& m, const pb::Refused& head, MessageUnpacker& in) {
     in.expectParts(0);
     m = {in.enumeration(head.code(), kLastErrorCode), in.text(head.reason()), head.retry()};
 }
-void unpack(message::Snapshot& m, const pb::Snapshot& head, Unpacker& in) {
+void unpack(message::Snapshot& m, const pb::Snapshot& head, MessageUnpacker& in) {
     in.expectParts(2);
-    m = {head.sequence(), head.state_hash(), in.bytes(0), in.records<BlobInfo>(1)};
+    m.list = in.list(head, 0);
 }
-void unpack(message::Changes& m, const pb::Changes& head, Unpacker& in) {
+void unpack(message::Changes& m, const pb::Changes& head, MessageUnpacker& in) {
     in.expectParts(2);
-    m = {head.sequence(), head.state_hash(), in.bytes(0), in.records<BlobInfo>(1)};
+    m.list = in.list(head, 0);
 }
-void unpack(message::Begin& m, const pb::Begin& head, Unpacker& in) {
-    in.expectParts(2);
-    m = {head.frame(), head.sequence(), head.state_hash(), in.bytes(0), in.records<BlobInfo>(1)};
+void unpack(message::Begin& m, const pb::Begin& head, MessageUnpacker& in) {
+    in.expectParts(3);
+    m = {FrameNumber(head.frame()), in.bytes(0), in.list(head, 1)};
 }
-void unpack(message::Swap& m, const pb::SwapFrame& head, Unpacker& in) {
+void unpack(message::Swap& m, const pb::SwapFrame& head, MessageUnpacker& in) {
     in.expectParts(0);
-    m.frame = head.frame();
+    m.frame = FrameNumber(head.frame());
 }
-void unpack(message::BlobNotice& m, const pb::BlobNotice& head, Unpacker& in) {
+void unpack(message::BlobNotice& m, const pb::BlobNotice& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {head.token(), in.records<BlobInfo>(0)};
 }
-void unpack(message::BlobChunk& m, const pb::BlobChunk& head, Unpacker& in) {
+void unpack(message::BlobChunk& m, const pb::BlobChunk& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {BlobId{head.id_low(), head.id_high()}, head.offset(), head.total_bytes(), in.bytes(0)};
 }
-void unpack(message::HashQuery& m, const pb::HashQuery& head, Unpacker& in) {
+void unpack(message::HashQuery& m, const pb::HashQuery& head, MessageUnpacker& in) {
     in.expectParts(0);
     m = {head.objects(), head.leaf()};
 }
-void unpack(message::ImageRequest& m, const pb::ImageRequest& head, Unpacker& in) {
+void unpack(message::ImageRequest& m, const pb::ImageRequest& head, MessageUnpacker& in) {
     in.expectParts(0);
-    m = {head.request(), head.frame()};
+    m = {head.request(), FrameNumber(head.frame())};
 }
-void unpack(message::Reply& m, const pb::Reply& head, Unpacker& in) {
+void unpack(message::Reply& m, const pb::Reply& head, MessageUnpacker& in) {
     in.expectParts(1);
     m = {head.id(), in.enumeration(head.code(), kLastErrorCode), in.text(head.error()), in.bytes(0)};
 }
-void unpack(message::Notice& m, const pb::Notice&, Unpacker& in) {
+void unpack(message::Notice& m, const pb::Notice&, MessageUnpacker& in) {
     in.expectParts(1);
     m.body = in.bytes(0);
 }
-void unpack(message::Over& m, const pb::Over& head, Unpacker& in) {
+void unpack(message::Over& m, const pb::Over& head, MessageUnpacker& in) {
     in.expectParts(0);
     m.reason = in.text(head.reason());
 }
@@ -358,13 +344,13 @@ void unpack(message::Over& m, const pb::Over& head, Unpacker& in) {
 // ---- the table of types
 
 template <typename M>
-Expected<Message> decodeAs(ByteSpan payload, const MessageLimits& limits) {
+Expected<Message> decodeAs(const ByteSlice& payload, const MessageLimits& limits) {
     auto split = splitParts(payload, kMaxHeadBytes, kMaxParts);
     if (!split) return tl::unexpected(split.error());
     typename Wire<M>::Head head;
     if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
         return fail(ErrorCode::kBadInput, "its head is no protobuf message");
-    Unpacker in(std::move(split->parts), limits);
+    MessageUnpacker in(payload, std::move(split->parts), limits);
     M message;
     unpack(message, head, in);
     if (in.error()) return tl::unexpected(*in.error());
@@ -375,7 +361,7 @@ struct TypeEntry {
     std::uint16_t type = 0;
     std::size_t maxPayload = 0;
     bool fromPeer = false;
-    Expected<Message> (*decode)(ByteSpan, const MessageLimits&) = nullptr;
+    Expected<Message> (*decode)(const ByteSlice&, const MessageLimits&) = nullptr;
 };
 
 template <typename Variant>
@@ -398,25 +384,24 @@ std::uint16_t wireType(const Message& message) {
     return std::visit([]<typename M>(const M&) { return Wire<M>::kType; }, message);
 }
 
-Bytes encodeMessage(const Message& message) {
+ByteChain encodeMessage(const Message& message) {
     return std::visit(
         []<typename M>(const M& m) {
             typename Wire<M>::Head head;
             Parts parts;
             pack(m, head, parts);
-            return joinParts(head, parts);
+            return chainParts(head, parts);
         },
         message);
 }
 
-Expected<Message> decodeMessage(std::uint16_t type, SharedBytes payload, const MessageLimits& limits) {
+Expected<Message> decodeMessage(std::uint16_t type, const ByteSlice& payload, const MessageLimits& limits) {
     const TypeEntry* entry = findEntry(type);
     if (entry == nullptr) return fail(ErrorCode::kBadInput, fmt::format("a message of unknown type {}", type));
-    const ByteSpan bytes = spanOf(payload);
-    if (bytes.size() > entry->maxPayload)
+    if (payload.size() > entry->maxPayload)
         return fail(ErrorCode::kLimit, fmt::format("a message of type {} with {} bytes; at most {} are allowed", type,
-                                                   bytes.size(), entry->maxPayload));
-    auto decoded = entry->decode(bytes, limits);
+                                                   payload.size(), entry->maxPayload));
+    auto decoded = entry->decode(payload, limits);
     if (!decoded) return failWith(fmt::format("a malformed message of type {}", type), decoded.error());
     return decoded;
 }

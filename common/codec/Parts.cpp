@@ -10,16 +10,15 @@ T take(ByteSpan& bytes) {
     bytes = bytes.subspan(sizeof value);
     return value;
 }
-}  // namespace
 
-Bytes joinParts(const google::protobuf::MessageLite& head, std::span<const ByteSpan> parts) {
+/// Everything before the parts, with room behind it for `roomBehind` bytes more.
+template <typename Part>
+Bytes headOf(const google::protobuf::MessageLite& head, std::span<const Part> parts, std::size_t roomBehind) {
     const std::size_t headBytes = head.ByteSizeLong();
-    std::size_t total = 8 + 8 * parts.size() + headBytes;
-    for (const ByteSpan part : parts) total += part.size();
-
+    const std::size_t total = 8 + 8 * parts.size() + headBytes;
     Bytes bytes;
-    bytes.reserve(total);
-    bytes.resize(8 + 8 * parts.size() + headBytes);
+    bytes.reserve(total + roomBehind);
+    bytes.resize(total);
     std::byte* at = bytes.data();
     const auto put = [&at](const auto& value) {
         std::memcpy(at, &value, sizeof value);
@@ -27,10 +26,25 @@ Bytes joinParts(const google::protobuf::MessageLite& head, std::span<const ByteS
     };
     put(static_cast<std::uint32_t>(headBytes));
     put(static_cast<std::uint32_t>(parts.size()));
-    for (const ByteSpan part : parts) put(static_cast<std::uint64_t>(part.size()));
+    for (const Part& part : parts) put(static_cast<std::uint64_t>(part.size()));
     head.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(at));
+    return bytes;
+}
+}  // namespace
+
+Bytes joinParts(const google::protobuf::MessageLite& head, std::span<const ByteSpan> parts) {
+    std::size_t behind = 0;
+    for (const ByteSpan part : parts) behind += part.size();
+    Bytes bytes = headOf(head, parts, behind);
     for (const ByteSpan part : parts) bytes.insert(bytes.end(), part.begin(), part.end());
     return bytes;
+}
+
+ByteChain chainParts(const google::protobuf::MessageLite& head, std::span<const ByteSlice> parts) {
+    ByteChain chain;
+    chain.append(headOf(head, parts, 0));
+    for (const ByteSlice& part : parts) chain.append(part);
+    return chain;
 }
 
 Expected<SplitParts> splitParts(ByteSpan bytes, std::size_t maxHeadBytes, std::size_t maxParts) {
@@ -60,13 +74,6 @@ Expected<SplitParts> splitParts(ByteSpan bytes, std::size_t maxHeadBytes, std::s
     }
     if (!bytes.empty()) return fail(ErrorCode::kBadInput, std::to_string(bytes.size()) + " bytes follow its end");
     return split;
-}
-
-std::string_view shortened(std::string_view text, std::size_t maxBytes) {
-    if (text.size() <= maxBytes) return text;
-    std::size_t end = maxBytes;
-    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // UTF-8: not inside a character
-    return text.substr(0, end);
 }
 
 }  // namespace tessera

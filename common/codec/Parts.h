@@ -1,4 +1,5 @@
-/// A small protobuf head with large byte fields raw behind it, so that bulk bytes are copied once and never parsed.
+/// A small protobuf head with large byte fields raw behind it, so that bulk bytes are never parsed, and need not be
+/// copied.
 ///
 /// u32 head bytes | u32 number of parts | u64 bytes of each part | head | parts; little-endian.
 #pragma once
@@ -9,14 +10,17 @@
 #include <cstring>
 #include <vector>
 
-#include "common/base/Bytes.h"
+#include "common/base/ByteSlice.h"
 #include "common/base/Error.h"
 
 namespace tessera {
 
 static_assert(std::endian::native == std::endian::little, "the wire is little-endian and written by memcpy");
 
+/// In one piece, which copies the parts.
 [[nodiscard]] Bytes joinParts(const google::protobuf::MessageLite& head, std::span<const ByteSpan> parts);
+/// The same bytes with the parts where they lie: what is made is the head.
+[[nodiscard]] ByteChain chainParts(const google::protobuf::MessageLite& head, std::span<const ByteSlice> parts);
 
 struct SplitParts {
     ByteSpan head;
@@ -44,8 +48,5 @@ template <typename Record>
     if (count > 0) std::memcpy(records.data(), bytes.data(), bytes.size());
     return records;
 }
-
-/// The whole number of characters of `text` that fit into `maxBytes`.
-[[nodiscard]] std::string_view shortened(std::string_view text, std::size_t maxBytes);
 
 }  // namespace tessera

@@ -43,16 +43,16 @@ std::string printable(ByteSpan bytes) {
 
 }  // namespace
 
-std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, std::uint64_t epoch, ByteSpan payload) {
+std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, Epoch epoch, const ByteChain& payload) {
     TESSERA_CHECK(payload.size() <= 0xffffffffu, "a frame's payload is shorter than 4 GiB");
     std::array<std::byte, FrameHeader::kBytes> bytes{};
     put(bytes, kMagicAt, FrameHeader::kMagic);
     put(bytes, kVersionAt, FrameHeader::kVersion);
     put(bytes, kTypeAt, type);
     put(bytes, kLengthAt, static_cast<std::uint32_t>(payload.size()));
-    put(bytes, kEpochAt, epoch);
+    put(bytes, kEpochAt, epoch.value);
     const std::uint64_t seed = hash64(ByteSpan(bytes).first(kChecksumAt));
-    put(bytes, kChecksumAt, hash64(payload, seed));
+    put(bytes, kChecksumAt, payload.hash64(seed));
     return bytes;
 }
 
@@ -77,7 +77,7 @@ Expected<FrameHeader> decodeHeader(std::span<const std::byte, FrameHeader::kByte
     FrameHeader header;
     header.type = get<std::uint16_t>(bytes, kTypeAt);
     header.payloadBytes = get<std::uint32_t>(bytes, kLengthAt);
-    header.epoch = get<std::uint64_t>(bytes, kEpochAt);
+    header.epoch = Epoch(get<std::uint64_t>(bytes, kEpochAt));
     header.checksum = get<std::uint64_t>(bytes, kChecksumAt);
     header.headSeed = hash64(ByteSpan(bytes).first(kChecksumAt));
     return header;

@@ -4,8 +4,9 @@
 #include <array>
 #include <cstdint>
 
-#include "common/base/Bytes.h"
+#include "common/base/ByteSlice.h"
 #include "common/base/Error.h"
+#include "common/base/HistoryIds.h"
 
 namespace tessera {
 
@@ -18,14 +19,14 @@ struct FrameHeader {
 
     std::uint16_t type = 0;
     std::uint32_t payloadBytes = 0;
-    std::uint64_t epoch = 0;
+    Epoch epoch;
     std::uint64_t checksum = 0;
     std::uint64_t headSeed = 0;  ///< hash of the first 24 bytes as they came, for checkPayload
 };
 
-/// The payload must be shorter than 4 GiB.
-[[nodiscard]] std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, std::uint64_t epoch,
-                                                                      ByteSpan payload);
+/// The payload must be shorter than 4 GiB. It may lie in several places.
+[[nodiscard]] std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, Epoch epoch,
+                                                                      const ByteChain& payload);
 /// Refuses a wrong magic ("not a Tessera peer"), another version, before any payload is looked at. The caller checks
 /// length against its limit for the type *before* taking memory.
 [[nodiscard]] Expected<FrameHeader> decodeHeader(std::span<const std::byte, FrameHeader::kBytes> bytes);

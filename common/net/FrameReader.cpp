@@ -19,7 +19,7 @@ FrameReader::FrameReader(std::function<std::size_t(std::uint16_t)> maxPayload)
 std::span<std::byte> FrameReader::room() {
     if (header_) {
         growPayload();
-        return std::span(payload_).subspan(arrived_);
+        return {payload_.data() + arrived_, allowed_ - arrived_};
     }
     return std::span(buffer_).subspan(end_);
 }
@@ -43,8 +43,8 @@ Expected<void> FrameReader::filled(std::size_t count, std::vector<ReceivedFrame>
         if (auto begun = begin(*header); !begun) return begun;
 
         arrived_ = std::min<std::size_t>(header->payloadBytes, end_ - begin_);
-        payload_.assign(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),
-                        buffer_.begin() + static_cast<std::ptrdiff_t>(begin_ + arrived_));
+        growPayload();
+        if (arrived_ > 0) std::memcpy(payload_.data(), buffer_.data() + begin_, arrived_);
         begin_ += arrived_;
         if (arrived_ < header->payloadBytes) break;  // the buffer is used up: the rest goes straight into the payload
         if (auto finished = finish(frames); !finished) return finished;
@@ -64,21 +64,24 @@ Expected<void> FrameReader::begin(const FrameHeader& header) {
         return fail(ErrorCode::kNetwork, fmt::format("a message of type {} claims {} bytes; at most {} are allowed",
                                                      header.type, header.payloadBytes, most));
     header_ = header;
+    allowed_ = 0;
     return {};
 }
 
 void FrameReader::growPayload() {
-    if (arrived_ < payload_.size()) return;
-    // A long payload is not copied again and again: address space for the whole costs nothing until it is touched.
-    if (payload_.size() >= kLastStepBytes) payload_.reserve(header_->payloadBytes);
-    const std::size_t step = std::clamp(payload_.size(), kFirstStepBytes, kLastStepBytes);
-    payload_.resize(std::min<std::size_t>(header_->payloadBytes, payload_.size() + step));
+    if (arrived_ < allowed_) return;
+    const std::size_t whole = header_->payloadBytes;
+    allowed_ = std::min(whole, allowed_ + std::clamp(allowed_, kFirstStepBytes, kLastStepBytes));
+    // Three sizes, so that a long payload is not moved again and again: addresses for the rest of it cost nothing until
+    // bytes come, and are not taken before a part as large as that of a first or second size has come.
+    payload_.reserve(std::min(whole, allowed_ <= kFirstStepBytes  ? kFirstStepBytes
+                                     : allowed_ <= kLastStepBytes ? kLastStepBytes
+                                                                  : whole));
 }
 
 Expected<void> FrameReader::finish(std::vector<ReceivedFrame>& frames) {
-    if (auto good = checkPayload(*header_, payload_); !good) return good;
-    frames.push_back({header_->type, header_->epoch, share(std::move(payload_))});
-    payload_ = {};
+    if (auto good = checkPayload(*header_, {payload_.data(), arrived_}); !good) return good;
+    frames.push_back({header_->type, header_->epoch, payload_.take(arrived_)});
     header_.reset();
     arrived_ = 0;
     return {};

@@ -9,17 +9,19 @@
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
 #include "common/net/FrameHeader.h"
+#include "common/net/PayloadBuffer.h"
 
 namespace tessera {
 
 struct ReceivedFrame {
     std::uint16_t type = 0;
-    std::uint64_t epoch = 0;
-    SharedBytes payload;  ///< never null
+    Epoch epoch;
+    ByteSlice payload;
 };
 
 /// Takes memory only as bytes arrive, whatever length the header claims: never more than 1 MiB ahead of them, and not
-/// even that before as much has come. Not thread-safe. After an error the stream cannot be read any further.
+/// even that before as much has come. What does not fit into the first read goes straight to its place in the message;
+/// nothing is copied afterwards. Not thread-safe. After an error the stream cannot be read any further.
 class FrameReader {
 public:
     /// `maxPayload`: see TransportLimits.
@@ -38,12 +40,13 @@ private:
     Expected<void> finish(std::vector<ReceivedFrame>& frames);
 
     std::function<std::size_t(std::uint16_t)> maxPayload_;
-    // Small frames come through here, many per read; the rest of a large payload goes straight to its place.
+    /// Small frames come through here, many per read; the rest of a large payload goes straight to its place.
     Bytes buffer_;
     std::size_t begin_ = 0, end_ = 0;    ///< unread bytes of buffer_
     std::optional<FrameHeader> header_;  ///< of the frame whose payload is arriving
-    Bytes payload_;
+    PayloadBuffer payload_;
     std::size_t arrived_ = 0;  ///< bytes of payload_ that are there
+    std::size_t allowed_ = 0;  ///< bytes of payload_ that may be written by now
 };
 
 }  // namespace tessera

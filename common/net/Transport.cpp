@@ -9,13 +9,13 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
-#include <deque>
 #include <thread>
 #include <unordered_map>
 
 #include "common/net/FrameHeader.h"
 #include "common/net/FrameReader.h"
 #include "common/net/LinkTable.h"
+#include "common/net/SendQueue.h"
 
 namespace tessera {
 
@@ -28,7 +28,6 @@ using namespace std::chrono_literals;
 
 constexpr auto kAcceptPause = 50ms;        ///< after a failed accept (no descriptors left): time for some to be closed
 constexpr auto kFlushTime = 1s;            ///< for what is queued when a link is closed by us
-constexpr std::size_t kGatherFrames = 32;  ///< in one write: two buffers each, the kernel's limit is 1024
 constexpr std::size_t kWorthCaching = 64 * 1024;  ///< payloads whose checksum is kept for the next link
 
 enum class LinkState {
@@ -36,12 +35,6 @@ enum class LinkState {
     kOpen,
     kClosing,  ///< sends its queue, then waits for the peer's end; what still arrives is thrown away
     kClosed,
-};
-
-struct OutgoingFrame {
-    std::array<std::byte, FrameHeader::kBytes> header;
-    SharedBytes payload;
-    [[nodiscard]] std::size_t bytes() const { return header.size() + (payload ? payload->size() : 0); }
 };
 
 struct Link {
@@ -53,9 +46,8 @@ struct Link {
     asio::steady_timer timer;  ///< connecting: the timeout; closing: the end of patience
     LinkState state = LinkState::kConnecting;
     FrameReader reader;
-    std::deque<OutgoingFrame> queue;
-    std::size_t writing = 0;  ///< frames at the front of the queue that are under way
-    std::string target;       ///< what it connects to
+    SendQueue queue;
+    std::string target;  ///< what it connects to
     std::string closeReason;
 };
 using LinkPtr = std::shared_ptr<Link>;
@@ -190,28 +182,27 @@ struct Transport::Impl {
         read(link);
     }
 
-    void queue(LinkId id, std::uint16_t type, std::uint64_t epoch, const SharedBytes& payload) {
+    void queue(LinkId id, std::uint16_t type, Epoch epoch, const SharedChain& payload) {
         const auto found = links.find(id);
         OutgoingFrame frame{{}, payload};
         if (found == links.end() || found->second->state == LinkState::kClosing)
             return table.discharge(id, frame.bytes());
         frame.header = headerOf(type, epoch, payload);
-        found->second->queue.push_back(std::move(frame));
+        found->second->queue.push(std::move(frame));
         write(found->second);
     }
 
     /// One large payload for many links is hashed once.
-    std::array<std::byte, FrameHeader::kBytes> headerOf(std::uint16_t type, std::uint64_t epoch,
-                                                        const SharedBytes& payload) {
+    std::array<std::byte, FrameHeader::kBytes> headerOf(std::uint16_t type, Epoch epoch, const SharedChain& payload) {
         if (!payload || payload->size() < kWorthCaching)
-            return encodeHeader(type, epoch, payload ? ByteSpan(*payload) : ByteSpan());
+            return encodeHeader(type, epoch, payload ? *payload : ByteChain());
         if (cached.type != type || cached.epoch != epoch || cached.payload.lock() != payload)
             cached = {type, epoch, payload, encodeHeader(type, epoch, *payload)};
         return cached.header;
     }
 
     void write(const LinkPtr& link) {
-        if (link->writing != 0 || link->state == LinkState::kConnecting || link->state == LinkState::kClosed) return;
+        if (link->queue.writing() || link->state == LinkState::kConnecting || link->state == LinkState::kClosed) return;
         if (link->queue.empty()) {
             if (link->state == LinkState::kClosing) {
                 // The peer reads our last words and closes; closing first would take them away from it if anything of
@@ -221,24 +212,13 @@ struct Transport::Impl {
             }
             return;
         }
-        link->writing = std::min(link->queue.size(), kGatherFrames);
         std::vector<asio::const_buffer> buffers;
-        buffers.reserve(2 * link->writing);
-        std::size_t total = 0;
-        for (std::size_t i = 0; i < link->writing; ++i) {
-            const OutgoingFrame& frame = link->queue[i];
-            buffers.emplace_back(frame.header.data(), frame.header.size());
-            if (frame.payload && !frame.payload->empty())
-                buffers.emplace_back(frame.payload->data(), frame.payload->size());
-            total += frame.bytes();
-        }
-        asio::async_write(link->socket, std::move(buffers), [this, link, total](const error_code& error, std::size_t) {
+        for (const ByteSpan piece : link->queue.next()) buffers.emplace_back(piece.data(), piece.size());
+        asio::async_write(link->socket, std::move(buffers), [this, link](const error_code& error, std::size_t) {
             if (link->state == LinkState::kClosed) return;
             if (error)
                 return finish(link, link->state == LinkState::kClosing ? link->closeReason : reasonFor(error, false));
-            table.discharge(link->id, total);
-            link->queue.erase(link->queue.begin(), link->queue.begin() + static_cast<std::ptrdiff_t>(link->writing));
-            link->writing = 0;
+            table.discharge(link->id, link->queue.written());
             write(link);
         });
     }
@@ -262,7 +242,7 @@ struct Transport::Impl {
         error_code ignored;
         link->socket.close(ignored);
         // The queue itself stays until the last handler lets go of the link: a write may still point into it.
-        for (const OutgoingFrame& frame : link->queue) table.discharge(link->id, frame.bytes());
+        table.discharge(link->id, link->queue.bytes());
         table.release(link->id);
         links.erase(link->id);
         emit(link_event::Closed{link->id, std::move(reason)});
@@ -297,8 +277,8 @@ struct Transport::Impl {
 
     struct CachedHeader {
         std::uint16_t type = 0;
-        std::uint64_t epoch = 0;
-        std::weak_ptr<const Bytes> payload;
+        Epoch epoch;
+        std::weak_ptr<const ByteChain> payload;
         std::array<std::byte, FrameHeader::kBytes> header{};
     };
 
@@ -354,7 +334,7 @@ LinkId Transport::connect(const Address& address, std::chrono::milliseconds time
     return id;
 }
 
-void Transport::send(LinkId link, std::uint16_t type, std::uint64_t epoch, SharedBytes payload) {
+void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain payload) {
     const std::size_t bytes = FrameHeader::kBytes + (payload ? payload->size() : 0);
     const std::optional<std::size_t> queued = impl_->table.charge(link, bytes);
     if (!queued) return;

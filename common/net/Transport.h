@@ -6,10 +6,10 @@
 #include <string>
 #include <variant>
 
-#include "common/base/Bytes.h"
+#include "common/base/ByteSlice.h"
 #include "common/base/Clock.h"
 #include "common/base/Error.h"
-#include "common/base/StrongId.h"
+#include "common/base/HistoryIds.h"
 
 namespace tessera {
 
@@ -32,8 +32,8 @@ struct Opened {
 struct Received {
     LinkId link;
     std::uint16_t type = 0;
-    std::uint64_t epoch = 0;
-    SharedBytes payload;
+    Epoch epoch;
+    ByteSlice payload;
 };
 /// Always the last event of a link, once.
 struct Closed {
@@ -69,9 +69,13 @@ public:
     [[nodiscard]] Expected<std::uint16_t> listen(const Address& address);
     /// Starts to connect; Opened or Closed follows within `timeout`.
     LinkId connect(const Address& address, std::chrono::milliseconds timeout);
-    /// Queues one frame (before Opened too); the same SharedBytes may go to many links; none is an empty payload.
-    /// Unknown or closed links are ignored. Frames of one thread to one link arrive in order.
-    void send(LinkId link, std::uint16_t type, std::uint64_t epoch, SharedBytes payload);
+    /// Queues one frame (before Opened too). The payload is written from where it lies, and the same one may go to many
+    /// links; none is an empty one. Unknown or closed links are ignored. Frames of one thread to one link arrive in
+    /// order.
+    void send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain payload);
+    void send(LinkId link, std::uint16_t type, Epoch epoch, ByteSlice payload) {
+        send(link, type, epoch, share(ByteChain(std::move(payload))));
+    }
     /// Sends what is queued, then closes; takes at most a second. `reason` comes back in Closed.
     void close(LinkId link, std::string reason);
     /// Bytes waiting to be sent, headers included. Never waits.

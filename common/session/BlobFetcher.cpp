@@ -49,19 +49,18 @@ Expected<std::optional<Blob>> BlobFetcher::chunk(const message::BlobChunk& chunk
         return fail(ErrorCode::kBadInput, "a chunk of blob " + toHex(chunk.id) + " came that nobody asked for");
     if (chunk.totalBytes == 0) return fail(ErrorCode::kNotFound, "the server does not have blob " + toHex(chunk.id));
     Fetch& fetch = fetches_.at(chunk.id);
-    if (chunk.totalBytes != fetch.sizeBytes || !chunk.bytes || chunk.bytes->size() != asked->length)
+    if (chunk.totalBytes != fetch.sizeBytes || chunk.bytes.size() != asked->length)
         return fail(ErrorCode::kBadInput, "a chunk of blob " + toHex(chunk.id) + " has the wrong size");
     inFlight_.erase(asked);
-    if (fetch.bytes.size() < chunk.offset + chunk.bytes->size()) {
+    if (fetch.bytes.size() < chunk.offset + chunk.bytes.size()) {
         // All at once for small blobs; large ones grow as they come, whatever size was announced.
         if (fetch.bytes.empty())
             fetch.bytes.reserve(
                 static_cast<std::size_t>(std::min<std::uint64_t>(fetch.sizeBytes, std::uint64_t{16} << 20)));
-        fetch.bytes.resize(static_cast<std::size_t>(chunk.offset) + chunk.bytes->size());
+        fetch.bytes.resize(static_cast<std::size_t>(chunk.offset) + chunk.bytes.size());
     }
-    std::copy(chunk.bytes->begin(), chunk.bytes->end(),
-              fetch.bytes.begin() + static_cast<std::ptrdiff_t>(chunk.offset));
-    fetch.received += chunk.bytes->size();
+    std::copy(chunk.bytes.begin(), chunk.bytes.end(), fetch.bytes.begin() + static_cast<std::ptrdiff_t>(chunk.offset));
+    fetch.received += chunk.bytes.size();
     if (fetch.received < fetch.sizeBytes) return std::optional<Blob>{};
     Blob blob(std::move(fetch.bytes));
     fetches_.erase(chunk.id);

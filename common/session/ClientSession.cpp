@@ -10,26 +10,19 @@ namespace tessera {
 
 namespace {
 
-std::size_t bytesOf(const SharedBytes& bytes) {
-    return bytes ? bytes->size() : 0;
+/// The list that comes with a message.
+const CommittedList& listOf(const Message& message) {
+    if (const auto* snapshot = std::get_if<message::Snapshot>(&message)) return *snapshot->list;
+    if (const auto* changes = std::get_if<message::Changes>(&message)) return *changes->list;
+    if (const auto* begin = std::get_if<message::Begin>(&message)) return *begin->list;
+    return *nothingCommitted();
 }
 
+/// That a waiting message keeps.
 std::size_t bytesOf(const Message& message) {
-    if (const auto* snapshot = std::get_if<message::Snapshot>(&message))
-        return bytesOf(snapshot->list) + snapshot->blobs.size() * sizeof(BlobInfo);
-    if (const auto* changes = std::get_if<message::Changes>(&message))
-        return bytesOf(changes->list) + changes->blobs.size() * sizeof(BlobInfo);
-    if (const auto* begin = std::get_if<message::Begin>(&message))
-        return bytesOf(begin->payload) + begin->blobs.size() * sizeof(BlobInfo);
-    return 0;
-}
-
-const std::vector<BlobInfo>& blobsOf(const Message& message) {
-    static const std::vector<BlobInfo> kNone;
-    if (const auto* snapshot = std::get_if<message::Snapshot>(&message)) return snapshot->blobs;
-    if (const auto* changes = std::get_if<message::Changes>(&message)) return changes->blobs;
-    if (const auto* begin = std::get_if<message::Begin>(&message)) return begin->blobs;
-    return kNone;
+    const CommittedList& list = listOf(message);
+    const auto* begin = std::get_if<message::Begin>(&message);
+    return list.encoded.size() + list.blobs.size() * sizeof(BlobInfo) + (begin ? begin->payload.size() : 0);
 }
 
 }  // namespace
@@ -70,7 +63,7 @@ struct ClientSession::Impl {
     /// Hands out the next step if its turn has come.
     void pump();
     void start(const Message& message);
-    void applied(std::uint64_t sequence, std::uint64_t stateHash);
+    void applied(Sequence at, StateHash hash);
     void image(message::TileImage image);
     void request(message::Request request);
     void disconnect(std::string reason, bool retry = true, ErrorCode code = ErrorCode::kNetwork);
@@ -94,12 +87,14 @@ struct ClientSession::Impl {
     std::size_t queuedBytes = 0;
     std::deque<Notice> notices;
     Work work = Work::kNone;
-    std::uint64_t workNumber = 0;  ///< the sequence or frame that `work` is about
-    std::uint64_t workHash = 0;
+    Sequence applying;  ///< kApplying: the list that `work` is about, and its hash
+    StateHash applyingHash;
+    FrameNumber workFrame;  ///< kDrawing, kShowing
     bool everDrawn = false;
-    std::uint64_t lastDrawn = 0;
+    FrameNumber lastDrawn;
     bool reportSynced = false;  ///< something was applied off the barrier since the last Synced
-    std::uint64_t sequence = 0, stateHash = 0;
+    Sequence sequence;
+    StateHash stateHash;
 
     std::deque<message::TileImage> waitingImages;
     std::deque<message::Request> waitingRequests;
@@ -262,7 +257,7 @@ void ClientSession::Impl::enqueue(const Message& message) {
         // The one in front is no backlog, however large it is.
         if (steps.size() > 1) return disconnect("fell too far behind the server; starting over from a snapshot");
     }
-    if (!want(blobsOf(message))) return;
+    if (!want(listOf(message).blobs)) return;
     pump();
 }
 
@@ -317,7 +312,7 @@ void ClientSession::Impl::pump() {
         return;
     }
     Step& next = steps.front();
-    if (!allHeld(blobsOf(next.message), next.held)) return;
+    if (!allHeld(listOf(next.message).blobs, next.held)) return;
     const Message message = std::move(next.message);
     steps.pop_front();
     queuedBytes -= bytesOf(message);
@@ -327,26 +322,26 @@ void ClientSession::Impl::pump() {
 void ClientSession::Impl::start(const Message& message) {
     if (const auto* snapshot = std::get_if<message::Snapshot>(&message)) {
         work = Work::kApplying;
-        workNumber = snapshot->sequence;
-        workHash = snapshot->stateHash;
+        applying = snapshot->list->sequence;
+        applyingHash = snapshot->list->stateHash;
         out.push_back(client_action::ApplySnapshot{*snapshot});
     } else if (const auto* changes = std::get_if<message::Changes>(&message)) {
         work = Work::kApplying;
-        workNumber = changes->sequence;
-        workHash = changes->stateHash;
+        applying = changes->list->sequence;
+        applyingHash = changes->list->stateHash;
         out.push_back(client_action::ApplyChanges{*changes});
     } else if (const auto* begin = std::get_if<message::Begin>(&message)) {
         work = Work::kDrawing;
-        workNumber = begin->frame;
+        workFrame = begin->frame;
         reportSynced = false;  // it is in the barrier: nobody waits for that any more
         out.push_back(client_action::Draw{*begin});
     } else if (const auto* swap = std::get_if<message::Swap>(&message)) {
         if (!everDrawn || swap->frame != lastDrawn)
             return disconnect(
-                "the server released frame " + std::to_string(swap->frame) + ", which is not the one drawn last", true,
-                ErrorCode::kBadInput);
+                "the server released frame " + std::to_string(swap->frame.value) + ", which is not the one drawn last",
+                true, ErrorCode::kBadInput);
         work = Work::kShowing;
-        workNumber = swap->frame;
+        workFrame = swap->frame;
         out.push_back(client_action::Show{swap->frame});
     } else if (const auto* query = std::get_if<message::HashQuery>(&message)) {
         work = Work::kDescribing;
@@ -354,10 +349,10 @@ void ClientSession::Impl::start(const Message& message) {
     }
 }
 
-void ClientSession::Impl::applied(std::uint64_t at, std::uint64_t hash) {
-    TESSERA_CHECK(work == Work::kApplying && workNumber == at, "`applied` answers the list handed out last");
-    if (hash != workHash)
-        return disconnect("the replica differs from the server's scene after list " + std::to_string(at), true,
+void ClientSession::Impl::applied(Sequence at, StateHash hash) {
+    TESSERA_CHECK(work == Work::kApplying && applying == at, "`applied` answers the list handed out last");
+    if (hash != applyingHash)
+        return disconnect("the replica differs from the server's scene after list " + std::to_string(at.value), true,
                           ErrorCode::kFailed);
     work = Work::kNone;
     sequence = at;
@@ -430,7 +425,7 @@ void ClientSession::dropBlob(const BlobId& id) {
     impl_->fetcher.drop(id);
 }
 
-ClientActions ClientSession::applied(std::uint64_t sequence, std::uint64_t stateHash) {
+ClientActions ClientSession::applied(Sequence sequence, StateHash stateHash) {
     if (!impl_->dead()) impl_->applied(sequence, stateHash);
     return impl_->take();
 }
@@ -440,9 +435,9 @@ ClientActions ClientSession::applyFailed(const std::string& reason) {
     return impl_->take();
 }
 
-ClientActions ClientSession::drawn(std::uint64_t frame, std::uint64_t stateHash, SharedBytes stats) {
+ClientActions ClientSession::drawn(FrameNumber frame, StateHash stateHash, ByteSlice stats) {
     if (impl_->dead()) return {};
-    TESSERA_CHECK(impl_->work == Impl::Work::kDrawing && impl_->workNumber == frame,
+    TESSERA_CHECK(impl_->work == Impl::Work::kDrawing && impl_->workFrame == frame,
                   "`drawn` answers the frame handed out last");
     impl_->work = Impl::Work::kNone;
     impl_->everDrawn = true;
@@ -452,9 +447,9 @@ ClientActions ClientSession::drawn(std::uint64_t frame, std::uint64_t stateHash,
     return impl_->take();
 }
 
-ClientActions ClientSession::shown(std::uint64_t frame, TimePoint at) {
+ClientActions ClientSession::shown(FrameNumber frame, TimePoint at) {
     if (impl_->dead()) return {};
-    TESSERA_CHECK(impl_->work == Impl::Work::kShowing && impl_->workNumber == frame,
+    TESSERA_CHECK(impl_->work == Impl::Work::kShowing && impl_->workFrame == frame,
                   "`shown` answers the Show handed out last");
     impl_->work = Impl::Work::kNone;
     impl_->send(ChannelKind::kControl, message::Shown{frame, toNs(at) + clockOffsetNs()});

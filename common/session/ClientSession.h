@@ -44,8 +44,8 @@ struct Send {
 struct OpenBulk {};
 /// The wall has been handed out (Welcome).
 struct Configured {
-    std::uint64_t epoch = 0;
-    SharedBytes configuration;
+    Epoch epoch;
+    ByteSlice configuration;
 };
 /// Make this the scene. All blobs it names are here (as far as `wantBlobs`). Answer with `applied`.
 struct ApplySnapshot {
@@ -55,13 +55,13 @@ struct ApplySnapshot {
 struct ApplyChanges {
     message::Changes changes;
 };
-/// Apply what `begin.payload` holds, draw, and answer with `drawn`. Never a second one before the first is answered.
+/// Apply `begin.list`, draw, and answer with `drawn`. Never a second one before the first is answered.
 struct Draw {
     message::Begin begin;
 };
 /// Make image `frame` the one shown, then call `shown`.
 struct Show {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
 };
 /// Keep this blob; it is complete and its hash is right.
 struct StoreBlob {
@@ -126,11 +126,11 @@ public:
     /// The owner has let go of this blob: should a list name it again, it is fetched again.
     void dropBlob(const BlobId& id);
 
-    [[nodiscard]] ClientActions applied(std::uint64_t sequence, std::uint64_t stateHash);
+    [[nodiscard]] ClientActions applied(Sequence sequence, StateHash stateHash);
     /// A list or snapshot could not be applied: asks for a fresh snapshot by reconnecting.
     [[nodiscard]] ClientActions applyFailed(const std::string& reason);
-    [[nodiscard]] ClientActions drawn(std::uint64_t frame, std::uint64_t stateHash, SharedBytes stats);
-    [[nodiscard]] ClientActions shown(std::uint64_t frame, TimePoint at);
+    [[nodiscard]] ClientActions drawn(FrameNumber frame, StateHash stateHash, ByteSlice stats);
+    [[nodiscard]] ClientActions shown(FrameNumber frame, TimePoint at);
     [[nodiscard]] ClientActions hashes(message::HashAnswer answer);
     [[nodiscard]] ClientActions image(message::TileImage image);
     [[nodiscard]] ClientActions request(message::Request request);

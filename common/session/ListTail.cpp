@@ -4,35 +4,29 @@
 
 namespace tessera {
 
-namespace {
-std::size_t bytesOf(const message::Changes& changes) {
-    return changes.list ? changes.list->size() : 0;
-}
-}  // namespace
-
-void ListTail::startAt(std::uint64_t sequence, std::uint64_t stateHash) {
+void ListTail::startAt(Sequence sequence, StateHash stateHash) {
     started_ = true;
     last_ = sequence;
     base_ = sequence;
     hashes_.emplace_back(sequence, stateHash);
 }
 
-void ListTail::append(const message::Changes& changes) {
-    TESSERA_CHECK(!started_ || changes.sequence == last_ + 1, "lists are numbered one by one");
-    if (!started_) base_ = changes.sequence - 1;
+void ListTail::append(CommittedListPtr list) {
+    TESSERA_CHECK(!started_ || list->sequence == last_.next(), "lists are numbered one by one");
+    if (!started_) base_ = Sequence(list->sequence.value - 1);
     started_ = true;
-    last_ = changes.sequence;
-    hashes_.emplace_back(changes.sequence, changes.stateHash);
+    last_ = list->sequence;
+    hashes_.emplace_back(list->sequence, list->stateHash);
     if (hashes_.size() > kHashes) hashes_.pop_front();
     if (!keeping_) {
         base_ = last_;
         return;
     }
-    lists_.push_back(changes);
-    bytes_ += bytesOf(changes);
+    bytes_ += list->encoded.size();
+    lists_.push_back(std::move(list));
     while (lists_.size() > maxLists_ || (bytes_ > maxBytes_ && !lists_.empty())) {
-        bytes_ -= bytesOf(lists_.front());
-        base_ = lists_.front().sequence;
+        bytes_ -= lists_.front()->encoded.size();
+        base_ = lists_.front()->sequence;
         lists_.pop_front();
     }
 }
@@ -46,9 +40,9 @@ void ListTail::keep(bool wanted) {
     base_ = last_;
 }
 
-std::optional<std::uint64_t> ListTail::hashAt(std::uint64_t sequence) const {
+std::optional<StateHash> ListTail::hashAt(Sequence sequence) const {
     const auto it = std::lower_bound(hashes_.begin(), hashes_.end(), sequence,
-                                     [](const auto& entry, std::uint64_t wanted) { return entry.first < wanted; });
+                                     [](const auto& entry, Sequence wanted) { return entry.first < wanted; });
     if (it == hashes_.end() || it->first != sequence) return std::nullopt;
     return it->second;
 }

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "common/base/Blob.h"
-#include "common/base/Bytes.h"
 #include "common/base/Clock.h"
 #include "common/base/Error.h"
-#include "common/base/StrongId.h"
+#include "common/base/HistoryIds.h"
 #include "common/base/Version.h"
+#include "common/session/CommittedList.h"
 
 namespace tessera {
 
@@ -23,12 +23,6 @@ enum class ChannelKind : std::uint8_t {
 };
 
 enum class PeerRole : std::uint8_t { kHost = 0, kApplication = 1 };
-
-struct BlobInfo {
-    BlobId id;
-    std::uint64_t sizeBytes = 0;
-    bool operator==(const BlobInfo&) const = default;
-};
 
 /// One object or one range of ids with its hash; see Aspect::leafHashes.
 struct HashEntry {
@@ -66,19 +60,19 @@ struct Hello {
 };
 /// The replica stands at `sequence` with all its blobs; the host can enter the barrier.
 struct Synced {
-    std::uint64_t sequence = 0;
-    std::uint64_t stateHash = 0;
+    Sequence sequence;
+    StateHash stateHash;
     bool operator==(const Synced&) const = default;
 };
 /// The image of `frame` is complete in memory, not merely "received".
 struct Ready {
-    std::uint64_t frame = 0;
-    std::uint64_t stateHash = 0;
-    SharedBytes stats;  ///< per tile: see codec FrameCodec
+    FrameNumber frame;
+    StateHash stateHash;
+    ByteSlice stats;  ///< per tile: see codec FrameCodec
 };
 /// Image `frame` became the one shown at this instant of the *server's* clock, as the host estimates it.
 struct Shown {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::int64_t shownAtNs = 0;
     bool operator==(const Shown&) const = default;
 };
@@ -95,7 +89,7 @@ struct BlobRequest {
     bool operator==(const BlobRequest&) const = default;
 };
 struct HashAnswer {
-    std::uint64_t sequence = 0;
+    Sequence sequence;
     bool objects = false;  ///< entries are objects of one leaf, else leaves
     std::vector<HashEntry> entries;
     bool operator==(const HashAnswer&) const = default;
@@ -103,24 +97,24 @@ struct HashAnswer {
 /// Bulk channel: the answer to an ImageRequest, one per tile, PNG.
 struct TileImage {
     std::uint64_t request = 0;
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::string tile;
-    SharedBytes png;
+    ByteSlice png;
 };
 /// Anything an application asks for: content in `body` (codec ApplicationCodec).
 struct Request {
     std::uint64_t id = 0;
-    SharedBytes body;
+    ByteSlice body;
 };
 
 // ---- server to peer ------------------------------------------------------------------------------------------------
 
 struct Welcome {
-    std::uint64_t epoch = 0;
+    Epoch epoch;
     std::uint64_t token = 0;  ///< binds this peer's bulk channel to it
     std::chrono::milliseconds heartbeat{50};
     std::chrono::milliseconds lostAfter{250};
-    SharedBytes configuration;  ///< the wall (codec WallCodec)
+    ByteSlice configuration;  ///< the wall (codec WallCodec)
 };
 /// The connection is closed after this. `retry`: the same call may go well later.
 struct Refused {
@@ -129,32 +123,24 @@ struct Refused {
     bool retry = false;
     bool operator==(const Refused&) const = default;
 };
-/// The whole scene at `sequence`; its blobs are to be fetched first.
+/// The whole scene: a list that makes it from nothing, with all blobs that it names.
 struct Snapshot {
-    std::uint64_t sequence = 0;
-    std::uint64_t stateHash = 0;
-    SharedBytes list;
-    std::vector<BlobInfo> blobs;
+    CommittedListPtr list = nothingCommitted();
 };
 /// A committed list off the barrier (joining and late hosts, applications).
 struct Changes {
-    std::uint64_t sequence = 0;
-    std::uint64_t stateHash = 0;
-    SharedBytes list;
-    std::vector<BlobInfo> blobs;  ///< that the list names and earlier lists did not; to be fetched before it is applied
+    CommittedListPtr list = nothingCommitted();
 };
-/// Draw frame `frame`: `payload` holds view and change list (codec FrameCodec); the replica must then stand at
-/// `sequence` with `stateHash`.
+/// Apply `list` and draw frame `frame`; `payload` holds its view (codec FrameCodec). Hosts hold the list's blobs
+/// already where they were announced.
 struct Begin {
-    std::uint64_t frame = 0;
-    std::uint64_t sequence = 0;
-    std::uint64_t stateHash = 0;
-    SharedBytes payload;
-    std::vector<BlobInfo> blobs;  ///< new in this frame's list; hosts hold them already where they were announced
+    FrameNumber frame;
+    ByteSlice payload;
+    CommittedListPtr list = nothingCommitted();  ///< where it changes nothing it says where the replica stands
 };
 /// Make image `frame` the one shown.
 struct Swap {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     bool operator==(const Swap&) const = default;
 };
 /// A list that needs these blobs will be committed when everybody has them.
@@ -167,7 +153,7 @@ struct BlobChunk {
     BlobId id;
     std::uint64_t offset = 0;
     std::uint64_t totalBytes = 0;  ///< 0: the server does not have this blob
-    SharedBytes bytes;
+    ByteSlice bytes;
 };
 /// Leaf hashes (no leaf) or the object hashes of one leaf, of the replica as it is.
 struct HashQuery {
@@ -178,18 +164,18 @@ struct HashQuery {
 /// Send all tile images of the frame that is shown once `frame` or a later one is.
 struct ImageRequest {
     std::uint64_t request = 0;
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     bool operator==(const ImageRequest&) const = default;
 };
 struct Reply {
     std::uint64_t id = 0;
     ErrorCode code = ErrorCode::kFailed;  ///< only where `error` is not empty
     std::string error;
-    SharedBytes body;
+    ByteSlice body;
 };
 /// Frame data for subscribers (codec ApplicationCodec).
 struct Notice {
-    SharedBytes body;
+    ByteSlice body;
 };
 /// The show is over; peers finish and exit 0.
 struct Over {
@@ -204,6 +190,8 @@ using Message = std::variant<message::Heartbeat, message::Hello, message::Synced
                              message::Request, message::Welcome, message::Refused, message::Snapshot, message::Changes,
                              message::Begin, message::Swap, message::BlobNotice, message::BlobChunk, message::HashQuery,
                              message::ImageRequest, message::Reply, message::Notice, message::Over>;
+/// One message for several peers is one object: it is encoded once.
+using MessagePtr = std::shared_ptr<const Message>;
 
 /// The field's name for logs, e.g. "Begin".
 [[nodiscard]] std::string_view nameOf(const Message& message);

@@ -191,18 +191,19 @@ void ServerSession::Impl::finish(const std::string& reason) {
     if (finished) return;
     finished = true;
     finishReason = reason;
+    const MessagePtr over = shared(message::Over{reason});
     for (const auto& [id, peer] : peers)
-        if (peer.stage != Peer::Stage::kBulk) send(id, message::Over{reason});
+        if (peer.stage != Peer::Stage::kBulk) send(id, over);
 }
 
-void ServerSession::Impl::fault(const Host& host, FaultKind kind, const std::string& detail, std::uint64_t frame,
+void ServerSession::Impl::fault(const Host& host, FaultKind kind, const std::string& detail, FrameNumber frame,
                                 TimePoint now) {
     const Peer* peer = find(host.connection);
     const Duration silence = peer ? std::max(Duration::zero(), now - lastHeard(*peer)) : Duration::zero();
     out.push_back(server_action::Fault{host.name, kind, frame, silence, detail});
 }
 
-void ServerSession::Impl::lose(Host& host, FaultKind kind, const std::string& detail, std::uint64_t frame,
+void ServerSession::Impl::lose(Host& host, FaultKind kind, const std::string& detail, FrameNumber frame,
                                TimePoint now) {
     fault(host, kind, detail, frame, now);
     leaveBarrier(host, now);
@@ -255,8 +256,8 @@ ServerSession::Impl::Host& ServerSession::Impl::hostOf(const Peer& peer) {
     return *host;
 }
 
-std::uint64_t ServerSession::Impl::currentFrame() const {
-    return barrier.open() ? barrier.nextFrame() - 1 : barrier.nextFrame();
+FrameNumber ServerSession::Impl::currentFrame() const {
+    return barrier.open() ? barrier.openFrame() : barrier.nextFrame();
 }
 
 // ---- the public face -----------------------------------------------------------------------------------------------
@@ -297,7 +298,7 @@ bool ServerSession::mayBegin(TimePoint now) const {
     return !impl_->finished && impl_->mayBegin(now);
 }
 
-std::uint64_t ServerSession::nextFrame() const {
+FrameNumber ServerSession::nextFrame() const {
     return impl_->barrier.nextFrame();
 }
 
@@ -326,7 +327,7 @@ ServerActions ServerSession::repair(const std::string& host, TimePoint now) {
     return impl_->take();
 }
 
-ServerActions ServerSession::requestImages(std::uint64_t request, std::uint64_t frame) {
+ServerActions ServerSession::requestImages(std::uint64_t request, FrameNumber frame) {
     if (!impl_->finished) impl_->requestImages(request, frame);
     return impl_->take();
 }

@@ -37,9 +37,9 @@ enum class FaultKind : std::uint8_t {
 struct ServerSessionConfig {
     std::vector<std::string> hosts;  ///< every host of the wall
     SyncPolicy sync;
-    std::uint64_t epoch = 1;
+    Epoch epoch{1};
     std::uint64_t schema = 0;
-    SharedBytes configuration;  ///< handed out in Welcome
+    ByteSlice configuration;  ///< handed out in Welcome
     std::uint64_t tokenSeed = 1;
     std::size_t maxApplications = 64;
     std::size_t maxPendingConnections = 64;
@@ -62,22 +62,19 @@ struct ServerSessionConfig {
 
 /// What the frame loop hands in for one frame.
 struct FrameContent {
-    std::uint64_t frame = 0;
-    std::uint64_t sequence = 0;  ///< the scene's after this frame's list
-    std::uint64_t stateHash = 0;
-    SharedBytes payload;  ///< for hosts in the barrier
-    /// Lists committed for this frame, for those who follow off the barrier. May be none. Lists are numbered one by
-    /// one: each is in exactly one frame's `changes`, in order, the last one has the number `sequence`, and a frame
-    /// without lists has the sequence of the frame before it. (Checked: a gap would leave a joining host with another
-    /// scene.)
-    std::vector<message::Changes> changes;
+    FrameNumber frame;
+    ByteSlice payload;  ///< for hosts in the barrier
+    /// What is committed for this frame, for everybody. Lists are numbered one by one: each is in exactly one frame, in
+    /// order, and a frame that changes nothing has the sequence of the frame before it. (Checked: a gap would leave a
+    /// joining host with another scene.)
+    CommittedListPtr list = nothingCommitted();
 };
 
 namespace server_action {
 
 struct Send {
     ConnectionId connection;
-    Message message;
+    MessagePtr message;  ///< the same for all to whom the same is said
 };
 struct Close {
     ConnectionId connection;
@@ -90,20 +87,20 @@ struct SnapshotWanted {
 };
 struct HostEntered {
     std::string host;
-    std::uint64_t frame = 0;  ///< the first frame it takes part in
+    FrameNumber frame;  ///< the first frame it takes part in
     bool rejoined = false;
     Duration awayFor{};  ///< since it was lost; zero on the first time
 };
 struct Fault {
     std::string host;
     FaultKind kind{};
-    std::uint64_t frame = 0;   ///< the frame open or next when it was found
+    FrameNumber frame;         ///< the frame open or next when it was found
     Duration detectedAfter{};  ///< since the last byte received from it
     std::string detail;
 };
 /// Frame `frame` was released to `shown`; `held` keep their last image.
 struct FrameReleased {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::vector<std::string> shown;
     std::vector<std::string> held;
     Duration barrierTime{};  ///< first Ready to release
@@ -112,27 +109,27 @@ struct FrameReleased {
 };
 struct FrameStats {
     std::string host;
-    std::uint64_t frame = 0;
-    SharedBytes stats;
+    FrameNumber frame;
+    ByteSlice stats;
 };
 struct FrameShown {
     std::string host;
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     std::int64_t shownAtNs = 0;  ///< on the server's clock, as the host estimates it
 };
 /// The host's replica stood at `expected` ≠ `actual` after `frame`. Its hash tree follows as `HashesReceived`. The host
 /// is out of the barrier and its replica stands still until `repair`.
 struct StateMismatch {
     std::string host;
-    std::uint64_t frame = 0;
-    std::uint64_t sequence = 0;  ///< at which the replica stands
-    std::uint64_t expected = 0;
-    std::uint64_t actual = 0;
+    FrameNumber frame;
+    Sequence sequence;  ///< at which the replica stands
+    StateHash expected;
+    StateHash actual;
 };
 /// Part of the hash tree of a mismatched host. Answer with `queryObjects` (after leaves) or `repair`.
 struct HashesReceived {
     std::string host;
-    std::uint64_t sequence = 0;  ///< at which the replica stands
+    Sequence sequence;  ///< at which the replica stands
     bool objects = false;
     std::vector<HashEntry> entries;
 };
@@ -140,7 +137,7 @@ struct RequestReceived {
     ConnectionId connection;
     std::string application;
     std::uint64_t id = 0;
-    SharedBytes body;
+    ByteSlice body;
 };
 struct ApplicationJoined {
     ConnectionId connection;
@@ -202,20 +199,20 @@ public:
     /// Whether frame `nextFrame()` may begin: none is open, and all hosts are there or the start deadline is over. Not
     /// while every host left in the barrier still draws an older frame (policies hold and drop): nobody would draw it.
     [[nodiscard]] bool mayBegin(TimePoint now) const;
-    [[nodiscard]] std::uint64_t nextFrame() const;
+    [[nodiscard]] FrameNumber nextFrame() const;
     /// Sends Begin to everybody in the barrier, Changes to everybody who follows off it. Hosts that are synced enter
     /// here, unless their snapshot holds a list of this very frame already: then they enter at the next. With no host
     /// in the barrier the frame is released at once.
     [[nodiscard]] ServerActions beginFrame(const FrameContent& content, TimePoint now);
 
-    /// The answer to SnapshotWanted. Lists committed after `snapshot.sequence` follow by themselves.
+    /// The answer to SnapshotWanted. Lists committed after its sequence follow by themselves.
     [[nodiscard]] ServerActions snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now);
     /// Announces blobs; BlobsEverywhere follows (at once when no host is live). Tokens are the caller's, each used
     /// once. Joining hosts are told too: they are not waited for, but do not enter the barrier without these blobs.
     [[nodiscard]] ServerActions announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now);
     [[nodiscard]] ServerActions queryObjects(const std::string& host, std::uint64_t leaf);
     [[nodiscard]] ServerActions repair(const std::string& host, TimePoint now);
-    [[nodiscard]] ServerActions requestImages(std::uint64_t request, std::uint64_t frame);
+    [[nodiscard]] ServerActions requestImages(std::uint64_t request, FrameNumber frame);
     [[nodiscard]] ServerActions reply(ConnectionId application, message::Reply reply);
     [[nodiscard]] ServerActions notify(ConnectionId application, message::Notice notice);
     /// Tells everybody; afterwards nothing is accepted.
@@ -224,7 +221,7 @@ public:
     struct HostStatus {
         std::string name;
         HostState state = HostState::kAbsent;
-        std::uint64_t lastShown = 0;
+        FrameNumber lastShown;
         bool everShown = false;
         Duration roundTrip{};
     };

@@ -5,38 +5,34 @@ namespace tessera {
 
 bool ServerSession::Impl::mayBegin(TimePoint now) const {
     if (!barrier.mayBegin()) return false;
-    if (barrier.nextFrame() > 0) return true;
+    if (barrier.nextFrame()) return true;
     if (std::all_of(hosts.begin(), hosts.end(), [](const Host& host) { return host.mayEnter(); })) return true;
     return startedAt && now - *startedAt >= config.sync.startDeadline;
 }
 
 void ServerSession::Impl::beginFrame(const FrameContent& content, TimePoint now) {
-    const bool numbered = content.changes.empty() ? (!tail.started() || content.sequence == tail.last())
-                                                  : content.changes.back().sequence == content.sequence;
-    TESSERA_CHECK(numbered, "a frame's lists end at its sequence, and nothing is between two frames");
+    const CommittedList& list = *content.list;
+    TESSERA_CHECK(list.changed() || !tail.started() || list.sequence == tail.last(),
+                  "a frame without a list stands where the last one did: nothing is between two frames");
     forgetCommitted(content);
     enterSynced(content, now);
     const std::vector<std::string> drawing = barrier.begin(content.frame, now);
-    message::Begin begin{.frame = content.frame,
-                         .sequence = content.sequence,
-                         .stateHash = content.stateHash,
-                         .payload = content.payload};
-    for (const message::Changes& changes : content.changes)
-        begin.blobs.insert(begin.blobs.end(), changes.blobs.begin(), changes.blobs.end());
+    const MessagePtr begin = shared(message::Begin{content.frame, content.payload, content.list});
     for (const std::string& name : drawing) {
         Host& host = *findHost(name);
         host.state = HostState::kLive;
         host.everBegun = true;
         host.answered = false;
         host.frame = content.frame;
-        host.sequence = content.sequence;
-        host.stateHash = content.stateHash;
-        find(host.connection)->sentThrough = content.sequence;
+        host.sequence = list.sequence;
+        host.stateHash = list.stateHash;
+        find(host.connection)->sentThrough = list.sequence;
         send(host.connection, begin);
     }
-    for (auto& [id, peer] : peers) {
-        if (!peer.following) continue;
-        for (const message::Changes& changes : content.changes) follow(peer, changes, now);
+    if (list.changed()) {
+        MessagePtr changes;
+        for (auto& [id, peer] : peers)
+            if (peer.following) follow(peer, content.list, changes, now);
     }
     record(content);
     settle(now);
@@ -53,29 +49,32 @@ void ServerSession::Impl::enterSynced(const FrameContent& content, TimePoint now
     }
 }
 
-/// Whether this frame's lists are just what the peer's replica lacks. A snapshot may be ahead of them: it is made of
+/// Whether this frame's list is just what the peer's replica lacks. A snapshot may be ahead of them: it is made of
 /// the committed scene, and a list may be committed before the frame that carries it begins.
 bool ServerSession::Impl::fits(const Peer& peer, const FrameContent& content) const {
-    if (!content.changes.empty()) return peer.sentThrough + 1 == content.changes.front().sequence;
-    return peer.sentThrough == content.sequence;
+    return (content.list->changed() ? peer.sentThrough.next() : peer.sentThrough) == content.list->sequence;
 }
 
 void ServerSession::Impl::record(const FrameContent& content) {
-    if (!tail.started() && content.changes.empty()) tail.startAt(content.sequence, content.stateHash);
-    for (const message::Changes& changes : content.changes) tail.append(changes);
+    if (content.list->changed())
+        tail.append(content.list);
+    else if (!tail.started())
+        tail.startAt(content.list->sequence, content.list->stateHash);
 }
 
-void ServerSession::Impl::follow(Peer& peer, const message::Changes& changes, TimePoint now) {
-    if (changes.sequence <= peer.sentThrough) return;
-    TESSERA_CHECK(changes.sequence == peer.sentThrough + 1, "a follower gets every list");
-    peer.sentThrough = changes.sequence;
+/// `changes`: the message about this list, once somebody needs it.
+void ServerSession::Impl::follow(Peer& peer, const CommittedListPtr& list, MessagePtr& changes, TimePoint now) {
+    if (list->sequence <= peer.sentThrough) return;
+    TESSERA_CHECK(list->sequence == peer.sentThrough.next(), "a follower gets every list");
+    peer.sentThrough = list->sequence;
+    if (!changes) changes = shared(message::Changes{list});
     send(peer.id, changes);
-    if (peer.role != PeerRole::kHost || changes.blobs.empty()) return;
+    if (peer.role != PeerRole::kHost || list->blobs.empty()) return;
     // What it has to fetch must not make the barrier wait: it enters after this list, not before.
     if (Host& host = hostOf(peer); host.state == HostState::kSyncing) {
         if (host.mayEnter()) host.syncing.restart(now);
         host.synced = false;
-        host.mustReach = changes.sequence;
+        host.mustReach = list->sequence;
     }
 }
 
@@ -89,25 +88,28 @@ void ServerSession::Impl::askSnapshot(Peer& peer) {
 void ServerSession::Impl::snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now) {
     Peer* peer = find(connection);
     if (!peer || !peer->snapshotAsked) return;
-    if (!tail.covers(snapshot.sequence)) return askSnapshot(*peer);  // it took so long that lists since are gone
+    if (!tail.covers(snapshot.list->sequence)) return askSnapshot(*peer);  // it took so long that lists since are gone
     peer->snapshotAsked = false;
     peer->following = true;
     peer->everFollowed = true;
-    peer->sentThrough = snapshot.sequence;
+    peer->sentThrough = snapshot.list->sequence;
     if (peer->role == PeerRole::kHost) {
         Host& host = hostOf(*peer);
         host.state = HostState::kSyncing;
         host.synced = false;
-        host.mustReach = snapshot.sequence;
-        host.snapshotSequence = snapshot.sequence;
-        host.snapshotHash = snapshot.stateHash;
+        host.mustReach = snapshot.list->sequence;
+        host.snapshotSequence = snapshot.list->sequence;
+        host.snapshotHash = snapshot.list->stateHash;
         host.syncing.restart(now);
         for (const Announcement& announcement : announcements)
             if (host.owedBlobs.insert(announcement.token).second)
                 send(connection, message::BlobNotice{announcement.token, announcement.blobs});
     }
     send(connection, std::move(snapshot));
-    for (const message::Changes& changes : tail.lists()) follow(*peer, changes, now);
+    for (const CommittedListPtr& list : tail.lists()) {
+        MessagePtr changes;
+        follow(*peer, list, changes, now);
+    }
     updateTail();
 }
 
@@ -116,13 +118,14 @@ void ServerSession::Impl::updateTail() {
 }
 
 void ServerSession::Impl::announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now) {
+    const MessagePtr notice = shared(message::BlobNotice{token, blobs});
     Announcement announcement{.token = token, .blobs = std::move(blobs), .fetching = {.since = now}};
     for (Host& host : hosts) {
         if (!host.connection) continue;
         if (host.mayEnter()) host.syncing.restart(now);  // it was done; this is a new task
         host.owedBlobs.insert(token);
         if (barrier.contains(host.name)) announcement.awaited.insert(host.name);
-        send(host.connection, message::BlobNotice{token, announcement.blobs});
+        send(host.connection, notice);
     }
     announcements.push_back(std::move(announcement));
     reportEverywhere();
@@ -134,9 +137,9 @@ void ServerSession::Impl::announceBlobs(std::uint64_t token, std::vector<BlobInf
 }
 
 void ServerSession::Impl::forgetCommitted(const FrameContent& content) {
+    if (announcements.empty()) return;
     std::set<BlobId> named;
-    for (const message::Changes& changes : content.changes)
-        for (const BlobInfo& blob : changes.blobs) named.insert(blob.id);
+    for (const BlobInfo& blob : content.list->blobs) named.insert(blob.id);
     std::erase_if(announcements, [&](const Announcement& announcement) {
         return announcement.everywhere && std::all_of(announcement.blobs.begin(), announcement.blobs.end(),
                                                       [&](const BlobInfo& blob) { return named.contains(blob.id); });
@@ -184,23 +187,25 @@ void ServerSession::Impl::repair(const std::string& name, TimePoint now) {
     settle(now);
 }
 
-void ServerSession::Impl::requestImages(std::uint64_t request, std::uint64_t frame) {
+void ServerSession::Impl::requestImages(std::uint64_t request, FrameNumber frame) {
     constexpr std::size_t kRemembered = 64;
     imageRequests.push_back(request);
     if (imageRequests.size() > kRemembered) imageRequests.pop_front();
+    const MessagePtr message = shared(message::ImageRequest{request, frame});
     for (const Host& host : hosts)
-        if (host.inBarrier()) send(host.connection, message::ImageRequest{request, frame});
+        if (host.inBarrier()) send(host.connection, message);
 }
 
 void ServerSession::Impl::settle(TimePoint now) {
-    const std::uint64_t frame = currentFrame();
+    const FrameNumber frame = currentFrame();
     SwapBarrier::Outcome outcome = barrier.poll(now, std::min(now, knownUntil));
     if (outcome.released) {
+        const MessagePtr swap = shared(message::Swap{outcome.frame});
         for (const std::string& name : outcome.show) {
             Host& host = *findHost(name);
             host.everSwapped = true;
             host.lastSwap = outcome.frame;
-            send(host.connection, message::Swap{outcome.frame});
+            send(host.connection, swap);
         }
         for (const std::string& name : outcome.held) {
             Host& host = *findHost(name);
@@ -216,7 +221,8 @@ void ServerSession::Impl::settle(TimePoint now) {
     for (const std::string& name : outcome.stalled) {
         Host& host = *findHost(name);
         const ConnectionId connection = host.connection;
-        const std::string detail = "no picture of frame " + std::to_string(host.frame) + " within the frame deadline";
+        const std::string detail =
+            "no picture of frame " + std::to_string(host.frame.value) + " within the frame deadline";
         lose(host, FaultKind::kDrawStalled, detail, frame, now);
         close(*find(connection), detail);
     }

@@ -31,7 +31,7 @@ struct ServerSession::Impl {
         bool snapshotAsked = false;
         bool following = false;  ///< has its snapshot: lists are sent to it
         bool everFollowed = false;
-        std::uint64_t sentThrough = 0;  ///< the last list sent to it, or in its snapshot
+        Sequence sentThrough;  ///< the last list sent to it, or in its snapshot
     };
 
     /// How long somebody has for a task, without the time in which we did not do our part of it.
@@ -56,20 +56,23 @@ struct ServerSession::Impl {
         // Catching up: it may enter once it has said Synced for `mustReach` or later and holds all blobs it was told
         // of.
         bool synced = false;
-        std::uint64_t mustReach = 0;
+        Sequence mustReach;
         Patience syncing;
         std::set<std::uint64_t> owedBlobs;  ///< tokens of announcements
-        std::uint64_t snapshotSequence = 0, snapshotHash = 0;
+        Sequence snapshotSequence;
+        StateHash snapshotHash;
 
         // The frame it was last told to draw.
         bool everBegun = false;
         bool answered = true;
-        std::uint64_t frame = 0, sequence = 0, stateHash = 0;
+        FrameNumber frame;
+        Sequence sequence;  ///< of that frame
+        StateHash stateHash;
 
         bool everSwapped = false;
-        std::uint64_t lastSwap = 0;
+        FrameNumber lastSwap;
         bool everShown = false;
-        std::uint64_t lastShown = 0;
+        FrameNumber lastShown;
 
         bool mismatched = false;  ///< out of the barrier until `repair`
         std::size_t queriesOpen = 0;
@@ -115,8 +118,7 @@ struct ServerSession::Impl {
     void on(Peer& peer, Host& host, const message::BlobsHeld& message, TimePoint now);
     void on(Peer& peer, Host& host, const message::HashAnswer& message, TimePoint now);
     void violated(Peer& peer, const std::string& what, TimePoint now);
-    void mismatch(Peer& peer, Host& host, std::uint64_t sequence, std::uint64_t expected, std::uint64_t actual,
-                  TimePoint now);
+    void mismatch(Peer& peer, Host& host, Sequence sequence, StateHash expected, StateHash actual, TimePoint now);
 
     // ServerSessionFrames.cpp: frames, catching up, blobs
     [[nodiscard]] bool mayBegin(TimePoint now) const;
@@ -124,7 +126,7 @@ struct ServerSession::Impl {
     void enterSynced(const FrameContent& content, TimePoint now);
     [[nodiscard]] bool fits(const Peer& peer, const FrameContent& content) const;
     void record(const FrameContent& content);
-    void follow(Peer& peer, const message::Changes& changes, TimePoint now);
+    void follow(Peer& peer, const CommittedListPtr& list, MessagePtr& changes, TimePoint now);
     void askSnapshot(Peer& peer);
     void snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now);
     void updateTail();
@@ -136,7 +138,7 @@ struct ServerSession::Impl {
     void resync(Host& host, TimePoint now);
     void queryObjects(const std::string& name, std::uint64_t leaf);
     void repair(const std::string& name, TimePoint now);
-    void requestImages(std::uint64_t request, std::uint64_t frame);
+    void requestImages(std::uint64_t request, FrameNumber frame);
     /// Polls the barrier and carries out what it says. Deadlines are judged by what is known, not by `now` alone: the
     /// Ready of a host may lie unread in the caller's queue.
     void settle(TimePoint now);
@@ -160,13 +162,17 @@ struct ServerSession::Impl {
     [[nodiscard]] const Peer* find(ConnectionId connection) const;
     [[nodiscard]] Host* findHost(const std::string& name);
     [[nodiscard]] Host& hostOf(const Peer& peer);
-    [[nodiscard]] std::uint64_t currentFrame() const;
-    void send(ConnectionId connection, Message message) {
+    [[nodiscard]] FrameNumber currentFrame() const;
+    void send(ConnectionId connection, MessagePtr message) {
         out.push_back(server_action::Send{connection, std::move(message)});
     }
-    void fault(const Host& host, FaultKind kind, const std::string& detail, std::uint64_t frame, TimePoint now);
+    void send(ConnectionId connection, Message message) { send(connection, shared(std::move(message))); }
+    [[nodiscard]] static MessagePtr shared(Message message) {
+        return std::make_shared<const Message>(std::move(message));
+    }
+    void fault(const Host& host, FaultKind kind, const std::string& detail, FrameNumber frame, TimePoint now);
     /// The host is gone: fault, out of the barrier. What happens to its connection is the caller's.
-    void lose(Host& host, FaultKind kind, const std::string& detail, std::uint64_t frame, TimePoint now);
+    void lose(Host& host, FaultKind kind, const std::string& detail, FrameNumber frame, TimePoint now);
     /// Tells a welcomed peer why, closes its connection and its bulk one, and forgets them. `peer` is gone afterwards.
     void close(Peer& peer, const std::string& reason);
     /// Forgets a connection that is closed, and closes the bulk one that hangs on it.

@@ -73,10 +73,10 @@ void ServerSession::Impl::heartbeat(Peer& peer, const message::Heartbeat& beat, 
 
 void ServerSession::Impl::on(Peer& peer, Host& host, const message::Synced& message, TimePoint now) {
     if (!peer.everFollowed || message.sequence > peer.sentThrough)
-        return violated(peer, "claims to stand at list " + std::to_string(message.sequence) + ", which it was not sent",
-                        now);
+        return violated(
+            peer, "claims to stand at list " + std::to_string(message.sequence.value) + ", which it was not sent", now);
     if (!peer.following) return;  // overtaken by a mismatch: a new snapshot comes
-    std::optional<std::uint64_t> expected = tail.hashAt(message.sequence);
+    std::optional<StateHash> expected = tail.hashAt(message.sequence);
     if (!expected && message.sequence == host.snapshotSequence) expected = host.snapshotHash;
     if (expected && *expected != message.stateHash)
         return mismatch(peer, host, message.sequence, *expected, message.stateHash, now);
@@ -86,10 +86,11 @@ void ServerSession::Impl::on(Peer& peer, Host& host, const message::Synced& mess
 void ServerSession::Impl::on(Peer& peer, Host& host, const message::Ready& message, TimePoint now) {
     if (!host.everBegun || message.frame > host.frame)
         return violated(
-            peer, "is ready with frame " + std::to_string(message.frame) + ", which it was not told to draw", now);
+            peer, "is ready with frame " + std::to_string(message.frame.value) + ", which it was not told to draw",
+            now);
     if (message.frame < host.frame || host.answered) return;
     host.answered = true;
-    if (message.stats) out.push_back(server_action::FrameStats{host.name, message.frame, message.stats});
+    if (!message.stats.empty()) out.push_back(server_action::FrameStats{host.name, message.frame, message.stats});
     if (!host.inBarrier()) return;  // it left the barrier while it drew; its catching up is under way
     if (message.stateHash != host.stateHash) {
         mismatch(peer, host, host.sequence, host.stateHash, message.stateHash, now);
@@ -109,7 +110,8 @@ void ServerSession::Impl::on(Peer& peer, Host& host, const message::Ready& messa
 
 void ServerSession::Impl::on(Peer& peer, Host& host, const message::Shown& message, TimePoint now) {
     if (!host.everSwapped || message.frame > host.lastSwap)
-        return violated(peer, "shows frame " + std::to_string(message.frame) + ", which was not released to it", now);
+        return violated(peer, "shows frame " + std::to_string(message.frame.value) + ", which was not released to it",
+                        now);
     if (host.everShown && message.frame <= host.lastShown) return;
     host.everShown = true;
     host.lastShown = message.frame;
@@ -136,10 +138,10 @@ void ServerSession::Impl::violated(Peer& peer, const std::string& what, TimePoin
     settle(now);
 }
 
-void ServerSession::Impl::mismatch(Peer& peer, Host& host, std::uint64_t sequence, std::uint64_t expected,
-                                   std::uint64_t actual, TimePoint now) {
-    const std::uint64_t frame = host.everBegun ? host.frame : currentFrame();
-    fault(host, FaultKind::kStateMismatch, "its replica differs at list " + std::to_string(sequence), frame, now);
+void ServerSession::Impl::mismatch(Peer& peer, Host& host, Sequence sequence, StateHash expected, StateHash actual,
+                                   TimePoint now) {
+    const FrameNumber frame = host.everBegun ? host.frame : currentFrame();
+    fault(host, FaultKind::kStateMismatch, "its replica differs at list " + std::to_string(sequence.value), frame, now);
     out.push_back(server_action::StateMismatch{host.name, frame, sequence, expected, actual});
     // Its picture of this frame may be wrong: the others go on, it keeps the image it has.
     if (barrier.open() && barrier.contains(host.name) && host.frame == currentFrame())

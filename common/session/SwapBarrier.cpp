@@ -27,11 +27,11 @@ bool SwapBarrier::mayBegin() const {
     return !open_ && (members_.empty() || count(Progress::kBehind) < members_.size());
 }
 
-std::vector<std::string> SwapBarrier::begin(std::uint64_t frame, TimePoint now) {
+std::vector<std::string> SwapBarrier::begin(FrameNumber frame, TimePoint now) {
     TESSERA_CHECK(!open_, "a frame begins while another one is open");
     TESSERA_CHECK(frame == next_, "frames begin one after the other");
     open_ = true;
-    ++next_;
+    next_ = next_.next();
     begun_ = now;
     lastHost_.clear();
     std::vector<std::string> drawing;
@@ -46,14 +46,14 @@ std::vector<std::string> SwapBarrier::begin(std::uint64_t frame, TimePoint now) 
     return drawing;
 }
 
-Expected<void> SwapBarrier::ready(const std::string& host, std::uint64_t frame, TimePoint now) {
+Expected<void> SwapBarrier::ready(const std::string& host, FrameNumber frame, TimePoint now) {
     const auto it = members_.find(host);
     if (it == members_.end())
-        return fail(ErrorCode::kRefused,
-                    "host '" + host + "' says ready for frame " + std::to_string(frame) + " but is not in the barrier");
+        return fail(ErrorCode::kRefused, "host '" + host + "' says ready for frame " + std::to_string(frame.value) +
+                                             " but is not in the barrier");
     Member& member = it->second;
     if (!member.everBegun || frame > member.frame)
-        return fail(ErrorCode::kRefused, "host '" + host + "' says ready for frame " + std::to_string(frame) +
+        return fail(ErrorCode::kRefused, "host '" + host + "' says ready for frame " + std::to_string(frame.value) +
                                              ", which it was not told to draw");
     if (frame < member.frame) return {};
     if (member.progress == Progress::kDrawing) {
@@ -107,7 +107,7 @@ void SwapBarrier::leaveLateBehind(TimePoint now, Outcome& outcome) {
 
 void SwapBarrier::release(TimePoint now, Outcome& outcome) {
     outcome.released = true;
-    outcome.frame = next_ - 1;
+    outcome.frame = openFrame();
     outcome.frameTime = std::max(Duration::zero(), now - begun_);
     outcome.lastHost = lastHost_;
     if (count(Progress::kDone) > 0) {

@@ -8,26 +8,10 @@
 
 #include "common/base/Clock.h"
 #include "common/base/Error.h"
+#include "common/base/HistoryIds.h"
+#include "common/base/SyncPolicy.h"
 
 namespace tessera {
-
-/// What happens when a host is later than the others.
-enum class LateFramePolicy : std::uint8_t {
-    kWait,  ///< nobody is left behind, up to the frame deadline; then the host is lost
-    kHold,  ///< the others go on without it for this frame; its tiles show their last image
-    kDrop,  ///< as hold, and the host leaves the barrier until it has caught up
-};
-
-struct SyncPolicy {
-    LateFramePolicy lateFrame = LateFramePolicy::kWait;
-    std::chrono::milliseconds frameDeadline{10'000};
-    /// Hold and drop: how long the others wait for a late host before they go on, from the first host's Ready.
-    std::chrono::milliseconds lateAfter{100};
-    std::chrono::milliseconds heartbeat{50};
-    std::chrono::milliseconds lostAfter{250};
-    std::chrono::milliseconds startDeadline{30'000};
-    bool operator==(const SyncPolicy&) const = default;
-};
 
 /// Pure state machine over host names: feed it events, carry out what it returns. Not thread-safe; one owner. Frames
 /// begin and are released in order, each exactly once. Times are the caller's clock.
@@ -49,14 +33,14 @@ public:
     /// Whether `begin` makes sense: no frame is open, and not all hosts that are left are behind.
     [[nodiscard]] bool mayBegin() const;
     /// Begins `frame`, one past the last; only when no frame is open. Returns who has to draw it.
-    std::vector<std::string> begin(std::uint64_t frame, TimePoint now);
+    std::vector<std::string> begin(FrameNumber frame, TimePoint now);
     /// A repeat for the same frame is harmless, an older frame too (a straggler); a frame that this host was not told
     /// to draw, or one from a host that is not in the barrier, is a protocol error.
-    [[nodiscard]] Expected<void> ready(const std::string& host, std::uint64_t frame, TimePoint now);
+    [[nodiscard]] Expected<void> ready(const std::string& host, FrameNumber frame, TimePoint now);
 
     struct Outcome {
         bool released = false;  ///< the open frame is complete: tell `show` to swap
-        std::uint64_t frame = 0;
+        FrameNumber frame;
         std::vector<std::string> show;  ///< hosts that have drawn it
         std::vector<std::string>
             held;  ///< hosts that keep their last image: those behind; under drop, those just dropped
@@ -73,7 +57,9 @@ public:
     [[nodiscard]] TimePoint nextDeadline() const;
 
     [[nodiscard]] bool open() const { return open_; }
-    [[nodiscard]] std::uint64_t nextFrame() const { return next_; }
+    /// While one is open.
+    [[nodiscard]] FrameNumber openFrame() const { return FrameNumber(next_.value - 1); }
+    [[nodiscard]] FrameNumber nextFrame() const { return next_; }
     /// Who has not drawn the open frame yet: always known, and reported.
     [[nodiscard]] std::vector<std::string> waitingFor() const;
     /// Dropped hosts are not in the barrier.
@@ -91,7 +77,7 @@ private:
         Progress progress = Progress::kIdle;
         bool dropped = false;
         bool everBegun = false;
-        std::uint64_t frame = 0;  ///< the last it was told to draw
+        FrameNumber frame;  ///< the last it was told to draw
         TimePoint begunAt{};
         TimePoint readyAt{};
     };
@@ -104,7 +90,7 @@ private:
     SyncPolicy policy_;
     std::map<std::string, Member> members_;
     std::vector<Duration> recentFrames_;
-    std::uint64_t next_ = 0;
+    FrameNumber next_;
     bool open_ = false;
     TimePoint begun_{};
     std::string lastHost_;

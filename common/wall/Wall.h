@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/base/Error.h"
+#include "common/base/SyncPolicy.h"
 #include "common/math/Types.h"
-#include "common/session/SwapBarrier.h"
 
 namespace tessera {
 

@@ -1,30 +1,16 @@
 #include "server/sim/FrameLoop.h"
 
 #include <algorithm>
-#include <deque>
-#include <limits>
-#include <random>
 #include <variant>
 
 #include <fmt/format.h>
 
 #include "common/base/Channel.h"
-#include "common/base/Version.h"
-#include "common/codec/FrameCodec.h"
-#include "common/codec/WallCodec.h"
-#include "common/scene/FieldTable.h"
-#include "server/collision/mesh/InstructionSet.h"
-#include "server/sim/CollisionAnswers.h"
-#include "server/sim/ContactDisplay.h"
-#include "server/sim/Loader.h"
-#include "server/sim/Peers.h"
-#include "server/sim/RecordingWriter.h"
-#include "server/sim/Report.h"
+#include "server/sim/FrameMaker.h"
+#include "server/sim/MarkArrays.h"
 #include "server/sim/ReportFile.h"
-#include "server/sim/RequestDesk.h"
-#include "server/sim/Simulation.h"
-#include "server/sim/StateComparison.h"
-#include "server/sim/ViewSource.h"
+#include "server/sim/SessionActions.h"
+#include "server/sim/StartScene.h"
 
 namespace tessera {
 namespace {
@@ -35,26 +21,8 @@ using Clock = std::chrono::steady_clock;
 struct StopOrder {};
 using Event = std::variant<LinkEvent, LoadFinished, StopOrder>;
 
-/// With nobody in the barrier frames would fly by; simulation time then keeps the pace of the clock.
-constexpr Duration kEmptyWallFrame =
-    std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kSecondsPerFrame));
 constexpr Duration kLongestWait = 100ms;
 constexpr Duration kFarewell = 5s;
-/// The next frame begins when all who were told to show the last one have said so: then no two shown images differ by a
-/// frame. A host that does not say so costs the others this much once, and is found by its other deadlines.
-constexpr Duration kShownGrace = 50ms;
-
-ServerSessionConfig sessionConfig(const Wall& wall) {
-    ServerSessionConfig config;
-    for (const WallHost& host : wall.hosts) config.hosts.push_back(host.name);
-    config.sync = wall.sync;
-    // Every start has a higher epoch than the one before, without a file: nanoseconds since 1970.
-    config.epoch = static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch() / 1ns);
-    config.schema = schemaHash();
-    config.configuration = share(encodeWall(wall));
-    config.tokenSeed = (std::uint64_t{std::random_device{}()} << 32) | std::random_device{}();
-    return config;
-}
 
 std::string join(const std::vector<std::string>& names) {
     std::string text;
@@ -65,32 +33,28 @@ std::string join(const std::vector<std::string>& names) {
 }  // namespace
 
 struct FrameLoop::Impl {
-    Impl(ServerOptions o, Log& l)
-        : options(std::move(o)),
-          log(l),
-          simulation({.threads = options.threads}),
-          view(options.wall, options.camera),
-          report(options.wall, join(options.scenes)),
-          peers(sessionConfig(options.wall), blobs, [this](LinkEvent event) { inbox.push(std::move(event)); }),
-          loader(options.import, [this](LoadFinished finished) { inbox.push(std::move(finished)); }),
-          desk(options.wall, blobs, peers, simulation, view, loader) {}
+    Impl(ServerOptions o, Log& l);
     // Whoever still delivers must not wait for room.
     ~Impl() { inbox.close(); }
 
     Expected<void> run();
-    Expected<void> handle(Event event);
-    Expected<void> startSceneLoaded(LoadFinished finished);
-    Expected<void> beginRecording();
-    void announceMarks();
-    void carryOut(ServerActions actions);
-    void carryOut(const server_action::Fault& fault);
-    void giveSnapshot(ConnectionId connection);
-    bool allFramesShown() const { return options.frames > 0 && framesReleased >= options.frames; }
-    bool frameIsDue(TimePoint now) const;
-    void beginFrame(TimePoint now);
-    TimePoint nextWake(TimePoint now) const;
+    Expected<void> begin();
+    Expected<void> turn();
+    Expected<void> end();
     void sayGoodbye();
-    bool lastFrameShown() const;
+
+    Expected<void> take(const LinkEvent& event);
+    Expected<void> take(LoadFinished finished);
+    Expected<void> take(StopOrder);
+    void sceneIsThere();
+
+    [[nodiscard]] bool mayBegin(TimePoint now) const;
+    [[nodiscard]] bool lastFrameShown() const;
+    [[nodiscard]] bool allFramesShown() const {
+        return options.frames > 0 && pacing.framesReleased() >= options.frames;
+    }
+    [[nodiscard]] TimePoint nextWake(TimePoint now) const;
+    void makeFrame(TimePoint now);
 
     ServerOptions options;
     Log& log;
@@ -98,28 +62,20 @@ struct FrameLoop::Impl {
     BlobStore blobs;
     Simulation simulation;
     ViewSource view;
-    View lastView;
     Report report;
-    StateComparison comparison;
-    std::unique_ptr<RecordingWriter> recording;  ///< null: none wanted
-    const std::vector<Blob> marks = ContactDisplay::blobs();
-    std::uint64_t marksToken = std::numeric_limits<std::uint64_t>::max();  ///< the desk's tokens count up, ours down
-
-    std::vector<ChangeList> startScenes;
+    FrameMaker maker;
+    FramePacing pacing;
+    StartScene startScene;
     bool sceneReady = false;
-    std::vector<ConnectionId> waitingForScene;
-    std::uint64_t framesReleased = 0;
-    bool frameOpen = false;
-    bool anyoneEverLive = false;
     bool stopping = false;
-    bool cameraComplaint = false;
-    TimePoint earliestNext{};
-    TimePoint releasedAt{};
 
     // Last: their threads deliver into what stands above.
     Peers peers;
     Loader loader;
+    Snapshots snapshots;
+    MarkArrays marks;
     RequestDesk desk;
+    SessionActions actions;
 };
 
 FrameLoop::FrameLoop(ServerOptions options, Log& log) : impl_(std::make_unique<Impl>(std::move(options), log)) {}
@@ -131,41 +87,80 @@ void FrameLoop::stop() {
     impl_->inbox.tryPush(StopOrder{});
 }
 
+FrameLoop::Impl::Impl(ServerOptions o, Log& l)
+    : options(std::move(o)),
+      log(l),
+      simulation({.threads = options.threads}),
+      view(options.wall, options.camera),
+      report(options.wall, join(options.scenes)),
+      maker({.simulation = simulation, .view = view, .blobs = blobs, .report = report, .log = log}),
+      pacing(options.rateHz),
+      startScene(options.scenes),
+      peers(sessionConfigOf(options.wall), blobs, [this](LinkEvent event) { inbox.push(std::move(event)); }),
+      loader(options.import, [this](LoadFinished finished) { inbox.push(std::move(finished)); }),
+      snapshots(simulation, peers.session()),
+      marks(blobs, peers.session()),
+      desk({.wall = options.wall,
+            .epoch = peers.epoch(),
+            .blobs = blobs,
+            .session = peers.session(),
+            .simulation = simulation,
+            .view = view,
+            .loader = loader}),
+      actions({.peers = peers,
+               .pacing = pacing,
+               .snapshots = snapshots,
+               .desk = desk,
+               .simulation = simulation,
+               .report = report,
+               .log = log,
+               .onReleased = [this](std::uint64_t frames) {
+                   if (options.onProgress) options.onProgress(frames, options.frames);
+               }}) {}
+
 Expected<void> FrameLoop::Impl::run() {
+    if (Expected<void> begun = begin(); !begun) return begun;
+    while (!(stopping && !pacing.frameOpen()) && !allFramesShown())
+        if (Expected<void> turned = turn(); !turned) {
+            actions.carryOut(peers.session().finish(turned.error().message));
+            return turned;
+        }
+    sayGoodbye();
+    return end();
+}
+
+Expected<void> FrameLoop::Impl::begin() {
     const Expected<std::uint16_t> port = peers.listen(options.listen);
     if (!port) return tl::unexpected(port.error());
-    if (Expected<void> begun = beginRecording(); !begun) return begun;
-    announceMarks();
+    if (!options.recordPath.empty())
+        if (Expected<void> begun = maker.record(options.recordPath, options.threads); !begun) return begun;
+    actions.carryOut(marks.announce(Clock::now()));
     Address bound = options.listen;
     bound.port = *port;
     if (!bound.isLoopback())
         log.warning("the link is plain: neither encrypted nor authenticated; keep it on a network of the wall's own");
     if (options.onListening) options.onListening(bound);
-    for (const std::string& scene : options.scenes)
-        if (!loader.order({.ticket = RequestDesk::kStartScene, .path = scene, .parent = kRootNode}))
-            return fail(ErrorCode::kUsage, "too many --scene options");
-    sceneReady = options.scenes.empty();
+    if (startScene.empty()) sceneIsThere();
+    return startScene.order(loader, RequestDesk::kStartScene);
+}
 
-    while (!(stopping && !frameOpen) && !allFramesShown()) {
-        const TimePoint now = Clock::now();
-        const Duration wait = std::max<Duration>(Duration{0}, nextWake(now) - now);
-        std::optional<Event> event = wait > Duration{0} ? inbox.popFor(wait) : inbox.tryPop();
-        for (; event; event = inbox.tryPop()) {
-            if (Expected<void> handled = handle(std::move(*event)); !handled) {
-                carryOut(peers.perform(peers.session().finish(handled.error().message)));
-                return handled;
-            }
-        }
-        carryOut(peers.advance(Clock::now()));
-        carryOut(desk.advance(Clock::now()));
-        if (frameIsDue(Clock::now())) {
-            const std::vector<std::string> missing = peers.session().missing();
-            if (peers.session().nextFrame() == 0 && !missing.empty())
-                log.warning(fmt::format("starting without: {}", join(missing)));
-            beginFrame(Clock::now());
-        }
+/// Waits for what happens next, takes all of it, and makes a frame when one is due.
+Expected<void> FrameLoop::Impl::turn() {
+    const TimePoint now = Clock::now();
+    const Duration wait = std::max<Duration>(Duration{0}, nextWake(now) - now);
+    std::optional<Event> event = wait > Duration{0} ? inbox.popFor(wait) : inbox.tryPop();
+    for (; event; event = inbox.tryPop()) {
+        Expected<void> taken = std::visit([&](auto&& what) { return take(std::move(what)); }, std::move(*event));
+        if (!taken) return taken;
     }
-    sayGoodbye();
+    actions.carryOut(peers.advance(Clock::now()));
+    actions.carryOut(desk.advance(Clock::now()));
+    if (const TimePoint later = Clock::now(); mayBegin(later) && later >= pacing.earliest(lastFrameShown()))
+        makeFrame(later);
+    return {};
+}
+
+Expected<void> FrameLoop::Impl::end() {
     if (!options.reportPath.empty())
         if (Expected<void> written = writeReport(options.reportPath, report.toJson(simulation.scene())); !written)
             return written;
@@ -176,226 +171,84 @@ Expected<void> FrameLoop::Impl::run() {
     return {};
 }
 
-Expected<void> FrameLoop::Impl::handle(Event event) {
-    if (const auto* link = std::get_if<LinkEvent>(&event)) {
-        carryOut(peers.handle(*link));
-    } else if (auto* loaded = std::get_if<LoadFinished>(&event)) {
-        if (loaded->ticket == RequestDesk::kStartScene) return startSceneLoaded(std::move(*loaded));
-        carryOut(desk.loaded(std::move(*loaded), Clock::now()));
-    } else {
-        stopping = true;
-    }
+Expected<void> FrameLoop::Impl::take(const LinkEvent& event) {
+    actions.carryOut(peers.handle(event));
     return {};
 }
 
-Expected<void> FrameLoop::Impl::startSceneLoaded(LoadFinished finished) {
-    if (!finished.scene) return tl::unexpected(finished.scene.error());
-    for (const std::string& note : finished.scene->notes) log.info(finished.path + ": " + note);
-    startScenes.push_back(std::move(finished.scene->list));
-    if (startScenes.size() < options.scenes.size()) return {};
-    if (recording) recording->startScene(startScenes);
-    const Expected<CommittedFrame> loaded = simulation.load(std::move(startScenes));
-    if (!loaded) return tl::unexpected(loaded.error());
-    if (recording) recording->started(*loaded);
-    startScenes.clear();
-    for (const Blob& blob : loaded->list ? blobsOf(*loaded->list) : std::vector<Blob>()) blobs.add(blob);
-    const SceneCounts counts = countScene(simulation.scene());
-    log.info(fmt::format("scene: {} nodes, {} cores, {} triangles ({} stored)", counts.nodes, counts.cores,
-                         counts.triangles, counts.trianglesStored));
-    // A camera that is not there is an error of the command line, found before anybody draws.
-    const Expected<View> first = view.view(simulation.scene());
-    if (!first) return tl::unexpected(first.error());
+Expected<void> FrameLoop::Impl::take(LoadFinished finished) {
+    if (finished.ticket != RequestDesk::kStartScene) {
+        actions.carryOut(desk.loaded(std::move(finished), Clock::now()));
+        return {};
+    }
+    Expected<std::optional<std::vector<ChangeList>>> lists = startScene.take(std::move(finished), log);
+    if (!lists) return tl::unexpected(lists.error());
+    if (!*lists) return {};
+    if (Expected<void> loaded = maker.load(std::move(**lists)); !loaded) return loaded;
+    sceneIsThere();
+    return {};
+}
+
+Expected<void> FrameLoop::Impl::take(StopOrder) {
+    stopping = true;
+    return {};
+}
+
+void FrameLoop::Impl::sceneIsThere() {
     sceneReady = true;
-    for (const ConnectionId connection : std::exchange(waitingForScene, {})) giveSnapshot(connection);
-    return {};
+    actions.carryOut(snapshots.sceneReady(Clock::now()));
 }
 
-Expected<void> FrameLoop::Impl::beginRecording() {
-    if (options.recordPath.empty()) return {};
-    Expected<std::unique_ptr<RecordingWriter>> writer =
-        RecordingWriter::create(options.recordPath,
-                                {.schema = schemaHash(),
-                                 .program = versionText("tessera-server"),
-                                 .instructionSet = std::string(name(instructionSet())),
-                                 .threads = options.threads,
-                                 .limits = SceneLimits(),
-                                 .collisionLimits = digestOf(CollisionLimits())},
-                                log);
-    if (!writer) return tl::unexpected(writer.error());
-    recording = std::move(*writer);
-    return {};
-}
-
-/// The display of contacts comes and goes in the middle of frames: every host has its arrays before it enters the barrier,
-/// whether or not they are ever shown.
-void FrameLoop::Impl::announceMarks() {
-    std::vector<BlobInfo> infos;
-    for (const Blob& blob : marks) {
-        blobs.add(blob);
-        infos.push_back({blob.id(), blob.sizeBytes()});
-    }
-    carryOut(peers.perform(peers.session().announceBlobs(marksToken--, std::move(infos), Clock::now())));
-}
-
-void FrameLoop::Impl::giveSnapshot(ConnectionId connection) {
-    const ChangeList list = snapshot(simulation.scene());
-    message::Snapshot message{.sequence = simulation.sequence(),
-                              .stateHash = simulation.scene().stateHash(),
-                              .list = share(encodeChangeList(list)),
-                              .blobs = {}};
-    for (const Blob& blob : blobsOf(list)) message.blobs.push_back({blob.id(), blob.sizeBytes()});
-    carryOut(peers.perform(peers.session().snapshotReady(connection, std::move(message), Clock::now())));
-}
-
-bool FrameLoop::Impl::frameIsDue(TimePoint now) const {
-    return sceneReady && !stopping && !allFramesShown() && !frameOpen && now >= earliestNext &&
-           (lastFrameShown() || now >= releasedAt + kShownGrace) && peers.session().mayBegin(now);
-}
-
-void FrameLoop::Impl::beginFrame(TimePoint now) {
-    const std::uint64_t number = peers.session().nextFrame();
-    std::vector<Edit> edits = desk.takeEdits();
-    for (const Edit& edit : edits)
-        for (const Blob& blob : blobsOf(edit.list)) blobs.add(blob);
-    const std::vector<Reply> replies = desk.takeReplies();
-    const bool first = number == 0;
-    if (recording) recording->frameBegins(number, first, edits, replies);
-    const FrameResult frame = simulation.step(first, std::move(edits), replies);
-    if (recording) recording->frameDone(number, frame);
-    report.frameCommitted(frame);
-
-    const Expected<View> nextView = view.view(simulation.scene());
-    if (nextView) {
-        lastView = *nextView;
-    } else if (!std::exchange(cameraComplaint, true)) {
-        log.warning(nextView.error().message + "; the view stays where it was");
-    }
-    FrameContent content{
-        .frame = number,
-        .sequence = frame.commit.sequence,
-        .stateHash = frame.commit.stateHash,
-        .payload = share(
-            encodeFrame({.view = lastView, .list = frame.commit.encoded, .collision = numbersOf(frame.collision)})),
-        .changes = {}};
-    if (frame.commit.list)
-        content.changes.push_back({.sequence = frame.commit.sequence,
-                                   .stateHash = frame.commit.stateHash,
-                                   .list = frame.commit.encoded,
-                                   .blobs = frame.commit.blobs});
-    report.frameBegins();
-    frameOpen = true;
-    const Duration interval =
-        options.rateHz > 0 ? std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1 / options.rateHz))
-                           : Duration{0};
-    earliestNext = std::max(earliestNext + interval, now);
-    carryOut(peers.perform(peers.session().beginFrame(content, now)));
-    // The session forgets what a list has named; the display may go, a host join, and the display come back.
-    const auto isMark = [&](const BlobInfo& info) {
-        return std::ranges::any_of(marks, [&](const Blob& blob) { return blob.id() == info.id; });
-    };
-    if (std::ranges::any_of(frame.commit.blobs, isMark)) announceMarks();
-    carryOut(desk.committed(frame, number));
-}
-
-void FrameLoop::Impl::carryOut(ServerActions actions) {
-    std::deque<ServerAction> pending(std::make_move_iterator(actions.begin()), std::make_move_iterator(actions.end()));
-    const auto more = [&](ServerActions next) {
-        pending.insert(pending.end(), std::make_move_iterator(next.begin()), std::make_move_iterator(next.end()));
-    };
-    while (!pending.empty()) {
-        const ServerAction action = std::move(pending.front());
-        pending.pop_front();
-        if (const auto* wanted = std::get_if<server_action::SnapshotWanted>(&action)) {
-            if (sceneReady) {
-                giveSnapshot(wanted->connection);
-            } else {
-                waitingForScene.push_back(wanted->connection);
-            }
-        } else if (const auto* entered = std::get_if<server_action::HostEntered>(&action)) {
-            anyoneEverLive = true;
-            report.entered(*entered);
-            log.info(entered->rejoined ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost",
-                                                     entered->host, entered->frame, toMilliseconds(entered->awayFor))
-                                       : fmt::format("{} enters at frame {}", entered->host, entered->frame));
-        } else if (const auto* fault = std::get_if<server_action::Fault>(&action)) {
-            report.fault(*fault);
-            log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault->frame,
-                                    fault->host, nameOf(fault->kind), toMilliseconds(fault->detectedAfter),
-                                    fault->detail.empty() ? "" : " (" + fault->detail + ")"));
-        } else if (const auto* released = std::get_if<server_action::FrameReleased>(&action)) {
-            frameOpen = false;
-            releasedAt = Clock::now();
-            ++framesReleased;
-            report.released(*released);
-            if (released->shown.empty()) earliestNext = std::max(earliestNext, Clock::now() + kEmptyWallFrame);
-            if (options.onProgress) options.onProgress(framesReleased, options.frames);
-            more(desk.frameReleased(*released));
-        } else if (const auto* stats = std::get_if<server_action::FrameStats>(&action)) {
-            report.stats(*stats);
-        } else if (const auto* shown = std::get_if<server_action::FrameShown>(&action)) {
-            report.shown(*shown);
-        } else if (const auto* mismatch = std::get_if<server_action::StateMismatch>(&action)) {
-            comparison.begin(mismatch->host, simulation.scene());
-        } else if (const auto* hashes = std::get_if<server_action::HashesReceived>(&action)) {
-            const StateComparison::Step step = comparison.compare(*hashes, simulation.scene());
-            if (step.queryLeaf) {
-                more(peers.perform(peers.session().queryObjects(hashes->host, *step.queryLeaf)));
-            } else {
-                if (!step.finding.empty()) {
-                    log.warning(fmt::format("{}: first differing object: {}", hashes->host, step.finding));
-                    report.mismatch(hashes->host, step.finding);
-                }
-                more(peers.perform(peers.session().repair(hashes->host, Clock::now())));
-            }
-        } else if (const auto* request = std::get_if<server_action::RequestReceived>(&action)) {
-            more(desk.received(*request, Clock::now()));
-        } else if (const auto* left = std::get_if<server_action::ApplicationLeft>(&action)) {
-            desk.applicationLeft(left->connection);
-        } else if (const auto* everywhere = std::get_if<server_action::BlobsEverywhere>(&action)) {
-            more(desk.blobsEverywhere(everywhere->token));
-        } else if (const auto* image = std::get_if<server_action::ImageReceived>(&action)) {
-            more(desk.imageReceived(*image));
-        } else if (const auto* differ = std::get_if<server_action::PixelsDiffer>(&action)) {
-            log.warning(
-                fmt::format("{} draws other pixels than {} (another CPU or driver): seams between them may show",
-                            differ->host, differ->reference));
-        }
-    }
-}
-
-TimePoint FrameLoop::Impl::nextWake(TimePoint now) const {
-    TimePoint wake = std::min({now + kLongestWait, peers.session().nextDeadline(), desk.nextDeadline()});
-    if (sceneReady && !stopping && !frameOpen && peers.session().mayBegin(now))
-        wake = std::min(wake, lastFrameShown() ? earliestNext : std::max(earliestNext, releasedAt + kShownGrace));
-    return wake;
+bool FrameLoop::Impl::mayBegin(TimePoint now) const {
+    return sceneReady && !stopping && !allFramesShown() && !pacing.frameOpen() && peers.session().mayBegin(now);
 }
 
 bool FrameLoop::Impl::lastFrameShown() const {
     return std::ranges::all_of(peers.session().hosts(), [&](const ServerSession::HostStatus& host) {
-        return host.state != HostState::kLive || (host.everShown && host.lastShown + 1 >= peers.session().nextFrame());
+        return host.state != HostState::kLive ||
+               (host.everShown && host.lastShown.next() >= peers.session().nextFrame());
     });
 }
 
+TimePoint FrameLoop::Impl::nextWake(TimePoint now) const {
+    const TimePoint wake = std::min({now + kLongestWait, peers.session().nextDeadline(), desk.nextDeadline()});
+    return mayBegin(now) ? std::min(wake, pacing.earliest(lastFrameShown())) : wake;
+}
+
+void FrameLoop::Impl::makeFrame(TimePoint now) {
+    const FrameNumber number = peers.session().nextFrame();
+    if (number == FrameNumber(0))
+        if (const std::vector<std::string> missing = peers.session().missing(); !missing.empty())
+            log.warning(fmt::format("starting without: {}", join(missing)));
+    FrameMaker::Made made = maker.make(number, desk.takeEdits(), desk.takeReplies());
+    report.frameBegins();
+    pacing.began(now);
+    actions.carryOut(peers.session().beginFrame(made.content, now));
+    actions.carryOut(marks.named(made.result.commit.sent->blobs, Clock::now()));
+    actions.carryOut(desk.committed(std::move(made.result), number, simulation.openQuestions()));
+}
+
+/// Lets everybody show the last frame, tells them that the show is over, and waits until they have gone.
 void FrameLoop::Impl::sayGoodbye() {
     const TimePoint deadline = Clock::now() + kFarewell;
     bool told = false;
     while (Clock::now() < deadline && (!told || peers.connectionCount() > 0)) {
         if (!told && (lastFrameShown() || Clock::now() > deadline - kFarewell / 2)) {
-            carryOut(peers.perform(peers.session().finish("the show is over")));
+            actions.carryOut(peers.session().finish("the show is over"));
             told = true;
         }
         while (std::optional<Event> event = inbox.popFor(20ms)) {
             if (const auto* link = std::get_if<LinkEvent>(&*event)) {
-                ServerActions actions = peers.handle(*link);
+                ServerActions wanted = peers.handle(*link);
                 // What comes after the end is no fault any more.
                 if (told)
                     std::erase_if(
-                        actions, [](const ServerAction& a) { return std::holds_alternative<server_action::Fault>(a); });
-                carryOut(std::move(actions));
+                        wanted, [](const ServerAction& a) { return std::holds_alternative<server_action::Fault>(a); });
+                actions.carryOut(std::move(wanted));
             }
             if (!told && lastFrameShown()) break;
         }
-        if (!told) carryOut(peers.advance(Clock::now()));
+        if (!told) actions.carryOut(peers.advance(Clock::now()));
     }
 }
 

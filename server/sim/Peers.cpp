@@ -1,22 +1,31 @@
 #include "server/sim/Peers.h"
 
 #include <algorithm>
+#include <random>
 
 #include "common/codec/MessageCodec.h"
+#include "common/codec/WallCodec.h"
+#include "common/scene/FieldTable.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::uint32_t kMaxChunkBytes = 1024 * 1024;
 
-/// Number and content by which two messages for everybody are known to be the same; no content: not for everybody.
-std::pair<std::uint64_t, SharedBytes> broadcastKey(const Message& message) {
-    if (const auto* begin = std::get_if<message::Begin>(&message)) return {begin->frame, begin->payload};
-    if (const auto* changes = std::get_if<message::Changes>(&message)) return {changes->sequence, changes->list};
-    return {0, nullptr};
-}
-
 }  // namespace
+
+ServerSessionConfig sessionConfigOf(const Wall& wall) {
+    ServerSessionConfig config;
+    for (const WallHost& host : wall.hosts) config.hosts.push_back(host.name);
+    config.sync = wall.sync;
+    // Every start has a higher epoch than the one before, without a file: nanoseconds since 1970.
+    config.epoch = Epoch(static_cast<std::uint64_t>(
+        std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count()));
+    config.schema = schemaHash();
+    config.configuration = share(encodeWall(wall));
+    config.tokenSeed = (std::uint64_t{std::random_device{}()} << 32) | std::random_device{}();
+    return config;
+}
 
 Peers::Peers(const ServerSessionConfig& config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver)
     : blobs_(blobs),
@@ -52,44 +61,28 @@ ServerActions Peers::perform(ServerActions actions) {
             transport_.close(LinkId{close->connection.value}, close->reason);
             open_.erase(close->connection);
         } else if (const auto* blob = std::get_if<server_action::BlobRequested>(&action)) {
-            send(blob->connection, chunkFor(blob->request));
+            send(blob->connection, std::make_shared<const Message>(chunkFor(blob->request)));
         } else {
-            if (std::holds_alternative<server_action::ApplicationJoined>(action)) ++applications_;
-            if (std::holds_alternative<server_action::ApplicationLeft>(action)) --applications_;
             left.push_back(std::move(action));
         }
     }
     return left;
 }
 
-void Peers::send(ConnectionId connection, const Message& message) {
-    const std::uint16_t type = wireType(message);
-    const auto [key, content] = broadcastKey(message);
-    if (!content) {
-        transport_.send(LinkId{connection.value}, type, epoch_, share(encodeMessage(message)));
-        return;
-    }
-    if (last_.type != type || last_.key != key || last_.content != content)
-        last_ = {.type = type, .key = key, .content = content, .encoded = share(encodeMessage(message))};
-    transport_.send(LinkId{connection.value}, type, epoch_, last_.encoded);
+void Peers::send(ConnectionId connection, const MessagePtr& message) {
+    if (last_.message != message) last_ = {.message = message, .encoded = share(encodeMessage(*message))};
+    transport_.send(LinkId{connection.value}, wireType(*message), epoch_, last_.encoded);
 }
 
 message::BlobChunk Peers::chunkFor(const message::BlobRequest& request) const {
-    message::BlobChunk chunk{.id = request.id, .offset = request.offset, .totalBytes = 0, .bytes = nullptr};
+    message::BlobChunk chunk{.id = request.id, .offset = request.offset, .totalBytes = 0, .bytes = {}};
     const Blob blob = blobs_.find(request.id);
     if (!blob.resident() || request.offset > blob.sizeBytes()) return chunk;
     chunk.totalBytes = blob.sizeBytes();
     const std::uint64_t length =
         std::min<std::uint64_t>({request.length, kMaxChunkBytes, blob.sizeBytes() - request.offset});
-    const ByteSpan part = blob.bytes().subspan(request.offset, length);
-    chunk.bytes = share(Bytes(part.begin(), part.end()));
+    chunk.bytes = ByteSlice(blob.shared(), blob.bytes().subspan(request.offset, length));
     return chunk;
-}
-
-std::size_t Peers::queuedBytes() const {
-    std::size_t sum = 0;
-    for (const auto& [connection, peer] : open_) sum += transport_.queuedBytes(LinkId{connection.value});
-    return sum;
 }
 
 }  // namespace tessera

@@ -9,8 +9,12 @@
 #include "common/base/Blob.h"
 #include "common/net/Transport.h"
 #include "common/session/ServerSession.h"
+#include "common/wall/Wall.h"
 
 namespace tessera {
+
+/// Of a server that starts now, with this wall.
+[[nodiscard]] ServerSessionConfig sessionConfigOf(const Wall& wall);
 
 /// Owns transport and session. All members are for the frame thread; network events reach it through the `deliver`
 /// function, which is called on the network thread and hands them over (a channel), and come back by `handle`.
@@ -20,34 +24,28 @@ public:
 
     [[nodiscard]] Expected<std::uint16_t> listen(const Address& address) { return transport_.listen(address); }
 
-    /// What is left for the frame loop once sends and closes are done and blobs have been handed out.
+    /// What is left once sends and closes are done and blobs have been handed out (SessionActions).
     [[nodiscard]] ServerActions handle(const LinkEvent& event);
     [[nodiscard]] ServerActions advance(TimePoint now) { return perform(session_.advance(now)); }
     [[nodiscard]] ServerActions perform(ServerActions actions);
 
     [[nodiscard]] ServerSession& session() { return session_; }
     [[nodiscard]] const ServerSession& session() const { return session_; }
-    /// Bytes not yet on their way, over all connections.
-    [[nodiscard]] std::size_t queuedBytes() const;
     [[nodiscard]] std::size_t connectionCount() const { return open_.size(); }
-    [[nodiscard]] std::size_t applicationCount() const { return applications_; }
-    [[nodiscard]] std::uint64_t epoch() const { return epoch_; }
+    [[nodiscard]] Epoch epoch() const { return epoch_; }
 
 private:
-    void send(ConnectionId connection, const Message& message);
+    void send(ConnectionId connection, const MessagePtr& message);
     [[nodiscard]] message::BlobChunk chunkFor(const message::BlobRequest& request) const;
 
     const BlobStore& blobs_;
-    std::uint64_t epoch_;
+    Epoch epoch_;
     ServerSession session_;
     std::map<ConnectionId, std::string> open_;  ///< peers' addresses
-    std::size_t applications_ = 0;
     /// The message last encoded, so that one for everybody is encoded once.
     struct {
-        std::uint16_t type = 0;
-        std::uint64_t key = 0;
-        SharedBytes content;
-        SharedBytes encoded;
+        MessagePtr message;
+        SharedChain encoded;
     } last_;
     Transport transport_;  ///< last: its thread ends before the rest goes
 };

@@ -35,14 +35,8 @@ double Series::quantile(double share) const {
 SceneCounts countScene(const Aspect& scene) {
     SceneCounts counts;
     for (const ObjectId id : scene.ids()) {
-        const Object object = scene.find(id);
-        if (object.is<Node>()) {
-            ++counts.nodes;
-        } else {
-            ++counts.cores;
-            if (const Geometry* geometry = object.as<Geometry>())
-                counts.trianglesStored += triangleCount(*geometry);
-        }
+        ++(scene.get<Node>(id) ? counts.nodes : counts.cores);
+        if (const Geometry* geometry = scene.get<Geometry>(id)) counts.trianglesStored += triangleCount(*geometry);
     }
     Action action;
     action.visitHidden(true);
@@ -62,7 +56,7 @@ void Report::frameCommitted(const FrameResult& frame) {
     if (frame.commit.list) {
         ++lists_;
         changes_ += frame.commit.list->changeCount();
-        bytes_ += frame.commit.encoded->size();
+        bytes_ += frame.commit.sent->encoded.size();
     }
     if (collisionMs_.count() < kMaxFrames) collisionMs_.add(frame.collisionMs);
     collision_.frameDone(frame.collision);
@@ -81,8 +75,7 @@ void Report::released(const server_action::FrameReleased& action) {
 }
 
 void Report::stats(const server_action::FrameStats& action) {
-    if (!action.stats) return;
-    const Expected<std::vector<TileStats>> decoded = decodeStats(*action.stats);
+    const Expected<std::vector<TileStats>> decoded = decodeStats(action.stats);
     if (!decoded) return;
     for (const TileStats& tile : *decoded) {
         const auto row = std::ranges::find_if(
@@ -99,8 +92,8 @@ void Report::stats(const server_action::FrameStats& action) {
 }
 
 void Report::shown(const server_action::FrameShown& action) {
-    lastShown_[action.host] = action.frame;
-    const auto [it, isNew] = swapInstants_.try_emplace(action.frame, action.shownAtNs, action.shownAtNs);
+    lastShown_[action.host] = action.frame.value;
+    const auto [it, isNew] = swapInstants_.try_emplace(action.frame.value, action.shownAtNs, action.shownAtNs);
     it->second.first = std::min(it->second.first, action.shownAtNs);
     it->second.second = std::max(it->second.second, action.shownAtNs);
     // A frame's spread is settled once everybody is a few frames on.
@@ -123,7 +116,7 @@ void Report::frameBegins() {
 }
 
 void Report::fault(const server_action::Fault& action) {
-    faults_.push_back({.frame = action.frame,
+    faults_.push_back({.frame = action.frame.value,
                        .host = action.host,
                        .kind = std::string(nameOf(action.kind)),
                        .detail = action.detail,

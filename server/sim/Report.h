@@ -8,7 +8,7 @@
 #include "common/codec/FrameCodec.h"
 #include "common/session/ServerSession.h"
 #include "server/sim/CollisionReport.h"
-#include "server/sim/Simulation.h"
+#include "server/sim/frame/Simulation.h"
 
 namespace tessera {
 

@@ -245,25 +245,51 @@ Findings checkLengths(const std::vector<SourceFile>& files, int mostLines) {
 }
 
 Findings checkLayersAreUsed(const std::vector<SourceFile>& files, const Layers& layers) {
-    std::set<std::string> folders;
-    std::set<std::string> includes;
+    struct Used {
+        std::set<std::string> modules;     ///< that a folder's files include
+        std::set<std::string> thirdParty;  ///< headers
+    };
+    std::map<std::string, Used> folders;
     for (const SourceFile& file : files) {
-        folders.insert(file.folder);
+        Used& used = folders[file.folder];
         for (const Include& include : file.includes) {
-            if (!include.quoted) includes.insert(include.path);
+            if (include.quoted)
+                used.modules.insert(moduleOf(include.path));
+            else
+                used.thirdParty.insert(include.path);
         }
     }
+    const auto includes = [](const Used& used, const std::string& prefix) {
+        return std::any_of(used.thirdParty.begin(), used.thirdParty.end(),
+                           [&](const std::string& path) { return startsWith(path, prefix); });
+    };
     Findings findings;
     for (const auto& [name, module] : layers.modules) {
-        if (!folders.contains(name))
+        const auto folder = folders.find(name);
+        if (folder == folders.end()) {
             findings.push_back({layers.file, module.line, fmt::format("{} is no folder with code", name)});
+            continue;
+        }
+        for (const std::string& other : module.mayInclude)
+            if (!folder->second.modules.contains(other))
+                findings.push_back({layers.file, module.line,
+                                    fmt::format("{} may include {}, and nothing in it does", name, other)});
     }
     for (const Layers::Owned& owned : layers.thirdParty) {
-        if (std::none_of(includes.begin(), includes.end(),
-                         [&](const std::string& path) { return startsWith(path, owned.what); })) {
+        if (std::none_of(folders.begin(), folders.end(),
+                         [&](const auto& folder) { return includes(folder.second, owned.what); })) {
             findings.push_back({layers.file, owned.line, fmt::format("nobody includes {}", owned.what)});
+            continue;
+        }
+        for (const std::string& owner : owned.owners) {
+            const auto folder = folders.find(owner);
+            if (owner != "*" && (folder == folders.end() || !includes(folder->second, owned.what)))
+                findings.push_back({layers.file, owned.line,
+                                    fmt::format("{} may include {}, and nothing in it does", owner, owned.what)});
         }
     }
+    std::stable_sort(findings.begin(), findings.end(),
+                     [](const Finding& a, const Finding& b) { return a.line < b.line; });
     return findings;
 }
 

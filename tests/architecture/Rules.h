@@ -33,7 +33,8 @@ using Findings = std::vector<Finding>;
 [[nodiscard]] Findings checkReadmes(const std::filesystem::path& root, const std::vector<SourceFile>& files,
                                     const std::vector<std::string>& folders);
 [[nodiscard]] Findings checkLengths(const std::vector<SourceFile>& files, int mostLines);
-/// Each line of layers.txt is about something that is there.
+/// Each line of layers.txt is about something that is there, and each include that it allows is made somewhere: what
+/// nobody needs is not allowed in advance.
 [[nodiscard]] Findings checkLayersAreUsed(const std::vector<SourceFile>& files, const Layers& layers);
 
 /// One line per finding: `file:line: rule`.

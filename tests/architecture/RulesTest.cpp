@@ -162,6 +162,21 @@ TEST_F(Rules, FindLinesAboutWhatIsGone) {
     EXPECT_EQ(unused.find("Eigen"), std::string::npos) << unused;
 }
 
+TEST_F(Rules, FindEdgesThatNobodyUses) {
+    write("common/codec/Code.cpp", "#include \"proto/wall.pb.h\"\n");
+    write("server/main.cpp", "#include \"common/math/Box.h\"\n// #include \"common/base/Error.h\"\n");
+    const Layers edges = *parseLayers(
+        "common/base:\ncommon/math: common/base\ncommon/codec: common/base proto\nserver: common/base common/math\n"
+        "third-party Eigen/: common/math server\nthird-party fmt/: *\n",
+        "layers.txt");
+    const std::string unused = report(checkLayersAreUsed(tree(), edges));
+    EXPECT_EQ(unused,
+              "layers.txt:3: common/codec may include common/base, and nothing in it does\n"
+              "layers.txt:4: server may include common/base, and nothing in it does\n"
+              "layers.txt:5: server may include Eigen/, and nothing in it does\n"
+              "layers.txt:6: nobody includes fmt/\n");
+}
+
 TEST(LayersFile, SaysWhatIsWrongWithIt) {
     const auto error = [](const char* text) {
         const Expected<Layers> layers = parseLayers(text, "layers.txt");

@@ -157,7 +157,7 @@ private:
     const Address address{.host = "127.0.0.1", .port = port};
     std::map<LinkId, ChannelKind> kinds;
     std::map<ChannelKind, LinkId> links;
-    std::uint64_t epoch = 0;
+    Epoch epoch;
     const auto dial = [&](ChannelKind kind) {
         const LinkId link = transport.connect(address, 5s);
         kinds[link] = kind;
@@ -173,9 +173,9 @@ private:
             } else if (auto* configured = std::get_if<client_action::Configured>(&action)) {
                 epoch = configured->epoch;
             } else if (auto* snapshot = std::get_if<client_action::ApplySnapshot>(&action)) {
-                carryOut(session.applied(snapshot->snapshot.sequence, snapshot->snapshot.stateHash));
+                carryOut(session.applied(snapshot->snapshot.list->sequence, snapshot->snapshot.list->stateHash));
             } else if (auto* draw = std::get_if<client_action::Draw>(&action)) {
-                carryOut(session.drawn(draw->begin.frame, draw->begin.stateHash, nullptr));
+                carryOut(session.drawn(draw->begin.frame, draw->begin.list->stateHash, nullptr));
             } else if (auto* show = std::get_if<client_action::Show>(&action)) {
                 carryOut(session.shown(show->frame, Clock::now()));
             } else if (std::holds_alternative<client_action::Finish>(action) ||
@@ -241,12 +241,8 @@ public:
         for (int round = 0; round < count; ++round) {
             const auto begin = Clock::now();
             released_ = false;
-            take(peers_->perform(peers_->session().beginFrame({.frame = peers_->session().nextFrame(),
-                                                               .sequence = 0,
-                                                               .stateHash = 0,
-                                                               .payload = payload_,
-                                                               .changes = {}},
-                                                              begin)),
+            take(peers_->perform(peers_->session().beginFrame(
+                     {.frame = peers_->session().nextFrame(), .payload = payload_}, begin)),
                  &samples);
             while (!released_) turn(&samples);
             samples.roundUs.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
@@ -261,9 +257,7 @@ private:
     void take(ServerActions actions, Samples* samples) {
         for (ServerAction& action : actions) {
             if (const auto* wanted = std::get_if<server_action::SnapshotWanted>(&action)) {
-                take(peers_->perform(
-                         peers_->session().snapshotReady(wanted->connection, {.list = share({})}, Clock::now())),
-                     samples);
+                take(peers_->perform(peers_->session().snapshotReady(wanted->connection, {}, Clock::now())), samples);
             } else if (std::holds_alternative<server_action::FrameReleased>(action)) {
                 released_ = true;
             } else if (const auto* shown = std::get_if<server_action::FrameShown>(&action)) {
@@ -282,7 +276,7 @@ private:
     SharedBytes payload_ = share(Bytes(64));
     std::vector<pid_t> pids_;
     bool released_ = false;
-    std::map<std::uint64_t, std::vector<std::int64_t>> shownAt_;
+    std::map<FrameNumber, std::vector<std::int64_t>> shownAt_;
     std::unique_ptr<Peers> peers_;
 };
 

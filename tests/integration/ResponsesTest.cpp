@@ -185,12 +185,12 @@ TEST(Responses, FreeBodiesFallBounceAndComeToRestByTheirFrames) {
     };
     std::vector<std::uint64_t> bounces;
     bool wasPushed = false;
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     ASSERT_TRUE(follower.onPairEvents([&](const answer::PairEvents& told) {
         frame = told.frame;
         for (const PairEventValue& event : told.events) {
             if (event.phase != TouchPhase::kBegan) continue;
-            if (event.objectA == ball || event.objectB == ball) bounces.push_back(told.frame);
+            if (event.objectA == ball || event.objectB == ball) bounces.push_back(told.frame.value);
             wasPushed |= (event.objectA == pusher && event.objectB == pushed) ||
                          (event.objectA == pushed && event.objectB == pusher);
         }
@@ -203,8 +203,8 @@ TEST(Responses, FreeBodiesFallBounceAndComeToRestByTheirFrames) {
     });
     ASSERT_TRUE(wall.start()) << wall.logs();
     const auto deadline = std::chrono::steady_clock::now() + 60s;
-    while (frame < 300 && std::chrono::steady_clock::now() < deadline) ASSERT_TRUE(follower.poll(1s));
-    ASSERT_GE(frame, 300u) << wall.logs();
+    while (frame < FrameNumber(300) && std::chrono::steady_clock::now() < deadline) ASSERT_TRUE(follower.poll(1s));
+    ASSERT_GE(frame.value, 300u) << wall.logs();
 
     // It falls 2.1 m and keeps 0.6 of its speed at each bounce; frame n is at n/60 s, and tells what it finds there.
     const double fall = std::sqrt(2 * 2.1 / 9.81);

@@ -86,7 +86,7 @@ TEST_F(Strangers, GarbageIsHungUpOn) {
 }
 
 TEST_F(Strangers, AFourGigabyteLengthTakesNoMemory) {
-    std::array<std::byte, FrameHeader::kBytes> header = encodeHeader(wireType(Message(message::Hello{})), 0, {});
+    std::array<std::byte, FrameHeader::kBytes> header = encodeHeader(wireType(Message(message::Hello{})), {}, {});
     const std::uint32_t huge = 0xffffffffu;
     std::memcpy(header.data() + 8, &huge, sizeof huge);
     const Knock knock(wall_.address());
@@ -98,16 +98,17 @@ TEST_F(Strangers, SilentConnectionsAreClosedAfterTheHelloDeadline) {
     std::vector<std::unique_ptr<Knock>> silent;
     for (int i = 0; i < 10; ++i) silent.push_back(std::make_unique<Knock>(wall_.address()));
     // Half of a header, then nothing.
-    silent[0]->say(ByteSpan(encodeHeader(1, 0, {})).first(11));
+    silent[0]->say(ByteSpan(encodeHeader(1, {}, {})).first(11));
     for (const auto& knock : silent) EXPECT_TRUE(knock->closedWithin(6s));
 }
 
 TEST_F(Strangers, AMessageThatOnlyAHostMaySayEndsTheConnection) {
-    const Bytes payload = encodeMessage(message::Ready{.frame = 4, .stateHash = 1, .stats = nullptr});
-    const auto header = encodeHeader(wireType(Message(message::Ready{})), 0, payload);
+    const ByteChain payload =
+        encodeMessage(message::Ready{.frame = FrameNumber(4), .stateHash = StateHash(1), .stats = nullptr});
+    const auto header = encodeHeader(wireType(Message(message::Ready{})), {}, payload);
     const Knock knock(wall_.address());
     knock.say(header);
-    knock.say(payload);
+    knock.say(payload.joined());
     EXPECT_TRUE(knock.closedWithin(5s));
 }
 
@@ -121,7 +122,7 @@ std::optional<message::Refused> refusalOf(const std::string& address, const mess
         const std::optional<LinkEvent> event = events.popFor(100ms);
         if (!event) continue;
         if (std::holds_alternative<link_event::Opened>(event->what)) {
-            transport.send(link, wireType(Message(hello)), 0, share(encodeMessage(hello)));
+            transport.send(link, wireType(Message(hello)), {}, share(encodeMessage(hello)));
         } else if (const auto* received = std::get_if<link_event::Received>(&event->what)) {
             const Expected<Message> message = decodeMessage(received->type, received->payload);
             if (message && std::holds_alternative<message::Refused>(*message)) {

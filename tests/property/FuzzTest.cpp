@@ -96,7 +96,6 @@ TEST(Fuzz, RandomBytesAreRefused) {
 TEST(Fuzz, DamagedFramesAndStatisticsAreRefusedOrWhole) {
     FramePayload payload;
     payload.view.users = {User(), User()};
-    payload.list = share(Bytes(20));
     const Bytes frame = encodeFrame(payload);
     const Bytes stats = encodeStats({{"front-0-0", 1, 2, 3, 4, 5}, {"front-0-1", 1, 2, 3, 4, 5}});
     forSeeds(3000, [&](Random& random) {

@@ -94,21 +94,22 @@ const Peer& Cluster::peer(const std::string& host) const {
     return **std::find_if(hosts_.begin(), hosts_.end(), [&](const auto& peer) { return peer->name() == host; });
 }
 
-void Cluster::shows(const std::string& host, std::uint64_t frame) {
-    fingerprint_ = (fingerprint_ ^ frame ^ static_cast<std::uint64_t>(timeline_.now().time_since_epoch().count())) *
-                   0x9E3779B97F4A7C15ull;
+void Cluster::shows(const std::string& host, FrameNumber frame) {
+    fingerprint_ =
+        (fingerprint_ ^ frame.value ^ static_cast<std::uint64_t>(timeline_.now().time_since_epoch().count())) *
+        0x9E3779B97F4A7C15ull;
     owner_.showed(host);
     std::uint64_t oldest = ~std::uint64_t{0}, newest = 0;
     for (const std::string& name : owner_.inStep()) {
-        oldest = std::min(oldest, peer(name).shown());
-        newest = std::max(newest, peer(name).shown());
+        oldest = std::min(oldest, peer(name).shown().value);
+        newest = std::max(newest, peer(name).shown().value);
     }
     if (!owner_.inStep().empty() && newest - oldest > 1)
         throw Violation("frames " + std::to_string(oldest) + " and " + std::to_string(newest) +
                         " are shown at the same time");
 }
 
-void Cluster::heard(const std::string& host, std::uint64_t frame, TimePoint shownAt) {
+void Cluster::heard(const std::string& host, FrameNumber frame, TimePoint shownAt) {
     const Peer& shower = peer(host);
     if (!shower.everShown() || shower.shown() != frame) return;
     const Duration error = shownAt > shower.shownAt() ? shownAt - shower.shownAt() : shower.shownAt() - shownAt;
@@ -139,10 +140,11 @@ void Cluster::requireEverybodyInStep() const {
         if (status.state != HostState::kLive && status.state != HostState::kLate && !mayBeDropped)
             throw Violation(status.name + " is " + std::string(nameOf(status.state)) + " and should be live again");
         const Peer& host = peer(status.name);
-        if (!jittery && host.shown() + 10 < owner_.released()) throw Violation(status.name + " shows an old frame");
+        if (!jittery && host.shown().value + 10 < owner_.released())
+            throw Violation(status.name + " shows an old frame");
     }
     for (const auto& application : applications_)
-        if (application->scene().sequence + 10 < owner_.scene().sequence)
+        if (application->scene().sequence.value + 10 < owner_.scene().sequence.value)
             throw Violation(application->name() + " has fallen behind");
 }
 

@@ -59,8 +59,8 @@ public:
     static constexpr std::uint64_t kSchema = 99;
 
     // Witness
-    void shows(const std::string& host, std::uint64_t frame) override;
-    void heard(const std::string& host, std::uint64_t frame, TimePoint shownAt) override;
+    void shows(const std::string& host, FrameNumber frame) override;
+    void heard(const std::string& host, FrameNumber frame, TimePoint shownAt) override;
     void trace(const std::string& line) override;
 
 private:

@@ -9,19 +9,19 @@
 namespace tessera::simulation {
 
 struct ModelList {
-    std::uint64_t sequence = 0;
+    Sequence sequence;
     std::uint64_t content = 0;
     std::vector<BlobId> blobs;
 };
 
 struct ModelScene {
-    std::uint64_t sequence = 0;
-    std::uint64_t hash = 0x5eed;
+    Sequence sequence;
+    StateHash hash{0x5eed};
 
     void apply(const ModelList& list) {
         sequence = list.sequence;
-        hash = (hash ^ list.content) * 0x9E3779B97F4A7C15ull + list.sequence;
-        hash ^= hash >> 29;
+        const std::uint64_t mixed = (hash.value ^ list.content) * 0x9E3779B97F4A7C15ull + list.sequence.value;
+        hash = StateHash(mixed ^ (mixed >> 29));
     }
 };
 
@@ -29,7 +29,7 @@ struct ModelScene {
 class Numbers {
 public:
     Numbers() = default;
-    explicit Numbers(const SharedBytes& bytes) : bytes_(bytes ? *bytes : Bytes{}) {}
+    explicit Numbers(const ByteSlice& bytes) : bytes_(bytes.begin(), bytes.end()) {}
     void put(std::uint64_t value) {
         const std::size_t end = bytes_.size();
         bytes_.resize(end + sizeof value);
@@ -50,7 +50,7 @@ private:
 };
 
 inline void put(Numbers& out, const ModelList& list) {
-    out.put(list.sequence);
+    out.put(list.sequence.value);
     out.put(list.content);
     out.put(list.blobs.size());
     for (const BlobId& id : list.blobs) {
@@ -60,7 +60,7 @@ inline void put(Numbers& out, const ModelList& list) {
 }
 
 inline ModelList getList(Numbers& in) {
-    ModelList list{.sequence = in.get(), .content = in.get()};
+    ModelList list{.sequence = Sequence(in.get()), .content = in.get()};
     for (std::uint64_t n = in.get(); n > 0; --n) {
         const std::uint64_t low = in.get();
         list.blobs.push_back({low, in.get()});

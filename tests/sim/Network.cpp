@@ -4,12 +4,11 @@ namespace tessera::simulation {
 
 std::size_t sizeOf(const Message& message) {
     constexpr std::size_t kHead = 64;
-    const auto bytes = [](const SharedBytes& b) { return b ? b->size() : 0; };
-    if (const auto* m = std::get_if<message::BlobChunk>(&message)) return kHead + bytes(m->bytes);
-    if (const auto* m = std::get_if<message::Snapshot>(&message)) return kHead + bytes(m->list);
-    if (const auto* m = std::get_if<message::Changes>(&message)) return kHead + bytes(m->list);
-    if (const auto* m = std::get_if<message::Begin>(&message)) return kHead + bytes(m->payload);
-    if (const auto* m = std::get_if<message::TileImage>(&message)) return kHead + bytes(m->png);
+    if (const auto* m = std::get_if<message::BlobChunk>(&message)) return kHead + m->bytes.size();
+    if (const auto* m = std::get_if<message::Snapshot>(&message)) return kHead + m->list->encoded.size();
+    if (const auto* m = std::get_if<message::Changes>(&message)) return kHead + m->list->encoded.size();
+    if (const auto* m = std::get_if<message::Begin>(&message)) return kHead + m->list->encoded.size();
+    if (const auto* m = std::get_if<message::TileImage>(&message)) return kHead + m->png.size();
     return kHead;
 }
 

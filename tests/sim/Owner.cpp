@@ -131,9 +131,9 @@ void Owner::maybeBegin() {
     if (!prepared_) prepare();
     FrameContent content = *std::exchange(prepared_, std::nullopt);
     content.frame = session_.nextFrame();
-    if (content.frame != released_) violated("a frame begins that does not follow the last one released");
+    if (content.frame.value != released_) violated("a frame begins that does not follow the last one released");
     nextBegin_ = now() + config_.frameInterval;
-    frame_ = Frame{.number = content.frame, .stateHash = content.stateHash, .begun = now(), .open = true};
+    frame_ = Frame{.number = content.frame, .stateHash = content.list->stateHash, .begun = now(), .open = true};
     sayingAt_ = now();
     carryOut(session_.beginFrame(content, now()));
     // The next list is committed some time before its frame begins, as a pipelined frame loop does.
@@ -143,23 +143,20 @@ void Owner::maybeBegin() {
 }
 
 void Owner::prepare() {
-    FrameContent content;
+    CommittedList committed;
     if (random_.chance(0.7) || !everywhere_.empty()) {
-        ModelList list{.sequence = scene_.sequence + 1, .content = random_.next()};
+        ModelList list{.sequence = scene_.sequence.next(), .content = random_.next()};
         for (const BlobInfo& blob : everywhere_) list.blobs.push_back(blob.id);
         scene_.apply(list);
         sceneBlobs_.insert(sceneBlobs_.end(), everywhere_.begin(), everywhere_.end());
         Numbers bytes;
         put(bytes, list);
-        content.payload = bytes.share();
-        content.changes.push_back({.sequence = scene_.sequence,
-                                   .stateHash = scene_.hash,
-                                   .list = bytes.share(),
-                                   .blobs = std::exchange(everywhere_, {})});
+        committed.encoded = bytes.share();
+        committed.blobs = std::exchange(everywhere_, {});
     }
-    content.sequence = scene_.sequence;
-    content.stateHash = scene_.hash;
-    prepared_ = std::move(content);
+    committed.sequence = scene_.sequence;
+    committed.stateHash = scene_.hash;
+    prepared_ = FrameContent{.list = share(std::move(committed))};
 }
 
 void Owner::announceBlobs() {
@@ -199,9 +196,9 @@ void Owner::carryOut(ServerActions actions) {
 
 void Owner::on(const server_action::Send& action) {
     if (!open_.contains(action.connection))
-        violated("sends " + std::string(nameOf(action.message)) + " on a closed connection");
+        violated("sends " + std::string(nameOf(*action.message)) + " on a closed connection");
     const std::string& host = hostOf_[action.connection];
-    if (const auto* begin = std::get_if<message::Begin>(&action.message)) {
+    if (const auto* begin = std::get_if<message::Begin>(action.message.get())) {
         if (begin->frame != frame_.number || !frame_.open) violated("sends a Begin of another frame");
         if (!members_.contains(host)) violated("sends Begin to " + host + ", which is not in the barrier");
         if (toldToDraw_.contains(host) && !answered_.contains(host))
@@ -211,11 +208,11 @@ void Owner::on(const server_action::Send& action) {
         answered_.erase(host);
         toldToDraw_[host] = begin->frame;
         drawingSince_[host] = now();
-    } else if (const auto* swap = std::get_if<message::Swap>(&action.message)) {
+    } else if (const auto* swap = std::get_if<message::Swap>(action.message.get())) {
         if (!frame_.open || swap->frame != frame_.number) violated("swaps a frame that is not open");
         if (!frame_.ready.contains(host)) violated("swaps on " + host + " before it is ready");
     }
-    network_.toClient(action.connection, action.message);
+    network_.toClient(action.connection, *action.message);
 }
 
 void Owner::on(const server_action::Close& action) {
@@ -228,10 +225,9 @@ void Owner::on(const server_action::SnapshotWanted& action) {
     hostOf_[action.connection] = action.name;
     const auto make = [this] {
         Numbers bytes;
-        bytes.put(scene_.sequence);
-        bytes.put(scene_.hash);
-        return message::Snapshot{
-            .sequence = scene_.sequence, .stateHash = scene_.hash, .list = bytes.share(), .blobs = sceneBlobs_};
+        bytes.put(scene_.sequence.value);
+        bytes.put(scene_.hash.value);
+        return message::Snapshot{share(CommittedList{scene_.sequence, scene_.hash, bytes.share(), sceneBlobs_})};
     };
     // Made when asked for, or when it is handed in: lists are committed in between.
     std::optional<message::Snapshot> early;
@@ -244,7 +240,7 @@ void Owner::on(const server_action::SnapshotWanted& action) {
 }
 
 void Owner::on(const server_action::HostEntered& action) {
-    witness_.trace(action.host + " enters at frame " + std::to_string(action.frame));
+    witness_.trace(action.host + " enters at frame " + std::to_string(action.frame.value));
     if (action.frame != frame_.number || !frame_.open)
         violated(action.host + " enters at another frame than the one that begins");
     if (!members_.insert(action.host).second) violated(action.host + " enters twice");
@@ -287,8 +283,8 @@ void Owner::checkDetection(const server_action::Fault& fault) const {
 
 void Owner::on(const server_action::FrameReleased& action) {
     const SyncPolicy& sync = config_.session.sync;
-    if (!frame_.open || action.frame != frame_.number || action.frame != released_)
-        violated("frame " + std::to_string(action.frame) + " is released out of turn");
+    if (!frame_.open || action.frame != frame_.number || action.frame.value != released_)
+        violated("frame " + std::to_string(action.frame.value) + " is released out of turn");
     TimePoint first = TimePoint::max();
     for (const std::string& host : action.shown) {
         if (!frame_.ready.contains(host)) violated("shows a frame on " + host + ", which is not ready");
@@ -325,7 +321,7 @@ void Owner::on(const server_action::FrameReleased& action) {
 }
 
 void Owner::on(const server_action::FrameStats& action) {
-    if (Numbers(action.stats).get() != action.frame) violated("mixes up statistics");
+    if (FrameNumber(Numbers(action.stats).get()) != action.frame) violated("mixes up statistics");
 }
 
 void Owner::on(const server_action::FrameShown& action) {

@@ -68,8 +68,8 @@ private:
     };
     /// What is known of the open frame, from what went over the wire.
     struct Frame {
-        std::uint64_t number = 0;
-        std::uint64_t stateHash = 0;
+        FrameNumber number;
+        StateHash stateHash;
         TimePoint begun;
         std::map<std::string, TimePoint> ready;  ///< with the right hash
         std::map<std::string, TimePoint> wrong;  ///< with another hash
@@ -135,7 +135,7 @@ private:
     TimePoint lastReleased_{};
     std::set<std::string> mayFail_, members_, behind_, inStep_, answered_;
     std::map<std::string, TimePoint> drawingSince_;
-    std::map<std::string, std::uint64_t> toldToDraw_;  ///< the frame of the last Begin
+    std::map<std::string, FrameNumber> toldToDraw_;  ///< the frame of the last Begin
     Duration longestFrame_{};
     std::vector<BlobInfo> sceneBlobs_;
     std::map<FaultKind, std::uint64_t> faults_;

@@ -147,7 +147,8 @@ void Peer::received(ConnectionId connection, std::shared_ptr<const Message> mess
         if (!channel) return;
         if (std::holds_alternative<message::BlobChunk>(*message)) --chunksAsked_;
         // A host in the barrier never waits for bulk data: what a frame's list names has been announced.
-        if (const auto* begin = std::get_if<message::Begin>(&*message)) requireBlobs(begin->blobs, "as a frame begins");
+        if (const auto* begin = std::get_if<message::Begin>(&*message))
+            requireBlobs(begin->list->blobs, "as a frame begins");
         carryOut(session_->received(*channel, *message, arrived));
     });
 }
@@ -182,34 +183,34 @@ void Peer::on(client_action::Send action) {
 }
 
 void Peer::on(const client_action::ApplySnapshot& action) {
-    onDrawThread(config_.applyTime * 4, [this, snapshot = action.snapshot] {
-        requireBlobs(snapshot.blobs, "with a snapshot");
-        Numbers in(snapshot.list);
-        scene_.sequence = in.get();
-        scene_.hash = in.get();
+    onDrawThread(config_.applyTime * 4, [this, list = action.snapshot.list] {
+        requireBlobs(list->blobs, "with a snapshot");
+        Numbers in(list->encoded);
+        scene_.sequence = Sequence(in.get());
+        scene_.hash = StateHash(in.get());
         haveScene_ = true;
         corrupted_ = false;
-        carryOut(session_->applied(snapshot.sequence, scene_.hash));
+        carryOut(session_->applied(list->sequence, scene_.hash));
     });
 }
 
 void Peer::on(const client_action::ApplyChanges& action) {
-    onDrawThread(config_.applyTime, [this, changes = action.changes] {
-        requireBlobs(changes.blobs, "with a list");
-        Numbers in(changes.list);
+    onDrawThread(config_.applyTime, [this, list = action.changes.list] {
+        requireBlobs(list->blobs, "with a list");
+        Numbers in(list->encoded);
         apply(getList(in));
-        carryOut(session_->applied(changes.sequence, scene_.hash));
+        carryOut(session_->applied(list->sequence, scene_.hash));
     });
 }
 
 void Peer::on(const client_action::Draw& action) {
     const auto most = static_cast<std::int64_t>(2 * slowness_ * static_cast<double>(config_.drawTime.count()));
     onDrawThread(random_.between(Duration(most / 2), Duration(most)), [this, begin = action.begin] {
-        for (Numbers in(begin.payload); !in.done();) apply(getList(in));
-        if (scene_.sequence != begin.sequence) violated("stands at another list than the frame it draws");
-        if ((scene_.hash != begin.stateHash) != corrupted_) violated("has drawn another scene than the server's");
+        for (Numbers in(begin.list->encoded); !in.done();) apply(getList(in));
+        if (scene_.sequence != begin.list->sequence) violated("stands at another list than the frame it draws");
+        if ((scene_.hash != begin.list->stateHash) != corrupted_) violated("has drawn another scene than the server's");
         Numbers stats;
-        stats.put(begin.frame);
+        stats.put(begin.frame.value);
         carryOut(session_->drawn(begin.frame, scene_.hash, stats.share()));
     });
 }
@@ -233,7 +234,7 @@ void Peer::on(const client_action::StoreBlob& action) {
 void Peer::on(const client_action::DescribeState& action) {
     onDrawThread(config_.applyTime, [this, query = action.query] {
         carryOut(session_->hashes(
-            {.sequence = scene_.sequence, .objects = query.objects, .entries = {{query.leaf, scene_.hash}}}));
+            {.sequence = scene_.sequence, .objects = query.objects, .entries = {{query.leaf, scene_.hash.value}}}));
     });
 }
 
@@ -275,8 +276,9 @@ void Peer::onDrawThread(Duration work, std::function<void()> done) {
 
 void Peer::apply(const ModelList& list) {
     if (!haveScene_) violated("gets a list before any snapshot");
-    if (list.sequence != scene_.sequence + 1)
-        violated("is given list " + std::to_string(list.sequence) + " at list " + std::to_string(scene_.sequence));
+    if (list.sequence != scene_.sequence.next())
+        violated("is given list " + std::to_string(list.sequence.value) + " at list " +
+                 std::to_string(scene_.sequence.value));
     if (config_.wantBlobs)
         for (const BlobId& id : list.blobs)
             if (!store_.contains(id)) violated("applies a list without a blob that it names");

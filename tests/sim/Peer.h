@@ -15,9 +15,9 @@ namespace tessera::simulation {
 class Witness {
 public:
     virtual ~Witness() = default;
-    virtual void shows(const std::string& host, std::uint64_t frame) = 0;
+    virtual void shows(const std::string& host, FrameNumber frame) = 0;
     /// The server heard when the host showed this frame, on the server's clock as the host estimates it.
-    virtual void heard(const std::string& host, std::uint64_t frame, TimePoint shownAt) = 0;
+    virtual void heard(const std::string& host, FrameNumber frame, TimePoint shownAt) = 0;
     virtual void trace(const std::string& line) = 0;
 };
 
@@ -47,7 +47,7 @@ public:
     void drawSlower(double factor) { slowness_ = factor; }
     /// One bit of the replica flips.
     void corrupt() {
-        if (!std::exchange(corrupted_, true)) scene_.hash ^= 1;
+        if (!std::exchange(corrupted_, true)) scene_.hash.value ^= 1;
     }
     void cutCable();
     void breakBulk();
@@ -64,7 +64,7 @@ public:
     [[nodiscard]] const std::string& name() const { return config_.name; }
     [[nodiscard]] const ModelScene& scene() const { return scene_; }
     [[nodiscard]] bool everShown() const { return everShown_; }
-    [[nodiscard]] std::uint64_t shown() const { return shown_; }
+    [[nodiscard]] FrameNumber shown() const { return shown_; }
     [[nodiscard]] const std::string& exitReason() const { return exitReason_; }
     [[nodiscard]] std::uint64_t replies() const { return replies_; }
     /// True instants, on the simulation's clock, at which frames were shown.
@@ -131,7 +131,7 @@ private:
     ModelScene scene_;
     bool haveScene_ = false, corrupted_ = false;
     bool everShown_ = false;
-    std::uint64_t shown_ = 0;
+    FrameNumber shown_;
     TimePoint shownAt_{};
     std::uint64_t asked_ = 0, replies_ = 0;
 };

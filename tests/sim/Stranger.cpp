@@ -22,9 +22,10 @@ Message anyMessage(Random& random) {
     if (auto* m = std::get_if<message::Heartbeat>(&message))
         *m = {static_cast<std::int64_t>(number()), static_cast<std::int64_t>(number()),
               static_cast<std::int64_t>(number())};
-    if (auto* m = std::get_if<message::Synced>(&message)) *m = {number(), number()};
-    if (auto* m = std::get_if<message::Ready>(&message)) *m = {number(), number(), nullptr};
-    if (auto* m = std::get_if<message::Shown>(&message)) *m = {number(), static_cast<std::int64_t>(number())};
+    if (auto* m = std::get_if<message::Synced>(&message)) *m = {Sequence(number()), StateHash(number())};
+    if (auto* m = std::get_if<message::Ready>(&message)) *m = {FrameNumber(number()), StateHash(number()), nullptr};
+    if (auto* m = std::get_if<message::Shown>(&message))
+        *m = {FrameNumber(number()), static_cast<std::int64_t>(number())};
     if (auto* m = std::get_if<message::BlobsHeld>(&message)) m->token = number();
     if (auto* m = std::get_if<message::BlobRequest>(&message))
         *m = {{number(), number()}, number(), static_cast<std::uint32_t>(number())};
@@ -72,7 +73,7 @@ void Stranger::opened(ConnectionId) {
             hello.role = PeerRole::kApplication;
             hello.name = "stranger";
             network_.toServer(connection_, hello);
-            network_.toServer(connection_, message::Ready{.frame = 3});
+            network_.toServer(connection_, message::Ready{.frame = FrameNumber(3)});
             return;
         case Manner::kVanishing:
             network_.toServer(connection_, hello);

@@ -101,8 +101,8 @@ void Trouble::strikeHost(std::size_t index) {
         case 7:
             return host.corrupt();
         default: {
-            const Message rude[] = {message::Ready{.frame = ~std::uint64_t{0}},
-                                    message::Synced{.sequence = ~std::uint64_t{0}},
+            const Message rude[] = {message::Ready{.frame = FrameNumber(~std::uint64_t{0})},
+                                    message::Synced{.sequence = Sequence(~std::uint64_t{0})},
                                     message::Request{},
                                     message::BlobRequest{},
                                     message::Welcome{},

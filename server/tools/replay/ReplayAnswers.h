@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "server/sim/RecordingReplay.h"
+#include "server/sim/recording/RecordingReplay.h"
 
 namespace tessera {
 

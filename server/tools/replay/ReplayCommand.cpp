@@ -7,7 +7,7 @@
 #include <chrono>
 
 #include "common/base/Version.h"
-#include "server/sim/RecordingReplay.h"
+#include "server/sim/recording/RecordingReplay.h"
 #include "server/tools/replay/ReplayAnswers.h"
 
 namespace tessera {

@@ -7,6 +7,7 @@
 
 #include <thread>
 
+#include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
@@ -112,20 +113,20 @@ TEST(Application, IsToldOfFramesContactsAndPicksWhatItAskedFor) {
     ScriptedServer server;
     const auto application = join(server);
     ASSERT_TRUE(application);
-    std::vector<std::uint64_t> frames;
+    std::vector<FrameNumber> frames;
     std::size_t contacts = 0, picks = 0;
     ASSERT_TRUE(application->onFrame([&](const notice::Frame& frame) { frames.push_back(frame.frame); }));
     ASSERT_TRUE(application->onContacts([&](const answer::Contacts&) { ++contacts; }));
     ASSERT_TRUE(application->onPick([&](const answer::Picked&) { ++picks; }));
     EXPECT_TRUE(server.subscription().frames && server.subscription().contacts && server.subscription().picks);
-    server.notify(notice::Frame{5, {"only"}, {}});
+    server.notify(notice::Frame{5_frame, {"only"}, {}});
     server.notify(answer::Contacts{});
     server.notify(answer::Picked{});
-    server.notify(notice::Frame{6, {"only"}, {}});
+    server.notify(notice::Frame{6_frame, {"only"}, {}});
     const auto frame = application->waitForFrame(5s);
     ASSERT_TRUE(frame) << frame.error().message;
     while (frames.size() < 2) ASSERT_TRUE(application->poll(5s));
-    EXPECT_EQ(frames, (std::vector<std::uint64_t>{5, 6}));
+    EXPECT_EQ(frames, (std::vector{5_frame, 6_frame}));
     EXPECT_EQ(contacts, 1u);
     EXPECT_EQ(picks, 1u);
     EXPECT_FALSE(application->waitForFrame(50ms)) << "no further frame comes";
@@ -156,8 +157,9 @@ TEST(Application, RequestsCarryTheirAnswers) {
             return answer::Loaded{ObjectId{77}, 5, 6};
         }
         if (std::holds_alternative<request::Pick>(asked)) return answer::Picked{true, kCrane, 3};
-        if (std::holds_alternative<request::GetStatus>(asked)) return answer::Status{.wallName = "1x1", .frame = 9};
-        if (std::holds_alternative<request::GetContacts>(asked)) return answer::Contacts{.frame = 4};
+        if (std::holds_alternative<request::GetStatus>(asked))
+            return answer::Status{.wallName = "1x1", .frame = 9_frame};
+        if (std::holds_alternative<request::GetContacts>(asked)) return answer::Contacts{.frame = 4_frame};
         if (std::holds_alternative<request::GetImages>(asked)) return answer::Images{{}, {"front-0-0"}};
         if (const auto* view = std::get_if<request::SetView>(&asked); view && view->reset) return answer::Done{};
         return fail(ErrorCode::kRefused, "no");
@@ -170,8 +172,8 @@ TEST(Application, RequestsCarryTheirAnswers) {
     EXPECT_EQ(missing.error().code, ErrorCode::kBadInput);
     EXPECT_EQ(missing.error().message, "/missing.glb: no such file");
     EXPECT_EQ(application->pick(1, 2)->node, kCrane);
-    EXPECT_EQ(application->status()->frame, 9u);
-    EXPECT_EQ(application->contacts()->frame, 4u);
+    EXPECT_EQ(application->status()->frame, 9_frame);
+    EXPECT_EQ(application->contacts()->frame, 4_frame);
     EXPECT_EQ(application->images()->missing.size(), 1u);
     EXPECT_TRUE(application->setView({.reset = true}));
     EXPECT_FALSE(application->setView({}));

@@ -3,6 +3,7 @@
 
 #include "common/application/Application.h"
 #include "common/application/Connection.h"
+#include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
@@ -53,11 +54,11 @@ TEST(Collisions, EachKindReachesItsOwnCallback) {
     ASSERT_TRUE(application->onQuestions(
         [&](const answer::Questions& q) { told.push_back("closed " + std::to_string(q.closed.at(0))); }));
     server.notify(answer::Contacts{});
-    server.notify(answer::PairEvents{.frame = 1, .events = {{}, {}}});
+    server.notify(answer::PairEvents{.frame = 1_frame, .events = {{}, {}}});
     PairDistanceValue near;
     near.faceB = 7;
-    server.notify(answer::Distances{.frame = 1, .distances = {near}});
-    server.notify(answer::Questions{.frame = 1, .closed = {5}});
+    server.notify(answer::Distances{.frame = 1_frame, .distances = {near}});
+    server.notify(answer::Questions{.frame = 1_frame, .closed = {5}});
     while (told.size() < 3) ASSERT_TRUE(application->poll(5s));
     EXPECT_EQ(told, (std::vector<std::string>{"events 2", "distance 7", "closed 5"}));
 }
@@ -84,7 +85,7 @@ TEST(Collisions, AQuestionIsAnsweredFromWithinItsCallback) {
         }
         done = true;
     }));
-    server.notify(answer::Questions{.frame = 9, .questions = {question(3), question(4)}});
+    server.notify(answer::Questions{.frame = 9_frame, .questions = {question(3), question(4)}});
     while (!done) ASSERT_TRUE(application->poll(5s));
     ASSERT_EQ(answers.size(), 1u);
     EXPECT_EQ(answers[0].decision, Decision::kMove);
@@ -96,10 +97,12 @@ TEST(Collisions, AQuestionIsAnsweredFromWithinItsCallback) {
 TEST(Collisions, TheNewestFrameCanBeAskedFor) {
     ScriptedServer server;
     server.script([&](const ApplicationRequest& asked) -> Expected<ApplicationAnswer> {
-        if (std::holds_alternative<request::GetEvents>(asked)) return answer::PairEvents{.frame = 1, .events = {{}}};
-        if (std::holds_alternative<request::GetDistances>(asked)) return answer::Distances{.frame = 2, .leftOut = 4};
+        if (std::holds_alternative<request::GetEvents>(asked))
+            return answer::PairEvents{.frame = 1_frame, .events = {{}}};
+        if (std::holds_alternative<request::GetDistances>(asked))
+            return answer::Distances{.frame = 2_frame, .leftOut = 4};
         if (std::holds_alternative<request::GetQuestions>(asked))
-            return answer::Questions{.frame = 3, .questions = {question(17)}};
+            return answer::Questions{.frame = 3_frame, .questions = {question(17)}};
         return fail(ErrorCode::kFailed, "unexpected");
     });
     const auto application = join(server);
@@ -116,7 +119,7 @@ std::uint64_t nextNotice(Connection& connection) {
         const std::optional<Incoming> value = connection.next(5s);
         if (!value) return 0;
         if (const auto* notice = std::get_if<incoming::Notice>(&*value))
-            return std::get<answer::PairEvents>(notice->notice).frame;
+            return std::get<answer::PairEvents>(notice->notice).frame.value;
     }
 }
 
@@ -124,7 +127,7 @@ std::uint64_t nextNotice(Connection& connection) {
 TEST(Collisions, OneWhoDoesNotPollMissesNoticesAndKeepsItsConnection) {
     ScriptedServer server;
     const auto events = [](std::uint64_t frame, std::size_t count) {
-        return answer::PairEvents{.frame = frame, .events = std::vector<PairEventValue>(count)};
+        return answer::PairEvents{.frame = FrameNumber(frame), .events = std::vector<PairEventValue>(count)};
     };
     ConnectionOptions options;
     options.address = *parseAddress(server.address());

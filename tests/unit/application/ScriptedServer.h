@@ -15,6 +15,7 @@
 #include "common/net/Transport.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
+#include "tests/unit/HistoryLiterals.h"
 
 namespace tessera::test {
 
@@ -67,7 +68,7 @@ public:
           port_(transport_.listen({"127.0.0.1", 0}).value_or(0)) {
         const std::scoped_lock lock(mutex_);
         EXPECT_TRUE(scene_.apply(craneScene()));
-        sequence_ = 1;
+        sequence_ = 1_seq;
     }
 
     [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
@@ -128,7 +129,7 @@ private:
         return limits;
     }
     void say(LinkId link, const Message& message) {
-        transport_.send(link, wireType(message), 7, share(encodeMessage(message)));
+        transport_.send(link, wireType(message), 7_epoch, share(encodeMessage(message)));
     }
 
     void on(const LinkEvent& event) {
@@ -152,16 +153,17 @@ private:
         }
         links_.push_back(link);
         message::Welcome welcome;
-        welcome.epoch = 7;
+        welcome.epoch = 7_epoch;
         welcome.configuration = share(encodeWall(oneByOne()));
         say(link, welcome);
         if (!faults_.noSnapshot)
-            say(link, message::Snapshot{sequence_, scene_.stateHash(), share(encodeChangeList(snapshot(scene_))), {}});
+            say(link, message::Snapshot{share(CommittedList{
+                          sequence_, StateHash(scene_.stateHash()), encodeChangeList(snapshot(scene_)), {}})});
     }
 
     void answer(LinkId link, const message::Request& request) {
         if (faults_.mute) return;
-        const Expected<ApplicationRequest> asked = decodeRequest(*request.body);
+        const Expected<ApplicationRequest> asked = decodeRequest(request.body);
         ASSERT_TRUE(asked) << asked.error().message;
         message::Reply reply;
         reply.id = request.id;
@@ -177,7 +179,7 @@ private:
 
     Expected<ApplicationAnswer> answerTo(const ApplicationRequest& asked) {
         if (const auto* propose = std::get_if<request::Propose>(&asked)) {
-            Expected<ChangeList> list = decodeChangeList(*propose->list, store_);
+            Expected<ChangeList> list = decodeChangeList(propose->list, store_);
             if (!list) return tl::unexpected(list.error());
             return commitLocked(std::move(*list));
         }
@@ -203,13 +205,14 @@ private:
         Expected<ChangeList> inverse = scene_.applyWithInverse(list);
         if (!inverse) return tl::unexpected(inverse.error());
         inverses_.push_back(std::move(*inverse));
-        ++sequence_;
+        sequence_ = sequence_.next();
         Bytes bytes = encodeChangeList(list);
         if (faults_.malformed) bytes.assign(30, std::byte{0xff});
         for (const LinkId link : links_)
-            say(link, message::Changes{sequence_, scene_.stateHash() + (faults_.wrongHash ? 1 : 0), share(bytes), {}});
+            say(link, message::Changes{share(CommittedList{
+                          sequence_, StateHash(scene_.stateHash() + (faults_.wrongHash ? 1 : 0)), share(bytes), {}})});
         answer::Committed committed;
-        committed.sequence = Sequence{sequence_};
+        committed.sequence = sequence_;
         committed.ids.assign(given.begin(), given.end());
         committed.stopped = stopped_;
         return committed;
@@ -218,7 +221,7 @@ private:
     mutable std::mutex mutex_;
     Aspect scene_;
     BlobStore store_;
-    std::uint64_t sequence_ = 0;
+    Sequence sequence_;
     std::uint64_t nextId_ = 100;
     std::vector<ChangeList> inverses_;
     std::vector<ObjectId> stopped_;

@@ -13,6 +13,7 @@
 #include "common/base/Log.h"
 #include "common/base/Nearest.h"
 #include "common/base/StrongId.h"
+#include "common/base/Utf8.h"
 
 namespace tessera {
 namespace {
@@ -34,6 +35,16 @@ TEST(Hash, SeesEveryByteAndTheSeed) {
     }
     EXPECT_TRUE(seen.insert(hash64(bytes, 1)).second);
     EXPECT_TRUE(seen.insert(hash64(ByteSpan(bytes).first(299))).second);
+}
+
+TEST(Utf8, IsCutBetweenCharacters) {
+    const std::string_view text = "a\u00e9\u20ac";  // 1, 2 and 3 bytes
+    EXPECT_EQ(cutUtf8(text, 6), text);
+    EXPECT_EQ(cutUtf8(text, 5), "a\u00e9");
+    EXPECT_EQ(cutUtf8(text, 3), "a\u00e9");
+    EXPECT_EQ(cutUtf8(text, 2), "a");
+    EXPECT_EQ(cutUtf8(text, 0), "");
+    EXPECT_EQ(cutUtf8("\x80\x80\x80", 2), "") << "what is no text ends somewhere";
 }
 
 TEST(Hash, PrintsAllDigits) {

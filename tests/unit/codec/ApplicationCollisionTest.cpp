@@ -9,6 +9,7 @@
 #include <random>
 
 #include "common/codec/ApplicationCodec.h"
+#include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
 namespace {
@@ -103,8 +104,8 @@ std::vector<Told> heard(const Told& told) {
 }
 
 TEST(ApplicationCollision, ContactsKeepInterestAndTimeAndWhatWasLeftOut) {
-    for (const auto& told : heard(answer::Contacts{100, 7, {someContact(), {}}, 8, 9})) {
-        EXPECT_EQ(std::tie(told.frame, told.begun, told.leftOut, told.notLookedAt), std::tuple(100u, 7u, 8u, 9u));
+    for (const auto& told : heard(answer::Contacts{100_frame, 7, {someContact(), {}}, 8, 9})) {
+        EXPECT_EQ(std::tie(told.frame, told.begun, told.leftOut, told.notLookedAt), std::tuple(100_frame, 7u, 8u, 9u));
         ASSERT_EQ(told.contacts.size(), 2u);
         expectSame(told.contacts[0], someContact());
         expectSame(told.contacts[1], {});
@@ -112,18 +113,18 @@ TEST(ApplicationCollision, ContactsKeepInterestAndTimeAndWhatWasLeftOut) {
 }
 
 TEST(ApplicationCollision, EventsDistancesAndQuestionsKeepTheirFields) {
-    for (const auto& told : heard(answer::PairEvents{101, {{}, someEvent()}, 5})) {
-        EXPECT_EQ(std::tie(told.frame, told.leftOut), std::tuple(101u, 5u));
+    for (const auto& told : heard(answer::PairEvents{101_frame, {{}, someEvent()}, 5})) {
+        EXPECT_EQ(std::tie(told.frame, told.leftOut), std::tuple(101_frame, 5u));
         ASSERT_EQ(told.events.size(), 2u);
         expectSame(told.events[1], someEvent());
     }
-    for (const auto& told : heard(answer::Distances{102, {someDistance(), {}}, 6})) {
-        EXPECT_EQ(std::tie(told.frame, told.leftOut), std::tuple(102u, 6u));
+    for (const auto& told : heard(answer::Distances{102_frame, {someDistance(), {}}, 6})) {
+        EXPECT_EQ(std::tie(told.frame, told.leftOut), std::tuple(102_frame, 6u));
         ASSERT_EQ(told.distances.size(), 2u);
         expectSame(told.distances[0], someDistance());
     }
-    for (const auto& told : heard(answer::Questions{103, {someQuestion(), {}}, {3, 5, ~0ull}, 2})) {
-        EXPECT_EQ(std::tie(told.frame, told.unanswered), std::tuple(103u, 2u));
+    for (const auto& told : heard(answer::Questions{103_frame, {someQuestion(), {}}, {3, 5, ~0ull}, 2})) {
+        EXPECT_EQ(std::tie(told.frame, told.unanswered), std::tuple(103_frame, 2u));
         ASSERT_EQ(told.questions.size(), 2u);
         expectSame(told.questions[0], someQuestion());
         EXPECT_EQ(told.closed, (std::vector<std::uint64_t>{3, 5, ~0ull}));
@@ -217,17 +218,19 @@ TEST(ApplicationCollision, CountsAndBytesAreBounded) {
 
     ApplicationLimits tight;
     tight.maxEvents = tight.maxDistances = tight.maxQuestions = tight.maxContacts = 1;
-    EXPECT_EQ(decodeNotice(encodeNotice(answer::PairEvents{0, events, 0}), tight).error().code, ErrorCode::kLimit);
-    EXPECT_FALSE(decodeNotice(encodeNotice(answer::Distances{0, {{}, {}}, 0}), tight));
-    EXPECT_FALSE(decodeNotice(encodeNotice(answer::Questions{0, {{}, {}}, {}, 0}), tight));
-    EXPECT_FALSE(decodeNotice(encodeNotice(answer::Questions{0, {}, {1, 2}, 0}), tight));
-    EXPECT_FALSE(decodeNotice(encodeNotice(answer::Contacts{0, 0, {{}, {}}, 0, 0}), tight));
+    EXPECT_EQ(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), tight).error().code,
+              ErrorCode::kLimit);
+    EXPECT_FALSE(decodeNotice(encodeNotice(answer::Distances{0_frame, {{}, {}}, 0}), tight));
+    EXPECT_FALSE(decodeNotice(encodeNotice(answer::Questions{0_frame, {{}, {}}, {}, 0}), tight));
+    EXPECT_FALSE(decodeNotice(encodeNotice(answer::Questions{0_frame, {}, {1, 2}, 0}), tight));
+    EXPECT_FALSE(decodeNotice(encodeNotice(answer::Contacts{0_frame, 0, {{}, {}}, 0, 0}), tight));
 
     ApplicationLimits small;
     small.maxCollisionBytes = 3 * kPairEventBytes - 1;
-    EXPECT_EQ(decodeNotice(encodeNotice(answer::PairEvents{0, events, 0}), small).error().code, ErrorCode::kLimit);
+    EXPECT_EQ(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), small).error().code,
+              ErrorCode::kLimit);
     small.maxCollisionBytes = 3 * kPairEventBytes;
-    EXPECT_TRUE(decodeNotice(encodeNotice(answer::PairEvents{0, events, 0}), small));
+    EXPECT_TRUE(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), small));
 }
 
 /// Damaged records: refused, or every value is one that may be.

@@ -22,10 +22,9 @@ View someView() {
 }
 
 TEST(FrameCodec, CarriesTheViewToTheLastBit) {
-    const auto decoded = decodeFrame(encodeFrame({someView(), nullptr}));
+    const auto decoded = decodeFrame(encodeFrame({someView()}));
     ASSERT_TRUE(decoded) << decoded.error().message;
     const View expected = someView();
-    EXPECT_EQ(decoded->list, nullptr);
     EXPECT_EQ(decoded->view.position, expected.position);
     EXPECT_EQ(decoded->view.orientation.coeffs(), expected.orientation.coeffs());
     EXPECT_EQ(decoded->view.worldUnitsPerMetre, 1000);
@@ -36,16 +35,8 @@ TEST(FrameCodec, CarriesTheViewToTheLastBit) {
     EXPECT_EQ(decoded->view.users[0].eyeSeparationMetres, 0.06);
 }
 
-TEST(FrameCodec, TellsAnEmptyListFromNone) {
-    const SharedBytes list = share(Bytes(3, std::byte{7}));
-    EXPECT_EQ(*decodeFrame(encodeFrame({someView(), list}))->list, *list);
-    const auto empty = decodeFrame(encodeFrame({someView(), share({})}));
-    ASSERT_NE(empty->list, nullptr);
-    EXPECT_TRUE(empty->list->empty());
-}
-
 TEST(FrameCodec, CarriesWhatTouchesInNumbersAndNothingWhereNothingDoes) {
-    FramePayload payload{someView(), nullptr};
+    FramePayload payload{someView()};
     const std::size_t bare = encodeFrame(payload).size();
     EXPECT_EQ(decodeFrame(encodeFrame(payload))->collision, FrameCollision());
     payload.collision = {.contacts = 1000, .begun = 2, .ended = 3, .near = 4, .nearest = 0.1};
@@ -61,7 +52,7 @@ TEST(FrameCodec, CarriesWhatTouchesInNumbersAndNothingWhereNothingDoes) {
 
 TEST(FrameCodec, RefusesViewsThatNobodyCouldDraw) {
     const auto error = [](auto&& spoil) {
-        FramePayload payload{someView(), nullptr};
+        FramePayload payload{someView()};
         spoil(payload.view);
         const auto decoded = decodeFrame(encodeFrame(payload));
         return decoded ? "" : decoded.error().message;
@@ -77,7 +68,7 @@ TEST(FrameCodec, RefusesViewsThatNobodyCouldDraw) {
 }
 
 TEST(FrameCodec, RefusesEveryTruncation) {
-    const Bytes bytes = encodeFrame({someView(), share(Bytes(10))});
+    const Bytes bytes = encodeFrame({someView()});
     for (std::size_t size = 0; size < bytes.size(); ++size)
         EXPECT_FALSE(decodeFrame(ByteSpan(bytes).first(size))) << size;
 }

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <random>
 #include <set>
+#include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
 namespace {
@@ -17,38 +18,42 @@ SharedBytes some(std::size_t size, int seed = 1) {
 
 const std::vector<BlobInfo> kBlobs = {{BlobId{1, 2}, 3}, {BlobId{~0ull, 5}, 1ull << 40}};
 
+CommittedListPtr listOf(Sequence sequence, StateHash hash, std::size_t size) {
+    return share(CommittedList{sequence, hash, some(size), kBlobs});
+}
+
 /// One of each, every field different from its default.
 std::vector<Message> everyMessage() {
     using namespace message;
     return {
         Heartbeat{-5, 6, 7'000'000'000},
         Hello{kProtocolVersion, 0xfeed, PeerRole::kApplication, ChannelKind::kBulk, "lower-left", 99, 12, false},
-        Synced{17, 0xabcdef},
-        Ready{18, 0x1234, some(100)},
-        Shown{19, -20},
+        Synced{17_seq, 0xabcdef_hash},
+        Ready{18_frame, 0x1234_hash, some(100)},
+        Shown{19_frame, -20},
         BlobsHeld{21},
         BlobRequest{BlobId{22, 23}, 24, 25},
-        HashAnswer{26, true, {{27, 28}, {29, ~0ull}}},
-        TileImage{30, 31, "front-0-1", some(5000)},
+        HashAnswer{26_seq, true, {{27, 28}, {29, ~0ull}}},
+        TileImage{30, 31_frame, "front-0-1", some(5000)},
         Request{32, some(33)},
-        Welcome{34, 35, std::chrono::milliseconds(36), std::chrono::milliseconds(37), some(38)},
+        Welcome{34_epoch, 35, std::chrono::milliseconds(36), std::chrono::milliseconds(37), some(38)},
         Refused{ErrorCode::kLimit, "there is no host \"west\"", true},
-        Snapshot{40, 41, some(100'000), kBlobs},
-        Changes{42, 43, some(44), kBlobs},
-        Begin{45, 46, 47, some(48), kBlobs},
-        Swap{~0ull},
+        Snapshot{listOf(40_seq, 41_hash, 100'000)},
+        Changes{listOf(42_seq, 43_hash, 44)},
+        Begin{45_frame, some(49), listOf(46_seq, 47_hash, 48)},
+        Swap{FrameNumber(~0ull)},
         BlobNotice{50, kBlobs},
         BlobChunk{BlobId{51, 52}, 53, 54, some(262'144)},
         HashQuery{true, 55},
-        ImageRequest{56, 57},
+        ImageRequest{56, 57_frame},
         Reply{58, ErrorCode::kNotFound, "no node \"/hall/crna\"", some(59)},
         Notice{some(60)},
         Over{"the last frame was shown"},
     };
 }
 
-bool same(const SharedBytes& a, const SharedBytes& b) {
-    return (a ? *a : Bytes()) == (b ? *b : Bytes());
+bool same(const CommittedList& a, const CommittedList& b) {
+    return a.sequence == b.sequence && a.stateHash == b.stateHash && a.encoded == b.encoded && a.blobs == b.blobs;
 }
 template <typename M>
 bool same(const M& a, const M& b) requires requires {
@@ -69,14 +74,13 @@ bool same(const message::Welcome& a, const message::Welcome& b) {
            same(a.configuration, b.configuration);
 }
 bool same(const message::Snapshot& a, const message::Snapshot& b) {
-    return a.sequence == b.sequence && a.stateHash == b.stateHash && same(a.list, b.list) && a.blobs == b.blobs;
+    return same(*a.list, *b.list);
 }
 bool same(const message::Changes& a, const message::Changes& b) {
-    return a.sequence == b.sequence && a.stateHash == b.stateHash && same(a.list, b.list) && a.blobs == b.blobs;
+    return same(*a.list, *b.list);
 }
 bool same(const message::Begin& a, const message::Begin& b) {
-    return a.frame == b.frame && a.sequence == b.sequence && a.stateHash == b.stateHash && same(a.payload, b.payload) &&
-           a.blobs == b.blobs;
+    return a.frame == b.frame && same(a.payload, b.payload) && same(*a.list, *b.list);
 }
 bool same(const message::BlobChunk& a, const message::BlobChunk& b) {
     return a.id == b.id && a.offset == b.offset && a.totalBytes == b.totalBytes && same(a.bytes, b.bytes);
@@ -93,7 +97,7 @@ bool sameMessage(const Message& a, const Message& b) {
 }
 
 Expected<Message> there(const Message& m) {
-    return decodeMessage(wireType(m), share(encodeMessage(m)));
+    return decodeMessage(wireType(m), encodeMessage(m).joined());
 }
 
 TEST(MessageCodec, EveryMessageArrivesAsItWasSent) {
@@ -107,11 +111,12 @@ TEST(MessageCodec, EveryMessageArrivesAsItWasSent) {
     }
 }
 
-TEST(MessageCodec, ByteFieldsThatAreMissingArriveEmptyAndNeverNull) {
-    const auto begin = there(message::Begin{1, 2, 3, nullptr, {}});
+TEST(MessageCodec, WhatIsMissingArrivesEmptyAndNeverNull) {
+    const auto begin = there(message::Begin{.frame = 1_frame});
     ASSERT_TRUE(begin);
-    ASSERT_NE(std::get<message::Begin>(*begin).payload, nullptr);
-    EXPECT_TRUE(std::get<message::Begin>(*begin).payload->empty());
+    EXPECT_TRUE(std::get<message::Begin>(*begin).payload.empty());
+    ASSERT_NE(std::get<message::Begin>(*begin).list, nullptr);
+    EXPECT_FALSE(std::get<message::Begin>(*begin).list->changed());
 }
 
 TEST(MessageCodec, NumbersOnTheWireAreFixedAndBounded) {
@@ -131,7 +136,7 @@ TEST(MessageCodec, NumbersOnTheWireAreFixedAndBounded) {
 
 TEST(MessageCodec, HeartbeatsAndSwapsStaySmall) {
     EXPECT_LE(encodeMessage(message::Heartbeat{1, 2, 3}).size(), 64u);
-    EXPECT_LE(encodeMessage(message::Swap{~0ull}).size(), 64u);
+    EXPECT_LE(encodeMessage(message::Swap{FrameNumber(~0ull)}).size(), 64u);
 }
 
 TEST(MessageCodec, AHelloOfAnotherVersionCanStillBeNamed) {
@@ -160,7 +165,7 @@ TEST(MessageCodec, RefusesWhatIsOutOfRange) {
     MessageLimits tight;
     tight.maxEntries = 1;
     const message::BlobNotice notice{1, kBlobs};
-    const auto back = decodeMessage(wireType(notice), share(encodeMessage(notice)), tight);
+    const auto back = decodeMessage(wireType(notice), encodeMessage(notice).joined(), tight);
     ASSERT_FALSE(back);
     EXPECT_EQ(back.error().code, ErrorCode::kLimit);
 
@@ -179,7 +184,7 @@ TEST(MessageCodec, LongReasonsAreCutBetweenCharacters) {
 }
 
 TEST(MessageCodec, ClaimsWithoutBytesBehindThemAreRefused) {
-    const Bytes good = encodeMessage(message::Snapshot{1, 2, some(50), kBlobs});
+    const Bytes good = encodeMessage(message::Snapshot{listOf(1_seq, 2_hash, 50)}).joined();
     const auto patched = [&](std::size_t at, std::uint64_t value, std::size_t width) {
         Bytes bytes = good;
         std::memcpy(bytes.data() + at, &value, width);
@@ -196,7 +201,7 @@ TEST(MessageCodec, NoBytesCrashItAndWhatItAcceptsItCanRepeat) {
     std::mt19937 random(20);
     std::size_t accepted = 0;
     for (const Message& m : everyMessage()) {
-        Bytes good = encodeMessage(m);
+        const Bytes good = encodeMessage(m).joined();
         for (int round = 0; round < 400; ++round) {
             Bytes bytes = good;
             for (unsigned n = 1 + random() % 4; n > 0; --n)

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "client/ctl/Verbs.h"
+#include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
@@ -81,10 +82,10 @@ protected:
     }
 
     ScriptedServer server;
-    answer::Contacts contacts{.frame = 9, .begun = 3};
-    answer::PairEvents events{.frame = 10};
-    answer::Distances distances{.frame = 11};
-    answer::Questions questions{.frame = 12};
+    answer::Contacts contacts{.frame = 9_frame, .begun = 3};
+    answer::PairEvents events{.frame = 10_frame};
+    answer::Distances distances{.frame = 11_frame};
+    answer::Questions questions{.frame = 12_frame};
     std::optional<request::Respond> responded;
 };
 
@@ -155,7 +156,7 @@ TEST_F(CollisionVerbs, EventsAndDistancesOfTheNewestFrame) {
 
 TEST_F(CollisionVerbs, FollowingPrintsEachFrameAsItComesAndEndsAfterSoMany) {
     const auto told = [](std::uint64_t frame, std::vector<PairEventValue> happened) {
-        return answer::PairEvents{.frame = frame, .events = std::move(happened)};
+        return answer::PairEvents{.frame = FrameNumber(frame), .events = std::move(happened)};
     };
     const std::vector<ApplicationNotice> frames = {told(5, {}), told(6, {event(TouchPhase::kBegan)}),
                                                    told(7, {event(TouchPhase::kEnded), event(TouchPhase::kBegan)}),
@@ -176,7 +177,7 @@ TEST_F(CollisionVerbs, FollowingPrintsEachFrameAsItComesAndEndsAfterSoMany) {
 TEST_F(CollisionVerbs, FollowingEndsInOrderWhenTheServerIsOver) {
     auto telling = std::async(std::launch::async, [this] {
         while (!server.subscription().distances) std::this_thread::yield();
-        answer::Distances told{.frame = 3};
+        answer::Distances told{.frame = 3_frame};
         told.distances.push_back({.interest = kWatchCore, .objectA = test::kCrane, .objectB = test::kHall});
         server.notify(told);
         server.finish();

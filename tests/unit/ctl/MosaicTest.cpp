@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
@@ -29,7 +30,7 @@ answer::Images imagesOf(const Wall& wall) {
     for (const Tile& tile : layoutTiles(wall)) {
         const auto shade = static_cast<std::uint8_t>(40 * (images.tiles.size() + 1));
         const Picture picture = Picture::filled(tile.mosaicRect.width, tile.mosaicRect.height, shade, 0, 0);
-        images.tiles.push_back({tile.name, tile.host, 12, share(encodePng(picture, 12))});
+        images.tiles.push_back({tile.name, tile.host, 12_frame, share(encodePng(picture, 12))});
     }
     return images;
 }
@@ -43,7 +44,7 @@ TEST(Mosaic, TilesStandWhereTheWallHasThemAndScreensSideBySide) {
     const auto mosaic = stitch(wall, imagesOf(wall));
     ASSERT_TRUE(mosaic) << mosaic.error().message;
     const Picture& picture = mosaic->picture;
-    EXPECT_EQ(mosaic->frame, 12u);
+    EXPECT_EQ(mosaic->frame, 12_frame);
     EXPECT_TRUE(mosaic->missing.empty());
     ASSERT_EQ(picture.widthPx, 5 + 4 + 6);
     ASSERT_EQ(picture.heightPx, 4 + 3);
@@ -74,7 +75,7 @@ TEST(Mosaic, ATileWithoutHostIsBlackAndNamed) {
 TEST(Mosaic, TilesOfDifferentFramesAreNoPicture) {
     const Wall wall = twoScreens();
     answer::Images images = imagesOf(wall);
-    images.tiles[2].frame = 13;
+    images.tiles[2].frame = 13_frame;
     const auto mixed = stitch(wall, images);
     ASSERT_FALSE(mixed);
     EXPECT_EQ(mixed.error().code, ErrorCode::kRefused);

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "client/image/Picture.h"
+#include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
@@ -79,15 +80,15 @@ TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
         if (std::holds_alternative<request::GetStatus>(asked)) {
             answer::Status status;
             status.wallName = "1x1";
-            status.frame = 118;
-            status.hosts = {{"only", "live", 117, 0.125}};
+            status.frame = 118_frame;
+            status.hosts = {{"only", "live", 117_frame, 0.125}};
             status.waitingFor = {"only"};
             return status;
         }
         if (const auto* pick = std::get_if<request::Pick>(&asked))
             return answer::Picked{pick->xPx == 10, test::kHook, 4, Vec3d(0.1, 0.2, 0.3), pick->xPx, pick->yPx};
         if (std::holds_alternative<request::GetContacts>(asked)) {
-            answer::Contacts contacts{9, 3, {}};
+            answer::Contacts contacts{9_frame, 3, {}};
             contacts.contacts.push_back({test::kHook, ObjectId{999}, 1, 2, Vec3d(1, 2, 3), Vec3d::UnitX()});
             return contacts;
         }
@@ -138,8 +139,8 @@ TEST(Ctl, SnapshotWritesThePictureAndTriesAgainWhenFramesDiffer) {
         if (!std::holds_alternative<request::GetImages>(request)) return fail(ErrorCode::kFailed, "unexpected");
         const Picture picture = Picture::filled(96, 54, 10, 20, 30);
         answer::Images images;
-        images.tiles.push_back({tile.name, "only", 30, share(encodePng(picture, 30))});
-        if (++asked < 3) images.tiles.push_back({"another", "late", 29, share(encodePng(picture, 29))});
+        images.tiles.push_back({tile.name, "only", 30_frame, share(encodePng(picture, 30))});
+        if (++asked < 3) images.tiles.push_back({"another", "late", 29_frame, share(encodePng(picture, 29))});
         return images;
     });
     const std::string file = folder + "/new/wall.png";

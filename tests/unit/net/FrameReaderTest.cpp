@@ -6,6 +6,7 @@
 #include <random>
 
 #include "Peers.h"
+#include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
 namespace {
@@ -38,17 +39,17 @@ std::string refusal(ByteSpan bytes) {
 
 TEST(FrameHeader, SaysTheSameAfterTheWire) {
     const Bytes payload = pattern(1000);
-    const auto header = decodeHeader(encodeHeader(7, 0x123456789abcdef0ull, payload));
+    const auto header = decodeHeader(encodeHeader(7, 0x123456789abcdef0_epoch, ByteSlice(share(payload))));
     ASSERT_TRUE(header);
     EXPECT_EQ(header->type, 7);
     EXPECT_EQ(header->payloadBytes, 1000u);
-    EXPECT_EQ(header->epoch, 0x123456789abcdef0ull);
+    EXPECT_EQ(header->epoch, 0x123456789abcdef0_epoch);
     EXPECT_TRUE(checkPayload(*header, payload));
 }
 
 TEST(FrameHeader, EveryFlippedBitIsFound) {
     const Bytes payload = pattern(40);
-    const Bytes whole = frameBytes(3, payload, 5);
+    const Bytes whole = frameBytes(3, payload, 5_epoch);
     for (std::size_t bit = 0; bit < whole.size() * 8; ++bit) {
         Bytes damaged = whole;
         damaged[bit / 8] ^= static_cast<std::byte>(1u << (bit % 8));
@@ -66,7 +67,7 @@ TEST(FrameReader, FindsTheFramesHoweverTheBytesAreCut) {
     std::vector<Bytes> sent;
     for (const std::size_t size : {0u, 1u, 31u, 32u, 33u, 16352u, 16384u, 200000u, 5u, 0u, 70000u}) {
         sent.push_back(pattern(size, static_cast<unsigned>(sent.size())));
-        const Bytes frame = frameBytes(static_cast<std::uint16_t>(sent.size()), sent.back(), 9);
+        const Bytes frame = frameBytes(static_cast<std::uint16_t>(sent.size()), sent.back(), 9_epoch);
         stream.insert(stream.end(), frame.begin(), frame.end());
     }
     for (const std::size_t piece : {1u, 7u, 32u, 33u, 4096u, 1000000u}) {
@@ -76,8 +77,8 @@ TEST(FrameReader, FindsTheFramesHoweverTheBytesAreCut) {
         ASSERT_EQ(frames.size(), sent.size()) << "pieces of " << piece;
         for (std::size_t i = 0; i < sent.size(); ++i) {
             EXPECT_EQ(frames[i].type, i + 1);
-            EXPECT_EQ(frames[i].epoch, 9u);
-            EXPECT_EQ(*frames[i].payload, sent[i]);
+            EXPECT_EQ(frames[i].epoch, 9_epoch);
+            EXPECT_EQ(frames[i].payload, sent[i]);
         }
         EXPECT_FALSE(reader.midFrame());
     }
@@ -122,7 +123,7 @@ TEST(FrameReader, SaysWhatIsWrong) {
 
 TEST(FrameReader, NoBytesCrashIt) {
     std::mt19937 random(4711);
-    const Bytes good = frameBytes(5, pattern(300), 2);
+    const Bytes good = frameBytes(5, pattern(300), 2_epoch);
     for (int round = 0; round < 3000; ++round) {
         Bytes bytes = good;
         bytes.insert(bytes.end(), good.begin(), good.end());
@@ -131,7 +132,7 @@ TEST(FrameReader, NoBytesCrashIt) {
         FrameReader reader(generous);
         std::vector<ReceivedFrame> frames;
         (void)feed(reader, bytes, 1 + random() % 400, frames);
-        for (const ReceivedFrame& frame : frames) EXPECT_EQ(*frame.payload, pattern(300));
+        for (const ReceivedFrame& frame : frames) EXPECT_EQ(frame.payload, pattern(300));
     }
 }
 

@@ -106,8 +106,8 @@ private:
     int fd_;
 };
 
-inline Bytes frameBytes(std::uint16_t type, ByteSpan payload, std::uint64_t epoch = 0) {
-    const auto header = encodeHeader(type, epoch, payload);
+inline Bytes frameBytes(std::uint16_t type, ByteSpan payload, Epoch epoch = {}) {
+    const auto header = encodeHeader(type, epoch, ByteSlice(Bytes(payload.begin(), payload.end())));
     Bytes all(header.size() + payload.size());
     std::memcpy(all.data(), header.data(), header.size());
     if (!payload.empty()) std::memcpy(all.data() + header.size(), payload.data(), payload.size());

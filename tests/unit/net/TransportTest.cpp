@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "Peers.h"
+#include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
 namespace {
@@ -25,19 +26,18 @@ TEST(Transport, CarriesFramesBothWaysInOrder) {
     Peer server, client;
     const LinkId link = client->connect({"127.0.0.1", server.listen()}, 5s);
     const LinkId accepted = server.next<Opened>().link;
-    for (std::uint16_t i = 1; i <= 50; ++i) client->send(link, i, 1000 + i, share(pattern(i * 37u, i)));
+    for (std::uint16_t i = 1; i <= 50; ++i) client->send(link, i, Epoch(1000u + i), share(pattern(i * 37u, i)));
     for (std::uint16_t i = 1; i <= 50; ++i) {
         const Received frame = server.next<Received>();
         EXPECT_EQ(frame.link, accepted);
         EXPECT_EQ(frame.type, i);
-        EXPECT_EQ(frame.epoch, 1000u + i);
-        EXPECT_EQ(*frame.payload, pattern(i * 37u, i));
+        EXPECT_EQ(frame.epoch, Epoch(1000u + i));
+        EXPECT_EQ(frame.payload, pattern(i * 37u, i));
     }
-    server->send(accepted, 5, 1, nullptr);
+    server->send(accepted, 5, 1_epoch, ByteSlice());
     const Received back = client.next<Received>();
     EXPECT_EQ(back.link, link);
-    ASSERT_NE(back.payload, nullptr);
-    EXPECT_TRUE(back.payload->empty());
+    EXPECT_TRUE(back.payload.empty());
 }
 
 TEST(Transport, SpeaksIpv6AndNames) {
@@ -56,29 +56,28 @@ TEST(Transport, EchoesFiftyMegabytesWhole) {
     Peer server, client;
     const LinkId link = client->connect({"127.0.0.1", server.listen()}, 5s);
     const SharedBytes big = share(pattern(50u << 20));
-    client->send(link, 1, 0, big);
+    client->send(link, 1, 0_epoch, big);
     const Received there = server.next<Received>();
-    server->send(there.link, 1, 0, there.payload);
+    server->send(there.link, 1, 0_epoch, there.payload);
     const Received back = client.next<Received>();
-    ASSERT_NE(back.payload, nullptr);
-    EXPECT_TRUE(*back.payload == *big);
+    EXPECT_TRUE(back.payload == *big);
     EXPECT_EQ(client->queuedBytes(link), 0u);
 }
 
 TEST(Transport, OneBufferGoesToManyLinks) {
     Peer server;
     const std::uint16_t port = server.listen();
-    const SharedBytes big = share(pattern(3u << 20));
+    const SharedChain big = share(ByteChain(share(pattern(3u << 20))));
     std::vector<std::unique_ptr<Peer>> clients;
     for (int i = 0; i < 16; ++i) {
         clients.push_back(std::make_unique<Peer>());
         (*clients.back())->connect({"127.0.0.1", port}, 5s);
-        server->send(server.next<Opened>().link, 2, 7, big);
+        server->send(server.next<Opened>().link, 2, 7_epoch, big);
     }
     for (const auto& client : clients) {
         const Received frame = client->next<Received>();
-        ASSERT_NE(frame.payload, nullptr);
-        EXPECT_TRUE(*frame.payload == *big);
+        ASSERT_FALSE(frame.payload.empty());
+        EXPECT_TRUE(frame.payload == big->slices()[0]);
     }
 }
 
@@ -166,8 +165,8 @@ TEST(Transport, RubbishClosesItsOwnLinkAndDisturbsNoOther) {
         const std::string reason = server.next<Closed>().reason;
         EXPECT_EQ(reason.find("in the middle of a message") != std::string::npos, size > 0) << reason;
     }
-    client->send(good, 1, 0, share(pattern(10)));
-    EXPECT_EQ(*server.next<Received>().payload, pattern(10));
+    client->send(good, 1, 0_epoch, share(pattern(10)));
+    EXPECT_EQ(server.next<Received>().payload, pattern(10));
 }
 
 TEST(Transport, SilentAndHalfOpenConnectionsHoldNobodyUp) {
@@ -179,8 +178,8 @@ TEST(Transport, SilentAndHalfOpenConnectionsHoldNobodyUp) {
         silent.back().say(ByteSpan(frameBytes(1, pattern(500))).first(static_cast<std::size_t>(i)));
     }
     const LinkId link = client->connect({"127.0.0.1", port}, 5s);
-    client->send(link, 1, 0, share(pattern(10)));
-    EXPECT_EQ(*server.next<Received>().payload, pattern(10));
+    client->send(link, 1, 0_epoch, share(pattern(10)));
+    EXPECT_EQ(server.next<Received>().payload, pattern(10));
 }
 
 TEST(Transport, AFloodOfSmallFramesStarvesNobody) {
@@ -197,7 +196,7 @@ TEST(Transport, AFloodOfSmallFramesStarvesNobody) {
         for (int i = 0; i < 200 && stopped.wait_for(0s) != std::future_status::ready; ++i) bare.say(many);
     });
     const LinkId link = client->connect({"127.0.0.1", port}, 5s);
-    client->send(link, 1, 0, share(pattern(10)));
+    client->send(link, 1, 0_epoch, share(pattern(10)));
     bool heard = false;
     for (int i = 0; i < 200'000 && !heard; ++i) heard = server.next<Received>().type == 1;
     EXPECT_TRUE(heard);
@@ -213,7 +212,7 @@ TEST(Transport, ASlowReaderIsClosedAndNotBuffered) {
     const LinkId link = server.next<Opened>().link;
     const SharedBytes part = share(pattern(1 << 20));
     for (int i = 0; i < 200; ++i) {
-        server->send(link, 1, 0, part);
+        server->send(link, 1, 0_epoch, part);
         EXPECT_LE(server->queuedBytes(link), std::size_t{5} << 20);
     }
     EXPECT_NE(server.next<Closed>().reason.find("reads too slowly"), std::string::npos);
@@ -226,9 +225,9 @@ TEST(Transport, ClosingSendsTheLastWords) {
     const LinkId link = server.next<Opened>().link;
     bare.say(ByteSpan(frameBytes(1, pattern(5000))).first(2000));  // unread bytes on our side must not reset the link
     const SharedBytes last = share(pattern(2 << 20));
-    server->send(link, 3, 0, last);
+    server->send(link, 3, 0_epoch, last);
     server->close(link, "we are done");
-    server->send(link, 4, 0, last);  // too late
+    server->send(link, 4, 0_epoch, last);  // too late
     EXPECT_EQ(bare.hear(), frameBytes(3, *last));
     bare.closeNow();
     EXPECT_EQ(server.next<Closed>().reason, "we are done");
@@ -238,7 +237,7 @@ TEST(Transport, ClosingALinkWhosePeerNeverReadsTakesAboutASecond) {
     Peer server;
     BareSocket bare(server.listen());
     const LinkId link = server.next<Opened>().link;
-    server->send(link, 3, 0, share(pattern(40 << 20)));
+    server->send(link, 3, 0_epoch, share(pattern(40 << 20)));
     const auto begun = std::chrono::steady_clock::now();
     server->close(link, "enough");
     EXPECT_EQ(server.next<Closed>().reason, "enough");
@@ -253,7 +252,7 @@ TEST(Transport, ClosedIsTheLastEventAndComesOnce) {
         Peer client;
         for (int i = 0; i < 30; ++i) {
             const LinkId link = client->connect({"127.0.0.1", port}, 5s);
-            for (int k = 0; k < 5; ++k) client->send(link, 1, 0, share(pattern(100'000)));
+            for (int k = 0; k < 5; ++k) client->send(link, 1, 0_epoch, share(pattern(100'000)));
             if (i % 3 == 0) client->close(link, "early");
         }
         for (int i = 0; i < 10; ++i) client.next<Closed>();
@@ -294,7 +293,7 @@ TEST(Transport, LinksAboveTheLimitAreClosedAndTheOthersStay) {
     BareSocket again(port);
     server.next<Opened>();
     sockets.front().say(frameBytes(1, pattern(3)));
-    EXPECT_EQ(*server.next<Received>().payload, pattern(3));
+    EXPECT_EQ(server.next<Received>().payload, pattern(3));
 }
 
 TEST(Transport, RunningOutOfDescriptorsStopsNothing) {
@@ -317,8 +316,8 @@ TEST(Transport, RunningOutOfDescriptorsStopsNothing) {
     BareSocket starved(port);
     std::this_thread::sleep_for(300ms);
     const double cpuSeconds = static_cast<double>(std::clock() - cpuBefore) / CLOCKS_PER_SEC;
-    client->send(link, 1, 0, share(pattern(10)));
-    EXPECT_EQ(*server.next<Received>().payload, pattern(10));
+    client->send(link, 1, 0_epoch, share(pattern(10)));
+    EXPECT_EQ(server.next<Received>().payload, pattern(10));
     ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
     EXPECT_LT(cpuSeconds, 0.15) << "accepting again and again burns the processor";
     starved.say(frameBytes(2, {}));
@@ -331,11 +330,11 @@ TEST(Transport, ManyLinksAtOnce) {
     constexpr int kLinks = 200;
     std::vector<LinkId> links;
     for (int i = 0; i < kLinks; ++i) links.push_back(client->connect({"127.0.0.1", port}, 10s));
-    for (const LinkId link : links) client->send(link, 1, 0, share(pattern(1000)));
+    for (const LinkId link : links) client->send(link, 1, 0_epoch, share(pattern(1000)));
     for (int i = 0; i < kLinks; ++i) {
         const Received frame = server.next<Received>();
-        ASSERT_NE(frame.payload, nullptr);
-        server->send(frame.link, 2, 0, frame.payload);
+        ASSERT_FALSE(frame.payload.empty());
+        server->send(frame.link, 2, 0_epoch, frame.payload);
     }
     std::set<LinkId> answered;
     for (int i = 0; i < kLinks; ++i) answered.insert(client.next<Received>().link);
@@ -344,8 +343,8 @@ TEST(Transport, ManyLinksAtOnce) {
 
 TEST(Transport, UnknownLinksAreIgnored) {
     Peer peer;
-    peer->send(LinkId{12345}, 1, 0, share(pattern(10)));
-    peer->send(LinkId{}, 1, 0, nullptr);
+    peer->send(LinkId{12345}, 1, 0_epoch, share(pattern(10)));
+    peer->send(LinkId{}, 1, 0_epoch, ByteSlice());
     peer->close(LinkId{12345}, "nobody");
     EXPECT_EQ(peer->queuedBytes(LinkId{12345}), 0u);
     EXPECT_FALSE(peer.any(50ms));
@@ -355,7 +354,7 @@ TEST(Transport, EventsCarryTheTimeOfArrival) {
     Peer server, client;
     const LinkId link = client->connect({"127.0.0.1", server.listen()}, 5s);
     const TimePoint before = std::chrono::steady_clock::now();
-    client->send(link, 1, 0, share(pattern(10)));
+    client->send(link, 1, 0_epoch, share(pattern(10)));
     for (;;) {
         const auto event = server.any(5s);
         ASSERT_TRUE(event);

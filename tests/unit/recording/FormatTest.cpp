@@ -1,5 +1,5 @@
 /// Records to bytes and back.
-#include "server/sim/RecordingFormat.h"
+#include "server/sim/recording/RecordingFormat.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,6 @@
 
 namespace tessera {
 namespace {
-
 
 template <typename T>
 T roundTrip(const RecordContent& content, const BlobStore& arrays = {}) {
@@ -122,9 +121,18 @@ TEST(FrameDigest, SeesEveryMember) {
         {"distances", [](FrameResult& f) { f.collision.distances[0].pointB.x() = 3; }},
         {"questions", [](FrameResult& f) { f.collision.questions[0].wanted.scale.x() = 3; }},
         {"not looked at", [](FrameResult& f) { f.collision.notLookedAt[0].reason = NotLookedAt::Reason::kNotFinite; }},
-        {"the committed list", [](FrameResult& f) { f.commit.encoded = share(Bytes(3)); }},
-        {"sequence", [](FrameResult& f) { ++f.commit.sequence; }},
-        {"state hash", [](FrameResult& f) { ++f.commit.stateHash; }},
+        {"the committed list",
+         [](FrameResult& f) {
+             f.commit.sent = share(CommittedList{{}, {}, Bytes(3), {}});
+         }},
+        {"sequence",
+         [](FrameResult& f) {
+             f.commit.sent = share(CommittedList{Sequence(1), {}, {}, {}});
+         }},
+        {"state hash",
+         [](FrameResult& f) {
+             f.commit.sent = share(CommittedList{{}, StateHash(1), {}, {}});
+         }},
         {"contacts begun", [](FrameResult& f) { ++f.collision.contactsBegun; }},
         {"free bodies", [](FrameResult& f) { ++f.collision.counters.freeBodies; }},
         {"unanswered questions", [](FrameResult& f) { ++f.collision.counters.unanswered; }}};

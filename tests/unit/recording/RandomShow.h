@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/scene/FieldTable.h"
-#include "server/sim/RecordingWriter.h"
+#include "server/sim/recording/RecordingWriter.h"
 #include "tests/property/Seeds.h"
 #include "tests/unit/sim/SceneForTests.h"
 

@@ -1,12 +1,12 @@
 /// Damaged, cut, disordered and hostile files.
-#include "server/sim/RecordingReader.h"
+#include "server/sim/recording/RecordingReader.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <filesystem>
 
-#include "server/sim/RecordingReplay.h"
+#include "server/sim/recording/RecordingReplay.h"
 #include "tests/unit/recording/RecordFile.h"
 
 namespace tessera {

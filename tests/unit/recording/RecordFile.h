@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/sim/RecordingFormat.h"
+#include "server/sim/recording/RecordingFormat.h"
 #include "tests/unit/TestFolder.h"
 #include "tests/unit/recording/RandomShow.h"
 

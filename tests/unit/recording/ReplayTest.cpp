@@ -1,5 +1,5 @@
 /// What is recorded comes out again; what does not is named.
-#include "server/sim/RecordingReplay.h"
+#include "server/sim/recording/RecordingReplay.h"
 
 #include <gtest/gtest.h>
 

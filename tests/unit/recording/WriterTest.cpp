@@ -1,5 +1,5 @@
 /// Recording must never be what a wall dies of.
-#include "server/sim/RecordingWriter.h"
+#include "server/sim/recording/RecordingWriter.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -7,7 +7,7 @@
 #include <csignal>
 #include <filesystem>
 
-#include "server/sim/RecordingReplay.h"
+#include "server/sim/recording/RecordingReplay.h"
 #include "tests/unit/recording/RecordFile.h"
 
 namespace tessera {

@@ -8,8 +8,10 @@
 
 #include "client/image/SharedFrame.h"
 #include "common/base/Channel.h"
+#include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
 #include "tests/golden/TestScene.h"
+#include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {
@@ -58,27 +60,29 @@ protected:
     message::Snapshot snapshotOf(Aspect& scene) {
         const ChangeList list = snapshot(scene);
         for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
-        return {.sequence = 7, .stateHash = scene.stateHash(), .list = share(encodeChangeList(list))};
+        return {share(CommittedList{7_seq, StateHash(scene.stateHash()), encodeChangeList(list), {}})};
     }
     Aspect makeBall() {
         test::TestScene scene;
         scene.place(scene.add(makeSphere(0.8, 24)), {-0.6, 1.5, -1});
         return scene.take();
     }
-    message::Begin beginOf(std::uint64_t frame, SharedBytes list = nullptr, const View& view = {}) {
-        return {.frame = frame, .sequence = 7, .payload = share(encodeFrame({.view = view, .list = std::move(list)}))};
+    message::Begin beginOf(FrameNumber frame, ByteSlice list = {}, const View& view = {}) {
+        return {.frame = frame,
+                .payload = encodeFrame({.view = view}),
+                .list = share(CommittedList{7_seq, {}, std::move(list), {}})};
     }
     /// Draws and shows a frame in which `list` changes the scene: what the tile took.
-    TileStats frame(std::uint64_t number, const ChangeList& list = {}, const View& view = {}) {
+    TileStats frame(FrameNumber number, const ChangeList& list = {}, const View& view = {}) {
         for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
-        EXPECT_TRUE(perform(work::Draw{beginOf(number, list.empty() ? nullptr : share(encodeChangeList(list)), view)}));
+        EXPECT_TRUE(perform(work::Draw{beginOf(number, list.empty() ? ByteSlice() : ByteSlice(share(encodeChangeList(list))), view)}));
         const auto drawn = next<outcome::Drawn>();
         EXPECT_TRUE(perform(work::Show{number}));
         EXPECT_TRUE(next<outcome::Shown>());
         if (!drawn || !decodeStats(*drawn->stats)) return {};
         return decodeStats(*drawn->stats)->front();
     }
-    void drawAndShow(std::uint64_t frame) {
+    void drawAndShow(FrameNumber frame) {
         ASSERT_TRUE(perform(work::Draw{beginOf(frame)}));
         ASSERT_TRUE(next<outcome::Drawn>());
         ASSERT_TRUE(perform(work::Show{frame}));
@@ -100,8 +104,8 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     const auto applied = next<outcome::Applied>();
     ASSERT_TRUE(applied);
-    EXPECT_EQ(applied->sequence, 7u);
-    EXPECT_EQ(applied->stateHash, scene.stateHash());
+    EXPECT_EQ(applied->sequence, 7_seq);
+    EXPECT_EQ(applied->stateHash, StateHash(scene.stateHash()));
 
     ObjectId transform;
     for (const ObjectId id : scene.ids())
@@ -110,10 +114,10 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     move.set(transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(0, 1.5, -2)));
     const ChangeList list = move.take();
     ASSERT_TRUE(scene.apply(list));
-    ASSERT_TRUE(perform(work::Draw{beginOf(0, share(encodeChangeList(list)))}));
+    ASSERT_TRUE(perform(work::Draw{beginOf(0_frame, share(encodeChangeList(list)))}));
     const auto drawn = next<outcome::Drawn>();
     ASSERT_TRUE(drawn);
-    EXPECT_EQ(drawn->stateHash, scene.stateHash());
+    EXPECT_EQ(drawn->stateHash, StateHash(scene.stateHash()));
     const auto stats = decodeStats(*drawn->stats);
     ASSERT_TRUE(stats);
     ASSERT_EQ(stats->size(), 1u);
@@ -140,38 +144,38 @@ TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChange
         return list.take();
     };
 
-    const TileStats first = frame(0);
+    const TileStats first = frame(FrameNumber(0));
     EXPECT_GT(first.drawMs, 0);
     const Picture picture = shown().picture;
     for (std::uint64_t number = 1; number < 5; ++number) {
-        const TileStats idle = frame(number);
+        const TileStats idle = frame(FrameNumber(number));
         EXPECT_EQ(idle.cullMs + idle.drawMs, 0) << "frame " << number;
         EXPECT_EQ(idle.drawn, first.drawn);
         EXPECT_EQ(idle.trianglesDrawn, first.trianglesDrawn);
         EXPECT_EQ(shown().frame, number);
         EXPECT_EQ(shown().picture, picture);
     }
-    const TileStats renamed = frame(5, set(ball, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("ball"))));
+    const TileStats renamed = frame(FrameNumber(5), set(ball, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("ball"))));
     EXPECT_EQ(renamed.cullMs + renamed.drawMs, 0) << "a name is not seen";
     const TileStats unseen =
-        frame(6, set(poseOf(behind), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 1.5, 50))));
+        frame(FrameNumber(6), set(poseOf(behind), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 1.5, 50))));
     EXPECT_GT(unseen.cullMs, 0);
     EXPECT_EQ(unseen.drawMs, 0) << "what this tile does not show";
     EXPECT_EQ(shown().picture, picture);
     EXPECT_EQ(shown().frame, 6u);
     // What only the renderer knows of.
-    EXPECT_GT(frame(7, set(material, typeOf<Material>(), fieldId<&Material::roughness>, toValue(0.1f))).drawMs, 0);
+    EXPECT_GT(frame(FrameNumber(7), set(material, typeOf<Material>(), fieldId<&Material::roughness>, toValue(0.1f))).drawMs, 0);
     EXPECT_FALSE(shown().picture == picture);
-    EXPECT_EQ(frame(8).drawMs, 0);
+    EXPECT_EQ(frame(FrameNumber(8)).drawMs, 0);
     View view;
     view.position = {0.1, 0, 0};
-    EXPECT_GT(frame(9, {}, view).drawMs, 0);
-    EXPECT_EQ(frame(10, {}, view).drawMs, 0);
+    EXPECT_GT(frame(FrameNumber(9), {}, view).drawMs, 0);
+    EXPECT_EQ(frame(FrameNumber(10), {}, view).drawMs, 0);
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     ASSERT_TRUE(next<outcome::Applied>());
-    EXPECT_GT(frame(11, {}, view).drawMs, 0);
+    EXPECT_GT(frame(FrameNumber(11), {}, view).drawMs, 0);
     configure(makeWall());
-    EXPECT_GT(frame(12, {}, view).drawMs, 0);
+    EXPECT_GT(frame(FrameNumber(12), {}, view).drawMs, 0);
 }
 
 TEST_F(RenderHostTest, ShowsWhatOneShowsWhoHasJustComeAfterAnyEdit) {
@@ -234,7 +238,7 @@ TEST_F(RenderHostTest, ShowsWhatOneShowsWhoHasJustComeAfterAnyEdit) {
         }
         const ChangeList list = edit.take();
         ASSERT_TRUE(scene.apply(list));
-        again += frame(number, list).drawMs == 0 ? 1 : 0;
+        again += frame(FrameNumber(number), list).drawMs == 0 ? 1 : 0;
 
         RenderScene anew;
         anew.update(scene, nullptr);
@@ -257,10 +261,10 @@ TEST_F(RenderHostTest, ShowsAnImageOnlyWhenTold) {
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     ASSERT_TRUE(next<outcome::Applied>());
     const std::string path = folder_ / "tiles/front-0-0/shown.frame";
-    ASSERT_TRUE(perform(work::Draw{beginOf(0)}));
+    ASSERT_TRUE(perform(work::Draw{beginOf(0_frame)}));
     ASSERT_TRUE(next<outcome::Drawn>());
     EXPECT_FALSE(readSharedFrame(path));
-    ASSERT_TRUE(perform(work::Show{0}));
+    ASSERT_TRUE(perform(work::Show{0_frame}));
     ASSERT_TRUE(next<outcome::Shown>());
     const auto shown = readSharedFrame(path);
     ASSERT_TRUE(shown);
@@ -281,8 +285,8 @@ TEST_F(RenderHostTest, ShowsAnImageOnlyWhenTold) {
 
 TEST_F(RenderHostTest, KeepsEveryShownFrameWhenAsked) {
     start({.output = folder_.path(), .keepFrames = true});
-    for (std::uint64_t frame : {0, 1, 2}) drawAndShow(frame);
-    ASSERT_TRUE(perform(work::Draw{beginOf(3)}));  // drawn, never shown
+    for (const FrameNumber frame : {0_frame, 1_frame, 2_frame}) drawAndShow(frame);
+    ASSERT_TRUE(perform(work::Draw{beginOf(3_frame)}));  // drawn, never shown
     EXPECT_FALSE(perform(work::Finish{}));
     for (const char* name : {"000000.png", "000001.png", "000002.png"})
         EXPECT_TRUE(std::filesystem::exists(folder_ / ("tiles/front-0-0/" + std::string(name)))) << name;
@@ -291,20 +295,20 @@ TEST_F(RenderHostTest, KeepsEveryShownFrameWhenAsked) {
 
 TEST_F(RenderHostTest, SendsImagesOnceALateEnoughFrameIsShown) {
     start();
-    drawAndShow(4);
-    ASSERT_TRUE(perform(work::SendImages{{.request = 11, .frame = 5}}));
-    ASSERT_TRUE(perform(work::SendImages{{.request = 12, .frame = 4}}));
+    drawAndShow(4_frame);
+    ASSERT_TRUE(perform(work::SendImages{{.request = 11, .frame = 5_frame}}));
+    ASSERT_TRUE(perform(work::SendImages{{.request = 12, .frame = 4_frame}}));
     const auto now = next<outcome::Image>();
     ASSERT_TRUE(now);
     EXPECT_EQ(now->image.request, 12u);
-    EXPECT_EQ(now->image.frame, 4u);
+    EXPECT_EQ(now->image.frame, 4_frame);
     EXPECT_EQ(now->image.tile, "front-0-0");
     EXPECT_TRUE(decodePng(*now->image.png));
-    drawAndShow(5);
+    drawAndShow(5_frame);
     const auto later = next<outcome::Image>();
     ASSERT_TRUE(later);
     EXPECT_EQ(later->image.request, 11u);
-    EXPECT_EQ(later->image.frame, 5u);
+    EXPECT_EQ(later->image.frame, 5_frame);
 }
 
 TEST_F(RenderHostTest, DescribesItsStateDownToTheObject) {
@@ -312,16 +316,16 @@ TEST_F(RenderHostTest, DescribesItsStateDownToTheObject) {
     Aspect scene = makeBall();
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     ASSERT_TRUE(next<outcome::Applied>());
-    drawAndShow(0);
-    ASSERT_TRUE(perform(work::Draw{beginOf(1)}));
+    drawAndShow(0_frame);
+    ASSERT_TRUE(perform(work::Draw{beginOf(1_frame)}));
     const auto drawn = next<outcome::Drawn>();
     ASSERT_TRUE(drawn);
-    EXPECT_NE(drawn->stateHash, scene.stateHash()) << "one field differs now";
+    EXPECT_NE(drawn->stateHash, StateHash(scene.stateHash())) << "one field differs now";
 
     ASSERT_TRUE(perform(work::Describe{{.objects = true, .leaf = 0}}));
     const auto described = next<outcome::Described>();
     ASSERT_TRUE(described);
-    EXPECT_EQ(described->answer.sequence, 7u);
+    EXPECT_EQ(described->answer.sequence, 7_seq);
     std::vector<std::uint64_t> differing;
     const std::vector<Aspect::ObjectHash> expected = scene.objectHashes(0);
     ASSERT_EQ(described->answer.entries.size(), expected.size());
@@ -333,28 +337,29 @@ TEST_F(RenderHostTest, DescribesItsStateDownToTheObject) {
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     const auto repaired = next<outcome::Applied>();
     ASSERT_TRUE(repaired);
-    EXPECT_EQ(repaired->stateHash, scene.stateHash());
+    EXPECT_EQ(repaired->stateHash, StateHash(scene.stateHash()));
 }
 
 TEST_F(RenderHostTest, SaysWhatCannotBeAppliedAndStaysAlive) {
     start();
-    ASSERT_TRUE(perform(work::ApplySnapshot{{.sequence = 1, .list = share(Bytes(40, std::byte{0xff}))}}));
+    ASSERT_TRUE(perform(work::ApplySnapshot{{share(CommittedList{1_seq, {}, Bytes(40, std::byte{0xff}), {}})}}));
     EXPECT_TRUE(next<outcome::ApplyFailed>());
     ChangeListBuilder impossible;
     impossible.destroy(ObjectId{77});
-    ASSERT_TRUE(perform(work::ApplyChanges{{.sequence = 2, .list = share(encodeChangeList(impossible.take()))}}));
+    ASSERT_TRUE(
+        perform(work::ApplyChanges{{share(CommittedList{2_seq, {}, encodeChangeList(impossible.take()), {}})}}));
     const auto failed = next<outcome::ApplyFailed>();
     ASSERT_TRUE(failed);
     EXPECT_NE(failed->reason.find("list 2"), std::string::npos) << failed->reason;
-    ASSERT_TRUE(perform(work::Draw{{.frame = 0, .payload = share(Bytes(9, std::byte{0xff}))}}));
+    ASSERT_TRUE(perform(work::Draw{{.frame = 0_frame, .payload = share(Bytes(9, std::byte{0xff}))}}));
     EXPECT_TRUE(next<outcome::ApplyFailed>());
-    drawAndShow(0);
+    drawAndShow(0_frame);
 }
 
 TEST_F(RenderHostTest, LeavesWhenItCannotDraw) {
     start({.injection = *parseInjection("draw-fail@2")});
-    drawAndShow(1);
-    EXPECT_FALSE(perform(work::Draw{beginOf(2)}));
+    drawAndShow(1_frame);
+    EXPECT_FALSE(perform(work::Draw{beginOf(2_frame)}));
     const auto broken = next<outcome::Broken>();
     ASSERT_TRUE(broken);
     EXPECT_NE(broken->error.message.find("frame 2"), std::string::npos);
@@ -368,26 +373,26 @@ TEST_F(RenderHostTest, LeavesWhenTheWallMakesNoSense) {
 
 TEST_F(RenderHostTest, KeepsItsImageThroughANewConnection) {
     start();
-    drawAndShow(8);
+    drawAndShow(8_frame);
     configure(makeWall());
-    ASSERT_TRUE(perform(work::SendImages{{.request = 1, .frame = 0}}));
+    ASSERT_TRUE(perform(work::SendImages{{.request = 1, .frame = 0_frame}}));
     const auto kept = next<outcome::Image>();
     ASSERT_TRUE(kept);
-    EXPECT_EQ(kept->image.frame, 8u);
+    EXPECT_EQ(kept->image.frame, 8_frame);
     // A wall with other tiles: what was shown is of no use.
     configure(makeWall(70));
-    ASSERT_TRUE(perform(work::SendImages{{.request = 2, .frame = 0}}));
-    drawAndShow(9);
+    ASSERT_TRUE(perform(work::SendImages{{.request = 2, .frame = 0_frame}}));
+    drawAndShow(9_frame);
     const auto fresh = next<outcome::Image>();
     ASSERT_TRUE(fresh);
     EXPECT_EQ(fresh->image.request, 2u);
-    EXPECT_EQ(fresh->image.frame, 9u);
+    EXPECT_EQ(fresh->image.frame, 9_frame);
 }
 
 TEST_F(RenderHostTest, SaysWhenPicturesCannotBeWritten) {
     ASSERT_TRUE(writeFile(folder_ / "file", asBytes("x")));
     start({.output = folder_ / "file"});
-    EXPECT_FALSE(perform(work::Draw{beginOf(0)}));
+    EXPECT_FALSE(perform(work::Draw{beginOf(0_frame)}));
     const auto broken = next<outcome::Broken>();
     ASSERT_TRUE(broken);
     EXPECT_NE(broken->error.message.find("shown.frame"), std::string::npos) << broken->error.message;

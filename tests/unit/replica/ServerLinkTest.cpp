@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "common/codec/MessageCodec.h"
+#include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
 namespace {
@@ -47,7 +48,7 @@ public:
         return std::nullopt;
     }
     void say(LinkId link, const Message& message) {
-        transport_->send(link, wireType(message), 1, share(encodeMessage(message)));
+        transport_->send(link, wireType(message), 1_epoch, share(encodeMessage(message)));
     }
     void hangUp(LinkId link) { transport_->close(link, "hung up by the test"); }
 
@@ -86,7 +87,7 @@ protected:
         const auto hello = server_.hear<message::Hello>();
         EXPECT_TRUE(hello);
         server_.say(hello->first,
-                    message::Welcome{.epoch = 1, .token = 5, .configuration = share(Bytes(3, std::byte{1}))});
+                    message::Welcome{.epoch = 1_epoch, .token = 5, .configuration = share(Bytes(3, std::byte{1}))});
         return hello->first;
     }
 
@@ -139,7 +140,7 @@ TEST_F(ServerLinkTest, DialsAgainAfterALostConnectionAndARefusalForNow) {
 TEST_F(ServerLinkTest, HeartbeatsGoOnWhileTheDrawThreadIsBusy) {
     start();
     const LinkId control = welcome();
-    server_.say(control, message::Snapshot{.sequence = 1, .stateHash = 9, .list = share(Bytes(1))});
+    server_.say(control, message::Snapshot{share(CommittedList{1_seq, 9_hash, share(Bytes(1)), {}})});
     // The draw thread has its work and answers nothing.
     bool asked = false;
     while (const auto next = work_.popFor(kPatience))
@@ -149,7 +150,7 @@ TEST_F(ServerLinkTest, HeartbeatsGoOnWhileTheDrawThreadIsBusy) {
         }
     ASSERT_TRUE(asked);
     for (int i = 0; i < 10; ++i) ASSERT_TRUE(server_.hear<message::Heartbeat>()) << i;
-    events_.push(Outcome{Attempt{1}, outcome::Applied{1, 9}});
+    events_.push(Outcome{Attempt{1}, outcome::Applied{1_seq, 9_hash}});
     EXPECT_TRUE(server_.hear<message::Synced>());
     server_.say(control, message::Over{"over"});
     EXPECT_TRUE(waitForEnd().over);
@@ -158,12 +159,12 @@ TEST_F(ServerLinkTest, HeartbeatsGoOnWhileTheDrawThreadIsBusy) {
 TEST_F(ServerLinkTest, AnswersOfAnEarlierConnectionComeToNothing) {
     start();
     const LinkId first = welcome();
-    server_.say(first, message::Snapshot{.sequence = 1, .stateHash = 9, .list = share(Bytes(1))});
+    server_.say(first, message::Snapshot{share(CommittedList{1_seq, 9_hash, share(Bytes(1)), {}})});
     while (const auto next = work_.popFor(kPatience))
         if (std::holds_alternative<work::ApplySnapshot>(next->what)) break;
     server_.hangUp(first);
     const LinkId second = welcome();
-    events_.push(Outcome{Attempt{1}, outcome::Applied{1, 9}});
+    events_.push(Outcome{Attempt{1}, outcome::Applied{1_seq, 9_hash}});
     ASSERT_TRUE(server_.hear<message::Heartbeat>());
     server_.say(second, message::Over{"over"});
     EXPECT_TRUE(waitForEnd().over);

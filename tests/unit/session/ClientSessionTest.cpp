@@ -37,13 +37,13 @@ struct ClientFixture {
     void connect() { take(session.channelOpened(ChannelKind::kControl, now)); }
     void welcomed() {
         connect();
-        hear(message::Welcome{.epoch = 3, .token = 42, .configuration = textBytes("the wall")});
+        hear(message::Welcome{.epoch = 3_epoch, .token = 42, .configuration = textBytes("the wall")});
     }
     void bulkOpen() { take(session.channelOpened(ChannelKind::kBulk, now)); }
     /// Welcomed, and its replica stands at `sequence`.
-    void inStep(std::uint64_t sequence = 5) {
+    void inStep(Sequence sequence = 5_seq) {
         welcomed();
-        hear(message::Snapshot{.sequence = sequence, .stateHash = hashAfter(sequence)});
+        hear(message::Snapshot{listAt(sequence)});
         take(session.applied(sequence, hashAfter(sequence)));
     }
     void answerChunks(const std::vector<Blob>& blobs) {
@@ -90,7 +90,7 @@ TEST(ClientSession, SaysHelloAndOpensItsBulkConnection) {
     ASSERT_EQ(c.sent<message::Hello>().size(), 1u);
     EXPECT_EQ(c.sent<message::Hello>()[0].name, "a");
     ASSERT_EQ(c.actions<client_action::Configured>().size(), 1u);
-    EXPECT_EQ(c.actions<client_action::Configured>()[0].epoch, 3u);
+    EXPECT_EQ(c.actions<client_action::Configured>()[0].epoch, 3_epoch);
     EXPECT_EQ(c.actions<client_action::OpenBulk>().size(), 1u);
     c.bulkOpen();
     ASSERT_EQ(c.sent<message::Hello>(ChannelKind::kBulk).size(), 1u);
@@ -100,22 +100,22 @@ TEST(ClientSession, SaysHelloAndOpensItsBulkConnection) {
 TEST(ClientSession, AppliesSnapshotAndListsInOrderAndIsThenSynced) {
     ClientFixture c;
     c.welcomed();
-    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5)});
-    c.hear(message::Changes{.sequence = 6, .stateHash = hashAfter(6)});
+    c.hear(message::Snapshot{listAt(5_seq)});
+    c.hear(message::Changes{listAt(6_seq)});
     EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);  // needs no bulk connection
     EXPECT_TRUE(c.actions<client_action::ApplyChanges>().empty());
-    c.take(c.session.applied(5, hashAfter(5)));
+    c.take(c.session.applied(5_seq, hashAfter(5_seq)));
     EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);
     EXPECT_TRUE(c.sent<message::Synced>().empty());
-    c.take(c.session.applied(6, hashAfter(6)));
-    EXPECT_EQ(c.sent<message::Synced>(), (std::vector{message::Synced{6, hashAfter(6)}}));
+    c.take(c.session.applied(6_seq, hashAfter(6_seq)));
+    EXPECT_EQ(c.sent<message::Synced>(), (std::vector{message::Synced{6_seq, hashAfter(6_seq)}}));
 }
 
 TEST(ClientSession, AReplicaThatDiffersStartsOver) {
     ClientFixture c;
     c.welcomed();
-    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5)});
-    c.take(c.session.applied(5, 666));
+    c.hear(message::Snapshot{listAt(5_seq)});
+    c.take(c.session.applied(5_seq, 666_hash));
     ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
     EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
     EXPECT_TRUE(c.sent<message::Synced>().empty());
@@ -124,7 +124,7 @@ TEST(ClientSession, AReplicaThatDiffersStartsOver) {
 TEST(ClientSession, AListThatCannotBeAppliedStartsOver) {
     ClientFixture c;
     c.welcomed();
-    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5)});
+    c.hear(message::Snapshot{listAt(5_seq)});
     c.take(c.session.applyFailed("no such node"));
     ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
     EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
@@ -133,51 +133,51 @@ TEST(ClientSession, AListThatCannotBeAppliedStartsOver) {
 TEST(ClientSession, DrawsShowsAndSaysSo) {
     ClientFixture c;
     c.inStep();
-    c.hear(message::Begin{.frame = 7, .sequence = 5});
+    c.hear(message::Begin{.frame = 7_frame, .list = listAt(5_seq)});
     ASSERT_EQ(c.actions<client_action::Draw>().size(), 1u);
     EXPECT_TRUE(c.sent<message::Ready>().empty());
-    c.take(c.session.drawn(7, 99, nullptr));
+    c.take(c.session.drawn(7_frame, 99_hash, nullptr));
     ASSERT_EQ(c.sent<message::Ready>().size(), 1u);
-    EXPECT_EQ(c.sent<message::Ready>()[0].stateHash, 99u);
+    EXPECT_EQ(c.sent<message::Ready>()[0].stateHash, 99_hash);
     EXPECT_TRUE(c.actions<client_action::Show>().empty());
-    c.hear(message::Swap{7});
+    c.hear(message::Swap{7_frame});
     ASSERT_EQ(c.actions<client_action::Show>().size(), 1u);
-    c.take(c.session.shown(7, c.now));
+    c.take(c.session.shown(7_frame, c.now));
     EXPECT_EQ(c.sent<message::Shown>().size(), 1u);
 }
 
 TEST(ClientSession, DrawsNoFrameBeforeTheLastOneIsShown) {
     ClientFixture c;
     c.inStep();
-    c.hear(message::Begin{.frame = 0});
-    c.take(c.session.drawn(0, 0, nullptr));
-    c.hear(message::Swap{0});
-    c.hear(message::Begin{.frame = 1});
+    c.hear(message::Begin{.frame = 0_frame});
+    c.take(c.session.drawn(0_frame, 0_hash, nullptr));
+    c.hear(message::Swap{0_frame});
+    c.hear(message::Begin{.frame = 1_frame});
     EXPECT_EQ(c.actions<client_action::Draw>().size(), 1u);
-    c.take(c.session.shown(0, c.now));
+    c.take(c.session.shown(0_frame, c.now));
     EXPECT_EQ(c.actions<client_action::Draw>().size(), 2u);
 }
 
 TEST(ClientSession, ListsThatComeWhileItDrawsWaitTheirTurn) {
     ClientFixture c;
     c.inStep();
-    c.hear(message::Begin{.frame = 0});
-    c.hear(message::Changes{.sequence = 6, .stateHash = hashAfter(6)});
-    c.hear(message::Begin{.frame = 2});
+    c.hear(message::Begin{.frame = 0_frame});
+    c.hear(message::Changes{listAt(6_seq)});
+    c.hear(message::Begin{.frame = 2_frame});
     EXPECT_TRUE(c.actions<client_action::ApplyChanges>().empty());
-    c.take(c.session.drawn(0, 0, nullptr));
+    c.take(c.session.drawn(0_frame, 0_hash, nullptr));
     EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);
     EXPECT_EQ(c.actions<client_action::Draw>().size(), 1u);
-    c.take(c.session.applied(6, hashAfter(6)));
+    c.take(c.session.applied(6_seq, hashAfter(6_seq)));
     EXPECT_EQ(c.actions<client_action::Draw>().size(), 2u);
 }
 
 TEST(ClientSession, ASwapOfAFrameItDidNotDrawIsNonsense) {
     ClientFixture c;
     c.inStep();
-    c.hear(message::Begin{.frame = 3});
-    c.take(c.session.drawn(3, 0, nullptr));
-    c.hear(message::Swap{2});
+    c.hear(message::Begin{.frame = 3_frame});
+    c.take(c.session.drawn(3_frame, 0_hash, nullptr));
+    c.hear(message::Swap{2_frame});
     EXPECT_TRUE(c.actions<client_action::Show>().empty());
     EXPECT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
 }
@@ -186,7 +186,7 @@ TEST(ClientSession, FetchesBlobsInAWindowBeforeItApplies) {
     ClientFixture c;
     const Blob large(content(450, 1)), small(content(10, 2));
     c.welcomed();
-    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5), .blobs = {infoOf(large), infoOf(small)}});
+    c.hear(message::Snapshot{listAt(5_seq, {infoOf(large), infoOf(small)})});
     EXPECT_TRUE(c.actions<client_action::ApplySnapshot>().empty());
     c.bulkOpen();
     EXPECT_EQ(c.sent<message::BlobRequest>(ChannelKind::kBulk).size(), 2u);  // the window
@@ -203,7 +203,7 @@ TEST(ClientSession, DoesNotFetchWhatItHolds) {
     c.session.holdBlob(blob.id());
     c.welcomed();
     c.bulkOpen();
-    c.hear(message::Snapshot{.sequence = 5, .blobs = {infoOf(blob)}});
+    c.hear(message::Snapshot{listAt(5_seq, {infoOf(blob)})});
     EXPECT_TRUE(c.sent<message::BlobRequest>(ChannelKind::kBulk).empty());
     EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);
 }
@@ -213,7 +213,7 @@ TEST(ClientSession, GoesOnWithABlobWhereABrokenBulkConnectionLeftIt) {
     const Blob blob(content(450, 1));
     c.welcomed();
     c.bulkOpen();
-    c.hear(message::Snapshot{.sequence = 5, .blobs = {infoOf(blob)}});
+    c.hear(message::Snapshot{listAt(5_seq, {infoOf(blob)})});
     const auto first = c.sent<message::BlobRequest>(ChannelKind::kBulk);
     const ByteSpan head = blob.bytes().subspan(0, 100);
     c.hear(message::BlobChunk{blob.id(), 0, 450, share(Bytes(head.begin(), head.end()))}, ChannelKind::kBulk);
@@ -244,7 +244,7 @@ TEST(ClientSession, ADeadBulkConnectionEndsTheConnectionThoughTheOtherOneLives) 
     };
     live(20s);  // nothing is wanted of it
     EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
-    c.hear(message::Snapshot{.sequence = 5, .blobs = {infoOf(blob)}});
+    c.hear(message::Snapshot{listAt(5_seq, {infoOf(blob)})});
     live(14'900ms);
     EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
     live(200ms);
@@ -263,7 +263,7 @@ TEST(ClientSession, DamagedMissingOrUnaskedChunksEndTheConnection) {
         ClientFixture c;
         c.welcomed();
         c.bulkOpen();
-        c.hear(message::Snapshot{.sequence = 5, .blobs = {infoOf(blob)}});
+        c.hear(message::Snapshot{listAt(5_seq, {infoOf(blob)})});
         c.hear(chunk, ChannelKind::kBulk);
         ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
         EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
@@ -278,7 +278,7 @@ TEST(ClientSession, ABlobAboveTheLimitIsRefusedBeforeAnyOfItIsFetched) {
     ClientFixture c(config);
     c.welcomed();
     c.bulkOpen();
-    c.hear(message::Snapshot{.sequence = 5, .blobs = {{blobOf("x").id, 1001}}});
+    c.hear(message::Snapshot{listAt(5_seq, {{blobOf("x").id, 1001}})});
     ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
     EXPECT_FALSE(c.actions<client_action::Disconnect>()[0].retry);
     EXPECT_EQ(c.actions<client_action::Disconnect>()[0].code, ErrorCode::kLimit);
@@ -290,7 +290,7 @@ TEST(ClientSession, FetchesAnnouncedBlobsWhileItDraws) {
     const Blob blob(content(450, 1));
     c.inStep();
     c.bulkOpen();
-    c.hear(message::Begin{.frame = 0});
+    c.hear(message::Begin{.frame = 0_frame});
     c.hear(message::BlobNotice{9, {infoOf(blob)}});
     EXPECT_TRUE(c.sent<message::BlobsHeld>().empty());
     c.answerChunks({blob});
@@ -302,14 +302,14 @@ TEST(ClientSession, FetchesAnnouncedBlobsWhileItDraws) {
 TEST(ClientSession, AnswersHashQueriesBetweenItsOtherWork) {
     ClientFixture c;
     c.inStep();
-    c.hear(message::Begin{.frame = 0});
+    c.hear(message::Begin{.frame = 0_frame});
     c.hear(message::HashQuery{});
     EXPECT_TRUE(c.actions<client_action::DescribeState>().empty());
-    c.take(c.session.drawn(0, 0, nullptr));
+    c.take(c.session.drawn(0_frame, 0_hash, nullptr));
     ASSERT_EQ(c.actions<client_action::DescribeState>().size(), 1u);
-    c.hear(message::Snapshot{.sequence = 9, .stateHash = 1});
+    c.hear(message::Snapshot{listAt(9_seq)});
     EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);  // the first one only: it is being looked at
-    c.take(c.session.hashes({.sequence = 5}));
+    c.take(c.session.hashes({.sequence = 5_seq}));
     EXPECT_EQ(c.sent<message::HashAnswer>().size(), 1u);
     EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 2u);
 }
@@ -319,10 +319,10 @@ TEST(ClientSession, GivesUpRatherThanQueueWithoutEnd) {
     config.maxQueuedMessages = 4;
     ClientFixture c(config);
     c.welcomed();
-    c.hear(message::Snapshot{.sequence = 5, .blobs = {blobOf("never comes")}});
-    for (std::uint64_t i = 6; i < 9; ++i) c.hear(message::Changes{.sequence = i});
+    c.hear(message::Snapshot{listAt(5_seq, {blobOf("never comes")})});
+    for (std::uint64_t i = 6; i < 9; ++i) c.hear(message::Changes{listAt(Sequence(i))});
     EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
-    c.hear(message::Changes{.sequence = 9});
+    c.hear(message::Changes{listAt(9_seq)});
     ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
     EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
 }
@@ -341,11 +341,11 @@ TEST(ClientSession, ARefusalSaysWhetherToTryAgain) {
 TEST(ClientSession, FinishesWhenTheServerSaysSo) {
     ClientFixture c;
     c.inStep();
-    c.hear(message::Begin{.frame = 0});
+    c.hear(message::Begin{.frame = 0_frame});
     c.hear(message::Over{"done"});
     EXPECT_EQ(c.actions<client_action::Finish>().size(), 1u);
     c.done.clear();
-    c.take(c.session.drawn(0, 0, nullptr));  // the draw thread did not know yet
+    c.take(c.session.drawn(0_frame, 0_hash, nullptr));  // the draw thread did not know yet
     c.take(c.session.channelClosed(ChannelKind::kControl, c.now));
     c.take(c.session.advance(c.now + 1h));
     EXPECT_TRUE(c.done.empty());
@@ -402,17 +402,17 @@ TEST(ClientSession, EstimatesTheServersClockFromTheShortestRoundTrip) {
     EXPECT_EQ(c.session.clockOffsetNs(), kAhead);
     exchange(2ms, 30ms);
     EXPECT_EQ(c.session.clockOffsetNs(), kAhead);
-    c.hear(message::Begin{.frame = 0});
-    c.take(c.session.drawn(0, 0, nullptr));
-    c.hear(message::Swap{0});
-    c.take(c.session.shown(0, c.now));
+    c.hear(message::Begin{.frame = 0_frame});
+    c.take(c.session.drawn(0_frame, 0_hash, nullptr));
+    c.hear(message::Swap{0_frame});
+    c.take(c.session.shown(0_frame, c.now));
     EXPECT_EQ(c.sent<message::Shown>().at(0).shownAtNs, toNs(c.now) + kAhead);
 }
 
 TEST(ClientSession, ImagesWaitForTheBulkConnection) {
     ClientFixture c;
     c.inStep();
-    c.hear(message::ImageRequest{1, 0});
+    c.hear(message::ImageRequest{1, 0_frame});
     EXPECT_EQ(c.actions<client_action::SendImages>().size(), 1u);
     c.take(c.session.image({.request = 1, .tile = "t"}));
     EXPECT_TRUE(c.sent<message::TileImage>(ChannelKind::kBulk).empty());
@@ -431,9 +431,9 @@ TEST(ClientSession, AnApplicationMayFollowWithoutBulkData) {
     ClientFixture c(application(false));
     c.welcomed();
     EXPECT_TRUE(c.actions<client_action::OpenBulk>().empty());
-    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5), .blobs = {blobOf("x")}});
-    c.take(c.session.applied(5, hashAfter(5)));
-    c.hear(message::Changes{.sequence = 6, .blobs = {blobOf("y")}});
+    c.hear(message::Snapshot{listAt(5_seq, {blobOf("x")})});
+    c.take(c.session.applied(5_seq, hashAfter(5_seq)));
+    c.hear(message::Changes{listAt(6_seq, {blobOf("y")})});
     EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);
     EXPECT_TRUE(c.sent<message::Synced>().empty());
 }
@@ -443,9 +443,9 @@ TEST(ClientSession, AnApplicationThatWantsBlobsFetchesThemBeforeItApplies) {
     const Blob blob(content(250, 3));
     c.welcomed();
     c.bulkOpen();
-    c.hear(message::Snapshot{.sequence = 5, .stateHash = hashAfter(5)});
-    c.take(c.session.applied(5, hashAfter(5)));
-    c.hear(message::Changes{.sequence = 6, .blobs = {infoOf(blob)}});
+    c.hear(message::Snapshot{listAt(5_seq)});
+    c.take(c.session.applied(5_seq, hashAfter(5_seq)));
+    c.hear(message::Changes{listAt(6_seq, {infoOf(blob)})});
     EXPECT_TRUE(c.actions<client_action::ApplyChanges>().empty());
     c.answerChunks({blob});
     EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);

@@ -9,7 +9,7 @@ struct Live : ServerFixture {
         a = join("a");
         b = join("b");
         ready(a, begin());
-        ready(b, 0);
+        ready(b, 0_frame);
         take(session.advance(now));
         forget();
     }
@@ -18,7 +18,7 @@ struct Live : ServerFixture {
 
 TEST(ServerFaults, AHostThatIsSilentIsLost) {
     Live s;
-    const std::uint64_t frame = s.begin();
+    const FrameNumber frame = s.begin();
     s.ready(s.a, frame);
     s.run(240ms, {s.a});
     EXPECT_TRUE(s.actions<server_action::Fault>().empty());
@@ -121,7 +121,7 @@ TEST(ServerFaults, AReadyThatLayUnreadWhileWeStoodStillIsInTime) {
     ServerSessionConfig config = twoHosts();
     config.sync.lateFrame = LateFramePolicy::kHold;
     Live s(config);
-    const std::uint64_t frame = s.begin();
+    const FrameNumber frame = s.begin();
     s.ready(s.a, frame);
     s.run(110ms, {s.a, s.b});  // b is late, and held
     const TimePoint readyAt = s.now + 10ms;
@@ -153,9 +153,9 @@ TEST(ServerFaults, WhoSaysWhatItMustNotSayIsClosedAlone) {
                                      message::HashAnswer{},
                                      message::Over{},
                                      message::Begin{},
-                                     message::Ready{.frame = 99},
-                                     message::Shown{.frame = 99},
-                                     message::Synced{.sequence = 99}};
+                                     message::Ready{.frame = 99_frame},
+                                     message::Shown{.frame = 99_frame},
+                                     message::Synced{.sequence = 99_seq}};
     for (const Message& message : never) {
         Live s;
         s.say(s.b, message);
@@ -183,7 +183,7 @@ TEST(ServerFaults, BytesThatAreNoMessageCloseTheirSender) {
 TEST(ServerFaults, AnApplicationThatMisbehavesLeavesTheWallAlone) {
     Live s;
     const ConnectionId app = s.follow("viewer");
-    s.say(app, message::Ready{0, 0, nullptr});
+    s.say(app, message::Ready{0_frame, 0_hash, nullptr});
     EXPECT_TRUE(s.closed(app));
     EXPECT_EQ(s.actions<server_action::ApplicationLeft>().size(), 1u);
     EXPECT_TRUE(s.actions<server_action::Fault>().empty());
@@ -201,14 +201,14 @@ TEST(ServerFaults, AGreedyChunkRequestIsRefused) {
 
 TEST(ServerFaults, AWrongReplicaIsNamedQueriedAndRepaired) {
     Live s;
-    const std::uint64_t frame = s.begin({s.commit()});
+    const FrameNumber frame = s.begin(s.commit());
     s.ready(s.a, frame);
-    s.say(s.b, message::Ready{frame, 666, nullptr});
+    s.say(s.b, message::Ready{frame, 666_hash, nullptr});
     const auto mismatch = s.actions<server_action::StateMismatch>();
     ASSERT_EQ(mismatch.size(), 1u);
     EXPECT_EQ(mismatch[0].host, "b");
     EXPECT_EQ(mismatch[0].expected, hashAfter(s.sequence));
-    EXPECT_EQ(mismatch[0].actual, 666u);
+    EXPECT_EQ(mismatch[0].actual, 666_hash);
     EXPECT_EQ(mismatch[0].sequence, s.sequence);
     ASSERT_EQ(s.actions<server_action::Fault>().size(), 1u);
     EXPECT_EQ(s.actions<server_action::Fault>()[0].kind, FaultKind::kStateMismatch);
@@ -222,7 +222,7 @@ TEST(ServerFaults, AWrongReplicaIsNamedQueriedAndRepaired) {
     ASSERT_EQ(s.actions<server_action::HashesReceived>().size(), 1u);
     s.take(s.session.queryObjects("b", 1));
     EXPECT_EQ(s.sent<message::HashQuery>(s.b).size(), 2u);
-    s.ready(s.a, s.begin({s.commit()}));
+    s.ready(s.a, s.begin(s.commit()));
     EXPECT_TRUE(s.sent<message::Changes>(s.b).empty());  // it stands still while it is looked at
     s.say(s.b, message::HashAnswer{.sequence = s.sequence, .objects = true});
     EXPECT_EQ(s.actions<server_action::HashesReceived>().size(), 2u);
@@ -242,7 +242,7 @@ TEST(ServerFaults, AMismatchNobodyLooksAtEndsAtTheSyncDeadline) {
     config.syncDeadline = 500ms;
     Live s(config);
     s.ready(s.a, s.begin());
-    s.say(s.b, message::Ready{1, 666, nullptr});
+    s.say(s.b, message::Ready{1_frame, 666_hash, nullptr});
     s.run(510ms, {s.a, s.b});
     EXPECT_TRUE(s.closed(s.b));
     EXPECT_FALSE(s.closed(s.a));
@@ -252,7 +252,7 @@ TEST(ServerFaults, ASyncedHostWithAnotherHashIsAMismatch) {
     ServerFixture s;
     const ConnectionId a = s.hello("a");
     s.snapshot(a);
-    s.say(a, message::Synced{s.sequence, 666});
+    s.say(a, message::Synced{s.sequence, 666_hash});
     EXPECT_EQ(s.actions<server_action::StateMismatch>().size(), 1u);
     EXPECT_FALSE(s.session.mayBegin(s.now));
 }

@@ -5,6 +5,7 @@
 
 #include "common/base/Hash.h"
 #include "common/session/ServerSession.h"
+#include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
 
@@ -16,8 +17,13 @@ inline SharedBytes textBytes(std::string_view text) {
     return share(Bytes(bytes.begin(), bytes.end()));
 }
 /// A stand-in for the scene's hash after list `sequence`.
-inline std::uint64_t hashAfter(std::uint64_t sequence) {
-    return 0x9E3779B97F4A7C15ull * (sequence + 1);
+inline StateHash hashAfter(Sequence sequence) {
+    return StateHash(0x9E3779B97F4A7C15ull * (sequence.value + 1));
+}
+
+/// The envelope of a list that leads to `sequence`, of a scene that stands there, or of one made from nothing.
+inline CommittedListPtr listAt(Sequence sequence, std::vector<BlobInfo> blobs = {}, ByteSlice encoded = {}) {
+    return share(CommittedList{sequence, hashAfter(sequence), std::move(encoded), std::move(blobs)});
 }
 
 inline ServerSessionConfig twoHosts() {
@@ -37,8 +43,8 @@ struct ServerFixture {
     std::uint64_t schema;
     TimePoint now{10s};
     std::uint64_t lastConnection = 0;
-    std::uint64_t sequence = 5;  ///< of the scene
-    ServerActions done;          ///< since the last `forget()`
+    Sequence sequence{5};  ///< of the scene
+    ServerActions done;    ///< since the last `forget()`
 
     void forget() { done.clear(); }
     void take(ServerActions actions) { done.insert(done.end(), actions.begin(), actions.end()); }
@@ -76,9 +82,7 @@ struct ServerFixture {
         say(connection, hello);
         return connection;
     }
-    void snapshot(ConnectionId connection) {
-        take(session.snapshotReady(connection, {.sequence = sequence, .stateHash = hashAfter(sequence)}, now));
-    }
+    void snapshot(ConnectionId connection) { take(session.snapshotReady(connection, {listAt(sequence)}, now)); }
     void synced(ConnectionId connection) { say(connection, message::Synced{sequence, hashAfter(sequence)}); }
     /// Hello, snapshot, synced: enters at the next frame.
     ConnectionId join(const std::string& name) {
@@ -92,25 +96,19 @@ struct ServerFixture {
         snapshot(connection);
         return connection;
     }
-    message::Changes commit(std::vector<BlobInfo> blobs = {}) {
-        ++sequence;
-        return {.sequence = sequence,
-                .stateHash = hashAfter(sequence),
-                .list = textBytes("list"),
-                .blobs = std::move(blobs)};
+    CommittedListPtr commit(std::vector<BlobInfo> blobs = {}) {
+        sequence = sequence.next();
+        return listAt(sequence, std::move(blobs), textBytes("list"));
     }
-    std::uint64_t begin(std::vector<message::Changes> changes = {}) {
-        const std::uint64_t frame = session.nextFrame();
-        take(session.beginFrame({.frame = frame,
-                                 .sequence = sequence,
-                                 .stateHash = hashAfter(sequence),
-                                 .payload = textBytes("frame"),
-                                 .changes = std::move(changes)},
-                                now));
+    /// Without a list the frame changes nothing.
+    FrameNumber begin(CommittedListPtr list = nullptr) {
+        const FrameNumber frame = session.nextFrame();
+        if (!list) list = listAt(sequence);
+        take(session.beginFrame({.frame = frame, .payload = textBytes("frame"), .list = std::move(list)}, now));
         return frame;
     }
-    void ready(ConnectionId connection, std::uint64_t frame) { readyAt(connection, frame, sequence); }
-    void readyAt(ConnectionId connection, std::uint64_t frame, std::uint64_t at) {
+    void ready(ConnectionId connection, FrameNumber frame) { readyAt(connection, frame, sequence); }
+    void readyAt(ConnectionId connection, FrameNumber frame, Sequence at) {
         say(connection, message::Ready{frame, hashAfter(at), nullptr});
     }
 
@@ -125,7 +123,8 @@ struct ServerFixture {
     std::vector<M> sent(ConnectionId connection) const {
         std::vector<M> found;
         for (const auto& send : actions<server_action::Send>())
-            if (const M* m = std::get_if<M>(&send.message); m && send.connection == connection) found.push_back(*m);
+            if (const M* m = std::get_if<M>(send.message.get()); m && send.connection == connection)
+                found.push_back(*m);
         return found;
     }
     bool closed(ConnectionId connection) const {

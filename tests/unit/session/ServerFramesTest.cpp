@@ -9,7 +9,7 @@ struct Live : ServerFixture {
         a = join("a");
         b = join("b");
         ready(a, begin());
-        ready(b, 0);
+        ready(b, 0_frame);
         forget();
     }
     ConnectionId a, b;
@@ -23,7 +23,7 @@ ServerSessionConfig with(LateFramePolicy late) {
 
 TEST(ServerFrames, SwapsOnceEverybodyIsReady) {
     Live s;
-    const std::uint64_t frame = s.begin({s.commit()});
+    const FrameNumber frame = s.begin(s.commit());
     EXPECT_EQ(s.sent<message::Begin>(s.a).size(), 1u);
     s.pass(10ms);
     s.ready(s.a, frame);
@@ -44,10 +44,10 @@ TEST(ServerFrames, SwapsOnceEverybodyIsReady) {
 
 TEST(ServerFrames, ReportsWhenAFrameWasShown) {
     Live s;
-    s.say(s.a, message::Shown{0, 1234});
+    s.say(s.a, message::Shown{0_frame, 1234});
     ASSERT_EQ(s.actions<server_action::FrameShown>().size(), 1u);
     EXPECT_EQ(s.actions<server_action::FrameShown>()[0].shownAtNs, 1234);
-    EXPECT_EQ(s.session.hosts()[0].lastShown, 0u);
+    EXPECT_EQ(s.session.hosts()[0].lastShown, 0_frame);
     EXPECT_TRUE(s.session.hosts()[0].everShown);
 }
 
@@ -62,7 +62,7 @@ TEST(ServerFrames, WithoutHostsAFrameIsReleasedAtOnce) {
 
 TEST(ServerFrames, ALostHostReleasesTheFrame) {
     Live s;
-    const std::uint64_t frame = s.begin();
+    const FrameNumber frame = s.begin();
     s.ready(s.a, frame);
     s.drop(s.b);
     const auto faults = s.actions<server_action::Fault>();
@@ -75,22 +75,22 @@ TEST(ServerFrames, ALostHostReleasesTheFrame) {
 
 TEST(ServerFrames, HoldSendsTheListsButNoFrameUntilTheLateHostIsReady) {
     Live s(with(LateFramePolicy::kHold));
-    const std::uint64_t late = s.begin({s.commit()});
-    const std::uint64_t lateSequence = s.sequence;
+    const FrameNumber late = s.begin(s.commit());
+    const Sequence lateSequence = s.sequence;
     s.ready(s.a, late);
     s.run(110ms, {s.a, s.b});
     ASSERT_EQ(s.actions<server_action::FrameReleased>().size(), 1u);
     EXPECT_EQ(s.actions<server_action::FrameReleased>()[0].held, Names{"b"});
     EXPECT_EQ(s.state("b"), HostState::kLate);
     s.forget();
-    s.ready(s.a, s.begin({s.commit()}));
+    s.ready(s.a, s.begin(s.commit()));
     EXPECT_TRUE(s.sent<message::Begin>(s.b).empty());
     EXPECT_EQ(s.sent<message::Changes>(s.b).size(), 1u);
     EXPECT_EQ(s.actions<server_action::FrameReleased>()[0].held, Names{"b"});
     s.readyAt(s.b, late, lateSequence);
     EXPECT_TRUE(s.sent<message::Swap>(s.b).empty());  // it keeps its image: frame `late` is over
     s.forget();
-    const std::uint64_t next = s.begin({s.commit()});
+    const FrameNumber next = s.begin(s.commit());
     EXPECT_EQ(s.sent<message::Begin>(s.b).size(), 1u);
     EXPECT_EQ(s.state("b"), HostState::kLive);
     s.ready(s.a, next);
@@ -100,11 +100,11 @@ TEST(ServerFrames, HoldSendsTheListsButNoFrameUntilTheLateHostIsReady) {
 
 TEST(ServerFrames, DropWaitsUntilTheLateHostHasCaughtUp) {
     Live s(with(LateFramePolicy::kDrop));
-    const std::uint64_t late = s.begin({s.commit()});
-    const std::uint64_t lateSequence = s.sequence;
+    const FrameNumber late = s.begin(s.commit());
+    const Sequence lateSequence = s.sequence;
     s.ready(s.a, late);
     s.run(110ms, {s.a, s.b});
-    s.ready(s.a, s.begin({s.commit()}));
+    s.ready(s.a, s.begin(s.commit()));
     s.readyAt(s.b, late, lateSequence);
     EXPECT_EQ(s.state("b"), HostState::kSyncing);
     s.forget();
@@ -121,7 +121,7 @@ TEST(ServerFrames, DropWaitsUntilTheLateHostHasCaughtUp) {
 
 TEST(ServerFrames, DropTakesAHostBackAtOnceWhenNothingChangedMeanwhile) {
     Live s(with(LateFramePolicy::kDrop));
-    const std::uint64_t late = s.begin();
+    const FrameNumber late = s.begin();
     s.ready(s.a, late);
     s.run(110ms, {s.a, s.b});
     s.ready(s.a, s.begin());
@@ -134,7 +134,7 @@ TEST(ServerFrames, DropTakesAHostBackAtOnceWhenNothingChangedMeanwhile) {
 TEST(ServerFrames, AHungDrawThreadIsClosedAtTheFrameDeadlineThoughItsHeartbeatsGoOn) {
     for (const LateFramePolicy late : {LateFramePolicy::kWait, LateFramePolicy::kHold, LateFramePolicy::kDrop}) {
         Live s(with(late));
-        const std::uint64_t frame = s.begin();
+        const FrameNumber frame = s.begin();
         s.ready(s.a, frame);
         s.run(980ms, {s.a, s.b});
         EXPECT_TRUE(s.actions<server_action::Fault>().empty());
@@ -187,7 +187,7 @@ TEST(ServerFrames, AHostThatFetchesTooSlowlyLeavesTheBarrier) {
     EXPECT_EQ(s.actions<server_action::BlobsEverywhere>().size(), 1u);
     EXPECT_EQ(s.actions<server_action::SnapshotWanted>().size(), 1u);
     EXPECT_FALSE(s.closed(s.b));
-    s.ready(s.a, s.begin({s.commit({blobOf("mesh")})}));
+    s.ready(s.a, s.begin(s.commit({blobOf("mesh")})));
     s.snapshot(s.b);
     s.synced(s.b);
     s.forget();
@@ -205,7 +205,7 @@ TEST(ServerFrames, AJoiningHostLearnsOfBlobsThatNoListHasNamedYet) {
     s.say(s.a, message::BlobsHeld{1});
     const ConnectionId b = s.join("b");
     EXPECT_EQ(s.sent<message::BlobNotice>(b).size(), 1u);
-    s.ready(s.a, s.begin({s.commit({blobOf("mesh")})}));
+    s.ready(s.a, s.begin(s.commit({blobOf("mesh")})));
     EXPECT_TRUE(s.sent<message::Begin>(b).empty());  // it would make the barrier wait for bulk data
     s.say(b, message::BlobsHeld{1});
     s.synced(b);
@@ -219,9 +219,9 @@ TEST(ServerFrames, AListWithBlobsThatASyncingHostWasSentIsWaitedFor) {
     const ConnectionId b = s.join("b");
     s.take(s.session.repair("b", s.now));
     s.snapshot(b);
-    s.ready(s.a, s.begin({s.commit({blobOf("mesh")})}));
-    EXPECT_EQ(s.sent<message::Changes>(b).at(0).blobs.size(), 1u);
-    s.say(b, message::Synced{s.sequence - 1, hashAfter(s.sequence - 1)});
+    s.ready(s.a, s.begin(s.commit({blobOf("mesh")})));
+    EXPECT_EQ(s.sent<message::Changes>(b).at(0).list->blobs.size(), 1u);
+    s.say(b, message::Synced{5_seq, hashAfter(5_seq)});
     s.forget();
     s.ready(s.a, s.begin());
     EXPECT_TRUE(s.sent<message::Begin>(b).empty());
@@ -232,12 +232,12 @@ TEST(ServerFrames, AListWithBlobsThatASyncingHostWasSentIsWaitedFor) {
 
 TEST(ServerFrames, AsksHostsInTheBarrierForImages) {
     Live s;
-    s.take(s.session.requestImages(4, 0));
+    s.take(s.session.requestImages(4, 0_frame));
     EXPECT_EQ(s.sent<message::ImageRequest>(s.a).size(), 1u);
     ServerFixture fresh;
     const ConnectionId a = fresh.hello("a");
     const ConnectionId bulk = fresh.bulk(a);
-    fresh.take(fresh.session.requestImages(4, 0));
+    fresh.take(fresh.session.requestImages(4, 0_frame));
     fresh.say(bulk, message::TileImage{.request = 4, .tile = "t"});
     fresh.say(bulk, message::TileImage{.request = 5, .tile = "t"});  // nobody asked for it
     EXPECT_EQ(fresh.actions<server_action::ImageReceived>().size(), 1u);
@@ -251,7 +251,7 @@ TEST(ServerFrames, TheEndIsToldToEverybodyAndAcceptsNobody) {
     s.take(s.session.finish("done"));
     for (const ConnectionId c : {s.a, s.b, app, pending}) EXPECT_EQ(s.sent<message::Over>(c).size(), 1u);
     s.forget();
-    s.ready(s.a, 0);
+    s.ready(s.a, 0_frame);
     s.run(1s);
     s.drop(s.a);
     EXPECT_TRUE(s.done.empty());
@@ -266,7 +266,7 @@ TEST(ServerFramesDeathTest, AListBetweenTwoFramesIsOurOwnBug) {
     s.begin();
     s.commit();
     EXPECT_DEATH(s.begin(), "nothing is between two frames");
-    EXPECT_DEATH(s.begin({s.commit()}), "numbered one by one");
+    EXPECT_DEATH(s.begin(s.commit()), "numbered one by one");
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ TEST(ServerJoin, WelcomesAHostAndAsksForItsSnapshot) {
     const auto welcome = s.sent<message::Welcome>(a);
     ASSERT_EQ(welcome.size(), 1u);
     EXPECT_NE(welcome[0].token, 0u);
-    EXPECT_EQ(asText(*welcome[0].configuration), "the wall");
+    EXPECT_EQ(asText(welcome[0].configuration), "the wall");
     ASSERT_EQ(s.actions<server_action::SnapshotWanted>().size(), 1u);
     EXPECT_EQ(s.state("a"), HostState::kJoining);
     s.snapshot(a);
@@ -147,20 +147,19 @@ TEST(ServerJoin, ALateJoinerGetsEveryListOnceAndEntersAtANamedFrame) {
     const ConnectionId gone = ConnectionId(2);
     s.begin();
     s.drop(gone);
-    s.ready(a, 0);
+    s.ready(a, 0_frame);
     const ConnectionId b = s.hello("b");
-    const message::Snapshot old{.sequence = s.sequence,
-                                .stateHash = hashAfter(s.sequence)};  // made now, handed in late
-    for (int i = 0; i < 2; ++i) s.ready(a, s.begin({s.commit()}));
+    const message::Snapshot old{listAt(s.sequence)};  // made now, handed in late
+    for (int i = 0; i < 2; ++i) s.ready(a, s.begin(s.commit()));
     s.forget();
     s.take(s.session.snapshotReady(b, old, s.now));
-    s.ready(a, s.begin({s.commit()}));
-    std::vector<std::uint64_t> got;
-    for (const auto& changes : s.sent<message::Changes>(b)) got.push_back(changes.sequence);
-    EXPECT_EQ(got, (std::vector<std::uint64_t>{6, 7, 8}));
-    s.say(b, message::Synced{8, hashAfter(8)});
+    s.ready(a, s.begin(s.commit()));
+    std::vector<Sequence> got;
+    for (const auto& changes : s.sent<message::Changes>(b)) got.push_back(changes.list->sequence);
+    EXPECT_EQ(got, (std::vector{6_seq, 7_seq, 8_seq}));
+    s.say(b, message::Synced{8_seq, hashAfter(8_seq)});
     s.forget();
-    const std::uint64_t frame = s.begin({s.commit()});
+    const FrameNumber frame = s.begin(s.commit());
     const auto entered = s.actions<server_action::HostEntered>();
     ASSERT_EQ(entered.size(), 1u);
     EXPECT_EQ(entered[0].host, "b");
@@ -168,7 +167,7 @@ TEST(ServerJoin, ALateJoinerGetsEveryListOnceAndEntersAtANamedFrame) {
     EXPECT_TRUE(entered[0].rejoined);
     EXPECT_TRUE(s.sent<message::Changes>(b).empty());
     ASSERT_EQ(s.sent<message::Begin>(b).size(), 1u);
-    EXPECT_EQ(s.sent<message::Begin>(b)[0].sequence, 9u);
+    EXPECT_EQ(s.sent<message::Begin>(b)[0].list->sequence, 9_seq);
 }
 
 TEST(ServerJoin, ASyncedHostEntersThoughNewerListsAreOnTheirWayToIt) {
@@ -177,27 +176,27 @@ TEST(ServerJoin, ASyncedHostEntersThoughNewerListsAreOnTheirWayToIt) {
     s.join("b");
     s.begin();
     s.drop(ConnectionId(2));
-    s.ready(a, 0);
+    s.ready(a, 0_frame);
     const ConnectionId b = s.hello("b");
     s.snapshot(b);
-    s.ready(a, s.begin({s.commit()}));
-    s.say(b, message::Synced{5, hashAfter(5)});  // it has not seen list 6 yet
+    s.ready(a, s.begin(s.commit()));
+    s.say(b, message::Synced{5_seq, hashAfter(5_seq)});  // it has not seen list 6 yet
     s.forget();
-    s.begin({s.commit()});
+    s.begin(s.commit());
     EXPECT_EQ(s.actions<server_action::HostEntered>().size(), 1u);
     EXPECT_EQ(s.sent<message::Begin>(b).size(), 1u);
 }
 
 TEST(ServerJoin, ASnapshotThatHoldsThisFramesListEntersAtTheNext) {
     ServerFixture s;
-    const message::Changes committed = s.commit();  // before the frame that carries it
+    const CommittedListPtr committed = s.commit();  // before the frame that carries it
     const ConnectionId a = s.join("a");
     s.join("b");
-    s.begin({committed});
+    s.begin(committed);
     EXPECT_TRUE(s.sent<message::Begin>(a).empty());
     EXPECT_TRUE(s.sent<message::Changes>(a).empty());
     EXPECT_EQ(s.actions<server_action::FrameReleased>().size(), 1u);
-    s.begin({s.commit()});
+    s.begin(s.commit());
     EXPECT_EQ(s.sent<message::Begin>(a).size(), 1u);
 }
 
@@ -209,10 +208,10 @@ TEST(ServerJoin, AsksAgainWhereTheListsSinceASnapshotWereTooMany) {
     s.join("b");
     s.begin();
     s.drop(ConnectionId(2));
-    s.ready(a, 0);
+    s.ready(a, 0_frame);
     const ConnectionId b = s.hello("b");
-    const message::Snapshot old{.sequence = s.sequence, .stateHash = hashAfter(s.sequence)};
-    for (int i = 0; i < 3; ++i) s.ready(a, s.begin({s.commit()}));
+    const message::Snapshot old{listAt(s.sequence)};
+    for (int i = 0; i < 3; ++i) s.ready(a, s.begin(s.commit()));
     s.forget();
     s.take(s.session.snapshotReady(b, old, s.now));
     EXPECT_TRUE(s.sent<message::Snapshot>(b).empty());
@@ -265,8 +264,8 @@ TEST(ServerJoin, AnApplicationFollowsFromItsSnapshot) {
     const ConnectionId app = s.follow("viewer");
     ASSERT_EQ(s.actions<server_action::ApplicationJoined>().size(), 1u);
     EXPECT_EQ(s.sent<message::Snapshot>(app).size(), 1u);
-    s.begin({s.commit()});
-    s.begin({s.commit()});
+    s.begin(s.commit());
+    s.begin(s.commit());
     EXPECT_EQ(s.sent<message::Changes>(app).size(), 2u);
     s.say(app, message::Request{3, textBytes("move")});
     ASSERT_EQ(s.actions<server_action::RequestReceived>().size(), 1u);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/unit/HistoryLiterals.h"
+
 namespace tessera {
 namespace {
 
@@ -28,7 +30,7 @@ SwapBarrier barrierOf(LateFramePolicy late, const Names& hosts) {
 
 /// One frame that everybody draws in time.
 void wholeFrame(SwapBarrier& barrier, Duration begun, Duration drawing) {
-    const std::uint64_t frame = barrier.nextFrame();
+    const FrameNumber frame = barrier.nextFrame();
     for (const std::string& host : barrier.begin(frame, at(begun)))
         ASSERT_TRUE(barrier.ready(host, frame, at(begun + drawing)));
     ASSERT_TRUE(barrier.poll(at(begun + drawing)).released);
@@ -36,14 +38,14 @@ void wholeFrame(SwapBarrier& barrier, Duration begun, Duration drawing) {
 
 TEST(SwapBarrier, ReleasesAFrameOnceEverybodyHasDrawnIt) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a", "b"});
-    EXPECT_EQ(barrier.begin(0, at(0ms)), (Names{"a", "b"}));
-    ASSERT_TRUE(barrier.ready("a", 0, at(10ms)));
+    EXPECT_EQ(barrier.begin(0_frame, at(0ms)), (Names{"a", "b"}));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(10ms)));
     EXPECT_FALSE(barrier.poll(at(10ms)).released);
     EXPECT_EQ(barrier.waitingFor(), Names{"b"});
-    ASSERT_TRUE(barrier.ready("b", 0, at(30ms)));
+    ASSERT_TRUE(barrier.ready("b", 0_frame, at(30ms)));
     const SwapBarrier::Outcome outcome = barrier.poll(at(30ms));
     EXPECT_TRUE(outcome.released);
-    EXPECT_EQ(outcome.frame, 0u);
+    EXPECT_EQ(outcome.frame, 0_frame);
     EXPECT_EQ(outcome.show, (Names{"a", "b"}));
     EXPECT_EQ(outcome.barrierTime, 20ms);
     EXPECT_EQ(outcome.frameTime, 30ms);
@@ -54,14 +56,14 @@ TEST(SwapBarrier, ReleasesEachFrameOnce) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a"});
     wholeFrame(barrier, 0ms, 5ms);
     EXPECT_FALSE(barrier.poll(at(6ms)).released);
-    ASSERT_TRUE(barrier.ready("a", 0, at(7ms)));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(7ms)));
     EXPECT_FALSE(barrier.poll(at(7ms)).released);
-    EXPECT_EQ(barrier.nextFrame(), 1u);
+    EXPECT_EQ(barrier.nextFrame(), 1_frame);
 }
 
 TEST(SwapBarrier, ReleasesAtOnceWithNobodyInIt) {
     SwapBarrier barrier(policy(LateFramePolicy::kWait));
-    EXPECT_TRUE(barrier.begin(0, at(0ms)).empty());
+    EXPECT_TRUE(barrier.begin(0_frame, at(0ms)).empty());
     EXPECT_LE(barrier.nextDeadline(), at(0ms));
     const SwapBarrier::Outcome outcome = barrier.poll(at(0ms));
     EXPECT_TRUE(outcome.released);
@@ -72,36 +74,36 @@ TEST(SwapBarrier, ReleasesAtOnceWithNobodyInIt) {
 TEST(SwapBarrier, TakesRepeatsAndStragglersButNoFuture) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a", "b"});
     wholeFrame(barrier, 0ms, 5ms);
-    barrier.begin(1, at(10ms));
-    EXPECT_TRUE(barrier.ready("a", 1, at(12ms)));
-    EXPECT_TRUE(barrier.ready("a", 1, at(13ms)));
-    EXPECT_TRUE(barrier.ready("b", 0, at(13ms)));
+    barrier.begin(1_frame, at(10ms));
+    EXPECT_TRUE(barrier.ready("a", 1_frame, at(12ms)));
+    EXPECT_TRUE(barrier.ready("a", 1_frame, at(13ms)));
+    EXPECT_TRUE(barrier.ready("b", 0_frame, at(13ms)));
     EXPECT_EQ(barrier.waitingFor(), Names{"b"});
-    EXPECT_FALSE(barrier.ready("b", 2, at(14ms)));
+    EXPECT_FALSE(barrier.ready("b", 2_frame, at(14ms)));
 }
 
 TEST(SwapBarrier, RefusesStrangers) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a"});
-    barrier.begin(0, at(0ms));
-    const Expected<void> taken = barrier.ready("stranger", 0, at(1ms));
+    barrier.begin(0_frame, at(0ms));
+    const Expected<void> taken = barrier.ready("stranger", 0_frame, at(1ms));
     ASSERT_FALSE(taken);
     EXPECT_EQ(taken.error().message, "host 'stranger' says ready for frame 0 but is not in the barrier");
 }
 
 TEST(SwapBarrier, AHostThatEntersTakesPartFromTheNextFrame) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a"});
-    barrier.begin(0, at(0ms));
+    barrier.begin(0_frame, at(0ms));
     barrier.enter("b");
-    EXPECT_FALSE(barrier.ready("b", 0, at(1ms)));
-    ASSERT_TRUE(barrier.ready("a", 0, at(1ms)));
+    EXPECT_FALSE(barrier.ready("b", 0_frame, at(1ms)));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(1ms)));
     EXPECT_EQ(barrier.poll(at(1ms)).show, Names{"a"});
-    EXPECT_EQ(barrier.begin(1, at(2ms)), (Names{"a", "b"}));
+    EXPECT_EQ(barrier.begin(1_frame, at(2ms)), (Names{"a", "b"}));
 }
 
 TEST(SwapBarrier, LosingTheLastAwaitedHostReleasesTheFrame) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a", "b"});
-    barrier.begin(0, at(0ms));
-    ASSERT_TRUE(barrier.ready("a", 0, at(10ms)));
+    barrier.begin(0_frame, at(0ms));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(10ms)));
     barrier.leave("b");
     const SwapBarrier::Outcome outcome = barrier.poll(at(40ms));
     EXPECT_TRUE(outcome.released);
@@ -111,7 +113,7 @@ TEST(SwapBarrier, LosingTheLastAwaitedHostReleasesTheFrame) {
 
 TEST(SwapBarrier, LosingEverybodyReleasesTheFrameToNobody) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a"});
-    barrier.begin(0, at(0ms));
+    barrier.begin(0_frame, at(0ms));
     barrier.leave("a");
     const SwapBarrier::Outcome outcome = barrier.poll(at(1ms));
     EXPECT_TRUE(outcome.released);
@@ -120,8 +122,8 @@ TEST(SwapBarrier, LosingEverybodyReleasesTheFrameToNobody) {
 
 TEST(SwapBarrier, WaitsForAStragglerUpToTheDeadline) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a", "b"});
-    barrier.begin(0, at(0ms));
-    ASSERT_TRUE(barrier.ready("a", 0, at(10ms)));
+    barrier.begin(0_frame, at(0ms));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(10ms)));
     EXPECT_EQ(barrier.nextDeadline(), at(1'000ms));
     EXPECT_FALSE(barrier.poll(at(999ms)).released);
     const SwapBarrier::Outcome outcome = barrier.poll(at(1'000ms));
@@ -133,7 +135,7 @@ TEST(SwapBarrier, WaitsForAStragglerUpToTheDeadline) {
 
 TEST(SwapBarrier, IfNobodyDrawsAllHaveStalled) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kHold, {"a", "b"});
-    barrier.begin(0, at(0ms));
+    barrier.begin(0_frame, at(0ms));
     EXPECT_FALSE(barrier.poll(at(999ms)).released);
     const SwapBarrier::Outcome outcome = barrier.poll(at(1'000ms));
     EXPECT_TRUE(outcome.released);
@@ -145,7 +147,7 @@ TEST(SwapBarrier, TheDeadlineIsNeverUnderThreeTimesTheUsualFrame) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a", "b"});
     for (int i = 0; i < 5; ++i) wholeFrame(barrier, i * 900ms, 800ms);
     EXPECT_EQ(barrier.frameDeadline(), 2'400ms);
-    barrier.begin(5, at(10s));
+    barrier.begin(5_frame, at(10s));
     EXPECT_FALSE(barrier.poll(at(12'399ms)).released);
     EXPECT_EQ(barrier.poll(at(12'400ms)).stalled, (Names{"a", "b"}));
 }
@@ -159,8 +161,8 @@ TEST(SwapBarrier, OneLongFrameDoesNotStretchTheDeadline) {
 
 TEST(SwapBarrier, HoldGoesOnWithoutTheLateHost) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kHold, {"a", "b"});
-    barrier.begin(0, at(0ms));
-    ASSERT_TRUE(barrier.ready("a", 0, at(200ms)));
+    barrier.begin(0_frame, at(0ms));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(200ms)));
     EXPECT_EQ(barrier.nextDeadline(), at(300ms));  // counted from the first Ready: a slow frame is not a late host
     EXPECT_FALSE(barrier.poll(at(299ms)).released);
     const SwapBarrier::Outcome outcome = barrier.poll(at(300ms));
@@ -173,22 +175,22 @@ TEST(SwapBarrier, HoldGoesOnWithoutTheLateHost) {
 
 TEST(SwapBarrier, AHeldHostIsNotWaitedForUntilItHasDrawnTheOldFrame) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kHold, {"a", "b"});
-    barrier.begin(0, at(0ms));
-    ASSERT_TRUE(barrier.ready("a", 0, at(10ms)));
+    barrier.begin(0_frame, at(0ms));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(10ms)));
     ASSERT_TRUE(barrier.poll(at(110ms)).released);
-    EXPECT_EQ(barrier.begin(1, at(111ms)), Names{"a"});
-    ASSERT_TRUE(barrier.ready("a", 1, at(120ms)));
+    EXPECT_EQ(barrier.begin(1_frame, at(111ms)), Names{"a"});
+    ASSERT_TRUE(barrier.ready("a", 1_frame, at(120ms)));
     const SwapBarrier::Outcome second = barrier.poll(at(120ms));
     EXPECT_TRUE(second.released);
     EXPECT_EQ(second.held, Names{"b"});
-    ASSERT_TRUE(barrier.ready("b", 0, at(130ms)));
-    EXPECT_EQ(barrier.begin(2, at(140ms)), (Names{"a", "b"}));
+    ASSERT_TRUE(barrier.ready("b", 0_frame, at(130ms)));
+    EXPECT_EQ(barrier.begin(2_frame, at(140ms)), (Names{"a", "b"}));
 }
 
 TEST(SwapBarrier, AHeldHostThatNeverComesHasStalled) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kHold, {"a", "b"});
-    barrier.begin(0, at(0ms));
-    ASSERT_TRUE(barrier.ready("a", 0, at(10ms)));
+    barrier.begin(0_frame, at(0ms));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(10ms)));
     ASSERT_TRUE(barrier.poll(at(110ms)).released);
     wholeFrame(barrier, 900ms, 50ms);
     EXPECT_EQ(barrier.nextDeadline(), at(1'000ms));
@@ -200,56 +202,56 @@ TEST(SwapBarrier, AHeldHostThatNeverComesHasStalled) {
 
 TEST(SwapBarrier, NoFrameBeginsWhileOnlyHostsThatAreBehindAreLeft) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kHold, {"a", "b"});
-    barrier.begin(0, at(0ms));
-    ASSERT_TRUE(barrier.ready("a", 0, at(10ms)));
+    barrier.begin(0_frame, at(0ms));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(10ms)));
     ASSERT_TRUE(barrier.poll(at(110ms)).released);
     EXPECT_TRUE(barrier.mayBegin());
     barrier.leave("a");
     EXPECT_FALSE(barrier.mayBegin());
-    ASSERT_TRUE(barrier.ready("b", 0, at(150ms)));
+    ASSERT_TRUE(barrier.ready("b", 0_frame, at(150ms)));
     EXPECT_TRUE(barrier.mayBegin());
 }
 
 TEST(SwapBarrier, AReadyOfAHostThatLeftIsNoReasonToCallOthersLate) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kHold, {"a", "b", "c"});
-    barrier.begin(0, at(0ms));
-    ASSERT_TRUE(barrier.ready("a", 0, at(10ms)));
+    barrier.begin(0_frame, at(0ms));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(10ms)));
     barrier.leave("a");
     EXPECT_FALSE(barrier.poll(at(200ms)).released);
-    ASSERT_TRUE(barrier.ready("b", 0, at(210ms)));
+    ASSERT_TRUE(barrier.ready("b", 0_frame, at(210ms)));
     EXPECT_FALSE(barrier.poll(at(211ms)).released);
     EXPECT_EQ(barrier.nextDeadline(), at(310ms));
 }
 
 TEST(SwapBarrier, DropsAStragglerUntilItIsEnteredAgain) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kDrop, {"a", "b"});
-    barrier.begin(0, at(0ms));
-    ASSERT_TRUE(barrier.ready("a", 0, at(10ms)));
+    barrier.begin(0_frame, at(0ms));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(10ms)));
     const SwapBarrier::Outcome outcome = barrier.poll(at(110ms));
     EXPECT_TRUE(outcome.released);
     EXPECT_EQ(outcome.held, Names{"b"});
     EXPECT_FALSE(barrier.contains("b"));
-    EXPECT_TRUE(barrier.ready("b", 0, at(120ms)));  // it was told to draw it
-    EXPECT_EQ(barrier.begin(1, at(130ms)), Names{"a"});
-    ASSERT_TRUE(barrier.ready("a", 1, at(131ms)));
+    EXPECT_TRUE(barrier.ready("b", 0_frame, at(120ms)));  // it was told to draw it
+    EXPECT_EQ(barrier.begin(1_frame, at(130ms)), Names{"a"});
+    ASSERT_TRUE(barrier.ready("a", 1_frame, at(131ms)));
     EXPECT_TRUE(barrier.poll(at(131ms)).held.empty());
     barrier.enter("b");
-    EXPECT_EQ(barrier.begin(2, at(132ms)), (Names{"a", "b"}));
+    EXPECT_EQ(barrier.begin(2_frame, at(132ms)), (Names{"a", "b"}));
 }
 
 TEST(SwapBarrier, ADroppedHostThatNeverComesHasStalled) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kDrop, {"a", "b"});
-    barrier.begin(0, at(0ms));
-    ASSERT_TRUE(barrier.ready("a", 0, at(10ms)));
+    barrier.begin(0_frame, at(0ms));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(10ms)));
     ASSERT_TRUE(barrier.poll(at(110ms)).released);
     EXPECT_EQ(barrier.poll(at(1'000ms)).stalled, Names{"b"});
 }
 
 TEST(SwapBarrierDeathTest, FramesBeginOneAfterTheOther) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a"});
-    EXPECT_DEATH(barrier.begin(1, at(0ms)), "one after the other");
-    barrier.begin(0, at(0ms));
-    EXPECT_DEATH(barrier.begin(1, at(0ms)), "another one is open");
+    EXPECT_DEATH(barrier.begin(1_frame, at(0ms)), "one after the other");
+    barrier.begin(0_frame, at(0ms));
+    EXPECT_DEATH(barrier.begin(1_frame, at(0ms)), "another one is open");
 }
 
 }  // namespace

@@ -1,10 +1,11 @@
 /// What a step found, as it is told: every value in its place, and what is left out is counted.
-#include "server/sim/CollisionAnswers.h"
+#include "server/sim/desk/CollisionAnswers.h"
 
 #include <gtest/gtest.h>
 
 #include "common/codec/ApplicationCodec.h"
-#include "server/sim/RequestDesk.h"
+#include "server/sim/desk/FrameNews.h"
+#include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
 namespace {
@@ -54,8 +55,8 @@ std::vector<std::uint64_t> firstObjects(const answer::PairEvents& told) {
 }
 
 TEST(CollisionAnswers, ContactsComeWithWhatIsMissing) {
-    const answer::Contacts told = contactsOf(someStep(), 12, 5);
-    EXPECT_EQ(std::tie(told.frame, told.begun, told.leftOut, told.notLookedAt), std::tuple(12u, 5u, 100u, 4u));
+    const answer::Contacts told = contactsOf(someStep(), 12_frame, 5);
+    EXPECT_EQ(std::tie(told.frame, told.begun, told.leftOut, told.notLookedAt), std::tuple(12_frame, 5u, 100u, 4u));
     ASSERT_EQ(told.contacts.size(), 1u);
     const ContactValue& c = told.contacts[0];
     EXPECT_EQ(std::tie(c.objectA, c.objectB, c.faceA, c.faceB, c.interest, c.time),
@@ -66,8 +67,8 @@ TEST(CollisionAnswers, ContactsComeWithWhatIsMissing) {
 
 TEST(CollisionAnswers, StaysAreToldToThoseWhoAskForThem) {
     using Ids = std::vector<std::uint64_t>;
-    EXPECT_EQ(firstObjects(eventsOf(someStep(), 1, true, 100)), (Ids{10, 11, 12, 13, 14, 15}));
-    const answer::PairEvents changes = eventsOf(someStep(), 1, false, 100);
+    EXPECT_EQ(firstObjects(eventsOf(someStep(), 1_frame, true, 100)), (Ids{10, 11, 12, 13, 14, 15}));
+    const answer::PairEvents changes = eventsOf(someStep(), 1_frame, false, 100);
     EXPECT_EQ(firstObjects(changes), (Ids{10, 12, 13, 15}));
     EXPECT_EQ(changes.leftOut, 7u) << "what nobody asked for is not left out";
     EXPECT_EQ(changes.events[0].phase, TouchPhase::kBegan);
@@ -80,15 +81,15 @@ TEST(CollisionAnswers, StaysAreToldToThoseWhoAskForThem) {
 
 TEST(CollisionAnswers, ALimitLeavesOutStaysFirstAndCounts) {
     using Ids = std::vector<std::uint64_t>;
-    const answer::PairEvents five = eventsOf(someStep(), 1, true, 5);
+    const answer::PairEvents five = eventsOf(someStep(), 1_frame, true, 5);
     EXPECT_EQ(firstObjects(five), (Ids{10, 11, 12, 13, 15}));
     EXPECT_EQ(five.leftOut, 8u);
-    const answer::PairEvents three = eventsOf(someStep(), 1, true, 3);
+    const answer::PairEvents three = eventsOf(someStep(), 1_frame, true, 3);
     EXPECT_EQ(firstObjects(three), (Ids{10, 12, 13}));
     EXPECT_EQ(three.leftOut, 10u);
-    EXPECT_TRUE(eventsOf(someStep(), 1, true, 0).events.empty());
-    EXPECT_EQ(eventsOf(someStep(), 1, true, 0).leftOut, 13u);
-    const answer::Distances two = distancesOf(someStep(), 1, 2);
+    EXPECT_TRUE(eventsOf(someStep(), 1_frame, true, 0).events.empty());
+    EXPECT_EQ(eventsOf(someStep(), 1_frame, true, 0).leftOut, 13u);
+    const answer::Distances two = distancesOf(someStep(), 1_frame, 2);
     ASSERT_EQ(two.distances.size(), 2u);
     EXPECT_EQ(two.leftOut, 8u);
     const PairDistanceValue& d = two.distances[1];
@@ -108,14 +109,14 @@ TEST(CollisionAnswers, HostsAreToldTheNumbers) {
 
 /// The limits of the desk and of the codec are one contract: what is told can be heard.
 TEST(CollisionAnswers, TheMostThatIsToldFitsIntoANotice) {
-    const RequestDesk::Limits limits;
+    const FrameNews::Limits limits;
     StepResult full;
     full.contacts.resize(CollisionLimits().maxContacts);
     full.events.resize(CollisionLimits().maxEvents);
     full.distances.resize(CollisionLimits().maxEvents);
-    EXPECT_TRUE(decodeNotice(encodeNotice(contactsOf(full, 0, 0))));
-    EXPECT_TRUE(decodeNotice(encodeNotice(eventsOf(full, 0, true, limits.maxEventsTold))));
-    EXPECT_TRUE(decodeNotice(encodeNotice(distancesOf(full, 0, limits.maxDistancesTold))));
+    EXPECT_TRUE(decodeNotice(encodeNotice(contactsOf(full, 0_frame, 0))));
+    EXPECT_TRUE(decodeNotice(encodeNotice(eventsOf(full, 0_frame, true, limits.maxEventsTold))));
+    EXPECT_TRUE(decodeNotice(encodeNotice(distancesOf(full, 0_frame, limits.maxDistancesTold))));
     answer::Questions questions;
     questions.questions.resize(CollisionLimits().maxQuestions);
     questions.closed.resize(CollisionLimits().maxQuestions);

@@ -1,5 +1,5 @@
 /// Marks appear, follow and vanish; nobody else notices.
-#include "server/sim/ContactDisplay.h"
+#include "server/sim/display/ContactDisplay.h"
 
 #include <gtest/gtest.h>
 
@@ -62,8 +62,7 @@ protected:
     CommittedFrame frame(std::vector<Contact> contacts) {
         StepResult step;
         step.contacts = std::move(contacts);
-        if (const std::optional<ChangeList> list = display_.commit(committer_, step))
-            display_.sceneChanged(scene(), &*list);
+        if (const ChangeListPtr list = display_.commit(committer_, step)) display_.sceneChanged(scene(), list.get());
         return committer_.closeFrame();
     }
     /// Places of the marks of a kind that can be seen.
@@ -178,7 +177,7 @@ TEST_F(ContactDisplayTest, OnlyValuesOfTransformsTravelOnceItStands) {
         EXPECT_TRUE(made.list->creations.empty() && made.list->placements.empty() && made.list->destructions.empty())
             << i;
         for (const FieldColumn& column : made.list->columns) EXPECT_EQ(column.type, typeOf<Transform>()) << i;
-        EXPECT_TRUE(made.blobs.empty());
+        EXPECT_TRUE(made.sent->blobs.empty());
         EXPECT_EQ(seen("points").size(), contacts.size()) << i;
     }
     (void)frame({contact()});
@@ -251,7 +250,7 @@ TEST_F(ContactDisplayTest, WhatCannotBeDrawnIsLeftOut) {
     nan.point.x() = std::numeric_limits<double>::quiet_NaN();
     flat.normal = Vec3d::Zero();
     (void)frame({hull, nowhere, nan, flat});
-    EXPECT_EQ(seen("points").size(), 2u);  // hull, flat
+    EXPECT_EQ(seen("points").size(), 2u);   // hull, flat
     EXPECT_EQ(seen("normals").size(), 1u);  // hull
     EXPECT_EQ(seen("faces").size(), 4u);    // nan, flat
 }
@@ -304,20 +303,21 @@ TEST_F(ContactDisplayTest, StaysBehindEveryonesPositions) {
     ChangeListBuilder removal;
     removal.detach(at("/late"));
     removal.destroy(at("/late"));
-    const Expected<Committer::Applied> removed = committer_.apply(removal.take());
+    const Expected<Committer::Applied> removed = committer_.apply(removal.take(), Committer::Inverse::kMade);
     ASSERT_TRUE(removed);
     (void)frame({contact()});
     show(0);
     (void)frame({});
     EXPECT_FALSE(has("/contacts"));
-    const Expected<Committer::Applied> back = committer_.applyInverse(removed->inverse);
+    const Expected<Committer::Applied> back =
+        committer_.applyInverse(std::make_shared<const ChangeList>(removed->inverse));
     EXPECT_TRUE(back) << back.error().message;
     EXPECT_TRUE(has("/late"));
 }
 
 TEST_F(ContactDisplayTest, ASceneThatIsFullHasNoDisplay) {
     Committer full(SceneLimits{.maxObjects = scene().objectCount() + 20});
-    ASSERT_TRUE(full.applyInverse(snapshot(scene())));
+    ASSERT_TRUE(full.applyInverse(std::make_shared<const ChangeList>(snapshot(scene()))));
     ContactDisplay display;
     display.sceneChanged(full.scene(), nullptr);
     StepResult step;
@@ -358,9 +358,9 @@ TEST(ContactDisplay, IsDeterministic) {
                      .normal = Vec3d(x, 1, -x).normalized(),
                      .interest = committer.scene().get<Node>(findNode(committer.scene(), "/interest").value())->core});
             }
-            if (const std::optional<ChangeList> list = display.commit(committer, step))
-                display.sceneChanged(committer.scene(), &*list);
-            hashes.push_back(committer.closeFrame().stateHash);
+            if (const ChangeListPtr list = display.commit(committer, step))
+                display.sceneChanged(committer.scene(), list.get());
+            hashes.push_back(committer.closeFrame().sent->stateHash.value);
         }
         return hashes;
     };

@@ -1,5 +1,5 @@
 /// The desk with real applications on loopback and frames made by hand: who is told of what, and whose answer counts.
-#include "server/sim/RequestDesk.h"
+#include "server/sim/desk/RequestDesk.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include "common/base/Channel.h"
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/Peers.h"
 
 namespace tessera {
 namespace {
@@ -56,11 +57,11 @@ public:
     /// One frame; the answers that the desk had for it.
     std::vector<Reply> frame(StepResult step, std::vector<std::uint64_t> openQuestions = {}) {
         std::promise<std::vector<Reply>> done;
-        events_.push([&](Peers&, RequestDesk& desk) {
+        events_.push([&](Peers& peers, RequestDesk& desk) {
             std::vector<Reply> replies = desk.takeReplies();
             FrameResult result;
             result.collision = std::move(step);
-            (void)desk.committed(result, frame_++, openQuestions);
+            (void)peers.perform(desk.committed(std::move(result), std::exchange(frame_, frame_.next()), openQuestions));
             done.set_value(std::move(replies));
         });
         return done.get_future().get();
@@ -75,17 +76,23 @@ private:
         Simulation simulation;
         ViewSource view(wall, "");
         Peers peers(configOf(wall), blobs, [this](LinkEvent event) {
-            events_.push([event](Peers& p, RequestDesk& desk) { handle(p.handle(event), desk); });
+            events_.push([event](Peers& p, RequestDesk& desk) { handle(p, p.handle(event), desk); });
         });
         Loader loader({}, [](LoadFinished) {});
-        RequestDesk desk(wall, blobs, peers, simulation, view, loader);
+        RequestDesk desk({.wall = wall,
+                          .epoch = peers.epoch(),
+                          .blobs = blobs,
+                          .session = peers.session(),
+                          .simulation = simulation,
+                          .view = view,
+                          .loader = loader});
         port_.set_value(peers.listen({"127.0.0.1", 0}).value_or(0));
         while (const std::optional<Event> event = events_.pop()) (*event)(peers, desk);
     }
-    static void handle(const ServerActions& actions, RequestDesk& desk) {
+    static void handle(Peers& peers, const ServerActions& actions, RequestDesk& desk) {
         for (const ServerAction& action : actions) {
             if (const auto* request = std::get_if<server_action::RequestReceived>(&action))
-                (void)desk.received(*request, std::chrono::steady_clock::now());
+                (void)peers.perform(desk.received(*request, std::chrono::steady_clock::now()));
             if (const auto* left = std::get_if<server_action::ApplicationLeft>(&action))
                 desk.applicationLeft(left->connection);
         }
@@ -94,7 +101,7 @@ private:
     Channel<Event> events_{1024};
     std::promise<std::uint16_t> port_;
     std::string address_;
-    FrameNumber frame_ = 0;
+    FrameNumber frame_;
     std::thread thread_;
 };
 
@@ -148,7 +155,7 @@ TEST(RequestDesk, EachSubscriberIsToldWhatItAskedFor) {
     pollUntil(*changes, [&] { return begunOnly.size() == 2; });
     EXPECT_EQ(everything[0].events.size(), 2u);
     EXPECT_EQ(begunOnly[0].events.size(), 1u);
-    EXPECT_EQ(begunOnly[1].frame, 1u) << "a frame without events is told too";
+    EXPECT_EQ(begunOnly[1].frame, FrameNumber(1)) << "a frame without events is told too";
     EXPECT_TRUE(begunOnly[1].events.empty());
     EXPECT_EQ(distances[0].distances.at(0).distance, 3);
     EXPECT_EQ(contacts[0].contacts.at(0).interest, ObjectId{5});
@@ -167,7 +174,7 @@ TEST(RequestDesk, TheNewestFrameIsThereForWhoAsks) {
     (void)desk.frame({});
     (void)desk.frame(touching());
     EXPECT_EQ(application->contacts()->contacts.size(), 1u);
-    EXPECT_EQ(application->contacts()->frame, 1u);
+    EXPECT_EQ(application->contacts()->frame, FrameNumber(1));
     EXPECT_EQ(application->pairEvents()->events.size(), 2u) << "those that stay included";
     EXPECT_EQ(application->distances()->distances.size(), 1u);
     EXPECT_TRUE(application->questions()->questions.empty());
@@ -226,7 +233,7 @@ TEST(RequestDesk, OneThatNeverAnswersDelaysNothingAndIsToldWhenItIsOver) {
     EXPECT_EQ(told[0].questions.at(0).id, 1u);
     EXPECT_EQ(told[1].closed, std::vector<std::uint64_t>{1});
     EXPECT_EQ(told[1].unanswered, 1u);
-    EXPECT_EQ(told[1].frame, 11u) << "frames in which nothing is asked or closed are not told";
+    EXPECT_EQ(told[1].frame, FrameNumber(11)) << "frames in which nothing is asked or closed are not told";
     EXPECT_FALSE(mute->respond(1, Decision::kPass));
 }
 

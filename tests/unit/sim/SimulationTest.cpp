@@ -1,4 +1,4 @@
-#include "server/sim/Simulation.h"
+#include "server/sim/frame/Simulation.h"
 
 #include <gtest/gtest.h>
 
@@ -206,6 +206,44 @@ TEST(Simulation, ANonFiniteMoveIsRefusedInWords) {
     EXPECT_EQ(placeOf(simulation.scene(), "/wall").x(), 4);
 }
 
+TEST(Simulation, AnUndoThatMovesNothingIsAppliedAsItLiesThere) {
+    Simulation simulation = loaded(craneScene(false));
+    ChangeListBuilder pause;  // the crane's motion would share the frame with the undo
+    pause.set(simulation.scene().get<Node>(findNode(simulation.scene(), "/motion").value())->core, typeOf<Motion>(),
+              fieldId<&Motion::playing>, false);
+    std::vector<Edit> quiet = one(pause.take());
+    quiet.front().undoable = false;
+    EXPECT_TRUE(simulation.step(true, std::move(quiet)).outcomes.front().result);
+    EXPECT_EQ(simulation.undoDepth(), 0u) << "what nobody can take back leaves nothing on the stack";
+    ListMaker make;
+    make.node("lamp", kRootNode);
+    (void)simulation.step(false, one(make.builder.take()));
+    const ChangeList* const inverse = &simulation.newestInverse();
+    const FrameResult frame = simulation.step(false, undo());
+    ASSERT_TRUE(frame.outcomes.front().result);
+    EXPECT_FALSE(findNode(simulation.scene(), "/lamp"));
+    EXPECT_EQ(frame.commit.list.get(), inverse) << "from the stack to the wire without a copy";
+}
+
+TEST(Simulation, AFrameInWhichNothingHappensChecksAndSendsNothing) {
+    ListMaker make;
+    for (int i = 0; i < 50; ++i) {
+        const ObjectId motion = make.motion(make.transform(Vec3d::Zero()), {{0, 0, 0, 0}, {1, 6, 0, 0}});
+        make.builder.set(motion, typeOf<Motion>(), fieldId<&Motion::playing>, false);
+        make.node("motion", kRootNode, motion);
+    }
+    Simulation simulation = loaded(make.builder.take());
+    const std::uint64_t checked = simulation.motions().keysChecked();
+    EXPECT_EQ(checked, 50u);
+    for (int frame = 0; frame < 20; ++frame) {
+        const FrameResult made = simulation.step(frame == 0, {});
+        EXPECT_EQ(made.commit.list, nullptr);
+        EXPECT_TRUE(made.collision.accepted.empty());
+    }
+    EXPECT_EQ(simulation.motions().keysChecked(), checked);
+    EXPECT_EQ(simulation.motions().playingCount(), 0u);
+}
+
 /// The same edits in the same frames: the replica that applies the frames' lists has the server's hash after each.
 TEST(Simulation, ReplicasThatApplyEachFramesListFollowExactly) {
     Simulation simulation = loaded(craneScene());
@@ -222,12 +260,12 @@ TEST(Simulation, ReplicasThatApplyEachFramesListFollowExactly) {
             edits = one(make.builder.take());
         }
         const FrameResult frame = simulation.step(i == 0, std::move(edits));
-        if (frame.commit.encoded) {
-            const Expected<ChangeList> decoded = decodeChangeList(*frame.commit.encoded, blobs);
+        if (frame.commit.list) {
+            const Expected<ChangeList> decoded = decodeChangeList(frame.commit.sent->encoded, blobs);
             ASSERT_TRUE(decoded) << decoded.error().message;
             ASSERT_TRUE(replica.apply(*decoded));
         }
-        ASSERT_EQ(replica.stateHash(), frame.commit.stateHash) << "frame " << i;
+        ASSERT_EQ(StateHash(replica.stateHash()), frame.commit.sent->stateHash) << "frame " << i;
     }
 }
 

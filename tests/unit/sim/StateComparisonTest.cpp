@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/sim/Committer.h"
+#include "server/sim/commit/Committer.h"
 #include "tests/unit/sim/SceneForTests.h"
 
 namespace tessera {

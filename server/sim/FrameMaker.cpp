@@ -1,0 +1,52 @@
+#include "server/sim/FrameMaker.h"
+
+#include <fmt/format.h>
+
+#include "common/codec/FrameCodec.h"
+#include "server/sim/desk/CollisionAnswers.h"
+
+namespace tessera {
+
+Expected<void> FrameMaker::record(const std::string& path, unsigned threads) {
+    auto writer = RecordingWriter::create(path, openingOfThisServer(threads), around_.log);
+    if (!writer) return tl::unexpected(writer.error());
+    recording_ = std::move(*writer);
+    return {};
+}
+
+Expected<void> FrameMaker::load(std::vector<ChangeList> lists) {
+    if (recording_) recording_->startScene(lists);
+    const Expected<CommittedFrame> loaded = around_.simulation.load(std::move(lists));
+    if (!loaded) return tl::unexpected(loaded.error());
+    if (recording_) recording_->started(*loaded);
+    for (const Blob& blob : loaded->list ? blobsOf(*loaded->list) : std::vector<Blob>()) around_.blobs.add(blob);
+    const SceneCounts counts = countScene(around_.simulation.scene());
+    around_.log.info(fmt::format("scene: {} nodes, {} cores, {} triangles ({} stored)", counts.nodes, counts.cores,
+                                 counts.triangles, counts.trianglesStored));
+    around_.view.update(around_.simulation.scene(), nullptr);
+    const Expected<View> first = around_.view.view(around_.simulation.scene());
+    return first ? Expected<void>() : tl::unexpected(first.error());
+}
+
+FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies) {
+    const bool first = number == FrameNumber(0);
+    for (const Edit& edit : edits)
+        for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
+    if (recording_) recording_->frameBegins(number.value, first, edits, replies);
+    FrameResult frame = around_.simulation.step(first, std::move(edits), replies);
+    if (recording_) recording_->frameDone(number.value, frame);
+    around_.report.frameCommitted(frame);
+
+    if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
+    if (const Expected<View> view = around_.view.view(around_.simulation.scene())) {
+        lastView_ = *view;
+    } else if (!std::exchange(cameraComplaint_, true)) {
+        around_.log.warning(view.error().message + "; the view stays where it was");
+    }
+    FrameContent content{.frame = number,
+                         .payload = encodeFrame({.view = lastView_, .collision = numbersOf(frame.collision)}),
+                         .list = frame.commit.sent};
+    return {.result = std::move(frame), .content = std::move(content)};
+}
+
+}  // namespace tessera

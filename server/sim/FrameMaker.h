@@ -1,0 +1,49 @@
+/// The scene's part of a frame: from what everybody wants to what everybody gets.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/base/Log.h"
+#include "common/session/ServerSession.h"
+#include "server/sim/Report.h"
+#include "server/sim/frame/ViewSource.h"
+#include "server/sim/recording/RecordingWriter.h"
+
+namespace tessera {
+
+/// Makes frames of edits and replies, with the view, and sees to it that they are recorded and reported. Frame thread
+/// only.
+class FrameMaker {
+public:
+    /// All outlive it.
+    struct Surroundings {
+        Simulation& simulation;
+        ViewSource& view;
+        BlobStore& blobs;
+        Report& report;
+        Log& log;
+    };
+    explicit FrameMaker(const Surroundings& around) : around_(around) {}
+
+    /// Before anything else, if at all. Fails when the file cannot be written.
+    [[nodiscard]] Expected<void> record(const std::string& path, unsigned threads);
+    /// The scene before the first frame. Fails when a list is refused or the named camera is not there: errors of the
+    /// command line, found before anybody draws.
+    [[nodiscard]] Expected<void> load(std::vector<ChangeList> lists);
+
+    struct Made {
+        FrameResult result;
+        FrameContent content;
+    };
+    [[nodiscard]] Made make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies);
+
+private:
+    Surroundings around_;
+    std::unique_ptr<RecordingWriter> recording_;  ///< null: none wanted
+    View lastView_;
+    bool cameraComplaint_ = false;
+};
+
+}  // namespace tessera

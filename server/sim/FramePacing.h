@@ -1,0 +1,36 @@
+/// When the next frame may begin, as far as the clock decides.
+#pragma once
+
+#include "common/base/Clock.h"
+
+namespace tessera {
+
+/// A pure state machine beside the session's barrier: the rate that was asked for, the time that the others get to show
+/// the last frame, and the pace of a wall where nobody draws. Times are the caller's.
+class FramePacing {
+public:
+    /// The next frame begins when all who were told to show the last one have said so: then no two shown images differ
+    /// by a frame. A host that does not say so costs the others this much once, and is found by its other deadlines.
+    static constexpr Duration kShownGrace = std::chrono::milliseconds(50);
+
+    /// `rateHz`: frames per second at most; 0: as fast as the wall draws.
+    explicit FramePacing(double rateHz);
+
+    void began(TimePoint now);
+    /// `toNobody`: no host showed it. Frames would fly by; simulation time then keeps the pace of the clock.
+    void released(TimePoint now, bool toNobody);
+
+    [[nodiscard]] bool frameOpen() const { return open_; }
+    [[nodiscard]] std::uint64_t framesReleased() const { return released_; }
+    /// Of the next frame. `lastShown`: all who were told to show the last one have said that they did.
+    [[nodiscard]] TimePoint earliest(bool lastShown) const;
+
+private:
+    Duration interval_;
+    bool open_ = false;
+    std::uint64_t released_ = 0;
+    TimePoint earliest_{};
+    TimePoint releasedAt_{};
+};
+
+}  // namespace tessera

@@ -1,0 +1,107 @@
+#include "server/sim/SessionActions.h"
+
+#include <deque>
+
+#include <fmt/format.h>
+
+namespace tessera {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+}  // namespace
+
+void SessionActions::carryOut(ServerActions actions) {
+    std::deque<ServerAction> pending;
+    const auto add = [&](ServerActions more) {
+        for (ServerAction& action : around_.peers.perform(std::move(more))) pending.push_back(std::move(action));
+    };
+    for (add(std::move(actions)); !pending.empty();) {
+        const ServerAction action = std::move(pending.front());
+        pending.pop_front();
+        add(std::visit([&](const auto& what) { return on(what); }, action));
+    }
+}
+
+ServerActions SessionActions::on(const server_action::SnapshotWanted& wanted) {
+    return around_.snapshots.wanted(wanted.connection, Clock::now());
+}
+
+ServerActions SessionActions::on(const server_action::HostEntered& entered) {
+    around_.report.entered(entered);
+    around_.log.info(entered.rejoined ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost",
+                                                    entered.host, entered.frame.value, toMilliseconds(entered.awayFor))
+                                      : fmt::format("{} enters at frame {}", entered.host, entered.frame.value));
+    return {};
+}
+
+ServerActions SessionActions::on(const server_action::Fault& fault) {
+    around_.report.fault(fault);
+    around_.log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault.frame.value,
+                                    fault.host, nameOf(fault.kind), toMilliseconds(fault.detectedAfter),
+                                    fault.detail.empty() ? "" : " (" + fault.detail + ")"));
+    return {};
+}
+
+ServerActions SessionActions::on(const server_action::FrameReleased& released) {
+    around_.pacing.released(Clock::now(), released.shown.empty());
+    around_.report.released(released);
+    if (around_.onReleased) around_.onReleased(around_.pacing.framesReleased());
+    return around_.desk.frameReleased(released);
+}
+
+ServerActions SessionActions::on(const server_action::FrameStats& stats) {
+    around_.report.stats(stats);
+    return {};
+}
+
+ServerActions SessionActions::on(const server_action::FrameShown& shown) {
+    around_.report.shown(shown);
+    return {};
+}
+
+ServerActions SessionActions::on(const server_action::StateMismatch& mismatch) {
+    comparison_.begin(mismatch.host, around_.simulation.scene());
+    return {};
+}
+
+ServerActions SessionActions::on(const server_action::HashesReceived& hashes) {
+    const StateComparison::Step step = comparison_.compare(hashes, around_.simulation.scene());
+    if (step.queryLeaf) return around_.peers.session().queryObjects(hashes.host, *step.queryLeaf);
+    if (!step.finding.empty()) {
+        around_.log.warning(fmt::format("{}: first differing object: {}", hashes.host, step.finding));
+        around_.report.mismatch(hashes.host, step.finding);
+    }
+    return around_.peers.session().repair(hashes.host, Clock::now());
+}
+
+ServerActions SessionActions::on(const server_action::RequestReceived& request) {
+    return around_.desk.received(request, Clock::now());
+}
+
+ServerActions SessionActions::on(const server_action::ApplicationJoined& joined) {
+    around_.desk.applicationJoined(joined.connection);
+    return {};
+}
+
+ServerActions SessionActions::on(const server_action::ApplicationLeft& left) {
+    around_.desk.applicationLeft(left.connection);
+    return {};
+}
+
+ServerActions SessionActions::on(const server_action::BlobsEverywhere& everywhere) {
+    return around_.desk.blobsEverywhere(everywhere.token);
+}
+
+ServerActions SessionActions::on(const server_action::ImageReceived& image) {
+    return around_.desk.imageReceived(image);
+}
+
+ServerActions SessionActions::on(const server_action::PixelsDiffer& differ) {
+    around_.log.warning(
+        fmt::format("{} draws other pixels than {} (another CPU or driver): seams between them may show", differ.host,
+                    differ.reference));
+    return {};
+}
+
+}  // namespace tessera

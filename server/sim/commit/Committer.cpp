@@ -1,0 +1,150 @@
+#include "server/sim/commit/Committer.h"
+
+#include <map>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "common/codec/ChangeCodec.h"
+#include "common/geometry/Mesh.h"
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+namespace {
+
+Blob* arrayOf(Geometry& geometry, FieldId id) {
+    for (const auto& [array, number] :
+         {std::pair(&geometry.positions, fieldId<&Geometry::positions>), std::pair(&geometry.normals, fieldId<&Geometry::normals>),
+          std::pair(&geometry.colors, fieldId<&Geometry::colors>), std::pair(&geometry.texcoords, fieldId<&Geometry::texcoords>),
+          std::pair(&geometry.indices, fieldId<&Geometry::indices>)})
+        if (number == id) return array;
+    return nullptr;
+}
+
+/// The lists of one frame as one. A single one is what it is: everybody applies what the scene here has applied.
+ChangeListPtr packed(std::vector<ChangeListPtr> lists) {
+    if (lists.size() == 1) return lists.front();
+    std::vector<ChangeList> compacted = compact(lists);
+    // applyInverse keeps ids that were destroyed in this frame from coming back in it, so one list always suffices.
+    TESSERA_CHECK(compacted.size() == 1, "the edits of one frame must pack into one list");
+    return std::make_shared<const ChangeList>(std::move(compacted.front()));
+}
+
+}  // namespace
+
+Committer::Committer(SceneLimits limits) : scene_(limits) {}
+
+Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) {
+    std::vector<std::pair<ObjectId, ObjectId>> ids;
+    std::unordered_map<ObjectId, ObjectId> given;
+    for (const Creation& creation : list.creations) {
+        if (!isPlaceholder(creation.id))
+            return fail(ErrorCode::kRefused,
+                        fmt::format("a proposal may not choose the id of a new object (#{}): use a placeholder",
+                                    creation.id.value));
+        const ObjectId id{nextId_ + ids.size()};
+        if (!given.emplace(creation.id, id).second)
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("placeholder {} is created twice", creation.id.value - kFirstPlaceholder));
+        ids.emplace_back(creation.id, id);
+    }
+    // Placeholders that nobody creates stay what they are; the scene refuses them with their number.
+    replaceIds(list, [&](ObjectId id) {
+        const auto it = given.find(id);
+        return it == given.end() ? id : it->second;
+    });
+    list.nextFreeId = 0;
+    return applyNumbered(std::make_shared<const ChangeList>(std::move(list)), std::move(ids), inverse);
+}
+
+Expected<Committer::Applied> Committer::applyInverse(ChangeListPtr list) {
+    std::unordered_set<ObjectId> destroyedNow;
+    for (const ChangeListPtr& earlier : open_)
+        destroyedNow.insert(earlier->destructions.begin(), earlier->destructions.end());
+    for (const Creation& creation : list->creations)
+        if (destroyedNow.contains(creation.id))
+            return fail(ErrorCode::kRefused, fmt::format("#{} was removed in this very frame", creation.id.value));
+    return applyNumbered(std::move(list), {}, Inverse::kNone);
+}
+
+Expected<Committer::Applied> Committer::applyNumbered(ChangeListPtr list,
+                                                      std::vector<std::pair<ObjectId, ObjectId>> ids, Inverse inverse) {
+    // Before anything is touched: then nothing that is refused ever has to be led back.
+    if (Expected<void> sound = checkGeometries(*list); !sound) return tl::unexpected(sound.error());
+    const std::size_t nodes = nodesAfter(*list);
+    Applied applied{.list = list, .ids = std::move(ids), .inverse = {}};
+    if (inverse == Inverse::kMade) {
+        Expected<ChangeList> back = scene_.applyWithInverse(*list);
+        if (!back) return tl::unexpected(back.error());
+        applied.inverse = std::move(*back);
+    } else if (const Expected<void> done = scene_.apply(*list); !done) {
+        return tl::unexpected(done.error());
+    }
+    nodes_ = nodes;
+    nextId_ += applied.ids.size();
+    if (list->changeCount() > 0) open_.push_back(std::move(list));
+    return applied;
+}
+
+/// Of what the list leaves behind: present arrays where it says nothing of them. A list that says other nonsense is
+/// refused by the scene.
+Expected<void> Committer::checkGeometries(const ChangeList& list) const {
+    std::map<ObjectId, Geometry> touched;
+    for (const FieldColumn& column : list.columns) {
+        const auto* values = std::get_if<std::vector<Blob>>(&column.values);
+        if (column.type != typeOf<Geometry>() || !values || values->size() != column.ids.size()) continue;
+        for (std::size_t row = 0; row < column.ids.size(); ++row) {
+            const auto [at, isNew] = touched.try_emplace(column.ids[row]);
+            Geometry& geometry = at->second;
+            if (const Geometry* present = isNew ? scene_.get<Geometry>(column.ids[row]) : nullptr) geometry = *present;
+            if (Blob* array = arrayOf(geometry, column.field)) *array = (*values)[row];
+        }
+    }
+    for (const ObjectId id : list.destructions) touched.erase(id);
+    for (const auto& [id, g] : touched) {
+        if (g.positions.empty() && g.indices.empty()) continue;
+        const Expected<void> sound = checkMesh({g.positions, g.normals, g.colors, g.texcoords, g.indices});
+        if (!sound) return failWith(fmt::format("geometry #{}", id.value), sound.error());
+    }
+    return {};
+}
+
+std::size_t Committer::nodesAfter(const ChangeList& list) const {
+    std::size_t nodes = nodes_;
+    std::unordered_set<ObjectId> created;  // nodes that the same list destroys again
+    for (const Creation& creation : list.creations) {
+        if (creation.type != typeOf<Node>()) continue;
+        ++nodes;
+        if (!list.destructions.empty()) created.insert(creation.id);
+    }
+    for (const ObjectId id : list.destructions)
+        if (scene_.get<Node>(id) || created.contains(id)) --nodes;
+    return nodes;
+}
+
+CommittedFrame Committer::closeFrame() {
+    CommittedFrame frame;
+    CommittedList sent;
+    if (!open_.empty()) {
+        const ChangeListPtr list = packed(std::exchange(open_, {}));
+        if (!list->empty()) {
+            sequence_ = sequence_.next();
+            frame.list = list;
+            sent.encoded = encodeChangeList(*frame.list);
+            for (const Blob& blob : blobsOf(*frame.list)) sent.blobs.push_back({blob.id(), blob.sizeBytes()});
+        }
+    }
+    sent.sequence = sequence_;
+    sent.stateHash = StateHash(scene_.stateHash());
+    frame.sent = share(std::move(sent));
+    return frame;
+}
+
+void UndoStack::push(ChangeList inverse) {
+    inverses_.push_back(std::make_shared<const ChangeList>(std::move(inverse)));
+    if (inverses_.size() > kMaxDepth) inverses_.pop_front();
+}
+
+}  // namespace tessera

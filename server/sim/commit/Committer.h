@@ -1,0 +1,75 @@
+/// The single writer: numbers objects and lists, keeps the inverses for undo.
+#pragma once
+
+#include <deque>
+#include <utility>
+#include <vector>
+
+#include "common/scene/Aspect.h"
+#include "common/session/CommittedList.h"
+
+namespace tessera {
+
+/// What one frame changed, as it is sent.
+struct CommittedFrame {
+    CommittedListPtr sent = nothingCommitted();  ///< its sequence grows only when something changed
+    ChangeListPtr list;                          ///< the same as a value; null when nothing changed
+};
+
+/// Owns the authoritative scene. Edits of one frame are applied one after the other, each whole or not at all;
+/// `closeFrame` packs them into the one list that everybody else applies. Not thread-safe.
+class Committer {
+public:
+    explicit Committer(SceneLimits limits = {});
+
+    [[nodiscard]] const Aspect& scene() const { return scene_; }
+    [[nodiscard]] Sequence sequence() const { return sequence_; }
+    /// Of the scene, the root included. Kept, not counted.
+    [[nodiscard]] std::size_t nodeCount() const { return nodes_; }
+
+    /// Whether the list that leads back is made. It costs as much again as the list, and only undo asks for it.
+    enum class Inverse : bool { kNone, kMade };
+    struct Applied {
+        ChangeListPtr list;  ///< as it was applied, with ids for placeholders
+        /// Placeholder, id: in the order of the creations, which is that of the ids.
+        std::vector<std::pair<ObjectId, ObjectId>> ids;
+        ChangeList inverse;  ///< empty where none was asked for
+    };
+    /// Gives ids to placeholders and applies. Refused when the list is not valid on the present scene, when it brings
+    /// its own new ids, or when a geometry would be left with arrays that do not fit together.
+    [[nodiscard]] Expected<Applied> apply(ChangeList list, Inverse inverse = Inverse::kNone);
+    /// As apply, for lists that bring back old ids (inverses). Refused with kRefused, and worth another try in the next
+    /// frame, when such an id was destroyed in this very frame.
+    [[nodiscard]] Expected<Applied> applyInverse(ChangeListPtr list);
+
+    /// Ends the frame.
+    [[nodiscard]] CommittedFrame closeFrame();
+
+private:
+    [[nodiscard]] Expected<Applied> applyNumbered(ChangeListPtr list, std::vector<std::pair<ObjectId, ObjectId>> ids,
+                                                  Inverse inverse);
+    [[nodiscard]] Expected<void> checkGeometries(const ChangeList& list) const;
+    [[nodiscard]] std::size_t nodesAfter(const ChangeList& list) const;
+
+    Aspect scene_;
+    std::size_t nodes_ = 1;
+    std::uint64_t nextId_ = kRootNode.value + 1;
+    Sequence sequence_;
+    std::vector<ChangeListPtr> open_;
+};
+
+/// Inverses of the edits of people and applications, newest last; bounded.
+class UndoStack {
+public:
+    static constexpr std::size_t kMaxDepth = 256;
+
+    void push(ChangeList inverse);
+    [[nodiscard]] std::size_t depth() const { return inverses_.size(); }
+    [[nodiscard]] const ChangeListPtr& top() const { return inverses_.back(); }
+    void pop() { inverses_.pop_back(); }
+
+private:
+    std::deque<ChangeListPtr> inverses_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,16 @@
+#include "server/sim/desk/Answering.h"
+
+namespace tessera {
+
+ServerActions answerTo(ServerSession& session, const Asker& asker, const Expected<ApplicationAnswer>& answer) {
+    message::Reply reply{.id = asker.request, .code = {}, .error = {}, .body = {}};
+    if (answer) {
+        reply.body = encodeAnswer(*answer);
+    } else {
+        reply.code = answer.error().code;
+        reply.error = answer.error().message;
+    }
+    return session.reply(asker.connection, std::move(reply));
+}
+
+}  // namespace tessera

@@ -1,0 +1,22 @@
+/// From an answer to what the session is to send.
+#pragma once
+
+#include "common/codec/ApplicationCodec.h"
+#include "common/session/ServerSession.h"
+
+namespace tessera {
+
+/// Who waits for an answer, and to which of its requests.
+struct Asker {
+    ConnectionId connection;
+    std::uint64_t request = 0;
+};
+
+[[nodiscard]] ServerActions answerTo(ServerSession& session, const Asker& asker,
+                                     const Expected<ApplicationAnswer>& answer);
+
+inline void append(ServerActions& to, ServerActions more) {
+    to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+}  // namespace tessera

@@ -1,0 +1,108 @@
+#include "server/sim/desk/FrameNews.h"
+
+#include "server/sim/desk/CollisionAnswers.h"
+
+namespace tessera {
+
+template <typename Subscribed, typename MakeNotice>
+void FrameNews::tell(ServerActions& actions, Subscribed subscribed, MakeNotice notice) {
+    ByteSlice body;
+    for (const auto& [connection, subscription] : subscriptions_) {
+        if (!subscribed(subscription)) continue;
+        if (body.empty()) body = encodeNotice(notice());
+        append(actions, session_.notify(connection, {.body = body}));
+    }
+}
+
+ServerActions FrameNews::subscribe(ConnectionId connection, const request::Subscribe& wanted) {
+    request::Subscribe& subscription = subscriptions_[connection];
+    const bool newToQuestions = wanted.questions && !subscription.questions;
+    subscription = wanted;
+    if (!newToQuestions || questions_.unanswered().empty()) return {};
+    const ApplicationNotice open =
+        answer::Questions{.frame = frame_, .questions = openQuestions(), .closed = {}, .unanswered = 0};
+    return session_.notify(connection, {.body = encodeNotice(open)});
+}
+
+ServerActions FrameNews::committed(StepResult step, FrameNumber number, std::span<const std::uint64_t> open) {
+    frame_ = number;
+    contactsBegun_ += step.contactsBegun;
+    step_ = std::move(step);
+    return tellOfCollisions(questions_.frameDone(step_.questions, open));
+}
+
+ServerActions FrameNews::tellOfCollisions(std::span<const std::uint64_t> closedQuestions) {
+    using Subscription = request::Subscribe;
+    ServerActions actions;
+    tell(
+        actions, [](const Subscription& s) { return s.contacts; }, [&] { return contacts(); });
+    for (const bool stays : {false, true})
+        tell(
+            actions, [&](const Subscription& s) { return s.events && s.stays == stays; },
+            [&] { return eventsOf(step_, frame_, stays, limits_.maxEventsTold); });
+    tell(
+        actions, [](const Subscription& s) { return s.distances; }, [&] { return distances(); });
+    if (step_.questions.empty() && closedQuestions.empty()) return actions;
+    tell(
+        actions, [](const Subscription& s) { return s.questions; },
+        [&] {
+            answer::Questions told{.frame = frame_,
+                                   .questions = {},
+                                   .closed = {closedQuestions.begin(), closedQuestions.end()},
+                                   .unanswered = step_.counters.unanswered};
+            for (const Question& question : step_.questions) told.questions.push_back(valueOf(question));
+            return told;
+        });
+    return actions;
+}
+
+ServerActions FrameNews::released(const server_action::FrameReleased& release) {
+    ServerActions actions;
+    tell(
+        actions, [](const request::Subscribe& s) { return s.frames; },
+        [&] { return notice::Frame{.frame = release.frame, .shown = release.shown, .held = release.held}; });
+    return actions;
+}
+
+ServerActions FrameNews::picked(const answer::Picked& picked) {
+    ServerActions actions;
+    tell(
+        actions, [](const request::Subscribe& s) { return s.picks; }, [&] { return picked; });
+    return actions;
+}
+
+answer::Contacts FrameNews::contacts() const {
+    return contactsOf(step_, frame_, contactsBegun_);
+}
+answer::PairEvents FrameNews::events() const {
+    return eventsOf(step_, frame_, true, limits_.maxEventsTold);
+}
+answer::Distances FrameNews::distances() const {
+    return distancesOf(step_, frame_, limits_.maxDistancesTold);
+}
+answer::Questions FrameNews::questions() const {
+    return {.frame = frame_, .questions = openQuestions(), .closed = {}, .unanswered = step_.counters.unanswered};
+}
+
+Expected<void> FrameNews::decide(const request::Respond& decision) {
+    const auto word = [&] {
+        switch (decision.decision) {
+            case request::Respond::Decision::kPass:
+                return Reply::Decision::kPass;
+            case request::Respond::Decision::kMove:
+                return Reply::Decision::kMove;
+            case request::Respond::Decision::kStop:
+                break;
+        }
+        return Reply::Decision::kStop;
+    };
+    return questions_.answer({.question = decision.question, .decision = word(), .pose = decision.pose});
+}
+
+std::vector<QuestionValue> FrameNews::openQuestions() const {
+    std::vector<QuestionValue> values;
+    for (const Question& question : questions_.unanswered()) values.push_back(valueOf(question));
+    return values;
+}
+
+}  // namespace tessera

@@ -1,0 +1,62 @@
+/// What the newest frame found of collisions, and who is told of it.
+#pragma once
+
+#include <map>
+#include <span>
+
+#include "server/sim/desk/Answering.h"
+#include "server/sim/desk/OpenQuestions.h"
+#include "server/sim/frame/Simulation.h"
+
+namespace tessera {
+
+/// Nobody who is told or asked is waited for. A notice is encoded once, and only where somebody subscribed to it. Frame
+/// thread only.
+class FrameNews {
+public:
+    struct Limits {
+        /// Told in one frame, each; more are counted. Both fit into a Notice.
+        std::size_t maxEventsTold = 50'000;
+        std::size_t maxDistancesTold = 50'000;
+    };
+
+    FrameNews(ServerSession& session, const Limits& limits) : session_(session), limits_(limits) {}
+
+    /// Replaces what this application subscribed to. One that is new to questions is told of those that are open.
+    [[nodiscard]] ServerActions subscribe(ConnectionId connection, const request::Subscribe& wanted);
+    void applicationLeft(ConnectionId connection) { subscriptions_.erase(connection); }
+
+    /// `open`: ids of the questions that stand after this frame.
+    [[nodiscard]] ServerActions committed(StepResult step, FrameNumber number, std::span<const std::uint64_t> open);
+    [[nodiscard]] ServerActions released(const server_action::FrameReleased& release);
+    [[nodiscard]] ServerActions picked(const answer::Picked& picked);
+
+    // Of the newest frame.
+    [[nodiscard]] answer::Contacts contacts() const;
+    [[nodiscard]] answer::PairEvents events() const;  ///< those that stay included
+    [[nodiscard]] answer::Distances distances() const;
+    /// All that are open, whenever they were asked.
+    [[nodiscard]] answer::Questions questions() const;
+
+    /// kRefused: the question has an answer already, or does not stand.
+    [[nodiscard]] Expected<void> decide(const request::Respond& decision);
+    /// The answers for the frame that is about to be made.
+    [[nodiscard]] std::vector<Reply> takeReplies() { return questions_.takeReplies(); }
+
+private:
+    [[nodiscard]] std::vector<QuestionValue> openQuestions() const;
+    [[nodiscard]] ServerActions tellOfCollisions(std::span<const std::uint64_t> closedQuestions);
+    /// To those who are `subscribed`.
+    template <typename Subscribed, typename MakeNotice>
+    void tell(ServerActions& actions, Subscribed subscribed, MakeNotice notice);
+
+    ServerSession& session_;
+    Limits limits_;
+    std::map<ConnectionId, request::Subscribe> subscriptions_;
+    OpenQuestions questions_;
+    FrameNumber frame_;
+    StepResult step_;
+    std::uint64_t contactsBegun_ = 0;  ///< over the run
+};
+
+}  // namespace tessera

@@ -1,0 +1,59 @@
+#include "server/sim/desk/ImageRequests.h"
+
+#include <algorithm>
+#include <set>
+
+namespace tessera {
+
+ServerActions ImageRequests::ask(const Asker& asker, TimePoint now) {
+    Open images{.asker = asker, .deadline = now + deadline_, .awaited = {}, .answer = {}};
+    std::set<std::string> live;
+    for (const ServerSession::HostStatus& host : session_.hosts())
+        if (host.state == HostState::kLive || host.state == HostState::kLate) live.insert(host.name);
+    for (const Tile& tile : layoutTiles(wall_))
+        (live.contains(tile.host) ? images.awaited : images.answer.missing).push_back(tile.name);
+    const std::uint64_t number = next_++;
+    const auto [it, isNew] = open_.emplace(number, std::move(images));
+    if (it->second.awaited.empty()) return finish(it);
+    return session_.requestImages(number, session_.nextFrame());
+}
+
+ServerActions ImageRequests::imageReceived(const server_action::ImageReceived& received) {
+    const auto open = open_.find(received.image.request);
+    if (open == open_.end()) return {};
+    const auto tile = std::ranges::find(open->second.awaited, received.image.tile);
+    if (tile == open->second.awaited.end()) return {};
+    open->second.awaited.erase(tile);
+    open->second.answer.tiles.push_back(
+        {.tile = received.image.tile, .host = received.host, .frame = received.image.frame, .png = received.image.png});
+    return open->second.awaited.empty() ? finish(open) : ServerActions{};
+}
+
+ServerActions ImageRequests::finish(Opens::iterator open) {
+    Open done = std::move(open->second);
+    open_.erase(open);
+    done.answer.missing.insert(done.answer.missing.end(), done.awaited.begin(), done.awaited.end());
+    return answerTo(session_, done.asker, ApplicationAnswer(std::move(done.answer)));
+}
+
+ServerActions ImageRequests::advance(TimePoint now) {
+    ServerActions actions;
+    for (auto it = open_.begin(); it != open_.end();) {
+        const auto next = std::next(it);
+        if (it->second.deadline <= now) append(actions, finish(it));
+        it = next;
+    }
+    return actions;
+}
+
+TimePoint ImageRequests::nextDeadline() const {
+    TimePoint next = TimePoint::max();
+    for (const auto& [number, open] : open_) next = std::min(next, open.deadline);
+    return next;
+}
+
+void ImageRequests::applicationLeft(ConnectionId connection) {
+    std::erase_if(open_, [&](const auto& entry) { return entry.second.asker.connection == connection; });
+}
+
+}  // namespace tessera

@@ -1,0 +1,47 @@
+/// Those who want to see what the wall shows: one question to all hosts, one answer of all tiles.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/wall/Wall.h"
+#include "server/sim/desk/Answering.h"
+
+namespace tessera {
+
+/// A host that is not there, or does not send its tiles by the deadline, is named in the answer as missing. Frame
+/// thread only.
+class ImageRequests {
+public:
+    ImageRequests(const Wall& wall, ServerSession& session, std::chrono::milliseconds deadline)
+        : wall_(wall), session_(session), deadline_(deadline) {}
+
+    /// Asks for the next frame to begin: on each host's control connection the question comes before that frame's
+    /// Begin.
+    [[nodiscard]] ServerActions ask(const Asker& asker, TimePoint now);
+    [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image);
+    [[nodiscard]] ServerActions advance(TimePoint now);
+    [[nodiscard]] TimePoint nextDeadline() const;
+    void applicationLeft(ConnectionId connection);
+    [[nodiscard]] std::size_t openCount() const { return open_.size(); }
+
+private:
+    struct Open {
+        Asker asker;
+        TimePoint deadline;
+        std::vector<std::string> awaited;  ///< tiles
+        answer::Images answer;
+    };
+    using Opens = std::map<std::uint64_t, Open>;  ///< by the number that hosts are asked with
+
+    [[nodiscard]] ServerActions finish(Opens::iterator open);
+
+    const Wall& wall_;
+    ServerSession& session_;
+    std::chrono::milliseconds deadline_;
+    std::uint64_t next_ = 1;
+    Opens open_;
+};
+
+}  // namespace tessera

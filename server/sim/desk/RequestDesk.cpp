@@ -1,0 +1,234 @@
+#include "server/sim/desk/RequestDesk.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "common/codec/ChangeCodec.h"
+
+namespace tessera {
+
+RequestDesk::RequestDesk(const Surroundings& around, const Limits& limits)
+    : around_(around),
+      limits_(limits),
+      images_(around.wall, around.session, limits.imageDeadline),
+      news_(around.session, limits.news) {}
+
+ServerActions RequestDesk::received(const server_action::RequestReceived& received, TimePoint now) {
+    const Asker asker{.connection = received.connection, .request = received.id};
+    const Expected<ApplicationRequest> decoded = decodeRequest(received.body);
+    if (!decoded) return refuse(asker, decoded.error());
+    if (open_.size() + images_.openCount() >= limits_.maxOpenRequests)
+        return refuse(asker, {ErrorCode::kLimit,
+                              fmt::format("{} requests are open already; try again later", limits_.maxOpenRequests)});
+    return std::visit([&](const auto& request) { return on(asker, request, now); }, *decoded);
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::Propose& proposal, TimePoint now) {
+    Expected<Edit> edit = editFrom(proposal);
+    if (!edit) return refuse(asker, edit.error());
+    const std::uint64_t ticket = nextTicket_++;
+    edit->ticket = ticket;
+    open_[ticket] = {.asker = asker, .edit = std::move(*edit)};
+    return queueEdit(ticket, now);
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::Undo&, TimePoint now) {
+    const std::uint64_t ticket = nextTicket_++;
+    open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .undo = true}};
+    return queueEdit(ticket, now);
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::Load& load, TimePoint) {
+    const ObjectId parent = load.parent ? load.parent : kRootNode;
+    if (!around_.simulation.scene().get<Node>(parent))
+        return refuse(asker, {ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", parent.value)});
+    const std::uint64_t ticket = nextTicket_++;
+    if (!around_.loader.order({.ticket = ticket, .path = load.path, .parent = parent}))
+        return refuse(asker, {ErrorCode::kLimit, "too many files wait to be loaded already"});
+    open_[ticket] = {.asker = asker, .edit = {.ticket = ticket}, .isLoad = true};
+    return {};
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, TimePoint) {
+    const ServerSession& session = around_.session;
+    const Simulation& simulation = around_.simulation;
+    answer::Status status;
+    status.wallName = around_.wall.name;
+    status.epoch = around_.epoch;
+    status.frame = session.nextFrame();
+    status.sequence = simulation.sequence();
+    status.stateHash = StateHash(simulation.scene().stateHash());
+    for (const ServerSession::HostStatus& host : session.hosts())
+        status.hosts.push_back({.name = host.name,
+                                .state = std::string(nameOf(host.state)),
+                                .lastShown = host.lastShown,
+                                .roundTripMs = toMilliseconds(host.roundTrip)});
+    status.waitingFor = session.waitingFor();
+    status.objects = simulation.scene().objectCount();
+    status.nodes = simulation.nodeCount();
+    status.undoDepth = simulation.undoDepth();
+    status.applications = applications_.size();
+    return answer(asker, ApplicationAnswer(std::move(status)));
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::SetView& wish, TimePoint) {
+    const Expected<void> set = around_.view.set(around_.simulation.scene(), wish);
+    if (!set) return refuse(asker, set.error());
+    return answer(asker, ApplicationAnswer(answer::Done{}));
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::Pick& wish, TimePoint) {
+    const Expected<View> view = around_.view.view(around_.simulation.scene());
+    if (!view) return refuse(asker, view.error());
+    const Expected<Ray> ray = pickRay(around_.wall, *view, wish.xPx, wish.yPx);
+    if (!ray) return refuse(asker, ray.error());
+    answer::Picked picked{
+        .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.xPx, .yPx = wish.yPx};
+    if (const std::optional<PickHit> hit = around_.simulation.pick(*ray)) {
+        picked.hit = true;
+        picked.node = hit->node;
+        picked.face = hit->face;
+        picked.point = hit->point;
+    }
+    ServerActions actions = news_.picked(picked);
+    append(actions, answer(asker, ApplicationAnswer(picked)));
+    return actions;
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::GetImages&, TimePoint now) {
+    return images_.ask(asker, now);
+}
+ServerActions RequestDesk::on(const Asker& asker, const request::GetContacts&, TimePoint) {
+    return answer(asker, ApplicationAnswer(news_.contacts()));
+}
+ServerActions RequestDesk::on(const Asker& asker, const request::GetEvents&, TimePoint) {
+    return answer(asker, ApplicationAnswer(news_.events()));
+}
+ServerActions RequestDesk::on(const Asker& asker, const request::GetDistances&, TimePoint) {
+    return answer(asker, ApplicationAnswer(news_.distances()));
+}
+ServerActions RequestDesk::on(const Asker& asker, const request::GetQuestions&, TimePoint) {
+    return answer(asker, ApplicationAnswer(news_.questions()));
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::Respond& decision, TimePoint) {
+    const Expected<void> taken = news_.decide(decision);
+    if (!taken) return refuse(asker, taken.error());
+    return answer(asker, ApplicationAnswer(answer::Done{}));
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::Subscribe& wanted, TimePoint) {
+    ServerActions actions = news_.subscribe(asker.connection, wanted);
+    append(actions, answer(asker, ApplicationAnswer(answer::Done{})));
+    return actions;
+}
+
+Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
+    std::size_t uploaded = 0;
+    std::vector<Blob> uploads;  // keeps them findable until the list holds them
+    for (const ByteSlice& bytes : proposal.blobs) {
+        uploaded += bytes.size();
+        if (uploaded > limits_.maxUploadBytes)
+            return fail(ErrorCode::kLimit,
+                        fmt::format("a proposal may bring {} MiB of blobs at most", limits_.maxUploadBytes >> 20));
+        uploads.push_back(around_.blobs.add(Blob(Bytes(bytes.begin(), bytes.end()))));
+    }
+    Expected<ChangeList> list =
+        decodeChangeList(proposal.list, around_.blobs, AbsentBlobs::kRefuse,
+                         {.maxBytes = limits_.maxProposalBytes, .maxChanges = limits_.maxProposalChanges});
+    if (!list) return failWith("proposal", list.error());
+    Edit edit;
+    edit.list = std::move(*list);
+    return edit;
+}
+
+ServerActions RequestDesk::queueEdit(std::uint64_t ticket, TimePoint now) {
+    Open& open = open_.at(ticket);
+    std::vector<Blob> named;
+    if (open.edit.undo) {
+        if (around_.simulation.undoDepth() > 0) named = blobsOf(around_.simulation.newestInverse());
+    } else {
+        named = blobsOf(open.edit.list);
+    }
+    if (named.empty()) {
+        ready_.push_back(ticket);
+        return {};
+    }
+    std::vector<BlobInfo> infos;
+    for (const Blob& blob : named) {
+        // To be handed out before the commit; the waiting edit (or the undo stack) keeps it alive.
+        around_.blobs.add(blob);
+        infos.push_back({blob.id(), blob.sizeBytes()});
+    }
+    return around_.session.announceBlobs(ticket, std::move(infos), now);
+}
+
+ServerActions RequestDesk::blobsEverywhere(std::uint64_t token) {
+    if (open_.contains(token)) ready_.push_back(token);
+    return {};
+}
+
+ServerActions RequestDesk::loaded(LoadFinished finished, TimePoint now) {
+    const auto found = open_.find(finished.ticket);
+    if (found == open_.end()) return {};
+    if (!finished.scene) {
+        ServerActions actions = refuse(found->second.asker, finished.scene.error());
+        open_.erase(found);
+        return actions;
+    }
+    ImportedScene& scene = *finished.scene;
+    found->second.loaded = {.node = scene.top, .objects = scene.nodes + scene.cores, .triangles = scene.triangles};
+    found->second.edit.list = std::move(scene.list);
+    return queueEdit(finished.ticket, now);
+}
+
+void RequestDesk::applicationLeft(ConnectionId connection) {
+    applications_.erase(connection);
+    news_.applicationLeft(connection);
+    images_.applicationLeft(connection);
+    // Edits on their way are carried out: they were asked for. Their answers go nowhere.
+}
+
+std::vector<Edit> RequestDesk::takeEdits() {
+    std::vector<Edit> edits;
+    std::vector<std::uint64_t> later;
+    for (const std::uint64_t ticket : ready_) {
+        Open& open = open_.at(ticket);
+        // An undo may bring back what an edit of the same frame removes: it opens a frame of its own.
+        if (!later.empty() || (open.edit.undo && !edits.empty())) {
+            later.push_back(ticket);
+            continue;
+        }
+        edits.push_back(std::move(open.edit));
+    }
+    ready_ = std::move(later);
+    return edits;
+}
+
+ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
+                                     std::span<const std::uint64_t> openQuestions) {
+    ServerActions actions;
+    for (const EditOutcome& outcome : frame.outcomes) {
+        const auto found = open_.find(outcome.ticket);
+        if (found == open_.end()) continue;
+        append(actions, answer(found->second.asker, outcomeOf(found->second, outcome, frame.commit.sent->sequence)));
+        open_.erase(found);
+    }
+    append(actions, news_.committed(std::move(frame.collision), number, openQuestions));
+    return actions;
+}
+
+Expected<ApplicationAnswer> RequestDesk::outcomeOf(const Open& open, const EditOutcome& outcome,
+                                                   Sequence sequence) const {
+    if (!outcome.result) return tl::unexpected(outcome.result.error());
+    if (!open.isLoad)
+        return ApplicationAnswer(
+            answer::Committed{.sequence = sequence, .ids = outcome.ids, .stopped = outcome.stopped});
+    answer::Loaded loaded = open.loaded;
+    const auto given = std::ranges::find(outcome.ids, loaded.node, &std::pair<ObjectId, ObjectId>::first);
+    if (given != outcome.ids.end()) loaded.node = given->second;
+    return ApplicationAnswer(loaded);
+}
+
+}  // namespace tessera

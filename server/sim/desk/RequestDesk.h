@@ -1,0 +1,114 @@
+/// What applications ask for, from the question to the answer.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "server/sim/desk/FrameNews.h"
+#include "server/sim/desk/ImageRequests.h"
+#include "server/sim/desk/Loader.h"
+#include "server/sim/frame/ViewSource.h"
+
+namespace tessera {
+
+/// Answers what can be answered at once; collects edits for the next frame; waits for blobs, imports and images where
+/// it must. An edit that names blobs is handed out only when every live host has them, so that no frame waits for bulk
+/// data. Every request is answered exactly once, unless its application has gone. Nobody who is told of collisions, or
+/// asked about them, is waited for. Frame thread only.
+class RequestDesk {
+public:
+    struct Limits {
+        std::size_t maxOpenRequests = 1024;
+        std::chrono::milliseconds imageDeadline{5'000};
+        std::size_t maxUploadBytes = std::size_t{512} << 20;
+        /// Of one proposal: a list is checked and applied between two frames.
+        std::size_t maxProposalBytes = std::size_t{64} << 20;
+        std::size_t maxProposalChanges = 500'000;
+        FrameNews::Limits news;
+    };
+    /// What the desk asks and changes; all of it outlives the desk.
+    struct Surroundings {
+        const Wall& wall;
+        Epoch epoch;  ///< told with the status
+        BlobStore& blobs;
+        ServerSession& session;
+        Simulation& simulation;
+        ViewSource& view;
+        Loader& loader;
+    };
+
+    RequestDesk(const Surroundings& around, const Limits& limits);
+    explicit RequestDesk(const Surroundings& around) : RequestDesk(around, Limits()) {}
+
+    /// All return what the session wants done.
+    [[nodiscard]] ServerActions received(const server_action::RequestReceived& request, TimePoint now);
+    [[nodiscard]] ServerActions blobsEverywhere(std::uint64_t token);
+    /// A start scene is loaded without a question; its ticket is `kStartScene`.
+    static constexpr std::uint64_t kStartScene = 0;
+    [[nodiscard]] ServerActions loaded(LoadFinished finished, TimePoint now);
+    [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image) {
+        return images_.imageReceived(image);
+    }
+    [[nodiscard]] ServerActions advance(TimePoint now) { return images_.advance(now); }
+    [[nodiscard]] TimePoint nextDeadline() const { return images_.nextDeadline(); }
+    void applicationJoined(ConnectionId connection) { applications_.insert(connection); }
+    void applicationLeft(ConnectionId connection);
+
+    /// The edits for the frame that is about to be made.
+    [[nodiscard]] std::vector<Edit> takeEdits();
+    /// And the answers to questions for it.
+    [[nodiscard]] std::vector<Reply> takeReplies() { return news_.takeReplies(); }
+    /// `openQuestions`: ids of those that stand after this frame.
+    [[nodiscard]] ServerActions committed(FrameResult frame, FrameNumber number,
+                                          std::span<const std::uint64_t> openQuestions);
+    [[nodiscard]] ServerActions frameReleased(const server_action::FrameReleased& release) {
+        return news_.released(release);
+    }
+
+private:
+    struct Open {
+        Asker asker;
+        Edit edit;  ///< waiting for blobs or a frame
+        bool isLoad = false;
+        answer::Loaded loaded;  ///< `node` is a placeholder until the commit
+    };
+
+    // What each request means; one that is not here does not compile.
+    [[nodiscard]] ServerActions on(const Asker&, const request::Propose&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Undo&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::GetStatus&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Load&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::SetView&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Pick&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::GetContacts&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::GetImages&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Subscribe&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::GetEvents&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::GetDistances&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::GetQuestions&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Respond&, TimePoint now);
+
+    [[nodiscard]] ServerActions answer(const Asker& asker, const Expected<ApplicationAnswer>& answer) {
+        return answerTo(around_.session, asker, answer);
+    }
+    [[nodiscard]] ServerActions refuse(const Asker& asker, Error error) {
+        return answerTo(around_.session, asker, tl::unexpected(std::move(error)));
+    }
+    [[nodiscard]] Expected<Edit> editFrom(const request::Propose& proposal);
+    [[nodiscard]] ServerActions queueEdit(std::uint64_t ticket, TimePoint now);
+    [[nodiscard]] Expected<ApplicationAnswer> outcomeOf(const Open& open, const EditOutcome& outcome,
+                                                        Sequence sequence) const;
+
+    Surroundings around_;
+    Limits limits_;
+    std::uint64_t nextTicket_ = kStartScene + 1;
+    std::map<std::uint64_t, Open> open_;  ///< by ticket
+    std::vector<std::uint64_t> ready_;    ///< tickets whose edits go into the next frame
+    std::set<ConnectionId> applications_;
+    ImageRequests images_;
+    FrameNews news_;
+};
+
+}  // namespace tessera

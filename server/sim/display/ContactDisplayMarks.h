@@ -1,0 +1,60 @@
+/// Which marks a step's contacts want, and where: plain values, before any node.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "common/math/Box.h"
+#include "common/scene/Aspect.h"
+#include "server/collision/pipeline/StepResult.h"
+#include "server/sim/display/ContactDisplayShapes.h"
+
+namespace tessera {
+
+/// What an interest wants drawn (Interest::kShowPoints, kShowNormals, kShowFaces).
+struct InterestShow {
+    ObjectId interest;
+    std::int64_t show = 0;
+    bool operator==(const InterestShow&) const = default;
+};
+
+/// root_T_mark = translation · rotation · scale · turn. The last turn is about the mark's own Z axis; triangles alone
+/// have one: it makes every triangle of the one.
+struct Mark {
+    Vec3d translation = Vec3d::Zero();
+    Quatd rotation = Quatd::Identity();
+    Vec3d scale = Vec3d::Ones();
+    Quatd turn = Quatd::Identity();
+};
+
+struct Marks {
+    std::array<std::vector<Mark>, kMarkKinds> of;
+    /// Beyond kMaxMarks: not drawn.
+    std::array<std::uint64_t, kMarkKinds> leftOut{};
+};
+
+/// Drawn at a time, by kind. Of more, as many are drawn, evenly taken from the whole list.
+inline constexpr std::array<std::size_t, kMarkKinds> kMaxMarks{200, 200, 500};
+
+/// Sizes follow the smaller one of the two objects that touch: those of the interest's events, else the nodes
+/// themselves.
+class MarkMaker {
+public:
+    /// `asked`: ascending by interest. Nodes that are gone, faces that are not there and triangles without area have no
+    /// mark. `display`: the node that bears the marks, which are no part of anything's size; may be none.
+    [[nodiscard]] Marks make(const Aspect& scene, const StepResult& step, std::span<const InterestShow> asked,
+                             ObjectId display);
+
+private:
+    /// Of a Geometry's positions: the one thing here that costs as much as a mesh is large.
+    std::unordered_map<BlobId, Box> localBounds_;
+};
+
+/// The affine map of the unit triangle to (a, b, c), lifted by `lift` along its normal. Nothing for a triangle without
+/// area.
+[[nodiscard]] std::optional<Mark> markOfTriangle(const Vec3d& a, const Vec3d& b, const Vec3d& c, double lift);
+
+}  // namespace tessera

@@ -1,0 +1,143 @@
+#include "server/sim/frame/Motions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ranges>
+
+#include <fmt/format.h>
+
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+namespace {
+
+Pose poseOfKey(std::span<const double> keys, std::size_t index) {
+    const double* k = keys.data() + index * kScalarsPerKey;
+    return {.translation = Vec3d(k[1], k[2], k[3]),
+            .rotation = Quatd(k[4], k[5], k[6], k[7]).normalized(),
+            .scale = Vec3d(k[8], k[9], k[10])};
+}
+
+double keyTime(std::span<const double> keys, std::size_t index) {
+    return keys[index * kScalarsPerKey];
+}
+
+/// Local time folded into the keys' interval.
+double foldTime(double seconds, double first, double last, std::int64_t mode) {
+    const double length = last - first;
+    if (length <= 0 || mode == Motion::kOnce) return std::clamp(seconds, first, last);
+    double phase = std::fmod(seconds - first, mode == Motion::kPingPong ? 2 * length : length);
+    if (phase < 0) phase += mode == Motion::kPingPong ? 2 * length : length;
+    return first + (phase > length ? 2 * length - phase : phase);
+}
+
+}  // namespace
+
+Expected<void> checkKeys(std::span<const double> keys) {
+    if (keys.empty()) return fail(ErrorCode::kBadInput, "a motion without keys");
+    if (keys.size() % kScalarsPerKey != 0)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{} numbers are not a whole number of motion keys of {}", keys.size(), kScalarsPerKey));
+    for (std::size_t i = 0; i < keys.size(); ++i)
+        if (!std::isfinite(keys[i]))
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("motion key {} holds a number that is not finite", i / kScalarsPerKey));
+    for (std::size_t i = 0; i < keys.size() / kScalarsPerKey; ++i) {
+        if (i > 0 && keyTime(keys, i) <= keyTime(keys, i - 1))
+            return fail(ErrorCode::kBadInput, fmt::format("motion key {} is not later than the one before", i));
+        const double* q = keys.data() + i * kScalarsPerKey + 4;
+        if (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] < 1e-12)
+            return fail(ErrorCode::kBadInput, fmt::format("motion key {} has a rotation of length zero", i));
+    }
+    return {};
+}
+
+Pose poseAt(std::span<const double> keys, std::int64_t mode, double seconds) {
+    const std::size_t count = keys.size() / kScalarsPerKey;
+    const double time = foldTime(seconds, keyTime(keys, 0), keyTime(keys, count - 1), mode);
+    const auto indices = std::views::iota(std::size_t{0}, count);
+    const auto next = static_cast<std::size_t>(
+        std::ranges::upper_bound(indices, time, {}, [&](std::size_t i) { return keyTime(keys, i); }) - indices.begin());
+    if (next == 0) return poseOfKey(keys, 0);
+    if (next == count) return poseOfKey(keys, count - 1);
+    const Pose a = poseOfKey(keys, next - 1);
+    const Pose b = poseOfKey(keys, next);
+    const double u = (time - keyTime(keys, next - 1)) / (keyTime(keys, next) - keyTime(keys, next - 1));
+    return {.translation = (1 - u) * a.translation + u * b.translation,
+            .rotation = a.rotation.slerp(u, b.rotation),
+            .scale = (1 - u) * a.scale + u * b.scale};
+}
+
+void Motions::update(const Aspect& scene, const ChangeList* list) {
+    if (!list) {
+        known_.clear();
+        playing_.clear();
+        byTarget_.clear();
+        for (const ObjectId id : scene.ids()) look(scene, id, true);
+        return;
+    }
+    for (const Creation& creation : list->creations)
+        if (creation.type == typeOf<Motion>()) look(scene, creation.id, false);  // fresh ones have no keys
+    for (const FieldColumn& column : list->columns) {
+        if (column.type != typeOf<Motion>() || column.field == fieldId<&Motion::time> || column.field == fieldId<&Motion::mode>)
+            continue;
+        for (const ObjectId id : column.ids) look(scene, id, column.field == fieldId<&Motion::keys>);
+    }
+    if (!known_.empty())
+        for (const ObjectId id : list->destructions) forget(id);
+}
+
+void Motions::look(const Aspect& scene, ObjectId id, bool keys) {
+    const Motion* motion = scene.get<Motion>(id);
+    if (!motion) return;  // destroyed by the same list, or no Motion at all
+    Known& known = known_[id];
+    if (keys) {
+        ++keysChecked_;
+        known.sound = checkKeys(motion->keys.as<double>()).has_value();
+    }
+    setPlaying(id, known, motion->playing != 0, motion->target);
+}
+
+void Motions::forget(ObjectId id) {
+    const auto found = known_.find(id);
+    if (found == known_.end()) return;
+    setPlaying(id, found->second, false, {});
+    known_.erase(found);
+}
+
+void Motions::setPlaying(ObjectId id, Known& known, bool playing, ObjectId target) {
+    if (known.playing) byTarget_.erase({known.target, id});
+    known.playing = playing;
+    known.target = target;
+    if (playing) {
+        playing_[id] = known.sound;
+        byTarget_.insert({target, id});
+    } else {
+        playing_.erase(id);
+    }
+}
+
+std::vector<MotionStep> Motions::advance(const Aspect& scene, double seconds) const {
+    std::map<ObjectId, MotionStep> byTarget;
+    for (const auto& [id, sound] : playing_) {
+        if (!sound) continue;
+        const Motion& motion = *scene.get<Motion>(id);
+        if (!scene.get<Transform>(motion.target)) continue;
+        const std::span<const double> keys = motion.keys.as<double>();
+        double time = motion.time + seconds;
+        if (motion.mode == Motion::kOnce) time = std::min(time, keyTime(keys, keys.size() / kScalarsPerKey - 1));
+        byTarget[motion.target] = {
+            .motion = id, .target = motion.target, .time = time, .pose = poseAt(keys, motion.mode, time)};
+    }
+    std::vector<MotionStep> steps;
+    for (auto& [target, step] : byTarget) steps.push_back(step);
+    std::ranges::sort(steps, {}, &MotionStep::motion);
+    return steps;
+}
+
+void Motions::appendPlaying(ObjectId target, std::vector<ObjectId>& motions) const {
+    for (auto it = byTarget_.lower_bound({target, ObjectId()}); it != byTarget_.end() && it->first == target; ++it)
+        motions.push_back(it->second);
+}
+
+}  // namespace tessera

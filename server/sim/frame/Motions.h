@@ -1,0 +1,68 @@
+/// Key-framed motion: where each animated Transform wants to be in the next frame.
+#pragma once
+
+#include <map>
+#include <set>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "common/math/Pose.h"
+#include "common/scene/Aspect.h"
+
+namespace tessera {
+
+/// Scalars per key of Motion::keys: time, translation, rotation wxyz, scale.
+inline constexpr std::size_t kScalarsPerKey = 11;
+
+/// Says what is wrong with key frames: not a whole number of keys, none, times not ascending, a number that is not
+/// finite, a rotation of length zero.
+[[nodiscard]] Expected<void> checkKeys(std::span<const double> keys);
+
+/// The pose at local time `seconds` under a Motion's mode. Keys have passed checkKeys. Linear between keys, rotation by
+/// slerp along the shorter arc.
+[[nodiscard]] Pose poseAt(std::span<const double> keys, std::int64_t mode, double seconds);
+
+/// One playing motion's wish.
+struct MotionStep {
+    ObjectId motion;
+    ObjectId target;  ///< a Transform
+    double time = 0;  ///< the motion's local time if the wish is granted
+    Pose pose;
+};
+
+/// The motions of a scene, followed through its lists: which play, and whether their keys are sound. Not thread-safe.
+///
+/// A frame costs what plays; a list what it says of motions. Keys are checked once, when they change.
+class Motions {
+public:
+    /// After each list applied to the scene, with that list; null: anything may have changed.
+    void update(const Aspect& scene, const ChangeList* list);
+
+    /// All playing motions with sound keys, by ascending id, `seconds` further than they are. Of several motions with
+    /// one target the last (highest id) decides. `scene`: as of the last update.
+    [[nodiscard]] std::vector<MotionStep> advance(const Aspect& scene, double seconds) const;
+    /// Appends those that play and have this target, with sound keys or without, ascending.
+    void appendPlaying(ObjectId target, std::vector<ObjectId>& motions) const;
+
+    [[nodiscard]] std::size_t playingCount() const { return playing_.size(); }
+    [[nodiscard]] std::uint64_t keysChecked() const { return keysChecked_; }
+
+private:
+    struct Known {
+        bool sound = false;  ///< its keys
+        bool playing = false;
+        ObjectId target;  ///< while it plays: where it stands in byTarget_
+    };
+    void look(const Aspect& scene, ObjectId id, bool keys);
+    void forget(ObjectId id);
+    void setPlaying(ObjectId id, Known& known, bool playing, ObjectId target);
+
+    std::unordered_map<ObjectId, Known> known_;         ///< all Motion cores
+    std::map<ObjectId, bool> playing_;                  ///< those that play → whether their keys are sound
+    std::set<std::pair<ObjectId, ObjectId>> byTarget_;  ///< of those that play: target, motion
+    std::uint64_t keysChecked_ = 0;
+};
+
+}  // namespace tessera

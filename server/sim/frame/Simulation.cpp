@@ -1,0 +1,241 @@
+#include "server/sim/frame/Simulation.h"
+
+#include <algorithm>
+#include <chrono>
+#include <unordered_set>
+
+#include <fmt/format.h>
+
+#include "common/scene/Action.h"
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+namespace {
+
+bool isPoseField(const FieldColumn& column) {
+    return column.type == typeOf<Transform>() &&
+           (column.field == fieldId<&Transform::translation> || column.field == fieldId<&Transform::rotation> || column.field == fieldId<&Transform::scale>);
+}
+
+Pose poseOf(const Transform& t) {
+    return {.translation = t.translation, .rotation = t.rotation, .scale = t.scale};
+}
+
+/// The columns that lead a Transform from one pose to another; nothing for fields that stay.
+void addPose(ChangeListBuilder& builder, ObjectId id, const Pose& from, const Pose& to) {
+    const ObjectType type = typeOf<Transform>();
+    if (to.translation != from.translation) builder.set(id, type, fieldId<&Transform::translation>, toValue(to.translation));
+    if (to.rotation.coeffs() != from.rotation.coeffs()) builder.set(id, type, fieldId<&Transform::rotation>, toValue(to.rotation));
+    if (to.scale != from.scale) builder.set(id, type, fieldId<&Transform::scale>, toValue(to.scale));
+}
+
+/// Adds rows to a list's column of the same field, or the column, in its place, where there is none. No object may be
+/// in both.
+void mergeColumn(ChangeList& list, FieldColumn column) {
+    const auto order = [](const FieldColumn& c) { return std::pair(c.type, c.field); };
+    const auto same = std::ranges::find(list.columns, order(column), order);
+    if (same == list.columns.end()) {
+        list.columns.insert(std::ranges::upper_bound(list.columns, order(column), {}, order), std::move(column));
+        return;
+    }
+    for (std::size_t row = 0; row < column.ids.size(); ++row) same->append(column.ids[row], column.value(row));
+}
+
+}  // namespace
+
+Simulation::Simulation(const SimulationOptions& options)
+    : committer_(options.scene),
+      workers_(options.threads > 1 ? std::make_unique<Workers>(options.threads) : nullptr),
+      pipeline_(options.collision, workers_.get()) {
+    sceneChanged(nullptr);
+}
+
+Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
+    for (std::size_t i = 0; i < lists.size(); ++i) {
+        const Expected<Committer::Applied> applied = committer_.apply(std::move(lists[i]));
+        if (!applied) return failWith(fmt::format("scene {}", i + 1), applied.error());
+    }
+    sceneChanged(nullptr);
+    return committer_.closeFrame();
+}
+
+FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span<const Reply> replies) {
+    FrameResult result;
+    const double seconds = firstFrame ? 0.0 : kSecondsPerFrame;
+    Wishes wishes;
+    for (const MotionStep& m : motions_.advance(scene(), seconds))
+        wishes[m.target] = {.pose = m.pose, .motion = m.motion, .motionTime = m.time};
+    for (std::size_t i = 0; i < edits.size(); ++i) result.outcomes.push_back(applyEdit(std::move(edits[i]), i, wishes));
+
+    // An edit may have destroyed what a motion or an earlier edit wanted to move.
+    std::erase_if(wishes, [&](const auto& wish) { return !scene().get<Transform>(wish.first); });
+    std::vector<TentativeTransform> tentative;
+    for (const auto& [id, wish] : wishes)
+        tentative.push_back({.transform = id,
+                             .translation = wish.pose.translation,
+                             .rotation = wish.pose.rotation,
+                             .scale = wish.pose.scale,
+                             .source = static_cast<int>(wish.motion ? 0 : wish.edit + 1)});
+    const auto begin = std::chrono::steady_clock::now();
+    result.collision = pipeline_.step(scene(), tentative, replies, seconds);
+    result.collisionMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    const auto tellHand = [&](ObjectId id) {
+        const auto wish = wishes.find(id);
+        if (wish != wishes.end() && !wish->second.motion) result.outcomes[wish->second.edit].stopped.push_back(id);
+    };
+    for (const ObjectId id : result.collision.stopped) tellHand(id);
+    // Where a reply has decided, a hand has not got its way either.
+    for (const TentativeTransform& accepted : result.collision.accepted)
+        if (accepted.source < 0 && !std::ranges::binary_search(result.collision.stopped, accepted.transform))
+            tellHand(accepted.transform);
+    commitPoses(wishes, result.collision);
+    if (const ChangeListPtr marks = display_.commit(committer_, result.collision))
+        pipeline_.sceneChanged(scene(), marks.get());
+    result.commit = committer_.closeFrame();
+    return result;
+}
+
+EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) {
+    EditOutcome outcome{.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}};
+    if (edit.undo && undo_.depth() == 0) {
+        outcome.result = fail(ErrorCode::kRefused, "there is nothing to undo");
+        return outcome;
+    }
+    // An inverse stays on the stack until it has been applied. One that moves nothing is applied as it lies there.
+    ChangeListPtr whole = edit.undo ? undo_.top() : nullptr;
+    std::vector<std::pair<ObjectId, Pose>> poses;
+    ChangeList list;
+    if (!whole || std::ranges::any_of(whole->columns, isPoseField)) {
+        list = whole ? *std::exchange(whole, nullptr) : std::move(edit.list);
+        poses = takeTransforms(list, wishes);
+        for (const auto& [id, pose] : poses) {
+            if (pose.translation.allFinite() && pose.rotation.coeffs().allFinite() && pose.scale.allFinite() &&
+                pose.rotation.squaredNorm() >= 1e-12)
+                continue;
+            outcome.result = fail(
+                ErrorCode::kBadInput,
+                fmt::format("the transform wanted for #{} is not finite or has a rotation of length zero", id.value));
+            return outcome;
+        }
+        pauseMotionsOf(poses, list);
+    }
+
+    ChangeList inverse;
+    if (whole || !list.empty()) {
+        if (edit.undo && !whole) whole = std::make_shared<const ChangeList>(std::move(list));
+        Expected<Committer::Applied> applied =
+            edit.undo ? committer_.applyInverse(whole)
+                      : committer_.apply(std::move(list),
+                                         edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone);
+        if (!applied) {
+            outcome.result = tl::unexpected(applied.error());
+            return outcome;
+        }
+        outcome.ids = std::move(applied->ids);
+        inverse = std::move(applied->inverse);
+        sceneChanged(applied->list.get());
+    }
+    ChangeListBuilder back;
+    for (const auto& [id, pose] : poses) {
+        const Transform* now = scene().get<Transform>(id);
+        if (!now) continue;  // destroyed by the same edit
+        wishes[id] = {.pose = pose, .motion = {}, .motionTime = 0, .edit = index};
+        if (edit.undoable && !edit.undo) addPose(back, id, pose, poseOf(*now));
+    }
+    if (edit.undo) {
+        undo_.pop();
+    } else if (edit.undoable) {
+        ChangeList poseBack = back.take();
+        // The inverse speaks of none of these objects' fields itself: they were taken out before the list was applied.
+        for (FieldColumn& column : poseBack.columns) mergeColumn(inverse, std::move(column));
+        undo_.push(std::move(inverse));
+    }
+    return outcome;
+}
+
+void Simulation::pauseMotionsOf(std::span<const std::pair<ObjectId, Pose>> poses, ChangeList& list) const {
+    std::vector<ObjectId> taken;
+    for (const auto& [target, pose] : poses) motions_.appendPlaying(target, taken);
+    if (taken.empty()) return;
+    std::ranges::sort(taken);
+    std::unordered_set<ObjectId> spokenFor;
+    for (const FieldColumn& column : list.columns)
+        if (column.type == typeOf<Motion>() && column.field == fieldId<&Motion::playing>)
+            spokenFor.insert(column.ids.begin(), column.ids.end());
+    ChangeListBuilder pauses;
+    for (const ObjectId id : taken)
+        if (!spokenFor.contains(id)) pauses.set(id, typeOf<Motion>(), fieldId<&Motion::playing>, false);
+    ChangeList pausing = pauses.take();
+    for (FieldColumn& column : pausing.columns) mergeColumn(list, std::move(column));
+}
+
+std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& list, const Wishes& wishes) const {
+    std::map<ObjectId, Pose> wanted;
+    for (FieldColumn& column : list.columns) {
+        if (!isPoseField(column) || column.kind() != FieldKind::kDouble) continue;
+        const std::size_t width = column.field == fieldId<&Transform::rotation> ? 4 : 3;
+        if (column.width != width) continue;  // the scene refuses it in words
+        FieldColumn rest{.type = column.type,
+                         .field = column.field,
+                         .width = column.width,
+                         .ids = {},
+                         .values = std::vector<double>{}};
+        for (std::size_t row = 0; row < column.ids.size(); ++row) {
+            const ObjectId id = column.ids[row];
+            const Transform* now = scene().get<Transform>(id);
+            if (!now) {
+                rest.append(id, column.value(row));
+                continue;
+            }
+            const auto earlier = wishes.find(id);
+            // Fields that this edit does not write keep what an earlier *edit* of the frame wants; a motion's wish is
+            // overruled as a whole, because the motion is paused.
+            Pose& pose = wanted
+                             .try_emplace(id, earlier != wishes.end() && !earlier->second.motion ? earlier->second.pose
+                                                                                                 : poseOf(*now))
+                             .first->second;
+            const std::array<double, 4> v = std::get<Doubles>(column.value(row)).values;
+            if (column.field == fieldId<&Transform::translation>) pose.translation = Vec3d(v[0], v[1], v[2]);
+            if (column.field == fieldId<&Transform::rotation>) pose.rotation = Quatd(v[0], v[1], v[2], v[3]);
+            if (column.field == fieldId<&Transform::scale>) pose.scale = Vec3d(v[0], v[1], v[2]);
+        }
+        column = std::move(rest);
+    }
+    std::erase_if(list.columns, [](const FieldColumn& column) { return isPoseField(column) && column.ids.empty(); });
+    return {wanted.begin(), wanted.end()};
+}
+
+void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
+    ChangeListBuilder builder;
+    for (const TentativeTransform& accepted : step.accepted) {
+        const Transform* now = scene().get<Transform>(accepted.transform);
+        if (!now) continue;
+        addPose(builder, accepted.transform, poseOf(*now),
+                {.translation = accepted.translation, .rotation = accepted.rotation, .scale = accepted.scale});
+    }
+    for (const BodyVelocity& body : step.velocities) {
+        const CollisionObject* now = scene().get<CollisionObject>(body.core);
+        if (!now) continue;
+        const ObjectType type = typeOf<CollisionObject>();
+        if (now->velocity != body.velocity) builder.set(body.core, type, fieldId<&CollisionObject::velocity>, toValue(body.velocity));
+        if (now->spin != body.spin) builder.set(body.core, type, fieldId<&CollisionObject::spin>, toValue(body.spin));
+    }
+    for (const auto& [id, wish] : wishes) {
+        if (!wish.motion || std::ranges::binary_search(step.stopped, id)) continue;  // a stopped motion's time stands
+        const Motion* motion = scene().get<Motion>(wish.motion);
+        if (motion && motion->time != wish.motionTime)
+            builder.set(wish.motion, typeOf<Motion>(), fieldId<&Motion::time>, toValue(wish.motionTime));
+    }
+    if (builder.empty()) return;
+    const Expected<Committer::Applied> applied = committer_.apply(builder.take());
+    TESSERA_CHECK(applied.has_value(), applied ? std::string() : applied.error().message);
+    sceneChanged(applied->list.get());
+}
+
+void Simulation::sceneChanged(const ChangeList* list) {
+    motions_.update(scene(), list);
+    pipeline_.sceneChanged(scene(), list);
+    display_.sceneChanged(scene(), list);
+}
+
+}  // namespace tessera

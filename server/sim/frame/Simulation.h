@@ -1,0 +1,106 @@
+/// One frame of the authority: motions and edits in, collision response, one committed list out.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/Workers.h"
+#include "server/collision/pipeline/CollisionPipeline.h"
+#include "server/sim/commit/Committer.h"
+#include "server/sim/display/ContactDisplay.h"
+#include "server/sim/frame/Motions.h"
+
+namespace tessera {
+
+/// A change that somebody wants.
+struct Edit {
+    std::uint64_t ticket = 0;  ///< comes back in the outcome
+    ChangeList list;           ///< new objects carry placeholders; ignored for an undo
+    bool undo = false;         ///< take back the newest edit instead
+    bool undoable = true;      ///< a loaded start scene is not
+};
+
+struct EditOutcome {
+    std::uint64_t ticket = 0;
+    Expected<void> result;
+    std::vector<std::pair<ObjectId, ObjectId>> ids;  ///< placeholder, id
+    std::vector<ObjectId> stopped;                   ///< transforms of this edit that did not get all the way
+};
+
+struct FrameResult {
+    CommittedFrame commit;
+    std::vector<EditOutcome> outcomes;  ///< of all edits, in their order
+    StepResult collision;
+    double collisionMs = 0;
+};
+
+struct SimulationOptions {
+    SceneLimits scene;
+    unsigned threads = 1;  ///< of the collision pipeline; results do not depend on them
+    CollisionLimits collision;
+};
+
+/// Deterministic: the same edits and replies in the same frames give the same scenes, contacts and events, whatever the
+/// time, the threads or the number of clients.
+///
+/// **Who wins.** Motions speak first, then edits in the order of their arrival; the last writer of a field wins. An
+/// edit that writes a Transform which a motion drives pauses that motion (`playing` becomes 0 in the same list) until
+/// somebody sets it again. What motions and edits want of existing Transforms goes through the collision pipeline;
+/// everything else is committed as it is. What an application replies to a question about a stopped motion stands above
+/// both, in that frame. Free bodies go where gravity and impulses send them, but for one that a motion or an edit
+/// moves: for as long as it does, it is moved like anything else. Not thread-safe.
+class Simulation {
+public:
+    explicit Simulation(const SimulationOptions& options = {});
+
+    /// Makes these lists the scene before the first frame; not undoable. A refused list is named by its
+    /// position.
+    [[nodiscard]] Expected<CommittedFrame> load(std::vector<ChangeList> lists);
+
+    /// Motions and free bodies stand still in the first frame and advance by 1/60 s in each later one.
+    [[nodiscard]] FrameResult step(bool firstFrame, std::vector<Edit> edits, std::span<const Reply> replies = {});
+
+    [[nodiscard]] const Aspect& scene() const { return committer_.scene(); }
+    [[nodiscard]] Sequence sequence() const { return committer_.sequence(); }
+    /// Of the scene, the root included. Kept, not counted.
+    [[nodiscard]] std::size_t nodeCount() const { return committer_.nodeCount(); }
+    [[nodiscard]] const Motions& motions() const { return motions_; }
+    [[nodiscard]] std::size_t undoDepth() const { return undo_.depth(); }
+    /// Only with undoDepth() > 0.
+    [[nodiscard]] const ChangeList& newestInverse() const { return *undo_.top(); }
+    /// Questions that the collision pipeline has asked and nobody has replied to, ascending.
+    [[nodiscard]] std::vector<std::uint64_t> openQuestions() const { return pipeline_.openQuestions(); }
+    /// The nearest visible triangle on a world-space ray.
+    [[nodiscard]] std::optional<PickHit> pick(const Ray& ray) { return pipeline_.pickNode(scene(), ray); }
+
+private:
+    struct Wish {
+        Pose pose;
+        ObjectId motion;  ///< the motion that wants it; none: an edit
+        double motionTime = 0;
+        std::size_t edit = 0;  ///< index of the edit that wants it
+    };
+    using Wishes = std::map<ObjectId, Wish>;  ///< by Transform
+
+    [[nodiscard]] EditOutcome applyEdit(Edit edit, std::size_t index, Wishes& wishes);
+    /// Takes the values of existing Transforms out of the list and makes wishes of them.
+    [[nodiscard]] std::vector<std::pair<ObjectId, Pose>> takeTransforms(ChangeList& list, const Wishes& wishes) const;
+    void commitPoses(const Wishes& wishes, const StepResult& step);
+    /// Pauses, in `list`, the motions whose targets are taken in hand, unless the list itself says something of them.
+    void pauseMotionsOf(std::span<const std::pair<ObjectId, Pose>> poses, ChangeList& list) const;
+    /// After each list applied to the scene; null: anything may have changed.
+    void sceneChanged(const ChangeList* list);
+
+    Committer committer_;
+    UndoStack undo_;
+    std::unique_ptr<Workers> workers_;  ///< null: one thread
+    CollisionPipeline pipeline_;
+    ContactDisplay display_;
+    Motions motions_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,129 @@
+#include "server/sim/frame/ViewSource.h"
+
+#include <cmath>
+#include <unordered_map>
+
+#include <fmt/format.h>
+
+#include "common/geometry/Mesh.h"
+#include "common/scene/Action.h"
+
+namespace tessera {
+namespace {
+
+/// The rigid part of a camera node's pose; scale on the way to the camera is not the camera's.
+View viewOf(const Affine3d& world_T_camera, const Camera& camera) {
+    View view;
+    view.position = world_T_camera.translation();
+    view.orientation = Quatd(world_T_camera.rotation()).normalized();
+    view.worldUnitsPerMetre = camera.worldUnitsPerMetre;
+    return view;
+}
+
+}  // namespace
+
+Box sceneBounds(const Aspect& scene) {
+    Box bounds;
+    std::unordered_map<BlobId, Box> local;
+    Action action;
+    action.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
+        const auto [it, isNew] = local.try_emplace(geometry.positions.id());
+        if (isNew) it->second = boundsOf(geometry.positions.as<float>());
+        bounds.extend(it->second.transformed(visit.world_T_node));
+        return Descend::kInto;
+    });
+    action.run(scene);
+    return bounds;
+}
+
+ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath) : wall_(wall), users_(wall.users) {
+    if (cameraPath.empty()) return;
+    named_.emplace(cameraPath);
+    update(Aspect(), nullptr);
+}
+
+void ViewSource::update(const Aspect& scene, const ChangeList* list) {
+    if (named_)
+        named_->update(scene, list);
+    else
+        first_.update(scene, list);
+    camera_ = cameraView(scene);
+}
+
+Expected<std::optional<View>> ViewSource::cameraView(const Aspect& scene) const {
+    if (!named_) {
+        if (!first_.node()) return std::optional<View>();
+        return viewOf(worldTransform(scene, first_.node()), *scene.coreOf<Camera>(*scene.get<Node>(first_.node())));
+    }
+    if (!named_->node()) return failWith("camera", named_->node().error());
+    const ObjectId node = *named_->node();
+    const Camera* camera = scene.coreOf<Camera>(*scene.get<Node>(node));
+    if (!camera) return fail(ErrorCode::kBadInput, fmt::format("camera: {} holds no Camera", named_->path()));
+    return viewOf(worldTransform(scene, node), *camera);
+}
+
+Expected<View> ViewSource::view(const Aspect& scene) {
+    View result;
+    if (override_) {
+        result = *override_;
+    } else {
+        if (!camera_) return tl::unexpected(camera_.error());
+        if (*camera_) {
+            result = **camera_;
+        } else {
+            if (!default_) default_ = defaultView(wall_, sceneBounds(scene));
+            result = *default_;
+        }
+    }
+    result.users = users_;
+    return result;
+}
+
+Expected<void> ViewSource::set(const Aspect& scene, const request::SetView& wish) {
+    if (wish.reset) {
+        override_.reset();
+        default_.reset();
+        users_ = wall_.users;
+    }
+    const bool moves = wish.position || wish.orientation || wish.worldUnitsPerMetre;
+    View next;
+    if (moves) {
+        const Expected<View> now = view(scene);
+        if (!now) return tl::unexpected(now.error());
+        next = *now;
+        if (wish.position) next.position = *wish.position;
+        if (wish.orientation) next.orientation = *wish.orientation;
+        if (wish.worldUnitsPerMetre) next.worldUnitsPerMetre = *wish.worldUnitsPerMetre;
+        if (!next.position.allFinite() || !next.orientation.coeffs().allFinite() ||
+            next.orientation.squaredNorm() < 1e-12)
+            return fail(ErrorCode::kBadInput,
+                        "the view's position or orientation is not finite, or the orientation is zero");
+        if (!(next.worldUnitsPerMetre > 0) || !std::isfinite(next.worldUnitsPerMetre))
+            return fail(ErrorCode::kBadInput, "the view's scale must be a number above 0 (world units per metre)");
+        next.orientation.normalize();
+    }
+    if (wish.head) {
+        if (!wish.head->allFinite()) return fail(ErrorCode::kBadInput, "the head's position is not finite");
+        Wall moved = wall_;
+        moved.users = users_;
+        bool known = false;
+        for (User& user : moved.users) {
+            if (user.name != wish.user && !(wish.user.empty() && moved.users.size() == 1)) continue;
+            user.position = *wish.head;
+            known = true;
+        }
+        if (!known) {
+            std::string names;
+            for (const User& user : users_) names += (names.empty() ? "" : ", ") + user.name;
+            return fail(ErrorCode::kNotFound,
+                        fmt::format("no user is called '{}'; the wall has: {}", wish.user, names));
+        }
+        // An eye on or behind a screen has no picture: the wall's own rules decide.
+        if (const Expected<void> sound = checkWall(moved); !sound) return failWith("head", sound.error());
+        users_ = moved.users;
+    }
+    if (moves) override_ = next;
+    return {};
+}
+
+}  // namespace tessera

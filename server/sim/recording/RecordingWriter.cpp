@@ -1,0 +1,142 @@
+#include "server/sim/recording/RecordingWriter.h"
+
+#include <fcntl.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "common/base/Version.h"
+#include "common/scene/FieldTable.h"
+#include "server/collision/mesh/InstructionSet.h"
+
+namespace tessera {
+namespace {
+
+/// All of both, whatever it takes. An errno, or 0.
+int writeAll(int file, ByteSpan first, ByteSpan second) {
+    while (!first.empty() || !second.empty()) {
+        const std::array<iovec, 2> parts{iovec{const_cast<std::byte*>(first.data()), first.size()},
+                                         iovec{const_cast<std::byte*>(second.data()), second.size()}};
+        const ssize_t done = ::writev(file, parts.data(), parts.size());
+        if (done < 0) {
+            if (errno == EINTR) continue;
+            return errno;
+        }
+        const std::size_t ofFirst = std::min(static_cast<std::size_t>(done), first.size());
+        first = first.subspan(ofFirst);
+        second = second.subspan(static_cast<std::size_t>(done) - ofFirst);
+    }
+    return 0;
+}
+
+}  // namespace
+
+record::Opening openingOfThisServer(unsigned threads) {
+    return {.schema = schemaHash(),
+            .program = versionText("tessera-server"),
+            .instructionSet = std::string(name(instructionSet())),
+            .threads = threads,
+            .limits = SceneLimits(),
+            .collisionLimits = digestOf(CollisionLimits())};
+}
+
+Expected<std::unique_ptr<RecordingWriter>> RecordingWriter::create(const std::string& path,
+                                                                   const record::Opening& opening, Log& log,
+                                                                   const RecordingLimits& limits) {
+    const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    if (file < 0)
+        return fail(ErrorCode::kFailed,
+                    fmt::format("{}: the recording cannot be written: {}", path, std::strerror(errno)));
+    std::unique_ptr<RecordingWriter> writer(new RecordingWriter(path, file, log, limits));
+    if (const int error = writeAll(file, asBytes(kRecordingMark), {}))
+        return fail(ErrorCode::kFailed,
+                    fmt::format("{}: the recording cannot be written: {}", path, std::strerror(error)));
+    writer->writtenBytes_ = kRecordingMark.size();
+    writer->write(encodeOpening(opening));
+    return writer;
+}
+
+RecordingWriter::RecordingWriter(std::string path, int file, Log& log, const RecordingLimits& limits)
+    : path_(std::move(path)), file_(file), log_(log), limits_(limits) {}
+
+RecordingWriter::~RecordingWriter() {
+    hand(encodeClosing({.frames = frames_}));
+    queue_.close();
+    if (thread_.joinable()) thread_.join();
+    ::close(file_);
+}
+
+void RecordingWriter::startScene(std::span<const ChangeList> lists) {
+    for (const ChangeList& list : lists) {
+        handArraysOf(list);
+        hand(encodeStartList(list));
+    }
+}
+
+void RecordingWriter::started(const CommittedFrame& scene) {
+    hand(encodeStarted({.sequence = scene.sent->sequence.value, .stateHash = scene.sent->stateHash.value}));
+}
+
+void RecordingWriter::frameBegins(std::uint64_t frame, bool first, std::span<const Edit> edits,
+                                  std::span<const Reply> replies) {
+    if (ended_) return;
+    if (!thread_.joinable())
+        thread_ = std::thread([this] {
+            while (const std::optional<RecordContent> content = queue_.pop()) {
+                write(*content);
+                queuedBytes_ -= content->bytes().size();
+            }
+        });
+    for (const Edit& edit : edits)
+        if (!edit.undo) handArraysOf(edit.list);
+    hand(encodeInputs(frame, first, edits, replies));
+}
+
+void RecordingWriter::frameDone(std::uint64_t frame, const FrameResult& result) {
+    if (ended_) return;
+    hand(encodeOutcome({.frame = frame, .digest = digestOf(result)}));
+    ++frames_;
+}
+
+void RecordingWriter::handArraysOf(const ChangeList& list) {
+    for (const Blob& blob : blobsOf(list)) {
+        if (!arrays_.insert(blob.id()).second) continue;
+        if (!blob.resident()) return end(fmt::format("the array {} is not here", toHex(blob.id())));
+        hand(encodeArray(blob));
+    }
+}
+
+void RecordingWriter::hand(RecordContent content) {
+    if (ended_) return;
+    if (!thread_.joinable()) return write(content);
+    const std::uint64_t bytes = content.bytes().size();
+    if (queuedBytes_ + bytes > limits_.maxQueuedBytes) return end("the disk is too slow for it");
+    queuedBytes_ += bytes;
+    if (!queue_.tryPush(std::move(content))) end("the disk is too slow for it");
+}
+
+void RecordingWriter::write(const RecordContent& content) {
+    if (ended_) return;
+    const ByteSpan bytes = content.bytes();
+    if (bytes.size() > limits_.maxRecordBytes)
+        return end(fmt::format("a record of {} bytes is too large", bytes.size()));
+    const RecordHeader header = headerFor(content.kind, bytes, number_);
+    writtenBytes_ += sizeof(header) + bytes.size();
+    if (writtenBytes_ > limits_.maxFileBytes)
+        return end(fmt::format("it would be longer than {} bytes", limits_.maxFileBytes));
+    if (const int error = writeAll(file_, std::as_bytes(std::span(&header, 1)), bytes))
+        return end(std::strerror(error));
+    ++number_;
+}
+
+void RecordingWriter::end(const std::string& why) {
+    if (!ended_.exchange(true))
+        log_.warning(fmt::format("{}: the recording ends here: {}; what is written can be replayed", path_, why));
+}
+
+}  // namespace tessera

@@ -1,0 +1,119 @@
+/// The single writer by value: what is applied, what is handed on, what is kept.
+#include "server/sim/commit/Committer.h"
+
+#include <gtest/gtest.h>
+
+#include "server/sim/Report.h"
+#include "tests/unit/sim/RandomTree.h"
+#include "tests/unit/sim/SceneForTests.h"
+
+namespace tessera {
+namespace {
+
+using test::ListMaker;
+using test::RandomTree;
+
+TEST(Committer, KeepsTheNumberOfNodesThatACountFindsAfterAnyHistory) {
+    std::size_t destroyed = 0;
+    forSeeds(30, [&](Random& random) {
+        RandomTree tree(random);
+        ASSERT_EQ(tree.committer.nodeCount(), 1u) << "the root";
+        for (int step = 0; step < 200; ++step) {
+            const ChangeListPtr list = tree.next();
+            if (list) destroyed += list->destructions.size();
+            if (oneIn(random, 3)) (void)tree.committer.closeFrame();
+            ASSERT_EQ(tree.committer.nodeCount(), countScene(tree.scene()).nodes) << "step " << step;
+        }
+    });
+    if (std::getenv("TESSERA_SEED")) return;
+    EXPECT_GT(destroyed, 300u);
+}
+
+/// Replicas that apply the frames' lists: single ones as they are, several packed.
+TEST(Committer, FramesListsLeadReplicasAlong) {
+    forSeeds(20, [&](Random& random) {
+        RandomTree tree(random);
+        Aspect replica;
+        for (int frame = 0; frame < 100; ++frame) {
+            for (std::size_t lists = below(random, 3); lists > 0; --lists) (void)tree.next();
+            const CommittedFrame closed = tree.committer.closeFrame();
+            if (closed.list) {
+                ASSERT_TRUE(replica.apply(*closed.list)) << "frame " << frame;
+            }
+            ASSERT_EQ(StateHash(replica.stateHash()), closed.sent->stateHash) << "frame " << frame;
+        }
+    });
+}
+
+TEST(Committer, ASingleListIsHandedOnAsItIs) {
+    Committer committer;
+    ListMaker make;
+    make.node("a", kRootNode, make.transform(Vec3d::Ones()));
+    const Committer::Applied applied = committer.apply(make.builder.take()).value();
+    EXPECT_EQ(committer.closeFrame().list, applied.list) << "the very same";
+    ASSERT_EQ(applied.ids.size(), 2u);
+    EXPECT_EQ(applied.list->creations[0].id, applied.ids[0].second) << "numbered";
+    EXPECT_EQ(committer.closeFrame().list, nullptr);
+}
+
+TEST(Committer, AListThatSaysNothingIsNoFrame) {
+    Committer committer;
+    ChangeList hollow;
+    hollow.columns.push_back(FieldColumn::ofShape(typeOf<Transform>(), fieldId<&Transform::translation>, FieldKind::kDouble, 3));
+    ASSERT_TRUE(committer.apply(hollow));
+    const CommittedFrame frame = committer.closeFrame();
+    EXPECT_EQ(frame.list, nullptr);
+    EXPECT_EQ(frame.sent->sequence, Sequence(0));
+}
+
+TEST(Committer, TheWayBackIsMadeWhereItIsAskedForOnly) {
+    Committer committer;
+    ListMaker make, again;
+    make.node("a", kRootNode);
+    again.node("b", kRootNode);
+    EXPECT_TRUE(committer.apply(make.builder.take()).value().inverse.empty());
+    const std::uint64_t before = committer.scene().stateHash();
+    const Committer::Applied applied = committer.apply(again.builder.take(), Committer::Inverse::kMade).value();
+    (void)committer.closeFrame();
+    ASSERT_TRUE(committer.applyInverse(std::make_shared<const ChangeList>(applied.inverse)));
+    EXPECT_EQ(committer.scene().stateHash(), before);
+}
+
+/// A box whose indices are replaced, whose positions are taken away, that is new, that goes in the same list.
+TEST(Committer, AGeometryIsJudgedByWhatTheListLeavesBehind) {
+    Committer committer;
+    ListMaker make;
+    const ObjectId placeholder = make.box(Vec3d::Ones());
+    const Committer::Applied made = committer.apply(make.builder.take()).value();
+    ASSERT_EQ(made.ids.front().first, placeholder);
+    const ObjectId box = made.ids.front().second;
+    const ObjectType type = typeOf<Geometry>();
+    const std::uint64_t before = committer.scene().stateHash();
+    const auto tryOut = [&](auto&& fill) {
+        ChangeListBuilder builder;
+        fill(builder);
+        const Expected<Committer::Applied> applied = committer.apply(builder.take());
+        if (!applied) {
+            EXPECT_NE(applied.error().message.find("geometry"), std::string::npos) << applied.error().message;
+            EXPECT_EQ(committer.scene().stateHash(), before) << "no trace";
+        }
+        return applied.has_value();
+    };
+    const std::uint32_t wild[3] = {0, 1, 1'000'000}, tame[3] = {0, 1, 2};
+    const Blob wildIndices = Blob::of(std::span<const std::uint32_t>(wild)),
+               tameIndices = Blob::of(std::span<const std::uint32_t>(tame));
+    EXPECT_FALSE(tryOut([&](auto& b) { b.set(box, type, fieldId<&Geometry::indices>, wildIndices); }));
+    EXPECT_FALSE(tryOut([&](auto& b) { b.set(box, type, fieldId<&Geometry::positions>, Blob()); })) << "indices of nothing";
+    EXPECT_FALSE(tryOut([&](auto& b) {
+        const ObjectId fresh{kFirstPlaceholder};
+        b.create(fresh, type);
+        b.set(fresh, type, fieldId<&Geometry::indices>, tameIndices);
+    })) << "a new one";
+    EXPECT_TRUE(tryOut([&](auto& b) {
+        b.set(box, type, fieldId<&Geometry::indices>, wildIndices);
+        b.destroy(box);
+    })) << "it goes in the same list";
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,248 @@
+/// Where the wall stands: after any history what a walk over the whole scene says, at a cost of what changed.
+#include "server/sim/frame/ViewSource.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <set>
+
+#include "common/scene/Action.h"
+#include "tests/unit/sim/RandomTree.h"
+#include "tests/unit/sim/SceneForTests.h"
+
+namespace tessera {
+namespace {
+
+using test::ListMaker;
+using test::RandomTree;
+
+Wall oneScreen() {
+    Wall wall;
+    Screen screen;
+    screen.name = "front";
+    screen.lowerLeft = Vec3d(-1, 0, 0);
+    screen.lowerRight = Vec3d(1, 0, 0);
+    screen.upperLeft = Vec3d(-1, 1, 0);
+    wall.screens = {screen};
+    wall.users = {User{.name = "viewer", .position = Vec3d(0, 0.5, 2)}};
+    return wall;
+}
+
+/// The whole walk.
+struct Seen {
+    ObjectId node;
+    Affine3d world = Affine3d::Identity();
+    double scale = 0;
+};
+Seen firstByWalking(const Aspect& scene) {
+    Seen seen;
+    Action action;
+    action.on<Camera>([&](const Visit& visit, const Camera& camera) {
+        if (!seen.node && camera.enabled) seen = {visit.nodeId, visit.world_T_node, camera.worldUnitsPerMetre};
+        return Descend::kInto;
+    });
+    action.run(scene);
+    return seen;
+}
+
+bool sameBits(const View& view, const Seen& seen) {
+    const Vec3d position = seen.world.translation();
+    const Quatd orientation = Quatd(seen.world.rotation()).normalized();
+    return std::memcmp(view.position.data(), position.data(), sizeof(Vec3d)) == 0 &&
+           std::memcmp(view.orientation.coeffs().data(), orientation.coeffs().data(), sizeof(double) * 4) == 0 &&
+           view.worldUnitsPerMetre == seen.scale;
+}
+
+TEST(ViewSource, TheFirstCameraIsTheOneThatAWalkFindsAfterAnyHistory) {
+    std::size_t cameras = 0, none = 0, several = 0, changes = 0;
+    forSeeds(30, [&](Random& random) {
+        RandomTree tree(random);
+        ViewSource eachList(oneScreen(), ""), eachFrame(oneScreen(), "");
+        FirstCamera fresh;
+        ObjectId last;
+        for (int frame = 0; frame < 120; ++frame) {
+            for (std::size_t lists = 1 + below(random, 3); lists > 0; --lists) {
+                const ChangeListPtr list = tree.next();
+                if (!list) continue;
+                eachList.update(tree.scene(), oneIn(random, 30) ? nullptr : list.get());
+                const Seen seen = firstByWalking(tree.scene());
+                ASSERT_EQ(eachList.firstCamera().node(), seen.node) << "frame " << frame;
+                if (seen.node) {
+                    ASSERT_TRUE(sameBits(eachList.view(tree.scene()).value(), seen)) << "frame " << frame;
+                }
+                (seen.node ? cameras : none) += 1;
+                changes += seen.node != std::exchange(last, seen.node);
+            }
+            // As the frame loop does: once per frame, with what the frame's lists were packed into.
+            if (const CommittedFrame closed = tree.committer.closeFrame(); closed.list)
+                eachFrame.update(tree.scene(), closed.list.get());
+            ASSERT_EQ(eachFrame.firstCamera().node(), eachList.firstCamera().node()) << "frame " << frame;
+            fresh.update(tree.scene(), nullptr);
+            ASSERT_EQ(fresh.node(), eachList.firstCamera().node()) << "frame " << frame;
+        }
+        std::size_t bearers = 0;
+        for (const ObjectId id : tree.scene().ids())
+            if (const Node* node = tree.scene().get<Node>(id)) bearers += tree.scene().coreOf<Camera>(*node) != nullptr;
+        several += bearers > 2;
+    });
+    if (std::getenv("TESSERA_SEED")) return;
+    EXPECT_GT(cameras, 1000u);
+    EXPECT_GT(none, 100u);
+    EXPECT_GT(several, 15u);
+    EXPECT_GT(changes, 300u);
+}
+
+TEST(ViewSource, TheNamedNodeIsTheOneThatTheSceneSaysAfterAnyHistory) {
+    std::size_t there = 0, missing = 0, cameras = 0;
+    std::uint64_t searches = 0, lists = 0;
+    forSeeds(30, [&](Random& random) {
+        for (const char* path : {"/a", "/b/cam", "/a[1]/a", "/stage[1]", "/a//b", "#7", "/[1]"}) {
+            RandomTree tree(random);
+            NamedNode node(path);
+            node.update(tree.scene(), nullptr);
+            ViewSource view(oneScreen(), path);
+            for (int step = 0; step < 200; ++step) {
+                const ChangeListPtr list = tree.next();
+                if (!list) continue;
+                ++lists;
+                node.update(tree.scene(), list.get());
+                view.update(tree.scene(), list.get());
+                const Expected<ObjectId> right = findNode(tree.scene(), path);
+                ASSERT_EQ(node.node().has_value(), right.has_value()) << path << ", step " << step;
+                if (right) {
+                    ASSERT_EQ(*node.node(), *right) << path << ", step " << step;
+                } else {
+                    ASSERT_EQ(node.node().error().message, right.error().message) << path << ", step " << step;
+                }
+                (right ? there : missing) += 1;
+                const Camera* camera = right ? tree.scene().coreOf<Camera>(*tree.scene().get<Node>(*right)) : nullptr;
+                const Expected<View> now = view.view(tree.scene());
+                ASSERT_EQ(now.has_value(), camera != nullptr) << path << ", step " << step;
+                if (!camera) continue;
+                ++cameras;
+                ASSERT_TRUE(sameBits(*now, {*right, worldTransform(tree.scene(), *right), camera->worldUnitsPerMetre}));
+            }
+            if (path[0] != '#') searches += node.searches();
+        }
+    });
+    if (std::getenv("TESSERA_SEED")) return;
+    EXPECT_GT(there, 1000u);
+    EXPECT_GT(missing, 1000u);
+    EXPECT_GT(cameras, 100u);
+    EXPECT_LT(searches, lists) << "it is not looked for after every list";
+}
+
+/// `count` boxes' worth of nodes, ten to a group, and a camera behind them all.
+struct Field {
+    Committer committer;
+    std::vector<ObjectId> nodes, transforms;
+    ObjectId camera, cameraNode;
+
+    explicit Field(std::size_t count) {
+        ListMaker make;
+        ObjectId group;
+        for (std::size_t i = 0; i < count; ++i) {
+            if (i % 10 == 0) group = make.node("group", kRootNode);
+            transforms.push_back(make.transform(Vec3d(double(i), 0, 0)));
+            nodes.push_back(make.node("box", group, transforms.back()));
+        }
+        camera = make.create<Camera>();
+        cameraNode = make.node("camera", make.node("mast", kRootNode, make.transform(Vec3d(0, 5, 0))), camera);
+        const Committer::Applied applied = committer.apply(make.builder.take()).value();
+        std::unordered_map<ObjectId, ObjectId> given(applied.ids.begin(), applied.ids.end());
+        for (std::vector<ObjectId>* ids : {&nodes, &transforms})
+            for (ObjectId& id : *ids) id = given.at(id);
+        camera = given.at(camera);
+        cameraNode = given.at(cameraNode);
+        (void)committer.closeFrame();
+    }
+    [[nodiscard]] const Aspect& scene() const { return committer.scene(); }
+    /// Nodes that a ViewSource looks at because of this list.
+    std::uint64_t visitsOf(ViewSource& view, ChangeList list) {
+        const std::uint64_t before = view.firstCamera().nodesVisited();
+        const Committer::Applied applied = committer.apply(std::move(list)).value();
+        view.update(scene(), applied.list.get());
+        EXPECT_TRUE(view.view(scene()));
+        return view.firstCamera().nodesVisited() - before;
+    }
+};
+
+TEST(ViewSource, LooksAtNothingButTheWayToTheCameras) {
+    Field field(2000);
+    ViewSource view(oneScreen(), "");
+    view.update(field.scene(), nullptr);
+    ASSERT_EQ(view.firstCamera().node(), field.cameraNode);
+    const std::uint64_t atStart = view.firstCamera().nodesVisited();
+    EXPECT_GE(atStart, 2000u) << "the counter counts";
+    for (int frame = 0; frame < 100; ++frame) EXPECT_TRUE(view.view(field.scene()));
+    EXPECT_EQ(view.firstCamera().nodesVisited(), atStart) << "an idle frame";
+
+    ChangeListBuilder moves;
+    for (const ObjectId id : field.transforms)
+        moves.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 2, 3)));
+    EXPECT_EQ(field.visitsOf(view, moves.take()), 0u) << "what moves beside it";
+    ListMaker more;
+    for (int i = 0; i < 50; ++i) more.node("more", kRootNode, more.transform(Vec3d::Ones()));
+    EXPECT_EQ(field.visitsOf(view, more.builder.take()), 0u) << "what comes beside it";
+    ChangeListBuilder gone;
+    for (int i = 0; i < 50; ++i) {
+        gone.detach(field.nodes[static_cast<std::size_t>(i)]);
+        gone.destroy(field.nodes[static_cast<std::size_t>(i)]);
+    }
+    EXPECT_EQ(field.visitsOf(view, gone.take()), 0u) << "what goes beside it";
+    ChangeListBuilder off;
+    off.set(field.camera, typeOf<Camera>(), fieldId<&Camera::enabled>, false);
+    EXPECT_LE(field.visitsOf(view, off.take()), 6u) << "the camera, its mast and the root, on the way up and down";
+    EXPECT_FALSE(view.firstCamera().node());
+}
+
+TEST(ViewSource, ANamedCameraIsSoughtAgainOnlyWhereItsNameMayBeMeant) {
+    Field field(200);
+    NamedNode named("/mast/camera");
+    named.update(field.scene(), nullptr);
+    ASSERT_EQ(named.node().value(), field.cameraNode);
+    const auto searchesOf = [&](ChangeList list) {
+        const std::uint64_t before = named.searches();
+        named.update(field.scene(), field.committer.apply(std::move(list)).value().list.get());
+        return named.searches() - before;
+    };
+    ListMaker more;
+    for (int i = 0; i < 50; ++i) more.node("more", kRootNode);
+    EXPECT_EQ(searchesOf(more.builder.take()), 0u);
+    ChangeListBuilder gone;
+    gone.detach(field.nodes[3]);
+    gone.destroy(field.nodes[3]);
+    gone.set(field.nodes[4], typeOf<Node>(), fieldId<&Node::name>, std::string("renamed"));
+    EXPECT_EQ(searchesOf(gone.take()), 0u);
+    ListMaker same;
+    same.node("mast", kRootNode);
+    EXPECT_EQ(searchesOf(same.builder.take()), 1u);
+    EXPECT_EQ(named.node().value(), field.cameraNode) << "the first of that name still";
+}
+
+TEST(ViewSource, WithoutACameraItFramesTheSceneAsItWasWhenFirstAsked) {
+    Committer committer;
+    ListMaker make;
+    make.node("box", kRootNode, make.box(Vec3d(2, 2, 2)));
+    ASSERT_TRUE(committer.apply(make.builder.take()));
+    ViewSource view(oneScreen(), "");
+    view.update(committer.scene(), nullptr);
+    const View first = view.view(committer.scene()).value();
+    ListMaker far;
+    far.node("far", far.node("away", kRootNode, far.transform(Vec3d(100, 0, 0))), far.box(Vec3d(9, 9, 9)));
+    view.update(committer.scene(), committer.apply(far.builder.take()).value().list.get());
+    EXPECT_EQ(view.view(committer.scene())->position, first.position);
+    ASSERT_TRUE(view.set(committer.scene(), {.reset = true}));
+    EXPECT_NE(view.view(committer.scene())->position, first.position);
+}
+
+TEST(ViewSource, ANamedCameraThatIsNotThereOrIsNoneIsToldInWords) {
+    Field field(1);
+    ViewSource missing(oneScreen(), "/nowhere"), noCamera(oneScreen(), "/mast");
+    for (ViewSource* view : {&missing, &noCamera}) view->update(field.scene(), nullptr);
+    EXPECT_NE(missing.view(field.scene()).error().message.find("nowhere"), std::string::npos);
+    EXPECT_NE(noCamera.view(field.scene()).error().message.find("holds no Camera"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera
