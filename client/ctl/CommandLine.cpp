@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "client/ctl/FieldText.h"
+#include "client/ctl/TypesText.h"
 #include "common/base/Version.h"
 
 namespace tessera {
@@ -186,7 +187,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         "tessera-ctl");
     app.get_formatter()->column_width(26);
     app.set_version_flag("--version", versionText("tessera-ctl"));
-    app.add_option("--server", in.line.server, "Where the server listens")->type_name("ADDR:PORT")->required();
+    app.add_option("--server", in.line.server, "Where the server listens")->type_name("ADDR:PORT");
     app.add_flag("--json", in.line.json, "Answer in JSON");
     app.add_option("--timeout", in.timeoutSeconds, "Seconds to wait for the server (10)")
         ->type_name("S")
@@ -213,12 +214,15 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     move->add_option("--scale", in.moveScale, "In all directions")->type_name("S");
 
     CLI::App* set = app.add_subcommand("set", "Sets a field of a node or of its core");
+    set->footer("tessera-ctl types lists all fields, their units, bounds and words.");
     set->add_option("NODE", in.set.node, "/path/of/names or #id")->required();
     set->add_option("FIELD", in.set.field, "e.g. translation, choice, intensity")->required();
     set->add_option("VALUE", in.set.values, "Numbers, a text, a node or none")->required();
 
     CLI::App* remove = app.add_subcommand("remove", "Removes a node and all below it");
     remove->add_option("NODE", in.remove.node, "/path/of/names or #id")->required();
+
+    const CLI::App* types = app.add_subcommand("types", "All types of objects and their fields; needs no server");
 
     const CLI::App* undo = app.add_subcommand("undo", "Takes back the last change");
 
@@ -268,6 +272,9 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         return fail(ErrorCode::kUsage, fmt::format("{}; see tessera-ctl {}--help", wrong.what(),
                                                    chosen.empty() ? "" : chosen.front()->get_name() + " "));
     }
+
+    if (types->parsed()) return HelpText{in.line.json ? typesJson() : typesText()};
+    if (in.line.server.empty()) return fail(ErrorCode::kUsage, "--server is required; see tessera-ctl --help");
 
     in.line.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(in.timeoutSeconds * 1000));
     const auto verb = [&]() -> Expected<Verb> {

@@ -244,7 +244,7 @@ bool RenderScene::Impl::before(std::uint32_t a, std::uint32_t b) const {
     }
     const auto& children = aspect_->get<Node>(places[places[x].parent].id)->children;
     const auto indexOf = [&](std::uint32_t slot) {
-        return std::find(children.begin(), children.end(), places[slot].id) - children.begin();
+        return children.indexOf(places[slot].id);
     };
     return indexOf(x) < indexOf(y);
 }

@@ -306,7 +306,9 @@ Expected<void> checkValue(const FieldInfo& field, const FieldValue& value) {
     const auto checkNumber = [&](double number) -> Expected<void> {
         if (!std::isfinite(number)) return bad("is not a finite number");
         if (number < field.least || number > field.greatest)
-            return bad(fmt::format("must be between {} and {}, not {}", field.least, field.greatest, number));
+            return bad(std::isfinite(field.greatest)
+                           ? fmt::format("must be between {} and {}, not {}", field.least, field.greatest, number)
+                           : fmt::format("must be at least {}, not {}", field.least, number));
         return {};
     };
     if (const auto* floats = std::get_if<Floats>(&value)) {

@@ -34,6 +34,9 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
         for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
     if (recording_) recording_->frameBegins(number.value, first, edits, replies);
     FrameResult frame = around_.simulation.step(first, std::move(edits), replies);
+    // What ranges have made: hosts make it themselves, and those that come later ask for it by name.
+    if (frame.commit.list)
+        for (const RangeEdit& range : frame.commit.list->ranges) around_.blobs.add(range.result);
     if (recording_) recording_->frameDone(number.value, frame);
     around_.report.frameCommitted(frame);
 

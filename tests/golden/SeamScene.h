@@ -66,6 +66,16 @@ namespace tessera::test {
     scene.addDirectionalLight({0.4, -0.8, -0.5}, {1, 0.95f, 0.9f}, 0.7f);
     scene.addPointLight({-2, 2, -3}, {1, 0.7f, 0.5f}, 3, 9);
     scene.addPointLight({2.5, 1.5, -5}, {0.5f, 0.7f, 1}, 4, 12);
+    // A cone whose edge crosses the seams, and things that other transforms put there.
+    scene.addSpotLight({0.2, 2.2, -1}, {-0.1, -0.8, -0.6}, {0.7f, 1, 0.6f}, 6, 0.15f, 0.45f);
+    ComponentTransform about;
+    about.center = Vec3d(0.4, 0, 0);
+    about.rotation = Quatd(Eigen::AngleAxisd(0.6, Vec3d(1, 2, 3).normalized()));
+    about.scaleOrientation = Quatd(Eigen::AngleAxisd(0.8, Vec3d::UnitZ()));
+    about.scale = Vec3d(1.8, 0.4, 1);
+    about.translation = Vec3d(-0.6, 0.9, -2.2);
+    const ObjectId bent = scene.placeAbout(redBox, about);
+    scene.addNode(redBox, scene.addTransform({0.3, 1.1, -2.4}, turn, Vec3d::Constant(0.5), scene.addInverse(bent)));
     return scene.take();
 }
 

@@ -64,6 +64,24 @@ public:
         set<PointLight>(id, fieldId<&PointLight::range>, range);
         addNode(id, addTransform(position));
     }
+    /// Angles in radians from the axis, which is `direction`.
+    void addSpotLight(const Vec3d& position, const Vec3d& direction, const Vec3f& color, float intensity, float innerAngle,
+                      float outerAngle) {
+        const ObjectId id = create<SpotLight>();
+        set<SpotLight>(id, fieldId<&SpotLight::color>, color);
+        set<SpotLight>(id, fieldId<&SpotLight::intensity>, intensity);
+        set<SpotLight>(id, fieldId<&SpotLight::innerAngle>, innerAngle);
+        set<SpotLight>(id, fieldId<&SpotLight::outerAngle>, outerAngle);
+        addNode(id, addTransform(position, Quatd::FromTwoVectors(-Vec3d::UnitZ(), direction)));
+    }
+    /// A geometry, turned and stretched about a centre.
+    ObjectId placeAbout(ObjectId geometry, const ComponentTransform& about, ObjectId parent = kRootNode) {
+        const ObjectId id = create<ComponentTransform>();
+        setAllFields(list_, id, Object::of(about));
+        return addNode(geometry, addNode(id, parent));
+    }
+    /// A node whose children stand in the world, wherever it hangs itself.
+    ObjectId addInverse(ObjectId parent) { return addNode(create<InverseTransform>(), parent); }
     /// Travels along `direction`.
     void addDirectionalLight(const Vec3d& direction, const Vec3f& color, float intensity) {
         const ObjectId id = create<DirectionalLight>();

@@ -58,6 +58,11 @@ void ObjectHandler::update(const Aspect& aspect, const ChangeList* list) {
         if (!known) applyColumn(aspect, column);
         before = &column;
     }
+    for (const RangeEdit& range : list->ranges) {
+        FieldColumn touched = FieldColumn::ofShape(range.type, range.field, FieldKind::kBlob, 1);
+        touched.ids = {range.object};
+        applyColumn(aspect, touched);
+    }
     // What was laid over the scene is now committed, or was refused.
     reloadTouched(aspect);
     if (termsChanged_) relations_.refresh(interests_);
@@ -98,7 +103,7 @@ bool ObjectHandler::changesTables(const ChangeList& list) const {
 
 /// A column that leaves the tables as they are.
 void ObjectHandler::applyColumn(const Aspect& aspect, const FieldColumn& column) {
-    if (column.type == typeOf<Transform>()) {
+    if (effectsOf(column) & Effect::kPose) {
         for (const ObjectId id : column.ids) touch(id);
     } else if (column.type == typeOf<CollisionObject>()) {
         for (const ObjectId id : column.ids) {
@@ -206,8 +211,8 @@ void ObjectHandler::reloadTouched(const Aspect& aspect) {
     overlaid_.clear();
     for (const std::uint32_t number : touched_) {
         carriers_[number].touched = false;
-        const Transform& t = *aspect.get<Transform>(tree_.transforms[number]);
-        const Affine3d local = composeTransform(t.translation, t.rotation, t.scale);
+        const Object core = aspect.find(tree_.transforms[number]);
+        const Affine3d local = core.info().pose(core.data()).matrix;
         const std::span<const std::uint32_t> mine = tree_.placesOf(number);
         if (sameBits(tree_.places[mine.front()].local, local)) continue;
         for (const std::uint32_t index : mine) {
@@ -237,10 +242,7 @@ void ObjectHandler::movePlacesBelow(std::uint32_t index) {
     for (std::uint32_t i = index; i < end; ++i) {
         Place& p = tree_.places[i];
         const Affine3d& above = p.parent == Place::kNone ? kTop : tree_.places[p.parent].world;
-        if (p.transform)
-            p.world = above * p.local;
-        else
-            p.world = above;
+        p.world = p.below(above);
         if (aboveCandidate_[i]) freedomChanged_ = true;
         if (firstPart_[i + 1] != firstPart_[i]) movePart(firstPart_[i]);
     }

@@ -187,7 +187,8 @@ void ObjectHandler::makeBody(const Aspect& aspect, const BodyRules& rules, std::
     else if (core.shape == CollisionObject::kHull)
         bodyTerms_.back().shape = BodyShape::kHull;
     const ObjectId carrier = tree_.places[place].transform;
-    if (core.kind == CollisionObject::kRigid && core.division == CollisionObject::kWhole && carrier) {
+    if (core.kind == CollisionObject::kRigid && core.division == CollisionObject::kWhole &&
+        aspect.get<Transform>(carrier)) {
         const std::uint32_t transform = tree_.transformNumbers.find(carrier);
         if (tree_.placesOf(transform).size() == 1) {
             bodyTerms_.back().transform = transform;

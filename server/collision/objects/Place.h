@@ -17,9 +17,15 @@ struct Place {
 
     std::uint32_t parent = kNone;
     std::uint32_t end = 0;  ///< one past the last place below
-    ObjectId transform;     ///< the Transform core; none: the parent's frame
+    ObjectId transform;     ///< the core that moves it (NodePose); none: the parent's frame
+    bool absolute = false;  ///< `local` is the world pose itself
     Affine3d local = Affine3d::Identity();
     Affine3d world = Affine3d::Identity();
+
+    [[nodiscard]] Affine3d below(const Affine3d& above) const {
+        if (!transform) return above;
+        return absolute ? local : Affine3d(above * local);
+    }
 };
 
 /// Whether nothing has moved: a NaN equals itself, and 0 is not -0.

@@ -32,9 +32,11 @@ void VisibleTree::flatten(const Aspect& aspect) {
         place.parent = path.empty() ? Place::kNone : path.back();
         place.world = visit.world_T_node;
         if (const Object core = visit.node.core ? aspect.find(visit.node.core) : Object()) {
-            if (const auto* t = core.as<Transform>()) {
+            if (core.info().pose) {
+                const NodePose pose = core.info().pose(core.data());
                 place.transform = visit.node.core;
-                place.local = composeTransform(t->translation, t->rotation, t->scale);
+                place.local = pose.matrix;
+                place.absolute = pose.absolute;
                 const auto next = static_cast<std::uint32_t>(transforms.size());
                 const std::uint32_t number = transformNumbers.insert(visit.node.core, next);
                 if (number == next) transforms.push_back(visit.node.core);

@@ -56,6 +56,7 @@ Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) 
         return it == given.end() ? id : it->second;
     });
     list.nextFreeId = 0;
+    if (const Expected<void> named = resolveRanges(scene_, list); !named) return tl::unexpected(named.error());
     return applyNumbered(std::make_shared<const ChangeList>(std::move(list)), std::move(ids), inverse);
 }
 
@@ -101,6 +102,12 @@ Expected<void> Committer::checkGeometries(const ChangeList& list) const {
             if (const Geometry* present = isNew ? scene_.get<Geometry>(column.ids[row]) : nullptr) geometry = *present;
             if (Blob* array = arrayOf(geometry, column.field)) *array = (*values)[row];
         }
+    }
+    for (const RangeEdit& range : list.ranges) {
+        if (range.type != typeOf<Geometry>()) continue;
+        const auto [at, isNew] = touched.try_emplace(range.object);
+        if (const Geometry* present = isNew ? scene_.get<Geometry>(range.object) : nullptr) at->second = *present;
+        if (Blob* array = arrayOf(at->second, range.field)) *array = range.result;
     }
     for (const ObjectId id : list.destructions) touched.erase(id);
     for (const auto& [id, g] : touched) {

@@ -13,7 +13,7 @@ bool isEnabledCamera(const Aspect& scene, const Node& node) {
 }
 
 std::size_t indexOf(const Node& parent, ObjectId child) {
-    return static_cast<std::size_t>(std::ranges::find(parent.children, child) - parent.children.begin());
+    return parent.children.indexOf(child);
 }
 
 }  // namespace

@@ -150,6 +150,34 @@ TEST_F(RendererTest, PointLightFallsWithTheSquareOfTheDistanceAndEndsAtItsRange)
     EXPECT_EQ(shade(1, 0.9f), 0);
 }
 
+TEST_F(RendererTest, SpotLightFadesBetweenItsAnglesAsGltfSays) {
+    constexpr double kInner = 0.3, kOuter = 0.7;
+    const auto shade = [&](double angle, double inner) {
+        TestScene scene;
+        scene.setDark();
+        Material matte;
+        matte.baseColor = Vec4f(0.7f, 0.7f, 0.7f, 1);
+        matte.roughness = 1;
+        scene.addSpotLight({0, 0, -2}, {std::sin(angle), 0, -std::cos(angle)}, Vec3f::Ones(), 1, static_cast<float>(inner),
+                           static_cast<float>(kOuter));
+        scene.place(scene.add(makeSheet(9, 9), scene.add(matte)), {0, 0, -3});
+        return center(draw(scene)).g;
+    };
+    // KHR_lights_punctual, 0.7 straight on.
+    const auto wanted = [&](double angle) {
+        const double t = (std::cos(angle) - std::cos(kOuter)) / (std::cos(kInner) - std::cos(kOuter));
+        const double share = std::clamp(t, 0.0, 1.0) * std::clamp(t, 0.0, 1.0);
+        return expectedOf(Vec3f::Constant(static_cast<float>(0.7 * share))).g;
+    };
+    for (const double angle : {0.0, 0.2, 0.29, 0.4, 0.5, 0.6}) EXPECT_NEAR(shade(angle, kInner), wanted(angle), 8) << angle;
+    EXPECT_GT(shade(0.4, kInner), shade(0.5, kInner));
+    for (const double angle : {0.71, 1.0, 2.0, 3.1}) EXPECT_EQ(shade(angle, kInner), 0) << angle;
+    // Equal angles: an edge.
+    EXPECT_EQ(shade(0.68, kOuter), shade(0, kOuter));
+    EXPECT_EQ(shade(0.72, kOuter), 0);
+    EXPECT_EQ(shade(0.68, 1.5), shade(0, kOuter)) << "an inner angle beyond the outer one counts as that";
+}
+
 TEST_F(RendererTest, LightDoesNotDependOnTheScaleOfTheWorld) {
     const auto picture = [&](double scale) {
         TestScene scene;

@@ -70,6 +70,40 @@ TEST(SceneText, WritesRepeatsOut) {
     EXPECT_EQ(aspect.core<Transform>("/row[1]/post[1]")->translation, Vec3d(0, 0, 5));
 }
 
+TEST(SceneText, ReadsWhatFollowsFromTheTableOfTypes) {
+    Expected<ImportedScene> scene = importText(R"(
+        node { name: "lamp" transform { translation { y: 3 } }
+          spot_light { color { r: 1 g: 0.5 } intensity: 4 range: 9 inner_angle_deg: 10 outer_angle_deg: 30 } }
+        node { name: "plain" spot_light {} }
+        node { name: "bent" transform { translation { x: 5 } }
+          component_transform { translation { x: 1 } center { y: 2 } rotation { axis { z: 1 } angle_deg: 90 }
+                                scale_orientation { quaternion { w: 1 } } scale { y: 3 } }
+          node { name: "load" box { size { x: 1 y: 1 z: 1 } } }
+          node { name: "out" inverse_transform {} node { name: "there" transform { translation { z: 7 } } } } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* lamp = aspect.core<SpotLight>("/lamp/light");
+    ASSERT_NE(lamp, nullptr) << "content beside a transform stands in a node of its own";
+    EXPECT_EQ(lamp->color, Vec3f(1, 0.5f, 0));
+    EXPECT_EQ(lamp->intensity, 4);
+    EXPECT_EQ(lamp->range, 9);
+    EXPECT_NEAR(lamp->innerAngle, 10 * EIGEN_PI / 180, 1e-7);
+    EXPECT_NEAR(lamp->outerAngle, 30 * EIGEN_PI / 180, 1e-7);
+    const auto* plain = aspect.core<SpotLight>("/plain");
+    ASSERT_NE(plain, nullptr);
+    EXPECT_EQ(plain->outerAngle, SpotLight().outerAngle) << "what is not said is the default";
+    const auto* bent = aspect.core<ComponentTransform>("/bent/transform");
+    ASSERT_NE(bent, nullptr);
+    EXPECT_EQ(bent->translation, Vec3d(1, 0, 0));
+    EXPECT_EQ(bent->center, Vec3d(0, 2, 0));
+    EXPECT_TRUE(bent->rotation.isApprox(Quatd(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3d::UnitZ()))));
+    EXPECT_EQ(bent->scale, Vec3d(1, 3, 1));
+    EXPECT_TRUE(findNode(*aspect, "/bent/transform/load")) << "it holds what is below the node";
+    const auto there = findNode(*aspect, "/bent/transform/out/there");
+    ASSERT_TRUE(there) << there.error().message;
+    EXPECT_EQ(worldTransform(*aspect, *there).translation(), Vec3d(0, 0, 7));
+}
+
 TEST(SceneText, InstancesShareGeometryAndMaterialButNotTransforms) {
     Expected<ImportedScene> scene = importText(R"(
         material { name: "red" base_color { r: 1 } }
@@ -473,6 +507,9 @@ INSTANTIATE_TEST_SUITE_P(
                   "scene.tsct:2:29: Unknown enumeration value of \"SLIP\" for field \"response\""},
         WrongText{"ResponseBeyondAll", "node { name: \"x\" }\nnode { interest { object: \"x\" response: 17 } }",
                   "scene.tsct:2:8: an interest: response must be between 0 and 5, not 17"},
+        WrongText{"SpotTooWide", "node { name: \"x\" spot_light { outer_angle_deg: -1 } }",
+                  "scene.tsct: node 'x': outerAngle must be between 0 and 1.5707963267948966, not -0.01745329238474369"},
+        WrongText{"SpotOfNegativeRange", "node { name: \"x\" spot_light { range: -1 } }", "scene.tsct: node 'x': range must be at least 0, not -1"},
         WrongText{"NegativeThreshold", "node { name: \"x\" }\nnode { interest { object: \"x\" threshold: -1 } }",
                   "scene.tsct:2:8: an interest: threshold must be between 0 and 1000000000000, not -1"},
         WrongText{"FacesOrNone",

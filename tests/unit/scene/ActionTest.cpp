@@ -43,6 +43,44 @@ TEST(Action, CallsTheHandlerOfTheCoreWithWhereItStands) {
     EXPECT_EQ(seen[1], (std::pair<std::uint64_t, Vec3d>(4, Vec3d(0, 0, 0))));
 }
 
+TEST(Action, ComponentTransformsTurnAndStretchAboutTheirCentre) {
+    Aspect aspect = hall();
+    ComponentTransform about;
+    about.translation = Vec3d(1, 2, 3);
+    about.center = Vec3d(4, 5, 6);
+    about.rotation = Quatd(0.5, 0.5, 0.5, 0.5);
+    about.scaleOrientation = Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitX()));
+    about.scale = Vec3d(2, 3, 4);
+    Edits edits;
+    edits.core<ComponentTransform>(20, 4);
+    setAllFields(edits, ObjectId(20), Object::of(about));
+    mustApply(aspect, edits.take());
+    // One factor after the other, as VRML97 and OpenSG write it.
+    const Affine3d wanted = Eigen::Translation3d(about.translation) * Eigen::Translation3d(about.center) * about.rotation *
+                            about.scaleOrientation * Eigen::Scaling(about.scale) * about.scaleOrientation.inverse() *
+                            Eigen::Translation3d(-about.center);
+    EXPECT_TRUE(worldTransform(aspect, ObjectId(4)).isApprox(wanted, 1e-14));
+    EXPECT_TRUE((wanted * about.center).isApprox(about.center + about.translation, 1e-14)) << "the centre only moves";
+}
+
+TEST(Action, BelowAnInverseTransformIsTheWorld) {
+    Aspect aspect = hall();  // 3 carries the translation (1, 2, 3)
+    mustApply(aspect, Edits().node(10, "out", 3).node(11, "there", 10).node(12, "far", 11).core<InverseTransform>(20, 10)
+                          .core<Transform>(21, 11)
+                          .value<Transform>(21, fieldId<&Transform::translation>, toValue(Vec3d(0, 7, 0)))
+                          .take());
+    EXPECT_EQ(worldTransform(aspect, ObjectId(10)).matrix(), Mat4d::Identity());
+    EXPECT_EQ(worldTransform(aspect, ObjectId(12)).translation(), Vec3d(0, 7, 0));
+    Action action;
+    std::vector<Vec3d> seen;
+    action.onNode([&](const Visit& visit) {
+        seen.push_back(visit.world_T_node.translation());
+        return Descend::kInto;
+    });
+    action.run(aspect, ObjectId(3));
+    EXPECT_EQ(seen, (std::vector<Vec3d>{{1, 2, 3}, {0, 0, 0}, {0, 7, 0}, {0, 7, 0}}));
+}
+
 TEST(Action, PassesByWhatAHandlerDeclines) {
     Aspect aspect = hall();
     mustApply(aspect, Edits().node(10, "load", 3).take());

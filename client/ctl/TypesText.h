@@ -1,0 +1,13 @@
+/// All types of objects and their fields, as the table has them: `tessera-ctl types`.
+#pragma once
+
+#include <string>
+
+namespace tessera {
+
+/// A type per paragraph, a field per line; for people.
+[[nodiscard]] std::string typesText();
+/// {"types":[{"name","number","core","fields":[{"name","number","kind","width","unit","to","default","least","greatest","words"}]}]}
+[[nodiscard]] std::string typesJson();
+
+}  // namespace tessera
