@@ -222,7 +222,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* remove = app.add_subcommand("remove", "Removes a node and all below it");
     remove->add_option("NODE", in.remove.node, "/path/of/names or #id")->required();
 
-    const CLI::App* types = app.add_subcommand("types", "All types of objects and their fields; needs no server");
+    const CLI::App* types = app.add_subcommand("types", "All types and fields; needs no server");
 
     const CLI::App* undo = app.add_subcommand("undo", "Takes back the last change");
 

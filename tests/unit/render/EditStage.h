@@ -91,7 +91,7 @@ inline const std::vector<EditKind>& editKinds() {
         {"destroy",
          [](EditStage& s, int turn) {
              const ObjectId node =
-                 s.scene.aspect.get<Node>(s.groups[static_cast<std::size_t>(turn + 500)])->children.at(0);
+                 s.scene.aspect.get<Node>(s.groups[static_cast<std::size_t>(turn + 500)])->children.front();
              s.scene.edit.detach(node);
              s.scene.edit.destroy(node);
          }},

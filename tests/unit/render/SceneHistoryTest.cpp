@@ -192,16 +192,16 @@ private:
     std::size_t pick(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_); }
     double uniform(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
     ObjectId any(const std::vector<ObjectId>& ids) { return ids.empty() ? ObjectId() : ids[pick(ids.size())]; }
-    std::vector<ObjectId>& of(ObjectType type) { return ids_[static_cast<std::size_t>(type)]; }
+    std::vector<ObjectId>& of(ObjectType type) { return ids_[type.value]; }
 
     void survey() {
         for (auto& ids : ids_) ids.clear();
         for (const ObjectId id : scene.aspect.ids())
-            of(static_cast<ObjectType>(typeOf(*scene.aspect.find(id)).value)).push_back(id);
+            of(typeOf(scene.aspect.find(id))).push_back(id);
     }
 
     ObjectId create(ObjectType type) {
-        const ObjectId id = scene.create(objectType(type));
+        const ObjectId id = scene.create(type);
         of(type).push_back(id);
         return id;
     }
@@ -213,27 +213,14 @@ private:
         const ObjectType type = kTypes[pick(std::size(kTypes))];
         if (pick(3) > 0 && !of(type).empty()) return any(of(type));
         const ObjectId core = create(type);
-        switch (type) {
-            case typeOf<Transform>():
-                setTransform(core);
-                break;
-            case typeOf<Geometry>():
-                setArrays(core);
-                setMaterial(core);
-                break;
-            case typeOf<Switch>():
-                setChoice(core);
-                break;
-            case typeOf<PointLight>():
-            case typeOf<DirectionalLight>():
-                setIntensity(core, type);
-                break;
-            case typeOf<Environment>():
-                setSky(core);
-                break;
-            default:
-                break;
+        if (type == typeOf<Transform>()) setTransform(core);
+        if (type == typeOf<Geometry>()) {
+            setArrays(core);
+            setMaterial(core);
         }
+        if (type == typeOf<Switch>()) setChoice(core);
+        if (type == typeOf<PointLight>() || type == typeOf<DirectionalLight>()) setIntensity(core, type);
+        if (type == typeOf<Environment>()) setSky(core);
         return core;
     }
     void setTransform(ObjectId id) {
@@ -280,7 +267,7 @@ private:
     }
     void setIntensity(ObjectId id, ObjectType type) {
         if (id)
-            scene.edit.set(id, objectType(type), fieldId<&PointLight::intensity>, toValue(static_cast<float>(uniform(0, 9))));
+            scene.edit.set(id, type, fieldId<&PointLight::intensity>, toValue(static_cast<float>(uniform(0, 9))));
     }
     void setSky(ObjectId id) {
         if (!id) return;

@@ -49,7 +49,7 @@ private:
     ObjectId some(ObjectType type) {
         std::vector<ObjectId> all;
         for (const ObjectId id : scene().ids())
-            if (typeOf(*scene().find(id)) == type) all.push_back(id);
+            if (typeOf(scene().find(id)) == type) all.push_back(id);
         for (const auto& [id, made] : made_)
             if (made == type) all.push_back(id);
         return all.empty() ? ObjectId() : all[below(random_, all.size())];
