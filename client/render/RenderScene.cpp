@@ -146,9 +146,10 @@ void RenderScene::Impl::adopt(ObjectId top) {
         const auto [id, parent] = found.back();
         found.pop_back();
         const std::uint32_t place = addPlace(id, parent);
-        const auto& children = aspect_->get<Node>(id)->children;
+        const std::size_t before = found.size();
+        for (const ObjectId child : aspect_->get<Node>(id)->children) found.push_back({child, place});
         // The first is the next to be found.
-        for (std::size_t i = children.size(); i-- > 0;) found.push_back({children[i], place});
+        std::reverse(found.begin() + static_cast<std::ptrdiff_t>(before), found.end());
     }
 }
 

@@ -8,6 +8,9 @@
 #include <cstdio>
 #include <fstream>
 
+#include "client/replica/RenderHost.h"
+#include "common/codec/WallCodec.h"
+#include "tests/unit/TestFolder.h"
 #include "tests/unit/render/EditStage.h"
 
 namespace tessera {
@@ -132,6 +135,70 @@ void measureCulling(std::vector<Row>& rows) {
     }
 }
 
+/// A host with one tile of 960×540 that keeps what it shows in a file: microseconds of a frame in which nothing
+/// changes, and of one that is drawn.
+struct HostFrames {
+    double idle = 0, drawn = 0;
+};
+HostFrames measureHost(int count) {
+    const test::TestFolder folder;
+    Log log("bench_follow");
+    BlobStore store;
+    std::vector<Blob> kept;
+    const auto surface = makeSurface("osmesa").value();
+    std::size_t frames = 0;
+    RenderHost host({.name = "left", .output = folder.path()}, *surface, store, log, [&](const Outcome& outcome) {
+        frames += std::holds_alternative<outcome::Drawn>(outcome.what) ? 1 : 0;
+    });
+    static_cast<void>(host.probe());
+    Wall wall;
+    wall.name = "bench";
+    Screen screen;
+    screen.name = "front";
+    screen.lowerLeft = {-1.6, 0.6, 0};
+    screen.lowerRight = {1.6, 0.6, 0};
+    screen.upperLeft = {-1.6, 2.4, 0};
+    wall.screens = {screen};
+    wall.users = {User{.name = "viewer"}};
+    wall.hosts = {{.name = "left", .tiles = {{.screen = "front", .column = 0, .row = 0, .user = "viewer"}}}};
+    host.perform({Attempt{1}, work::Configure{share(encodeWall(wall))}});
+
+    const EditStage stage(Layout::kFlat, count);
+    const ChangeList list = snapshot(stage.scene.aspect);
+    for (const Blob& blob : blobsOf(list)) kept.push_back(store.add(blob));
+    host.perform({Attempt{1}, work::ApplySnapshot{{.sequence = 1, .list = share(encodeChangeList(list))}}});
+    std::uint64_t frame = 0;
+    const auto show = [&](const View& view) {
+        const message::Begin begin{.frame = frame, .sequence = 1, .payload = share(encodeFrame({.view = view}))};
+        const double start = threadUs();
+        host.perform({Attempt{1}, work::Draw{begin}});
+        host.perform({Attempt{1}, work::Show{frame++}});
+        return threadUs() - start;
+    };
+    std::vector<double> idle, drawn;
+    View view;
+    for (int turn = 0; turn < 12; ++turn) {
+        view.position.x() = 0.01 * turn;
+        drawn.push_back(show(view));
+        for (int still = 0; still < 20; ++still) {
+            const double took = show(view);
+            if (still > 0) idle.push_back(took);  // in the first one the picture is copied into the other slot
+        }
+    }
+    if (frames != frame) {
+        std::fprintf(stderr, "bench_follow: %zu frames of %zu\n", frames, static_cast<std::size_t>(frame));
+        std::exit(1);
+    }
+    return {median(idle), median(drawn)};
+}
+
+void measureHosts(std::vector<Row>& rows) {
+    const HostFrames small = measureHost(1'000);
+    const HostFrames large = measureHost(100'000);
+    rows.push_back({"idle frame of a host, 100,000 items", "1,000 items", large.idle, small.idle, "us"});
+    rows.push_back({"idle frame of a host, 100,000 items", "drawn frame", large.idle, large.drawn, "us"});
+}
+
 int bench(int argc, char** argv) {
     std::string json;
     int edits = 200;
@@ -144,6 +211,7 @@ int bench(int argc, char** argv) {
     for (const Layout layout : {Layout::kBushy, Layout::kFlat, Layout::kDeep}) measureKinds(layout, edits, rows);
     measureMany(rows);
     measureCulling(rows);
+    measureHosts(rows);
     std::printf("%-44s %-16s %10s %10s %8s\n", "case", "peer", "ours", "theirs", "ratio");
     std::string cases;
     for (const Row& row : rows) {

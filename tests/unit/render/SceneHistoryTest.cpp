@@ -91,6 +91,8 @@ void expectSame(const RenderScene& followed, const RenderScene& anew) {
     ASSERT_EQ(x.rebuilds, 1u) << "it was to follow";
 }
 
+int crowdedWithLights = 0;  ///< scenes seen with more lights than are used
+
 /// Items, lights and environment, read off the scene by a traversal, node after node in document order.
 void expectAsTraversed(const RenderScene& scene, const Aspect& aspect) {
     const RenderScene::Impl& all = scene.impl();
@@ -139,6 +141,7 @@ void expectAsTraversed(const RenderScene& scene, const Aspect& aspect) {
     hidden.on<PointLight>(found);
     hidden.run(aspect);
 
+    if (intensities.size() > DrawList::kMaxLights) ++crowdedWithLights;
     EXPECT_EQ(drawn, items.size());
     EXPECT_EQ(all.environment.sky, skies.empty() ? Environment().sky : skies.front());
     if (!anyLight) intensities.assign(3, 0);
@@ -151,7 +154,8 @@ void expectAsTraversed(const RenderScene& scene, const Aspect& aspect) {
 /// Edits a scene at random; knows nothing of it but what the aspect says.
 class Editor {
 public:
-    explicit Editor(unsigned seed) : random_(seed) {
+    /// One history in four is about lights: more of them than are used.
+    explicit Editor(unsigned seed) : random_(seed), lightsOften_(seed % 4 == 3) {
         for (const auto& mesh : {makeBox({1, 1, 1}), makeSphere(1, 8), makeTorus(1, 0.3, 8, 6), MeshData{}})
             meshes_.push_back(mesh.toArrays());
         MeshData broken = makeBox({1, 2, 1});
@@ -209,17 +213,20 @@ private:
         constexpr ObjectType kTypes[] = {typeOf<Transform>(),  typeOf<Transform>(), typeOf<Geometry>(),
                                          typeOf<Geometry>(),   typeOf<Geometry>(),  typeOf<Switch>(),
                                          typeOf<PointLight>(), typeOf<Group>(),     typeOf<DirectionalLight>(),
-                                         typeOf<Environment>()};
-        const ObjectType type = kTypes[pick(std::size(kTypes))];
-        if (pick(3) > 0 && !of(type).empty()) return any(of(type));
+                                         typeOf<Environment>(), typeOf<SpotLight>(), typeOf<ComponentTransform>(),
+                                         typeOf<InverseTransform>()};
+        const bool light = lightsOften_ && pick(3) > 0;
+        const ObjectType type = light ? typeOf<PointLight>() : kTypes[pick(std::size(kTypes))];
+        if (!light && pick(3) > 0 && !of(type).empty()) return any(of(type));
         const ObjectId core = create(type);
         if (type == typeOf<Transform>()) setTransform(core);
+        if (type == typeOf<ComponentTransform>()) setComponents(core);
         if (type == typeOf<Geometry>()) {
             setArrays(core);
             setMaterial(core);
         }
         if (type == typeOf<Switch>()) setChoice(core);
-        if (type == typeOf<PointLight>() || type == typeOf<DirectionalLight>()) setIntensity(core, type);
+        if (type == typeOf<PointLight>() || type == typeOf<DirectionalLight>() || type == typeOf<SpotLight>()) setIntensity(core, type);
         if (type == typeOf<Environment>()) setSky(core);
         return core;
     }
@@ -231,6 +238,12 @@ private:
         const Quatd turned(pick(2) ? 1.0 : 0.5, static_cast<double>(pick(2)), 0.25, 0);
         scene.place(id, {static_cast<double>(pick(4)), 1, static_cast<double>(pick(3))}, turned,
                     {pick(3) ? 1.0 : -1.5, 1, 0.5});
+    }
+    void setComponents(ObjectId id) {
+        if (!id) return;
+        setField<&ComponentTransform::center>(scene.edit, id, Vec3d(static_cast<double>(pick(3)), 0, 1));
+        setField<&ComponentTransform::scaleOrientation>(scene.edit, id, Quatd(1, 0, 0, static_cast<double>(pick(3))));
+        setField<&ComponentTransform::scale>(scene.edit, id, Vec3d(1, pick(4) ? 2.0 : -1.0, 1));
     }
     void setArrays(ObjectId id) {
         if (!id) return;
@@ -360,6 +373,7 @@ private:
     }
 
     std::mt19937 random_;
+    bool lightsOften_;
     std::array<std::vector<ObjectId>, 64> ids_;
     std::vector<MeshArrays> meshes_;
     std::vector<Blob> images_;
@@ -399,6 +413,7 @@ TEST(SceneHistory, FollowingItEqualsStartingAnew) {
     }
     if (!one) {
         EXPECT_GT(done, 400 * 20) << "most lists were refused: this proves little";
+        EXPECT_GT(crowdedWithLights, 200);
     }
     RecordProperty("lists", done);
 }

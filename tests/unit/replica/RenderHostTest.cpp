@@ -157,6 +157,10 @@ TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChange
     }
     const TileStats renamed = frame(FrameNumber(5), set(ball, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("ball"))));
     EXPECT_EQ(renamed.cullMs + renamed.drawMs, 0) << "a name is not seen";
+    ChangeList compacted;  // of objects that came and went
+    compacted.nextFreeId = 5'000;
+    ASSERT_TRUE(scene.apply(compacted));
+    EXPECT_EQ(frame(5, compacted).cullMs, 0) << "no snapshot: nothing is to be known anew";
     const TileStats unseen =
         frame(FrameNumber(6), set(poseOf(behind), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 1.5, 50))));
     EXPECT_GT(unseen.cullMs, 0);
