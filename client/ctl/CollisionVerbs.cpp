@@ -184,7 +184,8 @@ Answer showFrame(const Told& told, std::string_view what, const Listing& out) {
     answer.text = out.table.text() + fmt::format("{} {} in frame {}{}{}\n", out.rows + out.more, what, told.frame.value,
                                                  notListed(told.leftOut, "found than are listed"),
                                                  notListed(out.more, "than --limit"));
-    answer.json = {{"frame", told.frame.value}, {std::string(what), out.entries}, {"left_out", told.leftOut + out.more}};
+    answer.json = {
+        {"frame", told.frame.value}, {std::string(what), out.entries}, {"left_out", told.leftOut + out.more}};
     return answer;
 }
 

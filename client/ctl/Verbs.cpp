@@ -201,13 +201,14 @@ Expected<Answer> run(Application& application, const verb::Snapshot& snapshot) {
     const Picture& picture = mosaic->picture;
     const Expected<void> written = writeFile(snapshot.file, encodePng(picture, mosaic->frame.value));
     if (!written) return tl::unexpected(written.error());
-    Answer answer{fmt::format("{}: {}x{}, frame {}\n", snapshot.file, picture.widthPx, picture.heightPx, mosaic->frame.value),
-                  {{"file", snapshot.file},
-                   {"width", picture.widthPx},
-                   {"height", picture.heightPx},
-                   {"frame", mosaic->frame.value},
-                   {"missing", mosaic->missing}},
-                  {}};
+    Answer answer{
+        fmt::format("{}: {}x{}, frame {}\n", snapshot.file, picture.widthPx, picture.heightPx, mosaic->frame.value),
+        {{"file", snapshot.file},
+         {"width", picture.widthPx},
+         {"height", picture.heightPx},
+         {"frame", mosaic->frame.value},
+         {"missing", mosaic->missing}},
+        {}};
     if (!mosaic->missing.empty())
         answer.warning = fmt::format("nobody draws {} now: black", fmt::join(mosaic->missing, ", "));
     return answer;

@@ -93,7 +93,8 @@ bool RenderHost::on(const work::ApplySnapshot& apply) {
 
 bool RenderHost::on(const work::ApplyChanges& apply) {
     if (auto applied = applyList(*apply.changes.list); !applied) {
-        tell(outcome::ApplyFailed{fmt::format("list {}: {}", apply.changes.list->sequence.value, applied.error().message)});
+        tell(outcome::ApplyFailed{
+            fmt::format("list {}: {}", apply.changes.list->sequence.value, applied.error().message)});
         return true;
     }
     sequence_ = apply.changes.list->sequence;
@@ -137,8 +138,8 @@ bool RenderHost::on(const work::Draw& draw) {
         skipped += renderer_->lastCounts().skipped;
     }
     if (skipped != skippedBefore_ && skipped > 0)
-        log_.warning(
-            fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame.value, skipped));
+        log_.warning(fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame.value,
+                                 skipped));
     skippedBefore_ = skipped;
     tell(outcome::Drawn{frame, StateHash(aspect_.stateHash()), encodeStats(stats)});
     return true;

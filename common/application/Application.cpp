@@ -120,9 +120,9 @@ Expected<void> Application::Impl::apply(incoming::List list) {
         haveScene = true;
     }
     if (auto applied = aspect.apply(*list.list); !applied)
-        return failWith(fmt::format("change list {} of the server does not fit the scene here",
-                                    list.committed->sequence.value),
-                        applied.error());
+        return failWith(
+            fmt::format("change list {} of the server does not fit the scene here", list.committed->sequence.value),
+            applied.error());
     if (StateHash(aspect.stateHash()) != list.committed->stateHash)
         return fail(ErrorCode::kFailed,
                     fmt::format("after change list {} the scene here differs from the server's; connect again",

@@ -11,8 +11,8 @@
 
 namespace tessera {
 
-/// Immutable bytes in a buffer that others may hold too: all of it or a part. Copying shares, and keeps the whole buffer
-/// alive. The default is no bytes; there is no difference between that and a slice of length 0.
+/// Immutable bytes in a buffer that others may hold too: all of it or a part. Copying shares, and keeps the whole
+/// buffer alive. The default is no bytes; there is no difference between that and a slice of length 0.
 class ByteSlice {
 public:
     ByteSlice() = default;
@@ -38,7 +38,9 @@ public:
     }
 
     /// The same bytes, wherever they lie.
-    friend bool operator==(const ByteSlice& a, ByteSpan b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
+    friend bool operator==(const ByteSlice& a, ByteSpan b) {
+        return std::equal(a.begin(), a.end(), b.begin(), b.end());
+    }
     friend bool operator==(const ByteSlice& a, const ByteSlice& b) { return a == b.bytes(); }
 
 private:

@@ -24,7 +24,6 @@ struct IdPair {
 
 using Parts = std::vector<ByteSpan>;
 
-
 void put(pb::Vector* out, const Vec3d& v) {
     out->set_x(v.x());
     out->set_y(v.y());
@@ -94,8 +93,8 @@ public:
     }
     answer::Contacts contacts(const pb::Contacts& head) {
         expectCollision(1);
-        return {FrameNumber(head.frame()), head.begun(), taken(unpackContacts(part(0), limits_.maxContacts)), head.left_out(),
-                head.not_looked_at()};
+        return {FrameNumber(head.frame()), head.begun(), taken(unpackContacts(part(0), limits_.maxContacts)),
+                head.left_out(), head.not_looked_at()};
     }
     answer::PairEvents events(const pb::PairEvents& head) {
         expectCollision(1);
@@ -125,7 +124,8 @@ private:
 
 /// Splits, parses and unpacks; `unpack(head, in)` gives the value.
 template <typename Head, typename Unpack>
-auto decode(const ByteSlice& bytes, std::string_view what, std::size_t maxParts, const ApplicationLimits& limits, Unpack unpack)
+auto decode(const ByteSlice& bytes, std::string_view what, std::size_t maxParts, const ApplicationLimits& limits,
+            Unpack unpack)
     -> Expected<decltype(unpack(std::declval<const Head&>(), std::declval<ApplicationUnpacker&>()))> {
     auto split = splitParts(bytes, kMaxHeadBytes, maxParts);
     if (!split) return failWith(fmt::format("a malformed {}", what), split.error());
@@ -400,8 +400,8 @@ answer::Status unpackStatus(const pb::Status& head, ApplicationUnpacker& in) {
     out.stateHash = StateHash(head.state_hash());
     if (in.within(static_cast<std::size_t>(head.hosts_size()), in.limits().maxHosts, "hosts"))
         for (const pb::HostInfo& host : head.hosts())
-            out.hosts.push_back(
-                {in.text(host.name()), in.text(host.state()), FrameNumber(host.last_shown()), in.finite(host.round_trip_ms())});
+            out.hosts.push_back({in.text(host.name()), in.text(host.state()), FrameNumber(host.last_shown()),
+                                 in.finite(host.round_trip_ms())});
     out.waitingFor = in.texts(head.waiting_for(), in.limits().maxHosts);
     out.objects = head.objects();
     out.nodes = head.nodes();
@@ -471,7 +471,8 @@ ApplicationNotice unpackNotice(const pb::NoticeHead& head, ApplicationUnpacker& 
     switch (head.what_case()) {
         case pb::NoticeHead::kFrame:
             in.expectParts(0);
-            return notice::Frame{FrameNumber(head.frame().frame()), in.texts(head.frame().shown(), in.limits().maxHosts),
+            return notice::Frame{FrameNumber(head.frame().frame()),
+                                 in.texts(head.frame().shown(), in.limits().maxHosts),
                                  in.texts(head.frame().held(), in.limits().maxHosts)};
         case pb::NoticeHead::kContacts:
             return in.contacts(head.contacts());

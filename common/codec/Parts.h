@@ -1,4 +1,5 @@
-/// A small protobuf head with large byte fields raw behind it, so that bulk bytes are never parsed, and need not be copied.
+/// A small protobuf head with large byte fields raw behind it, so that bulk bytes are never parsed, and need not be
+/// copied.
 ///
 /// u32 head bytes | u32 number of parts | u64 bytes of each part | head | parts; little-endian.
 #pragma once

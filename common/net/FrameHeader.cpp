@@ -43,8 +43,7 @@ std::string printable(ByteSpan bytes) {
 
 }  // namespace
 
-std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, Epoch epoch,
-                                                       const ByteChain& payload) {
+std::array<std::byte, FrameHeader::kBytes> encodeHeader(std::uint16_t type, Epoch epoch, const ByteChain& payload) {
     TESSERA_CHECK(payload.size() <= 0xffffffffu, "a frame's payload is shorter than 4 GiB");
     std::array<std::byte, FrameHeader::kBytes> bytes{};
     put(bytes, kMagicAt, FrameHeader::kMagic);

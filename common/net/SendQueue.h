@@ -30,7 +30,8 @@ public:
         return sum;
     }
 
-    /// What the next write sends, in several pieces: the spans hold until `written`. Only when nothing is being written.
+    /// What the next write sends, in several pieces: the spans hold until `written`. Only when nothing is being
+    /// written.
     [[nodiscard]] std::vector<ByteSpan> next() {
         writing_ = std::min(frames_.size(), kGatherFrames);
         std::vector<ByteSpan> pieces;

@@ -193,8 +193,7 @@ struct Transport::Impl {
     }
 
     /// One large payload for many links is hashed once.
-    std::array<std::byte, FrameHeader::kBytes> headerOf(std::uint16_t type, Epoch epoch,
-                                                        const SharedChain& payload) {
+    std::array<std::byte, FrameHeader::kBytes> headerOf(std::uint16_t type, Epoch epoch, const SharedChain& payload) {
         if (!payload || payload->size() < kWorthCaching)
             return encodeHeader(type, epoch, payload ? *payload : ByteChain());
         if (cached.type != type || cached.epoch != epoch || cached.payload.lock() != payload)

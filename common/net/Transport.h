@@ -70,7 +70,8 @@ public:
     /// Starts to connect; Opened or Closed follows within `timeout`.
     LinkId connect(const Address& address, std::chrono::milliseconds timeout);
     /// Queues one frame (before Opened too). The payload is written from where it lies, and the same one may go to many
-    /// links; none is an empty one. Unknown or closed links are ignored. Frames of one thread to one link arrive in order.
+    /// links; none is an empty one. Unknown or closed links are ignored. Frames of one thread to one link arrive in
+    /// order.
     void send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain payload);
     void send(LinkId link, std::uint16_t type, Epoch epoch, ByteSlice payload) {
         send(link, type, epoch, share(ByteChain(std::move(payload))));

@@ -59,8 +59,7 @@ Expected<std::optional<Blob>> BlobFetcher::chunk(const message::BlobChunk& chunk
                 static_cast<std::size_t>(std::min<std::uint64_t>(fetch.sizeBytes, std::uint64_t{16} << 20)));
         fetch.bytes.resize(static_cast<std::size_t>(chunk.offset) + chunk.bytes.size());
     }
-    std::copy(chunk.bytes.begin(), chunk.bytes.end(),
-              fetch.bytes.begin() + static_cast<std::ptrdiff_t>(chunk.offset));
+    std::copy(chunk.bytes.begin(), chunk.bytes.end(), fetch.bytes.begin() + static_cast<std::ptrdiff_t>(chunk.offset));
     fetch.received += chunk.bytes.size();
     if (fetch.received < fetch.sizeBytes) return std::optional<Blob>{};
     Blob blob(std::move(fetch.bytes));

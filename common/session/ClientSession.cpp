@@ -338,8 +338,8 @@ void ClientSession::Impl::start(const Message& message) {
     } else if (const auto* swap = std::get_if<message::Swap>(&message)) {
         if (!everDrawn || swap->frame != lastDrawn)
             return disconnect(
-                "the server released frame " + std::to_string(swap->frame.value) + ", which is not the one drawn last", true,
-                ErrorCode::kBadInput);
+                "the server released frame " + std::to_string(swap->frame.value) + ", which is not the one drawn last",
+                true, ErrorCode::kBadInput);
         work = Work::kShowing;
         workFrame = swap->frame;
         out.push_back(client_action::Show{swap->frame});

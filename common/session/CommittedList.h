@@ -16,8 +16,9 @@ struct BlobInfo {
     bool operator==(const BlobInfo&) const = default;
 };
 
-/// A list as bytes, and where it leads. Made once, by who commits it or by who receives it, and then only shared: frames,
-/// messages, queues and work hold a CommittedListPtr. Whether the list is a change or a whole scene says who hands it on.
+/// A list as bytes, and where it leads. Made once, by who commits it or by who receives it, and then only shared:
+/// frames, messages, queues and work hold a CommittedListPtr. Whether the list is a change or a whole scene says who
+/// hands it on.
 struct CommittedList {
     Sequence sequence;            ///< where the scene stands after it
     StateHash stateHash;          ///< of the scene after it

@@ -34,7 +34,7 @@ private:
     std::deque<CommittedListPtr> lists_;
     std::size_t bytes_ = 0;
     std::deque<std::pair<Sequence, StateHash>> hashes_;  ///< ascending
-    Sequence base_;  ///< every list after this one is in lists_
+    Sequence base_;                                      ///< every list after this one is in lists_
     Sequence last_;
     bool started_ = false;
     bool keeping_ = false;

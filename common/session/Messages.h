@@ -131,8 +131,8 @@ struct Snapshot {
 struct Changes {
     CommittedListPtr list = nothingCommitted();
 };
-/// Apply `list` and draw frame `frame`; `payload` holds its view (codec FrameCodec). Hosts hold the list's blobs already
-/// where they were announced.
+/// Apply `list` and draw frame `frame`; `payload` holds its view (codec FrameCodec). Hosts hold the list's blobs
+/// already where they were announced.
 struct Begin {
     FrameNumber frame;
     ByteSlice payload;

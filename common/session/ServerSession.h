@@ -94,7 +94,7 @@ struct HostEntered {
 struct Fault {
     std::string host;
     FaultKind kind{};
-    FrameNumber frame;   ///< the frame open or next when it was found
+    FrameNumber frame;         ///< the frame open or next when it was found
     Duration detectedAfter{};  ///< since the last byte received from it
     std::string detail;
 };

@@ -221,7 +221,8 @@ void ServerSession::Impl::settle(TimePoint now) {
     for (const std::string& name : outcome.stalled) {
         Host& host = *findHost(name);
         const ConnectionId connection = host.connection;
-        const std::string detail = "no picture of frame " + std::to_string(host.frame.value) + " within the frame deadline";
+        const std::string detail =
+            "no picture of frame " + std::to_string(host.frame.value) + " within the frame deadline";
         lose(host, FaultKind::kDrawStalled, detail, frame, now);
         close(*find(connection), detail);
     }

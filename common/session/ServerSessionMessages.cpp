@@ -73,8 +73,8 @@ void ServerSession::Impl::heartbeat(Peer& peer, const message::Heartbeat& beat, 
 
 void ServerSession::Impl::on(Peer& peer, Host& host, const message::Synced& message, TimePoint now) {
     if (!peer.everFollowed || message.sequence > peer.sentThrough)
-        return violated(peer, "claims to stand at list " + std::to_string(message.sequence.value) + ", which it was not sent",
-                        now);
+        return violated(
+            peer, "claims to stand at list " + std::to_string(message.sequence.value) + ", which it was not sent", now);
     if (!peer.following) return;  // overtaken by a mismatch: a new snapshot comes
     std::optional<StateHash> expected = tail.hashAt(message.sequence);
     if (!expected && message.sequence == host.snapshotSequence) expected = host.snapshotHash;
@@ -86,7 +86,8 @@ void ServerSession::Impl::on(Peer& peer, Host& host, const message::Synced& mess
 void ServerSession::Impl::on(Peer& peer, Host& host, const message::Ready& message, TimePoint now) {
     if (!host.everBegun || message.frame > host.frame)
         return violated(
-            peer, "is ready with frame " + std::to_string(message.frame.value) + ", which it was not told to draw", now);
+            peer, "is ready with frame " + std::to_string(message.frame.value) + ", which it was not told to draw",
+            now);
     if (message.frame < host.frame || host.answered) return;
     host.answered = true;
     if (!message.stats.empty()) out.push_back(server_action::FrameStats{host.name, message.frame, message.stats});
@@ -109,7 +110,8 @@ void ServerSession::Impl::on(Peer& peer, Host& host, const message::Ready& messa
 
 void ServerSession::Impl::on(Peer& peer, Host& host, const message::Shown& message, TimePoint now) {
     if (!host.everSwapped || message.frame > host.lastSwap)
-        return violated(peer, "shows frame " + std::to_string(message.frame.value) + ", which was not released to it", now);
+        return violated(peer, "shows frame " + std::to_string(message.frame.value) + ", which was not released to it",
+                        now);
     if (host.everShown && message.frame <= host.lastShown) return;
     host.everShown = true;
     host.lastShown = message.frame;

@@ -49,8 +49,8 @@ std::vector<std::string> SwapBarrier::begin(FrameNumber frame, TimePoint now) {
 Expected<void> SwapBarrier::ready(const std::string& host, FrameNumber frame, TimePoint now) {
     const auto it = members_.find(host);
     if (it == members_.end())
-        return fail(ErrorCode::kRefused,
-                    "host '" + host + "' says ready for frame " + std::to_string(frame.value) + " but is not in the barrier");
+        return fail(ErrorCode::kRefused, "host '" + host + "' says ready for frame " + std::to_string(frame.value) +
+                                             " but is not in the barrier");
     Member& member = it->second;
     if (!member.everBegun || frame > member.frame)
         return fail(ErrorCode::kRefused, "host '" + host + "' says ready for frame " + std::to_string(frame.value) +

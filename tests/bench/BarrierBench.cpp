@@ -241,9 +241,8 @@ public:
         for (int round = 0; round < count; ++round) {
             const auto begin = Clock::now();
             released_ = false;
-            take(peers_->perform(peers_->session().beginFrame({.frame = peers_->session().nextFrame(),
-                                                               .payload = payload_},
-                                                              begin)),
+            take(peers_->perform(peers_->session().beginFrame(
+                     {.frame = peers_->session().nextFrame(), .payload = payload_}, begin)),
                  &samples);
             while (!released_) turn(&samples);
             samples.roundUs.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
@@ -258,9 +257,7 @@ private:
     void take(ServerActions actions, Samples* samples) {
         for (ServerAction& action : actions) {
             if (const auto* wanted = std::get_if<server_action::SnapshotWanted>(&action)) {
-                take(peers_->perform(
-                         peers_->session().snapshotReady(wanted->connection, {}, Clock::now())),
-                     samples);
+                take(peers_->perform(peers_->session().snapshotReady(wanted->connection, {}, Clock::now())), samples);
             } else if (std::holds_alternative<server_action::FrameReleased>(action)) {
                 released_ = true;
             } else if (const auto* shown = std::get_if<server_action::FrameShown>(&action)) {

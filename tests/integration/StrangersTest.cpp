@@ -103,7 +103,8 @@ TEST_F(Strangers, SilentConnectionsAreClosedAfterTheHelloDeadline) {
 }
 
 TEST_F(Strangers, AMessageThatOnlyAHostMaySayEndsTheConnection) {
-    const ByteChain payload = encodeMessage(message::Ready{.frame = FrameNumber(4), .stateHash = StateHash(1), .stats = nullptr});
+    const ByteChain payload =
+        encodeMessage(message::Ready{.frame = FrameNumber(4), .stateHash = StateHash(1), .stats = nullptr});
     const auto header = encodeHeader(wireType(Message(message::Ready{})), {}, payload);
     const Knock knock(wall_.address());
     knock.say(header);

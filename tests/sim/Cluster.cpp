@@ -95,8 +95,9 @@ const Peer& Cluster::peer(const std::string& host) const {
 }
 
 void Cluster::shows(const std::string& host, FrameNumber frame) {
-    fingerprint_ = (fingerprint_ ^ frame.value ^ static_cast<std::uint64_t>(timeline_.now().time_since_epoch().count())) *
-                   0x9E3779B97F4A7C15ull;
+    fingerprint_ =
+        (fingerprint_ ^ frame.value ^ static_cast<std::uint64_t>(timeline_.now().time_since_epoch().count())) *
+        0x9E3779B97F4A7C15ull;
     owner_.showed(host);
     std::uint64_t oldest = ~std::uint64_t{0}, newest = 0;
     for (const std::string& name : owner_.inStep()) {
@@ -139,7 +140,8 @@ void Cluster::requireEverybodyInStep() const {
         if (status.state != HostState::kLive && status.state != HostState::kLate && !mayBeDropped)
             throw Violation(status.name + " is " + std::string(nameOf(status.state)) + " and should be live again");
         const Peer& host = peer(status.name);
-        if (!jittery && host.shown().value + 10 < owner_.released()) throw Violation(status.name + " shows an old frame");
+        if (!jittery && host.shown().value + 10 < owner_.released())
+            throw Violation(status.name + " shows an old frame");
     }
     for (const auto& application : applications_)
         if (application->scene().sequence.value + 10 < owner_.scene().sequence.value)

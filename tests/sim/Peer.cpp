@@ -147,7 +147,8 @@ void Peer::received(ConnectionId connection, std::shared_ptr<const Message> mess
         if (!channel) return;
         if (std::holds_alternative<message::BlobChunk>(*message)) --chunksAsked_;
         // A host in the barrier never waits for bulk data: what a frame's list names has been announced.
-        if (const auto* begin = std::get_if<message::Begin>(&*message)) requireBlobs(begin->list->blobs, "as a frame begins");
+        if (const auto* begin = std::get_if<message::Begin>(&*message))
+            requireBlobs(begin->list->blobs, "as a frame begins");
         carryOut(session_->received(*channel, *message, arrived));
     });
 }
@@ -276,7 +277,8 @@ void Peer::onDrawThread(Duration work, std::function<void()> done) {
 void Peer::apply(const ModelList& list) {
     if (!haveScene_) violated("gets a list before any snapshot");
     if (list.sequence != scene_.sequence.next())
-        violated("is given list " + std::to_string(list.sequence.value) + " at list " + std::to_string(scene_.sequence.value));
+        violated("is given list " + std::to_string(list.sequence.value) + " at list " +
+                 std::to_string(scene_.sequence.value));
     if (config_.wantBlobs)
         for (const BlobId& id : list.blobs)
             if (!store_.contains(id)) violated("applies a list without a blob that it names");

@@ -24,7 +24,8 @@ Message anyMessage(Random& random) {
               static_cast<std::int64_t>(number())};
     if (auto* m = std::get_if<message::Synced>(&message)) *m = {Sequence(number()), StateHash(number())};
     if (auto* m = std::get_if<message::Ready>(&message)) *m = {FrameNumber(number()), StateHash(number()), nullptr};
-    if (auto* m = std::get_if<message::Shown>(&message)) *m = {FrameNumber(number()), static_cast<std::int64_t>(number())};
+    if (auto* m = std::get_if<message::Shown>(&message))
+        *m = {FrameNumber(number()), static_cast<std::int64_t>(number())};
     if (auto* m = std::get_if<message::BlobsHeld>(&message)) m->token = number();
     if (auto* m = std::get_if<message::BlobRequest>(&message))
         *m = {{number(), number()}, number(), static_cast<std::uint32_t>(number())};

@@ -79,7 +79,8 @@ std::string contactsLine(std::uint64_t frame, const FrameResult& made, const Asp
                             {"normal", toJson(contact.normal)},
                             {"interest", contact.interest.value},
                             {"time", contact.time}});
-    return line({{"frame", frame}, {"state_hash", toHex(made.commit.sent->stateHash)}, {"contacts", std::move(contacts)}});
+    return line(
+        {{"frame", frame}, {"state_hash", toHex(made.commit.sent->stateHash)}, {"contacts", std::move(contacts)}});
 }
 
 std::string summaryText(const ReplaySummary& summary) {

@@ -7,8 +7,8 @@
 
 #include <thread>
 
-#include "tests/unit/application/ScriptedServer.h"
 #include "tests/unit/HistoryLiterals.h"
+#include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
 namespace {
@@ -157,7 +157,8 @@ TEST(Application, RequestsCarryTheirAnswers) {
             return answer::Loaded{ObjectId{77}, 5, 6};
         }
         if (std::holds_alternative<request::Pick>(asked)) return answer::Picked{true, kCrane, 3};
-        if (std::holds_alternative<request::GetStatus>(asked)) return answer::Status{.wallName = "1x1", .frame = 9_frame};
+        if (std::holds_alternative<request::GetStatus>(asked))
+            return answer::Status{.wallName = "1x1", .frame = 9_frame};
         if (std::holds_alternative<request::GetContacts>(asked)) return answer::Contacts{.frame = 4_frame};
         if (std::holds_alternative<request::GetImages>(asked)) return answer::Images{{}, {"front-0-0"}};
         if (const auto* view = std::get_if<request::SetView>(&asked); view && view->reset) return answer::Done{};

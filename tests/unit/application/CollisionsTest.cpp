@@ -3,8 +3,8 @@
 
 #include "common/application/Application.h"
 #include "common/application/Connection.h"
-#include "tests/unit/application/ScriptedServer.h"
 #include "tests/unit/HistoryLiterals.h"
+#include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
 namespace {
@@ -97,8 +97,10 @@ TEST(Collisions, AQuestionIsAnsweredFromWithinItsCallback) {
 TEST(Collisions, TheNewestFrameCanBeAskedFor) {
     ScriptedServer server;
     server.script([&](const ApplicationRequest& asked) -> Expected<ApplicationAnswer> {
-        if (std::holds_alternative<request::GetEvents>(asked)) return answer::PairEvents{.frame = 1_frame, .events = {{}}};
-        if (std::holds_alternative<request::GetDistances>(asked)) return answer::Distances{.frame = 2_frame, .leftOut = 4};
+        if (std::holds_alternative<request::GetEvents>(asked))
+            return answer::PairEvents{.frame = 1_frame, .events = {{}}};
+        if (std::holds_alternative<request::GetDistances>(asked))
+            return answer::Distances{.frame = 2_frame, .leftOut = 4};
         if (std::holds_alternative<request::GetQuestions>(asked))
             return answer::Questions{.frame = 3_frame, .questions = {question(17)}};
         return fail(ErrorCode::kFailed, "unexpected");

@@ -157,7 +157,8 @@ private:
         welcome.configuration = share(encodeWall(oneByOne()));
         say(link, welcome);
         if (!faults_.noSnapshot)
-            say(link, message::Snapshot{share(CommittedList{sequence_, StateHash(scene_.stateHash()), encodeChangeList(snapshot(scene_)), {}})});
+            say(link, message::Snapshot{share(CommittedList{
+                          sequence_, StateHash(scene_.stateHash()), encodeChangeList(snapshot(scene_)), {}})});
     }
 
     void answer(LinkId link, const message::Request& request) {
@@ -208,7 +209,8 @@ private:
         Bytes bytes = encodeChangeList(list);
         if (faults_.malformed) bytes.assign(30, std::byte{0xff});
         for (const LinkId link : links_)
-            say(link, message::Changes{share(CommittedList{sequence_, StateHash(scene_.stateHash() + (faults_.wrongHash ? 1 : 0)), share(bytes), {}})});
+            say(link, message::Changes{share(CommittedList{
+                          sequence_, StateHash(scene_.stateHash() + (faults_.wrongHash ? 1 : 0)), share(bytes), {}})});
         answer::Committed committed;
         committed.sequence = sequence_;
         committed.ids.assign(given.begin(), given.end());

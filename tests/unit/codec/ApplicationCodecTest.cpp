@@ -60,16 +60,17 @@ std::vector<ApplicationAnswer> everyAnswer() {
     status.undoDepth = 18;
     status.applications = 19;
     const ObjectId placeholder{kFirstPlaceholder + 5};
-    return {answer::Done{},
-            answer::Committed{Sequence{21}, {{placeholder, ObjectId{22}}}, {ObjectId{23}, ObjectId{24}}},
-            status,
-            answer::Loaded{ObjectId{25}, 26, 27},
-            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
-            twoContacts(),
-            answer::Images{{{"front-0-0", "a", 32_frame, some(100)}, {"front-1-0", "b", 33_frame, some(5)}}, {"front-0-1"}},
-            answer::PairEvents{1_frame, {PairEventValue{}}, 2},
-            answer::Distances{1_frame, {PairDistanceValue{}}, 2},
-            answer::Questions{1_frame, {QuestionValue{}}, {3, 4}, 2}};
+    return {
+        answer::Done{},
+        answer::Committed{Sequence{21}, {{placeholder, ObjectId{22}}}, {ObjectId{23}, ObjectId{24}}},
+        status,
+        answer::Loaded{ObjectId{25}, 26, 27},
+        answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
+        twoContacts(),
+        answer::Images{{{"front-0-0", "a", 32_frame, some(100)}, {"front-1-0", "b", 33_frame, some(5)}}, {"front-0-1"}},
+        answer::PairEvents{1_frame, {PairEventValue{}}, 2},
+        answer::Distances{1_frame, {PairDistanceValue{}}, 2},
+        answer::Questions{1_frame, {QuestionValue{}}, {3, 4}, 2}};
 }
 
 std::vector<ApplicationNotice> everyNotice() {

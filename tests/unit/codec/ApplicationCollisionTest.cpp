@@ -218,7 +218,8 @@ TEST(ApplicationCollision, CountsAndBytesAreBounded) {
 
     ApplicationLimits tight;
     tight.maxEvents = tight.maxDistances = tight.maxQuestions = tight.maxContacts = 1;
-    EXPECT_EQ(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), tight).error().code, ErrorCode::kLimit);
+    EXPECT_EQ(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), tight).error().code,
+              ErrorCode::kLimit);
     EXPECT_FALSE(decodeNotice(encodeNotice(answer::Distances{0_frame, {{}, {}}, 0}), tight));
     EXPECT_FALSE(decodeNotice(encodeNotice(answer::Questions{0_frame, {{}, {}}, {}, 0}), tight));
     EXPECT_FALSE(decodeNotice(encodeNotice(answer::Questions{0_frame, {}, {1, 2}, 0}), tight));
@@ -226,7 +227,8 @@ TEST(ApplicationCollision, CountsAndBytesAreBounded) {
 
     ApplicationLimits small;
     small.maxCollisionBytes = 3 * kPairEventBytes - 1;
-    EXPECT_EQ(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), small).error().code, ErrorCode::kLimit);
+    EXPECT_EQ(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), small).error().code,
+              ErrorCode::kLimit);
     small.maxCollisionBytes = 3 * kPairEventBytes;
     EXPECT_TRUE(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), small));
 }

@@ -7,8 +7,8 @@
 #include <thread>
 
 #include "client/ctl/Verbs.h"
-#include "tests/unit/application/ScriptedServer.h"
 #include "tests/unit/HistoryLiterals.h"
+#include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
 namespace {

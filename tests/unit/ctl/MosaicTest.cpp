@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/application/ScriptedServer.h"
 #include "tests/unit/HistoryLiterals.h"
+#include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
 namespace {

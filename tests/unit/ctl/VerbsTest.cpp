@@ -6,8 +6,8 @@
 #include <filesystem>
 
 #include "client/image/Picture.h"
-#include "tests/unit/application/ScriptedServer.h"
 #include "tests/unit/HistoryLiterals.h"
+#include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
 namespace {

@@ -121,9 +121,18 @@ TEST(FrameDigest, SeesEveryMember) {
         {"distances", [](FrameResult& f) { f.collision.distances[0].pointB.x() = 3; }},
         {"questions", [](FrameResult& f) { f.collision.questions[0].wanted.scale.x() = 3; }},
         {"not looked at", [](FrameResult& f) { f.collision.notLookedAt[0].reason = NotLookedAt::Reason::kNotFinite; }},
-        {"the committed list", [](FrameResult& f) { f.commit.sent = share(CommittedList{{}, {}, Bytes(3), {}}); }},
-        {"sequence", [](FrameResult& f) { f.commit.sent = share(CommittedList{Sequence(1), {}, {}, {}}); }},
-        {"state hash", [](FrameResult& f) { f.commit.sent = share(CommittedList{{}, StateHash(1), {}, {}}); }},
+        {"the committed list",
+         [](FrameResult& f) {
+             f.commit.sent = share(CommittedList{{}, {}, Bytes(3), {}});
+         }},
+        {"sequence",
+         [](FrameResult& f) {
+             f.commit.sent = share(CommittedList{Sequence(1), {}, {}, {}});
+         }},
+        {"state hash",
+         [](FrameResult& f) {
+             f.commit.sent = share(CommittedList{{}, StateHash(1), {}, {}});
+         }},
         {"contacts begun", [](FrameResult& f) { ++f.collision.contactsBegun; }},
         {"free bodies", [](FrameResult& f) { ++f.collision.counters.freeBodies; }},
         {"unanswered questions", [](FrameResult& f) { ++f.collision.counters.unanswered; }}};

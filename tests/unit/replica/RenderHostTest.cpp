@@ -10,8 +10,8 @@
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
 #include "tests/golden/TestScene.h"
-#include "tests/unit/TestFolder.h"
 #include "tests/unit/HistoryLiterals.h"
+#include "tests/unit/TestFolder.h"
 
 namespace tessera {
 namespace {
@@ -207,7 +207,8 @@ TEST_F(RenderHostTest, SaysWhatCannotBeAppliedAndStaysAlive) {
     EXPECT_TRUE(next<outcome::ApplyFailed>());
     ChangeListBuilder impossible;
     impossible.destroy(ObjectId{77});
-    ASSERT_TRUE(perform(work::ApplyChanges{{share(CommittedList{2_seq, {}, encodeChangeList(impossible.take()), {}})}}));
+    ASSERT_TRUE(
+        perform(work::ApplyChanges{{share(CommittedList{2_seq, {}, encodeChangeList(impossible.take()), {}})}}));
     const auto failed = next<outcome::ApplyFailed>();
     ASSERT_TRUE(failed);
     EXPECT_NE(failed->reason.find("list 2"), std::string::npos) << failed->reason;

@@ -1,5 +1,5 @@
-// What could be swapped does not compile: sequences, frames, epochs and hashes are types of their own, in every call and
-// message that has more than one of them.
+// What could be swapped does not compile: sequences, frames, epochs and hashes are types of their own, in every call
+// and message that has more than one of them.
 #include "common/base/HistoryIds.h"
 
 #include <gtest/gtest.h>
@@ -23,17 +23,25 @@ static_assert(!std::is_convertible_v<std::uint64_t, Sequence>, "a bare number do
 static_assert(!std::is_convertible_v<Sequence, std::uint64_t>);
 
 template <typename A, typename B>
-concept Comparable = requires(A a, B b) { a == b; };
+concept Comparable = requires(A a, B b) {
+    a == b;
+};
 static_assert(Comparable<Sequence, Sequence> && !Comparable<Sequence, FrameNumber> && !Comparable<Sequence, StateHash>);
 
 template <typename... Arguments>
-concept Applies = requires(ClientSession session, Arguments... arguments) { session.applied(arguments...); };
+concept Applies = requires(ClientSession session, Arguments... arguments) {
+    session.applied(arguments...);
+};
 static_assert(Applies<Sequence, StateHash> && !Applies<StateHash, Sequence> && !Applies<FrameNumber, StateHash>);
 template <typename... Arguments>
-concept Draws = requires(ClientSession session, Arguments... arguments) { session.drawn(arguments..., nullptr); };
+concept Draws = requires(ClientSession session, Arguments... arguments) {
+    session.drawn(arguments..., nullptr);
+};
 static_assert(Draws<FrameNumber, StateHash> && !Draws<StateHash, FrameNumber> && !Draws<Sequence, StateHash>);
 template <typename Frame>
-concept Asks = requires(ServerSession session, Frame frame) { session.requestImages(std::uint64_t{}, frame); };
+concept Asks = requires(ServerSession session, Frame frame) {
+    session.requestImages(std::uint64_t{}, frame);
+};
 static_assert(Asks<FrameNumber> && !Asks<std::uint64_t> && !Asks<Sequence>);
 
 TEST(HistoryIds, AreCountedOneByOne) {

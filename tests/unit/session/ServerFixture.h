@@ -82,9 +82,7 @@ struct ServerFixture {
         say(connection, hello);
         return connection;
     }
-    void snapshot(ConnectionId connection) {
-        take(session.snapshotReady(connection, {listAt(sequence)}, now));
-    }
+    void snapshot(ConnectionId connection) { take(session.snapshotReady(connection, {listAt(sequence)}, now)); }
     void synced(ConnectionId connection) { say(connection, message::Synced{sequence, hashAfter(sequence)}); }
     /// Hello, snapshot, synced: enters at the next frame.
     ConnectionId join(const std::string& name) {
@@ -125,7 +123,8 @@ struct ServerFixture {
     std::vector<M> sent(ConnectionId connection) const {
         std::vector<M> found;
         for (const auto& send : actions<server_action::Send>())
-            if (const M* m = std::get_if<M>(send.message.get()); m && send.connection == connection) found.push_back(*m);
+            if (const M* m = std::get_if<M>(send.message.get()); m && send.connection == connection)
+                found.push_back(*m);
         return found;
     }
     bool closed(ConnectionId connection) const {
