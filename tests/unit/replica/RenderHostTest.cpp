@@ -45,7 +45,7 @@ protected:
         ASSERT_TRUE(host_->probe());
         configure(makeWall());
     }
-    void configure(const Wall& wall) { EXPECT_TRUE(perform(work::Configure{share(encodeWall(wall))})); }
+    void configure(const Wall& wall) { EXPECT_TRUE(perform(work::Configure{.configuration = encodeWall(wall)})); }
     bool perform(decltype(Work::what) what) { return host_->perform({Attempt{1}, std::move(what)}); }
     /// The next outcome, which must be a T.
     template <typename T>
@@ -107,7 +107,7 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     const auto drawn = next<outcome::Drawn>();
     ASSERT_TRUE(drawn);
     EXPECT_EQ(drawn->stateHash, StateHash(scene.stateHash()));
-    const auto stats = decodeStats(*drawn->stats);
+    const auto stats = decodeStats(drawn->stats);
     ASSERT_TRUE(stats);
     ASSERT_EQ(stats->size(), 1u);
     EXPECT_EQ(stats->front().tile, "front-0-0");
@@ -164,7 +164,7 @@ TEST_F(RenderHostTest, SendsImagesOnceALateEnoughFrameIsShown) {
     EXPECT_EQ(now->image.request, 12u);
     EXPECT_EQ(now->image.frame, 4_frame);
     EXPECT_EQ(now->image.tile, "front-0-0");
-    EXPECT_TRUE(decodePng(*now->image.png));
+    EXPECT_TRUE(decodePng(now->image.png));
     drawAndShow(5_frame);
     const auto later = next<outcome::Image>();
     ASSERT_TRUE(later);
@@ -228,7 +228,7 @@ TEST_F(RenderHostTest, LeavesWhenItCannotDraw) {
 
 TEST_F(RenderHostTest, LeavesWhenTheWallMakesNoSense) {
     start();
-    EXPECT_FALSE(perform(work::Configure{share(Bytes(20, std::byte{0xff}))}));
+    EXPECT_FALSE(perform(work::Configure{.configuration = Bytes(20, std::byte{0xff})}));
     EXPECT_TRUE(next<outcome::Broken>());
 }
 

@@ -178,7 +178,7 @@ TEST_F(ContactDisplayTest, OnlyValuesOfTransformsTravelOnceItStands) {
         EXPECT_TRUE(made.list->creations.empty() && made.list->placements.empty() && made.list->destructions.empty())
             << i;
         for (const FieldColumn& column : made.list->columns) EXPECT_EQ(column.type, typeOf<Transform>()) << i;
-        EXPECT_TRUE(made.blobs.empty());
+        EXPECT_TRUE(made.sent->blobs.empty());
         EXPECT_EQ(seen("points").size(), contacts.size()) << i;
     }
     (void)frame({contact()});
