@@ -28,6 +28,18 @@ bool setsRules(const FieldColumn& column) {
     return column.type == typeOf<CollisionObject>() && column.field != fieldId<&CollisionObject::velocity> && column.field != fieldId<&CollisionObject::spin>;
 }
 
+/// Of what was there before: a new object disturbs whom it touches, and those see it as new.
+bool changesRules(const ChangeList& list) {
+    std::unordered_set<ObjectId> created;
+    for (const FieldColumn& column : list.columns) {
+        if (!setsRules(column)) continue;
+        if (created.empty())
+            for (const Creation& creation : list.creations) created.insert(creation.id);
+        if (!std::ranges::all_of(column.ids, [&](ObjectId id) { return created.contains(id); })) return true;
+    }
+    return false;
+}
+
 bool wantsAllFaces(const Relation& relation) {
     return relation.contacts && relation.detail != Interest::kYesOrNo;
 }
@@ -560,7 +572,7 @@ CollisionPipeline& CollisionPipeline::operator=(CollisionPipeline&&) noexcept = 
 
 void CollisionPipeline::sceneChanged(const Aspect& aspect, const ChangeList* list) {
     impl_->handler.update(aspect, list);
-    if (list == nullptr || std::ranges::any_of(list->columns, setsRules)) impl_->bodies.rulesChanged();
+    if (list == nullptr || changesRules(*list)) impl_->bodies.rulesChanged();
 }
 
 StepResult CollisionPipeline::step(const Aspect& committed, std::span<const TentativeTransform> wanted,

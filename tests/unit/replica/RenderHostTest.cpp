@@ -46,7 +46,7 @@ protected:
         ASSERT_TRUE(host_->probe());
         configure(makeWall());
     }
-    void configure(const Wall& wall) { EXPECT_TRUE(perform(work::Configure{Epoch(1), share(encodeWall(wall))})); }
+    void configure(const Wall& wall) { EXPECT_TRUE(perform(work::Configure{.configuration = encodeWall(wall)})); }
     bool perform(decltype(Work::what) what) { return host_->perform({Attempt{1}, std::move(what)}); }
     /// The next outcome, which must be a T.
     template <typename T>
@@ -371,7 +371,7 @@ TEST_F(RenderHostTest, LeavesWhenItCannotDraw) {
 
 TEST_F(RenderHostTest, LeavesWhenTheWallMakesNoSense) {
     start();
-    EXPECT_FALSE(perform(work::Configure{Epoch(1), share(Bytes(20, std::byte{0xff}))}));
+    EXPECT_FALSE(perform(work::Configure{.configuration = Bytes(20, std::byte{0xff})}));
     EXPECT_TRUE(next<outcome::Broken>());
 }
 
