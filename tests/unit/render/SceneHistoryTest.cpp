@@ -127,6 +127,10 @@ void expectAsTraversed(const RenderScene& scene, const Aspect& aspect) {
         intensities.push_back(light.intensity);
         return Descend::kInto;
     });
+    shown.on<SpotLight>([&](const Visit&, const SpotLight& light) {
+        intensities.push_back(light.intensity);
+        return Descend::kInto;
+    });
     shown.on<Environment>([&](const Visit&, const Environment& environment) {
         skies.push_back(environment.sky);
         return Descend::kInto;
@@ -139,6 +143,7 @@ void expectAsTraversed(const RenderScene& scene, const Aspect& aspect) {
     hidden.visitHidden(true);
     hidden.on<DirectionalLight>(found);
     hidden.on<PointLight>(found);
+    hidden.on<SpotLight>(found);
     hidden.run(aspect);
 
     if (intensities.size() > DrawList::kMaxLights) ++crowdedWithLights;

@@ -160,7 +160,7 @@ TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChange
     ChangeList compacted;  // of objects that came and went
     compacted.nextFreeId = 5'000;
     ASSERT_TRUE(scene.apply(compacted));
-    EXPECT_EQ(frame(5, compacted).cullMs, 0) << "no snapshot: nothing is to be known anew";
+    EXPECT_EQ(frame(FrameNumber(5), compacted).cullMs, 0) << "no snapshot: nothing is to be known anew";
     const TileStats unseen =
         frame(FrameNumber(6), set(poseOf(behind), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 1.5, 50))));
     EXPECT_GT(unseen.cullMs, 0);
