@@ -8,7 +8,7 @@
 
 #include "client/draw/GlFunctions.h"
 #include "client/draw/RangeAllocator.h"
-#include "client/render/Drawables.h"
+#include "common/drawable/Drawable.h"
 
 namespace tessera {
 

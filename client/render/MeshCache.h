@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "client/render/Drawables.h"
+#include "common/drawable/Drawable.h"
 #include "client/render/OccluderMesh.h"
 #include "common/math/Box.h"
 

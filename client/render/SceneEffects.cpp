@@ -1,6 +1,6 @@
 #include "client/render/SceneEffects.h"
 
-#include "client/render/Drawables.h"
+#include "common/drawable/Drawable.h"
 
 namespace tessera {
 

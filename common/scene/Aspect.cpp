@@ -9,7 +9,8 @@ namespace tessera {
 
 struct Aspect::Impl {
     explicit Impl(SceneLimits l) : limits(l) {
-        table.rehash(kRootNode, table.insert(kRootNode, allTypes()[kTypeIndex<Node>]));
+        ObjectTable::Slot& root = table.insert(kRootNode, allTypes()[kTypeIndex<Node>]);
+        table.rehash(kRootNode, root, table.data(root));
     }
 
     /// The list has passed its check: from here on nothing fails.
@@ -20,11 +21,12 @@ struct Aspect::Impl {
     /// Columns of one type with the same ids. `final`: nothing else touches objects of that type any more, so they can be
     /// hashed while they are at hand.
     void setColumns(std::span<const FieldColumn> columns, bool final, InverseRecorder* inverse);
+    void rehashRows(const std::vector<ObjectId>& ids);
     void setColumn(const FieldColumn& column, const FieldEntry& field);
     void setRange(const RangeEdit& range, const Blob& result, InverseRecorder* inverse);
     void destroy(ObjectId id);
     void rehash(ObjectId id, ObjectTable::Slot& slot) {
-        table.rehash(id, slot);
+        table.rehash(id, slot, table.data(slot));
         slot.mark = hashedMark;
     }
     void rehashTouched();
@@ -35,6 +37,7 @@ struct Aspect::Impl {
         touched.push_back({id, &slot});
     }
     void findRows(const FieldColumn& column);
+    void findObjects();
     void hold(ObjectId target) {
         if (target) ++table.find(target)->uses;
     }
@@ -52,7 +55,8 @@ struct Aspect::Impl {
         ObjectTable::Slot* slot;
     };
     std::vector<Touched> touched;
-    std::vector<ObjectTable::Slot*> rows;  ///< of the columns at hand
+    std::vector<const ObjectTable::Slot*> rows;         ///< of the columns at hand
+    std::vector<const ObjectTable::Slot*> checkedRows;  ///< CheckedList::rowsOf
     std::vector<std::byte*> objects;       ///< the same
 };
 
@@ -84,14 +88,14 @@ void Aspect::Impl::place(const Placement& p, InverseRecorder* inverse) {
 
 void Aspect::Impl::findRows(const FieldColumn& column) {
     rows.resize(column.ids.size());
-    objects.resize(column.ids.size());
     ObjectTable::Cursor cursor(table);
-    const Slab* slab = nullptr;
-    for (std::size_t row = 0; row < rows.size(); ++row) {
-        rows[row] = cursor.find(column.ids[row]);
-        if (!slab) slab = &table.slab(rows[row]->type);
-        objects[row] = static_cast<std::byte*>(slab->at(rows[row]->place));
-    }
+    for (std::size_t row = 0; row < rows.size(); ++row) rows[row] = cursor.find(column.ids[row]);
+}
+
+void Aspect::Impl::findObjects() {
+    objects.resize(rows.size());
+    const Slab& slab = table.slab(rows.front()->type);
+    for (std::size_t row = 0; row < rows.size(); ++row) objects[row] = static_cast<std::byte*>(slab.at(rows[row]->place));
 }
 
 namespace {
@@ -164,8 +168,8 @@ void Aspect::Impl::setColumn(const FieldColumn& column, const FieldEntry& field)
 }
 
 void Aspect::Impl::setColumns(std::span<const FieldColumn> columns, bool final, InverseRecorder* inverse) {
-    findRows(columns.front());
     if (rows.empty()) return;
+    findObjects();
     const TypeInfo& type = table.type(*rows.front());
     for (const FieldColumn& column : columns) {
         const FieldEntry& field = *findField(type, column.field);
@@ -174,9 +178,17 @@ void Aspect::Impl::setColumns(std::span<const FieldColumn> columns, bool final, 
     }
     const std::vector<ObjectId>& ids = columns.front().ids;
     if (final)
-        for (std::size_t row = 0; row < rows.size(); ++row) rehash(ids[row], *rows[row]);
+        rehashRows(ids);
     else
-        for (std::size_t row = 0; row < rows.size(); ++row) touch(ids[row], *rows[row]);
+        for (std::size_t row = 0; row < rows.size(); ++row) touch(ids[row], const_cast<ObjectTable::Slot&>(*rows[row]));
+}
+
+void Aspect::Impl::rehashRows(const std::vector<ObjectId>& ids) {
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        auto& slot = const_cast<ObjectTable::Slot&>(*rows[row]);
+        table.rehash(ids[row], slot, objects[row]);
+        slot.mark = hashedMark;
+    }
 }
 
 void Aspect::Impl::setRange(const RangeEdit& range, const Blob& result, InverseRecorder* inverse) {
@@ -212,6 +224,10 @@ void Aspect::Impl::applyChecked(const ChangeList& list, const CheckedList& check
         const auto sameType = [&](const auto& later) { return later.type == column.type; };
         const bool final = std::none_of(list.columns.begin() + static_cast<std::ptrdiff_t>(end), list.columns.end(), sameType) &&
                            std::ranges::none_of(list.ranges, sameType);
+        if (checked.rowsOf == first)
+            rows.swap(checkedRows);
+        else
+            findRows(column);
         setColumns(std::span(list.columns).subspan(first, end - first), final, inverse);
     }
     for (std::size_t i = 0; i < list.ranges.size(); ++i) setRange(list.ranges[i], checked.rangeResults[i], inverse);
@@ -228,14 +244,14 @@ Aspect::Aspect(Aspect&&) noexcept = default;
 Aspect& Aspect::operator=(Aspect&&) noexcept = default;
 
 Expected<void> Aspect::apply(const ChangeList& list) {
-    const Expected<CheckedList> checked = ListCheck(impl_->table, impl_->limits, list).run();
+    const Expected<CheckedList> checked = ListCheck(impl_->table, impl_->limits, list, impl_->checkedRows).run();
     if (!checked) return tl::unexpected(checked.error());
     impl_->applyChecked(list, *checked, nullptr);
     return {};
 }
 
 Expected<ChangeList> Aspect::applyWithInverse(const ChangeList& list) {
-    const Expected<CheckedList> checked = ListCheck(impl_->table, impl_->limits, list).run();
+    const Expected<CheckedList> checked = ListCheck(impl_->table, impl_->limits, list, impl_->checkedRows).run();
     if (!checked) return tl::unexpected(checked.error());
     InverseRecorder inverse(list, impl_->table);
     impl_->applyChecked(list, *checked, &inverse);

@@ -42,7 +42,7 @@ std::uint64_t canonicalBits(Real value) {
 }
 
 template <typename Real>
-void putReals(WordHash& hash, const Real* values, std::size_t count) {
+[[gnu::always_inline]] inline void putReals(WordHash& hash, const Real* values, std::size_t count) {
     if constexpr (sizeof(Real) == 8) {
         std::size_t i = 0;
         for (; i + 1 < count; i += 2) hash.put(canonicalBits(values[i]), canonicalBits(values[i + 1]));
@@ -56,7 +56,7 @@ void putReals(WordHash& hash, const Real* values, std::size_t count) {
 }
 
 template <FieldKind kind, std::size_t width>
-void putField(WordHash& hash, const void* at) {
+[[gnu::always_inline]] inline void putField(WordHash& hash, const void* at) {
     if constexpr (kind == FieldKind::kFloat)
         putReals(hash, static_cast<const float*>(at), width);
     else if constexpr (kind == FieldKind::kDouble)
@@ -156,6 +156,8 @@ struct Derived {
         info.size = sizeof(T);
         info.alignment = alignof(T);
         info.construct = [](void* at) { new (at) T(); };
+        if constexpr (std::is_copy_constructible_v<T>)
+            info.copy = [](void* at, const void* from) { new (at) T(*static_cast<const T*>(from)); };
         info.destroy = [](void* at) { static_cast<T*>(at)->~T(); };
         info.hash = &hash;
         if constexpr (HasPose<T>) info.pose = &pose;

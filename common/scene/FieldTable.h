@@ -43,6 +43,7 @@ struct TypeInfo {
     std::size_t size = 0, alignment = 0;      ///< of its struct
     void (*construct)(void*) = nullptr;       ///< a fresh one at this place
     void (*destroy)(void*) = nullptr;
+    void (*copy)(void*, const void*) = nullptr;  ///< a copy at this place; null for nodes
     /// Over all fields as they lie there. -0 counts as 0. `seed` goes in too.
     std::uint64_t (*hash)(const void*, std::uint64_t seed) = nullptr;
     /// Null: it leaves its node where it is.

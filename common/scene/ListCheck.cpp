@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -16,6 +17,25 @@ namespace {
 std::string nameOf(ObjectId id) {
     return isPlaceholder(id) ? fmt::format("placeholder {}", id.value - kFirstPlaceholder)
                              : fmt::format("#{}", id.value);
+}
+
+/// An exponent of all ones carries into the sign when one is added to it: a sum of integers, which compilers do for several
+/// numbers at a time.
+template <typename Real, typename Bits, Bits kOne>
+bool finite(const std::vector<Real>& numbers) {
+    constexpr Bits kSign = Bits{1} << (8 * sizeof(Bits) - 1);
+    Bits carried = 0;
+    for (const Real number : numbers) carried |= (std::bit_cast<Bits>(number) & ~kSign) + kOne;
+    return (carried & kSign) == 0;
+}
+bool allFinite(const std::vector<double>& numbers) {
+    return finite<double, std::uint64_t, std::uint64_t{1} << 52>(numbers);
+}
+bool allFinite(const std::vector<float>& numbers) {
+    return finite<float, std::uint32_t, std::uint32_t{1} << 23>(numbers);
+}
+bool allFinite(const std::vector<std::int64_t>&) {
+    return true;
 }
 
 tl::unexpected<Error> refuse(std::string message) {
@@ -207,17 +227,31 @@ Expected<void> ListCheck::checkColumns() {
     return {};
 }
 
-Expected<void> ListCheck::checkRows(const FieldColumn& column, const TypeInfo& type) {
-    ObjectTable::ConstCursor cursor(table_);
+bool ListCheck::plainRows(const FieldColumn& column, const TypeInfo& type) {
     // Rows mostly come in ascending order: then none is there twice, and all that is left to see is their type.
-    bool good = true;
+    const std::size_t number = static_cast<std::size_t>(&column - list_.columns.data());
+    const bool keep = list_.creations.empty() &&
+                      (checked_.rowsOf >= number || column.ids.size() > list_.columns[checked_.rowsOf].ids.size());
+    if (keep) {
+        checked_.rowsOf = ~std::size_t{0};
+        rows_.resize(column.ids.size());
+    }
+    ObjectTable::ConstCursor cursor(table_);
     ObjectId before;
-    for (const ObjectId id : column.ids) {
+    for (std::size_t row = 0; row < column.ids.size(); ++row) {
+        const ObjectId id = column.ids[row];
         const ObjectTable::Slot* slot = cursor.find(id);
-        good = good && slot && slot->type == type.index && before < id;
+        if (!slot || slot->type != type.index || id <= before) return false;
+        if (keep) rows_[row] = slot;
         before = id;
     }
-    if (good) return {};
+    if (keep) checked_.rowsOf = number;
+    return true;
+}
+
+Expected<void> ListCheck::checkRows(const FieldColumn& column, const TypeInfo& type) {
+    if (plainRows(column, type)) return {};
+    ObjectTable::ConstCursor cursor(table_);
     const std::uint32_t mark = table_.newMark();
     for (const ObjectId id : column.ids) {
         std::uint32_t* lastMark = nullptr;
@@ -244,12 +278,11 @@ Expected<void> ListCheck::checkValues(const FieldColumn& column, const TypeInfo&
                     fmt::format("set {}.{} of {}: {}", type.name, field.name, nameOf(column.ids[row]), why));
     };
     const auto checkNumbers = [&](const auto& numbers) -> Expected<void> {
-        // First without branches, for the many that are good; nothing that is not finite lies between the two.
-        const double least = std::max(field.least, std::numeric_limits<double>::lowest());
-        const double greatest = std::min(field.greatest, std::numeric_limits<double>::max());
-        bool good = true;
-        for (const auto number : numbers)
-            good &= (static_cast<double>(number) >= least) & (static_cast<double>(number) <= greatest);
+        // First without branches, for the many that are good.
+        bool good = allFinite(numbers);
+        if (std::isfinite(field.least) || std::isfinite(field.greatest))
+            for (const auto number : numbers)
+                good &= (static_cast<double>(number) >= field.least) & (static_cast<double>(number) <= field.greatest);
         if (good) return {};
         for (std::size_t i = 0; i < numbers.size(); ++i) {
             const double number = static_cast<double>(numbers[i]);

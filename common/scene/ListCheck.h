@@ -12,6 +12,8 @@ namespace tessera {
 /// What was found out on the way and is needed to apply the list.
 struct CheckedList {
     std::vector<Blob> rangeResults;  ///< per range: the array afterwards
+    /// The column whose rows `ListCheck` has left in its caller's memory: the longest of a list that creates nothing.
+    std::size_t rowsOf = ~std::size_t{0};
 };
 
 /// Plays a list on an overlay of the scene: what it creates, where it places nodes, what it lets go of. Everything the
@@ -20,8 +22,11 @@ struct CheckedList {
 /// Cost: proportional to the list, plus the subtrees that it moves (their depth is bounded).
 class ListCheck {
 public:
-    ListCheck(const ObjectTable& table, const SceneLimits& limits, const ChangeList& list)
-        : table_(table), limits_(limits), list_(list) {}
+    /// `rows` is the caller's memory, reused from list to list: where the rows of a column stand, because finding many objects
+    /// costs as much as writing them (see CheckedList::rowsOf).
+    ListCheck(const ObjectTable& table, const SceneLimits& limits, const ChangeList& list,
+              std::vector<const ObjectTable::Slot*>& rows)
+        : table_(table), limits_(limits), list_(list), rows_(rows) {}
 
     [[nodiscard]] Expected<CheckedList> run();
 
@@ -52,6 +57,8 @@ private:
     [[nodiscard]] Expected<void> checkDepths();
     [[nodiscard]] Expected<void> checkColumns();
     [[nodiscard]] Expected<void> checkRows(const FieldColumn& column, const TypeInfo& type);
+    /// Whether all rows are present objects of the type in ascending order; keeps where they stand.
+    [[nodiscard]] bool plainRows(const FieldColumn& column, const TypeInfo& type);
     [[nodiscard]] Expected<void> checkValues(const FieldColumn& column, const TypeInfo& type, const FieldInfo& field);
     [[nodiscard]] Expected<void> checkRef(const FieldInfo& field, ObjectId target);
     [[nodiscard]] Expected<void> checkRefs(const FieldColumn& column, const FieldInfo& field);
@@ -71,6 +78,7 @@ private:
     const ChangeList& list_;
     std::unordered_map<ObjectId, Created> created_;
     std::unordered_map<ObjectId, Place> places_;
+    std::vector<const ObjectTable::Slot*>& rows_;
     CheckedList checked_;
 };
 

@@ -161,8 +161,8 @@ void ObjectTable::erase(ObjectId id) {
     if (--page->live == 0) removePage(leaf);
 }
 
-void ObjectTable::rehash(ObjectId id, Slot& slot) {
-    const std::uint64_t hash = types_[slot.type].hash(data(slot), id.value * 0xD6E8FEB86659FD93ull + types_[slot.type].type.value);
+void ObjectTable::rehash(ObjectId id, Slot& slot, const void* object) {
+    const std::uint64_t hash = types_[slot.type].hash(object, id.value * 0xD6E8FEB86659FD93ull + types_[slot.type].type.value);
     const std::uint64_t leaf = id.value / Aspect::kIdsPerLeaf;
     if (!hashedPage_ || hashedLeaf_ != leaf) {
         hashedPage_ = findPage(leaf);

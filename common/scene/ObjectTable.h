@@ -72,7 +72,7 @@ public:
     /// Takes its hash out of the tree. Unknown ids are our own bug.
     void erase(ObjectId id);
     /// Counts the object's hash, as it is now, into the tree.
-    void rehash(ObjectId id, Slot& slot);
+    void rehash(ObjectId id, Slot& slot, const void* object);
 
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] std::uint64_t rootHash() const;

@@ -25,47 +25,19 @@ Vec3d vectorOf(const proto::scene::Vector& message) {
     return Vec3d(message.x(), message.y(), message.z());
 }
 
-/// A number that names no response is kept, for the check of the bounds to refuse.
-std::int64_t responseOf(Message::Response response) {
-    switch (response) {
-        case Message::STOP:
-            return Interest::kStop;
-        case Message::REPORT:
-            return Interest::kReport;
-        case Message::SLIDE:
-            return Interest::kSlide;
-        case Message::BOUNCE:
-            return Interest::kBounce;
-        case Message::ROLLBACK:
-            return Interest::kRollback;
-        case Message::ASK:
-            return Interest::kAsk;
-        default:
-            return response;
-    }
-}
-
+// One number in code, on the wire and in files.
+static_assert(Message::REPORT == Interest::kReport && Message::STOP == Interest::kStop && Message::SLIDE == Interest::kSlide &&
+              Message::BOUNCE == Interest::kBounce && Message::ROLLBACK == Interest::kRollback &&
+              Message::ASK == Interest::kAsk);
 static_assert(Message::PSEUDO_DYNAMIC == Interest::kPseudoDynamic && Message::STATIC == Interest::kStatic &&
               Message::DYNAMIC == Interest::kDynamic && Message::DISTANCE == Interest::kDistance &&
               Message::IGNORE == Interest::kIgnore);
-static_assert(ObjectMessage::RIGID != CollisionObject::kRigid, "kinds are numbered differently in files");
+static_assert(ObjectMessage::STATIC == CollisionObject::kStatic && ObjectMessage::RIGID == CollisionObject::kRigid &&
+              ObjectMessage::DEFORMING == CollisionObject::kDeforming);
 static_assert(ObjectMessage::WHOLE == CollisionObject::kWhole &&
               ObjectMessage::EACH_CHILD == CollisionObject::kEachChild &&
               ObjectMessage::EACH_GEOMETRY == CollisionObject::kEachGeometry);
 static_assert(ObjectMessage::TRIANGLES == CollisionObject::kTriangles && ObjectMessage::HULL == CollisionObject::kHull);
-
-std::int64_t kindOf(ObjectMessage::Kind kind) {
-    switch (kind) {
-        case ObjectMessage::RIGID:
-            return CollisionObject::kRigid;
-        case ObjectMessage::STATIC:
-            return CollisionObject::kStatic;
-        case ObjectMessage::DEFORMING:
-            return CollisionObject::kDeforming;
-        default:
-            return kind;
-    }
-}
 
 constexpr std::uint32_t kMostFaces = 1'000'000;
 
@@ -73,7 +45,7 @@ constexpr std::uint32_t kMostFaces = 1'000'000;
 
 Expected<Interest> readInterest(const Message& message) {
     Interest interest;
-    interest.response = responseOf(message.response());
+    if (message.has_response()) interest.response = message.response();
     interest.enabled = !message.disabled();
     interest.mode = message.mode();
     if (message.yes_or_no() && message.most_faces() != 0)
@@ -95,7 +67,7 @@ Expected<Interest> readInterest(const Message& message) {
 
 Expected<CollisionObject> readCollisionObject(const ObjectMessage& message) {
     CollisionObject object;
-    object.kind = kindOf(message.kind());
+    if (message.has_kind()) object.kind = message.kind();
     object.division = message.division();
     object.shape = message.shape();
     if (message.has_layers()) object.layers = message.layers();

@@ -196,7 +196,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
         const std::string where = placeText(file.label, object.at());
         pending_.push_back({PendingRef::Kind::kCollisionNode, *core, holder, spot.top, object.node(), where});
         pending_.back().free = object.mass() > 0;
-        if (object.mass() > 0 && object.kind() != proto::scene::CollisionObject::RIGID)
+        if (object.mass() > 0 && object.has_kind() && object.kind() != proto::scene::CollisionObject::RIGID)
             note(where + ": it is not RIGID, so its mass means nothing");
         else if (object.mass() > 0 && object.division() != proto::scene::CollisionObject::WHOLE)
             note(where + ": it is divided into several objects, so its mass means nothing");

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 
 namespace tessera {
@@ -15,10 +16,6 @@ using Json = nlohmann::ordered_json;
 
 Json toJson(const Series& series) {
     return {{"p50", series.quantile(0.5)}, {"p99", series.quantile(0.99)}, {"max", series.quantile(1.0)}};
-}
-
-std::uint64_t triangleCount(const Geometry& geometry) {
-    return geometry.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
 }
 
 }  // namespace
@@ -36,12 +33,12 @@ SceneCounts countScene(const Aspect& scene) {
     SceneCounts counts;
     for (const ObjectId id : scene.ids()) {
         ++(scene.get<Node>(id) ? counts.nodes : counts.cores);
-        if (const Geometry* geometry = scene.get<Geometry>(id)) counts.trianglesStored += triangleCount(*geometry);
+        if (const Drawable drawable = drawableOf(scene.find(id))) counts.trianglesStored += drawable.triangleCount();
     }
     Action action;
     action.visitHidden(true);
-    action.on<Geometry>([&](const Visit&, const Geometry& geometry) {
-        counts.triangles += triangleCount(geometry);
+    action.onNode([&](const Visit& visit) {
+        if (const Drawable drawable = drawableOf(scene, visit.node)) counts.triangles += drawable.triangleCount();
         return Descend::kInto;
     });
     action.run(scene);

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <unordered_map>
 
+#include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 
 namespace tessera {
@@ -51,10 +52,13 @@ Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions opti
     Welder welder;
     std::vector<std::uint32_t> indices;
     Action collect;
-    collect.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
-        const std::span<const float> positions = geometry.positions.as<float>();
+    collect.onNode([&](const Visit& visit) {
+        const Drawable drawable = drawableOf(aspect, visit.node);
+        if (!drawable) return Descend::kInto;
+        const MeshArrays arrays = drawable.arrays();
+        const std::span<const float> positions = arrays.positions.as<float>();
         const auto first = indices.size();
-        for (const std::uint32_t i : geometry.indices.as<std::uint32_t>()) {
+        for (const std::uint32_t i : arrays.indices.as<std::uint32_t>()) {
             const float* p = &positions[std::size_t{3} * i];
             indices.push_back(welder.indexOf(visit.world_T_node * Vec3d(p[0], p[1], p[2])));
         }

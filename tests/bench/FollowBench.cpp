@@ -9,6 +9,8 @@
 #include <fstream>
 
 #include "client/replica/RenderHost.h"
+#include "common/codec/ChangeCodec.h"
+#include "common/codec/FrameCodec.h"
 #include "common/codec/WallCodec.h"
 #include "tests/unit/TestFolder.h"
 #include "tests/unit/render/EditStage.h"
@@ -161,18 +163,19 @@ HostFrames measureHost(int count) {
     wall.screens = {screen};
     wall.users = {User{.name = "viewer"}};
     wall.hosts = {{.name = "left", .tiles = {{.screen = "front", .column = 0, .row = 0, .user = "viewer"}}}};
-    host.perform({Attempt{1}, work::Configure{share(encodeWall(wall))}});
+    host.perform({Attempt{1}, work::Configure{Epoch(1), share(encodeWall(wall))}});
 
     const EditStage stage(Layout::kFlat, count);
     const ChangeList list = snapshot(stage.scene.aspect);
     for (const Blob& blob : blobsOf(list)) kept.push_back(store.add(blob));
-    host.perform({Attempt{1}, work::ApplySnapshot{{.sequence = 1, .list = share(encodeChangeList(list))}}});
-    std::uint64_t frame = 0;
+    host.perform({Attempt{1}, work::ApplySnapshot{{.list = share(CommittedList{Sequence(1), {}, encodeChangeList(list), {}})}}});
+    FrameNumber frame;
     const auto show = [&](const View& view) {
-        const message::Begin begin{.frame = frame, .sequence = 1, .payload = share(encodeFrame({.view = view}))};
+        const message::Begin begin{.frame = frame, .payload = encodeFrame({.view = view}), .list = nothingCommitted()};
         const double start = threadUs();
         host.perform({Attempt{1}, work::Draw{begin}});
-        host.perform({Attempt{1}, work::Show{frame++}});
+        host.perform({Attempt{1}, work::Show{frame}});
+        frame = frame.next();
         return threadUs() - start;
     };
     std::vector<double> idle, drawn;
@@ -185,8 +188,8 @@ HostFrames measureHost(int count) {
             if (still > 0) idle.push_back(took);  // in the first one the picture is copied into the other slot
         }
     }
-    if (frames != frame) {
-        std::fprintf(stderr, "bench_follow: %zu frames of %zu\n", frames, static_cast<std::size_t>(frame));
+    if (frames != frame.value) {
+        std::fprintf(stderr, "bench_follow: %zu frames of %zu\n", frames, static_cast<std::size_t>(frame.value));
         std::exit(1);
     }
     return {median(idle), median(drawn)};

@@ -9,7 +9,7 @@
 #include "common/codec/ChangeCodec.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
-#include "server/sim/Simulation.h"
+#include "server/sim/frame/Simulation.h"
 #include "tests/bench/PlainCopy.h"
 #include "tests/bench/SceneMaker.h"
 #include "tests/bench/SceneRows.h"

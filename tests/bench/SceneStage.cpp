@@ -26,6 +26,7 @@ SceneStage::SceneStage(SceneShape shape, std::uint64_t size) : view_(someWall(),
     must(replica_.apply(*loaded->list).has_value());
     render_.update(replica_, nullptr);
     places_ = findPlaces(scene());
+    view_.update(scene(), nullptr);
     (void)simulation_.step(true, {});
     (void)idle();
 }
@@ -35,6 +36,7 @@ double SceneStage::edit(const EditKind& kind, std::size_t turn, bool second) {
     edits[0].list = kind.make(places_, scene(), turn, second);
     const double begin = threadSeconds();
     FrameResult frame = simulation_.step(false, std::move(edits));
+    if (frame.commit.list) view_.update(scene(), frame.commit.list.get());
     const double taken = threadSeconds() - begin;
     must(frame.outcomes[0].result.has_value() && frame.outcomes[0].stopped.empty() && frame.commit.list);
     frames_.push_back(std::move(frame.commit));
@@ -48,7 +50,7 @@ double SceneStage::follow() {
     must(replica_.apply(*frame.list).has_value());
     render_.update(replica_, frame.list.get());
     const double taken = threadSeconds() - begin;
-    must(replica_.stateHash() == frame.stateHash);
+    must(StateHash(replica_.stateHash()) == frame.sent->stateHash);
     return taken;
 }
 

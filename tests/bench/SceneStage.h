@@ -7,8 +7,8 @@
 
 #include "client/render/RenderAction.h"
 #include "common/scene/Aspect.h"
-#include "server/sim/Simulation.h"
-#include "server/sim/ViewSource.h"
+#include "server/sim/frame/Simulation.h"
+#include "server/sim/frame/ViewSource.h"
 #include "tests/bench/SceneMaker.h"
 
 namespace tessera::bench {

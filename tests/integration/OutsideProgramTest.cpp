@@ -118,7 +118,7 @@ TEST(TwoWantOneNode, AProposalPausesTheMotionAndSettingItPlaysOn) {
     EXPECT_EQ(wall.ctl({"move", "/hall/cart", "5", "0", "0"}).exitCode, 0);
     ASSERT_TRUE(waitFrames(10));
     EXPECT_EQ(cart(), 5) << "the hand holds it";
-    EXPECT_NE(wall.ctl({"--json", "tree", "/timetable"}).output.find("\"playing\": 0"), std::string::npos);
+    EXPECT_NE(wall.ctl({"--json", "tree", "/timetable"}).output.find("\"playing\": false"), std::string::npos);
 
     EXPECT_EQ(wall.ctl({"set", "/timetable", "playing", "1"}).exitCode, 0);
     ASSERT_TRUE(waitFrames(10));

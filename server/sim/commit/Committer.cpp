@@ -1,6 +1,7 @@
 #include "server/sim/commit/Committer.h"
 
 #include <map>
+#include <new>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -8,20 +9,11 @@
 #include <fmt/format.h>
 
 #include "common/codec/ChangeCodec.h"
-#include "common/geometry/Mesh.h"
+#include "common/drawable/Drawable.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
 namespace {
-
-Blob* arrayOf(Geometry& geometry, FieldId id) {
-    for (const auto& [array, number] :
-         {std::pair(&geometry.positions, fieldId<&Geometry::positions>), std::pair(&geometry.normals, fieldId<&Geometry::normals>),
-          std::pair(&geometry.colors, fieldId<&Geometry::colors>), std::pair(&geometry.texcoords, fieldId<&Geometry::texcoords>),
-          std::pair(&geometry.indices, fieldId<&Geometry::indices>)})
-        if (number == id) return array;
-    return nullptr;
-}
 
 /// The lists of one frame as one. A single one is what it is: everybody applies what the scene here has applied.
 ChangeListPtr packed(std::vector<ChangeListPtr> lists) {
@@ -73,7 +65,7 @@ Expected<Committer::Applied> Committer::applyInverse(ChangeListPtr list) {
 Expected<Committer::Applied> Committer::applyNumbered(ChangeListPtr list,
                                                       std::vector<std::pair<ObjectId, ObjectId>> ids, Inverse inverse) {
     // Before anything is touched: then nothing that is refused ever has to be led back.
-    if (Expected<void> sound = checkGeometries(*list); !sound) return tl::unexpected(sound.error());
+    if (Expected<void> sound = checkDrawables(*list); !sound) return tl::unexpected(sound.error());
     const std::size_t nodes = nodesAfter(*list);
     Applied applied{.list = list, .ids = std::move(ids), .inverse = {}};
     if (inverse == Inverse::kMade) {
@@ -89,32 +81,58 @@ Expected<Committer::Applied> Committer::applyNumbered(ChangeListPtr list,
     return applied;
 }
 
+namespace {
+
+/// A drawable core as a list leaves it behind.
+class Draft {
+public:
+    explicit Draft(const Object& present) : type_(present.info()), memory_(::operator new(type_.size, kAlignment)) {
+        type_.copy(memory_, present.data());
+    }
+    ~Draft() {
+        type_.destroy(memory_);
+        ::operator delete(memory_, kAlignment);
+    }
+    Draft(const Draft&) = delete;
+    Draft& operator=(const Draft&) = delete;
+
+    void set(FieldId id, const Blob& array) {
+        const FieldEntry* field = findField(type_, id);
+        if (field && field->kind == FieldKind::kBlob) *field->in<Blob>(memory_) = array;
+    }
+    [[nodiscard]] Drawable drawable() const { return drawableOf(Object(type_, memory_)); }
+
+private:
+    static constexpr std::align_val_t kAlignment{64};
+    const TypeInfo& type_;
+    void* memory_;
+};
+
+}  // namespace
+
 /// Of what the list leaves behind: present arrays where it says nothing of them. A list that says other nonsense is
 /// refused by the scene.
-Expected<void> Committer::checkGeometries(const ChangeList& list) const {
-    std::map<ObjectId, Geometry> touched;
+Expected<void> Committer::checkDrawables(const ChangeList& list) const {
+    std::map<ObjectId, Draft> touched;
+    const auto draftOf = [&](ObjectId id, const TypeInfo& type) -> Draft& {
+        const auto known = touched.find(id);
+        if (known != touched.end()) return known->second;
+        const Object present = scene_.find(id);
+        const bool fits = present && typeOf(present) == type.type;
+        return touched.try_emplace(id, fits ? present : type.freshObject()).first->second;
+    };
     for (const FieldColumn& column : list.columns) {
-        const auto* values = std::get_if<std::vector<Blob>>(&column.values);
-        if (column.type != typeOf<Geometry>() || !values || values->size() != column.ids.size()) continue;
-        for (std::size_t row = 0; row < column.ids.size(); ++row) {
-            const auto [at, isNew] = touched.try_emplace(column.ids[row]);
-            Geometry& geometry = at->second;
-            if (const Geometry* present = isNew ? scene_.get<Geometry>(column.ids[row]) : nullptr) geometry = *present;
-            if (Blob* array = arrayOf(geometry, column.field)) *array = (*values)[row];
-        }
+        const auto* arrays = std::get_if<std::vector<Blob>>(&column.values);
+        if (!arrays || arrays->size() != column.ids.size() || !isDrawable(column.type)) continue;
+        for (std::size_t row = 0; row < arrays->size(); ++row)
+            draftOf(column.ids[row], *findType(column.type)).set(column.field, (*arrays)[row]);
     }
-    for (const RangeEdit& range : list.ranges) {
-        if (range.type != typeOf<Geometry>()) continue;
-        const auto [at, isNew] = touched.try_emplace(range.object);
-        if (const Geometry* present = isNew ? scene_.get<Geometry>(range.object) : nullptr) at->second = *present;
-        if (Blob* array = arrayOf(at->second, range.field)) *array = range.result;
-    }
+    for (const RangeEdit& range : list.ranges)
+        if (isDrawable(range.type)) draftOf(range.object, *findType(range.type)).set(range.field, range.result);
     for (const ObjectId id : list.destructions) touched.erase(id);
-    for (const auto& [id, g] : touched) {
-        if (g.positions.empty() && g.indices.empty()) continue;
-        const Expected<void> sound = checkMesh({g.positions, g.normals, g.colors, g.texcoords, g.indices});
-        if (!sound) return failWith(fmt::format("geometry #{}", id.value), sound.error());
-    }
+    for (const auto& [id, draft] : touched)
+        if (const Expected<void> sound = draft.drawable().check(); !sound)
+            return failWith(fmt::format("geometry #{}", id.value), sound.error());
     return {};
 }
 

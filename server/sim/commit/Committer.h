@@ -48,7 +48,7 @@ public:
 private:
     [[nodiscard]] Expected<Applied> applyNumbered(ChangeListPtr list, std::vector<std::pair<ObjectId, ObjectId>> ids,
                                                   Inverse inverse);
-    [[nodiscard]] Expected<void> checkGeometries(const ChangeList& list) const;
+    [[nodiscard]] Expected<void> checkDrawables(const ChangeList& list) const;
     [[nodiscard]] std::size_t nodesAfter(const ChangeList& list) const;
 
     Aspect scene_;

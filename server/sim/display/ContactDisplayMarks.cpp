@@ -6,7 +6,7 @@
 #include <set>
 #include <tuple>
 
-#include "common/geometry/Mesh.h"
+#include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 
 namespace tessera {
@@ -101,10 +101,10 @@ private:
         return it->second;
     }
 
-    [[nodiscard]] const Box& boundsOfGeometry(const Geometry& geometry) {
+    [[nodiscard]] const Box& boundsOfDrawable(const Drawable& drawable) {
         if (localBounds_.size() > kMostBounds) localBounds_.clear();
-        const auto [it, isNew] = localBounds_.try_emplace(geometry.positions.id());
-        if (isNew) it->second = boundsOf(geometry.positions.as<float>());
+        const auto [it, isNew] = localBounds_.try_emplace(drawable.arrays().positions.id());
+        if (isNew) it->second = drawable.bounds();
         return it->second;
     }
 
@@ -114,9 +114,10 @@ private:
         if (!isNew) return it->second;
         Box bounds;
         Action action;
-        action.onNode([&](const Visit& visit) { return visit.nodeId == display_ ? Descend::kPast : Descend::kInto; });
-        action.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
-            bounds.extend(boundsOfGeometry(geometry).transformed(root_T_world_ * visit.world_T_node));
+        action.onNode([&](const Visit& visit) {
+            if (visit.nodeId == display_) return Descend::kPast;
+            if (const Drawable drawable = drawableOf(scene_, visit.node))
+                bounds.extend(boundsOfDrawable(drawable).transformed(root_T_world_ * visit.world_T_node));
             return Descend::kInto;
         });
         action.run(scene_, node);
@@ -166,10 +167,11 @@ private:
 
     [[nodiscard]] std::optional<Mark> markOfFace(ObjectId nodeId, std::uint32_t face, const Contact& contact) {
         const Node* node = scene_.get<Node>(nodeId);
-        const Geometry* geometry = node ? scene_.coreOf<Geometry>(*node) : nullptr;
-        if (!geometry || face == Contact::kNoFace) return {};
-        const std::span<const float> positions = geometry->positions.as<float>();
-        const std::span<const std::uint32_t> indices = geometry->indices.as<std::uint32_t>();
+        const Drawable drawable = node ? drawableOf(scene_, *node) : Drawable();
+        if (!drawable || face == Contact::kNoFace) return {};
+        const MeshArrays arrays = drawable.arrays();
+        const std::span<const float> positions = arrays.positions.as<float>();
+        const std::span<const std::uint32_t> indices = arrays.indices.as<std::uint32_t>();
         if (std::size_t{face} * 3 + 2 >= indices.size()) return {};
         const Affine3d& place = placeOf(nodeId);
         std::array<Vec3d, 3> corners;

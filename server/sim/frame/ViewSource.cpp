@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "common/geometry/Mesh.h"
+#include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 
 namespace tessera {
@@ -24,11 +24,13 @@ View viewOf(const Affine3d& world_T_camera, const Camera& camera) {
 
 Box sceneBounds(const Aspect& scene) {
     Box bounds;
-    std::unordered_map<BlobId, Box> local;
+    std::unordered_map<MeshKey, Box, MeshKeyHash> local;
     Action action;
-    action.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
-        const auto [it, isNew] = local.try_emplace(geometry.positions.id());
-        if (isNew) it->second = boundsOf(geometry.positions.as<float>());
+    action.onNode([&](const Visit& visit) {
+        const Drawable drawable = drawableOf(scene, visit.node);
+        if (!drawable) return Descend::kInto;
+        const auto [it, isNew] = local.try_emplace(drawable.key());
+        if (isNew) it->second = drawable.bounds();
         bounds.extend(it->second.transformed(visit.world_T_node));
         return Descend::kInto;
     });

@@ -1,0 +1,71 @@
+/// Which cores can be drawn, picked and collided with, and what each has for that: one registry, asked by renderer, collision,
+/// picking, view, committer and report, none of which names such a type.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "common/geometry/Mesh.h"
+#include "common/scene/Aspect.h"
+
+namespace tessera {
+
+/// Names a mesh by its content: drawables with equal keys look alike, but for their material.
+using MeshKey = std::array<BlobId, 5>;
+struct MeshKeyHash {
+    std::size_t operator()(const MeshKey& key) const {
+        std::size_t h = 0;
+        for (const BlobId& id : key) h = h * 0x9E3779B97F4A7C15ull + std::hash<BlobId>{}(id);
+        return h;
+    }
+};
+
+/// What a type of drawable says of itself; the functions take one of its objects. A new drawable is one entry in Drawable.cpp.
+struct DrawableType {
+    ObjectType type;
+    /// Its surface as triangles: handles on arrays, not yet checked (checkMesh). What a picture, a pick and a collision share.
+    MeshArrays (*arrays)(const void*);
+    /// A Material, or none.
+    ObjectId (*material)(const void*);
+};
+
+/// One drawable core where it lies: holds until the aspect's next apply.
+class Drawable {
+public:
+    Drawable() = default;
+    Drawable(const DrawableType& type, const void* core) : type_(&type), core_(core) {}
+
+    [[nodiscard]] explicit operator bool() const { return core_ != nullptr; }
+    [[nodiscard]] MeshArrays arrays() const { return type_->arrays(core_); }
+    [[nodiscard]] ObjectId material() const { return type_->material(core_); }
+    [[nodiscard]] MeshKey key() const;
+    /// Whether all its bytes are here.
+    [[nodiscard]] bool resident() const;
+    /// In its own coordinates; empty where its corners are not here.
+    [[nodiscard]] Box bounds() const;
+    /// As its arrays say, wherever their bytes are.
+    [[nodiscard]] std::uint64_t triangleCount() const;
+    /// Whether its arrays fit together; nothing at all is fine.
+    [[nodiscard]] Expected<void> check() const;
+
+private:
+    const DrawableType* type_ = nullptr;
+    const void* core_ = nullptr;
+};
+
+/// Null: nothing of this type is drawn.
+[[nodiscard]] const DrawableType* findDrawable(ObjectType type);
+[[nodiscard]] inline bool isDrawable(ObjectType type) {
+    return findDrawable(type) != nullptr;
+}
+/// False for an object that is not there or is nothing to be drawn.
+[[nodiscard]] Drawable drawableOf(const Object& core);
+[[nodiscard]] inline Drawable drawableOf(const Aspect& aspect, ObjectId core) {
+    return core ? drawableOf(aspect.find(core)) : Drawable();
+}
+/// Of a node's core.
+[[nodiscard]] inline Drawable drawableOf(const Aspect& aspect, const Node& node) {
+    return drawableOf(aspect, node.core);
+}
+
+}  // namespace tessera
