@@ -24,16 +24,17 @@ struct NeighbourPair {
 /// Who is of interest to whom. Items fall into groups of equal interests.
 struct InteractionTable {
     std::vector<std::uint32_t> groupOf;  ///< per item
+    std::vector<std::uint32_t> bodyOf;   ///< per item: items of one body never interact; none: all are of different ones
     std::vector<bool> active;            ///< per group: has interests of its own; two passive groups never interact
     std::vector<bool> interacts;         ///< groups × groups, symmetric
 
     [[nodiscard]] bool relevant(std::uint32_t itemA, std::uint32_t itemB) const {
-        return interacts[groupOf[itemA] * active.size() + groupOf[itemB]];
+        return interacts[groupOf[itemA] * active.size() + groupOf[itemB]] && (bodyOf.empty() || bodyOf[itemA] != bodyOf[itemB]);
     }
     [[nodiscard]] bool activeItem(std::uint32_t item) const { return active[groupOf[item]]; }
     /// One group of n items, each of interest to each.
     [[nodiscard]] static InteractionTable everybody(std::size_t n) {
-        return {std::vector<std::uint32_t>(n, 0), {true}, {true}};
+        return {std::vector<std::uint32_t>(n, 0), {}, {true}, {true}};
     }
 };
 

@@ -11,15 +11,24 @@ namespace tessera {
 
 inline constexpr std::uint32_t kNobody = 0xffffffffu;
 
-/// A visible node, in document order (depth first, children in order).
+/// What a core means for collisions.
+enum class CoreKind : std::uint8_t { kOther, kTransform, kDrawable, kSwitch, kInterest, kObject, kEnvironment };
+
+/// A visible node. Its number stays as long as the node is visible; what becomes free is given again.
 struct Place {
     static constexpr std::uint32_t kNone = kNobody;
 
+    ObjectId node;  ///< none: the number is free
     std::uint32_t parent = kNone;
-    std::uint32_t end = 0;  ///< one past the last place below
-    ObjectId transform;     ///< the Transform core; none: the parent's frame
+    ObjectId core;
+    CoreKind kind = CoreKind::kOther;
+    ObjectId transform;  ///< the Transform core; none: the parent's frame
     Affine3d local = Affine3d::Identity();
     Affine3d world = Affine3d::Identity();
+
+    // How much of interest stands at or below it.
+    std::uint32_t parts = 0;    ///< ObjectHandler::parts()
+    std::uint32_t objects = 0;  ///< topmost nodes of objects
 };
 
 /// Whether nothing has moved: a NaN equals itself, and 0 is not -0.
