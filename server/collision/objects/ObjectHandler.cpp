@@ -135,6 +135,7 @@ void ObjectHandler::seeAll(const Aspect& aspect) {
 
 /// From what the tree has found to who belongs to whom.
 void ObjectHandler::settleStructure(const Aspect& aspect) {
+    ++structure_;
     welcomePlaced();
     VisibleTree::Changes& changes = tree_.changes();
     sortOnce(changes.objects);

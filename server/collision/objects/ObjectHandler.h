@@ -51,6 +51,9 @@ public:
     /// pose versions still do.
     [[nodiscard]] std::uint64_t generation() const { return generation_; }
 
+    /// Another one after each change of who takes part, and with whom.
+    [[nodiscard]] std::uint64_t structure() const { return structure_; }
+
     // Rows by number; what has no node is free.
     [[nodiscard]] std::span<const Place> places() const { return tree_.places(); }
     [[nodiscard]] std::span<const Part> parts() const { return parts_; }
@@ -106,6 +109,7 @@ public:
     /// transformNumbers(). The number `guess` is tried first: wishes come in the order of the scene.
     [[nodiscard]] std::uint32_t transformNumber(ObjectId transform, std::uint32_t guess = 0) const;
     [[nodiscard]] std::size_t transformNumbers() const { return tree_.bearers().size(); }
+    [[nodiscard]] ObjectId transformAt(std::uint32_t number) const { return tree_.bearers()[number].core; }
     [[nodiscard]] bool carriesParts(std::uint32_t number) const;
     /// The free body that a Transform core carries, or kNobody.
     [[nodiscard]] std::uint32_t freeBodyOf(ObjectId transform) const;
@@ -136,7 +140,8 @@ public:
     /// Numbers of parts that came, went, or are of another body or group since the last call, ascending; nothing where
     /// everything was made anew.
     [[nodiscard]] std::vector<std::uint32_t> takeRegrouped();
-    /// Parts of interests that ask something else of their pairs since the last call, ascending.
+    /// Parts of interests that ask something else of their pairs, and parts that stand elsewhere in document order,
+    /// since the last call, ascending.
     [[nodiscard]] std::vector<std::uint32_t> takeReworded();
     /// Places of drawables that came, went, moved or look different since the last call, in any order. Only after the
     /// first call; null: all of them.
@@ -233,6 +238,7 @@ private:
     void setBox(std::uint32_t part, const Box& box);
     void noteMoved(std::uint32_t part);
     void noteRegrouped(std::uint32_t part);
+    void noteReworded(std::uint32_t part);
     void noteReworded(std::span<const InterestTerms> before);
     void noteDrawn(std::uint32_t place);
     void listDeformations();
@@ -249,7 +255,7 @@ private:
 
     std::shared_ptr<ShapeCache> shapes_;
     HandlerLimits limits_;
-    std::uint64_t generation_ = 0, update_ = 0;
+    std::uint64_t generation_ = 0, update_ = 0, structure_ = 0;
     std::uint64_t nextVersion_ = 1;
     Work work_;
 

@@ -42,7 +42,9 @@ void ObjectHandler::welcomePlaced() {
                 unsettled_.push_back(at);
             }
             if (standing.part != kNobody) {
-                touchBody(parts_[standing.part].body);  // its parts may stand in another order
+                // Its body's parts may stand in another order, and so may those of its pairs.
+                touchBody(parts_[standing.part].body);
+                noteReworded(standing.part);
                 if (moved) movePart(standing.part);
             }
             if (standing.body != kNobody) touchBody(standing.body);
@@ -244,6 +246,11 @@ void ObjectHandler::settle(std::uint32_t at) {
 void ObjectHandler::leaveGroup(std::uint32_t place) {
     Standing& standing = standings_[place];
     if (standing.group == kNobody) return;
+    if (standing.part != kNobody) {  // first, since the group's number may be given to another one
+        leaveBody(standing.part);
+        relations_.setPart(standing.part, kNobody, kNobody);
+        noteRegrouped(standing.part);
+    }
     standings_[relations_.members(standing.group).back()].member = standing.member;
     relations_.leave(standing.group, standing.member);
     standing.group = kNobody;

@@ -267,12 +267,14 @@ void ObjectHandler::noteReworded(std::span<const InterestTerms> before) {
         ++work_.groups;
         const auto concerned = [&](std::uint32_t k) { return reworded[k]; };
         if (std::ranges::none_of(relations_.interestsOf(group), concerned)) continue;
-        for (const std::uint32_t place : relations_.members(group)) {
-            const std::uint32_t part = standings_[place].part;
-            if (part == kNobody || std::exchange(partTerms_[part].reworded, true)) continue;
-            rewordedParts_.push_back(part);
-        }
+        for (const std::uint32_t place : relations_.members(group))
+            if (standings_[place].part != kNobody) noteReworded(standings_[place].part);
     }
+}
+
+void ObjectHandler::noteReworded(std::uint32_t part) {
+    if (std::exchange(partTerms_[part].reworded, true)) return;
+    rewordedParts_.push_back(part);
 }
 
 void ObjectHandler::noteDrawn(std::uint32_t place) {

@@ -1,6 +1,7 @@
 /// After any history the handler is what a new one would be, and says what the rules say.
 #include <cstdlib>
 #include <map>
+#include <set>
 #include <string>
 
 #include "common/scene/Action.h"
@@ -116,6 +117,15 @@ void expectSame(const Aspect& aspect, const ObjectHandler& a, const ObjectHandle
             ASSERT_EQ(a.interactions().relevant(partsA[i], partsA[j]), b.interactions().relevant(partsB[i], partsB[j]));
             ASSERT_EQ(a.interactions().activeItem(partsA[i]), b.interactions().activeItem(partsB[i]));
         }
+    // Groups whose parts may meet are those of pairs that may.
+    std::set<std::pair<std::uint32_t, std::uint32_t>> related, met;
+    for (const std::uint32_t i : partsA) {
+        const std::uint32_t group = a.interactions().groupOf[i];
+        a.relations().forRelated(group, [&](std::uint32_t other) { related.emplace(group, other); });
+        for (const std::uint32_t j : partsA)
+            if (a.relation(i, j).relevant) met.emplace(group, a.interactions().groupOf[j]);
+    }
+    ASSERT_EQ(related, met);
     ASSERT_EQ(a.freeBodies().size(), b.freeBodies().size());
     for (const ObjectId id : aspect.ids()) {
         const std::uint32_t mine = a.freeBodyOf(id), other = b.freeBodyOf(id);
