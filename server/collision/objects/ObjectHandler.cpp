@@ -88,8 +88,8 @@ void ObjectHandler::begin(const Aspect& aspect, bool jump) {
     findGravity(aspect);
     findFreeBodies();
     endUpdate();
-    regroupedParts_.clear();
-    rewordedParts_.clear();
+    (void)takeRegrouped();
+    (void)takeReworded();
     drawnAll_ = true;
     shapes_->forgetIdle();
 }

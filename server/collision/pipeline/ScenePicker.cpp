@@ -41,6 +41,12 @@ Affine3d worldOf(const Aspect& aspect, ObjectId node) {
     return world;
 }
 
+/// Turned and scaled by 0 a shape is flat but for what rounding left, which says nothing about where it is.
+bool flattens(const Affine3d& m) {
+    const double largest = m.linear().cwiseAbs().maxCoeff();
+    return !(std::abs(m.linear().determinant()) > 1e-12 * largest * largest * largest);
+}
+
 /// The wall's own marks of contacts, for one.
 bool isLookedThrough(const Aspect& aspect, ObjectId node) {
     for (ObjectId id = node; id; id = aspect.get<Node>(id)->parent)
@@ -87,7 +93,7 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
         const Place& place = handler.places()[number];
         if (isLookedThrough(aspect, place.node)) return;
         const Affine3d world = worldOf(aspect, place.node);
-        if (!(std::abs(world.linear().determinant()) > 0)) return;
+        if (flattens(world)) return;
         const Affine3d local = world.inverse();
         if (!local.matrix().allFinite()) return;
         // An affine map keeps t, so distances along the ray compare between frames.

@@ -25,7 +25,7 @@ std::vector<Entry> present(const std::vector<Entry>& all) {
     return out;
 }
 
-void expectSame(const StepResult& a, const StepResult& b, bool moved) {
+void expectSame(const Aspect& aspect, const StepResult& a, const StepResult& b, bool moved) {
     ASSERT_EQ(a.stopped, b.stopped);
     ASSERT_EQ(a.accepted.size(), b.accepted.size());
     for (std::size_t i = 0; i < a.accepted.size(); ++i) {
@@ -42,8 +42,10 @@ void expectSame(const StepResult& a, const StepResult& b, bool moved) {
     ASSERT_EQ(a.contacts.size(), b.contacts.size());
     for (std::size_t i = 0; i < a.contacts.size(); ++i) {
         const Contact &x = a.contacts[i], &y = b.contacts[i];
-        ASSERT_EQ(std::tuple(x.objectA, x.objectB, x.faceA, x.faceB, x.interest),
-                  std::tuple(y.objectA, y.objectB, y.faceA, y.faceB, y.interest));
+        ASSERT_EQ(std::tuple(x.objectA, x.objectB, x.interest), std::tuple(y.objectA, y.objectB, y.interest));
+        // Of those who want to know no more than that two touch, one pair of faces is as good as another.
+        if (aspect.get<Interest>(x.interest)->detail != Interest::kAllFaces) continue;
+        ASSERT_EQ(std::tuple(x.faceA, x.faceB), std::tuple(y.faceA, y.faceB));
         ASSERT_TRUE(x.point == y.point && x.normal == y.normal);
     }
     const std::vector<PairEvent> eventsA = present(a.events), eventsB = present(b.events);
@@ -66,7 +68,9 @@ std::optional<PickHit> pickedOneByOne(const Aspect& aspect, ShapeCache& shapes, 
     });
     action.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
         const std::shared_ptr<const CollisionShape> shape = shapes.shape(geometry);
-        if (!shape || !(std::abs(visit.world_T_node.linear().determinant()) > 0)) return Descend::kInto;
+        const double largest = visit.world_T_node.linear().cwiseAbs().maxCoeff();
+        const double determinant = visit.world_T_node.linear().determinant();
+        if (!shape || !(std::abs(determinant) > 1e-12 * largest * largest * largest)) return Descend::kInto;
         const Affine3d local = visit.world_T_node.inverse();
         if (!local.matrix().allFinite()) return Descend::kInto;
         const Ray localRay{local * ray.origin, local.linear() * ray.direction};
@@ -110,7 +114,7 @@ TEST(History, LeavesAPipelineAsIfItSawTheSceneForTheFirstTime) {
                 ++still;
             }
             const StepResult mine = pipeline.step(scene.aspect, wanted, {}, 0), other = fresh.step(scene.aspect, wanted, {}, 0);
-            expectSame(mine, other, moves);
+            expectSame(scene.aspect, mine, other, moves);
             if (testing::Test::HasFatalFailure()) return;
             contacts += mine.contacts.size();
             distances += mine.distances.size();
