@@ -12,6 +12,9 @@ public:
     using NeighbourFinder::move;
     void reset(std::span<const Box> boxes, InteractionTable table) override;
     void move(std::uint32_t item, const Box& box) override;
+    void regroup(std::span<const std::uint32_t> items, std::span<const NeighbourPair> known,
+                 const InteractionTable& table) override;
+    [[nodiscard]] bool changes(std::vector<NeighbourPair>&, std::vector<NeighbourPair>&) override { return false; }
     [[nodiscard]] std::span<const NeighbourPair> pairs() override;
 
 private:

@@ -17,6 +17,8 @@ constexpr std::uint32_t kNoSlot = ~0U;
 constexpr std::size_t kItemsPerTask = 1024;
 constexpr std::size_t kQueriesPerTask = 256;
 constexpr std::size_t kGridFrom = 4096;  // the order of fewer is made as fast for a tree
+constexpr std::uint32_t kNoItem = ~0U;
+constexpr std::size_t kFewStrays = 256;  // more that move in a frame stay where they are in the order
 constexpr std::size_t kShareForAll = 3;  // where more than one of three moved, all are looked at
 
 static_assert(sizeof(Box) == 6 * sizeof(double), "boxes are read as six doubles");
@@ -69,18 +71,22 @@ void DifferenceFinder::reset(std::span<const Box> boxes, InteractionTable table)
     boxes_.assign(boxes.begin(), boxes.end());
     table_ = std::move(table);
     const std::size_t groups = table_.active.size();
-    std::vector<bool> sociable(groups);
-    for (std::size_t i = 0; i < groups * groups; ++i)
+    std::vector<bool> sociable(groups, expected_ > 0);  // who may come, nobody knows
+    for (std::size_t i = 0; i < groups * groups && expected_ == 0; ++i)
         if (table_.interacts[i]) sociable[i / groups] = true;
-    everybody_ = std::find(table_.interacts.begin(), table_.interacts.end(), false) == table_.interacts.end();
+    everybody_ = table_.bodyOf.empty() &&
+                 std::find(table_.interacts.begin(), table_.interacts.end(), false) == table_.interacts.end();
     slotOf_.assign(boxes.size(), kNoSlot);
+    spares_.clear();
+    vacated_.clear();
     settled_ = 0;
     activeItems_ = 0;
     for (std::uint32_t i = 0; i < boxes.size(); ++i) {
-        if (!sociable[table_.groupOf[i]]) continue;
+        if (table_.groupOf[i] == InteractionTable::kNoGroup || !sociable[table_.groupOf[i]]) continue;
         slotOf_[i] = static_cast<std::uint32_t>(settled_++);
         activeItems_ += table_.activeItem(i);
     }
+    for (; settled_ < expected_; ++settled_) spares_.push_back(static_cast<std::uint32_t>(settled_));
     itemMoved_.assign(boxes.size(), false);
     movedItems_.clear();
     fresh_ = true;
@@ -113,21 +119,120 @@ void DifferenceFinder::moveAll(std::span<const Box> boxes) {
 }
 
 std::span<const NeighbourPair> DifferenceFinder::pairs() {
-    if (!upToDate_) {
-        if (fresh_) {
-            findAfresh();
-        } else if (allMoved_) {
-            findAll();
-        } else if (movedItems_.size() > settled_ / kShareForAll) {
-            convert(boxes_, nullptr);
-            findAll();
-        } else {
-            findMoved();
+    bringUpToDate();
+    foundAfresh_ = false;
+    untold_.clear();
+    return pairs_.pairs(workers_);
+}
+
+bool DifferenceFinder::changes(std::vector<NeighbourPair>& begun, std::vector<NeighbourPair>& ended) {
+    begun.clear();
+    ended.clear();
+    bringUpToDate();
+    const bool known = !std::exchange(foundAfresh_, false);
+    for (std::size_t i = 0; known && i < untold_.size(); ++i) {
+        const PairChange change = untold_[i];
+        if (i + 1 < untold_.size() && untold_[i + 1] >> 1U == change >> 1U) {
+            ++i;  // ended and began
+            continue;
         }
-        clearMoves();
-        upToDate_ = true;
+        ((change & 1U) != 0 ? begun : ended)
+            .push_back({static_cast<std::uint32_t>(change >> 33U), static_cast<std::uint32_t>(change >> 1U)});
     }
-    return pairs_.pairs();
+    untold_.clear();
+    return known;
+}
+
+void DifferenceFinder::bringUpToDate() {
+    if (upToDate_) return;
+    if (fresh_) {
+        findAfresh();
+    } else if (allMoved_) {
+        findAll();
+    } else if (movedItems_.size() > settled_ / kShareForAll) {
+        convert(boxes_, nullptr);
+        findAll();
+    } else {
+        findMoved();
+    }
+    clearMoves();
+    upToDate_ = true;
+}
+
+void DifferenceFinder::regroup(std::span<const std::uint32_t> items, std::span<const NeighbourPair> known,
+                               const InteractionTable& table) {
+    const std::size_t coming =
+        static_cast<std::size_t>(std::count_if(items.begin(), items.end(), [&](std::uint32_t item) {
+            return table.groupOf[item] != InteractionTable::kNoGroup && (item >= slotOf_.size() || slotOf_[item] == kNoSlot);
+        }));
+    if (fresh_ || !tree_ || items.size() > kShareForAll * 64 + settled_ / kShareForAll) {
+        std::vector<Box> boxes = boxes_;
+        boxes.resize(table.groupOf.size());
+        for (const std::uint32_t item : items) boxes[item] = {};
+        expected_ = std::max(expected_, table.groupOf.size() + table.groupOf.size() / 8 + 64);
+        reset(boxes, table);
+        return;
+    }
+    bringUpToDate();
+    if (coming > spares_.size()) makeSpares(coming + settled_ / 8 + 64);
+    // A grid has no room for those who come.
+    if (order_ == grid_.get()) arrange(Occasion::kOrderDecayed);
+    if (!prevIsCur_) {
+        std::copy(cur_.data(), cur_.data() + keyIndex(0, slots_ + kBlockSlots), prev_.data());
+        prevIsCur_ = true;
+    }
+    boxes_.resize(table.groupOf.size());
+    slotOf_.resize(table.groupOf.size(), kNoSlot);
+    itemMoved_.resize(table.groupOf.size(), false);
+    std::vector<PairChange> ends;
+    for (const NeighbourPair& pair : known) ends.push_back(pairChange(pair.a, pair.b, false));
+    const std::vector<PairChange>* const list = &ends;
+    pairs_.apply(std::span(&list, 1), boxes_.size(), workers_);
+    for (const std::uint32_t item : items) {
+        boxes_[item] = {};
+        const bool gone = table.groupOf[item] == InteractionTable::kNoGroup;
+        std::uint32_t& slot = slotOf_[item];
+        if (slot != kNoSlot) {
+            forget(slot);
+            if (item < table_.groupOf.size() && table_.groupOf[item] != InteractionTable::kNoGroup)
+                activeItems_ -= table_.activeItem(item);
+            if (gone) {
+                itemOf_[slot] = kNoItem;
+                spares_.push_back(slot);
+                slot = kNoSlot;
+            }
+        } else if (!gone) {
+            slot = spares_.back();
+            spares_.pop_back();
+            itemOf_[slot] = item;
+        }
+        if (!gone) activeItems_ += table.activeItem(item);
+    }
+    table_ = table;
+    everybody_ = false;
+}
+
+/// As if the box had always been empty.
+void DifferenceFinder::forget(std::uint32_t slot) {
+    cur_.clear(slot);
+    prev_.clear(slot);
+    std::fill_n(records_.begin() + 8 * std::ptrdiff_t{slot}, 8, -kNowhere);
+}
+
+/// Room for what comes, in a new order.
+void DifferenceFinder::makeSpares(std::size_t count) {
+    const std::size_t before = settled_;
+    const std::vector<std::uint32_t> items(itemOf_.begin(), itemOf_.begin() + static_cast<std::ptrdiff_t>(before));
+    SlotBounds kept;
+    kept.allocate(before);
+    for (std::size_t slot = 0; slot < before; ++slot) kept.copy(cur_, slot, slot);
+    settled_ = slots_ = before + count;
+    allocate();
+    for (std::size_t slot = 0; slot < before; ++slot) cur_.copy(kept, slot, slot);
+    std::copy(items.begin(), items.end(), itemOf_.begin());
+    std::fill(itemOf_.begin() + static_cast<std::ptrdiff_t>(before), itemOf_.end(), kNoItem);
+    arrange(Occasion::kOrderDecayed);
+    convert(boxes_, nullptr);
 }
 
 void DifferenceFinder::clearMoves() {
@@ -168,6 +273,9 @@ void DifferenceFinder::findAfresh() {
     allocate();
     movedSlots_.clear();
     leaps_.clear();
+    vacated_.clear();
+    foundAfresh_ = true;
+    std::fill(itemOf_.begin(), itemOf_.end(), kNoItem);
     for (std::uint32_t item = 0; item < boxes_.size(); ++item)
         if (slotOf_[item] != kNoSlot) itemOf_[slotOf_[item]] = item;
     origin_ = middle(boxes_);
@@ -202,10 +310,16 @@ void DifferenceFinder::arrange(Occasion occasion) {
         }
         for (std::size_t s = first; s < last; ++s) {
             items[s] = itemOf_[from_[s]];
-            slotOf_[items[s]] = static_cast<std::uint32_t>(s);
+            if (items[s] != kNoItem)
+                slotOf_[items[s]] = static_cast<std::uint32_t>(s);
+            else
+                std::fill_n(records_.begin() + 8 * static_cast<std::ptrdiff_t>(s), 8, -kNowhere);
         }
     });
     itemOf_.swap(items);
+    spares_.clear();
+    for (std::size_t s = slots_; s > 0 && prev_.empty(s - 1); --s)  // what is empty comes last
+        if (itemOf_[s - 1] == kNoItem) spares_.push_back(static_cast<std::uint32_t>(s - 1));
     std::swap(cur_, prev_);
     prevIsCur_ = false;
     drift_ = lastDrift_ = {};
@@ -240,7 +354,8 @@ void DifferenceFinder::findAll() {
 bool DifferenceFinder::arrangementDue() const {
     // The tree pays when boxes have been searched for about twice.
     const bool settled = order_ == grid_.get() && tree_ && searches_ > 2 * settled_;
-    return settled || !leaps_.empty() || order_->decayed();
+    const bool crowded = spares_.empty() && !vacated_.empty();
+    return settled || crowded || !leaps_.empty() || order_->decayed();
 }
 
 /// Records to the arrays of now; who has left his place, and how far the others have drifted.
@@ -311,6 +426,7 @@ void DifferenceFinder::findMoved() {
     lastDrift_ = drift_;
     const Settlement& limits = order_->limits();
     const std::size_t settling = order_->settlingSlots();
+    const bool fewMoved = movedItems_.size() <= kFewStrays;
     std::vector<std::uint32_t> leavers;
     for (const std::uint32_t item : movedItems_) {
         convertOne(item);
@@ -325,7 +441,10 @@ void DifferenceFinder::findMoved() {
             stays = stays && drift[a] <= limits.maxDrift[a] && record[a + 4] + record[a] <= limits.maxExtent[a];
         }
         movedBits_[slot / 64] |= std::uint64_t{1} << slot % 64;
-        if (slot >= settling) continue;
+        if (slot >= settling) {
+            if (fewMoved && !spares_.empty() && order_->strays(cur_, slot)) settleStray(item);
+            continue;
+        }
         if (!stays) {
             leavers.push_back(slot);
             continue;
@@ -339,16 +458,38 @@ void DifferenceFinder::findMoved() {
     }
     for (const Leap& leap : leaps_) movedBits_[leap.to / 64] |= std::uint64_t{1} << leap.to % 64;
     movedSlots_.clear();
-    for (std::size_t word = 0; word < movedBits_.size(); ++word)
-        for (std::uint64_t left = movedBits_[word]; left != 0; left &= left - 1)
-            movedSlots_.push_back(static_cast<std::uint32_t>(64 * word) +
-                                  static_cast<std::uint32_t>(__builtin_ctzll(left)));
+    if (movedItems_.size() < movedBits_.size() / 8) {
+        for (const std::uint32_t item : movedItems_) movedSlots_.push_back(slotOf_[item]);
+        for (const Leap& leap : leaps_) movedSlots_.push_back(leap.to);
+        movedSlots_.insert(movedSlots_.end(), vacated_.begin(), vacated_.end());
+        std::sort(movedSlots_.begin(), movedSlots_.end());
+    } else {
+        for (std::size_t word = 0; word < movedBits_.size(); ++word)
+            for (std::uint64_t left = movedBits_[word]; left != 0; left &= left - 1)
+                movedSlots_.push_back(static_cast<std::uint32_t>(64 * word) +
+                                      static_cast<std::uint32_t>(__builtin_ctzll(left)));
+    }
     if (!beginFrame(false)) {
         findAfresh();
         return;
     }
     sweepMoved();
     keepMoved();
+}
+
+/// Gives a spare slot to what has strayed from its neighbours: where it was it vanishes, where it is it appears.
+void DifferenceFinder::settleStray(std::uint32_t item) {
+    const std::uint32_t from = slotOf_[item], to = spares_.back();
+    spares_.pop_back();
+    vacated_.push_back(from);
+    slotOf_[item] = to;
+    itemOf_[to] = item;
+    cur_.copy(cur_, from, to);
+    std::copy_n(records_.begin() + 8 * std::ptrdiff_t{from}, 8, records_.begin() + 8 * std::ptrdiff_t{to});
+    cur_.clear(from);
+    std::fill_n(records_.begin() + 8 * std::ptrdiff_t{from}, 8, -kNowhere);
+    prev_.clear(to);
+    movedBits_[to / 64] |= std::uint64_t{1} << to % 64;
 }
 
 void DifferenceFinder::sweepMoved() {
@@ -368,7 +509,7 @@ bool DifferenceFinder::sweepEverybody() {
     if (!beginFrame(true)) return false;
     // Passive items, most of a scene, are of no interest to each other: it is enough that the active ones search.
     for (std::uint32_t slot = 0; slot < slots_; ++slot) {
-        if (!table_.activeItem(itemOf_[slot])) continue;
+        if (itemOf_[slot] == kNoItem || !table_.activeItem(itemOf_[slot])) continue;
         movedSlots_.push_back(slot);
         movedBits_[slot / 64] |= std::uint64_t{1} << slot % 64;
     }
@@ -388,6 +529,11 @@ void DifferenceFinder::keepMoved() {
         prev_.copy(cur_, slot, slot);
     }
     movedSlots_.clear();
+    for (const std::uint32_t slot : vacated_) {
+        itemOf_[slot] = kNoItem;
+        spares_.push_back(slot);
+    }
+    vacated_.clear();
     if (due) arrange(Occasion::kOrderDecayed);
 }
 
@@ -453,6 +599,12 @@ void DifferenceFinder::applyChanges(std::size_t tasks) {
     lists.reserve(tasks);
     for (std::size_t i = 0; i < tasks; ++i) lists.push_back(&tasks_[i].changes);
     pairs_.apply(lists, boxes_.size(), workers_);
+    if (untold_.empty()) {
+        untold_.assign(pairs_.lastChanges().begin(), pairs_.lastChanges().end());
+        return;
+    }
+    untold_.insert(untold_.end(), pairs_.lastChanges().begin(), pairs_.lastChanges().end());
+    std::sort(untold_.begin(), untold_.end());
 }
 
 }  // namespace tessera::neighbours

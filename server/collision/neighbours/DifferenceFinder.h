@@ -26,6 +26,10 @@ public:
     void reset(std::span<const Box> boxes, InteractionTable table) override;
     void move(std::uint32_t item, const Box& box) override;
     void moveAll(std::span<const Box> boxes) override;
+    void expect(std::size_t items) override { expected_ = items; }
+    void regroup(std::span<const std::uint32_t> items, std::span<const NeighbourPair> known,
+                 const InteractionTable& table) override;
+    [[nodiscard]] bool changes(std::vector<NeighbourPair>& begun, std::vector<NeighbourPair>& ended) override;
     [[nodiscard]] std::span<const NeighbourPair> pairs() override;
 
     [[nodiscard]] std::span<const Box> boxes() const { return boxes_; }
@@ -41,6 +45,10 @@ private:
         Settlement settlement{};
     };
 
+    void bringUpToDate();
+    void forget(std::uint32_t slot);
+    void settleStray(std::uint32_t item);
+    void makeSpares(std::size_t count);
     void findAfresh();
     void findAll();
     void findMoved();
@@ -74,12 +82,17 @@ private:
     std::vector<Box> boxes_;
     InteractionTable table_;
     bool everybody_ = true;           // every pair is relevant
-    std::size_t settled_ = 0;         // items with a slot: those that are of interest to anybody
+    std::size_t settled_ = 0;         // slots for items that are of interest to anybody, and spare ones
     std::size_t activeItems_ = 0;     // of these
     std::array<double, 3> origin_{};  // of the keys
 
     std::vector<std::uint32_t> slotOf_;  // per item; none for those that are of interest to nobody
-    std::vector<std::uint32_t> itemOf_;  // per slot
+    std::vector<std::uint32_t> itemOf_;  // per slot; none: a spare one
+    std::vector<std::uint32_t> spares_;  // slots for what comes, or strays from its neighbours
+    std::vector<std::uint32_t> vacated_; // by strays, in this frame
+    std::size_t expected_ = 0;
+    bool foundAfresh_ = true;            // since changes or pairs were asked for
+    std::vector<PairChange> untold_;     // changes since then, where there were several updates
     std::size_t slots_ = 0;              // items with a slot, and new places of what leapt in this frame
     std::vector<float> records_;         // keys by slot, as they come from the boxes
     SlotBounds cur_, prev_;

@@ -29,6 +29,7 @@ public:
     std::size_t sweepSome(std::span<const std::uint32_t> slots, std::size_t begin, std::size_t end,
                           PairSink& sink) const override;
     [[nodiscard]] bool decayed() const override { return decayed_; }
+    [[nodiscard]] bool strays(const SlotBounds&, std::size_t) const override { return false; }
 
 private:
     void measure(const SlotBounds& cur, std::size_t count);

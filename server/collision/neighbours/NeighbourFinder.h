@@ -23,17 +23,20 @@ struct NeighbourPair {
 
 /// Who is of interest to whom. Items fall into groups of equal interests.
 struct InteractionTable {
+    static constexpr std::uint32_t kNoGroup = 0xffffffffu;  ///< of a number that no item has
+
     std::vector<std::uint32_t> groupOf;  ///< per item
+    std::vector<std::uint32_t> bodyOf;   ///< per item: items of one body never interact; none: all are of different ones
     std::vector<bool> active;            ///< per group: has interests of its own; two passive groups never interact
     std::vector<bool> interacts;         ///< groups × groups, symmetric
 
     [[nodiscard]] bool relevant(std::uint32_t itemA, std::uint32_t itemB) const {
-        return interacts[groupOf[itemA] * active.size() + groupOf[itemB]];
+        return interacts[groupOf[itemA] * active.size() + groupOf[itemB]] && (bodyOf.empty() || bodyOf[itemA] != bodyOf[itemB]);
     }
     [[nodiscard]] bool activeItem(std::uint32_t item) const { return active[groupOf[item]]; }
     /// One group of n items, each of interest to each.
     [[nodiscard]] static InteractionTable everybody(std::size_t n) {
-        return {std::vector<std::uint32_t>(n, 0), {true}, {true}};
+        return {std::vector<std::uint32_t>(n, 0), {}, {true}, {true}};
     }
 };
 
@@ -52,6 +55,16 @@ public:
     virtual void move(std::span<const std::uint32_t> items, std::span<const Box> boxes);
     /// A new box for each item, by index.
     virtual void moveAll(std::span<const Box> boxes);
+    /// How many items there may be without everything being found afresh. Before `reset`; a hint.
+    virtual void expect(std::size_t items) { (void)items; }
+    /// Takes another table, in which these items (their numbers may be new) are of another group or body, or of none
+    /// (kNoGroup: gone). Their boxes are empty from now on; `known` are all the pairs that they have in pairs(). What
+    /// the table says of two groups may be different only where all items of one of them are given.
+    virtual void regroup(std::span<const std::uint32_t> items, std::span<const NeighbourPair> known,
+                         const InteractionTable& table) = 0;
+    /// What has begun and ended since the last call of this or of pairs(), but for what `regroup` was told, ascending.
+    /// False where everything was found afresh, so that pairs() has to be read.
+    [[nodiscard]] virtual bool changes(std::vector<NeighbourPair>& begun, std::vector<NeighbourPair>& ended) = 0;
     /// Valid until the next call of any member.
     [[nodiscard]] virtual std::span<const NeighbourPair> pairs() = 0;
 };

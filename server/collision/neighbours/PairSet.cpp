@@ -11,6 +11,8 @@ namespace {
 
 constexpr std::size_t kPerBucket = 8;
 constexpr std::size_t kPerPart = 2048;
+constexpr std::size_t kFew = 4096, kFewOf = 16;  // changes that are but noted: so many, and one for so many pairs
+constexpr std::size_t kLate = 256;
 
 /// Short lists by insertion; long ones come from one item that meets very many.
 void sortShort(PairChange* first, PairChange* last) {
@@ -30,16 +32,74 @@ PairChange key(const NeighbourPair& pair) {
     return pairChange(pair.a, pair.b, false);
 }
 
+/// Drops what both ends and begins, in any order; the others ascending, each once.
+void sortNet(std::vector<PairChange>& changes) {
+    std::sort(changes.begin(), changes.end());
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+        if (kept > 0 && changes[kept - 1] >> 1U == changes[i] >> 1U)
+            --kept;
+        else
+            changes[kept++] = changes[i];
+    }
+    changes.resize(kept);
+}
+
 }  // namespace
 
 bool PairSet::contains(std::uint32_t a, std::uint32_t b) const {
+    const PairChange ends = pairChange(a, b, false);
+    if (const auto late = std::lower_bound(late_.begin(), late_.end(), ends); late != late_.end() && *late >> 1U == ends >> 1U)
+        return (*late & 1U) != 0;
     return std::binary_search(pairs_.begin(), pairs_.end(), NeighbourPair{a, b});
 }
 
 void PairSet::apply(std::span<const std::vector<PairChange>* const> lists, std::size_t items, Workers* workers) {
     std::size_t total = 0;
     for (const std::vector<PairChange>* list : lists) total += list->size();
+    last_.clear();
+    items_ = std::max<std::size_t>(items, 1);
     if (total == 0) return;
+    if (total < kFew && total * kFewOf < pairs_.size()) {
+        applyFew(lists, items, workers);
+    } else {
+        mergeLate(workers);
+        applyMany(lists, items, workers);
+    }
+}
+
+/// Only noted down.
+void PairSet::applyFew(std::span<const std::vector<PairChange>* const> lists, std::size_t, Workers* workers) {
+    for (const std::vector<PairChange>* list : lists) last_.insert(last_.end(), list->begin(), list->end());
+    sortNet(last_);
+    lateMerged_.clear();
+    auto late = late_.begin();
+    for (const PairChange change : last_) {
+        while (late != late_.end() && *late >> 1U < change >> 1U) lateMerged_.push_back(*late++);
+        if (late != late_.end() && *late >> 1U == change >> 1U) {
+            TESSERA_CHECK(*late != change, "a pair begins twice, or ends twice");
+            ++late;  // as it was
+        } else {
+            lateMerged_.push_back(change);
+        }
+    }
+    lateMerged_.insert(lateMerged_.end(), late, late_.end());
+    late_.swap(lateMerged_);
+    if (late_.size() > kLate + pairs_.size() / kFewOf) mergeLate(workers);
+}
+
+void PairSet::mergeLate(Workers* workers) {
+    if (late_.empty()) return;
+    const std::vector<PairChange> late = std::move(late_), told = std::move(last_);
+    late_.clear();
+    const std::vector<PairChange>* const list = &late;
+    applyMany(std::span(&list, 1), items_, workers);
+    last_ = told;
+}
+
+void PairSet::applyMany(std::span<const std::vector<PairChange>* const> lists, std::size_t items, Workers* workers) {
+    std::size_t total = 0;
+    for (const std::vector<PairChange>* list : lists) total += list->size();
     TESSERA_CHECK(total < 0xffff'ffffU, "more pairs than can be counted");
 
     // Counted into buckets of neighbouring a's first, so that only short lists are left to sort.
@@ -81,6 +141,10 @@ void PairSet::apply(std::span<const std::vector<PairChange>* const> lists, std::
     merged_.resize(out);
     runTasks(workers, parts, [&](std::size_t i) { mergePart(parts_[i]); });
     pairs_.swap(merged_);
+    last_.clear();
+    for (const Part& part : parts_)
+        last_.insert(last_.end(), changes_.begin() + static_cast<std::ptrdiff_t>(part.firstChange),
+                     changes_.begin() + static_cast<std::ptrdiff_t>(part.lastChange));
 }
 
 /// Sorts the part's changes; leaves its size in `out`.

@@ -44,6 +44,8 @@ public:
 
     /// After the sweeps: a new order would pay.
     [[nodiscard]] virtual bool decayed() const = 0;
+    /// Whether a slot has moved to where its neighbours in the order are not.
+    [[nodiscard]] virtual bool strays(const SlotBounds& cur, std::size_t slot) const = 0;
 };
 
 }  // namespace tessera::neighbours

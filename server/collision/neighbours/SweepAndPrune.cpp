@@ -39,6 +39,17 @@ void SweepAndPrune::move(std::uint32_t item, const Box& box) {
     upToDate_ = false;
 }
 
+void SweepAndPrune::regroup(std::span<const std::uint32_t> items, std::span<const NeighbourPair>,
+                            const InteractionTable& table) {
+    std::vector<Box> boxes = std::move(boxes_);
+    boxes.resize(table.groupOf.size());
+    InteractionTable own = table;
+    for (const std::uint32_t item : items) boxes[item] = {};
+    for (std::uint32_t& group : own.groupOf)
+        if (group == InteractionTable::kNoGroup) group = 0;  // whatever: its box is empty
+    reset(boxes, std::move(own));
+}
+
 std::span<const NeighbourPair> SweepAndPrune::pairs() {
     if (!upToDate_) {
         if (sweeps_++ % kSweepsPerAxis == 0) chooseAxis();

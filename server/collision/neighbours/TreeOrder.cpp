@@ -12,6 +12,7 @@ namespace {
 constexpr double kDecay = 1.8;          // growth of the leaves at which a new order pays
 constexpr std::size_t kPerTask = 1024;  // boxes to halve
 constexpr std::size_t kLeavesPerTask = 128;
+constexpr std::size_t kFewOf = 16;  // of leaves: fewer are refitted one by one
 constexpr double kHopeless = 4;  // and at which it is due before the sweep
 
 }  // namespace
@@ -58,6 +59,8 @@ void TreeOrder::arrange(const SlotBounds& cur, std::size_t count, Workers* worke
         if (nodes == 1) break;
         nodes = (nodes + kBlockSlots - 1) / kBlockSlots;
     }
+    fullLeaves_ = centers_.size() / kBlockSlots;
+    if (empty.empty()) fullLeaves_ = view_.nodes[0];
     freshArea_ = -1;
     decayed_ = false;
 }
@@ -96,35 +99,67 @@ void TreeOrder::split(std::span<Center> centers) {
 bool TreeOrder::beginFrame(const SlotArrays& slots, std::size_t, const float*, std::span<const std::uint32_t> moved,
                            bool all, Workers* workers) {
     view_.slots = slots;
-    if (all || freshArea_ < 0) {
+    if (all || freshArea_ < 0 || moved.size() > view_.nodes[0] / kFewOf) {
         const std::size_t leaves = view_.nodes[0], tasks = leaves / kLeavesPerTask + 1;
         runTasks(workers, tasks,
                  [&](std::size_t i) { kernels_.treeLeaves(view_, leaves * i / tasks, leaves * (i + 1) / tasks); });
+        kernels_.treeUpper(view_);
+        area_ = 0;
+        for (std::size_t leaf = 0; leaf < fullLeaves_; ++leaf) area_ += areaOf(leaf);
     } else {
-        std::size_t done = 0;
-        for (const std::uint32_t slot : moved) {
-            const std::size_t leaf = slot / kBlockSlots;
-            if (leaf < done) continue;
-            kernels_.treeLeaves(view_, leaf, leaf + 1);
-            done = leaf + 1;
-        }
+        refit(moved);
     }
-    kernels_.treeUpper(view_);
-    const double area = leafArea();
-    if (freshArea_ < 0) freshArea_ = area;
-    decayed_ = area > kDecay * freshArea_;
-    return area <= kHopeless * freshArea_;
+    if (freshArea_ < 0) {
+        freshArea_ = area_;
+        home_.allocate(view_.nodes[0]);
+        std::copy(boxes_[0].data(), boxes_[0].data() + keyIndex(0, view_.nodes[0] + kBlockSlots - 1), home_.data());
+    }
+    decayed_ = area_ > kDecay * freshArea_;
+    return area_ <= kHopeless * freshArea_;
 }
 
-double TreeOrder::leafArea() const {
-    double area = 0;
-    for (std::size_t leaf = 0; leaf < view_.nodes[0]; ++leaf) {
-        std::array<double, 3> size{};
-        for (std::size_t a = 0; a < 3; ++a)
-            size[a] = std::max(0.0, double{boxes_[0].at(a + 3, leaf)} + double{boxes_[0].at(a, leaf)});
-        area += size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
+/// The leaves of these slots (ascending), and what is above them.
+void TreeOrder::refit(std::span<const std::uint32_t> moved) {
+    changed_.clear();
+    for (const std::uint32_t slot : moved) {
+        const std::uint32_t leaf = slot / static_cast<std::uint32_t>(kBlockSlots);
+        if (!changed_.empty() && changed_.back() == leaf) continue;
+        changed_.push_back(leaf);
+        if (leaf < fullLeaves_) area_ -= areaOf(leaf);
+        kernels_.treeLeaves(view_, leaf, leaf + 1);
+        if (leaf < fullLeaves_) area_ += areaOf(leaf);
     }
-    return area;
+    for (std::size_t level = 1; level < static_cast<std::size_t>(view_.levels); ++level) {
+        std::size_t kept = 0;
+        for (const std::uint32_t child : changed_) {
+            const std::uint32_t node = child / static_cast<std::uint32_t>(kBlockSlots);
+            if (kept > 0 && changed_[kept - 1] == node) continue;
+            for (std::size_t k = 0; k < 6; ++k) {
+                float outermost = -kNowhere;
+                for (std::size_t i = 0; i < kBlockSlots; ++i)
+                    outermost = std::max(outermost, boxes_[level - 1].at(k, node * kBlockSlots + i));
+                boxes_[level].at(k, node) = outermost;
+            }
+            changed_[kept++] = node;
+        }
+        changed_.resize(kept);
+    }
+}
+
+double TreeOrder::areaOf(std::size_t leaf) const {
+    std::array<double, 3> size{};
+    for (std::size_t a = 0; a < 3; ++a)
+        size[a] = std::max(0.0, double{boxes_[0].at(a + 3, leaf)} + double{boxes_[0].at(a, leaf)});
+    return size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
+}
+
+/// Apart from what it was put with.
+bool TreeOrder::strays(const SlotBounds& cur, std::size_t slot) const {
+    const std::size_t leaf = slot / kBlockSlots;
+    if (freshArea_ < 0 || leaf >= fullLeaves_ || cur.empty(slot)) return false;
+    for (std::size_t a = 0; a < 3; ++a)
+        if (cur.at(a, slot) + home_.at(a + 3, leaf) < 0 || cur.at(a + 3, slot) + home_.at(a, leaf) < 0) return true;
+    return false;
 }
 
 std::size_t TreeOrder::sweepAll(std::size_t begin, std::size_t end, PairSink& sink) const {

@@ -27,6 +27,7 @@ public:
     std::size_t sweepSome(std::span<const std::uint32_t> slots, std::size_t begin, std::size_t end,
                           PairSink& sink) const override;
     [[nodiscard]] bool decayed() const override { return decayed_; }
+    [[nodiscard]] bool strays(const SlotBounds& cur, std::size_t slot) const override;
 
 private:
     struct Center {
@@ -36,14 +37,21 @@ private:
 
     [[nodiscard]] static std::size_t halve(std::span<Center> centers);
     static void split(std::span<Center> centers);
-    [[nodiscard]] double leafArea() const;
+    void refit(std::span<const std::uint32_t> moved);
+    [[nodiscard]] double areaOf(std::size_t leaf) const;
 
     const SlotKernels& kernels_;
     Settlement limits_{};
     std::vector<Center> centers_;
     std::array<SlotBounds, TreeView::kMaxLevels> boxes_;
+    std::vector<std::uint32_t> changed_;  ///< nodes, while refitting
     TreeView view_{};
-    double freshArea_ = -1;  ///< of the leaves when they were new; negative: not known yet
+    SlotBounds home_;  ///< the leaves when they were new
+    /// Leaves that were full when they were new; what has been put in the others since does not belong together, which
+    /// is no reason for a new order.
+    std::size_t fullLeaves_ = 0;
+    double area_ = 0;        ///< of those
+    double freshArea_ = -1;  ///< when they were new; negative: not known yet
     bool decayed_ = false;
 };
 

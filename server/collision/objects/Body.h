@@ -21,7 +21,8 @@ struct Body {
     Vec3d velocity = Vec3d::Zero(), spin = Vec3d::Zero();
     /// Of a free body: the Transform core that carries it. What is above it is rigid but for one uniform scale.
     ObjectId transform;
-    std::vector<std::uint32_t> parts;  ///< ascending
+    /// Of a body that may be free in document order, else in any.
+    std::vector<std::uint32_t> parts;
 
     [[nodiscard]] bool free() const { return mass > 0; }
 };

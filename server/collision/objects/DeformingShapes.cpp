@@ -20,22 +20,22 @@ std::optional<std::vector<Vec3d>> verticesOf(const Blob& positions, std::size_t 
 
 }  // namespace
 
-std::shared_ptr<const CollisionShape> DeformingShapes::follow(ObjectId core, const Geometry& geometry, bool jump) {
+std::shared_ptr<const CollisionShape> DeformingShapes::follow(ObjectId core, const MeshArrays& arrays, bool jump) {
     Own& own = shapes_[core];
-    if (own.shape && own.indices == geometry.indices.id()) {
-        const BlobId positions = geometry.positions.id();
+    if (own.shape && own.indices == arrays.indices.id()) {
+        const BlobId positions = arrays.positions.id();
         if (own.positions == positions) {
             own.end.reset();
             return own.shape;
         }
         if (!jump) {
             if (own.end && own.endPositions == positions) return own.shape;
-            own.end = verticesOf(geometry.positions, own.shape->tree.mesh().vertexCount());
+            own.end = verticesOf(arrays.positions, own.shape->tree.mesh().vertexCount());
             own.endPositions = positions;
             if (own.end) return own.shape;
         }
     }
-    own = {ShapeCache::ownShape(geometry), geometry.positions.id(), geometry.indices.id(), {}, {}};
+    own = {ShapeCache::ownShape(arrays), arrays.positions.id(), arrays.indices.id(), {}, {}};
     return own.shape;
 }
 

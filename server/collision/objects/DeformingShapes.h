@@ -18,7 +18,7 @@ public:
     /// The shape of a geometry; null where its arrays are malformed. New positions for the same triangles become an end
     /// to settle, and the shape stays as it is until then; anything else new is a new shape. `jump`: new positions are
     /// that too.
-    [[nodiscard]] std::shared_ptr<const CollisionShape> follow(ObjectId core, const Geometry& geometry, bool jump);
+    [[nodiscard]] std::shared_ptr<const CollisionShape> follow(ObjectId core, const MeshArrays& arrays, bool jump);
     /// Where the vertices are about to be; null where they stay.
     [[nodiscard]] const std::vector<Vec3d>* endOf(ObjectId core) const;
     /// Moves all shapes to their ends.

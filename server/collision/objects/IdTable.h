@@ -8,8 +8,7 @@
 
 namespace tessera {
 
-/// Open addressing in one array, for tables that are filled once and asked often: an update asks for every id of its
-/// list. Nothing is ever taken out singly.
+/// Open addressing in one array, for tables that are asked often: an update asks for every id of its list.
 template <typename Id>
 class BasicIdTable {
 public:
@@ -40,6 +39,21 @@ public:
         entry.value = value;
         return true;
     }
+    /// Nothing where the id is not known.
+    void erase(Id id) {
+        if (entries_.empty() || !id) return;
+        std::size_t hole = slotOf(id);
+        if (!entries_[hole].id) return;
+        --size_;
+        // What was pushed on by the one that goes moves up, so that no search ends before it.
+        const std::size_t mask = entries_.size() - 1;
+        for (std::size_t at = (hole + 1) & mask; entries_[at].id; at = (at + 1) & mask) {
+            if (((at - homeOf(entries_[at].id)) & mask) < ((at - hole) & mask)) continue;
+            entries_[hole] = entries_[at];
+            hole = at;
+        }
+        entries_[hole] = {};
+    }
     [[nodiscard]] std::uint32_t find(Id id) const {
         if (entries_.empty() || !id) return kNone;
         const Entry& entry = entries_[slotOf(id)];
@@ -53,10 +67,13 @@ private:
         std::uint32_t value = kNone;
     };
 
+    /// Fibonacci hashing (Knuth, TAOCP 6.4): ids come in runs and strides, and it spreads both.
+    [[nodiscard]] std::size_t homeOf(Id id) const {
+        return static_cast<std::size_t>((id.value * 0x9e3779b97f4a7c15u) >> 32) & (entries_.size() - 1);
+    }
     [[nodiscard]] std::size_t slotOf(Id id) const {
         const std::size_t mask = entries_.size() - 1;
-        // Fibonacci hashing (Knuth, TAOCP 6.4): ids come in runs and strides, and it spreads both.
-        std::size_t at = static_cast<std::size_t>((id.value * 0x9e3779b97f4a7c15u) >> 32) & mask;
+        std::size_t at = homeOf(id);
         while (entries_[at].id && entries_[at].id != id) at = (at + 1) & mask;
         return at;
     }

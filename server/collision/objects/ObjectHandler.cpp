@@ -1,354 +1,290 @@
 #include "server/collision/objects/ObjectHandler.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
-
-#include "common/scene/FieldTable.h"
-#include "server/collision/objects/ConservativeBox.h"
 
 namespace tessera {
 
 namespace {
 
-/// Whether a map keeps shapes but for one scale, and does not mirror them. Products of a hundred rotations do.
-bool rigidButForScale(const Affine3d& m) {
-    constexpr double kTolerance = 1e-9;
-    const Mat3d gram = m.linear().transpose() * m.linear();
-    const double scale = gram.trace() / 3;
-    if (!std::isfinite(scale) || !(scale > 0)) return false;
-    return (gram - scale * Mat3d::Identity()).cwiseAbs().maxCoeff() <= kTolerance * scale &&
-           m.linear().determinant() > 0;
+std::vector<ObjectId> together(const SceneEffects::Rows& rows) {
+    std::vector<ObjectId> all;
+    for (const std::span<const ObjectId> some : rows) all.insert(all.end(), some.begin(), some.end());
+    return all;
 }
 
-Box boxOf(const Part& part) {
-    if (!part.shape || !invertible(part.world)) return {};
-    const CollisionShape& shape = *part.shape;
-    const Box& bounds = shape.tree.mesh().bounds();
-    return shape.hull ? boxAround(part.world, bounds, shape.ballCentre, shape.ballRadius) : boxAround(part.world, bounds);
+template <typename Number>
+void sortOnce(std::vector<Number>& numbers) {
+    if (!std::is_sorted(numbers.begin(), numbers.end())) std::sort(numbers.begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 }  // namespace
 
-bool invertible(const Affine3d& m) {
-    // Nearly always: coefficients of the inverse, cofactors over the determinant, are then below 1e26. Not so a NaN.
-    constexpr double kUsual = 1e6;
-    const double determinant = m.linear().determinant();
-    if (m.matrix().cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < kUsual && std::abs(determinant) > 1 / kUsual)
-        return true;
-    if (!m.matrix().allFinite()) return false;
-    const Affine3d inverse = m.inverse();
-    return inverse.matrix().allFinite() && std::abs(determinant) > 1e-120 && m.matrix().cwiseAbs().maxCoeff() < 1e50 &&
-           inverse.matrix().cwiseAbs().maxCoeff() < 1e50;
-}
-
-// ---- following the scene
-
 void ObjectHandler::update(const Aspect& aspect, const ChangeList* list) {
-    if (!list || changesTables(*list)) {
-        rebuild(aspect, list == nullptr);
+    if (!list) {
+        begin(aspect, true);
         return;
     }
-    const FieldColumn* before = nullptr;
-    for (const FieldColumn& column : list->columns) {
-        // Whoever moves sets translation, rotation and scale: of columns with the same rows one is enough, since all of
-        // the object is read. Not so of geometries, where the field matters.
-        const bool known =
-            before && column.type != typeOf<Geometry>() && column.type == before->type && column.ids == before->ids;
-        if (!known) applyColumn(aspect, column);
-        before = &column;
+    const SceneEffects effects = sceneEffectsOf(*list);
+    // Which interests are beyond the limits is found anew.
+    if (effects.structural() && interestsLeftOut_ > 0) {
+        begin(aspect, false);
+        return;
     }
-    for (const RangeEdit& range : list->ranges) {
-        FieldColumn touched = FieldColumn::ofShape(range.type, range.field, FieldKind::kBlob, 1);
-        touched.ids = {range.object};
-        applyColumn(aspect, touched);
+    ++update_;
+    if (effects.structural()) {
+        tree_.follow(aspect, effects.placements, together(effects.cores), together(effects.choices));
+        standings_.resize(tree_.places().size());
+        for (const std::span<const ObjectId> rows : effects.objectRules)
+            for (const ObjectId core : rows)
+                if (objects_.find(core) != IdTable::kNone) tree_.changes().objects.push_back(core);
+        for (const std::span<const ObjectId> rows : effects.interestRules)
+            for (const ObjectId core : rows)
+                interestsDirty_ = interestsDirty_ || tree_.bearersOf(core) != VisibleTree::kNone;
+        removeGone();
     }
     // What was laid over the scene is now committed, or was refused.
-    reloadTouched(aspect);
-    if (termsChanged_) relations_.refresh(interests_);
-    termsChanged_ = false;
-    if (deformed_) listDeformations();
+    for (const std::span<const ObjectId> rows : effects.poses)
+        for (const ObjectId transform : rows) reload(aspect, transform);
+    reloadOverlaid(aspect);
+    moveTouched();
+    if (effects.structural()) {
+        settleStructure(aspect);
+        if (beyondLimits()) {
+            begin(aspect, false);
+            return;
+        }
+    }
+    applyTerms(aspect, effects);
+    shapeParts(aspect, false);
     findFreeBodies();
+    endUpdate();
 }
 
-/// Creations and destructions alone do not: what is not placed is not visible, and what is visible is not destroyed.
-bool ObjectHandler::changesTables(const ChangeList& list) const {
-    if (!list.placements.empty()) return true;
-    const auto changes = [&](const FieldColumn& column) {
-        const auto any = [&](auto&& concerns) { return std::any_of(column.ids.begin(), column.ids.end(), concerns); };
-        if (column.type == typeOf<Node>()) return column.field == fieldId<&Node::core>;
-        if (column.type == typeOf<Switch>())
-            return any([&](ObjectId id) { return tree_.switches.find(id) != IdTable::kNone; });
-        if (column.type == typeOf<Interest>()) {
-            if (column.field == fieldId<&Interest::response> || column.field == fieldId<&Interest::detail> ||
-                column.field == fieldId<&Interest::threshold> || column.field == fieldId<&Interest::show> ||
-                column.field == fieldId<&Interest::patience>)
-                return false;
-            const bool enables = column.field == fieldId<&Interest::enabled>;
-            return any([&](ObjectId id) {
-                const std::uint32_t number = interestNumbers_.find(id);
-                return number != IdTable::kNone && (enables || number != kDisabled);
-            });
-        }
-        if (column.type == typeOf<CollisionObject>()) {
-            if (column.field == fieldId<&CollisionObject::mass> || column.field == fieldId<&CollisionObject::restitution> ||
-                column.field == fieldId<&CollisionObject::friction> || column.field == fieldId<&CollisionObject::velocity> || column.field == fieldId<&CollisionObject::spin>)
-                return false;
-            return any([&](ObjectId id) { return objectNumbers_.find(id) != IdTable::kNone; });
-        }
-        return false;
+/// Everything anew, by the same steps: all that is visible has just been placed.
+void ObjectHandler::begin(const Aspect& aspect, bool jump) {
+    remembered_.clear();
+    for (const Part& part : parts_)
+        if (part.node) remembered_.insert({part.node, {part.shape, part.world, part.worldBox, part.poseVersion}});
+    // Interests that would make too many groups do not count, nor do those after them.
+    const auto fits = [&](std::size_t most) {
+        interestCap_ = most;
+        seeAll(aspect);
+        return relations_.size() <= limits_.maxGroups;
     };
-    return std::any_of(list.columns.begin(), list.columns.end(), changes);
+    if (!fits(limits_.maxInterests)) {
+        std::size_t low = 0, high = interests_.size();
+        while (high - low > 1) {
+            const std::size_t middle = low + (high - low) / 2;
+            (fits(middle) ? low : high) = middle;
+        }
+        (void)fits(low);
+        interestCap_ = limits_.maxInterests;
+    }
+    ++work_.anew;
+    shapeParts(aspect, jump);
+    remembered_.clear();
+    findGravity(aspect);
+    findFreeBodies();
+    endUpdate();
+    (void)takeRegrouped();
+    (void)takeReworded();
+    drawnAll_ = true;
+    shapes_->forgetIdle();
 }
 
-/// A column that leaves the tables as they are.
-void ObjectHandler::applyColumn(const Aspect& aspect, const FieldColumn& column) {
-    if (effectsOf(column) & Effect::kPose) {
-        for (const ObjectId id : column.ids) touch(id);
-    } else if (column.type == typeOf<CollisionObject>()) {
-        for (const ObjectId id : column.ids) {
-            const std::uint32_t number = objectNumbers_.find(id);
+void ObjectHandler::seeAll(const Aspect& aspect) {
+    ++generation_;
+    ++update_;
+    standings_.clear();
+    objects_.clear();
+    overlaid_.clear();
+    movedPlaces_.clear();
+    inheriting_.clear();
+    unsettled_.clear();
+    touchedBodies_.clear();
+    touchedParts_.clear();
+    candidates_.clear();
+    parts_.clear();
+    partTerms_.clear();
+    freeParts_.clear();
+    partsGone_.clear();
+    movedParts_.clear();
+    regroupedParts_.clear();
+    rewordedParts_.clear();
+    drawn_.clear();
+    skipped_ = 0;
+    bodies_.clear();
+    bodyTerms_.clear();
+    freeBodyNumbers_.clear();
+    freeBodies_.clear();
+    ++freeBodiesVersion_;
+    interests_.clear();
+    interestNumbers_.reset(0);
+    interestNodes_.reset(0);
+    marked_.clear();
+    relations_.clear();
+    deformingParts_.clear();
+    deformingDirty_ = true;
+    interestsDirty_ = true;
+    tree_.begin(aspect);
+    standings_.resize(tree_.places().size());
+    settleStructure(aspect);
+}
+
+/// From what the tree has found to who belongs to whom.
+void ObjectHandler::settleStructure(const Aspect& aspect) {
+    ++structure_;
+    welcomePlaced();
+    VisibleTree::Changes& changes = tree_.changes();
+    sortOnce(changes.objects);
+    std::vector<ObjectId> named;
+    for (const ObjectId core : changes.objects)
+        objects_.follow(aspect, core, tree_.bearersOf(core) != VisibleTree::kNone, update_, named);
+    for (const ObjectId node : named) {
+        const std::uint32_t place = tree_.find(node);
+        if (place == VisibleTree::kNone) continue;
+        standings_[place].named = objects_.naming(node);
+        inheriting_.push_back(place);
+    }
+    for (const ObjectId core : changes.shared)
+        if (const std::uint32_t number = tree_.bearersOf(core); number != VisibleTree::kNone)
+            tree_.forBearers(number, [&](std::uint32_t place) {
+                if (standings_[place].body != kNobody) touchBody(standings_[place].body);
+            });
+    inheritObjects();
+    interestsDirty_ = interestsDirty_ || changes.interests || tree_.watchedChanged();
+    tree_.forgetWatched();
+    if (interestsDirty_) {
+        const std::vector<InterestTerms> before = std::move(interests_);
+        const std::vector<InterestSides> sides = findInterests(aspect);
+        inheritSides();
+        relations_.setInterests(interests_, sides, [this](std::uint32_t place) { return sideAbove(place); });
+        ++interestsVersion_;
+        noteReworded(before);
+        for (const std::uint32_t group : relations_.takeChanged())
+            for (const std::uint32_t place : relations_.members(group)) {
+                unsettled_.push_back(place);
+                if (standings_[place].part != kNobody) noteRegrouped(standings_[place].part);
+            }
+        interestsDirty_ = false;
+    } else {
+        inheritSides();
+    }
+    sortOnce(unsettled_);
+    // In document order where all is new, so that numbers are.
+    for (const std::uint32_t place : unsettled_) settle(place);
+    unsettled_.clear();
+    inheriting_.clear();
+    (void)relations_.takeChanged();
+    settleBodies(aspect);
+    if (changes.environments) findGravity(aspect);
+}
+
+bool ObjectHandler::beyondLimits() const {
+    return interestsLeftOut_ > 0 || relations_.size() > limits_.maxGroups;
+}
+
+/// What leaves who takes part, and with whom, as it is.
+void ObjectHandler::applyTerms(const Aspect& aspect, const SceneEffects& effects) {
+    for (const std::span<const ObjectId> rows : effects.objectTerms)
+        for (const ObjectId id : rows) {
+            const std::uint32_t number = objects_.find(id);
             if (number == IdTable::kNone) continue;
             const CollisionObject& core = *aspect.get<CollisionObject>(id);
-            for (const std::uint32_t body : bodiesOfObject_[number]) copyTerms(core, body);
+            for (const std::uint32_t body : objects_.at(number).bodies) copyTerms(core, body);
         }
-    } else if (column.type == typeOf<Interest>()) {
-        for (const ObjectId id : column.ids) {
-            const std::uint32_t number = interestNumbers_.find(id);
-            if (number >= interests_.size()) continue;
-            const Interest& core = *aspect.get<Interest>(id);
-            interests_[number] = {id, core.response, core.mode, core.detail, core.threshold, core.show, core.patience};
-            termsChanged_ = true;
-        }
-    } else if (column.type == typeOf<Geometry>()) {
-        if (column.field != fieldId<&Geometry::positions> && column.field != fieldId<&Geometry::indices>) return;
-        for (const ObjectId id : column.ids) {
-            const std::uint32_t number = geometries_.find(id);
-            if (number == IdTable::kNone) continue;
-            for (const std::uint32_t part : partsOfGeometry_[number]) {
-                std::shared_ptr<const CollisionShape> shape = shapeOf(aspect, part, false);
-                if (shape == parts_[part].shape) continue;
-                parts_[part].shape = std::move(shape);
-                reshapePart(part);
+    if (!effects.interestTerms.empty()) {
+        const std::vector<InterestTerms> before = interests_;
+        for (const std::span<const ObjectId> rows : effects.interestTerms)
+            for (const ObjectId id : rows) {
+                const std::uint32_t number = interestNumbers_.find(id);
+                if (number >= interests_.size()) continue;
+                const Interest& core = *aspect.get<Interest>(id);
+                interests_[number] = {id,          core.response, core.mode,    core.detail, core.threshold,
+                                      core.show, core.patience};
+            }
+        relations_.setTerms(interests_);
+        ++interestsVersion_;
+        noteReworded(before);
+    }
+    for (const std::span<const ObjectId> rows : effects.shapes)
+        for (const ObjectId id : rows) {
+            const std::uint32_t number = tree_.bearersOf(id);
+            if (number == VisibleTree::kNone) continue;
+            for (std::uint32_t place = tree_.bearers()[number].first; place != VisibleTree::kNone;
+                 place = tree_.nextBearer(place)) {
+                noteDrawn(place);
+                if (standings_[place].part != kNobody) touchedParts_.push_back(standings_[place].part);
             }
         }
-    } else if (column.type == typeOf<Environment>()) {
-        if (tree_.environment) gravity_ = aspect.get<Environment>(tree_.environment)->gravity;
+    if (effects.surroundings) findGravity(aspect);
+}
+
+void ObjectHandler::findGravity(const Aspect& aspect) {
+    std::uint32_t first = VisibleTree::kNone;
+    ObjectId core;
+    for (const ObjectId id : tree_.environments()) {
+        const std::uint32_t place = tree_.firstBearer(tree_.bearersOf(id));
+        if (first != VisibleTree::kNone && !tree_.order().before(place, first)) continue;
+        first = place;
+        core = id;
     }
+    gravity_ = core ? aspect.get<Environment>(core)->gravity : Vec3d(Vec3d::Zero());
 }
 
-/// What can change without the tables being made anew.
-void ObjectHandler::copyTerms(const CollisionObject& core, std::uint32_t body) {
-    Body& mine = bodies_[body];
-    mine.restitution = core.restitution;
-    mine.friction = core.friction;
-    mine.velocity = core.velocity;
-    mine.spin = core.spin;
-    const double mass = bodyTerms_[body].transform != kNobody ? core.mass : 0;
-    if (mine.free()) ++freeBodiesVersion_;
-    freedomChanged_ = freedomChanged_ || mass != bodyTerms_[body].mass;
-    bodyTerms_[body].mass = mass;
-}
-
-std::shared_ptr<const CollisionShape> ObjectHandler::shapeOf(const Aspect& aspect, std::uint32_t part, bool jump) {
-    const Geometry& geometry = *aspect.get<Geometry>(geometryOfPart_[part]);
-    switch (bodyTerms_[parts_[part].body].shape) {
-        case BodyShape::kTriangles:
-            return shapes_->shape(geometry);
-        case BodyShape::kHull:
-            return shapes_->shape(geometry, ShapeKind::kHull);
-        case BodyShape::kDeforming:
-            break;
+void ObjectHandler::endUpdate() {
+    for (const std::uint32_t place : tree_.changes().gone) {
+        const bool drawn = standings_[place].drawn;
+        standings_[place] = {};
+        standings_[place].drawn = drawn;
     }
-    deformed_ = true;
-    return deforming_.follow(geometryOfPart_[part], geometry, jump);
-}
-
-// ---- poses
-
-void ObjectHandler::overlay(ObjectId transform, const Affine3d& local) {
-    const std::uint32_t number = tree_.transformNumbers.find(transform);
-    if (number != IdTable::kNone) overlay(number, local);
-}
-
-void ObjectHandler::overlay(std::uint32_t number, const Affine3d& local) {
-    if (!carriers_[number].overlaid) {
-        carriers_[number].overlaid = true;
-        overlaid_.push_back(number);
-    }
-    std::uint32_t done = 0;  // a place below one that was just moved is right already
-    const std::span<const std::uint32_t> mine = tree_.placesOf(number);
-    if (sameBits(tree_.places[mine.front()].local, local)) return;
-    for (const std::uint32_t index : mine) tree_.places[index].local = local;
-    for (const std::uint32_t index : mine) {
-        if (index < done) continue;
-        done = tree_.places[index].end;
-        movePlacesBelow(index);
-    }
-    findFreeBodies();
-}
-
-void ObjectHandler::dropOverlay(const Aspect& aspect) {
-    reloadTouched(aspect);
-    findFreeBodies();
-}
-
-void ObjectHandler::touch(ObjectId transform) {
-    const std::uint32_t number = tree_.transformNumbers.find(transform);
-    if (number == IdTable::kNone || carriers_[number].touched) return;
-    carriers_[number].touched = true;
-    touched_.push_back(number);
-}
-
-/// Gives the touched and the overlaid transforms the scene's values, and moves what is below those that had others.
-void ObjectHandler::reloadTouched(const Aspect& aspect) {
-    for (const std::uint32_t number : overlaid_) {
-        carriers_[number].overlaid = false;
-        if (carriers_[number].touched) continue;
-        carriers_[number].touched = true;
-        touched_.push_back(number);
-    }
-    overlaid_.clear();
-    for (const std::uint32_t number : touched_) {
-        carriers_[number].touched = false;
-        const Object core = aspect.find(tree_.transforms[number]);
-        const Affine3d local = core.info().pose(core.data()).matrix;
-        const std::span<const std::uint32_t> mine = tree_.placesOf(number);
-        if (sameBits(tree_.places[mine.front()].local, local)) continue;
-        for (const std::uint32_t index : mine) {
-            tree_.places[index].local = local;
-            movedPlaces_.push_back(index);
-        }
-    }
-    touched_.clear();
-    moveTouched();
-}
-
-void ObjectHandler::moveTouched() {
-    // From the top down, so that nothing is moved twice.
-    if (!std::is_sorted(movedPlaces_.begin(), movedPlaces_.end())) std::sort(movedPlaces_.begin(), movedPlaces_.end());
-    std::uint32_t done = 0;
-    for (const std::uint32_t index : movedPlaces_) {
-        if (index < done) continue;
-        done = tree_.places[index].end;
-        movePlacesBelow(index);
-    }
-    movedPlaces_.clear();
-}
-
-void ObjectHandler::movePlacesBelow(std::uint32_t index) {
-    static const Affine3d kTop = Affine3d::Identity();
-    const std::uint32_t end = tree_.places[index].end;
-    for (std::uint32_t i = index; i < end; ++i) {
-        Place& p = tree_.places[i];
-        const Affine3d& above = p.parent == Place::kNone ? kTop : tree_.places[p.parent].world;
-        p.world = p.below(above);
-        if (aboveCandidate_[i]) freedomChanged_ = true;
-        if (firstPart_[i + 1] != firstPart_[i]) movePart(firstPart_[i]);
-    }
-}
-
-void ObjectHandler::movePart(std::uint32_t part) {
-    const Affine3d& world = tree_.places[parts_[part].place].world;
-    if (sameBits(parts_[part].world, world)) return;
-    parts_[part].world = world;
-    reshapePart(part);
-}
-
-/// The part's pose or its shape is another one.
-void ObjectHandler::reshapePart(std::uint32_t number) {
-    Part& part = parts_[number];
-    const bool wasSolid = part.solid();
-    part.worldBox = boxOf(part);
-    part.poseVersion = nextVersion_++;
-    if (part.solid() != wasSolid) {
-        freedomChanged_ = true;
-        if (wasSolid)
-            ++skipped_;
-        else
-            --skipped_;
-    }
-    if (bodies_[part.body].free()) ++freeBodiesVersion_;
-    if (moved_[number]) return;
-    moved_[number] = true;
-    movedParts_.push_back(number);
-}
-
-std::vector<std::uint32_t> ObjectHandler::takeMoved() {
-    for (const std::uint32_t part : movedParts_) moved_[part] = false;
-    if (!std::is_sorted(movedParts_.begin(), movedParts_.end())) std::sort(movedParts_.begin(), movedParts_.end());
-    return std::exchange(movedParts_, {});
-}
-
-/// All conditions of CollisionObject::mass that poses and shapes decide; the others have chosen the candidates.
-void ObjectHandler::findFreeBodies() {
-    if (!freedomChanged_) return;
-    freedomChanged_ = false;
-    std::uint32_t above = Place::kNone;  // the place looked at last
-    bool rigid = true;
-    std::uint32_t freeUpTo = 0;  // places before this one are at or below a free body
-    ++freeBodiesVersion_;
-    freeBodies_.clear();
-    for (const std::uint32_t number : candidates_) {
-        Body& body = bodies_[number];
-        const std::uint32_t parent = tree_.places[body.place].parent;
-        if (parent != above) rigid = parent == Place::kNone || rigidButForScale(tree_.places[parent].world);
-        above = parent;
-        const bool solid =
-            std::any_of(body.parts.begin(), body.parts.end(), [&](std::uint32_t p) { return parts_[p].solid(); });
-        const double mass = bodyTerms_[number].mass;
-        const bool free = mass > 0 && rigid && solid && body.place >= freeUpTo;
-        body.mass = free ? mass : 0;
-        body.transform = free ? tree_.places[body.place].transform : ObjectId{};
-        carriers_[bodyTerms_[number].transform].freeBody = free ? number : kNobody;
-        if (!free) continue;
-        freeUpTo = tree_.places[body.place].end;
-        freeBodies_.push_back(number);
-    }
-    std::sort(freeBodies_.begin(), freeBodies_.end());
-}
-
-// ---- deformation
-
-void ObjectHandler::listDeformations() {
-    deformed_ = false;
-    deformations_.clear();
-    for (const std::uint32_t part : deformingParts_)
-        if (const std::vector<Vec3d>* end = deforming_.endOf(geometryOfPart_[part]))
-            deformations_.push_back({part, *end});
-}
-
-void ObjectHandler::settleDeformations() {
-    if (deformations_.empty()) return;
-    deforming_.settle();
-    for (const Deformation& deformation : deformations_) reshapePart(deformation.part);
-    deformations_.clear();
-    findFreeBodies();
+    tree_.recycle();
+    objects_.recycle();
+    freeParts_.insert(freeParts_.end(), partsGone_.begin(), partsGone_.end());
+    partsGone_.clear();
 }
 
 // ---- questions
 
 Relation ObjectHandler::relation(std::uint32_t a, std::uint32_t b) const {
-    if (a > b) std::swap(a, b);
     if (parts_[a].body == parts_[b].body) return {};
-    return relations_.relation(a, b);
+    if (!before(a, b)) std::swap(a, b);
+    const InteractionTable& table = relations_.interactions();
+    return relations_.relation(table.groupOf[a], table.groupOf[b]);
 }
 
-std::span<const std::uint32_t> ObjectHandler::placesOf(ObjectId transform) const {
-    const std::uint32_t number = tree_.transformNumbers.find(transform);
-    if (number == IdTable::kNone) return {};
-    return tree_.placesOf(number);
+std::vector<std::uint32_t> ObjectHandler::placesOf(ObjectId transform) const {
+    const std::uint32_t number = transformNumber(transform, ~std::uint32_t{0});
+    if (number == kNobody) return {};
+    return tree_.sortedBearers(number);
 }
 
 std::uint32_t ObjectHandler::transformNumber(ObjectId transform, std::uint32_t guess) const {
-    if (guess < tree_.transforms.size() && tree_.transforms[guess] == transform) return guess;
-    const std::uint32_t number = tree_.transformNumbers.find(transform);
-    return number == IdTable::kNone ? kNobody : number;
+    if (!transform) return kNobody;
+    if (guess < tree_.bearers().size() && tree_.bearers()[guess].core == transform) return guess;
+    const std::uint32_t number = tree_.bearersOf(transform);
+    return number != VisibleTree::kNone && tree_.bearers()[number].kind == CoreKind::kTransform ? number : kNobody;
+}
+
+bool ObjectHandler::carriesParts(std::uint32_t number) const {
+    for (std::uint32_t place = tree_.bearers()[number].first; place != VisibleTree::kNone;
+         place = tree_.nextBearer(place))
+        if (tree_.at(place).parts > 0) return true;
+    return false;
 }
 
 std::uint32_t ObjectHandler::freeBodyOf(ObjectId transform) const {
-    const std::uint32_t number = tree_.transformNumbers.find(transform);
-    return number == IdTable::kNone ? kNobody : carriers_[number].freeBody;
+    const std::uint32_t number = transformNumber(transform, ~std::uint32_t{0});
+    return number == kNobody ? kNobody : freeBodyOf(number);
+}
+
+std::uint32_t ObjectHandler::freeBodyOf(std::uint32_t number) const {
+    const VisibleTree::Bearers& all = tree_.bearers()[number];
+    if (all.count != 1) return kNobody;
+    const std::uint32_t body = standings_[all.first].body;
+    return body != kNobody && bodies_[body].free() ? body : kNobody;
 }
 
 }  // namespace tessera

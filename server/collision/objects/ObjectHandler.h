@@ -7,20 +7,22 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
-#include <utility>
+#include <unordered_map>
 #include <vector>
 
 #include "common/scene/Aspect.h"
 #include "server/collision/neighbours/NeighbourFinder.h"
 #include "server/collision/objects/Body.h"
-#include "server/collision/objects/BodyRules.h"
 #include "server/collision/objects/DeformingShapes.h"
 #include "server/collision/objects/IdTable.h"
+#include "server/collision/objects/ObjectTable.h"
 #include "server/collision/objects/Part.h"
 #include "server/collision/objects/Place.h"
 #include "server/collision/objects/Relation.h"
 #include "server/collision/objects/RelationTable.h"
+#include "server/collision/objects/SceneEffects.h"
 #include "server/collision/objects/ShapeCache.h"
 #include "server/collision/objects/VisibleTree.h"
 
@@ -35,8 +37,9 @@ struct HandlerLimits {
 
 /// Follows an aspect; lays tentative transforms over it. Hidden nodes are not there. Not thread-safe.
 ///
-/// What only moves, deforms or concerns nobody costs as much as it changes. Who takes part, with whom, and the tree
-/// itself are found anew, at a cost proportional to the visible nodes, where a list changes them.
+/// A list costs as much as it changes: the nodes that come, go, move or are something else now, and what is below them.
+/// Places, parts and bodies have numbers that stay as long as they are there; a number that has become free is given
+/// again, so a row may hold numbers that nobody has. Order among them is asked for by `before`.
 class ObjectHandler {
 public:
     explicit ObjectHandler(std::shared_ptr<ShapeCache> shapes, HandlerLimits limits = {})
@@ -44,37 +47,81 @@ public:
 
     /// After each list applied to the aspect, with that list; null: anything may have changed.
     void update(const Aspect& aspect, const ChangeList* list);
-    /// Grows with each time that the tables were made anew: numbers of parts, bodies and places of an earlier
-    /// generation mean nothing; node ids and pose versions still do.
+    /// Grows with each time that everything was made anew: numbers of an earlier generation mean nothing; node ids and
+    /// pose versions still do.
     [[nodiscard]] std::uint64_t generation() const { return generation_; }
 
-    [[nodiscard]] std::span<const Place> places() const { return tree_.places; }
-    [[nodiscard]] std::span<const Part> parts() const { return parts_; }    ///< in document order
-    [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }  ///< by their first part
+    /// Another one after each change of who takes part, and with whom.
+    [[nodiscard]] std::uint64_t structure() const { return structure_; }
+
+    // Rows by number; what has no node is free.
+    [[nodiscard]] std::span<const Place> places() const { return tree_.places(); }
+    [[nodiscard]] std::span<const Part> parts() const { return parts_; }
+    [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }
+    [[nodiscard]] std::size_t placeCount() const { return tree_.size(); }
+    [[nodiscard]] std::size_t partCount() const { return parts_.size() - freeParts_.size(); }
+    [[nodiscard]] std::size_t bodyCount() const { return bodies_.size() - freeBodyNumbers_.size(); }
+    /// In document order.
     [[nodiscard]] std::span<const InterestTerms> interests() const { return interests_; }
-    /// The part that a node is, or kNobody.
-    [[nodiscard]] std::uint32_t partOf(ObjectId node) const { return partOfNode_.find(node); }
-    /// Parts at or below a place: [first, second).
-    [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> partsBelow(std::uint32_t place) const {
-        return {firstPart_[place], firstPart_[tree_.places[place].end]};
+    /// Another one after each change of them.
+    [[nodiscard]] std::uint64_t interestsVersion() const { return interestsVersion_; }
+
+    /// Whether one part comes before another in document order.
+    [[nodiscard]] bool before(std::uint32_t partA, std::uint32_t partB) const {
+        return tree_.order().before(parts_[partA].place, parts_[partB].place);
     }
-    /// The visible places of a Transform core, ascending.
-    [[nodiscard]] std::span<const std::uint32_t> placesOf(ObjectId transform) const;
+    /// Of two places: whether one is the other or above it.
+    [[nodiscard]] bool holds(std::uint32_t above, std::uint32_t place) const { return tree_.order().holds(above, place); }
+    /// Of two places: in document order.
+    [[nodiscard]] bool precedes(std::uint32_t placeA, std::uint32_t placeB) const {
+        return tree_.order().before(placeA, placeB);
+    }
+    [[nodiscard]] std::uint32_t placeOf(ObjectId node) const { return tree_.find(node); }
+    /// The part that a node is, or kNobody.
+    [[nodiscard]] std::uint32_t partOf(ObjectId node) const {
+        const std::uint32_t place = tree_.find(node);
+        return place == Place::kNone ? kNobody : standings_[place].part;
+    }
+    /// Visits the parts at or below a place in document order: visit(part).
+    template <typename Visit>
+    void forPartsBelow(std::uint32_t place, const Visit& visit) const {
+        tree_.walk(place, [&](std::uint32_t at) {
+            if (standings_[at].part != kNobody) visit(standings_[at].part);
+            return tree_.at(at).parts > 0;
+        });
+    }
+    /// Visits the visible places of a Transform core, by its number, in document order: visit(place).
+    template <typename Visit>
+    void forPlacesOf(std::uint32_t number, const Visit& visit) const {
+        tree_.forBearers(number, visit);
+    }
+    /// The same by its id, listed.
+    [[nodiscard]] std::vector<std::uint32_t> placesOf(ObjectId transform) const;
+    /// Visits the parts at or below all places of a Transform, by number: visit(part, place). A part that is below two
+    /// of them is visited for each, the nearer one last.
+    template <typename Visit>
+    void forPartsCarried(std::uint32_t number, const Visit& visit) const {
+        forPlacesOf(number, [&](std::uint32_t place) {
+            forPartsBelow(place, [&](std::uint32_t part) { visit(part, place); });
+        });
+    }
+    /// Transforms by number, for those who ask much about one; kNobody where no visible place has it. Numbers are below
+    /// transformNumbers(). The number `guess` is tried first: wishes come in the order of the scene.
+    [[nodiscard]] std::uint32_t transformNumber(ObjectId transform, std::uint32_t guess = 0) const;
+    [[nodiscard]] std::size_t transformNumbers() const { return tree_.bearers().size(); }
+    [[nodiscard]] ObjectId transformAt(std::uint32_t number) const { return tree_.bearers()[number].core; }
+    [[nodiscard]] bool carriesParts(std::uint32_t number) const;
     /// The free body that a Transform core carries, or kNobody.
     [[nodiscard]] std::uint32_t freeBodyOf(ObjectId transform) const;
-    /// Transforms by number, for those who ask much about one: 0 to transformCount() in this generation; kNobody where no
-    /// visible place has it. The number `guess` is tried first: wishes come in the order of the scene.
-    [[nodiscard]] std::uint32_t transformNumber(ObjectId transform, std::uint32_t guess = 0) const;
-    [[nodiscard]] std::size_t transformCount() const { return tree_.transforms.size(); }
-    [[nodiscard]] std::span<const std::uint32_t> placesOf(std::uint32_t number) const { return tree_.placesOf(number); }
-    [[nodiscard]] std::uint32_t freeBodyOf(std::uint32_t number) const { return carriers_[number].freeBody; }
-    [[nodiscard]] bool carriesParts(std::uint32_t number) const { return carriers_[number].parts; }
+    [[nodiscard]] std::uint32_t freeBodyOf(std::uint32_t number) const;
     [[nodiscard]] std::span<const std::uint32_t> freeBodies() const { return freeBodies_; }  ///< ascending
     /// Another one after each change of who is free, and of a free body's pose, shape or terms.
     [[nodiscard]] std::uint64_t freeBodiesVersion() const { return freeBodiesVersion_; }
+
     [[nodiscard]] const InteractionTable& interactions() const { return relations_.interactions(); }
-    /// Parts of one body are nothing to each other. The list of interests lives until the tables are made anew. Two
-    /// groups of parts are asked about for the first time by one thread at a time, and then by any number of threads.
+    [[nodiscard]] const RelationTable& relations() const { return relations_; }
+    /// Parts of one body are nothing to each other. The list of interests lives until the next update. Two groups of
+    /// parts are asked about for the first time by one thread at a time, and then by any number of threads.
     [[nodiscard]] Relation relation(std::uint32_t a, std::uint32_t b) const;
     /// Enabled interests beyond the limits: not looked at.
     [[nodiscard]] std::size_t interestsLeftOut() const { return interestsLeftOut_; }
@@ -87,91 +134,175 @@ public:
     void overlay(ObjectId transform, const Affine3d& local);
     void overlay(std::uint32_t number, const Affine3d& local);
     void dropOverlay(const Aspect& aspect);
-    /// Parts whose world pose or shape has changed since the last call, ascending; all of them where the tables were
+    /// Parts whose world pose or shape has changed since the last call, ascending; all of them where everything was
     /// made anew.
     [[nodiscard]] std::vector<std::uint32_t> takeMoved();
+    /// Numbers of parts that came, went, or are of another body or group since the last call, ascending; nothing where
+    /// everything was made anew.
+    [[nodiscard]] std::vector<std::uint32_t> takeRegrouped();
+    /// Parts of interests that ask something else of their pairs, and parts that stand elsewhere in document order,
+    /// since the last call, ascending.
+    [[nodiscard]] std::vector<std::uint32_t> takeReworded();
+    /// Places of drawables that came, went, moved or look different since the last call, in any order. Only after the
+    /// first call; null: all of them.
+    [[nodiscard]] std::optional<std::vector<std::uint32_t>> takeDrawn();
 
     /// What the scene has deformed since the last settling; the shapes are still as before. Ascending by part.
     [[nodiscard]] std::span<const Deformation> deformations() const { return deformations_; }
     void settleDeformations();
+
+    /// How much was looked at in all updates and overlays so far.
+    struct Work {
+        std::uint64_t places = 0, parts = 0, groups = 0, anew = 0;
+    };
+    [[nodiscard]] const Work& work() const { return work_; }
 
 private:
     /// What shape a body's geometries have.
     enum class BodyShape : std::uint8_t { kTriangles, kHull, kDeforming };
     struct BodyTerms {
         BodyShape shape = BodyShape::kTriangles;
-        double mass = 0;                    ///< of a body that is free unless what is above it speaks against it
-        std::uint32_t transform = kNobody;  ///< the Transform's number, where it is the body's alone
+        double mass = 0;            ///< of a body that is free unless what is above it speaks against it
+        bool candidate = false;     ///< it may be free: its Transform is its alone
+        bool touched = false;       ///< to be looked at again at the end of an update
+        std::uint32_t object = kNobody, inObject = 0;  ///< its CollisionObject, and where it stands among its bodies
+        std::uint32_t solids = 0;                      ///< parts that are
+        struct Share {
+            std::uint32_t group = 0, parts = 0;
+        };
+        std::vector<Share> shares;  ///< parts by group
     };
-    struct Carrier {
-        std::uint32_t freeBody = kNobody;
-        bool parts = false;  // at or below one of its places
-        bool overlaid = false;
-        bool touched = false;
+    struct PartTerms {
+        ObjectId geometry;
+        BodyShape shape = BodyShape::kTriangles;
+        std::uint32_t inBody = 0;  ///< where it stands among its body's parts
+        bool moved = false, regrouped = false, reworded = false;  ///< listed
+    };
+    /// What a place is to collisions. What is below a place inherits what it has not of its own.
+    struct Standing {
+        std::uint32_t named = kNobody;   ///< the CollisionObject that names this node
+        std::uint32_t wasNamed = kNobody;  ///< when inheritance was last looked at
+        std::uint32_t object = kNobody;  ///< the one that it belongs to: the nearest named place's
+        std::uint32_t top = kNobody;     ///< of what belongs to one: the topmost place of its item
+        std::uint32_t made = kNobody;    ///< the nearest place that an interest made an object
+        std::uint32_t side = kNobody;    ///< the nearest place where a side of an interest begins
+        std::uint32_t group = kNobody, member = 0;  ///< of a drawable
+        std::uint32_t part = kNobody;
+        std::uint32_t body = kNobody;  ///< the body whose topmost place it is
+        bool makes = false, begins = false;
+        bool isTop = false;  ///< of an object or an item of one
+        bool drawn = false;  ///< listed
+        std::uint64_t changed = 0;  ///< in which update its inheritance did
+        std::uint64_t newHere = 0;  ///< in which update it was placed
     };
     /// Beside indices into interests_, what a visible Interest core can be.
     static constexpr std::uint32_t kDisabled = 0xfffffffeu, kLeftOut = 0xfffffffdu;
 
-    [[nodiscard]] bool changesTables(const ChangeList& list) const;
-    void rebuild(const Aspect& aspect, bool jump);
-    [[nodiscard]] std::vector<InterestSides> chooseInterests(const Aspect& aspect);
-    void chooseParts(const Aspect& aspect, const BodyRules& rules, std::span<const InterestSides> sides);
-    void makeBody(const Aspect& aspect, const BodyRules& rules, std::uint32_t place);
+    // ObjectHandler.cpp: following the scene
+    void begin(const Aspect& aspect, bool jump);
+    void seeAll(const Aspect& aspect);
+    void settleStructure(const Aspect& aspect);
+    [[nodiscard]] bool beyondLimits() const;
+    void applyTerms(const Aspect& aspect, const SceneEffects& effects);
+    void findGravity(const Aspect& aspect);
+    void endUpdate();
+
+    // ObjectHandlerInheritance.cpp: what belongs to whom
+    void removeGone();
+    void welcomePlaced();
+    [[nodiscard]] std::vector<std::uint32_t> heirs();
+    void inheritObjects();
+    [[nodiscard]] std::vector<InterestSides> findInterests(const Aspect& aspect);
+    void inheritSides();
+    [[nodiscard]] std::uint32_t sideAbove(std::uint32_t place) const;
+    void settle(std::uint32_t place);
+    void leaveGroup(std::uint32_t place);
+
+    // ObjectHandlerParts.cpp: parts and bodies
+    void addPart(std::uint32_t place);
+    void removePart(std::uint32_t part);
+    void assign(std::uint32_t part, std::uint32_t group, std::uint32_t top);
+    void joinBody(std::uint32_t part, std::uint32_t group, std::uint32_t body);
+    void leaveBody(std::uint32_t part);
+    void share(std::uint32_t body, std::uint32_t group, bool comes);
+    [[nodiscard]] std::uint32_t makeBody(std::uint32_t place);
+    void touchBody(std::uint32_t body);
+    void settleBodies(const Aspect& aspect);
+    void settleBody(const Aspect& aspect, std::uint32_t body);
+    void removeBody(std::uint32_t body);
+    void setObject(std::uint32_t body, std::uint32_t object);
+    void copyTerms(const CollisionObject& core, std::uint32_t body);
     void shapeParts(const Aspect& aspect, bool jump);
     [[nodiscard]] std::shared_ptr<const CollisionShape> shapeOf(const Aspect& aspect, std::uint32_t part, bool jump);
-    void listDeformations();
-
-    void applyColumn(const Aspect& aspect, const FieldColumn& column);
-    void copyTerms(const CollisionObject& core, std::uint32_t body);
-    void touch(ObjectId transform);
-    void reloadTouched(const Aspect& aspect);
-    void moveTouched();
-    void movePlacesBelow(std::uint32_t index);
-    void movePart(std::uint32_t part);
     void reshapePart(std::uint32_t part);
+    void setBox(std::uint32_t part, const Box& box);
+    void noteMoved(std::uint32_t part);
+    void noteRegrouped(std::uint32_t part);
+    void noteReworded(std::uint32_t part);
+    void noteReworded(std::span<const InterestTerms> before);
+    void noteDrawn(std::uint32_t place);
+    void listDeformations();
+    void askBelow(std::uint32_t place);
     void findFreeBodies();
+    [[nodiscard]] bool mayBeFree(const Body& body, const BodyTerms& terms) const;
+
+    // ObjectHandlerPoses.cpp
+    void reloadOverlaid(const Aspect& aspect);
+    void reload(const Aspect& aspect, ObjectId transform);
+    void moveTouched();
+    void movePlacesBelow(std::uint32_t top);
+    void movePart(std::uint32_t part);
 
     std::shared_ptr<ShapeCache> shapes_;
     HandlerLimits limits_;
-    std::uint64_t generation_ = 0;
+    std::uint64_t generation_ = 0, update_ = 0, structure_ = 0;
     std::uint64_t nextVersion_ = 1;
+    Work work_;
 
     VisibleTree tree_;
-    std::vector<std::uint32_t> firstPart_;  // per place and one more: the number of parts before it
-    std::vector<bool> aboveCandidate_;      // per place: its pose decides whether some body is free
-    std::vector<Carrier> carriers_;         // per Transform of the tree
-    std::vector<std::uint32_t> touched_;    // Transforms, by number
-    std::vector<std::uint32_t> overlaid_;
+    std::vector<Standing> standings_;  // per place
+    ObjectTable objects_;
+    std::vector<ObjectId> overlaid_;  // Transforms
     std::vector<std::uint32_t> movedPlaces_;
 
+    // Of one update.
+    std::vector<std::uint32_t> inheriting_;  // places from which on inheritance is looked at again
+    std::vector<std::uint32_t> unsettled_;   // places of drawables that may belong elsewhere
+    std::vector<std::uint32_t> touchedBodies_, touchedParts_, candidates_;
+    bool interestsDirty_ = false, deformingDirty_ = false;
+
     std::vector<Part> parts_;
-    IdTable partOfNode_;
-    std::vector<ObjectId> geometryOfPart_;
-    IdTable geometries_;  // those of parts: a number for partsOfGeometry_
-    std::vector<std::vector<std::uint32_t>> partsOfGeometry_;
-    std::vector<bool> moved_;  // per part
-    std::vector<std::uint32_t> movedParts_;
+    std::vector<PartTerms> partTerms_;
+    std::vector<std::uint32_t> freeParts_, partsGone_;
+    struct Remembered {
+        std::shared_ptr<const CollisionShape> shape;
+        Affine3d world;
+        Box worldBox;
+        std::uint64_t poseVersion;
+    };
+    std::unordered_map<ObjectId, Remembered> remembered_;  // of parts, while everything is made anew
+    std::vector<std::uint32_t> movedParts_, regroupedParts_, rewordedParts_;
+    std::vector<std::uint32_t> drawn_;
+    bool drawnAsked_ = false, drawnAll_ = true;
     std::size_t skipped_ = 0;  // parts that are not solid
 
     std::vector<Body> bodies_;
     std::vector<BodyTerms> bodyTerms_;
-    std::vector<std::uint32_t> candidates_;  // bodies that may be free, ascending by place
-    bool freedomChanged_ = false;
+    std::vector<std::uint32_t> freeBodyNumbers_;
     std::vector<std::uint32_t> freeBodies_;  // ascending
     std::uint64_t freeBodiesVersion_ = 0;
-    IdTable objectNumbers_;  // visible CollisionObject cores
-    std::vector<std::vector<std::uint32_t>> bodiesOfObject_;
 
     std::vector<InterestTerms> interests_;
+    std::uint64_t interestsVersion_ = 0;
     IdTable interestNumbers_;  // visible Interest cores: index, kDisabled or kLeftOut
-    std::size_t interestsLeftOut_ = 0;
+    IdTable interestNodes_;    // nodes that enabled interests name
+    std::vector<std::uint32_t> marked_;  // places where a side begins
+    std::size_t interestsLeftOut_ = 0, interestCap_ = 0;
     RelationTable relations_;
-    bool termsChanged_ = false;
 
     DeformingShapes deforming_;
     std::vector<std::uint32_t> deformingParts_;
     std::vector<Deformation> deformations_;
-    bool deformed_ = false;
     Vec3d gravity_ = Vec3d::Zero();
 };
 

@@ -11,16 +11,26 @@ namespace tessera {
 
 inline constexpr std::uint32_t kNobody = 0xffffffffu;
 
-/// A visible node, in document order (depth first, children in order).
+/// What a core means for collisions.
+enum class CoreKind : std::uint8_t { kOther, kTransform, kDrawable, kSwitch, kInterest, kObject, kEnvironment };
+
+/// A visible node. Its number stays as long as the node is visible; what becomes free is given again.
 struct Place {
     static constexpr std::uint32_t kNone = kNobody;
 
+    ObjectId node;  ///< none: the number is free
     std::uint32_t parent = kNone;
-    std::uint32_t end = 0;  ///< one past the last place below
+    ObjectId core;
+    CoreKind kind = CoreKind::kOther;
     ObjectId transform;     ///< the core that moves it (NodePose); none: the parent's frame
     bool absolute = false;  ///< `local` is the world pose itself
+    bool movable = false;   ///< it is a Transform, which impulses and motions may move
     Affine3d local = Affine3d::Identity();
     Affine3d world = Affine3d::Identity();
+
+    // How much of interest stands at or below it.
+    std::uint32_t parts = 0;    ///< ObjectHandler::parts()
+    std::uint32_t objects = 0;  ///< topmost nodes of objects
 
     [[nodiscard]] Affine3d below(const Affine3d& above) const {
         if (!transform) return above;

@@ -17,6 +17,7 @@ struct InterestTerms {
     double threshold = 0;
     std::int64_t show = 0;
     std::int64_t patience = 0;
+    bool operator==(const InterestTerms&) const = default;
 };
 
 /// What one pair of parts is to each other. Nothing where an ignoring interest speaks of the pair.

@@ -3,18 +3,11 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <tuple>
-
-#include "server/collision/objects/Place.h"
+#include <utility>
 
 namespace tessera {
 
 namespace {
-
-bool onObjectSide(const InterestItem& item, const InterestSides& sides) {
-    if (!sides.object.holds(item.place)) return false;
-    return sides.oneObject || (item.object && sides.object.holds(item.body) && (item.layers & sides.objectLayers) != 0);
-}
 
 /// More demanding, the more faces are to be listed.
 std::uint64_t demand(std::int64_t detail) {
@@ -34,254 +27,241 @@ void add(const InterestTerms& terms, Relation& relation) {
     if (demand(terms.detail) > demand(relation.detail)) relation.detail = terms.detail;
 }
 
-/// A set that is divided again and again (partition refinement: Paige and Tarjan, SIAM J. Comput. 16, 1987). Members
-/// that are left out belong to no cell.
-class Partition {
-public:
-    explicit Partition(const std::vector<bool>& members) : cell_(members.size(), kNobody) {
-        const auto size = static_cast<std::size_t>(std::count(members.begin(), members.end(), true));
-        if (size == 0) return;
-        sizes_.push_back(size);
-        for (std::size_t i = 0; i < members.size(); ++i)
-            if (members[i]) cell_[i] = 0;
-    }
-    [[nodiscard]] std::size_t cells() const { return sizes_.size(); }
-    [[nodiscard]] std::uint32_t cellOf(std::size_t member) const { return cell_[member]; }
-
-    /// Takes those in [begin, end) that `chosen` says apart from those that it does not, and from all outside.
-    template <typename Chosen>
-    void divide(std::size_t begin, std::size_t end, Chosen&& chosen) {
-        counts_.assign(sizes_.size(), 0);
-        chosen_.clear();
-        for (std::size_t i = begin; i < end; ++i) {
-            if (cell_[i] == kNobody || !chosen(i)) continue;
-            chosen_.push_back(i);
-            ++counts_[cell_[i]];
-        }
-        fresh_.assign(sizes_.size(), kNobody);
-        for (const std::size_t i : chosen_) {
-            const std::uint32_t cell = cell_[i];
-            if (counts_[cell] == sizes_[cell] && fresh_[cell] == kNobody) continue;  // all of it: stays whole
-            if (fresh_[cell] == kNobody) {
-                fresh_[cell] = static_cast<std::uint32_t>(sizes_.size());
-                sizes_.push_back(0);
-            }
-            cell_[i] = fresh_[cell];
-            ++sizes_[cell_[i]];
-            --sizes_[cell];
-        }
-    }
-
-private:
-    std::vector<std::uint32_t> cell_, counts_, fresh_;
-    std::vector<std::size_t> chosen_;
-    std::vector<std::size_t> sizes_;
-};
-
 }  // namespace
 
-std::vector<bool> RelationTable::make(std::span<const InterestTerms> terms, std::span<const InterestSides> sides,
-                                      std::span<const InterestItem> items, std::size_t maxGroups) {
-    sides_.assign(sides.begin(), sides.end());
-    // Where the groups become too many the last interests go, and with them items that nobody else speaks of.
-    for (;;) {
-        findOtherSides();
-        const std::size_t fitting = findGroups(items, maxGroups);
-        if (fitting == sides_.size()) break;
-        sides_.resize(fitting);
-    }
-    terms_.assign(terms.begin(), terms.begin() + static_cast<std::ptrdiff_t>(sides_.size()));
-    relateGroups();
-    asked_.clear();
-    askedNumbers_.reset(0);
-
-    std::vector<bool> takesPart(items.size(), false);
-    for (std::size_t i = 0; i < items.size(); ++i) {
-        if (groupOfItem_[i] == kNobody) continue;
-        takesPart[i] = true;
-        interactions_.groupOf.push_back(groupOfItem_[i]);
-    }
-    return takesPart;
+void RelationTable::clear() {
+    RelationTable fresh;
+    fresh.version_ = version_ + 1;
+    fresh.nextSerial_ = nextSerial_;
+    *this = std::move(fresh);
 }
 
-void RelationTable::refresh(std::span<const InterestTerms> terms) {
+void RelationTable::setInterests(std::span<const InterestTerms> terms, std::span<const InterestSides> sides,
+                                 const SideAbove& above) {
+    // What is still the same interest with the same sides tells groups apart as it did.
+    std::unordered_map<ObjectId, std::uint32_t> before;
+    for (std::uint32_t k = 0; k < terms_.size(); ++k) before.emplace(terms_[k].core, k);
+    std::vector<std::uint32_t> now(terms_.size(), kNobody);
+    for (std::uint32_t k = 0; k < terms.size(); ++k)
+        if (const auto old = before.find(terms[k].core); old != before.end() && sides_[old->second] == sides[k])
+            now[old->second] = k;
+    const std::vector<OtherSide> othersBefore = std::move(otherSides_);
     terms_.assign(terms.begin(), terms.end());
-    for (Asked& asked : asked_) sumUp(asked);
+    sides_.assign(sides.begin(), sides.end());
+    findOtherSides();
+    std::map<std::pair<std::uint32_t, std::int64_t>, std::uint32_t> others;
+    for (std::uint32_t s = 0; s < otherSides_.size(); ++s) others.emplace(std::pair(otherSides_[s].root, otherSides_[s].layers), s);
+    std::vector<std::uint32_t> otherNow(othersBefore.size(), kNobody);
+    for (std::uint32_t s = 0; s < othersBefore.size(); ++s)
+        if (const auto same = others.find({othersBefore[s].root, othersBefore[s].layers}); same != others.end())
+            otherNow[s] = same->second;
+    const auto translated = [](std::vector<std::uint32_t> list, const std::vector<std::uint32_t>& numbers) {
+        for (std::uint32_t& number : list) number = numbers[number];
+        std::sort(list.begin(), list.end());
+        return list;
+    };
+    std::vector<std::uint32_t> different;
+    for (std::uint32_t g = 0; g < groups_.size(); ++g) {
+        Group& group = groups_[g];
+        if (group.members.empty()) continue;
+        const std::vector<std::uint32_t> interests = translated(std::move(group.interests), now);
+        const std::vector<std::uint32_t> held = translated(std::move(group.others), otherNow);
+        const std::vector<std::uint32_t> roots = group.roots;
+        sign(group, above);
+        // Whoever comes to be, or ceases to be, on an other side only meets or leaves one whose own interests differ.
+        const bool own = interests != group.interests || roots != group.roots;
+        if (own) changed_.push_back(g);
+        if (own || held != group.others) different.push_back(g);
+        setTakesPart(g);
+    }
+    for (const std::uint32_t g : different) relate(g);
+    asked_.clear();
+    ++version_;
+}
+
+void RelationTable::setTerms(std::span<const InterestTerms> terms) {
+    terms_.assign(terms.begin(), terms.end());
+    for (auto& [key, asked] : asked_) sumUp(asked);
+    ++version_;
+}
+
+std::vector<std::uint32_t> RelationTable::takeChanged() {
+    std::sort(changed_.begin(), changed_.end());
+    changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
+    return std::exchange(changed_, {});
 }
 
 /// Most interests are against the same: everything.
 void RelationTable::findOtherSides() {
     otherSides_.clear();
+    rooted_.clear();
     otherSideOf_.assign(sides_.size(), kNobody);
-    std::map<std::tuple<std::uint32_t, std::uint32_t, std::int64_t>, std::uint32_t> known;
-    for (std::size_t k = 0; k < sides_.size(); ++k) {
+    std::map<std::pair<std::uint32_t, std::int64_t>, std::uint32_t> known;
+    for (std::uint32_t k = 0; k < sides_.size(); ++k) {
         const InterestSides& s = sides_[k];
         if (!s.awake) continue;
         const auto next = static_cast<std::uint32_t>(otherSides_.size());
-        const auto [side, isNew] = known.emplace(std::tuple(s.against.begin, s.against.end, s.againstLayers), next);
-        if (isNew) otherSides_.push_back({s.against, s.againstLayers, {}});
+        const auto [side, isNew] = known.emplace(std::pair(s.against, s.againstLayers), next);
+        if (isNew) {
+            otherSides_.push_back({s.against, s.againstLayers, false});
+            rooted_[s.against].others.push_back(next);
+        }
+        otherSides_[side->second].asked = otherSides_[side->second].asked || !s.ignores;
         otherSideOf_[k] = side->second;
+        rooted_[s.object].interests.push_back(k);
     }
 }
 
-/// Divides the items by each interest in turn. Returns how many interests fit: all, or those before the first that does
-/// not.
-std::size_t RelationTable::findGroups(std::span<const InterestItem> items, std::size_t maxGroups) {
-    // Items between the same ends of sides are alike to all interests, so one of each kind is enough.
-    std::vector<std::uint32_t> ends;
-    for (const InterestSides& s : sides_)
-        if (s.awake) ends.insert(ends.end(), {s.object.begin, s.object.end, s.against.begin, s.against.end});
-    std::sort(ends.begin(), ends.end());
-    ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
-    const auto between = [&](std::uint32_t place) {
-        return static_cast<std::uint32_t>(std::upper_bound(ends.begin(), ends.end(), place) - ends.begin());
-    };
-    using Likeness = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::int64_t>;
-    std::map<Likeness, std::uint32_t> known;
-    std::vector<std::uint32_t> kindOf(items.size());
-    std::vector<InterestItem> kinds;  // ascending by place
-    Likeness last{};
-    for (std::size_t i = 0; i < items.size(); ++i) {
-        const InterestItem& item = items[i];
-        const Likeness likeness{between(item.place), item.object ? between(item.body) + 1 : 0,
-                                item.alone ? item.body + 1 : 0, item.layers};
-        if (i > 0 && likeness == last) {
-            kindOf[i] = kindOf[i - 1];
-            continue;
+/// Which sides hold a group.
+void RelationTable::sign(Group& group, const SideAbove& above) const {
+    group.roots.clear();
+    group.interests.clear();
+    group.others.clear();
+    const Likeness& like = group.likeness;
+    bool bodyToo = false;  // whether the body as a whole is at or below the root
+    for (std::uint32_t root = like.side; root != kNobody; root = above(root)) {
+        group.roots.push_back(root);
+        bodyToo = bodyToo || (like.object && root == like.bodySide);
+        const auto here = rooted_.find(root);
+        if (here == rooted_.end()) continue;
+        for (const std::uint32_t k : here->second.interests)
+            if (sides_[k].oneObject || (bodyToo && (like.layers & sides_[k].objectLayers) != 0))
+                group.interests.push_back(k);
+        for (const std::uint32_t s : here->second.others)
+            if ((like.layers & otherSides_[s].layers) != 0) group.others.push_back(s);
+    }
+    std::sort(group.interests.begin(), group.interests.end());
+    std::sort(group.others.begin(), group.others.end());
+}
+
+void RelationTable::setTakesPart(std::uint32_t number) {
+    Group& group = groups_[number];
+    const bool takes =
+        !group.members.empty() &&
+        (std::ranges::any_of(group.interests, [&](std::uint32_t k) { return !sides_[k].ignores; }) ||
+         std::ranges::any_of(group.others, [&](std::uint32_t s) { return otherSides_[s].asked; }));
+    if (takes == group.takesPart) return;
+    group.takesPart = takes;
+    if (takes)
+        ++taking_;
+    else
+        --taking_;
+    changed_.push_back(number);
+}
+
+std::uint32_t RelationTable::join(const Likeness& likeness, std::uint32_t place, const SideAbove& above) {
+    const auto [known, isNew] = known_.emplace(likeness, 0);
+    if (isNew) {
+        if (free_.empty()) makeRoom();
+        const std::uint32_t number = known->second = free_.back();
+        free_.pop_back();
+        Group& group = groups_[number];
+        group = {};
+        group.likeness = likeness;
+        group.serial = nextSerial_++;
+        group.members.push_back(place);
+        sign(group, above);
+        setTakesPart(number);
+        relate(number);
+        return number;
+    }
+    groups_[known->second].members.push_back(place);
+    return known->second;
+}
+
+void RelationTable::leave(std::uint32_t number, std::uint32_t member) {
+    Group& group = groups_[number];
+    group.members[member] = group.members.back();
+    group.members.pop_back();
+    if (!group.members.empty()) return;
+    known_.erase(group.likeness);
+    setTakesPart(number);
+    group.interests.clear();
+    group.others.clear();
+    group.roots.clear();
+    relate(number);
+    free_.push_back(number);
+    // Nobody will ask for what it was to others again.
+    if (asked_.size() > 1024 + 16 * groups_.size()) asked_.clear();
+}
+
+/// Rows for twice as many groups.
+void RelationTable::makeRoom() {
+    const std::size_t before = groups_.size(), now = std::max<std::size_t>(16, 2 * before);
+    groups_.resize(now);
+    for (std::size_t g = now; g > before; --g) free_.push_back(static_cast<std::uint32_t>(g - 1));
+    std::vector<bool> interacts(now * now, false);
+    for (std::size_t a = 0; a < before; ++a)
+        for (std::size_t b = 0; b < before; ++b) interacts[a * now + b] = interactions_.interacts[a * before + b];
+    interactions_.interacts = std::move(interacts);
+    interactions_.active.resize(now, false);
+}
+
+/// Whom a group interacts with.
+void RelationTable::relate(std::uint32_t number) {
+    const std::size_t stride = groups_.size();
+    const Group& mine = groups_[number];
+    interactions_.active[number] =
+        std::ranges::any_of(mine.interests, [&](std::uint32_t k) { return !sides_[k].ignores; });
+    for (std::uint32_t other = 0; other < stride; ++other) {
+        const bool yes = !mine.members.empty() && !groups_[other].members.empty() && interact(mine, groups_[other]);
+        interactions_.interacts[number * stride + other] = interactions_.interacts[other * stride + number] = yes;
+    }
+    ++version_;
+}
+
+bool RelationTable::interact(const Group& a, const Group& b) const {
+    bool any = false;
+    for (const auto& [mine, other] : {std::pair(&a, &b), std::pair(&b, &a)})
+        for (const std::uint32_t k : mine->interests) {
+            if (!isAgainst(k, *other)) continue;
+            if (sides_[k].ignores) return false;
+            any = true;
         }
-        last = likeness;
-        const auto [kind, isNew] = known.emplace(likeness, static_cast<std::uint32_t>(kinds.size()));
-        if (isNew) kinds.push_back(item);
-        kindOf[i] = kind->second;
-    }
-    const auto within = [&](const InterestSides::Range& range) {
-        const auto at = [&](std::uint32_t place) {
-            const auto it = std::lower_bound(kinds.begin(), kinds.end(), place,
-                                             [](const InterestItem& item, std::uint32_t p) { return item.place < p; });
-            return static_cast<std::size_t>(it - kinds.begin());
-        };
-        return std::pair(at(range.begin), at(range.end));
-    };
-
-    std::vector<bool> takesPart(kinds.size(), false), asked(otherSides_.size(), false);
-    for (std::size_t k = 0; k < sides_.size(); ++k) {
-        if (!sides_[k].awake || sides_[k].ignores) continue;
-        asked[otherSideOf_[k]] = true;
-        const auto [first, end] = within(sides_[k].object);
-        for (std::size_t c = first; c < end; ++c) takesPart[c] = takesPart[c] || onObjectSide(kinds[c], sides_[k]);
-    }
-    for (std::size_t s = 0; s < otherSides_.size(); ++s)
-        for (std::size_t c = 0; asked[s] && c < kinds.size(); ++c)
-            takesPart[c] = takesPart[c] || otherSides_[s].holds(kinds[c]);
-
-    Partition partition(takesPart);
-    std::map<std::uint32_t, std::vector<std::size_t>> alone;
-    for (std::size_t c = 0; c < kinds.size(); ++c)
-        if (kinds[c].alone) alone[kinds[c].body].push_back(c);
-    for (const auto& entry : alone) {
-        const std::vector<std::size_t>& own = entry.second;
-        partition.divide(own.front(), own.back() + 1,
-                         [&](std::size_t c) { return kinds[c].alone && kinds[c].body == entry.first; });
-    }
-    std::vector<bool> divided(otherSides_.size(), false);
-    for (std::size_t k = 0; k < sides_.size(); ++k) {
-        if (partition.cells() > maxGroups) return k == 0 ? 0 : k - 1;
-        if (!sides_[k].awake) continue;
-        const auto [first, end] = within(sides_[k].object);
-        partition.divide(first, end, [&](std::size_t c) { return onObjectSide(kinds[c], sides_[k]); });
-        if (divided[otherSideOf_[k]]) continue;
-        divided[otherSideOf_[k]] = true;
-        const OtherSide& side = otherSides_[otherSideOf_[k]];
-        const auto [from, to] = within(side.range);
-        partition.divide(from, to, [&](std::size_t c) { return side.holds(kinds[c]); });
-    }
-    if (partition.cells() > maxGroups) return sides_.empty() ? 0 : sides_.size() - 1;
-
-    // Numbered as they first come up.
-    std::vector<std::uint32_t> number(partition.cells(), kNobody);
-    groups_.clear();
-    groupOfItem_.assign(items.size(), kNobody);
-    for (std::size_t i = 0; i < items.size(); ++i) {
-        const std::uint32_t cell = partition.cellOf(kindOf[i]);
-        if (cell == kNobody) continue;
-        if (number[cell] == kNobody) {
-            number[cell] = static_cast<std::uint32_t>(groups_.size());
-            groups_.push_back({items[i], false, {}});
-        }
-        Group& group = groups_[number[cell]];
-        group.manyBodies = group.manyBodies || items[i].body != group.example.body;
-        groupOfItem_[i] = number[cell];
-    }
-    return sides_.size();
+    return any;
 }
 
-/// Which groups interact, with the lists that relations are made of.
-void RelationTable::relateGroups() {
-    const auto n = static_cast<std::uint32_t>(groups_.size());
-    for (OtherSide& side : otherSides_) {
-        side.reaches.resize(n);
-        for (std::uint32_t g = 0; g < n; ++g) side.reaches[g] = side.holds(groups_[g].example);
-    }
-    interactions_ = {};
-    interactions_.active.assign(n, false);
-    interactions_.interacts.assign(std::size_t{n} * n, false);
-    // Groups are numbered in the order of their first items, so those in a range of places are nearly a range too.
-    const auto forObjects = [&](std::uint32_t k, auto&& visit) {
-        const auto before = [](const Group& group, std::uint32_t place) { return group.example.place < place; };
-        auto group = std::lower_bound(groups_.begin(), groups_.end(), sides_[k].object.begin, before);
-        for (; group != groups_.end() && group->example.place < sides_[k].object.end; ++group)
-            if (onObjectSide(group->example, sides_[k])) visit(static_cast<std::uint32_t>(group - groups_.begin()));
-    };
-    const auto mark = [&](std::uint32_t k, bool value) {
-        forObjects(k, [&](std::uint32_t a) {
-            for (std::uint32_t b = 0; b < n; ++b)
-                if (isAgainst(k, b))
-                    interactions_.interacts[std::size_t{a} * n + b] = interactions_.interacts[std::size_t{b} * n + a] =
-                        value;
-        });
-    };
-    for (std::uint32_t k = 0; k < sides_.size(); ++k) {
-        if (!sides_[k].awake || sides_[k].ignores) continue;
-        forObjects(k, [&](std::uint32_t a) {
-            interactions_.active[a] = true;
-            groups_[a].interests.push_back(k);
-        });
-        mark(k, true);
-    }
-    for (std::uint32_t k = 0; k < sides_.size(); ++k)
-        if (sides_[k].awake && sides_[k].ignores) mark(k, false);
-    // What belongs to one body never meets itself.
-    for (std::uint32_t g = 0; g < n; ++g)
-        if (!groups_[g].manyBodies) interactions_.interacts[std::size_t{g} * n + g] = false;
+bool RelationTable::isAgainst(std::uint32_t interest, const Group& group) const {
+    if (!std::ranges::binary_search(group.others, otherSideOf_[interest])) return false;
+    return !sides_[interest].oneObject ||
+           std::ranges::find(group.roots, sides_[interest].object) == group.roots.end();
 }
 
-bool RelationTable::isAgainst(std::uint32_t interest, std::uint32_t group) const {
-    if (!otherSides_[otherSideOf_[interest]].reaches[group]) return false;
-    return !sides_[interest].oneObject || !sides_[interest].object.holds(groups_[group].example.place);
+void RelationTable::setPart(std::uint32_t part, std::uint32_t group, std::uint32_t body) {
+    if (interactions_.groupOf.size() <= part) {
+        interactions_.groupOf.resize(part + 1, kNobody);
+        interactions_.bodyOf.resize(part + 1, kNobody);
+    }
+    interactions_.groupOf[part] = group;
+    interactions_.bodyOf[part] = body;
 }
 
-Relation RelationTable::relation(std::uint32_t a, std::uint32_t b) const {
-    const std::uint32_t first = interactions_.groupOf[a], second = interactions_.groupOf[b];
+void RelationTable::countBody(std::uint32_t number, std::uint32_t body, bool comes) {
+    Group& group = groups_[number];
+    if (group.bodies <= 2) ++version_;  // one of its own, or others, may be met now
+    group.bodies += comes ? 1 : ~std::uint32_t{0};
+    group.bodyMix ^= body;
+}
+
+Relation RelationTable::relation(std::uint32_t first, std::uint32_t second) const {
     if (!interactions_.interacts[std::size_t{first} * groups_.size() + second]) return {};
-    const std::uint32_t low = std::min(first, second), high = std::max(first, second);
-    const GroupPair pair(((std::uint64_t{low} + 1) << 32) | high);
-    std::uint32_t number = askedNumbers_.find(pair);
-    if (number == decltype(askedNumbers_)::kNone) {
-        number = askedNumbers_.insert(pair, static_cast<std::uint32_t>(asked_.size()));
-        asked_.push_back(ask(low, high));
-    }
-    const Asked& asked = asked_[number];
+    const Group &a = groups_[first], &b = groups_[second];
+    const std::uint32_t low = std::min(a.serial, b.serial), high = std::max(a.serial, b.serial);
+    const std::uint64_t key = std::uint64_t{low} << 32 | high;
+    auto known = asked_.find(key);
+    if (known == asked_.end()) known = asked_.emplace(key, a.serial == low ? ask(a, b) : ask(b, a)).first;
+    const Asked& asked = known->second;
     Relation relation = asked.relation;
-    relation.firstIsObject = first == low ? asked.lowIsObject : asked.highIsObject;
+    relation.firstIsObject = a.serial == low ? asked.lowIsObject : asked.highIsObject;
     relation.interests = asked.interests;
     return relation;
 }
 
-RelationTable::Asked RelationTable::ask(std::uint32_t low, std::uint32_t high) const {
+RelationTable::Asked RelationTable::ask(const Group& low, const Group& high) const {
     std::vector<std::uint32_t> forth, back;
-    for (const std::uint32_t k : groups_[low].interests)
+    for (const std::uint32_t k : low.interests)
         if (isAgainst(k, high)) forth.push_back(k);
-    for (const std::uint32_t k : groups_[high].interests)
+    for (const std::uint32_t k : high.interests)
         if (isAgainst(k, low)) back.push_back(k);
     Asked asked;
     std::set_union(forth.begin(), forth.end(), back.begin(), back.end(), std::back_inserter(asked.interests));

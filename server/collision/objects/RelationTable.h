@@ -1,100 +1,148 @@
-/// Who is of interest to whom: parts in groups, and what each two groups are to each other.
+/// Who is of interest to whom: geometry in groups, and what each two groups are to each other.
 #pragma once
 
 #include <cstdint>
-#include <deque>
+#include <functional>
+#include <map>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "server/collision/neighbours/NeighbourFinder.h"
-#include "server/collision/objects/IdTable.h"
+#include "server/collision/objects/Place.h"
 #include "server/collision/objects/Relation.h"
 
 namespace tessera {
 
-/// The two sides of an interest, as ranges of places.
+/// The two sides of an interest: places at and below which they are.
 struct InterestSides {
-    struct Range {
-        std::uint32_t begin = 0, end = 0;
-        [[nodiscard]] bool holds(std::uint32_t place) const { return begin <= place && place < end; }
-        bool operator==(const Range&) const = default;
-    };
     bool awake = false;  ///< both of its nodes are visible
     bool ignores = false;
     bool oneObject = false;  ///< `object` is one body, and the whole of it: nothing in it is on the other side
-    Range object, against;
+    std::uint32_t object = kNobody, against = kNobody;
     std::int64_t objectLayers = -1, againstLayers = -1;
+    bool operator==(const InterestSides&) const = default;
 };
 
-/// Geometry that may take part, as interests see it.
-struct InterestItem {
-    std::uint32_t place = 0;
-    std::uint32_t body = 0;   ///< the topmost place of its body
-    bool object = false;      ///< a CollisionObject makes that body
-    std::int64_t layers = 1;  ///< the body's
-    bool alone = false;       ///< its body shares no group with others
+/// All that interests can tell a geometry by.
+struct Likeness {
+    std::uint32_t side = kNobody;      ///< the nearest place at or above it where a side begins
+    std::uint32_t bodySide = kNobody;  ///< the same of its body's topmost place, where a CollisionObject makes that body
+    bool object = false;               ///< one does
+    std::int64_t layers = 1;
+    auto operator<=>(const Likeness&) const = default;
 };
 
-/// Items that interests cannot tell apart form a group, so there are few groups, however many parts, and what two parts
-/// are to each other is a lookup by their groups. Of two groups with interests of their own each that is a list of its
-/// own, so a thousand interests could mean half a million lists: a list is made when it is first asked for.
+/// Geometry that no interest can tell apart forms a group, so there are few groups, however many parts, and what two
+/// parts are to each other is a lookup by their groups. A group comes with its first member and goes with its last one.
+/// Of two groups with interests of their own each that is a list of its own, so a thousand interests could mean half a
+/// million lists: a list is made when it is first asked for.
 class RelationTable {
 public:
-    /// Items in document order. Interests count in their order while their groups stay within `maxGroups`. Returns per
-    /// item: whether it takes part, that is, is on a side of an interest that does not ignore.
-    [[nodiscard]] std::vector<bool> make(std::span<const InterestTerms> terms, std::span<const InterestSides> sides,
-                                         std::span<const InterestItem> items, std::size_t maxGroups);
-    /// The terms have changed, the sides and what is ignored have not.
-    void refresh(std::span<const InterestTerms> terms);
+    /// The nearest place above one where a side begins; kNobody.
+    using SideAbove = std::function<std::uint32_t(std::uint32_t)>;
 
-    /// How many interests count.
-    [[nodiscard]] std::size_t taken() const { return sides_.size(); }
-    /// By number among the items that take part.
+    void clear();
+    /// Who the interests are, in document order, has changed, or what their sides are: all groups are looked at again.
+    void setInterests(std::span<const InterestTerms> terms, std::span<const InterestSides> sides, const SideAbove& above);
+    /// The terms have changed, the sides and what is ignored have not.
+    void setTerms(std::span<const InterestTerms> terms);
+    /// Groups that may interact with others than before, or take part now, or no longer, since the last call; ascending.
+    /// (Of two groups that come to interact, or to be something else to each other, one at least.)
+    [[nodiscard]] std::vector<std::uint32_t> takeChanged();
+
+    /// Adds a geometry (by its place) to its group, which may be new; says to which.
+    std::uint32_t join(const Likeness& likeness, std::uint32_t place, const SideAbove& above);
+    /// The last member takes the number of the one that leaves.
+    void leave(std::uint32_t group, std::uint32_t member);
+    [[nodiscard]] std::span<const std::uint32_t> members(std::uint32_t group) const { return groups_[group].members; }
+    [[nodiscard]] const Likeness& likeness(std::uint32_t group) const { return groups_[group].likeness; }
+    /// On a side of an interest that does not ignore.
+    [[nodiscard]] bool takesPart(std::uint32_t group) const { return groups_[group].takesPart; }
+    /// Groups that take part.
+    [[nodiscard]] std::size_t size() const { return taking_; }
+
+    /// Which group and body a part is of; kNobody: the number is free.
+    void setPart(std::uint32_t part, std::uint32_t group, std::uint32_t body);
+    /// So many bodies have parts in a group now; `body` is the one that came or went.
+    void countBody(std::uint32_t group, std::uint32_t body, bool comes);
+
+    /// By number of parts and groups; there may be numbers that nobody has.
     [[nodiscard]] const InteractionTable& interactions() const { return interactions_; }
-    /// Of two items that take part and belong to different bodies; a < b. Two groups are asked about for the first time
-    /// by one thread at a time, and then by any number of threads.
-    [[nodiscard]] Relation relation(std::uint32_t a, std::uint32_t b) const;
+    /// Another one whenever what groups are to each other, or whether a group has parts, has changed.
+    [[nodiscard]] std::uint64_t version() const { return version_; }
+    /// Of two groups; the first part is before the second in document order, and of another body.
+    [[nodiscard]] Relation relation(std::uint32_t first, std::uint32_t second) const;
+    /// Visits the groups with parts that a group's parts may meet: visit(other group).
+    template <typename Visit>
+    void forRelated(std::uint32_t group, const Visit& visit) const {
+        const std::size_t stride = interactions_.active.size();
+        for (std::uint32_t other = 0; other < groups_.size(); ++other)
+            if (interactions_.interacts[group * stride + other] && meet(groups_[group], groups_[other], group == other))
+                visit(other);
+    }
+    /// The interests on whose object's side a group is, ascending.
+    [[nodiscard]] std::span<const std::uint32_t> interestsOf(std::uint32_t group) const {
+        return groups_[group].interests;
+    }
 
 private:
+    struct Group {
+        Likeness likeness;
+        std::uint32_t serial = 0;  ///< of no other group, now or before
+        std::vector<std::uint32_t> members;
+        std::vector<std::uint32_t> roots;      ///< places above where sides begin, from below up
+        std::vector<std::uint32_t> interests;  ///< on whose object's side it is, ascending
+        std::vector<std::uint32_t> others;     ///< other sides that hold it, ascending
+        bool takesPart = false;
+        std::uint32_t bodies = 0, bodyMix = 0;  ///< how many have parts in it; their numbers, by exclusive or
+    };
     /// The other side of one interest or of several.
     struct OtherSide {
-        InterestSides::Range range;
+        std::uint32_t root = kNobody;
         std::int64_t layers = -1;
-        std::vector<bool> reaches;  ///< per group
-        [[nodiscard]] bool holds(const InterestItem& item) const {
-            return range.holds(item.place) && (item.layers & layers) != 0;
-        }
+        bool asked = false;  ///< by one that does not ignore
     };
-    struct Group {
-        InterestItem example;
-        bool manyBodies = false;
-        std::vector<std::uint32_t> interests;  ///< on whose object's side it is, ascending
+    struct Rooted {
+        std::vector<std::uint32_t> interests, others;
     };
     struct Asked {
         Relation relation;  ///< all but `firstIsObject` and `interests`
-        /// Whether the lower-numbered part can be the object where it is of the lower group, or of the other. In a pair
-        /// that could be either way round it always is.
+        /// Whether the first part can be the object where it is of the lower group, or of the other. In a pair that
+        /// could be either way round it always is.
         bool lowIsObject = false, highIsObject = false;
         std::vector<std::uint32_t> interests;
     };
-    using GroupPair = StrongId<struct GroupPairTag>;
 
+    /// Two bodies at least are in them.
+    [[nodiscard]] static bool meet(const Group& a, const Group& b, bool same) {
+        if (same) return a.bodies > 1;
+        return a.bodies > 0 && b.bodies > 0 && (a.bodies > 1 || b.bodies > 1 || a.bodyMix != b.bodyMix);
+    }
     void findOtherSides();
-    [[nodiscard]] std::size_t findGroups(std::span<const InterestItem> items, std::size_t maxGroups);
-    void relateGroups();
-    [[nodiscard]] bool isAgainst(std::uint32_t interest, std::uint32_t group) const;
-    [[nodiscard]] Asked ask(std::uint32_t low, std::uint32_t high) const;
+    void sign(Group& group, const SideAbove& above) const;
+    void setTakesPart(std::uint32_t number);
+    void relate(std::uint32_t number);
+    void makeRoom();
+    [[nodiscard]] bool isAgainst(std::uint32_t interest, const Group& group) const;
+    [[nodiscard]] bool interact(const Group& a, const Group& b) const;
+    [[nodiscard]] Asked ask(const Group& low, const Group& high) const;
     void sumUp(Asked& asked) const;
 
     std::vector<InterestTerms> terms_;
     std::vector<InterestSides> sides_;
     std::vector<std::uint32_t> otherSideOf_;  // per interest
     std::vector<OtherSide> otherSides_;
-    std::vector<std::uint32_t> groupOfItem_;  // kNobody: takes no part
+    std::unordered_map<std::uint32_t, Rooted> rooted_;  // per place where a side begins
     std::vector<Group> groups_;
+    std::vector<std::uint32_t> free_;
+    std::map<Likeness, std::uint32_t> known_;
+    std::vector<std::uint32_t> changed_;
+    std::size_t taking_ = 0;
+    std::uint32_t nextSerial_ = 1;
+    std::uint64_t version_ = 1;
     InteractionTable interactions_;
-    mutable std::deque<Asked> asked_;  // stay where they are, so that lists can be handed out
-    mutable BasicIdTable<GroupPair> askedNumbers_;
+    mutable std::unordered_map<std::uint64_t, Asked> asked_;  // stay where they are, so that lists can be handed out
 };
 
 }  // namespace tessera

@@ -4,14 +4,14 @@ namespace tessera {
 
 namespace {
 
-std::optional<TriangleMesh> meshOf(const Geometry& geometry) {
-    if (!geometry.positions.resident() || !geometry.indices.resident()) return std::nullopt;
+std::optional<TriangleMesh> meshOf(const MeshArrays& arrays) {
+    if (!arrays.positions.resident() || !arrays.indices.resident()) return std::nullopt;
     // Whole elements only: a ragged tail makes the arrays malformed.
-    if (geometry.positions.sizeBytes() % sizeof(float) != 0 ||
-        geometry.indices.sizeBytes() % sizeof(std::uint32_t) != 0)
+    if (arrays.positions.sizeBytes() % sizeof(float) != 0 ||
+        arrays.indices.sizeBytes() % sizeof(std::uint32_t) != 0)
         return std::nullopt;
     Expected<TriangleMesh> mesh =
-        TriangleMesh::make(geometry.positions.as<float>(), geometry.indices.as<std::uint32_t>());
+        TriangleMesh::make(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
     if (!mesh || mesh->faceCount() == 0) return std::nullopt;
     return std::move(*mesh);
 }
@@ -60,13 +60,13 @@ std::shared_ptr<const CollisionShape> hullShape(const TriangleMesh& mesh) {
 
 }  // namespace
 
-std::shared_ptr<const CollisionShape> ShapeCache::shape(const Geometry& geometry, ShapeKind kind) {
+std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays, ShapeKind kind) {
     // What is not here yet may come: nothing is remembered about it.
-    if (!geometry.positions.resident() || !geometry.indices.resident()) return nullptr;
-    const Key key{geometry.positions.id(), geometry.indices.id(), kind};
+    if (!arrays.positions.resident() || !arrays.indices.resident()) return nullptr;
+    const Key key{arrays.positions.id(), arrays.indices.id(), kind};
     if (const auto known = shapes_.find(key); known != shapes_.end()) return known->second;
     std::shared_ptr<const CollisionShape> made;
-    if (std::optional<TriangleMesh> mesh = meshOf(geometry))
+    if (std::optional<TriangleMesh> mesh = meshOf(arrays))
         made =
             kind == ShapeKind::kHull
                 ? hullShape(*mesh)
@@ -74,17 +74,17 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const Geometry& geometry
     return shapes_[key] = std::move(made);
 }
 
-std::shared_ptr<CollisionShape> ShapeCache::ownShape(const Geometry& geometry) {
-    std::optional<TriangleMesh> mesh = meshOf(geometry);
+std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays) {
+    std::optional<TriangleMesh> mesh = meshOf(arrays);
     if (!mesh) return nullptr;
     return std::make_shared<CollisionShape>(CollisionShape{.tree = TriangleTree(std::move(*mesh))});
 }
 
-Box ShapeCache::bounds(const Geometry& geometry) {
-    if (!geometry.positions.resident()) return {};
-    const auto [place, isNew] = bounds_.try_emplace(geometry.positions.id());
+Box ShapeCache::bounds(const MeshArrays& arrays) {
+    if (!arrays.positions.resident()) return {};
+    const auto [place, isNew] = bounds_.try_emplace(arrays.positions.id());
     if (isNew) {
-        const std::span<const float> xyz = geometry.positions.as<float>();
+        const std::span<const float> xyz = arrays.positions.as<float>();
         for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) {
             const Vec3d p(xyz[i], xyz[i + 1], xyz[i + 2]);
             if (p.allFinite()) place->second.extend(p);

@@ -7,7 +7,7 @@
 #include <memory>
 #include <tuple>
 
-#include "common/scene/Cores.h"
+#include "common/geometry/Mesh.h"
 #include "server/collision/objects/CollisionShape.h"
 
 namespace tessera {
@@ -22,12 +22,12 @@ public:
 
     /// Made when first asked for. Null where the arrays are absent or malformed or hold no triangle, and for a hull
     /// where the points lie in one plane.
-    [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const Geometry& geometry,
+    [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const MeshArrays& arrays,
                                                               ShapeKind kind = ShapeKind::kTriangles);
     /// One of its own, for a geometry that will deform.
-    [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const Geometry& geometry);
+    [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const MeshArrays& arrays);
     /// The box around the vertices of a geometry, without making its shape. Empty where the array is absent.
-    [[nodiscard]] Box bounds(const Geometry& geometry);
+    [[nodiscard]] Box bounds(const MeshArrays& arrays);
 
     /// Lets go of shapes that only the cache holds, where they exceed the limit.
     void forgetIdle();

@@ -33,15 +33,13 @@ bool canBeShown(const ObjectHandler& handler, const Mover& mover) {
     constexpr double kModerate = 1e12;
     if (mover.way.start.scale == mover.way.end.scale && mover.way.end.translation.cwiseAbs().maxCoeff() < kModerate)
         return true;
-    for (const std::uint32_t place : handler.placesOf(mover.number)) {
-        const auto [first, last] = handler.partsBelow(place);
-        for (std::uint32_t i = first; i < last; ++i) {
-            if (!handler.parts()[i].solid()) continue;
-            const PartOnTheWay part(handler, i, mover.wish.transform);
-            if (!invertible(part.world(localOf(mover.way.end)))) return false;
-        }
-    }
-    return true;
+    bool stays = true;
+    handler.forPartsCarried(mover.number, [&](std::uint32_t i, std::uint32_t) {
+        if (!stays || !handler.parts()[i].solid()) return;
+        const PartOnTheWay part(handler, i, mover.wish.transform);
+        stays = invertible(part.world(localOf(mover.way.end)));
+    });
+    return stays;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "server/collision/pipeline/CollisionPipeline.h"
 
 #include <algorithm>
+#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -70,7 +71,10 @@ struct CollisionPipeline::Impl {
     std::unique_ptr<Response> stop = makeStopResponse(), slide = makeSlideResponse();
     std::vector<NodePair> touchedBefore;                  // ascending
     std::vector<Mover> admitted;                          // kept for its memory
-    std::vector<std::vector<std::uint32_t>> pairsOfPart;  // in a step: of pairs that are obstacles to each other
+    std::vector<std::uint32_t> incomplete;                // pairs whose touch a limit left open
+    bool sceneIsNew = true;                               // since the last step
+    std::optional<StepResult> still;                      // what a step says as long as nothing changes
+    double stillSeconds = 0;
 
     // State of one step.
     struct Step {
@@ -91,18 +95,18 @@ struct CollisionPipeline::Impl {
     void admitWishes(const Aspect& committed, std::span<const TentativeTransform> wanted,
                      std::span<const Reply> replies, Step& step);
     void noteStart(const Mover& mover, Step& step) const;
-    void listObstacles(Step& step);
-    void unlistObstacles(const Step& step);
+    [[nodiscard]] std::vector<std::uint32_t> pairsCarried(std::span<const Mover> movers) const;
+    [[nodiscard]] bool sameAsBefore(const Step& step) const;
     [[nodiscard]] bool obstacle(const PairState& pair, const Relation& relation, ObjectId transform) const;
     void rollBack(Step& step);
     void move(const Mover& mover, Step& step);
     void ask(const MotionTrial& trial, const Resolution& resolution, const Mover& mover, Step& step);
     void moveFreeBodies(const Aspect& committed, double seconds, Step& step);
     void lookOnTheWay(bool deforming, Step& step);
-    void touchAtRest(Step& step);
+    [[nodiscard]] bool touchAtRest(Step& step);
     void tellStops(Step& step);
     void addEvents(std::uint32_t a, std::uint32_t b, PairEvent when, std::vector<EventBook::Touching>& out) const;
-    void measure(Step& step);
+    void tell(Step& step);
     void finish(Step& step);
 
     void notLookedAt(ObjectId a, ObjectId b, NotLookedAt::Reason reason, Step& step) const {
@@ -125,24 +129,23 @@ struct CollisionPipeline::Impl {
 
 StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const TentativeTransform> wanted,
                                         std::span<const Reply> replies, double seconds) {
+    const bool asked = !wanted.empty() || !replies.empty();
+    if (!asked && !sceneIsNew && still && stillSeconds == seconds) return *still;
+    still.reset();
     Step step;
     step.work.limit = limits.maxTests;
     handler.dropOverlay(committed);
-    neighbourhood.follow(handler);
     admitWishes(committed, wanted, replies, step);
 
-    const std::span<const NeighbourPair> near = neighbourhood.find(handler, step.movers, bodies, seconds);
-    step.result.counters.neighbours = near.size();
-    memory.align(near, handler);
+    const bool changed = neighbourhood.find(handler, step.movers, bodies, seconds, memory);
+    step.result.counters.neighbours = memory.size();
     if (!handler.deformations().empty()) {
         // Ways are those that are wished for: how far they are free is found against the new shapes.
         lookOnTheWay(true, step);
         handler.settleDeformations();
     }
-    listObstacles(step);
     rollBack(step);
     for (const Mover& mover : step.movers) move(mover, step);
-    unlistObstacles(step);
     for (Touching& touching : step.rolledBack) {
         touching.worldA = part(touching.partA).world;
         touching.worldB = part(touching.partB).world;
@@ -151,18 +154,31 @@ StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const
     moveFreeBodies(committed, seconds, step);
     std::ranges::sort(step.moved, {}, [](const Mover& mover) { return mover.wish.transform; });
     lookOnTheWay(false, step);
-    touchAtRest(step);
+    const bool looked = touchAtRest(step);
     tellStops(step);
-    measure(step);
+    tell(step);
     finish(step);
+    const bool rests = !asked && !sceneIsNew && !changed && !looked && sameAsBefore(step);
+    sceneIsNew = false;
+    if (rests) {
+        still = step.result;
+        stillSeconds = seconds;
+    }
     return std::move(step.result);
 }
 
+/// Whether another step like this one would say the same.
+bool CollisionPipeline::Impl::sameAsBefore(const Step& step) const {
+    const StepResult& result = step.result;
+    const auto stays = [](const auto& told) { return told.phase == Phase::kStays; };
+    return result.accepted.empty() && result.velocities.empty() && result.stopped.empty() && result.questions.empty() &&
+           questions.empty() && incomplete.empty() && result.contactsBegun == 0 &&
+           (bodies.free().empty() || bodies.resting()) && std::ranges::all_of(result.events, stays) &&
+           std::ranges::all_of(result.distances, stays) && result.counters.eventsLeftOut == 0;
+}
+
 void CollisionPipeline::Impl::noteStart(const Mover& mover, Step& step) const {
-    for (const std::uint32_t place : handler.placesOf(mover.number)) {
-        const auto [first, last] = handler.partsBelow(place);
-        for (std::uint32_t i = first; i < last; ++i) step.startWorlds.try_emplace(i, part(i).world);
-    }
+    handler.forPartsCarried(mover.number, [&](std::uint32_t i, std::uint32_t) { step.startWorlds.try_emplace(i, part(i).world); });
 }
 
 /// What nothing can be in the way of goes where it is wanted, at once.
@@ -179,7 +195,7 @@ void CollisionPipeline::Impl::admitWishes(const Aspect& committed, std::span<con
         if (handler.freeBodyOf(mover.number) != kNobody) held.push_back(mover.wish.transform);
     bodies.begin(handler, held);
     for (const Mover& mover : admitted) {
-        const PartTraits& traits = neighbourhood.traitsCarried(mover.number);
+        const PartTraits& traits = neighbourhood.traitsCarried(handler, mover.number);
         if (traits.obstructed || traits.dynamic) {
             step.movers.push_back(mover);
             continue;
@@ -188,6 +204,20 @@ void CollisionPipeline::Impl::admitWishes(const Aspect& committed, std::span<con
         handler.overlay(mover.number, localOf(mover.way.end));
         if (handler.freeBodyOf(mover.number) != kNobody) step.plain.push_back(mover);
     }
+}
+
+/// All pairs of parts that some transforms carry, in order.
+std::vector<std::uint32_t> CollisionPipeline::Impl::pairsCarried(std::span<const Mover> movers) const {
+    std::vector<std::uint32_t> pairs;
+    for (const Mover& mover : movers)
+        handler.forPartsCarried(mover.number, [&](std::uint32_t i, std::uint32_t) {
+            const std::span<const std::uint32_t> mine = memory.pairsOf(i);
+            pairs.insert(pairs.end(), mine.begin(), mine.end());
+        });
+    std::ranges::sort(pairs);
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    memory.sort(pairs, handler);
+    return pairs;
 }
 
 /// Whether a pair stands in the way of a transform that carries one of its parts.
@@ -205,36 +235,17 @@ bool CollisionPipeline::Impl::obstacle(const PairState& pair, const Relation& re
     }
 }
 
-void CollisionPipeline::Impl::listObstacles(Step& step) {
-    if (step.movers.empty()) return;
-    pairsOfPart.resize(std::max(pairsOfPart.size(), handler.parts().size()));
-    const std::span<const PairState> pairs = memory.states();
-    for (std::uint32_t k = 0; k < pairs.size(); ++k) {
-        if (relationOf(pairs[k]).response == Interest::kReport) continue;
-        pairsOfPart[pairs[k].a].push_back(k);
-        pairsOfPart[pairs[k].b].push_back(k);
-    }
-}
-
-/// The table has a row per part: only those that were filled are emptied.
-void CollisionPipeline::Impl::unlistObstacles(const Step& step) {
-    if (step.movers.empty()) return;
-    for (const PairState& pair : memory.states()) {
-        pairsOfPart[pair.a].clear();
-        pairsOfPart[pair.b].clear();
-    }
-}
-
 /// All that takes part in a rollback goes back to the first time at which any of its pairs touch, everything being on
 /// its way as it is wished.
 void CollisionPipeline::Impl::rollBack(Step& step) {
-    const auto rollsBack = [&](const Mover& mover) { return neighbourhood.traitsCarried(mover.number).rollback; };
+    const auto rollsBack = [&](const Mover& mover) { return neighbourhood.traitsCarried(handler, mover.number).rollback; };
     if (std::ranges::none_of(step.movers, rollsBack)) return;
     const WayLookup lookup = [&](ObjectId transform) { return wayOf(step.movers, transform); };
     double earliest = 1;
     bool blocked = false;
     std::vector<Touching> hits;
-    for (PairState& pair : memory.states()) {
+    for (const std::uint32_t k : pairsCarried(step.movers)) {
+        PairState& pair = memory.states()[k];
         const Relation relation = relationOf(pair);
         if (relation.response != Interest::kRollback) continue;
         const Part& a = part(pair.a);
@@ -267,16 +278,9 @@ void CollisionPipeline::Impl::move(const Mover& mover, Step& step) {
     Resolution resolution;
     resolution.accepted = mover.way.end;
     std::unordered_map<std::uint32_t, std::uint32_t> carriers;  // moved part -> the place that carries it
-    std::vector<std::uint32_t> near;
-    for (const std::uint32_t place : handler.placesOf(mover.number)) {
-        const auto [first, last] = handler.partsBelow(place);
-        for (std::uint32_t i = first; i < last; ++i) {
-            carriers[i] = place;  // ascending, so the nearest one stays
-            near.insert(near.end(), pairsOfPart[i].begin(), pairsOfPart[i].end());
-        }
-    }
-    std::ranges::sort(near);
-    near.erase(std::unique(near.begin(), near.end()), near.end());
+    handler.forPartsCarried(mover.number, [&](std::uint32_t i, std::uint32_t place) { carriers[i] = place; });
+    std::vector<std::uint32_t> near = pairsCarried(std::span(&mover, 1));
+    std::erase_if(near, [&](std::uint32_t k) { return relationOf(memory.states()[k]).response == Interest::kReport; });
     const auto carrierOf = [&](std::uint32_t i) {
         const auto it = carriers.find(i);
         return it == carriers.end() ? Place::kNone : it->second;
@@ -356,7 +360,7 @@ void CollisionPipeline::Impl::moveFreeBodies(const Aspect& committed, double sec
         return;
     }
     FreeBodies::Outcome outcome =
-        bodies.advance(committed, handler, memory.states(), step.startWorlds, seconds, step.work);
+        bodies.advance(committed, handler, memory, step.startWorlds, seconds, step.work);
     for (const NotLookedAt& pair : outcome.notLookedAt) notLookedAt(pair.nodeA, pair.nodeB, pair.reason, step);
     step.result.counters.asleep = outcome.asleep;
     step.result.counters.freeBodies = bodies.free().size();
@@ -381,27 +385,30 @@ void CollisionPipeline::Impl::lookOnTheWay(bool deforming, Step& step) {
     const std::span<const Mover> ways =
         deforming ? std::span<const Mover>(step.movers) : std::span<const Mover>(step.moved);
     if (!deforming && ways.empty()) return;
-    std::vector<bool> travels(handler.parts().size(), false), deforms(handler.parts().size(), false);
-    for (const Mover& mover : ways)
-        for (const std::uint32_t place : handler.placesOf(mover.number)) {
-            const auto [first, last] = handler.partsBelow(place);
-            for (std::uint32_t i = first; i < last; ++i) travels[i] = true;
-        }
-    for (const Deformation& deformation : handler.deformations()) deforms[deformation.part] = true;
     std::vector<std::uint32_t> asked;
-    const std::span<PairState> pairs = memory.states();
-    for (std::uint32_t k = 0; k < pairs.size(); ++k) {
-        const PairState& pair = pairs[k];
-        if (!relationOf(pair).dynamic || step.metDeforming.contains(k)) continue;
-        const bool here = deforming ? deforms[pair.a] || deforms[pair.b] : travels[pair.a] || travels[pair.b];
-        if (here && part(pair.a).solid() && part(pair.b).solid()) asked.push_back(k);
+    if (deforming) {
+        for (const Deformation& deformation : handler.deformations()) {
+            const std::span<const std::uint32_t> mine = memory.pairsOf(deformation.part);
+            asked.insert(asked.end(), mine.begin(), mine.end());
+        }
+        std::ranges::sort(asked);
+        asked.erase(std::unique(asked.begin(), asked.end()), asked.end());
+        memory.sort(asked, handler);
+    } else {
+        asked = pairsCarried(ways);
     }
+    const std::span<PairState> pairs = memory.states();
+    std::erase_if(asked, [&](std::uint32_t k) {
+        const PairState& pair = pairs[k];
+        return !relationOf(pair).dynamic || step.metDeforming.contains(k) || !part(pair.a).solid() || !part(pair.b).solid();
+    });
     if (asked.empty()) return;
     const WayLookup lookup = [&](ObjectId transform) { return wayOf(ways, transform); };
     std::vector<Impact> impacts(asked.size());
+    std::unordered_map<std::uint32_t, std::size_t> placeOf;
+    for (std::size_t i = 0; i < asked.size(); ++i) placeOf.emplace(asked[i], i);
     forPairs(asked, step.work, [&](PairState& pair, QueryWork& work) {
-        const std::size_t k = static_cast<std::size_t>(&pair - pairs.data());
-        const std::size_t i = static_cast<std::size_t>(std::ranges::lower_bound(asked, k) - asked.begin());
+        const std::size_t i = placeOf.at(static_cast<std::uint32_t>(&pair - pairs.data()));
         const double size = std::min(part(pair.a).worldBox.size().norm(), part(pair.b).worldBox.size().norm());
         impacts[i] = firstContact(handler, pair.a, pair.b, lookup, limits.stopTolerance * size, work);
     });
@@ -427,20 +434,34 @@ void CollisionPipeline::Impl::lookOnTheWay(bool deforming, Step& step) {
     }
 }
 
-/// Everything that touches in the poses that were accepted.
-void CollisionPipeline::Impl::touchAtRest(Step& step) {
+/// Everything that touches in the poses that were accepted, and how far others are apart. Only pairs of which something
+/// is new are looked at; says whether there were any.
+bool CollisionPipeline::Impl::touchAtRest(Step& step) {
+    const std::vector<std::uint32_t> moved = handler.takeMoved();
+    neighbourhood.alsoMoved(moved);
+    memory.moved(moved);
+    for (const std::uint32_t body : bodies.changed())
+        if (body < handler.bodies().size()) memory.moved(handler.bodies()[body].parts);
+    for (const std::uint32_t pair : incomplete)
+        if (pair < memory.states().size() && memory.states()[pair].nodeA) memory.lookAgain(pair);
+    const std::vector<std::uint32_t> stale = memory.takeStale(handler);
     const std::span<PairState> pairs = memory.states();
-    std::vector<std::uint32_t> asked;
-    for (std::uint32_t k = 0; k < pairs.size(); ++k) {
+    std::vector<std::uint32_t> asked, measured;
+    for (const std::uint32_t k : stale) {
         PairState& pair = pairs[k];
         const Part& a = part(pair.a);
         const Part& b = part(pair.b);
-        const bool wanted = relationOf(pair).contacts || bodies.isFree(a.body) || bodies.isFree(b.body);
+        const Relation relation = relationOf(pair);
+        const bool wanted = relation.contacts || bodies.isFree(a.body) || bodies.isFree(b.body);
         if (wanted && a.solid() && b.solid() && a.worldBox.overlaps(b.worldBox)) {
-            if (!pair.touch.holds(a, b, wantsAllFaces(relationOf(pair)))) asked.push_back(k);
+            if (!pair.touch.holds(a, b, wantsAllFaces(relation))) asked.push_back(k);
         } else {
             pair.touch = {};
         }
+        if (relation.distance && a.solid() && b.solid())
+            measured.push_back(k);
+        else
+            pair.distance = {};
     }
     step.result.counters.pairsTested += asked.size();
     forPairs(asked, step.work, [&](PairState& pair, QueryWork& work) {
@@ -451,8 +472,21 @@ void CollisionPipeline::Impl::touchAtRest(Step& step) {
         }
         askTouch(pair, part(pair.a), part(pair.b), wantsAllFaces(relationOf(pair)), limits.maxContacts, work);
     });
-    for (PairState& pair : pairs) {
-        if (!pair.touch.complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
+    forPairs(measured, step.work, [&](PairState& pair, QueryWork& work) {
+        askDistance(pair, part(pair.a), part(pair.b), relationOf(pair).threshold, work);
+    });
+    incomplete.clear();
+    for (const std::uint32_t k : stale) {
+        const PairState& pair = pairs[k];
+        const bool open = !pair.touch.complete || !pair.distance.complete;
+        if (open) incomplete.push_back(k);
+        memory.tell(k, open || pair.touch.touching || !pair.distance.farther);
+    }
+    for (const std::uint32_t k : incomplete) {
+        if (!pairs[k].touch.complete) notLookedAt(pairs[k].nodeA, pairs[k].nodeB, NotLookedAt::Reason::kWork, step);
+    }
+    for (const std::uint32_t k : memory.told()) {
+        PairState& pair = pairs[k];
         if (!pair.touch.touching) continue;
         const Relation relation = relationOf(pair);
         if (!relation.contacts) continue;
@@ -475,6 +509,7 @@ void CollisionPipeline::Impl::touchAtRest(Step& step) {
         }
         step.contacts.add(std::move(touching));
     }
+    return !stale.empty();
 }
 
 /// Of two objects in touch at the end, for each interest that wants to know of it. `when`: time, point and normal.
@@ -505,16 +540,12 @@ void CollisionPipeline::Impl::tellStops(Step& step) {
     }
 }
 
-void CollisionPipeline::Impl::measure(Step& step) {
+void CollisionPipeline::Impl::tell(Step& step) {
     const std::span<PairState> pairs = memory.states();
-    std::vector<std::uint32_t> asked;
-    for (std::uint32_t k = 0; k < pairs.size(); ++k)
-        if (relationOf(pairs[k]).distance && part(pairs[k].a).solid() && part(pairs[k].b).solid()) asked.push_back(k);
-    forPairs(asked, step.work, [&](PairState& pair, QueryWork& work) {
-        askDistance(pair, part(pair.a), part(pair.b), relationOf(pair).threshold, work);
-    });
+    std::vector<std::uint32_t> told(memory.told().begin(), memory.told().end());
+    memory.sort(told, handler);
     std::vector<EventBook::Near> near;
-    for (const std::uint32_t k : asked) {
+    for (const std::uint32_t k : told) {
         const PairState& pair = pairs[k];
         const DistanceAnswer& known = pair.distance;
         if (!known.complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
@@ -528,11 +559,8 @@ void CollisionPipeline::Impl::measure(Step& step) {
     }
     std::vector<EventBook::Touching> touching = std::move(step.touchedOnTheWay);
     touching.insert(touching.end(), step.stopped.begin(), step.stopped.end());
-    for (std::uint32_t k = 0; k < pairs.size(); ++k) {
-        const PairState& pair = pairs[k];
-        if (!pair.touch.touching) continue;
-        addEvents(pair.a, pair.b, {}, touching);
-    }
+    for (const std::uint32_t k : told)
+        if (pairs[k].touch.touching) addEvents(pairs[k].a, pairs[k].b, {}, touching);
     step.result.counters.eventsLeftOut +=
         events.turnPage(std::move(touching), std::move(near), limits.maxEvents, step.result);
 }
@@ -550,14 +578,15 @@ void CollisionPipeline::Impl::finish(Step& step) {
     touchedBefore = std::move(now);
 
     const auto inTouch = [&](const QuestionBook::Matter& matter) {
-        return std::ranges::any_of(memory.states(), [&](const PairState& pair) {
+        return std::ranges::any_of(memory.told(), [&](std::uint32_t k) {
+            const PairState& pair = memory.states()[k];
             return pair.touch.touching && bodyOf(pair.a).node == matter.objectA &&
                    bodyOf(pair.b).node == matter.objectB;
         });
     };
     StepCounters& counters = result.counters;
     counters.unanswered = questions.endFrame(inTouch);
-    counters.objects = handler.parts().size();
+    counters.objects = handler.partCount();
     counters.skipped = handler.partsSkipped();
     counters.boxTests = step.work.boxTests;
     counters.triangleTests = step.work.triangleTests;
@@ -571,6 +600,7 @@ CollisionPipeline::CollisionPipeline(CollisionPipeline&&) noexcept = default;
 CollisionPipeline& CollisionPipeline::operator=(CollisionPipeline&&) noexcept = default;
 
 void CollisionPipeline::sceneChanged(const Aspect& aspect, const ChangeList* list) {
+    impl_->sceneIsNew = impl_->sceneIsNew || list == nullptr || !list->empty();
     impl_->handler.update(aspect, list);
     if (list == nullptr || changesRules(*list)) impl_->bodies.rulesChanged();
 }
@@ -593,7 +623,7 @@ const CollisionLimits& CollisionPipeline::limits() const {
 }
 
 std::optional<PickHit> CollisionPipeline::pickNode(const Aspect& aspect, const Ray& ray) {
-    return impl_->picker.pick(aspect, ray);
+    return impl_->picker.pick(aspect, impl_->handler, ray);
 }
 
 }  // namespace tessera

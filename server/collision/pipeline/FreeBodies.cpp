@@ -36,38 +36,51 @@ std::uint64_t FreeBodies::versionOf(const ObjectHandler& handler, const Body& bo
 }
 
 const FreeBodies::Left* FreeBodies::leftOf(std::uint32_t body, ObjectId core) const {
-    if (leftGeneration_ != generation_) {
-        const std::uint32_t number = leftOfCore_.find(core);
-        return number == IdTable::kNone ? nullptr : &left_[number];
-    }
     const auto left = std::ranges::lower_bound(left_, body, {}, &Left::body);
-    return left != left_.end() && left->body == body ? &*left : nullptr;
+    if (left != left_.end() && left->body == body && left->core == core) return &*left;
+    if (!std::exchange(leftIndexed_, true)) {
+        leftOfCore_.reset(left_.size());
+        for (std::uint32_t i = 0; i < left_.size(); ++i) leftOfCore_.insert(left_[i].core, i);
+    }
+    const std::uint32_t number = leftOfCore_.find(core);
+    return number == IdTable::kNone ? nullptr : &left_[number];
+}
+
+bool FreeBodies::supports(const ObjectHandler& handler, std::uint32_t part) const {
+    const std::uint64_t id = handler.parts()[part].node.value;
+    const auto at = std::ranges::lower_bound(supports_, id, {}, &std::pair<std::uint64_t, std::uint64_t>::first);
+    return at != supports_.end() && at->first == id;
+}
+
+void FreeBodies::noteMoved(const ObjectHandler& handler, std::span<const std::uint32_t> parts, bool others) {
+    supportsStand_ = supportsStand_ && !others &&
+                     std::ranges::none_of(parts, [&](std::uint32_t part) { return supports(handler, part); });
 }
 
 void FreeBodies::begin(const ObjectHandler& handler, std::span<const ObjectId> held) {
     const std::span<const Body> bodies = handler.bodies();
-    std::vector<std::pair<ObjectId, std::int64_t>> responses;
-    for (const InterestTerms& interest : handler.interests())
-        responses.emplace_back(interest.core, 16 * interest.mode + interest.response);
-    const bool othersMatter = std::exchange(rulesChanged_, false) || responses != responses_;
-    responses_ = std::move(responses);
-    unchanged_ = allAsleep_ && !othersMatter && held.empty() && !anyHeld_ && generation_ == handler.generation() &&
+    bool othersMatter = std::exchange(rulesChanged_, false);
+    if (interestsVersion_ != handler.interestsVersion()) {
+        interestsVersion_ = handler.interestsVersion();
+        std::vector<std::pair<ObjectId, std::int64_t>> responses;
+        for (const InterestTerms& interest : handler.interests())
+            responses.emplace_back(interest.core, 16 * interest.mode + interest.response);
+        othersMatter = othersMatter || responses != responses_;
+        responses_ = std::move(responses);
+    }
+    changed_.clear();
+    const bool sameBodies = generation_ == handler.generation();
+    unchanged_ = allAsleep_ && !othersMatter && held.empty() && !anyHeld_ && sameBodies &&
                  version_ == handler.freeBodiesVersion();
     if (unchanged_) return;
     anyHeld_ = !held.empty();
-    if (generation_ != handler.generation()) {
-        generation_ = handler.generation();
-        roles_.assign(bodies.size(), Role::kOther);
-        disturbed_.assign(bodies.size(), false);
-        leftOfCore_.reset(left_.size());
-        for (std::uint32_t i = 0; i < left_.size(); ++i) leftOfCore_.insert(left_[i].core, i);
-    } else {
-        for (const std::uint32_t body : free_) {
-            roles_[body] = Role::kOther;
-            disturbed_[body] = false;
-        }
-    }
-    free_.clear();
+    generation_ = handler.generation();
+    if (!sameBodies) roles_.clear();
+    for (const std::uint32_t body : free_)
+        if (body < roles_.size()) roles_[body] = Role::kOther;
+    roles_.resize(std::max(roles_.size(), bodies.size()), Role::kOther);
+    disturbed_.resize(roles_.size(), false);
+    const std::vector<std::uint32_t> before = std::exchange(free_, {});
     told_ = false;
     allAsleep_ = true;
     for (const std::uint32_t i : handler.freeBodies()) {
@@ -82,6 +95,7 @@ void FreeBodies::begin(const ObjectHandler& handler, std::span<const ObjectId> h
         allAsleep_ = allAsleep_ && roles_[i] == Role::kAsleep;
         free_.push_back(i);
     }
+    std::ranges::set_symmetric_difference(before, free_, std::back_inserter(changed_));
 }
 
 Box FreeBodies::reach(const ObjectHandler& handler, std::uint32_t part, double seconds) const {
@@ -121,16 +135,18 @@ std::uint32_t FreeBodies::rigidPart(const ObjectHandler& handler, std::uint32_t 
     }
     rigid.body = static_cast<std::uint32_t>(bodies_.size());
     rigidPartOf_[index] = static_cast<std::uint32_t>(parts_.size());
+    given_.push_back(index);
     body.parts.push_back(rigidPartOf_[index]);
     parts_.push_back(rigid);
     bodies_.push_back(std::move(body));
     return rigidPartOf_[index];
 }
 
-void FreeBodies::gather(const ObjectHandler& handler, std::span<const PairState> pairs, const StartWorlds& startWorlds,
-                        double seconds) {
+void FreeBodies::gather(const ObjectHandler& handler, PairMemory& memory, const StartWorlds& startWorlds, double seconds) {
     const std::span<const Part> parts = handler.parts();
-    rigidPartOf_.assign(parts.size(), kNobody);
+    for (const std::uint32_t part : given_) rigidPartOf_[part] = kNobody;
+    given_.clear();
+    rigidPartOf_.resize(std::max(rigidPartOf_.size(), parts.size()), kNobody);
     bodies_.resize(free_.size());
     parts_.clear();
     encounters_.clear();
@@ -149,51 +165,61 @@ void FreeBodies::gather(const ObjectHandler& handler, std::span<const PairState>
             const Part& part = parts[index];
             if (!part.solid()) continue;
             rigidPartOf_[index] = static_cast<std::uint32_t>(parts_.size());
+            given_.push_back(index);
             body.parts.push_back(rigidPartOf_[index]);
             parts_.push_back(
                 {part.node.value, i, &part.shape->tree, part.shape->hull ? &*part.shape->hull : nullptr, part.world});
         }
     }
-    for (const PairState& pair : pairs) {
+    const auto meet = [&](const PairState& pair) {
         const std::uint32_t bodyA = parts[pair.a].body, bodyB = parts[pair.b].body;
-        if (!isFree(bodyA) && !isFree(bodyB)) continue;
         const auto still = [&](std::uint32_t body, std::uint32_t part) {
             return isFree(body) ? asleep(body) : !startWorlds.contains(part);
         };
-        if (still(bodyA, pair.a) && still(bodyB, pair.b)) continue;
+        if (still(bodyA, pair.a) && still(bodyB, pair.b)) return;
         const Relation relation = handler.relation(pair.a, pair.b);
-        if (relation.response == Interest::kReport) continue;
+        if (relation.response == Interest::kReport) return;
         const std::uint32_t a = rigidPart(handler, pair.a, startWorlds, seconds);
         const std::uint32_t b = rigidPart(handler, pair.b, startWorlds, seconds);
         encounters_.push_back({a, b, lawOf(relation.response)});
-    }
+    };
+    for (const std::uint32_t body : free_)
+        for (const std::uint32_t part : handler.bodies()[body].parts)
+            for (const std::uint32_t number : memory.pairsOf(part)) {
+                const PairState& pair = memory.states()[number];
+                // Of two free ones once.
+                if (part == pair.a || !isFree(parts[pair.a].body)) meet(pair);
+            }
     for (const std::uint64_t id : stage_.supports())
         if (const std::uint32_t part = handler.partOf(ObjectId{id}); part != kNobody && parts[part].solid())
             rigidPart(handler, part, startWorlds, seconds);
 }
 
 /// Whether the stage has to be told of any pair.
-bool FreeBodies::mayMeet(const ObjectHandler& handler, std::span<const PairState> pairs,
-                         const StartWorlds& startWorlds) const {
-    if (startWorlds.empty()) return false;
-    const auto awaits = [&](std::uint32_t part, std::uint32_t other) {
-        return isFree(handler.parts()[part].body) && startWorlds.contains(other);
-    };
-    return std::ranges::any_of(pairs, [&](const PairState& pair) {
-        return (awaits(pair.a, pair.b) || awaits(pair.b, pair.a)) &&
-               handler.relation(pair.a, pair.b).response != Interest::kReport;
+bool FreeBodies::mayMeet(const ObjectHandler& handler, PairMemory& memory, const StartWorlds& startWorlds) const {
+    return std::ranges::any_of(startWorlds, [&](const auto& start) {
+        return std::ranges::any_of(memory.pairsOf(start.first), [&](std::uint32_t number) {
+            const PairState& pair = memory.states()[number];
+            const std::uint32_t other = pair.a == start.first ? pair.b : pair.a;
+            return isFree(handler.parts()[other].body) &&
+                   handler.relation(pair.a, pair.b).response != Interest::kReport;
+        });
     });
 }
 
-bool FreeBodies::sameSupports(const ObjectHandler& handler) const {
-    return std::ranges::all_of(supports_, [&](const std::pair<std::uint64_t, std::uint64_t>& support) {
-        const std::uint32_t part = handler.partOf(ObjectId{support.first});
-        return part != kNobody && handler.parts()[part].poseVersion == support.second;
-    });
+bool FreeBodies::sameSupports(const ObjectHandler& handler, const StartWorlds& startWorlds) {
+    noteMoved(handler, {}, std::ranges::any_of(startWorlds, [&](const auto& start) { return supports(handler, start.first); }));
+    supportsStand_ =
+        supportsStand_ || std::ranges::all_of(supports_, [&](const std::pair<std::uint64_t, std::uint64_t>& support) {
+            const std::uint32_t part = handler.partOf(ObjectId{support.first});
+            return part != kNobody && handler.parts()[part].poseVersion == support.second;
+        });
+    return supportsStand_;
 }
 
 void FreeBodies::noteSupports(const ObjectHandler& handler, const StartWorlds& startWorlds) {
     supports_.clear();
+    supportsStand_ = false;
     for (const std::uint64_t id : stage_.supports()) {
         const std::uint32_t part = handler.partOf(ObjectId{id});
         const bool stands = part != kNobody && !startWorlds.contains(part);
@@ -202,17 +228,17 @@ void FreeBodies::noteSupports(const ObjectHandler& handler, const StartWorlds& s
 }
 
 FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHandler& handler,
-                                        std::span<const PairState> pairs, const StartWorlds& startWorlds,
-                                        double seconds, QueryWork& work) {
+                                        PairMemory& memory, const StartWorlds& startWorlds, double seconds,
+                                        QueryWork& work) {
     Outcome outcome;
     if (free_.empty()) return outcome;
     // Sleepers whom nothing comes near sleep on: nobody need be asked.
-    if (unchanged_ && told_ && gravity_ == handler.gravity() && sameSupports(handler) &&
-        !mayMeet(handler, pairs, startWorlds)) {
+    if (unchanged_ && told_ && gravity_ == handler.gravity() && sameSupports(handler, startWorlds) &&
+        !mayMeet(handler, memory, startWorlds)) {
         outcome.asleep = free_.size();
         return outcome;
     }
-    gather(handler, pairs, startWorlds, seconds);
+    gather(handler, memory, startWorlds, seconds);
     const RigidFrame frame = stage_.advance(bodies_, parts_, encounters_, handler.gravity(), seconds, work);
     outcome.asleep = frame.asleep;
     told_ = true;
@@ -275,7 +301,7 @@ void FreeBodies::end(const ObjectHandler& handler, std::span<const BodyVelocity>
     version_ = handler.freeBodiesVersion();
     if (unchanged_ && allAsleep_) return;
     left_.clear();
-    leftGeneration_ = generation_;
+    leftIndexed_ = false;
     for (const std::uint32_t index : free_) {
         const Body& body = handler.bodies()[index];
         Left& now = left_.emplace_back(Left{body.core, index, versionOf(handler, body), body.velocity, body.spin,

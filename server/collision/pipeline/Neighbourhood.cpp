@@ -1,68 +1,29 @@
 #include "server/collision/pipeline/Neighbourhood.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 namespace tessera {
 namespace {
-
-/// Up to two parts of a group, of different bodies: what the parts of two groups are to each other shows in them.
-using Examples = std::array<std::uint32_t, 2>;
-
-std::vector<Examples> examplesOf(const ObjectHandler& handler) {
-    std::vector<Examples> examples(handler.interactions().active.size(), Examples{kNobody, kNobody});
-    for (std::uint32_t part = 0; part < handler.parts().size(); ++part) {
-        Examples& known = examples[handler.interactions().groupOf[part]];
-        if (known[0] == kNobody)
-            known[0] = part;
-        else if (known[1] == kNobody && handler.parts()[part].body != handler.parts()[known[0]].body)
-            known[1] = part;
-    }
-    return examples;
-}
 
 void add(PartTraits& traits, const Relation& relation) {
     traits.obstructed = traits.obstructed || relation.response != Interest::kReport;
     traits.dynamic = traits.dynamic || relation.dynamic;
     traits.rollback = traits.rollback || relation.response == Interest::kRollback;
     traits.slides = traits.slides || relation.response == Interest::kSlide;
-    traits.distance = traits.distance || relation.distance;
 }
 
-std::vector<PartTraits> traitsOf(const ObjectHandler& handler) {
-    const std::vector<Examples> examples = examplesOf(handler);
-    std::vector<PartTraits> traits(examples.size());
-    for (std::size_t g = 0; g < examples.size(); ++g)
-        for (std::size_t h = g; h < examples.size(); ++h) {
-            if (!handler.interactions().interacts[g * examples.size() + h]) continue;
-            for (const std::uint32_t a : examples[g])
-                for (const std::uint32_t b : examples[h]) {
-                    if (a == kNobody || b == kNobody || a == b) continue;
-                    const Relation relation = handler.relation(std::min(a, b), std::max(a, b));
-                    if (!relation.relevant) continue;
-                    add(traits[g], relation);
-                    add(traits[h], relation);
-                }
-        }
-    return traits;
+void add(PartTraits& traits, const PartTraits& other) {
+    traits.obstructed = traits.obstructed || other.obstructed;
+    traits.dynamic = traits.dynamic || other.dynamic;
+    traits.rollback = traits.rollback || other.rollback;
+    traits.slides = traits.slides || other.slides;
+    traits.margin = std::max(traits.margin, other.margin);
 }
 
-/// Parts of a place are a range: how many of those before each part have a trait says whether any of a range has it.
-std::vector<PartTraits> carriedTraitsOf(const ObjectHandler& handler, const std::vector<PartTraits>& ofGroup) {
-    std::vector<PartTraits> carried(handler.transformCount());
-    for (bool PartTraits::*trait : {&PartTraits::obstructed, &PartTraits::dynamic, &PartTraits::rollback,
-                                    &PartTraits::slides, &PartTraits::distance}) {
-        std::vector<std::uint32_t> before(handler.parts().size() + 1, 0);
-        for (std::size_t i = 0; i + 1 < before.size(); ++i)
-            before[i + 1] = before[i] + (ofGroup[handler.interactions().groupOf[i]].*trait ? 1 : 0);
-        for (std::uint32_t t = 0; t < carried.size(); ++t)
-            carried[t].*trait = std::ranges::any_of(handler.placesOf(t), [&](std::uint32_t place) {
-                const auto [first, last] = handler.partsBelow(place);
-                return before[first] != before[last];
-            });
-    }
-    return carried;
+void sortOnce(std::vector<std::uint32_t>& numbers) {
+    if (!std::ranges::is_sorted(numbers)) std::ranges::sort(numbers);
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 }  // namespace
@@ -73,46 +34,74 @@ const Way* wayOf(std::span<const Mover> movers, ObjectId transform) {
     return it != movers.end() && it->wish.transform == transform ? &it->way : nullptr;
 }
 
-void Neighbourhood::follow(const ObjectHandler& handler) {
-    margin_ = 0;
-    for (const InterestTerms& interest : handler.interests())
-        if (interest.mode == Interest::kDistance) margin_ = std::max(margin_, 0.5 * interest.threshold);
-    if (generation_ == handler.generation()) return;
-    generation_ = handler.generation();
-    traits_ = traitsOf(handler);
-    carried_ = carriedTraitsOf(handler, traits_);
-    fresh_ = true;
+const PartTraits& Neighbourhood::traitsOfGroup(const ObjectHandler& handler, std::uint32_t group) {
+    const RelationTable& relations = handler.relations();
+    if (traits_.size() <= group) traits_.resize(handler.interactions().active.size());
+    Known& known = traits_[group];
+    if (known.version == relations.version()) return known.traits;
+    known.version = relations.version();
+    known.traits = {};
+    relations.forRelated(group, [&](std::uint32_t other) { add(known.traits, relations.relation(group, other)); });
+    // The object's side looks out for the others.
+    for (const std::uint32_t k : relations.interestsOf(group)) {
+        const InterestTerms& interest = handler.interests()[k];
+        if (interest.mode == Interest::kDistance) known.traits.margin = std::max(known.traits.margin, interest.threshold);
+    }
+    return known.traits;
 }
 
-Box Neighbourhood::boxOf(const ObjectHandler& handler, std::uint32_t part, const WayLookup& wayOf, const FreeBodies& bodies,
-                         double seconds, double margin, bool onTheWay) const {
+const PartTraits& Neighbourhood::traitsCarried(const ObjectHandler& handler, std::uint32_t transform) {
+    if (carried_.size() <= transform) carried_.resize(handler.transformNumbers());
+    Known& known = carried_[transform];
+    const ObjectId core = handler.transformAt(transform);
+    if (known.version == handler.relations().version() && known.structure == handler.structure() &&
+        known.transform == core)
+        return known.traits;
+    known = {handler.relations().version(), handler.structure(), core, {}};
+    std::uint32_t last = kNobody;
+    handler.forPartsCarried(transform, [&](std::uint32_t part, std::uint32_t) {
+        const std::uint32_t group = handler.interactions().groupOf[part];
+        if (group != last) add(known.traits, traitsOfGroup(handler, group));
+        last = group;
+    });
+    return known.traits;
+}
+
+Box Neighbourhood::boxOf(const ObjectHandler& handler, std::uint32_t part, const WayLookup& wayOf,
+                         const FreeBodies& bodies, double seconds, bool onTheWay) {
     const Part& it = handler.parts()[part];
     Box box = it.worldBox;
     if (!it.solid()) return box;
-    if (onTheWay) box = boxOnAllWays(handler, part, wayOf, traits(handler, part).slides);
+    const PartTraits& asked = traits(handler, part);
+    if (onTheWay) box = boxOnAllWays(handler, part, wayOf, asked.slides);
     if (bodies.isFree(it.body)) box.extend(bodies.reach(handler, part, seconds));
-    if (margin > 0 && traits(handler, part).distance) {
-        box.lower -= Vec3d::Constant(margin);
-        box.upper += Vec3d::Constant(margin);
+    if (asked.margin > 0) {
+        box.lower -= Vec3d::Constant(asked.margin);
+        box.upper += Vec3d::Constant(asked.margin);
     }
     return box;
 }
 
-std::span<const NeighbourPair> Neighbourhood::find(ObjectHandler& handler, std::span<const Mover> ways, const FreeBodies& bodies,
-                                                   double seconds) {
+bool Neighbourhood::find(ObjectHandler& handler, std::span<const Mover> ways, FreeBodies& bodies, double seconds,
+                         PairMemory& memory) {
     const std::span<const Part> parts = handler.parts();
     const WayLookup lookup = [&](ObjectId transform) { return wayOf(ways, transform); };
-    std::vector<std::uint32_t> stale = handler.takeMoved();
+    const std::vector<std::uint32_t> moved = handler.takeMoved(), regrouped = handler.takeRegrouped(),
+                                     reworded = handler.takeReworded();
+    std::vector<std::uint32_t> stale = moved;
+    stale.insert(stale.end(), later_.begin(), later_.end());
+    std::erase_if(stale, [&](std::uint32_t part) { return part >= parts.size(); });
+    bodies.noteMoved(handler, stale, !regrouped.empty());
+    stale.insert(stale.end(), reworded.begin(), reworded.end());
+    later_.clear();
     std::vector<std::uint32_t> travelling;
     for (const Mover& mover : ways)
-        for (const std::uint32_t place : handler.placesOf(mover.number)) {
-            const auto [first, last] = handler.partsBelow(place);
-            for (std::uint32_t i = first; i < last; ++i) travelling.push_back(i);
-        }
-    std::ranges::sort(travelling);
+        handler.forPartsCarried(mover.number, [&](std::uint32_t part, std::uint32_t) { travelling.push_back(part); });
+    sortOnce(travelling);
     std::vector<std::uint32_t> grown = travelling;
+    const bool afresh = generation_ != handler.generation();
     // As long as free bodies rest their boxes are still large enough.
-    if (!bodies.resting() || fresh_) {
+    if (!bodies.resting() || afresh) {
         stale.insert(stale.end(), free_.begin(), free_.end());
         free_.clear();
         for (const std::uint32_t body : bodies.free())
@@ -120,49 +109,62 @@ std::span<const NeighbourPair> Neighbourhood::find(ObjectHandler& handler, std::
         stale.insert(stale.end(), free_.begin(), free_.end());
     }
     for (const Deformation& deformation : handler.deformations()) grown.push_back(deformation.part);
-    std::ranges::sort(grown);
-    grown.erase(std::unique(grown.begin(), grown.end()), grown.end());
+    sortOnce(grown);
 
     const auto target = [&](std::uint32_t part) {
-        Box box = boxOf(handler, part, lookup, bodies, seconds, margin_, std::ranges::binary_search(travelling, part));
-        for (const Deformation& deformation : handler.deformations()) {
-            if (deformation.part != part || !parts[part].solid()) continue;
-            for (const Vec3d& p : deformation.end) box.extend(parts[part].world * p);
-        }
+        Box box = boxOf(handler, part, lookup, bodies, seconds, std::ranges::binary_search(travelling, part));
+        if (!parts[part].solid()) return box;
+        const auto deformation = std::ranges::lower_bound(handler.deformations(), part, {}, &Deformation::part);
+        if (deformation == handler.deformations().end() || deformation->part != part) return box;
+        for (const Vec3d& p : deformation->end) box.extend(parts[part].world * p);
         return box;
     };
-    const bool everything = margin_ != previousMargin_;
-    if (fresh_) {
-        boxes_.resize(parts.size());
-        for (std::uint32_t i = 0; i < parts.size(); ++i) boxes_[i] = target(i);
+    if (afresh) {
+        generation_ = handler.generation();
+        traits_.clear();
+        carried_.clear();
+        memory.clear();
+        boxes_.assign(parts.size(), Box{});
+        for (std::uint32_t i = 0; i < parts.size(); ++i)
+            if (parts[i].node) boxes_[i] = target(i);
+        finder_->expect(parts.size() + parts.size() / 8 + 256);
         finder_->reset(boxes_, handler.interactions());
-        fresh_ = false;
-    } else {
-        if (everything) {
-            stale.resize(parts.size());
-            for (std::uint32_t i = 0; i < parts.size(); ++i) stale[i] = i;
-        } else {
-            stale.insert(stale.end(), grown.begin(), grown.end());
-            stale.insert(stale.end(), grown_.begin(), grown_.end());
-            std::ranges::sort(stale);
-            stale.erase(std::unique(stale.begin(), stale.end()), stale.end());
-        }
-        items_.clear();
-        moved_.clear();
-        for (const std::uint32_t part : stale) {
-            // A sleeper's box is still large enough.
-            if (bodies.isFree(parts[part].body) && bodies.asleep(parts[part].body)) continue;
-            const Box box = target(part);
-            if (box.lower == boxes_[part].lower && box.upper == boxes_[part].upper) continue;
-            boxes_[part] = box;
-            items_.push_back(part);
-            moved_.push_back(box);
-        }
-        finder_->move(items_, moved_);
+        memory.align(finder_->pairs(), handler);
+        grown_ = std::move(grown);
+        return true;
     }
-    previousMargin_ = margin_;
+    if (!regrouped.empty()) {
+        const std::vector<NeighbourPair> known = memory.loosen(regrouped);
+        finder_->regroup(regrouped, known, handler.interactions());
+        boxes_.resize(handler.interactions().groupOf.size());
+        for (const std::uint32_t part : regrouped) boxes_[part] = {};
+        stale.insert(stale.end(), regrouped.begin(), regrouped.end());
+    }
+    stale.insert(stale.end(), grown.begin(), grown.end());
+    stale.insert(stale.end(), grown_.begin(), grown_.end());
+    sortOnce(stale);
+    items_.clear();
+    moved_.clear();
+    for (const std::uint32_t part : stale) {
+        if (part >= parts.size() || !parts[part].node) continue;
+        // A sleeper's box is still large enough.
+        if (bodies.isFree(parts[part].body) && bodies.asleep(parts[part].body) && !boxes_[part].empty()) continue;
+        const Box box = target(part);
+        if (box.lower == boxes_[part].lower && box.upper == boxes_[part].upper) continue;
+        boxes_[part] = box;
+        items_.push_back(part);
+        moved_.push_back(box);
+    }
+    finder_->move(items_, moved_);
+    if (finder_->changes(begun_, ended_))
+        memory.follow(begun_, ended_, handler);
+    else
+        memory.align(finder_->pairs(), handler);
+    memory.reconsider(reworded, handler);
+    memory.moved(moved);
+    for (const Deformation& deformation : handler.deformations()) memory.moved(std::span(&deformation.part, 1));
     grown_ = std::move(grown);
-    return finder_->pairs();
+    return !moved.empty() || !regrouped.empty() || !reworded.empty() || !grown_.empty();
 }
 
 }  // namespace tessera

@@ -18,7 +18,7 @@ struct PartTraits {
     bool dynamic = false;     ///< when it touches on its way is of interest
     bool rollback = false;
     bool slides = false;      ///< a motion may be led along a surface
-    bool distance = false;
+    double margin = 0;        ///< others that are nearer than this are to be found
 };
 
 /// Not thread-safe.
@@ -26,34 +26,42 @@ class Neighbourhood {
 public:
     explicit Neighbourhood(Workers* workers) : finder_(makeNeighbourFinder({.workers = workers})) {}
 
-    /// Once a frame, first: follows the handler's tables.
-    void follow(const ObjectHandler& handler);
-    [[nodiscard]] const PartTraits& traits(const ObjectHandler& handler, std::uint32_t part) const {
-        return traits_[handler.interactions().groupOf[part]];
+    [[nodiscard]] const PartTraits& traits(const ObjectHandler& handler, std::uint32_t part) {
+        return traitsOfGroup(handler, handler.interactions().groupOf[part]);
     }
     /// Of all parts that a transform (by number) carries together.
-    [[nodiscard]] const PartTraits& traitsCarried(std::uint32_t transform) const { return carried_[transform]; }
+    [[nodiscard]] const PartTraits& traitsCarried(const ObjectHandler& handler, std::uint32_t transform);
 
-    /// The pairs of parts of interest that may meet in this frame, ascending. `ways`: of transforms that are still to be moved.
-    /// Parts within half the largest threshold of each other count where distances are asked for. Valid until the next call.
-    [[nodiscard]] std::span<const NeighbourPair> find(ObjectHandler& handler, std::span<const Mover> ways, const FreeBodies& bodies,
-                                                      double seconds);
+    /// Brings the memory up to date: the pairs of parts of interest that may meet in this frame. `ways`: of transforms
+    /// that are still to be moved. Parts nearer than the thresholds of interests in distances count. True where anything
+    /// has moved, come, gone or been asked for since the last call.
+    bool find(ObjectHandler& handler, std::span<const Mover> ways, FreeBodies& bodies, double seconds,
+              PairMemory& memory);
+    /// Where parts have moved after `find`, in the same frame.
+    void alsoMoved(std::span<const std::uint32_t> parts) { later_.insert(later_.end(), parts.begin(), parts.end()); }
 
 private:
-    [[nodiscard]] Box boxOf(const ObjectHandler& handler, std::uint32_t part, const WayLookup& wayOf, const FreeBodies& bodies,
-                            double seconds, double margin, bool onTheWay) const;
+    [[nodiscard]] const PartTraits& traitsOfGroup(const ObjectHandler& handler, std::uint32_t group);
+    [[nodiscard]] Box boxOf(const ObjectHandler& handler, std::uint32_t part, const WayLookup& wayOf,
+                            const FreeBodies& bodies, double seconds, bool onTheWay);
 
     std::unique_ptr<NeighbourFinder> finder_;
     std::uint64_t generation_ = 0;
-    bool fresh_ = true;
-    double margin_ = 0, previousMargin_ = 0;
-    std::vector<PartTraits> traits_;    // per group
-    std::vector<PartTraits> carried_;   // per transform
+    struct Known {
+        std::uint64_t version = 0, structure = 0;
+        ObjectId transform;
+        PartTraits traits;
+    };
+    std::vector<Known> traits_;         // per group
+    std::vector<Known> carried_;        // per transform
     std::vector<Box> boxes_;            // per part, as the finder has them
     std::vector<std::uint32_t> grown_;  // parts whose boxes are larger than they are themselves
     std::vector<std::uint32_t> free_;   // of those: parts of free bodies
+    std::vector<std::uint32_t> later_;
+    // Kept for their memory.
     std::vector<std::uint32_t> items_;
     std::vector<Box> moved_;
+    std::vector<NeighbourPair> begun_, ended_;
 };
 
 /// The way of a mover by its transform; movers ascending by transform.

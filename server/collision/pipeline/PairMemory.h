@@ -46,8 +46,10 @@ struct HullContact {
 };
 
 struct PairState {
+    static constexpr std::uint32_t kNowhere = 0xffffffffu;
+
     std::uint32_t a = 0, b = 0;  ///< parts; A is of the deciding interest's object
-    ObjectId nodeA, nodeB;
+    ObjectId nodeA, nodeB;       ///< none: the number is free
     TouchAnswer touch;
     DistanceAnswer distance;
     HullContact hullContact;
@@ -55,21 +57,58 @@ struct PairState {
     TouchFront front;
     ConvexCache hulls;
     std::optional<FacePair> nearest;
+    // Kept by PairMemory.
+    std::uint32_t inA = 0, inB = 0;  ///< where it stands among the pairs of its parts
+    std::uint32_t inTold = kNowhere;
+    bool loose = false;  ///< perhaps no pair any more
+    bool stale = false;  ///< among what is to be looked at
 };
 
-/// Not thread-safe; different states may be worked on by different threads.
+/// Pairs have numbers that stay as long as their parts may meet. Not thread-safe; different states may be worked on by
+/// different threads.
 class PairMemory {
 public:
-    /// Makes the states those of these pairs (ascending): known ones stay, others are forgotten.
-    void align(std::span<const NeighbourPair> near, const ObjectHandler& handler);
+    /// Forgets everything.
+    void clear();
+    /// Numbers of parts that may be others now, or of interest to others: their pairs are none unless they begin anew.
+    /// Returns them as the finder knows them.
+    [[nodiscard]] std::vector<NeighbourPair> loosen(std::span<const std::uint32_t> parts);
+    /// Pairs that have begun and ended; those loosened that have not begun end.
+    void follow(std::span<const NeighbourPair> begun, std::span<const NeighbourPair> ended, const ObjectHandler& handler);
+    /// These are all pairs, ascending.
+    void align(std::span<const NeighbourPair> all, const ObjectHandler& handler);
+    /// What interests ask of the pairs of these parts, or which of the two comes first, is another matter.
+    void reconsider(std::span<const std::uint32_t> parts, const ObjectHandler& handler);
 
-    [[nodiscard]] std::span<PairState> states() { return states_; }  ///< parallel to the pairs given last
+    [[nodiscard]] std::span<PairState> states() { return states_; }  ///< by number
+    [[nodiscard]] std::size_t size() const { return size_; }
+    [[nodiscard]] std::span<const std::uint32_t> pairsOf(std::uint32_t part) const {
+        return part < pairsOfPart_.size() ? std::span<const std::uint32_t>(pairsOfPart_[part])
+                                          : std::span<const std::uint32_t>();
+    }
+    /// Pairs to be looked at: those that begin, and all of parts that have moved.
+    void moved(std::span<const std::uint32_t> parts);
+    void lookAgain(std::uint32_t pair) { makeStale(pair); }
+    /// In the order of their parts in the document, so that nothing depends on numbers.
+    [[nodiscard]] std::vector<std::uint32_t> takeStale(const ObjectHandler& handler);
+    void sort(std::vector<std::uint32_t>& pairs, const ObjectHandler& handler) const;
+
+    /// Pairs of which there may be something to tell in every frame.
+    void tell(std::uint32_t pair, bool yes);
+    [[nodiscard]] std::span<const std::uint32_t> told() const { return told_; }
 
 private:
-    void renumber(const ObjectHandler& handler);
+    [[nodiscard]] std::uint32_t find(const NeighbourPair& pair) const;
+    void begin(const NeighbourPair& pair, const ObjectHandler& handler);
+    void end(std::uint32_t pair);
+    void dropLoose();
+    void makeStale(std::uint32_t pair);
+    void name(PairState& state, const NeighbourPair& pair, const ObjectHandler& handler) const;
 
-    std::vector<PairState> states_, before_;
-    std::uint64_t generation_ = 0;
+    std::vector<PairState> states_;
+    std::vector<std::uint32_t> free_, loose_, stale_, told_;
+    std::vector<std::vector<std::uint32_t>> pairsOfPart_;
+    std::size_t size_ = 0;
 };
 
 }  // namespace tessera

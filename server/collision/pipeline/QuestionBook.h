@@ -36,6 +36,8 @@ public:
     template <typename InTouch>
     [[nodiscard]] std::uint64_t endFrame(const InTouch& inTouch);
 
+    /// Nothing is asked, stands stopped or passes.
+    [[nodiscard]] bool empty() const { return entries_.empty(); }
     /// Ids of questions that wait for a reply, ascending.
     [[nodiscard]] std::vector<std::uint64_t> open() const;
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
-#include "common/scene/Action.h"
+#include "common/drawable/Drawable.h"
+#include "server/collision/objects/ConservativeBox.h"
 #include "server/collision/query/RayQuery.h"
 
 namespace tessera {
@@ -29,34 +31,84 @@ bool meetsBox(const Box& box, const Ray& ray, double maxT) {
     return first <= last * (1 + 1e-12);
 }
 
+/// world_T_node as the scene has it: the products that Action makes.
+Affine3d worldOf(const Aspect& aspect, ObjectId node) {
+    std::vector<const Transform*> above;
+    for (const Node* at = aspect.get<Node>(node); at; at = aspect.get<Node>(at->parent))
+        if (const Transform* transform = aspect.coreOf<Transform>(*at)) above.push_back(transform);
+    Affine3d world = Affine3d::Identity();
+    for (auto t = above.rbegin(); t != above.rend(); ++t)
+        world = world * composeTransform((*t)->translation, (*t)->rotation, (*t)->scale);
+    return world;
+}
+
+/// Turned and scaled by 0 a shape is flat but for what rounding left, which says nothing about where it is.
+bool flattens(const Affine3d& m) {
+    const double largest = m.linear().cwiseAbs().maxCoeff();
+    return !(std::abs(m.linear().determinant()) > 1e-12 * largest * largest * largest);
+}
+
+/// The wall's own marks of contacts, for one.
+bool isLookedThrough(const Aspect& aspect, ObjectId node) {
+    for (ObjectId id = node; id; id = aspect.get<Node>(id)->parent)
+        if (const CollisionObject* object = aspect.coreOf<CollisionObject>(*aspect.get<Node>(id)))
+            if (object->layers == 0 && object->node == id) return true;
+    return false;
+}
+
 }  // namespace
 
-std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, const Ray& ray) const {
+/// Empty where nothing can be hit.
+Box ScenePicker::boxOf(const Aspect& aspect, const Place& place) {
+    if (!place.node || place.kind != CoreKind::kDrawable) return {};
+    const Affine3d world = worldOf(aspect, place.node);
+    if (!world.matrix().allFinite()) return {};
+    const Box box = boxAround(world, shapes_->bounds(drawableOf(aspect, place.core).arrays()));
+    return box.lower.allFinite() && box.upper.allFinite() ? box : Box{};
+}
+
+void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
+    const std::span<const Place> places = handler.places();
+    if (const std::optional<std::vector<std::uint32_t>> drawn = handler.takeDrawn()) {
+        for (const std::uint32_t place : *drawn)
+            if (const Box box = boxOf(aspect, places[place]); box.empty())
+                tree_.take(place);
+            else
+                tree_.put(place, box);
+        return;
+    }
+    std::vector<BoxTree::Item> items;
+    for (std::uint32_t place = 0; place < places.size(); ++place)
+        if (const Box box = boxOf(aspect, places[place]); !box.empty()) items.push_back({place, box});
+    tree_.build(std::move(items));
+}
+
+std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& handler, const Ray& ray) {
+    follow(aspect, handler);
     std::optional<PickHit> best;
+    std::uint32_t bestPlace = Place::kNone;
     double limit = std::numeric_limits<double>::infinity();
-    Action action;
-    // The wall's own marks of contacts, for one.
-    action.on<CollisionObject>([](const Visit& visit, const CollisionObject& object) {
-        return object.layers == 0 && object.node == visit.nodeId ? Descend::kPast : Descend::kInto;
-    });
-    action.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
-        const Affine3d& world = visit.world_T_node;
-        if (!(std::abs(world.linear().determinant()) > 0)) return Descend::kInto;
+    const auto wanted = [&](const Box& box) { return meetsBox(box, ray, limit); };
+    const auto nearness = [&](const Box& box) { return (box.center() - ray.origin).dot(ray.direction); };
+    tree_.forItems(wanted, nearness, [&](std::uint32_t number) {
+        const Place& place = handler.places()[number];
+        if (isLookedThrough(aspect, place.node)) return;
+        const Affine3d world = worldOf(aspect, place.node);
+        if (flattens(world)) return;
         const Affine3d local = world.inverse();
-        if (!local.matrix().allFinite()) return Descend::kInto;
+        if (!local.matrix().allFinite()) return;
         // An affine map keeps t, so distances along the ray compare between frames.
+        const MeshArrays arrays = drawableOf(aspect, place.core).arrays();
         const Ray localRay{local * ray.origin, local.linear() * ray.direction};
-        if (!meetsBox(shapes_->bounds(geometry), localRay, limit)) return Descend::kInto;
-        const std::shared_ptr<const CollisionShape> shape = shapes_->shape(geometry);
-        if (!shape) return Descend::kInto;
+        if (!meetsBox(shapes_->bounds(arrays), localRay, limit)) return;
+        const std::shared_ptr<const CollisionShape> shape = shapes_->shape(arrays);
+        if (!shape) return;
         const std::optional<RayHit> hit = castRay(shape->tree, localRay, limit);
-        if (hit && (!best || hit->t < best->t)) {
-            best = PickHit{visit.nodeId, hit->face, ray.origin + hit->t * ray.direction, hit->t};
-            limit = hit->t;
-        }
-        return Descend::kInto;
+        if (!hit || (best && (hit->t > best->t || (hit->t == best->t && !handler.precedes(number, bestPlace))))) return;
+        best = PickHit{place.node, hit->face, ray.origin + hit->t * ray.direction, hit->t};
+        bestPlace = number;
+        limit = hit->t;
     });
-    action.run(aspect);
     return best;
 }
 

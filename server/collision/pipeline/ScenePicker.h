@@ -6,7 +6,8 @@
 
 #include "common/math/Ray.h"
 #include "common/scene/Aspect.h"
-#include "server/collision/objects/ShapeCache.h"
+#include "server/collision/objects/ObjectHandler.h"
+#include "server/collision/pipeline/BoxTree.h"
 
 namespace tessera {
 
@@ -18,17 +19,22 @@ struct PickHit {
 };
 
 /// Looks at every visible geometry, from either side, but for what is below a CollisionObject of layers 0 that stands
-/// at the very node it names. Costs a walk over the scene's nodes; trees are built only for what the ray comes near.
-/// Not thread-safe.
+/// at the very node it names. Follows what the handler has seen: a pick costs O(log n) for each geometry that has come,
+/// gone or moved since the last one, and for each that the ray comes near; their trees are built then. Not thread-safe.
 class ScenePicker {
 public:
     explicit ScenePicker(std::shared_ptr<ShapeCache> shapes) : shapes_(std::move(shapes)) {}
 
-    /// Of equal distances the first node in document order. Geometry that is absent or malformed is not hit.
-    [[nodiscard]] std::optional<PickHit> pick(const Aspect& aspect, const Ray& ray) const;
+    /// In the scene as the handler has seen it last, without what is laid over it. Of equal distances the first node in
+    /// document order. Geometry that is absent or malformed is not hit.
+    [[nodiscard]] std::optional<PickHit> pick(const Aspect& aspect, ObjectHandler& handler, const Ray& ray);
 
 private:
+    void follow(const Aspect& aspect, ObjectHandler& handler);
+    [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place);
+
     std::shared_ptr<ShapeCache> shapes_;
+    BoxTree tree_;  // by place
 };
 
 }  // namespace tessera

@@ -257,5 +257,139 @@ TEST(NeighbourFinder, StartsAfreshWithOthers) {
     }
 }
 
+/// Items come, go, change their groups and bodies, move a little or leap; what is told of the pairs adds up to all of them.
+TEST(NeighbourFinder, FollowsWhoComesAndGoes) {
+    for (const NeighbourMethod method :
+         {NeighbourMethod::kAllPairs, NeighbourMethod::kSweepAndPrune, NeighbourMethod::kTree, NeighbourMethod::kAuto})
+        for (unsigned seed = 0; seed < 12; ++seed) {
+            SCOPED_TRACE(std::string(name(method)) + ", seed " + std::to_string(seed));
+            std::mt19937 random(seed);
+            const auto below = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random() % n); };
+            const double world = seed % 3 == 0 ? 4 : 30;
+            const auto someBox = [&] {
+                const auto coordinate = [&] { return world * (static_cast<double>(random()) / 4294967296.0); };
+                Box box;
+                if (below(20) == 0) return box;
+                box.lower = Vec3d(coordinate(), coordinate(), coordinate());
+                box.upper = box.lower + Vec3d::Constant(below(30) == 0 ? 5 : 1);
+                return box;
+            };
+            constexpr std::uint32_t kGroups = 4;
+            const bool large = method == NeighbourMethod::kAuto && seed == 0;
+            std::uint32_t n = large ? 4200 : 20 + below(100);
+            InteractionTable table;
+            table.active = {true, true, false, false};
+            table.interacts.assign(kGroups * kGroups, false);
+            const auto interact = [&](std::uint32_t a, std::uint32_t b, bool yes) {
+                table.interacts[a * kGroups + b] = table.interacts[b * kGroups + a] = yes;
+            };
+            interact(0, 1, true);
+            interact(0, 2, true);
+            interact(1, 1, true);
+            interact(1, 3, true);
+            std::vector<Box> boxes;
+            const auto assign = [&](std::uint32_t item) {
+                table.groupOf[item] = below(6) == 0 ? InteractionTable::kNoGroup : below(kGroups);
+                table.bodyOf[item] = below(n / 2);
+            };
+            table.groupOf.resize(n);
+            table.bodyOf.resize(n);
+            for (std::uint32_t i = 0; i < n; ++i) {
+                assign(i);
+                boxes.push_back(table.groupOf[i] == InteractionTable::kNoGroup ? Box{} : someBox());
+            }
+            const auto expected = [&] {
+                std::vector<NeighbourPair> out;
+                for (std::uint32_t a = 0; a < n; ++a)
+                    for (std::uint32_t b = a + 1; b < n && !boxes[a].empty(); ++b)
+                        if (!boxes[b].empty() && boxes[a].overlaps(boxes[b]) && table.relevant(a, b)) out.push_back({a, b});
+                return out;
+            };
+            const std::unique_ptr<NeighbourFinder> finder = makeNeighbourFinder({.method = method});
+            if (method != NeighbourMethod::kAllPairs && method != NeighbourMethod::kSweepAndPrune) {
+                if (seed % 2 == 0) finder->expect(n + 40);
+            } else {
+                for (std::uint32_t& group : table.groupOf) group = group == InteractionTable::kNoGroup ? 3 : group;
+            }
+            finder->reset(boxes, table);
+            std::vector<NeighbourPair> known(finder->pairs().begin(), finder->pairs().end());
+            ASSERT_EQ(known, expected());
+            std::size_t told = 0;
+            for (int frame = 0; frame < (large ? 8 : 80); ++frame) {
+                std::vector<std::uint32_t> items;
+                if (below(3) != 0)
+                    for (std::uint32_t k = below(12) == 0 ? n / 3 : below(8); k > 0; --k) {
+                        const std::uint32_t item = below(n + 2);
+                        if (item >= n) {
+                            n = item + 1;
+                            table.groupOf.resize(n, InteractionTable::kNoGroup);
+                            table.bodyOf.resize(n, 0);
+                            boxes.resize(n);
+                        }
+                        items.push_back(item);
+                    }
+                std::sort(items.begin(), items.end());
+                items.erase(std::unique(items.begin(), items.end()), items.end());
+                if (!items.empty()) {
+                    for (const std::uint32_t item : items) assign(item);
+                    if (below(5) == 0) {  // groups that are all given may come to be something else to others
+                        const std::uint32_t group = below(kGroups);
+                        interact(group, below(group < 2 ? kGroups : 2), below(2) == 0);  // passive ones never do
+                        for (std::uint32_t i = 0; i < n; ++i)
+                            if (table.groupOf[i] == group && !std::binary_search(items.begin(), items.end(), i))
+                                items.insert(std::lower_bound(items.begin(), items.end(), i), i);
+                    }
+                    std::vector<NeighbourPair> theirs;
+                    std::erase_if(known, [&](const NeighbourPair& pair) {
+                        if (!std::binary_search(items.begin(), items.end(), pair.a) &&
+                            !std::binary_search(items.begin(), items.end(), pair.b))
+                            return false;
+                        theirs.push_back(pair);
+                        return true;
+                    });
+                    finder->regroup(items, theirs, table);
+                    for (const std::uint32_t item : items) {
+                        boxes[item] = table.groupOf[item] == InteractionTable::kNoGroup ? Box{} : someBox();
+                        finder->move(item, boxes[item]);
+                    }
+                }
+                for (std::uint32_t k = below(8) == 0 ? n : below(6); k > 0; --k) {
+                    const std::uint32_t item = below(n);
+                    if (table.groupOf[item] == InteractionTable::kNoGroup) continue;
+                    if (below(2) == 0 || boxes[item].empty()) {
+                        boxes[item] = someBox();
+                    } else {
+                        const Vec3d by = Vec3d::Constant(0.3 - 0.6 * below(2));
+                        boxes[item].lower += by;
+                        boxes[item].upper += by;
+                    }
+                    finder->move(item, boxes[item]);
+                }
+                std::vector<NeighbourPair> begun, ended;
+                if (finder->changes(begun, ended)) {
+                    ++told;
+                    ASSERT_TRUE(std::is_sorted(begun.begin(), begun.end()) && std::is_sorted(ended.begin(), ended.end()));
+                    for (const NeighbourPair& pair : ended) {
+                        ASSERT_TRUE(std::binary_search(known.begin(), known.end(), pair));
+                        std::erase(known, pair);
+                    }
+                    for (const NeighbourPair& pair : begun) {
+                        ASSERT_FALSE(std::binary_search(known.begin(), known.end(), pair));
+                        known.insert(std::lower_bound(known.begin(), known.end(), pair), pair);
+                    }
+                } else {
+                    known.assign(finder->pairs().begin(), finder->pairs().end());
+                }
+                ASSERT_EQ(known, expected()) << "frame " << frame;
+                if (below(10) == 0) {
+                    ASSERT_EQ(list(finder->pairs()), known);
+                }
+            }
+            if (method == NeighbourMethod::kTree) {
+                EXPECT_GT(told, 40u);
+            }
+        }
+}
+
 }  // namespace
 }  // namespace tessera

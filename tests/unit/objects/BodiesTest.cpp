@@ -16,10 +16,10 @@ TEST(Bodies, AnInterestsObjectIsOneBodyAndOtherGeometryIsEachItsOwn) {
     const ObjectId engine = scene.node(kRootNode, scene.transform());
     const auto crank = scene.thing(engine), rod = scene.thing(engine);
     const auto wall = scene.thing(kRootNode), floor = scene.thing(kRootNode);
-    EXPECT_TRUE(scene.handler.parts().empty()) << "nobody is interested";
+    EXPECT_EQ(scene.handler.partCount(), 0u) << "nobody is interested";
     scene.interest({.object = engine});
-    ASSERT_EQ(scene.handler.parts().size(), 4u);
-    ASSERT_EQ(scene.handler.bodies().size(), 3u);
+    ASSERT_EQ(scene.handler.partCount(), 4u);
+    ASSERT_EQ(scene.handler.bodyCount(), 3u);
     EXPECT_EQ(scene.body(crank.shape).node, engine);
     EXPECT_EQ(scene.body(rod.shape).node, engine);
     EXPECT_EQ(scene.body(wall.shape).node, wall.shape);

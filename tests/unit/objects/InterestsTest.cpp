@@ -128,7 +128,7 @@ TEST(Interests, ThatIgnoreGoByLayersToo) {
 TEST(Interests, AloneInIgnoringMakeNobodyTakePart) {
     Three scene;
     scene.interest({.object = scene.a.node, .mode = Interest::kIgnore});
-    EXPECT_TRUE(scene.handler.parts().empty());
+    EXPECT_EQ(scene.handler.partCount(), 0u);
 }
 
 TEST(Interests, SleepWhileOneOfTheirNodesIsNotThere) {
@@ -139,13 +139,13 @@ TEST(Interests, SleepWhileOneOfTheirNodesIsNotThere) {
     const ObjectId interest = scene.interest({.object = scene.a.node, .against = d.node});
     EXPECT_TRUE(scene.related(scene.a.shape, d.shape));
     scene.set<Switch>(choice, fieldId<&Switch::choice>, Switch::kNone);
-    EXPECT_TRUE(scene.handler.parts().empty());
+    EXPECT_EQ(scene.handler.partCount(), 0u);
     ASSERT_EQ(scene.handler.interests().size(), 1u) << "it is listed, and has no pairs";
     EXPECT_EQ(scene.handler.interests()[0].core, interest);
     scene.set<Switch>(choice, fieldId<&Switch::choice>, Switch::kAll);
     EXPECT_TRUE(scene.related(scene.a.shape, d.shape));
     scene.set<Interest>(interest, fieldId<&Interest::object>, ObjectId{});
-    EXPECT_TRUE(scene.handler.parts().empty());
+    EXPECT_EQ(scene.handler.partCount(), 0u);
 }
 
 TEST(Interests, BeyondTheLimitAreCountedAndNotLookedAt) {
@@ -171,7 +171,7 @@ TEST(Interests, ThatWouldMakeTooManyGroupsAreLeftOutFromThereOn) {
     EXPECT_EQ(scene.handler.interestsLeftOut(), 5u);
     EXPECT_TRUE(scene.related(things[3].shape, things[8].shape));
     EXPECT_FALSE(scene.related(things[4].shape, things[8].shape));
-    EXPECT_EQ(scene.handler.interactions().active.size(), 5u);
+    EXPECT_EQ(scene.handler.relations().size(), 5u);
 }
 
 TEST(Interests, ManyAlikeAreFewGroups) {
@@ -181,8 +181,8 @@ TEST(Interests, ManyAlikeAreFewGroups) {
     scene.object({.node = pile, .division = CollisionObject::kEachChild});
     const auto floor = scene.thing(kRootNode);
     scene.interest({.object = pile});
-    EXPECT_EQ(scene.handler.bodies().size(), 201u);
-    EXPECT_EQ(scene.handler.interactions().active.size(), 2u);
+    EXPECT_EQ(scene.handler.bodyCount(), 201u);
+    EXPECT_EQ(scene.handler.relations().size(), 2u);
     EXPECT_TRUE(scene.handler.relation(0, 199).relevant);
     EXPECT_TRUE(scene.handler.relation(7, scene.part(floor.shape)).relevant);
 }

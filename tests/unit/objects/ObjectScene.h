@@ -167,11 +167,7 @@ public:
     }
 
     /// The part that a node is, or kNobody.
-    [[nodiscard]] std::uint32_t part(ObjectId nodeId) const {
-        for (std::uint32_t i = 0; i < handler.parts().size(); ++i)
-            if (handler.parts()[i].node == nodeId) return i;
-        return kNobody;
-    }
+    [[nodiscard]] std::uint32_t part(ObjectId nodeId) const { return handler.partOf(nodeId); }
     [[nodiscard]] bool takesPart(ObjectId nodeId) const { return part(nodeId) != kNobody; }
     /// The body that a geometry's node belongs to. It must take part.
     [[nodiscard]] const Body& body(ObjectId nodeId) const {

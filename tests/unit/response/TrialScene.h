@@ -55,19 +55,21 @@ public:
     [[nodiscard]] std::vector<ObstaclePair> pairsOf(ObjectId transform, const Way& way) const {
         std::vector<ObstaclePair> pairs;
         const auto wayOf = [&](ObjectId id) { return id == transform ? &way : nullptr; };
-        const auto n = static_cast<std::uint32_t>(handler.parts().size());
+        std::vector<std::uint32_t> parts;  // in document order
+        handler.forPartsBelow(handler.placeOf(kRootNode), [&](std::uint32_t part) { parts.push_back(part); });
         std::vector<Box> boxes;
         std::vector<std::uint32_t> carriers;
-        for (std::uint32_t i = 0; i < n; ++i) {
-            boxes.push_back(boxOnAllWays(handler, i, wayOf, slides));
-            carriers.push_back(PartOnTheWay(handler, i, transform).carrier());
+        for (const std::uint32_t part : parts) {
+            boxes.push_back(boxOnAllWays(handler, part, wayOf, slides));
+            carriers.push_back(PartOnTheWay(handler, part, transform).carrier());
         }
-        for (std::uint32_t a = 0; a < n; ++a)
-            for (std::uint32_t b = a + 1; b < n; ++b) {
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            for (std::size_t k = i + 1; k < parts.size(); ++k) {
+                const std::uint32_t a = parts[i], b = parts[k];
                 const Relation relation = handler.relation(a, b);
-                if (!relation.relevant || relation.response == Interest::kReport || carriers[a] == carriers[b])
+                if (!relation.relevant || relation.response == Interest::kReport || carriers[i] == carriers[k])
                     continue;
-                if (!boxes[a].overlaps(boxes[b])) continue;
+                if (!boxes[i].overlaps(boxes[k])) continue;
                 pairs.push_back(relation.firstIsObject ? ObstaclePair{a, b, relation.response == Interest::kSlide}
                                                        : ObstaclePair{b, a, relation.response == Interest::kSlide});
             }

@@ -1,0 +1,62 @@
+#include "server/collision/objects/ObjectTable.h"
+
+#include <algorithm>
+
+namespace tessera {
+
+void ObjectTable::clear() {
+    *this = {};
+}
+
+void ObjectTable::follow(const Aspect& aspect, ObjectId core, bool visible, std::uint64_t update,
+                         std::vector<ObjectId>& nodes) {
+    std::uint32_t number = numbers_.find(core);
+    if (number != IdTable::kNone) {
+        const ObjectId before = entries_[number].node;
+        if (const auto named = naming_.find(before); named != naming_.end()) {
+            std::erase(named->second, core);
+            if (named->second.empty()) naming_.erase(named);
+            nodes.push_back(before);
+        }
+        if (!visible) {
+            gone_.push_back(number);
+            numbers_.erase(core);
+        }
+    }
+    if (!visible) return;
+    if (number == IdTable::kNone) {
+        if (free_.empty()) {
+            number = static_cast<std::uint32_t>(entries_.size());
+            entries_.emplace_back();
+        } else {
+            number = free_.back();
+            free_.pop_back();
+        }
+        numbers_.insert(core, number);
+    }
+    const CollisionObject& it = *aspect.get<CollisionObject>(core);
+    Entry& entry = entries_[number];
+    const bool same = entry.core == core && entry.kind == it.kind && entry.division == it.division &&
+                      entry.shape == it.shape && entry.layers == it.layers;
+    entry.core = core;
+    entry.node = it.node;
+    entry.kind = it.kind;
+    entry.division = it.division;
+    entry.shape = it.shape;
+    entry.layers = it.layers;
+    if (!same) entry.changed = update;
+    if (!it.node) return;
+    std::vector<ObjectId>& named = naming_[it.node];
+    named.insert(std::ranges::lower_bound(named, core), core);
+    nodes.push_back(it.node);
+}
+
+void ObjectTable::recycle() {
+    for (const std::uint32_t number : gone_) {
+        entries_[number] = {};
+        free_.push_back(number);
+    }
+    gone_.clear();
+}
+
+}  // namespace tessera

@@ -1,0 +1,68 @@
+/// Boxes in a tree that is changed box by box.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/math/Box.h"
+
+namespace tessera {
+
+/// A binary tree of boxes, kept balanced by rotations as an AVL tree is, so that putting, taking and the way to a leaf
+/// cost O(log n). Items are small numbers. Boxes are finite and not empty. Not thread-safe.
+class BoxTree {
+public:
+    struct Item {
+        std::uint32_t item = 0;
+        Box box;
+    };
+    /// Everything anew.
+    void build(std::vector<Item> items);
+    /// Puts an item, or moves it.
+    void put(std::uint32_t item, const Box& box);
+    void take(std::uint32_t item);
+
+    /// Visits the items whose boxes, and whose parents' boxes, are wanted: visit(item) for all where wanted(box) holds.
+    /// Of two halves the one for which nearness(box) is less comes first.
+    template <typename Wanted, typename Nearness, typename Visit>
+    void forItems(const Wanted& wanted, const Nearness& nearness, const Visit& visit) const {
+        if (root_ == kNone) return;
+        std::vector<std::uint32_t> open{root_};
+        while (!open.empty()) {
+            const Node& node = nodes_[open.back()];
+            open.pop_back();
+            if (!wanted(node.box)) continue;
+            if (node.left == kNone) {
+                visit(node.item);
+                continue;
+            }
+            const bool leftFirst = nearness(nodes_[node.left].box) <= nearness(nodes_[node.right].box);
+            open.push_back(leftFirst ? node.right : node.left);
+            open.push_back(leftFirst ? node.left : node.right);
+        }
+    }
+
+private:
+    static constexpr std::uint32_t kNone = 0xffffffffu;
+    struct Node {
+        Box box;
+        std::uint32_t parent = kNone, left = kNone, right = kNone;
+        std::uint32_t item = 0;  ///< of a leaf
+        std::int32_t height = 0;
+    };
+    [[nodiscard]] std::uint32_t make();
+    [[nodiscard]] std::uint32_t build(std::span<Item> items);
+    void replace(std::uint32_t parent, std::uint32_t child, std::uint32_t by);
+    void refit(std::uint32_t node);
+    void fit(std::uint32_t node);
+    [[nodiscard]] std::uint32_t balance(std::uint32_t node);
+    [[nodiscard]] std::uint32_t rotate(std::uint32_t node, bool left);
+
+    std::vector<Node> nodes_;
+    std::vector<std::uint32_t> free_;
+    std::vector<std::uint32_t> leafOf_;  // per item
+    std::uint32_t root_ = kNone;
+};
+
+}  // namespace tessera
