@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/drawable/Drawable.h"
+#include "common/scene/Action.h"
 #include "server/collision/objects/ConservativeBox.h"
 #include "server/collision/query/RayQuery.h"
 
@@ -31,17 +32,6 @@ bool meetsBox(const Box& box, const Ray& ray, double maxT) {
     return first <= last * (1 + 1e-12);
 }
 
-/// world_T_node as the scene has it: the products that Action makes.
-Affine3d worldOf(const Aspect& aspect, ObjectId node) {
-    std::vector<const Transform*> above;
-    for (const Node* at = aspect.get<Node>(node); at; at = aspect.get<Node>(at->parent))
-        if (const Transform* transform = aspect.coreOf<Transform>(*at)) above.push_back(transform);
-    Affine3d world = Affine3d::Identity();
-    for (auto t = above.rbegin(); t != above.rend(); ++t)
-        world = world * composeTransform((*t)->translation, (*t)->rotation, (*t)->scale);
-    return world;
-}
-
 /// Turned and scaled by 0 a shape is flat but for what rounding left, which says nothing about where it is.
 bool flattens(const Affine3d& m) {
     const double largest = m.linear().cwiseAbs().maxCoeff();
@@ -61,7 +51,7 @@ bool isLookedThrough(const Aspect& aspect, ObjectId node) {
 /// Empty where nothing can be hit.
 Box ScenePicker::boxOf(const Aspect& aspect, const Place& place) {
     if (!place.node || place.kind != CoreKind::kDrawable) return {};
-    const Affine3d world = worldOf(aspect, place.node);
+    const Affine3d world = worldTransform(aspect, place.node);
     if (!world.matrix().allFinite()) return {};
     const Box box = boxAround(world, shapes_->bounds(drawableOf(aspect, place.core).arrays()));
     return box.lower.allFinite() && box.upper.allFinite() ? box : Box{};
@@ -93,7 +83,7 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
     tree_.forItems(wanted, nearness, [&](std::uint32_t number) {
         const Place& place = handler.places()[number];
         if (isLookedThrough(aspect, place.node)) return;
-        const Affine3d world = worldOf(aspect, place.node);
+        const Affine3d world = worldTransform(aspect, place.node);
         if (flattens(world)) return;
         const Affine3d local = world.inverse();
         if (!local.matrix().allFinite()) return;

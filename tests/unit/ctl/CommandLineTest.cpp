@@ -1,8 +1,12 @@
 #include "client/ctl/CommandLine.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <sstream>
+
+#include "common/scene/FieldTable.h"
 
 namespace tessera {
 namespace {
@@ -156,7 +160,7 @@ TEST(CommandLine, NonsenseIsRefusedInWords) {
 
 TEST(CommandLine, HelpFitsATerminal) {
     for (const std::string verb : {"", "status ", "tree ", "load ", "move ", "set ", "remove ", "undo ", "view ",
-                                   "pick ", "contacts ", "questions ", "answer ", "snapshot "}) {
+                                   "pick ", "contacts ", "questions ", "answer ", "snapshot ", "types "}) {
         const auto result = parseCommandLine(split(verb + "--help"));
         ASSERT_TRUE(result) << verb << result.error().message;
         std::istringstream text(std::get<HelpText>(*result).text);
@@ -165,6 +169,40 @@ TEST(CommandLine, HelpFitsATerminal) {
     const auto version = parseCommandLine({"--version"});
     ASSERT_TRUE(version);
     EXPECT_NE(std::get<HelpText>(*version).text.find("(protocol "), std::string::npos);
+}
+
+/// Nobody is asked for it, and nothing of the table is left out.
+TEST(CommandLine, TypesAreListedWithoutAServer) {
+    const auto result = parseCommandLine(split("types"));
+    ASSERT_TRUE(result) << result.error().message;
+    const std::string text = std::get<HelpText>(*result).text;
+    for (const TypeInfo& type : allTypes()) {
+        EXPECT_NE(text.find(fmt::format("{} ({})\n", type.name, type.type.value)), std::string::npos) << type.name;
+        for (const FieldEntry& field : type.fields)
+            EXPECT_NE(text.find(fmt::format("  {} ", field.name)), std::string::npos) << type.name << "." << field.name;
+    }
+    EXPECT_NE(text.find("one of report, stop, slide, bounce, rollback, ask  [stop]"), std::string::npos) << text;
+    EXPECT_NE(text.find("float, 0 to 1.5707963267948966; radians"), std::string::npos) << text;
+
+    const auto asJson = parseCommandLine(split("--json types"));
+    ASSERT_TRUE(asJson);
+    const auto json = nlohmann::json::parse(std::get<HelpText>(*asJson).text);
+    ASSERT_EQ(json["types"].size(), allTypes().size());
+    for (std::size_t i = 0; i < allTypes().size(); ++i) {
+        const TypeInfo& type = allTypes()[i];
+        const auto& said = json["types"][i];
+        EXPECT_EQ(said["name"], type.name);
+        EXPECT_EQ(said["number"], type.type.value);
+        EXPECT_EQ(said["core"], type.isCore);
+        ASSERT_EQ(said["fields"].size(), type.fields.size());
+        for (std::size_t f = 0; f < type.fields.size(); ++f) {
+            EXPECT_EQ(said["fields"][f]["name"], type.fields[f].name);
+            EXPECT_EQ(said["fields"][f]["number"], type.fields[f].id.value);
+            EXPECT_TRUE(said["fields"][f].contains("default"));
+        }
+    }
+    EXPECT_EQ(json["types"][12]["fields"][2]["words"]["slide"], Interest::kSlide);
+    EXPECT_NE(refusal("status").find("--server is required"), std::string::npos);
 }
 
 }  // namespace
