@@ -23,10 +23,6 @@ constexpr std::size_t kShareForAll = 3;  // where more than one of three moved, 
 
 static_assert(sizeof(Box) == 6 * sizeof(double), "boxes are read as six doubles");
 
-const double* numbers(const Box* box) {
-    return box->lower.data();
-}
-
 /// About where most boxes are. Keys are finest around the origin, so it should lie there; one box far away must not
 /// draw it to itself.
 std::array<double, 3> middle(std::span<const Box> boxes) {
@@ -45,10 +41,6 @@ std::array<double, 3> middle(std::span<const Box> boxes) {
         origin[a] = sample[a][static_cast<std::size_t>(half)];
     }
     return origin;
-}
-
-std::size_t tasksFor(std::size_t units, std::size_t perTask) {
-    return std::max<std::size_t>(1, (units + perTask / 2) / perTask);
 }
 
 }  // namespace
@@ -247,13 +239,13 @@ void DifferenceFinder::convert(std::span<const Box> boxes, Box* copy) {
     runTasks(workers_, tasks, [&](std::size_t i) {
         const std::size_t first = boxes.size() * i / tasks, last = boxes.size() * (i + 1) / tasks;
         if (first == last) return;
-        kernels_.convert(numbers(&boxes[first]), copy ? copy[first].lower.data() : nullptr, slotOf_.data() + first,
+        kernels_.convert(boxes[first].lower.data(), copy ? copy[first].lower.data() : nullptr, slotOf_.data() + first,
                          last - first, origin_.data(), records_.data());
     });
 }
 
 void DifferenceFinder::convertOne(std::uint32_t item) {
-    kernels_.convert(numbers(&boxes_[item]), nullptr, &slotOf_[item], 1, origin_.data(), records_.data());
+    kernels_.convert(boxes_[item].lower.data(), nullptr, &slotOf_[item], 1, origin_.data(), records_.data());
 }
 
 /// Room for all that have slots, and for as many as may leap in a frame.
@@ -596,15 +588,11 @@ bool DifferenceFinder::decide(const SlotPair& pair, std::uint32_t a, std::uint32
 
 void DifferenceFinder::applyChanges(std::size_t tasks) {
     std::vector<const std::vector<PairChange>*> lists;
-    lists.reserve(tasks);
     for (std::size_t i = 0; i < tasks; ++i) lists.push_back(&tasks_[i].changes);
     pairs_.apply(lists, boxes_.size(), workers_);
-    if (untold_.empty()) {
-        untold_.assign(pairs_.lastChanges().begin(), pairs_.lastChanges().end());
-        return;
-    }
+    const bool merges = !untold_.empty();
     untold_.insert(untold_.end(), pairs_.lastChanges().begin(), pairs_.lastChanges().end());
-    std::sort(untold_.begin(), untold_.end());
+    if (merges) std::sort(untold_.begin(), untold_.end());
 }
 
 }  // namespace tessera::neighbours

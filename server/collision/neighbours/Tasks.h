@@ -1,11 +1,17 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 
 #include "common/base/Workers.h"
 
 namespace tessera::neighbours {
+
+/// About so many units to a task, but one at least.
+[[nodiscard]] inline std::size_t tasksFor(std::size_t units, std::size_t perTask) {
+    return std::max<std::size_t>(1, (units + perTask / 2) / perTask);
+}
 
 /// On these workers or, where there are none or but one task, here.
 template <typename Task>

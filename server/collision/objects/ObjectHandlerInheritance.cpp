@@ -29,7 +29,7 @@ void ObjectHandler::welcomePlaced() {
             Place& place = tree_.at(at);
             Standing& standing = standings_[at];
             const Affine3d& above = place.parent == Place::kNone ? kTop : tree_.at(place.parent).world;
-            const Affine3d world = place.transform ? Affine3d(above * place.local) : above;
+            const Affine3d world = place.below(above);
             const bool moved = !sameBits(place.world, world);
             place.world = world;
             standing.newHere = update_;

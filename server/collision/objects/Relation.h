@@ -31,6 +31,8 @@ struct Relation {
     double threshold = 0;                      ///< the largest, of those that ask for the distance
     std::span<const std::uint32_t>
         interests;  ///< indices into ObjectHandler::interests(), ascending; the first decides
+
+    [[nodiscard]] bool wantsAllFaces() const { return contacts && detail != Interest::kYesOrNo; }
 };
 
 }  // namespace tessera

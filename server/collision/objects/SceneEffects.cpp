@@ -1,6 +1,7 @@
 #include "server/collision/objects/SceneEffects.h"
 
 #include <algorithm>
+#include <unordered_set>
 
 #include "common/scene/FieldTable.h"
 
@@ -40,6 +41,17 @@ SceneEffects sceneEffectsOf(const ChangeList& list) {
         if (SceneEffects::Rows* const rows = rowsFor(effects, range.type, range.field))
             rows->emplace_back(&range.object, 1);
     return effects;
+}
+
+bool changesRules(const ChangeList& list) {
+    std::unordered_set<ObjectId> created;
+    for (const FieldColumn& column : list.columns) {
+        if (!(effectsOf(column) & Effect::kRules)) continue;
+        if (created.empty())
+            for (const Creation& creation : list.creations) created.insert(creation.id);
+        if (!std::ranges::all_of(column.ids, [&](ObjectId id) { return created.contains(id); })) return true;
+    }
+    return false;
 }
 
 }  // namespace tessera

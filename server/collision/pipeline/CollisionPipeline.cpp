@@ -6,7 +6,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "common/scene/FieldTable.h"
+#include "server/collision/objects/SceneEffects.h"
 #include "server/collision/pipeline/ContactList.h"
 #include "server/collision/pipeline/EventBook.h"
 #include "server/collision/pipeline/Neighbourhood.h"
@@ -17,37 +17,10 @@
 #include "server/collision/response/Response.h"
 
 namespace tessera {
-namespace {
-
-using NodePair = std::pair<ObjectId, ObjectId>;
-
-/// Fields that say who is of interest to whom.
-bool setsRules(const FieldColumn& column) {
-    if (column.type == typeOf<Interest>())
-        return column.field != fieldId<&Interest::threshold> && column.field != fieldId<&Interest::show> &&
-               column.field != fieldId<&Interest::patience>;
-    return column.type == typeOf<CollisionObject>() && column.field != fieldId<&CollisionObject::velocity> && column.field != fieldId<&CollisionObject::spin>;
-}
-
-/// Of what was there before: a new object disturbs whom it touches, and those see it as new.
-bool changesRules(const ChangeList& list) {
-    std::unordered_set<ObjectId> created;
-    for (const FieldColumn& column : list.columns) {
-        if (!setsRules(column)) continue;
-        if (created.empty())
-            for (const Creation& creation : list.creations) created.insert(creation.id);
-        if (!std::ranges::all_of(column.ids, [&](ObjectId id) { return created.contains(id); })) return true;
-    }
-    return false;
-}
-
-bool wantsAllFaces(const Relation& relation) {
-    return relation.contacts && relation.detail != Interest::kYesOrNo;
-}
-
-}  // namespace
 
 struct CollisionPipeline::Impl {
+    using NodePair = std::pair<ObjectId, ObjectId>;
+
     Impl(CollisionLimits l, Workers* w)
         : limits(l),
           workers(w),
@@ -214,9 +187,7 @@ std::vector<std::uint32_t> CollisionPipeline::Impl::pairsCarried(std::span<const
             const std::span<const std::uint32_t> mine = memory.pairsOf(i);
             pairs.insert(pairs.end(), mine.begin(), mine.end());
         });
-    std::ranges::sort(pairs);
-    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-    memory.sort(pairs, handler);
+    memory.sortOnce(pairs, handler);
     return pairs;
 }
 
@@ -454,7 +425,7 @@ bool CollisionPipeline::Impl::touchAtRest(Step& step) {
         const Relation relation = relationOf(pair);
         const bool wanted = relation.contacts || bodies.isFree(a.body) || bodies.isFree(b.body);
         if (wanted && a.solid() && b.solid() && a.worldBox.overlaps(b.worldBox)) {
-            if (!pair.touch.holds(a, b, wantsAllFaces(relation))) asked.push_back(k);
+            if (!pair.touch.holds(a, b, relation.wantsAllFaces())) asked.push_back(k);
         } else {
             pair.touch = {};
         }
@@ -470,7 +441,7 @@ bool CollisionPipeline::Impl::touchAtRest(Step& step) {
             pair.touch.complete = false;
             return;
         }
-        askTouch(pair, part(pair.a), part(pair.b), wantsAllFaces(relationOf(pair)), limits.maxContacts, work);
+        askTouch(pair, part(pair.a), part(pair.b), relationOf(pair).wantsAllFaces(), limits.maxContacts, work);
     });
     forPairs(measured, step.work, [&](PairState& pair, QueryWork& work) {
         askDistance(pair, part(pair.a), part(pair.b), relationOf(pair).threshold, work);

@@ -144,6 +144,12 @@ std::vector<std::uint32_t> PairMemory::takeStale(const ObjectHandler& handler) {
     return std::exchange(stale_, {});
 }
 
+void PairMemory::sortOnce(std::vector<std::uint32_t>& pairs, const ObjectHandler& handler) const {
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    sort(pairs, handler);
+}
+
 void PairMemory::sort(std::vector<std::uint32_t>& pairs, const ObjectHandler& handler) const {
     const auto ends = [&](std::uint32_t pair) {
         const PairState& state = states_[pair];

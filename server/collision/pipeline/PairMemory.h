@@ -92,6 +92,8 @@ public:
     /// In the order of their parts in the document, so that nothing depends on numbers.
     [[nodiscard]] std::vector<std::uint32_t> takeStale(const ObjectHandler& handler);
     void sort(std::vector<std::uint32_t>& pairs, const ObjectHandler& handler) const;
+    /// The same, and each once.
+    void sortOnce(std::vector<std::uint32_t>& pairs, const ObjectHandler& handler) const;
 
     /// Pairs of which there may be something to tell in every frame.
     void tell(std::uint32_t pair, bool yes);
