@@ -29,7 +29,8 @@ struct LargeScene : ObjectScene {
             for (int depth = 0; depth < 240; ++depth) parent = place(b, parent, {});
         std::vector<Thing> made;
         for (std::size_t i = 0; i < count; ++i) {
-            if (form != Form::kWide && i % 100 == 0) parent = place(b, form == Form::kChain ? lastOfChain(parent, i) : hall, {});
+            if (form != Form::kWide && i % 100 == 0)
+                parent = place(b, form == Form::kChain ? lastOfChain(parent, i) : hall, {});
             if (form == Form::kChain && i == 0) chainEnd_ = parent;
             made.push_back(thing(b, parent, box, i));
         }
@@ -63,7 +64,8 @@ struct LargeScene : ObjectScene {
         const ObjectHandler::Work before = handler.work();
         apply(b);
         const ObjectHandler::Work& now = handler.work();
-        return {now.places + now.parts + now.groups - before.places - before.parts - before.groups, now.anew - before.anew};
+        return {now.places + now.parts + now.groups - before.places - before.parts - before.groups,
+                now.anew - before.anew};
     }
 
     ObjectId create(ChangeListBuilder& b, ObjectType type) {
@@ -110,15 +112,23 @@ std::vector<Edit> edits() {
         {"a geometry", [](auto& b, auto& s) { s.thing(b, s.hall, s.subject.geometry, 7); }},
         {"elsewhere", [](auto& b, auto& s) { b.place(s.subject.node, s.plain); }},
         {"back", [](auto& b, auto& s) { b.place(s.subject.node, s.group); }},
-        {"moved", [](auto& b, auto& s) { b.set(s.subject.transform, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(1, 2, 3))); }},
+        {"moved",
+         [](auto& b, auto& s) {
+             b.set(s.subject.transform, typeOf<Transform>(), field::kTranslation, toValue(Vec3d(1, 2, 3)));
+         }},
         {"switched off", set(&LargeScene::choice, typeOf<Switch>(), field::kChoice, std::int64_t{Switch::kNone})},
         {"switched on", set(&LargeScene::choice, typeOf<Switch>(), field::kChoice, std::int64_t{Switch::kAll})},
         {"another mass", set(&LargeScene::object, typeOf<CollisionObject>(), field::kMass, 4.0)},
-        {"deforming", set(&LargeScene::object, typeOf<CollisionObject>(), field::kCollisionKind, std::int64_t{CollisionObject::kDeforming})},
-        {"in other layers", set(&LargeScene::object, typeOf<CollisionObject>(), field::kCollisionLayers, std::int64_t{2})},
-        {"a hull", set(&LargeScene::object, typeOf<CollisionObject>(), field::kCollisionShape, std::int64_t{CollisionObject::kHull})},
-        {"another response", set(&LargeScene::interestCore, typeOf<Interest>(), field::kInterestResponse, std::int64_t{Interest::kSlide})},
-        {"another mode", set(&LargeScene::interestCore, typeOf<Interest>(), field::kInterestMode, std::int64_t{Interest::kDynamic})},
+        {"deforming", set(&LargeScene::object, typeOf<CollisionObject>(), field::kCollisionKind,
+                          std::int64_t{CollisionObject::kDeforming})},
+        {"in other layers",
+         set(&LargeScene::object, typeOf<CollisionObject>(), field::kCollisionLayers, std::int64_t{2})},
+        {"a hull", set(&LargeScene::object, typeOf<CollisionObject>(), field::kCollisionShape,
+                       std::int64_t{CollisionObject::kHull})},
+        {"another response",
+         set(&LargeScene::interestCore, typeOf<Interest>(), field::kInterestResponse, std::int64_t{Interest::kSlide})},
+        {"another mode",
+         set(&LargeScene::interestCore, typeOf<Interest>(), field::kInterestMode, std::int64_t{Interest::kDynamic})},
         {"disabled", set(&LargeScene::interestCore, typeOf<Interest>(), field::kInterestEnabled, std::int64_t{0})},
         {"enabled", set(&LargeScene::interestCore, typeOf<Interest>(), field::kInterestEnabled, std::int64_t{1})},
         {"an object and an interest in it",
@@ -130,7 +140,8 @@ std::vector<Edit> edits() {
              s.place(b, kRootNode, core);
              s.place(b, kRootNode, interest);
          }},
-        {"no core any more", [](auto& b, auto& s) { b.set(s.subject.shape, typeOf<Node>(), field::kNodeCore, toValue(ObjectId{})); }},
+        {"no core any more",
+         [](auto& b, auto& s) { b.set(s.subject.shape, typeOf<Node>(), field::kNodeCore, toValue(ObjectId{})); }},
         {"gone", [](auto& b, auto& s) { b.detach(s.subject.node); }},
     };
 }
