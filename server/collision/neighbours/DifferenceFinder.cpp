@@ -200,7 +200,14 @@ void DifferenceFinder::regroup(std::span<const std::uint32_t> items, std::span<c
         }
         if (!gone) activeItems_ += table.activeItem(item);
     }
-    table_ = table;
+    table_.active = table.active;
+    table_.interacts = table.interacts;
+    table_.groupOf.resize(table.groupOf.size(), InteractionTable::kNoGroup);
+    if (!table.bodyOf.empty()) table_.bodyOf.resize(table.bodyOf.size());
+    for (const std::uint32_t item : items) {
+        table_.groupOf[item] = table.groupOf[item];
+        if (!table.bodyOf.empty()) table_.bodyOf[item] = table.bodyOf[item];
+    }
     everybody_ = false;
 }
 

@@ -71,7 +71,9 @@ public:
         return tree_.order().before(parts_[partA].place, parts_[partB].place);
     }
     /// Of two places: whether one is the other or above it.
-    [[nodiscard]] bool holds(std::uint32_t above, std::uint32_t place) const { return tree_.order().holds(above, place); }
+    [[nodiscard]] bool holds(std::uint32_t above, std::uint32_t place) const {
+        return tree_.order().holds(above, place);
+    }
     /// Of two places: in document order.
     [[nodiscard]] bool precedes(std::uint32_t placeA, std::uint32_t placeB) const {
         return tree_.order().before(placeA, placeB);
@@ -162,9 +164,9 @@ private:
     enum class BodyShape : std::uint8_t { kTriangles, kHull, kDeforming };
     struct BodyTerms {
         BodyShape shape = BodyShape::kTriangles;
-        double mass = 0;            ///< of a body that is free unless what is above it speaks against it
-        bool candidate = false;     ///< it may be free: its Transform is its alone
-        bool touched = false;       ///< to be looked at again at the end of an update
+        double mass = 0;         ///< of a body that is free unless what is above it speaks against it
+        bool candidate = false;  ///< it may be free: its Transform is its alone
+        bool touched = false;    ///< to be looked at again at the end of an update
         std::uint32_t object = kNobody, inObject = 0;  ///< its CollisionObject, and where it stands among its bodies
         std::uint32_t solids = 0;                      ///< parts that are
         struct Share {
@@ -175,23 +177,23 @@ private:
     struct PartTerms {
         ObjectId geometry;
         BodyShape shape = BodyShape::kTriangles;
-        std::uint32_t inBody = 0;  ///< where it stands among its body's parts
+        std::uint32_t inBody = 0;                                 ///< where it stands among its body's parts
         bool moved = false, regrouped = false, reworded = false;  ///< listed
     };
     /// What a place is to collisions. What is below a place inherits what it has not of its own.
     struct Standing {
-        std::uint32_t named = kNobody;   ///< the CollisionObject that names this node
-        std::uint32_t wasNamed = kNobody;  ///< when inheritance was last looked at
-        std::uint32_t object = kNobody;  ///< the one that it belongs to: the nearest named place's
-        std::uint32_t top = kNobody;     ///< of what belongs to one: the topmost place of its item
-        std::uint32_t made = kNobody;    ///< the nearest place that an interest made an object
-        std::uint32_t side = kNobody;    ///< the nearest place where a side of an interest begins
+        std::uint32_t named = kNobody;              ///< the CollisionObject that names this node
+        std::uint32_t wasNamed = kNobody;           ///< when inheritance was last looked at
+        std::uint32_t object = kNobody;             ///< the one that it belongs to: the nearest named place's
+        std::uint32_t top = kNobody;                ///< of what belongs to one: the topmost place of its item
+        std::uint32_t made = kNobody;               ///< the nearest place that an interest made an object
+        std::uint32_t side = kNobody;               ///< the nearest place where a side of an interest begins
         std::uint32_t group = kNobody, member = 0;  ///< of a drawable
         std::uint32_t part = kNobody;
         std::uint32_t body = kNobody;  ///< the body whose topmost place it is
         bool makes = false, begins = false;
-        bool isTop = false;  ///< of an object or an item of one
-        bool drawn = false;  ///< listed
+        bool isTop = false;         ///< of an object or an item of one
+        bool drawn = false;         ///< listed
         std::uint64_t changed = 0;  ///< in which update its inheritance did
         std::uint64_t newHere = 0;  ///< in which update it was placed
     };
@@ -294,8 +296,8 @@ private:
 
     std::vector<InterestTerms> interests_;
     std::uint64_t interestsVersion_ = 0;
-    IdTable interestNumbers_;  // visible Interest cores: index, kDisabled or kLeftOut
-    IdTable interestNodes_;    // nodes that enabled interests name
+    IdTable interestNumbers_;            // visible Interest cores: index, kDisabled or kLeftOut
+    IdTable interestNodes_;              // nodes that enabled interests name
     std::vector<std::uint32_t> marked_;  // places where a side begins
     std::size_t interestsLeftOut_ = 0, interestCap_ = 0;
     RelationTable relations_;

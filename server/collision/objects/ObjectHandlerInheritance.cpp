@@ -1,5 +1,5 @@
-/// The part of the object handler that finds out what belongs to whom: what is below a place inherits what it has not of
-/// its own, so that only what is below a change is looked at.
+/// The part of the object handler that finds out what belongs to whom: what is below a place inherits what it has not
+/// of its own, so that only what is below a change is looked at.
 #include <algorithm>
 
 #include "server/collision/objects/ObjectHandler.h"
@@ -86,16 +86,15 @@ void ObjectHandler::inheritObjects() {
             bool isTop = false, otherRules = false;
             if (object != kNobody) {
                 const ObjectTable::Entry& entry = objects_.at(object);
-                const bool child =
-                    !own && entry.division == CollisionObject::kEachChild && above.named != kNobody;
+                const bool child = !own && entry.division == CollisionObject::kEachChild && above.named != kNobody;
                 const bool each = entry.division == CollisionObject::kEachGeometry;
                 top = own || child || each ? at : above.top;
                 isTop = entry.layers != 0 && (own || child || (each && place.kind == CoreKind::kDrawable));
                 otherRules = entry.changed == update_;
             }
             // (What is below one that is named no longer is an item no longer.)
-            const bool differs = object != standing.object || top != standing.top ||
-                                 standing.named != standing.wasNamed || otherRules;
+            const bool differs =
+                object != standing.object || top != standing.top || standing.named != standing.wasNamed || otherRules;
             standing.wasNamed = standing.named;
             standing.object = object;
             standing.top = top;
@@ -229,8 +228,7 @@ void ObjectHandler::settle(std::uint32_t at) {
     const bool counts = place.kind == CoreKind::kDrawable && like.side != kNobody && like.layers != 0;
     if (counts && (standing.group == kNobody || relations_.likeness(standing.group) != like)) {
         leaveGroup(at);
-        standing.group =
-            relations_.join(like, at, [this](std::uint32_t from) { return sideAbove(from); });
+        standing.group = relations_.join(like, at, [this](std::uint32_t from) { return sideAbove(from); });
         standing.member = static_cast<std::uint32_t>(relations_.members(standing.group).size() - 1);
     } else if (!counts) {
         leaveGroup(at);

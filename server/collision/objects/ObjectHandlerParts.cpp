@@ -25,7 +25,8 @@ Box boxOf(const Part& part) {
     if (!part.shape || !invertible(part.world)) return {};
     const CollisionShape& shape = *part.shape;
     const Box& bounds = shape.tree.mesh().bounds();
-    return shape.hull ? boxAround(part.world, bounds, shape.ballCentre, shape.ballRadius) : boxAround(part.world, bounds);
+    return shape.hull ? boxAround(part.world, bounds, shape.ballCentre, shape.ballRadius)
+                      : boxAround(part.world, bounds);
 }
 
 template <typename Number>
@@ -147,9 +148,9 @@ void ObjectHandler::shapeParts(const Aspect& aspect, bool jump) {
         terms.geometry = tree_.at(part.place).core;
         std::shared_ptr<const CollisionShape> shape = shapeOf(aspect, number, jump);
         // What the part was before everything was made anew, if it was.
-        if (const auto before = remembered_.find(part.node);
-            part.poseVersion == 0 && before != remembered_.end() && before->second.shape == shape &&
-            sameBits(before->second.world, part.world)) {
+        if (const auto before = remembered_.find(part.node); part.poseVersion == 0 && before != remembered_.end() &&
+                                                             before->second.shape == shape &&
+                                                             sameBits(before->second.world, part.world)) {
             part.shape = std::move(shape);
             part.poseVersion = before->second.poseVersion;
             setBox(number, before->second.worldBox);

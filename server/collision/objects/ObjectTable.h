@@ -23,8 +23,8 @@ public:
     };
 
     void clear();
-    /// A core that came, went or has other rules; `visible`: some visible node bears it. Appends the nodes that may have
-    /// another object, or one with other rules.
+    /// A core that came, went or has other rules; `visible`: some visible node bears it. Appends the nodes that may
+    /// have another object, or one with other rules.
     void follow(const Aspect& aspect, ObjectId core, bool visible, std::uint64_t update, std::vector<ObjectId>& nodes);
     /// Numbers of what is gone may be given again.
     void recycle();

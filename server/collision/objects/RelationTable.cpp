@@ -50,7 +50,8 @@ void RelationTable::setInterests(std::span<const InterestTerms> terms, std::span
     sides_.assign(sides.begin(), sides.end());
     findOtherSides();
     std::map<std::pair<std::uint32_t, std::int64_t>, std::uint32_t> others;
-    for (std::uint32_t s = 0; s < otherSides_.size(); ++s) others.emplace(std::pair(otherSides_[s].root, otherSides_[s].layers), s);
+    for (std::uint32_t s = 0; s < otherSides_.size(); ++s)
+        others.emplace(std::pair(otherSides_[s].root, otherSides_[s].layers), s);
     std::vector<std::uint32_t> otherNow(othersBefore.size(), kNobody);
     for (std::uint32_t s = 0; s < othersBefore.size(); ++s)
         if (const auto same = others.find({othersBefore[s].root, othersBefore[s].layers}); same != others.end())
@@ -136,10 +137,9 @@ void RelationTable::sign(Group& group, const SideAbove& above) const {
 
 void RelationTable::setTakesPart(std::uint32_t number) {
     Group& group = groups_[number];
-    const bool takes =
-        !group.members.empty() &&
-        (std::ranges::any_of(group.interests, [&](std::uint32_t k) { return !sides_[k].ignores; }) ||
-         std::ranges::any_of(group.others, [&](std::uint32_t s) { return otherSides_[s].asked; }));
+    const bool takes = !group.members.empty() &&
+                       (std::ranges::any_of(group.interests, [&](std::uint32_t k) { return !sides_[k].ignores; }) ||
+                        std::ranges::any_of(group.others, [&](std::uint32_t s) { return otherSides_[s].asked; }));
     if (takes == group.takesPart) return;
     group.takesPart = takes;
     if (takes)
@@ -223,8 +223,7 @@ bool RelationTable::interact(const Group& a, const Group& b) const {
 
 bool RelationTable::isAgainst(std::uint32_t interest, const Group& group) const {
     if (!std::ranges::binary_search(group.others, otherSideOf_[interest])) return false;
-    return !sides_[interest].oneObject ||
-           std::ranges::find(group.roots, sides_[interest].object) == group.roots.end();
+    return !sides_[interest].oneObject || std::ranges::find(group.roots, sides_[interest].object) == group.roots.end();
 }
 
 void RelationTable::setPart(std::uint32_t part, std::uint32_t group, std::uint32_t body) {

@@ -26,9 +26,10 @@ struct InterestSides {
 
 /// All that interests can tell a geometry by.
 struct Likeness {
-    std::uint32_t side = kNobody;      ///< the nearest place at or above it where a side begins
-    std::uint32_t bodySide = kNobody;  ///< the same of its body's topmost place, where a CollisionObject makes that body
-    bool object = false;               ///< one does
+    std::uint32_t side = kNobody;  ///< the nearest place at or above it where a side begins
+    std::uint32_t bodySide =
+        kNobody;          ///< the same of its body's topmost place, where a CollisionObject makes that body
+    bool object = false;  ///< one does
     std::int64_t layers = 1;
     auto operator<=>(const Likeness&) const = default;
 };
@@ -44,11 +45,12 @@ public:
 
     void clear();
     /// Who the interests are, in document order, has changed, or what their sides are: all groups are looked at again.
-    void setInterests(std::span<const InterestTerms> terms, std::span<const InterestSides> sides, const SideAbove& above);
+    void setInterests(std::span<const InterestTerms> terms, std::span<const InterestSides> sides,
+                      const SideAbove& above);
     /// The terms have changed, the sides and what is ignored have not.
     void setTerms(std::span<const InterestTerms> terms);
-    /// Groups that may interact with others than before, or take part now, or no longer, since the last call; ascending.
-    /// (Of two groups that come to interact, or to be something else to each other, one at least.)
+    /// Groups that may interact with others than before, or take part now, or no longer, since the last call;
+    /// ascending. (Of two groups that come to interact, or to be something else to each other, one at least.)
     [[nodiscard]] std::vector<std::uint32_t> takeChanged();
 
     /// Adds a geometry (by its place) to its group, which may be new; says to which.

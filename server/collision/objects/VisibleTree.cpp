@@ -228,7 +228,8 @@ void VisibleTree::putBack(std::uint32_t place, std::uint32_t parent, std::uint32
     order_.paste(place, after);
     places_[place].parent = parent;
     links_[place].cutOut = false;
-    countAbove(place, static_cast<std::int32_t>(places_[place].parts), static_cast<std::int32_t>(places_[place].objects));
+    countAbove(place, static_cast<std::int32_t>(places_[place].parts),
+               static_cast<std::int32_t>(places_[place].objects));
 }
 
 /// What was taken out and has not come back is gone.

@@ -106,7 +106,8 @@ void PairMemory::dropLoose() {
 void PairMemory::follow(std::span<const NeighbourPair> begun, std::span<const NeighbourPair> ended,
                         const ObjectHandler& handler) {
     for (const NeighbourPair& pair : ended)
-        if (const std::uint32_t number = find(pair); number != PairState::kNowhere && !states_[number].loose) end(number);
+        if (const std::uint32_t number = find(pair); number != PairState::kNowhere && !states_[number].loose)
+            end(number);
     for (const NeighbourPair& pair : begun) begin(pair, handler);
     dropLoose();
 }

@@ -74,7 +74,8 @@ public:
     /// Returns them as the finder knows them.
     [[nodiscard]] std::vector<NeighbourPair> loosen(std::span<const std::uint32_t> parts);
     /// Pairs that have begun and ended; those loosened that have not begun end.
-    void follow(std::span<const NeighbourPair> begun, std::span<const NeighbourPair> ended, const ObjectHandler& handler);
+    void follow(std::span<const NeighbourPair> begun, std::span<const NeighbourPair> ended,
+                const ObjectHandler& handler);
     /// These are all pairs, ascending.
     void align(std::span<const NeighbourPair> all, const ObjectHandler& handler);
     /// What interests ask of the pairs of these parts, or which of the two comes first, is another matter.

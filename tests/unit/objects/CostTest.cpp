@@ -29,7 +29,8 @@ struct LargeScene : ObjectScene {
             for (int depth = 0; depth < 240; ++depth) parent = place(b, parent, {});
         std::vector<Thing> made;
         for (std::size_t i = 0; i < count; ++i) {
-            if (form != Form::kWide && i % 100 == 0) parent = place(b, form == Form::kChain ? lastOfChain(parent, i) : hall, {});
+            if (form != Form::kWide && i % 100 == 0)
+                parent = place(b, form == Form::kChain ? lastOfChain(parent, i) : hall, {});
             if (form == Form::kChain && i == 0) chainEnd_ = parent;
             made.push_back(thing(b, parent, box, i));
         }
@@ -63,7 +64,8 @@ struct LargeScene : ObjectScene {
         const ObjectHandler::Work before = handler.work();
         apply(b);
         const ObjectHandler::Work& now = handler.work();
-        return {now.places + now.parts + now.groups - before.places - before.parts - before.groups, now.anew - before.anew};
+        return {now.places + now.parts + now.groups - before.places - before.parts - before.groups,
+                now.anew - before.anew};
     }
 
     ObjectId create(ChangeListBuilder& b, ObjectType type) {

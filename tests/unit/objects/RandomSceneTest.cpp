@@ -328,7 +328,7 @@ void runHistory(std::uint32_t seed, int lists, const HandlerLimits& limits, Sigh
 
 TEST(RandomScenes, AreFollowedAsIfSeenForTheFirstTime) {
     Sightings seen;
-    std::uint32_t first = 1, last = 60;
+    std::uint32_t first = 1, last = 200;
     if (const char* only = std::getenv("TESSERA_OBJECTS_SEED"))
         first = last = static_cast<std::uint32_t>(std::atoi(only));
     for (std::uint32_t seed = first; seed <= last; ++seed) {

@@ -1,4 +1,5 @@
-/// After any history a pipeline says what one says that sees the scene for the first time; picks are right after every edit.
+/// After any history a pipeline says what one says that sees the scene for the first time; picks are right after every
+/// edit.
 #include <cstdlib>
 #include <string>
 
@@ -104,7 +105,8 @@ TEST(History, LeavesAPipelineAsIfItSawTheSceneForTheFirstTime) {
             for (std::uint32_t k = moves ? scene.below(4) : 0; k > 0; --k)
                 if (const ObjectId id = scene.some(typeOf<Transform>()); id && scene.aspect.get<Transform>(id)) {
                     const Transform t = scene.someTransform();
-                    wanted.push_back({.transform = id, .translation = t.translation, .rotation = t.rotation, .scale = t.scale});
+                    wanted.push_back(
+                        {.transform = id, .translation = t.translation, .rotation = t.rotation, .scale = t.scale});
                 }
             CollisionPipeline fresh;
             fresh.sceneChanged(scene.aspect, nullptr);
@@ -114,7 +116,8 @@ TEST(History, LeavesAPipelineAsIfItSawTheSceneForTheFirstTime) {
                 (void)pipeline.step(scene.aspect, {}, {}, 0);
                 ++still;
             }
-            const StepResult mine = pipeline.step(scene.aspect, wanted, {}, 0), other = fresh.step(scene.aspect, wanted, {}, 0);
+            const StepResult mine = pipeline.step(scene.aspect, wanted, {}, 0),
+                             other = fresh.step(scene.aspect, wanted, {}, 0);
             expectSame(scene.aspect, mine, other, moves);
             if (testing::Test::HasFatalFailure()) return;
             contacts += mine.contacts.size();
@@ -124,7 +127,8 @@ TEST(History, LeavesAPipelineAsIfItSawTheSceneForTheFirstTime) {
                 const auto far = [&] { return scene.between(-12, 12); };
                 Ray ray{Vec3d(far(), far(), far()), Vec3d::Zero()};
                 ray.direction = Vec3d(scene.between(-4, 4), scene.between(-4, 4), scene.between(-4, 4)) - ray.origin;
-                const std::optional<PickHit> hit = pipeline.pickNode(scene.aspect, ray), right = pickedOneByOne(scene.aspect, shapes, ray);
+                const std::optional<PickHit> hit = pipeline.pickNode(scene.aspect, ray),
+                                             right = pickedOneByOne(scene.aspect, shapes, ray);
                 ASSERT_EQ(hit.has_value(), right.has_value());
                 if (!hit) continue;
                 ++hits;

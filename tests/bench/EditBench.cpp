@@ -1,0 +1,174 @@
+/// What one changed object costs the server's collisions, in a small scene and in a large one:
+/// bench_edits [--small N] [--large N]. The medians of sceneChanged + step + pickNode, in µs, and of what is between edits.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <functional>
+#include <string>
+
+#include "common/scene/FieldTable.h"
+#include "server/collision/pipeline/CollisionPipeline.h"
+
+namespace tessera {
+namespace {
+
+/// Boxes a little apart from each other, a tenth of which overlap a neighbour; 100 objects, an interest in each. Few
+/// touch: what a step tells costs what it tells, in a scene of any size.
+class Scene {
+public:
+    explicit Scene(std::size_t count) {
+        ChangeListBuilder b;
+        box_ = create(b, typeOf<Geometry>());
+        std::vector<float> positions;
+        for (int i = 0; i < 8; ++i)
+            for (int a = 0; a < 3; ++a) positions.push_back((i >> a & 1) != 0 ? 0.5f : -0.5f);
+        const std::vector<std::uint32_t> indices{0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                                 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+        b.set(box_, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(positions)));
+        b.set(box_, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(indices)));
+        hall_ = place(b, kRootNode, {});
+        ObjectId group;
+        std::size_t side = 1;
+        while (side * side * side < count) ++side;
+        for (std::size_t i = 0; i < count; ++i) {
+            if (i % 100 == 0) group = place(b, hall_, {});
+            const double shift = i % 10 == 5 ? 0.4 : 0;
+            const Vec3d where(1.3 * static_cast<double>(i % side) + shift, 1.3 * static_cast<double>(i / side % side),
+                              1.3 * static_cast<double>(i / side / side));
+            nodes_.push_back(thing(b, group, where, transforms_));
+        }
+        for (std::size_t i = 0; i < 100; ++i) (void)object(b, nodes_[i * count / 100]);
+        choice_ = create(b, typeOf<Switch>());
+        switched_ = place(b, hall_, choice_);
+        (void)thing(b, switched_, Vec3d(-3, 0, 0), transforms_);
+        extra_ = thing(b, hall_, Vec3d(-6, 0, 0), transforms_);
+        object_ = object(b, extra_);
+        apply(b, nullptr);
+        for (int i = 0; i < 3; ++i) step();
+    }
+
+    using Make = std::function<void(ChangeListBuilder&, Scene&, int)>;
+    /// The median over so many edits.
+    double microseconds(const Make& make, int edits) {
+        std::vector<double> times;
+        for (int i = 0; i < edits; ++i) {
+            ChangeListBuilder b;
+            make(b, *this, i);
+            const ChangeList list = b.take();
+            if (!list.empty() && !aspect_.apply(list)) std::exit(2);
+            const auto start = std::chrono::steady_clock::now();
+            if (!list.empty()) pipeline_.sceneChanged(aspect_, &list);
+            step();
+            (void)pipeline_.pickNode(aspect_, {Vec3d(-6, 0.1, 9), Vec3d(0, 0, -1)});
+            times.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
+        }
+        std::nth_element(times.begin(), times.begin() + edits / 2, times.end());
+        return times[static_cast<std::size_t>(edits) / 2];
+    }
+
+    static std::vector<std::pair<std::string, Make>> edits() {
+        const ObjectType objects = typeOf<CollisionObject>(), interests = typeOf<Interest>();
+        return {
+            {"nothing", [](auto&, auto&, int) {}},
+            {"an empty node", [](auto& b, auto& s, int) { s.place(b, s.hall_, {}); }},
+            {"a geometry more", [](auto& b, auto& s, int i) { (void)s.thing(b, s.hall_, Vec3d(-20, 2 * s.far_++, 0), s.added_); }},
+            {"moved", [](auto& b, auto& s, int i) { b.set(s.transforms_[7], typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(3 + 0.01 * i, 2, 2))); }},
+            {"moved far", [](auto& b, auto& s, int i) { b.set(s.transforms_[static_cast<std::size_t>(11 * i) % s.transforms_.size()], typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(-40 - 2.0 * i, s.far_++, 0))); }},
+            {"elsewhere in the tree", [](auto& b, auto& s, int i) { b.place(s.nodes_[5], i % 2 == 0 ? s.hall_ : s.switched_); }},
+            {"switched", [](auto& b, auto& s, int i) { b.set(s.choice_, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(std::int64_t{i % 2 == 0 ? Switch::kNone : Switch::kAll})); }},
+            {"in other layers", [=](auto& b, auto& s, int i) { b.set(s.object_.core, objects, fieldId<&CollisionObject::layers>, toValue(std::int64_t{1 + i % 2})); }},
+            {"an object and its interest", [](auto& b, auto& s, int i) { (void)s.object(b, s.thing(b, s.hall_, Vec3d(-30, 2 * s.far_++, 0), s.added_)); }},
+            {"another response", [=](auto& b, auto& s, int i) { b.set(s.object_.interest, interests, fieldId<&Interest::response>, toValue(std::int64_t{i % 2})); }},
+            {"an interest off and on", [=](auto& b, auto& s, int i) { b.set(s.object_.interest, interests, fieldId<&Interest::enabled>, toValue(std::int64_t{i % 2})); }},
+            {"deformed", [](auto& b, auto& s, int i) {
+                 std::vector<float> positions;
+                 for (int k = 0; k < 8; ++k)
+                     for (int a = 0; a < 3; ++a) positions.push_back(((k >> a & 1) != 0 ? 0.5f : -0.5f) + 0.001f * static_cast<float>(i));
+                 b.set(s.own_, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(positions)));
+             }},
+            {"out of the tree and back", [](auto& b, auto& s, int i) { b.place(s.nodes_[9], i % 2 == 0 ? ObjectId{} : s.hall_); }},
+        };
+    }
+
+private:
+    struct Made {
+        ObjectId core, interest;
+    };
+    void step() { (void)pipeline_.step(aspect_, {}); }
+    void apply(ChangeListBuilder& b, const ChangeList*) {
+        own_ = create(b, typeOf<Geometry>());
+        const ObjectId kept = own_;
+        place(b, extra_, kept);
+        if (const auto applied = aspect_.apply(b.take()); !applied) {
+            std::fprintf(stderr, "%s\n", applied.error().message.c_str());
+            std::exit(2);
+        }
+        pipeline_.sceneChanged(aspect_, nullptr);
+        ChangeListBuilder arrays;
+        const Geometry& box = *aspect_.get<Geometry>(box_);
+        arrays.set(own_, typeOf<Geometry>(), fieldId<&Geometry::positions>, box.positions);
+        arrays.set(own_, typeOf<Geometry>(), fieldId<&Geometry::indices>, box.indices);
+        arrays.set(object_.core, typeOf<CollisionObject>(), fieldId<&CollisionObject::kind>, toValue(std::int64_t{CollisionObject::kDeforming}));
+        const ChangeList list = arrays.take();
+        if (!aspect_.apply(list)) std::exit(2);
+        pipeline_.sceneChanged(aspect_, &list);
+    }
+    ObjectId create(ChangeListBuilder& b, ObjectType type) {
+        const ObjectId id{next_++};
+        b.create(id, type);
+        return id;
+    }
+    ObjectId place(ChangeListBuilder& b, ObjectId parent, ObjectId core) {
+        const ObjectId id = create(b, typeOf<Node>());
+        if (core) b.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
+        b.place(id, parent);
+        return id;
+    }
+    ObjectId thing(ChangeListBuilder& b, ObjectId parent, const Vec3d& where, std::vector<ObjectId>& transforms) {
+        transforms.push_back(create(b, typeOf<Transform>()));
+        b.set(transforms.back(), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(where));
+        const ObjectId node = place(b, parent, transforms.back());
+        place(b, node, box_);
+        return node;
+    }
+    Made object(ChangeListBuilder& b, ObjectId node) {
+        const Made made{create(b, typeOf<CollisionObject>()), create(b, typeOf<Interest>())};
+        b.set(made.core, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(node));
+        b.set(made.interest, typeOf<Interest>(), fieldId<&Interest::object>, toValue(node));
+        place(b, kRootNode, made.core);
+        place(b, kRootNode, made.interest);
+        return made;
+    }
+
+    Aspect aspect_;
+    CollisionPipeline pipeline_;
+    std::uint64_t next_ = 2;
+    ObjectId box_, own_, hall_, choice_, switched_, extra_;
+    Made object_;
+    std::vector<ObjectId> nodes_, transforms_, added_;
+    double far_ = 0;
+};
+
+}  // namespace
+}  // namespace tessera
+
+int main(int argc, char** argv) {
+    std::size_t small = 1'000, large = 100'000;
+    for (int i = 1; i + 1 < argc; i += 2) {
+        const std::string word = argv[i];
+        const auto value = static_cast<std::size_t>(std::atoll(argv[i + 1]));
+        if (word == "--small") small = value;
+        if (word == "--large") large = value;
+    }
+    tessera::Scene few(small), many(large);
+    fmt::print("{:<28}{:>12}{:>12}{:>8}\n", "one edit, us", small, large, "ratio");
+    for (const auto& [name, make] : tessera::Scene::edits()) {
+        constexpr int kEdits = 201;
+        (void)few.microseconds(make, 20);
+        (void)many.microseconds(make, 20);
+        const double a = few.microseconds(make, kEdits), b = many.microseconds(make, kEdits);
+        fmt::print("{:<28}{:>12.1f}{:>12.1f}{:>8.2f}\n", name, a, b, b / a);
+    }
+}
