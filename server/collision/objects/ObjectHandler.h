@@ -104,7 +104,11 @@ public:
     template <typename Visit>
     void forPartsCarried(std::uint32_t number, const Visit& visit) const {
         forPlacesOf(number, [&](std::uint32_t place) {
-            forPartsBelow(place, [&](std::uint32_t part) { visit(part, place); });
+            tree_.walk(place, [&](std::uint32_t at) {
+                if (at != place && tree_.at(at).absolute) return false;  // it stands in the world
+                if (standings_[at].part != kNobody) visit(standings_[at].part, place);
+                return tree_.at(at).parts > 0;
+            });
         });
     }
     /// Transforms by number, for those who ask much about one; kNobody where no visible place has it. Numbers are below

@@ -32,6 +32,8 @@ struct Place {
     std::uint32_t parts = 0;    ///< ObjectHandler::parts()
     std::uint32_t objects = 0;  ///< topmost nodes of objects
 
+    /// The place in whose coordinates this one stands; none: the world's.
+    [[nodiscard]] std::uint32_t frame() const { return absolute ? kNone : parent; }
     [[nodiscard]] Affine3d below(const Affine3d& above) const {
         if (!transform) return above;
         return absolute ? local : Affine3d(above * local);

@@ -122,7 +122,7 @@ ChainPair chainsOf(const ObjectHandler& handler, std::uint32_t partA, std::uint3
     const auto places = handler.places();
     const auto above = [&](std::uint32_t part) {
         std::vector<std::uint32_t> up;
-        for (std::uint32_t at = handler.parts()[part].place; at != Place::kNone; at = places[at].parent)
+        for (std::uint32_t at = handler.parts()[part].place; at != Place::kNone; at = places[at].frame())
             up.push_back(at);
         std::reverse(up.begin(), up.end());
         return up;

@@ -40,7 +40,7 @@ WayBound boundWay(const ObjectHandler& handler, std::uint32_t partNumber, const 
     if (!part.shape) return bound;
     Affine3d fixed = Affine3d::Identity();  // what stands still since the last moving transform, upwards
     Reach reach;
-    for (std::uint32_t at = part.place; at != Place::kNone; at = handler.places()[at].parent) {
+    for (std::uint32_t at = part.place; at != Place::kNone; at = handler.places()[at].frame()) {
         const Place& place = handler.places()[at];
         if (!place.transform) continue;
         const Way* way = wayOf(place.transform);
@@ -75,7 +75,8 @@ Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t partNumber, const W
     if (bound.bends <= kMaxBends) {
         // Without rotation the pose is linear in each fraction, so its extremes are at the ends.
         std::vector<std::uint32_t> chain;  // from the part to the root
-        for (std::uint32_t at = part.place; at != Place::kNone; at = handler.places()[at].parent) chain.push_back(at);
+        for (std::uint32_t at = part.place; at != Place::kNone; at = handler.places()[at].frame())
+            chain.push_back(at);
         for (unsigned ends = 0; ends < 1u << bound.bends; ++ends) {
             Affine3d world = Affine3d::Identity();
             int bend = 0;
@@ -98,7 +99,7 @@ Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t partNumber, const W
 
 PartOnTheWay::PartOnTheWay(const ObjectHandler& handler, std::uint32_t partNumber, ObjectId transform) {
     std::vector<Step> upwards;
-    for (std::uint32_t at = handler.parts()[partNumber].place; at != Place::kNone; at = handler.places()[at].parent) {
+    for (std::uint32_t at = handler.parts()[partNumber].place; at != Place::kNone; at = handler.places()[at].frame()) {
         const Place& place = handler.places()[at];
         if (!place.transform) continue;
         upwards.push_back({place.transform == transform, place.local});
@@ -107,6 +108,8 @@ PartOnTheWay::PartOnTheWay(const ObjectHandler& handler, std::uint32_t partNumbe
         above_ = place.parent == Place::kNone ? Affine3d(Affine3d::Identity()) : handler.places()[place.parent].world;
         path_.assign(upwards.rbegin(), upwards.rend());
     }
+    // Below something that stands in the world, it stays where it is.
+    if (carrier_ == Place::kNone) above_ = handler.parts()[partNumber].world;
 }
 
 std::optional<Mat3d> PartOnTheWay::frameAbove() const {
