@@ -39,6 +39,11 @@ double someNumber(Random& random) {
     }
 }
 
+/// 1 lies within the bounds of every field that has some.
+double within(const FieldInfo& field, double number) {
+    return number < field.least || number > field.greatest ? 1.0 : number;
+}
+
 std::string someName(Random& random) {
     static const std::vector<std::string> kNames = {"",      "hall", "crane", "hook",
                                                     "Größe", "a/b",  "x[1]",  std::string("nul\0", 4)};
@@ -87,16 +92,14 @@ FieldValue SceneModel::someValue(const FieldInfo& field, Random& random, const s
             Floats values;
             values.width = field.width;
             for (int i = 0; i < field.width; ++i)
-                values.values[static_cast<std::size_t>(i)] = static_cast<float>(someNumber(random));
+                values.values[static_cast<std::size_t>(i)] = static_cast<float>(within(field, someNumber(random)));
             return values;
         }
         case FieldKind::kDouble: {
             Doubles values;
             values.width = field.width;
             for (int i = 0; i < field.width; ++i) {
-                const double number = someNumber(random);
-                values.values[static_cast<std::size_t>(i)] =
-                    number < field.least || number > field.greatest ? 1.0 : number;
+                values.values[static_cast<std::size_t>(i)] = within(field, someNumber(random));
             }
             if (field.quaternion) values.values[below(random, 4)] = 1;
             return values;
