@@ -10,6 +10,7 @@
 #include "client/ctl/FieldText.h"
 #include "client/ctl/TypesText.h"
 #include "common/base/Version.h"
+#include "common/scenefile/SceneFile.h"
 
 namespace tessera {
 
@@ -25,6 +26,7 @@ struct Words {
     verb::Remove remove;
     verb::Pick pick;
     verb::Snapshot snapshot;
+    verb::Save save;
     std::string moveNode;
     std::vector<double> moveBy, moveQuaternion;
     bool by = false;
@@ -259,6 +261,10 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* snapshot = app.add_subcommand("snapshot", "The wall as it is now, as a picture");
     snapshot->add_option("FILE", in.snapshot.file, "FILE.png to write")->required();
 
+    CLI::App* save = app.add_subcommand("save", "The whole scene as it is now, as a file of this machine");
+    save->add_option("FILE", in.save.file, "FILE.tsc (binary) or FILE.tsct (text) to write, here\nand not at the server; it needs no other file")
+        ->required();
+
     try {
         std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
         app.parse(std::move(reversed));
@@ -290,6 +296,12 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         if (contacts->parsed()) return contactsVerb(in, frames->count() > 0);
         if (questions->parsed()) return verb::Questions{};
         if (respond->parsed()) return respondVerb(in);
+        if (save->parsed()) {
+            // Before the scene is fetched, not after it.
+            const Expected<SceneEncoding> encoding = sceneEncodingOf(in.save.file);
+            if (!encoding) return tl::unexpected(encoding.error());
+            return in.save;
+        }
         return in.snapshot;
     }();
     if (!verb) return tl::unexpected(verb.error());

@@ -60,11 +60,16 @@ struct Respond {
 struct Snapshot {
     std::string file;
 };
+/// The whole scene, written here: arrays are fetched for it.
+struct Save {
+    std::string file;
+};
 
 }  // namespace verb
 
 using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo,
-                          verb::View, verb::Pick, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot>;
+                          verb::View, verb::Pick, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
+                          verb::Save>;
 
 struct CommandLine {
     std::string server;

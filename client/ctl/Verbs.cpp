@@ -10,6 +10,7 @@
 #include "client/ctl/Mosaic.h"
 #include "client/ctl/SceneTree.h"
 #include "client/image/Picture.h"
+#include "common/scenefile/SceneFile.h"
 
 namespace tessera {
 
@@ -186,6 +187,20 @@ Expected<Answer> run(Application& application, const verb::Pick& pick) {
                   {}};
 }
 
+Expected<Answer> run(Application& application, const verb::Save& save) {
+    const Aspect& scene = application.scene();
+    if (const Expected<void> saved = saveScene(save.file, scene); !saved) return tl::unexpected(saved.error());
+    std::error_code unknown;
+    const std::uintmax_t bytes = std::filesystem::file_size(save.file, unknown);
+    return Answer{fmt::format("{}: {} objects, {} bytes, change {}\n", save.file, scene.objectCount(), bytes,
+                              application.sequence().value),
+                  {{"file", save.file},
+                   {"objects", scene.objectCount()},
+                   {"bytes", bytes},
+                   {"sequence", application.sequence().value}},
+                  {}};
+}
+
 Expected<Answer> run(Application& application, const verb::Snapshot& snapshot) {
     // A host that has just come, or a frame held by one of them, may leave the tiles of different frames; the next
     // frame puts that right.
@@ -241,6 +256,11 @@ Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     options.name = "tessera-ctl";
     options.timeout = line.timeout;
     options.followScene = needsScene(line.verb);
+    if (std::holds_alternative<verb::Save>(line.verb)) {
+        // Whoever saves a scene wants what it is made of too, however long that takes to come.
+        options.wantBlobs = true;
+        options.timeout = std::max<std::chrono::milliseconds>(options.timeout, std::chrono::minutes(2));
+    }
     Expected<std::unique_ptr<Application>> application = Application::connect(options);
     if (!application) return tl::unexpected(application.error());
     return std::visit(Runner{**application, line.json, print}, line.verb);

@@ -25,3 +25,6 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/TesseraConfig.cmake.in $
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/TesseraConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/TesseraConfig.cmake ${CMAKE_BINARY_DIR}/TesseraConfigVersion.cmake
   DESTINATION ${package_folder} COMPONENT application)
+
+# Scene files for protobuf in other languages.
+install(FILES ${CMAKE_BINARY_DIR}/generated/share/scene.proto DESTINATION share/tessera COMPONENT programs)

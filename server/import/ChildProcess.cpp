@@ -202,7 +202,7 @@ tl::unexpected<Error> errorFrom(ByteSpan payload) {
     return fail(known ? static_cast<ErrorCode>(number) : ErrorCode::kBadInput, std::move(message));
 }
 
-constexpr std::size_t kMaxSceneBytes = std::size_t{128} << 20;
+constexpr std::size_t kMaxSceneBytes = std::size_t{512} << 20;
 constexpr std::size_t kMaxTextBytes = 4096;
 constexpr std::size_t kMaxNotes = 64;
 constexpr std::size_t kMaxBlobs = 1'000'000;

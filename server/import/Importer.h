@@ -13,6 +13,7 @@
 
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
+#include "common/scenefile/SceneFile.h"
 
 namespace tessera {
 
@@ -54,6 +55,8 @@ struct ImportedScene {
     bool hasCamera = false;             ///< an enabled one
     /// What was left away or changed, for a person to read: textures made smaller, skins shown at rest, ….
     std::vector<std::string> notes;
+    /// What a newer version saved in the file and this one does not know; ids as in the list. Of one file alone.
+    LaterParts later;
 };
 
 /// Reads .tsct, .tsc, .gltf, .glb and what assimp reads (.obj, .ply, .stl, …). Blocks until done; call from any thread.

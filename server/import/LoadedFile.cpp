@@ -28,15 +28,6 @@ tl::unexpected<Error> badNumber(std::string_view what) {
     return fail(ErrorCode::kBadInput, fmt::format("{} holds a number that is not finite or beyond 1e15", what));
 }
 
-/// "file: message", or "file:line:column: message" where the message begins with a place.
-tl::unexpected<Error> failIn(const std::string& label, const Error& error) {
-    const std::size_t digits = error.message.find_first_not_of("0123456789");
-    const bool hasPlace = digits != 0 && digits != std::string::npos && error.message[digits] == ':' &&
-                          digits + 1 < error.message.size() &&
-                          std::isdigit(static_cast<unsigned char>(error.message[digits + 1])) != 0;
-    return fail(error.code, label + (hasPlace ? ":" : ": ") + error.message);
-}
-
 template <typename Item>
 std::map<std::string, const Item*> indexByName(const google::protobuf::RepeatedPtrField<Item>& items) {
     std::map<std::string, const Item*> index;
@@ -46,10 +37,18 @@ std::map<std::string, const Item*> indexByName(const google::protobuf::RepeatedP
 
 }  // namespace
 
+tl::unexpected<Error> failInFile(const std::string& label, const Error& error) {
+    const std::size_t digits = error.message.find_first_not_of("0123456789");
+    const bool hasPlace = digits != 0 && digits != std::string::npos && error.message[digits] == ':' &&
+                          digits + 1 < error.message.size() &&
+                          std::isdigit(static_cast<unsigned char>(error.message[digits + 1])) != 0;
+    return fail(error.code, label + (hasPlace ? ":" : ": ") + error.message);
+}
+
 Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const std::string& label,
                                                const ImportOptions& options, std::vector<std::string>& notes) {
     Expected<ImporterOutput> output = runImporter(path, options);
-    if (!output) return failIn(label, output.error());
+    if (!output) return failInFile(label, output.error());
     Expected<proto::scene::SceneFile> content = parseSceneFile(output->scene);
     if (!content) return failWith(label, content.error());
     auto file = std::make_unique<LoadedFile>();
@@ -64,7 +63,7 @@ Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const st
     file->images = indexByName(file->content.image());
     file->definitions = indexByName(file->content.definition());
     for (const std::string& note : output->notes) notes.push_back(label + ": " + readName(note, "?"));
-    if (file->content.node().empty()) return fail(ErrorCode::kBadInput, label + ": there is nothing in it to show");
+    if (file->content.node().empty() && file->content.saved().empty()) return fail(ErrorCode::kBadInput, label + ": there is nothing in it to show");
     return file;
 }
 

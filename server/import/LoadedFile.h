@@ -49,6 +49,9 @@ struct LoadedFile {
                                                              const ImportOptions& options,
                                                              std::vector<std::string>& notes);
 
+/// "label: message", or "label:line:column: message" where the message begins with a place.
+[[nodiscard]] tl::unexpected<Error> failInFile(const std::string& label, const Error& error);
+
 // Plain-form values, checked: every number finite, every rotation a rotation.
 [[nodiscard]] Expected<Quatd> readRotation(const proto::scene::Rotation& message);
 [[nodiscard]] Expected<Transform> readTransform(const proto::scene::Transform& message);

@@ -141,7 +141,8 @@ Expected<void> SceneAssembly::placeFile(LoadedFile& file, const Spot& spot) {
     const std::size_t firstPending = pending_.size();
     for (const proto::scene::Node& node : file.content.node())
         if (Expected<void> done = placeNode(file, node, spot); !done) return done;
-    return resolvePending(firstPending);
+    if (Expected<void> named = resolvePending(firstPending); !named) return named;
+    return file.content.saved().empty() ? Expected<void>() : placeSaved(file, spot);
 }
 
 Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {

@@ -15,7 +15,7 @@
 namespace tessera {
 
 /// One import under way. Not thread-safe. After an error it is of no further use. Its parts: SceneAssembly.cpp places
-/// nodes, SceneCores.cpp makes cores, SceneNames.cpp resolves names.
+/// nodes, SceneCores.cpp makes cores, SceneNames.cpp resolves names, SavedObjects.cpp takes over what was saved.
 class SceneAssembly {
 public:
     explicit SceneAssembly(const ImportOptions& options);
@@ -59,6 +59,8 @@ private:
 
     Expected<LoadedFile*> load(const std::string& canonicalPath, const std::string& label);
     Expected<void> placeFile(LoadedFile& file, const Spot& spot);
+    /// What the file saved, object by object.
+    Expected<void> placeSaved(LoadedFile& file, const Spot& spot);
     Expected<void> placeNode(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
     Expected<void> placeImport(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
     Expected<void> placeInstance(LoadedFile& file, const proto::scene::Node& instance, Spot spot);

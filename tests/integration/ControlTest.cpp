@@ -126,6 +126,33 @@ TEST_F(Control, PickNamesWhatIsUnderAPixel) {
     EXPECT_EQ(hit["path"].get<std::string>().rfind("/floor", 0), 0u) << hit.dump(2);
 }
 
+TEST_F(Control, SaveWritesAFileThatShowsTheSameWall) {
+    // The carriage drives for a second; then the yard stands still.
+    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    EXPECT_EQ(wall_.ctl({"move", "/row[0]", "0", "1.5", "0", "--by"}).exitCode, 0);
+    const Picture before = snapshot("before.png");
+    for (const std::string name : {"yard.tsc", "yard.tsct"}) {
+        const std::string file = wall_.folder() + "/" + name;
+        const json saved = ask({"save", file});
+        EXPECT_GT(saved["bytes"], 1000) << saved.dump();
+        LiveWall again({.scene = file});
+        ASSERT_FALSE(again.address().empty()) << again.server().output();
+        for (const std::string& host : kFourHosts) again.startClient(host);
+        ASSERT_TRUE(again.waitForFrame("front-0-0", 3, 30s)) << again.logs();
+        const std::string picture = wall_.folder() + "/" + name + ".png";
+        ASSERT_EQ(again.ctl({"snapshot", picture}).exitCode, 0);
+        const Expected<Bytes> bytes = readFile(picture, 64 << 20);
+        ASSERT_TRUE(bytes);
+        const Expected<DecodedPng> png = decodePng(*bytes);
+        ASSERT_TRUE(png);
+        EXPECT_TRUE(png->picture == before) << name;
+        (void)again.finish();
+    }
+    const Outcome nowhere = wall_.ctl({"save", wall_.folder() + "/none/yard.tsc"});
+    EXPECT_EQ(nowhere.exitCode, 1) << nowhere.output;
+    EXPECT_NE(nowhere.output.find("cannot write there"), std::string::npos) << nowhere.output;
+}
+
 TEST_F(Control, NobodyAtTheAddressIsANetworkError) {
     const Outcome outcome =
         run(wall_.folder(), {program("tessera-ctl"), "--server", "127.0.0.1:1", "--timeout", "2", "status"}, 20s);

@@ -4,6 +4,7 @@
 #include <google/protobuf/descriptor.h>
 
 #include "common/base/Nearest.h"
+#include "common/scenefile/SceneSchema.h"
 #include "server/import/reader/ImageDecoder.h"
 #include "server/import/reader/SceneShapes.h"
 
@@ -28,14 +29,14 @@ tl::unexpected<Error> failAt(const proto::scene::Place& place, const Error& erro
 proto::scene::Place SceneExpander::Where::place() const {
     proto::scene::Place place;
     if (around == nullptr || field == nullptr) return place;
-    const auto location = around->GetLocation(field, index);
+    const auto location = around->GetLocation(SceneSchema::get().twin(field), index);
     place.set_line(static_cast<std::uint32_t>(location.line + 1));
     place.set_column(static_cast<std::uint32_t>(location.column + 1));
     return place;
 }
 
 const SceneExpander::Places* SceneExpander::Where::inside() const {
-    return around == nullptr || field == nullptr ? nullptr : around->GetTreeForNested(field, index);
+    return around == nullptr || field == nullptr ? nullptr : around->GetTreeForNested(SceneSchema::get().twin(field), index);
 }
 
 Expected<void> SceneExpander::checkName(const std::set<std::string>& names, const std::string& name,
@@ -75,6 +76,10 @@ Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const P
 
     const google::protobuf::Descriptor* type = file.GetDescriptor();
     const auto where = [&](const char* field, int index) { return Where{places, type->FindFieldByName(field), index}; };
+    // As it is: whoever knows the scene reads it. What a newer version wrote goes along.
+    scene_.file.set_saved(std::move(*file.mutable_saved()));
+    scene_.file.GetReflection()->MutableUnknownFields(&scene_.file)->Swap(
+        file.GetReflection()->MutableUnknownFields(&file));
     // The blobs keep their numbers; meshes and images made here get later ones.
     for (std::string& blob : *file.mutable_blob()) {
         const ByteSpan bytes = asBytes(blob);

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <google/protobuf/text_format.h>
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "common/base/Nearest.h"
+#include "common/scenefile/SceneSchema.h"
 #include "server/import/SceneFileCheck.h"
 #include "server/import/reader/ReadScene.h"
 #include "server/import/reader/SceneExpander.h"
@@ -18,7 +21,7 @@ namespace {
 
 namespace pb = google::protobuf;
 
-constexpr std::size_t kMaxTextBytes = std::size_t{64} << 20;
+constexpr std::size_t kMaxTextBytes = std::size_t{512} << 20;
 
 /// "Message type \"T\" has no field named \"x\"." in our words, with the name that was probably meant.
 std::string explainUnknownField(const std::string& message) {
@@ -28,7 +31,7 @@ std::string explainUnknownField(const std::string& message) {
     const std::string typeName = message.substr(head.size(), at - head.size());
     std::string field = message.substr(at + middle.size());
     field = field.substr(0, field.find('"'));
-    const pb::Descriptor* type = pb::DescriptorPool::generated_pool()->FindMessageTypeByName(typeName);
+    const pb::Descriptor* type = SceneSchema::get().pool().FindMessageTypeByName(typeName);
     if (type == nullptr) return message;
     std::vector<std::string> names;
     for (int i = 0; i < type->field_count(); ++i) names.push_back(type->field(i)->name());
@@ -58,20 +61,49 @@ FolderFiles filesBeside(const std::string& path, const ReadLimits& limits) {
     return FolderFiles(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
 }
 
+/// Where each saved object stands in the text, for messages of whoever looks at its values.
+void notePlaces(pb::Message& file, const pb::TextFormat::ParseInfoTree& places) {
+    const SceneSchema& schema = SceneSchema::get();
+    const pb::FieldDescriptor* savedField = schema.file().FindFieldByName("saved");
+    if (!file.GetReflection()->HasField(file, savedField)) return;
+    pb::Message& saved = *file.GetReflection()->MutableMessage(&file, savedField);
+    const pb::TextFormat::ParseInfoTree* inside = places.GetTreeForNested(savedField, -1);
+    const pb::FieldDescriptor* objectField = saved.GetDescriptor()->FindFieldByNumber(SceneSchema::kObject);
+    if (inside == nullptr) return;
+    for (int i = 0; i < saved.GetReflection()->FieldSize(saved, objectField); ++i) {
+        const pb::TextFormat::ParseLocation at = inside->GetLocation(objectField, i);
+        pb::Message& object = *saved.GetReflection()->MutableRepeatedMessage(&saved, objectField, i);
+        pb::Message& place = *object.GetReflection()->MutableMessage(&object, &schema.objectField(SceneSchema::kAt));
+        const pb::Reflection& reflection = *place.GetReflection();
+        reflection.SetUInt32(&place, place.GetDescriptor()->FindFieldByName("line"), static_cast<std::uint32_t>(at.line + 1));
+        reflection.SetUInt32(&place, place.GetDescriptor()->FindFieldByName("column"), static_cast<std::uint32_t>(at.column + 1));
+    }
+}
+
 }  // namespace
 
 Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& limits) {
     const Expected<Bytes> bytes = readOrdinaryFile(path, std::min(limits.maxFileBytes, kMaxTextBytes));
     if (!bytes) return fail(bytes.error().code, "the file " + bytes.error().message);
-    proto::scene::SceneFile file;
+    // By the schema that knows what is saved; what authors write is the same in both.
+    const std::unique_ptr<pb::Message> message = SceneSchema::get().newMessage(SceneSchema::get().file());
     FirstError errors;
     pb::TextFormat::ParseInfoTree places;
     pb::TextFormat::Parser parser;
     parser.RecordErrorsTo(&errors);
     parser.WriteLocationsTo(&places);
     parser.SetRecursionLimit(static_cast<int>(limits.maxDepth) + 8);
-    if (!parser.ParseFromString(std::string(asText(*bytes)), &file))
+    pb::io::ArrayInputStream input(bytes->data(), static_cast<int>(bytes->size()));
+    if (!parser.Parse(&input, message.get()))
         return fail(ErrorCode::kBadInput, errors.text().empty() ? "it is not a Tessera scene" : errors.text());
+    notePlaces(*message, places);
+    proto::scene::SceneFile file;
+    {
+        std::string binary;
+        if (!message->SerializeToString(&binary) || !file.ParseFromString(binary))
+            return fail(ErrorCode::kLimit, "it is larger than 2 GiB");
+        message->Clear();
+    }
     const FolderFiles files = filesBeside(path, limits);
     return SceneExpander(files, limits).expand(std::move(file), &places);
 }

@@ -56,6 +56,8 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(parsed<verb::Pick>("pick 10 20.5").yPx, 20.5);
     (void)parsed<verb::Contacts>("contacts");
     EXPECT_EQ(parsed<verb::Snapshot>("snapshot wall.png").file, "wall.png");
+    EXPECT_EQ(parsed<verb::Save>("save hall.tsct").file, "hall.tsct");
+    EXPECT_NE(refusal("--server a:1 save hall.glb").find(".tsct (text) or .tsc (binary)"), std::string::npos);
 }
 
 TEST(CommandLine, MovesAreReadInAllTheirForms) {
@@ -160,7 +162,7 @@ TEST(CommandLine, NonsenseIsRefusedInWords) {
 
 TEST(CommandLine, HelpFitsATerminal) {
     for (const std::string verb : {"", "status ", "tree ", "load ", "move ", "set ", "remove ", "undo ", "view ",
-                                   "pick ", "contacts ", "questions ", "answer ", "snapshot ", "types "}) {
+                                   "pick ", "contacts ", "questions ", "answer ", "snapshot ", "types ", "save "}) {
         const auto result = parseCommandLine(split(verb + "--help"));
         ASSERT_TRUE(result) << verb << result.error().message;
         std::istringstream text(std::get<HelpText>(*result).text);

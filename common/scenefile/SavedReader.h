@@ -1,0 +1,37 @@
+/// What a scene file saved, as part of a change list. The bytes may come from anybody.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/scenefile/SceneFile.h"
+
+namespace tessera {
+
+struct SavedOptions {
+    ObjectId parent = kRootNode;              ///< the top level is placed below it
+    std::uint64_t firstId = kFirstPlaceholder;  ///< of what is created; the others follow it
+    std::size_t maxObjects = 4'000'000;
+    std::size_t maxNodes = 1'000'000;
+    std::size_t maxDepth = 200;  ///< below the parent
+    std::size_t maxTextBytes = 4096;
+    /// Sees each object with its refs, and may change or refuse it before it goes into the list. `object` is of the type.
+    std::function<Expected<void>(ObjectId id, const TypeInfo& type, void* object)> look;
+};
+
+struct SavedScene {
+    std::uint64_t created = 0;  ///< ids from firstId on
+    std::vector<ObjectId> tops;
+    LaterParts later;                ///< ofFile: only what a text file had to quote
+    std::vector<std::string> notes;  ///< what a newer version wrote, in words
+};
+
+/// `bytes`: a message Saved; `blobs`: the file's arrays. Creates every object and sets its fields; places the root's children
+/// below the parent, or the root itself where it has a name or a core. Errors begin with "line:column: " where the file
+/// was a text. Never fails otherwise than with an error; memory stays within a small multiple of the bytes.
+[[nodiscard]] Expected<SavedScene> readSaved(ByteSpan bytes, std::span<const Blob> blobs, const SavedOptions& options,
+                                             ChangeListBuilder& list);
+
+}  // namespace tessera

@@ -1,0 +1,333 @@
+// A scene as the bytes of a file.
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <google/protobuf/text_format.h>
+#include <google/protobuf/unknown_field_set.h>
+#include <google/protobuf/wire_format_lite.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "common/base/Version.h"
+#include "common/scenefile/SceneFile.h"
+#include "common/scenefile/SceneSchema.h"
+#include "proto/scene.pb.h"
+
+namespace tessera {
+namespace {
+
+namespace pb = google::protobuf;
+using pb::internal::WireFormatLite;
+
+constexpr std::size_t kMaxFileBytes = 0x7fffffff;
+
+tl::unexpected<Error> tooLarge() {
+    return fail(ErrorCode::kLimit, "the scene is larger than the 2 GiB that a scene file can hold");
+}
+
+class SceneWriter {
+public:
+    SceneWriter(const Aspect& scene, SceneEncoding encoding, const LaterParts& later)
+        : scene_(scene), text_(encoding == SceneEncoding::kText), later_(later) {
+        printer_.SetUseShortRepeatedPrimitives(true);
+        printer_.SetUseUtf8StringEscaping(true);
+        printer_.SetInitialIndentLevel(2);
+    }
+
+    Expected<std::string> write() {
+        collect();
+        for (const Blob& blob : later_.blobs) (void)blobNumber(blob);
+        for (const ObjectId id : order_)
+            if (Expected<void> done = addObject(id); !done) return tl::unexpected(done.error());
+        for (const std::string& object : later_.objects) {
+            message_->Clear();
+            (void)message_->ParsePartialFromString(object);
+            addMessage();
+        }
+        return text_ ? textFile() : binaryFile();
+    }
+
+private:
+    /// The root, what is below it, and whatever these refer to, each followed by what it refers to. They keep the numbers that
+    /// they have in the file they come from.
+    void collect() {
+        std::uint32_t highest = 0;
+        for (const auto& [id, number] : later_.numbers) highest = std::max(highest, number);
+        for (const std::string& object : later_.objects) {
+            (void)message_->ParsePartialFromString(object);
+            highest = std::max(highest, message_->GetReflection()->GetUInt32(*message_, &objectField(SceneSchema::kNumber)));
+        }
+        std::vector<ObjectId> open = {kRootNode};
+        std::vector<ObjectId> next;
+        while (!open.empty()) {
+            const ObjectId id = open.back();
+            open.pop_back();
+            const auto [at, isNew] = numbers_.try_emplace(id, 0);
+            if (!isNew) continue;
+            const auto known = later_.numbers.find(id);
+            at->second = known != later_.numbers.end() ? known->second : ++highest;
+            order_.push_back(id);
+            const Object object = scene_.find(id);
+            next.clear();
+            if (object.info().refers) forEachRef(object, [&](ObjectId target) { next.push_back(target); });
+            if (const Node* node = object.as<Node>())
+                for (const ObjectId child : node->children) next.push_back(child);
+            open.insert(open.end(), next.rbegin(), next.rend());
+        }
+    }
+
+    const pb::FieldDescriptor& objectField(int number) const { return schema_.objectField(number); }
+
+    std::uint32_t blobNumber(const Blob& blob) {
+        if (blob.empty()) return 0;
+        const auto [at, isNew] = blobNumbers_.try_emplace(blob.id(), static_cast<std::uint32_t>(blobs_.size() + 1));
+        if (isNew) blobs_.push_back(blob);
+        return at->second;
+    }
+
+    Expected<void> addObject(ObjectId id) {
+        const Object object = scene_.find(id);
+        const SceneSchema::Type& type = schema_.types()[object.info().index];
+        pb::Message& out = *message_;
+        out.Clear();
+        const pb::Reflection& reflection = *out.GetReflection();
+        reflection.SetUInt32(&out, &objectField(SceneSchema::kNumber), numbers_[id]);
+        if (const Node* node = object.as<Node>())
+            for (const ObjectId child : node->children)
+                reflection.AddUInt32(&out, &objectField(SceneSchema::kChild), numbers_[child]);
+        pb::Message& value = *reflection.MutableMessage(&out, type.inObject);
+        for (const SceneSchema::Field& field : type.fields) {
+            const FieldValue present = field.entry->load(object);
+            const auto kept = later_.refs.find({id, field.entry->id});
+            if (kept != later_.refs.end() && leadsAsBefore(present, kept->second)) {
+                setNumbers(value, field, kept->second);
+                continue;
+            }
+            if (const auto* blob = std::get_if<Blob>(&present); blob && !blob->empty() && !blob->resident())
+                return fail(ErrorCode::kRefused, fmt::format("the {} of {} #{} ({} bytes) are not here", field.entry->name,
+                                                             object.info().name, id.value, blob->sizeBytes()));
+            if (present != field.entry->load(type.info->freshObject())) setValue(value, field, present);
+        }
+        if (const auto kept = later_.fields.find(id); kept != later_.fields.end()) {
+            addUnknown(out, kept->second.ofObject);
+            addUnknown(value, kept->second.ofValue);
+        }
+        addMessage();
+        return {};
+    }
+
+    static void addUnknown(pb::Message& message, const std::string& bytes) {
+        pb::UnknownFieldSet fields;
+        if (fields.ParseFromString(bytes)) message.GetReflection()->MutableUnknownFields(&message)->MergeFrom(fields);
+    }
+
+    /// Whether a field has still the refs that it had beside those that could not be understood.
+    bool leadsAsBefore(const FieldValue& value, const std::vector<std::uint32_t>& before) const {
+        std::vector<std::uint32_t> present;
+        if (const auto* one = std::get_if<ObjectId>(&value); one && *one) present.push_back(numbers_.at(*one));
+        if (const auto* list = std::get_if<RefList>(&value))
+            for (const ObjectId id : *list) present.push_back(numbers_.at(id));
+        // What is present stands there in the same order; the rest are the others.
+        std::size_t at = 0;
+        for (const std::uint32_t number : before)
+            if (at < present.size() && present[at] == number) ++at;
+        return at == present.size();
+    }
+
+    static void setNumbers(pb::Message& message, const SceneSchema::Field& field, const std::vector<std::uint32_t>& numbers) {
+        const pb::Reflection& reflection = *message.GetReflection();
+        for (const std::uint32_t number : numbers)
+            if (field.descriptor->is_repeated())
+                reflection.AddUInt32(&message, field.descriptor, number);
+            else
+                reflection.SetUInt32(&message, field.descriptor, number);
+    }
+
+    void setValue(pb::Message& message, const SceneSchema::Field& field, const FieldValue& value) {
+        const pb::Reflection& reflection = *message.GetReflection();
+        const pb::FieldDescriptor* at = field.descriptor;
+        if (const auto* floats = std::get_if<Floats>(&value)) {
+            if (!at->is_repeated()) return reflection.SetFloat(&message, at, floats->values[0]);
+            for (std::size_t i = 0; i < floats->width; ++i) reflection.AddFloat(&message, at, floats->values[i]);
+        } else if (const auto* doubles = std::get_if<Doubles>(&value)) {
+            if (!at->is_repeated()) return reflection.SetDouble(&message, at, doubles->values[0]);
+            for (std::size_t i = 0; i < doubles->width; ++i) reflection.AddDouble(&message, at, doubles->values[i]);
+        } else if (const auto* matrix = std::get_if<Matrix>(&value)) {
+            for (const double number : matrix->values) reflection.AddDouble(&message, at, number);
+        } else if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+            if (at->enum_type())
+                reflection.SetEnumValue(&message, at, static_cast<int>(*whole));
+            else
+                reflection.SetInt64(&message, at, *whole);
+        } else if (const auto* ref = std::get_if<ObjectId>(&value)) {
+            reflection.SetUInt32(&message, at, *ref ? numbers_.at(*ref) : 0);
+        } else if (const auto* refs = std::get_if<RefList>(&value)) {
+            for (const ObjectId id : *refs) reflection.AddUInt32(&message, at, numbers_.at(id));
+        } else if (const auto* text = std::get_if<std::string>(&value)) {
+            reflection.SetString(&message, at, *text);
+        } else if (const auto* blob = std::get_if<Blob>(&value)) {
+            reflection.SetUInt32(&message, at, blobNumber(*blob));
+        } else {
+            reflection.SetBool(&message, at, std::get<bool>(value));
+        }
+    }
+
+    /// What has no name cannot stand in a text: it goes into a field of bytes.
+    void moveUnknown(pb::Message& from, int field) {
+        pb::UnknownFieldSet& unknown = *from.GetReflection()->MutableUnknownFields(&from);
+        if (unknown.empty()) return;
+        std::string bytes;
+        (void)unknown.SerializeToString(&bytes);
+        unknown.Clear();
+        message_->GetReflection()->SetString(message_.get(), &objectField(field), bytes);
+    }
+
+    void addMessage() {
+        pb::Message& out = *message_;
+        if (!text_) {
+            line_.clear();
+            (void)out.SerializePartialToString(&line_);
+            pb::io::StringOutputStream stream(&saved_);
+            pb::io::CodedOutputStream coded(&stream);
+            coded.WriteTag(WireFormatLite::MakeTag(SceneSchema::kObject, WireFormatLite::WIRETYPE_LENGTH_DELIMITED));
+            coded.WriteVarint32(static_cast<std::uint32_t>(line_.size()));
+            coded.WriteString(line_);
+            return;
+        }
+        const pb::Reflection& reflection = *out.GetReflection();
+        if (const auto* held = reflection.GetOneofFieldDescriptor(out, objectField(SceneSchema::kNumber).containing_type()->oneof_decl(0)))
+            moveUnknown(*reflection.MutableMessage(&out, held), SceneSchema::kLaterFields);
+        moveUnknown(out, SceneSchema::kLater);
+        line_.clear();
+        (void)printer_.PrintToString(out, &line_);
+        saved_ += "  object {\n" + line_ + "  }\n";
+    }
+
+    Expected<std::string> binaryFile() {
+        std::size_t total = saved_.size() + later_.ofSaved.size() + later_.ofFile.size() + 64;
+        for (const Blob& blob : blobs_) total += blob.sizeBytes() + 8;
+        if (total > kMaxFileBytes) return tooLarge();
+        std::string file;
+        file.reserve(total);
+        {
+            pb::io::StringOutputStream stream(&file);
+            pb::io::CodedOutputStream coded(&stream);
+            const auto tag = [&](int field, WireFormatLite::WireType kind) { coded.WriteTag(WireFormatLite::MakeTag(field, kind)); };
+            const auto bytes = [&](int field, ByteSpan content) {
+                tag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED);
+                coded.WriteVarint32(static_cast<std::uint32_t>(content.size()));
+                coded.WriteRaw(content.data(), static_cast<int>(content.size()));
+            };
+            tag(proto::scene::SceneFile::kVersionFieldNumber, WireFormatLite::WIRETYPE_VARINT);
+            coded.WriteVarint32(1);
+            std::string root;
+            {
+                pb::io::StringOutputStream rootStream(&root);
+                pb::io::CodedOutputStream rootCoded(&rootStream);
+                rootCoded.WriteTag(WireFormatLite::MakeTag(SceneSchema::kRoot, WireFormatLite::WIRETYPE_VARINT));
+                rootCoded.WriteVarint32(numbers_.at(kRootNode));
+            }
+            saved_ += root + later_.ofSaved;
+            bytes(proto::scene::SceneFile::kSavedFieldNumber, asBytes(saved_));
+            for (const Blob& blob : blobs_) bytes(proto::scene::SceneFile::kBlobFieldNumber, blob.bytes());
+            coded.WriteString(later_.ofFile);
+        }
+        return file;
+    }
+
+    Expected<std::string> textFile() {
+        std::string file = fmt::format(
+            "# A scene as Tessera {} had it. Objects name each other by their numbers, arrays by their place below.\n"
+            "# What each field means: tessera-check --schema\n"
+            "version: 1\nsaved {{\n  root: {}\n",
+            kVersion, numbers_.at(kRootNode));
+        file += saved_;
+        std::string line;
+        const auto quote = [&](std::string_view name, const std::string& bytes) {
+            if (bytes.empty()) return;
+            proto::scene::SceneFile quoted;  // lends its printing of bytes
+            quoted.set_saved(bytes);
+            (void)printer_.PrintToString(quoted, &line);
+            file += fmt::format("  {}{}", name, line.substr(line.find(':')));
+        };
+        quote("later", later_.ofSaved);
+        quote("later_file", later_.ofFile);
+        file += "}\n";
+        pb::TextFormat::Printer plain;
+        for (const Blob& blob : blobs_) {
+            if (file.size() + blob.sizeBytes() > kMaxFileBytes) return tooLarge();
+            proto::scene::SceneFile one;
+            one.add_blob(std::string(asText(blob.bytes())));
+            line.clear();
+            (void)plain.PrintToString(one, &line);
+            file += line;
+        }
+        if (file.size() > kMaxFileBytes) return tooLarge();
+        return file;
+    }
+
+    const SceneSchema& schema_ = SceneSchema::get();
+    const Aspect& scene_;
+    const bool text_;
+    const LaterParts& later_;
+    pb::TextFormat::Printer printer_;
+    std::unique_ptr<pb::Message> message_ = schema_.newMessage(schema_.object());
+    std::vector<ObjectId> order_;
+    std::unordered_map<ObjectId, std::uint32_t> numbers_;
+    std::vector<Blob> blobs_;
+    std::unordered_map<BlobId, std::uint32_t> blobNumbers_;
+    std::string saved_, line_;
+};
+
+tl::unexpected<Error> failedSystemCall(const std::string& path, std::string_view what) {
+    return fail(ErrorCode::kFailed, fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
+}
+
+}  // namespace
+
+Expected<SceneEncoding> sceneEncodingOf(const std::string& path) {
+    if (path.ends_with(".tsct")) return SceneEncoding::kText;
+    if (path.ends_with(".tsc")) return SceneEncoding::kBinary;
+    return fail(ErrorCode::kUsage, path + ": a scene is written as .tsct (text) or .tsc (binary)");
+}
+
+Expected<std::string> writeScene(const Aspect& scene, SceneEncoding encoding, const LaterParts& later) {
+    return SceneWriter(scene, encoding, later).write();
+}
+
+Expected<void> saveScene(const std::string& path, const Aspect& scene, const LaterParts& later) {
+    const Expected<SceneEncoding> encoding = sceneEncodingOf(path);
+    if (!encoding) return tl::unexpected(encoding.error());
+    const Expected<std::string> content = writeScene(scene, *encoding, later);
+    if (!content) return failWith(path, content.error());
+    std::string temporary = path + ".XXXXXX";
+    const int fd = ::mkostemp(temporary.data(), O_CLOEXEC);
+    if (fd < 0) return failedSystemCall(path, "cannot write there");
+    ::fchmod(fd, 0644);
+    bool written = true;
+    for (std::string_view left = *content; written && !left.empty();) {
+        const ssize_t done = ::write(fd, left.data(), left.size());
+        if (done > 0)
+            left.remove_prefix(static_cast<std::size_t>(done));
+        else if (done < 0 && errno != EINTR)
+            written = false;
+    }
+    const int why = errno;
+    const bool closed = ::close(fd) == 0;
+    if (written && closed && ::rename(temporary.c_str(), path.c_str()) == 0) return {};
+    if (!written) errno = why;
+    auto error = failedSystemCall(path, "cannot write");
+    ::unlink(temporary.c_str());
+    return error;
+}
+
+}  // namespace tessera

@@ -1,0 +1,65 @@
+// What a scene file saved: any object of the table, taken over as it is.
+
+#include <google/protobuf/unknown_field_set.h>
+
+#include <unordered_map>
+
+#include "common/scenefile/SavedReader.h"
+#include "server/import/SceneAssembly.h"
+
+namespace tessera {
+
+Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
+    std::unordered_map<ObjectId, std::uint64_t> triangles;  // of each Geometry
+    std::vector<std::pair<ObjectId, std::string>> names;
+    std::vector<ObjectId> drawn;  // the core of each node
+    SavedOptions options;
+    options.parent = spot.parent;
+    options.firstId = nextId_;
+    options.maxNodes = options_.maxNodes - result_.nodes;
+    options.maxDepth = options_.maxDepth - spot.depth;
+    options.look = [&](ObjectId id, const TypeInfo& type, void* object) -> Expected<void> {
+        if (id == spot.parent) return {};
+        const Object seen(type, object);
+        seen.is<Node>() ? ++result_.nodes : ++result_.cores;
+        if (const Node* node = seen.as<Node>()) {
+            drawn.push_back(node->core);
+            names.emplace_back(id, node->name);
+        } else if (seen.is<Geometry>()) {
+            auto& geometry = *static_cast<Geometry*>(object);
+            // What has not been given its arrays yet is none's fault, as for the committer.
+            if (!geometry.positions.empty() || !geometry.indices.empty())
+                if (Expected<void> sound = checkMesh({geometry.positions, geometry.normals, geometry.colors,
+                                                      geometry.texcoords, geometry.indices});
+                    !sound)
+                    return sound;
+            if (spot.paint) geometry.material = spot.paint;
+            triangles[id] = geometry.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+            ++result_.geometries;
+            result_.trianglesStored += triangles[id];
+        } else if (seen.is<Camera>()) {
+            auto& camera = *static_cast<Camera*>(object);
+            camera.enabled = camera.enabled && spot.camerasEnabled;
+            result_.hasCamera = result_.hasCamera || camera.enabled;
+        }
+        return {};
+    };
+    Expected<SavedScene> saved = readSaved(asBytes(file.content.saved()), file.blobs, options, builder_);
+    if (!saved) return failInFile(file.label, saved.error());
+    nextId_ += saved->created;
+    for (const ObjectId core : drawn)
+        if (const auto found = triangles.find(core); found != triangles.end()) result_.triangles += found->second;
+    const std::unordered_map<ObjectId, std::string> nameOf(names.begin(), names.end());
+    for (const ObjectId top : saved->tops) {
+        placed_.push_back(std::make_unique<Placed>(Placed{top, nameOf.at(top), ObjectId{}, true, spot.placed, {}}));
+        if (spot.placed != nullptr) spot.placed->children.push_back(placed_.back().get());
+    }
+    for (const std::string& text : saved->notes) note(file.label + ": " + text);
+    std::string beside;
+    (void)file.content.GetReflection()->GetUnknownFields(file.content).SerializeToString(&beside);
+    saved->later.ofFile += beside;
+    if (!saved->later.empty() && importing_.size() == 1 && result_.later.empty()) result_.later = std::move(saved->later);
+    return {};
+}
+
+}  // namespace tessera

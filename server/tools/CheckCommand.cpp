@@ -1,0 +1,98 @@
+#include "server/tools/CheckCommand.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "common/base/Version.h"
+#include "common/codec/WallCodec.h"
+#include "common/scenefile/SceneFile.h"
+#include "server/tools/SceneImport.h"
+
+namespace tessera {
+
+Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std::vector<std::string>& words) {
+    CheckArguments out;
+    bool schema = false;
+    CLI::App app(
+        "Says what is wrong with walls and scenes, with line and column where they\n"
+        "are text: FILE:LINE:COLUMN: what. Exits 0 where all are good, else as the\n"
+        "first that is not: 3 for a bad or missing file.",
+        "tessera-check");
+    app.get_formatter()->column_width(30);
+    app.set_version_flag("--version", versionText("tessera-check"));
+    app.add_option("FILE", out.files, "Walls (.wall), scenes and models");
+    app.add_option("--assets", out.assets, "Folders for asset://NAME")->type_name("DIR");
+    app.add_flag("--json", out.json, "One JSON object per file");
+    app.add_flag("--schema", schema, "Prints scene.proto: scene files for\nprotobuf in other languages");
+    app.add_flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
+    try {
+        std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
+        app.parse(std::move(reversed));
+    } catch (const CLI::CallForHelp&) {
+        return CheckText{app.help()};
+    } catch (const CLI::CallForVersion&) {
+        return CheckText{versionText("tessera-check") + "\n"};
+    } catch (const CLI::ParseError& wrong) {
+        return fail(ErrorCode::kUsage, fmt::format("{}; see --help", wrong.what()));
+    }
+    if (schema) return CheckText{sceneSchemaText()};
+    if (out.files.empty()) return fail(ErrorCode::kUsage, "name a FILE; see --help");
+    return out;
+}
+
+CheckResult checkFile(const std::string& path, const CheckArguments& arguments) {
+    CheckResult result{.file = path};
+    const auto bad = [&](const Error& error) {
+        result.what = error.message;
+        result.exitCode = exitCode(error.code);
+        return result;
+    };
+    if (path.ends_with(".wall")) {
+        const Expected<Wall> wall = loadWall(path);
+        if (!wall) return bad(wall.error());
+        std::size_t tiles = 0;
+        for (const auto& host : wall->hosts) tiles += host.tiles.size();
+        result.what = fmt::format("a wall of {} screens, {} tiles, {} hosts", wall->screens.size(), tiles, wall->hosts.size());
+        return result;
+    }
+    const Expected<FileScene> file =
+        importAsScene(path, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
+    if (!file) return bad(file.error());
+    result.notes = file->imported.notes;
+    result.what = fmt::format("a scene of {} nodes, {} other objects, {} triangles", file->imported.nodes,
+                              file->imported.cores, file->imported.triangles);
+    return result;
+}
+
+int runCheck(const std::vector<std::string>& words) {
+    const auto parsed = parseCheckArguments(words);
+    if (!parsed) {
+        fmt::print(stderr, "tessera-check: {}\n", parsed.error().message);
+        return exitCode(parsed.error().code);
+    }
+    if (const auto* text = std::get_if<CheckText>(&*parsed)) {
+        fmt::print("{}", text->text);
+        return 0;
+    }
+    const auto& arguments = std::get<CheckArguments>(*parsed);
+    int code = 0;
+    for (const std::string& path : arguments.files) {
+        const CheckResult result = checkFile(path, arguments);
+        if (code == 0) code = result.exitCode;
+        if (arguments.json) {
+            const nlohmann::ordered_json json = {{"file", path},
+                                                 {"good", result.exitCode == 0},
+                                                 {"what", result.what},
+                                                 {"notes", result.notes}};
+            fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+            continue;
+        }
+        for (const std::string& note : result.notes) fmt::print("{}{}\n", note.starts_with(path) ? "" : path + ": ", note + " (note)");
+        // What is wrong is the answer: it goes where answers go, as compilers' messages are read by editors.
+        fmt::print("{}{}\n", result.what.starts_with(path) ? "" : path + ": ", result.what);
+    }
+    return code;
+}
+
+}  // namespace tessera

@@ -1,0 +1,38 @@
+/// tessera-check: what is wrong with scenes and walls.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/Error.h"
+
+namespace tessera {
+
+struct CheckArguments {
+    std::vector<std::string> files;
+    std::vector<std::string> assets;
+    bool json = false;
+    bool allowUnconfined = false;
+};
+/// What --help, --version or --schema asked for.
+struct CheckText {
+    std::string text;
+};
+
+/// kUsage says what is wrong with the words.
+[[nodiscard]] Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std::vector<std::string>& words);
+
+struct CheckResult {
+    std::string file;
+    std::string what;                ///< in a good file: what it holds; else what is wrong, FILE:LINE:COLUMN: first
+    std::vector<std::string> notes;  ///< what was left away or is not understood
+    int exitCode = 0;                ///< as the programs have it; 0: good
+};
+/// A .wall file as a wall, anything else as a scene, which is imported whole.
+[[nodiscard]] CheckResult checkFile(const std::string& path, const CheckArguments& arguments);
+
+/// The whole program; returns its exit code: that of the first file that is not good.
+[[nodiscard]] int runCheck(const std::vector<std::string>& words);
+
+}  // namespace tessera

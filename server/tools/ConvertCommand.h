@@ -1,0 +1,29 @@
+/// tessera-convert: any readable scene to Tessera's own files.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/Error.h"
+
+namespace tessera {
+
+struct ConvertArguments {
+    std::string in, out;
+    std::vector<std::string> assets;
+    bool allowUnconfined = false;
+};
+/// What --help or --version asked for.
+struct ConvertHelp {
+    std::string text;
+};
+
+/// kUsage says what is wrong with the words.
+[[nodiscard]] Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(
+    const std::vector<std::string>& words);
+
+/// The whole program; returns its exit code. Writes to stdout and stderr.
+[[nodiscard]] int runConvert(const std::vector<std::string>& words);
+
+}  // namespace tessera

@@ -1,0 +1,22 @@
+#include "server/tools/SceneImport.h"
+
+namespace tessera {
+
+Expected<FileScene> importAsScene(const std::string& path, const ImportOptions& options) {
+    Expected<ImportedScene> imported = importScene(path, kRootNode, options);
+    if (!imported) return tl::unexpected(imported.error());
+    // In an aspect of its own the new objects can have any ids.
+    const auto real = [](ObjectId id) {
+        return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id;
+    };
+    FileScene file{Aspect(), std::move(*imported)};
+    replaceIds(file.imported.list, real);
+    file.imported.later.replaceIds(real);
+    file.imported.top = real(file.imported.top);
+    for (ObjectId& top : file.imported.tops) top = real(top);
+    if (const Expected<void> applied = file.scene.apply(file.imported.list); !applied) return failWith(path, applied.error());
+    file.imported.list = {};
+    return file;
+}
+
+}  // namespace tessera

@@ -1,0 +1,301 @@
+/// Scenes saved to files and read back.
+#include <fmt/format.h>
+
+#include <fstream>
+#include <random>
+
+#include "common/scenefile/SceneFile.h"
+#include "tests/support/SceneStructure.h"
+#include "tests/unit/import/ImportFixture.h"
+
+namespace tessera {
+namespace {
+
+std::string contentOf(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+const std::vector<std::string> kExtensions = {".tsc", ".tsct"};
+
+/// Saves the scene both ways, reads it back, and compares.
+void expectRoundTrip(const Aspect& scene) {
+    const Scratch scratch;
+    for (const std::string& extension : kExtensions) {
+        const std::string path = scratch.path("saved" + extension);
+        const Expected<void> saved = saveScene(path, scene);
+        ASSERT_TRUE(saved) << saved.error().message;
+        Expected<ImportedScene> back = importScene(path, kRootNode, importOptions());
+        ASSERT_TRUE(back) << back.error().message;
+        EXPECT_TRUE(back->notes.empty()) << back->notes.front();
+        const ImportedAspect again(std::move(*back));
+        EXPECT_EQ(structureDifference(scene, *again), "") << extension;
+        // What is saved again is the same file: numbers follow the tree.
+        const Expected<std::string> twice = writeScene(*again, *sceneEncodingOf(path));
+        ASSERT_TRUE(twice) << twice.error().message;
+        EXPECT_TRUE(*twice == contentOf(path)) << extension;
+    }
+}
+
+/// Imports the file, and expects that saving changes nothing, counts included.
+void expectRoundTripOfFile(const std::string& path) {
+    SCOPED_TRACE(path);
+    Expected<ImportedScene> first = importScene(path, kRootNode, importOptions());
+    ASSERT_TRUE(first) << first.error().message;
+    const ImportedScene counts = *first;
+    const ImportedAspect scene(std::move(*first));
+    expectRoundTrip(*scene);
+    const Scratch scratch;
+    const std::string saved = scratch.path("counted.tsc");
+    ASSERT_TRUE(saveScene(saved, *scene));
+    const Expected<ImportedScene> back = importScene(saved, kRootNode, importOptions());
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_EQ(back->nodes, counts.nodes);
+    EXPECT_EQ(back->cores, counts.cores);
+    EXPECT_EQ(back->geometries, counts.geometries);
+    EXPECT_EQ(back->triangles, counts.triangles);
+    EXPECT_EQ(back->trianglesStored, counts.trianglesStored);
+    EXPECT_EQ(back->hasCamera, counts.hasCamera);
+    EXPECT_EQ(back->tops.size(), counts.tops.size());
+}
+
+std::string smallScene() {
+    return R"(material { name: "red" base_color { r: 1 } }
+node { name: "crane" transform { translation { x: 0.1 y: -2 z: 1e-300 } } material: "red"
+  node { name: "box" box { size { x: 1 y: 2 z: 3 } } }
+  node { name: "same" box { size { x: 1 y: 2 z: 3 } } }
+  node { motion { key { time: 0 transform {} } key { time: 1 transform { translation { x: 1 } } } mode: PING_PONG } } }
+node { name: "rules" interest { object: "/crane" response: BOUNCE show_points: true } }
+node { spot_light { outer_angle_deg: 30 } })";
+}
+
+/// A scene made of edits.
+Aspect sceneOf(const std::function<void(ChangeListBuilder&)>& edit) {
+    ChangeListBuilder list;
+    edit(list);
+    Aspect aspect;
+    const Expected<void> applied = aspect.apply(list.take());
+    EXPECT_TRUE(applied) << (applied ? "" : applied.error().message);
+    return aspect;
+}
+
+TEST(SavedScene, OfEveryShippedFileIsTheSameWhenReadBack) {
+    const std::string folder = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes";
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        if (entry.path().extension() != ".tsct") continue;
+        const Expected<ImportedScene> readable = importScene(entry.path(), kRootNode, importOptions());
+        if (!readable && readable.error().message.find("assimp-testmodels") != std::string::npos) continue;
+        expectRoundTripOfFile(entry.path());
+    }
+}
+
+TEST(SavedScene, OfRealModelsIsTheSameWhenReadBack) {
+    if (testData().empty() || !std::filesystem::exists(kDebianModels)) GTEST_SKIP() << "the real models are not here";
+    std::vector<std::string> found;
+    for (const std::string& folder : {testData(), std::string(kDebianModels)})
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+            if ((entry.path().extension() == ".glb" || entry.path().extension() == ".gltf") &&
+                entry.path().string().find("malformed") == std::string::npos)
+                found.push_back(entry.path());
+    std::sort(found.begin(), found.end());
+    if (found.empty()) GTEST_SKIP() << "no glTF among the real models";
+    const std::size_t wanted = kSanitized ? 4 : 12;
+    std::size_t done = 0;
+    for (std::size_t i = 0; i < found.size() && done < wanted; i += std::max<std::size_t>(1, found.size() / wanted)) {
+        const Expected<ImportedScene> readable = importScene(found[i], kRootNode, importOptions());
+        if (!readable) continue;
+        expectRoundTripOfFile(found[i]);
+        ++done;
+    }
+    EXPECT_GE(done, 2u);
+}
+
+TEST(SavedScene, KeepsSharingTheRootsCoreAndWhatIsReferredTo) {
+    const ObjectId transform{10}, first{11}, second{12}, outside{13}, below{14}, interest{15}, holder{16}, lost{17};
+    const Aspect scene = sceneOf([&](ChangeListBuilder& list) {
+        list.create(transform, typeOf<Transform>());
+        setField<&Transform::translation>(list, transform, Vec3d(1, 2, 3));
+        for (const ObjectId node : {first, second, outside, below, holder, lost}) list.create(node, typeOf<Node>());
+        for (const ObjectId node : {first, second, kRootNode}) setField<&Node::core>(list, node, transform);
+        setField<&Node::name>(list, first, "line\nfeed and \"quotes\"");
+        setField<&Node::name>(list, kRootNode, "world");
+        for (const ObjectId node : {first, second, holder}) list.place(node, kRootNode);
+        list.place(below, outside);
+        list.create(interest, typeOf<Interest>());
+        setField<&Node::core>(list, holder, interest);
+        setField<&Interest::object>(list, interest, outside);
+        setField<&Interest::against>(list, interest, kRootNode);
+    });
+    const Scratch scratch;
+    for (const std::string& extension : kExtensions) {
+        const std::string path = scratch.path("shared" + extension);
+        ASSERT_TRUE(saveScene(path, scene));
+        Expected<ImportedScene> back = importScene(path, kRootNode, importOptions());
+        ASSERT_TRUE(back) << back.error().message;
+        // The root has a core, so it comes back as a node of its own; nobody asked for the node that was lost.
+        ASSERT_EQ(back->tops.size(), 1u);
+        EXPECT_EQ(back->nodes, 6u);
+        const ImportedAspect again(std::move(*back));
+        ASSERT_EQ(again->root().children.size(), 1u);
+        EXPECT_EQ(structureDifference(scene, *again, kRootNode, again->root().children.front()), "");
+    }
+}
+
+TEST(SavedScene, StandsBesideWhatAuthorsWrite) {
+    const Scratch scratch;
+    const Aspect scene = sceneOf([](ChangeListBuilder& list) {
+        list.create(ObjectId{5}, typeOf<Node>());
+        list.place(ObjectId{5}, kRootNode);
+        setField<&Node::name>(list, ObjectId{5}, "saved");
+    });
+    const Expected<std::string> text = writeScene(scene, SceneEncoding::kText);
+    ASSERT_TRUE(text);
+    const Expected<ImportedScene> both =
+        importScene(scratch.write("both.tsct", *text + "node { name: \"written\" box { size { x: 1 y: 1 z: 1 } } }"), kRootNode,
+                    importOptions());
+    ASSERT_TRUE(both) << both.error().message;
+    EXPECT_EQ(both->tops.size(), 2u);
+    const ImportedAspect aspect(*both);
+    EXPECT_TRUE(findNode(*aspect, "/written"));
+    EXPECT_TRUE(findNode(*aspect, "/saved"));
+}
+
+TEST(SavedScene, SaysWhereInATextItIsWrong) {
+    const Scratch scratch;
+    const auto says = [&](std::string_view body, std::string_view wanted) {
+        const std::string path = scratch.write("wrong.tsct", body);
+        const Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+        ASSERT_FALSE(scene) << body;
+        EXPECT_EQ(scene.error().message, path + std::string(wanted));
+        EXPECT_EQ(scene.error().code, ErrorCode::kBadInput);
+    };
+    const std::string root = "saved { root: 1\n  object { number: 1 child: 2 node {} }\n  ";
+    says(root + "object { number: 2 node { nam: \"x\" } } }", ":3:32: Node has no 'nam'; did you mean 'name'?");
+    says(root + "object { number: 2 node { core: 9 } } }", ":3:3: object 2 (Node): core names object 9, which does not exist");
+    says(root + "object { number: 2 node { core: 1 } } }", ":3:3: object 2 (Node): core names object 1, which is of type Node");
+    says(root + "object { number: 2 transform {} } }", ":2:3: object 1 (Node): its child 2 is no Node of this file");
+    says(root + "object { number: 2 child: 2 node {} } }", ":3:3: object 2 (Node): it has two parents, or is a child twice");
+    says(root + "object { number: 1 node {} } }", ":3:3: object 1 (Node): its number is there twice");
+    says(root + "object { number: 2 node {} } object { number: 3 transform { scale: [1, 2] } } }",
+         ":3:32: object 3 (Transform): scale has 2 numbers, not 3");
+    says(root + "object { number: 2 node {} } object { number: 3 transform { rotation: [0, 0, 0, 0] } } }",
+         ":3:32: object 3 (Transform): rotation is zero, which has no direction");
+    says(root + "object { number: 2 node {} } object { number: 3 motion { keys: 1 } } }",
+         ":3:32: object 3 (Motion): keys names array 1, which does not exist");
+    says("saved { object { number: 1 node {} } }", ": what it saved has no root: 'root' must be the number of a Node");
+    says("saved { root: 1 object { number: 1 node {} } object { number: 2 child: 3 node {} } object { number: 3 child: 2 node {} } }",
+         ": some of its nodes are below themselves");
+}
+
+TEST(SavedScene, OfAnArrayThatIsNotHereIsRefused) {
+    const Aspect scene = sceneOf([](ChangeListBuilder& list) {
+        list.create(ObjectId{5}, typeOf<Node>());
+        list.create(ObjectId{6}, typeOf<Geometry>());
+        list.place(ObjectId{5}, kRootNode);
+        setField<&Node::core>(list, ObjectId{5}, ObjectId{6});
+        setField<&Geometry::positions>(list, ObjectId{6}, Blob::absent({1, 2}, 36));
+    });
+    const Expected<std::string> saved = writeScene(scene, SceneEncoding::kBinary);
+    ASSERT_FALSE(saved);
+    EXPECT_EQ(saved.error().message, "the positions of Geometry #6 (36 bytes) are not here");
+}
+
+// ---- newer versions
+
+std::string field(int number, std::string_view bytes) {
+    std::string out;
+    for (std::uint32_t tag = static_cast<std::uint32_t>(number) << 3 | 2;; tag >>= 7) {
+        out += static_cast<char>(tag > 127 ? tag | 128 : tag);
+        if (tag < 128) break;
+    }
+    out += static_cast<char>(bytes.size());
+    return out + std::string(bytes);
+}
+std::string number(int field, char value) {
+    return std::string{static_cast<char>(field << 3), value};
+}
+
+TEST(SavedScene, OfANewerVersionKeepsWhatIsNotUnderstood) {
+    // A root with a child whose core is of type 777, and a transform with a field 50; arrays that only these name.
+    const std::string later = field(877, "anything" + number(1, 2));
+    const std::string saved = field(1, number(1, 7) + number(2, 3) + field(101, "")) +
+                              field(1, number(1, 3) + number(2, 9) + field(101, field(1, "new") + number(2, 4))) +
+                              field(1, number(1, 4) + later) +
+                              field(1, number(1, 9) + field(101, number(2, 5))) +
+                              field(1, number(1, 5) + field(103, field(50, "more"))) + number(2, 7) + field(60, "also");
+    const std::string file = field(16, saved) + field(15, "first array") + field(15, "second array") + field(99, "top");
+    const Scratch scratch;
+    const auto convert = [&](const std::string& from, const std::string& to) {
+        Expected<ImportedScene> scene = importScene(from, kRootNode, importOptions());
+        ASSERT_TRUE(scene) << scene.error().message;
+        EXPECT_EQ(scene->notes.size(), 3u);
+        for (const std::string part : {"objects of type 777", "field 50 of Transform", "fields beside its objects"})
+            EXPECT_TRUE(std::any_of(scene->notes.begin(), scene->notes.end(), [&](const std::string& note) {
+                return note.find(part) != std::string::npos;
+            })) << part;
+        const auto real = [](ObjectId id) {
+            return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id;
+        };
+        LaterParts kept = scene->later;
+        kept.replaceIds(real);
+        const ImportedAspect aspect(std::move(*scene));
+        const Expected<void> written = saveScene(to, *aspect, kept);
+        ASSERT_TRUE(written) << written.error().message;
+    };
+    const std::string first = scratch.write("newer.tsc", file);
+    convert(first, scratch.path("kept.tsc"));
+    convert(scratch.path("kept.tsc"), scratch.path("kept.tsct"));
+    convert(scratch.path("kept.tsct"), scratch.path("again.tsc"));
+    const std::string kept = contentOf(scratch.path("kept.tsc"));
+    EXPECT_EQ(kept, contentOf(scratch.path("again.tsc")));
+    // Numbers are those of the file, and everything that is not understood is there, as are the refs to it.
+    for (const std::string& part : {later, number(1, 4), field(50, "more"), field(60, "also"), field(99, "top"),
+                                    field(15, "first array") + field(15, "second array"), field(1, "new") + number(2, 4)})
+        EXPECT_NE(kept.find(part), std::string::npos) << testing::PrintToString(part);
+}
+
+// ---- hostile files
+
+TEST(SavedScene, CutOrDamagedIsRefusedOrSomethingValid) {
+    const Scratch scratch;
+    Expected<ImportedScene> first = importScene(scratch.write("small.tsct", smallScene()), kRootNode, importOptions());
+    ASSERT_TRUE(first) << first.error().message;
+    const ImportedAspect scene(std::move(*first));
+    std::mt19937 random(11);
+    std::size_t refused = 0, valid = 0;
+    const auto feed = [&](const std::string& path) {
+        Expected<ImportedScene> read = importScene(path, kRootNode, importOptions());
+        if (!read) {
+            ++refused;
+            EXPECT_EQ(read.error().message.compare(0, path.size(), path), 0) << read.error().message;
+            EXPECT_EQ(read.error().message.find("crash"), std::string::npos) << read.error().message;
+            EXPECT_EQ(read.error().message.find("aborted"), std::string::npos) << read.error().message;
+            return;
+        }
+        ++valid;
+        const ImportedAspect applied(std::move(*read));  // expects that the scene takes it
+    };
+    for (const std::string& extension : kExtensions) {
+        const Expected<std::string> whole = writeScene(*scene, *sceneEncodingOf(extension));
+        ASSERT_TRUE(whole);
+        const int rounds = kSanitized ? 25 : 150;
+        for (int i = 0; i < rounds; ++i) {
+            std::string bad = *whole;
+            if (i % 3 == 0) {
+                bad.resize(std::uniform_int_distribution<std::size_t>(0, bad.size() - 1)(random));
+            } else {
+                // Where the objects are, mostly: arrays of numbers have nothing to refuse.
+                const std::size_t end = i % 3 == 1 ? bad.size() : std::min<std::size_t>(bad.size(), 400);
+                for (int flips = 0; flips < 1 + i % 4; ++flips)
+                    bad[std::uniform_int_distribution<std::size_t>(0, end - 1)(random)] ^=
+                        static_cast<char>(1 << std::uniform_int_distribution<int>(0, 7)(random));
+            }
+            feed(scratch.write("bad" + extension, bad));
+        }
+    }
+    EXPECT_GT(refused, 20u);
+    RecordProperty("valid", static_cast<int>(valid));
+}
+
+}  // namespace
+}  // namespace tessera
