@@ -224,7 +224,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* remove = app.add_subcommand("remove", "Removes a node and all below it");
     remove->add_option("NODE", in.remove.node, "/path/of/names or #id")->required();
 
-    const CLI::App* types = app.add_subcommand("types", "All types of objects and their fields; needs no server");
+    const CLI::App* types = app.add_subcommand("types", "All types and fields; needs no server");
 
     const CLI::App* undo = app.add_subcommand("undo", "Takes back the last change");
 
@@ -261,7 +261,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* snapshot = app.add_subcommand("snapshot", "The wall as it is now, as a picture");
     snapshot->add_option("FILE", in.snapshot.file, "FILE.png to write")->required();
 
-    CLI::App* save = app.add_subcommand("save", "The whole scene as it is now, as a file of this machine");
+    CLI::App* save = app.add_subcommand("save", "The scene as it is now, as a file of this machine");
     save->add_option("FILE", in.save.file, "FILE.tsc (binary) or FILE.tsct (text) to write, here\nand not at the server; it needs no other file")
         ->required();
 
