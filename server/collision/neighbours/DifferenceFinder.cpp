@@ -23,26 +23,6 @@ constexpr std::size_t kShareForAll = 3;  // where more than one of three moved, 
 
 static_assert(sizeof(Box) == 6 * sizeof(double), "boxes are read as six doubles");
 
-/// About where most boxes are. Keys are finest around the origin, so it should lie there; one box far away must not
-/// draw it to itself.
-std::array<double, 3> middle(std::span<const Box> boxes) {
-    constexpr std::size_t kSample = 256;
-    std::array<std::vector<double>, 3> sample;
-    for (std::size_t i = 0; i < boxes.size(); i += boxes.size() / kSample + 1) {
-        const Vec3d center = boxes[i].center();
-        if (boxes[i].empty() || !center.allFinite()) continue;
-        for (std::size_t a = 0; a < 3; ++a) sample[a].push_back(center[static_cast<int>(a)]);
-    }
-    std::array<double, 3> origin{};
-    if (sample[0].empty()) return origin;
-    const auto half = static_cast<std::ptrdiff_t>(sample[0].size() / 2);
-    for (std::size_t a = 0; a < 3; ++a) {
-        std::nth_element(sample[a].begin(), sample[a].begin() + half, sample[a].end());
-        origin[a] = sample[a][static_cast<std::size_t>(half)];
-    }
-    return origin;
-}
-
 }  // namespace
 
 DifferenceFinder::DifferenceFinder(NeighbourMethod method, Workers* workers, const SlotKernels& kernels)

@@ -1,10 +1,13 @@
 /// In which order boxes are kept, and how candidates are found in it.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "common/math/Box.h"
 #include "server/collision/neighbours/SlotBounds.h"
 
 namespace tessera {
@@ -47,5 +50,25 @@ public:
     /// Whether a slot has moved to where its neighbours in the order are not.
     [[nodiscard]] virtual bool strays(const SlotBounds& cur, std::size_t slot) const = 0;
 };
+
+/// About where most boxes are. Keys are finest around the origin, so it should lie there; one box far away must not
+/// draw it to itself.
+[[nodiscard]] inline std::array<double, 3> middle(std::span<const Box> boxes) {
+    constexpr std::size_t kSample = 256;
+    std::array<std::vector<double>, 3> sample;
+    for (std::size_t i = 0; i < boxes.size(); i += boxes.size() / kSample + 1) {
+        const Vec3d center = boxes[i].center();
+        if (boxes[i].empty() || !center.allFinite()) continue;
+        for (std::size_t a = 0; a < 3; ++a) sample[a].push_back(center[static_cast<int>(a)]);
+    }
+    std::array<double, 3> origin{};
+    if (sample[0].empty()) return origin;
+    const auto half = static_cast<std::ptrdiff_t>(sample[0].size() / 2);
+    for (std::size_t a = 0; a < 3; ++a) {
+        std::nth_element(sample[a].begin(), sample[a].begin() + half, sample[a].end());
+        origin[a] = sample[a][static_cast<std::size_t>(half)];
+    }
+    return origin;
+}
 
 }  // namespace tessera::neighbours
