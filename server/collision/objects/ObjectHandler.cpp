@@ -22,7 +22,7 @@ void sortOnce(std::vector<Number>& numbers) {
 }  // namespace
 
 void ObjectHandler::update(const Aspect& aspect, const ChangeList* list) {
-    if (!list) {
+    if (!list || generation_ == 0) {  // the first list may be the one that made the scene
         begin(aspect, true);
         return;
     }

@@ -205,6 +205,23 @@ TEST(Follow, ARebuiltPipelineSaysTheSame) {
     EXPECT_EQ(a.accepted[0].translation, b.accepted[0].translation);
 }
 
+TEST(Following, MayBeginWithTheListThatMadeTheScene) {
+    SceneMaker maker;
+    const auto box = maker.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d::Zero());
+    const auto wall = maker.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0.5, 0, 0));
+    maker.interest(box.node);
+    const ChangeList all = snapshot(maker.aspect);
+    Aspect aspect;
+    ASSERT_TRUE(aspect.apply(all));
+    CollisionPipeline pipeline;
+    pipeline.sceneChanged(aspect, &all);
+    const StepResult result = pipeline.step(aspect, {});
+    EXPECT_FALSE(result.contacts.empty());
+    const auto hit = pipeline.pickNode(aspect, {Vec3d(0.9, 0.1, 10), Vec3d(0, 0, -1)});
+    ASSERT_TRUE(hit);
+    EXPECT_EQ(hit->node, wall.shape);
+}
+
 TEST(ScenePicker, HitsTheNearestVisibleTriangle) {
     SceneMaker scene;
     const ObjectId choice = scene.switchCore(Switch::kAll);
