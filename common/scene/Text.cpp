@@ -1,5 +1,7 @@
 #include "common/scene/Text.h"
 
+#include <cctype>
+
 namespace tessera {
 
 namespace {
@@ -51,6 +53,15 @@ std::string toUtf8(std::string_view text, std::size_t maxBytes) {
         text.remove_prefix(length == 0 ? 1 : length);
     }
     return clean;
+}
+
+std::string snakeCase(std::string_view camel) {
+    std::string snake;
+    for (const char c : camel) {
+        if (std::isupper(static_cast<unsigned char>(c))) snake += '_';
+        snake += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    return snake;
 }
 
 }  // namespace tessera

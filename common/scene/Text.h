@@ -13,4 +13,7 @@ namespace tessera {
 /// from files, which may hold anything.
 [[nodiscard]] std::string toUtf8(std::string_view text, std::size_t maxBytes);
 
+/// "widthPx" as "width_px": a field of the table as scene files name it. ASCII.
+[[nodiscard]] std::string snakeCase(std::string_view camel);
+
 }  // namespace tessera

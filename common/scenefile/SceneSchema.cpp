@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "common/base/Version.h"
+#include "common/scene/Text.h"
 #include "common/scenefile/SceneFile.h"
 #include "proto/scene.pb.h"
 
@@ -20,16 +21,6 @@ using google::protobuf::FieldDescriptorProto;
 using google::protobuf::FileDescriptorProto;
 
 constexpr const char* kPackage = ".tessera.proto.scene";
-
-/// "widthPx" as "width_px".
-std::string snakeCase(std::string_view camel) {
-    std::string snake;
-    for (const char c : camel) {
-        if (std::isupper(static_cast<unsigned char>(c))) snake += '_';
-        snake += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    }
-    return snake;
-}
 
 std::string upperCase(std::string text) {
     for (char& c : text) c = c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));

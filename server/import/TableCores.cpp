@@ -2,23 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
 #include <numbers>
+
+#include "common/scene/Text.h"
 
 namespace tessera {
 namespace {
 
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
-
-std::string snakeCase(std::string_view camel) {
-    std::string snake;
-    for (const char c : camel) {
-        if (std::isupper(static_cast<unsigned char>(c))) snake += '_';
-        snake += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    }
-    return snake;
-}
 
 const FieldDescriptor* contentField(const proto::scene::Node& node) {
     return node.GetReflection()->GetOneofFieldDescriptor(node, node.GetDescriptor()->FindOneofByName("content"));
