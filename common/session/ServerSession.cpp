@@ -317,6 +317,10 @@ ServerActions ServerSession::announceBlobs(std::uint64_t token, std::vector<Blob
     return impl_->take();
 }
 
+void ServerSession::forgetBlobs(std::uint64_t token) {
+    std::erase_if(impl_->announcements, [&](const auto& announcement) { return announcement.token == token; });
+}
+
 ServerActions ServerSession::queryObjects(const std::string& host, std::uint64_t leaf) {
     if (!impl_->finished) impl_->queryObjects(host, leaf);
     return impl_->take();

@@ -210,6 +210,9 @@ public:
     /// Announces blobs; BlobsEverywhere follows (at once when no host is live). Tokens are the caller's, each used
     /// once. Joining hosts are told too: they are not waited for, but do not enter the barrier without these blobs.
     [[nodiscard]] ServerActions announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now);
+    /// Whatever the blobs were announced for is committed or refused: hosts that join are no longer told of them. Those
+    /// that lists have named are forgotten by themselves.
+    void forgetBlobs(std::uint64_t token);
     [[nodiscard]] ServerActions queryObjects(const std::string& host, std::uint64_t leaf);
     [[nodiscard]] ServerActions repair(const std::string& host, TimePoint now);
     [[nodiscard]] ServerActions requestImages(std::uint64_t request, FrameNumber frame);

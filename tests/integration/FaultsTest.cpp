@@ -4,6 +4,9 @@
 
 #include <thread>
 
+#include "common/application/Application.h"
+#include "common/geometry/Mesh.h"
+#include "common/scene/FieldTable.h"
 #include "tests/integration/LiveWall.h"
 
 namespace tessera::test {
@@ -72,6 +75,31 @@ TEST_F(Faults, AStoppedClientIsNoticedByItsSilenceAndRejoinsWhenItGoesOn) {
     EXPECT_EQ((*fault)["kind"], "silent");
     EXPECT_GE((*fault)["detected_ms"].get<double>(), 250);
     EXPECT_TRUE((*fault)["rejoined_ms"].is_number());
+}
+
+TEST_F(Faults, AHostComesBackAfterAnEditWithArraysWasRefused) {
+    LiveWall wall({});
+    start(wall);
+    auto application = Application::connect({.address = wall.address(), .name = "broken mesh"});
+    ASSERT_TRUE(application) << application.error().message;
+    MeshArrays mesh = makeBox({1, 1, 1}).toArrays();
+    const std::vector<std::uint32_t> beyond = {0, 1, 99};
+    mesh.indices = Blob::of(std::span<const std::uint32_t>(beyond));
+    ChangeListBuilder edits;
+    const ObjectId geometry(kFirstPlaceholder);
+    edits.create(geometry, typeOf<Geometry>());
+    setField<&Geometry::positions>(edits, geometry, mesh.positions);
+    setField<&Geometry::indices>(edits, geometry, mesh.indices);
+    const auto refused = (*application)->propose(edits.take());
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("vertex 99"), std::string::npos) << refused.error().message;
+
+    wall.client("upper-left").signal(SIGKILL);
+    ASSERT_EQ(wall.client("upper-left").waitForExit(5s), 128 + SIGKILL);
+    const std::int64_t frozen = wall.shownFrame(tileOf("upper-left"));
+    wall.startClient("upper-left");
+    EXPECT_TRUE(wall.waitForFrame(tileOf("upper-left"), frozen + 31, 15s)) << wall.logs();
+    EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
 }
 
 TEST_F(Faults, AHungDrawThreadIsFoundBehindItsHeartbeats) {

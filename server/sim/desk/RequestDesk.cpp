@@ -213,6 +213,8 @@ ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
         const auto found = open_.find(outcome.ticket);
         if (found == open_.end()) continue;
         append(actions, answer(found->second.asker, outcomeOf(found->second, outcome, frame.commit.sent->sequence)));
+        // Of an edit that was refused nobody holds the arrays any more: who joins could not fetch them.
+        around_.session.forgetBlobs(outcome.ticket);
         open_.erase(found);
     }
     append(actions, news_.committed(std::move(frame.collision), number, openQuestions));

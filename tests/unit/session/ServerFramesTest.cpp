@@ -198,6 +198,19 @@ TEST(ServerFrames, AHostThatFetchesTooSlowlyLeavesTheBarrier) {
     EXPECT_EQ(s.sent<message::Begin>(s.b).size(), 1u);
 }
 
+TEST(ServerFrames, AJoiningHostIsNotToldOfBlobsThatNobodyNeedsAnyMore) {
+    Live s;
+    s.drop(s.b);
+    s.take(s.session.announceBlobs(1, {blobOf("mesh")}, s.now));
+    s.say(s.a, message::BlobsHeld{1});
+    s.session.forgetBlobs(1);  // the edit was refused
+    const ConnectionId b = s.join("b");
+    EXPECT_TRUE(s.sent<message::BlobNotice>(b).empty());
+    s.synced(b);
+    s.begin();
+    EXPECT_EQ(s.sent<message::Begin>(b).size(), 1u) << "nothing is owed";
+}
+
 TEST(ServerFrames, AJoiningHostLearnsOfBlobsThatNoListHasNamedYet) {
     Live s;
     s.drop(s.b);
