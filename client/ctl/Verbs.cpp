@@ -40,7 +40,10 @@ Answer committedAnswer(Application& application, const answer::Committed& commit
     Answer met = whatStopped(application, committed.stopped);
     if (met.text.empty())
         for (const std::string& name : stopped)
-            met.text += fmt::format("{} was stopped by what it hit; see contacts\n", name);
+            met.text += fmt::format(
+                "{} was stopped: by what it hit (see contacts), or because it cannot be so (a scale of zero or through "
+                "zero, a number too large)\n",
+                name);
     answer.text += met.text;
     answer.json["stopped_by"] = std::move(met.json);
     return answer;

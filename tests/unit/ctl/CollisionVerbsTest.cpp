@@ -260,7 +260,7 @@ TEST_F(CollisionVerbs, AMoveSaysWhatStoppedIt) {
     EXPECT_EQ(json["stopped_by"][1]["faces"], Json::array({nullptr, 1}));
 
     contacts.contacts.clear();
-    EXPECT_NE(ctl({"move", "/hall/crane", "1", "0", "0"}).out.find("was stopped by what it hit; see contacts"),
+    EXPECT_NE(ctl({"move", "/hall/crane", "1", "0", "0"}).out.find("was stopped: by what it hit (see contacts), or because it cannot be so"),
               std::string::npos)
         << "where the contacts do not tell";
     EXPECT_TRUE(askJson({"move", "/hall/crane", "1", "0", "0"})["stopped_by"].empty());
