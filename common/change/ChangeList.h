@@ -96,6 +96,9 @@ public:
     void detach(ObjectId node) { place(node, ObjectId{}); }
     /// The type is the object's; kind and width must be the same for every object of one (type, field).
     void set(ObjectId id, ObjectType type, FieldId field, const FieldValue& value);
+    /// The same for a field of numbers, as many as it is wide.
+    void set(ObjectId id, ObjectType type, FieldId field, std::span<const double> numbers);
+    void set(ObjectId id, ObjectType type, FieldId field, std::span<const float> numbers);
     /// Takes effect after all values that are set.
     void setRange(ObjectId id, ObjectType type, FieldId field, std::uint64_t offset, Blob bytes);
     void destroy(ObjectId id);

@@ -179,16 +179,19 @@ struct NumbersFieldShape {
         return values;
     }
     static const Scalar* scalars(const FieldValue& value) { return std::get<Packed>(value).values.data(); }
+    using Numbers = std::array<Scalar, width>;  ///< as they are said
 };
 template <>
 struct FieldShape<float> : NumbersFieldShape<float, 1> {
     static FieldValue load(const float& v) { return packed(&v); }
+    static Numbers numbers(const float& v) { return {v}; }
     static void store(float& to, const FieldValue& value) { to = *scalars(value); }
     static void* at(float& v) { return &v; }
 };
 template <>
 struct FieldShape<double> : NumbersFieldShape<double, 1> {
     static FieldValue load(const double& v) { return packed(&v); }
+    static Numbers numbers(const double& v) { return {v}; }
     static void store(double& to, const FieldValue& value) { to = *scalars(value); }
     static void* at(double& v) { return &v; }
 };
@@ -196,12 +199,18 @@ template <typename Scalar, int size>
 struct FieldShape<Eigen::Matrix<Scalar, size, 1>> : NumbersFieldShape<Scalar, std::size_t(size)> {
     using Vector = Eigen::Matrix<Scalar, size, 1>;
     static FieldValue load(const Vector& v) { return FieldShape::packed(v.data()); }
+    static typename FieldShape::Numbers numbers(const Vector& v) {
+        typename FieldShape::Numbers all;
+        std::copy_n(v.data(), size, all.begin());
+        return all;
+    }
     static void store(Vector& to, const FieldValue& value) { std::copy_n(FieldShape::scalars(value), size, to.data()); }
     static void* at(Vector& v) { return v.data(); }
 };
 template <>
 struct FieldShape<Quatd> : NumbersFieldShape<double, 4> {
-    static FieldValue load(const Quatd& q) { return Doubles{{q.w(), q.x(), q.y(), q.z()}, 4}; }
+    static Numbers numbers(const Quatd& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+    static FieldValue load(const Quatd& q) { return Doubles{numbers(q), 4}; }
     static void store(Quatd& to, const FieldValue& value) {
         const double* wxyz = scalars(value);
         to = Quatd(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);

@@ -11,8 +11,15 @@ struct NodePose {
     /// The matrix is world_T_node itself, whatever stands above; else it is parent_T_node.
     bool absolute = false;
 
-    [[nodiscard]] Affine3d below(const Affine3d& world_T_parent) const {
-        return absolute ? matrix : Affine3d(world_T_parent * matrix);
+    /// world_T_node. `world_T_parent` is another object. The same bits as the product of the two, written where it is wanted.
+    void placeBelow(const Affine3d& world_T_parent, Affine3d& world_T_node) const {
+        if (absolute) {
+            world_T_node = matrix;
+            return;
+        }
+        world_T_node.linear().noalias() = world_T_parent.linear() * matrix.linear();
+        world_T_node.translation().noalias() = world_T_parent.linear() * matrix.translation() + world_T_parent.translation();
+        world_T_node.makeAffine();
     }
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "common/scene/Aspect.h"
@@ -13,6 +14,7 @@ struct Visit {
     const Aspect& aspect;
     ObjectId nodeId;
     const Node& node;
+    Object core;                   ///< the node's; nothing where it has none
     const Affine3d& world_T_node;  ///< this node's own transform included
     std::size_t depth;
 };
@@ -29,7 +31,7 @@ public:
     template <typename Core>
     void on(std::function<Descend(const Visit&, const Core&)> handler) {
         setHandler(kTypeIndex<Core>,
-                   [h = std::move(handler)](const Visit& v) { return h(v, *v.aspect.coreOf<Core>(v.node)); });
+                   [h = std::move(handler)](const Visit& v) { return h(v, *v.core.as<Core>()); });
     }
     /// Called for every node before the handler of its core.
     void onNode(Handler handler) { nodeHandler_ = std::move(handler); }
@@ -51,5 +53,26 @@ private:
 
 /// world_T_node by walking up to the root.
 [[nodiscard]] Affine3d worldTransform(const Aspect& aspect, ObjectId node);
+
+/// The same of many nodes of one state of the scene, one after the other: what lies above those near each other is
+/// multiplied once. The same bits. Holds until the aspect's next apply.
+class WorldTransforms {
+public:
+    explicit WorldTransforms(const Aspect& aspect);
+    ~WorldTransforms();
+    /// Identity where there is no such node.
+    [[nodiscard]] Affine3d of(ObjectId node);
+
+private:
+    struct Known {
+        ObjectId node;
+        Affine3d world_T_node;
+    };
+    struct Finder;
+    std::unique_ptr<Finder> find_;
+    std::vector<Known> known_;  ///< inner nodes, each at the place that its id leads to; the last one asked for stays
+    std::vector<const Node*> path_;
+    std::vector<ObjectId> ids_;
+};
 
 }  // namespace tessera

@@ -1,6 +1,7 @@
 #include "common/scene/Aspect.h"
 
 #include <algorithm>
+#include <array>
 
 #include "common/scene/InverseRecorder.h"
 #include "common/scene/ListCheck.h"
@@ -10,7 +11,7 @@ namespace tessera {
 struct Aspect::Impl {
     explicit Impl(SceneLimits l) : limits(l) {
         ObjectTable::Slot& root = table.insert(kRootNode, allTypes()[kTypeIndex<Node>]);
-        table.rehash(kRootNode, root, table.data(root));
+        table.rehash(kRootNode, root);
     }
 
     /// The list has passed its check: from here on nothing fails.
@@ -21,15 +22,15 @@ struct Aspect::Impl {
     /// Columns of one type with the same ids. `final`: nothing else touches objects of that type any more, so they can be
     /// hashed while they are at hand.
     void setColumns(std::span<const FieldColumn> columns, bool final, InverseRecorder* inverse);
-    void rehashRows(const std::vector<ObjectId>& ids);
-    void setColumn(const FieldColumn& column, const FieldEntry& field);
+    /// Rows of a column from `first` on, whose objects these are.
+    void setRows(const FieldColumn& column, const FieldEntry& field, std::size_t first, std::span<std::byte* const> objects);
     void setRange(const RangeEdit& range, const Blob& result, InverseRecorder* inverse);
     void destroy(ObjectId id);
     void rehash(ObjectId id, ObjectTable::Slot& slot) {
-        table.rehash(id, slot, table.data(slot));
+        table.rehash(id, slot);
         slot.mark = hashedMark;
     }
-    void rehashTouched();
+    void rehashTouched(const ChangeList& list);
 
     void touch(ObjectId id, ObjectTable::Slot& slot) {
         if (slot.mark == touchedMark) return;
@@ -37,9 +38,8 @@ struct Aspect::Impl {
         touched.push_back({id, &slot});
     }
     void findRows(const FieldColumn& column);
-    void findObjects();
-    void hold(ObjectId target) {
-        if (target) ++table.find(target)->uses;
+    void hold(ObjectId target, ObjectTable::Cursor& cursor) {
+        if (target) ++cursor.find(target)->uses;
     }
     void letGo(ObjectId target) {
         if (ObjectTable::Slot* slot = target ? table.find(target) : nullptr) --slot->uses;
@@ -55,13 +55,13 @@ struct Aspect::Impl {
         ObjectTable::Slot* slot;
     };
     std::vector<Touched> touched;
-    std::vector<const ObjectTable::Slot*> rows;         ///< of the columns at hand
-    std::vector<const ObjectTable::Slot*> checkedRows;  ///< CheckedList::rowsOf
-    std::vector<std::byte*> objects;       ///< the same
+    std::vector<ObjectTable::Slot*> rows;         ///< of the columns at hand
+    std::vector<ObjectTable::Slot*> checkedRows;  ///< CheckedList::rowsOf
+    std::vector<const FieldEntry*> fields;              ///< of the columns at hand
 };
 
 void Aspect::Impl::create(const Creation& creation) {
-    touch(creation.id, table.insert(creation.id, *findType(creation.type)));
+    table.insert(creation.id, *findType(creation.type)).mark = touchedMark;  // hashed at the end: see rehashTouched
     nextFreeId = std::max(nextFreeId, creation.id.value + 1);
 }
 
@@ -92,17 +92,10 @@ void Aspect::Impl::findRows(const FieldColumn& column) {
     for (std::size_t row = 0; row < rows.size(); ++row) rows[row] = cursor.find(column.ids[row]);
 }
 
-void Aspect::Impl::findObjects() {
-    objects.resize(rows.size());
-    const Slab& slab = table.slab(rows.front()->type);
-    for (std::size_t row = 0; row < rows.size(); ++row) objects[row] = static_cast<std::byte*>(slab.at(rows[row]->place));
-}
-
 namespace {
 
 template <typename Scalar, std::size_t width>
-void writeRows(const std::vector<Scalar>& values, std::span<std::byte* const> objects, std::size_t offset) {
-    const Scalar* from = values.data();
+void writeRows(const Scalar* from, std::span<std::byte* const> objects, std::size_t offset) {
     for (std::byte* object : objects) {
         auto* to = reinterpret_cast<Scalar*>(object + offset);
         for (std::size_t i = 0; i < width; ++i) to[i] = from[i];
@@ -111,9 +104,8 @@ void writeRows(const std::vector<Scalar>& values, std::span<std::byte* const> ob
 }
 
 template <typename Scalar>
-void writeNumbers(const std::vector<Scalar>& values, std::span<std::byte* const> objects, const FieldEntry& field) {
+void writeNumbers(const Scalar* from, std::span<std::byte* const> objects, const FieldEntry& field) {
     if (field.quaternion) {  // said as w x y z, lies as x y z w
-        const Scalar* from = values.data();
         for (std::byte* object : objects) {
             auto* to = reinterpret_cast<Scalar*>(object + field.offset);
             to[0] = from[1];
@@ -126,42 +118,45 @@ void writeNumbers(const std::vector<Scalar>& values, std::span<std::byte* const>
     }
     switch (field.width) {
         case 1:
-            return writeRows<Scalar, 1>(values, objects, field.offset);
+            return writeRows<Scalar, 1>(from, objects, field.offset);
         case 2:
-            return writeRows<Scalar, 2>(values, objects, field.offset);
+            return writeRows<Scalar, 2>(from, objects, field.offset);
         case 3:
-            return writeRows<Scalar, 3>(values, objects, field.offset);
+            return writeRows<Scalar, 3>(from, objects, field.offset);
         default:
-            return writeRows<Scalar, 4>(values, objects, field.offset);
+            return writeRows<Scalar, 4>(from, objects, field.offset);
     }
 }
 
 }  // namespace
 
-void Aspect::Impl::setColumn(const FieldColumn& column, const FieldEntry& field) {
+void Aspect::Impl::setRows(const FieldColumn& column, const FieldEntry& field, std::size_t first,
+                           std::span<std::byte* const> objects) {
     std::visit(
         [&](const auto& values) {
             using Scalar = typename std::decay_t<decltype(values)>::value_type;
             if constexpr (std::is_same_v<Scalar, float> || std::is_same_v<Scalar, double>) {
-                writeNumbers(values, objects, field);
+                writeNumbers(values.data() + first * field.width, objects, field);
             } else if constexpr (std::is_same_v<Scalar, ObjectId>) {
+                ObjectTable::Cursor cursor(table);
                 for (std::size_t row = 0; row < objects.size(); ++row) {
                     ObjectId& held = *field.in<ObjectId>(objects[row]);
                     letGo(held);
-                    held = values[row];
-                    hold(held);
+                    held = values[first + row];
+                    hold(held, cursor);
                 }
             } else if constexpr (std::is_same_v<Scalar, RefList>) {
+                ObjectTable::Cursor cursor(table);
                 for (std::size_t row = 0; row < objects.size(); ++row) {
                     RefList& held = *field.in<RefList>(objects[row]);
                     for (const ObjectId id : held) letGo(id);
-                    held = values[row];
-                    for (const ObjectId id : held) hold(id);
+                    held = values[first + row];
+                    for (const ObjectId id : held) hold(id, cursor);
                 }
             } else if constexpr (std::is_same_v<Scalar, std::uint8_t>) {
-                for (std::size_t row = 0; row < objects.size(); ++row) *field.in<bool>(objects[row]) = values[row] != 0;
+                for (std::size_t row = 0; row < objects.size(); ++row) *field.in<bool>(objects[row]) = values[first + row] != 0;
             } else {
-                for (std::size_t row = 0; row < objects.size(); ++row) *field.in<Scalar>(objects[row]) = values[row];
+                for (std::size_t row = 0; row < objects.size(); ++row) *field.in<Scalar>(objects[row]) = values[first + row];
             }
         },
         column.values);
@@ -169,32 +164,35 @@ void Aspect::Impl::setColumn(const FieldColumn& column, const FieldEntry& field)
 
 void Aspect::Impl::setColumns(std::span<const FieldColumn> columns, bool final, InverseRecorder* inverse) {
     if (rows.empty()) return;
-    findObjects();
     const TypeInfo& type = table.type(*rows.front());
-    for (const FieldColumn& column : columns) {
-        const FieldEntry& field = *findField(type, column.field);
-        if (inverse) inverse->overwritten(column, field, objects);
-        setColumn(column, field);
-    }
+    fields.clear();
+    for (const FieldColumn& column : columns) fields.push_back(findField(type, column.field));
     const std::vector<ObjectId>& ids = columns.front().ids;
-    if (final)
-        rehashRows(ids);
-    else
-        for (std::size_t row = 0; row < rows.size(); ++row) touch(ids[row], const_cast<ObjectTable::Slot&>(*rows[row]));
-}
-
-void Aspect::Impl::rehashRows(const std::vector<ObjectId>& ids) {
-    for (std::size_t row = 0; row < rows.size(); ++row) {
-        auto& slot = const_cast<ObjectTable::Slot&>(*rows[row]);
-        table.rehash(ids[row], slot, objects[row]);
-        slot.mark = hashedMark;
+    // Some rows at a time, written and hashed while their objects are in the cache.
+    std::array<std::byte*, 128> objects;
+    for (std::size_t first = 0; first < rows.size(); first += objects.size()) {
+        const std::size_t count = std::min(objects.size(), rows.size() - first);
+        const std::span here(objects.data(), count);
+        for (std::size_t i = 0; i < count; ++i) {
+            here[i] = static_cast<std::byte*>(rows[first + i]->data);
+            __builtin_prefetch(here[i], 1);
+            __builtin_prefetch(here[i] + 64, 1);
+        }
+        for (std::size_t i = 0; i < columns.size(); ++i) {
+            if (inverse) inverse->overwritten(columns[i], *fields[i], first, here);
+            setRows(columns[i], *fields[i], first, here);
+        }
+        if (final)
+            table.rehash(type, std::span(ids).subspan(first, count), std::span(rows).subspan(first, count), hashedMark);
+        else
+            for (std::size_t i = first; i < first + count; ++i) touch(ids[i], *rows[i]);
     }
 }
 
 void Aspect::Impl::setRange(const RangeEdit& range, const Blob& result, InverseRecorder* inverse) {
     ObjectTable::Slot& slot = *table.find(range.object);
     const FieldEntry& field = *findField(table.type(slot), range.field);
-    Blob& held = *field.in<Blob>(table.data(slot));
+    Blob& held = *field.in<Blob>(slot.data);
     if (inverse) inverse->edited(range, held);
     held = result;
     touch(range.object, slot);
@@ -205,7 +203,10 @@ void Aspect::Impl::destroy(ObjectId id) {
     table.erase(id);
 }
 
-void Aspect::Impl::rehashTouched() {
+void Aspect::Impl::rehashTouched(const ChangeList& list) {
+    ObjectTable::Cursor cursor(table);
+    for (const Creation& creation : list.creations)
+        if (ObjectTable::Slot& slot = *cursor.find(creation.id); slot.mark != hashedMark) rehash(creation.id, slot);
     for (const Touched& object : touched)
         if (object.slot->mark != hashedMark) rehash(object.id, *object.slot);
 }
@@ -219,8 +220,7 @@ void Aspect::Impl::applyChecked(const ChangeList& list, const CheckedList& check
     for (std::size_t first = 0, end = 0; first < list.columns.size(); first = end) {
         // Columns of one type mostly name the same objects: those are found and fetched once for all.
         const FieldColumn& column = list.columns[first];
-        for (end = first + 1; end < list.columns.size(); ++end)
-            if (list.columns[end].type != column.type || list.columns[end].ids != column.ids) break;
+        for (end = first + 1; end < list.columns.size() && checked.sameRows[end];) ++end;
         const auto sameType = [&](const auto& later) { return later.type == column.type; };
         const bool final = std::none_of(list.columns.begin() + static_cast<std::ptrdiff_t>(end), list.columns.end(), sameType) &&
                            std::ranges::none_of(list.ranges, sameType);
@@ -231,7 +231,7 @@ void Aspect::Impl::applyChecked(const ChangeList& list, const CheckedList& check
         setColumns(std::span(list.columns).subspan(first, end - first), final, inverse);
     }
     for (std::size_t i = 0; i < list.ranges.size(); ++i) setRange(list.ranges[i], checked.rangeResults[i], inverse);
-    rehashTouched();  // while every slot still stands
+    rehashTouched(list);  // while every slot still stands
     for (const ObjectId id : list.destructions) destroy(id);
     nextFreeId = std::max(nextFreeId, list.nextFreeId);
 }
@@ -263,6 +263,10 @@ Object Aspect::find(ObjectId id) const {
     return slot ? impl_->table.object(*slot) : Object();
 }
 
+const ObjectTable& Aspect::table() const {
+    return impl_->table;
+}
+
 std::size_t Aspect::useCount(ObjectId id) const {
     const ObjectTable::Slot* slot = impl_->table.find(id);
     return slot ? slot->uses : 0;
@@ -276,9 +280,6 @@ std::vector<ObjectId> Aspect::ids() const {
 }
 std::uint64_t Aspect::nextFreeId() const {
     return impl_->nextFreeId;
-}
-std::vector<Aspect::MemoryUse> Aspect::memoryUse() const {
-    return impl_->table.memoryUse();
 }
 std::uint64_t Aspect::stateHash() const {
     return impl_->table.rootHash();
@@ -304,7 +305,7 @@ FieldColumn columnOf(const ObjectTable& table, const TypeInfo& type, const Field
             using Stored = std::conditional_t<std::is_same_v<Scalar, std::uint8_t>, bool, Scalar>;
             const auto* usual = field.in<Stored>(type.fresh);
             for (const ObjectId id : ids) {
-                const auto* held = field.in<Stored>(static_cast<const void*>(table.data(*cursor.find(id))));
+                const auto* held = field.in<Stored>(static_cast<const void*>(cursor.find(id)->data));
                 if constexpr (std::is_same_v<Scalar, Matrix>) {
                     if (*held == *usual) continue;
                     values.push_back(*held);
@@ -323,7 +324,7 @@ FieldColumn columnOf(const ObjectTable& table, const TypeInfo& type, const Field
 }  // namespace
 
 ChangeList snapshot(const Aspect& aspect) {
-    const ObjectTable& table = aspect.impl_->table;
+    const ObjectTable& table = aspect.table();
     ChangeList list;
     std::vector<std::vector<ObjectId>> byType(allTypes().size());
     ObjectTable::ConstCursor cursor(table);

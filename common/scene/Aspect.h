@@ -77,19 +77,12 @@ public:
     };
     [[nodiscard]] std::vector<ObjectHash> objectHashes(std::uint64_t leaf) const;
 
-    /// Memory by type: what an object and its slot take, and what is kept elsewhere (child lists; texts and blobs are not
-    /// counted).
-    struct MemoryUse {
-        std::string_view type;
-        std::size_t objects = 0;
-        std::size_t objectBytes = 0;  ///< of one
-        std::size_t elsewhereBytes = 0;  ///< of all
-    };
-    [[nodiscard]] std::vector<MemoryUse> memoryUse() const;
-
 private:
     friend ChangeList snapshot(const Aspect& aspect);
+    friend class Action;           // these find nodes and cores where they come in runs
+    friend class WorldTransforms;
     struct Impl;
+    [[nodiscard]] const class ObjectTable& table() const;
     std::unique_ptr<Impl> impl_;
 };
 

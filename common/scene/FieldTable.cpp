@@ -17,23 +17,28 @@ static_assert(std::endian::native == std::endian::little, "canonical bytes are l
 
 // ---- hashing -------------------------------------------------------------------------------------------------------
 
-/// A product of 128 bits folded: two words at a time, a handful of cycles each. Not cryptographic.
+/// A sum of products of 128 bits, folded: two words each, with a key of their own for their place among the others. None
+/// waits for the one before it. Not cryptographic.
 class WordHash {
 public:
-    explicit WordHash(std::uint64_t seed) : state_(seed ^ 0x9E3779B97F4A7C15ull) {}
+    explicit WordHash(std::uint64_t seed) : key_(seed ^ 0x9E3779B97F4A7C15ull) {}
 
-    void put(std::uint64_t a, std::uint64_t b) { state_ = fold(a ^ 0xA0761D6478BD642Full ^ state_, b ^ 0xE7037ED1A0B428DBull); }
+    void put(std::uint64_t a, std::uint64_t b) {
+        key_ += 0xA0761D6478BD642Full;
+        sum_ += fold(a ^ key_, b ^ std::rotl(key_, 32) ^ 0xE7037ED1A0B428DBull);
+    }
     void put(std::uint64_t a) { put(a, 0x8EBC6AF09C88C6E3ull); }
     void putBytes(ByteSpan bytes) { put(hash64(bytes), bytes.size()); }
-    [[nodiscard]] std::uint64_t value() const { return fold(state_, 0x589965CC75374CC3ull); }
+    [[nodiscard]] std::uint64_t value() const { return fold(sum_ ^ 0x589965CC75374CC3ull, key_); }
 
 private:
-    /// A factor of zero would forget all that came before: the factors themselves are kept in the sum.
+    /// A factor of zero would forget the other one: the factors themselves are kept in the sum.
     [[nodiscard]] static std::uint64_t fold(std::uint64_t a, std::uint64_t b) {
         const unsigned __int128 product = static_cast<unsigned __int128>(a) * b;
         return static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64) ^ std::rotl(a, 23) ^ b;
     }
-    std::uint64_t state_;
+    std::uint64_t key_;
+    std::uint64_t sum_ = 0;
 };
 
 template <typename Real>
@@ -138,6 +143,10 @@ struct Derived {
         if constexpr (HasPose<T>) return static_cast<const T*>(object)->pose();
         return {};
     }
+    /// In one piece, without a matrix in between: a traversal does little else.
+    [[gnu::flatten]] static void place(const void* object, const Affine3d& world_T_parent, Affine3d& world_T_node) {
+        if constexpr (HasPose<T>) static_cast<const T*>(object)->pose().placeBelow(world_T_parent, world_T_node);
+    }
     static LightSource light(const void* object) {
         if constexpr (HasLight<T>) return static_cast<const T*>(object)->light();
         return {};
@@ -160,7 +169,10 @@ struct Derived {
             info.copy = [](void* at, const void* from) { new (at) T(*static_cast<const T*>(from)); };
         info.destroy = [](void* at) { static_cast<T*>(at)->~T(); };
         info.hash = &hash;
-        if constexpr (HasPose<T>) info.pose = &pose;
+        if constexpr (HasPose<T>) {
+            info.pose = &pose;
+            info.place = &place;
+        }
         if constexpr (HasLight<T>) info.light = &light;
         info.fresh = &fresh();
         return info;

@@ -48,6 +48,8 @@ struct TypeInfo {
     std::uint64_t (*hash)(const void*, std::uint64_t seed) = nullptr;
     /// Null: it leaves its node where it is.
     NodePose (*pose)(const void*) = nullptr;
+    /// Where a node with this core stands below a parent; null as `pose`. The one product that everybody makes: the same bits.
+    void (*place)(const void*, const Affine3d& world_T_parent, Affine3d& world_T_node) = nullptr;
     /// Null: it does not shine.
     LightSource (*light)(const void*) = nullptr;
     const void* fresh = nullptr;  ///< an object with all defaults
@@ -119,8 +121,14 @@ template <typename T>
 /// Sets one member of one object: `setField<&Transform::translation>(list, id, Vec3d(1, 0, 0))`.
 template <auto kMember>
 void setField(ChangeListBuilder& list, ObjectId id, const typename FieldMember<decltype(kMember)>::Type& value) {
-    using Core = typename FieldMember<decltype(kMember)>::Core;
-    list.set(id, typeOf<Core>(), fieldId<kMember>, toValue(value));
+    using Member = FieldMember<decltype(kMember)>;
+    using Shape = FieldShape<typename Member::Type>;
+    if constexpr (requires { Shape::numbers(value); }) {
+        const auto numbers = Shape::numbers(value);
+        list.set(id, typeOf<typename Member::Core>(), fieldId<kMember>, std::span(numbers));
+    } else {
+        list.set(id, typeOf<typename Member::Core>(), fieldId<kMember>, toValue(value));
+    }
 }
 /// Sets all fields of an object that are not as in a fresh one.
 void setAllFields(ChangeListBuilder& list, ObjectId id, const Object& object);

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -38,6 +39,20 @@ bool allFinite(const std::vector<std::int64_t>&) {
     return true;
 }
 
+double squaredNorm(const double* q) {
+    return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+}
+/// Below and above, the square of the length no longer tells a direction that can be normalised. False of what is not
+/// a number.
+bool goodNorm(double squared) {
+    return static_cast<int>(squared >= 1e-100) & static_cast<int>(squared < 1e100);
+}
+bool goodRotations(const std::vector<double>& numbers) {
+    bool good = true;
+    for (std::size_t i = 0; i < numbers.size(); i += 4) good &= goodNorm(squaredNorm(&numbers[i]));
+    return good;
+}
+
 tl::unexpected<Error> refuse(std::string message) {
     return fail(ErrorCode::kRefused, std::move(message));
 }
@@ -64,9 +79,9 @@ Expected<CheckedList> ListCheck::run() {
 }
 
 const TypeInfo* ListCheck::typeOfObject(ObjectId id) const {
-    if (const ObjectTable::Slot* slot = table_.find(id)) return &table_.type(*slot);
-    const auto it = created_.find(id);
-    return it == created_.end() ? nullptr : it->second.type;
+    if (const ObjectTable::Slot* slot = nodes_.find(id)) return &table_.type(*slot);
+    const Created* created = created_.find(id);
+    return created ? &allTypes()[created->type] : nullptr;
 }
 
 // ---- creations -----------------------------------------------------------------------------------------------------
@@ -76,7 +91,6 @@ Expected<void> ListCheck::checkCreations() {
     if (before > limits_.maxObjects && before - std::min(before, list_.destructions.size()) > limits_.maxObjects)
         return fail(ErrorCode::kLimit, fmt::format("the scene would hold {} objects, more than its limit of {}",
                                                    before - list_.destructions.size(), limits_.maxObjects));
-    created_.reserve(list_.creations.size());
     for (const Creation& creation : list_.creations) {
         const TypeInfo* type = findType(creation.type);
         if (!type)
@@ -86,8 +100,10 @@ Expected<void> ListCheck::checkCreations() {
         if (isPlaceholder(creation.id))
             return refuse(fmt::format("create {} {}: placeholders must be replaced by ids before a list is applied",
                                       type->name, nameOf(creation.id)));
-        if (table_.find(creation.id) || !created_.try_emplace(creation.id, Created{type}).second)
+        const auto [created, isNew] = created_.add(creation.id);
+        if (!isNew || nodes_.find(creation.id))
             return refuse(fmt::format("create {} {}: the id is taken", type->name, nameOf(creation.id)));
+        created.type = type->index;
     }
     return {};
 }
@@ -95,87 +111,119 @@ Expected<void> ListCheck::checkCreations() {
 // ---- placements ----------------------------------------------------------------------------------------------------
 
 ObjectId ListCheck::parentOf(ObjectId node) const {
-    if (const auto it = places_.find(node); it != places_.end()) return it->second.parent;
-    const ObjectTable::Slot* slot = table_.find(node);
+    if (const Place* known = places_.find(node)) return known->parent;
+    const ObjectTable::Slot* slot = nodes_.find(node);
     return slot ? table_.node(*slot).parent : ObjectId();
 }
 
 ListCheck::Place& ListCheck::place(ObjectId node) {
-    const auto [it, isNew] = places_.try_emplace(node);
+    const auto [place, isNew] = places_.add(node);
     if (isNew)
-        if (const ObjectTable::Slot* slot = table_.find(node)) {
+        if (const ObjectTable::Slot* slot = nodes_.find(node)) {
             const Node& present = table_.node(*slot);
-            it->second.parent = present.parent;
-            it->second.children = present.children.size();
+            place.parent = present.parent;
+            place.children = static_cast<std::uint32_t>(present.children.size());
         }
-    return it->second;
+    return place;
+}
+
+Expected<ListCheck::Place*> ListCheck::placeOfNode(ObjectId id, const Placement& p) {
+    if (Place* known = places_.find(id)) return known;
+    const TypeInfo* type = typeOfObject(id);
+    const bool isParent = id == p.parent;
+    if (!type) return isParent ? missing(fmt::format("place {} under", nameOf(p.node)), id) : missing("place", id);
+    if (type->type == typeOf<Node>()) return &place(id);
+    if (isParent)
+        return refuse(fmt::format("place {} under {}: that is a {}, and only nodes have children", nameOf(p.node),
+                                  nameOf(id), type->name));
+    return refuse(fmt::format("place {}: it is a {}, and only nodes have a place in the tree", nameOf(id), type->name));
+}
+
+std::size_t ListCheck::depthOf(Place& node) {
+    if (node.depthKnown == shapes_) return node.depth;
+    std::size_t depth = 1;
+    for (ObjectId above = node.parent; above; ++depth) {
+        const Place* known = places_.find(above);
+        if (known && known->depthKnown == shapes_) {
+            depth += known->depth;
+            break;
+        }
+        above = parentOf(above);
+    }
+    node.depth = static_cast<std::uint32_t>(depth);
+    node.depthKnown = shapes_;
+    return depth;
 }
 
 Expected<void> ListCheck::checkPlacements() {
     for (const Placement& placement : list_.placements)
         if (auto ok = checkPlacement(placement); !ok) return ok;
-    return checkDepths();
+    return treesMoved_ ? checkDepths() : Expected<void>();
 }
 
 Expected<void> ListCheck::checkPlacement(const Placement& p) {
-    const TypeInfo* type = typeOfObject(p.node);
-    if (!type) return missing("place", p.node);
-    if (type->type != typeOf<Node>())
-        return refuse(
-            fmt::format("place {}: it is a {}, and only nodes have a place in the tree", nameOf(p.node), type->name));
+    const Expected<Place*> found = placeOfNode(p.node, p);
+    if (!found) return tl::unexpected(found.error());
+    Place& node = **found;
     if (p.node == kRootNode) return refuse("place #1: the root cannot be moved");
+    Place* parent = nullptr;
+    std::size_t depth = 1;
     if (p.parent) {
-        const TypeInfo* parentType = typeOfObject(p.parent);
-        if (!parentType) return missing(fmt::format("place {} under", nameOf(p.node)), p.parent);
-        if (parentType->type != typeOf<Node>())
-            return refuse(fmt::format("place {} under {}: that is a {}, and only nodes have children", nameOf(p.node),
-                                      nameOf(p.parent), parentType->name));
-        std::size_t depth = 1;
-        for (ObjectId above = p.parent; above; above = parentOf(above)) {
-            if (above == p.node)
-                return refuse(
-                    fmt::format("place {} under {}: a node cannot be below itself", nameOf(p.node), nameOf(p.parent)));
-            if (++depth > limits_.maxDepth)
-                return fail(ErrorCode::kLimit, fmt::format("place {} under {}: the tree would be deeper than {} nodes",
-                                                           nameOf(p.node), nameOf(p.parent), limits_.maxDepth));
-        }
+        const Expected<Place*> foundParent = placeOfNode(p.parent, p);
+        if (!foundParent) return tl::unexpected(foundParent.error());
+        parent = *foundParent;
+        // Only what has children has anything below it.
+        if (node.children > 0 || p.parent == p.node)
+            for (ObjectId above = p.parent; above; above = parentOf(above))
+                if (above == p.node)
+                    return refuse(fmt::format("place {} under {}: a node cannot be below itself", nameOf(p.node),
+                                              nameOf(p.parent)));
+        depth = depthOf(*parent) + 1;
+        if (depth > limits_.maxDepth)
+            return fail(ErrorCode::kLimit, fmt::format("place {} under {}: the tree would be deeper than {} nodes",
+                                                       nameOf(p.node), nameOf(p.parent), limits_.maxDepth));
     }
-    const ObjectId oldParent = parentOf(p.node);
-    if (oldParent) --place(oldParent).children;
-    if (p.parent) {
-        Place& parent = place(p.parent);
-        if (p.index != Placement::kLast && p.index > parent.children)
+    if (node.parent) --place(node.parent).children;
+    if (parent) {
+        if (p.index != Placement::kLast && p.index > parent->children)
             return refuse(fmt::format("place {} under {}: index {} is past its {} children", nameOf(p.node),
-                                      nameOf(p.parent), p.index, parent.children));
-        if (++parent.children > limits_.maxChildren)
+                                      nameOf(p.parent), p.index, parent->children));
+        if (++parent->children > limits_.maxChildren)
             return fail(ErrorCode::kLimit, fmt::format("place {} under {}: more than {} children", nameOf(p.node),
                                                        nameOf(p.parent), limits_.maxChildren));
     }
-    Place& node = place(p.node);
+    if (node.children > 0) {
+        ++shapes_;
+        treesMoved_ = treesMoved_ || p.parent;
+    }
     node.parent = p.parent;
     node.placed = true;
+    node.depth = static_cast<std::uint32_t>(depth);
+    node.depthKnown = shapes_;
     return {};
 }
 
 Expected<void> ListCheck::checkDepths() {
     // A node was checked when it was placed, but what lies below it was not, nor a move of what lies above it.
-    std::unordered_map<ObjectId, std::vector<ObjectId>> placedBelow;
-    for (const auto& [id, place] : places_)
-        if (place.placed && place.parent) placedBelow[place.parent].push_back(id);
-
+    IdMap<std::vector<ObjectId>> placedBelow;
+    std::vector<ObjectId> placed;
+    places_.forEach([&](ObjectId id, const Place& place) {
+        if (!place.placed) return;
+        placed.push_back(id);
+        if (place.parent) placedBelow.add(place.parent).value.push_back(id);
+    });
     const auto isPlaced = [&](ObjectId id) {
-        const auto it = places_.find(id);
-        return it != places_.end() && it->second.placed;
+        const Place* known = places_.find(id);
+        return known && known->placed;
     };
     struct Step {
         ObjectId id;
         std::size_t depth;
     };
     std::vector<Step> open;
-    for (const auto& [id, place] : places_) {
-        if (!place.placed) continue;
+    for (const ObjectId id : placed) {
         std::size_t depth = 1;
-        ObjectId above = place.parent;
+        ObjectId above = places_.find(id)->parent;
         for (; above && !isPlaced(above); above = parentOf(above)) ++depth;
         if (above) continue;  // found again below that one
         open.push_back({id, depth});
@@ -185,11 +233,11 @@ Expected<void> ListCheck::checkDepths() {
             if (step.depth > limits_.maxDepth)
                 return fail(ErrorCode::kLimit, fmt::format("place {}: the tree below it would be deeper than {} nodes",
                                                            nameOf(id), limits_.maxDepth));
-            if (const ObjectTable::Slot* slot = table_.find(step.id))
+            if (const ObjectTable::Slot* slot = nodes_.find(step.id))
                 for (const ObjectId child : table_.node(*slot).children)
                     if (!isPlaced(child)) open.push_back({child, step.depth + 1});
-            if (const auto it = placedBelow.find(step.id); it != placedBelow.end())
-                for (const ObjectId child : it->second) open.push_back({child, step.depth + 1});
+            if (const std::vector<ObjectId>* below = placedBelow.find(step.id))
+                for (const ObjectId child : *below) open.push_back({child, step.depth + 1});
         }
     }
     return {};
@@ -222,6 +270,7 @@ Expected<void> ListCheck::checkColumns() {
             if (auto ok = checkRows(column, *type); !ok)
                 return failWith(fmt::format("set {}.{}", type->name, field->name), ok.error());
         rowsChecked = &column;
+        checked_.sameRows.push_back(sameRows);
         if (auto ok = checkValues(column, *type, *field); !ok) return ok;
     }
     return {};
@@ -236,14 +285,19 @@ bool ListCheck::plainRows(const FieldColumn& column, const TypeInfo& type) {
         checked_.rowsOf = ~std::size_t{0};
         rows_.resize(column.ids.size());
     }
-    ObjectTable::ConstCursor cursor(table_);
+    ObjectTable::Cursor cursor(table_);
+    // Some at a time: the slots of objects that lie apart come from memory while the next ones are looked for.
+    std::array<ObjectTable::Slot*, 32> slots;
     ObjectId before;
-    for (std::size_t row = 0; row < column.ids.size(); ++row) {
-        const ObjectId id = column.ids[row];
-        const ObjectTable::Slot* slot = cursor.find(id);
-        if (!slot || slot->type != type.index || id <= before) return false;
-        if (keep) rows_[row] = slot;
-        before = id;
+    for (std::size_t first = 0; first < column.ids.size(); first += slots.size()) {
+        const std::size_t count = std::min(slots.size(), column.ids.size() - first);
+        for (std::size_t i = 0; i < count; ++i) __builtin_prefetch(slots[i] = cursor.place(column.ids[first + i]), 1);
+        for (std::size_t i = 0; i < count; ++i) {
+            const ObjectId id = column.ids[first + i];
+            if (!slots[i] || slots[i]->type != type.index || id <= before) return false;
+            if (keep) rows_[first + i] = slots[i];
+            before = id;
+        }
     }
     if (keep) checked_.rowsOf = number;
     return true;
@@ -259,9 +313,9 @@ Expected<void> ListCheck::checkRows(const FieldColumn& column, const TypeInfo& t
         if (const ObjectTable::Slot* slot = cursor.find(id)) {
             lastMark = &slot->mark;
             actual = &table_.type(*slot);
-        } else if (const auto it = created_.find(id); it != created_.end()) {
-            lastMark = &it->second.mark;
-            actual = it->second.type;
+        } else if (Created* created = created_.find(id)) {
+            lastMark = &created->mark;
+            actual = &allTypes()[created->type];
         } else {
             return missing("of", id);
         }
@@ -298,12 +352,11 @@ Expected<void> ListCheck::checkValues(const FieldColumn& column, const TypeInfo&
             return checkNumbers(std::get<std::vector<float>>(column.values));
         case FieldKind::kDouble: {
             const auto& numbers = std::get<std::vector<double>>(column.values);
+            if (field.quaternion && goodRotations(numbers)) return {};
             if (auto ok = checkNumbers(numbers); !ok || !field.quaternion) return ok;
             for (std::size_t row = 0; row < column.ids.size(); ++row) {
-                const double* q = &numbers[4 * row];
-                const double squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-                if (squared >= 1e-100 && squared < 1e100) continue;
-                // Below and above, the square of the length no longer tells a direction that can be normalised.
+                const double squared = squaredNorm(&numbers[4 * row]);
+                if (goodNorm(squared)) continue;
                 return bad(row, squared < 1 ? "a rotation of zero has no direction"
                                             : "a rotation this long cannot be normalised");
             }
@@ -406,8 +459,8 @@ Expected<void> ListCheck::checkRanges() {
         const std::string what = fmt::format("set a range of {}.{} of {}", type->name, field->name, nameOf(range.object));
         auto known = arrays.find({range.object, range.field});
         if (known == arrays.end()) {
-            const ObjectTable::Slot* slot = table_.find(range.object);
-            const Blob present = slot ? *field->in<Blob>(static_cast<const void*>(table_.data(*slot))) : Blob();
+            const ObjectTable::Slot* slot = nodes_.find(range.object);
+            const Blob present = slot ? *field->in<Blob>(static_cast<const void*>(slot->data)) : Blob();
             known = arrays.emplace(std::pair(range.object, range.field), present).first;
         }
         Blob& array = known->second;
@@ -439,14 +492,12 @@ Expected<void> ListCheck::checkRanges() {
 
 Expected<void> ListCheck::checkDestructions() {
     if (list_.destructions.empty()) return {};
-    std::unordered_set<ObjectId> destroyed;
-    destroyed.reserve(list_.destructions.size());
+    IdMap<std::int64_t> destroyed;
     for (const ObjectId id : list_.destructions) {
         const TypeInfo* type = typeOfObject(id);
         if (!type) return missing("destroy", id);
         if (id == kRootNode) return refuse("destroy #1: the root stays");
-        if (!destroyed.insert(id).second)
-            return fail(ErrorCode::kBadInput, fmt::format("destroy {}: twice", nameOf(id)));
+        if (!destroyed.add(id).isNew) return fail(ErrorCode::kBadInput, fmt::format("destroy {}: twice", nameOf(id)));
         if (type->type != typeOf<Node>()) continue;
         const Place& last = place(id);
         if (last.children != 0)
@@ -456,28 +507,26 @@ Expected<void> ListCheck::checkDestructions() {
             return refuse(fmt::format("destroy {}: the node is still below {}, detach it first", nameOf(id),
                                       nameOf(last.parent)));
     }
-    const auto uses = usesOfDestroyed(destroyed);
+    countUses(destroyed);
     for (const ObjectId id : list_.destructions)
-        if (const auto it = uses.find(id); it != uses.end() && it->second != 0)
+        if (const std::int64_t uses = *destroyed.find(id); uses != 0)
             return refuse(fmt::format("destroy {}: the {} is in use by {} other objects", nameOf(id),
-                                      typeOfObject(id)->name, it->second));
+                                      typeOfObject(id)->name, uses));
     return {};
 }
 
-std::unordered_map<ObjectId, std::int64_t> ListCheck::usesOfDestroyed(
-    const std::unordered_set<ObjectId>& destroyed) const {
-    std::unordered_map<ObjectId, std::int64_t> uses;
-    for (const ObjectId id : destroyed)
-        if (const ObjectTable::Slot* slot = table_.find(id)) uses[id] = slot->uses;
+void ListCheck::countUses(IdMap<std::int64_t>& destroyed) const {
+    for (const ObjectId id : list_.destructions)
+        if (const ObjectTable::Slot* slot = nodes_.find(id)) *destroyed.find(id) = slot->uses;
 
     // What columns let go of, and what they take hold of. Refs of objects that go themselves do not count.
     const auto letGo = [&](ObjectId held) {
-        if (destroyed.contains(held)) --uses[held];
+        if (std::int64_t* uses = destroyed.find(held)) --*uses;
     };
     const auto forEachHeld = [&](ObjectId object, const FieldEntry& field, const auto& visit) {
-        const ObjectTable::Slot* slot = table_.find(object);
+        const ObjectTable::Slot* slot = nodes_.find(object);
         if (!slot) return;
-        const void* data = table_.data(*slot);
+        const void* data = slot->data;
         if (field.kind == FieldKind::kRef)
             visit(*field.in<ObjectId>(data));
         else
@@ -495,7 +544,7 @@ std::unordered_map<ObjectId, std::int64_t> ListCheck::usesOfDestroyed(
                 continue;
             }
             const auto takeHold = [&](ObjectId taken) {
-                if (destroyed.contains(taken)) ++uses[taken];
+                if (std::int64_t* uses = destroyed.find(taken)) ++*uses;
             };
             if (const auto* refs = std::get_if<std::vector<ObjectId>>(&column.values))
                 takeHold((*refs)[row]);
@@ -503,13 +552,12 @@ std::unordered_map<ObjectId, std::int64_t> ListCheck::usesOfDestroyed(
                 for (const ObjectId taken : std::get<std::vector<RefList>>(column.values)[row]) takeHold(taken);
         }
     }
-    for (const ObjectId id : destroyed) {
-        const ObjectTable::Slot* slot = table_.find(id);
+    for (const ObjectId id : list_.destructions) {
+        const ObjectTable::Slot* slot = nodes_.find(id);
         if (!slot) continue;
         for (const FieldEntry& field : table_.type(*slot).fields)
             if (field.holdsRefs() && !rowsOfDestroyed.contains({id, field.id})) forEachHeld(id, field, letGo);
     }
-    return uses;
 }
 
 }  // namespace tessera

@@ -1,10 +1,10 @@
 /// Whether a change list may be applied to a scene, found out without touching the scene. Internal to common/scene.
 #pragma once
 
-#include <unordered_map>
 #include <unordered_set>
 
 #include "common/scene/FieldTable.h"
+#include "common/scene/IdMap.h"
 #include "common/scene/ObjectTable.h"
 
 namespace tessera {
@@ -12,6 +12,8 @@ namespace tessera {
 /// What was found out on the way and is needed to apply the list.
 struct CheckedList {
     std::vector<Blob> rangeResults;  ///< per range: the array afterwards
+    /// Per column: it names the same objects, in the same order, as the one before it.
+    std::vector<bool> sameRows;
     /// The column whose rows `ListCheck` has left in its caller's memory: the longest of a list that creates nothing.
     std::size_t rowsOf = ~std::size_t{0};
 };
@@ -24,22 +26,23 @@ class ListCheck {
 public:
     /// `rows` is the caller's memory, reused from list to list: where the rows of a column stand, because finding many objects
     /// costs as much as writing them (see CheckedList::rowsOf).
-    ListCheck(const ObjectTable& table, const SceneLimits& limits, const ChangeList& list,
-              std::vector<const ObjectTable::Slot*>& rows)
-        : table_(table), limits_(limits), list_(list), rows_(rows) {}
+    ListCheck(ObjectTable& table, const SceneLimits& limits, const ChangeList& list, std::vector<ObjectTable::Slot*>& rows)
+        : table_(table), limits_(limits), list_(list), nodes_(table), rows_(rows) {}
 
     [[nodiscard]] Expected<CheckedList> run();
 
 private:
     struct Created {
-        const TypeInfo* type = nullptr;
+        std::uint16_t type = 0;  ///< index into allTypes()
         std::uint32_t mark = 0;
     };
     /// A node's place in the overlay.
     struct Place {
         ObjectId parent;
-        std::size_t children = 0;
-        bool placed = false;  ///< named by a placement, not only as a parent
+        std::uint32_t children = 0;
+        std::uint32_t depth = 0;       ///< nodes from the top, this one included; see below
+        std::uint32_t depthKnown = 0;  ///< `depth` holds while this is shapes_
+        bool placed = false;           ///< named by a placement, not only as a parent
     };
     /// (type, field, object) of a ref column's row.
     struct RefRow {
@@ -64,21 +67,26 @@ private:
     [[nodiscard]] Expected<void> checkRefs(const FieldColumn& column, const FieldInfo& field);
     [[nodiscard]] Expected<void> checkRanges();
     [[nodiscard]] Expected<void> checkDestructions();
-    /// How many refs of objects that stay name each destroyed object.
-    [[nodiscard]] std::unordered_map<ObjectId, std::int64_t> usesOfDestroyed(
-        const std::unordered_set<ObjectId>& destroyed) const;
+    /// How many refs of objects that stay name each destroyed object: written to its value.
+    void countUses(IdMap<std::int64_t>& destroyed) const;
 
     /// Null where there is no such object, in the scene or created by the list.
     [[nodiscard]] const TypeInfo* typeOfObject(ObjectId id) const;
     [[nodiscard]] Place& place(ObjectId node);
+    /// As `place`, of an object that has yet to be seen to be a node; `what` is said of it otherwise.
+    [[nodiscard]] Expected<Place*> placeOfNode(ObjectId id, const Placement& placement);
     [[nodiscard]] ObjectId parentOf(ObjectId node) const;
+    [[nodiscard]] std::size_t depthOf(Place& node);
 
-    const ObjectTable& table_;
+    ObjectTable& table_;  ///< not written here: who is left the rows will
     const SceneLimits& limits_;
     const ChangeList& list_;
-    std::unordered_map<ObjectId, Created> created_;
-    std::unordered_map<ObjectId, Place> places_;
-    std::vector<const ObjectTable::Slot*>& rows_;
+    mutable ObjectTable::ConstCursor nodes_;  ///< nothing comes or goes while a list is checked
+    IdMap<Created> created_;
+    IdMap<Place> places_;
+    std::uint32_t shapes_ = 1;   ///< another one whenever a node with children has moved: depths below it are others then
+    bool treesMoved_ = false;    ///< such a node was put under another: what lies below it has to be looked at
+    std::vector<ObjectTable::Slot*>& rows_;
     CheckedList checked_;
 };
 

@@ -18,44 +18,38 @@ std::uint64_t mix(std::uint64_t value, std::uint64_t seed) {
 
 // ---- Slab ----------------------------------------------------------------------------------------------------------
 
-Slab::Slab(const TypeInfo& type) : type_(&type) {
-    stride_ = (type.size + type.alignment - 1) / type.alignment * type.alignment;
-    constexpr std::size_t kPageBytes = 16384;
-    pageBits_ = static_cast<std::uint32_t>(std::bit_width(std::max<std::size_t>(kPageBytes / stride_, 1)) - 1);
-    pageMask_ = (std::uint32_t{1} << pageBits_) - 1;
-}
+Slab::Slab(const TypeInfo& type)
+    : type_(&type), stride_((type.size + type.alignment - 1) / type.alignment * type.alignment) {}
 
-Slab::~Slab() {
-    for (std::uint32_t place = 0; place < end_; ++place)
-        if (inUse_[place]) type_->destroy(at(place));
-}
-
-std::uint32_t Slab::add() {
-    std::uint32_t place = end_;
+void* Slab::add() {
+    void* object = nullptr;
     if (!free_.empty()) {
-        place = free_.back();
+        object = free_.back();
         free_.pop_back();
     } else {
-        if (place >> pageBits_ == pages_.size())
-            pages_.emplace_back(static_cast<std::byte*>(::operator new(stride_ << pageBits_, std::align_val_t{64})));
-        ++end_;
-        inUse_.push_back(false);
+        if (next_ == end_) {
+            // As many again as there are, within bounds: a few objects take little, many take few chunks.
+            const std::size_t count = std::clamp<std::size_t>(inUse_, 16384 / stride_ + 1, (1 << 20) / stride_ + 1);
+            chunks_.emplace_back(static_cast<std::byte*>(::operator new(count * stride_, std::align_val_t{64})));
+            next_ = chunks_.back().get();
+            end_ = next_ + count * stride_;
+        }
+        object = next_;
+        next_ += stride_;
     }
-    type_->construct(at(place));
-    inUse_[place] = true;
-    return place;
+    type_->construct(object);
+    ++inUse_;
+    return object;
 }
 
-void Slab::remove(std::uint32_t place) {
-    type_->destroy(at(place));
-    inUse_[place] = false;
-    free_.push_back(place);
-    if (free_.size() == end_) {  // empty again: the memory goes back
-        free_.clear();
-        pages_.clear();
-        inUse_.clear();
-        end_ = 0;
-    }
+void Slab::remove(void* object) {
+    type_->destroy(object);
+    free_.push_back(object);
+    if (--inUse_ > 0) return;
+    // Empty again: the memory goes back.
+    std::vector<void*>().swap(free_);
+    chunks_.clear();
+    next_ = end_ = nullptr;
 }
 
 // ---- ObjectTable ---------------------------------------------------------------------------------------------------
@@ -63,6 +57,17 @@ void Slab::remove(std::uint32_t place) {
 ObjectTable::ObjectTable() : types_(allTypes().data()) {
     slabs_.reserve(allTypes().size());
     for (const TypeInfo& type : allTypes()) slabs_.emplace_back(type);
+}
+
+ObjectTable::~ObjectTable() {
+    for (const Entry& entry : entries_) {
+        if (!entry.page) continue;
+        for (const std::unique_ptr<Block>& block : entry.page->blocks) {
+            if (!block) continue;
+            for (const Slot& slot : block->slots)
+                if (slot.type != kNothing) types_[slot.type].destroy(slot.data);
+        }
+    }
 }
 
 std::size_t ObjectTable::home(std::uint64_t leaf) const {
@@ -74,6 +79,14 @@ ObjectTable::Page* ObjectTable::findPage(std::uint64_t leaf) const {
     for (std::size_t i = home(leaf); entries_[i].page; i = (i + 1) & (entries_.size() - 1))
         if (entries_[i].leaf == leaf) return entries_[i].page.get();
     return nullptr;
+}
+
+ObjectTable::Page* ObjectTable::pageAtHand(std::uint64_t leaf) {
+    if (!lastPage_ || lastLeaf_ != leaf) {
+        lastPage_ = findPage(leaf);
+        lastLeaf_ = leaf;
+    }
+    return lastPage_;
 }
 
 void ObjectTable::grow() {
@@ -110,7 +123,7 @@ void ObjectTable::removePage(std::uint64_t leaf) {
     }
     entries_[hole] = {};
     --pages_;
-    hashedPage_ = nullptr;
+    lastPage_ = nullptr;
 }
 
 ObjectTable::Block* ObjectTable::findBlock(std::uint64_t blockKey) const {
@@ -131,13 +144,13 @@ const ObjectTable::Slot* ObjectTable::find(ObjectId id) const {
 
 ObjectTable::Slot& ObjectTable::insert(ObjectId id, const TypeInfo& type) {
     const std::uint64_t leaf = id.value / Aspect::kIdsPerLeaf;
-    Page* page = findPage(leaf);
-    if (!page) page = &makePage(leaf);
+    Page* page = pageAtHand(leaf);
+    if (!page) lastPage_ = page = &makePage(leaf);
     std::unique_ptr<Block>& block = page->blocks[(id.value / kIdsPerBlock) % kBlocksPerPage];
     if (!block) block = std::make_unique<Block>();
     Slot& slot = block->slots[id.value % kIdsPerBlock];
     TESSERA_CHECK(slot.type == kNothing, "an object with this id is there already");
-    slot.place = slabs_[type.index].add();
+    slot.data = slabs_[type.index].add();
     slot.type = type.index;
     ++block->live;
     ++page->live;
@@ -147,31 +160,47 @@ ObjectTable::Slot& ObjectTable::insert(ObjectId id, const TypeInfo& type) {
 
 void ObjectTable::erase(ObjectId id) {
     const std::uint64_t leaf = id.value / Aspect::kIdsPerLeaf;
-    Page* page = findPage(leaf);
+    Page* page = pageAtHand(leaf);
     TESSERA_CHECK(page, "no object with this id");
     std::unique_ptr<Block>& block = page->blocks[(id.value / kIdsPerBlock) % kBlocksPerPage];
     TESSERA_CHECK(block && block->slots[id.value % kIdsPerBlock].type != kNothing, "no object with this id");
     Slot& slot = block->slots[id.value % kIdsPerBlock];
     page->sum -= slot.hash;
     sum_ -= slot.hash;
-    slabs_[slot.type].remove(slot.place);
+    slabs_[slot.type].remove(slot.data);
     slot = {};
     --size_;
     if (--block->live == 0) block.reset();
     if (--page->live == 0) removePage(leaf);
 }
 
-void ObjectTable::rehash(ObjectId id, Slot& slot, const void* object) {
-    const std::uint64_t hash = types_[slot.type].hash(object, id.value * 0xD6E8FEB86659FD93ull + types_[slot.type].type.value);
-    const std::uint64_t leaf = id.value / Aspect::kIdsPerLeaf;
-    if (!hashedPage_ || hashedLeaf_ != leaf) {
-        hashedPage_ = findPage(leaf);
-        hashedLeaf_ = leaf;
-        TESSERA_CHECK(hashedPage_, "no object with this id");
-    }
-    hashedPage_->sum += hash - slot.hash;
+void ObjectTable::rehash(ObjectId id, Slot& slot) {
+    Page* page = pageAtHand(id.value / Aspect::kIdsPerLeaf);
+    TESSERA_CHECK(page, "no object with this id");
+    const std::uint64_t hash = hashOf(types_[slot.type], id, slot.data);
+    page->sum += hash - slot.hash;
     sum_ += hash - slot.hash;
     slot.hash = hash;
+}
+
+void ObjectTable::rehash(const TypeInfo& type, std::span<const ObjectId> ids, std::span<Slot* const> slots,
+                         std::uint32_t mark) {
+    Page* page = nullptr;
+    std::uint64_t leaf = 0;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        Slot& slot = *slots[i];
+        const std::uint64_t hash = hashOf(type, ids[i], slot.data);
+        if (!page || ids[i].value / Aspect::kIdsPerLeaf != leaf) {
+            leaf = ids[i].value / Aspect::kIdsPerLeaf;
+            page = pageAtHand(leaf);
+            TESSERA_CHECK(page, "no object with this id");
+        }
+        const std::uint64_t more = hash - slot.hash;
+        page->sum += more;
+        sum_ += more;
+        slot.hash = hash;
+        slot.mark = mark;
+    }
 }
 
 std::uint64_t ObjectTable::rootHash() const {
@@ -217,23 +246,6 @@ std::vector<ObjectId> ObjectTable::ids() const {
                 all.push_back(ObjectId(entry->leaf * Aspect::kIdsPerLeaf + i));
         }
     return all;
-}
-
-std::vector<Aspect::MemoryUse> ObjectTable::memoryUse() const {
-    std::vector<Aspect::MemoryUse> uses;
-    for (const TypeInfo& type : allTypes()) uses.push_back({.type = type.name, .objectBytes = type.size + sizeof(Slot)});
-    for (const Entry& entry : entries_) {
-        if (!entry.page) continue;
-        for (const std::unique_ptr<Block>& block : entry.page->blocks) {
-            if (!block) continue;
-            for (const Slot& slot : block->slots) {
-                if (slot.type == kNothing) continue;
-                ++uses[slot.type].objects;
-                if (slot.type == kTypeIndex<Node>) uses[slot.type].elsewhereBytes += node(slot).children.memoryBytes();
-            }
-        }
-    }
-    return uses;
 }
 
 std::uint32_t ObjectTable::newMark() const {

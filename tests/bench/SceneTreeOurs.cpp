@@ -4,7 +4,7 @@
 
 #include "client/render/RenderAction.h"
 #include "common/scene/Action.h"
-#include "common/scene/FieldTable.h"
+#include "common/scene/Column.h"
 #include "tests/bench/SceneSide.h"
 #include "tests/bench/SceneTree.h"
 
@@ -18,14 +18,24 @@ ObjectId transformId(std::uint64_t place) {
     return ObjectId{3 + 2 * place};
 }
 
-void setPlace(ChangeListBuilder& list, ObjectId id, const TreePlace& place) {
-    const double* t = place.translation;
-    const double* r = place.rotation;
-    const double* s = place.scale;
-    list.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(t[0], t[1], t[2])));
-    list.set(id, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(Quatd(r[0], r[1], r[2], r[3])));
-    list.set(id, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(Vec3d(s[0], s[1], s[2])));
-}
+/// The columns of many transforms.
+struct PlaceColumns {
+    explicit PlaceColumns(std::size_t count) : translations(count), rotations(count), scales(count) {}
+    void add(ObjectId id, const TreePlace& place) {
+        const double* r = place.rotation;
+        translations.add(id, Eigen::Map<const Vec3d>(place.translation));
+        rotations.add(id, Quatd(r[0], r[1], r[2], r[3]));
+        scales.add(id, Eigen::Map<const Vec3d>(place.scale));
+    }
+    void moveTo(ChangeList& list) {
+        list.columns.push_back(translations.take());
+        list.columns.push_back(rotations.take());
+        list.columns.push_back(scales.take());
+    }
+    Column<&Transform::translation> translations;
+    Column<&Transform::rotation> rotations;
+    Column<&Transform::scale> scales;
+};
 
 class OurTree : public TreeSide {
 public:
@@ -60,8 +70,8 @@ public:
 
     double look() override {
         double sum = 0;
-        for (std::size_t k = 0; k < changed_[0].size(); ++k)
-            sum += worldTransform(aspect_, nodeId(changedPlace(k))).translation().sum();
+        WorldTransforms worlds(aspect_);
+        for (std::size_t k = 0; k < changed_[0].size(); ++k) sum += worlds.of(nodeId(changedPlace(k))).translation().sum();
         return sum;
     }
 
@@ -78,9 +88,10 @@ private:
     ChangeList changes() {
         const std::vector<TreePlace>& to = changed_[turn_++ & 1];
         const double start = threadSeconds();
-        ChangeListBuilder builder;
-        for (std::size_t k = 0; k < to.size(); ++k) setPlace(builder, transformId(changedPlace(k)), to[k]);
-        ChangeList list = builder.take();
+        PlaceColumns columns(to.size());
+        for (std::size_t k = 0; k < to.size(); ++k) columns.add(transformId(changedPlace(k)), to[k]);
+        ChangeList list;
+        columns.moveTo(list);
         saying = threadSeconds() - start;
         return list;
     }
@@ -94,15 +105,22 @@ private:
 }  // namespace
 
 ChangeList treeList(std::span<const TreePlace> places) {
-    ChangeListBuilder list;
-    for (std::uint64_t i = 0; i < places.size(); ++i) {
-        list.create(transformId(i), typeOf<Transform>());
-        setPlace(list, transformId(i), places[i]);
-        list.create(nodeId(i), typeOf<Node>());
-        list.set(nodeId(i), typeOf<Node>(), fieldId<&Node::core>, toValue(transformId(i)));
-        list.place(nodeId(i), i == 0 ? kRootNode : nodeId(parentOf(i)));
+    const std::size_t count = places.size();
+    ChangeList list;
+    list.creations.reserve(2 * count);
+    list.placements.reserve(count);
+    PlaceColumns columns(count);
+    Column<&Node::core> cores(count);
+    for (std::uint64_t i = 0; i < count; ++i) {
+        list.creations.push_back({nodeId(i), typeOf<Node>()});
+        list.creations.push_back({transformId(i), typeOf<Transform>()});
+        columns.add(transformId(i), places[i]);
+        cores.add(nodeId(i), transformId(i));
+        list.placements.push_back({nodeId(i), i == 0 ? kRootNode : nodeId(parentOf(i))});
     }
-    return list.take();
+    list.columns.push_back(cores.take());
+    columns.moveTo(list);
+    return list;
 }
 
 void must(bool done) {

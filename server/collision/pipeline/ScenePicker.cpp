@@ -49,9 +49,9 @@ bool isLookedThrough(const Aspect& aspect, ObjectId node) {
 }  // namespace
 
 /// Empty where nothing can be hit.
-Box ScenePicker::boxOf(const Aspect& aspect, const Place& place) {
+Box ScenePicker::boxOf(const Aspect& aspect, const Place& place, WorldTransforms& worlds) {
     if (!place.node || place.kind != CoreKind::kDrawable) return {};
-    const Affine3d world = worldTransform(aspect, place.node);
+    const Affine3d world = worlds.of(place.node);
     if (!world.matrix().allFinite()) return {};
     const Box box = boxAround(world, shapes_->bounds(drawableOf(aspect, place.core).arrays()));
     return box.lower.allFinite() && box.upper.allFinite() ? box : Box{};
@@ -59,9 +59,10 @@ Box ScenePicker::boxOf(const Aspect& aspect, const Place& place) {
 
 void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
     const std::span<const Place> places = handler.places();
+    WorldTransforms worlds(aspect);
     if (const std::optional<std::vector<std::uint32_t>> drawn = handler.takeDrawn()) {
         for (const std::uint32_t place : *drawn)
-            if (const Box box = boxOf(aspect, places[place]); box.empty())
+            if (const Box box = boxOf(aspect, places[place], worlds); box.empty())
                 tree_.take(place);
             else
                 tree_.put(place, box);
@@ -69,7 +70,7 @@ void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
     }
     std::vector<BoxTree::Item> items;
     for (std::uint32_t place = 0; place < places.size(); ++place)
-        if (const Box box = boxOf(aspect, places[place]); !box.empty()) items.push_back({place, box});
+        if (const Box box = boxOf(aspect, places[place], worlds); !box.empty()) items.push_back({place, box});
     tree_.build(std::move(items));
 }
 

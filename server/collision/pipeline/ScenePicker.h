@@ -31,7 +31,7 @@ public:
 
 private:
     void follow(const Aspect& aspect, ObjectHandler& handler);
-    [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place);
+    [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place, class WorldTransforms& worlds);
 
     std::shared_ptr<ShapeCache> shapes_;
     BoxTree tree_;  // by place

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "tests/unit/scene/SceneEdits.h"
 
 namespace tessera {
@@ -126,6 +128,59 @@ TEST(Action, AccumulatesTransformsAsWorldTransformDoesToTheLastBit) {
     action.run(aspect);
     action.run(aspect, ObjectId(30));  // from the middle of the chain: the ancestors count too
     EXPECT_EQ(nodes, 51u + 30u);
+}
+
+// More inner nodes than are remembered, asked for in any order: the bits of worldTransform.
+TEST(Action, WorldTransformsOfManyAreThoseOfEach) {
+    Aspect aspect;
+    Edits e;
+    std::mt19937 random(3);
+    const std::uint64_t count = 400;
+    for (std::uint64_t i = 0; i < count; ++i) {
+        const std::uint64_t parent = i == 0 ? 1 : 10 + random() % i;
+        e.node(10 + i, "joint", parent);
+        if (i % 9 == 4) {
+            e.core<InverseTransform>(1000 + i, 10 + i);
+            continue;
+        }
+        if (i % 7 == 3) continue;
+        e.core<Transform>(1000 + i, 10 + i);
+        e.value<Transform>(1000 + i, fieldId<&Transform::translation>, toValue(Vec3d(0.1 * double(i), 1.0 / 3, -7)));
+        e.value<Transform>(1000 + i, fieldId<&Transform::rotation>, toValue(Quatd(0.9, 0.1 * double(i % 7), 0.2, -0.3)));
+        e.value<Transform>(1000 + i, fieldId<&Transform::scale>, toValue(Vec3d(1, 0.97, 1.01)));
+    }
+    mustApply(aspect, e.take());
+    WorldTransforms worlds(aspect);
+    for (int turn = 0; turn < 4000; ++turn) {
+        const ObjectId node(10 + random() % count);
+        ASSERT_EQ(worlds.of(node).matrix(), worldTransform(aspect, node).matrix()) << node.value;
+    }
+    EXPECT_EQ(worlds.of(kRootNode).matrix(), Affine3d::Identity().matrix());
+    EXPECT_EQ(worlds.of(ObjectId(1003)).matrix(), Affine3d::Identity().matrix()) << "a core is no node";
+    EXPECT_EQ(worlds.of(ObjectId(99999)).matrix(), Affine3d::Identity().matrix());
+}
+
+// place() is the product of pose() and what is above, to the bit.
+TEST(Action, PlacingBelowIsTheProduct) {
+    std::mt19937_64 random(4);
+    std::uniform_real_distribution<double> number(-3, 3);
+    const auto vector = [&] { return Vec3d(number(random), number(random), number(random)); };
+    const TypeInfo& type = allTypes()[kTypeIndex<Transform>];
+    for (int turn = 0; turn < 2000; ++turn) {
+        Transform core;
+        core.translation = vector();
+        core.rotation = Quatd(number(random), number(random), number(random), number(random));
+        core.scale = turn % 5 == 0 ? Vec3d(0, -1, 1e-300) : vector();
+        Affine3d above = Affine3d::Identity();
+        above.linear() << vector(), vector(), vector();
+        above.translation() = vector() * (turn % 3 == 0 ? 1e200 : 1.0);
+        Affine3d below;
+        type.place(&core, above, below);
+        const Affine3d local = Eigen::Translation3d(core.translation) *
+                               Affine3d(core.rotation.normalized().toRotationMatrix() * core.scale.asDiagonal());
+        EXPECT_EQ(below.matrix(), (above * core.pose().matrix).matrix());
+        EXPECT_EQ(core.pose().matrix.matrix(), local.matrix());
+    }
 }
 
 }  // namespace
