@@ -22,15 +22,15 @@ std::array<std::uint16_t, 256> makeLinearTable() {
     return table;
 }
 
-std::vector<MeshVertex> interleave(const MeshArrays& arrays) {
+std::vector<MeshVertex> interleave(const MeshArrays& arrays, const ByteRange& which) {
     static const std::array<std::uint16_t, 256> kLinear = makeLinearTable();
     const std::span<const float> positions = arrays.positions.as<float>();
     const std::span<const float> normals = arrays.normals.as<float>();
     const std::span<const float> texcoords = arrays.texcoords.as<float>();
     const std::span<const std::uint8_t> colors = arrays.colors.as<std::uint8_t>();
-    std::vector<MeshVertex> vertices(positions.size() / 3);
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-        MeshVertex& v = vertices[i];
+    std::vector<MeshVertex> vertices(which.end - which.begin);
+    for (std::size_t i = which.begin; i < which.end; ++i) {
+        MeshVertex& v = vertices[i - which.begin];
         v.position = {positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]};
         v.normal = {0, 0, 0};
         if (!normals.empty()) v.normal = {normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]};
@@ -68,7 +68,8 @@ std::optional<MeshRange> MeshBuffers::find(const Drawable& drawable) {
     auto it = meshes_.find(key);
     if (it == meshes_.end()) {
         if (!drawable.resident()) return std::nullopt;
-        it = meshes_.emplace(key, upload(drawable.arrays())).first;
+        const MeshArrays arrays = drawable.arrays();
+        it = takeOver(key, arrays) ? meshes_.find(key) : meshes_.emplace(key, upload(arrays)).first;
     }
     it->second.lastDraw = draw_;
     if (it->second.refused) return std::nullopt;
@@ -81,20 +82,52 @@ MeshBuffers::Mesh MeshBuffers::upload(const MeshArrays& arrays) {
         mesh.refused = true;
         return mesh;
     }
-    const std::vector<MeshVertex> vertices = interleave(arrays);
-    const std::span<const std::uint32_t> indices = arrays.indices.as<std::uint32_t>();
-    const std::uint64_t baseVertex = place(vertices_, vertices.size(), sizeof(MeshVertex));
-    const std::uint64_t firstIndex = place(indices_, indices.size(), sizeof(std::uint32_t));
-    gl_.NamedBufferSubData(vertices_.name, static_cast<GLintptr>(baseVertex * sizeof(MeshVertex)),
-                           static_cast<GLsizeiptr>(vertices.size() * sizeof(MeshVertex)), vertices.data());
-    gl_.NamedBufferSubData(indices_.name, static_cast<GLintptr>(firstIndex * sizeof(std::uint32_t)),
-                           static_cast<GLsizeiptr>(indices.size_bytes()), indices.data());
+    mesh.vertexCount = arrays.positions.as<float>().size() / 3;
+    const std::uint64_t indexCount = arrays.indices.as<std::uint32_t>().size();
+    const std::uint64_t baseVertex = place(vertices_, mesh.vertexCount, sizeof(MeshVertex));
+    const std::uint64_t firstIndex = place(indices_, indexCount, sizeof(std::uint32_t));
     mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstIndex),
-                  .indexCount = static_cast<std::uint32_t>(indices.size()),
+                  .indexCount = static_cast<std::uint32_t>(indexCount),
                   .baseVertex = static_cast<std::int32_t>(baseVertex),
                   .hasNormals = !arrays.normals.empty()};
-    mesh.vertexCount = vertices.size();
+    writeVertices(arrays, mesh.range, {0, mesh.vertexCount});
+    writeIndices(arrays, mesh.range, {0, indexCount});
     return mesh;
+}
+
+bool MeshBuffers::takeOver(const MeshKey& key, const MeshArrays& arrays) {
+    for (const MeshOrigin& origin : originsOf(arrays)) {
+        const auto known = meshes_.find(origin.key);
+        if (known == meshes_.end() || known->second.refused || known->second.lastDraw == draw_ ||
+            !soundWithin(arrays, origin.changed))
+            continue;
+        auto mesh = meshes_.extract(known);
+        mesh.key() = key;
+        constexpr std::array<std::size_t, 4> kVertexBytes = {3 * sizeof(float), 3 * sizeof(float), 4, 2 * sizeof(float)};
+        for (std::size_t i = 0; i < kVertexBytes.size(); ++i)
+            writeVertices(arrays, mesh.mapped().range, elementsOf(origin.changed[i], kVertexBytes[i]));
+        writeIndices(arrays, mesh.mapped().range, elementsOf(origin.changed[4], sizeof(std::uint32_t)));
+        meshes_.insert(std::move(mesh));
+        return true;
+    }
+    return false;
+}
+
+void MeshBuffers::writeVertices(const MeshArrays& arrays, const MeshRange& place, const ByteRange& which) {
+    if (which.empty()) return;
+    const std::vector<MeshVertex> made = interleave(arrays, which);
+    const std::uint64_t first = static_cast<std::uint64_t>(place.baseVertex) + which.begin;
+    gl_.NamedBufferSubData(vertices_.name, static_cast<GLintptr>(first * sizeof(MeshVertex)),
+                           static_cast<GLsizeiptr>(made.size() * sizeof(MeshVertex)), made.data());
+    uploadedBytes_ += made.size() * sizeof(MeshVertex);
+}
+
+void MeshBuffers::writeIndices(const MeshArrays& arrays, const MeshRange& place, const ByteRange& which) {
+    if (which.empty()) return;
+    const auto made = arrays.indices.as<std::uint32_t>().subspan(which.begin, which.end - which.begin);
+    gl_.NamedBufferSubData(indices_.name, static_cast<GLintptr>((place.firstIndex + which.begin) * sizeof(std::uint32_t)),
+                           static_cast<GLsizeiptr>(made.size_bytes()), made.data());
+    uploadedBytes_ += made.size_bytes();
 }
 
 std::uint64_t MeshBuffers::place(Buffer& buffer, std::uint64_t count, std::size_t elementBytes) {

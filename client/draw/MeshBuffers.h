@@ -44,6 +44,8 @@ public:
     [[nodiscard]] std::optional<MeshRange> find(const Drawable& drawable);
 
     [[nodiscard]] std::size_t residentBytes() const;
+    /// Given to GL since this began.
+    [[nodiscard]] std::uint64_t uploadedBytes() const { return uploadedBytes_; }
     [[nodiscard]] std::size_t meshCount() const { return meshes_.size(); }
 
 private:
@@ -59,6 +61,11 @@ private:
     };
 
     Mesh upload(const MeshArrays& arrays);
+    /// A mesh that came by edits of ranges from one that is here takes over its place, and only what is new is uploaded; unless
+    /// that one has been drawn in this draw. False: there is none.
+    [[nodiscard]] bool takeOver(const MeshKey& key, const MeshArrays& arrays);
+    void writeVertices(const MeshArrays& arrays, const MeshRange& place, const ByteRange& which);
+    void writeIndices(const MeshArrays& arrays, const MeshRange& place, const ByteRange& which);
     std::uint64_t place(Buffer& buffer, std::uint64_t count, std::size_t elementBytes);
     void rebind();
     void makeRoom();
@@ -69,6 +76,7 @@ private:
     Buffer vertices_, indices_;
     std::unordered_map<MeshKey, Mesh, MeshKeyHash> meshes_;
     std::uint64_t draw_ = 0;
+    std::uint64_t uploadedBytes_ = 0;
 };
 
 }  // namespace tessera

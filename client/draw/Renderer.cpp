@@ -322,4 +322,8 @@ std::size_t Renderer::residentBytes() const {
     return impl_->meshes->residentBytes() + impl_->textures.residentBytes();
 }
 
+std::uint64_t Renderer::uploadedMeshBytes() const {
+    return impl_->meshes->uploadedBytes();
+}
+
 }  // namespace tessera

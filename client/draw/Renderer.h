@@ -48,6 +48,8 @@ public:
     [[nodiscard]] DrawCounts lastCounts() const;
     /// Of meshes and textures, as uploaded.
     [[nodiscard]] std::size_t residentBytes() const;
+    /// Of meshes, given to GL since this began.
+    [[nodiscard]] std::uint64_t uploadedMeshBytes() const;
 
 private:
     Renderer();

@@ -1,5 +1,7 @@
 #include "client/render/MeshCache.h"
 
+#include <algorithm>
+
 namespace tessera {
 
 bool allOpaque(ByteSpan rgba) {
@@ -29,12 +31,41 @@ const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
     mesh.key_ = it->first;
     mesh.positions = arrays.positions;
     mesh.indices = arrays.indices;
-    if (checkMesh(arrays)) {
-        mesh.bounds = boundsOf(arrays.positions.as<float>());
-        mesh.triangles = arrays.indices.as<std::uint32_t>().size() / 3;
-        mesh.opaque = allOpaque(arrays.colors.bytes());
-    }
+    if (!prepareFromOrigin(mesh, arrays)) prepare(mesh, arrays);
     return &mesh;
+}
+
+void MeshCache::prepare(RenderMesh& mesh, const MeshArrays& arrays) {
+    if (!checkMesh(arrays)) return;
+    const std::size_t vertices = arrays.positions.as<float>().size() / 3;
+    mesh.boxes_.resize((vertices + RenderMesh::kVerticesPerBox - 1) / RenderMesh::kVerticesPerBox);
+    mesh.boundVertices({0, vertices});
+    mesh.triangles = arrays.indices.as<std::uint32_t>().size() / 3;
+    mesh.opaque = allOpaque(arrays.colors.bytes());
+}
+
+bool MeshCache::prepareFromOrigin(RenderMesh& mesh, const MeshArrays& arrays) {
+    for (const MeshOrigin& origin : originsOf(arrays)) {
+        const auto known = meshes_.find(origin.key);
+        if (known == meshes_.end() || known->second.boxes_.empty() || !soundWithin(arrays, origin.changed)) continue;
+        const RenderMesh& before = known->second;
+        mesh.triangles = before.triangles;
+        mesh.opaque = origin.changed[2].empty() ? before.opaque : allOpaque(arrays.colors.bytes());
+        mesh.boxes_ = before.boxes_;
+        mesh.bounds = before.bounds;
+        if (!origin.changed[0].empty()) mesh.boundVertices(elementsOf(origin.changed[0], 3 * sizeof(float)));
+        return true;
+    }
+    return false;
+}
+
+void RenderMesh::boundVertices(const ByteRange& vertices) {
+    const std::span<const float> numbers = positions.as<float>();
+    const std::size_t perBox = 3 * kVerticesPerBox;
+    for (std::size_t i = vertices.begin / kVerticesPerBox; i * kVerticesPerBox < vertices.end; ++i)
+        boxes_[i] = boundsOf(numbers.subspan(i * perBox, std::min(perBox, numbers.size() - i * perBox)));
+    bounds = Box();
+    for (const Box& box : boxes_) bounds.extend(box);
 }
 
 void MeshCache::release(const RenderMesh* mesh) {

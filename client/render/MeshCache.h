@@ -26,7 +26,12 @@ struct RenderMesh {
 
 private:
     friend class MeshCache;
+    /// Of this many vertices each: where some have moved, the boxes of the others stand.
+    static constexpr std::size_t kVerticesPerBox = 1024;
+    void boundVertices(const ByteRange& vertices);
+
     MeshKey key_{};
+    std::vector<Box> boxes_;
     std::uint32_t users_ = 0;
     mutable bool occluderBuilt_ = false;
     mutable std::unique_ptr<OccluderMesh> occluder_;
@@ -45,6 +50,10 @@ public:
     [[nodiscard]] std::size_t size() const { return meshes_.size(); }
 
 private:
+    void prepare(RenderMesh& mesh, const MeshArrays& arrays);
+    /// From a mesh that is known and that this one came from by edits of ranges. False: there is none.
+    [[nodiscard]] bool prepareFromOrigin(RenderMesh& mesh, const MeshArrays& arrays);
+
     std::unordered_map<MeshKey, RenderMesh, MeshKeyHash> meshes_;
     std::vector<MeshKey> unused_;  ///< released by their last user at least once since the last drop
 };

@@ -148,7 +148,9 @@ Affine3d RenderScene::Impl::worldOf(const ScenePlace& place) const {
     const Affine3d& world_T_parent = place.parent == kNone ? kTop : places[place.parent].world_T_node;
     if (place.role != SceneRole::kPose) return world_T_parent;
     const Object core = aspect_->find(place.core);
-    return core.info().pose(core.data()).below(world_T_parent);
+    Affine3d world_T_node;
+    core.info().place(core.data(), world_T_parent, world_T_node);
+    return world_T_node;
 }
 
 void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another) {

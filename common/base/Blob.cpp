@@ -54,6 +54,12 @@ Expected<Blob> Blob::withRange(std::uint64_t offset, ByteSpan bytes) const {
             content->leaves[leaf] = hash128(all.subspan(at, std::min(kBlobLeafBytes, all.size() - at)));
         }
     content->id = idFrom(all, content->leaves);
+    content->origins.assign(1, {id(), offset, offset + bytes.size()});
+    for (const Origin& earlier : content_->origins) {
+        if (content->origins.size() == kOrigins) break;
+        content->origins.push_back({earlier.id, std::min<std::uint64_t>(earlier.begin, offset),
+                                    std::max<std::uint64_t>(earlier.end, offset + bytes.size())});
+    }
     return Blob(std::shared_ptr<const Content>(std::move(content)));
 }
 

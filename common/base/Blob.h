@@ -44,6 +44,18 @@ public:
     /// does not lie inside, or the bytes are not here.
     [[nodiscard]] Expected<Blob> withRange(std::uint64_t offset, ByteSpan bytes) const;
 
+    /// An earlier array that `withRange` has led from to this one: outside of [begin, end) the bytes are the same. What
+    /// somebody derives from an array and keeps by its name can so be brought up to date for a part of it.
+    struct Origin {
+        BlobId id;
+        std::uint64_t begin = 0, end = 0;
+    };
+    static constexpr std::size_t kOrigins = 4;
+    /// The nearest first, at most kOrigins. None where the bytes came as a whole: this is not part of the content.
+    [[nodiscard]] std::span<const Origin> origins() const {
+        return content_ ? std::span<const Origin>(content_->origins) : std::span<const Origin>();
+    }
+
     [[nodiscard]] const BlobId& id() const { return content_ ? content_->id : kNoId; }
     [[nodiscard]] std::uint64_t sizeBytes() const { return content_ ? content_->sizeBytes : 0; }
     [[nodiscard]] bool empty() const { return content_ == nullptr; }
@@ -74,6 +86,7 @@ private:
         bool resident = false;
         Bytes bytes;
         std::vector<Hash128> leaves;  ///< their hashes, where there are several
+        std::vector<Origin> origins;
     };
     static constexpr BlobId kNoId{};
     explicit Blob(std::shared_ptr<const Content> content) : content_(std::move(content)) {}

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "common/geometry/Mesh.h"
 #include "common/scene/Aspect.h"
@@ -19,6 +20,14 @@ struct MeshKeyHash {
         return h;
     }
 };
+
+/// An earlier mesh that edits of ranges have led from to a present one: who keeps something of it changes a part.
+struct MeshOrigin {
+    MeshKey key;
+    MeshRanges changed;
+};
+/// The nearest first, as far as its arrays remember (see Blob::origins); empty where none came from ranges.
+[[nodiscard]] std::vector<MeshOrigin> originsOf(const MeshArrays& arrays);
 
 /// What a type of drawable says of itself; the functions take one of its objects. A new drawable is one entry in Drawable.cpp.
 struct DrawableType {
@@ -45,8 +54,9 @@ public:
     [[nodiscard]] Box bounds() const;
     /// As its arrays say, wherever their bytes are.
     [[nodiscard]] std::uint64_t triangleCount() const;
-    /// Whether its arrays fit together; nothing at all is fine.
-    [[nodiscard]] Expected<void> check() const;
+    /// Whether its arrays fit together; nothing at all is fine. Where they came by edits of ranges from `sound`, a mesh that
+    /// was found sound before, this costs what the ranges hold.
+    [[nodiscard]] Expected<void> check(const MeshKey& sound = {}) const;
 
 private:
     const DrawableType* type_ = nullptr;

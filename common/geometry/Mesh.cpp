@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace tessera {
@@ -73,6 +74,25 @@ Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits) {
         }
     }
     return {};
+}
+
+ByteRange elementsOf(const ByteRange& bytes, std::size_t elementBytes) {
+    if (bytes.empty()) return {};
+    return {bytes.begin / elementBytes, (bytes.end + elementBytes - 1) / elementBytes};
+}
+
+bool soundWithin(const MeshArrays& arrays, const MeshRanges& ranges) {
+    const auto within = [](const auto all, const ByteRange& bytes) {
+        const ByteRange which = elementsOf(bytes, sizeof(all[0]));
+        return which.empty() ? all.first(0) : all.subspan(which.begin, which.end - which.begin);
+    };
+    const auto finite = [&](const Blob& blob, const ByteRange& bytes) {
+        return std::ranges::all_of(within(blob.as<float>(), bytes), [](float number) { return std::isfinite(number); });
+    };
+    const std::size_t vertices = arrays.positions.sizeBytes() / (3 * sizeof(float));
+    return finite(arrays.positions, ranges[0]) && finite(arrays.normals, ranges[1]) && finite(arrays.texcoords, ranges[3]) &&
+           std::ranges::all_of(within(arrays.indices.as<std::uint32_t>(), ranges[4]),
+                               [&](std::uint32_t vertex) { return vertex < vertices; });
 }
 
 Box boundsOf(std::span<const float> positions) {

@@ -1,6 +1,7 @@
 /// Triangle meshes: a checked view of a Geometry's arrays, and meshes made from shapes. No scene, no GL.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -24,6 +25,18 @@ struct MeshLimits {
 /// Says what is wrong: a size that is not a whole number of elements, arrays of different vertex counts, an index out of
 /// range (which), a position that is not finite, an absent blob. Costs one pass.
 [[nodiscard]] Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits = {});
+
+/// Bytes [begin, end) of an array.
+struct ByteRange {
+    std::uint64_t begin = 0, end = 0;
+    [[nodiscard]] bool empty() const { return begin >= end; }
+};
+/// Where a mesh differs from another one whose arrays have the same sizes; ranges in the order of MeshArrays.
+using MeshRanges = std::array<ByteRange, 5>;
+/// Of a mesh that is a sound one but for these ranges: whether it is sound. Costs what they hold.
+[[nodiscard]] bool soundWithin(const MeshArrays& arrays, const MeshRanges& ranges);
+/// The elements of an array that a range touches.
+[[nodiscard]] ByteRange elementsOf(const ByteRange& bytes, std::size_t elementBytes);
 
 /// Local bounds; empty for no vertices.
 [[nodiscard]] Box boundsOf(std::span<const float> positions);

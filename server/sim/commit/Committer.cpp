@@ -130,9 +130,11 @@ Expected<void> Committer::checkDrawables(const ChangeList& list) const {
     for (const RangeEdit& range : list.ranges)
         if (isDrawable(range.type)) draftOf(range.object, *findType(range.type)).set(range.field, range.result);
     for (const ObjectId id : list.destructions) touched.erase(id);
-    for (const auto& [id, draft] : touched)
-        if (const Expected<void> sound = draft.drawable().check(); !sound)
+    for (const auto& [id, draft] : touched) {
+        const Drawable present = drawableOf(scene_, id);  // sound: it was committed
+        if (const Expected<void> sound = draft.drawable().check(present ? present.key() : MeshKey()); !sound)
             return failWith(fmt::format("geometry #{}", id.value), sound.error());
+    }
     return {};
 }
 

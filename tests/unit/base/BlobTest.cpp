@@ -123,6 +123,27 @@ TEST(Blob, ARangeMakesWhatAllTheBytesWouldMake) {
     }
 }
 
+TEST(Blob, RemembersWhichRangesLedToIt) {
+    std::mt19937_64 random(6);
+    std::vector<Blob> history = {Blob(Bytes(3 * kBlobLeafBytes))};
+    EXPECT_TRUE(history[0].origins().empty());
+    for (int i = 0; i < 12; ++i) {
+        Bytes part(1 + random() % 500);
+        for (std::byte& byte : part) byte = static_cast<std::byte>(random());
+        history.push_back(*history.back().withRange(random() % (3 * kBlobLeafBytes - 500), part));
+        const std::span<const Blob::Origin> origins = history.back().origins();
+        ASSERT_EQ(origins.size(), std::min<std::size_t>(history.size() - 1, Blob::kOrigins));
+        for (std::size_t back = 0; back < origins.size(); ++back) {
+            const Blob& earlier = history[history.size() - 2 - back];
+            ASSERT_EQ(origins[back].id, earlier.id());
+            for (std::size_t at = 0; at < earlier.sizeBytes(); ++at)
+                if (at < origins[back].begin || at >= origins[back].end) {
+                    ASSERT_EQ(earlier.bytes()[at], history.back().bytes()[at]);
+                }
+        }
+    }
+}
+
 TEST(Blob, ARangeOutsideIsRefused) {
     const Blob blob{Bytes(10)};
     const Bytes four(4);

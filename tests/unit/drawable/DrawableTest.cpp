@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+#include <random>
+
 #include "tests/unit/scene/SceneEdits.h"
 
 namespace tessera {
@@ -48,6 +51,68 @@ TEST(Drawable, SaysWhatDoesNotFitOrIsNotHere) {
     const Aspect broken = sceneWith(box);
     EXPECT_FALSE(drawableOf(broken, ObjectId(6)).check());
     EXPECT_TRUE(drawableOf(empty, ObjectId(6)).check()) << "nothing at all is fine";
+}
+
+TEST(Drawable, KnowsTheMeshesThatRangesLedFrom) {
+    const MeshArrays first = makeBox({2, 4, 6}).toArrays();
+    const auto with = [](const Blob& blob, std::uint64_t offset, std::span<const float> numbers) {
+        return *blob.withRange(offset, std::as_bytes(numbers));
+    };
+    MeshArrays second = first;
+    const std::vector<float> far = {100, 200};
+    second.positions = with(first.positions, 16, far);
+    MeshArrays third = second;
+    third.normals = with(first.normals, 0, far);
+    third.positions = with(second.positions, 40, far);
+
+    const Aspect a = sceneWith(first), b = sceneWith(second), c = sceneWith(third);
+    const auto find = [&](const Aspect& scene) -> std::optional<MeshRanges> {
+        for (const MeshOrigin& origin : originsOf(third))
+            if (origin.key == drawableOf(scene, ObjectId(6)).key()) return origin.changed;
+        return std::nullopt;
+    };
+    ASSERT_TRUE(find(a));
+    EXPECT_EQ((*find(a))[0].begin, 16u);
+    EXPECT_EQ((*find(a))[0].end, 48u);
+    EXPECT_EQ((*find(a))[1].end, 8u);
+    ASSERT_TRUE(find(b)) << "only one of the two arrays had been edited then";
+    EXPECT_EQ((*find(b))[0].begin, 40u);
+    EXPECT_EQ((*find(b))[1].end, 8u);
+    EXPECT_TRUE((*find(b))[4].empty());
+    EXPECT_FALSE(find(c)) << "itself";
+    EXPECT_TRUE(originsOf(first).empty());
+}
+
+// The check of a part and the check of all say the same, whatever the part holds.
+TEST(Drawable, APartIsCheckedAsTheWhole) {
+    std::mt19937 random(2);
+    const MeshArrays sound = makeSphere(1, 12).toArrays();
+    const MeshKey key = drawableOf(sceneWith(sound), ObjectId(6)).key();
+    const std::size_t vertices = sound.positions.sizeBytes() / 12;
+    int refused = 0;
+    for (int turn = 0; turn < 300; ++turn) {
+        MeshArrays arrays = sound;
+        for (int several = 0; several < 2; ++several) {
+            Blob& blob = random() % 3 == 0 ? arrays.indices : random() % 2 == 0 ? arrays.positions : arrays.normals;
+            Bytes part(1 + random() % 9);  // not whole numbers either
+            const std::uint64_t offset = random() % (blob.sizeBytes() - part.size());
+            const ByteSpan old = blob.bytes().subspan(offset, part.size());
+            std::ranges::copy(old, part.begin());
+            if (&blob == &arrays.indices)
+                part[0] = static_cast<std::byte>(random() % 8 == 0 ? 0xff : random() % vertices);
+            else
+                part[0] = static_cast<std::byte>(random());
+            if (random() % 6 == 0)
+                for (std::byte& byte : part) byte = std::byte{0xff};
+            blob = *blob.withRange(offset, part);
+        }
+        const Aspect scene = sceneWith(arrays);
+        const bool whole = drawableOf(scene, ObjectId(6)).check().has_value();
+        EXPECT_EQ(drawableOf(scene, ObjectId(6)).check(key).has_value(), whole) << turn;
+        refused += whole ? 0 : 1;
+    }
+    EXPECT_GT(refused, 30);
+    EXPECT_LT(refused, 270);
 }
 
 TEST(Drawable, OnlySomeTypesAre) {
