@@ -12,7 +12,7 @@ constexpr std::size_t kMaxWork = 1024;
 
 Expected<void> runHost(const HostOptions& options, Log& log) {
     Channel<ServerLink::Event> events(kMaxEvents);
-    Channel<Work> work(kMaxWork);
+    WorkQueue work(kMaxWork);
     BlobStore store;
 
     auto surface = makeSurface(options.surface);
@@ -34,16 +34,19 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
     }
     HostEnd end;
     std::thread session([&] {
-        ServerLink link({.server = options.server, .name = options.name, .pixelProbe = *probe}, shelf, cache.get(),
-                        events, work, log);
+        ServerLink link({.server = options.server,
+                         .name = options.name,
+                         .pixelProbe = *probe,
+                         .atOnce = [&](const Work& next) { return host.again(next); }},
+                        shelf, cache.get(), events, work, log);
         end = link.run();
         // A draw thread that hangs cannot be joined, and nothing that it owns may be destroyed under it.
         if (!link.drawThreadEnded()) std::_Exit(1);
     });
     bool going = true;
     while (const auto next = work.pop()) {
-        if (!going) continue;
-        going = host.perform(*next);
+        // What is broken stays in hand: nobody else is to go on with it.
+        if (going = going && host.perform(*next); going) work.done();
     }
     events.push(Outcome{Attempt{}, outcome::Ended{}});
     session.join();

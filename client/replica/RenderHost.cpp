@@ -40,7 +40,38 @@ Expected<std::uint64_t> RenderHost::probe() {
 
 bool RenderHost::perform(const Work& work) {
     attempt_ = work.attempt;
+    if (!std::holds_alternative<work::Show>(work.what)) still_.reset();
     return std::visit([this](const auto& what) { return on(what); }, work.what);
+}
+
+std::optional<Outcome> RenderHost::again(const Work& work) {
+    if (const auto* draw = std::get_if<work::Draw>(&work.what)) return drawAgain(work, draw->begin);
+    if (const auto* show = std::get_if<work::Show>(&work.what)) return showAgain(work, show->frame);
+    return std::nullopt;
+}
+
+std::optional<Outcome> RenderHost::drawAgain(const Work& work, const message::Begin& begin) {
+    if (!still_ || begin.list->changed() || !(begin.payload == still_->payload)) return std::nullopt;
+    if (options_.injection.frame == begin.frame.value) return std::nullopt;  // for the draw thread, as all of them
+    still_->repeated = true;
+    sequence_ = begin.list->sequence;
+    for (const auto& state : tiles_) {
+        ++state->painted;
+        ++state->again;
+        if (!state->drawn) state->drawn = state->shown;
+        state->drawnFrame = begin.frame;
+        if (state->file) state->file->prepareAgain(begin.frame.value);
+    }
+    return Outcome{work.attempt, outcome::Drawn{begin.frame, StateHash(aspect_.stateHash()), still_->stats}};
+}
+
+std::optional<Outcome> RenderHost::showAgain(const Work& work, FrameNumber frame) {
+    // The disk may be behind with the pictures that are kept; who waits for an image gets it from the draw thread.
+    if (!still_ || !still_->repeated || options_.keepFrames || !waitingImages_.empty()) return std::nullopt;
+    if (!std::ranges::all_of(tiles_, [](const auto& state) { return state->shown != nullptr; })) return std::nullopt;
+    for (const auto& state : tiles_)
+        if (auto shown = showTile(*state); !shown) return Outcome{work.attempt, outcome::Broken{shown.error()}};
+    return Outcome{work.attempt, outcome::Shown{frame, now()}};
 }
 
 bool RenderHost::on(const work::Configure& configure) {
@@ -151,7 +182,10 @@ bool RenderHost::on(const work::Draw& draw) {
         log_.warning(fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame.value,
                                  skipped));
     skippedBefore_ = skipped;
-    tell(outcome::Drawn{frame, StateHash(aspect_.stateHash()), encodeStats(stats)});
+    const ByteSlice encoded = encodeStats(stats);
+    if (!draw.begin.list->changed() && std::ranges::all_of(tiles_, [](const auto& state) { return state->still; }))
+        still_ = {.payload = draw.begin.payload, .stats = encoded};
+    tell(outcome::Drawn{frame, StateHash(aspect_.stateHash()), encoded});
     return true;
 }
 
@@ -161,6 +195,7 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
     ++state.painted;
     state.again += painted->again ? 1 : 0;
     state.skipped = painted->skipped;
+    state.still = painted->again && painted->cull == Duration::zero();
     state.drawn = painted->picture;
     state.drawnFrame = frame;
     if (!options_.output.empty()) {

@@ -39,6 +39,9 @@ public:
 
     /// Never throws and never refuses: what goes wrong is reported. False after Finish and when the host is broken.
     bool perform(const Work& work);
+    /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more.
+    /// Nothing (and nothing done): `perform` it. On any thread, when no other is in the host.
+    [[nodiscard]] std::optional<Outcome> again(const Work& work);
 
 private:
     struct TileState {
@@ -50,6 +53,13 @@ private:
         std::optional<SharedFrameWriter> file;
         std::uint64_t painted = 0, again = 0;  ///< frames, and those of them that needed no new picture
         std::uint64_t skipped = 0;             ///< items that the picture lacks because they cannot be drawn
+        bool still = false;                    ///< nothing that this tile's picture is made from has changed
+    };
+    /// A frame that had all its pictures already. One with the same payload and no list is the same, statistics and
+    /// all.
+    struct StillFrame {
+        ByteSlice payload, stats;
+        bool repeated = false;  ///< by `again`: its pictures lie where it takes a few words to show them
     };
     struct WaitingImages {
         Attempt attempt;
@@ -73,6 +83,8 @@ private:
     void injectBefore(FrameNumber frame);
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
+    [[nodiscard]] std::optional<Outcome> drawAgain(const Work& work, const message::Begin& begin);
+    [[nodiscard]] std::optional<Outcome> showAgain(const Work& work, FrameNumber frame);
     bool broken(const Error& error);
     void tell(decltype(Outcome::what) what) { report_({attempt_, std::move(what)}); }
     [[nodiscard]] std::string pngPath(const TileState& state) const;
@@ -91,6 +103,7 @@ private:
     std::unique_ptr<Renderer> renderer_;
     int samples_ = 0;
     std::vector<std::unique_ptr<TileState>> tiles_;
+    std::optional<StillFrame> still_;  ///< the frame drawn last, if nothing has happened since
     std::vector<WaitingImages> waitingImages_;
     std::unique_ptr<PictureWriter> writer_;
     std::uint64_t skippedBefore_ = 0;  ///< items left away in the frame before: said once, not sixty times a second

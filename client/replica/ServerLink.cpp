@@ -20,7 +20,7 @@ TimePoint clockNow() {
 }  // namespace
 
 ServerLink::ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, Channel<Event>& events,
-                       Channel<Work>& work, Log& log)
+                       WorkQueue& work, Log& log)
     : options_(std::move(options)),
       blobs_(blobs),
       cache_(cache),
@@ -39,6 +39,7 @@ HostEnd ServerLink::run() {
     while (!end_ || !drawThreadEnded_) {
         const Duration idle = std::clamp<Duration>(nextDeadline() - clockNow(), 0ns, 1s);
         if (const auto event = events_.popFor(idle)) std::visit([this](const auto& e) { on(e); }, *event);
+        for (; !doneHere_.empty(); doneHere_.pop_front()) on(Outcome(std::move(doneHere_.front())));
         const TimePoint now = clockNow();
         if (session_ && now >= session_->nextDeadline()) carryOut(session_->advance(now));
         if (dialAt_ && now >= *dialAt_) dial();
@@ -212,9 +213,15 @@ void ServerLink::end(HostEnd end) {
 }
 
 void ServerLink::give(decltype(Work::what) what) {
+    Work work{attempt_, std::move(what)};
+    if (options_.atOnce && work_.idle())
+        if (std::optional<Outcome> outcome = options_.atOnce(work)) {
+            doneHere_.push_back(std::move(*outcome));
+            return;
+        }
     // Steps come one at a time and images are few: a full channel means a draw thread that hangs, and then nothing that
     // it does not get is missed.
-    (void)work_.tryPush({attempt_, std::move(what)});
+    (void)work_.tryPush(std::move(work));
 }
 
 }  // namespace tessera

@@ -1,6 +1,8 @@
 /// The session thread's side of a render host: dials, speaks the protocol, hands out work, answers with outcomes.
 #pragma once
 
+#include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -9,7 +11,7 @@
 
 #include "client/replica/BlobShelf.h"
 #include "client/replica/DiskCache.h"
-#include "client/replica/Work.h"
+#include "client/replica/WorkQueue.h"
 #include "common/base/Channel.h"
 #include "common/base/Log.h"
 #include "common/net/Transport.h"
@@ -25,6 +27,9 @@ struct ServerLinkOptions {
     std::chrono::milliseconds firstPause{50}, longestPause{1'000};
     /// How long the draw thread may take to finish once all is over.
     std::chrono::milliseconds finishDeadline{15'000};
+    /// Does a piece of work at once if it takes no time, else nothing. Called on the session thread, while the draw
+    /// thread has no work at all. May be empty.
+    std::function<std::optional<Outcome>(const Work&)> atOnce;
 };
 
 /// Why a host is done.
@@ -39,9 +44,10 @@ class ServerLink {
 public:
     using Event = std::variant<LinkEvent, Outcome>;
 
-    /// `events` carries what the network and the draw thread say; `work` goes to the draw thread.
+    /// `events` carries what the network and the draw thread say; `work` goes to the draw thread, but for what
+    /// `atOnce` does.
     ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, Channel<Event>& events,
-               Channel<Work>& work, Log& log);
+               WorkQueue& work, Log& log);
 
     /// Returns when all is over and the draw thread has said its last word. kFailed without that word: the draw thread
     /// does not come back.
@@ -68,13 +74,14 @@ private:
     BlobShelf& blobs_;
     DiskCache* cache_;
     Channel<Event>& events_;
-    Channel<Work>& work_;
+    WorkQueue& work_;
     Log& log_;
 
     Attempt attempt_;
     std::unique_ptr<ClientSession> session_;  ///< null between attempts
     std::map<ChannelKind, LinkId> links_;
     Epoch epoch_;
+    std::deque<Outcome> doneHere_;  ///< of work that was done at once, until it is answered
     std::optional<TimePoint> dialAt_;
     std::chrono::milliseconds pause_;
     std::string lastReason_;  ///< a server that is not there is mentioned once, not once a second

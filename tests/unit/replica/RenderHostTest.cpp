@@ -48,6 +48,12 @@ protected:
     }
     void configure(const Wall& wall) { EXPECT_TRUE(perform(work::Configure{.configuration = encodeWall(wall)})); }
     bool perform(decltype(Work::what) what) { return host_->perform({Attempt{1}, std::move(what)}); }
+    /// As the session thread does it: at once where that goes.
+    bool performOrAgain(decltype(Work::what) what) {
+        const Work work{Attempt{1}, std::move(what)};
+        auto outcome = host_->again(work);
+        return outcome ? outcomes_.push(std::move(*outcome)) : host_->perform(work);
+    }
     /// The next outcome, which must be a T.
     template <typename T>
     std::optional<T> next() {
@@ -75,9 +81,9 @@ protected:
     /// Draws and shows a frame in which `list` changes the scene: what the tile took.
     TileStats frame(FrameNumber number, const ChangeList& list = {}, const View& view = {}) {
         for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
-        EXPECT_TRUE(perform(work::Draw{beginOf(number, list.empty() ? ByteSlice() : ByteSlice(share(encodeChangeList(list))), view)}));
+        EXPECT_TRUE(performOrAgain(work::Draw{beginOf(number, list.empty() ? ByteSlice() : ByteSlice(share(encodeChangeList(list))), view)}));
         const auto drawn = next<outcome::Drawn>();
-        EXPECT_TRUE(perform(work::Show{number}));
+        EXPECT_TRUE(performOrAgain(work::Show{number}));
         EXPECT_TRUE(next<outcome::Shown>());
         if (!drawn || !decodeStats(drawn->stats)) return {};
         return decodeStats(drawn->stats)->front();
@@ -180,6 +186,67 @@ TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChange
     EXPECT_GT(frame(FrameNumber(11), {}, view).drawMs, 0);
     configure(makeWall());
     EXPECT_GT(frame(FrameNumber(12), {}, view).drawMs, 0);
+}
+
+TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
+    start({.output = folder_.path()});
+    Aspect scene = makeBall();
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    ASSERT_TRUE(next<outcome::Applied>());
+    const auto shown = [&] { return readSharedFrame(folder_ / "tiles/front-0-0/shown.frame").value(); };
+    const auto again = [&](decltype(Work::what) what) { return host_->again({Attempt{3}, std::move(what)}); };
+    EXPECT_FALSE(again(work::Draw{beginOf(0_frame)})) << "nothing is drawn yet";
+    EXPECT_FALSE(again(work::Show{0_frame}));
+    const TileStats first = frame(FrameNumber(0));
+    EXPECT_FALSE(again(work::Draw{beginOf(1_frame)})) << "drawn, but not seen to stand still";
+    const TileStats second = frame(FrameNumber(1));
+    const Picture picture = shown().picture;
+    for (std::uint64_t number = 2; number < 6; ++number) {
+        const auto drawn = again(work::Draw{beginOf(FrameNumber(number))});
+        ASSERT_TRUE(drawn);
+        EXPECT_EQ(drawn->attempt, Attempt{3});
+        const auto& said = std::get<outcome::Drawn>(drawn->what);
+        EXPECT_EQ(said.frame, FrameNumber(number));
+        EXPECT_EQ(said.stateHash, StateHash(scene.stateHash()));
+        EXPECT_EQ(decodeStats(said.stats)->front(), second);
+        EXPECT_EQ(shown().frame, number - 1) << "not before Show";
+        const auto swapped = again(work::Show{FrameNumber(number)});
+        ASSERT_TRUE(swapped);
+        EXPECT_EQ(std::get<outcome::Shown>(swapped->what).frame, FrameNumber(number));
+        EXPECT_EQ(shown().frame, number);
+        EXPECT_EQ(shown().picture, picture);
+    }
+    EXPECT_FALSE(outcomes_.tryPop());
+    View view;
+    view.position = {0.1, 0, 0};
+    EXPECT_FALSE(again(work::Draw{beginOf(6_frame, {}, view)})) << "another view";
+    ChangeList list;
+    list.nextFreeId = 5'000;
+    EXPECT_FALSE(again(work::Draw{beginOf(6_frame, share(encodeChangeList(list)))})) << "a list";
+    EXPECT_TRUE(again(work::Draw{beginOf(6_frame)}));
+    ASSERT_TRUE(perform(work::SendImages{{.request = 1, .frame = 7_frame}}));
+    EXPECT_FALSE(again(work::Show{6_frame})) << "somebody waits for images";
+    ASSERT_TRUE(perform(work::Show{6_frame}));
+    ASSERT_TRUE(next<outcome::Shown>());
+    EXPECT_EQ(shown().frame, 6u);
+    configure(makeWall());
+    EXPECT_FALSE(again(work::Draw{beginOf(7_frame)})) << "another wall";
+    EXPECT_GT(frame(FrameNumber(7)).drawMs, 0);
+    EXPECT_GT(first.drawMs, 0);
+}
+
+TEST_F(RenderHostTest, LeavesToItsOwnThreadWhatMayWait) {
+    start({.output = folder_.path(), .keepFrames = true, .injection = {.kind = Injection::Kind::kDrawSlow, .frame = 4}});
+    Aspect scene = makeBall();
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    ASSERT_TRUE(next<outcome::Applied>());
+    for (std::uint64_t number = 0; number < 2; ++number) frame(FrameNumber(number));
+    EXPECT_TRUE(host_->again({Attempt{1}, work::Draw{beginOf(2_frame)}}));
+    EXPECT_FALSE(host_->again({Attempt{1}, work::Show{2_frame}})) << "the disk may be behind";
+    ASSERT_TRUE(perform(work::Show{2_frame}));
+    ASSERT_TRUE(next<outcome::Shown>());
+    EXPECT_TRUE(host_->again({Attempt{1}, work::Draw{beginOf(3_frame)}}));
+    EXPECT_FALSE(host_->again({Attempt{1}, work::Draw{beginOf(4_frame)}})) << "a fault to be injected";
 }
 
 TEST_F(RenderHostTest, ShowsWhatOneShowsWhoHasJustComeAfterAnyEdit) {

@@ -63,7 +63,11 @@ protected:
     void start(std::chrono::milliseconds finishDeadline = 15s) {
         thread_ = std::thread([this, finishDeadline] {
             ServerLink link(
-                {.server = server_.address(), .name = "left", .pixelProbe = 42, .finishDeadline = finishDeadline},
+                {.server = server_.address(),
+                 .name = "left",
+                 .pixelProbe = 42,
+                 .finishDeadline = finishDeadline,
+                 .atOnce = atOnce_},
                 shelf_, nullptr, events_, work_, log_);
             end_ = link.run();
             drawThreadEnded_ = link.drawThreadEnded();
@@ -95,7 +99,8 @@ protected:
     BlobStore store_;
     BlobShelf shelf_{store_, 1'000'000};
     Channel<ServerLink::Event> events_{4096};
-    Channel<Work> work_{64};
+    WorkQueue work_{64};
+    std::function<std::optional<Outcome>(const Work&)> atOnce_;
     Log log_{"test"};
     HostEnd end_;
     bool drawThreadEnded_ = false;
@@ -152,6 +157,38 @@ TEST_F(ServerLinkTest, HeartbeatsGoOnWhileTheDrawThreadIsBusy) {
     for (int i = 0; i < 10; ++i) ASSERT_TRUE(server_.hear<message::Heartbeat>()) << i;
     events_.push(Outcome{Attempt{1}, outcome::Applied{1_seq, 9_hash}});
     EXPECT_TRUE(server_.hear<message::Synced>());
+    server_.say(control, message::Over{"over"});
+    EXPECT_TRUE(waitForEnd().over);
+}
+
+TEST_F(ServerLinkTest, DoesAtOnceWhatTakesNoTimeWhileTheDrawThreadHasNothingToDo) {
+    int done = 0;
+    atOnce_ = [&](const Work& work) -> std::optional<Outcome> {
+        const auto* draw = std::get_if<work::Draw>(&work.what);
+        if (!draw || draw->begin.frame == 2_frame) return std::nullopt;
+        ++done;
+        return Outcome{work.attempt, outcome::Drawn{draw->begin.frame, 9_hash, {}}};
+    };
+    start();
+    const LinkId control = welcome();
+    const auto begin = [](FrameNumber frame) {
+        return message::Begin{frame, {}, share(CommittedList{1_seq, 9_hash, {}, {}})};
+    };
+    ASSERT_TRUE(work_.popFor(kPatience)) << "Configure";
+    server_.say(control, begin(0_frame));
+    ASSERT_TRUE(work_.popFor(kPatience)) << "Configure is still in hand";
+    EXPECT_EQ(done, 0);
+    work_.done();
+    work_.done();
+    events_.push(Outcome{Attempt{1}, outcome::Drawn{0_frame, 9_hash, {}}});
+    EXPECT_EQ(server_.hear<message::Ready>()->second.frame, 0_frame);
+    server_.say(control, begin(1_frame));
+    EXPECT_EQ(server_.hear<message::Ready>()->second.frame, 1_frame);
+    EXPECT_EQ(done, 1);
+    server_.say(control, begin(2_frame));
+    const auto next = work_.popFor(kPatience);
+    ASSERT_TRUE(next && std::holds_alternative<work::Draw>(next->what)) << "this one takes time";
+    EXPECT_EQ(done, 1);
     server_.say(control, message::Over{"over"});
     EXPECT_TRUE(waitForEnd().over);
 }
