@@ -15,6 +15,8 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
     WorkQueue work(kMaxWork);
     BlobStore store;
 
+    std::unique_ptr<ServerLink> link;  // outlives the host, which speaks to it to its end
+
     auto surface = makeSurface(options.surface);
     if (!surface) return tl::unexpected(surface.error());
     RenderHost host({.name = options.name,
@@ -22,7 +24,7 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
                      .culler = options.culler,
                      .keepFrames = options.keepFrames,
                      .injection = options.injection},
-                    **surface, store, log, [&](Outcome outcome) { events.push(std::move(outcome)); });
+                    **surface, store, log, [&](Outcome outcome) { link->tell(std::move(outcome)); });
     const auto probe = host.probe();
     if (!probe) return failWith((*surface)->description(), probe.error());
 
@@ -32,23 +34,23 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
         cache = std::make_unique<DiskCache>(options.cache, options.name, options.cacheBudgetBytes, log);
         cache->load([&](Blob blob) { shelf.put(std::move(blob)); });
     }
+    link = std::make_unique<ServerLink>(ServerLinkOptions{.server = options.server,
+                                                          .name = options.name,
+                                                          .pixelProbe = *probe,
+                                                          .atOnce = [&](const Work& next) { return host.again(next); }},
+                                        shelf, cache.get(), events, work, log);
     HostEnd end;
     std::thread session([&] {
-        ServerLink link({.server = options.server,
-                         .name = options.name,
-                         .pixelProbe = *probe,
-                         .atOnce = [&](const Work& next) { return host.again(next); }},
-                        shelf, cache.get(), events, work, log);
-        end = link.run();
+        end = link->run();
         // A draw thread that hangs cannot be joined, and nothing that it owns may be destroyed under it.
-        if (!link.drawThreadEnded()) std::_Exit(1);
+        if (!link->drawThreadEnded()) std::_Exit(1);
     });
     bool going = true;
     while (const auto next = work.pop()) {
         // What is broken stays in hand: nobody else is to go on with it.
         if (going = going && host.perform(*next); going) work.done();
     }
-    events.push(Outcome{Attempt{}, outcome::Ended{}});
+    link->tell({Attempt{}, outcome::Ended{}});
     session.join();
     if (end.over) return {};
     return tl::unexpected(end.error);

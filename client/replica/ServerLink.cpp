@@ -38,7 +38,7 @@ HostEnd ServerLink::run() {
     dial();
     while (!end_ || !drawThreadEnded_) {
         const Duration idle = std::clamp<Duration>(nextDeadline() - clockNow(), 0ns, 1s);
-        if (const auto event = events_.popFor(idle)) std::visit([this](const auto& e) { on(e); }, *event);
+        if (const auto event = nextEvent(idle)) std::visit([this](const auto& e) { on(e); }, *event);
         for (; !doneHere_.empty(); doneHere_.pop_front()) on(Outcome(std::move(doneHere_.front())));
         const TimePoint now = clockNow();
         if (session_ && now >= session_->nextDeadline()) carryOut(session_->advance(now));
@@ -51,8 +51,19 @@ HostEnd ServerLink::run() {
     }
     // The transport's thread may wait for room in the channel.
     events_.close();
-    transport_.reset();
+    transport_->end();
     return *end_;
+}
+
+void ServerLink::tell(Outcome outcome) {
+    if (events_.push(std::move(outcome))) transport_->wake();
+}
+
+/// Nobody else needs to be woken for what the network brings while this thread waits.
+std::optional<ServerLink::Event> ServerLink::nextEvent(Duration wait) {
+    std::optional<Event> event = events_.tryPop();
+    if (event || wait <= Duration::zero()) return event;
+    return transport_->attend(clockNow() + wait) ? events_.tryPop() : events_.popFor(wait);
 }
 
 TimePoint ServerLink::nextDeadline() const {

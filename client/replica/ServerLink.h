@@ -44,10 +44,13 @@ class ServerLink {
 public:
     using Event = std::variant<LinkEvent, Outcome>;
 
-    /// `events` carries what the network and the draw thread say; `work` goes to the draw thread, but for what
-    /// `atOnce` does.
+    /// `events` carries what the network and the draw thread say (by `tell`); `work` goes to the draw thread, but for
+    /// what `atOnce` does.
     ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, Channel<Event>& events,
                WorkQueue& work, Log& log);
+
+    /// From any thread: what the draw thread says, while `run` runs or after it.
+    void tell(Outcome outcome);
 
     /// Returns when all is over and the draw thread has said its last word. kFailed without that word: the draw thread
     /// does not come back.
@@ -68,6 +71,7 @@ private:
     void end(HostEnd end);
     void give(decltype(Work::what) what);
     [[nodiscard]] TimePoint nextDeadline() const;
+    [[nodiscard]] std::optional<Event> nextEvent(Duration wait);
     [[nodiscard]] std::optional<ChannelKind> channelOf(LinkId link) const;
 
     ServerLinkOptions options_;

@@ -33,6 +33,8 @@ public:
     [[nodiscard]] Expected<void> filled(std::size_t count, std::vector<ReceivedFrame>& frames);
     /// Whether the stream stands in the middle of a frame.
     [[nodiscard]] bool midFrame() const { return header_.has_value() || begin_ != end_; }
+    /// Bytes of the message whose header is here and whose end is not.
+    [[nodiscard]] std::size_t arriving() const { return header_ ? header_->payloadBytes : 0; }
 
 private:
     Expected<void> begin(const FrameHeader& header);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <atomic>
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -12,6 +13,8 @@
 #include <thread>
 #include <unordered_map>
 
+#include "common/base/Turn.h"
+#include "common/net/AbsenceTimer.h"
 #include "common/net/FrameHeader.h"
 #include "common/net/FrameReader.h"
 #include "common/net/LinkTable.h"
@@ -28,6 +31,8 @@ using namespace std::chrono_literals;
 
 constexpr auto kAcceptPause = 50ms;        ///< after a failed accept (no descriptors left): time for some to be closed
 constexpr auto kFlushTime = 1s;            ///< for what is queued when a link is closed by us
+constexpr Duration kAtOnce = 1ns;
+constexpr std::size_t kLarge = 64 * 1024;         ///< a message that is work for a thread of its own
 constexpr std::size_t kWorthCaching = 64 * 1024;  ///< payloads whose checksum is kept for the next link
 
 enum class LinkState {
@@ -69,13 +74,93 @@ struct Transport::Impl {
     Impl(TransportLimits l, std::function<void(LinkEvent)> f)
         : limits(std::move(l)), onEvent(std::move(f)), table(limits.maxLinks), work(io.get_executor()) {
         TESSERA_CHECK(limits.maxPayload != nullptr, "a transport needs to know how long messages may be");
-        thread = std::thread([this] { io.run(); });
+        thread = std::thread([this] { runInside(); });
     }
 
-    // All members below run on the network thread but those that say otherwise.
+    // ---- whose turn it is: whoever holds `turn` is the network thread ----------------------------------------------
 
-    void emit(decltype(LinkEvent::what) what, TimePoint at = std::chrono::steady_clock::now()) {
-        if (!ending) onEvent({at, std::move(what)});
+    /// The thread inside.
+    void runInside() {
+        for (;; absence.wait()) {
+            const Turn::Hold hold = turn.take();
+            if (!closing && !busy() && now() < attendantLeft + kAbsence) continue;
+            while (!wanted && !io.stopped()) io.run_one();
+            if (io.stopped()) return;
+        }
+    }
+
+    /// Runs on the caller's thread.
+    bool attend(TimePoint until) {
+        if (busy()) return false;
+        if (delivered.exchange(false) || woken.exchange(false)) return true;
+        if (const Turn::Hold hold = turn.tryTake(); hold) {
+            runHere(until);
+        } else {
+            wanted = true;
+            asio::post(io, [] {});  // the thread inside may wait in the reactor
+            const Turn::Hold waitedFor = turn.take();
+            wanted = false;
+            runHere(until);
+        }
+        return true;
+    }
+
+    void runHere(TimePoint until) {
+        absence.back();
+        while (!delivered.exchange(false) && !woken.exchange(false) && !busy() && now() < until) {
+            wakeAt(until);
+            io.run_one();
+        }
+        attendantLeft = now();
+        absence.left(busy() ? kAtOnce : kAbsence);
+    }
+
+    [[nodiscard]] bool busy() const {
+        const Duration last = lastLarge.load();
+        return last != Duration::zero() && now().time_since_epoch() < last + kQuiet;
+    }
+    void seeLarge() { lastLarge = now().time_since_epoch(); }
+
+    /// An alarm that comes too early stays: who is woken by it looks at the clock and asks again.
+    void wakeAt(TimePoint until) {
+        if (alarmAt <= until) return;
+        alarmAt = until;
+        alarm.expires_at(until);
+        alarm.async_wait([this](const error_code& error) {
+            if (!error) alarmAt = TimePoint::max();
+        });
+    }
+
+    /// Runs on any thread: what does `f` on the network thread, after all that was posted before.
+    template <typename F>
+    void post(F f) {
+        ++posted;
+        asio::post(io, [this, f = std::move(f)]() mutable {
+            f();
+            --posted;
+        });
+    }
+
+    /// Runs on any thread. When it is nobody's turn the caller writes, so that nobody needs to be woken for it; not
+    /// past what was posted before.
+    void send(LinkId id, std::uint16_t type, Epoch epoch, SharedChain payload) {
+        const bool large = payload && payload->size() >= kLarge;
+        if (!large && !turn.mine())
+            if (const Turn::Hold hold = turn.tryTake(); hold && posted == 0) return queue(id, type, epoch, payload);
+        post([this, id, type, epoch, payload = std::move(payload)] { queue(id, type, epoch, payload); });
+        if (!large) return;
+        seeLarge();
+        absence.left(kAtOnce);
+    }
+
+    // ---- all members below run on the network thread but those that say otherwise ----------------------------------
+
+    static TimePoint now() { return std::chrono::steady_clock::now(); }
+
+    void emit(decltype(LinkEvent::what) what, TimePoint at = now()) {
+        if (ending) return;
+        onEvent({at, std::move(what)});
+        delivered = true;
     }
 
     struct Listener {
@@ -113,6 +198,7 @@ struct Transport::Impl {
     void open(const LinkPtr& link) {
         error_code ignored;
         link->socket.set_option(tcp::no_delay(true), ignored);
+        link->socket.non_blocking(true, ignored);
         error_code error;
         const tcp::endpoint peer = link->socket.remote_endpoint(error);
         link->state = LinkState::kOpen;
@@ -176,6 +262,7 @@ struct Transport::Impl {
     void take(const LinkPtr& link, std::size_t count, TimePoint arrived) {
         frames.clear();
         const Expected<void> good = link->reader.filled(count, frames);
+        if (link->reader.arriving() >= kLarge) seeLarge();
         for (ReceivedFrame& frame : frames)
             emit(link_event::Received{link->id, frame.type, frame.epoch, std::move(frame.payload)}, arrived);
         if (!good) return finish(link, good.error().message);
@@ -203,17 +290,28 @@ struct Transport::Impl {
 
     void write(const LinkPtr& link) {
         if (link->queue.writing() || link->state == LinkState::kConnecting || link->state == LinkState::kClosed) return;
-        if (link->queue.empty()) {
-            if (link->state == LinkState::kClosing) {
-                // The peer reads our last words and closes; closing first would take them away from it if anything of
-                // its own were still unread here (TCP answers that with a reset).
-                error_code ignored;
-                link->socket.shutdown(tcp::socket::shutdown_send, ignored);
-            }
-            return;
+        while (!link->queue.empty()) {
+            std::vector<asio::const_buffer> buffers;
+            for (const ByteSpan piece : link->queue.next()) buffers.emplace_back(piece.data(), piece.size());
+            // Nearly always all of it goes at once. What does not, and every error, is the reactor's.
+            error_code laterAgain;
+            std::size_t done = link->socket.write_some(buffers, laterAgain);
+            if (laterAgain || done < asio::buffer_size(buffers)) return writeRest(link, std::move(buffers), done);
+            table.discharge(link->id, link->queue.written());
         }
-        std::vector<asio::const_buffer> buffers;
-        for (const ByteSpan piece : link->queue.next()) buffers.emplace_back(piece.data(), piece.size());
+        if (link->state != LinkState::kClosing) return;
+        // The peer reads our last words and closes; closing first would take them away from it if anything of its own
+        // were still unread here (TCP answers that with a reset).
+        error_code ignored;
+        link->socket.shutdown(tcp::socket::shutdown_send, ignored);
+    }
+
+    void writeRest(const LinkPtr& link, std::vector<asio::const_buffer> buffers, std::size_t done) {
+        for (asio::const_buffer& buffer : buffers) {
+            const std::size_t part = std::min(done, buffer.size());
+            buffer += part;
+            done -= part;
+        }
         asio::async_write(link->socket, std::move(buffers), [this, link](const error_code& error, std::size_t) {
             if (link->state == LinkState::kClosed) return;
             if (error)
@@ -249,7 +347,7 @@ struct Transport::Impl {
         if (ending && links.empty()) io.stop();
     }
 
-    void end() {
+    void endAll() {
         ending = true;
         for (const auto& listener : listeners) {
             error_code ignored;
@@ -293,6 +391,17 @@ struct Transport::Impl {
     std::array<std::byte, 4096> discarded;
     CachedHeader cached;
     bool ending = false;
+
+    Turn turn;
+    std::atomic<bool> wanted{false};  ///< somebody wants to attend
+    std::atomic<bool> closing{false};
+    std::atomic<bool> delivered{false}, woken{false};
+    std::atomic<std::size_t> posted{0};  ///< and not yet done
+    std::atomic<Duration> lastLarge{Duration::zero()};  ///< on the clock; zero: never
+    TimePoint attendantLeft{};                          ///< with the turn
+    AbsenceTimer absence;
+    asio::steady_timer alarm{io};
+    TimePoint alarmAt = TimePoint::max();  ///< with the turn
     std::thread thread;
 };
 
@@ -300,8 +409,23 @@ Transport::Transport(TransportLimits limits, std::function<void(LinkEvent)> onEv
     : impl_(std::make_unique<Impl>(std::move(limits), std::move(onEvent))) {}
 
 Transport::~Transport() {
-    asio::post(impl_->io, [impl = impl_.get()] { impl->end(); });
+    end();
+}
+
+void Transport::end() {
+    if (!impl_->thread.joinable()) return;
+    asio::post(impl_->io, [impl = impl_.get()] { impl->endAll(); });
+    impl_->closing = true;
+    impl_->absence.left(kAtOnce);
     impl_->thread.join();
+}
+
+bool Transport::attend(TimePoint until) {
+    return impl_->attend(until);
+}
+
+void Transport::wake() {
+    if (!impl_->woken.exchange(true)) asio::post(impl_->io, [] {});
 }
 
 Expected<std::uint16_t> Transport::listen(const Address& address) {
@@ -319,7 +443,7 @@ Expected<std::uint16_t> Transport::listen(const Address& address) {
                                                          ? " (does another server run there? port 0 picks a free one)"
                                                          : ""));
     const std::uint16_t port = listener->acceptor.local_endpoint(error).port();
-    asio::post(impl_->io, [impl = impl_.get(), listener = std::move(listener)]() mutable {
+    impl_->post([impl = impl_.get(), listener = std::move(listener)]() mutable {
         if (impl->ending) return;
         impl->listeners.push_back(std::move(listener));
         impl->accept(*impl->listeners.back());
@@ -330,7 +454,7 @@ Expected<std::uint16_t> Transport::listen(const Address& address) {
 LinkId Transport::connect(const Address& address, std::chrono::milliseconds timeout) {
     const std::optional<LinkId> claimed = impl_->table.claim();
     const LinkId id = claimed ? *claimed : impl_->table.stillborn();
-    asio::post(impl_->io, [impl = impl_.get(), id, address, timeout] { impl->dial(id, address, timeout); });
+    impl_->post([impl = impl_.get(), id, address, timeout] { impl->dial(id, address, timeout); });
     return id;
 }
 
@@ -340,7 +464,7 @@ void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain p
     if (!queued) return;
     if (*queued > impl_->limits.maxSendQueueBytes) {
         impl_->table.discharge(link, bytes);
-        asio::post(impl_->io, [impl = impl_.get(), link, waiting = *queued - bytes] {
+        impl_->post([impl = impl_.get(), link, waiting = *queued - bytes] {
             if (const auto found = impl->links.find(link); found != impl->links.end())
                 impl->finish(LinkPtr(found->second),
                              fmt::format("the peer reads too slowly: {} bytes wait for it and at most {} may", waiting,
@@ -348,13 +472,11 @@ void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain p
         });
         return;
     }
-    asio::post(impl_->io, [impl = impl_.get(), link, type, epoch, payload = std::move(payload)] {
-        impl->queue(link, type, epoch, payload);
-    });
+    impl_->send(link, type, epoch, std::move(payload));
 }
 
 void Transport::close(LinkId link, std::string reason) {
-    asio::post(impl_->io, [impl = impl_.get(), link, reason = std::move(reason)]() mutable {
+    impl_->post([impl = impl_.get(), link, reason = std::move(reason)]() mutable {
         if (const auto found = impl->links.find(link); found != impl->links.end())
             impl->beginClose(LinkPtr(found->second), std::move(reason));
     });

@@ -1,4 +1,5 @@
-/// Bytes over TCP (Boost.Asio, epoll). Threads: one network thread inside; everything comes out as events on a channel.
+/// Bytes over TCP (Boost.Asio, epoll). Threads: one network thread inside, which rests while a caller that would only
+/// wait does its work; everything comes out as events on a channel.
 #pragma once
 
 #include <functional>
@@ -57,10 +58,18 @@ struct TransportLimits {
 /// Owns the network thread. All members may be called from any thread, from within `onEvent` too. `onEvent` is called
 /// on the network thread and must not block for long: nothing is sent or received meanwhile.
 ///
+/// A thread that waits for events may be the network thread while it waits (`attend`): what comes then wakes one
+/// thread, not two, and what that one sends goes out at once. The thread inside takes over when it is away for longer
+/// than `kAbsence`, and while much is sent or received, which is better done beside the caller's work; and it does
+/// everything where nobody attends.
+///
 /// Destruction sends what is queued (for at most a second), closes everything and joins the thread; no event is
 /// delivered once it has begun. An `onEvent` that waits for room in a channel must be let go first (close the channel).
 class Transport {
 public:
+    static constexpr auto kAbsence = std::chrono::milliseconds(5);
+    static constexpr auto kQuiet = std::chrono::milliseconds(100);  ///< after the last large message
+
     /// `limits.maxPayload` must be set.
     Transport(TransportLimits limits, std::function<void(LinkEvent)> onEvent);
     ~Transport();
@@ -78,6 +87,15 @@ public:
     }
     /// Sends what is queued, then closes; takes at most a second. `reason` comes back in Closed.
     void close(LinkId link, std::string reason);
+    /// The caller does the network's work until an event has been delivered (by anybody, since the last call
+    /// returned), `wake` has been called or `until` has come. False at once: the thread inside has too much to do to be
+    /// sent away; wait for what `onEvent` does. One thread at a time, not from within `onEvent`, which must not wait
+    /// for this one.
+    [[nodiscard]] bool attend(TimePoint until);
+    /// Ends the call of `attend` that is under way, or else the next one.
+    void wake();
+    /// What destruction does, but `wake` may still be called. Not while somebody attends.
+    void end();
     /// Bytes waiting to be sent, headers included. Never waits.
     [[nodiscard]] std::size_t queuedBytes(LinkId link) const;
 

@@ -43,6 +43,12 @@ struct FrameLoop::Impl {
     Expected<void> end();
     void sayGoodbye();
 
+    /// From any thread.
+    void deliver(Event event) {
+        if (inbox.push(std::move(event))) peers.wake();
+    }
+    [[nodiscard]] std::optional<Event> nextEvent(Duration wait);
+
     Expected<void> take(const LinkEvent& event);
     Expected<void> take(LoadFinished finished);
     Expected<void> take(StopOrder);
@@ -84,7 +90,7 @@ Expected<void> FrameLoop::run() {
     return impl_->run();
 }
 void FrameLoop::stop() {
-    impl_->inbox.tryPush(StopOrder{});
+    if (impl_->inbox.tryPush(StopOrder{})) impl_->peers.wake();
 }
 
 FrameLoop::Impl::Impl(ServerOptions o, Log& l)
@@ -97,7 +103,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       pacing(options.rateHz),
       startScene(options.scenes),
       peers(sessionConfigOf(options.wall), blobs, [this](LinkEvent event) { inbox.push(std::move(event)); }),
-      loader(options.import, [this](LoadFinished finished) { inbox.push(std::move(finished)); }),
+      loader(options.import, [this](LoadFinished finished) { deliver(std::move(finished)); }),
       snapshots(simulation, peers.session()),
       marks(blobs, peers.session()),
       desk({.wall = options.wall,
@@ -148,7 +154,7 @@ Expected<void> FrameLoop::Impl::begin() {
 Expected<void> FrameLoop::Impl::turn() {
     const TimePoint now = Clock::now();
     const Duration wait = std::max<Duration>(Duration{0}, nextWake(now) - now);
-    std::optional<Event> event = wait > Duration{0} ? inbox.popFor(wait) : inbox.tryPop();
+    std::optional<Event> event = nextEvent(wait);
     for (; event; event = inbox.tryPop()) {
         Expected<void> taken = std::visit([&](auto&& what) { return take(std::move(what)); }, std::move(*event));
         if (!taken) return taken;
@@ -158,6 +164,13 @@ Expected<void> FrameLoop::Impl::turn() {
     if (const TimePoint later = Clock::now(); mayBegin(later) && later >= pacing.earliest(lastFrameShown()))
         makeFrame(later);
     return {};
+}
+
+/// Nobody else needs to be woken for what the network brings while this thread waits.
+std::optional<Event> FrameLoop::Impl::nextEvent(Duration wait) {
+    std::optional<Event> event = inbox.tryPop();
+    if (event || wait <= Duration{0}) return event;
+    return peers.attend(Clock::now() + wait) ? inbox.tryPop() : inbox.popFor(wait);
 }
 
 Expected<void> FrameLoop::Impl::end() {
@@ -237,7 +250,7 @@ void FrameLoop::Impl::sayGoodbye() {
             actions.carryOut(peers.session().finish("the show is over"));
             told = true;
         }
-        while (std::optional<Event> event = inbox.popFor(20ms)) {
+        while (std::optional<Event> event = nextEvent(20ms)) {
             if (const auto* link = std::get_if<LinkEvent>(&*event)) {
                 ServerActions wanted = peers.handle(*link);
                 // What comes after the end is no fault any more.

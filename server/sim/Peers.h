@@ -17,12 +17,18 @@ namespace tessera {
 [[nodiscard]] ServerSessionConfig sessionConfigOf(const Wall& wall);
 
 /// Owns transport and session. All members are for the frame thread; network events reach it through the `deliver`
-/// function, which is called on the network thread and hands them over (a channel), and come back by `handle`.
+/// function, which is called on the network thread (or here, in `attend`) and hands them over (a channel), and come
+/// back by `handle`.
 class Peers {
 public:
     Peers(const ServerSessionConfig& config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver);
 
     [[nodiscard]] Expected<std::uint16_t> listen(const Address& address) { return transport_.listen(address); }
+
+    /// Waits for the network by doing its work: see Transport.
+    [[nodiscard]] bool attend(TimePoint until) { return transport_.attend(until); }
+    /// From any thread.
+    void wake() { transport_.wake(); }
 
     /// What is left once sends and closes are done and blobs have been handed out (SessionActions).
     [[nodiscard]] ServerActions handle(const LinkEvent& event);

@@ -61,29 +61,25 @@ private:
 class ServerLinkTest : public testing::Test {
 protected:
     void start(std::chrono::milliseconds finishDeadline = 15s) {
-        thread_ = std::thread([this, finishDeadline] {
-            ServerLink link(
-                {.server = server_.address(),
-                 .name = "left",
-                 .pixelProbe = 42,
-                 .finishDeadline = finishDeadline,
-                 .atOnce = atOnce_},
-                shelf_, nullptr, events_, work_, log_);
-            end_ = link.run();
-            drawThreadEnded_ = link.drawThreadEnded();
-        });
+        link_ = std::make_unique<ServerLink>(ServerLinkOptions{.server = server_.address(),
+                                                               .name = "left",
+                                                               .pixelProbe = 42,
+                                                               .finishDeadline = finishDeadline,
+                                                               .atOnce = atOnce_},
+                                             shelf_, nullptr, events_, work_, log_);
+        thread_ = std::thread([this] { end_ = link_->run(); });
     }
     void TearDown() override {
         if (!thread_.joinable()) return;
         // A test that failed half-way has not waited for the end.
-        events_.push(Outcome{Attempt{}, outcome::Broken{{ErrorCode::kFailed, "the test is over"}}});
-        events_.push(Outcome{Attempt{}, outcome::Ended{}});
+        link_->tell(Outcome{Attempt{}, outcome::Broken{{ErrorCode::kFailed, "the test is over"}}});
+        link_->tell(Outcome{Attempt{}, outcome::Ended{}});
         thread_.join();
     }
     HostEnd waitForEnd() {
         while (work_.pop()) {
         }
-        events_.push(Outcome{Attempt{}, outcome::Ended{}});
+        link_->tell(Outcome{Attempt{}, outcome::Ended{}});
         thread_.join();
         return end_;
     }
@@ -103,7 +99,7 @@ protected:
     std::function<std::optional<Outcome>(const Work&)> atOnce_;
     Log log_{"test"};
     HostEnd end_;
-    bool drawThreadEnded_ = false;
+    std::unique_ptr<ServerLink> link_;
     std::thread thread_;
 };
 
@@ -155,7 +151,7 @@ TEST_F(ServerLinkTest, HeartbeatsGoOnWhileTheDrawThreadIsBusy) {
         }
     ASSERT_TRUE(asked);
     for (int i = 0; i < 10; ++i) ASSERT_TRUE(server_.hear<message::Heartbeat>()) << i;
-    events_.push(Outcome{Attempt{1}, outcome::Applied{1_seq, 9_hash}});
+    link_->tell(Outcome{Attempt{1}, outcome::Applied{1_seq, 9_hash}});
     EXPECT_TRUE(server_.hear<message::Synced>());
     server_.say(control, message::Over{"over"});
     EXPECT_TRUE(waitForEnd().over);
@@ -180,7 +176,7 @@ TEST_F(ServerLinkTest, DoesAtOnceWhatTakesNoTimeWhileTheDrawThreadHasNothingToDo
     EXPECT_EQ(done, 0);
     work_.done();
     work_.done();
-    events_.push(Outcome{Attempt{1}, outcome::Drawn{0_frame, 9_hash, {}}});
+    link_->tell(Outcome{Attempt{1}, outcome::Drawn{0_frame, 9_hash, {}}});
     EXPECT_EQ(server_.hear<message::Ready>()->second.frame, 0_frame);
     server_.say(control, begin(1_frame));
     EXPECT_EQ(server_.hear<message::Ready>()->second.frame, 1_frame);
@@ -201,7 +197,7 @@ TEST_F(ServerLinkTest, AnswersOfAnEarlierConnectionComeToNothing) {
         if (std::holds_alternative<work::ApplySnapshot>(next->what)) break;
     server_.hangUp(first);
     const LinkId second = welcome();
-    events_.push(Outcome{Attempt{1}, outcome::Applied{1_seq, 9_hash}});
+    link_->tell(Outcome{Attempt{1}, outcome::Applied{1_seq, 9_hash}});
     ASSERT_TRUE(server_.hear<message::Heartbeat>());
     server_.say(second, message::Over{"over"});
     EXPECT_TRUE(waitForEnd().over);
@@ -210,7 +206,7 @@ TEST_F(ServerLinkTest, AnswersOfAnEarlierConnectionComeToNothing) {
 TEST_F(ServerLinkTest, LeavesWhenTheHostCannotDraw) {
     start();
     welcome();
-    events_.push(Outcome{Attempt{}, outcome::Broken{{ErrorCode::kUnsupported, "no such surface"}}});
+    link_->tell(Outcome{Attempt{}, outcome::Broken{{ErrorCode::kUnsupported, "no such surface"}}});
     const HostEnd end = waitForEnd();
     EXPECT_EQ(end.error.code, ErrorCode::kUnsupported);
     EXPECT_EQ(end.error.message, "no such surface");
@@ -223,7 +219,7 @@ TEST_F(ServerLinkTest, GivesUpOnADrawThreadThatDoesNotComeBack) {
     server_.say(hello->first, message::Over{"over"});
     thread_.join();
     EXPECT_FALSE(end_.over);
-    EXPECT_FALSE(drawThreadEnded_);
+    EXPECT_FALSE(link_->drawThreadEnded());
     EXPECT_EQ(end_.error.code, ErrorCode::kFailed);
 }
 
@@ -234,7 +230,7 @@ TEST_F(ServerLinkTest, FailsToWriteEvenAfterTheEndIsAFailure) {
     server_.say(hello->first, message::Over{"over"});
     while (const auto next = work_.pop())
         if (std::holds_alternative<work::Finish>(next->what))
-            events_.push(Outcome{Attempt{}, outcome::Broken{{ErrorCode::kFailed, "disk full"}}});
+            link_->tell(Outcome{Attempt{}, outcome::Broken{{ErrorCode::kFailed, "disk full"}}});
     const HostEnd end = waitForEnd();
     EXPECT_FALSE(end.over);
     EXPECT_EQ(end.error.message, "disk full");
