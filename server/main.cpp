@@ -89,9 +89,10 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
 
     FrameLoop loop(std::move(options), log);
     std::jthread watcher([&](const std::stop_token& done) {
-        const timespec tick{.tv_sec = 0, .tv_nsec = 50'000'000};
+        // No tick: at the end it gets a signal of its own.
+        const std::stop_callback wake(done, [self = pthread_self()] { pthread_kill(self, SIGTERM); });
         while (!done.stop_requested())
-            if (sigtimedwait(&signals, nullptr, &tick) > 0) loop.stop();
+            if (sigwaitinfo(&signals, nullptr) > 0) loop.stop();
     });
     return loop.run();
 }
