@@ -8,6 +8,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "client/ctl/Answer.h"
+
 namespace tessera {
 
 namespace {
@@ -92,9 +94,9 @@ std::vector<std::string> fieldNames(const TypeInfo& type) {
 }  // namespace
 
 Expected<FieldPlace> findFieldOf(const Aspect& aspect, ObjectId node, const std::string& name) {
-    const ObjectId core = aspect.get<Node>(node)->core;
+    const Node* isNode = aspect.get<Node>(node);
     std::vector<std::string> known;
-    for (const ObjectId id : {node, core}) {
+    for (const ObjectId id : {node, isNode ? isNode->core : ObjectId()}) {
         if (!id) continue;
         const TypeInfo& type = aspect.find(id).info();
         if (const FieldEntry* field = findField(type, name)) return FieldPlace{id, &type, field};
@@ -102,7 +104,7 @@ Expected<FieldPlace> findFieldOf(const Aspect& aspect, ObjectId node, const std:
         known.insert(known.end(), more.begin(), more.end());
     }
     return fail(ErrorCode::kNotFound,
-                fmt::format("{} has no field \"{}\"; it has {}", pathOf(aspect, node), name, fmt::join(known, ", ")));
+                fmt::format("{} has no field \"{}\"; it has {}", nameOf(aspect, node), name, fmt::join(known, ", ")));
 }
 
 Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field, const std::vector<std::string>& words) {

@@ -17,7 +17,7 @@ struct FieldPlace {
     const FieldEntry* field = nullptr;
 };
 
-/// The node's own fields come first. kNotFound names the fields there are.
+/// A node's own fields come first, then its core's; of any other object its own. kNotFound names the fields there are.
 [[nodiscard]] Expected<FieldPlace> findFieldOf(const Aspect& aspect, ObjectId node, const std::string& name);
 
 /// Numbers, one text, true or false, a node's path, "#id" or "none"; as many as the field is wide. Of references as many as

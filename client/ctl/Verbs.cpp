@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <charconv>
 #include <filesystem>
 
 #include "client/ctl/CollisionVerbs.h"
@@ -134,8 +135,18 @@ Expected<Answer> run(Application& application, const verb::Move& move) {
     return answer;
 }
 
+/// A node, by path or id, or any other object by its id: materials and images have no path.
+Expected<ObjectId> findObject(const Aspect& scene, const std::string& name) {
+    std::uint64_t id = 0;
+    const char* end = name.data() + name.size();
+    if (name.starts_with('#') && std::from_chars(name.data() + 1, end, id) == std::from_chars_result{end, std::errc()} &&
+        scene.find(ObjectId(id)))
+        return ObjectId(id);
+    return findNode(scene, name);
+}
+
 Expected<Answer> run(Application& application, const verb::Set& set) {
-    const Expected<ObjectId> node = findNode(application.scene(), set.node);
+    const Expected<ObjectId> node = findObject(application.scene(), set.node);
     if (!node) return tl::unexpected(node.error());
     const Expected<FieldPlace> place = findFieldOf(application.scene(), *node, set.field);
     if (!place) return tl::unexpected(place.error());

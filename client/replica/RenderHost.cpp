@@ -62,7 +62,7 @@ std::optional<Outcome> RenderHost::drawAgain(const Work& work, const message::Be
         state->drawnFrame = begin.frame;
         if (state->file) state->file->prepareAgain(begin.frame.value);
     }
-    return Outcome{work.attempt, outcome::Drawn{begin.frame, StateHash(aspect_.stateHash()), still_->stats}};
+    return Outcome{work.attempt, outcome::Drawn{begin.frame, aspect_.stateHash(), still_->stats}};
 }
 
 std::optional<Outcome> RenderHost::showAgain(const Work& work, FrameNumber frame) {
@@ -117,7 +117,7 @@ bool RenderHost::on(const work::ApplySnapshot& apply) {
         return true;
     }
     sequence_ = apply.snapshot.list->sequence;
-    tell(outcome::Applied{sequence_, StateHash(aspect_.stateHash())});
+    tell(outcome::Applied{sequence_, aspect_.stateHash()});
     return true;
 }
 
@@ -128,7 +128,7 @@ bool RenderHost::on(const work::ApplyChanges& apply) {
         return true;
     }
     sequence_ = apply.changes.list->sequence;
-    tell(outcome::Applied{sequence_, StateHash(aspect_.stateHash())});
+    tell(outcome::Applied{sequence_, aspect_.stateHash()});
     return true;
 }
 
@@ -185,7 +185,7 @@ bool RenderHost::on(const work::Draw& draw) {
     const ByteSlice encoded = encodeStats(stats);
     if (!draw.begin.list->changed() && std::ranges::all_of(tiles_, [](const auto& state) { return state->still; }))
         still_ = {.payload = draw.begin.payload, .stats = encoded};
-    tell(outcome::Drawn{frame, StateHash(aspect_.stateHash()), encoded});
+    tell(outcome::Drawn{frame, aspect_.stateHash(), encoded});
     return true;
 }
 

@@ -123,7 +123,7 @@ Expected<void> Application::Impl::apply(incoming::List list) {
         return failWith(
             fmt::format("change list {} of the server does not fit the scene here", list.committed->sequence.value),
             applied.error());
-    if (StateHash(aspect.stateHash()) != list.committed->stateHash)
+    if (aspect.stateHash() != list.committed->stateHash)
         return fail(ErrorCode::kFailed,
                     fmt::format("after change list {} the scene here differs from the server's; connect again",
                                 list.committed->sequence.value));

@@ -281,8 +281,8 @@ std::vector<ObjectId> Aspect::ids() const {
 std::uint64_t Aspect::nextFreeId() const {
     return impl_->nextFreeId;
 }
-std::uint64_t Aspect::stateHash() const {
-    return impl_->table.rootHash();
+StateHash Aspect::stateHash() const {
+    return StateHash(impl_->table.rootHash());
 }
 std::vector<Aspect::LeafHash> Aspect::leafHashes() const {
     return impl_->table.leafHashes();

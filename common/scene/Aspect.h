@@ -60,7 +60,7 @@ public:
     [[nodiscard]] std::uint64_t nextFreeId() const;
 
     /// Depends on the present objects, fields and tree only, not on how they came to be. Kept up to date by apply.
-    [[nodiscard]] std::uint64_t stateHash() const;
+    [[nodiscard]] StateHash stateHash() const;
     /// The tree under the state hash, to find the first object that differs between two hosts.
     /// Leaf i covers the ids [i * kIdsPerLeaf, (i+1) * kIdsPerLeaf).
     static constexpr std::uint64_t kIdsPerLeaf = 1024;

@@ -32,12 +32,12 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     const bool first = number == FrameNumber(0);
     for (const Edit& edit : edits)
         for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
-    if (recording_) recording_->frameBegins(number.value, first, edits, replies);
+    if (recording_) recording_->frameBegins(number, first, edits, replies);
     FrameResult frame = around_.simulation.step(first, std::move(edits), replies);
     // What ranges have made: hosts make it themselves, and those that come later ask for it by name.
     if (frame.commit.list)
         for (const RangeEdit& range : frame.commit.list->ranges) around_.blobs.add(range.result);
-    if (recording_) recording_->frameDone(number.value, frame);
+    if (recording_) recording_->frameDone(number, frame);
     around_.report.frameCommitted(frame);
 
     if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());

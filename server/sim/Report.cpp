@@ -113,7 +113,7 @@ void Report::frameBegins() {
 }
 
 void Report::fault(const server_action::Fault& action) {
-    faults_.push_back({.frame = action.frame.value,
+    faults_.push_back({.frame = action.frame,
                        .host = action.host,
                        .kind = std::string(nameOf(action.kind)),
                        .detail = action.detail,
@@ -179,7 +179,7 @@ std::string Report::toJson(const Aspect& scene) const {
                                    {"triangles_drawn", row.trianglesDrawn}});
     report["faults"] = Json::array();
     for (const FaultRow& row : faults_) {
-        Json entry = {{"frame", row.frame}, {"host", row.host}, {"kind", row.kind}, {"detected_ms", row.detectedMs}};
+        Json entry = {{"frame", row.frame.value}, {"host", row.host}, {"kind", row.kind}, {"detected_ms", row.detectedMs}};
         entry["rejoined_ms"] = row.rejoinedMs >= 0 ? Json(row.rejoinedMs) : Json(nullptr);
         entry["detail"] = row.detail;
         report["faults"].push_back(entry);

@@ -60,7 +60,7 @@ private:
         std::uint64_t inFrustum = 0, drawn = 0, trianglesDrawn = 0;  ///< of the last frame
     };
     struct FaultRow {
-        std::uint64_t frame = 0;
+        FrameNumber frame;
         std::string host, kind, detail;
         double detectedMs = 0;
         double rejoinedMs = -1;

@@ -25,7 +25,7 @@ ServerActions Snapshots::give(ConnectionId connection, TimePoint now) {
     if (!whole || whole->sequence != simulation_.sequence()) {
         const ChangeList list = snapshot(simulation_.scene());
         CommittedList made{.sequence = simulation_.sequence(),
-                           .stateHash = StateHash(simulation_.scene().stateHash()),
+                           .stateHash = simulation_.scene().stateHash(),
                            .encoded = encodeChangeList(list),
                            .blobs = {}};
         for (const Blob& blob : blobsOf(list)) made.blobs.push_back({blob.id(), blob.sizeBytes()});

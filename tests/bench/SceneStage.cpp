@@ -50,7 +50,7 @@ double SceneStage::follow() {
     must(replica_.apply(*frame.list).has_value());
     render_.update(replica_, frame.list.get());
     const double taken = threadSeconds() - begin;
-    must(StateHash(replica_.stateHash()) == frame.sent->stateHash);
+    must(replica_.stateHash() == frame.sent->stateHash);
     return taken;
 }
 

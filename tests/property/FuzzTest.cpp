@@ -15,7 +15,7 @@ void decodeAndApply(ByteSpan bytes, Aspect& aspect, std::size_t& decodedLists, s
     const auto list = decodeChangeList(bytes, blobStore(), AbsentBlobs::kKeepAbsent);
     if (!list) return;
     ++decodedLists;
-    const std::uint64_t before = aspect.stateHash();
+    const StateHash before = aspect.stateHash();
     const auto undo = aspect.applyWithInverse(*list);
     if (!undo) {
         ASSERT_EQ(aspect.stateHash(), before);

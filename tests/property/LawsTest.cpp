@@ -57,7 +57,7 @@ TEST(Laws, TheInverseRestoresTheStateAndItsInverseRedoes) {
         SceneModel model;
         Aspect aspect;
         std::vector<ChangeList> undoStack;
-        std::vector<std::uint64_t> hashes = {aspect.stateHash()};
+        std::vector<StateHash> hashes = {aspect.stateHash()};
         for (int i = 0; i < kListsPerScript; ++i) {
             auto undo = aspect.applyWithInverse(model.nextList(random));
             ASSERT_TRUE(undo) << undo.error().message;
@@ -180,7 +180,7 @@ TEST(Laws, AFollowerWithoutArraysHasTheHashOfEveryFrame) {
             ASSERT_TRUE(backThere) << backThere.error().message;
             ASSERT_EQ(follower.stateHash(), server.stateHash());
             // Its own way back leads back too.
-            const std::uint64_t now = follower.stateHash();
+            const StateHash now = follower.stateHash();
             const auto again = follower.applyWithInverse(*backThere);
             ASSERT_TRUE(again) << again.error().message;
             mustApply(follower, *again);
@@ -240,14 +240,14 @@ TEST(Laws, TheHashDoesNotDependOnHistory) {
 TEST(Laws, AspectsOnTwoThreadsEndInTheSameState) {
     forSeeds(10, [](Random& random) {
         Channel<ChangeListPtr> toSimulation(4), toDrawing(4);
-        const auto follow = [](Channel<ChangeListPtr>& lists, std::vector<std::uint64_t>& hashes) {
+        const auto follow = [](Channel<ChangeListPtr>& lists, std::vector<StateHash>& hashes) {
             Aspect aspect;
             while (const auto list = lists.pop()) {
                 if (!aspect.apply(**list)) return;
                 hashes.push_back(aspect.stateHash());
             }
         };
-        std::vector<std::uint64_t> simulation, drawing;
+        std::vector<StateHash> simulation, drawing;
         std::thread first([&] { follow(toSimulation, simulation); });
         std::thread second([&] { follow(toDrawing, drawing); });
         SceneModel model;

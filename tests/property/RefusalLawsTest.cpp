@@ -247,7 +247,7 @@ TEST(Laws, ARefusedListLeavesTheSceneAsItWas) {
         Aspect aspect;
         for (int i = 0; i < 30; ++i) {
             const ChangeList list = model.nextList(random);
-            const std::uint64_t before = aspect.stateHash();
+            const StateHash before = aspect.stateHash();
             const ChangeList whole = snapshot(aspect);
             for (std::size_t k = 0; k < spoilings().size(); ++k) {
                 ChangeList bad = list;

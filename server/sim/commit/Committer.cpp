@@ -164,7 +164,7 @@ CommittedFrame Committer::closeFrame() {
         }
     }
     sent.sequence = sequence_;
-    sent.stateHash = StateHash(scene_.stateHash());
+    sent.stateHash = scene_.stateHash();
     frame.sent = share(std::move(sent));
     return frame;
 }

@@ -58,7 +58,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
     status.epoch = around_.epoch;
     status.frame = session.nextFrame();
     status.sequence = simulation.sequence();
-    status.stateHash = StateHash(simulation.scene().stateHash());
+    status.stateHash = simulation.scene().stateHash();
     for (const ServerSession::HostStatus& host : session.hosts())
         status.hosts.push_back({.name = host.name,
                                 .state = std::string(nameOf(host.state)),

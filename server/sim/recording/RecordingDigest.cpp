@@ -97,7 +97,7 @@ FrameDigest::Part partOf(const std::vector<Item>& items) {
 FrameDigest digestOf(const FrameResult& frame) {
     const auto& [accepted, velocities, stopped, contacts, events, distances, questions, contactsBegun, notLookedAt,
                  counters] = frame.collision;
-    FrameDigest digest{.sequence = frame.commit.sent->sequence.value, .stateHash = frame.commit.sent->stateHash.value};
+    FrameDigest digest{.sequence = frame.commit.sent->sequence, .stateHash = frame.commit.sent->stateHash};
     const auto at = [&](DigestPart part) -> FrameDigest::Part& { return digest.parts[static_cast<std::size_t>(part)]; };
     at(DigestPart::kOutcomes) = partOf(frame.outcomes);
     at(DigestPart::kAccepted) = partOf(accepted);
@@ -128,7 +128,7 @@ std::vector<std::string> differences(const FrameDigest& recorded, const FrameDig
                                         toHex(then.hash), here.count, toHex(here.hash)));
     }
     if (recorded.sequence != now.sequence)
-        words.push_back(fmt::format("sequence: recorded {}, now {}", recorded.sequence, now.sequence));
+        words.push_back(fmt::format("sequence: recorded {}, now {}", recorded.sequence.value, now.sequence.value));
     if (recorded.stateHash != now.stateHash)
         words.push_back(
             fmt::format("state hash: recorded {}, now {}", toHex(recorded.stateHash), toHex(now.stateHash)));

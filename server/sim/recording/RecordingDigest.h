@@ -34,7 +34,8 @@ struct FrameDigest {
         std::uint64_t count = 0, hash = 0;
         bool operator==(const Part&) const = default;
     };
-    std::uint64_t sequence = 0, stateHash = 0;
+    Sequence sequence;
+    StateHash stateHash;
     std::array<Part, kDigestParts> parts{};
     std::array<std::uint64_t, kDigestCounters> counters{};
     bool operator==(const FrameDigest&) const = default;

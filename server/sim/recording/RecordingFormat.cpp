@@ -120,7 +120,7 @@ Expected<Record> inputsFrom(ByteSpan bytes, const BlobStore& arrays, const Recor
     if (split->parts.size() != kFixedParts + edits->size())
         return malformed(fmt::format("{} edits with {} lists", edits->size(), split->parts.size() - kFixedParts));
 
-    record::Inputs inputs{.frame = head.frame(), .first = head.first(), .edits = {}, .replies = {}};
+    record::Inputs inputs{.frame = FrameNumber(head.frame()), .first = head.first(), .edits = {}, .replies = {}};
     for (std::size_t i = 0; i < edits->size(); ++i) {
         const EditRecord& edit = (*edits)[i];
         if ((edit.flags & ~(EditRecord::kUndo | EditRecord::kUndoable)) != 0)
@@ -146,8 +146,8 @@ Expected<Record> outcomeFrom(ByteSpan bytes) {
     if (head->counts_size() != kDigestParts || head->hashes_size() != kDigestParts ||
         head->counters_size() != kDigestCounters)
         return malformed("it has another number of parts than this format");
-    record::Outcome outcome{.frame = head->frame(),
-                            .digest = {.sequence = head->sequence(), .stateHash = head->state_hash()}};
+    record::Outcome outcome{.frame = FrameNumber(head->frame()),
+                            .digest = {.sequence = Sequence(head->sequence()), .stateHash = StateHash(head->state_hash())}};
     for (int i = 0; i < static_cast<int>(kDigestParts); ++i)
         outcome.digest.parts[static_cast<std::size_t>(i)] = {.count = head->counts(i), .hash = head->hashes(i)};
     std::ranges::copy(head->counters(), outcome.digest.counters.begin());
@@ -202,15 +202,15 @@ RecordContent encodeStartList(const ChangeList& list) {
 
 RecordContent encodeStarted(const record::Started& started) {
     wire::Started head;
-    head.set_sequence(started.sequence);
-    head.set_state_hash(started.stateHash);
+    head.set_sequence(started.sequence.value);
+    head.set_state_hash(started.stateHash.value);
     return headOnly<record::Started>(head);
 }
 
-RecordContent encodeInputs(std::uint64_t frame, bool first, std::span<const Edit> edits,
+RecordContent encodeInputs(FrameNumber frame, bool first, std::span<const Edit> edits,
                            std::span<const Reply> replies) {
     wire::Inputs head;
-    head.set_frame(frame);
+    head.set_frame(frame.value);
     head.set_first(first);
     std::vector<EditRecord> editRecords;
     std::vector<Bytes> lists;
@@ -229,9 +229,9 @@ RecordContent encodeInputs(std::uint64_t frame, bool first, std::span<const Edit
 
 RecordContent encodeOutcome(const record::Outcome& outcome) {
     wire::Outcome head;
-    head.set_frame(outcome.frame);
-    head.set_sequence(outcome.digest.sequence);
-    head.set_state_hash(outcome.digest.stateHash);
+    head.set_frame(outcome.frame.value);
+    head.set_sequence(outcome.digest.sequence.value);
+    head.set_state_hash(outcome.digest.stateHash.value);
     for (const FrameDigest::Part& part : outcome.digest.parts) {
         head.add_counts(part.count);
         head.add_hashes(part.hash);
@@ -261,7 +261,7 @@ Expected<Record> decodeRecord(std::uint64_t kind, Bytes content, const BlobStore
         case kindOf<record::Started>(): {
             const Expected<wire::Started> head = headOf<wire::Started>(content);
             if (!head) return tl::unexpected(head.error());
-            return record::Started{.sequence = head->sequence(), .stateHash = head->state_hash()};
+            return record::Started{.sequence = Sequence(head->sequence()), .stateHash = StateHash(head->state_hash())};
         }
         case kindOf<record::Inputs>():
             return inputsFrom(content, arrays, limits);

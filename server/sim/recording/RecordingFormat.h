@@ -54,17 +54,18 @@ struct StartList {
 };
 /// What Simulation::load gave.
 struct Started {
-    std::uint64_t sequence = 0, stateHash = 0;
+    Sequence sequence;
+    StateHash stateHash;
 };
 /// All that Simulation::step is handed.
 struct Inputs {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     bool first = false;
     std::vector<Edit> edits;
     std::vector<Reply> replies;
 };
 struct Outcome {
-    std::uint64_t frame = 0;
+    FrameNumber frame;
     FrameDigest digest;
 };
 /// The recording ended in order.
@@ -105,7 +106,7 @@ struct RecordContent {
 [[nodiscard]] RecordContent encodeStartList(const ChangeList& list);
 [[nodiscard]] RecordContent encodeStarted(const record::Started& started);
 /// An undo's list is not written: nobody reads it.
-[[nodiscard]] RecordContent encodeInputs(std::uint64_t frame, bool first, std::span<const Edit> edits,
+[[nodiscard]] RecordContent encodeInputs(FrameNumber frame, bool first, std::span<const Edit> edits,
                                          std::span<const Reply> replies);
 [[nodiscard]] RecordContent encodeOutcome(const record::Outcome& outcome);
 [[nodiscard]] RecordContent encodeClosing(const record::Closing& closing);

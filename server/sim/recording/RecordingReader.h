@@ -54,7 +54,8 @@ private:
     std::unique_ptr<BlobStore> arrays_;
     std::vector<Blob> kept_;  ///< any later list may name any array again
     std::uint64_t offset_ = 0, number_ = 0;
-    std::uint64_t frames_ = 0, openFrame_ = 0;
+    std::uint64_t frames_ = 0;
+    FrameNumber openFrame_;
     enum class Stage : std::uint8_t { kScene, kInScene, kFrames, kInFrame, kDone };
     Stage stage_ = Stage::kScene;
     std::string where_;  ///< the record last read

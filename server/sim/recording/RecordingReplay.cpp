@@ -19,12 +19,12 @@ public:
         const Expected<CommittedFrame> loaded = load();
         if (!loaded) return differs({}, {loaded.error().message});
         std::vector<std::string> what;
-        if (loaded->sent->sequence.value != started.sequence)
+        if (loaded->sent->sequence != started.sequence)
             what.push_back(
-                fmt::format("sequence: recorded {}, now {}", started.sequence, loaded->sent->sequence.value));
-        if (loaded->sent->stateHash.value != started.stateHash)
+                fmt::format("sequence: recorded {}, now {}", started.sequence.value, loaded->sent->sequence.value));
+        if (loaded->sent->stateHash != started.stateHash)
             what.push_back(fmt::format("state hash: recorded {}, now {}", toHex(started.stateHash),
-                                       toHex(loaded->sent->stateHash.value)));
+                                       toHex(loaded->sent->stateHash)));
         if (!what.empty()) differs({}, std::move(what));
     }
 
@@ -68,7 +68,7 @@ private:
         done_ = true;
     }
 
-    void differs(std::optional<std::uint64_t> frame, std::vector<std::string> what) {
+    void differs(std::optional<FrameNumber> frame, std::vector<std::string> what) {
         if (!result.firstDifference) result.firstDifference = {.frame = frame, .what = std::move(what)};
     }
 

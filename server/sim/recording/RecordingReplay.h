@@ -15,7 +15,7 @@ struct ReplayOptions {
     unsigned threads = 1;  ///< of the collision pipeline; results do not depend on it
     std::uint64_t maxFrames = std::numeric_limits<std::uint64_t>::max();
     /// Called after each frame with the scene as it then is; may be empty.
-    std::function<void(std::uint64_t frame, const FrameResult&, const Aspect&)> onFrame;
+    std::function<void(FrameNumber frame, const FrameResult&, const Aspect&)> onFrame;
 };
 
 struct ReplayResult {
@@ -33,12 +33,12 @@ struct ReplayResult {
     std::vector<double> frameMs;        ///< of each: the whole step
     /// Set too where the start scene differs.
     struct Difference {
-        std::optional<std::uint64_t> frame;  ///< none: the start scene
+        std::optional<FrameNumber> frame;  ///< none: the start scene
         std::vector<std::string> what;
     };
     std::optional<Difference> firstDifference;
     /// A frame whose inputs are there and whose outcome is not: it was made again, without anything to compare.
-    std::optional<std::uint64_t> unfinishedFrame;
+    std::optional<FrameNumber> unfinishedFrame;
 };
 
 /// Whatever the file says, this returns; it takes as long as its frames take.

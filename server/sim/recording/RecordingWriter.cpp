@@ -79,10 +79,10 @@ void RecordingWriter::startScene(std::span<const ChangeList> lists) {
 }
 
 void RecordingWriter::started(const CommittedFrame& scene) {
-    hand(encodeStarted({.sequence = scene.sent->sequence.value, .stateHash = scene.sent->stateHash.value}));
+    hand(encodeStarted({.sequence = scene.sent->sequence, .stateHash = scene.sent->stateHash}));
 }
 
-void RecordingWriter::frameBegins(std::uint64_t frame, bool first, std::span<const Edit> edits,
+void RecordingWriter::frameBegins(FrameNumber frame, bool first, std::span<const Edit> edits,
                                   std::span<const Reply> replies) {
     if (ended_) return;
     if (!thread_.joinable())
@@ -97,7 +97,7 @@ void RecordingWriter::frameBegins(std::uint64_t frame, bool first, std::span<con
     hand(encodeInputs(frame, first, edits, replies));
 }
 
-void RecordingWriter::frameDone(std::uint64_t frame, const FrameResult& result) {
+void RecordingWriter::frameDone(FrameNumber frame, const FrameResult& result) {
     if (ended_) return;
     hand(encodeOutcome({.frame = frame, .digest = digestOf(result)}));
     ++frames_;

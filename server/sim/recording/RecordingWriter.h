@@ -38,8 +38,8 @@ public:
     void startScene(std::span<const ChangeList> lists);
     void started(const CommittedFrame& scene);
     /// What Simulation::step is about to be handed.
-    void frameBegins(std::uint64_t frame, bool first, std::span<const Edit> edits, std::span<const Reply> replies);
-    void frameDone(std::uint64_t frame, const FrameResult& result);
+    void frameBegins(FrameNumber frame, bool first, std::span<const Edit> edits, std::span<const Reply> replies);
+    void frameDone(FrameNumber frame, const FrameResult& result);
 
     /// False once the recording has ended before its time.
     [[nodiscard]] bool recording() const { return !ended_; }

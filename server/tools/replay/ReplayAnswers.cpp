@@ -64,13 +64,13 @@ std::vector<std::string> notesOf(const ReplaySummary& summary) {
         notes.push_back(
             fmt::format("frame {} has no outcome in the recording: the server was at work on it; it was made again, "
                         "with nothing to compare",
-                        *summary.result.unfinishedFrame));
+                        summary.result.unfinishedFrame->value));
     return notes;
 }
 
 }  // namespace
 
-std::string contactsLine(std::uint64_t frame, const FrameResult& made, const Aspect& scene) {
+std::string contactsLine(FrameNumber frame, const FrameResult& made, const Aspect& scene) {
     Json contacts = Json::array();
     for (const Contact& contact : made.collision.contacts)
         contacts.push_back({{"objects", {pathOf(scene, contact.objectA), pathOf(scene, contact.objectB)}},
@@ -80,7 +80,7 @@ std::string contactsLine(std::uint64_t frame, const FrameResult& made, const Asp
                             {"interest", contact.interest.value},
                             {"time", contact.time}});
     return line(
-        {{"frame", frame}, {"state_hash", toHex(made.commit.sent->stateHash)}, {"contacts", std::move(contacts)}});
+        {{"frame", frame.value}, {"state_hash", toHex(made.commit.sent->stateHash)}, {"contacts", std::move(contacts)}});
 }
 
 std::string summaryText(const ReplaySummary& summary) {
@@ -95,7 +95,7 @@ std::string summaryText(const ReplaySummary& summary) {
     for (const std::string& note : notesOf(summary)) text += "note: " + note + "\n";
     if (result.firstDifference) {
         text += result.firstDifference->frame ? fmt::format("differs first in frame {} ({} frames differ):\n",
-                                                            *result.firstDifference->frame, result.differingFrames)
+                                                            result.firstDifference->frame->value, result.differingFrames)
                                               : std::string("the start scene differs:\n");
         for (const std::string& what : result.firstDifference->what) text += "  " + what + "\n";
     } else if (result.end != ReplayResult::End::kDamaged) {
@@ -123,7 +123,7 @@ std::string summaryJson(const ReplaySummary& summary) {
               {"differing_frames", result.differingFrames},
               {"notes", notesOf(summary)}};
     if (result.firstDifference) {
-        Json frame = result.firstDifference->frame ? Json(*result.firstDifference->frame) : Json(nullptr);
+        Json frame = result.firstDifference->frame ? Json(result.firstDifference->frame->value) : Json(nullptr);
         json["first_difference"] = {{"frame", std::move(frame)}, {"what", result.firstDifference->what}};
     }
     if (result.end == ReplayResult::End::kDamaged) json["error"] = result.error.message;

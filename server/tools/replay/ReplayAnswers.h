@@ -9,7 +9,7 @@ namespace tessera {
 
 /// One line: {"frame", "state_hash", "contacts": [{"objects", "faces", "point", "normal", "interest", "time"}]},
 /// objects by path, in the order of the pipeline.
-[[nodiscard]] std::string contactsLine(std::uint64_t frame, const FrameResult& made, const Aspect& scene);
+[[nodiscard]] std::string contactsLine(FrameNumber frame, const FrameResult& made, const Aspect& scene);
 
 struct ReplaySummary {
     std::string file;

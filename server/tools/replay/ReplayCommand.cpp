@@ -50,9 +50,9 @@ int replayFile(const ReplayArguments& arguments) {
     const ReplayResult result = [&] {
         ProgressLine progress;
         ReplayOptions options{.threads = arguments.threads, .maxFrames = arguments.frames, .onFrame = {}};
-        options.onFrame = [&](std::uint64_t frame, const FrameResult& made, const Aspect& scene) {
+        options.onFrame = [&](FrameNumber frame, const FrameResult& made, const Aspect& scene) {
             if (arguments.contacts) write(contactsLine(frame, made, scene));
-            progress.at(frame);
+            progress.at(frame.value);
         };
         return replay(*recording, options);
     }();

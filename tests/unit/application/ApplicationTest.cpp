@@ -98,7 +98,7 @@ TEST(Application, ARefusedProposalChangesNothingAndSaysWhy) {
     ScriptedServer server;
     const auto application = join(server);
     ASSERT_TRUE(application);
-    const std::uint64_t before = application->scene().stateHash();
+    const StateHash before = application->scene().stateHash();
     ChangeListBuilder edits;
     edits.destroy(kHall);  // has a child
     const auto refused = application->propose(edits.take());

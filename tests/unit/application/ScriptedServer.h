@@ -117,7 +117,7 @@ public:
         const std::scoped_lock lock(mutex_);
         return subscription_;
     }
-    [[nodiscard]] std::uint64_t stateHash() const {
+    [[nodiscard]] StateHash stateHash() const {
         const std::scoped_lock lock(mutex_);
         return scene_.stateHash();
     }
@@ -158,7 +158,7 @@ private:
         say(link, welcome);
         if (!faults_.noSnapshot)
             say(link, message::Snapshot{share(CommittedList{
-                          sequence_, StateHash(scene_.stateHash()), encodeChangeList(snapshot(scene_)), {}})});
+                          sequence_, scene_.stateHash(), encodeChangeList(snapshot(scene_)), {}})});
     }
 
     void answer(LinkId link, const message::Request& request) {
@@ -210,7 +210,7 @@ private:
         if (faults_.malformed) bytes.assign(30, std::byte{0xff});
         for (const LinkId link : links_)
             say(link, message::Changes{share(CommittedList{
-                          sequence_, StateHash(scene_.stateHash() + (faults_.wrongHash ? 1 : 0)), share(bytes), {}})});
+                          sequence_, StateHash(scene_.stateHash().value + (faults_.wrongHash ? 1 : 0)), share(bytes), {}})});
         answer::Committed committed;
         committed.sequence = sequence_;
         committed.ids.assign(given.begin(), given.end());

@@ -59,6 +59,9 @@ TEST(Ctl, SetsAnyFieldByItsName) {
     EXPECT_EQ(ctl(server, {"set", "/hall/crane", "name", "hoist"}).exitCode, 0);
     EXPECT_NE(ctl(server, {"tree"}).out.find("hoist  Transform at 4 5 -6"), std::string::npos);
     EXPECT_EQ(ctl(server, {"set", "/hall/hoist", "colour", "1"}).exitCode, 3);
+    EXPECT_EQ(ctl(server, {"set", "#7", "baseColor", "1", "0", "0", "1"}).exitCode, 0) << "a material has no path";
+    EXPECT_EQ(ctl(server, {"set", "#7", "translation", "1", "0", "0"}).exitCode, 3);
+    EXPECT_EQ(ctl(server, {"set", "#4711", "name", "nobody"}).exitCode, 3);
     EXPECT_EQ(ctl(server, {"set", "/hall/hoist", "scale", "1"}).exitCode, 2);
     EXPECT_NE(ctl(server, {"set", "/hall/hoist", "rotation", "0", "0", "0", "0"}).exitCode, 0)
         << "the scene's own rules hold";

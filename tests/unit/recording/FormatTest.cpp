@@ -34,8 +34,8 @@ TEST(RecordingFormat, KeepsInputsToTheLastBit) {
                                       .pose = {.translation = Vec3d(nan, -0.0, 1e-308),
                                                .rotation = Quatd(1, 2, 3, 4),
                                                .scale = Vec3d(5, std::numeric_limits<double>::infinity(), 7)}}};
-    const auto back = roundTrip<record::Inputs>(encodeInputs(12, true, edits, replies), arrays);
-    EXPECT_EQ(back.frame, 12u);
+    const auto back = roundTrip<record::Inputs>(encodeInputs(FrameNumber(12), true, edits, replies), arrays);
+    EXPECT_EQ(back.frame, FrameNumber(12));
     EXPECT_TRUE(back.first);
     ASSERT_EQ(back.edits.size(), 2u);
     EXPECT_EQ(back.edits[0].ticket, ~std::uint64_t{0});
@@ -69,23 +69,23 @@ TEST(RecordingFormat, KeepsOpeningsAndOutcomes) {
     EXPECT_EQ(back.collisionLimits, digestOf(CollisionLimits()));
 
     Random random(1);
-    record::Outcome outcome{.frame = 99, .digest = {}};
-    outcome.digest.sequence = random();
-    outcome.digest.stateHash = random();
+    record::Outcome outcome{.frame = FrameNumber(99), .digest = {}};
+    outcome.digest.sequence = Sequence(random());
+    outcome.digest.stateHash = StateHash(random());
     for (FrameDigest::Part& part : outcome.digest.parts) part = {.count = random(), .hash = random()};
     for (std::uint64_t& counter : outcome.digest.counters) counter = random();
     const auto same = roundTrip<record::Outcome>(encodeOutcome(outcome));
-    EXPECT_EQ(same.frame, 99u);
+    EXPECT_EQ(same.frame, FrameNumber(99));
     EXPECT_EQ(same.digest, outcome.digest);
 }
 
 TEST(RecordingFormat, RefusesDecisionsAndFlagsThatAreNone) {
     const std::vector<Reply> replies{{.question = 1, .decision = static_cast<Reply::Decision>(9), .pose = {}}};
-    const test::RawRecord raw = test::rawOf(encodeInputs(0, true, {}, replies));
+    const test::RawRecord raw = test::rawOf(encodeInputs(FrameNumber(0), true, {}, replies));
     const BlobStore none;
     EXPECT_EQ(decodeRecord(raw.kind, raw.content, none).error().message, "reply: decision 9 is none");
     const std::vector<Edit> three(3);
-    const test::RawRecord many = test::rawOf(encodeInputs(0, true, three, {}));
+    const test::RawRecord many = test::rawOf(encodeInputs(FrameNumber(0), true, three, {}));
     EXPECT_EQ(decodeRecord(many.kind, many.content, none, {.maxEdits = 2}).error().code, ErrorCode::kLimit);
 }
 

@@ -101,9 +101,9 @@ public:
         for (std::uint64_t frame = 0; frame < frames; ++frame) {
             std::vector<Edit> edits = someEdits();
             const std::vector<Reply> replies = someReplies();
-            writer.frameBegins(frame, frame == 0, edits, replies);
+            writer.frameBegins(FrameNumber(frame), frame == 0, edits, replies);
             const FrameResult result = simulation_.step(frame == 0, std::move(edits), replies);
-            writer.frameDone(frame, result);
+            writer.frameDone(FrameNumber(frame), result);
             asked_ = result.collision.questions;
             contacts_ += result.collision.contacts.size();
             refused_ += static_cast<std::uint64_t>(

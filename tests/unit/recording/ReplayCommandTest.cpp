@@ -53,8 +53,8 @@ TEST_F(ReplayCommand, SaysWhatDiffersWithExitCodeOne) {
     for (test::RawRecord& raw : records) {
         if (nameOfKind(raw.kind) != "outcome of a frame") continue;
         auto outcome = std::get<record::Outcome>(*decodeRecord(raw.kind, raw.content, none));
-        if (outcome.frame < 8) continue;
-        outcome.digest.stateHash = 1;
+        if (outcome.frame < FrameNumber(8)) continue;
+        outcome.digest.stateHash = StateHash(1);
         raw = test::rawOf(encodeOutcome(outcome));
     }
     test::writeBytes(file_, test::putTogether(records));

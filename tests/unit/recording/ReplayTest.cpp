@@ -35,7 +35,7 @@ TEST(Replay, IsTheRecordingForAnyNumberOfThreads) {
             std::vector<FrameDigest> digests;
             const ReplayResult result =
                 replayed(recorded.file,
-                         {.threads = threads, .onFrame = [&](std::uint64_t, const FrameResult& frame, const Aspect&) {
+                         {.threads = threads, .onFrame = [&](FrameNumber, const FrameResult& frame, const Aspect&) {
                               digests.push_back(digestOf(frame));
                           }});
             EXPECT_EQ(result.end, ReplayResult::End::kClosed) << result.error.message;
@@ -58,7 +58,7 @@ Bytes withOutcome(const Recorded& recorded, std::uint64_t frame, const std::func
     for (RawRecord& raw : records) {
         if (nameOfKind(raw.kind) != "outcome of a frame") continue;
         auto outcome = std::get<record::Outcome>(*decodeRecord(raw.kind, raw.content, none));
-        if (outcome.frame != frame) continue;
+        if (outcome.frame != FrameNumber(frame)) continue;
         change(outcome.digest);
         raw = test::rawOf(encodeOutcome(outcome));
     }
@@ -72,8 +72,8 @@ TEST(Replay, NamesTheFirstFrameThatDiffersAndInWhat) {
         {"contacts: recorded ",
          [](FrameDigest& d) { d.parts[static_cast<std::size_t>(DigestPart::kContacts)].hash ^= 1; }},
         {"events: recorded ", [](FrameDigest& d) { ++d.parts[static_cast<std::size_t>(DigestPart::kEvents)].count; }},
-        {"state hash: recorded ", [](FrameDigest& d) { d.stateHash ^= 1; }},
-        {"sequence: recorded ", [](FrameDigest& d) { ++d.sequence; }},
+        {"state hash: recorded ", [](FrameDigest& d) { d.stateHash.value ^= 1; }},
+        {"sequence: recorded ", [](FrameDigest& d) { ++d.sequence.value; }},
         {"triangle tests: recorded ", [](FrameDigest& d) { ++d.counters[8]; }},
         {"outcomes of edits: recorded ", [](FrameDigest& d) { d.parts[0].hash ^= 1; }}};
     for (const auto& [words, change] : changes) {
@@ -82,7 +82,7 @@ TEST(Replay, NamesTheFirstFrameThatDiffersAndInWhat) {
         EXPECT_EQ(result.frames, 12u);
         EXPECT_EQ(result.differingFrames, 1u);
         ASSERT_TRUE(result.firstDifference) << words;
-        EXPECT_EQ(result.firstDifference->frame, 5u);
+        EXPECT_EQ(result.firstDifference->frame, FrameNumber(5));
         ASSERT_EQ(result.firstDifference->what.size(), 1u) << firstWords(result);
         EXPECT_EQ(result.firstDifference->what.front().rfind(words, 0), 0u) << firstWords(result);
     }
@@ -95,13 +95,13 @@ TEST(Replay, SeesAnEditThatIsMissing) {
     std::vector<RawRecord> records = test::takeApart(recorded.file);
     BlobStore arrays;
     std::vector<Blob> kept;
-    std::optional<std::uint64_t> changed;
+    std::optional<FrameNumber> changed;
     for (RawRecord& raw : records) {
         Expected<Record> record = decodeRecord(raw.kind, raw.content, arrays);
         ASSERT_TRUE(record);
         if (auto* array = std::get_if<record::Array>(&*record)) kept.push_back(arrays.add(array->blob));
         auto* inputs = std::get_if<record::Inputs>(&*record);
-        if (!inputs || inputs->edits.empty() || inputs->frame < 4 || changed) continue;
+        if (!inputs || inputs->edits.empty() || inputs->frame < FrameNumber(4) || changed) continue;
         changed = inputs->frame;
         inputs->edits.pop_back();
         raw = test::rawOf(encodeInputs(inputs->frame, inputs->first, inputs->edits, inputs->replies));
@@ -117,7 +117,7 @@ TEST(Replay, SeesAnotherStartScene) {
     Random random(5), otherRandom(6);
     std::vector<RawRecord> records = test::takeApart(recordShow(random, 2).file);
     for (RawRecord& raw : records)
-        if (nameOfKind(raw.kind) == "started") raw = test::rawOf(encodeStarted({.sequence = 1, .stateHash = 4711}));
+        if (nameOfKind(raw.kind) == "started") raw = test::rawOf(encodeStarted({.sequence = Sequence(1), .stateHash = StateHash(4711)}));
     const ReplayResult result = replayed(test::putTogether(records));
     ASSERT_TRUE(result.firstDifference);
     EXPECT_FALSE(result.firstDifference->frame);
@@ -152,7 +152,7 @@ TEST(Replay, GoesAsFarAsACutOffFileGoes) {
         EXPECT_LE(result.frames, 6u);
         unfinished += result.unfinishedFrame.has_value() ? 1 : 0;
         if (result.unfinishedFrame) {
-            EXPECT_EQ(*result.unfinishedFrame, result.frames);
+            EXPECT_EQ(result.unfinishedFrame->value, result.frames);
         }
     }
     EXPECT_GT(unfinished, 0u);

@@ -66,7 +66,7 @@ protected:
     message::Snapshot snapshotOf(Aspect& scene) {
         const ChangeList list = snapshot(scene);
         for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
-        return {share(CommittedList{7_seq, StateHash(scene.stateHash()), encodeChangeList(list), {}})};
+        return {share(CommittedList{7_seq, scene.stateHash(), encodeChangeList(list), {}})};
     }
     Aspect makeBall() {
         test::TestScene scene;
@@ -111,7 +111,7 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     const auto applied = next<outcome::Applied>();
     ASSERT_TRUE(applied);
     EXPECT_EQ(applied->sequence, 7_seq);
-    EXPECT_EQ(applied->stateHash, StateHash(scene.stateHash()));
+    EXPECT_EQ(applied->stateHash, scene.stateHash());
 
     ObjectId transform;
     for (const ObjectId id : scene.ids())
@@ -123,7 +123,7 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     ASSERT_TRUE(perform(work::Draw{beginOf(0_frame, share(encodeChangeList(list)))}));
     const auto drawn = next<outcome::Drawn>();
     ASSERT_TRUE(drawn);
-    EXPECT_EQ(drawn->stateHash, StateHash(scene.stateHash()));
+    EXPECT_EQ(drawn->stateHash, scene.stateHash());
     const auto stats = decodeStats(drawn->stats);
     ASSERT_TRUE(stats);
     ASSERT_EQ(stats->size(), 1u);
@@ -207,7 +207,7 @@ TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
         EXPECT_EQ(drawn->attempt, Attempt{3});
         const auto& said = std::get<outcome::Drawn>(drawn->what);
         EXPECT_EQ(said.frame, FrameNumber(number));
-        EXPECT_EQ(said.stateHash, StateHash(scene.stateHash()));
+        EXPECT_EQ(said.stateHash, scene.stateHash());
         EXPECT_EQ(decodeStats(said.stats)->front(), second);
         EXPECT_EQ(shown().frame, number - 1) << "not before Show";
         const auto swapped = again(work::Show{FrameNumber(number)});
@@ -391,7 +391,7 @@ TEST_F(RenderHostTest, DescribesItsStateDownToTheObject) {
     ASSERT_TRUE(perform(work::Draw{beginOf(1_frame)}));
     const auto drawn = next<outcome::Drawn>();
     ASSERT_TRUE(drawn);
-    EXPECT_NE(drawn->stateHash, StateHash(scene.stateHash())) << "one field differs now";
+    EXPECT_NE(drawn->stateHash, scene.stateHash()) << "one field differs now";
 
     ASSERT_TRUE(perform(work::Describe{{.objects = true, .leaf = 0}}));
     const auto described = next<outcome::Described>();
@@ -408,7 +408,7 @@ TEST_F(RenderHostTest, DescribesItsStateDownToTheObject) {
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     const auto repaired = next<outcome::Applied>();
     ASSERT_TRUE(repaired);
-    EXPECT_EQ(repaired->stateHash, StateHash(scene.stateHash()));
+    EXPECT_EQ(repaired->stateHash, scene.stateHash());
 }
 
 TEST_F(RenderHostTest, SaysWhatCannotBeAppliedAndStaysAlive) {

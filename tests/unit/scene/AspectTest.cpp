@@ -54,14 +54,14 @@ TEST(Aspect, LetsObjectsThatNameEachOtherGoTogether) {
                           .core<Interest>(11, 10)
                           .value<Interest>(11, fieldId<&Interest::object>, ObjectId(10))
                           .take());
-    const std::uint64_t before = hall().stateHash();
+    const StateHash before = hall().stateHash();
     mustApply(aspect, Edits().gone(10).gone(11).take());
     EXPECT_EQ(aspect.stateHash(), before);
 }
 
 TEST(Aspect, AnObjectMayComeAndGoInOneList) {
     Aspect aspect = hall();
-    const std::uint64_t before = aspect.stateHash();
+    const StateHash before = aspect.stateHash();
     mustApply(aspect, Edits().node(20, "flash").under(20, 0).core<Group>(21).gone(20).gone(21).take());
     EXPECT_EQ(aspect.stateHash(), before);
     EXPECT_EQ(aspect.nextFreeId(), 22u);
@@ -92,7 +92,7 @@ TEST(StateHash, DoesNotDependOnHowTheSceneCameToBe) {
 }
 
 TEST(StateHash, SeesEveryFieldParentAndOrderOfChildren) {
-    const std::uint64_t before = hall().stateHash();
+    const StateHash before = hall().stateHash();
     const auto hashAfter = [](Edits& e) {
         Aspect aspect = hall();
         mustApply(aspect, e.take());
@@ -111,7 +111,7 @@ TEST(StateHash, SeesEveryFieldParentAndOrderOfChildren) {
 TEST(StateHash, TakesMinusZeroForZero) {
     Aspect aspect = hall();
     mustApply(aspect, Edits().value<Transform>(5, fieldId<&Transform::translation>, toValue(Vec3d(0, 2, 3))).take());
-    const std::uint64_t zero = aspect.stateHash();
+    const StateHash zero = aspect.stateHash();
     mustApply(aspect, Edits().value<Transform>(5, fieldId<&Transform::translation>, toValue(Vec3d(-0.0, 2, 3))).take());
     EXPECT_EQ(aspect.stateHash(), zero);
 }
@@ -140,7 +140,7 @@ TEST(StateHash, ItsTreeLeadsToTheObjectThatDiffers) {
 
 TEST(StateHash, EmptyLeavesVanish) {
     Aspect aspect;
-    const std::uint64_t before = aspect.stateHash();
+    const StateHash before = aspect.stateHash();
     mustApply(aspect, Edits().core<Group>(1'000'000).core<Group>(2'000'000'000'000).take());
     EXPECT_EQ(aspect.leafHashes().size(), 3u);
     mustApply(aspect, Edits().gone(1'000'000).gone(2'000'000'000'000).take());
@@ -150,7 +150,7 @@ TEST(StateHash, EmptyLeavesVanish) {
 
 TEST(Inverse, LeadsBackAndItsOwnInverseForwardAgain) {
     Aspect aspect = hall();
-    const std::uint64_t before = aspect.stateHash();
+    const StateHash before = aspect.stateHash();
     Edits e;
     e.node(20, "new", 2).core<Transform>(21, 20).value<Transform>(21, fieldId<&Transform::scale>, toValue(Vec3d(2, 2, 2)));
     e.under(3, 1, 0).value<Transform>(5, fieldId<&Transform::rotation>, toValue(Quatd(0, 1, 0, 0)));
@@ -158,7 +158,7 @@ TEST(Inverse, LeadsBackAndItsOwnInverseForwardAgain) {
 
     const Expected<ChangeList> undo = aspect.applyWithInverse(e.take());
     ASSERT_TRUE(undo) << undo.error().message;
-    const std::uint64_t after = aspect.stateHash();
+    const StateHash after = aspect.stateHash();
     const Expected<ChangeList> redo = aspect.applyWithInverse(*undo);
     ASSERT_TRUE(redo) << redo.error().message;
     EXPECT_EQ(aspect.stateHash(), before);
@@ -171,7 +171,7 @@ TEST(Inverse, LeadsBackAndItsOwnInverseForwardAgain) {
 TEST(Inverse, RestoresTheOrderAroundANodeThatCameAndWent) {
     Aspect aspect = hall();
     mustApply(aspect, Edits().node(10, "a", 2).node(11, "b", 2).take());
-    const std::uint64_t before = aspect.stateHash();
+    const StateHash before = aspect.stateHash();
     // 20 holds 10 for a while and shifts its siblings' indices.
     const Expected<ChangeList> undo = aspect.applyWithInverse(Edits()
                                                                   .node(20, "basket", 0)

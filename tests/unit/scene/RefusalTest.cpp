@@ -12,7 +12,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// The message with which the hall refuses a list. A refused list must leave no trace.
 Error refusalBy(Aspect aspect, const ChangeList& list) {
-    const std::uint64_t before = aspect.stateHash();
+    const StateHash before = aspect.stateHash();
     const std::vector<ObjectId> ids = aspect.ids();
     const std::uint64_t nextFreeId = aspect.nextFreeId();
     const Expected<void> done = aspect.apply(list);

@@ -40,7 +40,7 @@ TEST(Committer, FramesListsLeadReplicasAlong) {
             if (closed.list) {
                 ASSERT_TRUE(replica.apply(*closed.list)) << "frame " << frame;
             }
-            ASSERT_EQ(StateHash(replica.stateHash()), closed.sent->stateHash) << "frame " << frame;
+            ASSERT_EQ(replica.stateHash(), closed.sent->stateHash) << "frame " << frame;
         }
     });
 }
@@ -72,7 +72,7 @@ TEST(Committer, TheWayBackIsMadeWhereItIsAskedForOnly) {
     make.node("a", kRootNode);
     again.node("b", kRootNode);
     EXPECT_TRUE(committer.apply(make.builder.take()).value().inverse.empty());
-    const std::uint64_t before = committer.scene().stateHash();
+    const StateHash before = committer.scene().stateHash();
     const Committer::Applied applied = committer.apply(again.builder.take(), Committer::Inverse::kMade).value();
     (void)committer.closeFrame();
     ASSERT_TRUE(committer.applyInverse(std::make_shared<const ChangeList>(applied.inverse)));
@@ -88,7 +88,7 @@ TEST(Committer, AGeometryIsJudgedByWhatTheListLeavesBehind) {
     ASSERT_EQ(made.ids.front().first, placeholder);
     const ObjectId box = made.ids.front().second;
     const ObjectType type = typeOf<Geometry>();
-    const std::uint64_t before = committer.scene().stateHash();
+    const StateHash before = committer.scene().stateHash();
     const auto tryOut = [&](auto&& fill) {
         ChangeListBuilder builder;
         fill(builder);

@@ -90,7 +90,7 @@ protected:
 };
 
 TEST_F(NothingShown, IsMadeForNobody) {
-    const std::uint64_t before = scene().stateHash();
+    const StateHash before = scene().stateHash();
     EXPECT_EQ(frame({contact()}).list, nullptr);
     EXPECT_EQ(scene().stateHash(), before);
 }
@@ -185,7 +185,7 @@ TEST_F(ContactDisplayTest, OnlyValuesOfTransformsTravelOnceItStands) {
 }
 
 TEST_F(ContactDisplayTest, ShowsWhatIsAskedForAndGoesWhenNobodyAsks) {
-    const std::uint64_t before = [&] {
+    const StateHash before = [&] {
         show(0);
         return scene().stateHash();
     }();
@@ -322,7 +322,7 @@ TEST_F(ContactDisplayTest, ASceneThatIsFullHasNoDisplay) {
     display.sceneChanged(full.scene(), nullptr);
     StepResult step;
     step.contacts = {contact()};
-    const std::uint64_t before = full.scene().stateHash();
+    const StateHash before = full.scene().stateHash();
     EXPECT_FALSE(display.commit(full, step));
     EXPECT_FALSE(display.commit(full, step));
     EXPECT_EQ(full.scene().stateHash(), before);

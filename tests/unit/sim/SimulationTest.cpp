@@ -141,7 +141,7 @@ TEST(Simulation, AGeometryWithAnIndexPastItsVerticesIsRefusedAndLeavesNoTrace) {
     pause.set(simulation.scene().get<Node>(findNode(simulation.scene(), "/motion").value())->core, typeOf<Motion>(),
               fieldId<&Motion::playing>, false);
     (void)simulation.step(false, one(pause.take()));
-    const std::uint64_t paused = simulation.scene().stateHash();
+    const StateHash paused = simulation.scene().stateHash();
     const FrameResult frame = simulation.step(false, one(bad.take()));
     ASSERT_FALSE(frame.outcomes[0].result);
     EXPECT_NE(frame.outcomes[0].result.error().message.find("geometry"), std::string::npos);
@@ -265,7 +265,7 @@ TEST(Simulation, ReplicasThatApplyEachFramesListFollowExactly) {
             ASSERT_TRUE(decoded) << decoded.error().message;
             ASSERT_TRUE(replica.apply(*decoded));
         }
-        ASSERT_EQ(StateHash(replica.stateHash()), frame.commit.sent->stateHash) << "frame " << i;
+        ASSERT_EQ(replica.stateHash(), frame.commit.sent->stateHash) << "frame " << i;
     }
 }
 
