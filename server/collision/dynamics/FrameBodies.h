@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <vector>
 
@@ -46,6 +47,23 @@ struct FrameBodies {
     [[nodiscard]] std::uint32_t findBody(std::uint64_t id) const;
     void gather(std::span<const RigidBody> given, std::span<const RigidPart> givenParts, const Vec3d& gravity,
                 double seconds, ShapeMemory& shapes, std::uint64_t frame);
+
+    /// One that comes later.
+    struct Fetched {
+        RigidBody body;
+        std::vector<RigidPart> parts;
+    };
+    /// Who has which rank then, by what they had before.
+    struct Ranks {
+        std::vector<std::uint32_t> body, part;
+        std::size_t parts = 0;
+    };
+    /// Of bodies none of which is here; their indices follow those of the others.
+    [[nodiscard]] Ranks insert(std::vector<Fetched> some, const Vec3d& gravity, double seconds, ShapeMemory& shapes,
+                               std::uint64_t frame);
+
+private:
+    std::deque<Fetched> fetched_;  ///< stay where they are
 };
 
 /// Of its size: what is added to the motion that is foreseen, for what other bodies do to one within a frame.

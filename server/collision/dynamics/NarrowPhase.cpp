@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "common/base/Workers.h"
 #include "server/collision/dynamics/FaceContacts.h"
@@ -34,21 +35,13 @@ void runTasks(Workers* workers, std::size_t count, const Task& task) {
 void NarrowPhase::begin(const FrameBodies& frame, const NarrowOptions& options) {
     frame_ = &frame;
     options_ = options;
-    usedBatches_ = 0;
+    usedBatches_ = usedRooms_ = 0;
     solids_.assign(frame.parts.size(), {});
-    used_ = {};
-    std::array<std::size_t, 3> room{};
-    for (const FramePart& part : frame.parts) {
-        if (part.surface == nullptr || !part.surface->solid) continue;
-        const SolidShape& shape = *part.surface->solid;
-        room[0] += shape.corners.size();
-        room[1] += shape.sides();
-        room[2] += placedEdges(shape);
-    }
-    // Views into them are handed out: they must not move within the frame.
-    if (corners_.size() < room[0]) corners_.resize(room[0]);
-    if (sides_.size() < room[1]) sides_.resize(room[1]);
-    if (edges_.size() < room[2]) edges_.resize(room[2]);
+}
+
+void NarrowPhase::follow(const FrameBodies::Ranks& ranks) {
+    std::vector<PlacedSolid> before = std::exchange(solids_, std::vector<PlacedSolid>(ranks.parts));
+    for (std::size_t i = 0; i < before.size(); ++i) solids_[ranks.part[i]] = before[i];
 }
 
 void NarrowPhase::placeSolids(std::span<const FrameEncounter> encounters) {
@@ -57,28 +50,35 @@ void NarrowPhase::placeSolids(std::span<const FrameEncounter> encounters) {
         std::array<std::size_t, 3> at;
     };
     std::vector<Job> jobs;
+    std::array<std::size_t, 3> used{};
     const auto want = [&](std::uint32_t p) {
         const FramePart& part = frame_->parts[p];
         if (!part.surface->solid || solids_[p].shape != nullptr) return;
         const SolidShape& shape = *part.surface->solid;
         solids_[p].shape = &shape;
-        jobs.push_back({p, used_});
-        used_[0] += shape.corners.size();
-        used_[1] += shape.sides();
-        used_[2] += placedEdges(shape);
+        jobs.push_back({p, used});
+        used[0] += shape.corners.size();
+        used[1] += shape.sides();
+        used[2] += placedEdges(shape);
     };
     for (const FrameEncounter& e : encounters) {
         want(e.partA);
         want(e.partB);
     }
+    if (jobs.empty()) return;
+    if (rooms_.size() == usedRooms_) rooms_.emplace_back();
+    Room& room = rooms_[usedRooms_++];
+    if (room.corners.size() < used[0]) room.corners.resize(used[0]);
+    if (room.sides.size() < used[1]) room.sides.resize(used[1]);
+    if (room.edges.size() < used[2]) room.edges.resize(used[2]);
     const auto task = [&](std::size_t t) {
         for (std::size_t i = t * kPerTask; i < std::min(jobs.size(), (t + 1) * kPerTask); ++i) {
             const Job& job = jobs[i];
             const SolidShape& shape = *solids_[job.part].shape;
             solids_[job.part] = place(shape, frame_->parts[job.part].given->world,
-                                      std::span(corners_).subspan(job.at[0], shape.corners.size()),
-                                      std::span(sides_).subspan(job.at[1], shape.sides()),
-                                      std::span(edges_).subspan(job.at[2], placedEdges(shape)));
+                                      std::span(room.corners).subspan(job.at[0], shape.corners.size()),
+                                      std::span(room.sides).subspan(job.at[1], shape.sides()),
+                                      std::span(room.edges).subspan(job.at[2], placedEdges(shape)));
         }
     };
     runTasks(options_.workers, (jobs.size() + kPerTask - 1) / kPerTask, task);

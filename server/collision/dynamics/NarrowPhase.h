@@ -43,6 +43,8 @@ class NarrowPhase {
 public:
     /// Forgets the frame before.
     void begin(const FrameBodies& frame, const NarrowOptions& options);
+    /// Others have come into the frame.
+    void follow(const FrameBodies::Ranks& ranks);
     /// May be called more than once in a frame; batches stay until the next begin(). Encounters whose work was
     /// exhausted are not `known`.
     void find(std::span<FrameEncounter> encounters, QueryWork& work);
@@ -69,10 +71,14 @@ private:
     std::vector<EncounterBatch> batches_;
     std::size_t usedBatches_ = 0;
     std::vector<PlacedSolid> solids_;  ///< by part
-    std::vector<Vec3d> corners_;
-    std::vector<PlacedSide> sides_;
-    std::vector<PlacedEdge> edges_;
-    std::array<std::size_t, 3> used_{};
+    /// Views into it are handed out: what one call of find() places has its own.
+    struct Room {
+        std::vector<Vec3d> corners;
+        std::vector<PlacedSide> sides;
+        std::vector<PlacedEdge> edges;
+    };
+    std::vector<Room> rooms_;
+    std::size_t usedRooms_ = 0;
 };
 
 }  // namespace tessera::dynamics

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <unordered_set>
 
 #include "common/base/Workers.h"
 #include "server/collision/dynamics/Islands.h"
@@ -61,13 +62,21 @@ bool RigidBodyStage::asleep(std::uint64_t body) const {
     return state_->sleepers.asleep(body);
 }
 
-std::span<const std::uint64_t> RigidBodyStage::supports() const {
+bool RigidBodyStage::supports(std::uint64_t part) const {
+    return state_->sleepers.supports(part);
+}
+
+std::vector<std::uint64_t> RigidBodyStage::supports() const {
     return state_->sleepers.supports();
+}
+
+void RigidBodyStage::gone(std::uint64_t id) {
+    state_->sleepers.gone(id);
 }
 
 RigidFrame RigidBodyStage::advance(std::span<const RigidBody> bodies, std::span<const RigidPart> parts,
                                    std::span<const RigidEncounter> encounters, const Vec3d& gravity, double seconds,
-                                   QueryWork& work) {
+                                   QueryWork& work, RigidSource* source) {
     State& s = *state_;
     RigidFrame out;
     out.motions.resize(bodies.size());
@@ -81,43 +90,104 @@ RigidFrame RigidBodyStage::advance(std::span<const RigidBody> bodies, std::span<
     s.gravity = gravity.allFinite() ? gravity : Vec3d(Vec3d::Zero());
     s.seconds = seconds;
     s.frame.gather(bodies, parts, s.gravity, seconds, s.shapes, s.frameNumber);
-    s.shapes.forget(s.frameNumber);
+    s.source = source;
+    s.fetched.clear();
     s.open.clear();
+    s.idle.clear();
+    s.looked.clear();
     s.woken.clear();
     s.wokenPairs.clear();
     for (FrameBody& body : s.frame.bodies) body.asleep = s.sleepers.asleep(body.given->id);
-    for (SleepingGroup& group : s.sleepers.takeDisturbed(s.frame, s.gravity)) s.wake(std::move(group));
-    s.collect(encounters);
     s.narrow.begin(s.frame, {s.gravity, seconds, s.options.slop, s.options.maxTestsPerEncounter, s.workers});
+    s.wake(s.sleepers.takeDisturbed(s.frame, s.gravity, s.shapes));
+    s.collect(encounters);
     s.look(work, out);
+    out.fetched = s.fetched;
+    out.motions.resize(bodies.size() + out.fetched.size());
     s.makePoints();
     s.solve();
     s.finish(out);
     s.remember();
     s.sleep(out);
+    s.shapes.forget(s.frameNumber);
     s.lastSeconds = seconds;
     out.contactPoints = s.points.size();
     return out;
 }
 
-void RigidBodyStage::State::wake(SleepingGroup group) {
-    for (const std::uint64_t id : group.bodies)
-        if (const std::uint32_t rank = frame.findBody(id); rank != kNobody) frame.bodies[rank].asleep = false;
-    const auto shift = static_cast<std::uint32_t>(woken.size());
-    woken.insert(woken.end(), group.points.begin(), group.points.end());
-    for (SleepingGroup::Pair& pair : group.pairs) {
-        const std::uint32_t a = frame.findPart(pair.partA), b = frame.findPart(pair.partB);
-        if (a == kNobody || b == kNobody || frame.parts[a].body == kNobody || frame.parts[b].body == kNobody) continue;
-        FrameEncounter e;
-        e.partA = a;
-        e.partB = b;
-        e.law = pair.law;
-        e.memory = pair.memory.memory;
-        open.push_back(e);
-        pair.memory.firstPoint += shift;
-        pair.memory.partA = pair.partA;
-        pair.memory.partB = pair.partB;
-        wokenPairs.push_back(pair.memory);
+/// What of them, and of what they touch, nobody has passed.
+void RigidBodyStage::State::fetch(std::span<const SleepingGroup> groups) {
+    if (source == nullptr) return;
+    std::vector<FrameBodies::Fetched> some;
+    std::vector<std::uint64_t> ids, supports;
+    for (const SleepingGroup& group : groups) {
+        ids.insert(ids.end(), group.bodies.begin(), group.bodies.end());
+        for (const SleepingGroup::Pair& pair : group.pairs) {
+            // Of a body without mass the part is a support.
+            if (pair.bodyA != 0) ids.push_back(pair.bodyA);
+            if (pair.bodyB != 0) ids.push_back(pair.bodyB);
+        }
+        supports.insert(supports.end(), group.supports.begin(), group.supports.end());
+    }
+    const auto sortOnce = [](std::vector<std::uint64_t>& all) {
+        std::sort(all.begin(), all.end());
+        all.erase(std::unique(all.begin(), all.end()), all.end());
+    };
+    sortOnce(ids);
+    sortOnce(supports);
+    std::vector<std::uint64_t> come;
+    std::unordered_set<std::uint64_t> known;
+    const auto add = [&](FrameBodies::Fetched&& one) {
+        if (frame.findBody(one.body.id) != kNobody || !known.insert(one.body.id).second) return;
+        come.push_back(one.body.id);
+        some.push_back(std::move(one));
+    };
+    for (const std::uint64_t id : ids) {
+        FrameBodies::Fetched one;
+        if (frame.findBody(id) == kNobody && source->body(id, one.body, one.parts)) add(std::move(one));
+    }
+    for (const std::uint64_t part : supports) {
+        FrameBodies::Fetched one;
+        if (frame.findPart(part) == kNobody && source->support(part, one.body, one.parts)) add(std::move(one));
+    }
+    if (some.empty()) return;
+    fetched.insert(fetched.end(), come.begin(), come.end());
+    const FrameBodies::Ranks ranks = frame.insert(std::move(some), gravity, seconds, shapes, frameNumber);
+    narrow.follow(ranks);
+    for (std::vector<FrameEncounter>* encounters : {&open, &idle, &looked})
+        for (FrameEncounter& e : *encounters) {
+            e.partA = ranks.part[e.partA];
+            e.partB = ranks.part[e.partB];
+        }
+    for (const std::uint64_t id : come) {
+        FrameBody& body = frame.bodies[frame.findBody(id)];
+        body.asleep = sleepers.asleep(id);
+    }
+}
+
+void RigidBodyStage::State::wake(std::vector<SleepingGroup> groups) {
+    if (groups.empty()) return;
+    fetch(groups);
+    for (SleepingGroup& group : groups) {
+        for (const std::uint64_t id : group.bodies)
+            if (const std::uint32_t rank = frame.findBody(id); rank != kNobody) frame.bodies[rank].asleep = false;
+        const auto shift = static_cast<std::uint32_t>(woken.size());
+        woken.insert(woken.end(), group.points.begin(), group.points.end());
+        for (SleepingGroup::Pair& pair : group.pairs) {
+            const std::uint32_t a = frame.findPart(pair.partA), b = frame.findPart(pair.partB);
+            if (a == kNobody || b == kNobody || frame.parts[a].body == kNobody || frame.parts[b].body == kNobody)
+                continue;
+            FrameEncounter e;
+            e.partA = a;
+            e.partB = b;
+            e.law = pair.law;
+            e.memory = pair.memory.memory;
+            open.push_back(e);
+            pair.memory.firstPoint += shift;
+            pair.memory.partA = pair.partA;
+            pair.memory.partB = pair.partB;
+            wokenPairs.push_back(pair.memory);
+        }
     }
 }
 
@@ -177,8 +247,6 @@ bool RigidBodyStage::State::presses(const FrameEncounter& e, const FrameBody& aw
 
 /// Finds contacts; what is awake wakes what it touches, whose contacts are then wanted too, and so on.
 void RigidBodyStage::State::look(QueryWork& work, RigidFrame& out) {
-    looked.clear();
-    idle.clear();
     while (true) {
         std::sort(open.begin(), open.end(), lawBefore);
         open.erase(std::unique(open.begin(), open.end(), samePair), open.end());
@@ -197,7 +265,7 @@ void RigidBodyStage::State::look(QueryWork& work, RigidFrame& out) {
             if (!e.known) {
                 if (a.free) a.frozen = true;
                 if (b.free) b.frozen = true;
-                out.notLookedAt.push_back({frame.parts[e.partA].body == kNobody ? 0 : e.partA, e.partB, e.law});
+                out.notLookedAt.push_back({frame.parts[e.partA].given->id, frame.parts[e.partB].given->id});
             } else if (a.asleep != b.asleep && presses(e, a.asleep ? b : a)) {
                 toWake.push_back((a.asleep ? a : b).given->id);
             }
@@ -206,8 +274,10 @@ void RigidBodyStage::State::look(QueryWork& work, RigidFrame& out) {
         looked.insert(looked.end(), open.begin(), open.end());
         std::inplace_merge(looked.begin(), looked.begin() + middle, looked.end(), before);
         open.clear();
+        std::vector<SleepingGroup> groups;
         for (const std::uint64_t id : toWake)
-            if (sleepers.asleep(id)) wake(sleepers.take(id));
+            if (sleepers.asleep(id)) groups.push_back(sleepers.take(id, shapes));
+        wake(std::move(groups));
         std::erase_if(idle, [&](const FrameEncounter& e) {
             if (!active(e)) return false;
             open.push_back(e);
@@ -217,10 +287,6 @@ void RigidBodyStage::State::look(QueryWork& work, RigidFrame& out) {
     std::sort(wokenPairs.begin(), wokenPairs.end(), [](const PairMemory& x, const PairMemory& y) {
         return std::pair(x.partA, x.partB) < std::pair(y.partA, y.partB);
     });
-    // Ranks to what was passed.
-    std::vector<std::uint32_t> index(frame.partRank.size());
-    for (std::uint32_t i = 0; i < frame.partRank.size(); ++i) index[frame.partRank[i]] = i;
-    for (RigidEncounter& e : out.notLookedAt) e = {index[e.partA], index[e.partB], e.law};
 }
 
 void RigidBodyStage::State::makePoints() {
@@ -403,50 +469,50 @@ void RigidBodyStage::State::sleep(RigidFrame& out) {
         std::uint32_t& to = slot[groups.find(i)];
         if (to == kNobody) {
             to = static_cast<std::uint32_t>(asleep.size());
-            asleep.emplace_back().gravity = gravity;
+            asleep.emplace_back();
         }
         asleep[to].bodies.push_back(body.given->id);
         slot[i] = to;
         out.motions[body.index] = {};
     }
     if (!asleep.empty()) {
+        for (const FramePart& part : frame.parts)
+            if (part.body != kNobody && slot[part.body] != kNobody)
+                asleep[slot[part.body]].surfaces.push_back(part.given->tree);
         for (std::uint32_t i = 0; i < looked.size(); ++i) {
             const FrameEncounter& e = looked[i];
             const PairMemory& pair = memory.pairs[i];
             if (pair.points == 0) continue;
             const std::uint32_t a = frame.parts[e.partA].body, b = frame.parts[e.partB].body;
+            const auto freeId = [&](std::uint32_t body) {
+                return frame.bodies[body].free ? frame.bodies[body].given->id : 0;
+            };
             for (const std::uint32_t one : {a, b}) {
                 if (!frame.bodies[one].free || slot[one] == kNobody) continue;
                 SleepingGroup& group = asleep[slot[one]];
                 const std::uint32_t other = one == a ? b : a;
                 if (frame.bodies[other].free && one == b && slot[a] == slot[b]) continue;  // once is enough
-                SleepingGroup::Pair kept{pair.partA, pair.partB, e.law, pair};
+                SleepingGroup::Pair kept{pair.partA, pair.partB, freeId(a), freeId(b), e.law, pair};
                 kept.memory.firstPoint = static_cast<std::uint32_t>(group.points.size());
                 const std::span<const PointMemory> from = memory.pointsOf(pair);
                 group.points.insert(group.points.end(), from.begin(), from.end());
                 group.pairs.push_back(kept);
-                if (frame.bodies[other].free) continue;
-                const FramePart& support = frame.parts[one == a ? e.partB : e.partA];
-                group.supports.push_back({support.given->id, support.given->tree, support.given->world});
+                if (!frame.bodies[other].free)
+                    group.supports.push_back(frame.parts[one == a ? e.partB : e.partA].given->id);
             }
         }
         for (SleepingGroup& group : asleep) {
-            const auto less = [](const SleepingGroup::Support& x, const SleepingGroup::Support& y) {
-                return x.part < y.part;
-            };
-            std::sort(group.supports.begin(), group.supports.end(), less);
-            group.supports.erase(std::unique(group.supports.begin(), group.supports.end(),
-                                             [](const auto& x, const auto& y) { return x.part == y.part; }),
-                                 group.supports.end());
-            sleepers.add(std::move(group));
+            std::sort(group.supports.begin(), group.supports.end());
+            group.supports.erase(std::unique(group.supports.begin(), group.supports.end()), group.supports.end());
+            std::vector<const RigidPart*> supports;
+            for (const std::uint64_t part : group.supports) supports.push_back(frame.parts[frame.findPart(part)].given);
+            const std::vector<std::uint64_t> fresh = sleepers.add(std::move(group), supports, shapes);
+            out.supports.insert(out.supports.end(), fresh.begin(), fresh.end());
         }
     }
-    sleepers.listSupports();
     for (const FrameBody& body : frame.bodies)
-        if (body.usable && body.free && sleepers.asleep(body.given->id)) {
-            out.motions[body.index].asleep = true;
-            ++out.asleep;
-        }
+        if (body.usable && body.free && sleepers.asleep(body.given->id)) out.motions[body.index].asleep = true;
+    out.asleep = sleepers.size();
 }
 
 }  // namespace tessera

@@ -59,11 +59,27 @@ struct RigidMotion {
 };
 
 struct RigidFrame {
-    std::vector<RigidMotion> motions;  ///< per body; of bodies without mass nothing
+    /// Per body that was passed, then per one that was fetched; of bodies without mass nothing.
+    std::vector<RigidMotion> motions;
+    std::vector<std::uint64_t> fetched;   ///< bodies
+    std::vector<std::uint64_t> supports;  ///< parts of bodies without mass that somebody has begun to sleep on
     std::size_t contactPoints = 0;
-    std::size_t asleep = 0;
+    std::size_t asleep = 0;  ///< passed or not
     /// Encounters whose contacts a limit left unknown: their free bodies stay where they are in this frame.
-    std::vector<RigidEncounter> notLookedAt;
+    struct Left {
+        std::uint64_t partA = 0, partB = 0;
+    };
+    std::vector<Left> notLookedAt;
+};
+
+/// Who is asked for bodies that were not passed, because they slept, and are woken.
+class RigidSource {
+public:
+    virtual ~RigidSource() = default;
+    /// A free body, as it would be passed (its `parts` are not looked at); false where it is none any more.
+    [[nodiscard]] virtual bool body(std::uint64_t id, RigidBody& body, std::vector<RigidPart>& parts) = 0;
+    /// The body of a part that sleepers lean on.
+    [[nodiscard]] virtual bool support(std::uint64_t part, RigidBody& body, std::vector<RigidPart>& parts) = 0;
 };
 
 struct RigidOptions {
@@ -85,16 +101,21 @@ public:
     /// How far beyond its parts' boxes the encounters of a body that moves like this must be looked for, in world
     /// units.
     [[nodiscard]] static double reach(const RigidBody& body, double size, const Vec3d& gravity, double seconds);
-    /// Who slept at the end of the last frame and has not been disturbed: encounters among sleepers, and of sleepers
-    /// with bodies that stand still, may be left out.
+    /// Who slept at the end of the last frame. Sleepers about whom nothing has changed may be left out, with their
+    /// encounters among each other and with bodies that stand still: they sleep on. What is disturbed is passed.
     [[nodiscard]] bool asleep(std::uint64_t body) const;
-    /// Parts (ids, ascending) of bodies without mass that sleepers lean on. Pass them, and their bodies, as long as
-    /// they exist, be it without an encounter: where one is missing or elsewhere, those who leaned on it wake.
-    [[nodiscard]] std::span<const std::uint64_t> supports() const;
+    /// A part of a body without mass that sleepers lean on. It may be left out as they may; pass it where it is, or may
+    /// be, elsewhere: those who leaned on it wake.
+    [[nodiscard]] bool supports(std::uint64_t part) const;
+    /// All of them, ascending.
+    [[nodiscard]] std::vector<std::uint64_t> supports() const;
+    /// A body is not free any more, or a part is not there: in the next frame those who slept with or on it wake.
+    void gone(std::uint64_t id);
 
+    /// `source` may be null where nobody is left out.
     [[nodiscard]] RigidFrame advance(std::span<const RigidBody> bodies, std::span<const RigidPart> parts,
                                      std::span<const RigidEncounter> encounters, const Vec3d& gravity, double seconds,
-                                     QueryWork& work);
+                                     QueryWork& work, RigidSource* source = nullptr);
 
 private:
     struct State;

@@ -49,9 +49,12 @@ struct RigidBodyStage::State {
     std::vector<std::uint32_t> pointEncounter, order;
     Vec3d gravity = Vec3d::Zero();
     double seconds = 0;
+    RigidSource* source = nullptr;
+    std::vector<std::uint64_t> fetched;  // bodies
 
     void collect(std::span<const RigidEncounter> encounters);
-    void wake(dynamics::SleepingGroup group);
+    void wake(std::vector<dynamics::SleepingGroup> groups);
+    void fetch(std::span<const dynamics::SleepingGroup> groups);
     void look(QueryWork& work, RigidFrame& out);
     void recallHints(std::vector<dynamics::FrameEncounter>& encounters);
     bool presses(const dynamics::FrameEncounter& e, const dynamics::FrameBody& awake) const;

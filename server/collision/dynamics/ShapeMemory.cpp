@@ -1,6 +1,7 @@
 #include "server/collision/dynamics/ShapeMemory.h"
 
 #include <cmath>
+#include <utility>
 
 namespace tessera::dynamics {
 
@@ -37,13 +38,41 @@ const SurfaceData& ShapeMemory::of(const TriangleTree& tree, const ConvexHull* h
     const bool known = data != nullptr && data->vertices == mesh.vertexCount() && data->faces == mesh.faceCount() &&
                        data->solid.has_value() == (hull != nullptr) && same(data->bounds, mesh.bounds()) &&
                        (hull == nullptr || data->solid->corners.size() == hull->vertices().size());
-    if (!known) data = make(tree, hull);
+    if (!known) {
+        std::unique_ptr<SurfaceData> fresh = make(tree, hull);
+        if (data != nullptr) {
+            fresh->holders = data->holders;
+            fresh->listed = data->listed;
+        }
+        data = std::move(fresh);
+    }
     data->usedInFrame = frame;
+    list(&tree, *data);
     return *data;
 }
 
+void ShapeMemory::list(const TriangleTree* tree, SurfaceData& data) {
+    if (!std::exchange(data.listed, true)) listed_.push_back(tree);
+}
+
+void ShapeMemory::hold(const TriangleTree& tree) {
+    ++surfaces_.at(&tree)->holders;
+}
+
+void ShapeMemory::release(const TriangleTree* tree) {
+    SurfaceData& data = *surfaces_.at(tree);
+    --data.holders;
+    list(tree, data);
+}
+
 void ShapeMemory::forget(std::uint64_t before) {
-    std::erase_if(surfaces_, [&](const auto& entry) { return entry.second->usedInFrame < before; });
+    std::erase_if(listed_, [&](const TriangleTree* tree) {
+        const auto at = surfaces_.find(tree);
+        if (at->second->usedInFrame >= before) return false;
+        at->second->listed = false;
+        if (at->second->holders == 0) surfaces_.erase(at);
+        return true;
+    });
 }
 
 }  // namespace tessera::dynamics

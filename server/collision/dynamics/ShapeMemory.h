@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <vector>
 
 #include "server/collision/convex/ConvexHull.h"
 #include "server/collision/dynamics/MassProperties.h"
@@ -23,6 +24,8 @@ struct SurfaceData {
     std::size_t vertices = 0, faces = 0;
     Box bounds;
     std::uint64_t usedInFrame = 0;
+    std::uint32_t holders = 0;  ///< sleepers that may want it again
+    bool listed = false;        ///< as one that may be forgotten
 };
 
 /// Looked up by address, never walked in that order.
@@ -30,11 +33,17 @@ class ShapeMemory {
 public:
     /// Stays where it is until `forget`.
     const SurfaceData& of(const TriangleTree& tree, const ConvexHull* hull, std::uint64_t frame);
-    /// Those not asked for since.
+    /// It stays also while nobody asks for it, until it has been released as often.
+    void hold(const TriangleTree& tree);
+    void release(const TriangleTree* tree);
+    /// Those not asked for since, and not held.
     void forget(std::uint64_t before);
 
 private:
+    void list(const TriangleTree* tree, SurfaceData& data);
+
     std::unordered_map<const TriangleTree*, std::unique_ptr<SurfaceData>> surfaces_;
+    std::vector<const TriangleTree*> listed_;
 };
 
 }  // namespace tessera::dynamics

@@ -1,64 +1,87 @@
 #include "server/collision/dynamics/Sleepers.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace tessera::dynamics {
 
-void Sleepers::add(SleepingGroup group) {
+std::vector<std::uint64_t> Sleepers::supports() const {
+    std::vector<std::uint64_t> out;
+    for (const auto& [part, support] : supports_) out.push_back(part);
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
+std::vector<std::uint64_t> Sleepers::add(SleepingGroup group, std::span<const RigidPart* const> support,
+                                         ShapeMemory& shapes) {
     const std::uint64_t key = group.bodies.front();
     for (const std::uint64_t body : group.bodies) groupOf_[body] = key;
-    groups_[key] = std::move(group);
-    changed_ = true;
-}
-
-bool Sleepers::disturbed(const SleepingGroup& group, const FrameBodies& frame, const Vec3d& gravity) {
-    if (group.gravity != gravity) return true;
-    for (const std::uint64_t id : group.bodies) {
-        const std::uint32_t rank = frame.findBody(id);
-        if (rank == kNobody) return true;
-        const FrameBody& body = frame.bodies[rank];
-        if (!body.usable || !body.free || body.given->disturbed || !body.velocity.isZero(0) || !body.spin.isZero(0))
-            return true;
+    for (const TriangleTree* surface : group.surfaces) shapes.hold(*surface);
+    std::vector<std::uint64_t> fresh;
+    for (const RigidPart* part : support) {
+        const auto [at, isNew] = supports_.try_emplace(part->id);
+        if (isNew) {
+            at->second.tree = part->tree;
+            at->second.world = part->world;
+            shapes.hold(*part->tree);
+            fresh.push_back(part->id);
+        }
+        at->second.groups.insert(key);
     }
-    return std::any_of(group.supports.begin(), group.supports.end(), [&](const SleepingGroup::Support& s) {
-        const std::uint32_t rank = frame.findPart(s.part);
-        if (rank == kNobody || frame.parts[rank].body == kNobody) return true;
-        const FramePart& part = frame.parts[rank];
-        return frame.bodies[part.body].moving || part.given->tree != s.tree ||
-               part.given->world.matrix() != s.world.matrix();
-    });
+    groups_[key] = std::move(group);
+    return fresh;
 }
 
-SleepingGroup Sleepers::takeGroup(std::map<std::uint64_t, SleepingGroup>::iterator at) {
+std::vector<SleepingGroup> Sleepers::takeDisturbed(const FrameBodies& frame, const Vec3d& gravity,
+                                                   ShapeMemory& shapes) {
+    std::set<std::uint64_t> keys;
+    const auto wakeBody = [&](std::uint64_t id) {
+        if (const auto at = groupOf_.find(id); at != groupOf_.end()) keys.insert(at->second);
+    };
+    const auto wakeAllOn = [&](const Support& support) { keys.insert(support.groups.begin(), support.groups.end()); };
+    if (std::exchange(gravity_, gravity) != gravity)
+        for (const auto& [key, group] : groups_) keys.insert(key);
+    for (const FrameBody& body : frame.bodies) {
+        const bool rests =
+            body.usable && body.free && !body.given->disturbed && body.velocity.isZero(0) && body.spin.isZero(0);
+        const bool twice = &body != frame.bodies.data() && (&body - 1)->given->id == body.given->id;
+        if (!rests && !twice) wakeBody(body.given->id);
+    }
+    for (const FramePart& part : frame.parts) {
+        const auto at = supports_.find(part.given->id);
+        if (at == supports_.end() || (&part != frame.parts.data() && (&part - 1)->given->id == part.given->id))
+            continue;
+        if (part.body == kNobody || frame.bodies[part.body].moving || part.given->tree != at->second.tree ||
+            part.given->world.matrix() != at->second.world.matrix())
+            wakeAllOn(at->second);
+    }
+    for (const std::uint64_t id : std::exchange(gone_, {})) {
+        wakeBody(id);
+        if (const auto at = supports_.find(id); at != supports_.end()) wakeAllOn(at->second);
+    }
+    std::vector<SleepingGroup> out;
+    for (const std::uint64_t key : keys) out.push_back(takeGroup(groups_.find(key), shapes));
+    return out;
+}
+
+SleepingGroup Sleepers::takeGroup(std::map<std::uint64_t, SleepingGroup>::iterator at, ShapeMemory& shapes) {
+    const std::uint64_t key = at->first;
     SleepingGroup out = std::move(at->second);
     groups_.erase(at);
     for (const std::uint64_t body : out.bodies) groupOf_.erase(body);
-    changed_ = true;
-    return out;
-}
-
-std::vector<SleepingGroup> Sleepers::takeDisturbed(const FrameBodies& frame, const Vec3d& gravity) {
-    std::vector<SleepingGroup> out;
-    for (auto at = groups_.begin(); at != groups_.end();) {
-        const auto next = std::next(at);
-        if (disturbed(at->second, frame, gravity)) out.push_back(takeGroup(at));
-        at = next;
+    for (const TriangleTree* surface : out.surfaces) shapes.release(surface);
+    for (const std::uint64_t part : out.supports) {
+        const auto support = supports_.find(part);
+        support->second.groups.erase(key);
+        if (!support->second.groups.empty()) continue;
+        shapes.release(support->second.tree);
+        supports_.erase(support);
     }
     return out;
 }
 
-SleepingGroup Sleepers::take(std::uint64_t body) {
-    return takeGroup(groups_.find(groupOf_.at(body)));
-}
-
-void Sleepers::listSupports() {
-    if (!changed_) return;
-    changed_ = false;
-    supports_.clear();
-    for (const auto& [key, group] : groups_)
-        for (const SleepingGroup::Support& s : group.supports) supports_.push_back(s.part);
-    std::sort(supports_.begin(), supports_.end());
-    supports_.erase(std::unique(supports_.begin(), supports_.end()), supports_.end());
+SleepingGroup Sleepers::take(std::uint64_t body, ShapeMemory& shapes) {
+    return takeGroup(groups_.find(groupOf_.at(body)), shapes);
 }
 
 }  // namespace tessera::dynamics

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <unordered_map>
 #include <vector>
 
@@ -15,43 +16,50 @@ namespace tessera::dynamics {
 struct SleepingGroup {
     struct Pair {
         std::uint64_t partA = 0, partB = 0;
+        std::uint64_t bodyA = 0, bodyB = 0;
         ContactLaw law = ContactLaw::kBounce;
         PairMemory memory;
-    };
-    /// A part that nothing moves and that one of them leans on, as it was.
-    struct Support {
-        std::uint64_t part = 0;
-        const TriangleTree* tree = nullptr;
-        Affine3d world = Affine3d::Identity();
     };
     std::vector<std::uint64_t> bodies;
     std::vector<Pair> pairs;          ///< encounters that have contacts: nobody need pass them while they sleep
     std::vector<PointMemory> points;  ///< of the pairs
-    std::vector<Support> supports;    ///< ascending, each once
-    Vec3d gravity = Vec3d::Zero();
+    /// Parts that nothing moves and that one of them leans on; ascending, each once.
+    std::vector<std::uint64_t> supports;
+    std::vector<const TriangleTree*> surfaces;  ///< of the bodies, held
 };
 
+/// A frame costs what it is given and what is woken, however many sleep.
 class Sleepers {
 public:
     [[nodiscard]] bool asleep(std::uint64_t body) const { return groupOf_.contains(body); }
-    /// Ascending, each once.
-    [[nodiscard]] const std::vector<std::uint64_t>& supports() const { return supports_; }
+    [[nodiscard]] std::size_t size() const { return groupOf_.size(); }
+    [[nodiscard]] bool supports(std::uint64_t part) const { return supports_.contains(part); }
+    /// Ascending.
+    [[nodiscard]] std::vector<std::uint64_t> supports() const;
 
-    void add(SleepingGroup group);
-    /// Takes out, and gives, the groups in which something is no longer as it was when they fell asleep.
-    [[nodiscard]] std::vector<SleepingGroup> takeDisturbed(const FrameBodies& frame, const Vec3d& gravity);
-    [[nodiscard]] SleepingGroup take(std::uint64_t body);
-    /// After changes: what supports() says.
-    void listSupports();
+    /// `support`: the parts that the group leans on, in their order, as they are. Says which of them nobody leaned on.
+    std::vector<std::uint64_t> add(SleepingGroup group, std::span<const RigidPart* const> support, ShapeMemory& shapes);
+    void gone(std::uint64_t id) { gone_.push_back(id); }
+    /// Takes out, and gives, the groups in which something is no longer as it was when they fell asleep: of what is in
+    /// the frame and what is gone. In the order of their first bodies.
+    [[nodiscard]] std::vector<SleepingGroup> takeDisturbed(const FrameBodies& frame, const Vec3d& gravity,
+                                                           ShapeMemory& shapes);
+    [[nodiscard]] SleepingGroup take(std::uint64_t body, ShapeMemory& shapes);
 
 private:
-    [[nodiscard]] static bool disturbed(const SleepingGroup& group, const FrameBodies& frame, const Vec3d& gravity);
-    SleepingGroup takeGroup(std::map<std::uint64_t, SleepingGroup>::iterator at);
+    /// A part as it has been since the first of them fell asleep on it: where it is elsewhere, all wake.
+    struct Support {
+        const TriangleTree* tree = nullptr;
+        Affine3d world = Affine3d::Identity();
+        std::set<std::uint64_t> groups;
+    };
+    SleepingGroup takeGroup(std::map<std::uint64_t, SleepingGroup>::iterator at, ShapeMemory& shapes);
 
     std::map<std::uint64_t, SleepingGroup> groups_;             ///< by their first body
     std::unordered_map<std::uint64_t, std::uint64_t> groupOf_;  ///< looked up, never walked
-    std::vector<std::uint64_t> supports_;
-    bool changed_ = false;
+    std::unordered_map<std::uint64_t, Support> supports_;       ///< by part
+    std::vector<std::uint64_t> gone_;
+    Vec3d gravity_ = Vec3d::Zero();
 };
 
 }  // namespace tessera::dynamics

@@ -90,6 +90,7 @@ void ObjectHandler::begin(const Aspect& aspect, bool jump) {
     endUpdate();
     (void)takeRegrouped();
     (void)takeReworded();
+    (void)takeFreeChanged();
     drawnAll_ = true;
     shapes_->forgetIdle();
 }
@@ -119,7 +120,7 @@ void ObjectHandler::seeAll(const Aspect& aspect) {
     bodyTerms_.clear();
     freeBodyNumbers_.clear();
     freeBodies_.clear();
-    ++freeBodiesVersion_;
+    freeChanged_.clear();
     interests_.clear();
     interestNumbers_.reset(0);
     interestNodes_.reset(0);

@@ -120,9 +120,10 @@ public:
     /// The free body that a Transform core carries, or kNobody.
     [[nodiscard]] std::uint32_t freeBodyOf(ObjectId transform) const;
     [[nodiscard]] std::uint32_t freeBodyOf(std::uint32_t number) const;
-    [[nodiscard]] std::span<const std::uint32_t> freeBodies() const { return freeBodies_; }  ///< ascending
-    /// Another one after each change of who is free, and of a free body's pose, shape or terms.
-    [[nodiscard]] std::uint64_t freeBodiesVersion() const { return freeBodiesVersion_; }
+    [[nodiscard]] std::span<const std::uint32_t> freeBodies() const { return freeBodies_; }  ///< in any order
+    /// Numbers of bodies that are free now, or no longer, and of free ones that have another pose, shape or terms,
+    /// since the last call, ascending; nothing where everything was made anew.
+    [[nodiscard]] std::vector<std::uint32_t> takeFreeChanged();
 
     [[nodiscard]] const InteractionTable& interactions() const { return relations_.interactions(); }
     [[nodiscard]] const RelationTable& relations() const { return relations_; }
@@ -173,6 +174,8 @@ private:
         bool touched = false;    ///< to be looked at again at the end of an update
         std::uint32_t object = kNobody, inObject = 0;  ///< its CollisionObject, and where it stands among its bodies
         std::uint32_t solids = 0;                      ///< parts that are
+        std::uint32_t inFree = kNobody;                ///< where it stands among those that are free
+        bool freeChanged = false;                      ///< listed
         struct Share {
             std::uint32_t group = 0, parts = 0;
         };
@@ -247,6 +250,8 @@ private:
     void noteReworded(std::uint32_t part);
     void noteReworded(std::span<const InterestTerms> before);
     void noteDrawn(std::uint32_t place);
+    void noteFree(std::uint32_t body);
+    void listFree(std::uint32_t body, bool free);
     void listDeformations();
     void askBelow(std::uint32_t place);
     void findFreeBodies();
@@ -295,8 +300,7 @@ private:
     std::vector<Body> bodies_;
     std::vector<BodyTerms> bodyTerms_;
     std::vector<std::uint32_t> freeBodyNumbers_;
-    std::vector<std::uint32_t> freeBodies_;  // ascending
-    std::uint64_t freeBodiesVersion_ = 0;
+    std::vector<std::uint32_t> freeBodies_, freeChanged_;
 
     std::vector<InterestTerms> interests_;
     std::uint64_t interestsVersion_ = 0;

@@ -205,7 +205,7 @@ void ObjectHandler::setBox(std::uint32_t number, const Box& box) {
     part.worldBox = box;
     if (part.body == kNobody) return;
     BodyTerms& terms = bodyTerms_[part.body];
-    if (bodies_[part.body].free()) ++freeBodiesVersion_;
+    if (bodies_[part.body].free()) noteFree(part.body);
     if (part.solid() == wasSolid) return;
     if (wasSolid) {
         ++skipped_;
@@ -284,6 +284,17 @@ void ObjectHandler::noteDrawn(std::uint32_t place) {
     drawn_.push_back(place);
 }
 
+void ObjectHandler::noteFree(std::uint32_t body) {
+    if (std::exchange(bodyTerms_[body].freeChanged, true)) return;
+    freeChanged_.push_back(body);
+}
+
+std::vector<std::uint32_t> ObjectHandler::takeFreeChanged() {
+    for (const std::uint32_t body : freeChanged_) bodyTerms_[body].freeChanged = false;
+    sortOnce(freeChanged_);
+    return std::exchange(freeChanged_, {});
+}
+
 std::vector<std::uint32_t> ObjectHandler::takeMoved() {
     for (const std::uint32_t part : movedParts_) partTerms_[part].moved = false;
     std::erase_if(movedParts_, [&](std::uint32_t part) { return !parts_[part].node; });
@@ -353,7 +364,7 @@ void ObjectHandler::settleBody(const Aspect& aspect, std::uint32_t number) {
     BodyTerms& terms = bodyTerms_[number];
     const Place& place = tree_.at(body.place);
     setObject(number, standings_[body.place].object);
-    if (body.free()) ++freeBodiesVersion_;
+    if (body.free()) noteFree(number);
     BodyShape shape = BodyShape::kTriangles;
     bool candidate = false;
     if (terms.object == kNobody) {
@@ -393,8 +404,8 @@ void ObjectHandler::settleBody(const Aspect& aspect, std::uint32_t number) {
 void ObjectHandler::removeBody(std::uint32_t number) {
     Body& body = bodies_[number];
     if (body.free()) {
-        ++freeBodiesVersion_;
-        std::erase(freeBodies_, number);
+        noteFree(number);
+        listFree(number, false);
         if (tree_.find(body.node) == body.place) askBelow(body.place);
     }
     setObject(number, kNobody);
@@ -428,7 +439,7 @@ void ObjectHandler::copyTerms(const CollisionObject& core, std::uint32_t body) {
     mine.velocity = core.velocity;
     mine.spin = core.spin;
     const double mass = bodyTerms_[body].candidate ? core.mass : 0;
-    if (mine.free()) ++freeBodiesVersion_;
+    if (mine.free()) noteFree(body);
     if (mass != bodyTerms_[body].mass) candidates_.push_back(body);
     bodyTerms_[body].mass = mass;
 }
@@ -456,7 +467,6 @@ void ObjectHandler::askBelow(std::uint32_t place) {
 
 void ObjectHandler::findFreeBodies() {
     if (candidates_.empty()) return;
-    bool changed = false;
     while (!candidates_.empty()) {
         std::vector<std::uint32_t> asked = std::exchange(candidates_, {});
         sortOnce(asked);
@@ -470,18 +480,27 @@ void ObjectHandler::findFreeBodies() {
             Body& body = bodies_[number];
             const bool was = body.free(), free = mayBeFree(body, bodyTerms_[number]);
             const double mass = free ? bodyTerms_[number].mass : 0;
-            if (mass != body.mass) ++freeBodiesVersion_;
+            if (mass != body.mass) noteFree(number);
             body.mass = mass;
             body.transform = free ? tree_.at(body.place).transform : ObjectId{};
             if (free == was) continue;
-            changed = true;
-            if (free) freeBodies_.push_back(number);
+            listFree(number, free);
             askBelow(body.place);
         }
     }
-    if (!changed) return;
-    std::erase_if(freeBodies_, [&](std::uint32_t body) { return !bodies_[body].free(); });
-    sortOnce(freeBodies_);
+}
+
+void ObjectHandler::listFree(std::uint32_t body, bool free) {
+    std::uint32_t& at = bodyTerms_[body].inFree;
+    if (free) {
+        at = static_cast<std::uint32_t>(freeBodies_.size());
+        freeBodies_.push_back(body);
+        return;
+    }
+    bodyTerms_[freeBodies_.back()].inFree = at;
+    freeBodies_[at] = freeBodies_.back();
+    freeBodies_.pop_back();
+    at = kNobody;
 }
 
 }  // namespace tessera

@@ -146,7 +146,7 @@ bool CollisionPipeline::Impl::sameAsBefore(const Step& step) const {
     const auto stays = [](const auto& told) { return told.phase == Phase::kStays; };
     return result.accepted.empty() && result.velocities.empty() && result.stopped.empty() && result.questions.empty() &&
            questions.empty() && incomplete.empty() && result.contactsBegun == 0 &&
-           (bodies.free().empty() || bodies.resting()) && std::ranges::all_of(result.events, stays) &&
+           (!bodies.any() || bodies.resting()) && std::ranges::all_of(result.events, stays) &&
            std::ranges::all_of(result.distances, stays) && result.counters.eventsLeftOut == 0;
 }
 
@@ -163,10 +163,10 @@ void CollisionPipeline::Impl::admitWishes(const Aspect& committed, std::span<con
         wanted = wishes;
     }
     admit(committed, handler, wanted, step.result, admitted);
-    std::vector<ObjectId> held;
+    std::vector<std::uint32_t> held;
     for (const Mover& mover : admitted)
-        if (handler.freeBodyOf(mover.number) != kNobody) held.push_back(mover.wish.transform);
-    bodies.begin(handler, held);
+        if (const std::uint32_t body = handler.freeBodyOf(mover.number); body != kNobody) held.push_back(body);
+    bodies.begin(handler, std::move(held));
     for (const Mover& mover : admitted) {
         const PartTraits& traits = neighbourhood.traitsCarried(handler, mover.number);
         if (traits.obstructed || traits.dynamic) {
@@ -334,7 +334,8 @@ void CollisionPipeline::Impl::moveFreeBodies(const Aspect& committed, double sec
         bodies.advance(committed, handler, memory, step.startWorlds, seconds, step.work);
     for (const NotLookedAt& pair : outcome.notLookedAt) notLookedAt(pair.nodeA, pair.nodeB, pair.reason, step);
     step.result.counters.asleep = outcome.asleep;
-    step.result.counters.freeBodies = bodies.free().size();
+    step.result.counters.freeBodies = bodies.count();
+    step.result.counters.handedOver = outcome.handedOver;
     for (const FreeBodies::Moved& moved : outcome.moved) {
         Mover mover;
         mover.wish.transform = handler.bodies()[moved.body].transform;

@@ -16,6 +16,11 @@ Pose poseOf(const Transform& t) {
     return {t.translation, t.rotation, t.scale};
 }
 
+void sortOnce(std::vector<std::uint32_t>& numbers) {
+    if (!std::ranges::is_sorted(numbers)) std::ranges::sort(numbers);
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
 /// What moves a part from one pose to another in some seconds, as the velocity of its origin and a spin about it.
 void setVelocity(RigidBody& body, const Affine3d& start, const Affine3d& end, double seconds) {
     body.anchor = start.translation();
@@ -35,29 +40,47 @@ std::uint64_t FreeBodies::versionOf(const ObjectHandler& handler, const Body& bo
     return sum;
 }
 
-const FreeBodies::Left* FreeBodies::leftOf(std::uint32_t body, ObjectId core) const {
-    const auto left = std::ranges::lower_bound(left_, body, {}, &Left::body);
-    if (left != left_.end() && left->body == body && left->core == core) return &*left;
-    if (!std::exchange(leftIndexed_, true)) {
-        leftOfCore_.reset(left_.size());
-        for (std::uint32_t i = 0; i < left_.size(); ++i) leftOfCore_.insert(left_[i].core, i);
+void FreeBodies::noteMoved(std::span<const std::uint32_t> parts) {
+    for (const std::uint32_t part : parts)
+        if (part < supportOf_.size() && supportOf_[part]) suspects_.push_back(std::exchange(supportOf_[part], {}));
+}
+
+void FreeBodies::forget(std::uint32_t slot) {
+    stage_.gone(known_[slot].core.value);
+    slotOfCore_.erase(known_[slot].core);
+    known_[slot] = {};
+    freeSlots_.push_back(slot);
+}
+
+/// A body that is free in this frame; what is known of it by its core.
+void FreeBodies::attach(std::uint32_t number, const ObjectHandler& handler, bool disturbed) {
+    const Body& body = handler.bodies()[number];
+    std::uint32_t slot = slotOfCore_.find(body.core);
+    if (slot == IdTable::kNone) {
+        if (freeSlots_.empty()) {
+            slot = static_cast<std::uint32_t>(known_.size());
+            known_.emplace_back();
+        } else {
+            slot = freeSlots_.back();
+            freeSlots_.pop_back();
+        }
+        slotOfCore_.insert(body.core, slot);
+        known_[slot].core = body.core;
+        disturbed = true;
     }
-    const std::uint32_t number = leftOfCore_.find(core);
-    return number == IdTable::kNone ? nullptr : &left_[number];
+    Known& known = known_[slot];
+    if (known.body != kNobody && known.body != number) slotOfBody_[known.body] = kNobody;
+    known.body = number;
+    slotOfBody_[number] = slot;
+    // What cannot be met has nothing that says where its mass is either: such a body is not free for the handler.
+    known.disturbed = known.disturbed || disturbed || known.poseVersion != versionOf(handler, body) ||
+                      known.velocity != body.velocity || known.spin != body.spin || known.mass != body.mass ||
+                      known.restitution != body.restitution || known.friction != body.friction;
+    known.asleep = !known.disturbed && stage_.asleep(body.core.value);
+    if (!known.asleep) awake_.push_back(number);
 }
 
-bool FreeBodies::supports(const ObjectHandler& handler, std::uint32_t part) const {
-    const std::uint64_t id = handler.parts()[part].node.value;
-    const auto at = std::ranges::lower_bound(supports_, id, {}, &std::pair<std::uint64_t, std::uint64_t>::first);
-    return at != supports_.end() && at->first == id;
-}
-
-void FreeBodies::noteMoved(const ObjectHandler& handler, std::span<const std::uint32_t> parts, bool others) {
-    supportsStand_ = supportsStand_ && !others &&
-                     std::ranges::none_of(parts, [&](std::uint32_t part) { return supports(handler, part); });
-}
-
-void FreeBodies::begin(const ObjectHandler& handler, std::span<const ObjectId> held) {
+void FreeBodies::begin(ObjectHandler& handler, std::vector<std::uint32_t> held) {
     const std::span<const Body> bodies = handler.bodies();
     bool othersMatter = std::exchange(rulesChanged_, false);
     if (interestsVersion_ != handler.interestsVersion()) {
@@ -69,33 +92,55 @@ void FreeBodies::begin(const ObjectHandler& handler, std::span<const ObjectId> h
         responses_ = std::move(responses);
     }
     changed_.clear();
+    now_.clear();
     const bool sameBodies = generation_ == handler.generation();
-    unchanged_ = allAsleep_ && !othersMatter && held.empty() && !anyHeld_ && sameBodies &&
-                 version_ == handler.freeBodiesVersion();
+    std::vector<std::uint32_t> look = handler.takeFreeChanged();
+    unchanged_ = allAsleep_ && !othersMatter && held.empty() && held_.empty() && sameBodies && look.empty();
     if (unchanged_) return;
-    anyHeld_ = !held.empty();
-    generation_ = handler.generation();
-    if (!sameBodies) roles_.clear();
-    for (const std::uint32_t body : free_)
-        if (body < roles_.size()) roles_[body] = Role::kOther;
-    roles_.resize(std::max(roles_.size(), bodies.size()), Role::kOther);
-    disturbed_.resize(roles_.size(), false);
-    const std::vector<std::uint32_t> before = std::exchange(free_, {});
     told_ = false;
-    allAsleep_ = true;
-    for (const std::uint32_t i : handler.freeBodies()) {
-        const Body& body = bodies[i];
-        if (std::ranges::binary_search(held, body.transform)) continue;
-        // What cannot be met has nothing that says where its mass is either: such a body is not free for the handler.
-        const Left* left = leftOf(i, body.core);
-        disturbed_[i] = left == nullptr || othersMatter || left->poseVersion != versionOf(handler, body) ||
-                        left->velocity != body.velocity || left->spin != body.spin || left->mass != body.mass ||
-                        left->restitution != body.restitution || left->friction != body.friction;
-        roles_[i] = !disturbed_[i] && stage_.asleep(body.core.value) ? Role::kAsleep : Role::kAwake;
-        allAsleep_ = allAsleep_ && roles_[i] == Role::kAsleep;
-        free_.push_back(i);
+    std::ranges::sort(held);
+    std::vector<std::uint32_t> orphans;  // slots
+    if (!sameBodies) {
+        generation_ = handler.generation();
+        slotOfBody_.clear();
+        for (std::uint32_t slot = 0; slot < known_.size(); ++slot) {
+            known_[slot].body = kNobody;
+            if (known_[slot].core) orphans.push_back(slot);
+        }
+        supportOf_.clear();
+        for (const std::uint64_t id : stage_.supports()) suspects_.emplace_back(id);
+        look.assign(handler.freeBodies().begin(), handler.freeBodies().end());
+    } else {
+        for (const std::vector<std::uint32_t>* more : {&again_, &carried_, &held, &held_})
+            look.insert(look.end(), more->begin(), more->end());
+        if (othersMatter)
+            for (const Known& known : known_)
+                if (known.core) look.push_back(known.body);
     }
-    std::ranges::set_symmetric_difference(before, free_, std::back_inserter(changed_));
+    carried_.clear();
+    sortOnce(look);
+    slotOfBody_.resize(std::max(slotOfBody_.size(), bodies.size()), kNobody);
+    const auto free = [&](std::uint32_t body) {
+        return bodies[body].free() && !std::ranges::binary_search(held, body);
+    };
+    if (sameBodies)
+        for (const std::uint32_t body : look)
+            if (isFree(body) != free(body)) changed_.push_back(body);
+    for (const std::uint32_t body : look) {
+        const std::uint32_t slot = slotOfBody_[body];
+        if (slot == kNobody || (free(body) && known_[slot].core == bodies[body].core)) continue;
+        known_[slot].body = slotOfBody_[body] = kNobody;
+        orphans.push_back(slot);
+    }
+    awake_.clear();
+    for (const std::uint32_t body : look)
+        if (free(body)) attach(body, handler, othersMatter);
+    for (const std::uint32_t slot : orphans)
+        if (known_[slot].body == kNobody) forget(slot);
+    held_ = std::move(held);
+    allAsleep_ = awake_.empty();
+    again_ = awake_;
+    now_ = std::move(look);
 }
 
 Box FreeBodies::reach(const ObjectHandler& handler, std::uint32_t part, double seconds) const {
@@ -113,18 +158,14 @@ Box FreeBodies::reach(const ObjectHandler& handler, std::uint32_t part, double s
     return box;
 }
 
-/// The number of a part in what is handed to the stage. What is not free goes part by part: parts of one body may move
-/// in different ways.
-std::uint32_t FreeBodies::rigidPart(const ObjectHandler& handler, std::uint32_t index, const StartWorlds& startWorlds,
-                                    double seconds) {
-    if (rigidPartOf_[index] != kNobody) return rigidPartOf_[index];
+/// What is not free goes part by part: parts of one body may move in different ways.
+void FreeBodies::describePart(const ObjectHandler& handler, std::uint32_t index, const StartWorlds& startWorlds,
+                              double seconds, RigidBody& body, RigidPart& rigid) {
     const Part& part = handler.parts()[index];
     const Body& of = handler.bodies()[part.body];
-    RigidBody body;
     body.id = part.node.value;
     body.restitution = of.restitution;
     body.friction = of.friction;
-    RigidPart rigid;
     rigid.id = part.node.value;
     rigid.tree = &part.shape->tree;
     rigid.hull = part.shape->hull ? &*part.shape->hull : nullptr;
@@ -133,12 +174,69 @@ std::uint32_t FreeBodies::rigidPart(const ObjectHandler& handler, std::uint32_t 
         rigid.world = start->second;
         setVelocity(body, start->second, part.world, seconds);
     }
-    rigid.body = static_cast<std::uint32_t>(bodies_.size());
+}
+
+/// A free body, with all its parts.
+void FreeBodies::describe(const ObjectHandler& handler, std::uint32_t number, RigidBody& rigid,
+                          std::vector<RigidPart>& parts) const {
+    const Body& body = handler.bodies()[number];
+    rigid.id = body.core.value;
+    rigid.mass = body.mass;
+    rigid.restitution = body.restitution;
+    rigid.friction = body.friction;
+    rigid.velocity = body.velocity;
+    rigid.spin = body.spin;
+    rigid.disturbed = known_[slotOfBody_[number]].disturbed;
+    for (const std::uint32_t index : body.parts) {
+        const Part& part = handler.parts()[index];
+        if (part.solid())
+            parts.push_back(
+                {part.node.value, 0, &part.shape->tree, part.shape->hull ? &*part.shape->hull : nullptr, part.world});
+    }
+}
+
+RigidBody& FreeBodies::nextBody(std::uint32_t number) {
+    if (bodies_.size() == bodyOf_.size()) bodies_.emplace_back();
+    RigidBody& body = bodies_[bodyOf_.size()];
+    bodyOf_.push_back(number);
+    std::vector<std::uint32_t> parts = std::move(body.parts);
+    parts.clear();
+    body = {};
+    body.parts = std::move(parts);
+    return body;
+}
+
+void FreeBodies::give(const ObjectHandler& handler, std::uint32_t number) {
+    const auto place = static_cast<std::uint32_t>(bodyOf_.size());
+    RigidBody& rigid = nextBody(number);
+    auto next = static_cast<std::uint32_t>(parts_.size());
+    describe(handler, number, rigid, parts_);
+    for (const std::uint32_t index : handler.bodies()[number].parts) {
+        if (!handler.parts()[index].solid()) continue;
+        rigidPartOf_[index] = next;
+        given_.push_back(index);
+        rigid.parts.push_back(next);
+        parts_[next++].body = place;
+    }
+}
+
+/// The number of a part in what is handed to the stage.
+std::uint32_t FreeBodies::rigidPart(const ObjectHandler& handler, std::uint32_t index, const StartWorlds& startWorlds,
+                                    double seconds) {
+    if (rigidPartOf_[index] != kNobody) return rigidPartOf_[index];
+    const std::uint32_t body = handler.parts()[index].body;
+    if (isFree(body)) {
+        give(handler, body);
+        return rigidPartOf_[index];
+    }
+    const auto place = static_cast<std::uint32_t>(bodyOf_.size());
+    RigidBody& rigid = nextBody(kNobody);
     rigidPartOf_[index] = static_cast<std::uint32_t>(parts_.size());
     given_.push_back(index);
-    body.parts.push_back(rigidPartOf_[index]);
-    parts_.push_back(rigid);
-    bodies_.push_back(std::move(body));
+    RigidPart& part = parts_.emplace_back();
+    part.body = place;
+    rigid.parts.push_back(rigidPartOf_[index]);
+    describePart(handler, index, startWorlds, seconds, rigid, part);
     return rigidPartOf_[index];
 }
 
@@ -147,53 +245,72 @@ void FreeBodies::gather(const ObjectHandler& handler, PairMemory& memory, const 
     for (const std::uint32_t part : given_) rigidPartOf_[part] = kNobody;
     given_.clear();
     rigidPartOf_.resize(std::max(rigidPartOf_.size(), parts.size()), kNobody);
-    bodies_.resize(free_.size());
+    bodyOf_.clear();
     parts_.clear();
     encounters_.clear();
-    for (std::uint32_t i = 0; i < free_.size(); ++i) {
-        const Body& from = handler.bodies()[free_[i]];
-        RigidBody& body = bodies_[i];
-        body.id = from.core.value;
-        body.mass = from.mass;
-        body.restitution = from.restitution;
-        body.friction = from.friction;
-        body.velocity = from.velocity;
-        body.spin = from.spin;
-        body.disturbed = disturbed_[free_[i]];
-        body.parts.clear();
-        for (const std::uint32_t index : from.parts) {
-            const Part& part = parts[index];
-            if (!part.solid()) continue;
-            rigidPartOf_[index] = static_cast<std::uint32_t>(parts_.size());
-            given_.push_back(index);
-            body.parts.push_back(rigidPartOf_[index]);
-            parts_.push_back(
-                {part.node.value, i, &part.shape->tree, part.shape->hull ? &*part.shape->hull : nullptr, part.world});
-        }
-    }
+    for (const std::uint32_t body : awake_) give(handler, body);
     const auto meet = [&](const PairState& pair) {
-        const std::uint32_t bodyA = parts[pair.a].body, bodyB = parts[pair.b].body;
-        const auto still = [&](std::uint32_t body, std::uint32_t part) {
-            return isFree(body) ? asleep(body) : !startWorlds.contains(part);
-        };
-        if (still(bodyA, pair.a) && still(bodyB, pair.b)) return;
         const Relation relation = handler.relation(pair.a, pair.b);
         if (relation.response == Interest::kReport) return;
         const std::uint32_t a = rigidPart(handler, pair.a, startWorlds, seconds);
         const std::uint32_t b = rigidPart(handler, pair.b, startWorlds, seconds);
         encounters_.push_back({a, b, lawOf(relation.response)});
     };
-    for (const std::uint32_t body : free_)
+    const auto isAwake = [&](std::uint32_t part) { return isFree(parts[part].body) && !asleep(parts[part].body); };
+    for (const std::uint32_t body : awake_)
         for (const std::uint32_t part : handler.bodies()[body].parts)
             for (const std::uint32_t number : memory.pairsOf(part)) {
                 const PairState& pair = memory.states()[number];
-                // Of two free ones once.
-                if (part == pair.a || !isFree(parts[pair.a].body)) meet(pair);
+                // Of two that are awake once.
+                if (part == pair.a || !isAwake(pair.a)) meet(pair);
             }
-    for (const std::uint64_t id : stage_.supports())
-        if (const std::uint32_t part = handler.partOf(ObjectId{id}); part != kNobody && parts[part].solid())
-            rigidPart(handler, part, startWorlds, seconds);
+    for (const auto& [part, start] : startWorlds) {
+        if (isFree(parts[part].body)) continue;
+        for (const std::uint32_t number : memory.pairsOf(part)) {
+            const PairState& pair = memory.states()[number];
+            if (asleep(parts[pair.a == part ? pair.b : pair.a].body)) meet(pair);
+        }
+        if (stage_.supports(parts[part].node.value)) rigidPart(handler, part, startWorlds, seconds);
+    }
+    for (const ObjectId id : suspects_) {
+        const std::uint32_t part = handler.partOf(id);
+        if (part == kNobody || !parts[part].solid()) {
+            stage_.gone(id.value);
+            continue;
+        }
+        rigidPart(handler, part, startWorlds, seconds);
+        supportOf_.resize(std::max(supportOf_.size(), parts.size()));
+        if (stage_.supports(id.value)) supportOf_[part] = id;
+    }
+    suspects_.clear();
 }
+
+/// Those that sleep are not handed over: the stage asks for them where something wakes them.
+struct FreeBodies::Sleepers final : RigidSource {
+    Sleepers(const FreeBodies& b, const ObjectHandler& h, const StartWorlds& s, double t)
+        : bodies(b), handler(h), startWorlds(s), seconds(t) {}
+
+    bool body(std::uint64_t id, RigidBody& body, std::vector<RigidPart>& parts) override {
+        const std::uint32_t slot = bodies.slotOfCore_.find(ObjectId{id});
+        if (slot == IdTable::kNone) return false;
+        bodies.describe(handler, bodies.known_[slot].body, body, parts);
+        return true;
+    }
+    bool support(std::uint64_t id, RigidBody& body, std::vector<RigidPart>& parts) override {
+        const std::uint32_t part = handler.partOf(ObjectId{id});
+        if (part == kNobody || !handler.parts()[part].solid()) return false;
+        if (const std::uint32_t of = handler.parts()[part].body; bodies.isFree(of))
+            bodies.describe(handler, of, body, parts);
+        else
+            describePart(handler, part, startWorlds, seconds, body, parts.emplace_back());
+        return true;
+    }
+
+    const FreeBodies& bodies;
+    const ObjectHandler& handler;
+    const StartWorlds& startWorlds;
+    double seconds;
+};
 
 /// Whether the stage has to be told of any pair.
 bool FreeBodies::mayMeet(const ObjectHandler& handler, PairMemory& memory, const StartWorlds& startWorlds) const {
@@ -207,56 +324,52 @@ bool FreeBodies::mayMeet(const ObjectHandler& handler, PairMemory& memory, const
     });
 }
 
-bool FreeBodies::sameSupports(const ObjectHandler& handler, const StartWorlds& startWorlds) {
-    noteMoved(handler, {}, std::ranges::any_of(startWorlds, [&](const auto& start) { return supports(handler, start.first); }));
-    supportsStand_ =
-        supportsStand_ || std::ranges::all_of(supports_, [&](const std::pair<std::uint64_t, std::uint64_t>& support) {
-            const std::uint32_t part = handler.partOf(ObjectId{support.first});
-            return part != kNobody && handler.parts()[part].poseVersion == support.second;
-        });
-    return supportsStand_;
-}
-
-void FreeBodies::noteSupports(const ObjectHandler& handler, const StartWorlds& startWorlds) {
-    supports_.clear();
-    supportsStand_ = false;
-    for (const std::uint64_t id : stage_.supports()) {
-        const std::uint32_t part = handler.partOf(ObjectId{id});
-        const bool stands = part != kNobody && !startWorlds.contains(part);
-        supports_.emplace_back(id, stands ? handler.parts()[part].poseVersion : 0);
-    }
-}
-
 FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHandler& handler,
                                         PairMemory& memory, const StartWorlds& startWorlds, double seconds,
                                         QueryWork& work) {
     Outcome outcome;
-    if (free_.empty()) return outcome;
+    if (!any()) return outcome;
+    const bool supportMoves = std::ranges::any_of(
+        startWorlds, [&](const auto& start) { return stage_.supports(handler.parts()[start.first].node.value); });
     // Sleepers whom nothing comes near sleep on: nobody need be asked.
-    if (unchanged_ && told_ && gravity_ == handler.gravity() && sameSupports(handler, startWorlds) &&
+    if (unchanged_ && told_ && gravity_ == handler.gravity() && suspects_.empty() && !supportMoves &&
         !mayMeet(handler, memory, startWorlds)) {
-        outcome.asleep = free_.size();
+        outcome.asleep = count();
         return outcome;
     }
     gather(handler, memory, startWorlds, seconds);
-    const RigidFrame frame = stage_.advance(bodies_, parts_, encounters_, handler.gravity(), seconds, work);
+    Sleepers sleepers(*this, handler, startWorlds, seconds);
+    const RigidFrame frame = stage_.advance(std::span(bodies_).first(bodyOf_.size()), parts_, encounters_,
+                                            handler.gravity(), seconds, work, &sleepers);
     outcome.asleep = frame.asleep;
     told_ = true;
-    allAsleep_ = allAsleep_ && frame.asleep == free_.size();
+    allAsleep_ = allAsleep_ && frame.asleep == count();
     gravity_ = handler.gravity();
-    noteSupports(handler, startWorlds);
-    for (const RigidEncounter& encounter : frame.notLookedAt)
-        outcome.notLookedAt.push_back(
-            {ObjectId{parts_[encounter.partA].id}, ObjectId{parts_[encounter.partB].id}, NotLookedAt::Reason::kWork});
-    for (std::uint32_t i = 0; i < free_.size(); ++i) {
-        const Body& body = handler.bodies()[free_[i]];
+    for (const std::uint64_t id : frame.supports) {
+        const std::uint32_t part = handler.partOf(ObjectId{id});
+        supportOf_.resize(std::max(supportOf_.size(), handler.parts().size()));
+        supportOf_[part] = ObjectId{id};
+    }
+    for (const RigidFrame::Left& pair : frame.notLookedAt)
+        outcome.notLookedAt.push_back({ObjectId{pair.partA}, ObjectId{pair.partB}, NotLookedAt::Reason::kWork});
+    for (const std::uint64_t id : frame.fetched) {
+        const std::uint32_t slot = slotOfCore_.find(ObjectId{id});
+        bodyOf_.push_back(slot == IdTable::kNone ? kNobody : known_[slot].body);
+    }
+    outcome.handedOver = bodyOf_.size();
+    for (std::size_t i = 0; i < bodyOf_.size(); ++i) {
+        if (bodyOf_[i] == kNobody) continue;
+        Known& known = known_[slotOfBody_[bodyOf_[i]]];
+        known.disturbed = false;
+        if (known.asleep) again_.push_back(bodyOf_[i]);
+        const Body& body = handler.bodies()[bodyOf_[i]];
         const RigidMotion& motion = frame.motions[i];
         if (motion.velocity != body.velocity || motion.spin != body.spin)
             outcome.velocities.push_back({body.core, motion.velocity, motion.spin});
         if (motion.world_T_before.matrix() == Isometry3d::Identity().matrix()) continue;
         const Transform* transform = committed.get<Transform>(body.transform);
         if (transform == nullptr) continue;
-        Moved moved{.body = free_[i], .way = {.start = poseOf(*transform), .end = poseOf(*transform)}};
+        Moved moved{.body = bodyOf_[i], .way = {.start = poseOf(*transform), .end = poseOf(*transform)}};
         const std::uint32_t parent = handler.places()[body.place].parent;
         const Affine3d above = parent == Place::kNone ? Affine3d(Affine3d::Identity()) : handler.places()[parent].world;
         // Above is rigid but for one scale: what it does to a rotation is a change of axes.
@@ -268,6 +381,7 @@ FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHan
                 .normalized();
         if (possible(moved.way.end)) outcome.moved.push_back(std::move(moved));
     }
+    sortOnce(again_);
     std::ranges::sort(outcome.moved, {}, [&](const Moved& m) { return handler.bodies()[m.body].transform; });
     std::ranges::sort(outcome.velocities, {}, &BodyVelocity::core);
     return outcome;
@@ -297,19 +411,32 @@ std::vector<BodyVelocity> FreeBodies::letGo(const ObjectHandler& handler,
     return out;
 }
 
-void FreeBodies::end(const ObjectHandler& handler, std::span<const BodyVelocity> velocities) {
-    version_ = handler.freeBodiesVersion();
-    if (unchanged_ && allAsleep_) return;
-    left_.clear();
-    leftIndexed_ = false;
-    for (const std::uint32_t index : free_) {
-        const Body& body = handler.bodies()[index];
-        Left& now = left_.emplace_back(Left{body.core, index, versionOf(handler, body), body.velocity, body.spin,
-                                            body.mass, body.restitution, body.friction});
-        const auto velocity = std::ranges::lower_bound(velocities, body.core, {}, &BodyVelocity::core);
-        if (velocity == velocities.end() || velocity->core != body.core) continue;
-        now.velocity = velocity->velocity;
-        now.spin = velocity->spin;
+void FreeBodies::end(ObjectHandler& handler, std::span<const BodyVelocity> velocities) {
+    const std::vector<std::uint32_t> moved = handler.takeFreeChanged();
+    if (unchanged_ && allAsleep_) {
+        carried_.insert(carried_.end(), moved.begin(), moved.end());
+        sortOnce(carried_);
+        return;
+    }
+    for (const std::span<const std::uint32_t> some :
+         {std::span(std::as_const(now_)), std::span(std::as_const(carried_)), std::span(moved)})
+        for (const std::uint32_t index : some) {
+            if (!isFree(index)) continue;
+            const Body& body = handler.bodies()[index];
+            Known& now = known_[slotOfBody_[index]];
+            now.poseVersion = versionOf(handler, body);
+            now.velocity = body.velocity;
+            now.spin = body.spin;
+            now.mass = body.mass;
+            now.restitution = body.restitution;
+            now.friction = body.friction;
+        }
+    carried_.clear();
+    for (const BodyVelocity& velocity : velocities) {
+        const std::uint32_t slot = slotOfCore_.find(velocity.core);
+        if (slot == IdTable::kNone) continue;
+        known_[slot].velocity = velocity.velocity;
+        known_[slot].spin = velocity.spin;
     }
 }
 

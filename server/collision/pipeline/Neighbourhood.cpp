@@ -91,7 +91,8 @@ bool Neighbourhood::find(ObjectHandler& handler, std::span<const Mover> ways, Fr
     std::vector<std::uint32_t> stale = moved;
     stale.insert(stale.end(), later_.begin(), later_.end());
     std::erase_if(stale, [&](std::uint32_t part) { return part >= parts.size(); });
-    bodies.noteMoved(handler, stale, !regrouped.empty());
+    bodies.noteMoved(stale);
+    bodies.noteMoved(regrouped);
     stale.insert(stale.end(), reworded.begin(), reworded.end());
     later_.clear();
     std::vector<std::uint32_t> travelling;
@@ -100,14 +101,10 @@ bool Neighbourhood::find(ObjectHandler& handler, std::span<const Mover> ways, Fr
     sortOnce(travelling);
     std::vector<std::uint32_t> grown = travelling;
     const bool afresh = generation_ != handler.generation();
-    // As long as free bodies rest their boxes are still large enough.
-    if (!bodies.resting() || afresh) {
-        stale.insert(stale.end(), free_.begin(), free_.end());
-        free_.clear();
-        for (const std::uint32_t body : bodies.free())
-            free_.insert(free_.end(), handler.bodies()[body].parts.begin(), handler.bodies()[body].parts.end());
-        stale.insert(stale.end(), free_.begin(), free_.end());
-    }
+    // Those of sleepers are still large enough.
+    for (const std::span<const std::uint32_t> some : {bodies.awake(), bodies.changed()})
+        for (const std::uint32_t body : some)
+            stale.insert(stale.end(), handler.bodies()[body].parts.begin(), handler.bodies()[body].parts.end());
     for (const Deformation& deformation : handler.deformations()) grown.push_back(deformation.part);
     sortOnce(grown);
 

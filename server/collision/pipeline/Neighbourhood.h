@@ -56,7 +56,6 @@ private:
     std::vector<Known> carried_;        // per transform
     std::vector<Box> boxes_;            // per part, as the finder has them
     std::vector<std::uint32_t> grown_;  // parts whose boxes are larger than they are themselves
-    std::vector<std::uint32_t> free_;   // of those: parts of free bodies
     std::vector<std::uint32_t> later_;
     // Kept for their memory.
     std::vector<std::uint32_t> items_;

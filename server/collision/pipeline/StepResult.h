@@ -109,6 +109,7 @@ struct StepCounters {
     std::size_t skipped = 0;        ///< of those: absent, malformed or flattened by a zero scale; they meet nothing
     std::size_t freeBodies = 0;     ///< bodies that gravity and impulses move
     std::size_t asleep = 0;         ///< of those: at rest
+    std::size_t handedOver = 0;     ///< bodies, free or not, that the rigid-body stage looked at
     std::size_t neighbours = 0;     ///< pairs whose boxes (swept over the motion) meet
     std::uint64_t pairsTested = 0;  ///< queries of the pairwise stage
     std::uint64_t boxTests = 0;

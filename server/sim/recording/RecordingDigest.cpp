@@ -111,8 +111,9 @@ FrameDigest digestOf(const FrameResult& frame) {
     at(DigestPart::kChanges) = {.count = frame.commit.list ? frame.commit.list->changeCount() : 0,
                                 .hash = frame.commit.sent->changed() ? hash64(frame.commit.sent->encoded) : 0};
 
-    const auto& [objects, skipped, freeBodies, asleep, neighbours, pairsTested, boxTests, triangleTests, leftUndecided,
-                 contactsLeftOut, eventsLeftOut, unanswered] = counters;
+    // (How many bodies were handed over is no result.)
+    const auto& [objects, skipped, freeBodies, asleep, handedOver, neighbours, pairsTested, boxTests, triangleTests,
+                 leftUndecided, contactsLeftOut, eventsLeftOut, unanswered] = counters;
     digest.counters = {contactsBegun,   objects,       skipped,   freeBodies,    asleep,
                        neighbours,      pairsTested,   boxTests,  triangleTests, leftUndecided,
                        contactsLeftOut, eventsLeftOut, unanswered};

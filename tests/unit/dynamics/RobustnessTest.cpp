@@ -175,9 +175,9 @@ TEST(BadInput, WhatALimitLeavesUnknownStaysWhereItIs) {
     const RigidFrame out = h.w.stage->advance(h.w.bodies, h.w.parts, h.w.encounters, h.w.gravity, kFrame, little);
     ASSERT_FALSE(out.notLookedAt.empty());
     EXPECT_LT(out.notLookedAt.size(), h.w.encounters.size());
-    for (const RigidEncounter& e : out.notLookedAt)
-        for (const std::uint32_t p : {e.partA, e.partB}) {
-            const std::uint32_t body = h.w.parts[p].body;
+    for (const RigidFrame::Left& pair : out.notLookedAt)
+        for (const std::uint64_t id : {pair.partA, pair.partB}) {
+            const std::uint32_t body = std::ranges::find(h.w.parts, id, &RigidPart::id)->body;
             if (h.w.bodies[body].mass == 0) continue;
             EXPECT_TRUE(out.motions[body].world_T_before.matrix() == Mat4d::Identity());
             EXPECT_EQ(out.motions[body].velocity, h.w.bodies[body].velocity);

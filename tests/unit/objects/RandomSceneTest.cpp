@@ -132,7 +132,7 @@ void expectSame(const Aspect& aspect, const ObjectHandler& a, const ObjectHandle
         ASSERT_EQ(mine == kNobody, other == kNobody) << "#" << id.value;
         if (mine == kNobody) continue;
         ASSERT_EQ(a.bodies()[mine].node, b.bodies()[other].node);
-        ASSERT_TRUE(std::ranges::binary_search(a.freeBodies(), mine));
+        ASSERT_TRUE(std::ranges::find(a.freeBodies(), mine) != a.freeBodies().end());
     }
     EXPECT_EQ(a.gravity(), b.gravity());
     EXPECT_EQ(a.partsSkipped(), b.partsSkipped());

@@ -86,6 +86,14 @@ TEST(Sleep, EndsWhereTheOneBelowIsPutElsewhere) {
     EXPECT_TRUE(scene.falls());
 }
 
+TEST(Sleep, EndsWhereItIsPutElsewhereWhileTimeStands) {
+    Sleeping scene;
+    ASSERT_EQ(scene.asleep(), 2u);
+    scene.commit({.transform = scene.above.transform, .translation = Vec3d(0, 3, 0)});
+    for (int frames = 0; frames < 3; ++frames) (void)scene.pipeline.step(scene.aspect, {}, {}, 0);
+    EXPECT_TRUE(scene.falls());
+}
+
 TEST(Sleep, EndsWhereSomethingPushes) {
     Sleeping scene;
     ASSERT_EQ(scene.asleep(), 2u);
