@@ -111,13 +111,12 @@ void FreeBodies::begin(ObjectHandler& handler, std::vector<std::uint32_t> held) 
         for (const std::uint64_t id : stage_.supports()) suspects_.emplace_back(id);
         look.assign(handler.freeBodies().begin(), handler.freeBodies().end());
     } else {
-        for (const std::vector<std::uint32_t>* more : {&again_, &carried_, &held, &held_})
+        for (const std::vector<std::uint32_t>* more : {&again_, &held, &held_})
             look.insert(look.end(), more->begin(), more->end());
         if (othersMatter)
             for (const Known& known : known_)
                 if (known.core) look.push_back(known.body);
     }
-    carried_.clear();
     sortOnce(look);
     slotOfBody_.resize(std::max(slotOfBody_.size(), bodies.size()), kNobody);
     const auto free = [&](std::uint32_t body) {
@@ -413,13 +412,7 @@ std::vector<BodyVelocity> FreeBodies::letGo(const ObjectHandler& handler,
 
 void FreeBodies::end(ObjectHandler& handler, std::span<const BodyVelocity> velocities) {
     const std::vector<std::uint32_t> moved = handler.takeFreeChanged();
-    if (unchanged_ && allAsleep_) {
-        carried_.insert(carried_.end(), moved.begin(), moved.end());
-        sortOnce(carried_);
-        return;
-    }
-    for (const std::span<const std::uint32_t> some :
-         {std::span(std::as_const(now_)), std::span(std::as_const(carried_)), std::span(moved)})
+    for (const std::span<const std::uint32_t> some : {std::span(std::as_const(now_)), std::span(moved)})
         for (const std::uint32_t index : some) {
             if (!isFree(index)) continue;
             const Body& body = handler.bodies()[index];
@@ -431,7 +424,13 @@ void FreeBodies::end(ObjectHandler& handler, std::span<const BodyVelocity> veloc
             now.restitution = body.restitution;
             now.friction = body.friction;
         }
-    carried_.clear();
+    // What still sleeps and is elsewhere was carried there, perhaps away from what it lay on.
+    for (const std::uint32_t index : moved) {
+        if (!asleep(index) || !stage_.asleep(known_[slotOfBody_[index]].core.value)) continue;
+        known_[slotOfBody_[index]].disturbed = true;
+        again_.push_back(index);
+        allAsleep_ = false;
+    }
     for (const BodyVelocity& velocity : velocities) {
         const std::uint32_t slot = slotOfCore_.find(velocity.core);
         if (slot == IdTable::kNone) continue;

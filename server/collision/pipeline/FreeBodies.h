@@ -105,7 +105,6 @@ private:
     std::vector<std::uint32_t> awake_, changed_, held_;
     std::vector<std::uint32_t> again_;    // bodies to be looked at when the next frame begins
     std::vector<std::uint32_t> now_;      // those that were in this one
-    std::vector<std::uint32_t> carried_;  // that were moved while all rested
     bool allAsleep_ = false, unchanged_ = false;
     bool told_ = false;                // the stage knows of the last change
     std::vector<ObjectId> supportOf_;  // per part of the handler: the node that sleepers may lean on, or none

@@ -94,6 +94,28 @@ TEST(Sleep, EndsWhereItIsPutElsewhereWhileTimeStands) {
     EXPECT_TRUE(scene.falls());
 }
 
+/// Whether or not somebody else is awake.
+TEST(Sleep, EndsWhereItIsCarriedAway) {
+    for (const bool alone : {true, false}) {
+        Sleeping scene;
+        const ObjectId cart = scene.transform(Vec3d::Zero()), node = scene.node(kRootNode, cart);
+        if (!alone) {
+            CollisionObject fields;
+            fields.node = scene.body(kRootNode, shapes::box(Vec3d(1, 1, 1)), Vec3d(6, 900, 0)).node;
+            fields.mass = 1;
+            (void)scene.object(fields);
+        }
+        ChangeListBuilder list;
+        list.place(scene.above.node, node);
+        scene.apply(list);
+        for (int frames = 0; frames < 200; ++frames) (void)scene.frame();
+        ASSERT_EQ(scene.asleep(), 2u);
+        for (int frames = 1; frames <= 3; ++frames)
+            (void)scene.frame({{.transform = cart, .translation = Vec3d(0, 0, 0.8 * frames)}});
+        EXPECT_TRUE(scene.falls()) << alone;
+    }
+}
+
 TEST(Sleep, EndsWhereSomethingPushes) {
     Sleeping scene;
     ASSERT_EQ(scene.asleep(), 2u);
