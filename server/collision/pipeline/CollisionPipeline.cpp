@@ -19,8 +19,6 @@
 namespace tessera {
 
 struct CollisionPipeline::Impl {
-    using NodePair = std::pair<ObjectId, ObjectId>;
-
     Impl(CollisionLimits l, Workers* w)
         : limits(l),
           workers(w),
@@ -42,7 +40,7 @@ struct CollisionPipeline::Impl {
     StoppedContacts stopped;
     ScenePicker picker;
     std::unique_ptr<Response> stop = makeStopResponse(), slide = makeSlideResponse();
-    std::vector<NodePair> touchedBefore;                  // ascending
+    ContactList contacts;
     std::vector<Mover> admitted;                          // kept for its memory
     std::vector<std::uint32_t> incomplete;                // pairs whose touch a limit left open
     bool sceneIsNew = true;                               // since the last step
@@ -60,7 +58,6 @@ struct CollisionPipeline::Impl {
         std::unordered_set<std::uint32_t> metDeforming;  // pairs whose first contact the deformation has told
         std::vector<Touching> rolledBack;  // what made everybody go back; their poses are still to come
         std::vector<EventBook::Touching> touchedOnTheWay, stopped;
-        ContactList contacts;
     };
 
     StepResult run(const Aspect& committed, std::span<const TentativeTransform> wanted, std::span<const Reply> replies,
@@ -76,7 +73,11 @@ struct CollisionPipeline::Impl {
     void ask(const MotionTrial& trial, const Resolution& resolution, const Mover& mover, Step& step);
     void moveFreeBodies(const Aspect& committed, double seconds, Step& step);
     void lookOnTheWay(bool deforming, Step& step);
+    void askAllFaces(std::uint32_t pair, QueryWork& work);
     [[nodiscard]] bool touchAtRest(Step& step);
+    [[nodiscard]] static std::pair<std::size_t, std::uint64_t> facesTold(const PairState& pair,
+                                                                         const Relation& relation);
+    [[nodiscard]] Touching restingContact(std::uint32_t pair);
     void tellStops(Step& step);
     void addEvents(std::uint32_t a, std::uint32_t b, PairEvent when, std::vector<EventBook::Touching>& out) const;
     void tell(Step& step);
@@ -221,7 +222,7 @@ void CollisionPipeline::Impl::rollBack(Step& step) {
         if (relation.response != Interest::kRollback) continue;
         const Part& a = part(pair.a);
         const Part& b = part(pair.b);
-        askTouch(pair, a, b, true, limits.maxContacts, step.work);
+        askAllFaces(k, step.work);
         if (pair.touch.touching) continue;  // resting on each other or stuck: a stop's rules are for that
         ++step.result.counters.pairsTested;
         const double size = std::min(a.worldBox.size().norm(), b.worldBox.size().norm());
@@ -271,9 +272,10 @@ void CollisionPipeline::Impl::move(const Mover& mover, Step& step) {
     if (!pairs.empty()) {
         const auto touchingAtStart = [&](std::uint32_t a, std::uint32_t b) -> std::uint64_t {
             if (!part(a).worldBox.overlaps(part(b).worldBox)) return 0;
-            PairState& state = memory.states()[stateOf.at(std::uint64_t{a} << 32 | b)];
+            const std::uint32_t k = stateOf.at(std::uint64_t{a} << 32 | b);
+            const PairState& state = memory.states()[k];
             if (!state.touch.holds(part(a), part(b), true)) ++result.counters.pairsTested;
-            askTouch(state, part(a), part(b), true, limits.maxContacts, step.work);
+            askAllFaces(k, step.work);
             // An undecided start is taken for contact; the response will not get far with it.
             if (!state.touch.complete) notLookedAt(state.nodeA, state.nodeB, NotLookedAt::Reason::kWork, step);
             return state.touch.complete ? state.touch.faceCount : std::max<std::uint64_t>(state.touch.faceCount, 1);
@@ -406,6 +408,15 @@ void CollisionPipeline::Impl::lookOnTheWay(bool deforming, Step& step) {
     }
 }
 
+/// While motions are tried.
+void CollisionPipeline::Impl::askAllFaces(std::uint32_t k, QueryWork& work) {
+    PairState& pair = memory.states()[k];
+    const bool touched = pair.touch.touching;
+    askTouch(pair, part(pair.a), part(pair.b), true, limits.maxContacts, work);
+    // Where a limit leaves it open the list of contacts has to know.
+    if (pair.touch.touching != touched) memory.lookAgain(k);
+}
+
 /// Everything that touches in the poses that were accepted, and how far others are apart. Only pairs of which something
 /// is new are looked at; says whether there were any.
 bool CollisionPipeline::Impl::touchAtRest(Step& step) {
@@ -448,40 +459,54 @@ bool CollisionPipeline::Impl::touchAtRest(Step& step) {
         askDistance(pair, part(pair.a), part(pair.b), relationOf(pair).threshold, work);
     });
     incomplete.clear();
+    if (const auto ended = memory.takeEnded())
+        for (const std::uint32_t k : *ended) contacts.takeOut(k);
+    else
+        contacts.takeOutAll();
+    for (const std::uint32_t k : stale) contacts.takeOut(k);
     for (const std::uint32_t k : stale) {
         const PairState& pair = pairs[k];
+        const Relation relation = relationOf(pair);
         const bool open = !pair.touch.complete || !pair.distance.complete;
         if (open) incomplete.push_back(k);
-        memory.tell(k, open || pair.touch.touching || !pair.distance.farther);
+        const bool news = std::ranges::any_of(relation.interests, [&](std::uint32_t index) {
+            const std::int64_t mode = handler.interests()[index].mode;
+            return mode == Interest::kPseudoDynamic || mode == Interest::kDynamic || mode == Interest::kDistance;
+        });
+        memory.tell(k, open || pair.touch.touching || !pair.distance.farther, news);
+        if (pair.touch.touching && relation.contacts)
+            contacts.rests(k, pair.nodeA, pair.nodeB, facesTold(pair, relation).second);
     }
     for (const std::uint32_t k : incomplete) {
         if (!pairs[k].touch.complete) notLookedAt(pairs[k].nodeA, pairs[k].nodeB, NotLookedAt::Reason::kWork, step);
     }
-    for (const std::uint32_t k : memory.told()) {
-        PairState& pair = pairs[k];
-        if (!pair.touch.touching) continue;
-        const Relation relation = relationOf(pair);
-        if (!relation.contacts) continue;
-        Touching touching{pair.nodeA,
-                          pair.nodeB,
-                          pair.a,
-                          pair.b,
-                          pair.touch.faces,
-                          pair.touch.faceCount,
-                          part(pair.a).world,
-                          part(pair.b).world,
-                          interestOf(relation),
-                          1,
-                          &pair.hullContact};
-        if (relation.detail != Interest::kAllFaces) {
-            const std::size_t most =
-                relation.detail == Interest::kYesOrNo ? 1 : static_cast<std::size_t>(relation.detail);
-            touching.faces.resize(std::min(touching.faces.size(), most));
-            touching.faceCount = std::max<std::uint64_t>(touching.faces.size(), 1);
-        }
-        step.contacts.add(std::move(touching));
-    }
     return !stale.empty();
+}
+
+/// Of a pair that touches: how many faces are listed, and how many there are of those asked for.
+std::pair<std::size_t, std::uint64_t> CollisionPipeline::Impl::facesTold(const PairState& pair,
+                                                                         const Relation& relation) {
+    if (relation.detail == Interest::kAllFaces) return {pair.touch.faces.size(), pair.touch.faceCount};
+    const std::size_t most = relation.detail == Interest::kYesOrNo ? 1 : static_cast<std::size_t>(relation.detail);
+    const std::size_t listed = std::min(pair.touch.faces.size(), most);
+    return {listed, std::max<std::uint64_t>(listed, 1)};
+}
+
+Touching CollisionPipeline::Impl::restingContact(std::uint32_t k) {
+    PairState& pair = memory.states()[k];
+    const Relation relation = relationOf(pair);
+    const auto [listed, count] = facesTold(pair, relation);
+    return {pair.nodeA,
+            pair.nodeB,
+            pair.a,
+            pair.b,
+            {pair.touch.faces.begin(), pair.touch.faces.begin() + static_cast<std::ptrdiff_t>(listed)},
+            count,
+            part(pair.a).world,
+            part(pair.b).world,
+            interestOf(relation),
+            1,
+            &pair.hullContact};
 }
 
 /// Of two objects in touch at the end, for each interest that wants to know of it. `when`: time, point and normal.
@@ -508,13 +533,13 @@ void CollisionPipeline::Impl::tellStops(Step& step) {
             when.normal = where.normal;
         }
         addEvents(touching.partA, touching.partB, when, step.stopped);
-        step.contacts.add(std::move(touching));
+        contacts.add(std::move(touching));
     }
 }
 
 void CollisionPipeline::Impl::tell(Step& step) {
     const std::span<PairState> pairs = memory.states();
-    std::vector<std::uint32_t> told(memory.told().begin(), memory.told().end());
+    std::vector<std::uint32_t> told(memory.news().begin(), memory.news().end());
     memory.sort(told, handler);
     std::vector<EventBook::Near> near;
     for (const std::uint32_t k : told) {
@@ -544,10 +569,8 @@ void CollisionPipeline::Impl::finish(Step& step) {
     std::ranges::sort(result.stopped);
     result.stopped.erase(std::unique(result.stopped.begin(), result.stopped.end()), result.stopped.end());
 
-    std::vector<NodePair> now;
-    step.contacts.write(handler, limits.maxContacts, result, now);
-    for (const NodePair& pair : now) result.contactsBegun += !std::ranges::binary_search(touchedBefore, pair);
-    touchedBefore = std::move(now);
+    contacts.write(
+        handler, [this](std::uint32_t k) { return restingContact(k); }, limits.maxContacts, result);
 
     const auto inTouch = [&](const QuestionBook::Matter& matter) {
         return std::ranges::any_of(memory.told(), [&](std::uint32_t k) {

@@ -48,38 +48,89 @@ Contact contactAt(const ObjectHandler& handler, const Touching& touching, const 
 
 }  // namespace
 
-void ContactList::write(const ObjectHandler& handler, std::size_t most, StepResult& result,
-                        std::vector<std::pair<ObjectId, ObjectId>>& nodes) {
-    const auto key = [](const Touching& t) { return std::tie(t.nodeA, t.nodeB); };
+/// As far as it has not been noted since the list was last written.
+void ContactList::noteBefore(const NodePair& key) {
+    if (before_.contains(key)) return;
+    before_.emplace(key, resting_.contains(key) || std::ranges::binary_search(addedBefore_, key));
+}
+
+void ContactList::rests(std::uint32_t pair, ObjectId nodeA, ObjectId nodeB, std::uint64_t faceCount) {
+    const NodePair key{nodeA, nodeB};
+    noteBefore(key);
+    if (keyOf_.size() <= pair) keyOf_.resize(pair + 1);
+    keyOf_[pair] = key;
+    resting_[key] = {pair, faceCount};
+    faceCount_ += faceCount;
+}
+
+void ContactList::takeOut(std::uint32_t pair) {
+    if (pair >= keyOf_.size() || !keyOf_[pair].first) return;
+    const NodePair key = std::exchange(keyOf_[pair], {});
+    noteBefore(key);
+    const auto at = resting_.find(key);
+    faceCount_ -= at->second.faceCount;
+    resting_.erase(at);
+}
+
+void ContactList::takeOutAll() {
+    for (const auto& [key, resting] : resting_) noteBefore(key);
+    resting_.clear();
+    keyOf_.clear();
+    faceCount_ = 0;
+}
+
+void ContactList::write(const ObjectHandler& handler, const Describe& describe, std::size_t most, StepResult& result) {
+    const auto key = [](const Touching& t) { return NodePair(t.nodeA, t.nodeB); };
     std::ranges::stable_sort(touching_, [&](const Touching& x, const Touching& y) { return key(x) < key(y); });
+    std::vector<NodePair> added;
+    for (const Touching& touching : touching_)
+        if (added.empty() || added.back() != key(touching)) added.push_back(key(touching));
+    // Who has begun to touch.
+    for (const auto& [pair, touched] : before_) result.contactsBegun += !touched && resting_.contains(pair);
+    for (const NodePair& pair : added)
+        result.contactsBegun += !resting_.contains(pair) && !std::ranges::binary_search(addedBefore_, pair) &&
+                                !(before_.contains(pair) && before_.at(pair));
+
     std::vector<std::pair<FacePair, const Touching*>> faces;
-    for (std::size_t begin = 0, end = 0; begin < touching_.size(); begin = end) {
-        nodes.emplace_back(touching_[begin].nodeA, touching_[begin].nodeB);
-        for (end = begin; end < touching_.size() && key(touching_[end]) == key(touching_[begin]);) ++end;
-        if (result.contacts.size() >= most) {
-            for (std::size_t i = begin; i < end; ++i) result.counters.contactsLeftOut += touching_[i].faceCount;
-            continue;
+    std::vector<const Touching*> accounts;
+    std::uint64_t notReached = faceCount_;
+    auto rests = resting_.begin();
+    std::size_t next = 0;
+    while ((rests != resting_.end() || next < touching_.size()) && result.contacts.size() < most) {
+        const NodePair pair = rests == resting_.end()    ? key(touching_[next])
+                              : next == touching_.size() ? rests->first
+                                                         : std::min(rests->first, key(touching_[next]));
+        Touching resting;
+        accounts.clear();
+        if (rests != resting_.end() && rests->first == pair) {
+            resting = describe(rests->second.pair);
+            notReached -= rests->second.faceCount;
+            accounts.push_back(&resting);
+            ++rests;
         }
+        for (; next < touching_.size() && key(touching_[next]) == pair; ++next) accounts.push_back(&touching_[next]);
         // A pair can be hit by several movers in turn: the first account of two faces stays.
         faces.clear();
-        for (std::size_t i = begin; i < end; ++i) {
-            for (const FacePair& f : touching_[i].faces) faces.emplace_back(f, &touching_[i]);
-            if (touching_[i].faces.empty())
-                faces.emplace_back(FacePair{Contact::kNoFace, Contact::kNoFace}, &touching_[i]);
-            result.counters.contactsLeftOut +=
-                touching_[i].faceCount - std::max<std::uint64_t>(touching_[i].faces.size(), 1);
+        for (const Touching* account : accounts) {
+            for (const FacePair& f : account->faces) faces.emplace_back(f, account);
+            if (account->faces.empty()) faces.emplace_back(FacePair{Contact::kNoFace, Contact::kNoFace}, account);
+            result.counters.contactsLeftOut += account->faceCount - std::max<std::uint64_t>(account->faces.size(), 1);
         }
         std::ranges::stable_sort(faces, {}, [](const auto& f) { return f.first; });
         const auto same = [](const auto& x, const auto& y) { return x.first == y.first; };
         faces.erase(std::unique(faces.begin(), faces.end(), same), faces.end());
-        for (const auto& [pair, touching] : faces) {
+        for (const auto& [two, touching] : faces) {
             if (result.contacts.size() == most)
                 ++result.counters.contactsLeftOut;
             else
-                result.contacts.push_back(contactAt(handler, *touching, touching->faces.empty() ? nullptr : &pair));
+                result.contacts.push_back(contactAt(handler, *touching, touching->faces.empty() ? nullptr : &two));
         }
     }
+    for (; next < touching_.size(); ++next) notReached += touching_[next].faceCount;
+    result.counters.contactsLeftOut += notReached;
     touching_.clear();
+    before_.clear();
+    addedBefore_ = std::move(added);
 }
 
 }  // namespace tessera

@@ -1,6 +1,10 @@
 /// What touches in a frame, as it is told: sorted, and worked out as far as it is listed.
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "server/collision/pipeline/PairQueries.h"
@@ -19,16 +23,37 @@ struct Touching {
     HullContact* known = nullptr;  ///< of two hulls, in the poses in which they are now: what is known of the contact
 };
 
+/// What touches is kept from step to step: a step costs what has come to touch or ceased to, and what is listed.
 class ContactList {
 public:
+    /// A pair, by its number, touches where it is now, with so many faces. Those that came to be another pair, or none,
+    /// are taken out before.
+    void rests(std::uint32_t pair, ObjectId nodeA, ObjectId nodeB, std::uint64_t faceCount);
+    void takeOut(std::uint32_t pair);
+    /// Numbers mean nothing any more.
+    void takeOutAll();
+    /// Of this step alone, besides.
     void add(Touching touching) { touching_.push_back(std::move(touching)); }
 
-    /// Ascending by (objectA, objectB, faceA, faceB); a pair of faces once, by its first account. Those beyond `most`
-    /// are counted. Also the pairs of nodes that touch, ascending.
-    void write(const ObjectHandler& handler, std::size_t most, StepResult& result,
-               std::vector<std::pair<ObjectId, ObjectId>>& nodes);
+    using Describe = std::function<Touching(std::uint32_t pair)>;
+    /// Ascending by (objectA, objectB, faceA, faceB); a pair of faces once, by its first account: that of what rests,
+    /// then what was added, in its order. Those beyond `most` are counted. Also how many pairs of nodes did not touch
+    /// when this was last called.
+    void write(const ObjectHandler& handler, const Describe& describe, std::size_t most, StepResult& result);
 
 private:
+    using NodePair = std::pair<ObjectId, ObjectId>;
+    struct Resting {
+        std::uint32_t pair = 0;
+        std::uint64_t faceCount = 0;
+    };
+    void noteBefore(const NodePair& key);
+
+    std::map<NodePair, Resting> resting_;
+    std::vector<NodePair> keyOf_;        // by number of a pair; none: it does not rest
+    std::uint64_t faceCount_ = 0;        // of all that rest
+    std::map<NodePair, bool> before_;    // of those that came or went: whether they touched when it was last written
+    std::vector<NodePair> addedBefore_;  // then, ascending
     std::vector<Touching> touching_;
 };
 

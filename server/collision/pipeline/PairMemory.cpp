@@ -7,6 +7,7 @@ namespace tessera {
 
 void PairMemory::clear() {
     *this = {};
+    allEnded_ = true;
 }
 
 std::uint32_t PairMemory::find(const NeighbourPair& pair) const {
@@ -35,6 +36,7 @@ void PairMemory::name(PairState& state, const NeighbourPair& pair, const ObjectH
     fresh.inA = swapped ? state.inB : state.inA;
     fresh.inB = swapped ? state.inA : state.inB;
     fresh.inTold = state.inTold;
+    fresh.inNews = state.inNews;
     fresh.loose = state.loose;
     fresh.stale = state.stale;
     state = std::move(fresh);
@@ -77,7 +79,8 @@ void PairMemory::end(std::uint32_t number) {
         others[at] = others.back();
         others.pop_back();
     }
-    tell(number, false);
+    tell(number, false, false);
+    ended_.push_back(number);
     const bool stale = state.stale;
     state = {};
     state.stale = stale;  // it stays in that list
@@ -164,18 +167,31 @@ void PairMemory::sort(std::vector<std::uint32_t>& pairs, const ObjectHandler& ha
     if (!std::is_sorted(pairs.begin(), pairs.end(), before)) std::sort(pairs.begin(), pairs.end(), before);
 }
 
-void PairMemory::tell(std::uint32_t pair, bool yes) {
-    std::uint32_t& at = states_[pair].inTold;
+void PairMemory::tell(std::uint32_t pair, bool yes, bool news) {
+    list(pair, yes, told_, &PairState::inTold);
+    list(pair, yes && news, news_, &PairState::inNews);
+}
+
+void PairMemory::list(std::uint32_t pair, bool yes, std::vector<std::uint32_t>& in, std::uint32_t PairState::*place) {
+    std::uint32_t& at = states_[pair].*place;
     if (yes == (at != PairState::kNowhere)) return;
     if (yes) {
-        at = static_cast<std::uint32_t>(told_.size());
-        told_.push_back(pair);
+        at = static_cast<std::uint32_t>(in.size());
+        in.push_back(pair);
         return;
     }
-    states_[told_.back()].inTold = at;
-    told_[at] = told_.back();
-    told_.pop_back();
+    states_[in.back()].*place = at;
+    in[at] = in.back();
+    in.pop_back();
     at = PairState::kNowhere;
+}
+
+std::optional<std::vector<std::uint32_t>> PairMemory::takeEnded() {
+    if (std::exchange(allEnded_, false)) {
+        ended_.clear();
+        return std::nullopt;
+    }
+    return std::exchange(ended_, {});
 }
 
 }  // namespace tessera

@@ -1,5 +1,7 @@
 /// Whatever has become of free bodies: no bit depends on threads, nor on how many bodies are looked at in a frame.
+#include <set>
 #include <string>
+#include <utility>
 
 #include "common/base/Workers.h"
 #include "tests/unit/pipeline/BodyHistory.h"
@@ -66,6 +68,45 @@ TEST(BodyHistory, NoBitDependsOnThreadsNorOnWhoIsLookedAt) {
     EXPECT_GT(rests, 50u);
     EXPECT_GT(wakes, 100u);
     EXPECT_GT(few, 1000u) << "frames in which some are awake and most are not handed over";
+}
+
+/// What is beyond a limit is counted, and who has begun to touch is who did not touch in the frame before.
+TEST(BodyHistory, ContactsAreKeptFromFrameToFrame) {
+    using NodePair = std::pair<ObjectId, ObjectId>;
+    std::size_t begun = 0, leftOut = 0, exact = 0;
+    for (std::uint64_t seed = 11; seed <= 16; ++seed) {
+        CollisionLimits limits;
+        limits.maxContacts = 4;
+        BodyHistory all(seed), some(seed, limits);
+        std::set<NodePair> before;
+        for (int frame = 0; frame < 600; ++frame) {
+            SCOPED_TRACE("seed " + std::to_string(seed) + ", frame " + std::to_string(frame));
+            const StepResult every = all.next(), few = some.next();
+            ASSERT_EQ(every.counters.contactsLeftOut, 0u);
+            // (What rests and has also stopped a motion is counted for both where it is not listed.)
+            const std::size_t counted = few.contacts.size() + few.counters.contactsLeftOut;
+            ASSERT_GE(counted, every.contacts.size());
+            exact += counted == every.contacts.size();
+            for (std::size_t i = 0; i < few.contacts.size(); ++i) {
+                ASSERT_EQ(every.contacts[i].objectA, few.contacts[i].objectA);
+                ASSERT_EQ(every.contacts[i].objectB, few.contacts[i].objectB);
+                ASSERT_EQ(every.contacts[i].point, few.contacts[i].point);
+            }
+            std::set<NodePair> now;
+            std::size_t fresh = 0;
+            for (const Contact& contact : every.contacts)
+                if (now.emplace(contact.objectA, contact.objectB).second)
+                    fresh += !before.contains({contact.objectA, contact.objectB});
+            ASSERT_EQ(every.contactsBegun, fresh);
+            ASSERT_EQ(few.contactsBegun, fresh);
+            before = std::move(now);
+            begun += fresh;
+            leftOut += few.counters.contactsLeftOut;
+        }
+    }
+    EXPECT_GT(begun, 300u);
+    EXPECT_GT(leftOut, 1000u);
+    EXPECT_GT(exact, 6 * 600 * 9 / 10u);
 }
 
 /// So many boxes asleep on a floor, each by itself.
