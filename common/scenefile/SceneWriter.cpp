@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -192,24 +193,24 @@ private:
     }
 
     void addMessage() {
+        // Not through a StringOutputStream on what is there already: it fills the string to its capacity, each time.
         pb::Message& out = *message_;
         if (!text_) {
-            line_.clear();
-            (void)out.SerializePartialToString(&line_);
-            pb::io::StringOutputStream stream(&saved_);
-            pb::io::CodedOutputStream coded(&stream);
-            coded.WriteTag(WireFormatLite::MakeTag(SceneSchema::kObject, WireFormatLite::WIRETYPE_LENGTH_DELIMITED));
-            coded.WriteVarint32(static_cast<std::uint32_t>(line_.size()));
-            coded.WriteString(line_);
+            std::array<std::uint8_t, 16> head;
+            std::uint8_t* end = pb::io::CodedOutputStream::WriteTagToArray(
+                WireFormatLite::MakeTag(SceneSchema::kObject, WireFormatLite::WIRETYPE_LENGTH_DELIMITED), head.data());
+            end = pb::io::CodedOutputStream::WriteVarint32ToArray(static_cast<std::uint32_t>(out.ByteSizeLong()), end);
+            saved_.append(head.data(), end);
+            (void)out.AppendPartialToString(&saved_);
             return;
         }
         const pb::Reflection& reflection = *out.GetReflection();
         if (const auto* held = reflection.GetOneofFieldDescriptor(out, objectField(SceneSchema::kNumber).containing_type()->oneof_decl(0)))
             moveUnknown(*reflection.MutableMessage(&out, held), SceneSchema::kLaterFields);
         moveUnknown(out, SceneSchema::kLater);
-        line_.clear();
-        (void)printer_.PrintToString(out, &line_);
-        saved_ += "  object {\n" + line_ + "  }\n";
+        std::string lines;
+        (void)printer_.PrintToString(out, &lines);
+        saved_ += "  object {\n" + lines + "  }\n";
     }
 
     Expected<std::string> binaryFile() {
@@ -285,7 +286,7 @@ private:
     std::unordered_map<ObjectId, std::uint32_t> numbers_;
     std::vector<Blob> blobs_;
     std::unordered_map<BlobId, std::uint32_t> blobNumbers_;
-    std::string saved_, line_;
+    std::string saved_;
 };
 
 tl::unexpected<Error> failedSystemCall(const std::string& path, std::string_view what) {

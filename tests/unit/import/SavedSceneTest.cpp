@@ -1,7 +1,9 @@
 /// Scenes saved to files and read back.
 #include <fmt/format.h>
 
+#include <ctime>
 #include <fstream>
+#include <limits>
 #include <random>
 
 #include "common/scenefile/SceneFile.h"
@@ -198,6 +200,38 @@ TEST(SavedScene, OfAnArrayThatIsNotHereIsRefused) {
     const Expected<std::string> saved = writeScene(scene, SceneEncoding::kBinary);
     ASSERT_FALSE(saved);
     EXPECT_EQ(saved.error().message, "the positions of Geometry #6 (36 bytes) are not here");
+}
+
+/// A node with this many children, the child's number in each name.
+Aspect wideScene(std::uint64_t children) {
+    return sceneOf([&](ChangeListBuilder& list) {
+        list.create(ObjectId{5}, typeOf<Node>());
+        list.place(ObjectId{5}, kRootNode);
+        for (std::uint64_t id = 6; id < 6 + children; ++id) {
+            list.create(ObjectId{id}, typeOf<Node>());
+            list.place(ObjectId{id}, ObjectId{5});
+        }
+    });
+}
+
+TEST(SavedScene, CostsAsMuchToWriteAsItHasObjects) {
+    const std::uint64_t few = kSanitized ? 4'000 : 20'000;
+    constexpr std::uint64_t kTimes = 16;
+    const Aspect small = wideScene(few), large = wideScene(few * kTimes);
+    for (const SceneEncoding encoding : {SceneEncoding::kBinary, SceneEncoding::kText}) {
+        // The processor's time, the least of some, as other programs run too.
+        const auto cost = [&](const Aspect& scene, int rounds) {
+            std::clock_t least = std::numeric_limits<std::clock_t>::max();
+            for (int i = 0; i < rounds; ++i) {
+                const std::clock_t from = std::clock();
+                EXPECT_TRUE(writeScene(scene, encoding));
+                least = std::min(least, std::clock() - from);
+            }
+            return static_cast<double>(least);
+        };
+        // Were it quadratic, it would be about 256 times.
+        EXPECT_LT(cost(large, 2), 4 * kTimes * std::max(cost(small, 5), 1000.0));
+    }
 }
 
 // ---- newer versions
