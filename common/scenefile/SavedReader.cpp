@@ -139,14 +139,26 @@ private:
     Expected<void> findObjects(ByteSpan bytes) {
         std::size_t nodes = 0;
         Expected<void> problem;
-        const bool whole = forEachWireField(bytes, [&](const WireField& field) {
+        const bool whole = findObjectsIn(bytes, false, nodes, problem);
+        if (!problem) return problem;
+        return whole ? Expected<void>() : damaged();
+    }
+
+    /// `quoted`: what a text had to quote is read as though it stood there.
+    bool findObjectsIn(ByteSpan bytes, bool quoted, std::size_t& nodes, Expected<void>& problem) {
+        return forEachWireField(bytes, [&](const WireField& field) {
+            const bool hasLength = field.kind == WireFormatLite::WIRETYPE_LENGTH_DELIMITED;
             if (field.number == SceneSchema::kRoot && field.kind == WireFormatLite::WIRETYPE_VARINT) {
                 rootNumber_ = static_cast<std::uint32_t>(field.value);
-            } else if (field.number == SceneSchema::kLaterSaved && field.kind == WireFormatLite::WIRETYPE_LENGTH_DELIMITED) {
-                result_.later.ofSaved += asText(field.bytes);
-            } else if (field.number == SceneSchema::kLaterFile && field.kind == WireFormatLite::WIRETYPE_LENGTH_DELIMITED) {
+            } else if (field.number == SceneSchema::kLaterSaved && hasLength) {
+                return !quoted && findObjectsIn(field.bytes, true, nodes, problem);
+            } else if (field.number == SceneSchema::kLaterFile && hasLength) {
+                // Beside the message only fields can stand that this version does not know.
                 result_.later.ofFile += asText(field.bytes);
-            } else if (field.number != SceneSchema::kObject || field.kind != WireFormatLite::WIRETYPE_LENGTH_DELIMITED) {
+                return forEachWireField(field.bytes, [&](const WireField& beside) {
+                    return schema_.file().FindFieldByNumber(beside.number) == nullptr;
+                });
+            } else if (field.number != SceneSchema::kObject || !hasLength) {
                 result_.later.ofSaved += asText(field.whole);
             } else {
                 Item item;
@@ -164,8 +176,6 @@ private:
             }
             return true;
         });
-        if (!problem) return problem;
-        return whole ? Expected<void>() : damaged();
     }
 
     /// Number and type of an object, and nothing else.
@@ -299,7 +309,8 @@ private:
                 break;
             }
             case FieldKind::kInt:
-                value = at->enum_type() ? std::int64_t{reflection.GetEnumValue(message, at)} : reflection.GetInt64(message, at);
+                value = knownWord(item, entry, at->enum_type() ? std::int64_t{reflection.GetEnumValue(message, at)}
+                                                               : reflection.GetInt64(message, at));
                 break;
             case FieldKind::kText: {
                 std::string text = reflection.GetString(message, at);
@@ -330,6 +341,23 @@ private:
         if (Expected<void> good = checkValue(entry, value); !good) return good;
         entry.store(object, value);
         return {};
+    }
+
+    /// For a newer version's word of an enumeration the default; of flags those that are known.
+    std::int64_t knownWord(const Item& item, const FieldEntry& entry, std::int64_t said) {
+        std::int64_t known = said;
+        if (entry.wordUse == WordUse::kOneOf && !wordOfNumber(entry, said)) {
+            known = std::get<std::int64_t>(entry.load(item.type->info->freshObject()));
+        } else if (entry.wordUse == WordUse::kFlags) {
+            std::int64_t all = 0;
+            for (const FieldWord& word : entry.words()) all |= word.number;
+            known = said & all;
+        }
+        if (known != said) {
+            result_.later.words[{item.id, entry.id}] = {said, known};
+            ++unknown_[fmt::format("{} {} of {}", entry.name, said, item.type->info->name)];
+        }
+        return known;
     }
 
     Expected<FieldValue> readRefs(const Item& item, const pb::Message& message, const SceneSchema::Field& field, int count) {
@@ -393,10 +421,10 @@ private:
             (void)message_->SerializePartialToString(&later.objects.emplace_back());
         }
         if (!later.ofSaved.empty()) ++unknown_["fields beside its objects"];
+        later.ofFile += options_.beside;
+        if (!later.ofFile.empty()) ++unknown_["fields beside what it saved"];
         for (const auto& [what, times] : unknown_)
-            result_.notes.push_back(fmt::format(
-                "a newer version of Tessera wrote {}{}: not understood; tessera-convert keeps it, a running scene does not", what,
-                times > 1 ? fmt::format(" ({} times)", times) : ""));
+            result_.notes.push_back(laterKeptText(what, times));
         if (later.empty()) return;
         later.blobs.assign(blobs_.begin(), blobs_.end());
         for (const Item& item : items_)
@@ -469,6 +497,12 @@ private:
 };
 
 }  // namespace
+
+std::string laterKeptText(std::string_view what, std::size_t times) {
+    return fmt::format(
+        "a newer version of Tessera wrote {}{}: not understood; tessera-convert keeps it, a running scene does not", what,
+        times > 1 ? fmt::format(" ({} times)", times) : "");
+}
 
 Expected<SavedScene> readSaved(ByteSpan bytes, std::span<const Blob> blobs, const SavedOptions& options,
                                ChangeListBuilder& list) {

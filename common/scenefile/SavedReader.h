@@ -17,6 +17,7 @@ struct SavedOptions {
     std::size_t maxNodes = 1'000'000;
     std::size_t maxDepth = 200;  ///< below the parent
     std::size_t maxTextBytes = 4096;
+    std::string beside;  ///< what a newer version wrote in the file beside the message: goes into `later`
     /// Sees each object with its refs, and may change or refuse it before it goes into the list. `object` is of the type.
     std::function<Expected<void>(ObjectId id, const TypeInfo& type, void* object)> look;
 };
@@ -24,9 +25,12 @@ struct SavedOptions {
 struct SavedScene {
     std::uint64_t created = 0;  ///< ids from firstId on
     std::vector<ObjectId> tops;
-    LaterParts later;                ///< ofFile: only what a text file had to quote
+    LaterParts later;
     std::vector<std::string> notes;  ///< what a newer version wrote, in words
 };
+
+/// The note about a part of a file that is kept without being understood.
+[[nodiscard]] std::string laterKeptText(std::string_view what, std::size_t times = 1);
 
 /// `bytes`: a message Saved; `blobs`: the file's arrays. Creates every object and sets its fields; places the root's children
 /// below the parent, or the root itself where it has a name or a core. Errors begin with "line:column: " where the file

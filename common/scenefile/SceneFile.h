@@ -32,16 +32,23 @@ struct LaterParts {
     std::vector<std::string> objects;  ///< of types that are not known, whole
     /// Refs that lead to such objects: how the file had the whole field.
     std::map<std::pair<ObjectId, FieldId>, std::vector<std::uint32_t>> refs;
+    struct Word {
+        std::int64_t ofFile, read;  ///< `read`: what the scene has for it
+    };
+    std::map<std::pair<ObjectId, FieldId>, Word> words;  ///< of an enumeration or of flags
     std::string ofSaved, ofFile;
 
-    [[nodiscard]] bool empty() const { return fields.empty() && objects.empty() && ofSaved.empty() && ofFile.empty(); }
+    [[nodiscard]] bool empty() const {
+        return fields.empty() && objects.empty() && words.empty() && ofSaved.empty() && ofFile.empty();
+    }
     template <typename Replace>
     void replaceIds(Replace&& replace) {
         LaterParts next = *this;
-        next.numbers.clear(), next.fields.clear(), next.refs.clear();
+        next.numbers.clear(), next.fields.clear(), next.refs.clear(), next.words.clear();
         for (const auto& [id, number] : numbers) next.numbers[replace(id)] = number;
         for (auto& [id, unknown] : fields) next.fields[replace(id)] = std::move(unknown);
         for (auto& [at, list] : refs) next.refs[{replace(at.first), at.second}] = std::move(list);
+        for (const auto& [at, word] : words) next.words[{replace(at.first), at.second}] = word;
         *this = std::move(next);
     }
 };

@@ -46,7 +46,11 @@ public:
 
     Expected<std::string> write() {
         collect();
-        for (const Blob& blob : later_.blobs) (void)blobNumber(blob);
+        // Equal ones too: what is not understood may name any of them.
+        for (const Blob& blob : later_.blobs) {
+            blobs_.push_back(blob);
+            blobNumbers_.try_emplace(blob.id(), static_cast<std::uint32_t>(blobs_.size()));
+        }
         for (const ObjectId id : order_)
             if (Expected<void> done = addObject(id); !done) return tl::unexpected(done.error());
         for (const std::string& object : later_.objects) {
@@ -107,7 +111,7 @@ private:
                 reflection.AddUInt32(&out, &objectField(SceneSchema::kChild), numbers_[child]);
         pb::Message& value = *reflection.MutableMessage(&out, type.inObject);
         for (const SceneSchema::Field& field : type.fields) {
-            const FieldValue present = field.entry->load(object);
+            FieldValue present = field.entry->load(object);
             const auto kept = later_.refs.find({id, field.entry->id});
             if (kept != later_.refs.end() && leadsAsBefore(present, kept->second)) {
                 setNumbers(value, field, kept->second);
@@ -116,6 +120,9 @@ private:
             if (const auto* blob = std::get_if<Blob>(&present); blob && !blob->empty() && !blob->resident())
                 return fail(ErrorCode::kRefused, fmt::format("the {} of {} #{} ({} bytes) are not here", field.entry->name,
                                                              object.info().name, id.value, blob->sizeBytes()));
+            if (const auto word = later_.words.find({id, field.entry->id});
+                word != later_.words.end() && present == FieldValue(word->second.read))
+                present = word->second.ofFile;
             if (present != field.entry->load(type.info->freshObject())) setValue(value, field, present);
         }
         if (const auto kept = later_.fields.find(id); kept != later_.fields.end()) {

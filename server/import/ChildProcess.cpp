@@ -255,7 +255,7 @@ Expected<ImporterOutput> runImporter(const std::string& file, const ImportOption
                 output.scene = std::move(payload);
                 break;
             case ImportRecord::Kind::kBlob:
-                if (payload.empty() || output.blobs.size() >= kMaxBlobs) return nonsense("empty or too many arrays");
+                if (output.blobs.size() >= kMaxBlobs) return nonsense("too many arrays");
                 output.blobs.emplace_back(std::move(payload));
                 break;
             case ImportRecord::Kind::kNote:

@@ -8,6 +8,16 @@
 #include "server/import/SceneAssembly.h"
 
 namespace tessera {
+namespace {
+
+/// What a newer version wrote in the file beside what is known.
+std::string fieldsBeside(const LoadedFile& file) {
+    std::string bytes;
+    (void)file.content.GetReflection()->GetUnknownFields(file.content).SerializeToString(&bytes);
+    return bytes;
+}
+
+}  // namespace
 
 Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
     std::unordered_map<ObjectId, std::uint64_t> triangles;  // of each Geometry
@@ -44,6 +54,7 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
         }
         return {};
     };
+    options.beside = fieldsBeside(file);
     Expected<SavedScene> saved = readSaved(asBytes(file.content.saved()), file.blobs, options, builder_);
     if (!saved) return failInFile(file.label, saved.error());
     nextId_ += saved->created;
@@ -55,11 +66,21 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
         if (spot.placed != nullptr) spot.placed->children.push_back(placed_.back().get());
     }
     for (const std::string& text : saved->notes) note(file.label + ": " + text);
-    std::string beside;
-    (void)file.content.GetReflection()->GetUnknownFields(file.content).SerializeToString(&beside);
-    saved->later.ofFile += beside;
-    if (!saved->later.empty() && importing_.size() == 1 && result_.later.empty()) result_.later = std::move(saved->later);
+    keepLater(std::move(saved->later));
     return {};
+}
+
+void SceneAssembly::keepBeside(const LoadedFile& file) {
+    LaterParts later;
+    later.ofFile = fieldsBeside(file);
+    if (later.empty()) return;
+    later.blobs = file.blobs;
+    note(file.label + ": " + laterKeptText("fields beside what it saved"));
+    keepLater(std::move(later));
+}
+
+void SceneAssembly::keepLater(LaterParts later) {
+    if (!later.empty() && importing_.size() == 1 && result_.later.empty()) result_.later = std::move(later);
 }
 
 }  // namespace tessera

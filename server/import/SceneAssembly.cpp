@@ -142,7 +142,9 @@ Expected<void> SceneAssembly::placeFile(LoadedFile& file, const Spot& spot) {
     for (const proto::scene::Node& node : file.content.node())
         if (Expected<void> done = placeNode(file, node, spot); !done) return done;
     if (Expected<void> named = resolvePending(firstPending); !named) return named;
-    return file.content.saved().empty() ? Expected<void>() : placeSaved(file, spot);
+    if (!file.content.saved().empty()) return placeSaved(file, spot);
+    keepBeside(file);
+    return {};
 }
 
 Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {

@@ -61,6 +61,9 @@ private:
     Expected<void> placeFile(LoadedFile& file, const Spot& spot);
     /// What the file saved, object by object.
     Expected<void> placeSaved(LoadedFile& file, const Spot& spot);
+    /// Of a file that saved nothing: what a newer version wrote in it beside what authors write.
+    void keepBeside(const LoadedFile& file);
+    void keepLater(LaterParts later);
     Expected<void> placeNode(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
     Expected<void> placeImport(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
     Expected<void> placeInstance(LoadedFile& file, const proto::scene::Node& instance, Spot spot);

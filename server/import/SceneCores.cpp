@@ -81,7 +81,9 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             if (!keys) return tl::unexpected(keys.error());
             Motion motion;
             motion.keys = *keys;
-            motion.mode = std::clamp<std::int64_t>(node.motion().mode(), Motion::kOnce, Motion::kPingPong);
+            motion.mode = node.motion().mode();
+            if (!proto::scene::Motion::Mode_IsValid(node.motion().mode()))
+                return fail(ErrorCode::kBadInput, fmt::format("a motion's mode is {}, which is none of its words", motion.mode));
             motion.playing = !node.motion().paused();
             return create(motion);
         }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/unknown_field_set.h>
 
 #include "common/base/Nearest.h"
 #include "common/scenefile/SceneSchema.h"
@@ -47,6 +48,38 @@ Expected<void> SceneExpander::checkName(const std::set<std::string>& names, cons
                                                   nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));
 }
 
+void SceneExpander::nameLater(proto::scene::SceneFile& file) {
+    std::map<std::string, std::size_t> found;
+    std::vector<google::protobuf::Message*> open = {&file};
+    std::vector<const FieldDescriptor*> present;
+    while (!open.empty()) {
+        google::protobuf::Message& message = *open.back();
+        open.pop_back();
+        const google::protobuf::Reflection& reflection = *message.GetReflection();
+        const std::string& type = message.GetDescriptor()->name();
+        const google::protobuf::UnknownFieldSet& unknown = reflection.GetUnknownFields(message);
+        for (int i = 0; i < unknown.field_count(); ++i) ++found[fmt::format("field {} of {}", unknown.field(i).number(), type)];
+        present.clear();
+        reflection.ListFields(message, &present);
+        for (const FieldDescriptor* field : present) {
+            if (field->message_type() != nullptr && field->is_repeated()) {
+                for (int i = 0; i < reflection.FieldSize(message, field); ++i)
+                    open.push_back(reflection.MutableRepeatedMessage(&message, field, i));
+            } else if (field->message_type() != nullptr) {
+                open.push_back(reflection.MutableMessage(&message, field));
+            } else if (field->enum_type() != nullptr) {
+                const int word = reflection.GetEnumValue(message, field);
+                if (field->enum_type()->FindValueByNumber(word) != nullptr) continue;
+                ++found[fmt::format("{} {} of {}", field->name(), word, type)];
+                reflection.ClearField(&message, field);
+            }
+        }
+    }
+    for (const auto& [what, times] : found)
+        scene_.note(fmt::format("a newer version of Tessera wrote {}{}: not understood, left out", what,
+                                times > 1 ? fmt::format(" ({} times)", times) : ""));
+}
+
 template <typename Items>
 Expected<void> SceneExpander::collectNames(const Items& items, const Places* places, const char* field,
                                            std::set<std::string>& names) {
@@ -80,11 +113,11 @@ Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const P
     scene_.file.set_saved(std::move(*file.mutable_saved()));
     scene_.file.GetReflection()->MutableUnknownFields(&scene_.file)->Swap(
         file.GetReflection()->MutableUnknownFields(&file));
+    if (places == nullptr) nameLater(file);  // in a text such a number is a slip of the hand, and refused as one
     // The blobs keep their numbers; meshes and images made here get later ones.
     for (std::string& blob : *file.mutable_blob()) {
         const ByteSpan bytes = asBytes(blob);
         scene_.blobs.emplace_back(bytes.begin(), bytes.end());
-        if (blob.empty()) return fail(ErrorCode::kBadInput, "it holds an empty array");
         blob = std::string();
     }
     for (int i = 0; i < file.material_size(); ++i) {

@@ -5,6 +5,7 @@
 #include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <google/protobuf/text_format.h>
+#include <google/protobuf/unknown_field_set.h>
 
 #include <memory>
 #include <string>
@@ -80,6 +81,33 @@ void notePlaces(pb::Message& file, const pb::TextFormat::ParseInfoTree& places) 
     }
 }
 
+/// What the text had to quote of a newer version, as the bytes that a binary file has beside what is saved. The rest of what
+/// is quoted stays in its fields.
+Expected<std::string> takeQuoted(pb::Message& file, const pb::TextFormat::ParseInfoTree& places) {
+    const pb::FieldDescriptor* savedField = SceneSchema::get().file().FindFieldByName("saved");
+    if (!file.GetReflection()->HasField(file, savedField)) return std::string();
+    pb::Message& saved = *file.GetReflection()->MutableMessage(&file, savedField);
+    const pb::Reflection& reflection = *saved.GetReflection();
+    const auto quoted = [&](int number, auto&& isSound) -> Expected<std::string> {
+        const pb::FieldDescriptor* field = saved.GetDescriptor()->FindFieldByNumber(number);
+        std::string bytes = reflection.GetString(saved, field);
+        if (isSound(bytes)) return bytes;
+        const pb::TextFormat::ParseInfoTree* inside = places.GetTreeForNested(savedField, -1);
+        const pb::TextFormat::ParseLocation at = inside ? inside->GetLocation(field, -1) : pb::TextFormat::ParseLocation();
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{}:{}: what {} quotes is damaged", at.line + 1, at.column + 1, field->name()));
+    };
+    const Expected<std::string> ofSaved = quoted(
+        SceneSchema::kLaterSaved, [](const std::string& bytes) { return pb::UnknownFieldSet().ParseFromString(bytes); });
+    if (!ofSaved) return ofSaved;
+    Expected<std::string> beside = quoted(SceneSchema::kLaterFile, [](const std::string& bytes) {
+        const Expected<proto::scene::SceneFile> read = parseSceneFile(asBytes(bytes));
+        return read && read->saved().empty();  // it would take the place of what is being read
+    });
+    reflection.ClearField(&saved, saved.GetDescriptor()->FindFieldByNumber(SceneSchema::kLaterFile));
+    return beside;
+}
+
 }  // namespace
 
 Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& limits) {
@@ -97,15 +125,17 @@ Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& li
     if (!parser.Parse(&input, message.get()))
         return fail(ErrorCode::kBadInput, errors.text().empty() ? "it is not a Tessera scene" : errors.text());
     notePlaces(*message, places);
-    proto::scene::SceneFile file;
-    {
-        std::string binary;
-        if (!message->SerializeToString(&binary) || !file.ParseFromString(binary))
-            return fail(ErrorCode::kLimit, "it is larger than 2 GiB");
-        message->Clear();
-    }
+    const Expected<std::string> beside = takeQuoted(*message, places);
+    if (!beside) return tl::unexpected(beside.error());
+    std::string binary;
+    if (!message->SerializeToString(&binary)) return fail(ErrorCode::kLimit, "it is larger than 2 GiB");
+    message->Clear();
+    binary += *beside;
+    Expected<proto::scene::SceneFile> file = parseSceneFile(asBytes(binary));
+    if (!file) return tl::unexpected(file.error());
+    binary = std::string();
     const FolderFiles files = filesBeside(path, limits);
-    return SceneExpander(files, limits).expand(std::move(file), &places);
+    return SceneExpander(files, limits).expand(std::move(*file), &places);
 }
 
 Expected<PlainScene> readSceneBinary(const std::string& path, const ReadLimits& limits) {

@@ -249,6 +249,24 @@ std::string number(int field, char value) {
     return std::string{static_cast<char>(field << 3), value};
 }
 
+ObjectId realId(ObjectId id) {
+    return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id;
+}
+
+/// What tessera-convert does; returns the notes.
+std::vector<std::string> convert(const std::string& from, const std::string& to) {
+    Expected<ImportedScene> scene = importScene(from, kRootNode, importOptions());
+    EXPECT_TRUE(scene) << scene.error().message;
+    if (!scene) return {};
+    LaterParts kept = scene->later;
+    kept.replaceIds(realId);
+    const std::vector<std::string> notes = scene->notes;
+    const ImportedAspect aspect(std::move(*scene));
+    const Expected<void> written = saveScene(to, *aspect, kept);
+    EXPECT_TRUE(written) << written.error().message;
+    return notes;
+}
+
 TEST(SavedScene, OfANewerVersionKeepsWhatIsNotUnderstood) {
     // A root with a child whose core is of type 777, and a transform with a field 50; arrays that only these name.
     const std::string later = field(877, "anything" + number(1, 2));
@@ -259,33 +277,158 @@ TEST(SavedScene, OfANewerVersionKeepsWhatIsNotUnderstood) {
                               field(1, number(1, 5) + field(103, field(50, "more"))) + number(2, 7) + field(60, "also");
     const std::string file = field(16, saved) + field(15, "first array") + field(15, "second array") + field(99, "top");
     const Scratch scratch;
-    const auto convert = [&](const std::string& from, const std::string& to) {
-        Expected<ImportedScene> scene = importScene(from, kRootNode, importOptions());
-        ASSERT_TRUE(scene) << scene.error().message;
-        EXPECT_EQ(scene->notes.size(), 3u);
-        for (const std::string part : {"objects of type 777", "field 50 of Transform", "fields beside its objects"})
-            EXPECT_TRUE(std::any_of(scene->notes.begin(), scene->notes.end(), [&](const std::string& note) {
+    const auto convertAndName = [&](const std::string& from, const std::string& to) {
+        const std::vector<std::string> notes = convert(from, to);
+        EXPECT_EQ(notes.size(), 4u);
+        for (const std::string part : {"objects of type 777", "field 50 of Transform", "fields beside its objects",
+                                       "fields beside what it saved"})
+            EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [&](const std::string& note) {
                 return note.find(part) != std::string::npos;
             })) << part;
-        const auto real = [](ObjectId id) {
-            return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id;
-        };
-        LaterParts kept = scene->later;
-        kept.replaceIds(real);
-        const ImportedAspect aspect(std::move(*scene));
-        const Expected<void> written = saveScene(to, *aspect, kept);
-        ASSERT_TRUE(written) << written.error().message;
     };
     const std::string first = scratch.write("newer.tsc", file);
-    convert(first, scratch.path("kept.tsc"));
-    convert(scratch.path("kept.tsc"), scratch.path("kept.tsct"));
-    convert(scratch.path("kept.tsct"), scratch.path("again.tsc"));
+    convertAndName(first, scratch.path("kept.tsc"));
+    convertAndName(scratch.path("kept.tsc"), scratch.path("kept.tsct"));
+    convertAndName(scratch.path("kept.tsct"), scratch.path("again.tsc"));
     const std::string kept = contentOf(scratch.path("kept.tsc"));
     EXPECT_EQ(kept, contentOf(scratch.path("again.tsc")));
     // Numbers are those of the file, and everything that is not understood is there, as are the refs to it.
     for (const std::string& part : {later, number(1, 4), field(50, "more"), field(60, "also"), field(99, "top"),
                                     field(15, "first array") + field(15, "second array"), field(1, "new") + number(2, 4)})
         EXPECT_NE(kept.find(part), std::string::npos) << testing::PrintToString(part);
+}
+
+/// A root with a node, which has this core.
+std::string savedWithCore(std::string_view core) {
+    return field(1, number(1, 1) + number(2, 2) + field(101, "")) + field(1, number(1, 2) + field(101, number(2, 3))) +
+           field(1, number(1, 3) + std::string(core)) + number(2, 1);
+}
+
+TEST(SavedScene, OfANewerVersionKeepsEqualArraysApart) {
+    const Scratch scratch;
+    const std::string arrays = field(15, "equal") + field(15, "equal") + field(15, "") + field(15, "third");
+    const std::string first = scratch.write("newer.tsc", field(16, savedWithCore(field(877, number(1, 4)))) + arrays);
+    (void)convert(first, scratch.path("kept.tsct"));
+    (void)convert(scratch.path("kept.tsct"), scratch.path("kept.tsc"));
+    EXPECT_NE(contentOf(scratch.path("kept.tsc")).find(arrays), std::string::npos);
+}
+
+TEST(SavedScene, KeepsWordsOfANewerVersion) {
+    // An Interest whose response and mode are words of later, and one more bit of what it shows.
+    const std::string later = number(3, 9) + number(5, 77) + number(10, 9);
+    const TypeInfo& type = Object::of(Interest()).info();
+    ASSERT_EQ(type.type.value, 13);
+    ASSERT_EQ(findField(type, "response")->id.value, 3);
+    ASSERT_EQ(findField(type, "mode")->id.value, 5);
+    ASSERT_EQ(findField(type, "show")->id.value, 10);
+    const Scratch scratch;
+    const std::string first = scratch.write("newer.tsc", field(16, savedWithCore(field(113, later))));
+    const Expected<ImportedScene> scene = importScene(first, kRootNode, importOptions());
+    ASSERT_TRUE(scene) << scene.error().message;
+    const ImportedAspect aspect(*scene);
+    const Interest* interest = aspect->coreOf<Interest>(*aspect->get<Node>(aspect->root().children.front()));
+    ASSERT_NE(interest, nullptr);
+    EXPECT_EQ(interest->response, Interest().response);
+    EXPECT_EQ(interest->mode, Interest().mode);
+    EXPECT_EQ(interest->show, Interest::kShowPoints);
+    const std::vector<std::string> notes = convert(first, scratch.path("kept.tsct"));
+    EXPECT_EQ(convert(scratch.path("kept.tsct"), scratch.path("kept.tsc")).size(), 3u);
+    EXPECT_EQ(convert(first, scratch.path("other.tsc")).size(), 3u);
+    EXPECT_EQ(contentOf(scratch.path("kept.tsc")), contentOf(scratch.path("other.tsc")));
+    EXPECT_NE(contentOf(scratch.path("kept.tsc")).find(later), std::string::npos);
+    ASSERT_EQ(notes.size(), 3u);
+    for (const std::string part : {"response 9 of Interest", "mode 77 of Interest", "show 9 of Interest"})
+        EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [&](const std::string& note) {
+            return note.find(part) != std::string::npos;
+        })) << part;
+    // Who has given the field another value since is right.
+    Expected<ImportedScene> edited = importScene(first, kRootNode, importOptions());
+    ASSERT_TRUE(edited);
+    edited->later.replaceIds(realId);
+    replaceIds(edited->list, realId);
+    ChangeListBuilder edit;
+    setField<&Interest::response>(edit, edited->later.words.begin()->first.first, Interest::kBounce);
+    Aspect changed;
+    ASSERT_TRUE(changed.apply(edited->list));
+    ASSERT_TRUE(changed.apply(edit.take()));
+    const Expected<std::string> text = writeScene(changed, SceneEncoding::kText, edited->later);
+    ASSERT_TRUE(text);
+    EXPECT_NE(text->find("response: RESPONSE_BOUNCE"), std::string::npos) << *text;
+    EXPECT_NE(text->find("mode: 77"), std::string::npos) << *text;
+}
+
+TEST(SavedScene, NamesWhatANewerVersionWroteBesideIt) {
+    const Scratch scratch;
+    const std::string beside = number(9, 1) + field(34, "beside");
+    const std::string saved = field(1, number(1, 1) + number(2, 2) + field(101, "")) +
+                              field(1, number(1, 2) + field(101, "")) + number(2, 1);
+    const std::string authored = field(6, field(1, "written"));
+    for (const std::string& what : {field(16, saved), authored}) {
+        const std::string first = scratch.write("newer.tsc", what + beside + field(15, "array"));
+        for (const auto& [from, to] : {std::pair(first, "kept.tsct"), std::pair(scratch.path("kept.tsct"), "kept.tsc")}) {
+            const std::vector<std::string> notes = convert(from, scratch.path(to));
+            ASSERT_EQ(notes.size(), 1u);
+            EXPECT_NE(notes[0].find(": a newer version of Tessera wrote fields beside what it saved: not understood"),
+                      std::string::npos) << notes[0];
+        }
+        const std::string kept = contentOf(scratch.path("kept.tsc"));
+        EXPECT_NE(kept.find(field(15, "array") + beside), std::string::npos);
+    }
+}
+
+TEST(SavedScene, NamesWhatANewerVersionAddedToWhatAuthorsWrite) {
+    const Scratch scratch;
+    const std::string unit = std::string("\x09\0\0\0\0\0\0\xf0\x3f", 9);  // x: 1
+    std::string size = unit + unit + unit;
+    size[9] = 0x11, size[18] = 0x19;
+    const std::string box = field(6, field(1, "box") + field(10, field(1, size) + number(9, 5)));
+    const std::string unknown = field(6, field(1, "auth") + field(33, number(1, 2)));
+    const std::string motion = field(6, field(2, "") + field(24, number(2, 9) + field(4, "")));
+    const Expected<ImportedScene> scene =
+        importScene(scratch.write("newer.tsc", box + unknown + motion), kRootNode, importOptions());
+    ASSERT_TRUE(scene) << scene.error().message;
+    ASSERT_EQ(scene->notes.size(), 3u);
+    for (const std::string part : {"field 9 of Box", "field 33 of Node", "mode 9 of Motion"})
+        EXPECT_TRUE(std::any_of(scene->notes.begin(), scene->notes.end(), [&](const std::string& note) {
+            return note.find("a newer version of Tessera wrote " + part + ": not understood, left out") != std::string::npos;
+        })) << part;
+    EXPECT_EQ(scene->triangles, 12u);
+}
+
+TEST(SavedScene, IsRefusedWhereItsQuotedPartsAreDamaged) {
+    const Scratch scratch;
+    const std::string saved = "saved { root: 1 object { number: 1 node {} }\n  ";
+    const auto refused = [&](const std::string& body, const std::string& wanted) {
+        const std::string path = scratch.write("quoted.tsct", body);
+        const Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+        ASSERT_FALSE(scene) << body;
+        EXPECT_EQ(scene.error().message, path + wanted);
+        EXPECT_EQ(scene.error().code, ErrorCode::kBadInput);
+    };
+    refused(saved + "later_file: \"\\377\" }", ":2:3: what later_file quotes is damaged");
+    refused(saved + "later_file: \"\\202\\001\\000\\202\\001\\002\\020\\001\" }", ":2:3: what later_file quotes is damaged");  // saved
+    refused(saved + "later: \"\\377\" }", ":2:3: what later quotes is damaged");
+    refused(saved + "later_file: \"\\063\\064\" }", ":2:3: what later_file quotes is damaged");  // groups
+    // As if it stood there: a second object with the number.
+    refused(saved + "later: \"\\n\\005\\010\\001\\252\\006\\000\" }", ": object 1 (Node): its number is there twice");
+    // In a binary file nothing needs quoting, but somebody may.
+    const std::string binary =
+        scratch.write("quoted.tsc", field(16, field(1, number(1, 1) + field(101, "")) + number(2, 1) + field(4, "\xff")));
+    EXPECT_EQ(messageOf(importScene(binary, kRootNode, importOptions())), binary + ": what it saved is damaged");
+    const std::string known = scratch.write(
+        "known.tsc", field(16, field(1, number(1, 1) + field(101, "")) + number(2, 1) + field(4, field(6, "\xff"))));
+    EXPECT_EQ(messageOf(importScene(known, kRootNode, importOptions())), known + ": what it saved is damaged");
+}
+
+TEST(SavedScene, KeepsArraysOfNoBytes) {
+    expectRoundTrip(sceneOf([](ChangeListBuilder& list) {
+        list.create(ObjectId{5}, typeOf<Node>());
+        list.create(ObjectId{6}, typeOf<Geometry>());
+        list.place(ObjectId{5}, kRootNode);
+        setField<&Node::core>(list, ObjectId{5}, ObjectId{6});
+        setField<&Geometry::positions>(list, ObjectId{6}, Blob::of(std::span<const float>()));
+        setField<&Geometry::indices>(list, ObjectId{6}, Blob::of(std::span<const float>()));
+    }));
 }
 
 // ---- hostile files

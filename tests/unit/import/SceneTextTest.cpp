@@ -507,6 +507,8 @@ INSTANTIATE_TEST_SUITE_P(
                   "scene.tsct:2:29: Unknown enumeration value of \"SLIP\" for field \"response\""},
         WrongText{"ResponseBeyondAll", "node { name: \"x\" }\nnode { interest { object: \"x\" response: 17 } }",
                   "scene.tsct:2:8: an interest: response must be between 0 and 5, not 17"},
+        WrongText{"ModeBeyondAll", "node { name: \"x\" transform {} motion { mode: 3 key { time: 0 } } }",
+                  "scene.tsct: node 'x': a motion's mode is 3, which is none of its words"},
         WrongText{"SpotTooWide", "node { name: \"x\" spot_light { outer_angle_deg: -1 } }",
                   "scene.tsct: node 'x': outerAngle must be between 0 and 1.5707963267948966, not -0.01745329238474369"},
         WrongText{"SpotOfNegativeRange", "node { name: \"x\" spot_light { range: -1 } }", "scene.tsct: node 'x': range must be at least 0, not -1"},
