@@ -224,7 +224,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* remove = app.add_subcommand("remove", "Removes a node and all below it");
     remove->add_option("NODE", in.remove.node, "/path/of/names or #id")->required();
 
-    const CLI::App* types = app.add_subcommand("types", "All types and fields; needs no server");
+    CLI::App* types = app.add_subcommand("types", "All types and fields; needs no server");
+    types->add_flag("--json", in.line.json, "Answer in JSON");  // here too, as with the programs that need no server
 
     const CLI::App* undo = app.add_subcommand("undo", "Takes back the last change");
 

@@ -12,7 +12,7 @@ namespace tessera {
 /// Sits at the origin of its node and shines along -Z. Between the two angles it fades as glTF's KHR_lights_punctual says.
 struct SpotLight {
     static constexpr ObjectType kType{15};
-    static constexpr double kWidest = std::numbers::pi / 2;
+    static constexpr float kWidest = static_cast<float>(std::numbers::pi / 2);  ///< above π/2, which no float is
     Vec3f color = Vec3f::Ones();  ///< linear RGB
     float intensity = 1.0f;       ///< falls with the square of the distance in world units
     float range = 0.0f;           ///< no effect beyond. 0: unlimited

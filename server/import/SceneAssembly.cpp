@@ -55,6 +55,13 @@ proto::scene::Place placeOf(const proto::scene::Node& node) {
     return {};
 }
 
+proto::scene::Place placeOfNode(const proto::scene::Node& node) {
+    proto::scene::Place place;
+    place.set_line(static_cast<std::uint32_t>(node.at() >> 32));
+    place.set_column(static_cast<std::uint32_t>(node.at()));
+    return place;
+}
+
 std::string placeText(const std::string& label, const proto::scene::Place& at) {
     return at.line() > 0 ? fmt::format("{}:{}:{}", label, at.line(), at.column()) : label;
 }
@@ -86,7 +93,7 @@ void SceneAssembly::note(std::string text) {
 }
 
 Expected<SceneAssembly::Placed*> SceneAssembly::newNode(std::string name, ObjectId core, const Spot& spot) {
-    if (result_.nodes >= options_.maxNodes)
+    if (written_++ >= options_.maxNodes)
         return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", options_.maxNodes));
     if (spot.depth >= options_.maxDepth)
         return fail(ErrorCode::kLimit, fmt::format("nodes are nested deeper than {} levels", options_.maxDepth));
@@ -150,7 +157,7 @@ Expected<void> SceneAssembly::placeFile(LoadedFile& file, const Spot& spot) {
 Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
     const Content content = node.content_case();
     const auto in = [&](const Error& error) {
-        return failWith(fmt::format("{}: node '{}'", file.label, readName(node.name(), "")), error);
+        return failWith(fmt::format("{}: node '{}'", placeText(file.label, placeOfNode(node)), readName(node.name(), "")), error);
     };
     Expected<ObjectId> core = contentCore(file, node, spot);
     if (!core) {

@@ -96,7 +96,7 @@ Expected<void> SceneExpander::collectNames(const Items& items, const Places* pla
 
 Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const Places* places) {
     if (file.version() > 1)
-        return fail(ErrorCode::kUnsupported,
+        return fail(ErrorCode::kBadInput,
                     fmt::format("it is a scene of version {}; this program reads version 1", file.version()));
     if (Expected<void> done = collectNames(file.material(), places, "material", materials_); !done)
         return tl::unexpected(done.error());
@@ -162,6 +162,7 @@ Expected<void> SceneExpander::expandNode(const proto::scene::Node& node, const W
             return failAt(Where{places, fieldOf(node, proto::scene::Node::kMaterialFieldNumber), -1}.place(),
                           known.error());
 
+    const proto::scene::Place at = where.place();
     const std::uint32_t count = node.has_repeat() ? node.repeat().count() : 1;
     for (std::uint32_t i = 0; i < count; ++i) {
         if (++nodes_ > limits_.maxNodes)
@@ -169,6 +170,7 @@ Expected<void> SceneExpander::expandNode(const proto::scene::Node& node, const W
                           {ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits_.maxNodes)});
         proto::scene::Node* copy = out.Add();
         copy->set_name(node.name());
+        if (at.line() > 0) copy->set_at(std::uint64_t{at.line()} << 32 | at.column());
         if (node.has_transform()) *copy->mutable_transform() = node.transform();
         if (i > 0) {
             proto::scene::Vector* translation = copy->mutable_transform()->mutable_translation();

@@ -75,6 +75,7 @@ TEST(SceneText, ReadsWhatFollowsFromTheTableOfTypes) {
         node { name: "lamp" transform { translation { y: 3 } }
           spot_light { color { r: 1 g: 0.5 } intensity: 4 range: 9 inner_angle_deg: 10 outer_angle_deg: 30 } }
         node { name: "plain" spot_light {} }
+        node { name: "flat" spot_light { inner_angle_deg: 90 outer_angle_deg: 90 } }
         node { name: "bent" transform { translation { x: 5 } }
           component_transform { translation { x: 1 } center { y: 2 } rotation { axis { z: 1 } angle_deg: 90 }
                                 scale_orientation { quaternion { w: 1 } } scale { y: 3 } }
@@ -92,6 +93,9 @@ TEST(SceneText, ReadsWhatFollowsFromTheTableOfTypes) {
     const auto* plain = aspect.core<SpotLight>("/plain");
     ASSERT_NE(plain, nullptr);
     EXPECT_EQ(plain->outerAngle, SpotLight().outerAngle) << "what is not said is the default";
+    const auto* flat = aspect.core<SpotLight>("/flat");
+    ASSERT_NE(flat, nullptr);
+    EXPECT_EQ(flat->outerAngle, static_cast<float>(EIGEN_PI / 2));
     const auto* bent = aspect.core<ComponentTransform>("/bent/transform");
     ASSERT_NE(bent, nullptr);
     EXPECT_EQ(bent->translation, Vec3d(1, 0, 0));
@@ -508,10 +512,10 @@ INSTANTIATE_TEST_SUITE_P(
         WrongText{"ResponseBeyondAll", "node { name: \"x\" }\nnode { interest { object: \"x\" response: 17 } }",
                   "scene.tsct:2:8: an interest: response must be between 0 and 5, not 17"},
         WrongText{"ModeBeyondAll", "node { name: \"x\" transform {} motion { mode: 3 key { time: 0 } } }",
-                  "scene.tsct: node 'x': a motion's mode is 3, which is none of its words"},
+                  "scene.tsct:1:1: node 'x': a motion's mode is 3, which is none of its words"},
         WrongText{"SpotTooWide", "node { name: \"x\" spot_light { outer_angle_deg: -1 } }",
-                  "scene.tsct: node 'x': outerAngle must be between 0 and 1.5707963267948966, not -0.01745329238474369"},
-        WrongText{"SpotOfNegativeRange", "node { name: \"x\" spot_light { range: -1 } }", "scene.tsct: node 'x': range must be at least 0, not -1"},
+                  "scene.tsct:1:1: node 'x': outerAngle must be between 0 and 1.5707963705062866, not -0.01745329238474369"},
+        WrongText{"SpotOfNegativeRange", "node { name: \"x\" spot_light { range: -1 } }", "scene.tsct:1:1: node 'x': range must be at least 0, not -1"},
         WrongText{"NegativeThreshold", "node { name: \"x\" }\nnode { interest { object: \"x\" threshold: -1 } }",
                   "scene.tsct:2:8: an interest: threshold must be between 0 and 1000000000000, not -1"},
         WrongText{"FacesOrNone",
@@ -538,17 +542,17 @@ INSTANTIATE_TEST_SUITE_P(
         WrongText{"UnknownCollisionField", "node { collision_object { weight: 3 } }",
                   "scene.tsct:1:33: CollisionObject has no 'weight'"},
         WrongText{"GravityBeyondBounds", "node { name: \"air\" environment { gravity { y: -1e7 } } }",
-                  "scene.tsct: node 'air': gravity's x, y and z must be between -1000000 and 1000000"},
+                  "scene.tsct:1:1: node 'air': gravity's x, y and z must be between -1000000 and 1000000"},
         WrongText{"FlatBox", "node { name: \"b\" box { size { x: 1 y: 1 } } }",
                   "scene.tsct:1:1: a box's size x, y and z must be above zero"},
         WrongText{"Nan", "node { name: \"n\" transform { translation { x: nan } } }",
-                  "scene.tsct: node 'n': a transform holds a number that is not finite or beyond 1e15"},
+                  "scene.tsct:1:1: node 'n': a transform holds a number that is not finite or beyond 1e15"},
         WrongText{"DoubleMaterial", "material { name: \"m\" }\nmaterial { name: \"m\" }\nnode { }",
                   "scene.tsct:2:1: the material 'm' is there twice"},
         WrongText{"IndexOutOfRange", "mesh { name: \"m\" position: [0,0,0] index: [0,1,0] }\nnode { }",
                   "scene.tsct:1:1: mesh 'm': index 1 of 1 vertices"},
         WrongText{"DescendingKeys", "node { name: \"n\" transform {} motion { key { time: 1 } key { time: 1 } } }",
-                  "scene.tsct: node 'n': a motion's times do not ascend from 0"},
+                  "scene.tsct:1:1: node 'n': a motion's times do not ascend from 0"},
         WrongText{"FromTheFuture", "version: 7",
                   "scene.tsct: it is a scene of version 7; this program reads version 1"},
         WrongText{"Nothing", "# only a comment\n", "scene.tsct: there is nothing in it to show"},

@@ -56,6 +56,9 @@ TEST(Convert, SaysWhatIsWrongInOneLine) {
     const Ran missing = run(program("tessera-convert") + " " + scratch.path("none.glb") + " " + scratch.path("out.tsc"));
     EXPECT_EQ(missing.code, 3);
     EXPECT_EQ(missing.said.find("tessera-convert: " + scratch.path("none.glb") + ": there is no such file"), 0u) << missing.said;
+    const Ran later = run(program("tessera-convert") + " " + scratch.write("later.tsct", "version: 7") + " " + scratch.path("out.tsc"));
+    EXPECT_EQ(later.code, 3);
+    EXPECT_EQ(later.said, "tessera-convert: " + scratch.path("later.tsct") + ": it is a scene of version 7; this program reads version 1\n");
     EXPECT_FALSE(std::filesystem::exists(scratch.path("out.tsc")));
 }
 
