@@ -137,21 +137,20 @@ private:
     // ---- what is there
 
     Expected<void> findObjects(ByteSpan bytes) {
-        std::size_t nodes = 0;
         Expected<void> problem;
-        const bool whole = findObjectsIn(bytes, false, nodes, problem);
+        const bool whole = findObjectsIn(bytes, false, problem);
         if (!problem) return problem;
         return whole ? Expected<void>() : damaged();
     }
 
     /// `quoted`: what a text had to quote is read as though it stood there.
-    bool findObjectsIn(ByteSpan bytes, bool quoted, std::size_t& nodes, Expected<void>& problem) {
+    bool findObjectsIn(ByteSpan bytes, bool quoted, Expected<void>& problem) {
         return forEachWireField(bytes, [&](const WireField& field) {
             const bool hasLength = field.kind == WireFormatLite::WIRETYPE_LENGTH_DELIMITED;
             if (field.number == SceneSchema::kRoot && field.kind == WireFormatLite::WIRETYPE_VARINT) {
                 rootNumber_ = static_cast<std::uint32_t>(field.value);
             } else if (field.number == SceneSchema::kLaterSaved && hasLength) {
-                return !quoted && findObjectsIn(field.bytes, true, nodes, problem);
+                return !quoted && findObjectsIn(field.bytes, true, problem);
             } else if (field.number == SceneSchema::kLaterFile && hasLength) {
                 // Beside the message only fields can stand that this version does not know.
                 result_.later.ofFile += asText(field.bytes);
@@ -169,8 +168,6 @@ private:
                     problem = fail(ErrorCode::kLimit, fmt::format("one of its objects takes more than {} MiB", kMaxObjectBytes >> 20));
                 else if (!lookAt(field.bytes, item, 0))
                     problem = damaged();
-                else if (item.type && item.type->info->type == typeOf<Node>() && ++nodes > options_.maxNodes + 1)
-                    problem = fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", options_.maxNodes));
                 items_.push_back(std::move(item));
                 return problem.has_value();
             }
@@ -457,7 +454,7 @@ private:
             if (!items_[i].type || items_[i].type->info->type != typeOf<Node>()) continue;
             ++nodes;
             if (i != root_ && items_[i].parent == kNone)
-                if (Expected<void> done = placeBelow(i, 1, placed); !done) return done;
+                if (Expected<void> done = placeBelow(i, 0, placed); !done) return done;
         }
         if (placed == nodes) return {};
         return fail(ErrorCode::kBadInput, "some of its nodes are below themselves");

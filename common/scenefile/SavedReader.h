@@ -13,10 +13,10 @@ namespace tessera {
 struct SavedOptions {
     ObjectId parent = kRootNode;              ///< the top level is placed below it
     std::uint64_t firstId = kFirstPlaceholder;  ///< of what is created; the others follow it
-    std::size_t maxObjects = 4'000'000;
-    std::size_t maxNodes = 1'000'000;
-    std::size_t maxDepth = 200;  ///< below the parent
-    std::size_t maxTextBytes = 4096;
+    // Whatever a scene can hold.
+    std::size_t maxObjects = SceneLimits().maxObjects;
+    std::size_t maxDepth = SceneLimits().maxDepth - 1;  ///< below the parent; the scene counts its root too
+    std::size_t maxTextBytes = SceneLimits().maxTextBytes;
     std::string beside;  ///< what a newer version wrote in the file beside the message: goes into `later`
     /// Sees each object with its refs, and may change or refuse it before it goes into the list. `object` is of the type.
     std::function<Expected<void>(ObjectId id, const TypeInfo& type, void* object)> look;

@@ -202,10 +202,9 @@ tl::unexpected<Error> errorFrom(ByteSpan payload) {
     return fail(known ? static_cast<ErrorCode>(number) : ErrorCode::kBadInput, std::move(message));
 }
 
-constexpr std::size_t kMaxSceneBytes = std::size_t{512} << 20;
 constexpr std::size_t kMaxTextBytes = 4096;
 constexpr std::size_t kMaxNotes = 64;
-constexpr std::size_t kMaxBlobs = 1'000'000;
+constexpr std::size_t kMaxBlobs = 8'000'000;
 
 }  // namespace
 
@@ -237,8 +236,7 @@ Expected<ImporterOutput> runImporter(const std::string& file, const ImportOption
             return cutShort(end);
         if (record.magic != ImportRecord::kMagic) return nonsense("not a record");
         const bool isText = record.kind == ImportRecord::Kind::kNote || record.kind == ImportRecord::Kind::kError;
-        if (record.sizeBytes > options.maxResultBytes || total + record.sizeBytes > options.maxResultBytes ||
-            (record.kind == ImportRecord::Kind::kScene && record.sizeBytes > kMaxSceneBytes))
+        if (record.sizeBytes > options.maxResultBytes || total + record.sizeBytes > options.maxResultBytes)
             return fail(ErrorCode::kLimit,
                         fmt::format("it becomes more than {} MiB in memory", options.maxResultBytes >> 20));
         if (isText && record.sizeBytes > kMaxTextBytes) return nonsense("a long message");

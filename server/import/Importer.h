@@ -29,14 +29,15 @@ struct ImportOptions {
     /// Empty: "tessera-import" beside the running program.
     std::string importerProgram;
 
-    std::size_t maxFileBytes = std::size_t{1} << 30;
-    std::size_t maxResultBytes = std::size_t{1} << 30;  ///< what one child may hand over
-    std::size_t maxMemoryBytes = std::size_t{2} << 30;  ///< address space of the child
+    std::size_t maxFileBytes = 0x7fffffff;
+    // Of one child. A scene of Tessera's own gets more by its file's bytes: whatever a live scene holds comes back from a file.
+    std::size_t maxResultBytes = std::size_t{1} << 30;  ///< what it may hand over
+    std::size_t maxMemoryBytes = std::size_t{2} << 30;  ///< address space
     std::chrono::seconds maxCpuTime{30};
-    std::chrono::milliseconds deadline{60'000};  ///< wall time of one child
-    std::size_t maxNodes = 1'000'000;            ///< of the whole import, instances counted
-    std::size_t maxDepth = 200;                  ///< nodes below `parent`
-    std::size_t maxImportDepth = 8;              ///< scene files that import scene files
+    std::chrono::milliseconds deadline{60'000};  ///< wall time
+    std::size_t maxNodes = 1'000'000;  ///< of models and of what authors wrote, in the whole import, instances counted
+    std::size_t maxDepth = SceneLimits().maxDepth - 1;  ///< nodes below `parent`; the scene counts its root too
+    std::size_t maxImportDepth = 8;                     ///< scene files that import scene files
 };
 
 struct ImportedScene {

@@ -1,10 +1,12 @@
 #include "server/import/LoadedFile.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 
 #include "server/import/AssetFolders.h"
@@ -28,6 +30,24 @@ tl::unexpected<Error> badNumber(std::string_view what) {
     return fail(ErrorCode::kBadInput, fmt::format("{} holds a number that is not finite or beyond 1e15", what));
 }
 
+/// What a scene takes to read follows its bytes. A small object of a text takes about a kilobyte while it is parsed, sixteen
+/// times its letters.
+ImportOptions withBoundsOf(const std::string& path, bool text, ImportOptions options) {
+    std::error_code unknown;
+    const std::uintmax_t size = std::filesystem::file_size(path, unknown);
+    if (unknown || size > options.maxFileBytes) return options;
+    const auto bytes = static_cast<std::size_t>(size);
+    const std::size_t memory = options.maxMemoryBytes + bytes * (text ? 16 : 4);
+    // Never so much that the machine itself would be short of it.
+    const auto machine = static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    options.maxMemoryBytes = std::max(options.maxMemoryBytes, std::min(memory, machine / 2));
+    options.maxResultBytes = std::max(options.maxResultBytes, bytes + bytes / 8);
+    const std::chrono::seconds more(bytes >> 22);
+    options.maxCpuTime += more;
+    options.deadline += more;
+    return options;
+}
+
 template <typename Item>
 std::map<std::string, const Item*> indexByName(const google::protobuf::RepeatedPtrField<Item>& items) {
     std::map<std::string, const Item*> index;
@@ -47,15 +67,16 @@ tl::unexpected<Error> failInFile(const std::string& label, const Error& error) {
 
 Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const std::string& label,
                                                const ImportOptions& options, std::vector<std::string>& notes) {
-    Expected<ImporterOutput> output = runImporter(path, options);
+    const std::string extension = lowerCaseExtension(path);
+    const bool isScene = extension == "tsct" || extension == "tsc";
+    Expected<ImporterOutput> output = runImporter(path, isScene ? withBoundsOf(path, extension == "tsct", options) : options);
     if (!output) return failInFile(label, output.error());
     Expected<proto::scene::SceneFile> content = parseSceneFile(output->scene);
     if (!content) return failWith(label, content.error());
     auto file = std::make_unique<LoadedFile>();
     file->path = path;
     file->label = label;
-    const std::string extension = lowerCaseExtension(path);
-    file->isScene = extension == "tsct" || extension == "tsc";
+    file->isScene = isScene;
     file->content = std::move(*content);
     file->blobs = std::move(output->blobs);
     file->meshes = indexByName(file->content.mesh());

@@ -2,6 +2,7 @@
 
 #include <google/protobuf/unknown_field_set.h>
 
+#include <algorithm>
 #include <unordered_map>
 
 #include "common/scenefile/SavedReader.h"
@@ -26,7 +27,7 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
     SavedOptions options;
     options.parent = spot.parent;
     options.firstId = nextId_;
-    options.maxNodes = options_.maxNodes - result_.nodes;
+    options.maxObjects -= std::min(options.maxObjects, static_cast<std::size_t>(nextId_ - kFirstPlaceholder));
     options.maxDepth = options_.maxDepth - spot.depth;
     options.look = [&](ObjectId id, const TypeInfo& type, void* object) -> Expected<void> {
         if (id == spot.parent) return {};

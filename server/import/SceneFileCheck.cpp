@@ -20,7 +20,7 @@ public:
 
     Expected<void> countMessage(const Descriptor& type, int depth) {
         if (depth > limits_.maxDepth)
-            return fail(ErrorCode::kLimit, fmt::format("nodes are nested deeper than {} levels", limits_.maxDepth));
+            return fail(ErrorCode::kLimit, fmt::format("it is nested deeper than {} levels", limits_.maxDepth));
         while (const std::uint32_t tag = input_.ReadTag()) {
             if (++count_ > limits_.maxElements)
                 return fail(ErrorCode::kLimit, fmt::format("it has more than {} elements", limits_.maxElements));

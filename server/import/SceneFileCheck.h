@@ -11,7 +11,7 @@ struct SceneFileLimits {
     /// Fields present, at all depths. A few bytes of empty sub-messages become hundreds of bytes of objects, so
     /// counting the bytes is not enough.
     std::size_t maxElements = 8'000'000;
-    int maxDepth = 256;  ///< messages in messages
+    int maxDepth = 256 + 8;  ///< messages in messages: nodes, and what the innermost holds
 };
 
 /// Counts before it parses. Never fails otherwise than with an error, whatever the bytes are.

@@ -13,9 +13,9 @@
 namespace tessera {
 
 struct ReadLimits {
-    std::size_t maxFileBytes = std::size_t{1} << 30;  ///< of one file, the ones it refers to included
+    std::size_t maxFileBytes = 0x7fffffff;  ///< of one file, the ones it refers to included
     std::size_t maxNodes = 1'000'000;
-    std::size_t maxDepth = 200;
+    std::size_t maxDepth = 255;
     int maxImageSide = 4096;  ///< pixels; larger images are halved until they fit
     bool verbatim = false;  ///< see ImportOptions
 };

@@ -22,8 +22,6 @@ namespace {
 
 namespace pb = google::protobuf;
 
-constexpr std::size_t kMaxTextBytes = std::size_t{512} << 20;
-
 /// "Message type \"T\" has no field named \"x\"." in our words, with the name that was probably meant.
 std::string explainUnknownField(const std::string& message) {
     const std::string head = "Message type \"", middle = "\" has no field named \"";
@@ -111,7 +109,7 @@ Expected<std::string> takeQuoted(pb::Message& file, const pb::TextFormat::ParseI
 }  // namespace
 
 Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& limits) {
-    const Expected<Bytes> bytes = readOrdinaryFile(path, std::min(limits.maxFileBytes, kMaxTextBytes));
+    const Expected<Bytes> bytes = readOrdinaryFile(path, limits.maxFileBytes);
     if (!bytes) return fail(bytes.error().code, "the file " + bytes.error().message);
     // By the schema that knows what is saved; what authors write is the same in both.
     const std::unique_ptr<pb::Message> message = SceneSchema::get().newMessage(SceneSchema::get().file());

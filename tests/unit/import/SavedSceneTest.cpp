@@ -234,6 +234,55 @@ TEST(SavedScene, CostsAsMuchToWriteAsItHasObjects) {
     }
 }
 
+TEST(SavedScene, IsAsDeepAsALiveSceneCanBe) {
+    // The root, and all that fits below it; and as many out of the tree.
+    const std::uint64_t depth = SceneLimits().maxDepth;
+    expectRoundTrip(sceneOf([&](ChangeListBuilder& list) {
+        ObjectId above = kRootNode;
+        for (std::uint64_t id = 5; id < 5 + depth - 1; ++id) {
+            list.create(ObjectId{id}, typeOf<Node>());
+            list.place(ObjectId{id}, above);
+            above = ObjectId{id};
+        }
+        list.create(ObjectId{1000}, typeOf<Interest>());
+        setField<&Node::core>(list, above, ObjectId{1000});
+        setField<&Interest::object>(list, ObjectId{1000}, ObjectId{2000});
+        for (std::uint64_t id = 2000; id < 2000 + depth; ++id) {
+            list.create(ObjectId{id}, typeOf<Node>());
+            if (id > 2000) list.place(ObjectId{id}, ObjectId{id - 1});
+        }
+    }));
+    // What authors write, too.
+    const Scratch scratch;
+    std::string text;
+    for (std::uint64_t i = 1; i < depth; ++i) text += "node { ";
+    text += "transform { rotation { axis { x: 1 } } }";
+    for (std::uint64_t i = 1; i < depth; ++i) text += " }";
+    Expected<ImportedScene> scene = importScene(scratch.write("deep.tsct", text), kRootNode, importOptions());
+    ASSERT_TRUE(scene) << scene.error().message;
+    expectRoundTrip(*ImportedAspect(std::move(*scene)));
+    EXPECT_FALSE(importScene(scratch.write("deeper.tsct", "node { " + text + " }"), kRootNode, importOptions()));
+}
+
+TEST(SavedScene, MayHaveMoreNodesThanAuthorsMayWrite) {
+    if (kSanitized) GTEST_SKIP() << "the sanitizers' own memory is beyond any limit";
+    constexpr std::uint64_t kEach = 600'000;
+    std::string text = "saved { root: 1 object { number: 1 child: [2, 3] node {} }\n";
+    for (std::uint64_t parent : {2, 3}) {
+        text += fmt::format("object {{ number: {} node {{}} child: [", parent);
+        for (std::uint64_t i = 0; i < kEach; ++i) text += fmt::format("{}{}", i ? "," : "", 4 + (parent - 2) * kEach + i);
+        text += "] }\n";
+    }
+    for (std::uint64_t i = 0; i < 2 * kEach; ++i) text += fmt::format("object {{ number: {} node {{}} }}\n", 4 + i);
+    const Scratch scratch;
+    // The bounds of a file follow its bytes.
+    ImportOptions options = importOptions();
+    options.maxMemoryBytes = std::size_t{400} << 20;
+    const Expected<ImportedScene> scene = importScene(scratch.write("wide.tsct", text + "}"), kRootNode, options);
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_EQ(scene->nodes, 2 * kEach + 2);
+}
+
 // ---- newer versions
 
 std::string field(int number, std::string_view bytes) {
