@@ -154,7 +154,8 @@ Expected<std::vector<RangeEdit>> decodeRanges(ByteSpan records, ByteSpan bytes) 
     std::vector<RangeEdit> ranges;
     ranges.reserve(records.size() / sizeof(RangeRecord));
     for (const RangeRecord& record : copyAs<RangeRecord>(records)) {
-        if (record.sizeBytes == 0 || record.sizeBytes > bytes.size()) return bad("the bytes of a range are cut off");
+        if (record.sizeBytes == 0) return bad("a range has no bytes");
+        if (record.sizeBytes > bytes.size()) return bad("the bytes of a range are cut off");
         const ByteSpan own = bytes.first(record.sizeBytes);
         bytes = bytes.subspan(record.sizeBytes);
         // Never a handle that is here: whoever applies the list makes the array and compares.
