@@ -15,6 +15,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -300,6 +302,22 @@ tl::unexpected<Error> failedSystemCall(const std::string& path, std::string_view
     return fail(ErrorCode::kFailed, fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
 }
 
+struct FilePlace {
+    std::string path;            ///< where a link leads
+    std::optional<mode_t> mode;  ///< of the file that is there already
+};
+Expected<FilePlace> placeOfFile(const std::string& path) {
+    FilePlace place{.path = path, .mode = {}};
+    struct stat there {};
+    if (::stat(path.c_str(), &there) != 0) return place;
+    if (!S_ISREG(there.st_mode))
+        return fail(ErrorCode::kFailed, path + ": cannot write there: this is a folder, device, pipe or socket");
+    place.mode = there.st_mode & 07777;
+    std::error_code unknown;
+    if (const std::filesystem::path real = std::filesystem::canonical(path, unknown); !unknown) place.path = real.string();
+    return place;
+}
+
 }  // namespace
 
 Expected<SceneEncoding> sceneEncodingOf(const std::string& path) {
@@ -315,12 +333,20 @@ Expected<std::string> writeScene(const Aspect& scene, SceneEncoding encoding, co
 Expected<void> saveScene(const std::string& path, const Aspect& scene, const LaterParts& later) {
     const Expected<SceneEncoding> encoding = sceneEncodingOf(path);
     if (!encoding) return tl::unexpected(encoding.error());
+    const Expected<FilePlace> place = placeOfFile(path);
+    if (!place) return tl::unexpected(place.error());
     const Expected<std::string> content = writeScene(scene, *encoding, later);
     if (!content) return failWith(path, content.error());
-    std::string temporary = path + ".XXXXXX";
-    const int fd = ::mkostemp(temporary.data(), O_CLOEXEC);
+    // Not mkstemp: a new file gets the rights that the user's mask leaves.
+    std::string temporary;
+    int fd = -1;
+    for (int i = 0; fd < 0 && i < 100; ++i) {
+        temporary = fmt::format("{}.{}.{}", place->path, ::getpid(), i);
+        fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (fd < 0 && errno != EEXIST) break;
+    }
     if (fd < 0) return failedSystemCall(path, "cannot write there");
-    ::fchmod(fd, 0644);
+    if (place->mode) ::fchmod(fd, *place->mode);
     bool written = true;
     for (std::string_view left = *content; written && !left.empty();) {
         const ssize_t done = ::write(fd, left.data(), left.size());
@@ -331,7 +357,7 @@ Expected<void> saveScene(const std::string& path, const Aspect& scene, const Lat
     }
     const int why = errno;
     const bool closed = ::close(fd) == 0;
-    if (written && closed && ::rename(temporary.c_str(), path.c_str()) == 0) return {};
+    if (written && closed && ::rename(temporary.c_str(), place->path.c_str()) == 0) return {};
     if (!written) errno = why;
     auto error = failedSystemCall(path, "cannot write");
     ::unlink(temporary.c_str());

@@ -1,5 +1,6 @@
 /// Scenes saved to files and read back.
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <ctime>
 #include <fstream>
@@ -200,6 +201,27 @@ TEST(SavedScene, OfAnArrayThatIsNotHereIsRefused) {
     const Expected<std::string> saved = writeScene(scene, SceneEncoding::kBinary);
     ASSERT_FALSE(saved);
     EXPECT_EQ(saved.error().message, "the positions of Geometry #6 (36 bytes) are not here");
+}
+
+TEST(SavedScene, TakesThePlaceOfTheFileAndNothingElse) {
+    const Scratch scratch;
+    const std::string file = scratch.write("there.tsc", "before"), link = scratch.path("link.tsc");
+    std::filesystem::permissions(file, std::filesystem::perms(0600));
+    std::filesystem::create_symlink("there.tsc", link);
+    ASSERT_TRUE(saveScene(link, Aspect()));
+    EXPECT_TRUE(std::filesystem::is_symlink(link));
+    EXPECT_NE(contentOf(file), "before");
+    EXPECT_EQ(std::filesystem::status(file).permissions(), std::filesystem::perms(0600));
+    const mode_t mask = ::umask(027);
+    ASSERT_TRUE(saveScene(scratch.path("new.tsc"), Aspect()));
+    ::umask(mask);
+    EXPECT_EQ(std::filesystem::status(scratch.path("new.tsc")).permissions(), std::filesystem::perms(0640));
+    std::filesystem::create_symlink("/dev/full", scratch.path("full.tsc"));
+    const Expected<void> refused = saveScene(scratch.path("full.tsc"), Aspect());
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().message, scratch.path("full.tsc") + ": cannot write there: this is a folder, device, pipe or socket");
+    EXPECT_TRUE(std::filesystem::is_symlink(scratch.path("full.tsc")));
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.path("")), {}), 4);
 }
 
 /// A node with this many children, the child's number in each name.
