@@ -51,6 +51,7 @@ void DifferenceFinder::reset(std::span<const Box> boxes, InteractionTable table)
     slotOf_.assign(boxes.size(), kNoSlot);
     spares_.clear();
     vacated_.clear();
+    holes_ = 0;
     settled_ = 0;
     activeItems_ = 0;
     for (std::uint32_t i = 0; i < boxes.size(); ++i) {
@@ -146,6 +147,8 @@ void DifferenceFinder::regroup(std::span<const std::uint32_t> items, std::span<c
         return;
     }
     bringUpToDate();
+    if (coming > spares_.size() && holes_ > settled_ / 16 && coming <= spares_.size() + holes_)
+        arrange(Occasion::kOrderDecayed);
     if (coming > spares_.size()) makeSpares(coming + settled_ / 8 + 64);
     // A grid has no room for those who come.
     if (order_ == grid_.get()) arrange(Occasion::kOrderDecayed);
@@ -170,7 +173,7 @@ void DifferenceFinder::regroup(std::span<const std::uint32_t> items, std::span<c
                 activeItems_ -= table_.activeItem(item);
             if (gone) {
                 itemOf_[slot] = kNoItem;
-                spares_.push_back(slot);
+                ++holes_;
                 slot = kNoSlot;
             }
         } else if (!gone) {
@@ -273,6 +276,7 @@ void DifferenceFinder::findAfresh() {
 
 /// Puts the slots in a new order. What was before is lost: this is for the end of a frame.
 void DifferenceFinder::arrange(Occasion occasion) {
+    ++arrangements_;
     order_ = tree_ ? tree_.get() : grid_.get();
     if (grid_ && (!tree_ || (occasion == Occasion::kAfresh && slots_ >= kGridFrom))) {
         grid_->arrange(cur_, slots_, workers_, from_);
@@ -297,6 +301,7 @@ void DifferenceFinder::arrange(Occasion occasion) {
     });
     itemOf_.swap(items);
     spares_.clear();
+    holes_ = 0;
     for (std::size_t s = slots_; s > 0 && prev_.empty(s - 1); --s)  // what is empty comes last
         if (itemOf_[s - 1] == kNoItem) spares_.push_back(static_cast<std::uint32_t>(s - 1));
     std::swap(cur_, prev_);
@@ -510,7 +515,7 @@ void DifferenceFinder::keepMoved() {
     movedSlots_.clear();
     for (const std::uint32_t slot : vacated_) {
         itemOf_[slot] = kNoItem;
-        spares_.push_back(slot);
+        ++holes_;
     }
     vacated_.clear();
     if (due) arrange(Occasion::kOrderDecayed);

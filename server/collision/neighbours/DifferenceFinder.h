@@ -35,6 +35,8 @@ public:
     [[nodiscard]] std::span<const Box> boxes() const { return boxes_; }
     /// Which order is in use now: kGrid or kTree.
     [[nodiscard]] NeighbourMethod method() const;
+    /// How often all have been put in a new order so far.
+    [[nodiscard]] std::size_t arrangements() const { return arrangements_; }
 
 private:
     /// What one task found; kept for its memory.
@@ -90,6 +92,7 @@ private:
     std::vector<std::uint32_t> itemOf_;  // per slot; none: a spare one
     std::vector<std::uint32_t> spares_;  // slots for what comes, or strays from its neighbours
     std::vector<std::uint32_t> vacated_; // by strays, in this frame
+    std::size_t holes_ = 0;              // slots that were left, amid others: who came there would stretch a leaf
     std::size_t expected_ = 0;
     bool foundAfresh_ = true;            // since changes or pairs were asked for
     std::vector<PairChange> untold_;     // changes since then, where there were several updates
@@ -112,6 +115,7 @@ private:
     std::vector<std::uint32_t> movedSlots_;  // ascending
     std::vector<std::uint64_t> movedBits_;
     std::vector<std::uint32_t> from_;
+    std::size_t arrangements_ = 0;
     std::size_t searches_ = 0;  // since all was found afresh
 
     std::vector<Findings> tasks_;

@@ -391,5 +391,25 @@ TEST(NeighbourFinder, FollowsWhoComesAndGoes) {
         }
 }
 
+/// What goes far away takes no place amid others, where it would stretch their leaf.
+TEST(DifferenceFinder, MovesFarAwayMakeFewNewOrders) {
+    neighbours::DifferenceFinder finder(NeighbourMethod::kAuto);
+    std::vector<Box> boxes;
+    for (int i = 0; i < 4000; ++i) {
+        const Vec3d at(1.3 * (i % 16), 1.3 * (i / 16 % 16), 1.3 * (i / 256));
+        boxes.push_back({at, at + Vec3d::Ones()});
+    }
+    finder.expect(boxes.size() + boxes.size() / 8 + 256);
+    finder.reset(boxes, InteractionTable::everybody(boxes.size()));
+    (void)finder.pairs();
+    for (int i = 0; i < 400; ++i) {
+        const Vec3d at(-40 - 2.0 * i, i, 0);
+        finder.move(static_cast<std::uint32_t>(11 * i % 4000), {at, at + Vec3d::Ones()});
+        std::vector<NeighbourPair> begun, ended;
+        if (!finder.changes(begun, ended)) (void)finder.pairs();
+    }
+    EXPECT_LE(finder.arrangements(), 4U);
+}
+
 }  // namespace
 }  // namespace tessera
