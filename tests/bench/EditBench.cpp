@@ -311,8 +311,8 @@ void rows(std::size_t small, std::size_t large, int edits, const std::string& on
     }
     Kind few(small), many(large);
     for (const auto& [name, make] : Kind::edits()) {
-        (void)few.microseconds(make, edits / 10);
-        (void)many.microseconds(make, edits / 10);
+        (void)few.microseconds(make, edits / 10 + 2);
+        (void)many.microseconds(make, edits / 10 + 2);
         const double a = few.microseconds(make, edits), b = many.microseconds(make, edits);
         fmt::print("{:<28}{:>12.1f}{:>12.1f}{:>8.2f}\n", name, a, b, b / a);
     }

@@ -75,9 +75,6 @@ struct CollisionPipeline::Impl {
     void lookOnTheWay(bool deforming, Step& step);
     void askAllFaces(std::uint32_t pair, QueryWork& work);
     [[nodiscard]] bool touchAtRest(Step& step);
-    [[nodiscard]] static std::pair<std::size_t, std::uint64_t> facesTold(const PairState& pair,
-                                                                         const Relation& relation);
-    [[nodiscard]] Touching restingContact(std::uint32_t pair);
     void tellStops(Step& step);
     void addEvents(std::uint32_t a, std::uint32_t b, PairEvent when, std::vector<EventBook::Touching>& out) const;
     void tell(Step& step);
@@ -475,38 +472,12 @@ bool CollisionPipeline::Impl::touchAtRest(Step& step) {
         });
         memory.tell(k, open || pair.touch.touching || !pair.distance.farther, news);
         if (pair.touch.touching && relation.contacts)
-            contacts.rests(k, pair.nodeA, pair.nodeB, facesTold(pair, relation).second);
+            contacts.rests(k, pair.nodeA, pair.nodeB, facesTold(pair, relation));
     }
     for (const std::uint32_t k : incomplete) {
         if (!pairs[k].touch.complete) notLookedAt(pairs[k].nodeA, pairs[k].nodeB, NotLookedAt::Reason::kWork, step);
     }
     return !stale.empty();
-}
-
-/// Of a pair that touches: how many faces are listed, and how many there are of those asked for.
-std::pair<std::size_t, std::uint64_t> CollisionPipeline::Impl::facesTold(const PairState& pair,
-                                                                         const Relation& relation) {
-    if (relation.detail == Interest::kAllFaces) return {pair.touch.faces.size(), pair.touch.faceCount};
-    const std::size_t most = relation.detail == Interest::kYesOrNo ? 1 : static_cast<std::size_t>(relation.detail);
-    const std::size_t listed = std::min(pair.touch.faces.size(), most);
-    return {listed, std::max<std::uint64_t>(listed, 1)};
-}
-
-Touching CollisionPipeline::Impl::restingContact(std::uint32_t k) {
-    PairState& pair = memory.states()[k];
-    const Relation relation = relationOf(pair);
-    const auto [listed, count] = facesTold(pair, relation);
-    return {pair.nodeA,
-            pair.nodeB,
-            pair.a,
-            pair.b,
-            {pair.touch.faces.begin(), pair.touch.faces.begin() + static_cast<std::ptrdiff_t>(listed)},
-            count,
-            part(pair.a).world,
-            part(pair.b).world,
-            interestOf(relation),
-            1,
-            &pair.hullContact};
 }
 
 /// Of two objects in touch at the end, for each interest that wants to know of it. `when`: time, point and normal.
@@ -569,8 +540,8 @@ void CollisionPipeline::Impl::finish(Step& step) {
     std::ranges::sort(result.stopped);
     result.stopped.erase(std::unique(result.stopped.begin(), result.stopped.end()), result.stopped.end());
 
-    contacts.write(
-        handler, [this](std::uint32_t k) { return restingContact(k); }, limits.maxContacts, result);
+    const auto describe = [this](std::uint32_t k) { return restingContact(handler, memory.states()[k]); };
+    contacts.write(handler, describe, limits.maxContacts, result);
 
     const auto inTouch = [&](const QuestionBook::Matter& matter) {
         return std::ranges::any_of(memory.told(), [&](std::uint32_t k) {

@@ -46,7 +46,34 @@ Contact contactAt(const ObjectHandler& handler, const Touching& touching, const 
     return contact;
 }
 
+std::ptrdiff_t facesListed(const PairState& pair, const Relation& relation) {
+    const auto all = static_cast<std::ptrdiff_t>(pair.touch.faces.size());
+    if (relation.detail == Interest::kAllFaces) return all;
+    return std::min(all, relation.detail == Interest::kYesOrNo ? 1 : static_cast<std::ptrdiff_t>(relation.detail));
+}
+
 }  // namespace
+
+std::uint64_t facesTold(const PairState& pair, const Relation& relation) {
+    if (relation.detail == Interest::kAllFaces) return pair.touch.faceCount;
+    return std::max<std::uint64_t>(static_cast<std::uint64_t>(facesListed(pair, relation)), 1);
+}
+
+Touching restingContact(const ObjectHandler& handler, PairState& pair) {
+    const Relation relation = handler.relation(std::min(pair.a, pair.b), std::max(pair.a, pair.b));
+    Touching touching;
+    touching.nodeA = pair.nodeA;
+    touching.nodeB = pair.nodeB;
+    touching.partA = pair.a;
+    touching.partB = pair.b;
+    touching.faces.assign(pair.touch.faces.begin(), pair.touch.faces.begin() + facesListed(pair, relation));
+    touching.faceCount = facesTold(pair, relation);
+    touching.worldA = handler.parts()[pair.a].world;
+    touching.worldB = handler.parts()[pair.b].world;
+    touching.interest = handler.interests()[relation.interests.front()].core;
+    touching.known = &pair.hullContact;
+    return touching;
+}
 
 /// As far as it has not been noted since the list was last written.
 void ContactList::noteBefore(const NodePair& key) {

@@ -23,6 +23,11 @@ struct Touching {
     HullContact* known = nullptr;  ///< of two hulls, in the poses in which they are now: what is known of the contact
 };
 
+/// Of a pair that touches: how many faces there are of those asked for.
+[[nodiscard]] std::uint64_t facesTold(const PairState& pair, const Relation& relation);
+/// What is told of it.
+[[nodiscard]] Touching restingContact(const ObjectHandler& handler, PairState& pair);
+
 /// What touches is kept from step to step: a step costs what has come to touch or ceased to, and what is listed.
 class ContactList {
 public:
