@@ -460,19 +460,22 @@ bool CollisionPipeline::Impl::touchAtRest(Step& step) {
         for (const std::uint32_t k : *ended) contacts.takeOut(k);
     else
         contacts.takeOutAll();
-    for (const std::uint32_t k : stale) contacts.takeOut(k);
+    for (const std::uint32_t k : stale)
+        if (!pairs[k].touch.touching || !contacts.restsAs(k, pairs[k].nodeA, pairs[k].nodeB)) contacts.takeOut(k);
     for (const std::uint32_t k : stale) {
         const PairState& pair = pairs[k];
-        const Relation relation = relationOf(pair);
         const bool open = !pair.touch.complete || !pair.distance.complete;
         if (open) incomplete.push_back(k);
-        const bool news = std::ranges::any_of(relation.interests, [&](std::uint32_t index) {
-            const std::int64_t mode = handler.interests()[index].mode;
-            return mode == Interest::kPseudoDynamic || mode == Interest::kDynamic || mode == Interest::kDistance;
-        });
-        memory.tell(k, open || pair.touch.touching || !pair.distance.farther, news);
+        if (!open && !pair.touch.touching && pair.distance.farther) {
+            memory.tell(k, false, false);
+            continue;
+        }
+        const Relation relation = relationOf(pair);
+        memory.tell(k, true, hasNews(handler, relation));
         if (pair.touch.touching && relation.contacts)
             contacts.rests(k, pair.nodeA, pair.nodeB, facesTold(pair, relation));
+        else
+            contacts.takeOut(k);
     }
     for (const std::uint32_t k : incomplete) {
         if (!pairs[k].touch.complete) notLookedAt(pairs[k].nodeA, pairs[k].nodeB, NotLookedAt::Reason::kWork, step);

@@ -59,6 +59,13 @@ std::uint64_t facesTold(const PairState& pair, const Relation& relation) {
     return std::max<std::uint64_t>(static_cast<std::uint64_t>(facesListed(pair, relation)), 1);
 }
 
+bool hasNews(const ObjectHandler& handler, const Relation& relation) {
+    return std::ranges::any_of(relation.interests, [&](std::uint32_t index) {
+        const std::int64_t mode = handler.interests()[index].mode;
+        return mode == Interest::kPseudoDynamic || mode == Interest::kDynamic || mode == Interest::kDistance;
+    });
+}
+
 Touching restingContact(const ObjectHandler& handler, PairState& pair) {
     const Relation relation = handler.relation(std::min(pair.a, pair.b), std::max(pair.a, pair.b));
     Touching touching;
@@ -83,26 +90,29 @@ void ContactList::noteBefore(const NodePair& key) {
 
 void ContactList::rests(std::uint32_t pair, ObjectId nodeA, ObjectId nodeB, std::uint64_t faceCount) {
     const NodePair key{nodeA, nodeB};
-    noteBefore(key);
-    if (keyOf_.size() <= pair) keyOf_.resize(pair + 1);
-    keyOf_[pair] = key;
-    resting_[key] = {pair, faceCount};
-    faceCount_ += faceCount;
+    if (restingOf_.size() <= pair) restingOf_.resize(pair + 1);
+    Resting& resting = restingOf_[pair];
+    if (resting.key != key) {
+        noteBefore(key);
+        resting_[key] = pair;
+        resting.key = key;
+    }
+    faceCount_ += faceCount - resting.faceCount;
+    resting.faceCount = faceCount;
 }
 
 void ContactList::takeOut(std::uint32_t pair) {
-    if (pair >= keyOf_.size() || !keyOf_[pair].first) return;
-    const NodePair key = std::exchange(keyOf_[pair], {});
-    noteBefore(key);
-    const auto at = resting_.find(key);
-    faceCount_ -= at->second.faceCount;
-    resting_.erase(at);
+    if (pair >= restingOf_.size() || !restingOf_[pair].key.first) return;
+    const Resting resting = std::exchange(restingOf_[pair], {});
+    noteBefore(resting.key);
+    faceCount_ -= resting.faceCount;
+    resting_.erase(resting.key);
 }
 
 void ContactList::takeOutAll() {
-    for (const auto& [key, resting] : resting_) noteBefore(key);
+    for (const auto& [key, pair] : resting_) noteBefore(key);
     resting_.clear();
-    keyOf_.clear();
+    restingOf_.clear();
     faceCount_ = 0;
 }
 
@@ -130,8 +140,8 @@ void ContactList::write(const ObjectHandler& handler, const Describe& describe, 
         Touching resting;
         accounts.clear();
         if (rests != resting_.end() && rests->first == pair) {
-            resting = describe(rests->second.pair);
-            notReached -= rests->second.faceCount;
+            resting = describe(rests->second);
+            notReached -= restingOf_[rests->second].faceCount;
             accounts.push_back(&resting);
             ++rests;
         }

@@ -25,15 +25,22 @@ struct Touching {
 
 /// Of a pair that touches: how many faces there are of those asked for.
 [[nodiscard]] std::uint64_t facesTold(const PairState& pair, const Relation& relation);
+/// Whether more is told of such a pair than that it touches: events or distances.
+[[nodiscard]] bool hasNews(const ObjectHandler& handler, const Relation& relation);
 /// What is told of it.
 [[nodiscard]] Touching restingContact(const ObjectHandler& handler, PairState& pair);
 
 /// What touches is kept from step to step: a step costs what has come to touch or ceased to, and what is listed.
 class ContactList {
+    using NodePair = std::pair<ObjectId, ObjectId>;
+
 public:
     /// A pair, by its number, touches where it is now, with so many faces. Those that came to be another pair, or none,
     /// are taken out before.
     void rests(std::uint32_t pair, ObjectId nodeA, ObjectId nodeB, std::uint64_t faceCount);
+    [[nodiscard]] bool restsAs(std::uint32_t pair, ObjectId nodeA, ObjectId nodeB) const {
+        return pair < restingOf_.size() && restingOf_[pair].key == NodePair(nodeA, nodeB);
+    }
     void takeOut(std::uint32_t pair);
     /// Numbers mean nothing any more.
     void takeOutAll();
@@ -47,15 +54,14 @@ public:
     void write(const ObjectHandler& handler, const Describe& describe, std::size_t most, StepResult& result);
 
 private:
-    using NodePair = std::pair<ObjectId, ObjectId>;
     struct Resting {
-        std::uint32_t pair = 0;
+        NodePair key;  // none: it does not rest
         std::uint64_t faceCount = 0;
     };
     void noteBefore(const NodePair& key);
 
-    std::map<NodePair, Resting> resting_;
-    std::vector<NodePair> keyOf_;        // by number of a pair; none: it does not rest
+    std::map<NodePair, std::uint32_t> resting_;  // by number
+    std::vector<Resting> restingOf_;             // per number
     std::uint64_t faceCount_ = 0;        // of all that rest
     std::map<NodePair, bool> before_;    // of those that came or went: whether they touched when it was last written
     std::vector<NodePair> addedBefore_;  // then, ascending
