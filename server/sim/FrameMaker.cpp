@@ -34,9 +34,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
         for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
     if (recording_) recording_->frameBegins(number, first, edits, replies);
     FrameResult frame = around_.simulation.step(first, std::move(edits), replies);
-    // What ranges have made: hosts make it themselves, and those that come later ask for it by name.
-    if (frame.commit.list)
-        for (const RangeEdit& range : frame.commit.list->ranges) around_.blobs.add(range.result);
+    if (frame.commit.list) hold(number, *frame.commit.list);
     if (recording_) recording_->frameDone(number, frame);
     around_.report.frameCommitted(frame);
 
@@ -50,6 +48,24 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
                          .payload = encodeFrame({.view = lastView_, .collision = numbersOf(frame.collision)}),
                          .list = frame.commit.sent};
     return {.result = std::move(frame), .content = std::move(content)};
+}
+
+void FrameMaker::hold(FrameNumber frame, const ChangeList& list) {
+    constexpr std::uint64_t kFrames = 600, kBytes = std::uint64_t{256} << 20;
+    Named named{.frame = frame, .blobs = blobsOf(list)};
+    // What ranges have made: hosts make it themselves, and those that come later ask for it by name.
+    for (const RangeEdit& range : list.ranges) named.blobs.push_back(range.result);
+    for (Blob& blob : named.blobs) {
+        blob = around_.blobs.add(std::move(blob));
+        named.bytes += blob.sizeBytes();
+    }
+    if (named.blobs.empty()) return;
+    namedBytes_ += named.bytes;
+    named_.push_back(std::move(named));
+    while (named_.size() > 1 && (namedBytes_ > kBytes || named_.front().frame.value + kFrames < frame.value)) {
+        namedBytes_ -= named_.front().bytes;
+        named_.pop_front();
+    }
 }
 
 }  // namespace tessera

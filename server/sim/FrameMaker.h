@@ -1,6 +1,7 @@
 /// The scene's part of a frame: from what everybody wants to what everybody gets.
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,7 +41,18 @@ public:
     [[nodiscard]] Made make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies);
 
 private:
+    /// Whoever is handed a list may ask for the arrays that it names, though a later part of it, or a later frame, has
+    /// replaced them in the scene.
+    void hold(FrameNumber frame, const ChangeList& list);
+    struct Named {
+        FrameNumber frame;
+        std::vector<Blob> blobs;
+        std::uint64_t bytes = 0;
+    };
+
     Surroundings around_;
+    std::deque<Named> named_;  ///< of the frames up to now, within bounds
+    std::uint64_t namedBytes_ = 0;
     std::unique_ptr<RecordingWriter> recording_;  ///< null: none wanted
     View lastView_;
     bool cameraComplaint_ = false;

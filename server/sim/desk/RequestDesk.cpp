@@ -157,10 +157,11 @@ ServerActions RequestDesk::queueEdit(std::uint64_t ticket, TimePoint now) {
     }
     std::vector<BlobInfo> infos;
     for (const Blob& blob : named) {
-        // To be handed out before the commit; the waiting edit (or the undo stack) keeps it alive.
         around_.blobs.add(blob);
         infos.push_back({blob.id(), blob.sizeBytes()});
     }
+    // Hosts fetch them before the commit. What an undo names may leave the undo stack before its turn comes: others undo too.
+    open.announced = std::move(named);
     return around_.session.announceBlobs(ticket, std::move(infos), now);
 }
 

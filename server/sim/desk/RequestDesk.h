@@ -71,6 +71,7 @@ private:
     struct Open {
         Asker asker;
         Edit edit;  ///< waiting for blobs or a frame
+        std::vector<Blob> announced;  ///< can be fetched until its outcome is known
         bool isLoad = false;
         answer::Loaded loaded;  ///< `node` is a placeholder until the commit
     };

@@ -1,0 +1,75 @@
+/// What a frame hands out can be fetched, whatever becomes of it in the scene.
+#include "server/sim/FrameMaker.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/sim/SceneForTests.h"
+
+namespace tessera {
+namespace {
+
+Wall wallOfOne() {
+    Wall wall;
+    wall.name = "test";
+    Screen screen;
+    screen.name = "front";
+    screen.lowerLeft = Vec3d(-1, 0, 0);
+    screen.lowerRight = Vec3d(1, 0, 0);
+    screen.upperLeft = Vec3d(-1, 1, 0);
+    screen.grid.tileWidthPx = screen.grid.tileHeightPx = 16;
+    wall.screens = {screen};
+    wall.users = {User{.name = "viewer"}};
+    wall.hosts = {{"only", {{"front", 0, 0, Eye::kCenter, "viewer"}}}};
+    return wall;
+}
+
+// A list sets an array and edits a range of it: the scene has what comes out, and only the list names what it was made
+// of. A host that does not have that asks for it.
+TEST(FrameMaker, ArraysThatAListNamesCanBeFetchedThoughTheSceneHasLetThemGo) {
+    const Wall wall = wallOfOne();
+    Simulation simulation;
+    ViewSource view(wall, "");
+    BlobStore blobs;
+    Report report(wall, "");
+    Log log("test", std::fopen("/dev/null", "w"));
+    FrameMaker maker({.simulation = simulation, .view = view, .blobs = blobs, .report = report, .log = log});
+
+    test::ListMaker made;
+    const ObjectId box = made.box({1, 1, 1});
+    made.node("box", kRootNode, box);
+    std::vector<Edit> edits(1);
+    edits[0].list = made.builder.take();
+    const FrameMaker::Made first = maker.make(FrameNumber(0), std::move(edits), {});
+    ASSERT_TRUE(first.result.outcomes[0].result) << first.result.outcomes[0].result.error().message;
+    ObjectId geometry;
+    for (const auto& [placeholder, id] : first.result.outcomes[0].ids)
+        if (placeholder == box) geometry = id;
+
+    Blob whole = makeBox({2, 2, 2}).toArrays().positions;
+    const BlobId name = whole.id();
+    const std::vector<float> corner = {5, 5, 5};
+    ChangeListBuilder both;
+    setField<&Geometry::positions>(both, geometry, whole);
+    both.setRange(geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>, 0, Blob::of(std::span<const float>(corner)));
+    whole = {};
+    edits.assign(1, {});
+    edits[0].list = both.take();
+    BlobId result;
+    {
+        const FrameMaker::Made second = maker.make(FrameNumber(1), std::move(edits), {});
+        ASSERT_TRUE(second.result.outcomes[0].result) << second.result.outcomes[0].result.error().message;
+        result = simulation.scene().get<Geometry>(geometry)->positions.id();
+    }
+    ASSERT_NE(result, name);
+    EXPECT_TRUE(blobs.find(name).resident());
+    EXPECT_TRUE(blobs.find(result).resident());
+    // Not for ever: ten seconds and another array later nobody asks any more.
+    edits.assign(1, {});
+    setField<&Geometry::positions>(both, geometry, makeBox({3, 3, 3}).toArrays().positions);
+    edits[0].list = both.take();
+    (void)maker.make(FrameNumber(700), std::move(edits), {});
+    EXPECT_FALSE(blobs.find(name).resident());
+}
+
+}  // namespace
+}  // namespace tessera
