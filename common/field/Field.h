@@ -97,16 +97,29 @@ struct FieldInfo {
     [[nodiscard]] bool holdsRefs() const { return kind == FieldKind::kRef || kind == FieldKind::kRefs; }
 
     // How a description says the rest.
-    [[nodiscard]] constexpr FieldInfo affects(Effect effect) const { return with(&FieldInfo::effects, effect); }
-    [[nodiscard]] constexpr FieldInfo unit(Unit unit) const { return with(&FieldInfo::measuredIn, unit); }
-    [[nodiscard]] constexpr FieldInfo atLeast(double bound) const { return with(&FieldInfo::least, bound); }
-    [[nodiscard]] constexpr FieldInfo between(double low, double high) const {
-        return atLeast(low).with(&FieldInfo::greatest, high);
+    [[nodiscard]] constexpr FieldInfo affects(Effect effect) const {
+        FieldInfo info = *this;
+        info.effects = effect;
+        return info;
     }
+    [[nodiscard]] constexpr FieldInfo unit(Unit unit) const {
+        FieldInfo info = *this;
+        info.measuredIn = unit;
+        return info;
+    }
+    [[nodiscard]] constexpr FieldInfo between(double low, double high) const {
+        FieldInfo info = *this;
+        info.least = low;
+        info.greatest = high;
+        return info;
+    }
+    [[nodiscard]] constexpr FieldInfo atLeast(double bound) const { return between(bound, greatest); }
     /// What a reference leads to; without this, to any core.
     template <typename Target>
     [[nodiscard]] constexpr FieldInfo to() const {
-        return with(&FieldInfo::refType, std::optional(Target::kType));
+        FieldInfo info = *this;
+        info.refType = Target::kType;
+        return info;
     }
     [[nodiscard]] constexpr FieldInfo oneOf(std::initializer_list<FieldWord> words) const {
         FieldInfo info = withWords(WordUse::kOneOf, words);
@@ -128,12 +141,6 @@ struct FieldInfo {
     }
 
 private:
-    template <typename T>
-    [[nodiscard]] constexpr FieldInfo with(T FieldInfo::*member, T value) const {
-        FieldInfo info = *this;
-        info.*member = value;
-        return info;
-    }
     [[nodiscard]] constexpr FieldInfo withWords(WordUse use, std::initializer_list<FieldWord> words) const {
         FieldInfo info = *this;
         info.wordUse = use;

@@ -14,20 +14,45 @@
 namespace tessera {
 namespace {
 
+/// What both scenes are made with.
+class SceneMaker {
+protected:
+    ObjectId create(ChangeListBuilder& b, ObjectType type) {
+        const ObjectId id{next_++};
+        b.create(id, type);
+        return id;
+    }
+    ObjectId place(ChangeListBuilder& b, ObjectId parent, ObjectId core) {
+        const ObjectId id = create(b, typeOf<Node>());
+        if (core) b.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
+        b.place(id, parent);
+        return id;
+    }
+    ObjectId box(ChangeListBuilder& b, const Vec3d& size) {
+        std::vector<float> positions;
+        for (int i = 0; i < 8; ++i)
+            for (int a = 0; a < 3; ++a) positions.push_back(static_cast<float>((i >> a & 1) != 0 ? 0.5 * size[a] : -0.5 * size[a]));
+        const std::vector<std::uint32_t> indices{0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                                 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+        const ObjectId id = create(b, typeOf<Geometry>());
+        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(positions)));
+        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(indices)));
+        return id;
+    }
+
+    Aspect aspect_;
+
+private:
+    std::uint64_t next_ = kRootNode.value + 1;
+};
+
 /// Boxes a little apart from each other, a tenth of which overlap a neighbour; 100 objects, an interest in each. Few
 /// touch: what a step tells costs what it tells, in a scene of any size.
-class Scene {
+class Scene : SceneMaker {
 public:
     explicit Scene(std::size_t count) {
         ChangeListBuilder b;
-        box_ = create(b, typeOf<Geometry>());
-        std::vector<float> positions;
-        for (int i = 0; i < 8; ++i)
-            for (int a = 0; a < 3; ++a) positions.push_back((i >> a & 1) != 0 ? 0.5f : -0.5f);
-        const std::vector<std::uint32_t> indices{0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
-                                                 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
-        b.set(box_, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(positions)));
-        b.set(box_, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(indices)));
+        box_ = box(b, Vec3d::Ones());
         hall_ = place(b, kRootNode, {});
         ObjectId group;
         std::size_t side = 1;
@@ -119,17 +144,6 @@ private:
         if (!aspect_.apply(list)) std::exit(2);
         pipeline_.sceneChanged(aspect_, &list);
     }
-    ObjectId create(ChangeListBuilder& b, ObjectType type) {
-        const ObjectId id{next_++};
-        b.create(id, type);
-        return id;
-    }
-    ObjectId place(ChangeListBuilder& b, ObjectId parent, ObjectId core) {
-        const ObjectId id = create(b, typeOf<Node>());
-        if (core) b.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
-        b.place(id, parent);
-        return id;
-    }
     ObjectId thing(ChangeListBuilder& b, ObjectId parent, const Vec3d& where, std::vector<ObjectId>& transforms) {
         transforms.push_back(create(b, typeOf<Transform>()));
         b.set(transforms.back(), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(where));
@@ -146,9 +160,7 @@ private:
         return made;
     }
 
-    Aspect aspect_;
     CollisionPipeline pipeline_;
-    std::uint64_t next_ = 2;
     ObjectId box_, own_, hall_, choice_, switched_, extra_;
     Made object_;
     std::vector<ObjectId> nodes_, transforms_, added_;
@@ -157,7 +169,7 @@ private:
 
 /// Boxes asleep on plates of a hundred, a little apart from each other; each is a free body. Until one has come to rest
 /// again nothing else is measured.
-class Bodies {
+class Bodies : SceneMaker {
 public:
     explicit Bodies(std::size_t count) {
         ChangeListBuilder b;
@@ -226,28 +238,6 @@ private:
     struct Made {
         ObjectId transform, node, core;
     };
-    ObjectId create(ChangeListBuilder& b, ObjectType type) {
-        const ObjectId id{next_++};
-        b.create(id, type);
-        return id;
-    }
-    ObjectId place(ChangeListBuilder& b, ObjectId parent, ObjectId core) {
-        const ObjectId id = create(b, typeOf<Node>());
-        b.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
-        b.place(id, parent);
-        return id;
-    }
-    ObjectId box(ChangeListBuilder& b, const Vec3d& size) {
-        std::vector<float> positions;
-        for (int i = 0; i < 8; ++i)
-            for (int a = 0; a < 3; ++a) positions.push_back(static_cast<float>((i >> a & 1) != 0 ? 0.5 * size[a] : -0.5 * size[a]));
-        const std::vector<std::uint32_t> indices{0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
-                                                 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
-        const ObjectId id = create(b, typeOf<Geometry>());
-        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(positions)));
-        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(indices)));
-        return id;
-    }
     Made thing(ChangeListBuilder& b, const Vec3d& where, ObjectId geometry) {
         Made made;
         made.transform = create(b, typeOf<Transform>());
@@ -293,9 +283,7 @@ private:
         std::exit(2);
     }
 
-    Aspect aspect_;
     CollisionPipeline pipeline_{{.maxContacts = 10}};  // listing them costs the same in any scene, and more than the rest
-    std::uint64_t next_ = 2;
     ObjectId ballast_;
     std::vector<Made> made_;
     int more_ = 0;

@@ -136,7 +136,8 @@ void treeRows(SceneTable& table, const SceneOptions& options) {
     row("change-traverse", "change a tenth, then traverse", 0.5, 1e3, "ms");
     row("change", "  of that: the change alone", 0, 1e3, "ms", "ours: said, checked, applied, hashed");
     row("change list", "  of that: the list said", 0, 1e3, "ms");
-    row("change-look", "change a tenth, world matrices of those", 0.5, 1e3, "ms", "both walk up to the root");
+    row("change-look", "change a tenth, world matrices of those", 0.5, 1e3, "ms",
+        "ours: WorldTransforms; theirs: each walks up to the root");
     row("change-kept", "change a tenth, kept world matrices", 0.5, 1e3, "ms",
         "ours: Aspect and RenderScene; theirs: change, traverse");
     row("memory", "memory per node", 0.7, 1.0 / static_cast<double>(options.many), "bytes", "as malloc counts");

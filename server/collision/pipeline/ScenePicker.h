@@ -11,6 +11,8 @@
 
 namespace tessera {
 
+class WorldTransforms;
+
 struct PickHit {
     ObjectId node;                ///< the node that bears the geometry
     std::uint32_t face = 0;       ///< triangle index in the geometry
@@ -31,7 +33,7 @@ public:
 
 private:
     void follow(const Aspect& aspect, ObjectHandler& handler);
-    [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place, class WorldTransforms& worlds);
+    [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place, WorldTransforms& worlds);
 
     std::shared_ptr<ShapeCache> shapes_;
     BoxTree tree_;  // by place

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 
 #include <fmt/format.h>
 
@@ -46,8 +45,8 @@ Expected<void> checkKeys(std::span<const double> keys) {
         if (i > 0 && keyTime(keys, i) <= keyTime(keys, i - 1))
             return fail(ErrorCode::kBadInput, fmt::format("motion key {} is not later than the one before", i));
         const double* q = keys.data() + i * kScalarsPerKey + 4;
-        if (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] < 1e-12)
-            return fail(ErrorCode::kBadInput, fmt::format("motion key {} has a rotation of length zero", i));
+        if (!tellsRotation(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]))
+            return fail(ErrorCode::kBadInput, fmt::format("motion key {} has a rotation that cannot be normalised", i));
     }
     return {};
 }
@@ -55,9 +54,14 @@ Expected<void> checkKeys(std::span<const double> keys) {
 Pose poseAt(std::span<const double> keys, std::int64_t mode, double seconds) {
     const std::size_t count = keys.size() / kScalarsPerKey;
     const double time = foldTime(seconds, keyTime(keys, 0), keyTime(keys, count - 1), mode);
-    const auto indices = std::views::iota(std::size_t{0}, count);
-    const auto next = static_cast<std::size_t>(
-        std::ranges::upper_bound(indices, time, {}, [&](std::size_t i) { return keyTime(keys, i); }) - indices.begin());
+    std::size_t next = 0;  // the first key after that time
+    for (std::size_t end = count; next < end;) {
+        const std::size_t middle = next + (end - next) / 2;
+        if (time < keyTime(keys, middle))
+            end = middle;
+        else
+            next = middle + 1;
+    }
     if (next == 0) return poseOfKey(keys, 0);
     if (next == count) return poseOfKey(keys, count - 1);
     const Pose a = poseOfKey(keys, next - 1);

@@ -8,30 +8,15 @@
 namespace tessera {
 namespace {
 
-Wall wallOfOne() {
-    Wall wall;
-    wall.name = "test";
-    Screen screen;
-    screen.name = "front";
-    screen.lowerLeft = Vec3d(-1, 0, 0);
-    screen.lowerRight = Vec3d(1, 0, 0);
-    screen.upperLeft = Vec3d(-1, 1, 0);
-    screen.grid.tileWidthPx = screen.grid.tileHeightPx = 16;
-    wall.screens = {screen};
-    wall.users = {User{.name = "viewer"}};
-    wall.hosts = {{"only", {{"front", 0, 0, Eye::kCenter, "viewer"}}}};
-    return wall;
-}
-
 // A list sets an array and edits a range of it: the scene has what comes out, and only the list names what it was made
 // of. A host that does not have that asks for it.
 TEST(FrameMaker, ArraysThatAListNamesCanBeFetchedThoughTheSceneHasLetThemGo) {
-    const Wall wall = wallOfOne();
+    const Wall wall = test::wallOfOne();
     Simulation simulation;
     ViewSource view(wall, "");
     BlobStore blobs;
     Report report(wall, "");
-    Log log("test", std::fopen("/dev/null", "w"));
+    Log log("test");
     FrameMaker maker({.simulation = simulation, .view = view, .blobs = blobs, .report = report, .log = log});
 
     test::ListMaker made;

@@ -11,27 +11,13 @@
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/Peers.h"
+#include "tests/unit/sim/SceneForTests.h"
 
 namespace tessera {
 namespace {
 
 using namespace std::chrono_literals;
 using Decision = request::Respond::Decision;
-
-Wall emptyWall() {
-    Wall wall;
-    wall.name = "test";
-    Screen screen;
-    screen.name = "front";
-    screen.lowerLeft = Vec3d(-1, 0, 0);
-    screen.lowerRight = Vec3d(1, 0, 0);
-    screen.upperLeft = Vec3d(-1, 1, 0);
-    screen.grid.tileWidthPx = screen.grid.tileHeightPx = 16;
-    wall.screens = {screen};
-    wall.users = {User{.name = "viewer"}};
-    wall.hosts = {{"only", {{"front", 0, 0, Eye::kCenter, "viewer"}}}};
-    return wall;
-}
 
 ServerSessionConfig configOf(const Wall& wall) {
     ServerSessionConfig config;
@@ -71,7 +57,7 @@ private:
     using Event = std::function<void(Peers&, RequestDesk&)>;
 
     void run() {
-        const Wall wall = emptyWall();
+        const Wall wall = test::wallOfOne();
         BlobStore blobs;
         Simulation simulation;
         ViewSource view(wall, "");

@@ -5,8 +5,25 @@
 
 #include "common/geometry/Mesh.h"
 #include "common/scene/FieldTable.h"
+#include "common/wall/Wall.h"
 
 namespace tessera::test {
+
+/// One host with one small tile.
+inline Wall wallOfOne() {
+    Wall wall;
+    wall.name = "test";
+    Screen screen;
+    screen.name = "front";
+    screen.lowerLeft = Vec3d(-1, 0, 0);
+    screen.lowerRight = Vec3d(1, 0, 0);
+    screen.upperLeft = Vec3d(-1, 1, 0);
+    screen.grid.tileWidthPx = screen.grid.tileHeightPx = 16;
+    wall.screens = {screen};
+    wall.users = {User{.name = "viewer"}};
+    wall.hosts = {{"only", {{"front", 0, 0, Eye::kCenter, "viewer"}}}};
+    return wall;
+}
 
 /// Hands out placeholders and remembers nothing else.
 class ListMaker {
