@@ -1,6 +1,7 @@
 // From a change list to the places of the scene that it concerns. What becomes of those: ScenePlaces.cpp.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "client/render/SceneItems.h"
 
@@ -83,8 +84,9 @@ void RenderScene::Impl::follow(const Aspect& aspect, const ChangeList& list) {
     for (const Creation& creation : list.creations)
         if (creation.type == typeOf<Node>()) addPlace(creation.id, kNone);
     if (!list.placements.empty()) ++version.scene;
-    // One after the other, as they were applied: so there is never a circle.
-    for (const Placement& placement : list.placements) relink(placement);
+    // First all out, then in where they are at the end: what stood below what in between may have been a circle.
+    for (const Placement& placement : list.placements) takeOut(placement.node);
+    for (const Placement& placement : list.placements) putUnderParent(placement.node);
     for (const FieldColumn& column : list.columns) followField(effectsOf(column), column.ids);
     for (const RangeEdit& range : list.ranges)
         followField(effectsOf(range.type, range.field), std::span(&range.object, 1));
@@ -174,26 +176,27 @@ void RenderScene::Impl::removePlace(std::uint32_t slot) {
     places.erase(slot);
 }
 
-void RenderScene::Impl::relink(const Placement& placement) {
-    const std::uint32_t slot = places.find(placement.node);
-    const std::uint32_t parent = places.find(placement.parent);
+void RenderScene::Impl::takeOut(ObjectId node) {
+    const std::uint32_t slot = places.find(node);
     TESSERA_CHECK(slot != kNone, "every node has its place");
     ScenePlace& place = places[slot];
-    // A switch may show another child now.
-    for (const std::uint32_t above : {place.parent, parent})
-        if (above != kNone && places[above].role == SceneRole::kChoice) mark(above, kChoice);
     mark(slot, kPlaced);
-    if (place.parent == parent) return;
-    const std::uint32_t ordered = place.orderedBelow;
-    if (place.parent != kNone) {
-        if (ordered > 0) countOrdered(place.parent, -std::int64_t{ordered});
-        unlink(places, places[place.parent].firstChild, slot, &ScenePlace::sibling);
-    }
+    const std::uint32_t parent = std::exchange(place.parent, kNone);
+    if (parent == kNone) return;
+    if (places[parent].role == SceneRole::kChoice) mark(parent, kChoice);  // it may show another child now
+    if (place.orderedBelow > 0) countOrdered(parent, -std::int64_t{place.orderedBelow});
+    unlink(places, places[parent].firstChild, slot, &ScenePlace::sibling);
+}
+
+void RenderScene::Impl::putUnderParent(ObjectId node) {
+    const Node* now = aspect_->get<Node>(node);
+    const std::uint32_t slot = places.find(node), parent = now ? places.find(now->parent) : kNone;
+    ScenePlace& place = places[slot];
+    if (parent == kNone || place.parent != kNone) return;  // a top, or named twice
     place.parent = parent;
-    if (parent != kNone) {
-        linkFirst(places, places[parent].firstChild, slot, &ScenePlace::sibling);
-        if (ordered > 0) countOrdered(parent, ordered);
-    }
+    if (places[parent].role == SceneRole::kChoice) mark(parent, kChoice);
+    linkFirst(places, places[parent].firstChild, slot, &ScenePlace::sibling);
+    if (place.orderedBelow > 0) countOrdered(parent, place.orderedBelow);
 }
 
 void RenderScene::Impl::setCore(std::uint32_t slot, ObjectId core) {

@@ -96,7 +96,8 @@ private:
     std::uint32_t addPlace(ObjectId node, std::uint32_t parent);
     void removePlace(std::uint32_t place);
     void adopt(ObjectId top);
-    void relink(const Placement& placement);
+    void takeOut(ObjectId node);
+    void putUnderParent(ObjectId node);
     void setCore(std::uint32_t place, ObjectId core);
     void mark(std::uint32_t place, Dirty why);
     void markUsers(ObjectId core, Dirty why);

@@ -11,6 +11,10 @@ struct Pose {
     Quatd rotation = Quatd::Identity();
     Vec3d scale = Vec3d::Ones();
     [[nodiscard]] Affine3d matrix() const { return composeTransform(translation, rotation, scale); }
+    /// Whether a Transform can say it: finite numbers, a rotation that can be normalised.
+    [[nodiscard]] bool sound() const {
+        return translation.allFinite() && scale.allFinite() && tellsRotation(rotation.squaredNorm());
+    }
 };
 
 }  // namespace tessera

@@ -20,6 +20,12 @@ using Quatd = Eigen::Quaterniond;
 using Affine3d = Eigen::Affine3d;
 using Isometry3d = Eigen::Isometry3d;
 
+/// Whether a quaternion of this squared length tells a rotation: neither so short nor so long that normalising it loses
+/// its direction. False of what is not a number. Without branches, for many at a time.
+[[nodiscard]] constexpr bool tellsRotation(double squaredNorm) {
+    return static_cast<int>(squaredNorm >= 1e-100) & static_cast<int>(squaredNorm < 1e100);
+}
+
 /// translation · rotation · scale, the order of every transform in a scene.
 [[nodiscard]] inline Affine3d composeTransform(const Vec3d& translation, const Quatd& rotation, const Vec3d& scale) {
     Affine3d m = Affine3d::Identity();

@@ -12,6 +12,8 @@
 
 namespace tessera {
 
+class ObjectTable;
+
 struct SceneLimits {
     std::size_t maxObjects = 4'000'000;
     std::size_t maxChildren = 1'000'000;
@@ -26,7 +28,8 @@ struct SceneLimits {
 /// A list is checked against the scene before anything is touched: a refused list leaves aspect and hash as they were.
 /// Checked: ids exist (creations: do not), types and kinds agree, numbers are finite, a rotation is not zero, the tree
 /// has no cycle and stays within the limits, refs lead to the right type, nothing in use is destroyed (a node with
-/// children or a parent, an object that a ref names), the root stays.
+/// children or a parent, an object that a ref names), the root stays. What counts is the scene that the list leaves
+/// behind, whatever the tree is like in between: so the way back from a list that was applied can always be applied.
 class Aspect {
 public:
     explicit Aspect(SceneLimits limits = {});
@@ -82,7 +85,7 @@ private:
     friend class Action;           // these find nodes and cores where they come in runs
     friend class WorldTransforms;
     struct Impl;
-    [[nodiscard]] const class ObjectTable& table() const;
+    [[nodiscard]] const ObjectTable& table() const;
     std::unique_ptr<Impl> impl_;
 };
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 
+#include "common/math/Types.h"
 #include "common/scene/Text.h"
 
 namespace tessera {
@@ -42,14 +43,9 @@ bool allFinite(const std::vector<std::int64_t>&) {
 double squaredNorm(const double* q) {
     return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
 }
-/// Below and above, the square of the length no longer tells a direction that can be normalised. False of what is not
-/// a number.
-bool goodNorm(double squared) {
-    return static_cast<int>(squared >= 1e-100) & static_cast<int>(squared < 1e100);
-}
 bool goodRotations(const std::vector<double>& numbers) {
     bool good = true;
-    for (std::size_t i = 0; i < numbers.size(); i += 4) good &= goodNorm(squaredNorm(&numbers[i]));
+    for (std::size_t i = 0; i < numbers.size(); i += 4) good &= tellsRotation(squaredNorm(&numbers[i]));
     return good;
 }
 
@@ -79,7 +75,7 @@ Expected<CheckedList> ListCheck::run() {
 }
 
 const TypeInfo* ListCheck::typeOfObject(ObjectId id) const {
-    if (const ObjectTable::Slot* slot = nodes_.find(id)) return &table_.type(*slot);
+    if (const ObjectTable::Slot* slot = present_.find(id)) return &table_.type(*slot);
     const Created* created = created_.find(id);
     return created ? &allTypes()[created->type] : nullptr;
 }
@@ -101,7 +97,7 @@ Expected<void> ListCheck::checkCreations() {
             return refuse(fmt::format("create {} {}: placeholders must be replaced by ids before a list is applied",
                                       type->name, nameOf(creation.id)));
         const auto [created, isNew] = created_.add(creation.id);
-        if (!isNew || nodes_.find(creation.id))
+        if (!isNew || present_.find(creation.id))
             return refuse(fmt::format("create {} {}: the id is taken", type->name, nameOf(creation.id)));
         created.type = type->index;
     }
@@ -112,14 +108,14 @@ Expected<void> ListCheck::checkCreations() {
 
 ObjectId ListCheck::parentOf(ObjectId node) const {
     if (const Place* known = places_.find(node)) return known->parent;
-    const ObjectTable::Slot* slot = nodes_.find(node);
+    const ObjectTable::Slot* slot = present_.find(node);
     return slot ? table_.node(*slot).parent : ObjectId();
 }
 
 ListCheck::Place& ListCheck::place(ObjectId node) {
     const auto [place, isNew] = places_.add(node);
     if (isNew)
-        if (const ObjectTable::Slot* slot = nodes_.find(node)) {
+        if (const ObjectTable::Slot* slot = present_.find(node)) {
             const Node& present = table_.node(*slot);
             place.parent = present.parent;
             place.children = static_cast<std::uint32_t>(present.children.size());
@@ -158,7 +154,9 @@ std::size_t ListCheck::depthOf(Place& node) {
 Expected<void> ListCheck::checkPlacements() {
     for (const Placement& placement : list_.placements)
         if (auto ok = checkPlacement(placement); !ok) return ok;
-    return treesMoved_ ? checkDepths() : Expected<void>();
+    if (crowded_)
+        if (auto ok = checkCrowds(); !ok) return ok;
+    return shapesOpen_ ? checkShape() : Expected<void>();
 }
 
 Expected<void> ListCheck::checkPlacement(const Placement& p) {
@@ -172,30 +170,19 @@ Expected<void> ListCheck::checkPlacement(const Placement& p) {
         const Expected<Place*> foundParent = placeOfNode(p.parent, p);
         if (!foundParent) return tl::unexpected(foundParent.error());
         parent = *foundParent;
-        // Only what has children has anything below it.
-        if (node.children > 0 || p.parent == p.node)
-            for (ObjectId above = p.parent; above; above = parentOf(above))
-                if (above == p.node)
-                    return refuse(fmt::format("place {} under {}: a node cannot be below itself", nameOf(p.node),
-                                              nameOf(p.parent)));
-        depth = depthOf(*parent) + 1;
-        if (depth > limits_.maxDepth)
-            return fail(ErrorCode::kLimit, fmt::format("place {} under {}: the tree would be deeper than {} nodes",
-                                                       nameOf(p.node), nameOf(p.parent), limits_.maxDepth));
+        // Only what has children has anything below it, which goes deeper with it, or above it now.
+        shapesOpen_ = shapesOpen_ || node.children > 0 || p.parent == p.node;
+        if (!shapesOpen_) depth = depthOf(*parent) + 1;
+        shapesOpen_ = shapesOpen_ || depth > limits_.maxDepth;
     }
     if (node.parent) --place(node.parent).children;
     if (parent) {
         if (p.index != Placement::kLast && p.index > parent->children)
             return refuse(fmt::format("place {} under {}: index {} is past its {} children", nameOf(p.node),
                                       nameOf(p.parent), p.index, parent->children));
-        if (++parent->children > limits_.maxChildren)
-            return fail(ErrorCode::kLimit, fmt::format("place {} under {}: more than {} children", nameOf(p.node),
-                                                       nameOf(p.parent), limits_.maxChildren));
+        crowded_ = ++parent->children > limits_.maxChildren || crowded_;
     }
-    if (node.children > 0) {
-        ++shapes_;
-        treesMoved_ = treesMoved_ || p.parent;
-    }
+    if (node.children > 0) ++shapes_;
     node.parent = p.parent;
     node.placed = true;
     node.depth = static_cast<std::uint32_t>(depth);
@@ -203,8 +190,17 @@ Expected<void> ListCheck::checkPlacement(const Placement& p) {
     return {};
 }
 
-Expected<void> ListCheck::checkDepths() {
-    // A node was checked when it was placed, but what lies below it was not, nor a move of what lies above it.
+Expected<void> ListCheck::checkCrowds() const {
+    ObjectId crowd;
+    places_.forEach([&](ObjectId id, const Place& place) {
+        if (place.children > limits_.maxChildren) crowd = id;
+    });
+    if (!crowd) return {};
+    return fail(ErrorCode::kLimit, fmt::format("place under {}: more than {} children", nameOf(crowd), limits_.maxChildren));
+}
+
+Expected<void> ListCheck::checkShape() const {
+    // All that the list places, from the topmost ones down, with what lies below them.
     IdMap<std::vector<ObjectId>> placedBelow;
     std::vector<ObjectId> placed;
     places_.forEach([&](ObjectId id, const Place& place) {
@@ -221,6 +217,7 @@ Expected<void> ListCheck::checkDepths() {
         std::size_t depth;
     };
     std::vector<Step> open;
+    std::size_t reached = 0;  // of those placed
     for (const ObjectId id : placed) {
         std::size_t depth = 1;
         ObjectId above = places_.find(id)->parent;
@@ -230,17 +227,35 @@ Expected<void> ListCheck::checkDepths() {
         while (!open.empty()) {
             const Step step = open.back();
             open.pop_back();
+            reached += isPlaced(step.id) ? 1 : 0;
             if (step.depth > limits_.maxDepth)
-                return fail(ErrorCode::kLimit, fmt::format("place {}: the tree below it would be deeper than {} nodes",
-                                                           nameOf(id), limits_.maxDepth));
-            if (const ObjectTable::Slot* slot = nodes_.find(step.id))
+                return fail(ErrorCode::kLimit, fmt::format("place {} under {}: the tree would be deeper than {} nodes",
+                                                           nameOf(id), nameOf(parentOf(id)), limits_.maxDepth));
+            if (const ObjectTable::Slot* slot = present_.find(step.id))
                 for (const ObjectId child : table_.node(*slot).children)
                     if (!isPlaced(child)) open.push_back({child, step.depth + 1});
             if (const std::vector<ObjectId>* below = placedBelow.find(step.id))
                 for (const ObjectId child : *below) open.push_back({child, step.depth + 1});
         }
     }
-    return {};
+    return reached == placed.size() ? Expected<void>() : circle(placed);
+}
+
+tl::unexpected<Error> ListCheck::circle(std::span<const ObjectId> placed) const {
+    // Upwards from what was not reached there is no end: after as many steps as there are nodes one stands in the circle.
+    IdMap<std::size_t> from;  // which walk came by
+    for (std::size_t walk = 0; walk < placed.size(); ++walk)
+        for (ObjectId at = placed[walk]; at; at = parentOf(at)) {
+            const auto [first, isNew] = from.add(at);
+            if (isNew) {
+                first = walk;
+                continue;
+            }
+            if (first != walk) break;
+            while (!places_.contains(at) || !places_.find(at)->placed) at = parentOf(at);
+            return refuse(fmt::format("place {} under {}: a node cannot be below itself", nameOf(at), nameOf(parentOf(at))));
+        }
+    return refuse("place: a node cannot be below itself");
 }
 
 // ---- columns -------------------------------------------------------------------------------------------------------
@@ -359,7 +374,7 @@ Expected<void> ListCheck::checkValues(const FieldColumn& column, const TypeInfo&
             if (auto ok = checkNumbers(numbers); !ok || !field.quaternion) return ok;
             for (std::size_t row = 0; row < column.ids.size(); ++row) {
                 const double squared = squaredNorm(&numbers[4 * row]);
-                if (goodNorm(squared)) continue;
+                if (tellsRotation(squared)) continue;
                 return bad(row, squared < 1 ? "a rotation of zero has no direction"
                                             : "a rotation this long cannot be normalised");
             }
@@ -462,7 +477,7 @@ Expected<void> ListCheck::checkRanges() {
         const std::string what = fmt::format("set a range of {}.{} of {}", type->name, field->name, nameOf(range.object));
         auto known = arrays.find({range.object, range.field});
         if (known == arrays.end()) {
-            const ObjectTable::Slot* slot = nodes_.find(range.object);
+            const ObjectTable::Slot* slot = present_.find(range.object);
             const Blob present = slot ? *field->in<Blob>(static_cast<const void*>(slot->data)) : Blob();
             known = arrays.emplace(std::pair(range.object, range.field), present).first;
         }
@@ -520,14 +535,14 @@ Expected<void> ListCheck::checkDestructions() {
 
 void ListCheck::countUses(IdMap<std::int64_t>& destroyed) const {
     for (const ObjectId id : list_.destructions)
-        if (const ObjectTable::Slot* slot = nodes_.find(id)) *destroyed.find(id) = slot->uses;
+        if (const ObjectTable::Slot* slot = present_.find(id)) *destroyed.find(id) = slot->uses;
 
     // What columns let go of, and what they take hold of. Refs of objects that go themselves do not count.
     const auto letGo = [&](ObjectId held) {
         if (std::int64_t* uses = destroyed.find(held)) --*uses;
     };
     const auto forEachHeld = [&](ObjectId object, const FieldEntry& field, const auto& visit) {
-        const ObjectTable::Slot* slot = nodes_.find(object);
+        const ObjectTable::Slot* slot = present_.find(object);
         if (!slot) return;
         const void* data = slot->data;
         if (field.kind == FieldKind::kRef)
@@ -556,7 +571,7 @@ void ListCheck::countUses(IdMap<std::int64_t>& destroyed) const {
         }
     }
     for (const ObjectId id : list_.destructions) {
-        const ObjectTable::Slot* slot = nodes_.find(id);
+        const ObjectTable::Slot* slot = present_.find(id);
         if (!slot) continue;
         for (const FieldEntry& field : table_.type(*slot).fields)
             if (field.holdsRefs() && !rowsOfDestroyed.contains({id, field.id})) forEachHeld(id, field, letGo);

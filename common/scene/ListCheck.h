@@ -27,7 +27,7 @@ public:
     /// `rows` is the caller's memory, reused from list to list: where the rows of a column stand, because finding many objects
     /// costs as much as writing them (see CheckedList::rowsOf).
     ListCheck(ObjectTable& table, const SceneLimits& limits, const ChangeList& list, std::vector<ObjectTable::Slot*>& rows)
-        : table_(table), limits_(limits), list_(list), nodes_(table), rows_(rows) {}
+        : table_(table), limits_(limits), list_(list), present_(table), rows_(rows) {}
 
     [[nodiscard]] Expected<CheckedList> run();
 
@@ -57,7 +57,10 @@ private:
     [[nodiscard]] Expected<void> checkCreations();
     [[nodiscard]] Expected<void> checkPlacements();
     [[nodiscard]] Expected<void> checkPlacement(const Placement& placement);
-    [[nodiscard]] Expected<void> checkDepths();
+    [[nodiscard]] Expected<void> checkCrowds() const;
+    [[nodiscard]] Expected<void> checkShape() const;
+    /// Names a node of a circle; there is one.
+    [[nodiscard]] tl::unexpected<Error> circle(std::span<const ObjectId> placed) const;
     [[nodiscard]] Expected<void> checkColumns();
     [[nodiscard]] Expected<void> checkRows(const FieldColumn& column, const TypeInfo& type);
     /// Whether all rows are present objects of the type in ascending order; keeps where they stand.
@@ -81,11 +84,12 @@ private:
     ObjectTable& table_;  ///< not written here: who is left the rows will
     const SceneLimits& limits_;
     const ChangeList& list_;
-    mutable ObjectTable::ConstCursor nodes_;  ///< nothing comes or goes while a list is checked
+    mutable ObjectTable::ConstCursor present_;  ///< nothing comes or goes while a list is checked
     IdMap<Created> created_;
     IdMap<Place> places_;
     std::uint32_t shapes_ = 1;   ///< another one whenever a node with children has moved: depths below it are others then
-    bool treesMoved_ = false;    ///< such a node was put under another: what lies below it has to be looked at
+    bool shapesOpen_ = false;    ///< the tree may have become too deep, or have a circle: looked at when all is placed
+    bool crowded_ = false;       ///< a node had too many children at some time
     std::vector<ObjectTable::Slot*>& rows_;
     CheckedList checked_;
 };
