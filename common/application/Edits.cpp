@@ -42,8 +42,8 @@ Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMov
         edits.set(core, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(translation));
     }
     if (move.rotation) {
-        if (!(move.rotation->norm() > 0))
-            return fail(ErrorCode::kUsage, "a rotation given by a quaternion of no length");
+        if (!tellsRotation(move.rotation->squaredNorm()))
+            return fail(ErrorCode::kUsage, "a rotation given by a quaternion that cannot be normalised");
         const Quatd turn = move.rotation->normalized();
         const Quatd rotation = move.relative ? Quatd((turn * present.rotation).normalized()) : turn;
         edits.set(core, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(rotation));

@@ -84,8 +84,7 @@ public:
     Vec3d vector(const pb::Vector& v) { return {finite(v.x()), finite(v.y()), finite(v.z())}; }
     Quatd rotation(const pb::Rotation& r) {
         const Quatd q(finite(r.w()), finite(r.x()), finite(r.y()), finite(r.z()));
-        if (!(q.squaredNorm() > 0) || !std::isfinite(q.squaredNorm()))
-            refuse(ErrorCode::kBadInput, "a quaternion of no length");
+        if (!tellsRotation(q.squaredNorm())) refuse(ErrorCode::kBadInput, "a quaternion that cannot be normalised");
         return q;
     }
     answer::Picked picked(const pb::Picked& p) {

@@ -83,8 +83,7 @@ public:
         Pose pose;
         pose.translation = vector(bits.translation);
         pose.rotation = Quatd(number(bits.w), number(bits.x), number(bits.y), number(bits.z));
-        const double length = pose.rotation.squaredNorm();
-        check(length > 0 && std::isfinite(length), "a quaternion of no length");
+        check(tellsRotation(pose.rotation.squaredNorm()), "a quaternion that cannot be normalised");
         pose.scale = vector(bits.scale);
         return pose;
     }

@@ -44,9 +44,6 @@ const Screen& screenOf(const Wall& wall, const Tile& tile) {
     return *screen;
 }
 
-bool finite(const Quatd& q) {
-    return q.coeffs().allFinite() && q.norm() > 1e-6;
-}
 
 }  // namespace
 
@@ -180,19 +177,26 @@ View defaultView(const Wall& wall, const Box& sceneBounds) {
     return view;
 }
 
-Expected<void> checkView(const Wall& wall, const View& view) {
-    if (!view.position.allFinite() || !finite(view.orientation)) {
-        return fail(ErrorCode::kBadInput, "the wall's pose is not made of finite numbers, or its orientation is zero");
-    }
-    if (!(view.worldUnitsPerMetre > 0) || !std::isfinite(view.worldUnitsPerMetre)) {
+Expected<void> checkStand(const View& view) {
+    if (!view.position.allFinite() || !tellsRotation(view.orientation.squaredNorm()))
+        return fail(ErrorCode::kBadInput, "the wall's pose is not made of finite numbers, or its orientation cannot be normalised");
+    if (view.position.cwiseAbs().maxCoeff() > kMaxViewCoordinate)
         return fail(ErrorCode::kBadInput,
-                    fmt::format("a scale of {} world units per metre: it has to be above 0", view.worldUnitsPerMetre));
-    }
+                    fmt::format("the wall would stand farther than {} world units from the origin", kMaxViewCoordinate));
+    if (!(view.worldUnitsPerMetre >= kMinWorldUnitsPerMetre && view.worldUnitsPerMetre <= kMaxWorldUnitsPerMetre))
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("a scale of {} world units per metre: it has to be between {} and {}",
+                                view.worldUnitsPerMetre, kMinWorldUnitsPerMetre, kMaxWorldUnitsPerMetre));
+    return {};
+}
+
+Expected<void> checkView(const Wall& wall, const View& view) {
+    if (Expected<void> sound = checkStand(view); !sound) return sound;
     for (const User& user : view.users) {
         if (wall.findUser(user.name) == nullptr) {
             return fail(ErrorCode::kNotFound, fmt::format("wall \"{}\" has no user \"{}\"", wall.name, user.name));
         }
-        if (!user.position.allFinite() || !finite(user.orientation) || !std::isfinite(user.eyeSeparationMetres)) {
+        if (!user.position.allFinite() || !tellsRotation(user.orientation.squaredNorm()) || !std::isfinite(user.eyeSeparationMetres)) {
             return fail(ErrorCode::kBadInput,
                         fmt::format("the head of user \"{}\" is not made of finite numbers", user.name));
         }

@@ -56,7 +56,11 @@ struct ScreenCamera {
 /// silhouette touches the nearest edges. Empty bounds: the identity.
 [[nodiscard]] View defaultView(const Wall& wall, const Box& sceneBounds);
 
-/// Says what is wrong with a view for this wall: a number that is not finite, a scale that is not positive, an unknown
+/// Where a wall may stand: beyond, the numbers of what it shows are none any more.
+inline constexpr double kMaxViewCoordinate = 1e15, kMinWorldUnitsPerMetre = 1e-9, kMaxWorldUnitsPerMetre = 1e9;
+/// Says what is wrong with where the wall stands in the world: position, orientation, scale. Users are not looked at.
+[[nodiscard]] Expected<void> checkStand(const View& view);
+/// Says what is wrong with a view for this wall: where it stands (see checkStand), a number that is not finite, an unknown
 /// user, a head so far that it must be millimetres, an eye on or behind a screen it looks at.
 [[nodiscard]] Expected<void> checkView(const Wall& wall, const View& view);
 

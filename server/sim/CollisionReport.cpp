@@ -38,6 +38,8 @@ std::string_view nameOf(NotLookedAt::Reason reason) {
             return "work";
         case NotLookedAt::Reason::kPieces:
             return "pieces";
+        case NotLookedAt::Reason::kTooFast:
+            return "too fast";
         case NotLookedAt::Reason::kNotFinite:
             break;
     }

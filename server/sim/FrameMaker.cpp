@@ -25,7 +25,9 @@ Expected<void> FrameMaker::load(std::vector<ChangeList> lists) {
                                  counts.triangles, counts.trianglesStored));
     around_.view.update(around_.simulation.scene(), nullptr);
     const Expected<View> first = around_.view.view(around_.simulation.scene());
-    return first ? Expected<void>() : tl::unexpected(first.error());
+    if (!first) return tl::unexpected(first.error());
+    lastView_ = *first;
+    return {};
 }
 
 FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies) {

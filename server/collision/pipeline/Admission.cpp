@@ -44,6 +44,37 @@ bool canBeShown(const ObjectHandler& handler, const Mover& mover) {
 
 }  // namespace
 
+std::vector<ObjectId> holdBack(std::vector<TentativeTransform>& accepted, const Aspect& committed) {
+    std::vector<ObjectId> held;
+    for (TentativeTransform& t : accepted) {
+        const Transform* now = committed.get<Transform>(t.transform);
+        if (!now || Pose{t.translation, t.rotation, t.scale}.sound()) continue;
+        t = withValue(t, {now->translation, now->rotation, now->scale});
+        held.push_back(t.transform);
+    }
+    return held;
+}
+
+std::vector<ObjectId> holdBack(std::vector<BodyVelocity>& velocities, const Aspect& committed) {
+    static constexpr double kFastest = CollisionObject::kFastest;
+    const auto cut = [](Vec3d& velocity) {
+        if (!velocity.allFinite()) {
+            velocity.setZero();
+            return true;
+        }
+        const double most = velocity.cwiseAbs().maxCoeff();
+        if (most > kFastest) velocity = (velocity * (kFastest / most)).cwiseMax(-kFastest).cwiseMin(kFastest);
+        return most > kFastest;
+    };
+    std::vector<ObjectId> held;
+    for (BodyVelocity& body : velocities) {
+        const bool fast = cut(body.velocity), spins = cut(body.spin);
+        const CollisionObject* core = committed.get<CollisionObject>(body.core);
+        if (core && (fast || spins)) held.push_back(core->node);
+    }
+    return held;
+}
+
 TentativeTransform withValue(TentativeTransform t, const Pose& value) {
     t.translation = value.translation;
     t.rotation = value.rotation;

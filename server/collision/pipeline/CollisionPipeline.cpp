@@ -128,6 +128,10 @@ StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const
     const bool looked = touchAtRest(step);
     tellStops(step);
     tell(step);
+    for (const ObjectId transform : holdBack(step.result.accepted, committed)) {
+        step.result.stopped.push_back(transform);
+        notLookedAt(transform, {}, NotLookedAt::Reason::kNotFinite, step);
+    }
     finish(step);
     const bool rests = !asked && !sceneIsNew && !changed && !looked && sameAsBefore(step);
     sceneIsNew = false;
@@ -324,29 +328,26 @@ void CollisionPipeline::Impl::ask(const MotionTrial& trial, const Resolution& re
 }
 
 void CollisionPipeline::Impl::moveFreeBodies(const Aspect& committed, double seconds, Step& step) {
-    step.result.velocities = FreeBodies::letGo(handler, {step.moved, step.plain}, seconds);
-    if (!bodies.any() || !(seconds > 0)) {
-        bodies.end(handler, step.result.velocities);
-        return;
-    }
-    FreeBodies::Outcome outcome =
-        bodies.advance(committed, handler, memory, step.startWorlds, seconds, step.work);
-    for (const NotLookedAt& pair : outcome.notLookedAt) notLookedAt(pair.nodeA, pair.nodeB, pair.reason, step);
-    step.result.counters.asleep = outcome.asleep;
-    step.result.counters.freeBodies = bodies.count();
-    step.result.counters.handedOver = outcome.handedOver;
-    for (const FreeBodies::Moved& moved : outcome.moved) {
-        Mover mover;
-        mover.wish.transform = handler.bodies()[moved.body].transform;
-        mover.way = moved.way;
-        mover.number = handler.transformNumber(mover.wish.transform);
-        step.result.accepted.push_back(withValue(mover.wish, moved.way.end));
-        handler.overlay(mover.number, localOf(moved.way.end));
-        step.moved.push_back(std::move(mover));
-    }
     std::vector<BodyVelocity>& velocities = step.result.velocities;
-    velocities.insert(velocities.end(), outcome.velocities.begin(), outcome.velocities.end());
-    std::ranges::sort(velocities, {}, &BodyVelocity::core);
+    velocities = FreeBodies::letGo(handler, {step.moved, step.plain}, seconds);
+    if (bodies.any() && seconds > 0) {
+        FreeBodies::Outcome outcome = bodies.advance(committed, handler, memory, step.startWorlds, seconds, step.work);
+        for (const NotLookedAt& pair : outcome.notLookedAt) notLookedAt(pair.nodeA, pair.nodeB, pair.reason, step);
+        step.result.counters.asleep = outcome.asleep;
+        step.result.counters.freeBodies = bodies.count();
+        step.result.counters.handedOver = outcome.handedOver;
+        for (const FreeBodies::Moved& moved : outcome.moved) {
+            Mover mover{.way = moved.way};
+            mover.wish.transform = handler.bodies()[moved.body].transform;
+            mover.number = handler.transformNumber(mover.wish.transform);
+            step.result.accepted.push_back(withValue(mover.wish, moved.way.end));
+            handler.overlay(mover.number, localOf(moved.way.end));
+            step.moved.push_back(std::move(mover));
+        }
+        velocities.insert(velocities.end(), outcome.velocities.begin(), outcome.velocities.end());
+        std::ranges::sort(velocities, {}, &BodyVelocity::core);
+    }
+    for (const ObjectId node : holdBack(velocities, committed)) notLookedAt(node, {}, NotLookedAt::Reason::kTooFast, step);
     bodies.end(handler, velocities);
 }
 

@@ -84,10 +84,11 @@ struct BodyVelocity {
     Vec3d velocity = Vec3d::Zero(), spin = Vec3d::Zero();
 };
 
-/// What a limit kept from being looked at: taken as blocked, and named here.
+/// What a limit kept from being looked at: taken as blocked, and named here. Or held back: a free body that would have
+/// become faster than CollisionObject::kFastest goes at that speed, one that would have left what numbers tell stays.
 struct NotLookedAt {
-    enum class Reason : std::uint8_t { kWork, kPieces, kNotFinite };
-    ObjectId nodeA, nodeB;  ///< geometry-bearing nodes; B none: a whole motion of A
+    enum class Reason : std::uint8_t { kWork, kPieces, kNotFinite, kTooFast };
+    ObjectId nodeA, nodeB;  ///< geometry-bearing nodes; B none: a whole motion of A; of kTooFast A is a body's node
     Reason reason = Reason::kWork;
 };
 

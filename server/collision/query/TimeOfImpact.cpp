@@ -89,20 +89,21 @@ struct Moment {
 
 class RigidSearch {
 public:
-    RigidSearch(const Body& a, const Body& b, double tolerance, QueryWork& work)
-        : a_(a), b_(b), kernels_(kernel::impactKernels()), work_(work), tolerance_(tolerance) {
+    RigidSearch(const Body& a, const Body& b, const ImpactOptions& options, QueryWork& work)
+        : a_(a), b_(b), kernels_(kernel::impactKernels()), work_(work), options_(options) {
         const double size = std::max(a.size(), b.size());
         unit_ = size > 0 ? 1 / size : 1;
         margin_ = a.rounding() + b.rounding();
-        tolerance_ = tolerance > 4 * margin_ ? tolerance : 4 * margin_;
+        tolerance_ = options.tolerance > 4 * margin_ ? options.tolerance : 4 * margin_;
     }
 
     Impact run() {
         search_.push({});
         while (!search_.empty()) {
             const Item item = search_.pop();
-            if (work_.exhausted()) return {.hit = false, .t = item.t, .complete = false};
+            if (work_.exhausted() || steps_ > options_.maxSteps) return {.hit = false, .t = item.t, .complete = false};
             if (item.faces) {
+                ++steps_;
                 if (touch(item)) return impact(item);
             } else {
                 open(item);
@@ -232,8 +233,9 @@ private:
             if (item.t + free > 1) return false;
             return true;
         }
-        // Corners and edges are apart, and yet no direction parts them: one goes through the other.
-        if (!(free > 0)) return true;
+        // Corners and edges are apart, and yet no direction parts them: one goes through the other. Or they come together within less
+        // time than numbers tell, as they do who cross a galaxy in a frame.
+        if (!(item.t + free > item.t)) return true;
         push(free, item.t, item);
         return false;
     }
@@ -336,7 +338,9 @@ private:
     const Body &a_, &b_;
     const kernel::ImpactKernels& kernels_;
     QueryWork& work_;
-    double tolerance_, unit_ = 1, margin_ = 0;
+    const ImpactOptions& options_;
+    std::uint64_t steps_ = 0;
+    double tolerance_ = 0, unit_ = 1, margin_ = 0;
     ImpactSearch search_;
     struct Nearest {
         NearestPoints near{Vec3d::Zero(), Vec3d::Zero(), std::numeric_limits<double>::infinity()};
@@ -355,7 +359,7 @@ Impact timeOfImpact(const TriangleTree& a, const BodyMotion& motionA, const Tria
     if (a.storage().empty() || b.storage().empty()) return {};
     const Body bodyA(a, motionA), bodyB(b, motionB);
     if (!bodyA.way.valid() || !bodyB.way.valid()) return {.t = 0, .complete = false};
-    return RigidSearch(bodyA, bodyB, options.tolerance, work).run();
+    return RigidSearch(bodyA, bodyB, options, work).run();
 }
 
 }  // namespace tessera

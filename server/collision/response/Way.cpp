@@ -8,13 +8,23 @@
 
 namespace tessera {
 
+namespace {
+
+/// What stays keeps its value exactly. Between finite places the difference may not be finite.
+Vec3d between(const Vec3d& start, const Vec3d& end, double fraction) {
+    const Vec3d value = start + fraction * (end - start);
+    return value.allFinite() ? value : Vec3d((1 - fraction) * start + fraction * end);
+}
+
+}  // namespace
+
 Pose Way::at(double fraction) const {
     if (fraction <= 0) return start;
     if (fraction >= 1) return end;
     Pose value;
-    value.translation = start.translation + fraction * (end.translation - start.translation);
+    value.translation = between(start.translation, end.translation, fraction);
     value.rotation = start.rotation.normalized().slerp(fraction, end.rotation.normalized()).normalized();
-    value.scale = start.scale + fraction * (end.scale - start.scale);
+    value.scale = between(start.scale, end.scale, fraction);
     return value;
 }
 
@@ -23,9 +33,7 @@ Affine3d localOf(const Pose& value) {
 }
 
 bool possible(const Pose& value) {
-    const double norm = value.rotation.coeffs().norm();
-    return value.translation.allFinite() && value.scale.allFinite() && value.rotation.coeffs().allFinite() &&
-           std::isfinite(norm) && norm > 1e-100 && (value.scale.array() != 0).all();
+    return value.sound() && (value.scale.array() != 0).all();
 }
 
 double stretchOf(const Mat3d& m) {

@@ -109,12 +109,10 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
         list = whole ? *std::exchange(whole, nullptr) : std::move(edit.list);
         poses = takeTransforms(list, wishes);
         for (const auto& [id, pose] : poses) {
-            if (pose.translation.allFinite() && pose.rotation.coeffs().allFinite() && pose.scale.allFinite() &&
-                pose.rotation.squaredNorm() >= 1e-12)
-                continue;
+            if (pose.sound()) continue;
             outcome.result = fail(
                 ErrorCode::kBadInput,
-                fmt::format("the transform wanted for #{} is not finite or has a rotation of length zero", id.value));
+                fmt::format("the transform wanted for #{} is not finite, or its rotation cannot be normalised", id.value));
             return outcome;
         }
         pauseMotionsOf(poses, list);

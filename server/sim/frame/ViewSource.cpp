@@ -1,6 +1,5 @@
 #include "server/sim/frame/ViewSource.h"
 
-#include <cmath>
 #include <unordered_map>
 
 #include <fmt/format.h>
@@ -12,11 +11,16 @@ namespace tessera {
 namespace {
 
 /// The rigid part of a camera node's pose; scale on the way to the camera is not the camera's.
-View viewOf(const Affine3d& world_T_camera, const Camera& camera) {
+Expected<std::optional<View>> viewOf(const Aspect& scene, ObjectId node, const Camera& camera) {
+    const Affine3d world_T_camera = worldTransform(scene, node);
+    if (!world_T_camera.matrix().allFinite())
+        return fail(ErrorCode::kBadInput, fmt::format("camera {}: its place in the world is not finite", pathOf(scene, node)));
     View view;
     view.position = world_T_camera.translation();
     view.orientation = Quatd(world_T_camera.rotation()).normalized();
     view.worldUnitsPerMetre = camera.worldUnitsPerMetre;
+    if (const Expected<void> sound = checkStand(view); !sound)
+        return failWith(fmt::format("camera {}", pathOf(scene, node)), sound.error());
     return view;
 }
 
@@ -55,13 +59,13 @@ void ViewSource::update(const Aspect& scene, const ChangeList* list) {
 Expected<std::optional<View>> ViewSource::cameraView(const Aspect& scene) const {
     if (!named_) {
         if (!first_.node()) return std::optional<View>();
-        return viewOf(worldTransform(scene, first_.node()), *scene.coreOf<Camera>(*scene.get<Node>(first_.node())));
+        return viewOf(scene, first_.node(), *scene.coreOf<Camera>(*scene.get<Node>(first_.node())));
     }
     if (!named_->node()) return failWith("camera", named_->node().error());
     const ObjectId node = *named_->node();
     const Camera* camera = scene.coreOf<Camera>(*scene.get<Node>(node));
     if (!camera) return fail(ErrorCode::kBadInput, fmt::format("camera: {} holds no Camera", named_->path()));
-    return viewOf(worldTransform(scene, node), *camera);
+    return viewOf(scene, node, *camera);
 }
 
 Expected<View> ViewSource::view(const Aspect& scene) {
@@ -74,7 +78,8 @@ Expected<View> ViewSource::view(const Aspect& scene) {
             result = **camera_;
         } else {
             if (!default_) default_ = defaultView(wall_, sceneBounds(scene));
-            result = *default_;
+            // A scene of no finite size has no place from where all of it is seen.
+            result = checkStand(*default_) ? *default_ : View();
         }
     }
     result.users = users_;
@@ -96,12 +101,7 @@ Expected<void> ViewSource::set(const Aspect& scene, const request::SetView& wish
         if (wish.position) next.position = *wish.position;
         if (wish.orientation) next.orientation = *wish.orientation;
         if (wish.worldUnitsPerMetre) next.worldUnitsPerMetre = *wish.worldUnitsPerMetre;
-        if (!next.position.allFinite() || !next.orientation.coeffs().allFinite() ||
-            next.orientation.squaredNorm() < 1e-12)
-            return fail(ErrorCode::kBadInput,
-                        "the view's position or orientation is not finite, or the orientation is zero");
-        if (!(next.worldUnitsPerMetre > 0) || !std::isfinite(next.worldUnitsPerMetre))
-            return fail(ErrorCode::kBadInput, "the view's scale must be a number above 0 (world units per metre)");
+        if (const Expected<void> sound = checkStand(next); !sound) return failWith("view", sound.error());
         next.orientation.normalize();
     }
     if (wish.head) {
