@@ -182,13 +182,12 @@ std::string signalInWords(int signal, const ImportOptions& options) {
 }
 
 /// The child ended before it had said everything.
-tl::unexpected<Error> explainEnd(int status, const ImportOptions& options) {
+Error explainEnd(int status, const ImportOptions& options) {
     if (WIFSIGNALED(status)) {
         const int signal = WTERMSIG(status);
-        return fail(signal == SIGXCPU ? ErrorCode::kLimit : ErrorCode::kBadInput, signalInWords(signal, options));
+        return {signal == SIGXCPU ? ErrorCode::kLimit : ErrorCode::kBadInput, signalInWords(signal, options)};
     }
-    return fail(ErrorCode::kBadInput,
-                fmt::format("its reader ended early without a result (exit code {})", WEXITSTATUS(status)));
+    return {ErrorCode::kBadInput, fmt::format("its reader ended early without a result (exit code {})", WEXITSTATUS(status))};
 }
 
 tl::unexpected<Error> errorFrom(ByteSpan payload) {
@@ -208,19 +207,13 @@ constexpr std::size_t kMaxBlobs = 8'000'000;
 
 }  // namespace
 
-Expected<ImporterOutput> runImporter(const std::string& file, const ImportOptions& options) {
-    const std::string program = options.importerProgram.empty() ? defaultImporterProgram() : options.importerProgram;
-    Expected<Started> started = start(program, file, options);
-    if (!started) return tl::unexpected(started.error());
-    Child child(started->pid);
+Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& options, const std::function<Error()>& cutShort) {
     const SteadyClock::time_point deadline = SteadyClock::now() + options.deadline;
-    const int pipe = started->output.get();
-
-    const auto cutShort = [&](ReadEnd end) -> tl::unexpected<Error> {
+    const auto ended = [&](ReadEnd end) -> tl::unexpected<Error> {
         if (end == ReadEnd::kDeadline)
             return fail(ErrorCode::kLimit,
                         fmt::format("it takes longer than {} s to read", options.deadline.count() / 1000.0));
-        return explainEnd(child.reap(), options);
+        return tl::unexpected(cutShort());
     };
     const auto nonsense = [](std::string_view what) {
         return fail(ErrorCode::kBadInput, fmt::format("its reader's answer is damaged ({})", what));
@@ -233,7 +226,7 @@ Expected<ImporterOutput> runImporter(const std::string& file, const ImportOption
         ImportRecord record;
         if (const ReadEnd end = readExactly(pipe, std::as_writable_bytes(std::span(&record, 1)), deadline);
             end != ReadEnd::kComplete)
-            return cutShort(end);
+            return ended(end);
         if (record.magic != ImportRecord::kMagic) return nonsense("not a record");
         const bool isText = record.kind == ImportRecord::Kind::kNote || record.kind == ImportRecord::Kind::kError;
         if (record.sizeBytes > options.maxResultBytes || total + record.sizeBytes > options.maxResultBytes)
@@ -243,7 +236,7 @@ Expected<ImporterOutput> runImporter(const std::string& file, const ImportOption
         total += record.sizeBytes;
 
         Bytes payload(record.sizeBytes);
-        if (const ReadEnd end = readExactly(pipe, payload, deadline); end != ReadEnd::kComplete) return cutShort(end);
+        if (const ReadEnd end = readExactly(pipe, payload, deadline); end != ReadEnd::kComplete) return ended(end);
         if (hash64(payload) != record.hash) return nonsense("wrong hash");
 
         switch (record.kind) {
@@ -268,6 +261,14 @@ Expected<ImporterOutput> runImporter(const std::string& file, const ImportOption
                 return nonsense("unknown record");
         }
     }
+}
+
+Expected<ImporterOutput> runImporter(const std::string& file, const ImportOptions& options) {
+    const std::string program = options.importerProgram.empty() ? defaultImporterProgram() : options.importerProgram;
+    Expected<Started> started = start(program, file, options);
+    if (!started) return tl::unexpected(started.error());
+    Child child(started->pid);
+    return readImporterOutput(started->output.get(), options, [&] { return explainEnd(child.reap(), options); });
 }
 
 }  // namespace tessera

@@ -1,6 +1,7 @@
 /// Runs the confined importer on one file and collects what it says.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,10 @@ struct ImporterOutput {
     std::vector<Blob> blobs;
     std::vector<std::string> notes;
 };
+
+/// What an importer writes into a pipe, to its end: bounded by the options, wrong hashes and orders refused. `cutShort`: what to say
+/// where the pipe ends before.
+[[nodiscard]] Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& options, const std::function<Error()>& cutShort);
 
 /// `file` must be an absolute path without symbolic links. Blocks; the child is gone when this returns.
 [[nodiscard]] Expected<ImporterOutput> runImporter(const std::string& file, const ImportOptions& options);

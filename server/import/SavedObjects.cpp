@@ -62,10 +62,7 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
     for (const ObjectId core : drawn)
         if (const auto found = triangles.find(core); found != triangles.end()) result_.triangles += found->second;
     const std::unordered_map<ObjectId, std::string> nameOf(names.begin(), names.end());
-    for (const ObjectId top : saved->tops) {
-        placed_.push_back(std::make_unique<Placed>(Placed{top, nameOf.at(top), ObjectId{}, true, spot.placed, {}}));
-        if (spot.placed != nullptr) spot.placed->children.push_back(placed_.back().get());
-    }
+    for (const ObjectId top : saved->tops) (void)placed(top, nameOf.at(top), spot.placed);
     for (const std::string& text : saved->notes) note(file.label + ": " + text);
     keepLater(std::move(saved->later));
     return {};

@@ -102,9 +102,16 @@ Expected<SceneAssembly::Placed*> SceneAssembly::newNode(std::string name, Object
     node.core = core;
     const ObjectId id = create(node);
     builder_.place(id, spot.parent);
-    placed_.push_back(std::make_unique<Placed>(Placed{id, std::move(name), ObjectId{}, true, spot.placed, {}}));
-    if (spot.placed != nullptr) spot.placed->children.push_back(placed_.back().get());
-    return placed_.back().get();
+    return placed(id, std::move(name), spot.placed);
+}
+
+SceneAssembly::Placed* SceneAssembly::placed(ObjectId id, std::string name, Placed* parent) {
+    Placed* const node = placed_.emplace_back(std::make_unique<Placed>()).get();
+    node->id = id;
+    node->name = std::move(name);
+    node->parent = parent;
+    if (parent != nullptr) parent->children.push_back(node);
+    return node;
 }
 
 Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {

@@ -5,6 +5,8 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "common/change/ChangeList.h"
@@ -34,6 +36,14 @@ private:
         bool evenScale = true;  ///< that transform scales all axes alike
         Placed* parent = nullptr;
         std::vector<Placed*> children;
+
+        /// The so-manieth child of a name, or null. Many children are looked up through a table that grows with them: each of
+        /// ten thousand repeated nodes may name another one.
+        [[nodiscard]] Placed* child(std::string_view name, std::size_t which);
+
+    private:
+        std::unordered_map<std::string_view, std::vector<Placed*>> byName_;
+        std::size_t entered_ = 0;  ///< children that byName_ knows: their names stay
     };
     /// Where a node is being placed.
     struct Spot {
@@ -74,6 +84,7 @@ private:
     Expected<ObjectId> materialCore(LoadedFile& file, const std::string& name);
     Expected<ObjectId> imageCore(LoadedFile& file, const std::string& name);
     Expected<Placed*> newNode(std::string name, ObjectId core, const Spot& spot);
+    Placed* placed(ObjectId id, std::string name, Placed* parent);
     Expected<void> resolvePending(std::size_t from);
     Expected<void> resolve(const PendingRef& ref);
     void noteUnfree(const PendingRef& ref, const Placed& body);

@@ -29,19 +29,11 @@ Step readStep(std::string_view text) {
 }
 
 template <typename PlacedNode>
-PlacedNode* childNamed(const PlacedNode* node, std::string_view stepText) {
-    const Step step = readStep(stepText);
-    std::size_t seen = 0;
-    for (PlacedNode* child : node->children)
-        if (child->name == step.name && seen++ == step.which) return child;
-    return nullptr;
-}
-
-template <typename PlacedNode>
 PlacedNode* descend(PlacedNode* node, std::string_view path) {
     while (node != nullptr && !path.empty()) {
         const std::size_t slash = path.find('/');
-        node = childNamed(node, path.substr(0, slash));
+        const Step step = readStep(path.substr(0, slash));
+        node = node->child(step.name, step.which);
         path = slash == std::string_view::npos ? std::string_view() : path.substr(slash + 1);
     }
     return node;
@@ -56,6 +48,12 @@ PlacedNode* descendFrom(PlacedNode* node, std::string_view path) {
 }
 
 }  // namespace
+
+SceneAssembly::Placed* SceneAssembly::Placed::child(std::string_view wanted, std::size_t which) {
+    for (; entered_ < children.size(); ++entered_) byName_[children[entered_]->name].push_back(children[entered_]);
+    const auto same = byName_.find(wanted);
+    return same == byName_.end() || which >= same->second.size() ? nullptr : same->second[which];
+}
 
 Expected<void> SceneAssembly::resolvePending(std::size_t from) {
     for (std::size_t i = from; i < pending_.size(); ++i)
