@@ -9,7 +9,9 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 
 find_program(TESSERA_CCACHE ccache)
 if(TESSERA_CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${TESSERA_CCACHE})
+  # With precompiled headers ccache has to be told that nothing looks at __TIME__ or at macros of the command line in them.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1
+    CCACHE_SLOPPINESS=pch_defines,time_macros ${TESSERA_CCACHE})
 endif()
 
 add_library(tessera_flags INTERFACE)
@@ -20,9 +22,37 @@ target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-res
 # answers live by that rounding (found by SupportProfile.HoldsEveryMappedPoint).
 target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-fno-tree-slp-vectorize>)
 if(TESSERA_SANITIZE)
-  target_compile_options(tessera_flags INTERFACE -fsanitize=${TESSERA_SANITIZE} -fno-omit-frame-pointer -g1)
+  # Undefined behaviour ends a program as an error of memory does: a line in a log that nobody reads is no finding.
+  target_compile_options(tessera_flags INTERFACE -fsanitize=${TESSERA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
   target_link_options(tessera_flags INTERFACE -fsanitize=${TESSERA_SANITIZE})
 endif()
+if(TESSERA_FUZZ)
+  target_compile_options(tessera_flags INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
+# Headers of others are read once for all modules and once for all tests: of a test's compile time more than half was theirs.
+# Only g++ does so: the build with clang finds what a file forgets to include itself.
+set(TESSERA_PRECOMPILE OFF)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  set(TESSERA_PRECOMPILE ON)
+  set(CMAKE_PCH_WARN_INVALID ON)
+  set(tessera_headers <Eigen/Core> <Eigen/Geometry> <tl/expected.hpp> <algorithm> <array> <atomic> <bit> <chrono> <cmath> <cstdint> <cstring>
+    <deque> <filesystem> <functional> <limits> <map> <memory> <mutex> <numeric> <optional> <ranges> <set> <span> <string>
+    <string_view> <thread> <unordered_map> <unordered_set> <utility> <variant> <vector>)
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "int main() {}\n")
+endif()
+
+# tessera_precompile(NAME KIND headers…): the target whose headers others reuse. KIND: OBJECT or an executable's (empty), because
+# the two are not compiled alike.
+function(tessera_precompile name kind)
+  if(kind STREQUAL "OBJECT")
+    add_library(${name} OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
+  else()
+    add_executable(${name} ${CMAKE_BINARY_DIR}/precompiled.cpp)
+  endif()
+  target_compile_definitions(${name} PRIVATE EIGEN_MAX_ALIGN_BYTES=16)
+  target_precompile_headers(${name} PRIVATE ${ARGN})
+endfunction()
 
 # tessera_library(NAME [LINK other modules and packages...]): the module in the current folder.
 function(tessera_library name)
@@ -35,6 +65,17 @@ function(tessera_library name)
     # One alignment for Eigen in every translation unit, ours and an application's.
     target_compile_definitions(tessera_${name} PUBLIC EIGEN_MAX_ALIGN_BYTES=16)
     target_link_libraries(tessera_${name} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK} $<BUILD_INTERFACE:tessera_flags>)
+    if(TESSERA_PRECOMPILE)
+      if(NOT TARGET tessera_precompiled)
+        tessera_precompile(tessera_precompiled OBJECT ${tessera_headers})
+        target_link_libraries(tessera_precompiled PRIVATE Eigen3::Eigen tessera_flags)
+      endif()
+      target_precompile_headers(tessera_${name} REUSE_FROM tessera_precompiled)
+      # Kernels and predicates have options of their own.
+      set(special ${sources})
+      list(FILTER special INCLUDE REGEX "(Sse41|Avx2|Avx512|/Predicates)\\.cpp$")
+      set_source_files_properties(${special} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+    endif()
   else()
     add_library(tessera_${name} INTERFACE)
     target_include_directories(tessera_${name} INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<INSTALL_INTERFACE:include/tessera>)
@@ -66,7 +107,17 @@ function(tessera_test name folder)
     set(ARG_TIMEOUT 120)
   endif()
   add_executable(${name} ${sources})
-  target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest GTest::gtest_main tessera_flags)
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest GTest::gtest_main fmt::fmt tessera_flags)
+  # What a test itself computes is little: half the time of compiling it is worth more.
+  target_compile_options(${name} PRIVATE -O1)
+  if(TESSERA_PRECOMPILE)
+    if(NOT TARGET tessera_precompiled_for_tests)
+      tessera_precompile(tessera_precompiled_for_tests "" <gtest/gtest.h> <fmt/format.h> <random> <sstream> <fstream> ${tessera_headers})
+      target_link_libraries(tessera_precompiled_for_tests PRIVATE Eigen3::Eigen GTest::gtest fmt::fmt tessera_flags)
+      target_compile_options(tessera_precompiled_for_tests PRIVATE -O1)
+    endif()
+    target_precompile_headers(${name} REUSE_FROM tessera_precompiled_for_tests)
+  endif()
   target_compile_definitions(${name} PRIVATE TESSERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     TESSERA_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}" ${ARG_DEFINE})
   set(properties TIMEOUT ${ARG_TIMEOUT})
