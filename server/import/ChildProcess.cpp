@@ -191,7 +191,7 @@ Error explainEnd(int status, const ImportOptions& options) {
 }
 
 tl::unexpected<Error> errorFrom(ByteSpan payload) {
-    if (payload.empty()) return fail(ErrorCode::kBadInput, "its reader failed without saying why");
+    if (payload.size() < 2) return fail(ErrorCode::kBadInput, "its reader failed without saying why");
     const auto number = std::to_integer<int>(payload[0]);
     const bool known = number >= 0 && number <= static_cast<int>(ErrorCode::kFailed);
     std::string message(asText(payload.subspan(1)));

@@ -60,6 +60,10 @@ TEST_F(Architecture, FilesAreShort) {
     EXPECT_EQ(report(checkLengths(readTree(kRoot, {"tests"}), 600)), "");
 }
 
+TEST_F(Architecture, NoTwoFilesDefineOneName) {
+    EXPECT_EQ(report(checkNamesAreUnique(product)), "");
+}
+
 TEST_F(Architecture, LayersSpeakOfWhatIsThere) {
     EXPECT_EQ(report(checkLayersAreUsed(product, layers)), "");
 }

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <regex>
 #include <set>
 
 namespace tessera::architecture {
@@ -240,6 +241,45 @@ Findings checkLengths(const std::vector<SourceFile>& files, int mostLines) {
             findings.push_back(
                 {file.path, mostLines,
                  fmt::format("has {} lines: at most {} are allowed; it holds two ideas", file.lines, mostLines)});
+    }
+    return findings;
+}
+
+Findings checkNamesAreUnique(const std::vector<SourceFile>& files) {
+    static const std::regex kNamespace(R"(\bnamespace\b\s*([\w:]*)\s*$)"),
+        kClass(R"(\b(?:class|struct)\s+(?:alignas\([^)]*\)\s*)?(\w+)\s*(?:final\s*)?(?::[^:].*)?$)");
+    Findings findings;
+    std::map<std::string, std::string> definedIn;
+    for (const SourceFile& file : files) {
+        // What encloses a brace: named and unnamed namespaces, and all else.
+        std::vector<std::string> scopes;
+        std::string head;  // since the last brace or semicolon
+        int line = 1;
+        for (const char c : file.code) {
+            line += c == '\n' ? 1 : 0;
+            if (c == '{') {
+                std::smatch match;
+                const bool global = std::ranges::none_of(scopes, [](const std::string& scope) { return scope == "" || scope == "{"; });
+                std::replace(head.begin(), head.end(), '\n', ' ');
+                if (std::regex_search(head, match, kNamespace)) {
+                    scopes.push_back(match[1]);
+                } else {
+                    if (global && std::regex_search(head, match, kClass)) {
+                        const std::string name = fmt::format("{}::{}", fmt::join(scopes, "::"), match[1].str());
+                        const auto [known, isNew] = definedIn.emplace(name, file.path);
+                        if (!isNew && known->second != file.path)
+                            findings.push_back({file.path, line, fmt::format("{} is defined in {} too", name, known->second)});
+                    }
+                    scopes.emplace_back("{");
+                }
+                head.clear();
+            } else if (c == '}' || c == ';') {
+                if (c == '}' && !scopes.empty()) scopes.pop_back();
+                head.clear();
+            } else {
+                head += c;
+            }
+        }
     }
     return findings;
 }

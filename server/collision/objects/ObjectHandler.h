@@ -17,7 +17,7 @@
 #include "server/collision/objects/Body.h"
 #include "server/collision/objects/DeformingShapes.h"
 #include "server/collision/objects/IdTable.h"
-#include "server/collision/objects/ObjectTable.h"
+#include "server/collision/objects/CollisionObjectTable.h"
 #include "server/collision/objects/Part.h"
 #include "server/collision/objects/Place.h"
 #include "server/collision/objects/Relation.h"
@@ -272,7 +272,7 @@ private:
 
     VisibleTree tree_;
     std::vector<Standing> standings_;  // per place
-    ObjectTable objects_;
+    CollisionObjectTable objects_;
     std::vector<ObjectId> overlaid_;  // Transforms
     std::vector<std::uint32_t> movedPlaces_;
 

@@ -85,7 +85,7 @@ void ObjectHandler::inheritObjects() {
             std::uint32_t top = kNobody;
             bool isTop = false, otherRules = false;
             if (object != kNobody) {
-                const ObjectTable::Entry& entry = objects_.at(object);
+                const CollisionObjectTable::Entry& entry = objects_.at(object);
                 const bool child = !own && entry.division == CollisionObject::kEachChild && above.named != kNobody;
                 const bool each = entry.division == CollisionObject::kEachGeometry;
                 top = own || child || each ? at : above.top;

@@ -378,7 +378,7 @@ void ObjectHandler::settleBody(const Aspect& aspect, std::uint32_t number) {
         body.spin = plain.spin;
         terms.mass = 0;
     } else {
-        const ObjectTable::Entry& entry = objects_.at(terms.object);
+        const CollisionObjectTable::Entry& entry = objects_.at(terms.object);
         body.core = entry.core;
         body.kind = entry.kind;
         body.layers = entry.layers;

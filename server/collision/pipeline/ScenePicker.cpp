@@ -68,7 +68,7 @@ void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
                 tree_.put(place, box);
         return;
     }
-    std::vector<BoxTree::Item> items;
+    std::vector<PickTree::Item> items;
     for (std::uint32_t place = 0; place < places.size(); ++place)
         if (const Box box = boxOf(aspect, places[place], worlds); !box.empty()) items.push_back({place, box});
     tree_.build(std::move(items));

@@ -7,7 +7,7 @@
 #include "common/math/Ray.h"
 #include "common/scene/Aspect.h"
 #include "server/collision/objects/ObjectHandler.h"
-#include "server/collision/pipeline/BoxTree.h"
+#include "server/collision/pipeline/PickTree.h"
 
 namespace tessera {
 
@@ -36,7 +36,7 @@ private:
     [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place, WorldTransforms& worlds);
 
     std::shared_ptr<ShapeCache> shapes_;
-    BoxTree tree_;  // by place
+    PickTree tree_;  // by place
 };
 
 }  // namespace tessera

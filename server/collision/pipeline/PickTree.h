@@ -11,7 +11,7 @@ namespace tessera {
 
 /// A binary tree of boxes, kept balanced by rotations as an AVL tree is, so that putting, taking and the way to a leaf
 /// cost O(log n). Items are small numbers. Boxes are finite and not empty. Not thread-safe.
-class BoxTree {
+class PickTree {
 public:
     struct Item {
         std::uint32_t item = 0;

@@ -1,4 +1,4 @@
-#include "server/collision/pipeline/BoxTree.h"
+#include "server/collision/pipeline/PickTree.h"
 
 #include <algorithm>
 #include <utility>
@@ -19,7 +19,7 @@ Box around(Box a, const Box& b) {
 
 }  // namespace
 
-std::uint32_t BoxTree::make() {
+std::uint32_t PickTree::make() {
     if (free_.empty()) {
         nodes_.emplace_back();
         return static_cast<std::uint32_t>(nodes_.size() - 1);
@@ -30,7 +30,7 @@ std::uint32_t BoxTree::make() {
     return node;
 }
 
-void BoxTree::build(std::vector<Item> items) {
+void PickTree::build(std::vector<Item> items) {
     nodes_.clear();
     free_.clear();
     leafOf_.clear();
@@ -39,7 +39,7 @@ void BoxTree::build(std::vector<Item> items) {
 }
 
 /// Halves along the longest side of the middles.
-std::uint32_t BoxTree::build(std::span<Item> items) {
+std::uint32_t PickTree::build(std::span<Item> items) {
     const std::uint32_t number = make();
     if (items.size() == 1) {
         nodes_[number].box = items[0].box;
@@ -66,7 +66,7 @@ std::uint32_t BoxTree::build(std::span<Item> items) {
     return number;
 }
 
-void BoxTree::put(std::uint32_t item, const Box& box) {
+void PickTree::put(std::uint32_t item, const Box& box) {
     take(item);
     if (leafOf_.size() <= item) leafOf_.resize(std::size_t{item} + 1, kNone);
     const std::uint32_t leaf = make();
@@ -93,7 +93,7 @@ void BoxTree::put(std::uint32_t item, const Box& box) {
     refit(joint);
 }
 
-void BoxTree::take(std::uint32_t item) {
+void PickTree::take(std::uint32_t item) {
     if (item >= leafOf_.size() || leafOf_[item] == kNone) return;
     const std::uint32_t leaf = std::exchange(leafOf_[item], kNone);
     const std::uint32_t joint = nodes_[leaf].parent;
@@ -109,7 +109,7 @@ void BoxTree::take(std::uint32_t item) {
     refit(parent);
 }
 
-void BoxTree::replace(std::uint32_t parent, std::uint32_t child, std::uint32_t by) {
+void PickTree::replace(std::uint32_t parent, std::uint32_t child, std::uint32_t by) {
     nodes_[by].parent = parent;
     if (parent == kNone)
         root_ = by;
@@ -117,21 +117,21 @@ void BoxTree::replace(std::uint32_t parent, std::uint32_t child, std::uint32_t b
         (nodes_[parent].left == child ? nodes_[parent].left : nodes_[parent].right) = by;
 }
 
-void BoxTree::fit(std::uint32_t number) {
+void PickTree::fit(std::uint32_t number) {
     Node& node = nodes_[number];
     node.box = around(nodes_[node.left].box, nodes_[node.right].box);
     node.height = 1 + std::max(nodes_[node.left].height, nodes_[node.right].height);
 }
 
 /// From a joint up.
-void BoxTree::refit(std::uint32_t node) {
+void PickTree::refit(std::uint32_t node) {
     for (; node != kNone; node = nodes_[node].parent) {
         fit(node);
         node = balance(node);
     }
 }
 
-std::uint32_t BoxTree::balance(std::uint32_t node) {
+std::uint32_t PickTree::balance(std::uint32_t node) {
     const auto lean = [&](std::uint32_t n) {
         return nodes_[n].left == kNone ? 0 : nodes_[nodes_[n].left].height - nodes_[nodes_[n].right].height;
     };
@@ -147,7 +147,7 @@ std::uint32_t BoxTree::balance(std::uint32_t node) {
 }
 
 /// Its right child (`left`: it sinks to the left), or its left one, takes its place. Returns that one.
-std::uint32_t BoxTree::rotate(std::uint32_t node, bool left) {
+std::uint32_t PickTree::rotate(std::uint32_t node, bool left) {
     const std::uint32_t up = left ? nodes_[node].right : nodes_[node].left;
     const std::uint32_t across = left ? nodes_[up].left : nodes_[up].right;
     replace(nodes_[node].parent, node, up);

@@ -12,7 +12,7 @@
 namespace tessera {
 
 /// By number; numbers that have become free are given again.
-class ObjectTable {
+class CollisionObjectTable {
 public:
     struct Entry {
         ObjectId core, node;

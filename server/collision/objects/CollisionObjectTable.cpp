@@ -1,14 +1,14 @@
-#include "server/collision/objects/ObjectTable.h"
+#include "server/collision/objects/CollisionObjectTable.h"
 
 #include <algorithm>
 
 namespace tessera {
 
-void ObjectTable::clear() {
+void CollisionObjectTable::clear() {
     *this = {};
 }
 
-void ObjectTable::follow(const Aspect& aspect, ObjectId core, bool visible, std::uint64_t update,
+void CollisionObjectTable::follow(const Aspect& aspect, ObjectId core, bool visible, std::uint64_t update,
                          std::vector<ObjectId>& nodes) {
     std::uint32_t number = numbers_.find(core);
     if (number != IdTable::kNone) {
@@ -51,7 +51,7 @@ void ObjectTable::follow(const Aspect& aspect, ObjectId core, bool visible, std:
     nodes.push_back(it.node);
 }
 
-void ObjectTable::recycle() {
+void CollisionObjectTable::recycle() {
     for (const std::uint32_t number : gone_) {
         entries_[number] = {};
         free_.push_back(number);
