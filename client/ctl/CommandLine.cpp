@@ -228,6 +228,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     types->add_flag("--json", in.line.json, "Answer in JSON");  // here too, as with the programs that need no server
 
     const CLI::App* undo = app.add_subcommand("undo", "Takes back the last change");
+    const CLI::App* redo = app.add_subcommand("redo", "Does again what was taken back last");
 
     CLI::App* view = app.add_subcommand("view", "Moves the wall through the world, or a head before it");
     view->add_option("--position", in.position, "Of the wall's origin, world units")->type_name("X Y Z")->expected(3);
@@ -292,6 +293,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         if (set->parsed()) return in.set;
         if (remove->parsed()) return in.remove;
         if (undo->parsed()) return verb::Undo{};
+        if (redo->parsed()) return verb::Redo{};
         if (view->parsed()) return viewVerb(in, scale->count() > 0);
         if (pick->parsed()) return in.pick;
         if (contacts->parsed()) return contactsVerb(in, frames->count() > 0);

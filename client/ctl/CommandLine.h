@@ -35,6 +35,7 @@ struct Remove {
     std::string node;
 };
 struct Undo {};
+struct Redo {};
 struct View {
     request::SetView view;
 };
@@ -67,7 +68,7 @@ struct Save {
 
 }  // namespace verb
 
-using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo,
+using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo, verb::Redo,
                           verb::View, verb::Pick, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
                           verb::Save>;
 

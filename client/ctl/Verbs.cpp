@@ -71,7 +71,8 @@ Expected<Answer> run(Application& application, const verb::Status&) {
         answer.text += fmt::format("waiting for {}\n", fmt::join(status->waitingFor, ", "));
     answer.text += fmt::format("scene   {} objects, {} nodes, state {}\n", status->objects, status->nodes,
                                toHex(status->stateHash));
-    answer.text += fmt::format("undo    {} changes\napplications  {}\n", status->undoDepth, status->applications);
+    answer.text += fmt::format("undo    {} changes\nredo    {} changes\napplications  {}\n", status->undoDepth, status->redoDepth,
+                               status->applications);
     answer.json = {{"wall", status->wallName},
                    {"epoch", status->epoch.value},
                    {"frame", status->frame.value},
@@ -82,6 +83,7 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                    {"objects", status->objects},
                    {"nodes", status->nodes},
                    {"undo_depth", status->undoDepth},
+                   {"redo_depth", status->redoDepth},
                    {"applications", status->applications}};
     return answer;
 }
@@ -179,6 +181,12 @@ Expected<Answer> run(Application& application, const verb::Undo&) {
     const Expected<answer::Committed> committed = application.undo();
     if (!committed) return tl::unexpected(committed.error());
     return committedAnswer(application, *committed, "took back the last change");
+}
+
+Expected<Answer> run(Application& application, const verb::Redo&) {
+    const Expected<answer::Committed> committed = application.redo();
+    if (!committed) return tl::unexpected(committed.error());
+    return committedAnswer(application, *committed, "did the last change again");
 }
 
 Expected<Answer> run(Application& application, const verb::View& view) {

@@ -290,8 +290,8 @@ Expected<void> Application::onFrame(std::function<void(const notice::Frame&)> ca
     return impl_->subscribe();
 }
 
-Expected<answer::Committed> Application::propose(const ChangeList& list) {
-    request::Propose proposal{encodeChangeList(list), {}};
+Expected<answer::Committed> Application::propose(const ChangeList& list, std::uint64_t gesture) {
+    request::Propose proposal{encodeChangeList(list), {}, gesture};
     for (const Blob& blob : blobsOf(list))
         if (blob.resident()) proposal.blobs.push_back(blob.shared());
     return impl_->settled(impl_->askFor<answer::Committed>(proposal));
@@ -299,6 +299,10 @@ Expected<answer::Committed> Application::propose(const ChangeList& list) {
 
 Expected<answer::Committed> Application::undo() {
     return impl_->settled(impl_->askFor<answer::Committed>(request::Undo{}));
+}
+
+Expected<answer::Committed> Application::redo() {
+    return impl_->settled(impl_->askFor<answer::Committed>(request::Redo{}));
 }
 
 Expected<answer::Committed> Application::moveNode(std::string_view node, const NodeMove& move) {

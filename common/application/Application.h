@@ -94,9 +94,12 @@ public:
     /// Asks the server to commit `list`; objects it creates carry placeholders (ids from kFirstPlaceholder up).
     /// Resident blobs that it names are uploaded. When it returns, `scene()` holds the change (with followScene; not
     /// from within a callback). A refused list changes nothing.
-    [[nodiscard]] Expected<answer::Committed> propose(const ChangeList& list);
+    /// `gesture`: proposals in a row of one gesture (a drag) are taken back as one; 0: each by itself.
+    [[nodiscard]] Expected<answer::Committed> propose(const ChangeList& list, std::uint64_t gesture = 0);
     /// Takes back the last committed change of any application, as a new change.
     [[nodiscard]] Expected<answer::Committed> undo();
+    /// Does again what was taken back last; nothing can be done again after another change.
+    [[nodiscard]] Expected<answer::Committed> redo();
     /// Moves the node at a path ("/hall/crane") or id ("#17"). See `moveList` in Edits.h. Needs followScene.
     [[nodiscard]] Expected<answer::Committed> moveNode(std::string_view node, const NodeMove& move);
     /// The server imports a file of its own and adds it below `parent` (none: the root).

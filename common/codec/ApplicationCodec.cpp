@@ -140,12 +140,15 @@ auto decode(const ByteSlice& bytes, std::string_view what, std::size_t maxParts,
 // ---- requests
 
 void pack(const request::Propose& r, pb::RequestHead& head, Parts& parts) {
-    head.mutable_propose();
+    head.mutable_propose()->set_gesture(r.gesture);
     parts.push_back(r.list);
     for (const ByteSlice& blob : r.blobs) parts.push_back(blob);
 }
 void pack(const request::Undo&, pb::RequestHead& head, Parts&) {
     head.mutable_undo();
+}
+void pack(const request::Redo&, pb::RequestHead& head, Parts&) {
+    head.mutable_redo();
 }
 void pack(const request::GetStatus&, pb::RequestHead& head, Parts&) {
     head.mutable_get_status();
@@ -202,8 +205,9 @@ void pack(const request::Respond& r, pb::RequestHead& head, Parts&) {
     put(out.mutable_scale(), r.pose.scale);
 }
 
-ApplicationRequest unpackPropose(ApplicationUnpacker& in) {
+ApplicationRequest unpackPropose(const pb::Propose& head, ApplicationUnpacker& in) {
     request::Propose out;
+    out.gesture = head.gesture();
     if (in.partCount() == 0) {
         in.refuse(ErrorCode::kBadInput, "a proposal without a list");
         return out;
@@ -257,9 +261,11 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
     if (head.what_case() != pb::RequestHead::kPropose) in.expectParts(0);
     switch (head.what_case()) {
         case pb::RequestHead::kPropose:
-            return unpackPropose(in);
+            return unpackPropose(head.propose(), in);
         case pb::RequestHead::kUndo:
             return request::Undo{};
+        case pb::RequestHead::kRedo:
+            return request::Redo{};
         case pb::RequestHead::kGetStatus:
             return request::GetStatus{};
         case pb::RequestHead::kLoad:
@@ -350,6 +356,7 @@ Bytes join(const answer::Status& a, pb::AnswerHead& head) {
     out.set_objects(a.objects);
     out.set_nodes(a.nodes);
     out.set_undo_depth(a.undoDepth);
+    out.set_redo_depth(a.redoDepth);
     out.set_applications(a.applications);
     return joinParts(head, {});
 }
@@ -405,6 +412,7 @@ answer::Status unpackStatus(const pb::Status& head, ApplicationUnpacker& in) {
     out.objects = head.objects();
     out.nodes = head.nodes();
     out.undoDepth = head.undo_depth();
+    out.redoDepth = head.redo_depth();
     out.applications = head.applications();
     return out;
 }

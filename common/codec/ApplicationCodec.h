@@ -17,12 +17,15 @@ namespace tessera {
 
 namespace request {
 
-/// An encoded ChangeList (ChangeCodec); new objects carry placeholders. Blobs it names are uploaded in `blobs`.
+/// An encoded ChangeList (ChangeCodec); new objects carry placeholders. Blobs it names are uploaded in `blobs`. Proposals in a row
+/// of one gesture of one application are one step of undo (0: none).
 struct Propose {
     ByteSlice list;
     std::vector<ByteSlice> blobs;
+    std::uint64_t gesture = 0;
 };
 struct Undo {};
+struct Redo {};
 struct GetStatus {};
 /// Imports a file on the server and adds it below `parent` (0: the root).
 struct Load {
@@ -75,7 +78,7 @@ struct Subscribe {
 using ApplicationRequest =
     std::variant<request::Propose, request::Undo, request::GetStatus, request::Load, request::SetView, request::Pick,
                  request::GetContacts, request::GetImages, request::Subscribe, request::GetEvents,
-                 request::GetDistances, request::GetQuestions, request::Respond>;
+                 request::GetDistances, request::GetQuestions, request::Respond, request::Redo>;
 
 namespace answer {
 
@@ -99,7 +102,7 @@ struct Status {
     StateHash stateHash;
     std::vector<HostInfo> hosts;
     std::vector<std::string> waitingFor;
-    std::uint64_t objects = 0, nodes = 0, undoDepth = 0, applications = 0;
+    std::uint64_t objects = 0, nodes = 0, undoDepth = 0, redoDepth = 0, applications = 0;
 };
 struct Loaded {
     ObjectId node;  ///< the new node that holds the file's content

@@ -157,12 +157,16 @@ inline std::string hostileShow(const Choose& choose, int frames, HostileCounts& 
     if (!replica.apply(snapshot(simulation.scene()))) return "a snapshot is refused";
     for (int i = 0; i < frames; ++i) {
         std::vector<Edit> edits(1);
-        edits[0].undo = choose(5) == 0;
-        if (!edits[0].undo) edits[0].list = hostileEdit(simulation.scene(), choose);
-        const bool undo = edits[0].undo;
+        constexpr Edit::Kind kKinds[] = {Edit::Kind::kUndo, Edit::Kind::kRedo, Edit::Kind::kChange, Edit::Kind::kChange, Edit::Kind::kChange};
+        const Edit::Kind kind = edits[0].kind = kKinds[choose(5)];
+        if (kind == Edit::Kind::kChange) edits[0].list = hostileEdit(simulation.scene(), choose);
+        edits[0].gesture = {1, choose(3)};
+        // Nothing but edits and what moves by itself changes a scene: what was done can always be taken back, and done again.
+        const bool possible = kind == Edit::Kind::kChange || simulation.listOf(kind) != nullptr;
         const FrameResult frame = simulation.step(i == 0, std::move(edits), {});
         const bool done = frame.outcomes.front().result.has_value();
-        ++(!done ? counts.refused : undo ? counts.undone : counts.taken);
+        if (kind != Edit::Kind::kChange && done != possible) return "a step of the history is refused";
+        ++(!done ? counts.refused : kind != Edit::Kind::kChange ? counts.undone : counts.taken);
         if (frame.commit.list) {
             if (const Expected<void> followed = replica.apply(*frame.commit.list); !followed) return "a replica refuses: " + followed.error().message;
             source.update(simulation.scene(), frame.commit.list.get());

@@ -75,6 +75,11 @@ TEST_F(Control, MoveIsSeenOnTheWallAndUndoTakesItBack) {
     EXPECT_FALSE(moved == before);
     EXPECT_EQ(wall_.ctl({"undo"}).exitCode, 0);
     EXPECT_TRUE(snapshot("after.png") == before);
+    EXPECT_EQ(wall_.ctl({"redo"}).exitCode, 0);
+    EXPECT_TRUE(snapshot("again.png") == moved);
+    EXPECT_NE(wall_.ctl({"redo"}).output.find("nothing to redo"), std::string::npos);
+    EXPECT_EQ(wall_.ctl({"undo"}).exitCode, 0);
+    EXPECT_TRUE(snapshot("after.png") == before);
     const Outcome nothing = wall_.ctl({"undo"});
     EXPECT_EQ(nothing.exitCode, 1) << nothing.output;
     EXPECT_NE(nothing.output.find("nothing to undo"), std::string::npos) << nothing.output;

@@ -52,14 +52,14 @@ Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) 
     return applyNumbered(std::make_shared<const ChangeList>(std::move(list)), std::move(ids), inverse);
 }
 
-Expected<Committer::Applied> Committer::applyInverse(ChangeListPtr list) {
+Expected<Committer::Applied> Committer::applyInverse(ChangeListPtr list, Inverse inverse) {
     std::unordered_set<ObjectId> destroyedNow;
     for (const ChangeListPtr& earlier : open_)
         destroyedNow.insert(earlier->destructions.begin(), earlier->destructions.end());
     for (const Creation& creation : list->creations)
         if (destroyedNow.contains(creation.id))
             return fail(ErrorCode::kRefused, fmt::format("#{} was removed in this very frame", creation.id.value));
-    return applyNumbered(std::move(list), {}, Inverse::kNone);
+    return applyNumbered(std::move(list), {}, inverse);
 }
 
 Expected<Committer::Applied> Committer::applyNumbered(ChangeListPtr list,
@@ -167,11 +167,6 @@ CommittedFrame Committer::closeFrame() {
     sent.stateHash = scene_.stateHash();
     frame.sent = share(std::move(sent));
     return frame;
-}
-
-void UndoStack::push(ChangeList inverse) {
-    inverses_.push_back(std::make_shared<const ChangeList>(std::move(inverse)));
-    if (inverses_.size() > kMaxDepth) inverses_.pop_front();
 }
 
 }  // namespace tessera

@@ -1,7 +1,6 @@
-/// The single writer: numbers objects and lists, keeps the inverses for undo.
+/// The single writer: numbers objects and lists.
 #pragma once
 
-#include <deque>
 #include <utility>
 #include <vector>
 
@@ -40,7 +39,7 @@ public:
     [[nodiscard]] Expected<Applied> apply(ChangeList list, Inverse inverse = Inverse::kNone);
     /// As apply, for lists that bring back old ids (inverses). Refused with kRefused, and worth another try in the next
     /// frame, when such an id was destroyed in this very frame.
-    [[nodiscard]] Expected<Applied> applyInverse(ChangeListPtr list);
+    [[nodiscard]] Expected<Applied> applyInverse(ChangeListPtr list, Inverse inverse = Inverse::kNone);
 
     /// Ends the frame.
     [[nodiscard]] CommittedFrame closeFrame();
@@ -56,20 +55,6 @@ private:
     std::uint64_t nextId_ = kRootNode.value + 1;
     Sequence sequence_;
     std::vector<ChangeListPtr> open_;
-};
-
-/// Inverses of the edits of people and applications, newest last; bounded.
-class UndoStack {
-public:
-    static constexpr std::size_t kMaxDepth = 256;
-
-    void push(ChangeList inverse);
-    [[nodiscard]] std::size_t depth() const { return inverses_.size(); }
-    [[nodiscard]] const ChangeListPtr& top() const { return inverses_.back(); }
-    void pop() { inverses_.pop_back(); }
-
-private:
-    std::deque<ChangeListPtr> inverses_;
 };
 
 }  // namespace tessera

@@ -29,13 +29,22 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Propose& propos
     if (!edit) return refuse(asker, edit.error());
     const std::uint64_t ticket = nextTicket_++;
     edit->ticket = ticket;
+    edit->gesture = {asker.connection.value, proposal.gesture};
     open_[ticket] = {.asker = asker, .edit = std::move(*edit)};
     return queueEdit(ticket, now);
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::Undo&, TimePoint now) {
+    return step(asker, Edit::Kind::kUndo, now);
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::Redo&, TimePoint now) {
+    return step(asker, Edit::Kind::kRedo, now);
+}
+
+ServerActions RequestDesk::step(const Asker& asker, Edit::Kind kind, TimePoint now) {
     const std::uint64_t ticket = nextTicket_++;
-    open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .undo = true}};
+    open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .kind = kind}};
     return queueEdit(ticket, now);
 }
 
@@ -67,7 +76,8 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
     status.waitingFor = session.waitingFor();
     status.objects = simulation.scene().objectCount();
     status.nodes = simulation.nodeCount();
-    status.undoDepth = simulation.undoDepth();
+    status.undoDepth = simulation.history().undoDepth();
+    status.redoDepth = simulation.history().redoDepth();
     status.applications = applications_.size();
     return answer(asker, ApplicationAnswer(std::move(status)));
 }
@@ -145,12 +155,8 @@ Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
 
 ServerActions RequestDesk::queueEdit(std::uint64_t ticket, TimePoint now) {
     Open& open = open_.at(ticket);
-    std::vector<Blob> named;
-    if (open.edit.undo) {
-        if (around_.simulation.undoDepth() > 0) named = blobsOf(around_.simulation.newestInverse());
-    } else {
-        named = blobsOf(open.edit.list);
-    }
+    const ChangeListPtr step = around_.simulation.listOf(open.edit.kind);
+    const std::vector<Blob> named = blobsOf(step ? *step : open.edit.list);
     if (named.empty()) {
         ready_.push_back(ticket);
         return {};
@@ -160,8 +166,8 @@ ServerActions RequestDesk::queueEdit(std::uint64_t ticket, TimePoint now) {
         around_.blobs.add(blob);
         infos.push_back({blob.id(), blob.sizeBytes()});
     }
-    // Hosts fetch them before the commit. What an undo names may leave the undo stack before its turn comes: others undo too.
-    open.announced = std::move(named);
+    // Hosts fetch them before the commit. What an undo names may leave the history before its turn comes: others undo too.
+    open.announced = named;
     return around_.session.announceBlobs(ticket, std::move(infos), now);
 }
 
@@ -197,7 +203,7 @@ std::vector<Edit> RequestDesk::takeEdits() {
     for (const std::uint64_t ticket : ready_) {
         Open& open = open_.at(ticket);
         // An undo may bring back what an edit of the same frame removes: it opens a frame of its own.
-        if (!later.empty() || (open.edit.undo && !edits.empty())) {
+        if (!later.empty() || (open.edit.kind != Edit::Kind::kChange && !edits.empty())) {
             later.push_back(ticket);
             continue;
         }

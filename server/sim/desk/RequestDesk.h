@@ -79,6 +79,8 @@ private:
     // What each request means; one that is not here does not compile.
     [[nodiscard]] ServerActions on(const Asker&, const request::Propose&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Undo&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Redo&, TimePoint now);
+    [[nodiscard]] ServerActions step(const Asker& asker, Edit::Kind kind, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetStatus&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Load&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::SetView&, TimePoint now);

@@ -97,12 +97,13 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
 
 EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) {
     EditOutcome outcome{.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}};
-    if (edit.undo && undo_.depth() == 0) {
-        outcome.result = fail(ErrorCode::kRefused, "there is nothing to undo");
+    const bool isChange = edit.kind == Edit::Kind::kChange;
+    // A step stays in the history until it has been applied. One that moves nothing is applied as it lies there.
+    ChangeListPtr whole = listOf(edit.kind);
+    if (!isChange && !whole) {
+        outcome.result = fail(ErrorCode::kRefused, edit.kind == Edit::Kind::kUndo ? "there is nothing to undo" : "there is nothing to redo");
         return outcome;
     }
-    // An inverse stays on the stack until it has been applied. One that moves nothing is applied as it lies there.
-    ChangeListPtr whole = edit.undo ? undo_.top() : nullptr;
     std::vector<std::pair<ObjectId, Pose>> poses;
     ChangeList list;
     if (!whole || std::ranges::any_of(whole->columns, isPoseField)) {
@@ -120,11 +121,10 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
 
     ChangeList inverse;
     if (whole || !list.empty()) {
-        if (edit.undo && !whole) whole = std::make_shared<const ChangeList>(std::move(list));
+        if (!isChange && !whole) whole = std::make_shared<const ChangeList>(std::move(list));
+        const auto back = edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone;
         Expected<Committer::Applied> applied =
-            edit.undo ? committer_.applyInverse(whole)
-                      : committer_.apply(std::move(list),
-                                         edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone);
+            isChange ? committer_.apply(std::move(list), back) : committer_.applyInverse(whole, Committer::Inverse::kMade);
         if (!applied) {
             outcome.result = tl::unexpected(applied.error());
             return outcome;
@@ -138,17 +138,29 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
         const Transform* now = scene().get<Transform>(id);
         if (!now) continue;  // destroyed by the same edit
         wishes[id] = {.pose = pose, .motion = {}, .motionTime = 0, .edit = index};
-        if (edit.undoable && !edit.undo) addPose(back, id, pose, poseOf(*now));
+        if (edit.undoable || !isChange) addPose(back, id, pose, poseOf(*now));
     }
-    if (edit.undo) {
-        undo_.pop();
-    } else if (edit.undoable) {
-        ChangeList poseBack = back.take();
-        // The inverse speaks of none of these objects' fields itself: they were taken out before the list was applied.
-        for (FieldColumn& column : poseBack.columns) mergeColumn(inverse, std::move(column));
-        undo_.push(std::move(inverse));
+    if (isChange && !edit.undoable) return outcome;
+    ChangeList poseBack = back.take();
+    // The inverse speaks of none of these objects' fields itself: they were taken out before the list was applied.
+    for (FieldColumn& column : poseBack.columns) mergeColumn(inverse, std::move(column));
+    switch (edit.kind) {
+        case Edit::Kind::kChange:
+            history_.edited(std::move(inverse), edit.gesture);
+            break;
+        case Edit::Kind::kUndo:
+            history_.undone(std::move(inverse));
+            break;
+        case Edit::Kind::kRedo:
+            history_.redone(std::move(inverse));
+            break;
     }
     return outcome;
+}
+
+ChangeListPtr Simulation::listOf(Edit::Kind kind) {
+    if (kind == Edit::Kind::kUndo) return history_.undoList();
+    return kind == Edit::Kind::kRedo ? history_.redoList() : nullptr;
 }
 
 void Simulation::pauseMotionsOf(std::span<const std::pair<ObjectId, Pose>> poses, ChangeList& list) const {

@@ -11,6 +11,7 @@
 #include "common/base/Workers.h"
 #include "server/collision/pipeline/CollisionPipeline.h"
 #include "server/sim/commit/Committer.h"
+#include "server/sim/commit/EditHistory.h"
 #include "server/sim/display/ContactDisplay.h"
 #include "server/sim/frame/Motions.h"
 
@@ -19,9 +20,15 @@ namespace tessera {
 /// A change that somebody wants.
 struct Edit {
     std::uint64_t ticket = 0;  ///< comes back in the outcome
-    ChangeList list;           ///< new objects carry placeholders; ignored for an undo
-    bool undo = false;         ///< take back the newest edit instead
-    bool undoable = true;      ///< a loaded start scene is not
+    ChangeList list;           ///< new objects carry placeholders; ignored for kUndo and kRedo
+    enum class Kind : std::uint8_t {
+        kChange,
+        kUndo,  ///< take back the newest step instead
+        kRedo,  ///< do again what was taken back last
+    };
+    Kind kind = Kind::kChange;
+    bool undoable = true;  ///< a loaded start scene is not
+    Gesture gesture = {};  ///< edits in a row of one gesture are taken back as one
 };
 
 struct EditOutcome {
@@ -69,9 +76,9 @@ public:
     /// Of the scene, the root included. Kept, not counted.
     [[nodiscard]] std::size_t nodeCount() const { return committer_.nodeCount(); }
     [[nodiscard]] const Motions& motions() const { return motions_; }
-    [[nodiscard]] std::size_t undoDepth() const { return undo_.depth(); }
-    /// Only with undoDepth() > 0.
-    [[nodiscard]] const ChangeList& newestInverse() const { return *undo_.top(); }
+    [[nodiscard]] const EditHistory& history() const { return history_; }
+    /// What an edit of this kind would apply; null for kChange, and where there is nothing.
+    [[nodiscard]] ChangeListPtr listOf(Edit::Kind kind);
     /// Questions that the collision pipeline has asked and nobody has replied to, ascending.
     [[nodiscard]] std::vector<std::uint64_t> openQuestions() const { return pipeline_.openQuestions(); }
     /// The nearest visible triangle on a world-space ray.
@@ -96,7 +103,7 @@ private:
     void sceneChanged(const ChangeList* list);
 
     Committer committer_;
-    UndoStack undo_;
+    EditHistory history_;
     std::unique_ptr<Workers> workers_;  ///< null: one thread
     CollisionPipeline pipeline_;
     ContactDisplay display_;

@@ -22,7 +22,7 @@ namespace tessera {
 
 inline constexpr std::string_view kRecordingMark = "tessera record\r\n";
 /// Raised whenever an older program would misread a file.
-inline constexpr std::uint32_t kRecordingFormat = 1;
+inline constexpr std::uint32_t kRecordingFormat = 2;
 
 struct RecordingLimits {
     std::uint64_t maxFileBytes = std::uint64_t{64} << 30;  ///< a recording ends there
@@ -105,7 +105,7 @@ struct RecordContent {
 [[nodiscard]] RecordContent encodeArray(Blob blob);
 [[nodiscard]] RecordContent encodeStartList(const ChangeList& list);
 [[nodiscard]] RecordContent encodeStarted(const record::Started& started);
-/// An undo's list is not written: nobody reads it.
+/// The list of an undo or redo is not written: nobody reads it.
 [[nodiscard]] RecordContent encodeInputs(FrameNumber frame, bool first, std::span<const Edit> edits,
                                          std::span<const Reply> replies);
 [[nodiscard]] RecordContent encodeOutcome(const record::Outcome& outcome);

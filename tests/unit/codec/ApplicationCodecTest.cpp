@@ -31,7 +31,7 @@ std::vector<ApplicationRequest> everyRequest() {
     view.user = "viewer";
     view.head = Vec3d(0, 1.7, 2.4);
     view.reset = true;
-    return {request::Propose{some(300), {some(0), some(70'000)}},
+    return {request::Propose{some(300), {some(0), some(70'000)}, 4711},
             request::Undo{},
             request::GetStatus{},
             request::Load{"models/2CylinderEngine.glb", ObjectId{17}},
@@ -43,7 +43,8 @@ std::vector<ApplicationRequest> everyRequest() {
             request::GetEvents{},
             request::GetDistances{},
             request::GetQuestions{},
-            request::Respond{.question = 5, .decision = request::Respond::Decision::kMove, .pose = {}}};
+            request::Respond{.question = 5, .decision = request::Respond::Decision::kMove, .pose = {}},
+            request::Redo{}};
 }
 
 std::vector<ApplicationAnswer> everyAnswer() {
@@ -58,6 +59,7 @@ std::vector<ApplicationAnswer> everyAnswer() {
     status.objects = 16;
     status.nodes = 17;
     status.undoDepth = 18;
+    status.redoDepth = 20;
     status.applications = 19;
     const ObjectId placeholder{kFirstPlaceholder + 5};
     return {
@@ -109,6 +111,7 @@ TEST(ApplicationCodec, EverythingSaidIsHeardAsItWas) {
 
 TEST(ApplicationCodec, ARequestKeepsItsFields) {
     const auto propose = std::get<request::Propose>(*decodeRequest(encodeRequest(everyRequest()[0])));
+    EXPECT_EQ(propose.gesture, 4711u);
     EXPECT_EQ(propose.list, *some(300));
     ASSERT_EQ(propose.blobs.size(), 2u);
     EXPECT_TRUE(propose.blobs[0].empty());
@@ -156,6 +159,7 @@ TEST(ApplicationCodec, AnAnswerKeepsItsFields) {
     EXPECT_EQ(status.hosts[0].lastShown, 14_frame);
     EXPECT_EQ(status.hosts[0].roundTripMs, 0.25);
     EXPECT_EQ(status.waitingFor, std::vector<std::string>{"lower-left"});
+    EXPECT_EQ(status.redoDepth, 20u);
     EXPECT_EQ(status.objects + status.nodes + status.undoDepth + status.applications, 16u + 17 + 18 + 19);
 
     const auto loaded = std::get<answer::Loaded>(*decodeAnswer(encodeAnswer(answers[3])));

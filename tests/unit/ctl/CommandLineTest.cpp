@@ -53,6 +53,7 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(parsed<verb::Set>("set #17 choice -1").values.at(0), "-1");
     EXPECT_EQ(parsed<verb::Remove>("remove /hall").node, "/hall");
     (void)parsed<verb::Undo>("undo");
+    (void)parsed<verb::Redo>("redo");
     EXPECT_EQ(parsed<verb::Pick>("pick 10 20.5").yPx, 20.5);
     (void)parsed<verb::Contacts>("contacts");
     EXPECT_EQ(parsed<verb::Snapshot>("snapshot wall.png").file, "wall.png");
@@ -161,7 +162,7 @@ TEST(CommandLine, NonsenseIsRefusedInWords) {
 }
 
 TEST(CommandLine, HelpFitsATerminal) {
-    for (const std::string verb : {"", "status ", "tree ", "load ", "move ", "set ", "remove ", "undo ", "view ",
+    for (const std::string verb : {"", "status ", "tree ", "load ", "move ", "set ", "remove ", "undo ", "redo ", "view ",
                                    "pick ", "contacts ", "questions ", "answer ", "snapshot ", "types ", "save "}) {
         const auto result = parseCommandLine(split(verb + "--help"));
         ASSERT_TRUE(result) << verb << result.error().message;

@@ -27,8 +27,8 @@ TEST(RecordingFormat, KeepsInputsToTheLastBit) {
     BlobStore arrays;
     for (const Blob& blob : blobsOf(list)) arrays.add(blob);
     const double nan = std::bit_cast<double>(std::uint64_t{0x7ff8000000001234});
-    const std::vector<Edit> edits{{.ticket = ~std::uint64_t{0}, .list = list, .undo = false, .undoable = false},
-                                  {.ticket = 2, .list = list, .undo = true, .undoable = true}};
+    const std::vector<Edit> edits{{.ticket = ~std::uint64_t{0}, .list = list, .undoable = false, .gesture = {7, 8}},
+                                  {.ticket = 2, .list = list, .kind = Edit::Kind::kRedo, .undoable = true}};
     const std::vector<Reply> replies{{.question = 17,
                                       .decision = Reply::Decision::kMove,
                                       .pose = {.translation = Vec3d(nan, -0.0, 1e-308),
@@ -40,9 +40,10 @@ TEST(RecordingFormat, KeepsInputsToTheLastBit) {
     ASSERT_EQ(back.edits.size(), 2u);
     EXPECT_EQ(back.edits[0].ticket, ~std::uint64_t{0});
     EXPECT_EQ(back.edits[0].list, list);
-    EXPECT_FALSE(back.edits[0].undo);
+    EXPECT_EQ(back.edits[0].kind, Edit::Kind::kChange);
+    EXPECT_EQ(back.edits[0].gesture, (Gesture{7, 8}));
     EXPECT_FALSE(back.edits[0].undoable);
-    EXPECT_TRUE(back.edits[1].undo);
+    EXPECT_EQ(back.edits[1].kind, Edit::Kind::kRedo);
     EXPECT_TRUE(back.edits[1].undoable);
     EXPECT_TRUE(back.edits[1].list.empty()) << "an undo's list is nobody's business";
     ASSERT_EQ(back.replies.size(), 1u);

@@ -130,7 +130,7 @@ private:
         ChangeListBuilder builder;
         switch (below(random_, 8)) {
             case 0:
-                edit.undo = true;
+                edit.kind = oneInTwo(random_) ? Edit::Kind::kUndo : Edit::Kind::kRedo;
                 return edit;
             case 1: {  // a new body, with arrays that nobody has seen
                 ListMaker make;
@@ -138,6 +138,7 @@ private:
                 make.node("shape", node, make.box(Vec3d(between(random_, 0.2, 1), 0.5, 0.5)));
                 edit.list = make.builder.take();
                 edit.undoable = below(random_, 4) != 0;
+                edit.gesture = {1, below(random_, 3)};
                 return edit;
             }
             case 2:

@@ -22,7 +22,7 @@ std::vector<Edit> one(ChangeList list) {
 }
 std::vector<Edit> undo() {
     std::vector<Edit> edits(1);
-    edits[0].undo = true;
+    edits[0].kind = Edit::Kind::kUndo;
     return edits;
 }
 

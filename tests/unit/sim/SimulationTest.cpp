@@ -28,7 +28,7 @@ std::vector<Edit> one(ChangeList list, std::uint64_t ticket = 1) {
 }
 std::vector<Edit> undo() {
     std::vector<Edit> edits;
-    edits.push_back({.ticket = 99, .list = {}, .undo = true});
+    edits.push_back({.ticket = 99, .list = {}, .kind = Edit::Kind::kUndo});
     return edits;
 }
 
@@ -214,15 +214,15 @@ TEST(Simulation, AnUndoThatMovesNothingIsAppliedAsItLiesThere) {
     std::vector<Edit> quiet = one(pause.take());
     quiet.front().undoable = false;
     EXPECT_TRUE(simulation.step(true, std::move(quiet)).outcomes.front().result);
-    EXPECT_EQ(simulation.undoDepth(), 0u) << "what nobody can take back leaves nothing on the stack";
+    EXPECT_EQ(simulation.history().undoDepth(), 0u) << "what nobody can take back leaves nothing on the stack";
     ListMaker make;
     make.node("lamp", kRootNode);
     (void)simulation.step(false, one(make.builder.take()));
-    const ChangeList* const inverse = &simulation.newestInverse();
+    const ChangeListPtr inverse = simulation.listOf(Edit::Kind::kUndo);
     const FrameResult frame = simulation.step(false, undo());
     ASSERT_TRUE(frame.outcomes.front().result);
     EXPECT_FALSE(findNode(simulation.scene(), "/lamp"));
-    EXPECT_EQ(frame.commit.list.get(), inverse) << "from the stack to the wire without a copy";
+    EXPECT_EQ(frame.commit.list, inverse) << "from the history to the wire without a copy";
 }
 
 TEST(Simulation, AFrameInWhichNothingHappensChecksAndSendsNothing) {
