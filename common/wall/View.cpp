@@ -44,7 +44,6 @@ const Screen& screenOf(const Wall& wall, const Tile& tile) {
     return *screen;
 }
 
-
 }  // namespace
 
 Affine3d View::world_T_wall() const {
