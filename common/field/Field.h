@@ -86,6 +86,8 @@ struct FieldInfo {
     std::array<FieldWord, kMaxWords> wordStore{};
     std::uint8_t wordCount = 0;
 
+    std::string_view member;  ///< the C++ member; see memberKey
+
     /// On a struct of this type, wherever it lies. `write` expects kind and width to be right.
     FieldValue (*read)(const void*) = nullptr;
     void (*write)(void*, const FieldValue&) = nullptr;
@@ -259,6 +261,12 @@ struct FieldAccess {
     static void* at(void* object) { return Shape::at(static_cast<Core*>(object)->*kMember); }
 };
 
+/// What tells members apart while compiling: under UBSan g++ does not compare the addresses of functions there.
+template <auto kMember>
+[[nodiscard]] consteval std::string_view memberKey() {
+    return __PRETTY_FUNCTION__;
+}
+
 template <auto kMember>
 [[nodiscard]] constexpr FieldInfo field(std::uint16_t number, std::string_view name) {
     using Access = FieldAccess<kMember>;
@@ -268,6 +276,7 @@ template <auto kMember>
     info.kind = Access::Shape::kKind;
     info.width = Access::Shape::kWidth;
     info.quaternion = std::is_same_v<typename FieldMember<decltype(kMember)>::Type, Quatd>;
+    info.member = memberKey<kMember>();
     info.read = &Access::read;
     info.write = &Access::write;
     info.at = &Access::at;
@@ -300,7 +309,7 @@ inline constexpr int kDescription = 0;
 template <auto kMember>
 [[nodiscard]] consteval FieldId findFieldId() {
     for (const FieldInfo& info : kDescription<typename FieldMember<decltype(kMember)>::Core>.fields)
-        if (info.read == &FieldAccess<kMember>::read) return info.id;
+        if (info.member == memberKey<kMember>()) return info.id;
     throw "this member is no field";
 }
 template <auto kMember>
