@@ -43,7 +43,10 @@ public:
         if (slot == nullptr) return std::nullopt;
         return slot->queued.fetch_add(bytes) + bytes;
     }
-    void discharge(LinkId id, std::size_t bytes) { slots_[id.value % (slots_.size() + 1)].queued.fetch_sub(bytes); }
+    /// Nothing for the stillborn, who have no slot.
+    void discharge(LinkId id, std::size_t bytes) {
+        if (const std::size_t at = id.value % (slots_.size() + 1); at < slots_.size()) slots_[at].queued.fetch_sub(bytes);
+    }
     [[nodiscard]] std::size_t queued(LinkId id) const {
         return holds(id) ? slots_[id.value % (slots_.size() + 1)].queued.load() : 0;
     }

@@ -83,7 +83,7 @@ RigidFrame RigidBodyStage::advance(std::span<const RigidBody> bodies, std::span<
     if (!std::isfinite(seconds) || seconds <= 0) {
         for (std::size_t i = 0; i < bodies.size(); ++i)
             if (bodies[i].velocity.allFinite() && bodies[i].spin.allFinite())
-                out.motions[i] = {{}, bodies[i].velocity, bodies[i].spin, asleep(bodies[i].id)};
+                out.motions[i] = {.velocity = bodies[i].velocity, .spin = bodies[i].spin, .asleep = asleep(bodies[i].id)};
         return out;
     }
     ++s.frameNumber;
