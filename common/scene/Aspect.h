@@ -29,8 +29,8 @@ struct SceneLimits {
 /// Checked: ids exist (creations: do not), types and kinds agree, numbers are finite, a rotation is not zero, the tree
 /// has no cycle and stays within the limits, refs lead to the right type, nothing in use is destroyed (a node with
 /// children or a parent, an object that a ref names), the root stays. What counts is the scene that the list leaves
-/// behind, whatever the tree is like in between: so the way back from a list fits the
-/// scene that it has left (tests/property).
+/// behind, whatever the tree is like in between: so the way back from a list fits the scene that it has left
+/// (tests/property).
 class Aspect {
 public:
     explicit Aspect(SceneLimits limits = {});

@@ -88,7 +88,8 @@ struct BodyVelocity {
 /// become faster than CollisionObject::kFastest goes at that speed, one that would have left what numbers tell stays.
 struct NotLookedAt {
     enum class Reason : std::uint8_t { kWork, kPieces, kNotFinite, kTooFast };
-    ObjectId nodeA, nodeB;  ///< geometry-bearing nodes; B none: a whole motion of A; of kTooFast A is a body's node
+    ObjectId nodeA, nodeB;  ///< geometry-bearing nodes; B none: a whole motion of A; of kTooFast A is a body's node, of kNotFinite it may
+                          ///< be a Transform that stayed where it was
     Reason reason = Reason::kWork;
 };
 
