@@ -6,12 +6,15 @@
 #include <deque>
 
 #include "common/codec/MessageCodec.h"
+#include "common/codec/SnapshotCodec.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
 namespace {
 
 using namespace std::chrono_literals;
+
+constexpr auto kAliveEvery = 200ms;  ///< between two signs of life; a server waits for at least twice as long
 
 TimePoint clockNow() {
     return std::chrono::steady_clock::now();
@@ -78,7 +81,9 @@ void ServerLink::dial() {
     dialAt_.reset();
     ++attempt_.value;
     session_ = std::make_unique<ClientSession>(ClientSessionConfig{
-        .name = options_.name, .role = PeerRole::kHost, .schema = schemaHash(), .pixelProbe = options_.pixelProbe});
+        .name = options_.name, .role = PeerRole::kHost, .schema = schemaHash(), .pixelProbe = options_.pixelProbe,
+        .openContent = decodeSnapshot});
+    session_->resume(std::exchange(fetchedParts_, {}));
     blobs_.forEach([this](const Blob& blob) { session_->holdBlob(blob.id()); });
     links_[ChannelKind::kControl] = transport_->connect(options_.server, options_.connectTimeout);
 }
@@ -90,7 +95,7 @@ std::optional<ChannelKind> ServerLink::channelOf(LinkId link) const {
 }
 
 void ServerLink::on(const LinkEvent& event) {
-    const LinkId link = std::visit([](const auto& what) { return what.link; }, event.what);
+    const LinkId link = linkOf(event);
     // Events of links that are hung up already still come.
     const std::optional<ChannelKind> channel = channelOf(link);
     if (!channel || !session_) return;
@@ -100,6 +105,8 @@ void ServerLink::on(const LinkEvent& event) {
         const Expected<Message> message = decodeMessage(received->type, received->payload);
         carryOut(message ? session_->received(*channel, *message, event.at)
                          : session_->malformed(*channel, message.error().message));
+    } else if (std::holds_alternative<link_event::Heard>(event.what)) {
+        session_->heard(*channel, event.at);
     } else if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) {
         links_.erase(*channel);
         if (*channel == ChannelKind::kControl)
@@ -188,6 +195,9 @@ void ServerLink::configured(const client_action::Configured& configured) {
     epoch_ = configured.epoch;
     pause_ = options_.firstPause;
     lastReason_.clear();
+    // While the session thread hashes or decodes much, the network speaks for it.
+    const Message life = message::Heartbeat{};
+    transport_->keepAlive(links_.at(ChannelKind::kControl), kAliveEvery, wireType(life), epoch_, share(encodeMessage(life)));
     log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), epoch_.value));
     give(configured);
 }
@@ -200,6 +210,7 @@ void ServerLink::store(const Blob& blob) {
 void ServerLink::hangUp(const std::string& reason) {
     for (const auto& [channel, link] : links_) transport_->close(link, reason);
     links_.clear();
+    if (session_) fetchedParts_ = session_->takeParts();
     session_.reset();
 }
 

@@ -83,6 +83,7 @@ private:
 
     Attempt attempt_;
     std::unique_ptr<ClientSession> session_;  ///< null between attempts
+    BlobFetcher::Parts fetchedParts_;         ///< of blobs, by the attempt before
     std::map<ChannelKind, LinkId> links_;
     Epoch epoch_;
     std::deque<Outcome> doneHere_;  ///< of work that was done at once, until it is answered

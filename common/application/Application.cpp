@@ -56,6 +56,7 @@ struct Application::Impl {
     std::optional<Error> wallFault;
     Aspect aspect;
     Sequence sequence;
+    Sequence current;  ///< where the scene stood when it was sent to us
     bool haveScene = false;
     std::deque<Incoming> aside;
     std::optional<incoming::Ended> ended;
@@ -117,7 +118,7 @@ Expected<bool> Application::Impl::dispatch() {
 Expected<void> Application::Impl::apply(incoming::List list) {
     if (list.whole) {
         aspect = Aspect();
-        haveScene = true;
+        current = list.current;
     }
     if (auto applied = aspect.apply(*list.list); !applied)
         return failWith(
@@ -128,6 +129,7 @@ Expected<void> Application::Impl::apply(incoming::List list) {
                     fmt::format("after change list {} the scene here differs from the server's; connect again",
                                 list.committed->sequence.value));
     sequence = list.committed->sequence;
+    haveScene = haveScene || sequence >= current;
     if (const auto callback = changesCallback) callback(*list.list, sequence);
     return {};
 }

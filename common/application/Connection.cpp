@@ -6,6 +6,7 @@
 
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/MessageCodec.h"
+#include "common/codec/SnapshotCodec.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
@@ -15,6 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::size_t kMaxEvents = 16'384;
+constexpr auto kAliveEvery = 500ms;  ///< between two signs of life
 /// Replies, the end and whatever else must find room behind the lists that wait.
 constexpr std::size_t kSpareRoom = 4096;
 
@@ -28,6 +30,7 @@ ClientSessionConfig sessionConfig(const ConnectionOptions& options) {
     config.role = PeerRole::kApplication;
     config.schema = schemaHash();
     config.wantBlobs = options.blobs;
+    config.openContent = decodeSnapshot;
     return config;
 }
 
@@ -95,6 +98,8 @@ void Connection::on(const LinkEvent& event) {
         const Expected<Message> message = decodeMessage(received->type, received->payload);
         carryOut(message ? session_.received(*channel, *message, event.at)
                          : session_.malformed(*channel, message.error().message));
+    } else if (const auto* heard = std::get_if<link_event::Heard>(&event.what)) {
+        if (const auto channel = channelOf(heard->link)) session_.heard(*channel, event.at);
     } else if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) {
         const auto channel = channelOf(closed->link);
         if (!channel) return;
@@ -110,11 +115,11 @@ void Connection::carryOut(ClientActions actions) {
     const auto more = [&](ClientActions next) {
         pending.insert(pending.end(), std::make_move_iterator(next.begin()), std::make_move_iterator(next.end()));
     };
-    const auto apply = [&](bool whole, const CommittedListPtr& committed) {
+    const auto apply = [&](bool whole, const CommittedListPtr& committed, Sequence current = {}) {
         if (options_.lists) {
             Expected<ChangeListPtr> list = decode(committed->encoded);
             if (!list) return more(session_.applyFailed(list.error().message));
-            handOut({whole, committed, std::move(*list)});
+            handOut({whole, committed, std::move(*list), current});
         }
         more(session_.applied(committed->sequence, committed->stateHash));
     };
@@ -128,10 +133,14 @@ void Connection::carryOut(ClientActions actions) {
         } else if (const auto* configured = std::get_if<client_action::Configured>(&action)) {
             epoch_ = configured->epoch;
             welcomed_ = true;
+            // Decoding a large scene takes this thread longer than a server waits to hear of us.
+            const Message life = message::Heartbeat{};
+            transport_->keepAlive(links_.at(ChannelKind::kControl), kAliveEvery, wireType(life), epoch_,
+                                  share(encodeMessage(life)));
             ++waiting_;
             out_.tryPush(incoming::Configured{configured->configuration});
         } else if (const auto* whole = std::get_if<client_action::ApplySnapshot>(&action)) {
-            apply(true, whole->snapshot.list);
+            apply(true, whole->snapshot.list, whole->snapshot.current);
         } else if (const auto* part = std::get_if<client_action::ApplyChanges>(&action)) {
             apply(false, part->changes.list);
         } else if (const auto* blob = std::get_if<client_action::StoreBlob>(&action)) {

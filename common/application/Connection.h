@@ -25,6 +25,7 @@ struct List {
     bool whole = false;
     CommittedListPtr committed;
     ChangeListPtr list;
+    Sequence current;  ///< of the whole scene: where the server's stands already; lists up to there follow at once
 };
 struct Reply {
     message::Reply reply;

@@ -169,6 +169,10 @@ void pack(const message::Refused& m, pb::Refused& head, Parts&) {
 }
 void pack(const message::Snapshot& m, pb::Snapshot& head, Parts& parts) {
     packList(m.list, head, parts);
+    head.set_content_low(m.content.id.low);
+    head.set_content_high(m.content.id.high);
+    head.set_content_bytes(m.content.sizeBytes);
+    head.set_current(m.current.value);
 }
 void pack(const message::Changes& m, pb::Changes& head, Parts& parts) {
     packList(m.list, head, parts);
@@ -298,7 +302,7 @@ void unpack(message::Refused& m, const pb::Refused& head, MessageUnpacker& in) {
 }
 void unpack(message::Snapshot& m, const pb::Snapshot& head, MessageUnpacker& in) {
     in.expectParts(2);
-    m.list = in.list(head, 0);
+    m = {in.list(head, 0), {{head.content_low(), head.content_high()}, head.content_bytes()}, Sequence(head.current())};
 }
 void unpack(message::Changes& m, const pb::Changes& head, MessageUnpacker& in) {
     in.expectParts(2);

@@ -23,7 +23,10 @@ public:
             const std::size_t slot = (round + i) % slots_.size();
             const LinkId id{round * (slots_.size() + 1) + slot};
             std::uint64_t free = 0;
-            if (slots_[slot].link.compare_exchange_strong(free, id.value)) return id;
+            if (!slots_[slot].link.compare_exchange_strong(free, id.value)) continue;
+            slots_[slot].untaken = 0;
+            slots_[slot].resting = false;
+            return id;
         }
         return std::nullopt;
     }
@@ -47,6 +50,25 @@ public:
     void discharge(LinkId id, std::size_t bytes) {
         if (const std::size_t at = id.value % (slots_.size() + 1); at < slots_.size()) slots_[at].queued.fetch_sub(bytes);
     }
+    /// Bytes handed out and not taken yet, after the change; zero where there is no such link.
+    std::size_t handOut(LinkId id, std::size_t bytes) {
+        Slot* slot = find(id);
+        return slot ? slot->untaken.fetch_add(bytes) + bytes : 0;
+    }
+    std::size_t take(LinkId id, std::size_t bytes) {
+        Slot* slot = find(id);
+        return slot ? slot->untaken.fetch_sub(bytes) - bytes : 0;
+    }
+    [[nodiscard]] std::size_t untaken(LinkId id) const {
+        return holds(id) ? slots_[id.value % (slots_.size() + 1)].untaken.load() : 0;
+    }
+    /// Whether the link is not read: said by the network thread, looked at by who takes.
+    void rest(LinkId id, bool resting) {
+        if (Slot* slot = find(id)) slot->resting = resting;
+    }
+    [[nodiscard]] bool resting(LinkId id) const {
+        return holds(id) && slots_[id.value % (slots_.size() + 1)].resting;
+    }
     [[nodiscard]] std::size_t queued(LinkId id) const {
         return holds(id) ? slots_[id.value % (slots_.size() + 1)].queued.load() : 0;
     }
@@ -55,6 +77,8 @@ private:
     struct Slot {
         std::atomic<std::uint64_t> link{0};
         std::atomic<std::size_t> queued{0};
+        std::atomic<std::size_t> untaken{0};
+        std::atomic<bool> resting{false};
     };
     Slot* find(LinkId id) { return holds(id) ? &slots_[id.value % (slots_.size() + 1)] : nullptr; }
 

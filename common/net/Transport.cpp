@@ -33,6 +33,7 @@ constexpr auto kAcceptPause = 50ms;        ///< after a failed accept (no descri
 constexpr auto kFlushTime = 1s;            ///< for what is queued when a link is closed by us
 constexpr Duration kAtOnce = 1ns;
 constexpr std::size_t kLarge = 64 * 1024;         ///< a message that is work for a thread of its own
+constexpr std::size_t kMessageCost = 256;         ///< of a message that waits to be taken, beside its payload
 constexpr std::size_t kWorthCaching = 64 * 1024;  ///< payloads whose checksum is kept for the next link
 
 enum class LinkState {
@@ -52,6 +53,15 @@ struct Link {
     LinkState state = LinkState::kConnecting;
     FrameReader reader;
     SendQueue queue;
+    TimePoint heardAt{};  ///< the last event that told of bytes
+    TimePoint sentAt{};   ///< the last write
+    struct KeepAlive {
+        Duration interval{};
+        std::uint16_t type = 0;
+        Epoch epoch;
+        SharedChain payload;
+    };
+    std::optional<KeepAlive> keepAlive;
     std::string target;  ///< what it connects to
     std::string closeReason;
 };
@@ -263,11 +273,32 @@ struct Transport::Impl {
         frames.clear();
         const Expected<void> good = link->reader.filled(count, frames);
         if (link->reader.arriving() >= kLarge) seeLarge();
-        for (ReceivedFrame& frame : frames)
+        std::size_t untaken = 0;
+        for (ReceivedFrame& frame : frames) {
+            untaken = table.handOut(link->id, costOf(frame.payload.size()));
             emit(link_event::Received{link->id, frame.type, frame.epoch, std::move(frame.payload)}, arrived);
+        }
+        if (!frames.empty()) {
+            link->heardAt = arrived;
+        } else if (arrived >= link->heardAt + limits.heardEvery) {
+            link->heardAt = arrived;
+            emit(link_event::Heard{link->id}, arrived);
+        }
         if (!good) return finish(link, good.error().message);
+        if (untaken <= limits.maxUntakenBytes) return read(link);
+        table.rest(link->id, true);
+        goOn(link);  // it may have been taken in between
+    }
+
+    /// Reads a resting link again once half of what it may hold has been taken.
+    void goOn(const LinkPtr& link) {
+        if (!table.resting(link->id) || table.untaken(link->id) > limits.maxUntakenBytes / 2) return;
+        table.rest(link->id, false);
         read(link);
     }
+
+    /// A small message takes room beside its bytes.
+    static std::size_t costOf(std::size_t payloadBytes) { return payloadBytes + kMessageCost; }
 
     void queue(LinkId id, std::uint16_t type, Epoch epoch, const SharedChain& payload) {
         const auto found = links.find(id);
@@ -297,6 +328,7 @@ struct Transport::Impl {
             error_code laterAgain;
             std::size_t done = link->socket.write_some(buffers, laterAgain);
             if (laterAgain || done < asio::buffer_size(buffers)) return writeRest(link, std::move(buffers), done);
+            link->sentAt = now();
             table.discharge(link->id, link->queue.written());
         }
         if (link->state != LinkState::kClosing) return;
@@ -316,8 +348,38 @@ struct Transport::Impl {
             if (link->state == LinkState::kClosed) return;
             if (error)
                 return finish(link, link->state == LinkState::kClosing ? link->closeReason : reasonFor(error, false));
+            link->sentAt = now();
             table.discharge(link->id, link->queue.written());
             write(link);
+        });
+    }
+
+    void keepAlive(LinkId id, Link::KeepAlive wanted) {
+        const auto found = links.find(id);
+        if (found == links.end()) return;
+        pulseEvery = std::min(pulseEvery, std::max<Duration>(wanted.interval / 2, 1ms));
+        found->second->keepAlive = std::move(wanted);
+        if (!std::exchange(pulsing, true)) pulse();
+    }
+
+    void pulse() {
+        pulseTimer.expires_after(pulseEvery);
+        pulseTimer.async_wait([this](const error_code& error) {
+            if (error || ending) return;
+            const TimePoint at = now();
+            bool any = false;
+            for (const auto& [id, link] : links) {
+                if (!link->keepAlive) continue;
+                any = true;
+                // Where bytes wait, the peer hears of us as soon as it can.
+                if (link->state != LinkState::kOpen || !link->queue.empty() || at < link->sentAt + link->keepAlive->interval)
+                    continue;
+                const Link::KeepAlive& life = *link->keepAlive;
+                table.charge(id, FrameHeader::kBytes + (life.payload ? life.payload->size() : 0));
+                queue(id, life.type, life.epoch, life.payload);
+            }
+            pulsing = any;
+            if (any) pulse();
         });
     }
 
@@ -326,6 +388,10 @@ struct Transport::Impl {
         if (link->state != LinkState::kOpen) return;
         link->state = LinkState::kClosing;
         link->closeReason = std::move(reason);
+        if (table.resting(link->id)) {  // its end is read, whatever has not been taken
+            table.rest(link->id, false);
+            read(link);
+        }
         link->timer.expires_after(kFlushTime);
         link->timer.async_wait([this, link](const error_code& error) {
             if (!error) finish(link, link->closeReason);
@@ -349,6 +415,7 @@ struct Transport::Impl {
 
     void endAll() {
         ending = true;
+        pulseTimer.cancel();
         for (const auto& listener : listeners) {
             error_code ignored;
             listener->acceptor.close(ignored);
@@ -402,6 +469,9 @@ struct Transport::Impl {
     AbsenceTimer absence;
     asio::steady_timer alarm{io};
     TimePoint alarmAt = TimePoint::max();  ///< with the turn
+    asio::steady_timer pulseTimer{io};
+    Duration pulseEvery = 1s;  ///< half the shortest interval in which anybody wants to be heard of
+    bool pulsing = false;
     std::thread thread;
 };
 
@@ -473,6 +543,21 @@ void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain p
         return;
     }
     impl_->send(link, type, epoch, std::move(payload));
+}
+
+void Transport::keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch,
+                          SharedChain payload) {
+    impl_->post([impl = impl_.get(), link, wanted = Link::KeepAlive{interval, type, epoch, std::move(payload)}]() mutable {
+        impl->keepAlive(link, std::move(wanted));
+    });
+}
+
+void Transport::taken(LinkId link, std::size_t payloadBytes) {
+    const std::size_t left = impl_->table.take(link, Impl::costOf(payloadBytes));
+    if (!impl_->table.resting(link) || left > impl_->limits.maxUntakenBytes / 2) return;
+    impl_->post([impl = impl_.get(), link] {
+        if (const auto found = impl->links.find(link); found != impl->links.end()) impl->goOn(LinkPtr(found->second));
+    });
 }
 
 void Transport::close(LinkId link, std::string reason) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <variant>
@@ -36,6 +37,10 @@ struct Received {
     Epoch epoch;
     ByteSlice payload;
 };
+/// Some bytes of a message that is not whole yet: the peer lives. At most one in `TransportLimits::heardEvery`.
+struct Heard {
+    LinkId link;
+};
 /// Always the last event of a link, once.
 struct Closed {
     LinkId link;
@@ -45,12 +50,19 @@ struct Closed {
 
 struct LinkEvent {
     TimePoint at;  ///< when the bytes arrived (steady clock)
-    std::variant<link_event::Opened, link_event::Received, link_event::Closed> what;
+    std::variant<link_event::Opened, link_event::Received, link_event::Heard, link_event::Closed> what;
 };
+[[nodiscard]] inline LinkId linkOf(const LinkEvent& event) {
+    return std::visit([](const auto& what) { return what.link; }, event.what);
+}
 
 struct TransportLimits {
     std::size_t maxLinks = 1024;
     std::size_t maxSendQueueBytes = std::size_t{1} << 30;  ///< per link; above it the link is closed as too slow
+    /// Per link, of messages that `onEvent` was given and nobody has called `taken` for: above it nothing more is read from
+    /// that link, so that TCP holds its peer back. One message may exceed it. The default is for who takes all at once.
+    std::size_t maxUntakenBytes = std::numeric_limits<std::size_t>::max();
+    std::chrono::milliseconds heardEvery{20};
     /// Largest payload for a message type; 0 refuses the type. Called on the network thread.
     std::function<std::size_t(std::uint16_t)> maxPayload;
 };
@@ -85,6 +97,11 @@ public:
     void send(LinkId link, std::uint16_t type, Epoch epoch, ByteSlice payload) {
         send(link, type, epoch, share(ByteChain(std::move(payload))));
     }
+    /// From now on, whenever nothing has been sent to this link for `interval`, this frame is: by the network thread itself,
+    /// whatever the caller's threads are at. Behind what the same thread has sent before. Not while bytes wait to be sent.
+    void keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch, SharedChain payload);
+    /// A message of so many payload bytes needs no room any more: see `TransportLimits::maxUntakenBytes`.
+    void taken(LinkId link, std::size_t payloadBytes);
     /// Sends what is queued, then closes; takes at most a second. `reason` comes back in Closed.
     void close(LinkId link, std::string reason);
     /// The caller does the network's work until an event has been delivered (by anybody, since the last call

@@ -20,7 +20,10 @@ Expected<std::vector<Blob>> BlobFetcher::want(const std::vector<BlobInfo>& blobs
             held_.insert(blob.id);
             continue;
         }
-        fetches_[blob.id].sizeBytes = blob.sizeBytes;
+        Fetch& fetch = fetches_[blob.id];
+        if (auto part = parts_.extract(blob.id); part && part.mapped().sizeBytes == blob.sizeBytes)
+            fetch = std::move(part.mapped());
+        fetch.sizeBytes = blob.sizeBytes;
         order_.push_back(blob.id);
     }
     return complete;
@@ -82,6 +85,17 @@ void BlobFetcher::interrupted() {
         if (fetch.bytes.size() > lost.offset) fetch.bytes.resize(static_cast<std::size_t>(lost.offset));
     }
     inFlight_.clear();
+}
+
+BlobFetcher::Parts BlobFetcher::takeParts() {
+    interrupted();
+    order_.clear();
+    Parts parts = std::move(parts_);
+    for (auto& [id, fetch] : fetches_)
+        if (fetch.received > 0) parts.insert_or_assign(id, std::move(fetch));
+    fetches_.clear();
+    parts_.clear();
+    return parts;
 }
 
 }  // namespace tessera

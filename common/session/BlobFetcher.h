@@ -38,17 +38,26 @@ public:
     /// The bulk connection broke: what was under way is asked for again.
     void interrupted();
 
-private:
     struct Fetch {
         std::uint64_t sizeBytes = 0;
         std::uint64_t asked = 0;     ///< every byte before this has been asked for
         std::uint64_t received = 0;  ///< in any order
         Bytes bytes;
     };
+    /// Blobs of which a part is here.
+    using Parts = std::unordered_map<BlobId, Fetch>;
+    /// Nothing is wanted any more; what has come of it goes to the next connection.
+    [[nodiscard]] Parts takeParts();
+    /// Where one of these is wanted, the rest of it is fetched.
+    void resume(Parts parts) { parts_ = std::move(parts); }
+    void forgetParts() { parts_.clear(); }
+
+private:
 
     FetchLimits limits_;
     std::unordered_set<BlobId> held_;
     std::unordered_map<BlobId, Fetch> fetches_;
+    Parts parts_;               ///< of an earlier connection, not wanted yet
     std::deque<BlobId> order_;  ///< of those not wholly asked for
     std::vector<message::BlobRequest> inFlight_;
 };

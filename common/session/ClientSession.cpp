@@ -1,9 +1,9 @@
 #include "common/session/ClientSession.h"
 
+#include <algorithm>
 #include <deque>
 #include <optional>
 
-#include "common/session/BlobFetcher.h"
 #include "common/session/HeartbeatClock.h"
 
 namespace tessera {
@@ -36,6 +36,7 @@ struct ClientSession::Impl {
     struct Step {
         Message message;
         std::size_t held = 0;
+        BlobInfo content = {};  ///< of a snapshot that is still to be fetched; no bytes: none
     };
     struct Notice {
         message::BlobNotice notice;
@@ -59,6 +60,12 @@ struct ClientSession::Impl {
     [[nodiscard]] bool want(const std::vector<BlobInfo>& blobs);
     [[nodiscard]] bool allHeld(const std::vector<BlobInfo>& blobs, std::size_t& held) const;
     void fetch();
+    /// A snapshot has come as a blob; its list names more of them.
+    void opened(const Blob& content);
+    [[nodiscard]] bool isContent(const BlobId& id) const {
+        return std::ranges::any_of(steps, [&](const Step& s) { return s.content.sizeBytes > 0 && s.content.id == id; });
+    }
+    void openBulk();
     void reportHeld();
     /// Hands out the next step if its turn has come.
     void pump();
@@ -186,6 +193,7 @@ void ClientSession::Impl::receivedBulk(const Message& message) {
     if (!blob) return disconnect(blob.error().message, true, blob.error().code);
     fetch();
     if (!*blob) return;
+    if (isContent((*blob)->id())) return opened(**blob);
     out.push_back(client_action::StoreBlob{std::move(**blob)});
     reportHeld();
     pump();
@@ -237,10 +245,7 @@ void ClientSession::Impl::welcome(const message::Welcome& welcome) {
     token = welcome.token;
     heartbeatEvery = welcome.heartbeat;
     out.push_back(client_action::Configured{welcome.epoch, welcome.configuration});
-    if (config.role == PeerRole::kHost || config.wantBlobs) {
-        bulk = Bulk::kOpening;
-        out.push_back(client_action::OpenBulk{});
-    }
+    if (config.role == PeerRole::kHost || config.wantBlobs) openBulk();
     for (message::Request& waiting : waitingRequests) send(ChannelKind::kControl, std::move(waiting));
     waitingRequests.clear();
 }
@@ -253,11 +258,42 @@ void ClientSession::Impl::heartbeat(const message::Heartbeat& beat, TimePoint no
 void ClientSession::Impl::enqueue(const Message& message) {
     queuedBytes += bytesOf(message);
     steps.push_back({message});
+    if (const auto* snapshot = std::get_if<message::Snapshot>(&message); snapshot && snapshot->content.sizeBytes > 0) {
+        steps.back().content = snapshot->content;
+        openBulk();
+        const Expected<std::vector<Blob>> wanted = fetcher.want({snapshot->content});
+        if (!wanted) return disconnect(wanted.error().message, wanted.error().code != ErrorCode::kLimit, wanted.error().code);
+        return fetch();
+    }
     if (steps.size() > config.maxQueuedMessages || queuedBytes > config.maxQueuedBytes) {
         // The one in front is no backlog, however large it is.
         if (steps.size() > 1) return disconnect("fell too far behind the server; starting over from a snapshot");
     }
     if (!want(listOf(message).blobs)) return;
+    pump();
+}
+
+void ClientSession::Impl::openBulk() {
+    if (bulk != Bulk::kUnwanted) return;
+    bulk = Bulk::kOpening;
+    out.push_back(client_action::OpenBulk{});
+}
+
+void ClientSession::Impl::opened(const Blob& content) {
+    fetcher.drop(content.id());  // it is no part of the scene
+    if (!config.openContent) return disconnect("a snapshot came as a blob, which nobody here can read", false);
+    Expected<CommittedListPtr> list = config.openContent(content);
+    if (!list) return disconnect("the snapshot makes no sense: " + list.error().message, true, ErrorCode::kBadInput);
+    for (Step& step : steps) {
+        if (step.content.sizeBytes == 0 || step.content.id != content.id()) continue;
+        const CommittedList& told = listOf(step.message);
+        if (told.sequence != (*list)->sequence || told.stateHash != (*list)->stateHash)
+            return disconnect("the snapshot that came is not the one that was announced", true, ErrorCode::kBadInput);
+        step.content = {};
+        step.message = message::Snapshot{.list = *list, .current = std::get<message::Snapshot>(step.message).current};
+        queuedBytes += bytesOf(step.message);
+    }
+    if (!want((*list)->blobs)) return;
     pump();
 }
 
@@ -306,12 +342,14 @@ void ClientSession::Impl::reportHeld() {
 void ClientSession::Impl::pump() {
     if (work != Work::kNone) return;
     if (steps.empty()) {
-        if (!reportSynced || config.role != PeerRole::kHost) return;
+        if (!reportSynced) return;
         reportSynced = false;
+        fetcher.forgetParts();
         send(ChannelKind::kControl, message::Synced{sequence, stateHash});
         return;
     }
     Step& next = steps.front();
+    if (next.content.sizeBytes > 0) return;
     if (!allHeld(listOf(next.message).blobs, next.held)) return;
     const Message message = std::move(next.message);
     steps.pop_front();
@@ -409,6 +447,11 @@ ClientActions ClientSession::channelClosed(ChannelKind channel, TimePoint now) {
     return impl_->take();
 }
 
+void ClientSession::heard(ChannelKind channel, TimePoint now) {
+    impl_->lastByte = std::max(impl_->lastByte, now);
+    if (channel == ChannelKind::kBulk) impl_->bulkProgress = impl_->lastByte;
+}
+
 ClientActions ClientSession::advance(TimePoint now) {
     if (!impl_->dead()) impl_->advance(now);
     return impl_->take();
@@ -423,6 +466,13 @@ void ClientSession::holdBlob(const BlobId& id) {
 }
 void ClientSession::dropBlob(const BlobId& id) {
     impl_->fetcher.drop(id);
+}
+
+BlobFetcher::Parts ClientSession::takeParts() {
+    return impl_->fetcher.takeParts();
+}
+void ClientSession::resume(BlobFetcher::Parts parts) {
+    impl_->fetcher.resume(std::move(parts));
 }
 
 ClientActions ClientSession::applied(Sequence sequence, StateHash stateHash) {

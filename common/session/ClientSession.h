@@ -1,12 +1,14 @@
 /// One peer's side of the cluster: a render host, or an application that follows the scene.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "common/session/BlobFetcher.h"
 #include "common/session/Messages.h"
 
 namespace tessera {
@@ -29,6 +31,8 @@ struct ClientSessionConfig {
     /// What may wait behind missing blobs and slow drawing; beyond either bound the connection is given up.
     std::size_t maxQueuedMessages = 16'384;
     std::size_t maxQueuedBytes = std::size_t{256} << 20;
+    /// Reads the blob in which a large snapshot lies (codec SnapshotCodec). Without it such a snapshot ends the connection.
+    std::function<Expected<CommittedListPtr>(const Blob&)> openContent;
     /// Application requests and images that may wait for their channel.
     std::size_t maxWaitingRequests = 256;
     std::size_t maxWaitingImages = 64;
@@ -117,6 +121,8 @@ public:
     [[nodiscard]] ClientActions malformed(ChannelKind channel, const std::string& reason);
     /// Also for a bulk connection that could not be made.
     [[nodiscard]] ClientActions channelClosed(ChannelKind channel, TimePoint now);
+    /// Part of a message has come: the server lives.
+    void heard(ChannelKind channel, TimePoint now);
     /// Heartbeats and deadlines.
     [[nodiscard]] ClientActions advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
@@ -125,6 +131,10 @@ public:
     void holdBlob(const BlobId& id);
     /// The owner has let go of this blob: should a list name it again, it is fetched again.
     void dropBlob(const BlobId& id);
+
+    /// What an earlier session had fetched in part, so that a connection that breaks costs only the rest.
+    [[nodiscard]] BlobFetcher::Parts takeParts();
+    void resume(BlobFetcher::Parts parts);
 
     [[nodiscard]] ClientActions applied(Sequence sequence, StateHash stateHash);
     /// A list or snapshot could not be applied: asks for a fresh snapshot by reconnecting.

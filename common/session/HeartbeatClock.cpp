@@ -15,6 +15,7 @@ message::Heartbeat HeartbeatClock::next(TimePoint now) const {
 }
 
 std::optional<HeartbeatClock::Sample> HeartbeatClock::received(const message::Heartbeat& heartbeat, TimePoint now) {
+    if (heartbeat.sentAtNs == 0) return std::nullopt;  // a sign of life, by whoever has no clock at hand
     if (heartbeat.sentAtNs <= -kLargestClockNs || heartbeat.sentAtNs >= kLargestClockNs) return std::nullopt;
     lastSentAtNs_ = heartbeat.sentAtNs;
     receivedAt_ = now;

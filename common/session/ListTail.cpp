@@ -40,6 +40,13 @@ void ListTail::keep(bool wanted) {
     base_ = last_;
 }
 
+std::size_t ListTail::bytesAfter(Sequence sequence) const {
+    std::size_t sum = 0;
+    for (auto list = lists_.rbegin(); list != lists_.rend() && (*list)->sequence > sequence; ++list)
+        sum += (*list)->encoded.size();
+    return sum;
+}
+
 std::optional<StateHash> ListTail::hashAt(Sequence sequence) const {
     const auto it = std::lower_bound(hashes_.begin(), hashes_.end(), sequence,
                                      [](const auto& entry, Sequence wanted) { return entry.first < wanted; });

@@ -24,6 +24,8 @@ public:
 
     /// Whether `after(sequence)` is everything that came since.
     [[nodiscard]] bool covers(Sequence sequence) const { return !started_ || sequence >= base_; }
+    /// Of the lists since, where they are covered.
+    [[nodiscard]] std::size_t bytesAfter(Sequence sequence) const;
     [[nodiscard]] const std::deque<CommittedListPtr>& lists() const { return lists_; }
     [[nodiscard]] bool started() const { return started_; }
     [[nodiscard]] Sequence last() const { return last_; }

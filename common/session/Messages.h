@@ -36,7 +36,8 @@ namespace message {
 // ---- both ways -----------------------------------------------------------------------------------------------------
 
 /// Every heartbeat interval from a thread that does not draw. `echo` is the last `sentAtNs` received from the other
-/// side and `heldNs` how long it lay here: enough to estimate round trip and clock offset (NTP's on-wire protocol).
+/// side and `heldNs` how long it lay here: enough to estimate round trip and clock offset (NTP's on-wire protocol). All
+/// zero: a sign of life and nothing else, said by the network thread where the session has been silent.
 struct Heartbeat {
     std::int64_t sentAtNs = 0;
     std::int64_t echoNs = 0;
@@ -123,9 +124,13 @@ struct Refused {
     bool retry = false;
     bool operator==(const Refused&) const = default;
 };
-/// The whole scene: a list that makes it from nothing, with all blobs that it names.
+/// The whole scene: a list that makes it from nothing, with all blobs that it names. A small one comes as it is. Of a
+/// large one `list` says only where it leads; it lies in a blob, fetched like any other (codec SnapshotCodec).
 struct Snapshot {
     CommittedListPtr list = nothingCommitted();
+    BlobInfo content = {};  ///< of no bytes: `list` is whole
+    /// Where the scene stands already, with the lists that follow: one snapshot may serve several who come.
+    Sequence current = {};
 };
 /// A committed list off the barrier (joining and late hosts, applications).
 struct Changes {

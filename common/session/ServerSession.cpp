@@ -285,6 +285,15 @@ ServerActions ServerSession::connectionClosed(ConnectionId connection, TimePoint
     return impl_->take();
 }
 
+void ServerSession::heard(ConnectionId connection, TimePoint now) {
+    if (Impl::Peer* peer = impl_->find(connection)) peer->lastByte = std::max(peer->lastByte, now);
+}
+
+bool ServerSession::isHost(ConnectionId connection) const {
+    const Impl::Peer* peer = impl_->find(connection);
+    return peer && peer->stage == Impl::Peer::Stage::kControl && peer->role == PeerRole::kHost;
+}
+
 ServerActions ServerSession::advance(TimePoint now) {
     if (!impl_->finished) impl_->advance(now);
     return impl_->take();
@@ -307,9 +316,14 @@ ServerActions ServerSession::beginFrame(const FrameContent& content, TimePoint n
     return impl_->take();
 }
 
-ServerActions ServerSession::snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now) {
-    if (!impl_->finished) impl_->snapshotReady(connection, std::move(snapshot), now);
+ServerActions ServerSession::snapshotReady(ConnectionId connection, message::Snapshot snapshot, Blob content,
+                                           TimePoint now) {
+    if (!impl_->finished) impl_->snapshotReady(connection, std::move(snapshot), std::move(content), now);
     return impl_->take();
+}
+
+bool ServerSession::snapshotServes(Sequence sequence, std::size_t bytes) const {
+    return impl_->tail.covers(sequence) && impl_->tail.bytesAfter(sequence) <= bytes;
 }
 
 ServerActions ServerSession::announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now) {
@@ -345,7 +359,8 @@ ServerActions ServerSession::reply(ConnectionId application, message::Reply repl
 
 ServerActions ServerSession::notify(ConnectionId application, message::Notice notice) {
     const Impl::Peer* peer = impl_->find(application);
-    if (!impl_->finished && peer && peer->stage == Impl::Peer::Stage::kControl && peer->role == PeerRole::kApplication)
+    if (!impl_->finished && peer && peer->stage == Impl::Peer::Stage::kControl && peer->role == PeerRole::kApplication &&
+        impl_->unsent(application) <= impl_->config.maxUnsentBytes)
         impl_->send(application, std::move(notice));
     return impl_->take();
 }

@@ -1,6 +1,7 @@
 /// The server's side of the cluster: who is there, in which state, and which frame everybody is at.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -54,10 +55,18 @@ struct ServerSessionConfig {
     /// Lists kept for peers whose snapshot is being made. Beyond either bound a newer snapshot is asked for.
     std::size_t maxTailLists = 4096;
     std::size_t maxTailBytes = std::size_t{256} << 20;
+    /// For so long after a snapshot was handed out the lists since are kept, so that who joins next, or again, is served with
+    /// the same.
+    std::chrono::milliseconds snapshotServesFor{60'000};
     /// Announcements that no list has named yet, kept for hosts that join meanwhile. Beyond it the oldest is forgotten.
     std::size_t maxAnnouncements = 256;
     /// A BlobRequest for more than this is a protocol fault.
     std::uint32_t maxChunkBytes = 4u << 20;
+    /// Bytes that wait to be sent to a peer, as whoever sends them knows. May be empty: none ever wait.
+    std::function<std::size_t(ConnectionId)> unsentBytes;
+    /// Who follows off the barrier and reads more slowly than that gets no further lists and notices. Once it has read half
+    /// of them, the lists since, or a new snapshot where those are kept no longer.
+    std::size_t maxUnsentBytes = std::size_t{4} << 20;
 };
 
 /// What the frame loop hands in for one frame.
@@ -192,6 +201,9 @@ public:
     /// Bytes that are no message (wrong checksum, undecodable): closes this peer, nobody else.
     [[nodiscard]] ServerActions malformed(ConnectionId connection, const std::string& reason, TimePoint now);
     [[nodiscard]] ServerActions connectionClosed(ConnectionId connection, TimePoint now);
+    /// The peer lives: part of a message has come, or one of its messages waits to be handed in.
+    void heard(ConnectionId connection, TimePoint now);
+    [[nodiscard]] bool isHost(ConnectionId connection) const;
     /// Heartbeats and deadlines. Call when the clock passes `nextDeadline()`, after all events up to then.
     [[nodiscard]] ServerActions advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
@@ -205,8 +217,16 @@ public:
     /// in the barrier the frame is released at once.
     [[nodiscard]] ServerActions beginFrame(const FrameContent& content, TimePoint now);
 
-    /// The answer to SnapshotWanted. Lists committed after its sequence follow by themselves.
-    [[nodiscard]] ServerActions snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now);
+    /// The answer to SnapshotWanted. Lists committed after its sequence follow by themselves. Where it lies in a blob, that can
+    /// be fetched until the peer is synced.
+    [[nodiscard]] ServerActions snapshotReady(ConnectionId connection, message::Snapshot snapshot, Blob content,
+                                              TimePoint now);
+    [[nodiscard]] ServerActions snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now) {
+        return snapshotReady(connection, std::move(snapshot), Blob(), now);
+    }
+    /// Whether a snapshot of so many bytes, made at `sequence`, still serves: the lists since then are all here and are
+    /// fewer bytes than another one would be.
+    [[nodiscard]] bool snapshotServes(Sequence sequence, std::size_t bytes) const;
     /// Announces blobs; BlobsEverywhere follows (at once when no host is live). Tokens are the caller's, each used
     /// once. Joining hosts are told too: they are not waited for, but do not enter the barrier without these blobs.
     [[nodiscard]] ServerActions announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now);

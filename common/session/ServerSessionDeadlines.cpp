@@ -18,6 +18,7 @@ void ServerSession::Impl::advance(TimePoint now) {
     closeSilent(now);
     closeUnsynced(now);
     leaveBlobsLate(now);
+    updateTail();
     settle(now);
 }
 

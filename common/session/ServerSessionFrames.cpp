@@ -15,6 +15,7 @@ void ServerSession::Impl::beginFrame(const FrameContent& content, TimePoint now)
     TESSERA_CHECK(list.changed() || !tail.started() || list.sequence == tail.last(),
                   "a frame without a list stands where the last one did: nothing is between two frames");
     forgetCommitted(content);
+    catchUp(now);
     enterSynced(content, now);
     const std::vector<std::string> drawing = barrier.begin(content.frame, now);
     const MessagePtr begin = shared(message::Begin{content.frame, content.payload, content.list});
@@ -64,7 +65,12 @@ void ServerSession::Impl::record(const FrameContent& content) {
 
 /// `changes`: the message about this list, once somebody needs it.
 void ServerSession::Impl::follow(Peer& peer, const CommittedListPtr& list, MessagePtr& changes, TimePoint now) {
-    if (list->sequence <= peer.sentThrough) return;
+    if (peer.behind || list->sequence <= peer.sentThrough) return;
+    // In the barrier the frame itself waits for who does not read.
+    if (unsent(peer.id) > config.maxUnsentBytes && !(peer.role == PeerRole::kHost && hostOf(peer).inBarrier())) {
+        peer.behind = true;
+        return updateTail();
+    }
     TESSERA_CHECK(list->sequence == peer.sentThrough.next(), "a follower gets every list");
     peer.sentThrough = list->sequence;
     if (!changes) changes = shared(message::Changes{list});
@@ -78,14 +84,32 @@ void ServerSession::Impl::follow(Peer& peer, const CommittedListPtr& list, Messa
     }
 }
 
+/// Who has read what it was sent gets the lists since; where there are too many, a snapshot.
+void ServerSession::Impl::catchUp(TimePoint now) {
+    for (auto& [id, peer] : peers) {
+        if (!peer.behind || unsent(id) > config.maxUnsentBytes / 2) continue;
+        peer.behind = false;
+        if (!tail.covers(peer.sentThrough)) {
+            askSnapshot(peer);
+            continue;
+        }
+        for (const CommittedListPtr& list : tail.lists()) {
+            MessagePtr changes;
+            follow(peer, list, changes, now);
+        }
+        updateTail();
+    }
+}
+
 void ServerSession::Impl::askSnapshot(Peer& peer) {
     peer.snapshotAsked = true;
     peer.following = false;
+    peer.behind = false;
     updateTail();
     out.push_back(server_action::SnapshotWanted{peer.id, peer.name});
 }
 
-void ServerSession::Impl::snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now) {
+void ServerSession::Impl::snapshotReady(ConnectionId connection, message::Snapshot snapshot, Blob content, TimePoint now) {
     Peer* peer = find(connection);
     if (!peer || !peer->snapshotAsked) return;
     if (!tail.covers(snapshot.list->sequence)) return askSnapshot(*peer);  // it took so long that lists since are gone
@@ -93,6 +117,9 @@ void ServerSession::Impl::snapshotReady(ConnectionId connection, message::Snapsh
     peer->following = true;
     peer->everFollowed = true;
     peer->sentThrough = snapshot.list->sequence;
+    peer->content = std::move(content);
+    snapshot.current = std::max(snapshot.list->sequence, tail.last());
+    tailKeptUntil = now + config.snapshotServesFor;
     if (peer->role == PeerRole::kHost) {
         Host& host = hostOf(*peer);
         host.state = HostState::kSyncing;
@@ -114,7 +141,10 @@ void ServerSession::Impl::snapshotReady(ConnectionId connection, message::Snapsh
 }
 
 void ServerSession::Impl::updateTail() {
-    tail.keep(std::any_of(peers.begin(), peers.end(), [](const auto& item) { return item.second.snapshotAsked; }));
+    const bool recent = lastLook && *lastLook < tailKeptUntil;
+    tail.keep(recent || std::any_of(peers.begin(), peers.end(), [](const auto& item) {
+        return item.second.snapshotAsked || item.second.behind;
+    }));
 }
 
 void ServerSession::Impl::announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now) {

@@ -32,6 +32,8 @@ struct ServerSession::Impl {
         bool following = false;  ///< has its snapshot: lists are sent to it
         bool everFollowed = false;
         Sequence sentThrough;  ///< the last list sent to it, or in its snapshot
+        Blob content;          ///< in which its snapshot lies, until it is synced
+        bool behind = false;   ///< follows, but reads so slowly that lists are kept for it, not sent
     };
 
     /// How long somebody has for a task, without the time in which we did not do our part of it.
@@ -127,8 +129,12 @@ struct ServerSession::Impl {
     [[nodiscard]] bool fits(const Peer& peer, const FrameContent& content) const;
     void record(const FrameContent& content);
     void follow(Peer& peer, const CommittedListPtr& list, MessagePtr& changes, TimePoint now);
+    void catchUp(TimePoint now);
+    [[nodiscard]] std::size_t unsent(ConnectionId connection) const {
+        return config.unsentBytes ? config.unsentBytes(connection) : 0;
+    }
     void askSnapshot(Peer& peer);
-    void snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now);
+    void snapshotReady(ConnectionId connection, message::Snapshot snapshot, Blob content, TimePoint now);
     void updateTail();
     void announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now);
     void forgetCommitted(const FrameContent& content);
@@ -196,6 +202,7 @@ struct ServerSession::Impl {
     int gracesInARow = 0;
     TimePoint knownUntil{};  ///< deadlines are judged as of this instant: the last look without grace
     TimePoint nextHeartbeat{};
+    TimePoint tailKeptUntil{};  ///< for who comes soon after another one
     bool finished = false;
     std::string finishReason;
     ServerActions out;

@@ -44,6 +44,10 @@ void ServerSession::Impl::fromBulk(Peer& peer, const Message& message, TimePoint
 }
 
 void ServerSession::Impl::fromApplication(Peer& peer, const Message& message, TimePoint now) {
+    if (std::holds_alternative<message::Synced>(message)) {  // where it stands is its own affair
+        peer.content = {};
+        return;
+    }
     if (const auto* request = std::get_if<message::Request>(&message)) {
         out.push_back(server_action::RequestReceived{peer.id, peer.name, request->id, request->body});
         return;
@@ -75,6 +79,7 @@ void ServerSession::Impl::on(Peer& peer, Host& host, const message::Synced& mess
     if (!peer.everFollowed || message.sequence > peer.sentThrough)
         return violated(
             peer, "claims to stand at list " + std::to_string(message.sequence.value) + ", which it was not sent", now);
+    peer.content = {};
     if (!peer.following) return;  // overtaken by a mismatch: a new snapshot comes
     std::optional<StateHash> expected = tail.hashAt(message.sequence);
     if (!expected && message.sequence == host.snapshotSequence) expected = host.snapshotHash;

@@ -1,11 +1,12 @@
 #include "server/sim/FrameLoop.h"
 
 #include <algorithm>
+#include <atomic>
 #include <variant>
 
 #include <fmt/format.h>
 
-#include "common/base/Channel.h"
+#include "common/base/FairQueue.h"
 #include "server/sim/FrameMaker.h"
 #include "server/sim/MarkArrays.h"
 #include "server/sim/ReportFile.h"
@@ -18,9 +19,12 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-struct StopOrder {};
-using Event = std::variant<LinkEvent, LoadFinished, StopOrder>;
+using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade>;
+using Inbox = FairQueue<Event>;
 
+constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
+constexpr std::size_t kMostInARow = 256;  ///< of what hosts say, before anybody else has a turn
+constexpr Duration kLongestInARow = 20ms;
 constexpr Duration kLongestWait = 100ms;
 constexpr Duration kFarewell = 5s;
 
@@ -43,18 +47,19 @@ struct FrameLoop::Impl {
     Expected<void> end();
     void sayGoodbye();
 
-    /// From any thread.
-    void deliver(Event event) {
-        if (inbox.push(std::move(event))) peers.wake();
-    }
-    [[nodiscard]] std::optional<Event> nextEvent(Duration wait);
+    void await(TimePoint until);
+    [[nodiscard]] Expected<bool> serve(Inbox::Rank rank);
+    void lookAtTheClock(TimePoint now);
 
     Expected<void> take(const LinkEvent& event);
     Expected<void> take(LoadFinished finished);
-    Expected<void> take(StopOrder);
+    Expected<void> take(SnapshotMade made);
     void sceneIsThere();
 
     [[nodiscard]] bool mayBegin(TimePoint now) const;
+    [[nodiscard]] bool frameIsDue(TimePoint now) const {
+        return mayBegin(now) && now >= pacing.earliest(lastFrameShown());
+    }
     [[nodiscard]] bool lastFrameShown() const;
     [[nodiscard]] bool allFramesShown() const {
         return options.frames > 0 && pacing.framesReleased() >= options.frames;
@@ -64,7 +69,8 @@ struct FrameLoop::Impl {
 
     ServerOptions options;
     Log& log;
-    Channel<Event> inbox{1 << 16};
+    Inbox inbox;
+    std::function<bool(Inbox::Source)> mayServe = [this](Inbox::Source source) { return peers.mayServe(LinkId{source}); };
     BlobStore blobs;
     Simulation simulation;
     ViewSource view;
@@ -73,7 +79,8 @@ struct FrameLoop::Impl {
     FramePacing pacing;
     StartScene startScene;
     bool sceneReady = false;
-    bool stopping = false;
+    bool othersServed = false;           ///< since the last frame began
+    std::atomic<bool> stopping = false;  ///< said by any thread
 
     // Last: their threads deliver into what stands above.
     Peers peers;
@@ -90,7 +97,8 @@ Expected<void> FrameLoop::run() {
     return impl_->run();
 }
 void FrameLoop::stop() {
-    if (impl_->inbox.tryPush(StopOrder{})) impl_->peers.wake();
+    impl_->stopping = true;
+    impl_->peers.wake();
 }
 
 FrameLoop::Impl::Impl(ServerOptions o, Log& l)
@@ -102,9 +110,19 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       maker({.simulation = simulation, .view = view, .blobs = blobs, .report = report, .log = log}),
       pacing(options.rateHz),
       startScene(options.scenes),
-      peers(sessionConfigOf(options.wall), blobs, [this](LinkEvent event) { inbox.push(std::move(event)); }),
-      loader(options.import, [this](LoadFinished finished) { deliver(std::move(finished)); }),
-      snapshots(simulation, peers.session()),
+      peers(sessionConfigOf(options.wall), blobs,
+            [this](LinkEvent event) {
+                const LinkId link = linkOf(event);
+                inbox.push(link.value, std::move(event));
+            }),
+      loader(options.import,
+             [this](LoadFinished finished) {
+                 if (inbox.push(kOurselves, std::move(finished))) peers.wake();
+             }),
+      snapshots(peers.session(), blobs,
+                [this](SnapshotMade made) {
+                    if (inbox.push(kOurselves, std::move(made))) peers.wake();
+                }),
       marks(blobs, peers.session()),
       desk({.wall = options.wall,
             .epoch = peers.epoch(),
@@ -122,7 +140,9 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                .log = log,
                .onReleased = [this](std::uint64_t frames) {
                    if (options.onProgress) options.onProgress(frames, options.frames);
-               }}) {}
+               }}) {
+    inbox.setRank(kOurselves, Inbox::Rank::kFirst);
+}
 
 Expected<void> FrameLoop::Impl::run() {
     if (Expected<void> begun = begin(); !begun) return begun;
@@ -150,27 +170,57 @@ Expected<void> FrameLoop::Impl::begin() {
     return startScene.order(loader, RequestDesk::kStartScene);
 }
 
-/// Waits for what happens next, takes all of it, and makes a frame when one is due.
+/// Waits for what happens next. Hosts, whom frames wait for, are heard first; then frames and deadlines are due; what
+/// applications and strangers say is for the time that is left, one message of each in turn, and at least one a frame.
 Expected<void> FrameLoop::Impl::turn() {
-    const TimePoint now = Clock::now();
-    const Duration wait = std::max<Duration>(Duration{0}, nextWake(now) - now);
-    std::optional<Event> event = nextEvent(wait);
-    for (; event; event = inbox.tryPop()) {
-        Expected<void> taken = std::visit([&](auto&& what) { return take(std::move(what)); }, std::move(*event));
-        if (!taken) return taken;
+    await(nextWake(Clock::now()));
+    const TimePoint until = std::min(Clock::now() + kLongestInARow, peers.session().nextDeadline());
+    for (;;) {
+        for (std::size_t count = 0; count < kMostInARow; ++count) {
+            const Expected<bool> served = serve(Inbox::Rank::kFirst);
+            if (!served) return tl::unexpected(served.error());
+            if (!*served) break;
+        }
+        if (const TimePoint now = Clock::now(); stopping || now >= until || (othersServed && frameIsDue(now))) break;
+        const Expected<bool> served = serve(Inbox::Rank::kOther);
+        if (!served) return tl::unexpected(served.error());
+        if (!*served) break;
+        othersServed = true;
     }
-    actions.carryOut(peers.advance(Clock::now()));
-    actions.carryOut(desk.advance(Clock::now()));
-    if (const TimePoint later = Clock::now(); mayBegin(later) && later >= pacing.earliest(lastFrameShown()))
-        makeFrame(later);
+    lookAtTheClock(Clock::now());
+    if (const TimePoint now = Clock::now(); frameIsDue(now)) makeFrame(now);
     return {};
 }
 
 /// Nobody else needs to be woken for what the network brings while this thread waits.
-std::optional<Event> FrameLoop::Impl::nextEvent(Duration wait) {
-    std::optional<Event> event = inbox.tryPop();
-    if (event || wait <= Duration{0}) return event;
-    return peers.attend(Clock::now() + wait) ? inbox.tryPop() : inbox.popFor(wait);
+void FrameLoop::Impl::await(TimePoint until) {
+    const TimePoint now = Clock::now();
+    if (until <= now || inbox.any(Inbox::Rank::kFirst) || inbox.any(Inbox::Rank::kOther, mayServe)) return;
+    if (!peers.attend(until)) inbox.waitForNews(until - now);
+}
+
+/// One event; false where there is none.
+Expected<bool> FrameLoop::Impl::serve(Inbox::Rank rank) {
+    auto next = rank == Inbox::Rank::kFirst ? inbox.tryPop(rank) : inbox.tryPop(rank, mayServe);
+    if (!next) return false;
+    const bool closed = [&] {
+        const auto* link = std::get_if<LinkEvent>(&next->second);
+        return link && std::holds_alternative<link_event::Closed>(link->what);
+    }();
+    Expected<void> taken = std::visit([&](auto&& what) { return take(std::move(what)); }, std::move(next->second));
+    if (!taken) return tl::unexpected(taken.error());
+    if (closed)
+        inbox.forget(next->first);
+    else if (rank == Inbox::Rank::kOther && peers.isHost(LinkId{next->first}))
+        inbox.setRank(next->first, Inbox::Rank::kFirst);
+    return true;
+}
+
+void FrameLoop::Impl::lookAtTheClock(TimePoint now) {
+    for (const Inbox::Rank rank : {Inbox::Rank::kFirst, Inbox::Rank::kOther})
+        for (const Inbox::Source source : inbox.waiting(rank)) peers.waits(LinkId{source}, now);
+    actions.carryOut(peers.advance(now));
+    actions.carryOut(desk.advance(now));
 }
 
 Expected<void> FrameLoop::Impl::end() {
@@ -199,19 +249,21 @@ Expected<void> FrameLoop::Impl::take(LoadFinished finished) {
     Expected<std::optional<std::vector<ChangeList>>> lists = startScene.take(std::move(finished), log);
     if (!lists) return tl::unexpected(lists.error());
     if (!*lists) return {};
-    if (Expected<void> loaded = maker.load(std::move(**lists)); !loaded) return loaded;
+    const Expected<CommittedFrame> loaded = maker.load(std::move(**lists));
+    if (!loaded) return tl::unexpected(loaded.error());
+    snapshots.follow(*loaded);
     sceneIsThere();
     return {};
 }
 
-Expected<void> FrameLoop::Impl::take(StopOrder) {
-    stopping = true;
+Expected<void> FrameLoop::Impl::take(SnapshotMade made) {
+    actions.carryOut(snapshots.made(std::move(made), Clock::now()));
     return {};
 }
 
 void FrameLoop::Impl::sceneIsThere() {
     sceneReady = true;
-    actions.carryOut(snapshots.sceneReady(Clock::now()));
+    snapshots.sceneReady();
 }
 
 bool FrameLoop::Impl::mayBegin(TimePoint now) const {
@@ -236,6 +288,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
         if (const std::vector<std::string> missing = peers.session().missing(); !missing.empty())
             log.warning(fmt::format("starting without: {}", join(missing)));
     FrameMaker::Made made = maker.make(number, desk.takeEdits(), desk.takeReplies());
+    snapshots.follow(made.result.commit);
     report.frameBegins();
     pacing.began(now);
     actions.carryOut(peers.session().beginFrame(made.content, now));
@@ -252,17 +305,19 @@ void FrameLoop::Impl::sayGoodbye() {
             actions.carryOut(peers.session().finish("the show is over"));
             told = true;
         }
-        while (std::optional<Event> event = nextEvent(20ms)) {
-            if (const auto* link = std::get_if<LinkEvent>(&*event)) {
+        await(Clock::now() + 20ms);
+        for (const Inbox::Rank rank : {Inbox::Rank::kFirst, Inbox::Rank::kOther})
+            while (auto next = Clock::now() < deadline ? inbox.tryPop(rank) : std::nullopt) {
+                const auto* link = std::get_if<LinkEvent>(&next->second);
+                if (!link) continue;
                 ServerActions wanted = peers.handle(*link);
                 // What comes after the end is no fault any more.
                 if (told)
                     std::erase_if(
                         wanted, [](const ServerAction& a) { return std::holds_alternative<server_action::Fault>(a); });
                 actions.carryOut(std::move(wanted));
+                if (!told && lastFrameShown()) break;
             }
-            if (!told && lastFrameShown()) break;
-        }
         if (!told) actions.carryOut(peers.advance(Clock::now()));
     }
 }

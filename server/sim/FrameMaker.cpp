@@ -14,9 +14,9 @@ Expected<void> FrameMaker::record(const std::string& path, unsigned threads) {
     return {};
 }
 
-Expected<void> FrameMaker::load(std::vector<ChangeList> lists) {
+Expected<CommittedFrame> FrameMaker::load(std::vector<ChangeList> lists) {
     if (recording_) recording_->startScene(lists);
-    const Expected<CommittedFrame> loaded = around_.simulation.load(std::move(lists));
+    Expected<CommittedFrame> loaded = around_.simulation.load(std::move(lists));
     if (!loaded) return tl::unexpected(loaded.error());
     if (recording_) recording_->started(*loaded);
     for (const Blob& blob : loaded->list ? blobsOf(*loaded->list) : std::vector<Blob>()) around_.blobs.add(blob);
@@ -27,7 +27,7 @@ Expected<void> FrameMaker::load(std::vector<ChangeList> lists) {
     const Expected<View> first = around_.view.view(around_.simulation.scene());
     if (!first) return tl::unexpected(first.error());
     lastView_ = *first;
-    return {};
+    return loaded;
 }
 
 FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies) {

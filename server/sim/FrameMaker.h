@@ -32,7 +32,7 @@ public:
     [[nodiscard]] Expected<void> record(const std::string& path, unsigned threads);
     /// The scene before the first frame. Fails when a list is refused or the named camera is not there: errors of the
     /// command line, found before anybody draws.
-    [[nodiscard]] Expected<void> load(std::vector<ChangeList> lists);
+    [[nodiscard]] Expected<CommittedFrame> load(std::vector<ChangeList> lists);
 
     struct Made {
         FrameResult result;

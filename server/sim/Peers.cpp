@@ -27,11 +27,15 @@ ServerSessionConfig sessionConfigOf(const Wall& wall) {
     return config;
 }
 
-Peers::Peers(const ServerSessionConfig& config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver)
+Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver)
     : blobs_(blobs),
       epoch_(config.epoch),
-      session_(config),
-      transport_({.maxPayload = maxPayloadBytesFromPeer}, std::move(deliver)) {}
+      heartbeat_(config.sync.heartbeat),
+      session_([&] {
+          config.unsentBytes = [this](ConnectionId connection) { return transport_.queuedBytes(LinkId{connection.value}); };
+          return std::move(config);
+      }()),
+      transport_({.maxUntakenBytes = kMaxUnhandledBytes, .maxPayload = maxPayloadBytesFromPeer}, std::move(deliver)) {}
 
 ServerActions Peers::handle(const LinkEvent& event) {
     if (const auto* opened = std::get_if<link_event::Opened>(&event.what)) {
@@ -44,12 +48,22 @@ ServerActions Peers::handle(const LinkEvent& event) {
         if (open_.erase(connection) == 0) return {};
         return perform(session_.connectionClosed(connection, event.at));
     }
-    const auto& received = std::get<link_event::Received>(event.what);
+    if (const auto* heard = std::get_if<link_event::Heard>(&event.what)) {
+        session_.heard(ConnectionId{heard->link.value}, event.at);
+        return {};
+    }
+    const auto& message = std::get<link_event::Received>(event.what);
+    ServerActions wanted = received(message, event.at);
+    transport_.taken(message.link, message.payload.size());
+    return wanted;
+}
+
+ServerActions Peers::received(const link_event::Received& received, TimePoint at) {
     const ConnectionId connection{received.link.value};
     if (!open_.contains(connection)) return {};
     const Expected<Message> message = decodeMessage(received.type, received.payload);
-    if (!message) return perform(session_.malformed(connection, message.error().message, event.at));
-    return perform(session_.received(connection, *message, event.at));
+    if (!message) return perform(session_.malformed(connection, message.error().message, at));
+    return perform(session_.received(connection, *message, at));
 }
 
 ServerActions Peers::perform(ServerActions actions) {
@@ -71,7 +85,12 @@ ServerActions Peers::perform(ServerActions actions) {
 
 void Peers::send(ConnectionId connection, const MessagePtr& message) {
     if (last_.message != message) last_ = {.message = message, .encoded = share(encodeMessage(*message))};
-    transport_.send(LinkId{connection.value}, wireType(*message), epoch_, last_.encoded);
+    const LinkId link{connection.value};
+    transport_.send(link, wireType(*message), epoch_, last_.encoded);
+    if (!std::holds_alternative<message::Welcome>(*message)) return;
+    // The session's heartbeats come from the frame thread, which may be away for long. Then the network speaks for us.
+    const Message life = message::Heartbeat{};
+    transport_.keepAlive(link, 2 * heartbeat_, wireType(life), epoch_, share(encodeMessage(life)));
 }
 
 message::BlobChunk Peers::chunkFor(const message::BlobRequest& request) const {

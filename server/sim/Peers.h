@@ -21,7 +21,12 @@ namespace tessera {
 /// back by `handle`.
 class Peers {
 public:
-    Peers(const ServerSessionConfig& config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver);
+    /// Of one connection: what has come and is not handled yet, and what waits to be sent. Above it nothing more is read from
+    /// it, or nothing more of it is handled: a peer that asks faster than it listens waits for itself.
+    static constexpr std::size_t kMaxUnhandledBytes = std::size_t{1} << 20;
+    static constexpr std::size_t kMaxUnsentBytes = std::size_t{4} << 20;
+
+    Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver);
 
     [[nodiscard]] Expected<std::uint16_t> listen(const Address& address) { return transport_.listen(address); }
 
@@ -35,17 +40,26 @@ public:
     [[nodiscard]] ServerActions advance(TimePoint now) { return perform(session_.advance(now)); }
     [[nodiscard]] ServerActions perform(ServerActions actions);
 
+    /// Whether what this peer has said may be handled now.
+    [[nodiscard]] bool mayServe(LinkId link) const { return transport_.queuedBytes(link) <= kMaxUnsentBytes; }
+    /// A host's control connection, which frames wait for.
+    [[nodiscard]] bool isHost(LinkId link) const { return session_.isHost(ConnectionId{link.value}); }
+    /// Something that this peer has said waits for its turn: it is not silent, whenever its last word was handled.
+    void waits(LinkId link, TimePoint now) { session_.heard(ConnectionId{link.value}, now); }
+
     [[nodiscard]] ServerSession& session() { return session_; }
     [[nodiscard]] const ServerSession& session() const { return session_; }
     [[nodiscard]] std::size_t connectionCount() const { return open_.size(); }
     [[nodiscard]] Epoch epoch() const { return epoch_; }
 
 private:
+    [[nodiscard]] ServerActions received(const link_event::Received& received, TimePoint at);
     void send(ConnectionId connection, const MessagePtr& message);
     [[nodiscard]] message::BlobChunk chunkFor(const message::BlobRequest& request) const;
 
     const BlobStore& blobs_;
     Epoch epoch_;
+    std::chrono::milliseconds heartbeat_;
     ServerSession session_;
     std::map<ConnectionId, std::string> open_;  ///< peers' addresses
     /// The message last encoded, so that one for everybody is encoded once.

@@ -1,38 +1,115 @@
 #include "server/sim/Snapshots.h"
 
+#include <sys/resource.h>
+
+#include <limits>
+
 #include "common/codec/ChangeCodec.h"
+#include "common/codec/SnapshotCodec.h"
+#include "server/sim/desk/Answering.h"
 
 namespace tessera {
 
+namespace {
+
+/// Lists that wait for the thread: enough that it is not woken for each frame of a wall in motion.
+constexpr std::size_t kMaxFresh = 64;
+constexpr std::size_t kMaxFreshBytes = std::size_t{1} << 20;
+/// Behind the frame thread, hosts on the same machine, and their drawing.
+constexpr int kNice = 10;
+
+std::size_t bytesOf(const SnapshotMade& made) {
+    return made.content.empty() ? made.snapshot.list->encoded.size() : made.content.sizeBytes();
+}
+
+SnapshotMade snapshotOf(const Aspect& scene, Sequence sequence) {
+    const ChangeList list = snapshot(scene);
+    CommittedList whole{
+        .sequence = sequence, .stateHash = scene.stateHash(), .encoded = encodeChangeList(list), .blobs = {}};
+    for (const Blob& blob : blobsOf(list)) whole.blobs.push_back({blob.id(), blob.sizeBytes()});
+    if (whole.encoded.size() + whole.blobs.size() * sizeof(BlobInfo) <= Snapshots::kSmallBytes)
+        return {.snapshot = {.list = share(std::move(whole))}};
+    SnapshotMade made{.content = encodeSnapshot(whole)};
+    made.snapshot = {.list = share(CommittedList{.sequence = sequence, .stateHash = whole.stateHash}),
+                     .content = {made.content.id(), made.content.sizeBytes()}};
+    return made;
+}
+
+}  // namespace
+
+Snapshots::Snapshots(ServerSession& session, BlobStore& blobs, std::function<void(SnapshotMade)> deliver)
+    : session_(session),
+      blobs_(blobs),
+      deliver_(std::move(deliver)),
+      orders_(std::numeric_limits<std::size_t>::max()),
+      thread_([this] { work(); }) {}
+
+Snapshots::~Snapshots() {
+    orders_.close();
+    thread_.join();
+}
+
+void Snapshots::work() {
+    (void)setpriority(PRIO_PROCESS, 0, kNice);  // Linux: of this thread
+    Aspect scene;
+    Sequence sequence;
+    while (auto order = orders_.pop()) {
+        if (orders_.closed()) return;
+        if (const auto* apply = std::get_if<Apply>(&*order)) {
+            for (const CommittedFrame& frame : apply->frames) {
+                const Expected<void> applied = scene.apply(*frame.list);
+                TESSERA_CHECK(applied, "what has been committed can be applied again");
+                sequence = frame.sent->sequence;
+            }
+        } else {
+            deliver_(snapshotOf(scene, sequence));
+        }
+    }
+}
+
+void Snapshots::follow(const CommittedFrame& committed) {
+    if (!committed.list) return;
+    fresh_.push_back(committed);
+    freshBytes_ += committed.sent->encoded.size();
+    if (fresh_.size() >= kMaxFresh || freshBytes_ >= kMaxFreshBytes) handOver();
+}
+
+void Snapshots::handOver() {
+    if (fresh_.empty()) return;
+    orders_.push(Apply{std::exchange(fresh_, {})});
+    freshBytes_ = 0;
+}
+
+void Snapshots::sceneReady() {
+    ready_ = true;
+    if (!waiting_.empty()) order();
+}
+
 ServerActions Snapshots::wanted(ConnectionId connection, TimePoint now) {
-    if (ready_) return give(connection, now);
+    if (last_ && session_.snapshotServes(last_->snapshot.list->sequence, bytesOf(*last_))) return give(connection, now);
     waiting_.push_back(connection);
+    if (ready_) order();
     return {};
 }
 
-ServerActions Snapshots::sceneReady(TimePoint now) {
-    ready_ = true;
+void Snapshots::order() {
+    if (std::exchange(ordered_, true)) return;
+    handOver();
+    orders_.push(Make{});
+}
+
+ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {
+    ordered_ = false;
+    if (!snapshot.content.empty()) snapshot.content = blobs_.add(std::move(snapshot.content));
+    last_ = std::make_shared<const SnapshotMade>(std::move(snapshot));
     ServerActions actions;
-    for (const ConnectionId connection : std::exchange(waiting_, {})) {
-        ServerActions given = give(connection, now);
-        actions.insert(actions.end(), std::make_move_iterator(given.begin()), std::make_move_iterator(given.end()));
-    }
+    // Where too much has happened meanwhile the session asks again, and a newer one is made.
+    for (const ConnectionId connection : std::exchange(waiting_, {})) append(actions, give(connection, now));
     return actions;
 }
 
 ServerActions Snapshots::give(ConnectionId connection, TimePoint now) {
-    CommittedListPtr whole = last_.lock();
-    if (!whole || whole->sequence != simulation_.sequence()) {
-        const ChangeList list = snapshot(simulation_.scene());
-        CommittedList made{.sequence = simulation_.sequence(),
-                           .stateHash = simulation_.scene().stateHash(),
-                           .encoded = encodeChangeList(list),
-                           .blobs = {}};
-        for (const Blob& blob : blobsOf(list)) made.blobs.push_back({blob.id(), blob.sizeBytes()});
-        whole = share(std::move(made));
-        last_ = whole;
-    }
-    return session_.snapshotReady(connection, {std::move(whole)}, now);
+    return session_.snapshotReady(connection, last_->snapshot, last_->content, now);
 }
 
 }  // namespace tessera

@@ -1,32 +1,69 @@
 /// The whole scene for those who join: hosts, applications, and replicas to be repaired.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <thread>
+#include <variant>
 #include <vector>
 
+#include "common/base/Channel.h"
+#include "common/scene/Aspect.h"
 #include "common/session/ServerSession.h"
-#include "server/sim/frame/Simulation.h"
+#include "server/sim/commit/Committer.h"
 
 namespace tessera {
 
-/// Until there is a scene, whoever asks waits.
+/// What the thread of `Snapshots` has made.
+struct SnapshotMade {
+    message::Snapshot snapshot;
+    Blob content;  ///< empty: the scene is small, and the snapshot holds it
+};
+
+/// Makes snapshots on a thread of its own, whatever the size of the scene: it holds an aspect that follows the committed
+/// lists, some behind while nobody asks. What has been made serves all who join while the lists since then are few.
+///
+/// Memory: the scene a second time, and the last snapshot as long as somebody may be served with it.
 class Snapshots {
 public:
-    Snapshots(const Simulation& simulation, ServerSession& session) : simulation_(simulation), session_(session) {}
+    /// Scenes of up to so many bytes travel in the message itself.
+    static constexpr std::size_t kSmallBytes = 64 * 1024;
 
+    /// `deliver` is called on the thread of its own; what it hands over comes back by `made`.
+    Snapshots(ServerSession& session, BlobStore& blobs, std::function<void(SnapshotMade)> deliver);
+    ~Snapshots();
+
+    // All below: frame thread only.
+
+    /// Each frame that was committed, and the scene before the first one.
+    void follow(const CommittedFrame& committed);
+    /// The scene before the first frame is there: until then whoever asks waits.
+    void sceneReady();
     [[nodiscard]] ServerActions wanted(ConnectionId connection, TimePoint now);
-    /// The scene is there: gives it to all who wait.
-    [[nodiscard]] ServerActions sceneReady(TimePoint now);
+    [[nodiscard]] ServerActions made(SnapshotMade snapshot, TimePoint now);
 
 private:
+    struct Apply {
+        std::vector<CommittedFrame> frames;
+    };
+    struct Make {};
+
+    void work();
+    void handOver();
+    void order();
     [[nodiscard]] ServerActions give(ConnectionId connection, TimePoint now);
 
-    const Simulation& simulation_;
     ServerSession& session_;
-    /// While somebody is being sent it, whoever joins gets the same: a scene is encoded once, however many come.
-    std::weak_ptr<const CommittedList> last_;
-    bool ready_ = false;
+    BlobStore& blobs_;
+    std::function<void(SnapshotMade)> deliver_;
+    std::vector<CommittedFrame> fresh_;  ///< not handed over yet
+    std::size_t freshBytes_ = 0;
     std::vector<ConnectionId> waiting_;
+    std::shared_ptr<const SnapshotMade> last_;
+    bool ready_ = false;
+    bool ordered_ = false;  ///< one is being made
+    Channel<std::variant<Apply, Make>> orders_;
+    std::thread thread_;
 };
 
 }  // namespace tessera

@@ -80,6 +80,13 @@ void Process::signal(int number) const {
     if (pid_ > 0 && !exit_) kill(pid_, number);
 }
 
+std::size_t Process::residentBytes() const {
+    std::ifstream statm("/proc/" + std::to_string(pid_) + "/statm");
+    std::size_t total = 0, resident = 0;
+    statm >> total >> resident;
+    return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
 bool Process::running() {
     if (exit_ || pid_ <= 0) return false;
     int status = 0;

@@ -30,6 +30,8 @@ public:
     [[nodiscard]] std::optional<int> waitForExit(std::chrono::milliseconds timeout);
     void signal(int number) const;
     [[nodiscard]] bool running();
+    /// Of its memory, as the kernel counts it. Zero when it has ended.
+    [[nodiscard]] std::size_t residentBytes() const;
 
 private:
     std::string name_, file_;

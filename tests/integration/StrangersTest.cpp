@@ -6,13 +6,17 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstring>
 #include <random>
+#include <thread>
 
 #include "common/base/Channel.h"
+#include "common/codec/ApplicationCodec.h"
 #include "common/codec/MessageCodec.h"
 #include "common/net/FrameHeader.h"
 #include "common/net/Transport.h"
+#include "common/scene/FieldTable.h"
 #include "tests/integration/LiveWall.h"
 
 namespace tessera::test {
@@ -35,6 +39,12 @@ public:
     ~Knock() { close(socket_); }
     [[nodiscard]] bool connected() const { return connected_; }
     void say(ByteSpan bytes) const { (void)!::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+    /// As much as the other side has room for within a moment; how many bytes that were.
+    [[nodiscard]] std::size_t saySome(ByteSpan bytes) const {
+        const timeval wait{.tv_sec = 0, .tv_usec = 50'000};
+        setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &wait, sizeof wait);
+        return static_cast<std::size_t>(std::max<ssize_t>(0, ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL)));
+    }
     /// Whether the server closes within the time.
     [[nodiscard]] bool closedWithin(std::chrono::milliseconds timeout) const {
         const timeval wait{.tv_sec = timeout.count() / 1000, .tv_usec = timeout.count() % 1000 * 1000};
@@ -110,6 +120,35 @@ TEST_F(Strangers, AMessageThatOnlyAHostMaySayEndsTheConnection) {
     knock.say(header);
     knock.say(payload.joined());
     EXPECT_TRUE(knock.closedWithin(5s));
+}
+
+TEST_F(Strangers, AnApplicationThatAsksWithoutEndAndNeverListensHoldsUpNobody) {
+    const auto frame = [](const Message& message) {
+        const ByteChain payload = encodeMessage(message);
+        const auto header = encodeHeader(wireType(message), {}, payload);
+        Bytes bytes(header.begin(), header.end());
+        const Bytes body = payload.joined();
+        bytes.insert(bytes.end(), body.begin(), body.end());
+        return bytes;
+    };
+    const Knock knock(wall_.address());
+    knock.say(frame(message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "greedy"}));
+    Bytes many;
+    for (std::uint64_t i = 0; i < 1000; ++i) {
+        const Bytes one = frame(message::Request{i, share(encodeRequest(request::GetStatus{}))});
+        many.insert(many.end(), one.begin(), one.end());
+    }
+    const std::size_t before = wall_.server().residentBytes();
+    const std::int64_t first = wall_.shownFrame("front-0-0");
+    std::atomic<bool> enough = false;
+    std::thread flood([&] {
+        for (std::size_t at = 0; !enough; at %= many.size()) at += knock.saySome(ByteSpan(many).subspan(at));
+    });
+    EXPECT_TRUE(wall_.waitForFrame("front-0-0", first + 100, 30s)) << wall_.logs();
+    EXPECT_LT(wall_.server().residentBytes(), before + (std::size_t{32} << 20));
+    EXPECT_EQ(wall_.ctl({"status"}).exitCode, 0);
+    enough = true;
+    flood.join();
 }
 
 /// Says hello and returns the Refused that comes back.

@@ -219,6 +219,68 @@ TEST(Transport, ASlowReaderIsClosedAndNotBuffered) {
     EXPECT_EQ(server->queuedBytes(link), 0u);
 }
 
+TEST(Transport, APeerWhoseMessagesNobodyTakesIsHeldBack) {
+    TransportLimits limits;
+    limits.maxUntakenBytes = 1 << 20;
+    Peer server(std::move(limits)), client;
+    const LinkId link = client->connect({"127.0.0.1", server.listen()}, 5s);
+    constexpr int kMessages = 200;
+    constexpr std::size_t kBytes = 100'000;
+    const SharedBytes part = share(pattern(kBytes));
+    for (int i = 0; i < kMessages; ++i) client->send(link, 1, 0_epoch, part);
+    const LinkId accepted = server.next<Opened>().link;
+
+    int handedOut = 0;
+    for (; auto event = server.any(300ms);)
+        if (std::holds_alternative<Received>(event->what)) ++handedOut;
+    EXPECT_GE(handedOut, 10);
+    EXPECT_LE(handedOut, 12);  // the bound, and one message above it
+    EXPECT_GT(client->queuedBytes(link), 0u);
+
+    for (int taken = 0; taken < kMessages; ++taken) {
+        if (taken >= handedOut) server.next<Received>();
+        server->taken(accepted, kBytes);
+    }
+    EXPECT_FALSE(server.any(50ms));
+    // One that is held back can be closed: what it says is read to its end.
+    for (int i = 0; i < 20; ++i) client->send(link, 1, 0_epoch, part);
+    server.next<Received>();
+    std::this_thread::sleep_for(100ms);
+    server->close(accepted, "enough");
+    EXPECT_EQ(server.next<Closed>().reason, "enough");
+}
+
+TEST(Transport, BytesOfAMessageThatIsNotWholeAreHeardOf) {
+    Peer server;
+    BareSocket slow(server.listen());
+    const LinkId link = server.next<Opened>().link;
+    const Bytes frame = frameBytes(1, pattern(1000));
+    for (std::size_t at = 0; at < 500; at += 100) {
+        slow.say(ByteSpan(frame).subspan(at, 100));
+        EXPECT_EQ(server.next<link_event::Heard>().link, link);
+        std::this_thread::sleep_for(30ms);  // they are told of once in a while, not for each byte
+    }
+    slow.say(ByteSpan(frame).subspan(500));
+    EXPECT_EQ(server.next<Received>().payload, pattern(1000));
+}
+
+TEST(Transport, ALinkIsKeptAliveByTheNetworkThreadWhereNothingElseIsSaid) {
+    Peer server, client;
+    const LinkId link = client->connect({"127.0.0.1", server.listen()}, 5s);
+    client.next<Opened>();
+    client->keepAlive(link, 20ms, 7, 3_epoch, share(ByteChain(share(pattern(5)))));
+    for (int i = 0; i < 3; ++i) {
+        const Received life = server.next<Received>();
+        EXPECT_EQ(life.type, 7);
+        EXPECT_EQ(life.epoch, 3_epoch);
+        EXPECT_EQ(life.payload, pattern(5));
+    }
+    client->close(link, "done");
+    while (auto event = server.any(5s))
+        if (std::holds_alternative<Closed>(event->what)) break;
+    EXPECT_EQ(client->queuedBytes(link), 0u);
+}
+
 TEST(Transport, ClosingSendsTheLastWords) {
     Peer server;
     BareSocket bare(server.listen());
@@ -265,8 +327,10 @@ TEST(Transport, ClosedIsTheLastEventAndComesOnce) {
             EXPECT_TRUE(open.insert(opened->link).second);
         } else if (const auto* received = std::get_if<Received>(&event->what)) {
             EXPECT_TRUE(open.contains(received->link) && !closed.contains(received->link));
+        } else if (const auto* end = std::get_if<Closed>(&event->what)) {
+            EXPECT_TRUE(closed.insert(end->link).second);
         } else {
-            EXPECT_TRUE(closed.insert(std::get<Closed>(event->what).link).second);
+            EXPECT_FALSE(closed.contains(linkOf(*event)));
         }
     }
     EXPECT_EQ(open, closed);

@@ -274,6 +274,57 @@ TEST(ServerJoin, AnApplicationFollowsFromItsSnapshot) {
     EXPECT_EQ(s.sent<message::Reply>(app).size(), 1u);
 }
 
+TEST(ServerJoin, WhoReadsTooSlowlyIsSentNothingMoreUntilItHasRead) {
+    std::map<ConnectionId, std::size_t> unsent;
+    ServerSessionConfig config = twoHosts();
+    config.unsentBytes = [&](ConnectionId connection) { return unsent[connection]; };
+    config.maxTailLists = 20;
+    config.snapshotServesFor = 0ms;
+    ServerFixture s(config);
+    const ConnectionId app = s.follow("viewer");
+    s.begin(s.commit());
+    unsent[app] = config.maxUnsentBytes + 1;
+    for (int i = 0; i < 10; ++i) s.begin(s.commit());
+    s.take(s.session.notify(app, {textBytes("news")}));
+    EXPECT_EQ(s.sent<message::Changes>(app).size(), 1u);
+    EXPECT_TRUE(s.sent<message::Notice>(app).empty());
+
+    unsent[app] = 0;
+    s.forget();
+    s.begin(s.commit());
+    const auto since = s.sent<message::Changes>(app);
+    ASSERT_EQ(since.size(), 11u) << "the lists that it has missed, and this one";
+    for (std::size_t i = 1; i < since.size(); ++i)
+        EXPECT_EQ(since[i].list->sequence, since[i - 1].list->sequence.next());
+
+    // Behind by more than is kept: it starts anew.
+    unsent[app] = config.maxUnsentBytes + 1;
+    for (int i = 0; i < 30; ++i) s.begin(s.commit());
+    unsent[app] = 0;
+    s.forget();
+    s.begin(s.commit());
+    EXPECT_TRUE(s.sent<message::Changes>(app).empty());
+    ASSERT_EQ(s.actions<server_action::SnapshotWanted>().size(), 1u);
+    s.snapshot(app);
+    s.begin(s.commit());
+    EXPECT_EQ(s.sent<message::Changes>(app).size(), 1u);
+}
+
+TEST(ServerJoin, ASnapshotServesWhoComesSoonAfter) {
+    ServerSessionConfig config = twoHosts();
+    config.snapshotServesFor = 1'000ms;
+    ServerFixture s(config);
+    const ConnectionId a = s.hello("a");
+    const Sequence made = s.sequence;
+    s.snapshot(a);
+    s.begin(s.commit());
+    EXPECT_TRUE(s.session.snapshotServes(made, 1000));
+    EXPECT_FALSE(s.session.snapshotServes(made, 3)) << "the lists since are more bytes than it";
+    s.run(1'100ms, {a});
+    s.begin(s.commit());
+    EXPECT_FALSE(s.session.snapshotServes(made, 1000));
+}
+
 TEST(ServerJoin, BulkConnectionsAreBoundByTheirToken) {
     ServerFixture s;
     const ConnectionId a = s.hello("a");

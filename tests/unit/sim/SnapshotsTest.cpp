@@ -1,0 +1,108 @@
+// The whole scene for who joins: made beside the frames, and the same as the scene.
+#include "server/sim/Snapshots.h"
+
+#include <gtest/gtest.h>
+
+#include "common/codec/ChangeCodec.h"
+#include "common/codec/SnapshotCodec.h"
+#include "tests/unit/session/ServerFixture.h"
+#include "tests/unit/sim/SceneForTests.h"
+
+namespace tessera {
+namespace {
+
+class SnapshotsOfAScene : public testing::Test {
+protected:
+    /// Adds so many nodes below the root, in one frame.
+    void grow(std::size_t nodes) {
+        test::ListMaker maker;
+        for (std::size_t i = 0; i < nodes; ++i) maker.node("n" + std::to_string(i), kRootNode);
+        ASSERT_TRUE(committer.apply(maker.builder.take()));
+        const CommittedFrame frame = committer.closeFrame();
+        snapshots.follow(frame);
+        (void)server.session.beginFrame(
+            {.frame = server.session.nextFrame(), .payload = nullptr, .list = frame.sent}, server.now);
+    }
+    SnapshotMade wait() { return *made.popFor(60s); }
+    void give(SnapshotMade snapshot) { server.take(snapshots.made(std::move(snapshot), server.now)); }
+    ConnectionId join(const std::string& name) {
+        const ConnectionId connection = server.hello(name);
+        server.take(snapshots.wanted(connection, server.now));
+        return connection;
+    }
+    [[nodiscard]] StateHash hashOf(const message::Snapshot& told) const {
+        CommittedListPtr whole = told.list;
+        if (told.content.sizeBytes > 0) whole = decodeSnapshot(blobs.find(told.content.id)).value();
+        EXPECT_EQ(whole->sequence, told.list->sequence);
+        Aspect aspect;
+        EXPECT_TRUE(aspect.apply(decodeChangeList(whole->encoded, blobs).value()));
+        return aspect.stateHash();
+    }
+
+    BlobStore blobs;
+    Committer committer;
+    ServerFixture server;
+    Channel<SnapshotMade> made{16};
+    Snapshots snapshots{server.session, blobs, [this](SnapshotMade snapshot) { made.push(std::move(snapshot)); }};
+};
+
+TEST_F(SnapshotsOfAScene, AreTheSceneWhetherSmallOrLarge) {
+    for (const std::size_t nodes : {3u, 20'000u}) {
+        grow(nodes);
+        snapshots.sceneReady();
+        const ConnectionId a = join(nodes == 3u ? "a" : "b");
+        give(wait());
+        const auto told = server.sent<message::Snapshot>(a);
+        ASSERT_EQ(told.size(), 1u);
+        EXPECT_EQ(told[0].content.sizeBytes > Snapshots::kSmallBytes, nodes > 3u);
+        EXPECT_EQ(told[0].list->sequence, committer.sequence());
+        EXPECT_EQ(told[0].list->stateHash, committer.scene().stateHash());
+        EXPECT_EQ(hashOf(told[0]), committer.scene().stateHash());
+    }
+}
+
+TEST_F(SnapshotsOfAScene, WaitForTheSceneAndOneServesAllWhoCome) {
+    const ConnectionId a = join("a");
+    const ConnectionId b = join("b");
+    EXPECT_FALSE(made.popFor(20ms));
+    grow(20'000);
+    snapshots.sceneReady();
+    give(wait());
+    grow(1);  // a list that is small beside the scene
+    const ConnectionId app = server.hello("viewer", PeerRole::kApplication);
+    server.take(snapshots.wanted(app, server.now));
+    EXPECT_FALSE(made.popFor(20ms)) << "nothing is made anew";
+    const BlobInfo content = server.sent<message::Snapshot>(a).at(0).content;
+    EXPECT_EQ(server.sent<message::Snapshot>(b).at(0).content, content);
+    EXPECT_EQ(server.sent<message::Snapshot>(app).at(0).content, content);
+    EXPECT_EQ(server.sent<message::Changes>(app).size(), 1u);
+}
+
+TEST_F(SnapshotsOfAScene, AreMadeAnewWhenMoreHasHappenedThanTheyHold) {
+    grow(1'500);
+    snapshots.sceneReady();
+    (void)join("a");
+    give(wait());
+    grow(20'000);
+    (void)join("b");
+    const SnapshotMade second = wait();
+    EXPECT_EQ(second.snapshot.list->sequence, committer.sequence());
+}
+
+TEST_F(SnapshotsOfAScene, ThatAreOvertakenByTheListsSinceAreMadeAgain) {
+    grow(3);
+    snapshots.sceneReady();
+    const ConnectionId a = join("a");
+    SnapshotMade old = wait();
+    for (int i = 0; i < 5'000; ++i) grow(1);  // more than the session keeps for who waits
+    give(std::move(old));
+    EXPECT_TRUE(server.sent<message::Snapshot>(a).empty());
+    ASSERT_EQ(server.actions<server_action::SnapshotWanted>().size(), 2u);
+    server.take(snapshots.wanted(a, server.now));
+    give(wait());
+    ASSERT_EQ(server.sent<message::Snapshot>(a).size(), 1u);
+    EXPECT_EQ(server.sent<message::Snapshot>(a)[0].list->stateHash, committer.scene().stateHash());
+}
+
+}  // namespace
+}  // namespace tessera
