@@ -14,8 +14,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kAliveEvery = 200ms;  ///< between two signs of life; a server waits for at least twice as long
-
 TimePoint clockNow() {
     return std::chrono::steady_clock::now();
 }
@@ -197,7 +195,7 @@ void ServerLink::configured(const client_action::Configured& configured) {
     lastReason_.clear();
     // While the session thread hashes or decodes much, the network speaks for it.
     const Message life = message::Heartbeat{};
-    transport_->keepAlive(links_.at(ChannelKind::kControl), kAliveEvery, wireType(life), epoch_, share(encodeMessage(life)));
+    transport_->keepAlive(links_.at(ChannelKind::kControl), configured.heartbeat, wireType(life), epoch_, share(encodeMessage(life)));
     log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), epoch_.value));
     give(configured);
 }

@@ -16,7 +16,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::size_t kMaxEvents = 16'384;
-constexpr auto kAliveEvery = 500ms;  ///< between two signs of life
 /// Replies, the end and whatever else must find room behind the lists that wait.
 constexpr std::size_t kSpareRoom = 4096;
 
@@ -135,7 +134,7 @@ void Connection::carryOut(ClientActions actions) {
             welcomed_ = true;
             // Decoding a large scene takes this thread longer than a server waits to hear of us.
             const Message life = message::Heartbeat{};
-            transport_->keepAlive(links_.at(ChannelKind::kControl), kAliveEvery, wireType(life), epoch_,
+            transport_->keepAlive(links_.at(ChannelKind::kControl), configured->heartbeat, wireType(life), epoch_,
                                   share(encodeMessage(life)));
             ++waiting_;
             out_.tryPush(incoming::Configured{configured->configuration});

@@ -18,8 +18,8 @@ struct SyncPolicy {
     std::chrono::milliseconds frameDeadline{10'000};
     /// Hold and drop: how long the others wait for a late host before they go on, from the first host's Ready.
     std::chrono::milliseconds lateAfter{100};
-    std::chrono::milliseconds heartbeat{50};
-    std::chrono::milliseconds lostAfter{250};
+    std::chrono::milliseconds heartbeat{100};
+    std::chrono::milliseconds lostAfter{800};
     std::chrono::milliseconds startDeadline{30'000};
     bool operator==(const SyncPolicy&) const = default;
 };

@@ -108,7 +108,7 @@ struct ClientSession::Impl {
 
     HeartbeatClock clock;
     std::optional<HeartbeatClock::Sample> best;
-    std::chrono::milliseconds heartbeatEvery{50};
+    std::chrono::milliseconds heartbeatEvery{100};
     TimePoint nextHeartbeat{};
     TimePoint lastByte{};
     std::optional<TimePoint> lastAdvance;
@@ -244,7 +244,7 @@ void ClientSession::Impl::welcome(const message::Welcome& welcome) {
     stage = Stage::kWelcomed;
     token = welcome.token;
     heartbeatEvery = welcome.heartbeat;
-    out.push_back(client_action::Configured{welcome.epoch, welcome.configuration});
+    out.push_back(client_action::Configured{welcome.epoch, welcome.configuration, welcome.heartbeat});
     if (config.role == PeerRole::kHost || config.wantBlobs) openBulk();
     for (message::Request& waiting : waitingRequests) send(ChannelKind::kControl, std::move(waiting));
     waitingRequests.clear();

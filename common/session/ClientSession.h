@@ -50,6 +50,7 @@ struct OpenBulk {};
 struct Configured {
     Epoch epoch;
     ByteSlice configuration;
+    std::chrono::milliseconds heartbeat{};  ///< that the server asks for
 };
 /// Make this the scene. All blobs it names are here (as far as `wantBlobs`). Answer with `applied`.
 struct ApplySnapshot {

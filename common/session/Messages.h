@@ -113,8 +113,8 @@ struct Request {
 struct Welcome {
     Epoch epoch;
     std::uint64_t token = 0;  ///< binds this peer's bulk channel to it
-    std::chrono::milliseconds heartbeat{50};
-    std::chrono::milliseconds lostAfter{250};
+    std::chrono::milliseconds heartbeat{100};
+    std::chrono::milliseconds lostAfter{800};
     ByteSlice configuration;  ///< the wall (codec WallCodec)
 };
 /// The connection is closed after this. `retry`: the same call may go well later.

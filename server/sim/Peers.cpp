@@ -90,7 +90,7 @@ void Peers::send(ConnectionId connection, const MessagePtr& message) {
     if (!std::holds_alternative<message::Welcome>(*message)) return;
     // The session's heartbeats come from the frame thread, which may be away for long. Then the network speaks for us.
     const Message life = message::Heartbeat{};
-    transport_.keepAlive(link, 2 * heartbeat_, wireType(life), epoch_, share(encodeMessage(life)));
+    transport_.keepAlive(link, heartbeat_, wireType(life), epoch_, share(encodeMessage(life)));
 }
 
 message::BlobChunk Peers::chunkFor(const message::BlobRequest& request) const {

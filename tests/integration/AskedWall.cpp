@@ -11,11 +11,6 @@ using nlohmann::json;
 
 namespace {
 
-std::string patient(const TemporaryFolder& folder, const std::string& name) {
-    const std::string text = readText(std::string(TESSERA_SOURCE_DIR) + "/deploy/walls/" + name + ".wall");
-    return folder.write(name + ".wall", text.substr(0, text.find("sync {")) + "sync { lost_after_ms: 8000 }\n");
-}
-
 Vec3d vector3(const json& numbers) {
     return {numbers[0].get<double>(), numbers[1].get<double>(), numbers[2].get<double>()};
 }
@@ -24,7 +19,7 @@ Vec3d vector3(const json& numbers) {
 
 AskedWall::AskedWall(const AskedWallOptions& options)
     : hosts_(options.wall == "1x1" ? std::vector<std::string>{"all"} : kFourHosts),
-      wall_({.wall = patient(walls_, options.wall),
+      wall_({.wall = options.wall,
              .scene = options.scene,
              .size = options.size,
              .server = options.server}) {}

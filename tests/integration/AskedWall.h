@@ -55,7 +55,6 @@ public:
     [[nodiscard]] nlohmann::json finish();
 
 private:
-    TemporaryFolder walls_;
     std::vector<std::string> hosts_;
     LiveWall wall_;
 };

@@ -16,7 +16,7 @@ std::string wallWithSync(const TemporaryFolder& folder, const std::string& sync)
 }
 
 LiveWall::LiveWall(const LiveWallOptions& options) {
-    const std::string wall = options.wall.empty() ? wallWithSync(folder_, "lost_after_ms: 4000") : options.wall;
+    const std::string wall = options.wall.empty() ? "2x2" : options.wall;
     std::vector<std::string> command = {
         program("tessera-server"),      "--wall", wall, "--scene", options.scene, "--listen", "127.0.0.1:0", "--report",
         folder_.path() + "/report.json"};

@@ -16,8 +16,7 @@ namespace tessera::test {
 [[nodiscard]] std::string wallWithSync(const TemporaryFolder& folder, const std::string& sync);
 
 struct LiveWallOptions {
-    /// Empty: the 2x2 wall with a patience that a loaded machine does not try; what is about silence says so.
-    std::string wall;
+    std::string wall = {};  ///< empty: the 2x2 wall as it ships
     std::string scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
     std::string size = "160x90";
     std::vector<std::string> server;  ///< more options of tessera-server

@@ -21,7 +21,7 @@ users { name: "viewer" position { x: 0 y: 1.7 z: 2.4 } eye_separation_m: 0.065 }
 hosts { name: "left" tiles { screen: "front" column: 0 row: 0 eye: CENTER user: "viewer" } }
 hosts { name: "right"
   tiles { screen: "front" column: 1 row: 0 eye: CENTER user: "viewer" } }
-sync  { late_frame: WAIT frame_deadline_ms: 10000 heartbeat_ms: 50 lost_after_ms: 250 }
+sync  { late_frame: WAIT frame_deadline_ms: 10000 heartbeat_ms: 100 lost_after_ms: 800 }
 )";
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -139,8 +139,8 @@ TEST(WallText, PointsToThePartThatMakesNoSense) {
     EXPECT_BEGINS(errorAfter("column: 1", "column: 0"),
                   "some/try.wall:7:3: host \"right\": column 0 row 0 of screen \"front\" is assigned twice");
     EXPECT_BEGINS(errorAfter("name: \"right\"", "name: \"left\""), "some/try.wall:6:1: there are two hosts \"left\"");
-    EXPECT_BEGINS(errorAfter("heartbeat_ms: 50", "heartbeat_ms: 500"),
-                  "some/try.wall:8:1: a host is lost after 250 ms");
+    EXPECT_BEGINS(errorAfter("heartbeat_ms: 100", "heartbeat_ms: 500"),
+                  "some/try.wall:8:1: a host is lost after 800 ms");
     EXPECT_BEGINS(errorAfter("user: \"viewer\" } }\nsync", "user: \"viewr\" } }\nsync"),
                   "some/try.wall:7:3: host \"right\": there is no user \"viewr\"");
     EXPECT_HAS(errorAfter("position { x: 0 y: 1.7 z: 2.4 }", ""), "some/try.wall:4:1: user \"viewer\" has no position");

@@ -3,86 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include "common/session/BlobFetcher.h"
 #include "common/session/HeartbeatClock.h"
-#include "tests/unit/session/ServerFixture.h"
+#include "tests/unit/session/ClientFixture.h"
 
 namespace tessera {
 namespace {
-
-Bytes content(std::size_t size, unsigned seed) {
-    Bytes bytes(size);
-    for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::byte>((i * 131 + seed * 7919) >> 3);
-    return bytes;
-}
-
-struct ClientFixture {
-    explicit ClientFixture(ClientSessionConfig config = named()) : session(config) {}
-    static ClientSessionConfig named() {
-        ClientSessionConfig config;
-        config.name = "a";
-        config.chunkBytes = 100;
-        config.chunksInFlight = 2;
-        return config;
-    }
-
-    ClientSession session;
-    TimePoint now{10s};
-    ClientActions done;
-
-    void take(ClientActions actions) { done.insert(done.end(), actions.begin(), actions.end()); }
-    void hear(const Message& message, ChannelKind channel = ChannelKind::kControl) {
-        take(session.received(channel, message, now));
-    }
-    void connect() { take(session.channelOpened(ChannelKind::kControl, now)); }
-    void welcomed() {
-        connect();
-        hear(message::Welcome{.epoch = 3_epoch, .token = 42, .configuration = textBytes("the wall")});
-    }
-    void bulkOpen() { take(session.channelOpened(ChannelKind::kBulk, now)); }
-    /// Welcomed, and its replica stands at `sequence`.
-    void inStep(Sequence sequence = 5_seq) {
-        welcomed();
-        hear(message::Snapshot{listAt(sequence)});
-        take(session.applied(sequence, hashAfter(sequence)));
-    }
-    void answerChunks(const std::vector<Blob>& blobs) {
-        for (bool more = true; more;) {
-            more = false;
-            for (const message::BlobRequest& request : sent<message::BlobRequest>(ChannelKind::kBulk)) {
-                if (!answered.insert({request.id, request.offset}).second) continue;
-                for (const Blob& blob : blobs) {
-                    if (blob.id() != request.id) continue;
-                    const ByteSpan part = blob.bytes().subspan(request.offset, request.length);
-                    hear(message::BlobChunk{blob.id(), request.offset, blob.sizeBytes(),
-                                            share(Bytes(part.begin(), part.end()))},
-                         ChannelKind::kBulk);
-                    more = true;
-                }
-            }
-        }
-    }
-    std::set<std::pair<BlobId, std::uint64_t>> answered;
-
-    template <typename A>
-    std::vector<A> actions() const {
-        std::vector<A> found;
-        for (const ClientAction& action : done)
-            if (const A* a = std::get_if<A>(&action)) found.push_back(*a);
-        return found;
-    }
-    template <typename M>
-    std::vector<M> sent(ChannelKind channel = ChannelKind::kControl) const {
-        std::vector<M> found;
-        for (const auto& send : actions<client_action::Send>())
-            if (const M* m = std::get_if<M>(&send.message); m && send.channel == channel) found.push_back(*m);
-        return found;
-    }
-};
-
-BlobInfo infoOf(const Blob& blob) {
-    return {blob.id(), blob.sizeBytes()};
-}
 
 TEST(ClientSession, SaysHelloAndOpensItsBulkConnection) {
     ClientFixture c;
@@ -436,81 +361,6 @@ TEST(ClientSession, AnApplicationMayFollowWithoutBulkData) {
     c.hear(message::Changes{listAt(6_seq, {blobOf("y")})});
     EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);
     EXPECT_EQ(c.sent<message::Synced>().size(), 1u);  // the server need not keep its snapshot any longer
-}
-
-/// A stand-in for the codec: such a blob is its list.
-ClientSessionConfig opening(ClientSessionConfig config, std::vector<BlobInfo> named = {}) {
-    config.openContent = [named](const Blob& blob) -> Expected<CommittedListPtr> {
-        if (blob.sizeBytes() % 2 == 1) return fail(ErrorCode::kBadInput, "odd");
-        return listAt(5_seq, named, ByteSlice(blob.shared()));
-    };
-    return config;
-}
-
-TEST(ClientSession, ALargeSnapshotIsFetchedAndThenWhatItNames) {
-    const Blob scene(content(450, 1)), mesh(content(120, 2));
-    ClientFixture c(opening(ClientFixture::named(), {infoOf(mesh)}));
-    c.welcomed();
-    c.bulkOpen();
-    c.hear(message::Snapshot{listAt(5_seq), infoOf(scene)});
-    c.hear(message::Changes{listAt(6_seq, {}, textBytes("list"))});
-    EXPECT_EQ(c.sent<message::BlobRequest>(ChannelKind::kBulk).size(), 2u);  // the window
-    c.answerChunks({scene, mesh});
-    ASSERT_EQ(c.actions<client_action::StoreBlob>().size(), 1u) << "the scene is no part of itself";
-    EXPECT_EQ(c.actions<client_action::StoreBlob>()[0].blob, mesh);
-    ASSERT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);
-    EXPECT_EQ(c.actions<client_action::ApplySnapshot>()[0].snapshot.list->encoded, ByteSlice(scene.shared()));
-    EXPECT_TRUE(c.actions<client_action::ApplyChanges>().empty());
-    c.take(c.session.applied(5_seq, hashAfter(5_seq)));
-    EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);
-}
-
-TEST(ClientSession, AnApplicationOpensItsBulkConnectionForALargeSnapshot) {
-    const Blob scene(content(450, 1));
-    ClientSessionConfig config = opening(ClientFixture::named());
-    config.role = PeerRole::kApplication;
-    config.wantBlobs = false;
-    ClientFixture c(config);
-    c.welcomed();
-    EXPECT_TRUE(c.actions<client_action::OpenBulk>().empty());
-    c.hear(message::Snapshot{listAt(5_seq), infoOf(scene)});
-    ASSERT_EQ(c.actions<client_action::OpenBulk>().size(), 1u);
-    c.bulkOpen();
-    c.answerChunks({scene});
-    EXPECT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);
-}
-
-TEST(ClientSession, ASnapshotThatIsNotTheAnnouncedOneOrMakesNoSenseEndsTheConnection) {
-    for (const std::size_t size : {450u, 451u}) {
-        const Blob scene(content(size, 1));
-        ClientFixture c(opening(ClientFixture::named()));
-        c.welcomed();
-        c.bulkOpen();
-        c.hear(message::Snapshot{listAt(size == 450u ? 6_seq : 5_seq), infoOf(scene)});
-        c.answerChunks({scene});
-        EXPECT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
-        EXPECT_TRUE(c.actions<client_action::ApplySnapshot>().empty());
-    }
-}
-
-TEST(ClientSession, TheNextConnectionGoesOnWithWhatThisOneHadFetched) {
-    const Blob scene(content(450, 1));
-    ClientFixture first(opening(ClientFixture::named()));
-    first.welcomed();
-    first.bulkOpen();
-    first.hear(message::Snapshot{listAt(5_seq), infoOf(scene)});
-    for (const std::uint64_t at : {0u, 100u})
-        first.hear(message::BlobChunk{scene.id(), at, 450, ByteSlice(scene.shared(), scene.bytes().subspan(at, 100))},
-                   ChannelKind::kBulk);
-    ClientFixture second(opening(ClientFixture::named()));
-    second.session.resume(first.session.takeParts());
-    second.welcomed();
-    second.bulkOpen();
-    second.hear(message::Snapshot{listAt(5_seq), infoOf(scene)});
-    ASSERT_FALSE(second.sent<message::BlobRequest>(ChannelKind::kBulk).empty());
-    EXPECT_EQ(second.sent<message::BlobRequest>(ChannelKind::kBulk)[0].offset, 200u);
-    second.answerChunks({scene});
-    EXPECT_EQ(second.actions<client_action::ApplySnapshot>().size(), 1u);
 }
 
 TEST(ClientSession, BytesOfAMessageThatIsStillComingAreASignOfLife) {

@@ -30,6 +30,8 @@ inline ServerSessionConfig twoHosts() {
     ServerSessionConfig config;
     config.hosts = {"a", "b"};
     config.schema = 77;
+    config.sync.heartbeat = 50ms;
+    config.sync.lostAfter = 250ms;
     config.sync.frameDeadline = 1'000ms;
     config.sync.lateAfter = 100ms;
     config.configuration = textBytes("the wall");

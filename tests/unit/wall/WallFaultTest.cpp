@@ -208,7 +208,7 @@ TEST(WallFaults, FindsHeadsThatCannotBe) {
 TEST(WallFaults, FindsTimesThatMakeNoSense) {
     using namespace std::chrono_literals;
     const auto sync = [](auto change) { return faultAfter([&](Wall& w) { change(w.sync); }); };
-    EXPECT_SAYS(sync([](SyncPolicy& s) { s.heartbeat = 300ms; }),
+    EXPECT_SAYS(sync([](SyncPolicy& s) { s.heartbeat = 500ms; }),
                 "lost_after_ms has to be at least twice heartbeat_ms");
     EXPECT_SAYS(sync([](SyncPolicy& s) { s.heartbeat = 0ms; }), "heartbeat_ms is 0");
     EXPECT_SAYS(sync([](SyncPolicy& s) { s.frameDeadline = -1ms; }), "frame_deadline_ms is -1");
