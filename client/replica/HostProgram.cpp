@@ -17,16 +17,20 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
 
     std::unique_ptr<ServerLink> link;  // outlives the host, which speaks to it to its end
 
-    auto surface = makeSurface(options.surface);
-    if (!surface) return tl::unexpected(surface.error());
+    std::unique_ptr<Surface> surface;
+    if (options.surface != "none") {
+        auto made = makeSurface(options.surface);
+        if (!made) return tl::unexpected(made.error());
+        surface = std::move(*made);
+    }
     RenderHost host({.name = options.name,
                      .output = options.output,
                      .culler = options.culler,
                      .keepFrames = options.keepFrames,
                      .injection = options.injection},
-                    **surface, store, log, [&](Outcome outcome) { link->tell(std::move(outcome)); });
+                    surface.get(), store, log, [&](Outcome outcome) { link->tell(std::move(outcome)); });
     const auto probe = host.probe();
-    if (!probe) return failWith((*surface)->description(), probe.error());
+    if (!probe) return failWith(surface->description(), probe.error());
 
     BlobShelf shelf(store, options.blobBudgetBytes);
     std::unique_ptr<DiskCache> cache;

@@ -10,7 +10,7 @@ struct HostOptions {
     Address server;
     std::string name;
     std::string output;
-    std::string surface = "osmesa";
+    std::string surface = "osmesa";  ///< "none": it takes part in every frame and draws nothing
     CullerKind culler = CullerKind::kMasked;
     std::string cache;  ///< folder; empty: none
     bool keepFrames = false;

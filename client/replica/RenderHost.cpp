@@ -18,7 +18,7 @@ TimePoint now() {
 
 }  // namespace
 
-RenderHost::RenderHost(RenderHostOptions options, Surface& surface, const BlobStore& blobs, Log& log,
+RenderHost::RenderHost(RenderHostOptions options, Surface* surface, const BlobStore& blobs, Log& log,
                        std::function<void(Outcome)> report)
     : options_(std::move(options)),
       surface_(surface),
@@ -31,8 +31,9 @@ RenderHost::~RenderHost() = default;
 
 Expected<std::uint64_t> RenderHost::probe() {
     // Four samples whatever the wall will want: hosts are compared before they know the wall.
+    if (!surface_) return std::uint64_t{0};
     samples_ = 4;
-    auto renderer = Renderer::create(surface_, {.samples = samples_});
+    auto renderer = Renderer::create(*surface_, {.samples = samples_});
     if (!renderer) return tl::unexpected(renderer.error());
     renderer_ = std::move(*renderer);
     return renderer_->pixelProbe();
@@ -68,7 +69,7 @@ std::optional<Outcome> RenderHost::drawAgain(const Work& work, const message::Be
 std::optional<Outcome> RenderHost::showAgain(const Work& work, FrameNumber frame) {
     // The disk may be behind with the pictures that are kept; who waits for an image gets it from the draw thread.
     if (!still_ || !still_->repeated || options_.keepFrames || !waitingImages_.empty()) return std::nullopt;
-    if (!std::ranges::all_of(tiles_, [](const auto& state) { return state->shown != nullptr; })) return std::nullopt;
+    if (!std::ranges::all_of(tiles_, [&](const auto& state) { return state->shown || !surface_; })) return std::nullopt;
     for (const auto& state : tiles_)
         if (auto shown = showTile(*state); !shown) return Outcome{work.attempt, outcome::Broken{shown.error()}};
     return Outcome{work.attempt, outcome::Shown{frame, now()}};
@@ -85,10 +86,10 @@ bool RenderHost::on(const work::Configure& configure) {
 
 Expected<void> RenderHost::useWall(Wall wall) {
     wall_ = std::move(wall);
-    if (samples_ != wall_.samples || !renderer_) {
+    if (surface_ && (samples_ != wall_.samples || !renderer_)) {
         samples_ = wall_.samples;
         renderer_.reset();
-        auto renderer = Renderer::create(surface_, {.samples = samples_});
+        auto renderer = Renderer::create(*surface_, {.samples = samples_});
         if (!renderer) return tl::unexpected(renderer.error());
         renderer_ = std::move(*renderer);
     }
@@ -140,7 +141,7 @@ Expected<void> RenderHost::applySnapshot(const CommittedList& committed) {
         const auto list = decodeChangeList(committed.encoded, blobs_);
         done = list ? aspect_.apply(*list) : tl::unexpected(list.error());
     }
-    scene_.update(aspect_, nullptr);
+    follow(nullptr);
     return done;
 }
 
@@ -149,8 +150,13 @@ Expected<void> RenderHost::applyList(const CommittedList& committed) {
     const auto list = decodeChangeList(committed.encoded, blobs_);
     if (!list) return tl::unexpected(list.error());
     if (auto applied = aspect_.apply(*list); !applied) return applied;
-    scene_.update(aspect_, &*list);
+    follow(&*list);
     return {};
+}
+
+/// What is drawn follows the scene; null: anything may have changed.
+void RenderHost::follow(const ChangeList* list) {
+    if (surface_) scene_.update(aspect_, list);
 }
 
 bool RenderHost::on(const work::Draw& draw) {
@@ -190,6 +196,10 @@ bool RenderHost::on(const work::Draw& draw) {
 }
 
 Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, FrameNumber frame) {
+    if (!surface_) {
+        state.still = true;
+        return TileStats{.tile = state.tile.name};
+    }
     auto painted = state.painter.paint(aspect_, scene_, *renderer_, tileCamera(wall_, state.tile, view));
     if (!painted) return tl::unexpected(painted.error());
     ++state.painted;
@@ -316,7 +326,7 @@ void RenderHost::corruptOneField() {
                     toValue(Vec3d(transform->translation + Vec3d(0.25, 0, 0))));
         const ChangeList list = builder.take();
         if (!aspect_.apply(list)) continue;
-        scene_.update(aspect_, &list);
+        follow(&list);
         log_.warning(fmt::format("the translation of object {} is corrupted, as --inject asks for", id.value));
         return;
     }

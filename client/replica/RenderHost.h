@@ -29,12 +29,13 @@ struct RenderHostOptions {
 /// session: work in, outcomes out.
 class RenderHost {
 public:
-    /// `report` is called on this thread, for images on the writer's. Blobs that lists name are found in `blobs`.
-    RenderHost(RenderHostOptions options, Surface& surface, const BlobStore& blobs, Log& log,
+    /// `report` is called on this thread, for images on the writer's. Blobs that lists name are found in `blobs`. Without a
+    /// surface it follows the scene and says that it is ready, and draws nothing: it has no pictures.
+    RenderHost(RenderHostOptions options, Surface* surface, const BlobStore& blobs, Log& log,
                std::function<void(Outcome)> report);
     ~RenderHost();
 
-    /// Creates what drawing needs and draws the test image: its hash. kUnsupported: this machine cannot draw a wall.
+    /// Creates what drawing needs and draws the test image: its hash (without a surface 0). kUnsupported: this machine cannot draw a wall.
     [[nodiscard]] Expected<std::uint64_t> probe();
 
     /// Never throws and never refuses: what goes wrong is reported. False after Finish and when the host is broken.
@@ -80,6 +81,7 @@ private:
     [[nodiscard]] Expected<void> applyList(const CommittedList& committed);
     [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, FrameNumber frame);
     [[nodiscard]] Expected<void> showTile(TileState& state);
+    void follow(const ChangeList* list);
     void injectBefore(FrameNumber frame);
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
@@ -90,7 +92,7 @@ private:
     [[nodiscard]] std::string pngPath(const TileState& state) const;
 
     RenderHostOptions options_;
-    Surface& surface_;
+    Surface* surface_;  ///< null: nothing is drawn
     const BlobStore& blobs_;
     Log& log_;
     std::function<void(Outcome)> report_;

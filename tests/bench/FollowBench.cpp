@@ -149,7 +149,7 @@ HostFrames measureHost(int count) {
     std::vector<Blob> kept;
     const auto surface = makeSurface("osmesa").value();
     std::size_t frames = 0;
-    RenderHost host({.name = "left", .output = folder.path()}, *surface, store, log, [&](const Outcome& outcome) {
+    RenderHost host({.name = "left", .output = folder.path()}, surface.get(), store, log, [&](const Outcome& outcome) {
         frames += std::holds_alternative<outcome::Drawn>(outcome.what) ? 1 : 0;
     });
     static_cast<void>(host.probe());

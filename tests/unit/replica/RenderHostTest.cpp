@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <optional>
 #include <random>
 
@@ -41,7 +42,7 @@ protected:
         options.name = "left";
         host_.reset();
         surface_ = makeSurface("osmesa").value();
-        host_ = std::make_unique<RenderHost>(options, *surface_, store_, log_,
+        host_ = std::make_unique<RenderHost>(options, surface_.get(), store_, log_,
                                              [this](Outcome outcome) { outcomes_.push(std::move(outcome)); });
         ASSERT_TRUE(host_->probe());
         configure(makeWall());
@@ -233,6 +234,27 @@ TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
     EXPECT_FALSE(again(work::Draw{beginOf(7_frame)})) << "another wall";
     EXPECT_GT(frame(FrameNumber(7)).drawMs, 0);
     EXPECT_GT(first.drawMs, 0);
+}
+
+TEST_F(RenderHostTest, WithoutASurfaceTakesPartInEveryFrameAndHasNoPictures) {
+    host_ = std::make_unique<RenderHost>(RenderHostOptions{.name = "left", .output = folder_.path()}, nullptr, store_, log_,
+                                         [this](Outcome outcome) { outcomes_.push(std::move(outcome)); });
+    EXPECT_EQ(host_->probe().value(), 0u);
+    configure(makeWall());
+    Aspect scene = makeBall();
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    EXPECT_EQ(next<outcome::Applied>()->stateHash, scene.stateHash());
+    ASSERT_TRUE(perform(work::Draw{beginOf(0_frame)}));
+    const auto drawn = next<outcome::Drawn>();
+    ASSERT_TRUE(drawn);
+    EXPECT_EQ(drawn->stateHash, scene.stateHash());
+    ASSERT_TRUE(perform(work::Show{0_frame}));
+    EXPECT_TRUE(next<outcome::Shown>());
+    // And then at once, as any host does it whose pictures stay.
+    EXPECT_TRUE(host_->again({Attempt{1}, work::Draw{beginOf(1_frame)}}));
+    EXPECT_TRUE(host_->again({Attempt{1}, work::Show{1_frame}}));
+    EXPECT_FALSE(perform(work::Finish{}));
+    EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/tiles"));
 }
 
 TEST_F(RenderHostTest, LeavesToItsOwnThreadWhatMayWait) {
