@@ -11,10 +11,23 @@ T take(ByteSpan& bytes) {
     return value;
 }
 
+std::size_t sizeOf(const google::protobuf::MessageLite& head) {
+    return head.ByteSizeLong();
+}
+std::size_t sizeOf(ByteSpan head) {
+    return head.size();
+}
+void write(const google::protobuf::MessageLite& head, std::byte* at) {
+    head.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(at));
+}
+void write(ByteSpan head, std::byte* at) {
+    std::copy(head.begin(), head.end(), at);
+}
+
 /// Everything before the parts, with room behind it for `roomBehind` bytes more.
-template <typename Part>
-Bytes headOf(const google::protobuf::MessageLite& head, std::span<const Part> parts, std::size_t roomBehind) {
-    const std::size_t headBytes = head.ByteSizeLong();
+template <typename Head, typename Part>
+Bytes headOf(const Head& head, std::span<const Part> parts, std::size_t roomBehind) {
+    const std::size_t headBytes = sizeOf(head);
     const std::size_t total = 8 + 8 * parts.size() + headBytes;
     Bytes bytes;
     bytes.reserve(total + roomBehind);
@@ -27,12 +40,12 @@ Bytes headOf(const google::protobuf::MessageLite& head, std::span<const Part> pa
     put(static_cast<std::uint32_t>(headBytes));
     put(static_cast<std::uint32_t>(parts.size()));
     for (const Part& part : parts) put(static_cast<std::uint64_t>(part.size()));
-    head.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(at));
+    write(head, at);
     return bytes;
 }
-}  // namespace
 
-Bytes joinParts(const google::protobuf::MessageLite& head, std::span<const ByteSpan> parts) {
+template <typename Head>
+Bytes joined(const Head& head, std::span<const ByteSpan> parts) {
     std::size_t behind = 0;
     for (const ByteSpan part : parts) behind += part.size();
     Bytes bytes = headOf(head, parts, behind);
@@ -40,11 +53,29 @@ Bytes joinParts(const google::protobuf::MessageLite& head, std::span<const ByteS
     return bytes;
 }
 
-ByteChain chainParts(const google::protobuf::MessageLite& head, std::span<const ByteSlice> parts) {
+template <typename Head>
+ByteChain chainOf(const Head& head, std::span<const ByteSlice> parts) {
     ByteChain chain;
     chain.append(headOf(head, parts, 0));
     for (const ByteSlice& part : parts) chain.append(part);
     return chain;
+}
+}  // namespace
+
+Bytes joinParts(const google::protobuf::MessageLite& head, std::span<const ByteSpan> parts) {
+    return joined(head, parts);
+}
+
+Bytes joinParts(ByteSpan head, std::span<const ByteSpan> parts) {
+    return joined(head, parts);
+}
+
+ByteChain chainParts(const google::protobuf::MessageLite& head, std::span<const ByteSlice> parts) {
+    return chainOf(head, parts);
+}
+
+ByteChain chainParts(ByteSpan head, std::span<const ByteSlice> parts) {
+    return chainOf(head, parts);
 }
 
 Expected<SplitParts> splitParts(ByteSpan bytes, std::size_t maxHeadBytes, std::size_t maxParts) {

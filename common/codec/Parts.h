@@ -21,6 +21,9 @@ static_assert(std::endian::native == std::endian::little, "the wire is little-en
 [[nodiscard]] Bytes joinParts(const google::protobuf::MessageLite& head, std::span<const ByteSpan> parts);
 /// The same bytes with the parts where they lie: what is made is the head.
 [[nodiscard]] ByteChain chainParts(const google::protobuf::MessageLite& head, std::span<const ByteSlice> parts);
+/// With a head that is written already.
+[[nodiscard]] Bytes joinParts(ByteSpan head, std::span<const ByteSpan> parts);
+[[nodiscard]] ByteChain chainParts(ByteSpan head, std::span<const ByteSlice> parts);
 
 struct SplitParts {
     ByteSpan head;

@@ -10,16 +10,24 @@ namespace tessera {
 
 namespace {
 
+/// What the replica goes through in the server's order.
+using StepMessage =
+    std::variant<message::Snapshot, message::Changes, message::Begin, message::Swap, message::HashQuery>;
+
 /// The list that comes with a message.
-const CommittedList& listOf(const Message& message) {
-    if (const auto* snapshot = std::get_if<message::Snapshot>(&message)) return *snapshot->list;
-    if (const auto* changes = std::get_if<message::Changes>(&message)) return *changes->list;
-    if (const auto* begin = std::get_if<message::Begin>(&message)) return *begin->list;
-    return *nothingCommitted();
+const CommittedList& listOf(const StepMessage& message) {
+    return std::visit(
+        []<typename M>(const M& m) -> const CommittedList& {
+            if constexpr (requires { m.list; })
+                return *m.list;
+            else
+                return *nothingCommitted();
+        },
+        message);
 }
 
 /// That a waiting message keeps.
-std::size_t bytesOf(const Message& message) {
+std::size_t bytesOf(const StepMessage& message) {
     const CommittedList& list = listOf(message);
     const auto* begin = std::get_if<message::Begin>(&message);
     return list.encoded.size() + list.blobs.size() * sizeof(BlobInfo) + (begin ? begin->payload.size() : 0);
@@ -32,9 +40,9 @@ struct ClientSession::Impl {
     enum class Bulk : std::uint8_t { kUnwanted, kClosed, kOpening, kOpen };
     enum class Work : std::uint8_t { kNone, kApplying, kDrawing, kShowing, kDescribing };
 
-    /// A step of the replica, in the server's order. `held` blobs from the front are known to be here.
+    /// `held` blobs from the front are known to be here.
     struct Step {
-        Message message;
+        StepMessage message;
         std::size_t held = 0;
         BlobInfo content = {};  ///< of a snapshot that is still to be fetched; no bytes: none
     };
@@ -48,15 +56,28 @@ struct ClientSession::Impl {
 
     void opened(ChannelKind channel, TimePoint now);
     void received(ChannelKind channel, const Message& message, TimePoint now);
-    void receivedBulk(const Message& message);
+    [[nodiscard]] bool mayHear(const MessageInfo& info, ChannelKind channel) const;
+    void misplaced(const MessageInfo& said, ChannelKind channel);
     void closed(ChannelKind channel, TimePoint now);
     void advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
     [[nodiscard]] TimePoint bulkStuckAt() const;
-    void welcome(const message::Welcome& welcome);
-    void heartbeat(const message::Heartbeat& heartbeat, TimePoint now);
-    void enqueue(const Message& message);
-    void enqueueNotice(const message::BlobNotice& notice);
+    // What the server says. A message that is for peers and has no `on` does not compile.
+    void on(const message::Heartbeat& beat, TimePoint now);
+    void on(const message::Welcome& welcome, TimePoint now);
+    void on(const message::Refused& refused, TimePoint now);
+    void on(const message::Over& over, TimePoint now);
+    void on(const message::Snapshot& snapshot, TimePoint) { enqueue(snapshot); }
+    void on(const message::Changes& changes, TimePoint) { enqueue(changes); }
+    void on(const message::Begin& begin, TimePoint) { enqueue(begin); }
+    void on(const message::Swap& swap, TimePoint) { enqueue(swap); }
+    void on(const message::HashQuery& query, TimePoint) { enqueue(query); }
+    void on(const message::BlobNotice& notice, TimePoint now);
+    void on(const message::BlobChunk& chunk, TimePoint now);
+    void on(const message::ImageRequest& images, TimePoint) { out.push_back(client_action::SendImages{images}); }
+    void on(const message::Reply& reply, TimePoint) { out.push_back(client_action::ReplyReceived{reply}); }
+    void on(const message::Notice& notice, TimePoint) { out.push_back(client_action::NoticeReceived{notice}); }
+    void enqueue(StepMessage message);
     [[nodiscard]] bool want(const std::vector<BlobInfo>& blobs);
     [[nodiscard]] bool allHeld(const std::vector<BlobInfo>& blobs, std::size_t& held) const;
     void fetch();
@@ -69,7 +90,12 @@ struct ClientSession::Impl {
     void reportHeld();
     /// Hands out the next step if its turn has come.
     void pump();
-    void start(const Message& message);
+    void start(const message::Snapshot& snapshot);
+    void start(const message::Changes& changes);
+    void start(const message::Begin& begin);
+    void start(const message::Swap& swap);
+    void start(const message::HashQuery& query);
+    void startApplying(const CommittedList& list);
     void applied(Sequence at, StateHash hash);
     void image(message::TileImage image);
     void request(message::Request request);
@@ -140,56 +166,41 @@ void ClientSession::Impl::opened(ChannelKind channel, TimePoint now) {
 
 void ClientSession::Impl::received(ChannelKind channel, const Message& message, TimePoint now) {
     lastByte = std::max(lastByte, now);
-    if (const auto* refused = std::get_if<message::Refused>(&message))
-        return disconnect(refused->reason, refused->retry, refused->code);
-    if (const auto* over = std::get_if<message::Over>(&message)) {
-        stage = Stage::kDead;
-        out.push_back(client_action::Finish{over->reason});
-        return;
-    }
-    if (channel == ChannelKind::kBulk) {
-        bulkProgress = lastByte;
-        return receivedBulk(message);
-    }
-    if (const auto* beat = std::get_if<message::Heartbeat>(&message)) return heartbeat(*beat, now);
-    if (stage == Stage::kGreeting) {
-        if (const auto* hello = std::get_if<message::Welcome>(&message)) return welcome(*hello);
-        return disconnect("the server said " + std::string(nameOf(message)) + " before Welcome", true,
-                          ErrorCode::kBadInput);
-    }
-    const bool host = config.role == PeerRole::kHost;
-    const bool shared =
-        std::holds_alternative<message::Snapshot>(message) || std::holds_alternative<message::Changes>(message);
-    const bool forHosts = std::holds_alternative<message::Begin>(message) ||
-                          std::holds_alternative<message::Swap>(message) ||
-                          std::holds_alternative<message::HashQuery>(message);
-    if (shared || (host && forHosts)) return enqueue(message);
-    if (host) {
-        if (const auto* notice = std::get_if<message::BlobNotice>(&message)) return enqueueNotice(*notice);
-        if (const auto* images = std::get_if<message::ImageRequest>(&message)) {
-            out.push_back(client_action::SendImages{*images});
-            return;
-        }
-    } else {
-        if (const auto* reply = std::get_if<message::Reply>(&message)) {
-            out.push_back(client_action::ReplyReceived{*reply});
-            return;
-        }
-        if (const auto* notice = std::get_if<message::Notice>(&message)) {
-            out.push_back(client_action::NoticeReceived{*notice});
-            return;
-        }
-    }
-    disconnect("the server said " + std::string(nameOf(message)) + ", which it must not say to this peer", true,
-               ErrorCode::kBadInput);
+    std::visit(
+        [&]<Described M>(const M& m) {
+            if constexpr (includes(M::kInfo.to, Party::kPeers)) {
+                if (mayHear(M::kInfo, channel)) return on(m, now);
+            }
+            misplaced(M::kInfo, channel);
+        },
+        message);
 }
 
-void ClientSession::Impl::receivedBulk(const Message& message) {
-    const auto* chunk = std::get_if<message::BlobChunk>(&message);
-    if (!chunk)
-        return disconnect("the server said " + std::string(nameOf(message)) + " on the bulk connection", true,
-                          ErrorCode::kBadInput);
-    Expected<std::optional<Blob>> blob = fetcher.chunk(*chunk);
+bool ClientSession::Impl::mayHear(const MessageInfo& info, ChannelKind channel) const {
+    if (!info.goes(Party::kServer, partyOf(config.role), channel)) return false;
+    if (channel == ChannelKind::kBulk) return true;
+    return info.when != (stage == Stage::kGreeting ? SaidWhen::kLater : SaidWhen::kFirst);
+}
+
+void ClientSession::Impl::misplaced(const MessageInfo& said, ChannelKind channel) {
+    const std::string where = channel == ChannelKind::kBulk ? " on the bulk connection"
+                              : stage == Stage::kGreeting   ? " before Welcome"
+                                                            : ", which it must not say to this peer";
+    disconnect("the server said " + std::string(said.name) + where, true, ErrorCode::kBadInput);
+}
+
+void ClientSession::Impl::on(const message::Refused& refused, TimePoint) {
+    disconnect(refused.reason, refused.retry, refused.code);
+}
+
+void ClientSession::Impl::on(const message::Over& over, TimePoint) {
+    stage = Stage::kDead;
+    out.push_back(client_action::Finish{over.reason});
+}
+
+void ClientSession::Impl::on(const message::BlobChunk& chunk, TimePoint) {
+    bulkProgress = lastByte;
+    Expected<std::optional<Blob>> blob = fetcher.chunk(chunk);
     if (!blob) return disconnect(blob.error().message, true, blob.error().code);
     fetch();
     if (!*blob) return;
@@ -240,7 +251,7 @@ TimePoint ClientSession::Impl::bulkStuckAt() const {
     return bulk == Bulk::kOpen && fetcher.waiting() ? bulkProgress + config.bulkStuckAfter : TimePoint::max();
 }
 
-void ClientSession::Impl::welcome(const message::Welcome& welcome) {
+void ClientSession::Impl::on(const message::Welcome& welcome, TimePoint) {
     stage = Stage::kWelcomed;
     token = welcome.token;
     heartbeatEvery = welcome.heartbeat;
@@ -250,26 +261,29 @@ void ClientSession::Impl::welcome(const message::Welcome& welcome) {
     waitingRequests.clear();
 }
 
-void ClientSession::Impl::heartbeat(const message::Heartbeat& beat, TimePoint now) {
+void ClientSession::Impl::on(const message::Heartbeat& beat, TimePoint now) {
     const auto sample = clock.received(beat, now);
     if (sample && (!best || sample->roundTrip <= best->roundTrip)) best = sample;
 }
 
-void ClientSession::Impl::enqueue(const Message& message) {
+void ClientSession::Impl::enqueue(StepMessage message) {
+    const std::vector<BlobInfo>& blobs = listOf(message).blobs;  // of a list that stays where it is
     queuedBytes += bytesOf(message);
-    steps.push_back({message});
-    if (const auto* snapshot = std::get_if<message::Snapshot>(&message); snapshot && snapshot->content.sizeBytes > 0) {
+    steps.push_back({std::move(message)});
+    if (const auto* snapshot = std::get_if<message::Snapshot>(&steps.back().message);
+        snapshot && snapshot->content.sizeBytes > 0) {
         steps.back().content = snapshot->content;
         openBulk();
         const Expected<std::vector<Blob>> wanted = fetcher.want({snapshot->content});
-        if (!wanted) return disconnect(wanted.error().message, wanted.error().code != ErrorCode::kLimit, wanted.error().code);
+        if (!wanted)
+            return disconnect(wanted.error().message, wanted.error().code != ErrorCode::kLimit, wanted.error().code);
         return fetch();
     }
     if (steps.size() > config.maxQueuedMessages || queuedBytes > config.maxQueuedBytes) {
         // The one in front is no backlog, however large it is.
         if (steps.size() > 1) return disconnect("fell too far behind the server; starting over from a snapshot");
     }
-    if (!want(listOf(message).blobs)) return;
+    if (!want(blobs)) return;
     pump();
 }
 
@@ -297,7 +311,7 @@ void ClientSession::Impl::opened(const Blob& content) {
     pump();
 }
 
-void ClientSession::Impl::enqueueNotice(const message::BlobNotice& notice) {
+void ClientSession::Impl::on(const message::BlobNotice& notice, TimePoint) {
     if (notices.size() >= config.maxQueuedMessages)
         return disconnect("the server announces data faster than it can be fetched");
     notices.push_back({notice});
@@ -351,40 +365,48 @@ void ClientSession::Impl::pump() {
     Step& next = steps.front();
     if (next.content.sizeBytes > 0) return;
     if (!allHeld(listOf(next.message).blobs, next.held)) return;
-    const Message message = std::move(next.message);
+    const StepMessage message = std::move(next.message);
     steps.pop_front();
     queuedBytes -= bytesOf(message);
-    start(message);
+    std::visit([this](const auto& step) { start(step); }, message);
 }
 
-void ClientSession::Impl::start(const Message& message) {
-    if (const auto* snapshot = std::get_if<message::Snapshot>(&message)) {
-        work = Work::kApplying;
-        applying = snapshot->list->sequence;
-        applyingHash = snapshot->list->stateHash;
-        out.push_back(client_action::ApplySnapshot{*snapshot});
-    } else if (const auto* changes = std::get_if<message::Changes>(&message)) {
-        work = Work::kApplying;
-        applying = changes->list->sequence;
-        applyingHash = changes->list->stateHash;
-        out.push_back(client_action::ApplyChanges{*changes});
-    } else if (const auto* begin = std::get_if<message::Begin>(&message)) {
-        work = Work::kDrawing;
-        workFrame = begin->frame;
-        reportSynced = false;  // it is in the barrier: nobody waits for that any more
-        out.push_back(client_action::Draw{*begin});
-    } else if (const auto* swap = std::get_if<message::Swap>(&message)) {
-        if (!everDrawn || swap->frame != lastDrawn)
-            return disconnect(
-                "the server released frame " + std::to_string(swap->frame.value) + ", which is not the one drawn last",
-                true, ErrorCode::kBadInput);
-        work = Work::kShowing;
-        workFrame = swap->frame;
-        out.push_back(client_action::Show{swap->frame});
-    } else if (const auto* query = std::get_if<message::HashQuery>(&message)) {
-        work = Work::kDescribing;
-        out.push_back(client_action::DescribeState{*query});
-    }
+void ClientSession::Impl::start(const message::Snapshot& snapshot) {
+    startApplying(*snapshot.list);
+    out.push_back(client_action::ApplySnapshot{snapshot});
+}
+
+void ClientSession::Impl::start(const message::Changes& changes) {
+    startApplying(*changes.list);
+    out.push_back(client_action::ApplyChanges{changes});
+}
+
+void ClientSession::Impl::startApplying(const CommittedList& list) {
+    work = Work::kApplying;
+    applying = list.sequence;
+    applyingHash = list.stateHash;
+}
+
+void ClientSession::Impl::start(const message::Begin& begin) {
+    work = Work::kDrawing;
+    workFrame = begin.frame;
+    reportSynced = false;  // it is in the barrier: nobody waits for that any more
+    out.push_back(client_action::Draw{begin});
+}
+
+void ClientSession::Impl::start(const message::Swap& swap) {
+    if (!everDrawn || swap.frame != lastDrawn)
+        return disconnect(
+            "the server released frame " + std::to_string(swap.frame.value) + ", which is not the one drawn last", true,
+            ErrorCode::kBadInput);
+    work = Work::kShowing;
+    workFrame = swap.frame;
+    out.push_back(client_action::Show{swap.frame});
+}
+
+void ClientSession::Impl::start(const message::HashQuery& query) {
+    work = Work::kDescribing;
+    out.push_back(client_action::DescribeState{query});
 }
 
 void ClientSession::Impl::applied(Sequence at, StateHash hash) {

@@ -26,6 +26,7 @@ struct CommittedList {
     std::vector<BlobInfo> blobs;  ///< that it names and earlier lists did not; to be fetched before it is applied
 
     [[nodiscard]] bool changed() const { return !encoded.empty(); }
+    bool operator==(const CommittedList&) const = default;
 };
 
 /// Never null where a message or a frame holds one.

@@ -86,7 +86,7 @@ void ServerSession::Impl::closed(ConnectionId connection, TimePoint now) {
     settle(now);
 }
 
-void ServerSession::Impl::hello(Peer& peer, const message::Hello& hello, TimePoint now) {
+void ServerSession::Impl::on(Peer& peer, const message::Hello& hello, TimePoint now) {
     if (hello.protocol != kProtocolVersion)
         return refuse(peer, ErrorCode::kNetwork,
                       "this server speaks protocol version " + std::to_string(kProtocolVersion) +

@@ -34,6 +34,9 @@ struct ServerSession::Impl {
         Sequence sentThrough;  ///< the last list sent to it, or in its snapshot
         Blob content;          ///< in which its snapshot lies, until it is synced
         bool behind = false;   ///< follows, but reads so slowly that lists are kept for it, not sent
+
+        /// On this connection, now.
+        [[nodiscard]] bool maySay(const MessageInfo& info) const;
     };
 
     /// How long somebody has for a task, without the time in which we did not do our part of it.
@@ -99,7 +102,7 @@ struct ServerSession::Impl {
     // ServerSession.cpp: connections, hello, farewell
     void opened(ConnectionId connection, TimePoint now);
     void closed(ConnectionId connection, TimePoint now);
-    void hello(Peer& peer, const message::Hello& hello, TimePoint now);
+    void on(Peer& peer, const message::Hello& hello, TimePoint now);
     void helloBulk(Peer& peer, const message::Hello& hello);
     void admitHost(Peer& peer, Host& host, const message::Hello& hello, TimePoint now);
     void welcome(Peer& peer, TimePoint now);
@@ -107,18 +110,20 @@ struct ServerSession::Impl {
     void comparePixels(Host& host, std::uint64_t probe);
     void finish(const std::string& reason);
 
-    // ServerSessionMessages.cpp: what welcomed peers say
+    // ServerSessionMessages.cpp: what welcomed peers say. A message that is for servers and has no `on` does not
+    // compile.
     void received(ConnectionId connection, const Message& message, TimePoint now);
     void malformed(ConnectionId connection, const std::string& reason, TimePoint now);
-    void fromBulk(Peer& peer, const Message& message, TimePoint now);
-    void fromHost(Peer& peer, Host& host, const Message& message, TimePoint now);
-    void fromApplication(Peer& peer, const Message& message, TimePoint now);
-    void heartbeat(Peer& peer, const message::Heartbeat& heartbeat, TimePoint now);
-    void on(Peer& peer, Host& host, const message::Synced& message, TimePoint now);
-    void on(Peer& peer, Host& host, const message::Ready& message, TimePoint now);
-    void on(Peer& peer, Host& host, const message::Shown& message, TimePoint now);
-    void on(Peer& peer, Host& host, const message::BlobsHeld& message, TimePoint now);
-    void on(Peer& peer, Host& host, const message::HashAnswer& message, TimePoint now);
+    void misplaced(Peer& peer, const MessageInfo& said, TimePoint now);
+    void on(Peer& peer, const message::Heartbeat& message, TimePoint now);
+    void on(Peer& peer, const message::Synced& message, TimePoint now);
+    void on(Peer& peer, const message::Ready& message, TimePoint now);
+    void on(Peer& peer, const message::Shown& message, TimePoint now);
+    void on(Peer& peer, const message::BlobsHeld& message, TimePoint now);
+    void on(Peer& peer, const message::BlobRequest& message, TimePoint now);
+    void on(Peer& peer, const message::HashAnswer& message, TimePoint now);
+    void on(Peer& peer, const message::TileImage& message, TimePoint now);
+    void on(Peer& peer, const message::Request& message, TimePoint now);
     void violated(Peer& peer, const std::string& what, TimePoint now);
     void mismatch(Peer& peer, Host& host, Sequence sequence, StateHash expected, StateHash actual, TimePoint now);
 

@@ -8,14 +8,29 @@ void ServerSession::Impl::received(ConnectionId connection, const Message& messa
     look(now);
     if (!peer) return;  // closed by us; what was still on its way does not matter
     peer->lastByte = std::max(peer->lastByte, now);
-    if (peer->stage == Peer::Stage::kPending) {
-        if (const auto* greeting = std::get_if<message::Hello>(&message)) return hello(*peer, *greeting, now);
-        return close(*peer, "said " + std::string(nameOf(message)) + " before Hello");
-    }
-    if (peer->stage == Peer::Stage::kBulk) return fromBulk(*peer, message, now);
-    if (const auto* beat = std::get_if<message::Heartbeat>(&message)) return heartbeat(*peer, *beat, now);
-    if (peer->role == PeerRole::kApplication) return fromApplication(*peer, message, now);
-    fromHost(*peer, hostOf(*peer), message, now);
+    std::visit(
+        [&]<Described M>(const M& m) {
+            if constexpr (includes(M::kInfo.to, Party::kServer)) {
+                if (peer->maySay(M::kInfo)) return on(*peer, m, now);
+            }
+            misplaced(*peer, M::kInfo, now);
+        },
+        message);
+}
+
+bool ServerSession::Impl::Peer::maySay(const MessageInfo& info) const {
+    if (stage == Stage::kPending) return info.when == SaidWhen::kFirst;
+    return info.when != SaidWhen::kFirst &&
+           info.goes(partyOf(role), Party::kServer, stage == Stage::kBulk ? ChannelKind::kBulk : ChannelKind::kControl);
+}
+
+void ServerSession::Impl::misplaced(Peer& peer, const MessageInfo& info, TimePoint now) {
+    const std::string name(info.name);
+    if (peer.stage == Peer::Stage::kPending) return close(peer, "said " + name + " before Hello");
+    if (peer.stage == Peer::Stage::kBulk)
+        return violated(*find(peer.other), "said " + name + " on its bulk connection", now);
+    const std::string who = peer.role == PeerRole::kHost ? "a host" : "an application";
+    violated(peer, who + " must not say " + name + " on its control connection", now);
 }
 
 void ServerSession::Impl::malformed(ConnectionId connection, const std::string& reason, TimePoint now) {
@@ -26,46 +41,25 @@ void ServerSession::Impl::malformed(ConnectionId connection, const std::string& 
     close(*peer, reason);  // a stranger, or a bulk connection, which its peer may open again
 }
 
-void ServerSession::Impl::fromBulk(Peer& peer, const Message& message, TimePoint now) {
+void ServerSession::Impl::on(Peer& peer, const message::BlobRequest& message, TimePoint now) {
     Peer& control = *find(peer.other);
-    if (const auto* request = std::get_if<message::BlobRequest>(&message)) {
-        if (request->length == 0 || request->length > config.maxChunkBytes)
-            return violated(control, "asked for " + std::to_string(request->length) + " bytes of a blob at once", now);
-        if (control.role == PeerRole::kHost) hostOf(control).syncing.restart(now);
-        out.push_back(server_action::BlobRequested{peer.id, *request});
-        return;
-    }
-    if (const auto* image = std::get_if<message::TileImage>(&message); image && control.role == PeerRole::kHost) {
-        if (std::find(imageRequests.begin(), imageRequests.end(), image->request) != imageRequests.end())
-            out.push_back(server_action::ImageReceived{control.name, *image});
-        return;
-    }
-    violated(control, "said " + std::string(nameOf(message)) + " on its bulk connection", now);
+    if (message.length == 0 || message.length > config.maxChunkBytes)
+        return violated(control, "asked for " + std::to_string(message.length) + " bytes of a blob at once", now);
+    if (control.role == PeerRole::kHost) hostOf(control).syncing.restart(now);
+    out.push_back(server_action::BlobRequested{peer.id, message});
 }
 
-void ServerSession::Impl::fromApplication(Peer& peer, const Message& message, TimePoint now) {
-    if (std::holds_alternative<message::Synced>(message)) {  // where it stands is its own affair
-        peer.content = {};
-        return;
-    }
-    if (const auto* request = std::get_if<message::Request>(&message)) {
-        out.push_back(server_action::RequestReceived{peer.id, peer.name, request->id, request->body});
-        return;
-    }
-    violated(peer, "an application must not say " + std::string(nameOf(message)), now);
+void ServerSession::Impl::on(Peer& peer, const message::TileImage& message, TimePoint) {
+    if (std::find(imageRequests.begin(), imageRequests.end(), message.request) != imageRequests.end())
+        out.push_back(server_action::ImageReceived{peer.name, message});
 }
 
-void ServerSession::Impl::fromHost(Peer& peer, Host& host, const Message& message, TimePoint now) {
-    if (const auto* synced = std::get_if<message::Synced>(&message)) return on(peer, host, *synced, now);
-    if (const auto* ready = std::get_if<message::Ready>(&message)) return on(peer, host, *ready, now);
-    if (const auto* shown = std::get_if<message::Shown>(&message)) return on(peer, host, *shown, now);
-    if (const auto* held = std::get_if<message::BlobsHeld>(&message)) return on(peer, host, *held, now);
-    if (const auto* hashes = std::get_if<message::HashAnswer>(&message)) return on(peer, host, *hashes, now);
-    violated(peer, "a host must not say " + std::string(nameOf(message)) + " on its control connection", now);
+void ServerSession::Impl::on(Peer& peer, const message::Request& message, TimePoint) {
+    out.push_back(server_action::RequestReceived{peer.id, peer.name, message.id, message.body});
 }
 
-void ServerSession::Impl::heartbeat(Peer& peer, const message::Heartbeat& beat, TimePoint now) {
-    const auto sample = peer.clock.received(beat, now);
+void ServerSession::Impl::on(Peer& peer, const message::Heartbeat& message, TimePoint now) {
+    const auto sample = peer.clock.received(message, now);
     // The first one is answered soon: the peer wants an estimate of our clock before it shows its first frame. Not
     // here: `now` is when the heartbeat came, and the answer has to say when it goes.
     if (!std::exchange(peer.clockAnswered, true)) nextHeartbeat = std::min(nextHeartbeat, now);
@@ -75,7 +69,12 @@ void ServerSession::Impl::heartbeat(Peer& peer, const message::Heartbeat& beat, 
     roundTrip = roundTrip == Duration::zero() ? sample->roundTrip : roundTrip + (sample->roundTrip - roundTrip) / 8;
 }
 
-void ServerSession::Impl::on(Peer& peer, Host& host, const message::Synced& message, TimePoint now) {
+void ServerSession::Impl::on(Peer& peer, const message::Synced& message, TimePoint now) {
+    if (peer.role == PeerRole::kApplication) {  // where it stands is its own affair
+        peer.content = {};
+        return;
+    }
+    Host& host = hostOf(peer);
     if (!peer.everFollowed || message.sequence > peer.sentThrough)
         return violated(
             peer, "claims to stand at list " + std::to_string(message.sequence.value) + ", which it was not sent", now);
@@ -88,7 +87,8 @@ void ServerSession::Impl::on(Peer& peer, Host& host, const message::Synced& mess
     if (host.state == HostState::kSyncing && message.sequence >= host.mustReach) host.synced = true;
 }
 
-void ServerSession::Impl::on(Peer& peer, Host& host, const message::Ready& message, TimePoint now) {
+void ServerSession::Impl::on(Peer& peer, const message::Ready& message, TimePoint now) {
+    Host& host = hostOf(peer);
     if (!host.everBegun || message.frame > host.frame)
         return violated(
             peer, "is ready with frame " + std::to_string(message.frame.value) + ", which it was not told to draw",
@@ -113,7 +113,8 @@ void ServerSession::Impl::on(Peer& peer, Host& host, const message::Ready& messa
     settle(now);
 }
 
-void ServerSession::Impl::on(Peer& peer, Host& host, const message::Shown& message, TimePoint now) {
+void ServerSession::Impl::on(Peer& peer, const message::Shown& message, TimePoint now) {
+    Host& host = hostOf(peer);
     if (!host.everSwapped || message.frame > host.lastSwap)
         return violated(peer, "shows frame " + std::to_string(message.frame.value) + ", which was not released to it",
                         now);
@@ -123,14 +124,16 @@ void ServerSession::Impl::on(Peer& peer, Host& host, const message::Shown& messa
     out.push_back(server_action::FrameShown{host.name, message.frame, message.shownAtNs});
 }
 
-void ServerSession::Impl::on(Peer&, Host& host, const message::BlobsHeld& message, TimePoint) {
+void ServerSession::Impl::on(Peer& peer, const message::BlobsHeld& message, TimePoint) {
+    Host& host = hostOf(peer);
     host.owedBlobs.erase(message.token);
     for (Announcement& announcement : announcements)
         if (announcement.token == message.token) announcement.awaited.erase(host.name);
     reportEverywhere();
 }
 
-void ServerSession::Impl::on(Peer& peer, Host& host, const message::HashAnswer& message, TimePoint now) {
+void ServerSession::Impl::on(Peer& peer, const message::HashAnswer& message, TimePoint now) {
+    Host& host = hostOf(peer);
     if (host.queriesOpen == 0) return violated(peer, "answers a hash query that nobody made", now);
     --host.queriesOpen;
     if (host.mismatched)

@@ -14,6 +14,7 @@
 #include "common/scenefile/SceneFile.h"
 #include "server/sim/recording/RecordingFormat.h"
 #include "tests/fuzz/HostileShow.h"
+#include "tests/unit/AnyMessage.h"
 
 namespace tessera {
 namespace {
@@ -50,10 +51,7 @@ Bytes contentOf(const std::filesystem::path& path) {
 
 /// A message of each kind, filled as a running wall fills them.
 std::vector<Message> messages() {
-    std::vector<Message> all;
-    [&]<std::size_t... kinds>(std::index_sequence<kinds...>) {
-        (all.emplace_back(std::in_place_index<kinds>), ...);
-    }(std::make_index_sequence<std::variant_size_v<Message>>());
+    std::vector<Message> all = test::sampleMessages();
     const Bytes list = encodeChangeList(test::bodyScene(Vec3d(0, -10, 0), Vec3d::Zero()));
     const Bytes view = encodeFrame({});
     for (Message& message : all) {
@@ -65,12 +63,9 @@ std::vector<Message> messages() {
             begin->list = share(std::move(committed));
             begin->payload = Bytes(view);
         }
-        if (auto* hello = std::get_if<message::Hello>(&message)) hello->name = "left";
         if (auto* ready = std::get_if<message::Ready>(&message)) ready->stats = encodeStats({{"front-0-0", 1, 2, 3, 4, 5}});
         if (auto* request = std::get_if<message::Request>(&message)) request->body = encodeRequest(request::GetStatus{});
         if (auto* welcome = std::get_if<message::Welcome>(&message)) welcome->configuration = encodeWall(test::wallOfOne());
-        if (auto* notice = std::get_if<message::BlobNotice>(&message)) notice->blobs = {{{1, 2}, 96}, {{3, 4}, 5}};
-        if (auto* answer = std::get_if<message::HashAnswer>(&message)) answer->entries = {{1, 2}, {3, 4}};
     }
     return all;
 }

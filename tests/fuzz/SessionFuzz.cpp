@@ -7,92 +7,46 @@
 #include "common/session/ClientSession.h"
 #include "common/session/ServerSession.h"
 #include "tests/fuzz/FuzzInput.h"
+#include "tests/unit/AnyMessage.h"
 
 namespace tessera::fuzz {
 namespace {
 
 using namespace std::chrono_literals;
 
-/// A message of any kind: fields as small numbers, which mean something more often than raw bytes do; or raw bytes.
-std::optional<Message> anyMessage(FuzzInput& in) {
-    const auto number = [&]() -> std::uint64_t { return in.below(4) > 0 ? in.below(6) : in.number<std::uint64_t>(); };
-    const auto list = [&] {
-        CommittedList made;
-        made.sequence = Sequence(number());
-        made.stateHash = StateHash(number());
-        for (std::size_t blobs = in.below(3); blobs > 0; --blobs) made.blobs.push_back({{number(), number()}, in.below(64)});
-        return share(std::move(made));
-    };
-    switch (in.below(24)) {
-        case 0:
-            return message::Heartbeat{in.number<std::int64_t>(), in.number<std::int64_t>(), in.number<std::int64_t>()};
-        case 1:
-        case 2: {
-            constexpr const char* kNames[] = {"left", "right", "nobody", ""};
-            message::Hello hello{.schema = number(), .name = kNames[in.below(4)], .token = number(), .pixelProbe = number()};
-            hello.role = static_cast<PeerRole>(in.below(3));
-            hello.channel = static_cast<ChannelKind>(in.below(3));
-            hello.wantBlobs = in.below(2) == 0;
-            return hello;
-        }
-        case 3:
-            return message::Synced{Sequence(number()), StateHash(number())};
-        case 4:
-            return message::Ready{FrameNumber(number()), StateHash(number()), {}};
-        case 5:
-            return message::Shown{FrameNumber(number()), in.number<std::int64_t>()};
-        case 6:
-            return message::BlobsHeld{number()};
-        case 7:
-            return message::BlobRequest{{number(), number()}, number(), static_cast<std::uint32_t>(number())};
-        case 8: {
-            message::HashAnswer answer{Sequence(number()), in.below(2) == 0, {}};
-            for (std::size_t entries = in.below(4); entries > 0; --entries) answer.entries.push_back({number(), number()});
-            return answer;
-        }
-        case 9:
-            return message::TileImage{number(), FrameNumber(number()), "front-0-0", {}};
-        case 10:
-            return message::Request{number(), {}};
-        case 11: {
-            message::Welcome welcome{.epoch = Epoch(number()), .token = number()};
-            welcome.heartbeat = std::chrono::milliseconds(number() % 10'000);
-            welcome.lostAfter = std::chrono::milliseconds(number() % 10'000);
-            return welcome;
-        }
-        case 12:
-            return message::Refused{ErrorCode::kRefused, "no", in.below(2) == 0};
-        case 13:
-            return message::Snapshot{list()};
-        case 14:
-            return message::Changes{list()};
-        case 15:
-        case 16:
-            return message::Begin{FrameNumber(number()), {}, list()};
-        case 17:
-            return message::Swap{FrameNumber(number())};
-        case 18: {
-            message::BlobNotice notice{number(), {}};
-            for (std::size_t blobs = in.below(4); blobs > 0; --blobs) notice.blobs.push_back({{number(), number()}, in.below(64)});
-            return notice;
-        }
-        case 19: {
-            const ByteSpan bytes = in.bytes(in.below(64));
-            return message::BlobChunk{{number(), number()}, number(), number(), Bytes(bytes.begin(), bytes.end())};
-        }
-        case 20:
-            return message::HashQuery{in.below(2) == 0, number()};
-        case 21:
-            return message::ImageRequest{number(), FrameNumber(number())};
-        case 22:
-            return message::Over{"over"};
-        default: {
-            const auto type = static_cast<std::uint16_t>(in.below(32));
-            const ByteSpan bytes = in.bytes(in.below(200));
-            Expected<Message> message = decodeMessage(type, share(Bytes(bytes.begin(), bytes.end())));
-            return message ? std::optional(std::move(*message)) : std::nullopt;
-        }
+/// Small numbers mean something more often than large ones do.
+struct FieldSource {
+    FuzzInput& in;
+
+    std::uint64_t number() { return in.below(4) > 0 ? in.below(6) : in.number<std::uint64_t>(); }
+    std::uint64_t word(std::uint64_t last) { return in.below(last + 2); }
+    std::size_t count() { return in.below(4); }
+    std::string text() {
+        constexpr const char* kNames[] = {"left", "right", "nobody", ""};
+        return kNames[in.below(4)];
     }
+    ByteSlice bytes() {
+        const ByteSpan bytes = in.bytes(in.below(64));
+        return Bytes(bytes.begin(), bytes.end());
+    }
+};
+
+/// A message of any kind, Hellos more often, which begin everything: field by field, or from raw bytes.
+std::optional<Message> anyMessage(FuzzInput& in) {
+    constexpr std::size_t kKinds = std::variant_size_v<Message>;
+    FieldSource source{in};
+    test::MessageMaker maker(source);
+    const std::size_t kind = in.below(kKinds + 2);
+    if (kind < kKinds) return maker.make(kind);
+    if (kind == kKinds) {
+        auto hello = maker.make<message::Hello>();
+        hello.protocol = kProtocolVersion;
+        return hello;
+    }
+    const auto type = static_cast<std::uint16_t>(in.below(32));
+    const ByteSpan bytes = in.bytes(in.below(200));
+    Expected<Message> message = decodeMessage(type, share(Bytes(bytes.begin(), bytes.end())));
+    return message ? std::optional(std::move(*message)) : std::nullopt;
 }
 
 class Server {

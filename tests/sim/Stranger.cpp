@@ -1,35 +1,27 @@
 #include "tests/sim/Stranger.h"
 
+#include "tests/unit/AnyMessage.h"
+
 namespace tessera::simulation {
 
 namespace {
 
-template <std::size_t I = 0>
-Message messageOfKind(std::size_t kind) {
-    if constexpr (I < std::variant_size_v<Message>) {
-        if (I == kind) return Message(std::in_place_index<I>);
-        return messageOfKind<I + 1>(kind);
-    } else {
-        return message::Heartbeat{};
-    }
-}
+/// Small numbers mean something more often than large ones do.
+struct ChatterSource {
+    Random& random;
+
+    std::uint64_t number() { return random.chance(0.5) ? random.below(10) : random.next(); }
+    std::uint64_t word(std::uint64_t last) { return random.below(last + 2); }
+    std::size_t count() { return random.below(3); }
+    std::string text() { return random.chance(0.5) ? "" : "stranger"; }
+    ByteSlice bytes() { return {}; }
+};
 
 }  // namespace
 
 Message anyMessage(Random& random) {
-    Message message = messageOfKind(random.below(std::variant_size_v<Message>));
-    const auto number = [&] { return random.chance(0.5) ? random.below(10) : random.next(); };
-    if (auto* m = std::get_if<message::Heartbeat>(&message))
-        *m = {static_cast<std::int64_t>(number()), static_cast<std::int64_t>(number()),
-              static_cast<std::int64_t>(number())};
-    if (auto* m = std::get_if<message::Synced>(&message)) *m = {Sequence(number()), StateHash(number())};
-    if (auto* m = std::get_if<message::Ready>(&message)) *m = {FrameNumber(number()), StateHash(number()), nullptr};
-    if (auto* m = std::get_if<message::Shown>(&message))
-        *m = {FrameNumber(number()), static_cast<std::int64_t>(number())};
-    if (auto* m = std::get_if<message::BlobsHeld>(&message)) m->token = number();
-    if (auto* m = std::get_if<message::BlobRequest>(&message))
-        *m = {{number(), number()}, number(), static_cast<std::uint32_t>(number())};
-    return message;
+    ChatterSource source{random};
+    return test::MessageMaker(source).make(random.below(std::variant_size_v<Message>));
 }
 
 Stranger::Stranger(Manner manner, std::string hostName, std::uint64_t schema, Network& network, Random random)

@@ -1,0 +1,193 @@
+/// The bytes of every message as they are kept in tests/data/messages, and the schema that documents them.
+///
+/// After a change of what goes over the wire: raise kProtocolVersion (common/base/Version.h), then
+///     TESSERA_WRITE_BYTES=1 ./build/bin/unit_codec --gtest_filter=MessageBytes.AreAsTheyAreKept
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/descriptor.pb.h>
+#include <google/protobuf/dynamic_message.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <iomanip>
+#include <map>
+#include <memory>
+#include <sstream>
+
+#include "common/codec/MessageCodec.h"
+#include "tests/unit/AnyMessage.h"
+
+namespace tessera {
+namespace {
+
+const std::string kKept = TESSERA_SOURCE_DIR "/tests/data/messages/bytes.txt";
+
+std::string hexOf(const Bytes& bytes) {
+    std::ostringstream text;
+    text << std::hex << std::setfill('0');
+    for (const std::byte b : bytes) text << std::setw(2) << static_cast<int>(b);
+    return text.str();
+}
+
+/// "NUMBER NAME" to hexadecimal bytes.
+struct KeptBytes {
+    unsigned protocol = 0;
+    std::map<std::string, std::string> messages;
+    bool operator==(const KeptBytes&) const = default;
+};
+
+KeptBytes bytesNow() {
+    KeptBytes now{kProtocolVersion, {}};
+    for (const Message& message : test::sampleMessages()) {
+        const MessageInfo& info = infoOf(message);
+        const std::string number = (info.number < 10 ? "0" : "") + std::to_string(info.number);
+        now.messages[number + " " + std::string(info.name)] = hexOf(encodeMessage(message).joined());
+    }
+    return now;
+}
+
+KeptBytes readKept() {
+    KeptBytes kept;
+    std::ifstream file(kKept);
+    std::string line;
+    while (std::getline(file, line)) {
+        std::istringstream words(line);
+        std::string number, name, bytes;
+        if (line.starts_with("#") || !(words >> number >> name)) continue;
+        if (number == "protocol")
+            kept.protocol = static_cast<unsigned>(std::stoul(name));
+        else if (words >> bytes)
+            kept.messages[number + " " + name] = bytes;
+    }
+    return kept;
+}
+
+void writeKept(const KeptBytes& now) {
+    std::ofstream file(kKept);
+    file << "# One message of each kind (tests/unit/AnyMessage.h: sampleMessage) as its payload on the wire.\n"
+            "# Written by unit_codec; tests/unit/codec/MessageBytesTest.cpp says how.\n"
+            "protocol "
+         << now.protocol << "\n";
+    for (const auto& [name, bytes] : now.messages) file << name << " " << bytes << "\n";
+}
+
+TEST(MessageBytes, AreAsTheyAreKept) {
+    const KeptBytes now = bytesNow();
+    const KeptBytes kept = readKept();
+    const bool sameBytes = now.messages == kept.messages;
+    if (std::getenv("TESSERA_WRITE_BYTES")) {
+        ASSERT_TRUE(sameBytes || now.protocol != kept.protocol)
+            << "other bytes under protocol " << kept.protocol << ", which peers may speak already: raise "
+            << "kProtocolVersion first (or remove " << kKept << ", if nobody speaks it yet)";
+        return writeKept(now);
+    }
+    for (const auto& [name, bytes] : kept.messages) {
+        const auto found = now.messages.find(name);
+        EXPECT_NE(found, now.messages.end()) << name << " is gone";
+        if (found == now.messages.end()) continue;
+        EXPECT_EQ(found->second, bytes) << name;
+    }
+    EXPECT_TRUE(sameBytes) << "messages changed: raise kProtocolVersion (" << now.protocol
+                           << "), then write their bytes anew, as this test's first lines say";
+    EXPECT_EQ(now.protocol, kept.protocol) << "write the bytes anew, as this test's first lines say";
+}
+
+TEST(MessageBytes, OfEarlierPeersAreUnderstood) {
+    for (const auto& [name, hex] : readKept().messages) {
+        Bytes bytes;
+        for (std::size_t i = 0; i < hex.size(); i += 2)
+            bytes.push_back(static_cast<std::byte>(std::stoi(hex.substr(i, 2), nullptr, 16)));
+        const auto type = static_cast<std::uint16_t>(std::stoi(name));
+        const auto message = decodeMessage(type, share(Bytes(bytes)));
+        ASSERT_TRUE(message) << name << ": " << message.error().message;
+        EXPECT_EQ(encodeMessage(*message).joined(), bytes) << name;
+    }
+}
+
+// ---- proto/session.proto is what the descriptions say
+
+namespace pb = google::protobuf;
+
+/// As protoc read it when this was built.
+class Schema {
+public:
+    Schema() {
+        std::ifstream file(TESSERA_BIN_DIR "/../generated/proto/session.schema", std::ios::binary);
+        pb::FileDescriptorSet set;
+        if (set.ParseFromIstream(&file) && set.file_size() == 1) file_ = pool_.BuildFile(set.file(0));
+    }
+    /// "Swap" is a name that generated classes need for themselves.
+    [[nodiscard]] const pb::Descriptor* find(std::string_view name) const {
+        return file_ ? file_->FindMessageTypeByName(name == "Swap" ? "SwapFrame" : std::string(name)) : nullptr;
+    }
+    [[nodiscard]] const pb::FileDescriptor* file() const { return file_; }
+
+private:
+    pb::DescriptorPool pool_;
+    const pb::FileDescriptor* file_ = nullptr;
+};
+
+template <typename T>
+pb::FieldDescriptor::Type schemaType(FieldForm form) {
+    if (form == FieldForm::kText || form == FieldForm::kReason) return pb::FieldDescriptor::TYPE_BYTES;
+    if (form == FieldForm::kFixed)
+        return std::is_signed_v<T> ? pb::FieldDescriptor::TYPE_SFIXED64 : pb::FieldDescriptor::TYPE_FIXED64;
+    if (std::is_same_v<T, bool>) return pb::FieldDescriptor::TYPE_BOOL;
+    return sizeof(T) == 8 && !std::is_same_v<T, std::chrono::milliseconds> ? pb::FieldDescriptor::TYPE_UINT64
+                                                                           : pb::FieldDescriptor::TYPE_UINT32;
+}
+
+template <Described M>
+void compare(const Schema& schema) {
+    const pb::Descriptor* head = schema.find(M::kInfo.name);
+    ASSERT_NE(head, nullptr) << M::kInfo.name;
+    int fields = 0;
+    const auto expect = [&](int number, std::string_view name, pb::FieldDescriptor::Type type) {
+        ++fields;
+        const pb::FieldDescriptor* field = head->FindFieldByNumber(number);
+        ASSERT_NE(field, nullptr) << M::kInfo.name << " field " << number;
+        EXPECT_EQ(field->name(), name) << M::kInfo.name;
+        EXPECT_EQ(field->type(), type) << M::kInfo.name << "." << name;
+    };
+    forEachField<M>([&]<FieldForm Form, typename T>(const MessageField<Form, M, T>& f) {
+        if (headFieldsOf(Form) == 0) return;
+        const std::string name(f.name);
+        if (Form == FieldForm::kHash || Form == FieldForm::kBlob) {
+            expect(f.number, name + "_low", pb::FieldDescriptor::TYPE_FIXED64);
+            expect(f.number + 1, name + "_high", pb::FieldDescriptor::TYPE_FIXED64);
+            if (Form == FieldForm::kBlob) expect(f.number + 2, name + "_bytes", pb::FieldDescriptor::TYPE_UINT64);
+        } else if (Form == FieldForm::kList) {
+            expect(f.number, "sequence", pb::FieldDescriptor::TYPE_UINT64);
+            expect(f.number + 1, "state_hash", pb::FieldDescriptor::TYPE_FIXED64);
+        } else {
+            expect(f.number, name, schemaType<T>(Form));
+        }
+    });
+    EXPECT_EQ(fields, head->field_count()) << M::kInfo.name;
+}
+
+TEST(MessageBytes, HaveTheHeadsOfTheSchema) {
+    const Schema schema;
+    ASSERT_NE(schema.file(), nullptr);
+    [&]<typename... M>(std::type_identity<std::variant<M...>>) {
+        (compare<M>(schema), ...);
+    }(std::type_identity<Message>{});
+    EXPECT_EQ(static_cast<std::size_t>(schema.file()->message_type_count()), std::variant_size_v<Message>);
+
+    // And what protobuf itself writes for them are the same bytes.
+    pb::DynamicMessageFactory factory;
+    for (const Message& message : test::sampleMessages()) {
+        const Bytes payload = encodeMessage(message).joined();
+        std::uint32_t headBytes = 0, parts = 0;
+        std::memcpy(&headBytes, payload.data(), 4);
+        std::memcpy(&parts, payload.data() + 4, 4);
+        const std::string ours(reinterpret_cast<const char*>(payload.data()) + 8 + 8 * std::size_t{parts}, headBytes);
+        const std::unique_ptr<pb::Message> head(factory.GetPrototype(schema.find(nameOf(message)))->New());
+        ASSERT_TRUE(head->ParseFromString(ours)) << nameOf(message);
+        EXPECT_TRUE(head->GetReflection()->GetUnknownFields(*head).empty()) << nameOf(message);
+        EXPECT_EQ(head->SerializeAsString(), ours) << nameOf(message);
+    }
+}
+
+}  // namespace
+}  // namespace tessera
