@@ -52,6 +52,24 @@ Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) 
     return applyNumbered(std::make_shared<const ChangeList>(std::move(list)), std::move(ids), inverse);
 }
 
+ObjectId Committer::reserveIds(std::uint64_t count) {
+    return ObjectId(std::exchange(nextId_, nextId_ + count));
+}
+
+Expected<Committer::Applied> Committer::applyReserved(ChangeList list, ObjectId first, std::uint64_t count, Inverse inverse) {
+    for (const Creation& creation : list.creations)
+        if (creation.id.value - kFirstPlaceholder >= count)
+            return fail(ErrorCode::kRefused,
+                        fmt::format("a part creates #{}, which is none of its {} placeholders", creation.id.value, count));
+    replaceIds(list, [&](ObjectId id) {
+        const std::uint64_t place = id.value - kFirstPlaceholder;
+        return place < count ? ObjectId(first.value + place) : id;
+    });
+    list.nextFreeId = 0;
+    if (const Expected<void> named = resolveRanges(scene_, list); !named) return tl::unexpected(named.error());
+    return applyNumbered(std::make_shared<const ChangeList>(std::move(list)), {}, inverse);
+}
+
 Expected<Committer::Applied> Committer::applyInverse(ChangeListPtr list, Inverse inverse) {
     std::unordered_set<ObjectId> destroyedNow;
     for (const ChangeListPtr& earlier : open_)

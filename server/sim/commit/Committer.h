@@ -37,6 +37,11 @@ public:
     /// Gives ids to placeholders and applies. Refused when the list is not valid on the present scene, when it brings
     /// its own new ids, or when a geometry would be left with arrays that do not fit together.
     [[nodiscard]] Expected<Applied> apply(ChangeList list, Inverse inverse = Inverse::kNone);
+    /// Ids in a row, for objects that come in several lists. Nobody else is given them.
+    [[nodiscard]] ObjectId reserveIds(std::uint64_t count);
+    /// As apply, with reserved ids: kFirstPlaceholder + i becomes first + i, for i below `count`. `Applied::ids` stays empty.
+    [[nodiscard]] Expected<Applied> applyReserved(ChangeList list, ObjectId first, std::uint64_t count,
+                                                  Inverse inverse = Inverse::kNone);
     /// As apply, for lists that bring back old ids (inverses). Refused with kRefused, and worth another try in the next
     /// frame, when such an id was destroyed in this very frame.
     [[nodiscard]] Expected<Applied> applyInverse(ChangeListPtr list, Inverse inverse = Inverse::kNone);

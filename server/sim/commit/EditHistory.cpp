@@ -1,5 +1,6 @@
 #include "server/sim/commit/EditHistory.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/scene/Aspect.h"
@@ -27,10 +28,15 @@ std::uint64_t memoryOf(const ChangeList& list) {
     return bytes;
 }
 
+void EditHistory::nothingToRedo() {
+    for (Step& step : std::exchange(forth_, {})) letGo(std::move(step));
+    if (moving_) moving_->dropped = true;
+}
+
 void EditHistory::edited(ChangeList inverse, Gesture gesture) {
-    for (const Step& step : std::exchange(forth_, {})) letGo(step);
+    nothingToRedo();
     Held held = hold(std::move(inverse));
-    if (gesture.id == 0 || back_.empty() || back_.back().gesture != gesture) {
+    if (gesture.id == 0 || back_.empty() || back_.back().apart || back_.back().gesture != gesture) {
         back_.push_back({{std::move(held)}, gesture});
     } else {
         // Lists of like size become one: so a drag of any length holds few, and each of its edits costs what it says and now and
@@ -43,6 +49,25 @@ void EditHistory::edited(ChangeList inverse, Gesture gesture) {
     bound();
 }
 
+void EditHistory::editedInParts(std::vector<ChangeList> inverses, IdRange made) {
+    nothingToRedo();
+    Step step{.lists = {}, .gesture = {}, .apart = true, .made = made};
+    for (ChangeList& inverse : inverses) step.lists.push_back(hold(std::move(inverse)));
+    if (!back_.empty()) back_.back().gesture = {};
+    back_.push_back(std::move(step));
+    bound();
+}
+
+void EditHistory::takeAway(std::vector<ChangeList> inverses, IdRange made) {
+    TESSERA_CHECK(!moving_, "one step is under way at a time");
+    if (inverses.empty()) return;
+    moving_ = Moving{.rest = {.lists = {}, .gesture = {}, .apart = true, .made = made},
+                     .done = {.lists = {}, .gesture = {}, .apart = true, .made = made},
+                     .forth = true,
+                     .dropped = true};
+    for (ChangeList& inverse : inverses) moving_->rest.lists.push_back(hold(std::move(inverse)));
+}
+
 ChangeListPtr EditHistory::undoList() {
     return newest(back_);
 }
@@ -51,8 +76,25 @@ ChangeListPtr EditHistory::redoList() {
     return newest(forth_);
 }
 
+std::vector<Blob> EditHistory::arraysToUndo() const {
+    return arraysOf(back_);
+}
+
+std::vector<Blob> EditHistory::arraysToRedo() const {
+    return arraysOf(forth_);
+}
+
+std::vector<Blob> EditHistory::arraysOf(const std::deque<Step>& steps) {
+    std::vector<Blob> all;
+    if (!steps.empty())
+        for (const Held& held : steps.back().lists)
+            for (Blob& array : blobsOf(*held.list)) all.push_back(std::move(array));
+    return all;
+}
+
 void EditHistory::undone(ChangeList inverse) {
-    letGo(back_.back());
+    if (back_.back().apart) return begin(back_, true, std::move(inverse));
+    letGo(std::move(back_.back()));
     back_.pop_back();
     if (!back_.empty()) back_.back().gesture = {};  // whose next edit begins a new step
     forth_.push_back({{hold(std::move(inverse))}, {}});
@@ -60,9 +102,48 @@ void EditHistory::undone(ChangeList inverse) {
 }
 
 void EditHistory::redone(ChangeList inverse) {
-    letGo(forth_.back());
+    if (forth_.back().apart) return begin(forth_, false, std::move(inverse));
+    letGo(std::move(forth_.back()));
     forth_.pop_back();
     back_.push_back({{hold(std::move(inverse))}, {}});
+    bound();
+}
+
+void EditHistory::begin(std::deque<Step>& from, bool forth, ChangeList inverse) {
+    TESSERA_CHECK(!moving_, "one step is under way at a time");
+    moving_ = Moving{.rest = std::move(from.back()),
+                     .done = {.lists = {}, .gesture = {}, .apart = true, .made = from.back().made},
+                     .forth = forth};
+    from.pop_back();
+    if (!back_.empty()) back_.back().gesture = {};
+    partDone(std::move(inverse));
+}
+
+void EditHistory::partDone(ChangeList inverse) {
+    bytes_ -= moving_->rest.lists.back().bytes;
+    moving_->rest.lists.pop_back();
+    if (!moving_->dropped || !moving_->forth) moving_->done.lists.push_back(hold(std::move(inverse)));
+    if (moving_->rest.lists.empty()) arrive();
+}
+
+void EditHistory::partRefused() {
+    const bool leadsBack = !moving_->turned && !(moving_->dropped && moving_->forth) && !moving_->done.lists.empty();
+    if (!leadsBack) {
+        letGo(std::move(moving_->rest));
+        letGo(std::move(moving_->done));
+        moving_.reset();
+        return;
+    }
+    std::swap(moving_->rest, moving_->done);
+    moving_->forth = !moving_->forth;
+    moving_->turned = true;
+}
+
+void EditHistory::arrive() {
+    Moving arrived = std::move(*moving_);
+    moving_.reset();
+    if (arrived.dropped && arrived.forth) return letGo(std::move(arrived.done));
+    (arrived.forth ? forth_ : back_).push_back(std::move(arrived.done));
     bound();
 }
 
@@ -72,8 +153,16 @@ EditHistory::Held EditHistory::hold(ChangeList list) {
     return {std::make_shared<const ChangeList>(std::move(list)), bytes};
 }
 
-void EditHistory::letGo(const Step& step) {
-    for (const Held& held : step.lists) bytes_ -= held.bytes;
+void EditHistory::letGo(Step step) {
+    for (Held& held : step.lists) {
+        bytes_ -= held.bytes;
+        if (step.apart) forgotten_.push_back(std::move(held.list));
+    }
+}
+
+void EditHistory::sweep() {
+    constexpr std::size_t kListsAtOnce = 8;
+    forgotten_.resize(forgotten_.size() - std::min(forgotten_.size(), kListsAtOnce));
 }
 
 bool EditHistory::mergeLast(Step& step) {
@@ -91,6 +180,7 @@ bool EditHistory::mergeLast(Step& step) {
 /// As one list, for whoever applies it.
 ChangeListPtr EditHistory::newest(std::deque<Step>& steps) {
     if (steps.empty()) return nullptr;
+    if (steps.back().apart) return steps.back().lists.back().list;
     while (steps.back().lists.size() > 1 && mergeLast(steps.back())) {
     }
     // Lists that cannot be one are steps of their own.
@@ -105,7 +195,7 @@ void EditHistory::bound() {
     while (back_.size() + forth_.size() > limits_.steps || bytes_ > limits_.bytes) {
         std::deque<Step>& from = back_.size() > 1 ? back_ : forth_;
         if (from.size() <= 1) return;
-        letGo(from.front());
+        letGo(std::move(from.front()));
         from.pop_front();
     }
 }

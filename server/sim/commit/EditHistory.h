@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "common/change/ChangeList.h"
@@ -14,8 +15,17 @@ struct Gesture {
     bool operator==(const Gesture&) const = default;
 };
 
+/// Ids in a row.
+struct IdRange {
+    std::uint64_t first = 0, count = 0;
+    [[nodiscard]] bool contains(ObjectId id) const { return id.value - first < count; }
+};
+
 /// Inverses of the edits of people and applications. Bounded in steps and in the memory that their lists hold; of what is too
 /// much the oldest goes, the newest step stays however large it is. Not thread-safe.
+///
+/// A step too large for one frame is held in parts, and led back part by part: its first list is `undoList`'s (or
+/// `redoList`'s), the others `nextPart`'s, until no step is under way any more. Edits may come in between.
 class EditHistory {
 public:
     struct Limits {
@@ -28,6 +38,12 @@ public:
     /// A new edit, by the list that leads back from it. Nothing can be done again after it.
     void edited(ChangeList inverse, Gesture gesture = {});
 
+    /// The same for an edit that came in several lists, in their order: one step. `made`: what it has created.
+    void editedInParts(std::vector<ChangeList> inverses, IdRange made);
+    /// What has come of an edit that cannot be finished: led back part by part, and forgotten. No step may be under way.
+    void takeAway(std::vector<ChangeList> inverses, IdRange made);
+
+    /// Steps that are whole; one that is under way counts in neither direction.
     [[nodiscard]] std::size_t undoDepth() const { return back_.size(); }
     [[nodiscard]] std::size_t redoDepth() const { return forth_.size(); }
     /// The list that takes the newest step back, or does again what was taken back last; null: there is none. It stays until the
@@ -36,6 +52,23 @@ public:
     [[nodiscard]] ChangeListPtr redoList();
     void undone(ChangeList inverse);
     void redone(ChangeList inverse);
+    /// Whether that list is one of several that stay apart.
+    [[nodiscard]] bool undoesInParts() const { return !back_.empty() && back_.back().apart; }
+    [[nodiscard]] bool redoesInParts() const { return !forth_.empty() && forth_.back().apart; }
+    /// All arrays that the newest step names, in either direction.
+    [[nodiscard]] std::vector<Blob> arraysToUndo() const;
+    [[nodiscard]] std::vector<Blob> arraysToRedo() const;
+
+    /// A step is partly taken back or done again: `nextPart` is to be applied, then `partDone` called.
+    [[nodiscard]] bool underWay() const { return moving_.has_value(); }
+    /// What the step under way has made or makes; none: an empty range.
+    [[nodiscard]] IdRange idsUnderWay() const { return moving_ ? moving_->rest.made : IdRange(); }
+    [[nodiscard]] ChangeListPtr nextPart() const { return moving_ ? moving_->rest.lists.back().list : nullptr; }
+    void partDone(ChangeList inverse);
+    /// The part is refused: from here on the step goes back to where it came from. Refused on that way too, it is forgotten.
+    void partRefused();
+    /// Gives memory of forgotten steps back, some at a time: a large one takes longer than a frame. Call once a frame.
+    void sweep();
 
     /// Memory held, as it is counted.
     [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
@@ -49,16 +82,31 @@ private:
     struct Step {
         std::vector<Held> lists;
         Gesture gesture;
+        bool apart = false;  ///< its lists stay what they are
+        IdRange made = {};   ///< of a step in parts
     };
+    /// A step on its way from one direction into the other.
+    struct Moving {
+        Step rest, done;
+        bool forth = false;    ///< being taken back: in the end it can be done again
+        bool dropped = false;  ///< unless somebody has edited meanwhile
+        bool turned = false;   ///< it was refused midway
+    };
+    void nothingToRedo();
     [[nodiscard]] Held hold(ChangeList list);
-    void letGo(const Step& step);
+    void letGo(Step step);
     /// False where the last two of its lists cannot be one.
     bool mergeLast(Step& step);
     [[nodiscard]] ChangeListPtr newest(std::deque<Step>& steps);
+    [[nodiscard]] static std::vector<Blob> arraysOf(const std::deque<Step>& steps);
+    void begin(std::deque<Step>& from, bool forth, ChangeList inverse);
+    void arrive();
     void bound();
 
     Limits limits_;
     std::deque<Step> back_, forth_;  ///< the newest last
+    std::optional<Moving> moving_;
+    std::vector<ChangeListPtr> forgotten_;  ///< of steps in parts; not counted any more
     std::uint64_t bytes_ = 0;
 };
 

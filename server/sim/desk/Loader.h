@@ -8,6 +8,7 @@
 #include "common/base/Channel.h"
 #include "common/base/Error.h"
 #include "server/import/Importer.h"
+#include "server/sim/frame/LoadParts.h"
 
 namespace tessera {
 
@@ -15,12 +16,17 @@ struct LoadOrder {
     std::uint64_t ticket = 0;
     std::string path;
     ObjectId parent;
+    /// Frames are being shown meanwhile: it is read and cut (LoadParts.h) with the lowest priority that there is, and so is
+    /// everything after it.
+    bool beside = false;
 };
 
 struct LoadFinished {
     std::uint64_t ticket = 0;
     std::string path;
-    Expected<ImportedScene> scene;
+    Expected<ImportedScene> scene;  ///< of a load beside frames without its list
+    LoadParts parts = {};           ///< of a load beside frames
+    std::vector<Blob> arrays = {};  ///< that its parts name
 };
 
 /// Owns the import thread. `onFinished` is called on it. Destruction waits for the import under way, which has a
@@ -34,6 +40,8 @@ public:
     bool order(LoadOrder order) { return orders_.tryPush(std::move(order)); }
 
 private:
+    [[nodiscard]] LoadFinished carryOut(const LoadOrder& order) const;
+
     ImportOptions options_;
     std::function<void(LoadFinished)> onFinished_;
     Channel<LoadOrder> orders_{64};

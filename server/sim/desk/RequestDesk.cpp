@@ -30,8 +30,9 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Propose& propos
     const std::uint64_t ticket = nextTicket_++;
     edit->ticket = ticket;
     edit->gesture = {asker.connection.value, proposal.gesture};
+    std::vector<Blob> named = blobsOf(edit->list);
     open_[ticket] = {.asker = asker, .edit = std::move(*edit)};
-    return queueEdit(ticket, now);
+    return queueEdit(ticket, std::move(named), now);
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::Undo&, TimePoint now) {
@@ -45,7 +46,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Redo&, TimePoin
 ServerActions RequestDesk::step(const Asker& asker, Edit::Kind kind, TimePoint now) {
     const std::uint64_t ticket = nextTicket_++;
     open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .kind = kind}};
-    return queueEdit(ticket, now);
+    return queueEdit(ticket, around_.simulation.arraysOf(kind), now);
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::Load& load, TimePoint) {
@@ -53,7 +54,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Load& load, Tim
     if (!around_.simulation.scene().get<Node>(parent))
         return refuse(asker, {ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", parent.value)});
     const std::uint64_t ticket = nextTicket_++;
-    if (!around_.loader.order({.ticket = ticket, .path = load.path, .parent = parent}))
+    if (!around_.loader.order({.ticket = ticket, .path = load.path, .parent = parent, .beside = true}))
         return refuse(asker, {ErrorCode::kLimit, "too many files wait to be loaded already"});
     open_[ticket] = {.asker = asker, .edit = {.ticket = ticket}, .isLoad = true};
     return {};
@@ -153,10 +154,8 @@ Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
     return edit;
 }
 
-ServerActions RequestDesk::queueEdit(std::uint64_t ticket, TimePoint now) {
+ServerActions RequestDesk::queueEdit(std::uint64_t ticket, std::vector<Blob> named, TimePoint now) {
     Open& open = open_.at(ticket);
-    const ChangeListPtr step = around_.simulation.listOf(open.edit.kind);
-    const std::vector<Blob> named = blobsOf(step ? *step : open.edit.list);
     if (named.empty()) {
         ready_.push_back(ticket);
         return {};
@@ -167,7 +166,7 @@ ServerActions RequestDesk::queueEdit(std::uint64_t ticket, TimePoint now) {
         infos.push_back({blob.id(), blob.sizeBytes()});
     }
     // Hosts fetch them before the commit. What an undo names may leave the history before its turn comes: others undo too.
-    open.announced = named;
+    open.announced = std::move(named);
     return around_.session.announceBlobs(ticket, std::move(infos), now);
 }
 
@@ -186,8 +185,10 @@ ServerActions RequestDesk::loaded(LoadFinished finished, TimePoint now) {
     }
     ImportedScene& scene = *finished.scene;
     found->second.loaded = {.node = scene.top, .objects = scene.nodes + scene.cores, .triangles = scene.triangles};
-    found->second.edit.list = std::move(scene.list);
-    return queueEdit(finished.ticket, now);
+    Open& open = found->second;
+    open.edit.objects = finished.parts.objects;
+    open.parts = std::move(finished.parts.lists);
+    return queueEdit(finished.ticket, std::move(finished.arrays), now);
 }
 
 void RequestDesk::applicationLeft(ConnectionId connection) {
@@ -200,17 +201,44 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
 std::vector<Edit> RequestDesk::takeEdits() {
     std::vector<Edit> edits;
     std::vector<std::uint64_t> later;
-    for (const std::uint64_t ticket : ready_) {
+    bool full = false;  // the others open another frame
+    for (const std::uint64_t ticket : std::exchange(ready_, {})) {
         Open& open = open_.at(ticket);
-        // An undo may bring back what an edit of the same frame removes: it opens a frame of its own.
-        if (!later.empty() || (open.edit.kind != Edit::Kind::kChange && !edits.empty())) {
+        const bool isStep = open.edit.kind != Edit::Kind::kChange;
+        if (!open.parts.empty()) {
+            loading_.push_back(ticket);
+            continue;
+        }
+        if (isStep && around_.simulation.stepUnderWay()) {  // it waits for that one, and nobody waits for it
             later.push_back(ticket);
             continue;
         }
-        edits.push_back(std::move(open.edit));
+        // An undo may bring back what an edit of the same frame removes: it opens a frame of its own.
+        full = full || (isStep && !edits.empty());
+        if (full)
+            later.push_back(ticket);
+        else
+            edits.push_back(std::move(open.edit));
     }
     ready_ = std::move(later);
+    takePart(edits);
     return edits;
+}
+
+/// One in a frame, and none beside a step, which may take several frames itself.
+void RequestDesk::takePart(std::vector<Edit>& edits) {
+    constexpr std::size_t kDroppedAtOnce = 8;
+    dropped_.resize(dropped_.size() - std::min(dropped_.size(), kDroppedAtOnce));
+    const auto isStep = [](const Edit& edit) { return edit.kind != Edit::Kind::kChange; };
+    if (loading_.empty() || around_.simulation.stepUnderWay() || std::ranges::any_of(edits, isStep)) return;
+    Open& open = open_.at(loading_.front());
+    Edit part = open.edit;
+    part.list = std::move(open.parts[open.nextPart++]);
+    const bool isLast = open.nextPart == open.parts.size();
+    // What is one part only is an edit like others.
+    if (open.parts.size() > 1) part.kind = isLast ? Edit::Kind::kLastPart : Edit::Kind::kPart;
+    edits.push_back(std::move(part));
+    if (isLast) loading_.pop_front();
 }
 
 ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
@@ -218,7 +246,13 @@ ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
     ServerActions actions;
     for (const EditOutcome& outcome : frame.outcomes) {
         const auto found = open_.find(outcome.ticket);
-        if (found == open_.end()) continue;
+        if (found == open_.end() || outcome.underWay) continue;
+        const bool morePartsFollow = found->second.nextPart < found->second.parts.size();
+        if (morePartsFollow && outcome.result) continue;
+        if (morePartsFollow) {
+            std::erase(loading_, outcome.ticket);
+            std::ranges::move(found->second.parts, std::back_inserter(dropped_));
+        }
         append(actions, answer(found->second.asker, outcomeOf(found->second, outcome, frame.commit.sent->sequence)));
         // Of an edit that was refused nobody holds the arrays any more: who joins could not fetch them.
         around_.session.forgetBlobs(outcome.ticket);
@@ -236,7 +270,10 @@ Expected<ApplicationAnswer> RequestDesk::outcomeOf(const Open& open, const EditO
             answer::Committed{.sequence = sequence, .ids = outcome.ids, .stopped = outcome.stopped});
     answer::Loaded loaded = open.loaded;
     const auto given = std::ranges::find(outcome.ids, loaded.node, &std::pair<ObjectId, ObjectId>::first);
-    if (given != outcome.ids.end()) loaded.node = given->second;
+    if (given != outcome.ids.end())
+        loaded.node = given->second;
+    else if (!outcome.ids.empty())  // of parts: ids in a row
+        loaded.node = ObjectId(outcome.ids.front().second.value + (loaded.node.value - outcome.ids.front().first.value));
     return ApplicationAnswer(loaded);
 }
 

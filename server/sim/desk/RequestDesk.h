@@ -1,6 +1,7 @@
 /// What applications ask for, from the question to the answer.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <set>
 #include <string>
@@ -73,6 +74,8 @@ private:
         Edit edit;  ///< waiting for blobs or a frame
         std::vector<Blob> announced;  ///< can be fetched until its outcome is known
         bool isLoad = false;
+        std::vector<ChangeList> parts;  ///< of a load that takes several frames
+        std::size_t nextPart = 0;
         answer::Loaded loaded;  ///< `node` is a placeholder until the commit
     };
 
@@ -100,7 +103,8 @@ private:
         return answerTo(around_.session, asker, tl::unexpected(std::move(error)));
     }
     [[nodiscard]] Expected<Edit> editFrom(const request::Propose& proposal);
-    [[nodiscard]] ServerActions queueEdit(std::uint64_t ticket, TimePoint now);
+    [[nodiscard]] ServerActions queueEdit(std::uint64_t ticket, std::vector<Blob> named, TimePoint now);
+    void takePart(std::vector<Edit>& edits);
     [[nodiscard]] Expected<ApplicationAnswer> outcomeOf(const Open& open, const EditOutcome& outcome,
                                                         Sequence sequence) const;
 
@@ -109,6 +113,8 @@ private:
     std::uint64_t nextTicket_ = kStartScene + 1;
     std::map<std::uint64_t, Open> open_;  ///< by ticket
     std::vector<std::uint64_t> ready_;    ///< tickets whose edits go into the next frame
+    std::deque<std::uint64_t> loading_;   ///< tickets whose parts do, one at a time, those of the first one first
+    std::vector<ChangeList> dropped_;     ///< parts of loads that were refused: freed some at a time
     std::set<ConnectionId> applications_;
     ImageRequests images_;
     FrameNews news_;

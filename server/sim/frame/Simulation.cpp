@@ -8,6 +8,7 @@
 
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/frame/LoadParts.h"
 
 namespace tessera {
 namespace {
@@ -44,7 +45,8 @@ void mergeColumn(ChangeList& list, FieldColumn column) {
 }  // namespace
 
 Simulation::Simulation(const SimulationOptions& options)
-    : committer_(options.scene),
+    : maxObjects_(options.scene.maxObjects),
+      committer_(options.scene),
       workers_(options.threads > 1 ? std::make_unique<Workers>(options.threads) : nullptr),
       pipeline_(options.collision, workers_.get()) {
     sceneChanged(nullptr);
@@ -62,6 +64,8 @@ Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
 FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span<const Reply> replies) {
     FrameResult result;
     const double seconds = firstFrame ? 0.0 : kSecondsPerFrame;
+    history_.sweep();
+    std::optional<EditOutcome> wholeAgain = goOn();
     Wishes wishes;
     for (const MotionStep& m : motions_.advance(scene(), seconds))
         wishes[m.target] = {.pose = m.pose, .motion = m.motion, .motionTime = m.time};
@@ -88,6 +92,7 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     for (const TentativeTransform& accepted : result.collision.accepted)
         if (accepted.source < 0 && !std::ranges::binary_search(result.collision.stopped, accepted.transform))
             tellHand(accepted.transform);
+    if (wholeAgain) result.outcomes.push_back(std::move(*wholeAgain));
     commitPoses(wishes, result.collision);
     if (const ChangeListPtr marks = display_.commit(committer_, result.collision))
         pipeline_.sceneChanged(scene(), marks.get());
@@ -96,8 +101,13 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
 }
 
 EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) {
+    if (edit.kind == Edit::Kind::kPart || edit.kind == Edit::Kind::kLastPart) return applyPart(std::move(edit));
     EditOutcome outcome{.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}};
     const bool isChange = edit.kind == Edit::Kind::kChange;
+    outcome.result = isChange ? checkHidden(edit.list) : checkStill();
+    if (!outcome.result) return outcome;
+    // What is led back may be one of several lists.
+    const bool inParts = edit.kind == Edit::Kind::kUndo ? history_.undoesInParts() : !isChange && history_.redoesInParts();
     // A step stays in the history until it has been applied. One that moves nothing is applied as it lies there.
     ChangeListPtr whole = listOf(edit.kind);
     if (!isChange && !whole) {
@@ -106,7 +116,8 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     }
     std::vector<std::pair<ObjectId, Pose>> poses;
     ChangeList list;
-    if (!whole || std::ranges::any_of(whole->columns, isPoseField)) {
+    // Parts speak of the poses of what they make themselves only.
+    if (!whole || (!inParts && std::ranges::any_of(whole->columns, isPoseField))) {
         list = whole ? *std::exchange(whole, nullptr) : std::move(edit.list);
         poses = takeTransforms(list, wishes);
         for (const auto& [id, pose] : poses) {
@@ -153,9 +164,83 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
             break;
         case Edit::Kind::kRedo:
             history_.redone(std::move(inverse));
+            if (!history_.underWay()) break;
+            redo_ = outcome;
+            outcome.underWay = true;
             break;
+        case Edit::Kind::kPart:
+        case Edit::Kind::kLastPart:
+            break;  // see above
     }
     return outcome;
+}
+
+EditOutcome Simulation::applyPart(Edit edit) {
+    EditOutcome outcome{.ticket = edit.ticket, .result = beginParts(edit), .ids = {}, .stopped = {}};
+    if (!outcome.result) return outcome;
+    Expected<Committer::Applied> applied = committer_.applyReserved(std::move(edit.list), ObjectId(arriving_->ids.first),
+                                                                    arriving_->ids.count, Committer::Inverse::kMade);
+    if (!applied) {
+        outcome.result = tl::unexpected(applied.error());
+        history_.takeAway(std::move(arriving_->back), arriving_->ids);
+        arriving_.reset();
+        return outcome;
+    }
+    arriving_->back.push_back(std::move(applied->inverse));
+    sceneChanged(applied->list.get());
+    if (edit.kind == Edit::Kind::kPart) return outcome;
+    outcome.ids = {{ObjectId(kFirstPlaceholder), ObjectId(arriving_->ids.first)}};
+    history_.editedInParts(std::move(arriving_->back), arriving_->ids);
+    arriving_.reset();
+    return outcome;
+}
+
+Expected<void> Simulation::beginParts(const Edit& edit) {
+    if (const Expected<void> still = checkStill(); !still) return still;
+    if (arriving_ && arriving_->ticket != edit.ticket)
+        return fail(ErrorCode::kRefused, "another scene is still being loaded");
+    if (arriving_) return {};
+    const std::size_t present = std::min(scene().objectCount(), maxObjects_);
+    if (edit.objects > maxObjects_ - present)
+        return fail(ErrorCode::kLimit, fmt::format("the scene would hold {} + {} objects, more than its limit of {}",
+                                                   scene().objectCount(), edit.objects, maxObjects_));
+    arriving_ = Arriving{
+        .ticket = edit.ticket, .ids = {.first = committer_.reserveIds(edit.objects).value, .count = edit.objects}, .back = {}};
+    return {};
+}
+
+std::optional<EditOutcome> Simulation::goOn() {
+    const ChangeListPtr part = history_.nextPart();
+    if (!part) return std::nullopt;
+    Expected<Committer::Applied> applied = committer_.applyInverse(part, Committer::Inverse::kMade);
+    if (applied) {
+        history_.partDone(std::move(applied->inverse));
+        sceneChanged(applied->list.get());
+    } else {
+        if (redo_) redo_->result = tl::unexpected(applied.error());
+        history_.partRefused();
+    }
+    return history_.underWay() ? std::nullopt : std::exchange(redo_, std::nullopt);
+}
+
+Expected<void> Simulation::checkStill() const {
+    if (!history_.underWay()) return {};
+    return fail(ErrorCode::kRefused, "a large step is still being taken back or done again; try again when it is");
+}
+
+Expected<void> Simulation::checkHidden(const ChangeList& list) const {
+    if (arriving_)
+        if (const std::optional<ObjectId> id = namedIn(list, arriving_->ids))
+            return fail(ErrorCode::kRefused, fmt::format("#{} is still being loaded", id->value));
+    if (history_.underWay())
+        if (const std::optional<ObjectId> id = namedIn(list, history_.idsUnderWay()))
+            return fail(ErrorCode::kRefused, fmt::format("#{} is still being taken away or brought back", id->value));
+    return {};
+}
+
+std::vector<Blob> Simulation::arraysOf(Edit::Kind kind) const {
+    if (kind == Edit::Kind::kUndo) return history_.arraysToUndo();
+    return kind == Edit::Kind::kRedo ? history_.arraysToRedo() : std::vector<Blob>();
 }
 
 ChangeListPtr Simulation::listOf(Edit::Kind kind) {

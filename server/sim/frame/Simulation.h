@@ -25,22 +25,28 @@ struct Edit {
         kChange,
         kUndo,  ///< take back the newest step instead
         kRedo,  ///< do again what was taken back last
+        /// One of several lists that are one edit (LoadParts.h), all with one ticket; nobody sees what they make before the
+        /// last one. Placeholders count through all of them.
+        kPart,
+        kLastPart,
     };
     Kind kind = Kind::kChange;
     bool undoable = true;  ///< a loaded start scene is not
     Gesture gesture = {};  ///< edits in a row of one gesture are taken back as one
+    std::uint64_t objects = 0;  ///< of parts: how many objects all of them create, from kFirstPlaceholder up
 };
 
 struct EditOutcome {
     std::uint64_t ticket = 0;
     Expected<void> result;
-    std::vector<std::pair<ObjectId, ObjectId>> ids;  ///< placeholder, id
+    std::vector<std::pair<ObjectId, ObjectId>> ids;  ///< placeholder, id; of a last part the first, which the others follow
     std::vector<ObjectId> stopped;                   ///< transforms of this edit that did not get all the way
+    bool underWay = false;                           ///< it takes several frames; its outcome follows
 };
 
 struct FrameResult {
     CommittedFrame commit;
-    std::vector<EditOutcome> outcomes;  ///< of all edits, in their order
+    std::vector<EditOutcome> outcomes;  ///< of all edits, in their order; then of one that was under way
     StepResult collision;
     double collisionMs = 0;
 };
@@ -60,6 +66,10 @@ struct SimulationOptions {
 /// everything else is committed as it is. What an application replies to a question about a stopped motion stands above
 /// both, in that frame. Free bodies go where gravity and impulses send them, but for one that a motion or an edit
 /// moves: for as long as it does, it is moved like anything else. Not thread-safe.
+///
+/// **What is too large for one frame** comes in parts, one in a frame at most, hidden until the last; undo hides it with
+/// the first list and takes it away in later frames, redo brings it again as it came. Whatever is on its way is nobody
+/// else's: edits that name it are refused in words. Where a part is refused, those before it are taken away again.
 class Simulation {
 public:
     explicit Simulation(const SimulationOptions& options = {});
@@ -77,8 +87,12 @@ public:
     [[nodiscard]] std::size_t nodeCount() const { return committer_.nodeCount(); }
     [[nodiscard]] const Motions& motions() const { return motions_; }
     [[nodiscard]] const EditHistory& history() const { return history_; }
-    /// What an edit of this kind would apply; null for kChange, and where there is nothing.
+    /// What an edit of this kind would apply; null for other kinds, and where there is nothing. Of a step in parts the first.
     [[nodiscard]] ChangeListPtr listOf(Edit::Kind kind);
+    /// The arrays that an undo or a redo would name; of other kinds none.
+    [[nodiscard]] std::vector<Blob> arraysOf(Edit::Kind kind) const;
+    /// A step is being taken back or done again over several frames: another one, and parts, would be refused.
+    [[nodiscard]] bool stepUnderWay() const { return history_.underWay(); }
     /// Questions that the collision pipeline has asked and nobody has replied to, ascending.
     [[nodiscard]] std::vector<std::uint64_t> openQuestions() const { return pipeline_.openQuestions(); }
     /// The nearest visible triangle on a world-space ray.
@@ -94,6 +108,14 @@ private:
     using Wishes = std::map<ObjectId, Wish>;  ///< by Transform
 
     [[nodiscard]] EditOutcome applyEdit(Edit edit, std::size_t index, Wishes& wishes);
+    [[nodiscard]] EditOutcome applyPart(Edit edit);
+    [[nodiscard]] Expected<void> beginParts(const Edit& edit);
+    /// The next list of the step under way. The outcome of a redo when it is whole again.
+    [[nodiscard]] std::optional<EditOutcome> goOn();
+    /// Refuses where a step is under way.
+    [[nodiscard]] Expected<void> checkStill() const;
+    /// Refuses what names anything that is on its way.
+    [[nodiscard]] Expected<void> checkHidden(const ChangeList& list) const;
     /// Takes the values of existing Transforms out of the list and makes wishes of them.
     [[nodiscard]] std::vector<std::pair<ObjectId, Pose>> takeTransforms(ChangeList& list, const Wishes& wishes) const;
     void commitPoses(const Wishes& wishes, const StepResult& step);
@@ -102,8 +124,18 @@ private:
     /// After each list applied to the scene; null: anything may have changed.
     void sceneChanged(const ChangeList* list);
 
+    /// Parts that have come, of an edit that is not whole yet.
+    struct Arriving {
+        std::uint64_t ticket = 0;
+        IdRange ids;
+        std::vector<ChangeList> back;  ///< the ways back, in the order of the parts
+    };
+
+    std::size_t maxObjects_;
     Committer committer_;
     EditHistory history_;
+    std::optional<Arriving> arriving_;
+    std::optional<EditOutcome> redo_;  ///< under way; what its outcome will be
     std::unique_ptr<Workers> workers_;  ///< null: one thread
     CollisionPipeline pipeline_;
     ContactDisplay display_;

@@ -43,12 +43,13 @@ public:
     }
 
     void add(const EditOutcome& o) {
-        const auto& [ticket, result, ids, stopped] = o;
+        const auto& [ticket, result, ids, stopped, underWay] = o;
         addAll(ticket, result ? std::uint64_t{0} : 1 + static_cast<std::uint64_t>(result.error().code),
                std::uint64_t{ids.size()});
         for (const auto& [placeholder, id] : ids) addAll(placeholder, id);
         add(std::uint64_t{stopped.size()});
         for (const ObjectId id : stopped) add(id);
+        add(underWay);
     }
     void add(const TentativeTransform& t) {
         const auto& [transform, translation, rotation, scale, source] = t;

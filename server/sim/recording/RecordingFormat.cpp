@@ -29,7 +29,7 @@ constexpr std::uint64_t kindOf() {
 
 struct EditRecord {
     static constexpr std::uint64_t kUndoable = 1;
-    std::uint64_t ticket = 0, kind = 0, flags = 0, gestureBy = 0, gesture = 0;
+    std::uint64_t ticket = 0, kind = 0, flags = 0, gestureBy = 0, gesture = 0, objects = 0;
 };
 /// question, decision, translation, rotation w x y z, scale: numbers as their bits.
 using ReplyRecord = std::array<std::uint64_t, 12>;
@@ -124,14 +124,15 @@ Expected<Record> inputsFrom(ByteSpan bytes, const BlobStore& arrays, const Recor
     for (std::size_t i = 0; i < edits->size(); ++i) {
         const EditRecord& edit = (*edits)[i];
         if ((edit.flags & ~EditRecord::kUndoable) != 0) return malformed("an edit has flags that are none");
-        if (edit.kind > static_cast<std::uint64_t>(Edit::Kind::kRedo)) return malformed("an edit is of a kind that is none");
+        if (edit.kind > static_cast<std::uint64_t>(Edit::Kind::kLastPart)) return malformed("an edit is of a kind that is none");
         Expected<ChangeList> list = listFrom(split->parts[kFixedParts + i], arrays);
         if (!list) return failWith(fmt::format("edit {}", i + 1), list.error());
         inputs.edits.push_back({.ticket = edit.ticket,
                                 .list = std::move(*list),
                                 .kind = static_cast<Edit::Kind>(edit.kind),
                                 .undoable = (edit.flags & EditRecord::kUndoable) != 0,
-                                .gesture = {edit.gestureBy, edit.gesture}});
+                                .gesture = {edit.gestureBy, edit.gesture},
+                                .objects = edit.objects});
     }
     for (const ReplyRecord& packed : *replies) {
         const Expected<Reply> reply = unpack(packed);
@@ -216,13 +217,15 @@ RecordContent encodeInputs(FrameNumber frame, bool first, std::span<const Edit> 
     std::vector<EditRecord> editRecords;
     std::vector<Bytes> lists;
     for (const Edit& edit : edits) {
-        const auto& [ticket, list, kind, undoable, gesture] = edit;
+        const auto& [ticket, list, kind, undoable, gesture, objects] = edit;
         editRecords.push_back({.ticket = ticket,
                                .kind = static_cast<std::uint64_t>(kind),
                                .flags = undoable ? EditRecord::kUndoable : 0,
                                .gestureBy = gesture.by,
-                               .gesture = gesture.id});
-        lists.push_back(encodeChangeList(kind == Edit::Kind::kChange ? list : ChangeList()));
+                               .gesture = gesture.id,
+                               .objects = objects});
+        const bool isStep = kind == Edit::Kind::kUndo || kind == Edit::Kind::kRedo;
+        lists.push_back(encodeChangeList(isStep ? ChangeList() : list));
     }
     std::vector<ReplyRecord> replyRecords;
     for (const Reply& reply : replies) replyRecords.push_back(pack(reply));

@@ -1,0 +1,35 @@
+/// Cuts what a file brings into lists that are small enough for a frame each.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/scene/Aspect.h"
+#include "server/sim/commit/EditHistory.h"
+
+namespace tessera {
+
+struct LoadPartLimits {
+    std::size_t changes = 8'192;
+    std::size_t bytes = std::size_t{1} << 20;  ///< of values; what is named (arrays) is not counted
+};
+
+struct LoadParts {
+    std::vector<ChangeList> lists;  ///< at least one
+    std::uint64_t objects = 0;      ///< that all of them create
+};
+
+/// Lists which, one after the other, make what `list` makes. All but the last create objects that nobody sees yet: nodes
+/// which hang together and nowhere in the scene, motions that stand still. The last one places them in the scene and sets
+/// the motions going. Each keeps the limits, but for the last, which is as large as what was there before makes it, and
+/// for single values beyond them.
+///
+/// A list stays whole which keeps the limits, or which does more than to create placeholders from kFirstPlaceholder up
+/// without a gap and to place each new node once, behind its siblings. Cost: proportional to the list; on any thread.
+[[nodiscard]] LoadParts cutForFrames(ChangeList list, const LoadPartLimits& limits = {});
+
+/// An object of the range that the list names in any way; none: it speaks of others only.
+[[nodiscard]] std::optional<ObjectId> namedIn(const ChangeList& list, const IdRange& range);
+
+}  // namespace tessera

@@ -1,0 +1,276 @@
+/// A load in parts: bounded, hidden until the last, one step, taken away where it cannot be finished.
+#include "server/sim/frame/LoadParts.h"
+
+#include <gtest/gtest.h>
+
+#include "server/sim/frame/Simulation.h"
+#include "tests/property/Seeds.h"
+#include "tests/unit/sim/SceneForTests.h"
+
+namespace tessera {
+namespace {
+
+constexpr LoadPartLimits kSmall{.changes = 50, .bytes = 4096};
+
+std::vector<Edit> one(Edit::Kind kind, ChangeList list = {}) {
+    std::vector<Edit> edits(1);
+    edits[0].kind = kind;
+    edits[0].list = std::move(list);
+    return edits;
+}
+
+/// A tree of `count` nodes with transforms, some of which are placed before what they hang below is created, with motions,
+/// and with collision objects that name nodes which come later.
+ChangeList forest(Random& random, std::size_t count, ObjectId parent = kRootNode) {
+    test::ListMaker make;
+    std::vector<ObjectId> nodes, open;
+    for (std::size_t i = 0; i < count; ++i) {
+        const ObjectId place = make.transform(Vec3d(static_cast<double>(i), 0, 0));
+        const ObjectId node = make.create<Node>();
+        setField<&Node::name>(make.builder, node, "n" + std::to_string(i));
+        setField<&Node::core>(make.builder, node, place);
+        nodes.push_back(node);
+    }
+    // Parents are any that come before in a shuffled order: children stand before and after their parents.
+    std::vector<ObjectId> order = nodes;
+    for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[below(random, i)]);
+    for (std::size_t i = 0; i < order.size(); ++i)
+        make.builder.place(order[i], i < 3 ? parent : order[below(random, std::min<std::size_t>(i, 20))]);
+    for (std::size_t i = 0; i < count / 10; ++i) {
+        const ObjectId object = make.create<CollisionObject>();
+        setField<&CollisionObject::node>(make.builder, object, nodes[below(random, nodes.size())]);
+        make.node("object", order[below(random, 10)], object);
+    }
+    make.node("motion", order[0], make.motion(make.transform(Vec3d::Zero()), {{0, 0, 0, 0}, {1, 6, 0, 0}}));
+    const ObjectId still = make.motion(make.transform(Vec3d::Zero()), {{0, 0, 0, 0}, {1, 6, 0, 0}});
+    setField<&Motion::playing>(make.builder, still, false);
+    make.node("still", order[1], still);
+    return make.builder.take();
+}
+
+/// What a desk does: a part in each frame.
+class Loading {
+public:
+    Loading(ChangeList list, const LoadPartLimits& limits = kSmall, std::uint64_t ticket = 7)
+        : parts_(cutForFrames(std::move(list), limits)), ticket_(ticket) {}
+    [[nodiscard]] bool done() const { return next_ == parts_.lists.size(); }
+    [[nodiscard]] std::size_t count() const { return parts_.lists.size(); }
+    [[nodiscard]] Edit next() {
+        Edit edit{.ticket = ticket_, .list = std::move(parts_.lists[next_++])};
+        edit.kind = done() ? Edit::Kind::kLastPart : Edit::Kind::kPart;
+        edit.objects = parts_.objects;
+        return edit;
+    }
+    FrameResult frame(Simulation& simulation) {
+        std::vector<Edit> edits;
+        edits.push_back(next());
+        return simulation.step(false, std::move(edits));
+    }
+
+private:
+    LoadParts parts_;
+    std::uint64_t ticket_;
+    std::size_t next_ = 0;
+};
+
+/// The same scene loaded before the first frame: its hash after as many frames of motion as the load was seen for.
+StateHash loadedAtOnce(const ChangeList& list) {
+    Simulation simulation;
+    EXPECT_TRUE(simulation.load({list}));
+    return simulation.scene().stateHash();
+}
+
+TEST(LoadParts, AreBoundedHiddenAndMakeTheSameScene) {
+    forSeeds(30, [](Random& random) {
+        const ChangeList whole = forest(random, 300);
+        Simulation simulation;
+        Loading loading(whole);
+        ASSERT_GT(loading.count(), 5u);
+        while (!loading.done()) {
+            const std::size_t before = simulation.scene().objectCount();
+            const FrameResult result = loading.frame(simulation);
+            ASSERT_TRUE(result.outcomes.at(0).result) << result.outcomes.at(0).result.error().message;
+            ASSERT_TRUE(result.commit.list);
+            if (loading.done()) {
+                EXPECT_TRUE(result.commit.list->creations.empty()) << "nothing but the placing is left for the last frame";
+                EXPECT_EQ(simulation.scene().root().children.size(), 3u);
+            } else {
+                EXPECT_LE(result.commit.list->changeCount(), kSmall.changes);
+                EXPECT_GT(simulation.scene().objectCount(), before);
+                EXPECT_EQ(simulation.scene().root().children.size(), 0u) << "it appears whole";
+                EXPECT_EQ(simulation.motions().playingCount(), 0u) << "what nobody sees does not go on";
+            }
+        }
+        EXPECT_EQ(simulation.motions().playingCount(), 1u);
+        EXPECT_EQ(simulation.scene().stateHash(), loadedAtOnce(whole));
+        EXPECT_EQ(simulation.history().undoDepth(), 1u);
+    });
+}
+
+TEST(LoadParts, LeaveAListWholeThatIsSmallOrDoesMoreThanCreate) {
+    test::ListMaker make;
+    for (int i = 0; i < 10; ++i) make.node("n", kRootNode);
+    const ChangeList small = make.builder.take();
+    EXPECT_EQ(cutForFrames(small, kSmall).lists, std::vector{small});
+    for (int i = 0; i < 100; ++i) make.node("n", kRootNode);
+    make.builder.destroy(ObjectId(17));
+    const ChangeList other = make.builder.take();
+    EXPECT_EQ(cutForFrames(other, kSmall).lists, std::vector{other});
+}
+
+TEST(LoadParts, AreCutByTheirBytesToo) {
+    test::ListMaker make;
+    for (int i = 0; i < 40; ++i) make.node(std::string(1000, 'n'), kRootNode);
+    const LoadParts parts = cutForFrames(make.builder.take(), {.changes = 100'000, .bytes = 4096});
+    EXPECT_EQ(parts.objects, 40u);
+    EXPECT_GE(parts.lists.size(), 11u);
+}
+
+TEST(LoadParts, AreOneStepInBothDirectionsAPartAFrame) {
+    forSeeds(20, [](Random& random) {
+        Simulation simulation;
+        ASSERT_TRUE(simulation.load({test::craneScene(false)}));
+        (void)simulation.step(true, {});
+        const ObjectId wall = test::transformAt(simulation.scene(), "/wall");
+        const std::size_t children = simulation.scene().root().children.size();
+        // Without the crane's motion states compare.
+        ChangeListBuilder stand;
+        setField<&Motion::playing>(stand, simulation.scene().get<Node>(findNode(simulation.scene(), "/motion").value())->core, false);
+        (void)simulation.step(false, one(Edit::Kind::kChange, stand.take()));
+        const StateHash before = simulation.scene().stateHash();
+
+        ChangeList whole = forest(random, 200);
+        for (FieldColumn& column : whole.columns)
+            if (column.type == typeOf<Motion>() && column.field == fieldId<&Motion::keys>)
+                for (Blob& keys : std::get<std::vector<Blob>>(column.values)) keys = Blob();  // unsound: it moves nothing
+        Loading loading(whole);
+        const std::size_t frames = loading.count();
+        while (!loading.done()) ASSERT_TRUE(loading.frame(simulation).outcomes[0].result);
+        const StateHash after = simulation.scene().stateHash();
+        ASSERT_EQ(simulation.history().undoDepth(), 2u);
+
+        for (int round = 0; round < 2; ++round) {
+            FrameResult result = simulation.step(false, one(Edit::Kind::kUndo));
+            ASSERT_TRUE(result.outcomes[0].result);
+            EXPECT_FALSE(result.outcomes[0].underWay);
+            EXPECT_EQ(simulation.scene().root().children.size(), children) << "it is gone at once";
+            EXPECT_FALSE(simulation.step(false, one(Edit::Kind::kRedo)).outcomes[0].result) << "one step at a time";
+            for (std::size_t i = 2; i < frames; ++i) {
+                ASSERT_TRUE(simulation.stepUnderWay());
+                result = simulation.step(false, {});
+                ASSERT_LE(result.commit.list->changeCount(), 2 * kSmall.changes);
+            }
+            ASSERT_FALSE(simulation.stepUnderWay());
+            EXPECT_EQ(simulation.scene().stateHash(), before);
+            EXPECT_EQ(simulation.history().redoDepth(), 1u);
+
+            result = simulation.step(false, one(Edit::Kind::kRedo));
+            ASSERT_TRUE(result.outcomes[0].underWay);
+            std::size_t took = 1;
+            while (simulation.stepUnderWay()) {
+                EXPECT_EQ(simulation.scene().root().children.size(), children) << "it appears whole";
+                result = simulation.step(false, {});
+                ++took;
+            }
+            EXPECT_EQ(took, frames);
+            ASSERT_EQ(result.outcomes.size(), 1u) << "the redo's, now that it is whole";
+            EXPECT_TRUE(result.outcomes[0].result);
+            EXPECT_EQ(simulation.scene().stateHash(), after);
+            EXPECT_EQ(simulation.history().undoDepth(), 2u);
+        }
+        (void)wall;
+    });
+}
+
+TEST(LoadParts, WhatIsOnItsWayIsNobodyElses) {
+    Random random(1);
+    Simulation simulation;
+    Loading loading(forest(random, 200));
+    (void)loading.frame(simulation);
+    (void)loading.frame(simulation);
+    const ObjectId hidden = simulation.scene().ids().back();
+    const auto refused = [&](ChangeList list) {
+        const FrameResult result = simulation.step(false, one(Edit::Kind::kChange, std::move(list)));
+        return result.outcomes[0].result ? std::string() : result.outcomes[0].result.error().message;
+    };
+    ChangeListBuilder list;
+    list.place(hidden, kRootNode);
+    EXPECT_NE(refused(list.take()).find("is still being loaded"), std::string::npos);
+    list.destroy(hidden);
+    EXPECT_NE(refused(list.take()).find("is still being loaded"), std::string::npos);
+    setField<&Node::core>(list, kRootNode, hidden);
+    EXPECT_NE(refused(list.take()).find("is still being loaded"), std::string::npos);
+    list.detach(ObjectId(hidden.value + 100));
+    EXPECT_NE(refused(list.take()).find("is still being loaded"), std::string::npos) << "the ids that are still to come";
+    // Everything else goes on, with ids behind them, and undo is of that.
+    test::ListMaker make;
+    make.node("mine", kRootNode);
+    EXPECT_EQ(refused(make.builder.take()), "");
+    EXPECT_TRUE(simulation.step(false, one(Edit::Kind::kUndo)).outcomes[0].result);
+    while (!loading.done()) ASSERT_TRUE(loading.frame(simulation).outcomes[0].result);
+    list.destroy(hidden);
+    EXPECT_EQ(refused(list.take()).find("is still being loaded"), std::string::npos);
+}
+
+TEST(LoadParts, WhatCannotBeFinishedIsTakenAwayAgain) {
+    forSeeds(20, [](Random& random) {
+        Simulation simulation;
+        test::ListMaker make;
+        const ObjectId yard = simulation.step(true, [&] {
+            make.node("yard", kRootNode);
+            return one(Edit::Kind::kChange, make.builder.take());
+        }()).outcomes[0].ids.at(0).second;
+        Loading loading(forest(random, 200, yard));
+        // Somebody takes away what it was to hang below.
+        const std::size_t when = 1 + below(random, loading.count() - 1);
+        for (std::size_t i = 0; i < when; ++i) ASSERT_TRUE(loading.frame(simulation).outcomes[0].result);
+        ChangeListBuilder list;
+        list.detach(yard);
+        list.destroy(yard);
+        ASSERT_TRUE(simulation.step(false, one(Edit::Kind::kChange, list.take())).outcomes[0].result);
+        FrameResult result;
+        while (!loading.done()) result = loading.frame(simulation);
+        ASSERT_FALSE(result.outcomes[0].result);
+        while (simulation.stepUnderWay()) {
+            result = simulation.step(false, {});
+            EXPECT_LE(result.commit.list->changeCount(), 2 * kSmall.changes) << "in parts, too";
+        }
+        EXPECT_EQ(simulation.scene().objectCount(), 1u);
+        EXPECT_EQ(simulation.history().undoDepth(), 2u) << "what others did";
+        EXPECT_EQ(simulation.history().redoDepth(), 0u);
+        EXPECT_TRUE(simulation.step(false, one(Edit::Kind::kUndo)).outcomes[0].result);
+    });
+}
+
+TEST(LoadParts, WhatCannotFitIsRefusedBeforeTheFirst) {
+    Random random(1);
+    SimulationOptions options;
+    options.scene.maxObjects = 300;
+    Simulation simulation(options);
+    Loading loading(forest(random, 200));
+    const FrameResult result = loading.frame(simulation);
+    ASSERT_FALSE(result.outcomes[0].result);
+    EXPECT_EQ(result.outcomes[0].result.error().code, ErrorCode::kLimit);
+    EXPECT_EQ(simulation.scene().objectCount(), 1u);
+    EXPECT_FALSE(simulation.stepUnderWay());
+}
+
+TEST(LoadParts, AnEditAfterTheUndoLeavesNothingToRedo) {
+    Random random(1);
+    Simulation simulation;
+    Loading loading(forest(random, 200));
+    while (!loading.done()) (void)loading.frame(simulation);
+    (void)simulation.step(false, one(Edit::Kind::kUndo));
+    test::ListMaker make;
+    make.node("mine", kRootNode);
+    ASSERT_TRUE(simulation.step(false, one(Edit::Kind::kChange, make.builder.take())).outcomes[0].result);
+    while (simulation.stepUnderWay()) (void)simulation.step(false, {});
+    EXPECT_EQ(simulation.scene().objectCount(), 2u);
+    EXPECT_EQ(simulation.history().redoDepth(), 0u);
+    EXPECT_EQ(simulation.history().undoDepth(), 1u);
+    const std::uint64_t held = simulation.history().bytes();
+    EXPECT_LT(held, 1000u);
+}
+
+}  // namespace
+}  // namespace tessera
