@@ -1,0 +1,311 @@
+/// What a wall's frames take while a large scene is loaded at run time, taken back and brought again: a server in this
+/// process, four render hosts that do not draw (`tessera-client --surface none`), an application that asks.
+///
+///     bench_load [--json FILE] [--nodes N] [--quick]
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "common/application/Application.h"
+#include "common/base/Channel.h"
+#include "common/codec/WallCodec.h"
+#include "common/geometry/Mesh.h"
+#include "common/scenefile/SceneFile.h"
+#include "server/sim/FrameLoop.h"
+#include "tests/bench/SceneTable.h"
+#include "tests/integration/LiveWall.h"
+
+namespace tessera::bench {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+using Instant = Clock::time_point;
+
+double milliseconds(Duration duration) {
+    return std::chrono::duration<double, std::milli>(duration).count();
+}
+
+/// Ten below each node; a Transform at those inside, one of sixteen boxes at the leaves.
+void writeForest(const std::string& path, std::uint64_t nodes) {
+    ChangeListBuilder list;
+    std::uint64_t next = kRootNode.value + 1;
+    std::vector<ObjectId> boxes;
+    for (int i = 0; i < 16; ++i) {
+        const MeshArrays arrays = makeBox(Vec3d::Constant(0.2 + 0.05 * i)).toArrays();
+        const ObjectId box(next++);
+        list.create(box, typeOf<Geometry>());
+        setField<&Geometry::positions>(list, box, arrays.positions);
+        setField<&Geometry::normals>(list, box, arrays.normals);
+        setField<&Geometry::indices>(list, box, arrays.indices);
+        boxes.push_back(box);
+    }
+    std::vector<ObjectId> made;
+    for (std::uint64_t i = 0; i < nodes; ++i) {
+        const bool leaf = i * 10 + 1 >= nodes;
+        ObjectId core = boxes[i % boxes.size()];
+        if (!leaf) {
+            core = ObjectId(next++);
+            list.create(core, typeOf<Transform>());
+            setField<&Transform::translation>(list, core, Vec3d(static_cast<double>(i % 10) - 4.5, 0.1, -1));
+        }
+        const ObjectId node(next++);
+        list.create(node, typeOf<Node>());
+        setField<&Node::name>(list, node, i == 0 ? "forest" : fmt::format("tree {}", i));
+        setField<&Node::core>(list, node, core);
+        list.place(node, i == 0 ? kRootNode : made[(i - 1) / 10]);
+        made.push_back(node);
+    }
+    Aspect scene;
+    if (!scene.apply(list.take()) || !saveScene(path, scene)) std::abort();
+}
+
+/// Something moves in every frame, so that every frame has a list.
+constexpr const char* kMover =
+    "node { name: \"mover\" transform {} node { box { size { x: 1 y: 1 z: 1 } } } }\n"
+    "node { motion { target: \"mover\" mode: PING_PONG key { time: 0 } key { time: 1 transform { translation { x: 1 } } } } }\n";
+
+/// The wall at work on threads and processes of its own, and when it has released its frames.
+class Wall4 {
+public:
+    Wall4(std::vector<std::string> scenes, double rateHz) : log_("bench_load") {
+        const std::string path = test::wallWithSync(folder_, "lost_after_ms: 10000 frame_deadline_ms: 60000 start_deadline_ms: 300000");
+        ServerOptions options;
+        options.wall = loadWall(path).value();
+        options.scenes = {folder_.write("mover.tsct", kMover)};
+        options.scenes.insert(options.scenes.end(), scenes.begin(), scenes.end());
+        options.rateHz = rateHz;
+        options.onProgress = [this](std::uint64_t, std::uint64_t) { released_.push_back(Clock::now()); };
+        options.onListening = [this](const Address& address) { listening_.push(toString(address)); };
+        loop_ = std::make_unique<FrameLoop>(std::move(options), log_);
+        thread_ = std::thread([this] {
+            if (const Expected<void> done = loop_->run(); !done) log_.error(done.error().message);
+            listening_.close();
+        });
+        address_ = listening_.pop().value_or("");
+        for (const std::string& host : test::kFourHosts)
+            hosts_.push_back(std::make_unique<test::Process>(
+                folder_.path(), host,
+                std::vector<std::string>{test::program("tessera-client"), "--server", address_, "--host", host, "--surface", "none"}));
+    }
+    ~Wall4() { (void)finish(); }
+    [[nodiscard]] std::unique_ptr<Application> connect() const {
+        auto application = Application::connect({.address = address_, .name = "bench", .followScene = false, .timeout = std::chrono::minutes(2)});
+        return application ? std::move(*application) : nullptr;
+    }
+    /// Ends it: the instants of all releases.
+    std::vector<Instant> finish() {
+        if (thread_.joinable()) {
+            loop_->stop();
+            thread_.join();
+        }
+        return released_;
+    }
+
+private:
+    test::TemporaryFolder folder_;
+    Log log_;
+    std::vector<Instant> released_;  ///< the frame thread's until it has ended
+    Channel<std::string> listening_{1};
+    std::unique_ptr<FrameLoop> loop_;
+    std::thread thread_;
+    std::string address_;
+    std::vector<std::unique_ptr<test::Process>> hosts_;
+};
+
+/// Frames in a span of time, by how long after the one before they were released.
+struct Span {
+    std::vector<double> ms;
+    double worst = 0;
+    [[nodiscard]] Median median() const { return medianOf(ms); }
+};
+
+/// Of the frames released in [from, to); those whose time holds one of `without`, and the ones behind them, are left out and are
+/// what `left` gets the longest of.
+Span spanOf(const std::vector<Instant>& released, Instant from, Instant to, const std::vector<Instant>& without = {},
+            double* left = nullptr) {
+    Span span;
+    for (std::size_t i = 1; i < released.size(); ++i) {
+        if (released[i] < from || released[i] >= to) continue;
+        const double ms = milliseconds(released[i] - released[i - 1]);
+        bool isLeft = false;
+        for (const Instant at : without) {
+            const bool holds = released[i - 1] <= at && at < released[i];
+            const bool justBefore = i + 1 < released.size() && released[i] <= at && at < released[i + 1];
+            isLeft = isLeft || holds || justBefore;
+        }
+        if (isLeft) {
+            if (left) *left = std::max(*left, ms);
+            continue;
+        }
+        span.ms.push_back(ms);
+        span.worst = std::max(span.worst, ms);
+    }
+    return span;
+}
+
+struct Visit {
+    Instant begun, ordered, shown, rested, undone, gone, redoing, back, over;
+    std::string trouble;
+};
+
+bool waitForObjects(Application& application, std::uint64_t atMost, std::string& trouble) {
+    for (int i = 0; i < 3000; ++i) {
+        const auto status = application.status();
+        if (!status) {
+            trouble = status.error().message;
+            return false;
+        }
+        if (status->objects <= atMost) return true;
+        std::this_thread::sleep_for(20ms);
+    }
+    trouble = "what was undone does not go";
+    return false;
+}
+
+Visit visit(Application& application, const std::string& file, Duration rest) {
+    Visit v;
+    const auto pause = [&] { std::this_thread::sleep_for(rest); };
+    // Until all hosts are there and frames go by.
+    for (int i = 0; i < 1000; ++i) {
+        const auto status = application.status();
+        if (status && status->frame.value > 30 && status->hosts.size() == 4) break;
+        std::this_thread::sleep_for(20ms);
+    }
+    const auto first = application.status();
+    v.begun = Clock::now();
+    pause();
+    v.ordered = Clock::now();
+    const auto loaded = application.load(file, {}, std::chrono::minutes(5));
+    v.shown = Clock::now();
+    if (!loaded || !first) {
+        v.trouble = loaded ? first.error().message : loaded.error().message;
+        return v;
+    }
+    std::this_thread::sleep_for(500ms);
+    v.rested = Clock::now();
+    pause();
+    const Instant undoing = Clock::now();
+    const auto undone = application.undo();
+    v.undone = Clock::now();
+    if (!undone) v.trouble = undone.error().message;
+    if (!v.trouble.empty() || !waitForObjects(application, first->objects, v.trouble)) return v;
+    v.gone = Clock::now();
+    std::this_thread::sleep_for(500ms);
+    v.redoing = Clock::now();
+    const auto redone = application.redo();
+    v.back = Clock::now();
+    if (!redone) v.trouble = redone.error().message;
+    std::this_thread::sleep_for(500ms);
+    v.over = Clock::now();
+    (void)undoing;
+    return v;
+}
+
+void loadRows(SceneTable& table, const std::string& file, double rateHz, bool quick) {
+    const std::string how = rateHz > 0 ? fmt::format("{:.0f} Hz", rateHz) : "no pause";
+    Wall4 wall({}, rateHz);
+    const auto application = wall.connect();
+    if (!application) return table.complain("no application can connect");
+    const Visit v = visit(*application, file, quick ? 1s : 3s);
+    const std::vector<Instant> released = wall.finish();
+    if (!v.trouble.empty()) table.complain(v.trouble);
+    if (v.over == Instant()) return;
+
+    double showing = 0, hiding = 0, bringing = 0;
+    const Span before = spanOf(released, v.begun, v.ordered);
+    const Span during = spanOf(released, v.ordered, v.shown + 100ms, {v.shown}, &showing);
+    const Span after = spanOf(released, v.rested, v.undone - 1s);
+    const Span undoing = spanOf(released, v.undone - 1s, v.gone, {v.undone}, &hiding);
+    const Span redoing = spanOf(released, v.redoing, v.back + 100ms, {v.back}, &bringing);
+    const double median = before.median().value;
+    const auto worst = [&](const std::string& what, const Span& span, const std::string& remark) {
+        table.add({.operation = how + ": " + what,
+                   .peer = "50 ms above the median before",
+                   .ours = {span.worst - median, 0, span.ms.size()},
+                   .theirs = {50, 0, 1},
+                   .unit = "ms",
+                   .atMost = 1,
+                   .remark = remark});
+    };
+    const auto alone = [&](const std::string& what, double ms, const std::string& remark = "") {
+        table.add({.operation = how + ": " + what, .peer = "", .ours = {ms, 0, 1}, .theirs = {}, .unit = "ms", .remark = remark});
+    };
+    alone("a frame before", median, fmt::format("worst {:.1f}", before.worst));
+    worst("the worst while it is loaded", during,
+          fmt::format("{} frames, median {:.2f}; {:.1f} s until it is seen", during.ms.size(), during.median().value,
+                      std::chrono::duration<double>(v.shown - v.ordered).count()));
+    alone("the frame that shows it", showing);
+    alone("a frame after", after.median().value, fmt::format("worst {:.1f}", after.worst));
+    alone("the frame that undo hides it in", hiding);
+    worst("the worst while undo takes it away", undoing,
+          fmt::format("{:.1f} s", std::chrono::duration<double>(v.gone - v.undone).count()));
+    worst("the worst while redo brings it again", redoing,
+          fmt::format("{:.1f} s", std::chrono::duration<double>(v.back - v.redoing).count()));
+    alone("the frame that redo shows it in", bringing);
+
+    Wall4 other({file}, rateHz);
+    const auto second = other.connect();
+    if (!second) return table.complain("no application can connect");
+    for (int i = 0; i < 6000; ++i) {
+        const auto status = second->status();
+        if (status && status->frame.value > 30) break;
+        std::this_thread::sleep_for(20ms);
+    }
+    std::this_thread::sleep_for(500ms);
+    const Instant from = Clock::now();
+    std::this_thread::sleep_for(quick ? 1s : 3s);
+    const Span start = spanOf(other.finish(), from, Instant::max());
+    table.add({.operation = how + ": a frame after",
+               .peer = "the same loaded at the start",
+               .ours = after.median(),
+               .theirs = start.median(),
+               .unit = "ms",
+               .atMost = 1.5,
+               .remark = fmt::format("worst {:.1f}, {:.1f}", after.worst, start.worst)});
+}
+
+int bench(const std::vector<std::string>& arguments) {
+    std::string json;
+    std::uint64_t nodes = 1'000'000;
+    bool quick = false;
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        if (arguments[i] == "--quick") {
+            quick = true;
+        } else if (i + 1 < arguments.size() && arguments[i] == "--json") {
+            json = arguments[++i];
+        } else if (i + 1 < arguments.size() && arguments[i] == "--nodes") {
+            nodes = std::strtoull(arguments[++i].c_str(), nullptr, 10);
+        } else {
+            std::fputs("usage: bench_load [--json FILE] [--nodes N] [--quick]\n", stderr);
+            return 2;
+        }
+    }
+    const test::TemporaryFolder folder;
+    const std::string file = folder.path() + "/forest.tsc";
+    writeForest(file, nodes);
+    SceneTable table;
+    table.begin(fmt::format("loading {} nodes at run time ({:.1f} MB), four hosts that do not draw", nodes,
+                            static_cast<double>(std::filesystem::file_size(file)) * 1e-6));
+    loadRows(table, file, 60, quick);
+    loadRows(table, file, 0, quick);
+    table.summarise();
+    if (!json.empty() && !table.writeJson(json)) {
+        std::fprintf(stderr, "bench_load: %s cannot be written\n", json.c_str());
+        return 1;
+    }
+    return table.good() ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace tessera::bench
+
+int main(int argc, char** argv) {
+    return tessera::bench::bench({argv + 1, argv + argc});
+}
