@@ -78,9 +78,12 @@ TimePoint ServerLink::nextDeadline() const {
 void ServerLink::dial() {
     dialAt_.reset();
     ++attempt_.value;
-    session_ = std::make_unique<ClientSession>(ClientSessionConfig{
-        .name = options_.name, .role = PeerRole::kHost, .schema = schemaHash(), .pixelProbe = options_.pixelProbe,
-        .openContent = decodeSnapshot});
+    session_ = std::make_unique<ClientSession>(ClientSessionConfig{.name = options_.name,
+                                                                   .role = PeerRole::kHost,
+                                                                   .schema = schemaHash(),
+                                                                   .pixelProbe = options_.pixelProbe,
+                                                                   .seenEpoch = seenEpoch_,
+                                                                   .openContent = decodeSnapshot});
     session_->resume(std::exchange(fetchedParts_, {}));
     blobs_.forEach([this](const Blob& blob) { session_->holdBlob(blob.id()); });
     links_[ChannelKind::kControl] = transport_->connect(options_.server, options_.connectTimeout);
@@ -101,7 +104,7 @@ void ServerLink::on(const LinkEvent& event) {
         carryOut(session_->channelOpened(*channel, event.at));
     } else if (const auto* received = std::get_if<link_event::Received>(&event.what)) {
         const Expected<Message> message = decodeMessage(received->type, received->payload);
-        carryOut(message ? session_->received(*channel, *message, event.at)
+        carryOut(message ? session_->received(*channel, received->epoch, *message, event.at)
                          : session_->malformed(*channel, message.error().message));
     } else if (std::holds_alternative<link_event::Heard>(event.what)) {
         session_->heard(*channel, event.at);
@@ -186,17 +189,18 @@ void ServerLink::carryOut(ClientActions actions) {
 void ServerLink::carryOut(const client_action::Send& send) {
     const auto link = links_.find(send.channel);
     if (link != links_.end())
-        transport_->send(link->second, wireType(send.message), epoch_, share(encodeMessage(send.message)));
+        transport_->send(link->second, wireType(send.message), session_->epoch(), share(encodeMessage(send.message)));
 }
 
 void ServerLink::configured(const client_action::Configured& configured) {
-    epoch_ = configured.epoch;
+    seenEpoch_ = std::max(seenEpoch_, configured.epoch);
     pause_ = options_.firstPause;
     lastReason_.clear();
     // While the session thread hashes or decodes much, the network speaks for it.
     const Message life = message::Heartbeat{};
-    transport_->keepAlive(links_.at(ChannelKind::kControl), configured.heartbeat, wireType(life), epoch_, share(encodeMessage(life)));
-    log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), epoch_.value));
+    transport_->keepAlive(links_.at(ChannelKind::kControl), configured.heartbeat, wireType(life), configured.epoch,
+                          share(encodeMessage(life)));
+    log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), configured.epoch.value));
     give(configured);
 }
 

@@ -85,7 +85,7 @@ private:
     std::unique_ptr<ClientSession> session_;  ///< null between attempts
     BlobFetcher::Parts fetchedParts_;         ///< of blobs, by the attempt before
     std::map<ChannelKind, LinkId> links_;
-    Epoch epoch_;
+    Epoch seenEpoch_;               ///< the highest so far
     std::deque<Outcome> doneHere_;  ///< of work that was done at once, until it is answered
     std::optional<TimePoint> dialAt_;
     std::chrono::milliseconds pause_;

@@ -95,7 +95,7 @@ void Connection::on(const LinkEvent& event) {
         const auto channel = channelOf(received->link);
         if (!channel) return;
         const Expected<Message> message = decodeMessage(received->type, received->payload);
-        carryOut(message ? session_.received(*channel, *message, event.at)
+        carryOut(message ? session_.received(*channel, received->epoch, *message, event.at)
                          : session_.malformed(*channel, message.error().message));
     } else if (const auto* heard = std::get_if<link_event::Heard>(&event.what)) {
         if (const auto channel = channelOf(heard->link)) session_.heard(*channel, event.at);
@@ -130,11 +130,10 @@ void Connection::carryOut(ClientActions actions) {
         } else if (std::holds_alternative<client_action::OpenBulk>(action)) {
             open(ChannelKind::kBulk);
         } else if (const auto* configured = std::get_if<client_action::Configured>(&action)) {
-            epoch_ = configured->epoch;
             welcomed_ = true;
             // Decoding a large scene takes this thread longer than a server waits to hear of us.
             const Message life = message::Heartbeat{};
-            transport_->keepAlive(links_.at(ChannelKind::kControl), configured->heartbeat, wireType(life), epoch_,
+            transport_->keepAlive(links_.at(ChannelKind::kControl), configured->heartbeat, wireType(life), configured->epoch,
                                   share(encodeMessage(life)));
             ++waiting_;
             out_.tryPush(incoming::Configured{configured->configuration});
@@ -168,7 +167,8 @@ void Connection::carryOut(ClientActions actions) {
 void Connection::carryOut(const client_action::Send& action) {
     const auto link = links_.find(action.channel);
     if (link != links_.end())
-        transport_->send(link->second, wireType(action.message), epoch_, share(encodeMessage(action.message)));
+        transport_->send(link->second, wireType(action.message), session_.epoch(),
+                         share(encodeMessage(action.message)));
 }
 
 void Connection::open(ChannelKind channel) {

@@ -91,7 +91,6 @@ private:
     std::vector<Blob> arrived_;  ///< handles that keep blobs findable until lists name them, oldest first
     std::size_t arrivedBytes_ = 0;
     std::map<ChannelKind, LinkId> links_;
-    Epoch epoch_;
     bool welcomed_ = false;
     bool ended_ = false;
 

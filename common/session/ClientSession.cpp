@@ -55,7 +55,7 @@ struct ClientSession::Impl {
         : config(std::move(c)), fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight}) {}
 
     void opened(ChannelKind channel, TimePoint now);
-    void received(ChannelKind channel, const Message& message, TimePoint now);
+    void received(ChannelKind channel, Epoch said, const Message& message, TimePoint now);
     [[nodiscard]] bool mayHear(const MessageInfo& info, ChannelKind channel) const;
     void misplaced(const MessageInfo& said, ChannelKind channel);
     void closed(ChannelKind channel, TimePoint now);
@@ -114,7 +114,8 @@ struct ClientSession::Impl {
     Bulk bulk = Bulk::kUnwanted;
     TimePoint bulkRetryAt{};
     TimePoint bulkProgress{};
-    std::uint64_t token = 0;
+    SessionToken token;
+    Epoch epoch;
 
     std::deque<Step> steps;
     std::size_t queuedBytes = 0;
@@ -149,7 +150,8 @@ void ClientSession::Impl::opened(ChannelKind channel, TimePoint now) {
                          .name = config.name,
                          .token = token,
                          .pixelProbe = config.pixelProbe,
-                         .wantBlobs = config.wantBlobs};
+                         .wantBlobs = config.wantBlobs,
+                         .seenEpoch = config.seenEpoch};
     send(channel, hello);
     if (channel == ChannelKind::kControl) {
         stage = Stage::kGreeting;
@@ -164,8 +166,14 @@ void ClientSession::Impl::opened(ChannelKind channel, TimePoint now) {
     waitingImages.clear();
 }
 
-void ClientSession::Impl::received(ChannelKind channel, const Message& message, TimePoint now) {
+void ClientSession::Impl::received(ChannelKind channel, Epoch said, const Message& message, TimePoint now) {
     lastByte = std::max(lastByte, now);
+    // A server that raises its epoch says farewell to those that it has welcomed in the one before.
+    if (stage == Stage::kWelcomed && said != epoch && !std::holds_alternative<message::Refused>(message))
+        return disconnect("the server said " + std::string(nameOf(message)) + " in epoch " +
+                              std::to_string(said.value) + ", and welcomed this peer in epoch " +
+                              std::to_string(epoch.value),
+                          true, ErrorCode::kBadInput);
     std::visit(
         [&]<Described M>(const M& m) {
             if constexpr (includes(M::kInfo.to, Party::kPeers)) {
@@ -252,8 +260,14 @@ TimePoint ClientSession::Impl::bulkStuckAt() const {
 }
 
 void ClientSession::Impl::on(const message::Welcome& welcome, TimePoint) {
+    if (welcome.epoch < config.seenEpoch)
+        return disconnect("the server is at epoch " + std::to_string(welcome.epoch.value) + ", and one at epoch " +
+                              std::to_string(config.seenEpoch.value) +
+                              " has welcomed this host before: that one started later",
+                          true, ErrorCode::kRefused);
     stage = Stage::kWelcomed;
     token = welcome.token;
+    epoch = welcome.epoch;
     heartbeatEvery = welcome.heartbeat;
     out.push_back(client_action::Configured{welcome.epoch, welcome.configuration, welcome.heartbeat});
     if (config.role == PeerRole::kHost || config.wantBlobs) openBulk();
@@ -454,9 +468,13 @@ ClientActions ClientSession::channelOpened(ChannelKind channel, TimePoint now) {
     return impl_->take();
 }
 
-ClientActions ClientSession::received(ChannelKind channel, const Message& message, TimePoint now) {
-    if (!impl_->dead()) impl_->received(channel, message, now);
+ClientActions ClientSession::received(ChannelKind channel, Epoch epoch, const Message& message, TimePoint now) {
+    if (!impl_->dead()) impl_->received(channel, epoch, message, now);
     return impl_->take();
+}
+
+Epoch ClientSession::epoch() const {
+    return impl_->epoch;
 }
 
 ClientActions ClientSession::malformed(ChannelKind, const std::string& reason) {

@@ -18,6 +18,8 @@ struct ClientSessionConfig {
     PeerRole role = PeerRole::kHost;
     std::uint64_t schema = 0;
     std::uint64_t pixelProbe = 0;
+    /// The highest epoch in which a server of this wall has welcomed this process; a lower one is left again.
+    Epoch seenEpoch;
     bool wantBlobs = true;
     std::size_t maxBlobBytes = std::size_t{4} << 30;  ///< one blob; refused before memory is taken
     std::uint32_t chunkBytes = 256 * 1024;
@@ -117,7 +119,10 @@ public:
     ~ClientSession();
 
     [[nodiscard]] ClientActions channelOpened(ChannelKind channel, TimePoint now);
-    [[nodiscard]] ClientActions received(ChannelKind channel, const Message& message, TimePoint now);
+    /// `epoch` is what the message came with: once welcomed, the server's.
+    [[nodiscard]] ClientActions received(ChannelKind channel, Epoch epoch, const Message& message, TimePoint now);
+    /// To be sent with every message: the server's, zero until it is known.
+    [[nodiscard]] Epoch epoch() const;
     /// Bytes that are no message (wrong checksum, undecodable): gives the connection up.
     [[nodiscard]] ClientActions malformed(ChannelKind channel, const std::string& reason);
     /// Also for a bulk connection that could not be made.

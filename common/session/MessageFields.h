@@ -109,9 +109,9 @@ constexpr MessageField<FieldForm::kReason, M, std::string> reason(std::uint8_t n
                                                                   std::string M::*member) {
     return {number, name, member};
 }
-template <typename M>
-constexpr MessageField<FieldForm::kHash, M, Hash128> hash(std::uint8_t number, std::string_view name,
-                                                          Hash128 M::*member) {
+/// Of anything that has 16 bytes as `low` and `high`.
+template <typename M, typename T>
+constexpr MessageField<FieldForm::kHash, M, T> hash(std::uint8_t number, std::string_view name, T M::*member) {
     return {number, name, member};
 }
 template <typename M>

@@ -18,6 +18,7 @@
 #include "common/base/Version.h"
 #include "common/session/CommittedList.h"
 #include "common/session/MessageFields.h"
+#include "common/session/SessionToken.h"
 
 namespace tessera {
 
@@ -75,18 +76,19 @@ struct Hello {
     PeerRole role = PeerRole::kHost;
     ChannelKind channel = ChannelKind::kControl;
     std::string name;              ///< the host's name in the wall, or what an application calls itself
-    std::uint64_t token = 0;       ///< bulk channels: the token of the Welcome on the control channel
+    SessionToken token;            ///< bulk channels: that of the Welcome on the control channel
     std::uint64_t pixelProbe = 0;  ///< hash of a small lit test image; hosts whose pixels differ are named
     bool wantBlobs = true;         ///< applications may follow without bulk data
+    Epoch seenEpoch;               ///< hosts: the highest in which a server of this wall has welcomed this process
 
     static constexpr MessageInfo kInfo{
         2, "Hello", Party::kPeers, Party::kServer, OnChannel::kBoth, SaidWhen::kFirst, kTexts};
     static constexpr auto fields() {
         return std::tuple(field::varint(1, "protocol", &Hello::protocol), field::fixed(2, "schema", &Hello::schema),
                           field::varint(3, "role", &Hello::role), field::varint(4, "channel", &Hello::channel),
-                          field::text(5, "name", &Hello::name), field::fixed(6, "token", &Hello::token),
-                          field::fixed(7, "pixel_probe", &Hello::pixelProbe),
-                          field::varint(8, "want_blobs", &Hello::wantBlobs));
+                          field::text(5, "name", &Hello::name), field::fixed(7, "pixel_probe", &Hello::pixelProbe),
+                          field::varint(8, "want_blobs", &Hello::wantBlobs), field::hash(10, "token", &Hello::token),
+                          field::fixed(12, "seen_epoch", &Hello::seenEpoch));
     }
 };
 /// The replica stands at `sequence` with all its blobs; a host can enter the barrier.
@@ -190,7 +192,7 @@ struct Request {
 
 struct Welcome {
     Epoch epoch;
-    std::uint64_t token = 0;  ///< binds this peer's bulk channel to it
+    SessionToken token;  ///< binds this peer's bulk channel to it
     std::chrono::milliseconds heartbeat{100};
     std::chrono::milliseconds lostAfter{800};
     ByteSlice configuration;  ///< the wall (codec WallCodec)
@@ -198,10 +200,10 @@ struct Welcome {
     static constexpr MessageInfo kInfo{
         11, "Welcome", Party::kServer, Party::kPeers, OnChannel::kControl, SaidWhen::kFirst, 4 * kMebi};
     static constexpr auto fields() {
-        return std::tuple(field::fixed(1, "epoch", &Welcome::epoch), field::fixed(2, "token", &Welcome::token),
-                          field::varint(3, "heartbeat_ms", &Welcome::heartbeat),
-                          field::varint(4, "lost_after_ms", &Welcome::lostAfter),
-                          field::bytes("configuration", &Welcome::configuration));
+        return std::tuple(
+            field::fixed(1, "epoch", &Welcome::epoch), field::varint(3, "heartbeat_ms", &Welcome::heartbeat),
+            field::varint(4, "lost_after_ms", &Welcome::lostAfter), field::hash(5, "token", &Welcome::token),
+            field::bytes("configuration", &Welcome::configuration));
     }
 };
 /// The connection is closed after this. `retry`: the same call may go well later.

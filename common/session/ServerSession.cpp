@@ -121,11 +121,37 @@ void ServerSession::Impl::on(Peer& peer, const message::Hello& hello, TimePoint 
     }
     if (host->connection)
         return refuse(peer, ErrorCode::kRefused, "host '" + host->name + "' is connected already", true);
+    if (hello.seenEpoch > config.epoch && !raiseEpoch(host->name, hello.seenEpoch, now))
+        return refuse(
+            peer, ErrorCode::kRefused,
+            fmt::format("this server is at epoch {}, and host '{}' has seen epoch {} of this wall: a server that "
+                        "started later has taken over, or the clock went back; end one of the two, or start "
+                        "this one again",
+                        config.epoch.value, host->name, hello.seenEpoch.value),
+            true);
     admitHost(peer, *host, hello, now);
 }
 
+bool ServerSession::Impl::raiseEpoch(const std::string& host, Epoch seen, TimePoint now) {
+    // A server that goes on while another one has taken over must not outbid it: its hosts have shown its pictures.
+    if (std::ranges::any_of(hosts, [](const Host& h) { return h.everEntered; })) return false;
+    if (!seen.next()) return false;
+    const Epoch before = std::exchange(config.epoch, seen.next());
+    out.push_back(server_action::EpochRaised{before, config.epoch, host});
+    std::vector<ConnectionId> welcomed;
+    for (const auto& [id, peer] : peers)
+        if (peer.stage == Peer::Stage::kControl) welcomed.push_back(id);
+    const std::string reason = "this server has gone on to a higher epoch; start over";
+    for (const ConnectionId connection : welcomed) {
+        Peer& peer = *find(connection);
+        if (peer.role == PeerRole::kHost) lose(hostOf(peer), FaultKind::kDisconnected, reason, currentFrame(), now);
+        close(peer, reason);
+    }
+    return true;
+}
+
 void ServerSession::Impl::helloBulk(Peer& peer, const message::Hello& hello) {
-    const auto control = std::find_if(peers.begin(), peers.end(), [&](const auto& item) {
+    const auto control = !hello.token ? peers.end() : std::find_if(peers.begin(), peers.end(), [&](const auto& item) {
         return item.second.stage == Peer::Stage::kControl && item.second.token == hello.token;
     });
     if (control == peers.end())
@@ -163,8 +189,7 @@ void ServerSession::Impl::admitHost(Peer& peer, Host& host, const message::Hello
 
 void ServerSession::Impl::welcome(Peer& peer, TimePoint now) {
     peer.stage = Peer::Stage::kControl;
-    const std::uint64_t counter = ++tokensGiven;
-    peer.token = hash64(std::as_bytes(std::span(&counter, 1)), config.tokenSeed);
+    peer.token = config.newToken();
     if (nextHeartbeat < now) nextHeartbeat = now;
     send(peer.id, message::Welcome{.epoch = config.epoch,
                                    .token = peer.token,
@@ -270,9 +295,13 @@ ServerActions ServerSession::connectionOpened(ConnectionId connection, TimePoint
     return impl_->take();
 }
 
-ServerActions ServerSession::received(ConnectionId connection, const Message& message, TimePoint now) {
-    if (!impl_->finished) impl_->received(connection, message, now);
+ServerActions ServerSession::received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now) {
+    if (!impl_->finished) impl_->received(connection, epoch, message, now);
     return impl_->take();
+}
+
+Epoch ServerSession::epoch() const {
+    return impl_->config.epoch;
 }
 
 ServerActions ServerSession::malformed(ConnectionId connection, const std::string& reason, TimePoint now) {

@@ -41,7 +41,8 @@ struct ServerSessionConfig {
     Epoch epoch{1};
     std::uint64_t schema = 0;
     ByteSlice configuration;  ///< handed out in Welcome
-    std::uint64_t tokenSeed = 1;
+    /// A token that nobody else can guess. Tests that repeat themselves have a source of their own.
+    std::function<SessionToken()> newToken = randomToken;
     std::size_t maxApplications = 64;
     std::size_t maxPendingConnections = 64;
     /// A connection that has not said a valid Hello by then is closed.
@@ -148,6 +149,12 @@ struct RequestReceived {
     std::uint64_t id = 0;
     ByteSlice body;
 };
+/// A host has seen a higher epoch of this wall than the clock gave: from now on it is `to`, and peers start over.
+struct EpochRaised {
+    Epoch from;
+    Epoch to;
+    std::string host;
+};
 struct ApplicationJoined {
     ConnectionId connection;
     std::string name;
@@ -182,7 +189,7 @@ using ServerAction =
                  server_action::FrameShown, server_action::StateMismatch, server_action::HashesReceived,
                  server_action::RequestReceived, server_action::ApplicationJoined, server_action::ApplicationLeft,
                  server_action::BlobsEverywhere, server_action::BlobRequested, server_action::ImageReceived,
-                 server_action::PixelsDiffer>;
+                 server_action::PixelsDiffer, server_action::EpochRaised>;
 using ServerActions = std::vector<ServerAction>;
 
 /// Pure state machine: no socket, no clock, no thread. Every call takes the time of the event on the caller's monotonic
@@ -197,7 +204,11 @@ public:
 
     [[nodiscard]] ServerActions connectionOpened(ConnectionId connection, TimePoint now);
     /// `now` is when the bytes arrived, not when they are looked at.
-    [[nodiscard]] ServerActions received(ConnectionId connection, const Message& message, TimePoint now);
+    /// `epoch` is what the message came with; another one than ours is refused, except by who knows none yet (zero).
+    [[nodiscard]] ServerActions received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now);
+    /// To be sent with every message. Higher than any that this wall's hosts have seen: it may rise until a host has
+    /// entered the barrier (EpochRaised). Afterwards a host that has seen a higher one is refused.
+    [[nodiscard]] Epoch epoch() const;
     /// Bytes that are no message (wrong checksum, undecodable): closes this peer, nobody else.
     [[nodiscard]] ServerActions malformed(ConnectionId connection, const std::string& reason, TimePoint now);
     [[nodiscard]] ServerActions connectionClosed(ConnectionId connection, TimePoint now);

@@ -21,7 +21,7 @@ struct ServerSession::Impl {
         Stage stage = Stage::kPending;
         PeerRole role = PeerRole::kHost;
         std::string name;
-        std::uint64_t token = 0;
+        SessionToken token;
         ConnectionId other;  ///< of a control connection its bulk one, and the other way round
         TimePoint openedAt{};
         TimePoint lastByte{};
@@ -106,13 +106,15 @@ struct ServerSession::Impl {
     void helloBulk(Peer& peer, const message::Hello& hello);
     void admitHost(Peer& peer, Host& host, const message::Hello& hello, TimePoint now);
     void welcome(Peer& peer, TimePoint now);
+    /// Above `seen`, if nobody has shown a picture of ours. Everybody welcomed so far starts over.
+    [[nodiscard]] bool raiseEpoch(const std::string& host, Epoch seen, TimePoint now);
     void refuse(Peer& peer, ErrorCode code, std::string reason, bool retry);
     void comparePixels(Host& host, std::uint64_t probe);
     void finish(const std::string& reason);
 
     // ServerSessionMessages.cpp: what welcomed peers say. A message that is for servers and has no `on` does not
     // compile.
-    void received(ConnectionId connection, const Message& message, TimePoint now);
+    void received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now);
     void malformed(ConnectionId connection, const std::string& reason, TimePoint now);
     void misplaced(Peer& peer, const MessageInfo& said, TimePoint now);
     void on(Peer& peer, const message::Heartbeat& message, TimePoint now);
@@ -199,7 +201,6 @@ struct ServerSession::Impl {
     std::deque<std::uint64_t> imageRequests;
     std::vector<std::string> heldByMismatch;  ///< hosts that drew the open frame from a wrong replica
     std::string probeHost;                    ///< the first host with a pixel probe, the reference
-    std::uint64_t tokensGiven = 0;
     std::optional<TimePoint> startedAt;
     std::optional<TimePoint> lastAdvance;
     std::optional<TimePoint> lastLook;

@@ -1,13 +1,23 @@
 // What peers say once they are connected. Whoever says something its role must not say is closed; nobody else notices.
+#include <fmt/format.h>
+
 #include "common/session/ServerSessionImpl.h"
 
 namespace tessera {
 
-void ServerSession::Impl::received(ConnectionId connection, const Message& message, TimePoint now) {
+void ServerSession::Impl::received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now) {
     Peer* peer = find(connection);
     look(now);
     if (!peer) return;  // closed by us; what was still on its way does not matter
     peer->lastByte = std::max(peer->lastByte, now);
+    const MessageInfo& info = infoOf(message);
+    // Until it is welcomed a peer knows no epoch; what it said meanwhile comes later.
+    const bool knowsNone = !epoch && info.when != SaidWhen::kLater;
+    if (peer->stage != Peer::Stage::kPending && epoch != config.epoch && !knowsNone)
+        return violated(peer->stage == Peer::Stage::kBulk ? *find(peer->other) : *peer,
+                        fmt::format("said {} in epoch {}, and this server is at epoch {}", info.name, epoch.value,
+                                    config.epoch.value),
+                        now);
     std::visit(
         [&]<Described M>(const M& m) {
             if constexpr (includes(M::kInfo.to, Party::kServer)) {

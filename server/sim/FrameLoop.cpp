@@ -125,7 +125,6 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 }),
       marks(blobs, peers.session()),
       desk({.wall = options.wall,
-            .epoch = peers.epoch(),
             .blobs = blobs,
             .session = peers.session(),
             .simulation = simulation,

@@ -1,7 +1,6 @@
 #include "server/sim/Peers.h"
 
 #include <algorithm>
-#include <random>
 
 #include "common/codec/MessageCodec.h"
 #include "common/codec/WallCodec.h"
@@ -14,22 +13,25 @@ constexpr std::uint32_t kMaxChunkBytes = 1024 * 1024;
 
 }  // namespace
 
-ServerSessionConfig sessionConfigOf(const Wall& wall) {
+Epoch nextEpoch(Epoch last, std::chrono::system_clock::time_point now) {
+    // Without a memory of the last one, nanoseconds since 1970 are higher than those of any start before, unless the
+    // clock went back; then a host tells (ServerSession::epoch).
+    const auto sinceThen = std::chrono::duration_cast<std::chrono::nanoseconds>(now.time_since_epoch()).count();
+    return std::max(last.next(), Epoch(static_cast<std::uint64_t>(std::max<std::int64_t>(sinceThen, 1))));
+}
+
+ServerSessionConfig sessionConfigOf(const Wall& wall, Epoch last) {
     ServerSessionConfig config;
     for (const WallHost& host : wall.hosts) config.hosts.push_back(host.name);
     config.sync = wall.sync;
-    // Every start has a higher epoch than the one before, without a file: nanoseconds since 1970.
-    config.epoch = Epoch(static_cast<std::uint64_t>(
-        std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count()));
+    config.epoch = nextEpoch(last, std::chrono::system_clock::now());
     config.schema = schemaHash();
     config.configuration = share(encodeWall(wall));
-    config.tokenSeed = (std::uint64_t{std::random_device{}()} << 32) | std::random_device{}();
     return config;
 }
 
 Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver)
     : blobs_(blobs),
-      epoch_(config.epoch),
       heartbeat_(config.sync.heartbeat),
       session_([&] {
           config.unsentBytes = [this](ConnectionId connection) { return transport_.queuedBytes(LinkId{connection.value}); };
@@ -63,7 +65,7 @@ ServerActions Peers::received(const link_event::Received& received, TimePoint at
     if (!open_.contains(connection)) return {};
     const Expected<Message> message = decodeMessage(received.type, received.payload);
     if (!message) return perform(session_.malformed(connection, message.error().message, at));
-    return perform(session_.received(connection, *message, at));
+    return perform(session_.received(connection, received.epoch, *message, at));
 }
 
 ServerActions Peers::perform(ServerActions actions) {
@@ -86,11 +88,11 @@ ServerActions Peers::perform(ServerActions actions) {
 void Peers::send(ConnectionId connection, const MessagePtr& message) {
     if (last_.message != message) last_ = {.message = message, .encoded = share(encodeMessage(*message))};
     const LinkId link{connection.value};
-    transport_.send(link, wireType(*message), epoch_, last_.encoded);
+    transport_.send(link, wireType(*message), session_.epoch(), last_.encoded);
     if (!std::holds_alternative<message::Welcome>(*message)) return;
     // The session's heartbeats come from the frame thread, which may be away for long. Then the network speaks for us.
     const Message life = message::Heartbeat{};
-    transport_.keepAlive(link, heartbeat_, wireType(life), epoch_, share(encodeMessage(life)));
+    transport_.keepAlive(link, heartbeat_, wireType(life), session_.epoch(), share(encodeMessage(life)));
 }
 
 message::BlobChunk Peers::chunkFor(const message::BlobRequest& request) const {

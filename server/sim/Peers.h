@@ -1,6 +1,7 @@
 /// The server's session over real connections: bytes to events, actions to bytes.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -13,8 +14,11 @@
 
 namespace tessera {
 
-/// Of a server that starts now, with this wall.
-[[nodiscard]] ServerSessionConfig sessionConfigOf(const Wall& wall);
+/// Of a server that starts now: above `last`, the highest that is remembered of its wall (zero: none), even where the
+/// clock went back meanwhile.
+[[nodiscard]] Epoch nextEpoch(Epoch last, std::chrono::system_clock::time_point now);
+/// Of a server that starts now, with this wall. `last`: see nextEpoch.
+[[nodiscard]] ServerSessionConfig sessionConfigOf(const Wall& wall, Epoch last = {});
 
 /// Owns transport and session. All members are for the frame thread; network events reach it through the `deliver`
 /// function, which is called on the network thread (or here, in `attend`) and hands them over (a channel), and come
@@ -50,7 +54,6 @@ public:
     [[nodiscard]] ServerSession& session() { return session_; }
     [[nodiscard]] const ServerSession& session() const { return session_; }
     [[nodiscard]] std::size_t connectionCount() const { return open_.size(); }
-    [[nodiscard]] Epoch epoch() const { return epoch_; }
 
 private:
     [[nodiscard]] ServerActions received(const link_event::Received& received, TimePoint at);
@@ -58,7 +61,6 @@ private:
     [[nodiscard]] message::BlobChunk chunkFor(const message::BlobRequest& request) const;
 
     const BlobStore& blobs_;
-    Epoch epoch_;
     std::chrono::milliseconds heartbeat_;
     ServerSession session_;
     std::map<ConnectionId, std::string> open_;  ///< peers' addresses

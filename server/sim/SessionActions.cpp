@@ -97,6 +97,14 @@ ServerActions SessionActions::on(const server_action::ImageReceived& image) {
     return around_.desk.imageReceived(image);
 }
 
+ServerActions SessionActions::on(const server_action::EpochRaised& raised) {
+    around_.log.warning(
+        fmt::format("{} has seen a later epoch of this wall than {}, which this machine's clock gave: it is "
+                    "{} now",
+                    raised.host, raised.from.value, raised.to.value));
+    return {};
+}
+
 ServerActions SessionActions::on(const server_action::PixelsDiffer& differ) {
     around_.log.warning(
         fmt::format("{} draws other pixels than {} (another CPU or driver): seams between them may show", differ.host,

@@ -50,6 +50,7 @@ private:
     ServerActions on(const server_action::BlobsEverywhere&);
     ServerActions on(const server_action::ImageReceived&);
     ServerActions on(const server_action::PixelsDiffer&);
+    ServerActions on(const server_action::EpochRaised&);
 
     Surroundings around_;
     StateComparison comparison_;

@@ -197,7 +197,7 @@ private:
         } else if (const auto* received = std::get_if<link_event::Received>(&event->what)) {
             const Expected<Message> message = decodeMessage(received->type, received->payload);
             if (!message) std::_Exit(1);
-            carryOut(session.received(kinds[received->link], *message, event->at));
+            carryOut(session.received(kinds[received->link], received->epoch, *message, event->at));
         } else {
             carryOut(session.channelClosed(kinds[std::get<link_event::Closed>(event->what).link], event->at));
         }

@@ -49,6 +49,11 @@ std::optional<Message> anyMessage(FuzzInput& in) {
     return message ? std::optional(std::move(*message)) : std::nullopt;
 }
 
+/// Most often the right one.
+Epoch anyEpoch(FuzzInput& in, Epoch right) {
+    return in.below(8) > 0 ? right : Epoch(in.below(4));
+}
+
 class Server {
 public:
     explicit Server(FuzzInput& in) : in_(in), session_(config(in)) {}
@@ -68,6 +73,7 @@ private:
         ServerSessionConfig config;
         config.hosts = {"left", "right"};
         config.schema = 1;
+        config.newToken = [given = std::uint64_t{0}]() mutable { return SessionToken{++given, 0}; };
         config.maxTailLists = 4;
         config.maxPendingConnections = 4;
         config.maxApplications = 2;
@@ -110,7 +116,8 @@ private:
             }
             default:
                 if (const std::optional<Message> message = anyMessage(in_))
-                    if (open_.contains(connection)) keep(session_.received(connection, *message, now_));
+                    if (open_.contains(connection))
+                        keep(session_.received(connection, anyEpoch(in_, session_.epoch()), *message, now_));
         }
     }
     void beginFrame() {
@@ -179,7 +186,8 @@ private:
                 answer();
                 break;
             default:
-                if (const std::optional<Message> message = anyMessage(in_)) keep(session_.received(channel, *message, now_));
+                if (const std::optional<Message> message = anyMessage(in_))
+                    keep(session_.received(channel, anyEpoch(in_, session_.epoch()), *message, now_));
         }
     }
     /// Answers the oldest order, as its owner must.

@@ -18,7 +18,9 @@ OwnerConfig Cluster::ownerConfig(const ClusterConfig& config) {
     owner.session.sync.lateAfter = 30ms;
     owner.session.sync.startDeadline = 1'500ms;
     owner.session.schema = kSchema;
-    owner.session.tokenSeed = config.seed;
+    owner.session.newToken = [random = Random(config.seed)]() mutable {
+        return SessionToken{random.next(), random.next()};
+    };
     owner.session.helloDeadline = 400ms;
     owner.session.syncDeadline = 1'000ms;
     owner.session.blobDeadline = 800ms;

@@ -53,10 +53,11 @@ void Network::carry(ConnectionId id, Direction direction, std::size_t bytes, std
     });
 }
 
-void Network::send(ConnectionId id, Direction direction, Message message) {
+void Network::send(ConnectionId id, Direction direction, Epoch epoch, Message message) {
     const std::size_t bytes = sizeOf(message);
-    carry(id, direction, bytes,
-          [id, shared = std::make_shared<const Message>(std::move(message))](End& end) { end.received(id, shared); });
+    carry(id, direction, bytes, [id, epoch, shared = std::make_shared<const Message>(std::move(message))](End& end) {
+        end.received(id, epoch, shared);
+    });
 }
 
 void Network::garbageToServer(ConnectionId id) {

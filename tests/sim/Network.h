@@ -14,7 +14,7 @@ class End {
 public:
     virtual ~End() = default;
     virtual void opened(ConnectionId connection) = 0;
-    virtual void received(ConnectionId connection, std::shared_ptr<const Message> message) = 0;
+    virtual void received(ConnectionId connection, Epoch epoch, std::shared_ptr<const Message> message) = 0;
     virtual void undecodable(ConnectionId) {}
     virtual void closed(ConnectionId connection) = 0;
 };
@@ -32,8 +32,12 @@ public:
     void serve(End& server) { server_ = &server; }
     /// Both ends are told after the handshake.
     ConnectionId connect(const Link& link, End& client);
-    void toServer(ConnectionId connection, Message message) { send(connection, kUp, std::move(message)); }
-    void toClient(ConnectionId connection, Message message) { send(connection, kDown, std::move(message)); }
+    void toServer(ConnectionId connection, Epoch epoch, Message message) {
+        send(connection, kUp, epoch, std::move(message));
+    }
+    void toClient(ConnectionId connection, Epoch epoch, Message message) {
+        send(connection, kDown, epoch, std::move(message));
+    }
     /// Bytes that no codec understands.
     void garbageToServer(ConnectionId connection);
     /// What was sent before arrives; then the other end is told. What is on its way here is lost.
@@ -53,7 +57,7 @@ private:
         bool openAt[2] = {false, false};  ///< kUp: as the server knows, kDown: as the client knows
         bool cut = false;
     };
-    void send(ConnectionId connection, Direction direction, Message message);
+    void send(ConnectionId connection, Direction direction, Epoch epoch, Message message);
     void close(ConnectionId connection, Direction direction);
     /// Runs `arrive(end)` at the far end, in order.
     void carry(ConnectionId connection, Direction direction, std::size_t bytes, std::function<void(End&)> arrive,

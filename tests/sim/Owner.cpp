@@ -59,8 +59,8 @@ void Owner::opened(ConnectionId connection) {
     });
 }
 
-void Owner::received(ConnectionId connection, std::shared_ptr<const Message> message) {
-    post([this, connection, message](TimePoint at) -> ServerActions {
+void Owner::received(ConnectionId connection, Epoch epoch, std::shared_ptr<const Message> message) {
+    post([this, connection, epoch, message](TimePoint at) -> ServerActions {
         if (!open_.contains(connection)) return {};
         const auto host = hostOf_.find(connection);
         if (const auto* ready = std::get_if<message::Ready>(&*message); ready && host != hostOf_.end()) {
@@ -68,7 +68,7 @@ void Owner::received(ConnectionId connection, std::shared_ptr<const Message> mes
                 (ready->stateHash == frame_.stateHash ? frame_.ready : frame_.wrong).emplace(host->second, at);
             if (ready->frame == toldToDraw_[host->second]) answered_.insert(host->second);
         }
-        return session_.received(connection, *message, at);
+        return session_.received(connection, epoch, *message, at);
     });
 }
 
@@ -212,7 +212,7 @@ void Owner::on(const server_action::Send& action) {
         if (!frame_.open || swap->frame != frame_.number) violated("swaps a frame that is not open");
         if (!frame_.ready.contains(host)) violated("swaps on " + host + " before it is ready");
     }
-    network_.toClient(action.connection, *action.message);
+    network_.toClient(action.connection, session_.epoch(), *action.message);
 }
 
 void Owner::on(const server_action::Close& action) {
@@ -369,7 +369,7 @@ void Owner::on(const server_action::BlobRequested& action) {
             chunk.totalBytes = all.size();
             chunk.bytes = share(std::move(bytes));
         }
-        network_.toClient(connection, std::move(chunk));
+        network_.toClient(connection, session_.epoch(), std::move(chunk));
     });
 }
 

@@ -57,7 +57,7 @@ public:
 
     // End
     void opened(ConnectionId connection) override;
-    void received(ConnectionId connection, std::shared_ptr<const Message> message) override;
+    void received(ConnectionId connection, Epoch epoch, std::shared_ptr<const Message> message) override;
     void undecodable(ConnectionId connection) override;
     void closed(ConnectionId connection) override;
 
@@ -101,6 +101,7 @@ private:
     void on(const server_action::BlobsEverywhere& action);
     void on(const server_action::BlobRequested& action);
     void on(const server_action::ImageReceived&) { ++images_; }
+    void on(const server_action::EpochRaised&) { violated("raises its epoch though nobody has seen another"); }
     void on(const server_action::PixelsDiffer&) { violated("pixels differ though all probes are alike"); }
     void left(const std::string& host);
     void checkQuiet() const;

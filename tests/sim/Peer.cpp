@@ -65,7 +65,7 @@ void Peer::muteBulk() {
 }
 
 void Peer::misbehave(const Message& message) {
-    if (running_ && open_[0]) network_.toServer(*connections_[0], message);
+    if (running_ && open_[0]) network_.toServer(*connections_[0], session_->epoch(), message);
 }
 
 void Peer::ask() {
@@ -140,16 +140,16 @@ void Peer::opened(ConnectionId connection) {
     });
 }
 
-void Peer::received(ConnectionId connection, std::shared_ptr<const Message> message) {
+void Peer::received(ConnectionId connection, Epoch epoch, std::shared_ptr<const Message> message) {
     const TimePoint arrived = localNow();
-    inSession([this, connection, message, arrived] {
+    inSession([this, connection, epoch, message, arrived] {
         const auto channel = channelOf(connection);
         if (!channel) return;
         if (std::holds_alternative<message::BlobChunk>(*message)) --chunksAsked_;
         // A host in the barrier never waits for bulk data: what a frame's list names has been announced.
         if (const auto* begin = std::get_if<message::Begin>(&*message))
             requireBlobs(begin->list->blobs, "as a frame begins");
-        carryOut(session_->received(*channel, *message, arrived));
+        carryOut(session_->received(*channel, epoch, *message, arrived));
     });
 }
 
@@ -179,7 +179,7 @@ void Peer::on(client_action::Send action) {
         violated("sends " + std::string(nameOf(action.message)) + " on a closed channel");
     if (std::holds_alternative<message::BlobRequest>(action.message) && ++chunksAsked_ > kChunksInFlight)
         violated("has more chunks under way than its window");
-    network_.toServer(*connection, std::move(action.message));
+    network_.toServer(*connection, session_->epoch(), std::move(action.message));
 }
 
 void Peer::on(const client_action::ApplySnapshot& action) {

@@ -72,7 +72,7 @@ public:
 
     // End
     void opened(ConnectionId connection) override;
-    void received(ConnectionId connection, std::shared_ptr<const Message> message) override;
+    void received(ConnectionId connection, Epoch epoch, std::shared_ptr<const Message> message) override;
     void closed(ConnectionId connection) override;
 
 private:

@@ -40,7 +40,7 @@ void Stranger::opened(ConnectionId) {
             for (int i = 0; i < 5; ++i) {
                 Message message = anyMessage(random_);
                 if (!std::holds_alternative<message::Hello>(message))
-                    network_.toServer(connection_, std::move(message));
+                    network_.toServer(connection_, {}, std::move(message));
             }
             return;
         case Manner::kOutdated:
@@ -57,25 +57,25 @@ void Stranger::opened(ConnectionId) {
             break;
         case Manner::kForgedToken:
             hello.channel = ChannelKind::kBulk;
-            hello.token = random_.next();
+            hello.token = {random_.next(), random_.next()};
             break;
         case Manner::kDouble:
             break;
         case Manner::kRudeViewer:
             hello.role = PeerRole::kApplication;
             hello.name = "stranger";
-            network_.toServer(connection_, hello);
-            network_.toServer(connection_, message::Ready{.frame = FrameNumber(3)});
+            network_.toServer(connection_, {}, hello);
+            network_.toServer(connection_, {}, message::Ready{.frame = FrameNumber(3)});
             return;
         case Manner::kVanishing:
-            network_.toServer(connection_, hello);
+            network_.toServer(connection_, {}, hello);
             gone_ = true;
             return network_.closeByClient(connection_);
     }
-    network_.toServer(connection_, hello);
+    network_.toServer(connection_, {}, hello);
 }
 
-void Stranger::received(ConnectionId, std::shared_ptr<const Message> message) {
+void Stranger::received(ConnectionId, Epoch, std::shared_ptr<const Message> message) {
     refused_ = refused_ || std::holds_alternative<message::Refused>(*message);
 }
 

@@ -29,7 +29,7 @@ public:
     [[nodiscard]] bool refused() const { return refused_; }
 
     void opened(ConnectionId connection) override;
-    void received(ConnectionId connection, std::shared_ptr<const Message> message) override;
+    void received(ConnectionId connection, Epoch epoch, std::shared_ptr<const Message> message) override;
     void closed(ConnectionId connection) override;
 
 private:

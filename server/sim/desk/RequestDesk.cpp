@@ -65,7 +65,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
     const Simulation& simulation = around_.simulation;
     answer::Status status;
     status.wallName = around_.wall.name;
-    status.epoch = around_.epoch;
+    status.epoch = around_.session.epoch();
     status.frame = session.nextFrame();
     status.sequence = simulation.sequence();
     status.stateHash = simulation.scene().stateHash();

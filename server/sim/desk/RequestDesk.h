@@ -32,7 +32,6 @@ public:
     /// What the desk asks and changes; all of it outlives the desk.
     struct Surroundings {
         const Wall& wall;
-        Epoch epoch;  ///< told with the status
         BlobStore& blobs;
         ServerSession& session;
         Simulation& simulation;

@@ -44,13 +44,13 @@ std::vector<server_action::Send> sentFor(const CommittedListPtr& list) {
         const ConnectionId connection(++connections);
         (void)session.connectionOpened(connection, now);
         (void)session.received(
-            connection, message::Hello{.role = host ? PeerRole::kHost : PeerRole::kApplication, .name = name}, now);
+            connection, {}, message::Hello{.role = host ? PeerRole::kHost : PeerRole::kApplication, .name = name}, now);
         (void)session.snapshotReady(connection, {share(CommittedList{0_seq, 5_hash, {}, {}})}, now);
-        if (host) (void)session.received(connection, message::Synced{0_seq, 5_hash}, now);
+        if (host) (void)session.received(connection, session.epoch(), message::Synced{0_seq, 5_hash}, now);
     }
     (void)session.beginFrame({.frame = 0_frame, .list = share(CommittedList{0_seq, 5_hash, {}, {}})}, now);
     for (std::uint64_t c = 1; c <= 4; ++c)
-        (void)session.received(ConnectionId(c), message::Ready{0_frame, 5_hash, nullptr}, now);
+        (void)session.received(ConnectionId(c), session.epoch(), message::Ready{0_frame, 5_hash, nullptr}, now);
     std::vector<server_action::Send> sent;
     for (ServerAction& action :
          session.beginFrame({.frame = 1_frame, .payload = Bytes(200, std::byte{1}), .list = list}, now))
@@ -131,9 +131,9 @@ TEST_F(ListWay, WhatIsReceivedStaysWhereItCame) {
 
     ClientSession session({.name = "a"});
     (void)session.channelOpened(ChannelKind::kControl, TimePoint(1s));
-    (void)session.received(ChannelKind::kControl, message::Welcome{}, TimePoint(1s));
+    (void)session.received(ChannelKind::kControl, {}, message::Welcome{}, TimePoint(1s));
     for (const BlobInfo& blob : committed_->blobs) session.holdBlob(blob.id);
-    const ClientActions actions = session.received(ChannelKind::kControl, *heard, TimePoint(1s));
+    const ClientActions actions = session.received(ChannelKind::kControl, {}, *heard, TimePoint(1s));
     ASSERT_EQ(actions.size(), 1u);
     const auto& draw = std::get<client_action::Draw>(actions[0]);
     EXPECT_EQ(draw.begin.list, message.list) << "the envelope that was received, not one like it";

@@ -48,13 +48,15 @@ public:
         return std::nullopt;
     }
     void say(LinkId link, const Message& message) {
-        transport_->send(link, wireType(message), 1_epoch, share(encodeMessage(message)));
+        transport_->send(link, wireType(message), epoch_, share(encodeMessage(message)));
     }
+    void goOnAt(Epoch epoch) { epoch_ = epoch; }
     void hangUp(LinkId link) { transport_->close(link, "hung up by the test"); }
 
 private:
     Channel<LinkEvent> events_{10'000};
     std::uint16_t port_ = 0;
+    Epoch epoch_{1};
     std::unique_ptr<Transport> transport_;
 };
 
@@ -86,8 +88,9 @@ protected:
     LinkId welcome() {
         const auto hello = server_.hear<message::Hello>();
         EXPECT_TRUE(hello);
-        server_.say(hello->first,
-                    message::Welcome{.epoch = 1_epoch, .token = 5, .configuration = share(Bytes(3, std::byte{1}))});
+        server_.say(
+            hello->first,
+            message::Welcome{.epoch = 1_epoch, .token = {5, 6}, .configuration = share(Bytes(3, std::byte{1}))});
         return hello->first;
     }
 
@@ -111,6 +114,26 @@ TEST_F(ServerLinkTest, SaysWhoItIsAndEndsWhenTheServerIsOver) {
     EXPECT_EQ(hello->second.pixelProbe, 42u);
     EXPECT_EQ(hello->second.protocol, kProtocolVersion);
     server_.say(hello->first, message::Over{"all frames are shown"});
+    EXPECT_TRUE(waitForEnd().over);
+}
+
+TEST_F(ServerLinkTest, TellsARestartedServerTheHighestEpochAndLeavesALowerOne) {
+    start();
+    const auto join = [&](Epoch epoch) {
+        const auto hello = server_.hear<message::Hello>();
+        server_.goOnAt(epoch);
+        if (hello) server_.say(hello->first, message::Welcome{.epoch = epoch, .token = {5, 6}});
+        return hello ? std::pair(hello->first, hello->second.seenEpoch) : std::pair(LinkId(), Epoch());
+    };
+    const auto [first, knewNone] = join(7_epoch);
+    EXPECT_EQ(knewNone, 0_epoch);
+    server_.hangUp(first);
+    // Its clock went back, and it does not listen to what hosts have seen.
+    const auto [second, afterFirst] = join(3_epoch);
+    EXPECT_EQ(afterFirst, 7_epoch);
+    const auto [third, afterLower] = join(8_epoch);
+    EXPECT_EQ(afterLower, 7_epoch) << "it came again by itself";
+    server_.say(third, message::Over{"over"});
     EXPECT_TRUE(waitForEnd().over);
 }
 

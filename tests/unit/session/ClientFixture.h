@@ -32,12 +32,12 @@ struct ClientFixture {
 
     void take(ClientActions actions) { done.insert(done.end(), actions.begin(), actions.end()); }
     void hear(const Message& message, ChannelKind channel = ChannelKind::kControl) {
-        take(session.received(channel, message, now));
+        take(session.received(channel, 3_epoch, message, now));
     }
     void connect() { take(session.channelOpened(ChannelKind::kControl, now)); }
     void welcomed() {
         connect();
-        hear(message::Welcome{.epoch = 3_epoch, .token = 42, .heartbeat = 50ms, .configuration = textBytes("the wall")});
+        hear(message::Welcome{.epoch = 3_epoch, .token = {42, 43}, .heartbeat = 50ms, .configuration = textBytes("the wall")});
     }
     void bulkOpen() { take(session.channelOpened(ChannelKind::kBulk, now)); }
     /// Welcomed, and its replica stands at `sequence`.

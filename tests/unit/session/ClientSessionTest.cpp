@@ -19,7 +19,7 @@ TEST(ClientSession, SaysHelloAndOpensItsBulkConnection) {
     EXPECT_EQ(c.actions<client_action::OpenBulk>().size(), 1u);
     c.bulkOpen();
     ASSERT_EQ(c.sent<message::Hello>(ChannelKind::kBulk).size(), 1u);
-    EXPECT_EQ(c.sent<message::Hello>(ChannelKind::kBulk)[0].token, 42u);
+    EXPECT_EQ(c.sent<message::Hello>(ChannelKind::kBulk)[0].token, (SessionToken{42, 43}));
 }
 
 TEST(ClientSession, AppliesSnapshotAndListsInOrderAndIsThenSynced) {
@@ -397,7 +397,7 @@ TEST(ClientSession, RequestsWaitForTheWelcomeWithinABound) {
     ASSERT_EQ(c.actions<client_action::ReplyReceived>().size(), 1u);
     EXPECT_EQ(c.actions<client_action::ReplyReceived>()[0].reply.id, 3u);
     EXPECT_EQ(c.actions<client_action::ReplyReceived>()[0].reply.code, ErrorCode::kLimit);
-    c.hear(message::Welcome{});
+    c.hear(message::Welcome{.epoch = 3_epoch});
     EXPECT_EQ(c.sent<message::Request>().size(), 2u);
     c.hear(message::Reply{.id = 1});
     c.hear(message::Notice{});

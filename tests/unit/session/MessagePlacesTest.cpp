@@ -61,12 +61,13 @@ TEST(MessagePlaces, AClientLeavesAServerThatSaysWhatIsNotForIt) {
                     ClientSession client(config);
                     (void)client.channelOpened(ChannelKind::kControl, TimePoint(1s));
                     if (welcomed) {
-                        (void)client.received(ChannelKind::kControl, message::Welcome{.epoch = 3_epoch}, TimePoint(1s));
+                        (void)client.received(ChannelKind::kControl, 3_epoch, message::Welcome{.epoch = 3_epoch},
+                                              TimePoint(1s));
                         (void)client.channelOpened(ChannelKind::kBulk, TimePoint(1s));
                     }
                     bool blamed = false;
                     const MessageInfo& info = infoOf(message);
-                    for (const ClientAction& action : client.received(channel, message, TimePoint(1s)))
+                    for (const ClientAction& action : client.received(channel, 3_epoch, message, TimePoint(1s)))
                         if (const auto* left = std::get_if<client_action::Disconnect>(&action))
                             blamed = left->reason.starts_with("the server said " + std::string(info.name));
                     const bool inTime =

@@ -127,7 +127,7 @@ TEST(ServerFaults, AReadyThatLayUnreadWhileWeStoodStillIsInTime) {
     const TimePoint readyAt = s.now + 10ms;
     s.pass(3s);
     s.begin();  // before anything else is looked at
-    s.take(s.session.received(s.b, message::Ready{frame, hashAfter(s.sequence), nullptr}, readyAt));
+    s.take(s.session.received(s.b, s.session.epoch(), message::Ready{frame, hashAfter(s.sequence), nullptr}, readyAt));
     EXPECT_TRUE(s.actions<server_action::Fault>().empty());
 }
 

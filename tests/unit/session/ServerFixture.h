@@ -66,7 +66,9 @@ struct ServerFixture {
         take(session.connectionOpened(connection, now));
         return connection;
     }
-    void say(ConnectionId connection, const Message& message) { take(session.received(connection, message, now)); }
+    void say(ConnectionId connection, const Message& message) {
+        take(session.received(connection, session.epoch(), message, now));
+    }
     void drop(ConnectionId connection) { take(session.connectionClosed(connection, now)); }
     message::Hello greeting(const std::string& name, PeerRole role = PeerRole::kHost) const {
         return {.schema = schema, .role = role, .name = name};

@@ -9,7 +9,7 @@ TEST(ServerJoin, WelcomesAHostAndAsksForItsSnapshot) {
     const ConnectionId a = s.hello("a");
     const auto welcome = s.sent<message::Welcome>(a);
     ASSERT_EQ(welcome.size(), 1u);
-    EXPECT_NE(welcome[0].token, 0u);
+    EXPECT_TRUE(welcome[0].token);
     EXPECT_EQ(asText(welcome[0].configuration), "the wall");
     ASSERT_EQ(s.actions<server_action::SnapshotWanted>().size(), 1u);
     EXPECT_EQ(s.state("a"), HostState::kJoining);
@@ -336,10 +336,50 @@ TEST(ServerJoin, BulkConnectionsAreBoundByTheirToken) {
     const ConnectionId stranger = s.open();
     message::Hello hello = s.greeting("a");
     hello.channel = ChannelKind::kBulk;
-    hello.token = 12345;
+    hello.token = {12345, 6};
     s.say(stranger, hello);
     EXPECT_EQ(s.sent<message::Refused>(stranger).size(), 1u);
     EXPECT_FALSE(s.closed(bulk));
+}
+
+TEST(ServerJoin, TokensAreOfTheSystemsAndNoneTellsOfAnother) {
+    std::set<std::pair<std::uint64_t, std::uint64_t>> tokens;
+    std::uint64_t everSet[2] = {0, 0}, everClear[2] = {0, 0};
+    for (int session = 0; session < 2; ++session) {
+        ServerSessionConfig config = twoHosts();
+        config.maxApplications = 64;
+        ServerFixture s(config);
+        for (int i = 0; i < 64; ++i) {
+            const SessionToken token =
+                s.sent<message::Welcome>(s.hello(std::to_string(i), PeerRole::kApplication)).at(0).token;
+            EXPECT_TRUE(tokens.emplace(token.low, token.high).second) << "given twice";
+            everSet[0] |= token.low, everSet[1] |= token.high;
+            everClear[0] |= ~token.low, everClear[1] |= ~token.high;
+        }
+    }
+    for (const int half : {0, 1}) {
+        EXPECT_EQ(everSet[half], ~0ull) << "every bit is sometimes set";
+        EXPECT_EQ(everClear[half], ~0ull) << "and sometimes not";
+    }
+}
+
+TEST(ServerJoin, ATokenThatIsNearlyRightIsRefused) {
+    ServerFixture s;
+    const ConnectionId a = s.hello("a");
+    const SessionToken right = s.sent<message::Welcome>(a).at(0).token;
+    for (const SessionToken& wrong :
+         {SessionToken{}, SessionToken{right.low, 0}, SessionToken{right.low ^ 1, right.high},
+          SessionToken{right.low, right.high ^ (1ull << 63)}, SessionToken{right.high, right.low}}) {
+        const ConnectionId stranger = s.open();
+        message::Hello hello = s.greeting("a");
+        hello.channel = ChannelKind::kBulk;
+        hello.token = wrong;
+        s.say(stranger, hello);
+        EXPECT_EQ(s.sent<message::Refused>(stranger).size(), 1u);
+        EXPECT_TRUE(s.closed(stranger));
+    }
+    // Nor does a pending connection, which has none yet, let one in.
+    EXPECT_FALSE(s.closed(a));
 }
 
 TEST(ServerJoin, ABrokenBulkConnectionMayBeOpenedAgain) {

@@ -66,7 +66,6 @@ private:
         });
         Loader loader({}, [](LoadFinished) {});
         RequestDesk desk({.wall = wall,
-                          .epoch = peers.epoch(),
                           .blobs = blobs,
                           .session = peers.session(),
                           .simulation = simulation,
