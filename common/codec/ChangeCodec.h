@@ -4,15 +4,16 @@
 #include "common/base/Blob.h"
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
+#include "common/base/Limits.h"
 #include "common/change/ChangeList.h"
 
 namespace tessera {
 
 struct ChangeLimits {
-    std::size_t maxBytes = std::size_t{256} << 20;
-    std::size_t maxChanges = 8'000'000;  ///< creations, placements, rows and destructions together
+    std::size_t maxBytes = limits::kMaxListBytes;
+    std::size_t maxChanges = limits::kMaxListChanges;  ///< creations, placements, rows and destructions together
     std::size_t maxColumns = 4096;
-    std::size_t maxTextBytes = 4096;
+    std::size_t maxTextBytes = limits::kMaxTextBytes;
 };
 
 [[nodiscard]] Bytes encodeChangeList(const ChangeList& list);

@@ -19,6 +19,9 @@ constexpr std::size_t kMaxParts = 3;
 
 using Parts = std::vector<ByteSlice>;
 
+static_assert(MessageLimits{}.maxEntries * sizeof(BlobInfo) <= message::kRoomForBlobs);
+static_assert(MessageLimits{}.maxEntries * sizeof(HashEntry) + kMaxHeadBytes <= message::HashAnswer::kInfo.maxPayload);
+
 // ---- numbers of any type as those of a head: 64 bits
 
 template <typename T>

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <array>
 
+#include "common/base/Limits.h"
 #include "common/scene/InverseRecorder.h"
 #include "common/scene/ListCheck.h"
 
 namespace tessera {
+
+static_assert(SceneLimits().maxObjects == limits::kMaxObjects && SceneLimits().maxTextBytes == limits::kMaxTextBytes,
+              "whatever a scene may hold can be sent, read and joined");
 
 struct Aspect::Impl {
     explicit Impl(SceneLimits l) : limits(l) {

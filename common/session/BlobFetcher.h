@@ -7,12 +7,13 @@
 #include <unordered_set>
 #include <vector>
 
+#include "common/base/Limits.h"
 #include "common/session/Messages.h"
 
 namespace tessera {
 
 struct FetchLimits {
-    std::size_t maxBlobBytes = std::size_t{4} << 30;
+    std::size_t maxBlobBytes = limits::kMaxBlobBytes;
     std::uint32_t chunkBytes = 256 * 1024;
     std::uint32_t chunksInFlight = 8;
 };

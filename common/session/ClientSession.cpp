@@ -293,10 +293,10 @@ void ClientSession::Impl::enqueue(StepMessage message) {
             return disconnect(wanted.error().message, wanted.error().code != ErrorCode::kLimit, wanted.error().code);
         return fetch();
     }
-    if (steps.size() > config.maxQueuedMessages || queuedBytes > config.maxQueuedBytes) {
-        // The one in front is no backlog, however large it is.
-        if (steps.size() > 1) return disconnect("fell too far behind the server; starting over from a snapshot");
-    }
+    // The one in front is no backlog, however large it is: it may be a whole scene that waits for its blobs.
+    if (steps.size() > config.maxQueuedMessages ||
+        queuedBytes - bytesOf(steps.front().message) > config.maxQueuedBytes)
+        return disconnect("fell too far behind the server; starting over from a snapshot");
     if (!want(blobs)) return;
     pump();
 }

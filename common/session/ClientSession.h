@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/session/BlobFetcher.h"
+#include "common/base/Limits.h"
 #include "common/session/Messages.h"
 
 namespace tessera {
@@ -21,7 +22,7 @@ struct ClientSessionConfig {
     /// The highest epoch in which a server of this wall has welcomed this process; a lower one is left again.
     Epoch seenEpoch;
     bool wantBlobs = true;
-    std::size_t maxBlobBytes = std::size_t{4} << 30;  ///< one blob; refused before memory is taken
+    std::size_t maxBlobBytes = limits::kMaxBlobBytes;  ///< one blob; refused before memory is taken
     std::uint32_t chunkBytes = 256 * 1024;
     std::uint32_t chunksInFlight = 8;
     /// Silence of the server for this long counts as a broken connection.
@@ -30,7 +31,8 @@ struct ClientSessionConfig {
     std::chrono::milliseconds bulkRetry{200};
     /// Chunks are under way and none comes for this long: the bulk connection is dead, though the other one lives.
     std::chrono::milliseconds bulkStuckAfter{15'000};
-    /// What may wait behind missing blobs and slow drawing; beyond either bound the connection is given up.
+    /// What may wait behind missing blobs and slow drawing, and behind what comes first, which may be a whole scene;
+    /// beyond either bound the connection is given up.
     std::size_t maxQueuedMessages = 16'384;
     std::size_t maxQueuedBytes = std::size_t{256} << 20;
     /// Reads the blob in which a large snapshot lies (codec SnapshotCodec). Without it such a snapshot ends the connection.

@@ -35,7 +35,7 @@ struct ImportOptions {
     std::size_t maxMemoryBytes = std::size_t{2} << 30;  ///< address space
     std::chrono::seconds maxCpuTime{30};
     std::chrono::milliseconds deadline{60'000};  ///< wall time
-    std::size_t maxNodes = 1'000'000;  ///< of models and of what authors wrote, in the whole import, instances counted
+    std::size_t maxNodes = SceneLimits().maxObjects;  ///< of models and of what authors wrote, in the whole import, instances counted
     std::size_t maxDepth = SceneLimits().maxDepth - 1;  ///< nodes below `parent`; the scene counts its root too
     std::size_t maxImportDepth = 8;                     ///< scene files that import scene files
 };

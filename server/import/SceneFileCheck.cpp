@@ -5,6 +5,8 @@
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/wire_format_lite.h>
 
+#include <algorithm>
+
 namespace tessera {
 namespace {
 
@@ -16,14 +18,17 @@ using google::protobuf::io::CodedInputStream;
 /// Walks the wire format along the schema and counts fields; builds nothing.
 class ElementCounter {
 public:
-    ElementCounter(CodedInputStream& input, const SceneFileLimits& limits) : input_(input), limits_(limits) {}
+    ElementCounter(CodedInputStream& input, const SceneFileLimits& limits, std::size_t bytes)
+        : input_(input),
+          limits_(limits),
+          most_(std::clamp(bytes / limits.bytesPerElement, limits.freeElements, limits.maxElements)) {}
 
     Expected<void> countMessage(const Descriptor& type, int depth) {
         if (depth > limits_.maxDepth)
             return fail(ErrorCode::kLimit, fmt::format("it is nested deeper than {} levels", limits_.maxDepth));
         while (const std::uint32_t tag = input_.ReadTag()) {
-            if (++count_ > limits_.maxElements)
-                return fail(ErrorCode::kLimit, fmt::format("it has more than {} elements", limits_.maxElements));
+            if (++count_ > most_)
+                return fail(ErrorCode::kLimit, fmt::format("it has more than {} elements", most_));
             const FieldDescriptor* field = type.FindFieldByNumber(WireFormatLite::GetTagFieldNumber(tag));
             const bool lengthDelimited =
                 WireFormatLite::GetTagWireType(tag) == WireFormatLite::WIRETYPE_LENGTH_DELIMITED;
@@ -66,6 +71,7 @@ private:
 
     CodedInputStream& input_;
     const SceneFileLimits& limits_;
+    std::size_t most_;
     std::size_t count_ = 0;
 };
 
@@ -77,7 +83,7 @@ Expected<proto::scene::SceneFile> parseSceneFile(ByteSpan bytes, const SceneFile
     const int size = static_cast<int>(bytes.size());
     {
         CodedInputStream input(data, size);
-        ElementCounter counter(input, limits);
+        ElementCounter counter(input, limits, bytes.size());
         if (Expected<void> counted = counter.countMessage(*proto::scene::SceneFile::descriptor(), 0); !counted)
             return tl::unexpected(counted.error());
         if (!input.ConsumedEntireMessage()) return fail(ErrorCode::kBadInput, "it is not a Tessera scene, or damaged");

@@ -3,14 +3,17 @@
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
+#include "common/base/Limits.h"
 #include "proto/scene.pb.h"
 
 namespace tessera {
 
 struct SceneFileLimits {
     /// Fields present, at all depths. A few bytes of empty sub-messages become hundreds of bytes of objects, so
-    /// counting the bytes is not enough.
-    std::size_t maxElements = 8'000'000;
+    /// counting the bytes is not enough: beyond `freeElements` there are at most one for each `bytesPerElement`.
+    std::size_t maxElements = limits::kMaxFileElements;
+    std::size_t freeElements = limits::kFreeFileElements;
+    std::size_t bytesPerElement = limits::kBytesPerFileElement;
     int maxDepth = 256 + 8;  ///< messages in messages: nodes, and what the innermost holds
 };
 

@@ -7,6 +7,7 @@
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
+#include "common/base/Limits.h"
 #include "common/geometry/Mesh.h"
 #include "proto/scene.pb.h"
 
@@ -14,7 +15,7 @@ namespace tessera {
 
 struct ReadLimits {
     std::size_t maxFileBytes = 0x7fffffff;  ///< of one file, the ones it refers to included
-    std::size_t maxNodes = 1'000'000;
+    std::size_t maxNodes = limits::kMaxObjects;
     std::size_t maxDepth = 255;
     int maxImageSide = 4096;  ///< pixels; larger images are halved until they fit
     bool verbatim = false;  ///< see ImportOptions

@@ -144,12 +144,12 @@ TEST(HostileScene, DefinitionsThatMultiplyAreCounted) {
             fmt::format("definition {{ name: \"d{}\" node {{ instance: \"d{}\" }} node {{ instance: \"d{}\" }} }}\n", i,
                         i - 1, i - 1);
     expectError(scratch.write("laughs.tsct", laughs + "node { instance: \"d29\" }"), ErrorCode::kLimit,
-                "the scene has more than 1000000 nodes");
+                "the scene has more than 4000000 nodes");
     expectError(scratch.write("self.tsct", R"(definition { name: "d" node { instance: "d" } } node { instance: "d" })"),
                 ErrorCode::kLimit, "nested deeper than 255 levels");
     expectError(
         scratch.write("rows.tsct", R"(node { repeat { count: 4000000000 } node { repeat { count: 4000000000 } } })"),
-        ErrorCode::kLimit, "more than 1000000 nodes");
+        ErrorCode::kLimit, "more than 4000000 nodes");
 }
 
 TEST(HostileScene, ThatImportsItselfIsRefused) {

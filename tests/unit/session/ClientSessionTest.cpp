@@ -252,6 +252,18 @@ TEST(ClientSession, GivesUpRatherThanQueueWithoutEnd) {
     EXPECT_TRUE(c.actions<client_action::Disconnect>()[0].retry);
 }
 
+TEST(ClientSession, AWholeSceneThatWaitsForItsBlobsIsNoBacklogHoweverLargeItIs) {
+    ClientSessionConfig config = ClientFixture::named();
+    config.maxQueuedBytes = 100;
+    ClientFixture c(config);
+    c.welcomed();
+    c.hear(message::Snapshot{listAt(5_seq, {blobOf("never comes")}, textBytes(std::string(5000, 'x')))});
+    c.hear(message::Changes{listAt(6_seq, {}, textBytes(std::string(60, 'x')))});
+    EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
+    c.hear(message::Changes{listAt(7_seq, {}, textBytes(std::string(60, 'x')))});
+    EXPECT_EQ(c.actions<client_action::Disconnect>().size(), 1u) << "what comes behind it is";
+}
+
 TEST(ClientSession, ARefusalSaysWhetherToTryAgain) {
     ClientFixture c;
     c.connect();
