@@ -20,7 +20,7 @@ struct Arguments {
     std::string wall = "1x1";
     std::vector<std::string> scenes;
     std::string listen = "127.0.0.1:0";
-    std::vector<std::string> assets;
+    std::vector<std::string> assets, allowed;
     std::uint64_t frames = 0;
     double rate = -1;
     std::string size;
@@ -61,6 +61,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.scenes = arguments.scenes;
     options.listen = *address;
     options.import.assetFolders = arguments.assets;
+    options.allowed = arguments.allowed;
     options.import.allowUnconfined = arguments.allowUnconfined;
     options.frames = arguments.frames;
     options.rateHz = arguments.rate >= 0 ? arguments.rate : arguments.frames > 0 ? 0 : 60;
@@ -108,6 +109,8 @@ int main(int argc, char** argv) {
     app.add_option("--scene", arguments.scenes, "Scene or model file; may be repeated")->type_name("S");
     app.add_option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)")->type_name("ADDR:PORT");
     app.add_option("--assets", arguments.assets, "Folders for asset://NAME")->type_name("DIR");
+    app.add_option("--allow", arguments.allowed, "Folders whose files applications may load\n(assets alone)")
+        ->type_name("DIR");
     app.add_option("--frames", arguments.frames, "Stop after N frames")->type_name("N");
     app.add_option("--rate", arguments.rate, "Frames per second at most; 0: no limit")
         ->type_name("HZ")

@@ -204,7 +204,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     tree->add_option("--depth", in.tree.depth, "Levels below NODE (all)")->type_name("N")->check(CLI::Range(0, 1'000));
 
     CLI::App* load = app.add_subcommand("load", "The server imports a file");
-    load->add_option("FILE", in.load.file, "A file of the server's machine, or asset://NAME")->required();
+    load->add_option("FILE", in.load.file, "asset://NAME, or a file of the server's machine that\nits --allow lets it read")->required();
     load->add_option("--under", in.load.under, "Below this node (/)")->type_name("NODE");
 
     CLI::App* move = app.add_subcommand("move", "Moves a node: its Transform, or the nearest above it");

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <nlohmann/json.hpp>
 
 #include "client/image/Picture.h"
@@ -76,6 +77,11 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     };
     for (const std::string& scene : options.scenes) add("--scene", scene);
     for (const std::string& folder : options.assets) add("--assets", folder);
+    // Who is shown a scene may load what lies beside it.
+    std::set<std::string> allowed;
+    for (const std::string& scene : options.scenes)
+        if (scene.find("://") == std::string::npos) allowed.insert(fs::absolute(scene).parent_path().string());
+    for (const std::string& folder : allowed) add("--allow", folder);
     add("--size", options.size);
     add("--samples", options.samples != 0 ? std::to_string(options.samples) : "");
     add("--camera", options.camera);

@@ -85,6 +85,29 @@ Expected<std::string> findBeside(std::string_view name, const std::string& folde
     return *found;
 }
 
+Expected<std::string> readableFile(const std::string& path, const ReadableFolders& where) {
+    if (path.starts_with(kAssetScheme)) return path;
+    const auto refuse = [&] {
+        return fail(ErrorCode::kRefused,
+                    fmt::format("{}: the server may not read this file for an application; {}; start it with --allow "
+                                "FOLDER for another",
+                                path,
+                                where.folders.empty() ? std::string("it may read assets alone")
+                                                      : fmt::format("it may read assets, and what lies below {}",
+                                                                    fmt::join(where.folders, ", "))));
+    };
+    if (path.empty() || path.find('\0') != std::string::npos) return refuse();
+    // A file that is not there is looked for all the same: what is refused must not tell what there is.
+    std::error_code error;
+    const std::filesystem::path resolved = std::filesystem::weakly_canonical(path, error);
+    if (error || !resolved.is_absolute()) return refuse();
+    for (const std::vector<std::string>* folders : {&where.folders, &where.assets})
+        for (const std::string& folder : *folders)
+            if (const auto root = canonicalPath(folder); root && isBelow(resolved.string(), *root))
+                return resolved.string();
+    return refuse();
+}
+
 std::string folderOf(const std::string& path) {
     const std::size_t slash = path.rfind('/');
     return slash == 0 || slash == std::string::npos ? "/" : path.substr(0, slash);

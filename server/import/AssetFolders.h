@@ -4,10 +4,14 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/base/Error.h"
 
 namespace tessera {
+
+/// What the name of an asset begins with.
+inline constexpr std::string_view kAssetScheme = "asset://";
 
 /// An absolute path without symbolic links, and sure to be an ordinary file (no folder, pipe or device) of at most
 /// `maxBytes`. Messages do not repeat the path.
@@ -19,6 +23,15 @@ namespace tessera {
 
 /// The file `name` in `folder` or below it, symbolic links followed.
 [[nodiscard]] Expected<std::string> findBeside(std::string_view name, const std::string& folder);
+
+/// Where an application may have the server read: a file below one of `folders`, or an asset.
+struct ReadableFolders {
+    std::vector<std::string> folders;  ///< of the server's --allow
+    std::vector<std::string> assets;   ///< of its --assets
+};
+/// The file that an application asks for by `path`, without "..", and without symbolic links as far as it is there;
+/// `asset://NAME` as it is. kRefused where it lies elsewhere, whether there is such a file or not; names the option.
+[[nodiscard]] Expected<std::string> readableFile(const std::string& path, const ReadableFolders& where);
 
 /// The folder part of an absolute path.
 [[nodiscard]] std::string folderOf(const std::string& path);

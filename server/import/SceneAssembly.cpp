@@ -16,7 +16,6 @@ namespace {
 
 constexpr std::size_t kMaxFiles = 1000;
 constexpr std::size_t kMaxNotes = 1000;
-constexpr std::string_view kAssetScheme = "asset://";
 
 using Content = proto::scene::Node::ContentCase;
 

@@ -115,7 +115,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 const LinkId link = linkOf(event);
                 inbox.push(link.value, std::move(event));
             }),
-      loader(options.import,
+      loader(options.import, options.allowed,
              [this](LoadFinished finished) {
                  if (inbox.push(kOurselves, std::move(finished))) peers.wake();
              }),

@@ -18,6 +18,7 @@ struct ServerOptions {
     std::vector<std::string> scenes;
     Address listen{.host = "127.0.0.1", .port = 0};
     ImportOptions import;
+    std::vector<std::string> allowed;  ///< folders whose files applications may load, beside the assets
     std::uint64_t frames = 0;  ///< 0: until stopped
     double rateHz = 0;         ///< 0: as fast as the wall draws
     std::string camera;        ///< node path; empty: the first enabled camera

@@ -4,7 +4,7 @@ namespace tessera {
 
 Expected<void> StartScene::order(Loader& loader, std::uint64_t ticket) const {
     for (const std::string& path : paths_)
-        if (!loader.order({.ticket = ticket, .path = path, .parent = kRootNode}))
+        if (!loader.order({.ticket = ticket, .path = path, .parent = kRootNode, .asked = false}))
             return fail(ErrorCode::kUsage, "too many --scene options");
     return {};
 }

@@ -125,7 +125,7 @@ TEST_F(BadInput, ATakenPortIsANetworkError) {
 }
 
 TEST_F(BadInput, AnImportThatFailsWhileTheWallRunsIsAnAnswerAndNothingElse) {
-    LiveWall wall({.wall = "1x1"});
+    LiveWall wall({.wall = "1x1", .server = {"--allow", folder_.path()}});
     ASSERT_FALSE(wall.address().empty());
     wall.startClient("all");
     ASSERT_TRUE(wall.waitForFrame("front-0-0", 3, 30s)) << wall.logs();

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "client/image/Picture.h"
 #include "tests/integration/LiveWall.h"
@@ -14,7 +15,7 @@ using nlohmann::json;
 
 class Control : public testing::Test {
 protected:
-    Control() : wall_({}) {}
+    Control() : wall_({.server = {"--allow", models_.path()}}) {}
     void SetUp() override {
         ASSERT_FALSE(wall_.address().empty()) << wall_.server().output();
         for (const std::string& host : kFourHosts) wall_.startClient(host);
@@ -44,6 +45,7 @@ protected:
         const Expected<DecodedPng> png = decodePng(*bytes);
         return png ? png->picture : Picture{};
     }
+    TemporaryFolder models_;  ///< what load may read
     LiveWall wall_;
 };
 
@@ -110,8 +112,7 @@ TEST_F(Control, ViewMovesTheWallThroughTheWorldAndResets) {
 }
 
 TEST_F(Control, LoadAddsAFileAndRemoveTakesItAway) {
-    const TemporaryFolder folder;
-    const std::string file = folder.write(
+    const std::string file = models_.write(
         "pyramid.obj",
         "v 0 1 0\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 1 3 2\nf 1 4 3\nf 1 5 4\nf 1 2 5\nf 2 3 4 5\n");
     const json loaded = ask({"load", file});
@@ -121,6 +122,22 @@ TEST_F(Control, LoadAddsAFileAndRemoveTakesItAway) {
     EXPECT_EQ(wall_.ctl({"tree", "/pyramid"}).exitCode, 3);
     EXPECT_EQ(wall_.ctl({"undo"}).exitCode, 0);
     EXPECT_EQ(wall_.ctl({"tree", "/pyramid"}).exitCode, 0);
+}
+
+TEST_F(Control, LoadReadsNothingOutsideTheFoldersThatTheServerAllows) {
+    const TemporaryFolder elsewhere;
+    const std::string file = elsewhere.write("pyramid.obj", "v 0 1 0\nv -1 0 -1\nv 1 0 -1\nf 1 3 2\n");
+    const std::string link = models_.path() + "/link.obj";
+    std::filesystem::create_symlink(file, link);
+    const std::string name = std::filesystem::path(elsewhere.path()).filename().string();
+    for (const std::string& path : {file, link, models_.path() + "/../" + name + "/pyramid.obj",
+                                    elsewhere.path() + "/nothing.obj", std::string("/etc/shadow")}) {
+        const Outcome refused = wall_.ctl({"load", path});
+        EXPECT_EQ(refused.exitCode, 1) << path << ": " << refused.output;
+        EXPECT_NE(refused.output.find("--allow"), std::string::npos) << refused.output;
+    }
+    EXPECT_EQ(wall_.ctl({"load", models_.path() + "/nothing.obj"}).exitCode, 3) << "here it may say what is not there";
+    EXPECT_EQ(wall_.ctl({"tree", "/pyramid"}).exitCode, 3);
 }
 
 TEST_F(Control, PickNamesWhatIsUnderAPixel) {

@@ -5,19 +5,22 @@
 
 namespace tessera {
 
-Loader::Loader(ImportOptions options, std::function<void(LoadFinished)> onFinished)
-    : options_(std::move(options)), onFinished_(std::move(onFinished)), thread_([this] {
+Loader::Loader(ImportOptions options, std::vector<std::string> allowed, std::function<void(LoadFinished)> onFinished)
+    : options_(std::move(options)),
+      readable_{.folders = std::move(allowed), .assets = options_.assetFolders},
+      onFinished_(std::move(onFinished)),
+      thread_([this] {
           while (std::optional<LoadOrder> order = orders_.pop()) onFinished_(carryOut(*order));
       }) {}
 
 LoadFinished Loader::carryOut(const LoadOrder& order) const {
     constexpr int kLowestPriority = 19;
     // Of this thread, on Linux; the importer that it starts inherits it. Where that is forbidden the load is as it would be.
-    if (order.beside) (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kLowestPriority);
+    if (order.asked) (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kLowestPriority);
     LoadFinished finished{.ticket = order.ticket,
                           .path = order.path,
-                          .scene = importScene(order.path, order.parent, options_)};
-    if (!order.beside || !finished.scene) return finished;
+                          .scene = read(order)};
+    if (!order.asked || !finished.scene) return finished;
     // All that takes long with a large scene is done here, to the freeing of what is not needed any more.
     finished.arrays = blobsOf(finished.scene->list);
     finished.parts = cutForFrames(std::exchange(finished.scene->list, {}));
@@ -30,6 +33,14 @@ Loader::~Loader() {
     while (orders_.tryPop()) {
     }
     thread_.join();
+}
+
+/// Here and not where the order comes from: folders may be slow.
+Expected<ImportedScene> Loader::read(const LoadOrder& order) const {
+    if (!order.asked) return importScene(order.path, order.parent, options_);
+    const Expected<std::string> path = readableFile(order.path, readable_);
+    if (!path) return tl::unexpected(path.error());
+    return importScene(*path, order.parent, options_);
 }
 
 }  // namespace tessera

@@ -7,6 +7,7 @@
 
 #include "common/base/Channel.h"
 #include "common/base/Error.h"
+#include "server/import/AssetFolders.h"
 #include "server/import/Importer.h"
 #include "server/sim/frame/LoadParts.h"
 
@@ -16,9 +17,9 @@ struct LoadOrder {
     std::uint64_t ticket = 0;
     std::string path;
     ObjectId parent;
-    /// Frames are being shown meanwhile: it is read and cut (LoadParts.h) with the lowest priority that there is, and so is
-    /// everything after it.
-    bool beside = false;
+    /// By an application, which may not have every file read, while frames are shown: it is read and cut (LoadParts.h) with the
+    /// lowest priority that there is, and so is everything after it.
+    bool asked = true;
 };
 
 struct LoadFinished {
@@ -33,7 +34,8 @@ struct LoadFinished {
 /// deadline of its own.
 class Loader {
 public:
-    Loader(ImportOptions options, std::function<void(LoadFinished)> onFinished);
+    /// `allowed`: folders whose files applications may have read, beside the assets (`readableFile`).
+    Loader(ImportOptions options, std::vector<std::string> allowed, std::function<void(LoadFinished)> onFinished);
     ~Loader();
 
     /// False when too many orders wait already.
@@ -41,8 +43,10 @@ public:
 
 private:
     [[nodiscard]] LoadFinished carryOut(const LoadOrder& order) const;
+    [[nodiscard]] Expected<ImportedScene> read(const LoadOrder& order) const;
 
     ImportOptions options_;
+    ReadableFolders readable_;
     std::function<void(LoadFinished)> onFinished_;
     Channel<LoadOrder> orders_{64};
     std::thread thread_;

@@ -54,7 +54,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Load& load, Tim
     if (!around_.simulation.scene().get<Node>(parent))
         return refuse(asker, {ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", parent.value)});
     const std::uint64_t ticket = nextTicket_++;
-    if (!around_.loader.order({.ticket = ticket, .path = load.path, .parent = parent, .beside = true}))
+    if (!around_.loader.order({.ticket = ticket, .path = load.path, .parent = parent}))
         return refuse(asker, {ErrorCode::kLimit, "too many files wait to be loaded already"});
     open_[ticket] = {.asker = asker, .edit = {.ticket = ticket}, .isLoad = true};
     return {};

@@ -77,6 +77,14 @@ protected:
     LaunchOptions options_;
 };
 
+TEST_F(Launching, WhatLiesBesideTheScenesMayBeLoaded) {
+    options_.scenes = {(folder_ / "hall.tsct").string(), (folder_ / "more" / "engine.glb").string(), "asset://crate.glb"};
+    EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", kGoodClient), 0) << said();
+    const std::string words = read(folder_ / "server.args");
+    EXPECT_NE(words.find("--allow\n" + folder_.string() + "\n"), std::string::npos) << words;
+    EXPECT_NE(words.find("--allow\n" + (folder_ / "more").string() + "\n"), std::string::npos) << words;
+}
+
 TEST_F(Launching, LeavesTheMosaicAndWhatAVisitorSees) {
     EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", kGoodClient), 0) << said();
     const Picture mosaic = load("wall.png");

@@ -64,7 +64,7 @@ private:
         Peers peers(configOf(wall), blobs, [this](LinkEvent event) {
             events_.push([event](Peers& p, RequestDesk& desk) { handle(p, p.handle(event), desk); });
         });
-        Loader loader({}, [](LoadFinished) {});
+        Loader loader({}, {}, [](LoadFinished) {});
         RequestDesk desk({.wall = wall,
                           .blobs = blobs,
                           .session = peers.session(),
