@@ -36,8 +36,8 @@ std::string textOf(const Vec3d& v) {
     return fmt::format("({:.6g}, {:.6g}, {:.6g})", v.x(), v.y(), v.z());
 }
 
-std::string nameOf(const Aspect& scene, ObjectId id) {
-    return scene.get<Node>(id) ? pathOf(scene, id) : fmt::format("#{}", id.value);
+std::string numberOf(ObjectId id) {
+    return fmt::format("#{}", id.value);
 }
 
 std::string jsonLine(const nlohmann::ordered_json& json) {

@@ -24,8 +24,8 @@ using Print = std::function<void(const std::string&)>;
 [[nodiscard]] nlohmann::ordered_json valueJson(const FieldValue& value);
 /// "(1, 2.5, -3)"
 [[nodiscard]] std::string textOf(const Vec3d& v);
-/// "/hall/crane", or only the number where the scene has no such node (any more).
-[[nodiscard]] std::string nameOf(const Aspect& scene, ObjectId id);
+/// "#17"
+[[nodiscard]] std::string numberOf(ObjectId id);
 /// On one line. Names come from files: what is no UTF-8 in them must not stop the answer.
 [[nodiscard]] std::string jsonLine(const nlohmann::ordered_json& json);
 

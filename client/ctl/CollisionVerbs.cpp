@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 
 #include "client/ctl/FieldText.h"
+#include "client/ctl/SceneNames.h"
 #include "client/ctl/TextTable.h"
 
 namespace tessera {
@@ -35,45 +37,13 @@ Json faceJson(std::uint32_t face) {
     return face == ContactValue::kNoFace ? Json(nullptr) : Json(face);
 }
 
-/// Where what is told stands in the scene as it is now.
-class Names {
-public:
-    explicit Names(const Aspect& scene) : scene_(scene) {
-        for (const ObjectId id : scene.ids()) {
-            const Node* node = scene.get<Node>(id);
-            if (node && node->core && scene.get<Interest>(node->core)) holders_.try_emplace(node->core, id);
-        }
-    }
-    [[nodiscard]] std::string node(ObjectId id) const { return tessera::nameOf(scene_, id); }
-    [[nodiscard]] std::string pair(ObjectId a, ObjectId b) const { return node(a) + " - " + node(b); }
-    [[nodiscard]] Json pairJson(ObjectId a, ObjectId b) const { return Json::array({node(a), node(b)}); }
-    /// By the first node that holds it.
-    [[nodiscard]] std::string interest(ObjectId core) const {
-        const auto holder = holders_.find(core);
-        return core ? node(holder == holders_.end() ? core : holder->second) : "-";
-    }
-    [[nodiscard]] Json interestJson(ObjectId core) const { return core ? Json(interest(core)) : Json(nullptr); }
-    /// The cores of all interests, ascending.
-    [[nodiscard]] std::vector<ObjectId> interests() const {
-        std::vector<ObjectId> cores;
-        for (const ObjectId id : scene_.ids())
-            if (scene_.get<Interest>(id)) cores.push_back(id);
-        return cores;
-    }
-
-private:
-    const Aspect& scene_;
-    std::map<ObjectId, ObjectId> holders_;
-};
-
 /// The Interest core at a node.
-Expected<ObjectId> interestAt(const Aspect& scene, const std::string& name) {
-    const Expected<ObjectId> node = findNode(scene, name);
+Expected<ObjectId> interestAt(Application& application, const std::string& name) {
+    const Expected<ObjectInfo> node = application.describeNode(name);
     if (!node) return tl::unexpected(node.error());
-    const ObjectId core = scene.get<Node>(*node) ? scene.get<Node>(*node)->core : *node;
-    if (!core || !scene.get<Interest>(core))
+    if (!node->core || node->coreType != typeOf<Interest>())
         return fail(ErrorCode::kNotFound, fmt::format("{} is no Interest; see tree for those there are", name));
-    return core;
+    return node->core;
 }
 
 // ---- one kind of list each: rows for people, entries for programs
@@ -84,24 +54,41 @@ struct Listing {
     std::size_t rows = 0, more = 0;
 };
 
+std::vector<ObjectId> namedIn(const ContactValue& c) {
+    return {c.objectA, c.objectB};
+}
+std::vector<ObjectId> namedIn(const PairEventValue& e) {
+    return {e.objectA, e.objectB};
+}
+std::vector<ObjectId> namedIn(const PairDistanceValue& d) {
+    return {d.objectA, d.objectB, d.nodeA, d.nodeB};
+}
+
 /// Takes those that `wanted` names, up to its limit.
 template <typename Value, typename Add>
-void list(Listing& listing, const std::vector<Value>& values, const verb::Contacts& wanted, ObjectId interest,
-          Add add) {
+void list(Listing& listing, const std::vector<Value>& values, SceneNames& names, const verb::Contacts& wanted,
+          ObjectId interest, Add add) {
+    std::vector<const Value*> rows;
+    std::vector<ObjectId> nodes, interests;
     for (const Value& value : values) {
         if (interest && value.interest != interest) continue;
-        if (wanted.limit >= 0 && listing.rows >= static_cast<std::size_t>(wanted.limit)) {
+        if (wanted.limit >= 0 && rows.size() >= static_cast<std::size_t>(wanted.limit)) {
             ++listing.more;
             continue;
         }
-        ++listing.rows;
-        add(value);
+        rows.push_back(&value);
+        std::ranges::copy(namedIn(value), std::back_inserter(nodes));
+        interests.push_back(value.interest);
     }
+    names.learn(nodes);
+    names.learnInterests(interests);
+    listing.rows = rows.size();
+    for (const Value* value : rows) add(*value);
 }
 
-Listing listed(const answer::Contacts& told, const Names& names, const verb::Contacts& wanted, ObjectId interest) {
+Listing listed(const answer::Contacts& told, SceneNames& names, const verb::Contacts& wanted, ObjectId interest) {
     Listing out{.table = TextTable({"objects", "faces", "point", "normal", "time", "interest"})};
-    list(out, told.contacts, wanted, interest, [&](const ContactValue& c) {
+    list(out, told.contacts, names, wanted, interest, [&](const ContactValue& c) {
         out.table.add({names.pair(c.objectA, c.objectB), faceText(c.faceA) + " - " + faceText(c.faceB), textOf(c.point),
                        textOf(c.normal), fmt::format("{:.4g}", c.time), names.interest(c.interest)});
         out.entries.push_back({{"objects", names.pairJson(c.objectA, c.objectB)},
@@ -114,9 +101,9 @@ Listing listed(const answer::Contacts& told, const Names& names, const verb::Con
     return out;
 }
 
-Listing listed(const answer::PairEvents& told, const Names& names, const verb::Contacts& wanted, ObjectId interest) {
+Listing listed(const answer::PairEvents& told, SceneNames& names, const verb::Contacts& wanted, ObjectId interest) {
     Listing out{.table = TextTable({"event", "objects", "time", "point", "normal", "interest"})};
-    list(out, told.events, wanted, interest, [&](const PairEventValue& e) {
+    list(out, told.events, names, wanted, interest, [&](const PairEventValue& e) {
         const bool where = !e.normal.isZero();
         out.table.add({e.through ? "through" : std::string(nameOf(e.phase)), names.pair(e.objectA, e.objectB),
                        fmt::format("{:.4g}", e.firstTime), where ? textOf(e.point) : "-",
@@ -132,9 +119,9 @@ Listing listed(const answer::PairEvents& told, const Names& names, const verb::C
     return out;
 }
 
-Listing listed(const answer::Distances& told, const Names& names, const verb::Contacts& wanted, ObjectId interest) {
+Listing listed(const answer::Distances& told, SceneNames& names, const verb::Contacts& wanted, ObjectId interest) {
     Listing out{.table = TextTable({"near", "objects", "distance", "nearest points", "interest"})};
-    list(out, told.distances, wanted, interest, [&](const PairDistanceValue& d) {
+    list(out, told.distances, names, wanted, interest, [&](const PairDistanceValue& d) {
         out.table.add({std::string(nameOf(d.phase)), names.pair(d.objectA, d.objectB),
                        fmt::format("{:.6g}", d.distance), textOf(d.pointA) + " - " + textOf(d.pointB),
                        names.interest(d.interest)});
@@ -150,9 +137,9 @@ Listing listed(const answer::Distances& told, const Names& names, const verb::Co
 }
 
 // Of interests one may be named; elsewhere all are meant.
-Expected<ObjectId> wantedInterest(const Application& application, const verb::Contacts& wanted) {
+Expected<ObjectId> wantedInterest(Application& application, const verb::Contacts& wanted) {
     if (wanted.interest.empty()) return ObjectId{};
-    return interestAt(application.scene(), wanted.interest);
+    return interestAt(application, wanted.interest);
 }
 
 std::string notListed(std::uint64_t more, std::string_view why) {
@@ -162,7 +149,8 @@ std::string notListed(std::uint64_t more, std::string_view why) {
 Expected<Answer> showContacts(Application& application, const verb::Contacts& wanted, ObjectId interest) {
     const Expected<answer::Contacts> told = application.contacts();
     if (!told) return tl::unexpected(told.error());
-    const Listing out = listed(*told, Names(application.scene()), wanted, interest);
+    SceneNames names(application);
+    const Listing out = listed(*told, names, wanted, interest);
     return Answer{
         out.table.text() +
             fmt::format("{} contacts in frame {}, {} begun so far{}{}{}\n", out.rows + out.more, told->frame.value,
@@ -200,7 +188,7 @@ void add(Answer& to, Answer more) {
 }
 
 Expected<Answer> showEventsAndDistances(Application& application, const verb::Contacts& wanted, ObjectId interest) {
-    const Names names(application.scene());
+    SceneNames names(application);
     Answer answer;
     if (wanted.events) {
         const Expected<answer::PairEvents> told = application.pairEvents();
@@ -219,7 +207,7 @@ Expected<Answer> showEventsAndDistances(Application& application, const verb::Co
 class Follower {
 public:
     Follower(Application& application, const verb::Contacts& wanted, ObjectId interest, bool json, const Print& print)
-        : application_(application), wanted_(wanted), interest_(interest), json_(json), print_(print) {}
+        : application_(application), names_(application), wanted_(wanted), interest_(interest), json_(json), print_(print) {}
 
     Expected<Answer> run() {
         const bool events = wanted_.events || !wanted_.distances;
@@ -251,7 +239,8 @@ private:
         if (wanted_.frames != 0 && frames >= wanted_.frames) return;
         ++frames;
         if (entriesOf(told).empty() && told.leftOut == 0) return;
-        const Listing out = listed(told, Names(application_.scene()), wanted_, interest_);
+        names_.refresh();
+        const Listing out = listed(told, names_, wanted_, interest_);
         if (out.rows == 0 && told.leftOut == 0) return;
         entries_ += out.rows + out.more;
         const Answer answer = showFrame(told, what, out);
@@ -262,6 +251,7 @@ private:
     static const std::vector<PairDistanceValue>& entriesOf(const answer::Distances& told) { return told.distances; }
 
     Application& application_;
+    SceneNames names_;
     const verb::Contacts& wanted_;
     ObjectId interest_;
     bool json_;
@@ -272,14 +262,22 @@ private:
 
 /// Sets what is drawn of the contacts of one interest or of all.
 Expected<Answer> drawContacts(Application& application, std::int64_t show, ObjectId interest) {
-    const std::vector<ObjectId> interests = interest ? std::vector{interest} : Names(application.scene()).interests();
+    std::vector<ObjectId> interests = {interest};
+    if (!interest) {
+        const Expected<std::map<ObjectId, ObjectId>> all = interestsOf(application);
+        if (!all) return tl::unexpected(all.error());
+        interests.clear();
+        for (const auto& [core, holder] : *all) interests.push_back(core);
+    }
     if (interests.empty()) return fail(ErrorCode::kNotFound, "the scene has no Interest whose contacts could be drawn");
     ChangeListBuilder edits;
     for (const ObjectId id : interests) edits.set(id, typeOf<Interest>(), fieldId<&Interest::show>, toValue(show));
     const Expected<answer::Committed> committed = application.propose(edits.take());
     if (!committed) return tl::unexpected(committed.error());
+    SceneNames places(application);
+    places.learnInterests(interests);
     Json names = Json::array();
-    for (const ObjectId id : interests) names.push_back(Names(application.scene()).interest(id));
+    for (const ObjectId id : interests) names.push_back(places.interest(id));
     return Answer{fmt::format("drawn of the contacts of {} interests: {} (change {})\n", interests.size(),
                               *wordOfNumber(showField(), show), committed->sequence.value),
                   {{"sequence", committed->sequence.value}, {"show", *wordOfNumber(showField(), show)}, {"interests", std::move(names)}},
@@ -307,7 +305,14 @@ Expected<Answer> run(Application& application, const verb::Contacts& wanted, boo
 Expected<Answer> run(Application& application, const verb::Questions&) {
     const Expected<answer::Questions> told = application.questions();
     if (!told) return tl::unexpected(told.error());
-    const Names names(application.scene());
+    SceneNames names(application);
+    std::vector<ObjectId> nodes, interests;
+    for (const QuestionValue& q : told->questions) {
+        nodes.insert(nodes.end(), {q.objectA, q.objectB});
+        interests.push_back(q.interest);
+    }
+    names.learn(nodes);
+    names.learnInterests(interests);
     TextTable table({"question", "objects", "stands at", "wants to", "point", "interest"});
     Json list = Json::array();
     for (const QuestionValue& q : told->questions) {
@@ -352,19 +357,17 @@ Answer whatStopped(Application& application, std::span<const ObjectId> transform
     answer.json = Json::array();
     const Expected<answer::Contacts> told = application.contacts();
     if (!told) return answer;  // it was stopped all the same; by what is not known
-    const Aspect& scene = application.scene();
-    const Names names(scene);
-    const auto hangsOn = [&](ObjectId node) {
-        for (const Node* at = scene.get<Node>(node); at != nullptr; at = scene.get<Node>(at->parent))
-            if (std::ranges::find(transforms, at->core) != transforms.end()) return true;
-        return false;
-    };
+    SceneNames names(application);
+    std::vector<ObjectId> nodes;
+    for (const ContactValue& c : told->contacts) nodes.insert(nodes.end(), {c.objectA, c.objectB});
+    names.learnWithAncestors(nodes);
     std::set<std::pair<ObjectId, ObjectId>> pairs;
     for (const ContactValue& c : told->contacts) {
-        const bool a = hangsOn(c.objectA), b = hangsOn(c.objectB);
+        const bool a = names.hangsOn(c.objectA, transforms), b = names.hangsOn(c.objectB, transforms);
         if (a == b) continue;  // no one's, or two parts of the same
         const ObjectId mine = a ? c.objectA : c.objectB, other = a ? c.objectB : c.objectA;
         if (!pairs.emplace(mine, other).second) continue;
+        names.learnInterests(std::span(&c.interest, 1));
         const Vec3d normal = a ? c.normal : Vec3d(-c.normal);
         answer.text +=
             fmt::format("{} was stopped by {} at {}\n", names.node(mine), names.node(other), textOf(c.point));

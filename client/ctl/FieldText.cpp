@@ -61,24 +61,20 @@ Expected<FieldValue> parseInteger(const FieldInfo& field, const std::string& wor
                                                fmt::join(known, ", ")));
 }
 
-Expected<FieldValue> parseRef(const Aspect& aspect, const std::string& word) {
+Expected<FieldValue> parseRef(const FindObject& find, const std::string& word) {
     if (word == "none") return ObjectId{};
-    if (word.starts_with('#')) {
-        ObjectId id;
-        if (!readNumber(word.substr(1), id.value) || !aspect.find(id))
-            return fail(ErrorCode::kNotFound, fmt::format("there is no object {}", word));
-        return id;
-    }
-    const Expected<ObjectId> node = findNode(aspect, word);
-    if (!node) return tl::unexpected(node.error());
-    return *node;
+    const Expected<ObjectId> object = find(word);
+    if (!object && object.error().code == ErrorCode::kNotFound && word.starts_with('#'))
+        return fail(ErrorCode::kNotFound, fmt::format("there is no object {}", word));
+    if (!object) return tl::unexpected(object.error());
+    return *object;
 }
 
-Expected<FieldValue> parseRefs(const Aspect& aspect, const std::vector<std::string>& words) {
+Expected<FieldValue> parseRefs(const FindObject& find, const std::vector<std::string>& words) {
     RefList refs;
     if (words.size() == 1 && words[0] == "none") return refs;
     for (const std::string& word : words) {
-        const Expected<FieldValue> ref = parseRef(aspect, word);
+        const Expected<FieldValue> ref = parseRef(find, word);
         if (!ref) return ref;
         refs.push_back(std::get<ObjectId>(*ref));
     }
@@ -93,21 +89,20 @@ std::vector<std::string> fieldNames(const TypeInfo& type) {
 
 }  // namespace
 
-Expected<FieldPlace> findFieldOf(const Aspect& aspect, ObjectId node, const std::string& name) {
-    const Node* isNode = aspect.get<Node>(node);
+Expected<FieldPlace> findFieldOf(const ObjectInfo& object, const std::string& name) {
     std::vector<std::string> known;
-    for (const ObjectId id : {node, isNode ? isNode->core : ObjectId()}) {
-        if (!id) continue;
-        const TypeInfo& type = aspect.find(id).info();
-        if (const FieldEntry* field = findField(type, name)) return FieldPlace{id, &type, field};
-        const std::vector<std::string> more = fieldNames(type);
+    for (const auto& [id, number] : {std::pair(object.id, object.type), std::pair(object.core, object.coreType)}) {
+        const TypeInfo* type = id ? findType(number) : nullptr;
+        if (!type) continue;
+        if (const FieldEntry* field = findField(*type, name)) return FieldPlace{id, type, field};
+        const std::vector<std::string> more = fieldNames(*type);
         known.insert(known.end(), more.begin(), more.end());
     }
     return fail(ErrorCode::kNotFound,
-                fmt::format("{} has no field \"{}\"; it has {}", nameOf(aspect, node), name, fmt::join(known, ", ")));
+                fmt::format("{} has no field \"{}\"; it has {}", object.path, name, fmt::join(known, ", ")));
 }
 
-Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field, const std::vector<std::string>& words) {
+Expected<FieldValue> parseValue(const FindObject& find, const FieldInfo& field, const std::vector<std::string>& words) {
     if (field.kind == FieldKind::kBlob)
         return fail(ErrorCode::kUsage, fmt::format("{} holds bulk data, which cannot be set from here", field.name));
     const std::size_t count = field.kind == FieldKind::kMatrix ? 16 : field.width;
@@ -126,11 +121,11 @@ Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field, co
             if (words[0] == "false" || words[0] == "0") return false;
             return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is neither true nor false", field.name, words[0]));
         case FieldKind::kRefs:
-            return parseRefs(aspect, words);
+            return parseRefs(find, words);
         case FieldKind::kMatrix:
             return parseMatrix(field, words);
         case FieldKind::kRef:
-            return parseRef(aspect, words[0]);
+            return parseRef(find, words[0]);
         case FieldKind::kText:
         case FieldKind::kBlob:
             break;

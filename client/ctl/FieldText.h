@@ -1,11 +1,12 @@
 /// Field values as people write and read them, by the field table.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "common/application/SceneExcerpt.h"
 #include "common/base/Error.h"
-#include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
@@ -18,11 +19,14 @@ struct FieldPlace {
 };
 
 /// A node's own fields come first, then its core's; of any other object its own. kNotFound names the fields there are.
-[[nodiscard]] Expected<FieldPlace> findFieldOf(const Aspect& aspect, ObjectId node, const std::string& name);
+[[nodiscard]] Expected<FieldPlace> findFieldOf(const ObjectInfo& object, const std::string& name);
+
+/// The object at a node's path or "#id".
+using FindObject = std::function<Expected<ObjectId>(const std::string& name)>;
 
 /// Numbers, one text, true or false, a node's path, "#id" or "none"; as many as the field is wide. Of references as many as
 /// are wanted. Numbers that have words may be said by them. kUsage says what it wants.
-[[nodiscard]] Expected<FieldValue> parseValue(const Aspect& aspect, const FieldInfo& field,
+[[nodiscard]] Expected<FieldValue> parseValue(const FindObject& find, const FieldInfo& field,
                                               const std::vector<std::string>& words);
 
 /// For people: "1 2 3", "#17", a text as it is, "4800 bytes".

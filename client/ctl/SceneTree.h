@@ -5,13 +5,14 @@
 
 #include <string>
 
-#include "common/scene/Aspect.h"
+#include "common/application/SceneExcerpt.h"
 
 namespace tessera {
 
 /// One line per node, indented: name, core, where it is if it moves, id. `depth` levels below `node`; -1: all.
-[[nodiscard]] std::string treeText(const Aspect& aspect, ObjectId node, int depth);
-/// The node with its fields, its core's fields and its children.
-[[nodiscard]] nlohmann::ordered_json treeJson(const Aspect& aspect, ObjectId node, int depth);
+[[nodiscard]] std::string treeText(const SceneExcerpt& tree, ObjectId node, int depth);
+/// The node with its fields, its core's fields and its children. `path`: the node's.
+[[nodiscard]] nlohmann::ordered_json treeJson(const SceneExcerpt& tree, ObjectId node, const std::string& path,
+                                              int depth);
 
 }  // namespace tessera

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <charconv>
 #include <filesystem>
 
 #include "client/ctl/CollisionVerbs.h"
 #include "client/ctl/FieldText.h"
 #include "client/ctl/Mosaic.h"
+#include "client/ctl/SceneNames.h"
 #include "client/ctl/SceneTree.h"
 #include "client/image/Picture.h"
 #include "common/scenefile/SceneFile.h"
@@ -19,21 +19,21 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The nodes that hold one of these objects as their core, or are one.
-std::vector<std::string> nodesWith(const Aspect& scene, const std::vector<ObjectId>& objects) {
-    std::vector<std::string> names;
-    if (objects.empty()) return names;
-    for (const ObjectId id : scene.ids()) {
-        const Node* node = scene.get<Node>(id);
-        if (node == nullptr) continue;
-        for (const ObjectId object : objects)
-            if (id == object || node->core == object) names.push_back(pathOf(scene, id));
-    }
-    return names;
+/// Where these transforms stand in the tree; the number of one that nobody holds any more.
+std::vector<std::string> placesOf(Application& application, std::span<const ObjectId> transforms) {
+    std::vector<std::string> places;
+    const Expected<std::vector<ObjectId>> nodes = nodesHolding(application, transforms);
+    SceneNames names(application);
+    if (nodes) names.learn(*nodes);
+    if (nodes)
+        for (const ObjectId node : *nodes) places.push_back(names.node(node));
+    if (places.empty())
+        for (const ObjectId transform : transforms) places.push_back(numberOf(transform));
+    return places;
 }
 
 Answer committedAnswer(Application& application, const answer::Committed& committed, std::string done) {
-    const std::vector<std::string> stopped = nodesWith(application.scene(), committed.stopped);
+    const std::vector<std::string> stopped = placesOf(application, committed.stopped);
     Answer answer;
     answer.text = std::move(done) + fmt::format(" (change {})\n", committed.sequence.value);
     answer.json = {{"sequence", committed.sequence.value}, {"stopped", stopped}};
@@ -88,19 +88,25 @@ Expected<Answer> run(Application& application, const verb::Status&) {
     return answer;
 }
 
-Expected<Answer> run(Application& application, const verb::Tree& tree) {
-    const Expected<ObjectId> node = findNode(application.scene(), tree.node);
-    if (!node) return tl::unexpected(node.error());
-    return Answer{
-        treeText(application.scene(), *node, tree.depth), treeJson(application.scene(), *node, tree.depth), {}};
+Expected<Answer> run(Application& application, const verb::Tree& tree, bool json) {
+    const Expected<ObjectInfo> top = application.describeNode(tree.node);
+    if (!top) return tl::unexpected(top.error());
+    request::GetTree wanted{.node = top->id};
+    if (tree.depth >= 0) wanted.levels = static_cast<std::uint32_t>(tree.depth);
+    const Expected<SceneExcerpt> told = application.fetchTree(wanted);
+    if (!told) return tl::unexpected(told.error());
+    if (!told->get<Node>(top->id)) return fail(ErrorCode::kNotFound, fmt::format("{} is gone", top->path));
+    // Of a large tree either is long.
+    if (json) return Answer{{}, treeJson(*told, top->id, top->path, tree.depth), {}};
+    return Answer{treeText(*told, top->id, tree.depth), {}, {}};
 }
 
 Expected<Answer> run(Application& application, const verb::Load& load) {
     ObjectId parent;
     if (!load.under.empty()) {
-        const Expected<ObjectId> found = findNode(application.scene(), load.under);
+        const Expected<ObjectInfo> found = application.describeNode(load.under);
         if (!found) return tl::unexpected(found.error());
-        parent = *found;
+        parent = found->id;
     }
     // The server may stand in another folder than the person does.
     const std::string path =
@@ -114,21 +120,19 @@ Expected<Answer> run(Application& application, const verb::Load& load) {
 }
 
 Expected<Answer> run(Application& application, const verb::Move& move) {
-    const Expected<ObjectId> node = findNode(application.scene(), move.node);
+    const Expected<ObjectInfo> node = application.describeNode(move.node);
     if (!node) return tl::unexpected(node.error());
-    const Expected<ObjectId> movable = movableNode(application.scene(), *node);
-    if (!movable) return tl::unexpected(movable.error());
-    const Expected<ChangeList> list = moveList(application.scene(), *node, move.move);
-    if (!list) return tl::unexpected(list.error());
-    const Expected<answer::Committed> committed = application.propose(*list);
+    const Expected<answer::Committed> committed = application.moveNode(*node, move.move);
     if (!committed) return tl::unexpected(committed.error());
-    const Aspect& scene = application.scene();
-    Answer answer = committedAnswer(application, *committed, fmt::format("moved {}", nameOf(scene, *movable)));
-    const Node* moved = scene.get<Node>(*movable);
-    const Transform* transform = moved ? scene.coreOf<Transform>(*moved) : nullptr;
+    SceneNames names(application);
+    names.learn(std::span(&node->movable, 1));
+    const std::string path = names.node(node->movable);
+    Answer answer = committedAnswer(application, *committed, fmt::format("moved {}", path));
+    const Expected<SceneExcerpt> now = application.fetch(std::span(&node->movable, 1));
+    const Transform* transform = now ? now->coreOf(node->movable).as<Transform>() : nullptr;
     if (transform == nullptr) return answer;  // somebody removed it meanwhile
-    answer.json["node"] = movable->value;
-    answer.json["path"] = nameOf(scene, *movable);
+    answer.json["node"] = node->movable.value;
+    answer.json["path"] = path;
     answer.json["translation"] = jsonOf(transform->translation);
     answer.json["rotation"] = Json::array(
         {transform->rotation.w(), transform->rotation.x(), transform->rotation.y(), transform->rotation.z()});
@@ -137,43 +141,36 @@ Expected<Answer> run(Application& application, const verb::Move& move) {
     return answer;
 }
 
-/// A node, by path or id, or any other object by its id: materials and images have no path.
-Expected<ObjectId> findObject(const Aspect& scene, const std::string& name) {
-    std::uint64_t id = 0;
-    const char* end = name.data() + name.size();
-    if (name.starts_with('#') && std::from_chars(name.data() + 1, end, id) == std::from_chars_result{end, std::errc()} &&
-        scene.find(ObjectId(id)))
-        return ObjectId(id);
-    return findNode(scene, name);
-}
-
 Expected<Answer> run(Application& application, const verb::Set& set) {
-    const Expected<ObjectId> node = findObject(application.scene(), set.node);
-    if (!node) return tl::unexpected(node.error());
-    const Expected<FieldPlace> place = findFieldOf(application.scene(), *node, set.field);
+    const Expected<ObjectInfo> object = application.describe(set.node);
+    if (!object) return tl::unexpected(object.error());
+    const Expected<FieldPlace> place = findFieldOf(*object, set.field);
     if (!place) return tl::unexpected(place.error());
-    const Expected<FieldValue> value = parseValue(application.scene(), *place->field, set.values);
+    const FindObject find = [&](const std::string& name) -> Expected<ObjectId> {
+        const Expected<ObjectInfo> named = application.describe(name);
+        if (!named) return tl::unexpected(named.error());
+        return named->id;
+    };
+    const Expected<FieldValue> value = parseValue(find, *place->field, set.values);
     if (!value) return tl::unexpected(value.error());
     ChangeListBuilder edits;
     edits.set(place->object, place->type->type, place->field->id, *value);
     const Expected<answer::Committed> committed = application.propose(edits.take());
     if (!committed) return tl::unexpected(committed.error());
-    return committedAnswer(
-        application, *committed,
-        fmt::format("{} of {} is {}", set.field, nameOf(application.scene(), *node), textOf(*value)));
+    SceneNames names(application);  // the field may have been the name
+    names.learn(std::span(&object->id, 1));
+    return committedAnswer(application, *committed,
+                           fmt::format("{} of {} is {}", set.field, names.node(object->id), textOf(*value)));
 }
 
 Expected<Answer> run(Application& application, const verb::Remove& remove) {
-    const Expected<ObjectId> node = findNode(application.scene(), remove.node);
+    const Expected<ObjectInfo> node = application.describeNode(remove.node);
     if (!node) return tl::unexpected(node.error());
-    const std::string name = pathOf(application.scene(), *node);
-    const Expected<ChangeList> list = removalList(application.scene(), *node);
-    if (!list) return tl::unexpected(list.error());
-    const Expected<answer::Committed> committed = application.propose(*list);
+    const Expected<answer::Committed> committed = application.removeNode(node->id);
     if (!committed) return tl::unexpected(committed.error());
     Answer answer = committedAnswer(application, *committed,
-                                    fmt::format("removed {} with {} objects", name, list->destructions.size()));
-    answer.json["objects"] = list->destructions.size();
+                                    fmt::format("removed {} with {} objects", node->path, committed->removed));
+    answer.json["objects"] = committed->removed;
     return answer;
 }
 
@@ -199,7 +196,9 @@ Expected<Answer> run(Application& application, const verb::Pick& pick) {
     const Expected<answer::Picked> picked = application.pick(pick.xPx, pick.yPx);
     if (!picked) return tl::unexpected(picked.error());
     if (!picked->hit) return Answer{"nothing is there\n", {{"hit", false}}, {}};
-    const std::string path = nameOf(application.scene(), picked->node);
+    SceneNames names(application);
+    names.learn(std::span(&picked->node, 1));
+    const std::string path = names.node(picked->node);
     return Answer{fmt::format("{}, face {} at {}\n", path, picked->face, textOf(picked->point)),
                   {{"hit", true},
                    {"node", picked->node.value},
@@ -251,24 +250,19 @@ Expected<Answer> run(Application& application, const verb::Snapshot& snapshot) {
     return answer;
 }
 
-/// One verb prints as it goes.
+/// One verb prints as it goes, one says much in either form.
 struct Runner {
     Application& application;
     bool json;
     const Print& print;
 
     Expected<Answer> operator()(const verb::Contacts& wanted) const { return run(application, wanted, json, print); }
+    Expected<Answer> operator()(const verb::Tree& tree) const { return run(application, tree, json); }
     template <typename Verb>
     Expected<Answer> operator()(const Verb& verb) const {
         return run(application, verb);
     }
 };
-
-/// Verbs that speak of nodes need the scene; the others are spared its transfer.
-bool needsScene(const Verb& verb) {
-    return !std::holds_alternative<verb::Status>(verb) && !std::holds_alternative<verb::View>(verb) &&
-           !std::holds_alternative<verb::Snapshot>(verb);
-}
 
 }  // namespace
 
@@ -277,8 +271,9 @@ Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     options.address = line.server;
     options.name = "tessera-ctl";
     options.timeout = line.timeout;
-    options.followScene = needsScene(line.verb);
-    if (std::holds_alternative<verb::Save>(line.verb)) {
+    // Every other verb costs its answer, however large the scene is.
+    options.followScene = std::holds_alternative<verb::Save>(line.verb);
+    if (options.followScene) {
         // Whoever saves a scene wants what it is made of too, however long that takes to come.
         options.wantBlobs = true;
         options.timeout = std::max<std::chrono::milliseconds>(options.timeout, std::chrono::minutes(2));

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <deque>
+#include <iterator>
 
 #include "common/application/Connection.h"
 #include "common/codec/ChangeCodec.h"
@@ -13,6 +15,9 @@ namespace tessera {
 namespace {
 
 using std::chrono::milliseconds;
+
+/// In one request: what is asked for costs the server time between two frames.
+constexpr std::size_t kNamesAtOnce = 64;
 
 TimePoint now() {
     return std::chrono::steady_clock::now();
@@ -307,14 +312,91 @@ Expected<answer::Committed> Application::redo() {
     return impl_->settled(impl_->askFor<answer::Committed>(request::Redo{}));
 }
 
-Expected<answer::Committed> Application::moveNode(std::string_view node, const NodeMove& move) {
-    if (!impl_->options.followScene)
-        return fail(ErrorCode::kUsage, "moving a node by its name needs an application that follows the scene");
-    const Expected<ObjectId> found = findNode(impl_->aspect, node);
-    if (!found) return tl::unexpected(found.error());
-    const Expected<ChangeList> list = moveList(impl_->aspect, *found, move);
+Expected<answer::Committed> Application::moveNode(const std::string& node, const NodeMove& move) {
+    if (impl_->options.followScene) {
+        const Expected<ObjectId> found = findNode(impl_->aspect, node);
+        if (!found) return tl::unexpected(found.error());
+        const Expected<ChangeList> list = moveList(impl_->aspect, *found, move);
+        if (!list) return tl::unexpected(list.error());
+        return propose(*list);
+    }
+    const Expected<ObjectInfo> info = describeNode(node);
+    if (!info) return tl::unexpected(info.error());
+    return moveNode(*info, move);
+}
+
+Expected<answer::Committed> Application::moveNode(const ObjectInfo& node, const NodeMove& move) {
+    if (!node.movable) return tl::unexpected(cannotBeMoved(node.path));
+    const Expected<SceneExcerpt> present = fetch(std::span(&node.movable, 1));
+    if (!present) return tl::unexpected(present.error());
+    const Transform* transform = present->coreOf(node.movable).as<Transform>();
+    if (!transform)
+        return fail(ErrorCode::kRefused, fmt::format("{} was changed by somebody else meanwhile; try again", node.path));
+    const Expected<ChangeList> list = moveList(present->get<Node>(node.movable)->core, *transform, move);
     if (!list) return tl::unexpected(list.error());
     return propose(*list);
+}
+
+Expected<answer::Committed> Application::removeNode(ObjectId node) {
+    return impl_->settled(impl_->askFor<answer::Committed>(request::Remove{node}));
+}
+
+Expected<ObjectInfo> Application::describe(const std::string& name) {
+    Expected<std::vector<ObjectInfo>> infos = describe(std::span(&name, 1));
+    if (!infos) return tl::unexpected(infos.error());
+    if (!infos->front().id) return fail(ErrorCode::kNotFound, std::move(infos->front().path));
+    return std::move(infos->front());
+}
+
+Expected<ObjectInfo> Application::describeNode(const std::string& name) {
+    Expected<ObjectInfo> info = describe(name);
+    if (!info || info->type == typeOf<Node>()) return info;
+    const TypeInfo* type = findType(info->type);
+    return fail(ErrorCode::kNotFound,
+                fmt::format("node {}: it is a {}, not a node", name, type ? type->name : std::string_view("object")));
+}
+
+Expected<std::vector<ObjectInfo>> Application::describe(std::span<const std::string> names) {
+    std::vector<ObjectInfo> infos;
+    while (infos.size() < names.size()) {
+        const auto some = names.subspan(infos.size(), std::min(names.size() - infos.size(), kNamesAtOnce));
+        Expected<answer::Objects> told =
+            impl_->askFor<answer::Objects>(request::GetObjects{.names = {some.begin(), some.end()}});
+        if (!told) return tl::unexpected(told.error());
+        if (told->objects.size() != some.size())
+            return fail(ErrorCode::kBadInput, "the server told of other objects than it was asked for");
+        std::ranges::move(told->objects, std::back_inserter(infos));
+    }
+    return infos;
+}
+
+Expected<SceneExcerpt> Application::fetch(std::span<const ObjectId> objects) {
+    SceneExcerpt excerpt;
+    for (std::size_t done = 0; done < objects.size(); done += kNamesAtOnce) {
+        request::GetObjects wanted{.names = {}, .paths = false, .content = true};
+        for (const ObjectId id : objects.subspan(done, std::min(objects.size() - done, kNamesAtOnce)))
+            wanted.names.push_back(fmt::format("#{}", id.value));
+        const Expected<answer::Objects> told = impl_->askFor<answer::Objects>(wanted);
+        if (!told) return tl::unexpected(told.error());
+        if (auto added = excerpt.add(told->content); !added) return tl::unexpected(added.error());
+    }
+    return excerpt;
+}
+
+Expected<SceneExcerpt> Application::fetchTree(request::GetTree wanted) {
+    SceneExcerpt excerpt;
+    const TimePoint deadline = now() + impl_->options.timeout;
+    wanted.after.clear();
+    do {
+        if (now() >= deadline)
+            return fail(ErrorCode::kNetwork, fmt::format("the server at {} did not tell all of the tree within {} ms",
+                                                         impl_->options.address, impl_->options.timeout.count()));
+        Expected<answer::TreePage> page = impl_->askFor<answer::TreePage>(wanted);
+        if (!page) return tl::unexpected(page.error());
+        if (auto added = excerpt.add(*page); !added) return tl::unexpected(added.error());
+        wanted.after = std::move(page->next);
+    } while (!wanted.after.empty());
+    return excerpt;
 }
 
 Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout) {

@@ -13,15 +13,16 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "common/application/Edits.h"
+#include "common/application/SceneExcerpt.h"
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
 #include "common/codec/ApplicationCodec.h"
 #include "common/scene/Aspect.h"
+#include "common/scene/Edits.h"
 #include "common/wall/Wall.h"
 
 namespace tessera {
@@ -31,7 +32,7 @@ public:
     struct Options {
         std::string address;                        ///< "HOST:PORT" of the server
         std::string name = "application";           ///< for the server's log and status
-        bool followScene = true;                    ///< false: `scene()` stays empty; for programs that only ask
+        bool followScene = true;                    ///< false: `scene()` stays empty, and nothing of it is sent here
         bool wantBlobs = false;                     ///< meshes and pixels too; false: their handles are absent (Blob)
         std::chrono::milliseconds timeout{10'000};  ///< for connecting and for each request
     };
@@ -60,6 +61,21 @@ public:
     /// itself. kNetwork also when none is shown within `timeout`.
     [[nodiscard]] Expected<notice::Frame> waitForFrame(std::chrono::milliseconds timeout);
     [[nodiscard]] bool serverIsOver() const;
+
+    // ---- the scene as it is at the server, for those who do not follow it: each question costs its answer
+
+    /// What stands at a node's path ("/hall/crane") or at the id of any object ("#17"). kNotFound says which step failed
+    /// and what is there instead.
+    [[nodiscard]] Expected<ObjectInfo> describe(const std::string& name);
+    /// The same where only a node will do.
+    [[nodiscard]] Expected<ObjectInfo> describeNode(const std::string& name);
+    /// In their order; `id` is none of what is not there.
+    [[nodiscard]] Expected<std::vector<ObjectInfo>> describe(std::span<const std::string> names);
+    /// These objects with their fields, and the cores of those that are nodes. What is not there is missing.
+    [[nodiscard]] Expected<SceneExcerpt> fetch(std::span<const ObjectId> objects);
+    /// A node and what is below it, with all fields, page by page; `wanted.after` does not count. The server goes on
+    /// meanwhile: what comes, goes or moves while the pages come is told as some page saw it, or not at all.
+    [[nodiscard]] Expected<SceneExcerpt> fetchTree(request::GetTree wanted);
 
     // ---- callbacks: called by the caller's own thread, within `poll` and whatever else applies lists
 
@@ -100,8 +116,12 @@ public:
     [[nodiscard]] Expected<answer::Committed> undo();
     /// Does again what was taken back last; nothing can be done again after another change.
     [[nodiscard]] Expected<answer::Committed> redo();
-    /// Moves the node at a path ("/hall/crane") or id ("#17"). See `moveList` in Edits.h. Needs followScene.
-    [[nodiscard]] Expected<answer::Committed> moveNode(std::string_view node, const NodeMove& move);
+    /// Moves the node at a path ("/hall/crane") or id ("#17"). See `moveList` in Edits.h.
+    [[nodiscard]] Expected<answer::Committed> moveNode(const std::string& node, const NodeMove& move);
+    /// The same of a node that `describe` has told of.
+    [[nodiscard]] Expected<answer::Committed> moveNode(const ObjectInfo& node, const NodeMove& move);
+    /// Removes a node with everything below it, and what only they used (`removalList` in Edits.h; the server makes it).
+    [[nodiscard]] Expected<answer::Committed> removeNode(ObjectId node);
     /// The server imports a file of its own and adds it below `parent` (none: the root).
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
                                                 std::chrono::milliseconds timeout = std::chrono::minutes(2));

@@ -30,6 +30,7 @@ ClientSessionConfig sessionConfig(const ConnectionOptions& options) {
     config.schema = schemaHash();
     config.wantBlobs = options.blobs;
     config.openContent = decodeSnapshot;
+    config.follows = options.lists;
     return config;
 }
 
@@ -115,11 +116,9 @@ void Connection::carryOut(ClientActions actions) {
         pending.insert(pending.end(), std::make_move_iterator(next.begin()), std::make_move_iterator(next.end()));
     };
     const auto apply = [&](bool whole, const CommittedListPtr& committed, Sequence current = {}) {
-        if (options_.lists) {
-            Expected<ChangeListPtr> list = decode(committed->encoded);
-            if (!list) return more(session_.applyFailed(list.error().message));
-            handOut({whole, committed, std::move(*list), current});
-        }
+        Expected<ChangeListPtr> list = decode(committed->encoded);
+        if (!list) return more(session_.applyFailed(list.error().message));
+        handOut({whole, committed, std::move(*list), current});
         more(session_.applied(committed->sequence, committed->stateHash));
     };
     while (!pending.empty() && !ended_) {

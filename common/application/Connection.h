@@ -45,7 +45,7 @@ using Incoming = std::variant<incoming::Configured, incoming::List, incoming::Re
 struct ConnectionOptions {
     Address address;
     std::string name;
-    bool lists = true;  ///< false: lists are neither decoded nor handed out
+    bool lists = true;  ///< false: the server sends neither its scene nor its lists
     bool blobs = false;
     std::chrono::milliseconds connectTimeout{10'000};
     /// Lists that may wait for the caller. One who does not poll for longer loses the connection; before that, once

@@ -2,11 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
-#include "common/codec/ApplicationCollisionParts.h"
-#include "common/codec/Parts.h"
-#include "common/codec/Unpacker.h"
+#include "common/codec/ApplicationUnpacker.h"
 #include "proto/application.pb.h"
 
 namespace tessera {
@@ -61,65 +57,6 @@ void put(pb::Rotation* out, const Quatd& q) {
     out->set_y(q.y());
     out->set_z(q.z());
 }
-
-/// With the values that several messages of applications hold, and their limits.
-class ApplicationUnpacker : public Unpacker {
-public:
-    ApplicationUnpacker(const ByteSlice& whole, Parts parts, const ApplicationLimits& limits)
-        : Unpacker(whole, std::move(parts), limits.maxTextBytes), limits_(limits) {}
-
-    [[nodiscard]] const ApplicationLimits& limits() const { return limits_; }
-
-    template <typename Texts>
-    std::vector<std::string> texts(const Texts& values, std::size_t most) {
-        std::vector<std::string> out;
-        if (!within(static_cast<std::size_t>(values.size()), most, "names")) return out;
-        for (const std::string& value : values) out.push_back(text(value));
-        return out;
-    }
-    double finite(double value) {
-        if (!std::isfinite(value)) refuse(ErrorCode::kBadInput, "a number that is not finite");
-        return value;
-    }
-    Vec3d vector(const pb::Vector& v) { return {finite(v.x()), finite(v.y()), finite(v.z())}; }
-    Quatd rotation(const pb::Rotation& r) {
-        const Quatd q(finite(r.w()), finite(r.x()), finite(r.y()), finite(r.z()));
-        if (!tellsRotation(q.squaredNorm())) refuse(ErrorCode::kBadInput, "a quaternion that cannot be normalised");
-        return q;
-    }
-    answer::Picked picked(const pb::Picked& p) {
-        return {p.hit(), ObjectId{p.node()}, p.face(), vector(p.point()), finite(p.x_px()), finite(p.y_px())};
-    }
-    answer::Contacts contacts(const pb::Contacts& head) {
-        expectCollision(1);
-        return {FrameNumber(head.frame()), head.begun(), taken(unpackContacts(part(0), limits_.maxContacts)),
-                head.left_out(), head.not_looked_at()};
-    }
-    answer::PairEvents events(const pb::PairEvents& head) {
-        expectCollision(1);
-        return {FrameNumber(head.frame()), taken(unpackEvents(part(0), limits_.maxEvents)), head.left_out()};
-    }
-    answer::Distances distances(const pb::Distances& head) {
-        expectCollision(1);
-        return {FrameNumber(head.frame()), taken(unpackDistances(part(0), limits_.maxDistances)), head.left_out()};
-    }
-    answer::Questions questions(const pb::Questions& head) {
-        expectCollision(2);
-        return {FrameNumber(head.frame()), taken(unpackQuestions(part(0), limits_.maxQuestions)),
-                records<std::uint64_t>(1, limits_.maxQuestions), head.unanswered()};
-    }
-
-private:
-    /// Too many bytes are as good as none: nothing is taken of them.
-    void expectCollision(std::size_t count) {
-        expectParts(count);
-        std::size_t bytes = 0;
-        for (std::size_t i = 0; i < count; ++i) bytes += part(i).size();
-        if (!within(bytes, limits_.maxCollisionBytes, "bytes of collisions")) dropParts();
-    }
-
-    const ApplicationLimits& limits_;
-};
 
 /// Splits, parses and unpacks; `unpack(head, in)` gives the value.
 template <typename Head, typename Unpack>
@@ -205,6 +142,23 @@ void pack(const request::Respond& r, pb::RequestHead& head, Parts&) {
     put(out.mutable_scale(), r.pose.scale);
 }
 
+void pack(const request::GetObjects& r, pb::RequestHead& head, Parts&) {
+    pb::GetObjects& out = *head.mutable_get_objects();
+    for (const std::string& name : r.names) out.add_names(name);
+    out.set_content(r.content);
+    out.set_paths(r.paths);
+}
+void pack(const request::GetTree& r, pb::RequestHead& head, Parts& parts) {
+    pb::GetTree& out = *head.mutable_get_tree();
+    out.set_node(r.node.value);
+    out.set_levels(r.levels);
+    out.set_core_type(r.coreType.value);
+    parts = {recordBytes(r.after), recordBytes(r.cores)};
+}
+void pack(const request::Remove& r, pb::RequestHead& head, Parts&) {
+    head.mutable_remove()->set_node(r.node.value);
+}
+
 ApplicationRequest unpackPropose(const pb::Propose& head, ApplicationUnpacker& in) {
     request::Propose out;
     out.gesture = head.gesture();
@@ -257,8 +211,21 @@ ApplicationRequest unpackRespond(const pb::Respond& head, ApplicationUnpacker& i
     return out;
 }
 
+ApplicationRequest unpackGetTree(const pb::GetTree& head, ApplicationUnpacker& in) {
+    in.expectParts(2);
+    request::GetTree out;
+    out.node = ObjectId{head.node()};
+    out.levels = head.levels();
+    out.after = in.records<ObjectId>(0, in.limits().maxDepth);
+    out.coreType = in.objectType(head.core_type());
+    out.cores = in.records<ObjectId>(1, in.limits().maxFilterCores);
+    return out;
+}
+
 ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacker& in) {
-    if (head.what_case() != pb::RequestHead::kPropose) in.expectParts(0);
+    const bool hasParts =
+        head.what_case() == pb::RequestHead::kPropose || head.what_case() == pb::RequestHead::kGetTree;
+    if (!hasParts) in.expectParts(0);
     switch (head.what_case()) {
         case pb::RequestHead::kPropose:
             return unpackPropose(head.propose(), in);
@@ -288,6 +255,14 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
             return request::GetQuestions{};
         case pb::RequestHead::kRespond:
             return unpackRespond(head.respond(), in);
+        case pb::RequestHead::kGetObjects:
+            return request::GetObjects{.names = in.texts(head.get_objects().names(), in.limits().maxNames),
+                                       .paths = head.get_objects().paths(),
+                                       .content = head.get_objects().content()};
+        case pb::RequestHead::kGetTree:
+            return unpackGetTree(head.get_tree(), in);
+        case pb::RequestHead::kRemove:
+            return request::Remove{ObjectId{head.remove().node()}};
         case pb::RequestHead::WHAT_NOT_SET:
             break;
     }
@@ -330,6 +305,7 @@ Bytes join(const answer::Done&, pb::AnswerHead& head) {
 }
 Bytes join(const answer::Committed& a, pb::AnswerHead& head) {
     head.mutable_committed()->set_sequence(a.sequence.value);
+    head.mutable_committed()->set_removed(a.removed);
     std::vector<IdPair> ids;
     ids.reserve(a.ids.size());
     for (const auto& [placeholder, id] : a.ids) ids.push_back({placeholder.value, id.value});
@@ -384,9 +360,20 @@ Bytes join(const answer::Images& a, pb::AnswerHead& head) {
     return joinParts(head, pngs);
 }
 
+Bytes join(const answer::Objects& a, pb::AnswerHead& head) {
+    head.mutable_objects()->set_sequence(a.sequence.value);
+    const PackedObjects packed = packObjects(a.objects);
+    return joinParts(head, std::array<ByteSpan, 3>{packed.records, packed.texts, a.content});
+}
+Bytes join(const answer::TreePage& a, pb::AnswerHead& head) {
+    head.mutable_tree_page()->set_sequence(a.sequence.value);
+    const Bytes nodes = packTree(a.nodes);
+    return joinParts(head, std::array<ByteSpan, 3>{nodes, recordBytes(a.next), a.content});
+}
+
 answer::Committed unpackCommitted(const pb::Committed& head, ApplicationUnpacker& in) {
     in.expectParts(2);
-    answer::Committed out{Sequence{head.sequence()}, {}, {}};
+    answer::Committed out{Sequence{head.sequence()}, {}, {}, head.removed()};
     const auto ids = in.records<IdPair>(0, in.limits().maxIds);
     out.ids.reserve(ids.size());
     for (const IdPair& pair : ids) out.ids.emplace_back(ObjectId{pair.placeholder}, ObjectId{pair.id});
@@ -454,6 +441,10 @@ ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, ApplicationUnpacker& 
             return in.distances(head.distances());
         case pb::AnswerHead::kQuestions:
             return in.questions(head.questions());
+        case pb::AnswerHead::kObjects:
+            return in.objects(head.objects());
+        case pb::AnswerHead::kTreePage:
+            return in.treePage(head.tree_page());
         case pb::AnswerHead::WHAT_NOT_SET:
             break;
     }

@@ -11,6 +11,7 @@
 #include "common/base/Error.h"
 #include "common/change/Value.h"
 #include "common/codec/ApplicationCollision.h"
+#include "common/codec/ApplicationScene.h"
 #include "common/math/Types.h"
 
 namespace tessera {
@@ -31,6 +32,29 @@ struct GetStatus {};
 struct Load {
     std::string path;
     ObjectId parent;
+};
+/// What stands at these names: a node's path, or "#17" of any object.
+struct GetObjects {
+    std::vector<std::string> names;
+    bool paths = true;     ///< false: for who knows them
+    bool content = false;  ///< their fields, and those of the nodes' cores, too
+};
+/// A page of the tree: `node` and what is below it, in the order of the document. What one page costs is bounded, however
+/// large the scene is. A node that stays in its place while the pages are asked for is told, if `after` has been removed
+/// or moved meanwhile perhaps twice; one that comes, goes or moves meanwhile may be told or not.
+struct GetTree {
+    static constexpr std::uint32_t kAllLevels = 0xffffffffu;
+
+    ObjectId node = kRootNode;
+    std::uint32_t levels = kAllLevels;  ///< below `node`
+    std::vector<ObjectId> after;        ///< `TreePage::next` of the page before; empty: from the start
+    // With either of these only nodes with such a core are told. A page may then be empty and not the last.
+    ObjectType coreType;          ///< cores of this type
+    std::vector<ObjectId> cores;  ///< these cores
+};
+/// Takes a node away with everything below it, and what only they used (`removalList`).
+struct Remove {
+    ObjectId node;
 };
 /// Moves the wall in the world, or a user's head in the wall. Unset parts stay. `reset`: back to the scene's camera.
 struct SetView {
@@ -78,7 +102,8 @@ struct Subscribe {
 using ApplicationRequest =
     std::variant<request::Propose, request::Undo, request::GetStatus, request::Load, request::SetView, request::Pick,
                  request::GetContacts, request::GetImages, request::Subscribe, request::GetEvents,
-                 request::GetDistances, request::GetQuestions, request::Respond, request::Redo>;
+                 request::GetDistances, request::GetQuestions, request::Respond, request::Redo,
+                 request::GetObjects, request::GetTree, request::Remove>;
 
 namespace answer {
 
@@ -88,6 +113,7 @@ struct Committed {
     std::vector<std::pair<ObjectId, ObjectId>> ids;
     /// Objects whose transforms the collision response kept from going where the proposal wanted them.
     std::vector<ObjectId> stopped;
+    std::uint64_t removed = 0;  ///< objects that a Remove took away
 };
 struct HostInfo {
     std::string name, state;
@@ -130,7 +156,8 @@ struct Done {};
 
 using ApplicationAnswer =
     std::variant<answer::Done, answer::Committed, answer::Status, answer::Loaded, answer::Picked, answer::Contacts,
-                 answer::Images, answer::PairEvents, answer::Distances, answer::Questions>;
+                 answer::Images, answer::PairEvents, answer::Distances, answer::Questions, answer::Objects,
+                 answer::TreePage>;
 
 namespace notice {
 struct Frame {
@@ -151,6 +178,12 @@ struct ApplicationLimits {
     std::size_t maxQuestions = 4096;  ///< and ids of closed ones
     /// Of contacts, events, distances or questions in one notice or answer: what a Notice may carry at most.
     std::size_t maxCollisionBytes = std::size_t{16} << 20;
+    std::size_t maxNames = 256;         ///< asked for at once
+    std::size_t maxFilterCores = 4096;  ///< of one GetTree
+    std::size_t maxPageNodes = 4096;
+    std::size_t maxDepth = 4096;  ///< nodes from a page's top to where the next one begins
+    /// Of paths and of content in one answer, each.
+    std::size_t maxSceneBytes = std::size_t{64} << 20;
     std::size_t maxTiles = 4096;
     std::size_t maxHosts = 4096;
 };

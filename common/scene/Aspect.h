@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/Error.h"
@@ -84,6 +85,7 @@ public:
 private:
     friend ChangeList snapshot(const Aspect& aspect);
     friend class Action;           // these find nodes and cores where they come in runs
+    friend class SiblingNames;
     friend class WorldTransforms;
     struct Impl;
     [[nodiscard]] const ObjectTable& table() const;
@@ -105,5 +107,10 @@ private:
 [[nodiscard]] Expected<ObjectId> findNode(const Aspect& aspect, std::string_view path);
 /// The path of a node for people.
 [[nodiscard]] std::string pathOf(const Aspect& aspect, ObjectId node);
+/// The same of many; what lies above several of them is looked at once.
+[[nodiscard]] std::vector<std::string> pathsOf(const Aspect& aspect, std::span<const ObjectId> nodes);
+/// How each of a parent's children, by name and in order, stands in a path: "crane", or "row[2]" among equal names.
+/// Empty where no path can say it.
+[[nodiscard]] std::vector<std::string> stepsOf(std::span<const std::string_view> names);
 
 }  // namespace tessera

@@ -3,11 +3,26 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
+#include "common/scene/ObjectTable.h"
 
 namespace tessera {
+
+/// Names of nodes whose ids mostly follow each other: of the children of a node with very many, quickly.
+class SiblingNames {
+public:
+    explicit SiblingNames(const Aspect& aspect) : find_(aspect.table()) {}
+    [[nodiscard]] const std::string& of(ObjectId child) {
+        return static_cast<const Node*>(find_.find(child)->data)->name;
+    }
+
+private:
+    ObjectTable::ConstCursor find_;
+};
 
 namespace {
 
@@ -40,8 +55,9 @@ const std::string& nameOfChild(const Aspect& aspect, ObjectId child) {
 
 ObjectId findChild(const Aspect& aspect, const Node& parent, const Step& step) {
     std::uint64_t index = step.index;
+    SiblingNames names(aspect);
     for (const ObjectId child : parent.children)
-        if (nameOfChild(aspect, child) == step.name && index-- == 0) return child;
+        if (names.of(child) == step.name && index-- == 0) return child;
     return {};
 }
 
@@ -100,27 +116,91 @@ Expected<ObjectId> findNode(const Aspect& aspect, std::string_view path) {
     return at;
 }
 
-std::string pathOf(const Aspect& aspect, ObjectId id) {
-    if (id == kRootNode) return "/";
-    const std::string byId = fmt::format("#{}", id.value);
-    std::vector<std::string> steps;
-    ObjectId at = id;
-    while (at != kRootNode) {
+namespace {
+
+/// One step of a path, where `before` of `same` equal names stand before it.
+std::string stepText(std::string_view name, std::size_t before, std::size_t same) {
+    const bool needsIndex = same > 1 || name.empty() || name.ends_with(']');
+    return needsIndex ? fmt::format("{}[{}]", name, before) : std::string(name);
+}
+
+bool canBeSaid(std::string_view name) {
+    return name.find('/') == std::string_view::npos;
+}
+
+/// How these children of one parent stand in paths. All siblings are looked at once, however many are asked for.
+void addSteps(const Aspect& aspect, const Node& parent, const std::vector<ObjectId>& wanted,
+              std::unordered_map<ObjectId, std::string>& steps) {
+    std::unordered_map<std::string_view, std::size_t> counts;
+    std::unordered_map<ObjectId, std::size_t> before;
+    for (const ObjectId child : wanted) {
+        counts.emplace(nameOfChild(aspect, child), 0);
+        before.emplace(child, 0);
+    }
+    // Mostly one child is asked for: then no name needs to be hashed.
+    const std::string_view only = counts.size() == 1 ? counts.begin()->first : std::string_view();
+    SiblingNames names(aspect);
+    for (const ObjectId sibling : parent.children) {
+        const std::string& name = names.of(sibling);
+        if (counts.size() == 1 && name != only) continue;
+        const auto count = counts.size() == 1 ? counts.begin() : counts.find(name);
+        if (count == counts.end()) continue;
+        if (const auto known = before.find(sibling); known != before.end()) known->second = count->second;
+        ++count->second;
+    }
+    for (const auto& [child, index] : before) {
+        const std::string& name = nameOfChild(aspect, child);
+        steps.emplace(child, stepText(name, index, counts.at(name)));
+    }
+}
+
+/// The nodes from `id` up to below the root; nothing where the node is detached or a name on the way holds a slash.
+std::vector<ObjectId> wayUp(const Aspect& aspect, ObjectId id) {
+    std::vector<ObjectId> way;
+    for (ObjectId at = id; at != kRootNode;) {
         const Node* node = aspect.get<Node>(at);
-        const Node* parent = node && node->parent ? aspect.get<Node>(node->parent) : nullptr;
-        if (!parent || node->name.find('/') != std::string::npos) return byId;  // detached, or no path could say it
-        std::size_t before = 0, same = 0;
-        for (const ObjectId sibling : parent->children) {
-            if (sibling == at) before = same;
-            if (nameOfChild(aspect, sibling) == node->name) ++same;
-        }
-        const bool needsIndex = same > 1 || node->name.empty() || node->name.ends_with(']');
-        steps.push_back(needsIndex ? fmt::format("{}[{}]", node->name, before) : node->name);
+        if (!node || !node->parent || !canBeSaid(node->name)) return {};
+        way.push_back(at);
         at = node->parent;
     }
-    std::string path;
-    for (auto step = steps.rbegin(); step != steps.rend(); ++step) path += "/" + *step;
-    return path;
+    return way;
+}
+
+}  // namespace
+
+std::vector<std::string> pathsOf(const Aspect& aspect, std::span<const ObjectId> nodes) {
+    std::vector<std::vector<ObjectId>> ways;
+    std::unordered_map<ObjectId, std::vector<ObjectId>> wanted;  // by parent
+    std::unordered_set<ObjectId> seen;
+    for (const ObjectId id : nodes) {
+        ways.push_back(wayUp(aspect, id));
+        for (const ObjectId at : ways.back()) {
+            if (!seen.insert(at).second) break;  // then what is above it was seen too
+            wanted[aspect.get<Node>(at)->parent].push_back(at);
+        }
+    }
+    std::unordered_map<ObjectId, std::string> steps;
+    for (const auto& [parent, children] : wanted) addSteps(aspect, *aspect.get<Node>(parent), children, steps);
+    std::vector<std::string> paths;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        std::string path = nodes[i] == kRootNode ? "/" : ways[i].empty() ? fmt::format("#{}", nodes[i].value) : "";
+        for (auto at = ways[i].rbegin(); at != ways[i].rend(); ++at) path.append("/").append(steps.at(*at));
+        paths.push_back(std::move(path));
+    }
+    return paths;
+}
+
+std::string pathOf(const Aspect& aspect, ObjectId id) {
+    return pathsOf(aspect, std::span(&id, 1)).front();
+}
+
+std::vector<std::string> stepsOf(std::span<const std::string_view> names) {
+    std::unordered_map<std::string_view, std::size_t> same, before;
+    for (const std::string_view name : names) ++same[name];
+    std::vector<std::string> steps;
+    for (const std::string_view name : names)
+        steps.push_back(canBeSaid(name) ? stepText(name, before[name]++, same[name]) : std::string());
+    return steps;
 }
 
 }  // namespace tessera

@@ -151,6 +151,7 @@ void ClientSession::Impl::opened(ChannelKind channel, TimePoint now) {
                          .token = token,
                          .pixelProbe = config.pixelProbe,
                          .wantBlobs = config.wantBlobs,
+                         .follows = config.follows,
                          .seenEpoch = config.seenEpoch};
     send(channel, hello);
     if (channel == ChannelKind::kControl) {
@@ -186,6 +187,8 @@ void ClientSession::Impl::received(ChannelKind channel, Epoch said, const Messag
 
 bool ClientSession::Impl::mayHear(const MessageInfo& info, ChannelKind channel) const {
     if (!info.goes(Party::kServer, partyOf(config.role), channel)) return false;
+    const bool ofTheScene = info.number == message::Snapshot::kInfo.number || info.number == message::Changes::kInfo.number;
+    if (ofTheScene && !config.follows) return false;
     if (channel == ChannelKind::kBulk) return true;
     return info.when != (stage == Stage::kGreeting ? SaidWhen::kLater : SaidWhen::kFirst);
 }

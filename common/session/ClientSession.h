@@ -22,6 +22,7 @@ struct ClientSessionConfig {
     /// The highest epoch in which a server of this wall has welcomed this process; a lower one is left again.
     Epoch seenEpoch;
     bool wantBlobs = true;
+    bool follows = true;  ///< false: an application that only asks; it is sent neither snapshot nor lists
     std::size_t maxBlobBytes = limits::kMaxBlobBytes;  ///< one blob; refused before memory is taken
     std::uint32_t chunkBytes = 256 * 1024;
     std::uint32_t chunksInFlight = 8;

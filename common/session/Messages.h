@@ -79,6 +79,7 @@ struct Hello {
     SessionToken token;            ///< bulk channels: that of the Welcome on the control channel
     std::uint64_t pixelProbe = 0;  ///< hash of a small lit test image; hosts whose pixels differ are named
     bool wantBlobs = true;         ///< applications may follow without bulk data
+    bool follows = true;           ///< applications may ask without being sent the scene and its lists
     Epoch seenEpoch;               ///< hosts: the highest in which a server of this wall has welcomed this process
 
     static constexpr MessageInfo kInfo{
@@ -87,7 +88,8 @@ struct Hello {
         return std::tuple(field::varint(1, "protocol", &Hello::protocol), field::fixed(2, "schema", &Hello::schema),
                           field::varint(3, "role", &Hello::role), field::varint(4, "channel", &Hello::channel),
                           field::text(5, "name", &Hello::name), field::fixed(7, "pixel_probe", &Hello::pixelProbe),
-                          field::varint(8, "want_blobs", &Hello::wantBlobs), field::hash(10, "token", &Hello::token),
+                          field::varint(8, "want_blobs", &Hello::wantBlobs),
+                          field::varint(9, "follows", &Hello::follows), field::hash(10, "token", &Hello::token),
                           field::fixed(12, "seen_epoch", &Hello::seenEpoch));
     }
 };

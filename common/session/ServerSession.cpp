@@ -110,7 +110,9 @@ void ServerSession::Impl::on(Peer& peer, const message::Hello& hello, TimePoint 
         peer.name = hello.name;
         welcome(peer, now);
         out.push_back(server_action::ApplicationJoined{peer.id, peer.name});
-        return askSnapshot(peer);
+        // Whoever only asks is told what it asks for, and what it has subscribed to.
+        if (hello.follows) askSnapshot(peer);
+        return;
     }
     if (hello.role != PeerRole::kHost) return refuse(peer, ErrorCode::kNetwork, "unknown role of a peer", false);
     Host* host = findHost(hello.name);

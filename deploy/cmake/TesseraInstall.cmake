@@ -15,7 +15,8 @@ install(EXPORT TesseraTargets NAMESPACE Tessera:: DESTINATION ${package_folder} 
 foreach(layer ${application_layers})
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/common/${layer} DESTINATION include/tessera/common COMPONENT application
     FILES_MATCHING PATTERN "*.h"
-    PATTERN "common/codec/Parts.h" EXCLUDE PATTERN "common/codec/WallMessage.h" EXCLUDE
+    PATTERN "common/codec/Parts.h" EXCLUDE PATTERN "common/codec/ApplicationUnpacker.h" EXCLUDE
+    PATTERN "common/codec/WallMessage.h" EXCLUDE
     PATTERN "common/application/Connection.h" EXCLUDE
     PATTERN "common/net/FrameReader.h" EXCLUDE PATTERN "common/net/LinkTable.h" EXCLUDE)
 endforeach()

@@ -78,7 +78,8 @@ void write(const Seeds& seeds) {
         if (payload.size() < 512) frames = frames + byte(1) + byte(wireType(message)) + lengthOf(payload) + payload + byte(0);
     }
     seeds.add("frames", frames);
-    const std::vector<ApplicationRequest> requests = {request::GetStatus{}, request::Pick{1, 2}, request::Undo{}, request::SetView{}};
+    const std::vector<ApplicationRequest> requests = {request::GetStatus{}, request::Pick{1, 2}, request::Undo{}, request::SetView{},
+                                                      request::GetObjects{{"/hall/crane", "#17"}}, request::GetTree{.after = {ObjectId{1}}}};
     for (const ApplicationRequest& request : requests) {
         message::Request message{7, encodeRequest(request)};
         seeds.add("messages", byte(wireType(message)) + encodeMessage(message).joined());

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include "common/codec/ChangeCodec.h"
+#include "common/scene/Edits.h"
+#include "server/sim/desk/SceneAnswers.h"
 
 namespace tessera {
 
@@ -133,6 +135,33 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Subscribe& want
     ServerActions actions = news_.subscribe(asker.connection, wanted);
     append(actions, answer(asker, ApplicationAnswer(answer::Done{})));
     return actions;
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::GetObjects& wanted, TimePoint) {
+    answer::Objects objects = describe(around_.simulation.scene(), wanted);
+    objects.sequence = around_.simulation.sequence();
+    return answer(asker, ApplicationAnswer(std::move(objects)));
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::GetTree& wanted, TimePoint) {
+    Expected<answer::TreePage> page = treePage(around_.simulation.scene(), wanted);
+    if (!page) return refuse(asker, page.error());
+    page->sequence = around_.simulation.sequence();
+    return answer(asker, ApplicationAnswer(std::move(*page)));
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::Remove& wish, TimePoint now) {
+    // Each node is taken from its place and destroyed: two changes at least.
+    Expected<ChangeList> list = removalList(around_.simulation.scene(), wish.node, limits_.maxProposalChanges / 2);
+    if (!list) return refuse(asker, list.error());
+    if (list->changeCount() > limits_.maxProposalChanges)
+        return refuse(asker, {ErrorCode::kLimit,
+                              fmt::format("it would take {} changes at once, and {} may be made; remove it part by part",
+                                          list->changeCount(), limits_.maxProposalChanges)});
+    const std::uint64_t ticket = nextTicket_++;
+    const std::uint64_t removed = list->destructions.size();
+    open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .list = std::move(*list)}, .removed = removed};
+    return queueEdit(ticket, now);
 }
 
 Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
@@ -267,7 +296,7 @@ Expected<ApplicationAnswer> RequestDesk::outcomeOf(const Open& open, const EditO
     if (!outcome.result) return tl::unexpected(outcome.result.error());
     if (!open.isLoad)
         return ApplicationAnswer(
-            answer::Committed{.sequence = sequence, .ids = outcome.ids, .stopped = outcome.stopped});
+            answer::Committed{.sequence = sequence, .ids = outcome.ids, .stopped = outcome.stopped, .removed = open.removed});
     answer::Loaded loaded = open.loaded;
     const auto given = std::ranges::find(outcome.ids, loaded.node, &std::pair<ObjectId, ObjectId>::first);
     if (given != outcome.ids.end())

@@ -24,7 +24,7 @@ public:
         std::size_t maxOpenRequests = 1024;
         std::chrono::milliseconds imageDeadline{5'000};
         std::size_t maxUploadBytes = std::size_t{512} << 20;
-        /// Of one proposal: a list is checked and applied between two frames.
+        /// Of one proposal, or of what a Remove takes: a list is checked and applied between two frames.
         std::size_t maxProposalBytes = std::size_t{64} << 20;
         std::size_t maxProposalChanges = 500'000;
         FrameNews::Limits news;
@@ -72,6 +72,7 @@ private:
         Asker asker;
         Edit edit;  ///< waiting for blobs or a frame
         std::vector<Blob> announced;  ///< can be fetched until its outcome is known
+        std::uint64_t removed = 0;  ///< of a Remove: objects
         bool isLoad = false;
         std::vector<ChangeList> parts;  ///< of a load that takes several frames
         std::size_t nextPart = 0;
@@ -94,6 +95,9 @@ private:
     [[nodiscard]] ServerActions on(const Asker&, const request::GetDistances&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetQuestions&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Respond&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::GetObjects&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::GetTree&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Remove&, TimePoint now);
 
     [[nodiscard]] ServerActions answer(const Asker& asker, const Expected<ApplicationAnswer>& answer) {
         return answerTo(around_.session, asker, answer);

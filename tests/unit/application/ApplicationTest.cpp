@@ -177,8 +177,63 @@ TEST(Application, RequestsCarryTheirAnswers) {
     EXPECT_EQ(application->images()->missing.size(), 1u);
     EXPECT_TRUE(application->setView({.reset = true}));
     EXPECT_FALSE(application->setView({}));
-    EXPECT_EQ(application->moveNode("/hall/crane", {.translation = Vec3d::Zero()}).error().code, ErrorCode::kUsage)
-        << "names need the scene";
+}
+
+TEST(Application, WhoDoesNotFollowIsToldWhatItAsksFor) {
+    ScriptedServer server;
+    const auto application = join(server, false);
+    ASSERT_TRUE(application);
+    const auto hook = application->describe("/hall/crane/hook");
+    ASSERT_TRUE(hook) << hook.error().message;
+    EXPECT_EQ(hook->id, test::kHook);
+    EXPECT_EQ(hook->parent, kCrane);
+    EXPECT_EQ(hook->core, test::kHookCore);
+    EXPECT_EQ(hook->coreType, typeOf<Geometry>());
+    EXPECT_EQ(hook->movable, kCrane) << "the nearest Transform above";
+    EXPECT_EQ(application->describe("#7")->type, typeOf<Material>());
+    EXPECT_EQ(application->describeNode("#7").error().message, "node #7: it is a Material, not a node");
+    const auto missing = application->describe("/hall/crna");
+    ASSERT_FALSE(missing);
+    EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+    EXPECT_NE(missing.error().message.find("its 1 children are \"crane\""), std::string::npos) << missing.error().message;
+    const auto several = application->describe(std::vector<std::string>{"#3", "#4711", "/"});
+    ASSERT_TRUE(several);
+    EXPECT_EQ(several->at(0).path, "/hall/crane");
+    EXPECT_FALSE(several->at(1).id) << "one that is not there does not spoil the others";
+    EXPECT_EQ(several->at(2).id, kRootNode);
+
+    const auto tree = application->fetchTree({});
+    ASSERT_TRUE(tree) << tree.error().message;
+    ASSERT_EQ(tree->nodes().size(), 4u) << "over several pages";
+    EXPECT_EQ(tree->get<Node>(test::kHall)->children.front(), kCrane);
+    EXPECT_EQ(tree->coreOf(kCrane).as<Transform>()->translation, Vec3d(1, 2, 3));
+    EXPECT_EQ(tree->get<Geometry>(test::kHookCore)->material, test::kMetal);
+    EXPECT_FALSE(tree->find(test::kMetal)) << "what is referred to is not told";
+    const auto level = application->fetchTree({.node = test::kHall, .levels = 1});
+    ASSERT_EQ(level->nodes().size(), 2u);
+    EXPECT_EQ(level->childCount(kCrane), 1u);
+    const auto movers = application->fetchTree({.coreType = typeOf<Transform>()});
+    ASSERT_EQ(movers->nodes().size(), 1u);
+    EXPECT_EQ(movers->nodes()[0].node, kCrane);
+    EXPECT_EQ(application->fetchTree({.node = ObjectId{4711}}).error().code, ErrorCode::kNotFound);
+    EXPECT_EQ(application->scene().objectCount(), 1u) << "nothing of the scene itself came";
+}
+
+TEST(Application, WhoDoesNotFollowMovesAndRemovesByName) {
+    ScriptedServer server;
+    const auto application = join(server, false), follower = join(server);
+    ASSERT_TRUE(application && follower);
+    ASSERT_TRUE(application->moveNode("/hall/crane/hook", {.translation = Vec3d(1, 0, 0), .relative = true}));
+    EXPECT_EQ(application->moveNode("/hall", {.translation = Vec3d(1, 0, 0)}).error().message,
+              "/hall cannot be moved: neither it nor any node above it holds a Transform");
+    EXPECT_EQ(application->fetch(std::vector{kCrane})->coreOf(kCrane).as<Transform>()->translation, Vec3d(2, 2, 3))
+        << "one reads what one has written";
+    while (cranePlace(*follower) != Vec3d(2, 2, 3)) ASSERT_TRUE(follower->poll(5s));
+    const auto removed = application->removeNode(kCrane);
+    ASSERT_TRUE(removed) << removed.error().message;
+    EXPECT_EQ(removed->removed, 5u);
+    EXPECT_EQ(application->removeNode(kRootNode).error().code, ErrorCode::kRefused);
+    EXPECT_EQ(application->removeNode(kCrane).error().code, ErrorCode::kNotFound);
 }
 
 TEST(Application, AServerThatIsOverEndsItInOrder) {

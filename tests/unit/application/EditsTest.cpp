@@ -1,4 +1,4 @@
-#include "common/application/Edits.h"
+#include "common/scene/Edits.h"
 
 #include <gtest/gtest.h>
 

@@ -14,7 +14,9 @@
 #include "common/codec/WallCodec.h"
 #include "common/net/Transport.h"
 #include "common/scene/Aspect.h"
+#include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/desk/SceneAnswers.h"
 #include "tests/unit/HistoryLiterals.h"
 
 namespace tessera::test {
@@ -90,7 +92,8 @@ public:
         const std::scoped_lock lock(mutex_);
         for (const LinkId link : links_) transport_.close(link, "cut by the test");
     }
-    /// Answers a request of the given kind; what is not scripted is refused. Propose and Undo work by themselves.
+    /// Answers a request of the given kind; what is not scripted is refused. Edits, Undo and what asks for the scene work
+    /// by themselves.
     void script(std::function<Expected<ApplicationAnswer>(const ApplicationRequest&)> answer) {
         const std::scoped_lock lock(mutex_);
         script_ = std::move(answer);
@@ -134,7 +137,10 @@ private:
 
     void on(const LinkEvent& event) {
         const std::scoped_lock lock(mutex_);
-        if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) std::erase(links_, closed->link);
+        if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) {
+            std::erase(links_, closed->link);
+            std::erase(followers_, closed->link);
+        }
         const auto* received = std::get_if<link_event::Received>(&event.what);
         if (received == nullptr) return;
         const Expected<Message> message = decodeMessage(received->type, received->payload);
@@ -152,11 +158,12 @@ private:
             return transport_.close(link, "refused");
         }
         links_.push_back(link);
+        if (hello.follows) followers_.push_back(link);
         message::Welcome welcome;
         welcome.epoch = 7_epoch;
         welcome.configuration = share(encodeWall(oneByOne()));
         say(link, welcome);
-        if (!faults_.noSnapshot)
+        if (hello.follows && !faults_.noSnapshot)
             say(link, message::Snapshot{share(CommittedList{
                           sequence_, scene_.stateHash(), encodeChangeList(snapshot(scene_)), {}})});
     }
@@ -193,6 +200,20 @@ private:
             subscription_ = *subscribe;
             return answer::Done{};
         }
+        if (const auto* objects = std::get_if<request::GetObjects>(&asked)) return describe(scene_, *objects);
+        if (const auto* tree = std::get_if<request::GetTree>(&asked))
+            // Small pages: the little scene takes several.
+            return treePage(scene_, *tree, {.maxTold = 2}).map([](answer::TreePage page) {
+                return ApplicationAnswer(std::move(page));
+            });
+        if (const auto* remove = std::get_if<request::Remove>(&asked)) {
+            Expected<ChangeList> list = removalList(scene_, remove->node);
+            if (!list) return tl::unexpected(list.error());
+            const std::size_t removed = list->destructions.size();
+            Expected<ApplicationAnswer> committed = commitLocked(std::move(*list));
+            if (committed) std::get<answer::Committed>(*committed).removed = removed;
+            return committed;
+        }
         if (script_) return script_(asked);
         return fail(ErrorCode::kRefused, "not scripted");
     }
@@ -208,7 +229,7 @@ private:
         sequence_ = sequence_.next();
         Bytes bytes = encodeChangeList(list);
         if (faults_.malformed) bytes.assign(30, std::byte{0xff});
-        for (const LinkId link : links_)
+        for (const LinkId link : followers_)
             say(link, message::Changes{share(CommittedList{
                           sequence_, StateHash(scene_.stateHash().value + (faults_.wrongHash ? 1 : 0)), share(bytes), {}})});
         answer::Committed committed;
@@ -225,7 +246,7 @@ private:
     std::uint64_t nextId_ = 100;
     std::vector<ChangeList> inverses_;
     std::vector<ObjectId> stopped_;
-    std::vector<LinkId> links_;
+    std::vector<LinkId> links_, followers_;
     Faults faults_;
     request::Subscribe subscription_;
     std::function<Expected<ApplicationAnswer>(const ApplicationRequest&)> script_;

@@ -23,6 +23,18 @@ answer::Contacts twoContacts() {
     return contacts;
 }
 
+std::vector<ObjectInfo> twoObjects() {
+    return {{.id = ObjectId{2},
+             .type = ObjectType{1},
+             .parent = ObjectId{1},
+             .core = ObjectId{3},
+             .coreType = ObjectType{2},
+             .children = 1'000'000,
+             .movable = ObjectId{2},
+             .path = "/hall"},
+            {.path = "there is no object with this id"}};
+}
+
 std::vector<ApplicationRequest> everyRequest() {
     request::SetView view;
     view.position = Vec3d(1, 2, 3);
@@ -44,7 +56,14 @@ std::vector<ApplicationRequest> everyRequest() {
             request::GetDistances{},
             request::GetQuestions{},
             request::Respond{.question = 5, .decision = request::Respond::Decision::kMove, .pose = {}},
-            request::Redo{}};
+            request::Redo{},
+            request::GetObjects{{"/hall/crane", "#17"}, false, true},
+            request::GetTree{.node = ObjectId{3},
+                             .levels = 4,
+                             .after = {ObjectId{3}, ObjectId{9}},
+                             .coreType = ObjectType{5},
+                             .cores = {ObjectId{6}, ObjectId{7}}},
+            request::Remove{ObjectId{8}}};
 }
 
 std::vector<ApplicationAnswer> everyAnswer() {
@@ -64,7 +83,7 @@ std::vector<ApplicationAnswer> everyAnswer() {
     const ObjectId placeholder{kFirstPlaceholder + 5};
     return {
         answer::Done{},
-        answer::Committed{Sequence{21}, {{placeholder, ObjectId{22}}}, {ObjectId{23}, ObjectId{24}}},
+        answer::Committed{Sequence{21}, {{placeholder, ObjectId{22}}}, {ObjectId{23}, ObjectId{24}}, 25},
         status,
         answer::Loaded{ObjectId{25}, 26, 27},
         answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
@@ -72,7 +91,9 @@ std::vector<ApplicationAnswer> everyAnswer() {
         answer::Images{{{"front-0-0", "a", 32_frame, some(100)}, {"front-1-0", "b", 33_frame, some(5)}}, {"front-0-1"}},
         answer::PairEvents{1_frame, {PairEventValue{}}, 2},
         answer::Distances{1_frame, {PairDistanceValue{}}, 2},
-        answer::Questions{1_frame, {QuestionValue{}}, {3, 4}, 2}};
+        answer::Questions{1_frame, {QuestionValue{}}, {3, 4}, 2},
+        answer::Objects{34_seq, twoObjects(), some(60)},
+        answer::TreePage{35_seq, {{ObjectId{1}, ObjectId{}, 2}, {ObjectId{3}, ObjectId{1}, 0}}, some(70), {ObjectId{1}}}};
 }
 
 std::vector<ApplicationNotice> everyNotice() {
@@ -107,6 +128,39 @@ TEST(ApplicationCodec, EverythingSaidIsHeardAsItWas) {
         EXPECT_EQ(back->index(), value.index());
         EXPECT_EQ(encodeNotice(*back), encodeNotice(value)) << value.index();
     }
+}
+
+TEST(ApplicationCodec, WhatIsSaidOfTheSceneKeepsItsFields) {
+    const auto objects = std::get<answer::Objects>(*decodeAnswer(encodeAnswer(everyAnswer()[10])));
+    EXPECT_EQ(objects.sequence, 34_seq);
+    EXPECT_EQ(objects.objects, twoObjects());
+    EXPECT_EQ(objects.content, *some(60));
+    const auto page = std::get<answer::TreePage>(*decodeAnswer(encodeAnswer(everyAnswer()[11])));
+    EXPECT_EQ(page.nodes, std::get<answer::TreePage>(everyAnswer()[11]).nodes);
+    EXPECT_EQ(page.next, std::vector{ObjectId{1}});
+    const auto named = std::get<request::GetObjects>(*decodeRequest(encodeRequest(everyRequest()[14])));
+    EXPECT_EQ(named.names, (std::vector<std::string>{"/hall/crane", "#17"}));
+    EXPECT_TRUE(!named.paths && named.content);
+    const auto tree = std::get<request::GetTree>(*decodeRequest(encodeRequest(everyRequest()[15])));
+    EXPECT_EQ(tree.node, ObjectId{3});
+    EXPECT_EQ(tree.levels, 4u);
+    EXPECT_EQ(tree.after, (std::vector{ObjectId{3}, ObjectId{9}}));
+    EXPECT_EQ(tree.coreType, ObjectType{5});
+    EXPECT_EQ(tree.cores, (std::vector{ObjectId{6}, ObjectId{7}}));
+    EXPECT_EQ(std::get<request::Remove>(*decodeRequest(encodeRequest(everyRequest()[16]))).node, ObjectId{8});
+    EXPECT_EQ(std::get<answer::Committed>(*decodeAnswer(encodeAnswer(everyAnswer()[1]))).removed, 25u);
+}
+
+TEST(ApplicationCodec, NamesAndPagesHaveLimits) {
+    request::GetObjects many;
+    many.names.assign(ApplicationLimits().maxNames + 1, "/hall");
+    EXPECT_EQ(decodeRequest(encodeRequest(many)).error().code, ErrorCode::kLimit);
+    request::GetTree deep;
+    deep.after.assign(ApplicationLimits().maxDepth + 1, ObjectId{1});
+    EXPECT_EQ(decodeRequest(encodeRequest(deep)).error().code, ErrorCode::kLimit);
+    answer::TreePage page;
+    page.nodes.assign(ApplicationLimits().maxPageNodes + 1, {});
+    EXPECT_EQ(decodeAnswer(encodeAnswer(page)).error().code, ErrorCode::kLimit);
 }
 
 TEST(ApplicationCodec, ARequestKeepsItsFields) {

@@ -180,12 +180,17 @@ TEST_F(CollisionVerbs, FollowingEndsInOrderWhenTheServerIsOver) {
         answer::Distances told{.frame = 3_frame};
         told.distances.push_back({.interest = kWatchCore, .objectA = test::kCrane, .objectB = test::kHall});
         server.notify(told);
-        server.finish();
     });
-    const CtlOutcome outcome = ctl({"contacts", "--follow", "--distances"});
+    std::string printed;
+    const CtlOutcome outcome =
+        runCtl({"--server", server.address(), "contacts", "--follow", "--distances"}, [&](const std::string& lines) {
+            if (printed.empty()) server.notify(answer::Distances{.frame = 4_frame});
+            if (printed.empty()) server.finish();
+            printed += lines;
+        });
     EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
-    EXPECT_NE(outcome.out.find("began  /hall/crane - /hall"), std::string::npos) << outcome.out;
-    EXPECT_NE(outcome.out.find("followed 1 frames, 1 entries"), std::string::npos) << outcome.out;
+    EXPECT_NE(printed.find("began  /hall/crane - /hall"), std::string::npos) << printed;
+    EXPECT_NE(outcome.out.find("followed 2 frames, 1 entries"), std::string::npos) << outcome.out;
     EXPECT_FALSE(server.subscription().events) << "distances alone";
 }
 

@@ -12,20 +12,26 @@ protected:
     FieldText() { EXPECT_TRUE(scene.apply(test::craneScene())); }
     const FieldEntry& field(ObjectType type, std::string_view name) { return *findField(*findType(type), name); }
     std::string why(const FieldInfo& info, const std::vector<std::string>& words) {
-        const auto value = parseValue(scene, info, words);
+        const auto value = parseValue(find, info, words);
         return value ? "accepted" : value.error().message;
     }
+    ObjectInfo crane() { return describe(scene, {.names = {"/hall/crane"}}).objects.at(0); }
     Aspect scene;
+    const FindObject find = [this](const std::string& name) -> Expected<ObjectId> {
+        const ObjectInfo info = describe(scene, {.names = {name}}).objects.at(0);
+        if (!info.id) return fail(ErrorCode::kNotFound, info.path);
+        return info.id;
+    };
 };
 
 TEST_F(FieldText, FieldsOfANodeAndOfItsCoreAreFound) {
-    const auto name = findFieldOf(scene, test::kCrane, "name");
+    const auto name = findFieldOf(crane(), "name");
     ASSERT_TRUE(name);
     EXPECT_EQ(name->object, test::kCrane);
-    const auto translation = findFieldOf(scene, test::kCrane, "translation");
+    const auto translation = findFieldOf(crane(), "translation");
     ASSERT_TRUE(translation);
     EXPECT_EQ(translation->object, test::kCraneCore);
-    const auto unknown = findFieldOf(scene, test::kCrane, "transaltion");
+    const auto unknown = findFieldOf(crane(), "transaltion");
     ASSERT_FALSE(unknown);
     EXPECT_EQ(unknown.error().code, ErrorCode::kNotFound);
     EXPECT_NE(unknown.error().message.find("/hall/crane has no field \"transaltion\"; it has name (Node)"),
@@ -45,7 +51,7 @@ TEST_F(FieldText, WhatIsReadIsWrittenTheSame) {
             if (info.kind == FieldKind::kBool) words = {"false"};
             if (info.kind == FieldKind::kRef) words = {"#3"};
             if (info.kind == FieldKind::kText) words = {"a name"};
-            const auto value = parseValue(scene, info, words);
+            const auto value = parseValue(find, info, words);
             ASSERT_TRUE(value) << type.name << "." << info.name << ": " << value.error().message;
             EXPECT_EQ(kindOf(*value), info.kind);
             EXPECT_EQ(widthOf(*value), info.width);
@@ -59,9 +65,9 @@ TEST_F(FieldText, WhatIsReadIsWrittenTheSame) {
 
 TEST_F(FieldText, RefsAreWrittenAsPathsIdsOrNone) {
     const FieldInfo& object = field(typeOf<Interest>(), "object");
-    EXPECT_EQ(std::get<ObjectId>(*parseValue(scene, object, {"/hall/crane"})), test::kCrane);
-    EXPECT_EQ(std::get<ObjectId>(*parseValue(scene, object, {"#7"})), test::kMetal);
-    EXPECT_EQ(std::get<ObjectId>(*parseValue(scene, object, {"none"})), ObjectId{});
+    EXPECT_EQ(std::get<ObjectId>(*parseValue(find, object, {"/hall/crane"})), test::kCrane);
+    EXPECT_EQ(std::get<ObjectId>(*parseValue(find, object, {"#7"})), test::kMetal);
+    EXPECT_EQ(std::get<ObjectId>(*parseValue(find, object, {"none"})), ObjectId{});
     EXPECT_NE(why(object, {"#99"}).find("there is no object #99"), std::string::npos);
     EXPECT_NE(why(object, {"/hall/crna"}), "accepted");
 }
@@ -79,7 +85,7 @@ TEST_F(FieldText, WrongValuesAreExplained) {
 /// Every word of every field, against the constants that the cores have for them.
 TEST_F(FieldText, NumbersThatStandForSomethingMayBeWords) {
     const auto number = [&](ObjectType type, std::string_view name, const std::string& word) {
-        const auto value = parseValue(scene, field(type, name), {word});
+        const auto value = parseValue(find, field(type, name), {word});
         EXPECT_TRUE(value) << word << ": " << value.error().message;
         return value ? std::get<std::int64_t>(*value) : -99;
     };
@@ -98,15 +104,15 @@ TEST_F(FieldText, NumbersThatStandForSomethingMayBeWords) {
     EXPECT_EQ(number(typeOf<Switch>(), "choice", "-2"), Switch::kNone);
     EXPECT_EQ(number(typeOf<Switch>(), "choice", "all"), Switch::kAll);
     const FieldInfo& response = field(typeOf<Interest>(), "response");
-    const auto unknown = parseValue(scene, response, {"slde"});
+    const auto unknown = parseValue(find, response, {"slde"});
     ASSERT_FALSE(unknown);
     EXPECT_EQ(unknown.error().code, ErrorCode::kUsage);
     EXPECT_EQ(unknown.error().message, "response: \"slde\" is none of report, stop, slide, bounce, rollback, ask");
-    EXPECT_FALSE(parseValue(scene, response, {"1", "2"}));
-    EXPECT_FALSE(parseValue(scene, response, {""}));
+    EXPECT_FALSE(parseValue(find, response, {"1", "2"}));
+    EXPECT_FALSE(parseValue(find, response, {""}));
     EXPECT_NE(why(field(typeOf<Switch>(), "choice"), {"al"}).find("no whole number and none of none, all"), std::string::npos);
-    EXPECT_EQ(std::get<bool>(*parseValue(scene, field(typeOf<Motion>(), "playing"), {"false"})), false);
-    EXPECT_EQ(std::get<bool>(*parseValue(scene, field(typeOf<Motion>(), "playing"), {"1"})), true);
+    EXPECT_EQ(std::get<bool>(*parseValue(find, field(typeOf<Motion>(), "playing"), {"false"})), false);
+    EXPECT_EQ(std::get<bool>(*parseValue(find, field(typeOf<Motion>(), "playing"), {"1"})), true);
     EXPECT_NE(why(field(typeOf<Motion>(), "playing"), {"yes"}).find("neither true nor false"), std::string::npos);
 }
 

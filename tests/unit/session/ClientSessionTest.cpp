@@ -386,6 +386,21 @@ TEST(ClientSession, BytesOfAMessageThatIsStillComingAreASignOfLife) {
     EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
 }
 
+TEST(ClientSession, AnApplicationThatOnlyAsksSaysSoAndTakesNoScene) {
+    ClientSessionConfig config = application(false);
+    config.follows = false;
+    ClientFixture c(config);
+    c.welcomed();
+    ASSERT_EQ(c.sent<message::Hello>().size(), 1u);
+    EXPECT_FALSE(c.sent<message::Hello>()[0].follows);
+    c.hear(message::Notice{});
+    EXPECT_EQ(c.actions<client_action::NoticeReceived>().size(), 1u);
+    c.hear(message::Snapshot{listAt(5_seq)});
+    EXPECT_TRUE(c.actions<client_action::ApplySnapshot>().empty());
+    ASSERT_EQ(c.actions<client_action::Disconnect>().size(), 1u);
+    EXPECT_NE(c.actions<client_action::Disconnect>()[0].reason.find("must not say to this peer"), std::string::npos);
+}
+
 TEST(ClientSession, AnApplicationThatWantsBlobsFetchesThemBeforeItApplies) {
     ClientFixture c(application(true));
     const Blob blob(content(250, 3));

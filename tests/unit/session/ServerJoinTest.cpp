@@ -18,6 +18,36 @@ TEST(ServerJoin, WelcomesAHostAndAsksForItsSnapshot) {
     EXPECT_EQ(s.state("a"), HostState::kSyncing);
 }
 
+TEST(ServerJoin, AnApplicationThatDoesNotFollowIsSentNeitherSnapshotNorLists) {
+    ServerFixture s;
+    const ConnectionId host = s.join("a"), other = s.join("b"), follower = s.follow("follows");
+    const ConnectionId asks = s.open();
+    message::Hello hello = s.greeting("asks", PeerRole::kApplication);
+    hello.follows = false;
+    s.forget();
+    s.say(asks, hello);
+    EXPECT_EQ(s.sent<message::Welcome>(asks).size(), 1u);
+    EXPECT_EQ(s.actions<server_action::ApplicationJoined>().size(), 1u);
+    EXPECT_TRUE(s.actions<server_action::SnapshotWanted>().empty()) << "none is made for it";
+    s.snapshot(asks);  // nor taken, whoever makes one
+    const FrameNumber frame = s.begin(s.commit());
+    s.ready(host, frame);
+    s.ready(other, frame);
+    s.begin(s.commit());
+    EXPECT_EQ(s.sent<message::Changes>(follower).size(), 2u);
+    EXPECT_TRUE(s.sent<message::Snapshot>(asks).empty());
+    EXPECT_TRUE(s.sent<message::Changes>(asks).empty());
+    // What it asks for, and what it subscribed to, it is told.
+    s.say(asks, message::Request{.id = 4});
+    EXPECT_EQ(s.actions<server_action::RequestReceived>().size(), 1u);
+    s.take(s.session.reply(asks, {.id = 4}));
+    s.take(s.session.notify(asks, {}));
+    EXPECT_EQ(s.sent<message::Reply>(asks).size(), 1u);
+    EXPECT_EQ(s.sent<message::Notice>(asks).size(), 1u);
+    s.take(s.session.finish("over"));
+    EXPECT_EQ(s.sent<message::Over>(asks).size(), 1u);
+}
+
 TEST(ServerJoin, RefusesAnotherProtocolVersionNamingBoth) {
     ServerFixture s;
     const ConnectionId c = s.open();

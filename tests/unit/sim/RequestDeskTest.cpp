@@ -151,6 +151,23 @@ TEST(RequestDesk, EachSubscriberIsToldWhatItAskedFor) {
     EXPECT_FALSE(*silent->poll(0ms)) << "who asked for nothing is told nothing";
 }
 
+TEST(RequestDesk, WhoDoesNotFollowIsToldOfTheScenePieceByPiece) {
+    DeskAtWork desk;
+    const auto application = desk.connect("asks");
+    ASSERT_TRUE(application);
+    const auto root = application->describe("/");
+    ASSERT_TRUE(root) << root.error().message;
+    EXPECT_EQ(root->id, kRootNode);
+    EXPECT_EQ(application->describe("/nowhere").error().code, ErrorCode::kNotFound);
+    const auto tree = application->fetchTree({});
+    ASSERT_TRUE(tree) << tree.error().message;
+    EXPECT_EQ(tree->nodes().size(), 1u);
+    EXPECT_EQ(application->fetchTree({.node = ObjectId{99}}).error().code, ErrorCode::kNotFound);
+    EXPECT_EQ(application->removeNode(kRootNode).error().code, ErrorCode::kRefused);
+    EXPECT_EQ(application->removeNode(ObjectId{99}).error().code, ErrorCode::kNotFound);
+    EXPECT_TRUE(application->status()) << "and whoever was refused goes on asking";
+}
+
 TEST(RequestDesk, TheNewestFrameIsThereForWhoAsks) {
     DeskAtWork desk;
     const auto application = desk.connect("asks");

@@ -1,7 +1,9 @@
 /// Change lists for common edits, made from the scene as it is. Nothing is changed here: propose the list.
 #pragma once
 
+#include <limits>
 #include <optional>
+#include <string_view>
 
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
@@ -24,11 +26,19 @@ struct NodeMove {
 /// where there is none up to the root.
 [[nodiscard]] Expected<ObjectId> movableNode(const Aspect& aspect, ObjectId node);
 
+/// What is said where there is none.
+[[nodiscard]] Error cannotBeMoved(std::string_view path);
+
+/// Moves a Transform that stands as `present` says.
+[[nodiscard]] Expected<ChangeList> moveList(ObjectId core, const Transform& present, const NodeMove& move);
+
 /// Moves `movableNode(node)`. Where nodes share that Transform, all of them move.
 [[nodiscard]] Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMove& move);
 
 /// Removes `node` with everything below it, and the cores, materials and images that only they used. kRefused for the
-/// root. The server refuses the list while something outside still names a node below (an Interest, say).
-[[nodiscard]] Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node);
+/// root. The server refuses the list while something outside still names a node below (an Interest, say). kLimit: more
+/// than `maxNodes` would go.
+[[nodiscard]] Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node,
+                                               std::size_t maxNodes = std::numeric_limits<std::size_t>::max());
 
 }  // namespace tessera

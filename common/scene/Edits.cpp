@@ -1,4 +1,4 @@
-#include "common/application/Edits.h"
+#include "common/scene/Edits.h"
 
 #include <fmt/format.h>
 
@@ -11,10 +11,15 @@ namespace tessera {
 
 namespace {
 
-void collectSubtree(const Aspect& aspect, ObjectId node, std::vector<ObjectId>& nodes) {
-    nodes.push_back(node);
-    for (std::size_t i = nodes.size() - 1; i < nodes.size(); ++i)
-        for (const ObjectId child : aspect.get<Node>(nodes[i])->children) nodes.push_back(child);
+/// At most one more than `most`.
+std::vector<ObjectId> subtree(const Aspect& aspect, ObjectId node, std::size_t most) {
+    std::vector<ObjectId> nodes = {node};
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+        for (const ObjectId child : aspect.get<Node>(nodes[i])->children) {
+            if (nodes.size() > most) return nodes;
+            nodes.push_back(child);
+        }
+    return nodes;
 }
 
 }  // namespace
@@ -26,16 +31,22 @@ Expected<ObjectId> movableNode(const Aspect& aspect, ObjectId node) {
         if (aspect.coreOf<Transform>(*here) != nullptr) return at;
         at = here->parent;
     }
-    return fail(
-        ErrorCode::kRefused,
-        fmt::format("{} cannot be moved: neither it nor any node above it holds a Transform", pathOf(aspect, node)));
+    return tl::unexpected(cannotBeMoved(pathOf(aspect, node)));
+}
+
+Error cannotBeMoved(std::string_view path) {
+    return {ErrorCode::kRefused,
+            fmt::format("{} cannot be moved: neither it nor any node above it holds a Transform", path)};
 }
 
 Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMove& move) {
     const Expected<ObjectId> movable = movableNode(aspect, node);
     if (!movable) return tl::unexpected(movable.error());
     const ObjectId core = aspect.get<Node>(*movable)->core;
-    const Transform& present = *aspect.get<Transform>(core);
+    return moveList(core, *aspect.get<Transform>(core), move);
+}
+
+Expected<ChangeList> moveList(ObjectId core, const Transform& present, const NodeMove& move) {
     ChangeListBuilder edits;
     if (move.translation) {
         const Vec3d translation = move.relative ? Vec3d(present.translation + *move.translation) : *move.translation;
@@ -56,12 +67,14 @@ Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMov
     return edits.take();
 }
 
-Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node) {
+Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node, std::size_t maxNodes) {
     if (node == kRootNode) return fail(ErrorCode::kRefused, "the root cannot be removed; remove what is below it");
     if (aspect.get<Node>(node) == nullptr)
         return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", node.value));
-    std::vector<ObjectId> gone;
-    collectSubtree(aspect, node, gone);
+    std::vector<ObjectId> gone = subtree(aspect, node, maxNodes);
+    if (gone.size() > maxNodes)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("more than {} nodes are below {}; remove it part by part", maxNodes, pathOf(aspect, node)));
     ChangeListBuilder edits;
     for (const ObjectId id : gone) edits.detach(id);
 

@@ -1,0 +1,203 @@
+#include "server/sim/desk/SceneAnswers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <unordered_set>
+
+#include "common/codec/ChangeCodec.h"
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+
+namespace {
+
+/// Objects as the list that creates them and sets their fields, each once.
+class ToldObjects {
+public:
+    explicit ToldObjects(const Aspect& scene) : scene_(scene) {}
+
+    void add(ObjectId id) {
+        const Object object = scene_.find(id);
+        if (!object || !told_.insert(id).second) return;
+        list_.create(id, object.info().type);
+        setAllFields(list_, id, object);
+        bytes_ += sizeOf(object);
+    }
+    void addNode(ObjectId id) {
+        add(id);
+        if (const Node* node = scene_.get<Node>(id); node && node->core) add(node->core);
+    }
+    /// About what `encoded` will be.
+    [[nodiscard]] std::size_t bytes() const { return bytes_; }
+    [[nodiscard]] Bytes encoded() { return encodeChangeList(list_.take()); }
+
+private:
+    static std::size_t sizeOf(const Object& object) {
+        std::size_t bytes = 16;
+        for (const FieldEntry& field : object.info().fields) {
+            bytes += 8 + std::size_t{8} * field.width;
+            if (field.kind == FieldKind::kText) bytes += field.in<std::string>(object.data())->size();
+            if (field.kind == FieldKind::kRefs) bytes += sizeof(ObjectId) * field.in<RefList>(object.data())->size();
+            if (field.kind == FieldKind::kMatrix) bytes += sizeof(Matrix);
+        }
+        return bytes;
+    }
+
+    const Aspect& scene_;
+    ChangeListBuilder list_;
+    std::unordered_set<ObjectId> told_;
+    std::size_t bytes_ = 0;
+};
+
+/// "#17" of any object; else the node at a path.
+Expected<ObjectId> findNamed(const Aspect& scene, std::string_view name) {
+    std::uint64_t id = 0;
+    const char* end = name.data() + name.size();
+    if (name.starts_with('#') &&
+        std::from_chars(name.data() + 1, end, id) == std::from_chars_result{end, std::errc()} &&
+        scene.find(ObjectId(id)))
+        return ObjectId(id);
+    return findNode(scene, name);
+}
+
+ObjectInfo infoOf(const Aspect& scene, ObjectId id) {
+    const Object object = scene.find(id);
+    ObjectInfo info{.id = id, .type = object.info().type};
+    const Node* node = object.as<Node>();
+    if (!node) {
+        info.path = fmt::format("#{}", id.value);
+        return info;
+    }
+    info.parent = node->parent;
+    info.core = node->core;
+    if (node->core) info.coreType = scene.find(node->core).info().type;
+    info.children = node->children.size();
+    for (ObjectId at = id; at && !info.movable; at = node->parent) {
+        node = scene.get<Node>(at);
+        if (scene.coreOf<Transform>(*node)) info.movable = at;
+    }
+    return info;
+}
+
+/// A walk in the order of the document that can stop anywhere and go on later, in another state of the scene.
+class TreeWalk {
+public:
+    TreeWalk(const Aspect& scene, std::uint32_t levels) : scene_(scene), levels_(levels) {}
+
+    void beginAt(ObjectId top) { enter(top); }
+    /// Behind the last of these, which were a way down once. Where the way is not what it was, from the first child of
+    /// the last node that still is: rather twice than not at all.
+    void goOnAfter(const std::vector<ObjectId>& way) {
+        enter(way.front());
+        for (std::size_t i = 1; i < way.size(); ++i) {
+            const Node* next = scene_.get<Node>(way[i]);
+            if (!next || next->parent != way[i - 1] || above_.size() < i) return;
+            const ChildList& siblings = scene_.get<Node>(way[i - 1])->children;
+            above_.back().at = siblings.from(siblings.indexOf(way[i]) + 1);
+            last_ = way[i];
+            enter(way[i]);
+        }
+    }
+
+    /// None: that was the last.
+    [[nodiscard]] ObjectId next() {
+        while (!above_.empty() && above_.back().at == above_.back().end) above_.pop_back();
+        if (above_.empty()) return {};
+        last_ = *above_.back().at++;
+        enter(last_);
+        return last_;
+    }
+    /// For `goOnAfter`: the node told last and what is above it. Empty where nothing is left.
+    [[nodiscard]] std::vector<ObjectId> way() {
+        const bool more =
+            std::ranges::any_of(above_, [](const Level& level) { return !(level.at == level.end); });
+        if (!more) return {};
+        std::vector<ObjectId> ids;
+        for (const Level& level : above_) ids.push_back(level.parent);
+        if (ids.back() != last_) ids.push_back(last_);
+        return ids;
+    }
+
+private:
+    struct Level {
+        ObjectId parent;
+        ChildList::Iterator at, end;
+    };
+    void enter(ObjectId id) {
+        last_ = id;
+        const ChildList& children = scene_.get<Node>(id)->children;
+        if (above_.size() < levels_ && !children.empty()) above_.push_back({id, children.begin(), children.end()});
+    }
+
+    const Aspect& scene_;
+    std::uint32_t levels_;
+    std::vector<Level> above_;
+    ObjectId last_;
+};
+
+}  // namespace
+
+answer::Objects describe(const Aspect& scene, const request::GetObjects& wanted) {
+    answer::Objects out;
+    ToldObjects content(scene);
+    std::vector<ObjectId> nodes;
+    std::vector<std::size_t> places;
+    for (const std::string& name : wanted.names) {
+        const Expected<ObjectId> id = findNamed(scene, name);
+        out.objects.push_back(id ? infoOf(scene, *id) : ObjectInfo{.path = id.error().message});
+        if (!id) continue;
+        if (wanted.paths && scene.get<Node>(*id)) {
+            nodes.push_back(*id);
+            places.push_back(out.objects.size() - 1);
+        }
+        if (wanted.content) content.addNode(*id);
+    }
+    std::vector<std::string> paths = pathsOf(scene, nodes);
+    for (std::size_t i = 0; i < places.size(); ++i) out.objects[places[i]].path = std::move(paths[i]);
+    if (wanted.content) out.content = content.encoded();
+    return out;
+}
+
+Expected<answer::TreePage> treePage(const Aspect& scene, const request::GetTree& wanted, const PageLimits& limits) {
+    if (!scene.get<Node>(wanted.node))
+        return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", wanted.node.value));
+    if (!wanted.after.empty() && wanted.after.front() != wanted.node)
+        return fail(ErrorCode::kBadInput, "a page that goes on below another node than it began at");
+    const std::unordered_set<ObjectId> cores(wanted.cores.begin(), wanted.cores.end());
+    const bool all = cores.empty() && wanted.coreType == ObjectType();
+    const auto isWanted = [&](const Node& node) {
+        if (all) return true;
+        if (!node.core) return false;
+        return cores.contains(node.core) || (wanted.coreType != ObjectType() &&
+                                             scene.find(node.core).info().type == wanted.coreType);
+    };
+
+    answer::TreePage page;
+    ToldObjects content(scene);
+    TreeWalk walk(scene, wanted.levels);
+    const auto tell = [&](ObjectId id) {
+        const Node& node = *scene.get<Node>(id);
+        if (!isWanted(node)) return;
+        page.nodes.push_back({id, node.parent, node.children.size()});
+        content.addNode(id);
+    };
+    if (wanted.after.empty()) {
+        walk.beginAt(wanted.node);
+        tell(wanted.node);
+    } else {
+        walk.goOnAfter(wanted.after);
+    }
+    for (std::size_t lookedAt = 1; lookedAt < limits.maxLookedAt; ++lookedAt) {
+        if (page.nodes.size() >= limits.maxTold || content.bytes() >= limits.maxBytes) break;
+        const ObjectId id = walk.next();
+        if (!id) break;
+        tell(id);
+    }
+    page.next = walk.way();
+    page.content = content.encoded();
+    return page;
+}
+
+}  // namespace tessera

@@ -1,0 +1,215 @@
+/// What the scene tells those who do not follow it: by name, and page by page while it changes.
+#include "server/sim/desk/SceneAnswers.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "common/application/SceneExcerpt.h"
+#include "common/codec/ChangeCodec.h"
+#include "common/scene/FieldTable.h"
+#include "tests/unit/scene/SceneEdits.h"
+#include "tests/unit/sim/RandomTree.h"
+
+namespace tessera {
+namespace {
+
+using test::RandomTree;
+
+std::vector<ObjectId> idsOf(const answer::TreePage& page) {
+    std::vector<ObjectId> ids;
+    for (const TreeNode& node : page.nodes) ids.push_back(node.node);
+    return ids;
+}
+
+/// All pages of a scene that stands still.
+std::vector<ObjectId> walked(const Aspect& scene, request::GetTree wanted, const PageLimits& limits) {
+    std::vector<ObjectId> all;
+    do {
+        const Expected<answer::TreePage> page = treePage(scene, wanted, limits);
+        EXPECT_TRUE(page);
+        if (!page) return all;
+        EXPECT_LE(page->nodes.size(), limits.maxTold);
+        for (const ObjectId id : idsOf(*page)) all.push_back(id);
+        wanted.after = page->next;
+    } while (!wanted.after.empty());
+    return all;
+}
+
+void addBelow(const Aspect& scene, ObjectId node, std::uint32_t levels, std::vector<ObjectId>& ids) {
+    ids.push_back(node);
+    if (levels == 0) return;
+    for (const ObjectId child : scene.get<Node>(node)->children) addBelow(scene, child, levels - 1, ids);
+}
+std::vector<ObjectId> inOrder(const Aspect& scene, ObjectId top, std::uint32_t levels = request::GetTree::kAllLevels) {
+    std::vector<ObjectId> ids;
+    addBelow(scene, top, levels, ids);
+    return ids;
+}
+
+TEST(SceneAnswers, ObjectsAreToldByPathAndByNumber) {
+    const Aspect scene = hall();
+    const answer::Objects told =
+        describe(scene, {.names = {"/hall/crane", "#7", "/hall/crone", "#99", "#x", ""}, .content = true});
+    ASSERT_EQ(told.objects.size(), 6u);
+    EXPECT_EQ(told.objects[0], (ObjectInfo{.id = ObjectId(3),
+                                           .type = typeOf<Node>(),
+                                           .parent = ObjectId(2),
+                                           .core = ObjectId(5),
+                                           .coreType = typeOf<Transform>(),
+                                           .movable = ObjectId(3),
+                                           .path = "/hall/crane"}));
+    EXPECT_EQ(told.objects[1].type, typeOf<Material>());
+    EXPECT_EQ(told.objects[1].path, "#7");
+    for (std::size_t i = 2; i < 6; ++i) EXPECT_FALSE(told.objects[i].id) << i;
+    EXPECT_EQ(told.objects[2].path, findNode(scene, "/hall/crone").error().message);
+    EXPECT_NE(told.objects[4].path.find("written as #"), std::string::npos) << told.objects[4].path;
+
+    SceneExcerpt excerpt;
+    ASSERT_TRUE(excerpt.add(told.content));
+    EXPECT_EQ(excerpt.coreOf(ObjectId(3)).as<Transform>()->translation, Vec3d(1, 2, 3));
+    EXPECT_TRUE(excerpt.get<Material>(ObjectId(7)));
+    EXPECT_FALSE(excerpt.find(ObjectId(4))) << "nobody asked for it";
+    EXPECT_TRUE(describe(scene, {.names = {"/hall"}}).content.empty());
+    EXPECT_TRUE(describe(scene, {.names = {"/hall"}, .paths = false}).objects[0].path.empty());
+}
+
+TEST(SceneAnswers, PagesTellEveryNodeOnceWhateverTheirSize) {
+    for (int seed = 1; seed <= 20; ++seed) {
+        Random random(static_cast<std::uint64_t>(seed));
+        RandomTree tree(random);
+        for (int i = 0; i < 150; ++i) (void)tree.next();
+        const Aspect& scene = tree.scene();
+        const std::vector<ObjectId> all = inOrder(scene, kRootNode);
+        for (const std::size_t size : {1u, 2u, 3u, 7u, 1000u})
+            EXPECT_EQ(walked(scene, {}, {.maxTold = size}), all) << "seed " << seed << ", pages of " << size;
+        for (const std::size_t looked : {2u, 5u})
+            EXPECT_EQ(walked(scene, {}, {.maxLookedAt = looked}), all) << "seed " << seed;
+        for (const std::uint32_t levels : {0u, 1u, 2u})
+            EXPECT_EQ(walked(scene, {.levels = levels}, {.maxTold = 2}), inOrder(scene, kRootNode, levels));
+        EXPECT_EQ(walked(scene, {}, {.maxBytes = 1}), all) << "one node goes beyond the bytes";
+    }
+}
+
+TEST(SceneAnswers, WhoLooksForCoresIsToldOfTheirNodesAlone) {
+    std::size_t all = 0;
+    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+        Random random(seed);
+        RandomTree tree(random);
+        for (int i = 0; i < 150; ++i) (void)tree.next();
+        const Aspect& scene = tree.scene();
+        std::vector<ObjectId> moving, held;
+        ObjectId core;
+        for (const ObjectId id : inOrder(scene, kRootNode)) {
+            if (!scene.coreOf<Transform>(*scene.get<Node>(id))) continue;
+            moving.push_back(id);
+            core = scene.get<Node>(id)->core;
+        }
+        all += moving.size();
+        EXPECT_EQ(walked(scene, {.coreType = typeOf<Transform>()}, {.maxTold = 2, .maxLookedAt = 5}), moving);
+        if (moving.empty()) continue;
+        for (const ObjectId id : moving)
+            if (scene.get<Node>(id)->core == core) held.push_back(id);
+        EXPECT_EQ(walked(scene, {.cores = {core}}, {.maxLookedAt = 3}), held);
+    }
+    EXPECT_GT(all, 30u) << "there was something to find";
+}
+
+/// What stays in its place is told, whatever becomes of the rest between two pages, and the pages come to an end.
+TEST(SceneAnswers, PagesGoOnWhileTheTreeChanges) {
+    std::size_t stoodStill = 0;
+    for (int seed = 1; seed <= 60; ++seed) {
+        Random random(static_cast<std::uint64_t>(seed));
+        RandomTree tree(random);
+        for (int i = 0; i < 150; ++i) (void)tree.next();
+        std::set<ObjectId> stayed;
+        for (const ObjectId id : inOrder(tree.scene(), kRootNode)) stayed.insert(id);
+        const auto touched = [&](const ChangeList& list) {
+            for (const Placement& placement : list.placements) stayed.erase(placement.node);
+        };
+        SceneExcerpt excerpt;
+        request::GetTree wanted;
+        std::size_t pages = 0;
+        do {
+            const Expected<answer::TreePage> page = treePage(tree.scene(), wanted, {.maxTold = 3});
+            ASSERT_TRUE(page) << page.error().message;
+            ASSERT_TRUE(excerpt.add(*page)) << "seed " << seed;
+            wanted.after = page->next;
+            // Fewer changes than a page tells: the walk gains on them.
+            if (pages++ % 2 == 0)
+                if (const ChangeListPtr list = tree.next()) touched(*list);
+        } while (!wanted.after.empty() && pages < 10'000);
+        ASSERT_TRUE(wanted.after.empty()) << "seed " << seed;
+        // Below what has moved nothing has stayed where it was.
+        for (const ObjectId id : inOrder(tree.scene(), kRootNode)) {
+            bool still = true;
+            for (ObjectId at = id; at != kRootNode && still; at = tree.scene().get<Node>(at)->parent)
+                still = stayed.contains(at);
+            if (still) {
+                ++stoodStill;
+                EXPECT_TRUE(excerpt.get<Node>(id)) << "seed " << seed << ", node " << id.value;
+            }
+        }
+        std::set<ObjectId> once;
+        for (const TreeNode& node : excerpt.nodes()) EXPECT_TRUE(once.insert(node.node).second) << "told twice";
+    }
+    EXPECT_GT(stoodStill, 200u) << "there was something to lose";
+}
+
+TEST(SceneAnswers, WhatMakesNoSenseIsRefusedAndStopsNothing) {
+    const Aspect scene = hall();
+    EXPECT_EQ(treePage(scene, {.node = ObjectId(99)}).error().code, ErrorCode::kNotFound);
+    EXPECT_EQ(treePage(scene, {.node = ObjectId(7)}).error().code, ErrorCode::kNotFound) << "a material has no tree";
+    EXPECT_EQ(treePage(scene, {.node = ObjectId(2), .after = {ObjectId(1)}}).error().code, ErrorCode::kBadInput);
+    // A way that never was: on from where it ends in the tree.
+    for (const std::vector<ObjectId>& way :
+         {std::vector{ObjectId(1), ObjectId(4)}, {ObjectId(1), ObjectId(7)}, {ObjectId(1), ObjectId(1)}}) {
+        const Expected<answer::TreePage> page = treePage(scene, {.after = way});
+        ASSERT_TRUE(page);
+        EXPECT_EQ(idsOf(*page), (std::vector{ObjectId(2), ObjectId(3), ObjectId(4)}));
+    }
+    EXPECT_TRUE(treePage(scene, {.levels = 1, .after = {ObjectId(1), ObjectId(2), ObjectId(3)}})->nodes.empty());
+}
+
+/// The work of a page does not grow with the scene: told and looked at are counted, not timed.
+TEST(SceneAnswers, APageOfALargeSceneIsAsLargeAsOneOfASmall) {
+    Aspect scene;
+    Edits edits;
+    for (std::uint64_t i = 0; i < 20'000; ++i) edits.node(i + 2, "row");
+    mustApply(scene, edits.take());
+    const PageLimits limits;
+    const Expected<answer::TreePage> first = treePage(scene, {}, limits);
+    ASSERT_TRUE(first);
+    EXPECT_EQ(first->nodes.size(), limits.maxTold);
+    EXPECT_LT(encodeAnswer(*first).size(), limits.maxBytes);
+    EXPECT_EQ(treePage(scene, {.after = first->next}, limits)->nodes.front().node, ObjectId(2 + limits.maxTold - 1));
+    const Expected<answer::TreePage> nothing = treePage(scene, {.coreType = typeOf<Interest>()}, limits);
+    EXPECT_TRUE(nothing->nodes.empty());
+    EXPECT_FALSE(nothing->next.empty()) << "it stopped looking, and is not at the end";
+}
+
+TEST(SceneAnswers, AnExcerptRefusesWhatIsNoScene) {
+    SceneExcerpt excerpt;
+    EXPECT_FALSE(excerpt.add(asBytes("no list at all")));
+    ChangeListBuilder odd;
+    odd.create(ObjectId(3), ObjectType(60'000));
+    EXPECT_FALSE(excerpt.add(encodeChangeList(odd.take())));
+    odd.set(ObjectId(4), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 2, 3)));
+    EXPECT_FALSE(excerpt.add(encodeChangeList(odd.take()))) << "a field of nothing";
+    odd.create(ObjectId(4), typeOf<Material>());
+    odd.set(ObjectId(4), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 2, 3)));
+    EXPECT_FALSE(excerpt.add(encodeChangeList(odd.take()))) << "a field of another type";
+    answer::TreePage page;
+    page.nodes.push_back({ObjectId(9), ObjectId(1), 0});
+    EXPECT_FALSE(excerpt.add(page)) << "a node without a word about it";
+    // Two nodes, each below the other: a tree all the same.
+    odd.create(ObjectId(11), typeOf<Node>());
+    odd.create(ObjectId(12), typeOf<Node>());
+    page = {.nodes = {{ObjectId(11), ObjectId(12), 1}, {ObjectId(12), ObjectId(11), 1}}};
+    page.content = encodeChangeList(odd.take());
+    ASSERT_TRUE(excerpt.add(page));
+    EXPECT_TRUE(excerpt.get<Node>(ObjectId(12))->children.empty());
+}
+
+}  // namespace
+}  // namespace tessera
