@@ -161,7 +161,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Remove& wish, T
     const std::uint64_t ticket = nextTicket_++;
     const std::uint64_t removed = list->destructions.size();
     open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .list = std::move(*list)}, .removed = removed};
-    return queueEdit(ticket, now);
+    return queueEdit(ticket, {}, now);
 }
 
 Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
