@@ -47,6 +47,7 @@ CountingProxy::CountingProxy(const std::string& server)
 CountingProxy::~CountingProxy() {
     done_ = true;
     thread_.join();
+    for (std::thread& connection : passing_) connection.join();
     ::close(listener_);
 }
 
@@ -59,9 +60,7 @@ void CountingProxy::run() {
         pollfd waiting{listener_, POLLIN, 0};
         if (::poll(&waiting, 1, 50) <= 0) continue;
         const int client = ::accept(listener_, nullptr, nullptr);
-        if (client < 0) continue;
-        passOn(client);
-        ::close(client);
+        if (client >= 0) passing_.emplace_back([this, client] { passOn(client); });
     }
 }
 
@@ -80,6 +79,7 @@ void CountingProxy::passOn(int client) {
         }
     }
     ::close(server);
+    ::close(client);
 }
 
 }  // namespace tessera::test

@@ -5,10 +5,11 @@
 #include <cstdint>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace tessera::test {
 
-/// Passes on every connection, one after the other; a thread of its own until destroyed.
+/// Passes on every connection, each on a thread of its own, until destroyed.
 class CountingProxy {
 public:
     /// `server`: "127.0.0.1:PORT".
@@ -23,12 +24,13 @@ public:
 
 private:
     void run();
-    void passOn(int client);
+    void passOn(int client);  ///< and closes it
 
     std::uint16_t serverPort_ = 0, port_ = 0;
     int listener_ = -1;
     std::atomic<bool> done_{false};
     std::atomic<std::uint64_t> fromServer_{0};
+    std::vector<std::thread> passing_;  ///< of the listening thread, until it has ended
     std::thread thread_;
 };
 
