@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <cstring>
 #include <random>
@@ -44,6 +45,15 @@ public:
         const timeval wait{.tv_sec = 0, .tv_usec = 50'000};
         setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &wait, sizeof wait);
         return static_cast<std::size_t>(std::max<ssize_t>(0, ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL)));
+    }
+    /// Of the first message that comes: the server's epoch. Zero where none comes.
+    [[nodiscard]] Epoch hearEpoch() const {
+        const timeval wait{.tv_sec = 10, .tv_usec = 0};
+        setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
+        std::array<std::byte, FrameHeader::kBytes> header{};
+        if (recv(socket_, header.data(), header.size(), MSG_WAITALL) != static_cast<ssize_t>(header.size())) return {};
+        const auto decoded = decodeHeader(header);
+        return decoded ? decoded->epoch : Epoch();
     }
     /// Whether the server closes within the time.
     [[nodiscard]] bool closedWithin(std::chrono::milliseconds timeout) const {
@@ -122,20 +132,32 @@ TEST_F(Strangers, AMessageThatOnlyAHostMaySayEndsTheConnection) {
     EXPECT_TRUE(knock.closedWithin(5s));
 }
 
-TEST_F(Strangers, AnApplicationThatAsksWithoutEndAndNeverListensHoldsUpNobody) {
-    const auto frame = [](const Message& message) {
-        const ByteChain payload = encodeMessage(message);
-        const auto header = encodeHeader(wireType(message), {}, payload);
-        Bytes bytes(header.begin(), header.end());
-        const Bytes body = payload.joined();
-        bytes.insert(bytes.end(), body.begin(), body.end());
-        return bytes;
-    };
+Bytes frame(Epoch epoch, const Message& message) {
+    const ByteChain payload = encodeMessage(message);
+    const auto header = encodeHeader(wireType(message), epoch, payload);
+    Bytes bytes(header.begin(), header.end());
+    const Bytes body = payload.joined();
+    bytes.insert(bytes.end(), body.begin(), body.end());
+    return bytes;
+}
+
+TEST_F(Strangers, AnApplicationThatSpeaksOfAnotherEpochIsHungUpOn) {
     const Knock knock(wall_.address());
-    knock.say(frame(message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "greedy"}));
+    knock.say(frame({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "late"}));
+    const Epoch epoch = knock.hearEpoch();
+    ASSERT_TRUE(epoch);
+    knock.say(frame(epoch.next(), message::Request{1, share(encodeRequest(request::GetStatus{}))}));
+    EXPECT_TRUE(knock.closedWithin(5s));
+}
+
+TEST_F(Strangers, AnApplicationThatAsksWithoutEndAndNeverListensHoldsUpNobody) {
+    const Knock knock(wall_.address());
+    knock.say(frame({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "greedy"}));
+    const Epoch epoch = knock.hearEpoch();
+    ASSERT_TRUE(epoch);
     Bytes many;
     for (std::uint64_t i = 0; i < 1000; ++i) {
-        const Bytes one = frame(message::Request{i, share(encodeRequest(request::GetStatus{}))});
+        const Bytes one = frame(epoch, message::Request{i, share(encodeRequest(request::GetStatus{}))});
         many.insert(many.end(), one.begin(), one.end());
     }
     const std::size_t before = wall_.server().residentBytes();
