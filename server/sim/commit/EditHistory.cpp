@@ -61,7 +61,7 @@ void EditHistory::editedInParts(std::vector<ChangeList> inverses, IdRange made) 
 void EditHistory::takeAway(std::vector<ChangeList> inverses, IdRange made) {
     TESSERA_CHECK(!moving_, "one step is under way at a time");
     if (inverses.empty()) return;
-    moving_ = Moving{.rest = {.lists = {}, .gesture = {}, .apart = true, .made = made},
+    moving_ = StepMoving{.rest = {.lists = {}, .gesture = {}, .apart = true, .made = made},
                      .done = {.lists = {}, .gesture = {}, .apart = true, .made = made},
                      .forth = true,
                      .dropped = true};
@@ -111,7 +111,7 @@ void EditHistory::redone(ChangeList inverse) {
 
 void EditHistory::begin(std::deque<Step>& from, bool forth, ChangeList inverse) {
     TESSERA_CHECK(!moving_, "one step is under way at a time");
-    moving_ = Moving{.rest = std::move(from.back()),
+    moving_ = StepMoving{.rest = std::move(from.back()),
                      .done = {.lists = {}, .gesture = {}, .apart = true, .made = from.back().made},
                      .forth = forth};
     from.pop_back();
@@ -140,7 +140,7 @@ void EditHistory::partRefused() {
 }
 
 void EditHistory::arrive() {
-    Moving arrived = std::move(*moving_);
+    StepMoving arrived = std::move(*moving_);
     moving_.reset();
     if (arrived.dropped && arrived.forth) return letGo(std::move(arrived.done));
     (arrived.forth ? forth_ : back_).push_back(std::move(arrived.done));

@@ -86,7 +86,7 @@ private:
         IdRange made = {};   ///< of a step in parts
     };
     /// A step on its way from one direction into the other.
-    struct Moving {
+    struct StepMoving {
         Step rest, done;
         bool forth = false;    ///< being taken back: in the end it can be done again
         bool dropped = false;  ///< unless somebody has edited meanwhile
@@ -105,7 +105,7 @@ private:
 
     Limits limits_;
     std::deque<Step> back_, forth_;  ///< the newest last
-    std::optional<Moving> moving_;
+    std::optional<StepMoving> moving_;
     std::vector<ChangeListPtr> forgotten_;  ///< of steps in parts; not counted any more
     std::uint64_t bytes_ = 0;
 };

@@ -233,17 +233,17 @@ std::vector<Edit> RequestDesk::takeEdits() {
     bool full = false;  // the others open another frame
     for (const std::uint64_t ticket : std::exchange(ready_, {})) {
         Open& open = open_.at(ticket);
-        const bool isStep = open.edit.kind != Edit::Kind::kChange;
+        const bool step = isStep(open.edit.kind);
         if (!open.parts.empty()) {
             loading_.push_back(ticket);
             continue;
         }
-        if (isStep && around_.simulation.stepUnderWay()) {  // it waits for that one, and nobody waits for it
+        if (step && around_.simulation.stepUnderWay()) {  // it waits for that one, and nobody waits for it
             later.push_back(ticket);
             continue;
         }
         // An undo may bring back what an edit of the same frame removes: it opens a frame of its own.
-        full = full || (isStep && !edits.empty());
+        full = full || (step && !edits.empty());
         if (full)
             later.push_back(ticket);
         else
@@ -258,8 +258,7 @@ std::vector<Edit> RequestDesk::takeEdits() {
 void RequestDesk::takePart(std::vector<Edit>& edits) {
     constexpr std::size_t kDroppedAtOnce = 8;
     dropped_.resize(dropped_.size() - std::min(dropped_.size(), kDroppedAtOnce));
-    const auto isStep = [](const Edit& edit) { return edit.kind != Edit::Kind::kChange; };
-    if (loading_.empty() || around_.simulation.stepUnderWay() || std::ranges::any_of(edits, isStep)) return;
+    if (loading_.empty() || around_.simulation.stepUnderWay() || std::ranges::any_of(edits, isStep, &Edit::kind)) return;
     Open& open = open_.at(loading_.front());
     Edit part = open.edit;
     part.list = std::move(open.parts[open.nextPart++]);

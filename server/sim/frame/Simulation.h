@@ -36,6 +36,11 @@ struct Edit {
     std::uint64_t objects = 0;  ///< of parts: how many objects all of them create, from kFirstPlaceholder up
 };
 
+/// It takes a step of the history back or does it again, whatever its list says.
+[[nodiscard]] constexpr bool isStep(Edit::Kind kind) {
+    return kind == Edit::Kind::kUndo || kind == Edit::Kind::kRedo;
+}
+
 struct EditOutcome {
     std::uint64_t ticket = 0;
     Expected<void> result;

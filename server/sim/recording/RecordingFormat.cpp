@@ -224,8 +224,7 @@ RecordContent encodeInputs(FrameNumber frame, bool first, std::span<const Edit> 
                                .gestureBy = gesture.by,
                                .gesture = gesture.id,
                                .objects = objects});
-        const bool isStep = kind == Edit::Kind::kUndo || kind == Edit::Kind::kRedo;
-        lists.push_back(encodeChangeList(isStep ? ChangeList() : list));
+        lists.push_back(encodeChangeList(isStep(kind) ? ChangeList() : list));
     }
     std::vector<ReplyRecord> replyRecords;
     for (const Reply& reply : replies) replyRecords.push_back(pack(reply));

@@ -93,7 +93,7 @@ void RecordingWriter::frameBegins(FrameNumber frame, bool first, std::span<const
             }
         });
     for (const Edit& edit : edits)
-        if (edit.kind == Edit::Kind::kChange) handArraysOf(edit.list);
+        if (!isStep(edit.kind)) handArraysOf(edit.list);
     hand(encodeInputs(frame, first, edits, replies));
 }
 

@@ -28,7 +28,8 @@ TEST(RecordingFormat, KeepsInputsToTheLastBit) {
     for (const Blob& blob : blobsOf(list)) arrays.add(blob);
     const double nan = std::bit_cast<double>(std::uint64_t{0x7ff8000000001234});
     const std::vector<Edit> edits{{.ticket = ~std::uint64_t{0}, .list = list, .undoable = false, .gesture = {7, 8}},
-                                  {.ticket = 2, .list = list, .kind = Edit::Kind::kRedo, .undoable = true}};
+                                  {.ticket = 2, .list = list, .kind = Edit::Kind::kRedo, .undoable = true},
+                                  {.ticket = 3, .list = list, .kind = Edit::Kind::kLastPart, .objects = 70'000}};
     const std::vector<Reply> replies{{.question = 17,
                                       .decision = Reply::Decision::kMove,
                                       .pose = {.translation = Vec3d(nan, -0.0, 1e-308),
@@ -37,7 +38,7 @@ TEST(RecordingFormat, KeepsInputsToTheLastBit) {
     const auto back = roundTrip<record::Inputs>(encodeInputs(FrameNumber(12), true, edits, replies), arrays);
     EXPECT_EQ(back.frame, FrameNumber(12));
     EXPECT_TRUE(back.first);
-    ASSERT_EQ(back.edits.size(), 2u);
+    ASSERT_EQ(back.edits.size(), 3u);
     EXPECT_EQ(back.edits[0].ticket, ~std::uint64_t{0});
     EXPECT_EQ(back.edits[0].list, list);
     EXPECT_EQ(back.edits[0].kind, Edit::Kind::kChange);
@@ -46,6 +47,9 @@ TEST(RecordingFormat, KeepsInputsToTheLastBit) {
     EXPECT_EQ(back.edits[1].kind, Edit::Kind::kRedo);
     EXPECT_TRUE(back.edits[1].undoable);
     EXPECT_TRUE(back.edits[1].list.empty()) << "an undo's list is nobody's business";
+    EXPECT_EQ(back.edits[2].kind, Edit::Kind::kLastPart);
+    EXPECT_EQ(back.edits[2].objects, 70'000u);
+    EXPECT_EQ(back.edits[2].list, list);
     ASSERT_EQ(back.replies.size(), 1u);
     EXPECT_EQ(back.replies[0].question, 17u);
     EXPECT_EQ(back.replies[0].decision, Reply::Decision::kMove);

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <cmath>
+#include <deque>
 #include <limits>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "common/scene/FieldTable.h"
+#include "server/sim/frame/LoadParts.h"
 #include "server/sim/recording/RecordingWriter.h"
 #include "tests/property/Seeds.h"
 #include "tests/unit/sim/SceneForTests.h"
@@ -78,6 +81,7 @@ public:
     [[nodiscard]] std::vector<Edit> someEdits() {
         std::vector<Edit> edits;
         for (std::size_t i = below(random_, 4); i > 0; --i) edits.push_back(someEdit());
+        if (const std::optional<Edit> part = somePart(edits)) edits.push_back(*part);
         return edits;
     }
     [[nodiscard]] std::vector<Reply> someReplies() {
@@ -105,6 +109,12 @@ public:
             const FrameResult result = simulation_.step(frame == 0, std::move(edits), replies);
             writer.frameDone(FrameNumber(frame), result);
             asked_ = result.collision.questions;
+            if (!parts_.empty() && std::ranges::any_of(result.outcomes, [&](const EditOutcome& o) {
+                    return o.ticket == parts_.front().ticket && !o.result;
+                }))
+                parts_.clear();
+            shownInParts_ += static_cast<std::uint64_t>(std::ranges::count_if(
+                result.outcomes, [](const EditOutcome& o) { return o.ids.size() == 1 && o.ids[0].first.value == kFirstPlaceholder; }));
             contacts_ += result.collision.contacts.size();
             refused_ += static_cast<std::uint64_t>(
                 std::ranges::count_if(result.outcomes, [](const EditOutcome& o) { return !o.result; }));
@@ -114,6 +124,7 @@ public:
     }
     [[nodiscard]] std::uint64_t contacts() const { return contacts_; }
     [[nodiscard]] std::uint64_t refused() const { return refused_; }
+    [[nodiscard]] std::uint64_t shownInParts() const { return shownInParts_; }
 
 private:
     [[nodiscard]] Vec3d somePlace() {
@@ -125,6 +136,32 @@ private:
             if (typeOf(simulation_.scene().find(id)) == type) all.push_back(id);
         return all.empty() ? ObjectId{} : all[below(random_, all.size())];
     }
+    /// A file that is loaded while all that goes on, as a desk hands its parts on.
+    [[nodiscard]] std::optional<Edit> somePart(const std::vector<Edit>& edits) {
+        if (simulation_.stepUnderWay() || std::ranges::any_of(edits, isStep, &Edit::kind) || below(random_, 3) == 0) return std::nullopt;
+        if (parts_.empty()) {
+            ListMaker make;
+            ObjectId below = make.node("loaded", oneInTwo(random_) ? someOf(typeOf<Node>()) : kRootNode);
+            for (int i = 0; i < 8; ++i) {
+                const ObjectId place = make.transform(somePlace());
+                below = make.node("inside", below, place);
+                make.node("shape", below, make.box(Vec3d::Constant(between(random_, 0.4, 1.2))));
+                if (i == 3) make.node("motion", below, make.motion(place, {{0, 0, 0, 0}, {1, 1, 0, 0}}));
+            }
+            LoadParts parts = cutForFrames(make.builder.take(), {.changes = 20});
+            ++ticket_;
+            for (ChangeList& list : parts.lists)
+                parts_.push_back({.ticket = ticket_,
+                                  .list = std::move(list),
+                                  .kind = Edit::Kind::kPart,
+                                  .objects = parts.objects});
+            parts_.back().kind = Edit::Kind::kLastPart;
+        }
+        Edit part = std::move(parts_.front());
+        parts_.pop_front();
+        return part;
+    }
+
     [[nodiscard]] Edit someEdit() {
         Edit edit{.ticket = ++ticket_};
         ChangeListBuilder builder;
@@ -167,7 +204,8 @@ private:
     Random& random_;
     Simulation simulation_;
     std::vector<Question> asked_;
-    std::uint64_t ticket_ = 0, contacts_ = 0, refused_ = 0;
+    std::deque<Edit> parts_;  ///< of the file under way
+    std::uint64_t ticket_ = 0, contacts_ = 0, refused_ = 0, shownInParts_ = 0;
 };
 
 }  // namespace tessera::test

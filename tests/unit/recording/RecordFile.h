@@ -62,7 +62,7 @@ inline RawRecord rawOf(const RecordContent& content) {
 struct Recorded {
     Bytes file;
     std::vector<FrameDigest> digests;
-    std::uint64_t contacts = 0, refused = 0;
+    std::uint64_t contacts = 0, refused = 0, shownInParts = 0;
 };
 inline Recorded recordShow(Random& random, std::uint64_t frames) {
     const TestFolder folder;
@@ -76,6 +76,7 @@ inline Recorded recordShow(Random& random, std::uint64_t frames) {
         recorded.digests = show.record(**writer, frames);
         recorded.contacts = show.contacts();
         recorded.refused = show.refused();
+        recorded.shownInParts = show.shownInParts();
     }
     recorded.file = readBytes(folder / "show.rec");
     return recorded;

@@ -26,11 +26,12 @@ std::string firstWords(const ReplayResult& result) {
 }
 
 TEST(Replay, IsTheRecordingForAnyNumberOfThreads) {
-    std::uint64_t contacts = 0, refused = 0;
+    std::uint64_t contacts = 0, refused = 0, shownInParts = 0;
     forSeeds(12, [&](Random& random) {
         const Recorded recorded = recordShow(random, 40);
         contacts += recorded.contacts;
         refused += recorded.refused;
+        shownInParts += recorded.shownInParts;
         for (const unsigned threads : {1u, 2u, 3u}) {
             std::vector<FrameDigest> digests;
             const ReplayResult result =
@@ -49,6 +50,7 @@ TEST(Replay, IsTheRecordingForAnyNumberOfThreads) {
     if (std::getenv("TESSERA_SEED")) return;
     EXPECT_GT(contacts, 100u) << "shows in which nothing happens prove nothing";
     EXPECT_GT(refused, 10u);
+    EXPECT_GT(shownInParts, 3u);
 }
 
 /// The recording with the outcome of one frame changed by `change`, with hashes that fit.
