@@ -47,7 +47,9 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
     std::thread session([&] {
         end = link->run();
         // A draw thread that hangs cannot be joined, and nothing that it owns may be destroyed under it.
-        if (!link->drawThreadEnded()) std::_Exit(1);
+        if (link->drawThreadEnded()) return;
+        log.flush();
+        std::_Exit(1);
     });
     bool going = true;
     while (const auto next = work.pop()) {

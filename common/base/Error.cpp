@@ -1,7 +1,10 @@
 #include "common/base/Error.h"
 
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
+
+#include "common/base/Log.h"
 
 namespace tessera {
 
@@ -28,6 +31,7 @@ int exitCode(ErrorCode code) {
 }
 
 void checkFailed(const char* condition, const char* file, int line, std::string_view message) {
+    flushLogs(std::chrono::milliseconds(500));  // what was said before it may say why
     std::fprintf(stderr, "tessera: internal error at %s:%d: CHECK(%s): %.*s\n", file, line, condition,
                  static_cast<int>(message.size()), message.data());
     std::abort();

@@ -1,35 +1,45 @@
 /// Messages of a program for a person, on stderr: "tessera-server: text".
 #pragma once
 
+#include <chrono>
 #include <cstdio>
-#include <mutex>
+#include <memory>
 #include <string>
 #include <string_view>
 
 namespace tessera {
 
-/// Writes whole lines, thread-safe. Passed to whoever has something to say; there is no global log.
+/// Takes whole lines, thread-safe, and never waits for whoever reads them: a thread of its own writes. What waits is bounded
+/// (kMaxWaitingBytes); lines beyond are left out and counted, and the count is said as soon as there is room. Passed to whoever has
+/// something to say; there is no global log.
 class Log {
 public:
-    /// `program` stands in front of every line, e.g. "tessera-client[left]".
-    explicit Log(std::string program, std::FILE* out = stderr) : program_(std::move(program)), out_(out) {}
+    static constexpr std::size_t kMaxWaitingBytes = std::size_t{256} << 10;
+
+    /// `program` stands in front of every line, e.g. "tessera-client[left]". `out` stays open for as long as the process runs, or
+    /// until a `flush` has said true behind the last line; nothing is left in its buffer.
+    explicit Log(std::string program, std::FILE* out = stderr);
+    /// Flushes.
+    ~Log();
+    Log(const Log&) = delete;
+    Log& operator=(const Log&) = delete;
 
     void info(std::string_view text) { line("", text); }
     void warning(std::string_view text) { line("warning: ", text); }
     void error(std::string_view text) { line("", text); }
 
+    /// Waits until all that was said is written, at most so long. False: it is not.
+    bool flush(std::chrono::milliseconds atMost = std::chrono::seconds(1));
+
 private:
-    void line(std::string_view kind, std::string_view text) {
-        std::string whole = program_ + ": ";
-        whole.append(kind).append(text).push_back('\n');
-        const std::scoped_lock lock(mutex_);
-        std::fwrite(whole.data(), 1, whole.size(), out_);
-        std::fflush(out_);
-    }
+    class Writer;
+    void line(std::string_view kind, std::string_view text);
 
     std::string program_;
-    std::FILE* out_;
-    std::mutex mutex_;
+    std::shared_ptr<Writer> writer_;
 };
+
+/// Flushes all logs of the process: before it ends without a word to them.
+void flushLogs(std::chrono::milliseconds atMost);
 
 }  // namespace tessera

@@ -18,6 +18,7 @@
 #include "common/net/FrameHeader.h"
 #include "common/net/FrameReader.h"
 #include "common/net/LinkTable.h"
+#include "common/net/PortHolder.h"
 #include "common/net/SendQueue.h"
 
 namespace tessera {
@@ -507,11 +508,14 @@ Expected<std::uint16_t> Transport::listen(const Address& address) {
     if (!error) listener->acceptor.set_option(tcp::acceptor::reuse_address(true), error);
     if (!error) listener->acceptor.bind(*endpoint, error);
     if (!error) listener->acceptor.listen(asio::socket_base::max_listen_connections, error);
+    if (error == asio::error::address_in_use) {
+        const std::string holder = holderOfPort(address.port);
+        return fail(ErrorCode::kNetwork,
+                    fmt::format("cannot listen on {}: {}; end it, or take another port (0 picks a free one)", toString(address),
+                                holder.empty() ? error.message() : "it is held by " + holder));
+    }
     if (error)
-        return fail(ErrorCode::kNetwork, fmt::format("cannot listen on {}: {}{}", toString(address), error.message(),
-                                                     error == asio::error::address_in_use
-                                                         ? " (does another server run there? port 0 picks a free one)"
-                                                         : ""));
+        return fail(ErrorCode::kNetwork, fmt::format("cannot listen on {}: {}", toString(address), error.message()));
     const std::uint16_t port = listener->acceptor.local_endpoint(error).port();
     impl_->post([impl = impl_.get(), listener = std::move(listener)]() mutable {
         if (impl->ending) return;

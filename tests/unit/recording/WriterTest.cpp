@@ -19,9 +19,13 @@ using test::RandomShow;
 class Words {
 public:
     Words() : file_(std::tmpfile()), log("unit_recording", file_) {}
-    ~Words() { std::fclose(file_); }
+    ~Words() {
+        log.flush();
+        std::fclose(file_);
+    }
     Words(const Words&) = delete;
     [[nodiscard]] std::string said() {
+        log.flush();
         std::rewind(file_);
         std::string text(4096, '\0');
         text.resize(std::fread(text.data(), 1, text.size(), file_));

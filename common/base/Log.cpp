@@ -1,0 +1,122 @@
+#include "common/base/Log.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+
+/// Shared with its thread, which outlives the log where nobody reads any more what it writes.
+class Log::Writer : public std::enable_shared_from_this<Log::Writer> {
+public:
+    Writer(std::string program, int file) : program_(std::move(program)), file_(file) {}
+
+    void put(std::string line) {
+        const std::scoped_lock lock(mutex_);
+        if (waiting_.size() + line.size() > kMaxWaitingBytes) {
+            ++leftOut_;
+            return;
+        }
+        waiting_ += line;
+        if (!std::exchange(running_, true)) std::thread([self = shared_from_this()] { self->run(); }).detach();
+        filled_.notify_one();
+    }
+    bool flush(std::chrono::milliseconds atMost) {
+        std::unique_lock lock(mutex_);
+        return written_.wait_for(lock, atMost, [&] { return waiting_.empty() && !writing_; });
+    }
+    void close() {
+        const std::scoped_lock lock(mutex_);
+        closed_ = true;
+        filled_.notify_one();
+    }
+
+private:
+    void run() {
+        std::unique_lock lock(mutex_);
+        while (true) {
+            filled_.wait(lock, [&] { return closed_ || !waiting_.empty(); });
+            if (waiting_.empty()) return;
+            std::string text = std::exchange(waiting_, {});
+            if (const std::uint64_t count = std::exchange(leftOut_, 0))
+                text += program_ + ": warning: " + std::to_string(count) + " messages are left out here: nobody read them fast enough\n";
+            writing_ = true;
+            lock.unlock();
+            write(text);
+            lock.lock();
+            writing_ = false;
+            written_.notify_all();
+        }
+    }
+    /// Not through the stream, whose lock others would wait for.
+    void write(std::string_view text) const {
+        while (!text.empty()) {
+            const ssize_t done = ::write(file_, text.data(), text.size());
+            if (done < 0 && errno == EINTR) continue;
+            if (done <= 0) return;  // nobody is there to be told
+            text.remove_prefix(static_cast<std::size_t>(done));
+        }
+    }
+
+    const std::string program_;
+    const int file_;
+    std::mutex mutex_;
+    std::condition_variable filled_, written_;
+    std::string waiting_;
+    std::uint64_t leftOut_ = 0;
+    bool running_ = false, writing_ = false, closed_ = false;
+};
+
+namespace {
+
+/// For flushLogs alone: nobody says anything through it.
+struct LiveLogs {
+    std::mutex mutex;
+    std::vector<Log*> logs;
+};
+LiveLogs& liveLogs() {
+    static auto* live = new LiveLogs;  // never destroyed: a check may fail at any time
+    return *live;
+}
+
+}  // namespace
+
+Log::Log(std::string program, std::FILE* out)
+    : program_(std::move(program)), writer_(std::make_shared<Writer>(program_, ::fileno(out))) {
+    const std::scoped_lock lock(liveLogs().mutex);
+    liveLogs().logs.push_back(this);
+}
+
+Log::~Log() {
+    {
+        const std::scoped_lock lock(liveLogs().mutex);
+        std::erase(liveLogs().logs, this);
+    }
+    flush();
+    writer_->close();
+}
+
+bool Log::flush(std::chrono::milliseconds atMost) {
+    return writer_->flush(atMost);
+}
+
+void Log::line(std::string_view kind, std::string_view text) {
+    std::string whole = program_ + ": ";
+    whole.append(kind).append(text).push_back('\n');
+    writer_->put(std::move(whole));
+}
+
+void flushLogs(std::chrono::milliseconds atMost) {
+    // Whoever holds the lock may be the one whose check has failed.
+    const std::unique_lock lock(liveLogs().mutex, std::try_to_lock);
+    if (!lock) return;
+    for (Log* log : liveLogs().logs) log->flush(atMost);
+}
+
+}  // namespace tessera
