@@ -122,7 +122,7 @@ void ServerSession::Impl::on(Peer& peer, const message::Hello& hello, TimePoint 
                       false);
     }
     if (host->connection)
-        return refuse(peer, ErrorCode::kRefused, "host '" + host->name + "' is connected already", true);
+        return refuseTaken(peer, *host, now);
     if (hello.seenEpoch > config.epoch && !raiseEpoch(host->name, hello.seenEpoch, now))
         return refuse(
             peer, ErrorCode::kRefused,
@@ -150,6 +150,23 @@ bool ServerSession::Impl::raiseEpoch(const std::string& host, Epoch seen, TimePo
         close(peer, reason);
     }
     return true;
+}
+
+/// The holder of the name may have died without a word, which is noticed once it has been silent for long enough. Whoever asks again
+/// after that, and the holder has spoken meanwhile, is one too many.
+void ServerSession::Impl::refuseTaken(Peer& peer, Host& host, TimePoint now) {
+    constexpr Duration kForgotten = std::chrono::seconds(10);  // more than a host waits between two tries
+    if (host.claimedFrom != host.connection || now - host.lastClaim > kForgotten) {
+        host.claimedFrom = host.connection;
+        host.claimedSince = now;
+    }
+    host.lastClaim = now;
+    const Duration noticed = config.sync.lostAfter + kGracesInARow * config.sync.heartbeat;
+    const bool speaks = now - host.claimedSince >= noticed && lastHeard(*find(host.connection)) > host.claimedSince;
+    const std::string taken = "host '" + host.name + "' is connected already";
+    refuse(peer, ErrorCode::kRefused,
+           speaks ? taken + ", and goes on speaking; end that process, or give this one the name of another host" : taken,
+           !speaks);
 }
 
 void ServerSession::Impl::helloBulk(Peer& peer, const message::Hello& hello) {

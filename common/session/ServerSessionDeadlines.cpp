@@ -3,11 +3,6 @@
 
 namespace tessera {
 
-namespace {
-/// A caller that is slow every time gets no more than this: then silence is judged with what is known.
-constexpr int kGracesInARow = 3;
-}  // namespace
-
 void ServerSession::Impl::advance(TimePoint now) {
     if (!startedAt) startedAt = now;
     look(now);

@@ -58,6 +58,10 @@ struct ServerSession::Impl {
         bool everEntered = false;
         TimePoint awaySince{};
 
+        // Others that say its name while it is connected.
+        ConnectionId claimedFrom;
+        TimePoint claimedSince{}, lastClaim{};
+
         // Catching up: it may enter once it has said Synced for `mustReach` or later and holds all blobs it was told
         // of.
         bool synced = false;
@@ -97,12 +101,16 @@ struct ServerSession::Impl {
         bool everywhere = false;
     };
 
+    /// A caller that is slow every time gets no more than this: then silence is judged with what is known.
+    static constexpr int kGracesInARow = 3;
+
     explicit Impl(ServerSessionConfig c);
 
     // ServerSession.cpp: connections, hello, farewell
     void opened(ConnectionId connection, TimePoint now);
     void closed(ConnectionId connection, TimePoint now);
     void on(Peer& peer, const message::Hello& hello, TimePoint now);
+    void refuseTaken(Peer& peer, Host& host, TimePoint now);
     void helloBulk(Peer& peer, const message::Hello& hello);
     void admitHost(Peer& peer, Host& host, const message::Hello& hello, TimePoint now);
     void welcome(Peer& peer, TimePoint now);

@@ -96,6 +96,45 @@ TEST(ServerJoin, RefusesANameThatIsTakenUntilItsOwnerIsGone) {
     EXPECT_EQ(s.sent<message::Welcome>(third).size(), 1u);
 }
 
+TEST(ServerJoin, WhoeverSaysATakenNameTriesUntilASilentHolderWouldHaveBeenNoticed) {
+    ServerFixture s;
+    const ConnectionId first = s.hello("a");
+    // As a render host dials: every 100 ms. The holder has died without a word.
+    ConnectionId last;
+    for (int i = 0; i < 20 && !s.closed(first); ++i) {
+        s.run(100ms);
+        s.forget();
+        last = s.hello("a");
+        if (!s.sent<message::Welcome>(last).empty()) break;
+        ASSERT_EQ(s.sent<message::Refused>(last).size(), 1u);
+        EXPECT_TRUE(s.sent<message::Refused>(last)[0].retry);
+    }
+    EXPECT_EQ(s.sent<message::Welcome>(last).size(), 1u);
+}
+
+TEST(ServerJoin, WhoeverSaysATakenNameIsSentAwayOnceItsHolderHasSpokenSince) {
+    ServerFixture s;
+    const ConnectionId first = s.hello("a");
+    const TimePoint begin = s.now;
+    const auto answer = [&] {
+        const ConnectionId again = s.hello("a");
+        const auto refused = s.sent<message::Refused>(again);
+        EXPECT_EQ(refused.size(), 1u);
+        return refused.empty() ? message::Refused{} : refused[0];
+    };
+    while (answer().retry) {
+        s.run(50ms, {first});
+        ASSERT_LT(s.now - begin, 10s);
+    }
+    EXPECT_GE(s.now - begin, twoHosts().sync.lostAfter);
+    EXPECT_EQ(answer().code, ErrorCode::kRefused);
+    EXPECT_NE(answer().reason.find("goes on speaking"), std::string::npos);
+    EXPECT_FALSE(s.closed(first));
+    // Who comes much later has not waited.
+    s.run(11s, {first});
+    EXPECT_TRUE(answer().retry);
+}
+
 TEST(ServerJoin, ClosesWhoeverSpeaksBeforeHello) {
     ServerFixture s;
     const ConnectionId a = s.join("a");
