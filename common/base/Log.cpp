@@ -1,5 +1,7 @@
 #include "common/base/Log.h"
 
+#include <pthread.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -39,6 +41,10 @@ public:
 
 private:
     void run() {
+        sigset_t pipe;  // whose end is gone: an error of `write`, in programs that do not ask for it too
+        sigemptyset(&pipe);
+        sigaddset(&pipe, SIGPIPE);
+        pthread_sigmask(SIG_BLOCK, &pipe, nullptr);
         std::unique_lock lock(mutex_);
         while (true) {
             filled_.wait(lock, [&] { return closed_ || !waiting_.empty(); });

@@ -31,7 +31,7 @@ TEST(Load, ComesInPartsIsOneStepAndIsReplayed) {
     LiveWallOptions options;
     const TemporaryFolder folder;
     const std::string file = folder.write("forest.tsct", kForest), recording = folder.path() + "/load.tsr";
-    options.server = {"--rate", "60", "--record", recording};
+    options.server = {"--rate", "60", "--record", recording, "--allow", folder.path()};
     LiveWall wall(options);
     for (const std::string& host : kFourHosts) wall.startClient(host, {"--surface", "none"});
     auto connected = Application::connect({.address = wall.address(), .name = "loader", .timeout = 60s});
