@@ -1,0 +1,80 @@
+/// Rows about applications: one that loads a large file, eight that ask without end.
+#include <fmt/format.h>
+#include <signal.h>
+
+#include "tests/drill/DrillWall.h"
+#include "tests/drill/Rows.h"
+
+namespace tessera::drill {
+namespace {
+
+using namespace std::chrono_literals;
+
+Measurement loadFile(const DrillOptions& options) {
+    const test::TemporaryFolder files;
+    DrillWall wall({.scene = files.write("scene.tsct", drillScene(1'000))});
+    const std::string large = files.write("large.tsct", drillScene(options.large ? 1'000'000 : options.nodes, false));
+    Measurement measured;
+    wall.watchUndisturbed(measured, 2s);
+    const std::uint64_t before = wall.networkBytes();
+    const TimePoint from = now();
+    const auto load =
+        wall.start("load", {test::program("tessera-ctl"), "--server", wall.address(), "load", large});
+    if (!wall.waitForExit(*load, 180s)) throw RowBroken("the load did not end");
+    measured.backMs.push_back(toMilliseconds(now() - from));
+    if (load->waitForExit(0ms) != 0) measured.broken.push_back("the load failed: " + load->output());
+    wall.watch(500ms);
+    measured.missed.push_back(wall.timeline().missed(from, now()));
+    measured.bytes = wall.networkBytes() - before;
+    wall.conclude(measured, {});
+    return measured;
+}
+
+constexpr double kSlower = 1.2;
+
+Measurement askWithoutEnd(const DrillOptions& options) {
+    const test::TemporaryFolder files;
+    DrillWall wall({.scene = files.write("scene.tsct", drillScene(options.nodes))});
+    Measurement measured;
+    // In turns: the machine is shared.
+    std::vector<double> alone, beside;
+    std::uint64_t answered = 0;
+    for (int turn = 0; turn < 4; ++turn) {
+        TimePoint from = now();
+        wall.watchUndisturbed(measured, 2s);
+        for (const double ms : wall.timeline().intervalsMs(from, now())) alone.push_back(ms);
+
+        std::vector<std::unique_ptr<test::Process>> guests;
+        for (const char* kind : {"status", "tree", "picks", "images"})
+            for (int i = 0; i < 2; ++i) guests.push_back(wall.startGuest(kind, true));
+        wall.watch(500ms);  // programs start
+        from = now();
+        const std::uint64_t before = wall.networkBytes();
+        wall.watch(2s);
+        for (const double ms : wall.timeline().intervalsMs(from, now())) beside.push_back(ms);
+        measured.missed.push_back(wall.timeline().missed(from, now()));
+        measured.bytes = wall.networkBytes() - before;
+        for (const auto& guest : guests) guest->signal(SIGTERM);
+        for (const auto& guest : guests)
+            if (const auto count = guest->waitForText("answered ", 10s)) answered += std::stoull(*count);
+        guests.clear();
+        wall.watch(300ms);
+    }
+    const double p99Alone = quantile(alone, 0.99), p99Beside = quantile(beside, 0.99);
+    measured.remark = fmt::format("p99 of a frame {:.1f} ms, alone {:.1f}; {} answers", p99Beside, p99Alone, answered);
+    if (p99Beside > kSlower * p99Alone) measured.broken.push_back("frames take longer: " + measured.remark);
+    if (answered == 0) measured.broken.push_back("nobody was answered");
+    wall.conclude(measured, {});
+    return measured;
+}
+
+}  // namespace
+
+std::vector<Row> applicationRows() {
+    return {
+        {.name = "load", .deed = "a large file loaded at run time", .promise = {.missed = 3, .backMs = 180'000}, .run = loadFile},
+        {.name = "askers", .deed = "8 applications at nice 19 ask without end", .promise = {}, .run = askWithoutEnd},
+    };
+}
+
+}  // namespace tessera::drill
