@@ -114,7 +114,7 @@ void fill(const std::string& path) {
 Measurement fillDisk(const DrillOptions& options) {
     const test::TemporaryFolder files;
     const std::string disk = files.path() + "/disk";
-    const SmallDisk small(disk, 64 * 1024);
+    const SmallDisk small(disk, 32 * 1024);
     DrillWall wall({.scene = files.write("scene.tsct", drillScene(options.nodes)),
                     .server = {"--record", disk + "/show.tsr"},
                     .clients = {{"upper-left", {"--cache", disk + "/cache"}}}});
