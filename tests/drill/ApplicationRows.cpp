@@ -19,8 +19,7 @@ Measurement loadFile(const DrillOptions& options) {
     wall.watchUndisturbed(measured, 2s);
     const std::uint64_t before = wall.networkBytes();
     const TimePoint from = now();
-    const auto load =
-        wall.start("load", {test::program("tessera-ctl"), "--server", wall.address(), "load", large});
+    const auto load = wall.start("load", {test::program("tessera-ctl"), "--server", wall.address(), "load", large});
     if (!wall.waitForExit(*load, 180s)) throw RowBroken("the load did not end");
     measured.backMs.push_back(toMilliseconds(now() - from));
     if (load->waitForExit(0ms) != 0) measured.broken.push_back("the load failed: " + load->output());
@@ -77,7 +76,10 @@ Measurement askWithoutEnd(const DrillOptions& options) {
 
 std::vector<Row> applicationRows() {
     return {
-        {.name = "load", .deed = "a large file loaded at run time", .promise = {.missed = 3, .backMs = 180'000}, .run = loadFile},
+        {.name = "load",
+         .deed = "a large file loaded at run time",
+         .promise = {.missed = 3, .backMs = 180'000},
+         .run = loadFile},
         {.name = "askers", .deed = "8 applications at nice 19 ask without end", .promise = {}, .run = askWithoutEnd},
     };
 }

@@ -32,10 +32,14 @@ std::string bytes(const std::optional<std::uint64_t>& count) {
 
 std::string_view nameOf(Verdict verdict) {
     switch (verdict) {
-        case Verdict::kKept: return "pass";
-        case Verdict::kBroken: return "FAIL";
-        case Verdict::kSkipped: return "skipped";
-        case Verdict::kNotAvailable: return "not available";
+        case Verdict::kKept:
+            return "pass";
+        case Verdict::kBroken:
+            return "FAIL";
+        case Verdict::kSkipped:
+            return "skipped";
+        case Verdict::kNotAvailable:
+            return "not available";
     }
     return "";
 }
@@ -43,10 +47,12 @@ std::string_view nameOf(Verdict verdict) {
 }  // namespace
 
 void DrillTable::printHead() {
-    fmt::print("Frames missed: the longest time without a new one, in frames of a 60 Hz wall less one; undisturbed beside it in ().\n"
-               "Times in ms, median. Limits in columns of their own; what the machine's own noise was is added to them.\n\n");
-    fmt::print(fmt::runtime(kFormat), "row", "what was done", "missed", "max", "limit", "noticed", "limit", "back", "limit",
-               "bytes", "state", "");
+    fmt::print(
+        "Frames missed: the longest time without a new one, in frames of a 60 Hz wall less one; undisturbed beside it "
+        "in ().\n"
+        "Times in ms, median. Limits in columns of their own; what the machine's own noise was is added to them.\n\n");
+    fmt::print(fmt::runtime(kFormat), "row", "what was done", "missed", "max", "limit", "noticed", "limit", "back",
+               "limit", "bytes", "state", "");
     std::fflush(stdout);
 }
 
@@ -55,7 +61,7 @@ void DrillTable::print(const Line& line) {
     std::string end(nameOf(line.verdict));
     if (line.tries > 1) end += fmt::format(" (try {})", line.tries);
     if (!m.remark.empty()) end += "; " + m.remark;
-    for (const std::string& reason : line.reasons) end += "; " + reason;
+    for (const std::string& reason : line.reasons) end += "; " + reason.substr(0, reason.find('\n'));
     const bool measured = !m.missed.empty();
     const Promise& promise = line.row.promise;
     fmt::print(fmt::runtime(kFormat), line.row.name, line.row.deed,
@@ -78,7 +84,7 @@ DrillTable::Line DrillTable::runOnce(const Row& row, const DrillOptions& options
     } catch (const RowNotAvailable& why) {
         line.verdict = Verdict::kNotAvailable;
         line.reasons = {why.what()};
-    } catch (const RowBroken& why) {
+    } catch (const std::exception& why) {  // RowBroken, and what else came in between
         line.verdict = Verdict::kBroken;
         line.reasons = {why.what()};
     }
@@ -87,10 +93,14 @@ DrillTable::Line DrillTable::runOnce(const Row& row, const DrillOptions& options
 
 void DrillTable::run(const Row& row, const DrillOptions& options) {
     Line line = runOnce(row, options);
-    if (line.verdict == Verdict::kBroken) {
+    const auto complain = [&] {  // in full; the table has the first line of each
         for (const std::string& reason : line.reasons) fmt::print(stderr, "tessera-drill: {}: {}\n", row.name, reason);
+    };
+    if (line.verdict == Verdict::kBroken) {
+        complain();
         line = runOnce(row, options);
         line.tries = 2;
+        if (line.verdict == Verdict::kBroken) complain();
     }
     print(line);
     lines_.push_back(std::move(line));
@@ -109,8 +119,12 @@ void DrillTable::printEnd() const {
 bool DrillTable::writeJson(const std::string& path) const {
     using Json = nlohmann::ordered_json;
     Json rows = Json::array();
-    const auto median = [](const std::vector<double>& values) { return values.empty() ? Json() : Json(quantile(values, 0.5)); };
-    const auto most = [](const std::vector<double>& values) { return values.empty() ? Json() : Json(quantile(values, 1)); };
+    const auto median = [](const std::vector<double>& values) {
+        return values.empty() ? Json() : Json(quantile(values, 0.5));
+    };
+    const auto most = [](const std::vector<double>& values) {
+        return values.empty() ? Json() : Json(quantile(values, 1));
+    };
     const auto maybe = [](const auto& value) { return value ? Json(*value) : Json(); };
     for (const Line& line : lines_) {
         const Measurement& m = line.measured;

@@ -13,7 +13,8 @@ enum class Verdict : std::uint8_t { kKept, kBroken, kSkipped, kNotAvailable };
 class DrillTable {
 public:
     static void printHead();
-    /// A row whose promise was not kept is run again, once: a shared machine's noise rarely comes twice. The table says so.
+    /// A row whose promise was not kept is run again, once: a shared machine's noise rarely comes twice. The table says
+    /// so.
     void run(const Row& row, const DrillOptions& options);
     /// How many rows were in the end not kept.
     [[nodiscard]] int broken() const;

@@ -113,8 +113,10 @@ void DrillWall::takeSeen() {
     while (watch_) {
         auto seen = watch_->take();
         if (!seen) return;
-        if (auto* frame = std::get_if<SeenFrame>(&*seen)) timeline_.add(std::move(*frame));
-        else lost_.push_back(std::get<FrameWatch::Lost>(*seen).at);
+        if (auto* frame = std::get_if<SeenFrame>(&*seen))
+            timeline_.add(std::move(*frame));
+        else
+            lost_.push_back(std::get<FrameWatch::Lost>(*seen).at);
     }
 }
 
@@ -142,6 +144,7 @@ TimePoint DrillWall::waitFor(const std::string& what, Duration timeout, const Fo
     for (;;) {
         takeSeen();
         if (const std::optional<TimePoint> at = found()) return *at;
+        if (!server_->running()) throw RowBroken("the server ended: " + what + "\n" + logs());
         if (now() > deadline)
             throw RowBroken(fmt::format("not within {:.0f} s: {}\n{}", toMilliseconds(timeout) / 1e3, what, logs()));
         std::this_thread::sleep_for(5ms);
@@ -189,6 +192,7 @@ std::string DrillWall::stateHash() {
 }
 
 void DrillWall::conclude(Measurement& measured, const std::vector<std::string>& expectedFaults) {
+    if (!serverMachine()) measured.bytes.reset();  // others' bytes would be among them
     (void)waitUntilAllBack(now(), 20s);
     measured.stateHash = stateHash();
     watch_.reset();

@@ -36,7 +36,7 @@ struct DrillWallOptions {
     std::string wall = "2x2";
     std::vector<std::string> hosts = kFourHosts;  ///< that are started at once
     std::string scene = {};
-    std::vector<std::string> server = {};                ///< more options of tessera-server
+    std::vector<std::string> server = {};                          ///< more options of tessera-server
     std::map<std::string, std::vector<std::string>> clients = {};  ///< more options of a host's tessera-client
     std::size_t machines = 0;  ///< > 0: so many hosts' machines on a switch; else all on one machine's loopback
 };
@@ -84,8 +84,8 @@ public:
     [[nodiscard]] std::uint64_t networkBytes() const { return networkBytesOf(server_->pid()); }
     /// Of the scene as it is now: status' state hash.
     [[nodiscard]] std::string stateHash();
-    /// Ends the wall and checks what holds for every row: all hosts are live and at the server's state, none was ever at
-    /// another, every process ends in order. `expectedFaults`: hosts that may have been lost; nobody else may.
+    /// Ends the wall and checks what holds for every row: all hosts are live and at the server's state, none was ever
+    /// at another, every process ends in order. `expectedFaults`: hosts that may have been lost; nobody else may.
     void conclude(Measurement& measured, const std::vector<std::string>& expectedFaults);
 
     /// The end of what everybody has said, for messages.

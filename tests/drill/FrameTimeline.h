@@ -23,7 +23,8 @@ public:
     [[nodiscard]] std::size_t size() const { return frames_.size(); }
     [[nodiscard]] const std::vector<SeenFrame>& frames() const { return frames_; }
 
-    /// Longest time without a new frame. One that began before `from` or lasts beyond `to` counts with its part between.
+    /// Longest time without a new frame. One that began before `from` or lasts beyond `to` counts with its part
+    /// between.
     [[nodiscard]] Duration longestGap(TimePoint from, TimePoint to) const;
     /// How many frames a wall at its pace would have shown within a gap.
     [[nodiscard]] double framesOf(Duration gap) const;

@@ -47,7 +47,8 @@ public:
         to.sin_port = htons(parsed ? parsed->port : 0);
         inet_pton(AF_INET, parsed ? parsed->host.c_str() : "", &to.sin_addr);
         open_ = connect(socket_, reinterpret_cast<sockaddr*>(&to), sizeof to) == 0;
-        say(framed(message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "guest", .wantBlobs = false}));
+        say(framed(message::Hello{
+            .schema = schemaHash(), .role = PeerRole::kApplication, .name = "guest", .wantBlobs = false}));
     }
     ~GuestLink() { close(socket_); }
     GuestLink(const GuestLink&) = delete;
@@ -124,7 +125,8 @@ std::uint64_t askOn(const std::string& address, const ApplicationRequest& questi
     const ByteSlice body = share(encodeRequest(question));
     std::uint64_t asked = 0;
     while (!over && link.open()) {
-        while (asked < link.replies() + kAhead && link.unsent() < 65536) link.say(framed(message::Request{++asked, body}));
+        while (asked < link.replies() + kAhead && link.unsent() < 65536)
+            link.say(framed(message::Request{++asked, body}));
         link.move(65536, 100ms);
     }
     return link.replies();
@@ -155,17 +157,24 @@ std::uint64_t readSlowly(const std::string& address, std::size_t bytesAtOnce) {
 }  // namespace
 
 int runGuest(const std::string& kind, const std::string& address) {
-    struct sigaction action{};
+    struct sigaction action {};
     action.sa_handler = [](int) { over = 1; };
     sigaction(SIGTERM, &action, nullptr);
     std::uint64_t answered = 0;
-    if (kind == "status") answered = askOn(address, request::GetStatus{});
-    else if (kind == "picks") answered = askOn(address, request::Pick{.xPx = 800, .yPx = 500});
-    else if (kind == "images") answered = askOn(address, request::GetImages{});
-    else if (kind == "tree") answered = followAnew(address);
-    else if (kind == "slow") answered = readSlowly(address, 6'400);
-    else if (kind == "silent") answered = readSlowly(address, 0);
-    else return 2;
+    if (kind == "status")
+        answered = askOn(address, request::GetStatus{});
+    else if (kind == "picks")
+        answered = askOn(address, request::Pick{.xPx = 800, .yPx = 500});
+    else if (kind == "images")
+        answered = askOn(address, request::GetImages{});
+    else if (kind == "tree")
+        answered = followAnew(address);
+    else if (kind == "slow")
+        answered = readSlowly(address, 6'400);
+    else if (kind == "silent")
+        answered = readSlowly(address, 0);
+    else
+        return 2;
     fmt::print("answered {}\n", answered);
     return 0;
 }

@@ -1,4 +1,5 @@
-/// Applications that do not behave as the library for applications does: they ask without waiting, read slowly or not at all.
+/// Applications that do not behave as the library for applications does: they ask without waiting, read slowly or not
+/// at all.
 #pragma once
 
 #include <string>

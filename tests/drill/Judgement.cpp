@@ -16,7 +16,8 @@ void judgeOne(std::vector<std::string>& broken, const char* what, const char* un
     }
     const double median = quantile(values, 0.5);
     if (median > *promised + usual)
-        broken.push_back(fmt::format("{}: {:.0f} {}, promised {:.0f}, undisturbed {:.0f}", what, median, unit, *promised, usual));
+        broken.push_back(
+            fmt::format("{}: {:.0f} {}, promised {:.0f}, undisturbed {:.0f}", what, median, unit, *promised, usual));
 }
 
 }  // namespace

@@ -17,7 +17,8 @@ struct Promise {
 
 struct Measurement {
     std::vector<double> missed = {}, noticedMs = {}, backMs = {};  ///< one value a repetition
-    /// The longest gap between two frames of the same wall while nothing was done to it: the machine's own noise, in frames and ms.
+    /// The longest gap between two frames of the same wall while nothing was done to it: the machine's own noise, in
+    /// frames and ms.
     double usualMissed = 0, usualGapMs = 0;
     std::optional<std::uint64_t> bytes = {};  ///< at the server's network interface, both ways
     std::string stateHash = {};               ///< of everybody, afterwards; empty: not asked

@@ -40,8 +40,8 @@ Measurement disturb(const DrillOptions& options, void (SwitchedNetwork::*how)(st
     return measured;
 }
 
-/// A host dies behind a cable that is cut: nobody tells the server. It starts again while its old connection still seems
-/// to be open.
+/// A host dies behind a cable that is cut: nobody tells the server. It starts again while its old connection still
+/// seems to be open.
 Measurement leaveHalfOpen(const DrillOptions& options) {
     const test::TemporaryFolder files;
     DrillWall wall(onMachines(files, options.nodes));
@@ -113,15 +113,26 @@ Measurement joinSlowly(const DrillOptions& options) {
 
 std::vector<Row> linkRows() {
     return {
-        {.name = "cut-cable", .deed = "a host's cable cut for 5 s", .promise = {.missed = 60, .noticedMs = 1'000, .backMs = 10'000},
+        {.name = "cut-cable",
+         .deed = "a host's cable cut for 5 s",
+         .promise = {.missed = 60, .noticedMs = 1'000, .backMs = 10'000},
          .run = [](const DrillOptions& options) { return disturb(options, &SwitchedNetwork::cut); }},
-        {.name = "one-way-link", .deed = "a link that carries one way only, for 5 s",
+        {.name = "one-way-link",
+         .deed = "a link that carries one way only, for 5 s",
          .promise = {.missed = 60, .noticedMs = 1'000, .backMs = 10'000},
          .run = [](const DrillOptions& options) { return disturb(options, &SwitchedNetwork::mute); }},
-        {.name = "half-open", .deed = "a host dies unheard, starts again",
-         .promise = {.missed = 60, .noticedMs = 1'000, .backMs = 10'000}, .run = leaveHalfOpen},
-        {.name = "packet-loss", .deed = "1 % of a host's packets lost, 8 s", .promise = {.missed = 30}, .run = losePackets},
-        {.name = "thin-line", .deed = "a host joins over 10 Mbit/s", .promise = {.missed = 3, .backMs = 300'000}, .run = joinSlowly},
+        {.name = "half-open",
+         .deed = "a host dies unheard, starts again",
+         .promise = {.missed = 60, .noticedMs = 1'000, .backMs = 10'000},
+         .run = leaveHalfOpen},
+        {.name = "packet-loss",
+         .deed = "1 % of a host's packets lost, 8 s",
+         .promise = {.missed = 30},
+         .run = losePackets},
+        {.name = "thin-line",
+         .deed = "a host joins over 10 Mbit/s",
+         .promise = {.missed = 3, .backMs = 300'000},
+         .run = joinSlowly},
     };
 }
 

@@ -96,8 +96,8 @@ SwitchedNetwork::SwitchedNetwork(std::size_t hosts) : hosts_(hosts) {
 
 void SwitchedNetwork::plugIn(const NetworkNamespace& machine, std::size_t number) {
     // One packet each: where the kernel joins packets to 64 KiB ones, losing one of them loses a whole list.
-    command(switch_, fmt::format("ip link add p{} gso_max_segs 1 type veth peer name eth0 gso_max_segs 1 netns {}", number,
-                                 machine.path()));
+    command(switch_, fmt::format("ip link add p{} gso_max_segs 1 type veth peer name eth0 gso_max_segs 1 netns {}",
+                                 number, machine.path()));
     command(switch_, fmt::format("ip link set p{} master br0 up", number));
     command(machine, fmt::format("ip addr add {}{}/24 dev eth0", kNet, number + 1));
     command(machine, "ip link set eth0 up");
@@ -122,8 +122,8 @@ void SwitchedNetwork::lose(std::size_t host, double percent) {
 }
 
 void SwitchedNetwork::dropAtRandom(const NetworkNamespace& where, const std::string& interface, unsigned perMille) {
-    // A kernel may have neither netem nor the modules of nftables; a packet filter as a classifier it has. This one takes
-    // a random number modulo 1000 and lets pass (0) where it is not below `perMille`, else drops (2).
+    // A kernel may have neither netem nor the modules of nftables; a packet filter as a classifier it has. This one
+    // takes a random number modulo 1000 and lets pass (0) where it is not below `perMille`, else drops (2).
     command(where, fmt::format("tc qdisc add dev {} ingress", interface));
     command(where, {"tc", "filter", "add", "dev", interface, "ingress", "bpf", "da", "bytecode",
                     fmt::format("5,32 0 0 {},148 0 0 1000,53 1 0 {},6 0 0 2,6 0 0 0", kRandom, perMille)});
@@ -131,7 +131,8 @@ void SwitchedNetwork::dropAtRandom(const NetworkNamespace& where, const std::str
 
 void SwitchedNetwork::heal(std::size_t host) {
     const std::string port = fmt::format("p{}", host + 1);
-    const std::vector<std::pair<const NetworkNamespace*, std::string>> ends = {{&switch_, port}, {&hosts_.at(host), "eth0"}};
+    const std::vector<std::pair<const NetworkNamespace*, std::string>> ends = {{&switch_, port},
+                                                                               {&hosts_.at(host), "eth0"}};
     for (const auto& [where, interface] : ends) {
         try {
             command(*where, fmt::format("tc qdisc del dev {} ingress", interface));
@@ -158,8 +159,10 @@ std::uint64_t networkBytesOf(pid_t process) {
         std::vector<std::uint64_t> columns{std::istream_iterator<std::uint64_t>(numbers), {}};
         if (columns.size() < 9) continue;
         const bool loopback = line.substr(0, colon).ends_with(" lo") || line.starts_with("lo:");
-        if (loopback) own += columns[0];  // what goes out there comes in there
-        else others += columns[0] + columns[8];
+        if (loopback)
+            own += columns[0];  // what goes out there comes in there
+        else
+            others += columns[0] + columns[8];
     }
     return others > 0 ? others : own;
 }

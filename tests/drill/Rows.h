@@ -30,7 +30,8 @@ struct Row {
 [[nodiscard]] std::vector<Row> linkRows();
 [[nodiscard]] std::vector<Row> applicationRows();
 
-/// Boxes in a block, half of the nodes Transforms; one of them, "mover", goes round with every frame where `moving`.
+/// At most so many nodes (and no fewer than 400): boxes in a block, half of the nodes Transforms; one of them, "mover",
+/// goes round with every frame where `moving`.
 [[nodiscard]] std::string drillScene(std::uint64_t nodes, bool moving = true);
 
 }  // namespace tessera::drill

@@ -123,8 +123,10 @@ Measurement fillDisk(const DrillOptions& options) {
     const TimePoint from = now();
     fill(disk + "/ballast");
     const auto said = wall.server().waitForText("record", 10s);
-    if (said) measured.noticedMs.push_back(toMilliseconds(now() - from));
-    else measured.broken.push_back("the server said nothing of its recording: " + wall.server().output());
+    if (said)
+        measured.noticedMs.push_back(toMilliseconds(now() - from));
+    else
+        measured.broken.push_back("the server said nothing of its recording: " + wall.server().output());
     wall.watch(500ms);
     // One that starts on the full disk cannot keep what it fetches, and draws all the same.
     const TimePoint restarted = now();
@@ -146,8 +148,8 @@ Measurement secondServer(const DrillOptions& options) {
     for (int i = 0; i < options.repetitions; ++i) {
         wall.watchUndisturbed(measured, 500ms);
         const TimePoint from = now();
-        const auto second = wall.start("second", {test::program("tessera-server"), "--wall", "2x2", "--scene", scene, "--listen",
-                                                  wall.address()});
+        const auto second = wall.start(
+            "second", {test::program("tessera-server"), "--wall", "2x2", "--scene", scene, "--listen", wall.address()});
         if (!wall.waitForExit(*second, 20s)) throw RowBroken("a second server on the port did not end");
         measured.noticedMs.push_back(toMilliseconds(now() - from));
         wall.watch(300ms);
@@ -164,12 +166,19 @@ Measurement secondServer(const DrillOptions& options) {
 
 std::vector<Row> serverRows() {
     return {
-        {.name = "kill-server", .deed = "the server killed, started again", .promise = {.noticedMs = 1'000, .backMs = 10'000},
+        {.name = "kill-server",
+         .deed = "the server killed, started again",
+         .promise = {.noticedMs = 1'000, .backMs = 10'000},
          .run = killServer},
         {.name = "stop-server", .deed = "the server stopped for 2 s", .promise = {.backMs = 5'000}, .run = stopServer},
-        {.name = "journal", .deed = "the server killed, goes on from its journal",
-         .promise = {.noticedMs = 1'000, .backMs = 10'000}, .run = goOnFromJournal},
-        {.name = "full-disk", .deed = "a full disk below recording and cache", .promise = {.missed = 3}, .run = fillDisk},
+        {.name = "journal",
+         .deed = "the server killed, goes on from its journal",
+         .promise = {.noticedMs = 1'000, .backMs = 10'000},
+         .run = goOnFromJournal},
+        {.name = "full-disk",
+         .deed = "a full disk below recording and cache",
+         .promise = {.missed = 3},
+         .run = fillDisk},
         {.name = "second-server", .deed = "a second server on the port", .promise = {.missed = 3}, .run = secondServer},
     };
 }

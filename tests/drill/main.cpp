@@ -5,8 +5,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 #include <iterator>
 
@@ -80,18 +80,28 @@ int supervise(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
     Arguments arguments;
-    CLI::App app("Kills, stops, cuts, floods and starves walls of real processes on this\nmachine; a table of what the others "
-                 "missed. Exit code 1: a promise was not kept.",
-                 "tessera-drill");
+    CLI::App app(
+        "Kills, stops, cuts, floods and starves walls of real processes on this\nmachine; a table of what the others "
+        "missed. Exit code 1: a promise was not kept.",
+        "tessera-drill");
     app.add_option("--rows", arguments.rows, "Only these")->type_name("NAME,...")->delimiter(',');
     app.add_option("--json", arguments.json, "Write the rows here too")->type_name("FILE");
     app.add_option("--repetitions", arguments.drill.repetitions, "Of rows that take little time (3)")
         ->type_name("N")
         ->check(CLI::Range(1, 100));
-    app.add_option("--nodes", arguments.drill.nodes, "In the scene (100000)")->type_name("N")->check(CLI::Range(1'000, 1'000'000));
+    app.add_option("--nodes", arguments.drill.nodes, "In the scene (100000)")
+        ->type_name("N")
+        ->check(CLI::Range(1'000, 1'000'000));
     app.add_flag("--large", arguments.drill.large, "A million nodes to load and to join");
     app.add_option("--guest", arguments.guest)->expected(2)->group("");  // the drill's own children
-    CLI11_PARSE(app, argc, argv);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::CallForHelp& e) {
+        return app.exit(e);
+    } catch (const CLI::ParseError& e) {
+        fmt::print(stderr, "tessera-drill: {}; see --help\n", e.what());
+        return 2;
+    }
     if (arguments.guest.size() == 2) return runGuest(arguments.guest[0], arguments.guest[1]);
     return supervise(arguments);
 }

@@ -11,13 +11,15 @@ TimePoint at(int ms) {
     return TimePoint(std::chrono::milliseconds(ms));
 }
 
-/// 50 frames a second of two hosts; the right one is away from 200 to 400 ms, and nobody shows anything from 200 to 300.
+/// 50 frames a second of two hosts; the right one is away from 200 to 400 ms, and nobody shows anything from 200 to
+/// 300.
 FrameTimeline withAGap() {
     FrameTimeline timeline(50);
     for (int t = 0; t <= 1000; t += 20)
         if (t <= 200 || t >= 300)
-            timeline.add({.at = at(t), .hosts = t > 200 && t < 400 ? std::vector<std::string>{"left"}
-                                                                   : std::vector<std::string>{"left", "right"}});
+            timeline.add({.at = at(t),
+                          .hosts = t > 200 && t < 400 ? std::vector<std::string>{"left"}
+                                                      : std::vector<std::string>{"left", "right"}});
     return timeline;
 }
 
