@@ -55,6 +55,19 @@ std::optional<TimePoint> FrameTimeline::firstWithout(const std::string& host, Ti
     return std::nullopt;
 }
 
+std::optional<TimePoint> FrameTimeline::wholeFrom(const std::vector<std::string>& hosts, TimePoint since) const {
+    std::optional<TimePoint> from;
+    for (const SeenFrame& frame : frames_) {
+        if (frame.at < since) continue;
+        const bool whole = std::ranges::all_of(hosts, [&](const std::string& host) { return among(host, frame); });
+        if (!whole)
+            from.reset();
+        else if (!from)
+            from = frame.at;
+    }
+    return from;
+}
+
 double quantile(std::vector<double> values, double share) {
     if (values.empty()) return 0;
     const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));

@@ -34,6 +34,8 @@ public:
     /// When the first frame since then came that this host showed, or did not show.
     [[nodiscard]] std::optional<TimePoint> firstWith(const std::string& host, TimePoint since) const;
     [[nodiscard]] std::optional<TimePoint> firstWithout(const std::string& host, TimePoint since) const;
+    /// From which frame since then on all of these hosts showed every one. Nothing when the last one lacks any.
+    [[nodiscard]] std::optional<TimePoint> wholeFrom(const std::vector<std::string>& hosts, TimePoint since) const;
 
 private:
     double rateHz_;

@@ -50,6 +50,14 @@ TEST(FrameTimeline, SaysWhenAHostWentAndWhenItCameBack) {
     EXPECT_FALSE(timeline.firstWithout("left", at(0)));
 }
 
+TEST(FrameTimeline, SaysFromWhenOnTheWallIsWhole) {
+    FrameTimeline timeline = withAGap();
+    EXPECT_EQ(timeline.wholeFrom({"left", "right"}, at(0)), at(400));
+    EXPECT_EQ(timeline.wholeFrom({"left"}, at(0)), at(0));
+    timeline.add({.at = at(1020), .hosts = {"left"}});
+    EXPECT_FALSE(timeline.wholeFrom({"left", "right"}, at(0)));
+}
+
 TEST(FrameTimeline, QuantilesAreValuesThatWereSeen) {
     EXPECT_EQ(quantile({5, 1, 3}, 0.5), 3);
     EXPECT_EQ(quantile({5, 1, 3}, 1), 5);
