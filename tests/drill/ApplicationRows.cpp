@@ -46,9 +46,12 @@ Measurement askWithoutEnd(const DrillOptions& options) {
         wall.watchUndisturbed(measured, kTurn);
         alone.push_back(quantile(wall.timeline().intervalsMs(from, now()), 0.99));
 
+        // Hosts that draw nothing have no pictures to give: those questions cost the server all the same, and are
+        // answered after its deadline, which is longer than a turn.
+        const std::vector<std::string> kinds = {"status", "status", "tree",   "tree",
+                                                "picks",  "picks",  "images", "images"};
         std::vector<std::unique_ptr<test::Process>> guests;
-        for (const char* kind : {"status", "tree", "picks", "images"})
-            for (int i = 0; i < 2; ++i) guests.push_back(wall.startGuest(kind, true));
+        for (const std::string& kind : kinds) guests.push_back(wall.startGuest(kind, true));
         wall.watch(500ms);  // programs start
         from = now();
         const std::uint64_t before = wall.networkBytes();
@@ -57,8 +60,11 @@ Measurement askWithoutEnd(const DrillOptions& options) {
         measured.missed.push_back(wall.timeline().missed(from, now()));
         measured.bytes = wall.networkBytes() - before;
         for (const auto& guest : guests) guest->signal(SIGTERM);
-        for (const auto& guest : guests)
-            if (const auto count = guest->waitForText("answered ", 10s)) answered += std::stoull(*count);
+        for (std::size_t i = 0; i < kinds.size(); ++i) {
+            const std::uint64_t count = std::stoull(guests[i]->waitForText("answered ", 10s).value_or("0"));
+            if (count == 0 && kinds[i] != "images") measured.broken.push_back("nobody was answered about " + kinds[i]);
+            answered += count;
+        }
         guests.clear();
         wall.watch(300ms);
     }
@@ -67,7 +73,6 @@ Measurement askWithoutEnd(const DrillOptions& options) {
     if (p99Beside > kSlower * p99Alone)
         measured.broken.push_back(fmt::format("p99 of a frame rises by more than 20 %, in turns {:.1f}, alone {:.1f}",
                                               fmt::join(beside, " "), fmt::join(alone, " ")));
-    if (answered == 0) measured.broken.push_back("nobody was answered");
     wall.conclude(measured, {});
     return measured;
 }
