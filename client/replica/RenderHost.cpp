@@ -268,6 +268,11 @@ bool RenderHost::on(const work::Describe& describe) {
 
 bool RenderHost::on(const work::SendImages& images) {
     constexpr std::size_t kMaxWaiting = 64;
+    if (!surface_) {
+        for (const auto& state : tiles_)
+            tell(outcome::Image{{.request = images.request.request, .frame = images.request.frame, .tile = state->tile.name}});
+        return true;
+    }
     const WaitingImages asked{attempt_, images.request};
     const bool here = !tiles_.empty() && std::all_of(tiles_.begin(), tiles_.end(), [&](const auto& state) {
         return state->shown && state->shownFrame >= images.request.frame;

@@ -103,6 +103,7 @@ struct Transport::Impl {
     /// Runs on the caller's thread.
     bool attend(TimePoint until) {
         if (busy()) return false;
+        if (until <= now()) return glance();
         if (delivered.exchange(false) || woken.exchange(false)) return true;
         if (const Turn::Hold hold = turn.tryTake(); hold) {
             runHere(until);
@@ -112,6 +113,19 @@ struct Transport::Impl {
             const Turn::Hold waitedFor = turn.take();
             wanted = false;
             runHere(until);
+        }
+        return true;
+    }
+
+    /// Does what is ready, and not for long: who calls has something else to do.
+    bool glance() {
+        constexpr int kMostHandlers = 64;
+        if (const Turn::Hold hold = turn.tryTake(); hold) {
+            absence.back();
+            for (int count = 0; count < kMostHandlers && io.poll_one() > 0; ++count) {
+            }
+            attendantLeft = now();
+            absence.left(busy() ? kAtOnce : kAbsence);
         }
         return true;
     }

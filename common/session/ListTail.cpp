@@ -24,14 +24,20 @@ void ListTail::append(CommittedListPtr list) {
     }
     bytes_ += list->encoded.size();
     lists_.push_back(std::move(list));
-    while (lists_.size() > maxLists_ || (bytes_ > maxBytes_ && !lists_.empty())) {
+    bound();
+}
+
+void ListTail::bound() {
+    while (lists_.size() > maxLists_ || (bytes_ > std::min(maxBytes_, keptBytes_) && !lists_.empty())) {
         bytes_ -= lists_.front()->encoded.size();
         base_ = lists_.front()->sequence;
         lists_.pop_front();
     }
 }
 
-void ListTail::keep(bool wanted) {
+void ListTail::keep(bool wanted, std::size_t bytes) {
+    keptBytes_ = bytes;
+    if (wanted) bound();
     if (keeping_ == wanted) return;
     keeping_ = wanted;
     if (wanted) return;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -19,8 +20,8 @@ public:
     /// The scene stood here before the first list.
     void startAt(Sequence sequence, StateHash stateHash);
     void append(CommittedListPtr list);
-    /// From now on lists are kept, or none is any more.
-    void keep(bool wanted);
+    /// From now on lists are kept, of at most so many bytes (and never more than the bound), or none is any more.
+    void keep(bool wanted, std::size_t bytes = std::numeric_limits<std::size_t>::max());
 
     /// Whether `after(sequence)` is everything that came since.
     [[nodiscard]] bool covers(Sequence sequence) const { return !started_ || sequence >= base_; }
@@ -40,6 +41,8 @@ private:
     Sequence last_;
     bool started_ = false;
     bool keeping_ = false;
+    std::size_t keptBytes_ = std::numeric_limits<std::size_t>::max();
+    void bound();
 };
 
 }  // namespace tessera

@@ -163,7 +163,7 @@ struct HashAnswer {
                           field::records("entries", &HashAnswer::entries));
     }
 };
-/// The answer to an ImageRequest, one per tile, PNG.
+/// The answer to an ImageRequest, one per tile, PNG; of no bytes where the host draws nothing.
 struct TileImage {
     std::uint64_t request = 0;
     FrameNumber frame;

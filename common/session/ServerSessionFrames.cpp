@@ -3,6 +3,11 @@
 
 namespace tessera {
 
+namespace {
+/// Of lists since a snapshot: kept for who comes soon, however small that was.
+constexpr std::size_t kFewBytes = 64 * 1024;
+}  // namespace
+
 bool ServerSession::Impl::mayBegin(TimePoint now) const {
     if (!barrier.mayBegin()) return false;
     if (barrier.nextFrame()) return true;
@@ -120,6 +125,7 @@ void ServerSession::Impl::snapshotReady(ConnectionId connection, message::Snapsh
     peer->content = std::move(content);
     snapshot.current = std::max(snapshot.list->sequence, tail.last());
     tailKeptUntil = now + config.snapshotServesFor;
+    lastSnapshotBytes = std::max<std::size_t>({snapshot.content.sizeBytes, snapshot.list->encoded.size(), kFewBytes});
     if (peer->role == PeerRole::kHost) {
         Host& host = hostOf(*peer);
         host.state = HostState::kSyncing;
@@ -141,10 +147,12 @@ void ServerSession::Impl::snapshotReady(ConnectionId connection, message::Snapsh
 }
 
 void ServerSession::Impl::updateTail() {
-    const bool recent = lastLook && *lastLook < tailKeptUntil;
-    tail.keep(recent || std::any_of(peers.begin(), peers.end(), [](const auto& item) {
+    const bool needed = std::any_of(peers.begin(), peers.end(), [](const auto& item) {
         return item.second.snapshotAsked || item.second.behind;
-    }));
+    });
+    // For who comes soon: no more than another snapshot would be.
+    const bool recent = lastLook && *lastLook < tailKeptUntil;
+    tail.keep(needed || recent, needed ? std::numeric_limits<std::size_t>::max() : lastSnapshotBytes);
 }
 
 void ServerSession::Impl::announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now) {

@@ -217,6 +217,7 @@ struct ServerSession::Impl {
     TimePoint knownUntil{};  ///< deadlines are judged as of this instant: the last look without grace
     TimePoint nextHeartbeat{};
     TimePoint tailKeptUntil{};  ///< for who comes soon after another one
+    std::size_t lastSnapshotBytes = 0;
     bool finished = false;
     std::string finishReason;
     ServerActions out;

@@ -24,7 +24,8 @@ using Inbox = FairQueue<Event>;
 
 constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
 constexpr std::size_t kMostInARow = 256;  ///< of what hosts say, before anybody else has a turn
-constexpr Duration kLongestInARow = 20ms;
+/// Of what applications say, before the network is looked at again: the word of a host may be there.
+constexpr Duration kLongestInARow = 500us;
 constexpr Duration kLongestWait = 100ms;
 constexpr Duration kFarewell = 5s;
 
@@ -194,8 +195,8 @@ Expected<void> FrameLoop::Impl::turn() {
 /// Nobody else needs to be woken for what the network brings while this thread waits.
 void FrameLoop::Impl::await(TimePoint until) {
     const TimePoint now = Clock::now();
-    if (until <= now || inbox.any(Inbox::Rank::kFirst) || inbox.any(Inbox::Rank::kOther, mayServe)) return;
-    if (!peers.attend(until)) inbox.waitForNews(until - now);
+    if (inbox.any(Inbox::Rank::kFirst) || inbox.any(Inbox::Rank::kOther, mayServe)) until = now;
+    if (!peers.attend(until) && until > now) inbox.waitForNews(until - now);
 }
 
 /// One event; false where there is none.

@@ -24,8 +24,11 @@ ServerActions ImageRequests::imageReceived(const server_action::ImageReceived& r
     const auto tile = std::ranges::find(open->second.awaited, received.image.tile);
     if (tile == open->second.awaited.end()) return {};
     open->second.awaited.erase(tile);
-    open->second.answer.tiles.push_back(
-        {.tile = received.image.tile, .host = received.host, .frame = received.image.frame, .png = received.image.png});
+    if (received.image.png.empty())
+        open->second.answer.missing.push_back(received.image.tile);  // a host that draws nothing
+    else
+        open->second.answer.tiles.push_back(
+            {.tile = received.image.tile, .host = received.host, .frame = received.image.frame, .png = received.image.png});
     return open->second.awaited.empty() ? finish(open) : ServerActions{};
 }
 

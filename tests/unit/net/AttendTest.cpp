@@ -147,6 +147,25 @@ TEST(Attend, OrderStaysWhoeverWrites) {
     EXPECT_EQ(client->queuedBytes(link), 0u);
 }
 
+TEST(Attend, AGlanceReadsWhatIsThereWithoutWaiting) {
+    Peer server;
+    Attendant client;
+    client->connect({"127.0.0.1", server.listen()}, 5s);
+    client.next<Opened>();
+    const LinkId accepted = server.next<Opened>().link;
+    (void)client->attend(now() + 1ms);
+    const int here = client.deliveredHere();
+    // On a loaded machine this thread may be the one that is away for too long, now and then.
+    for (int round = 0; round < 100 && client.deliveredHere() == here; ++round) {
+        const int before = client.deliveredInside() + client.deliveredHere();
+        server->send(accepted, 1, 1_epoch, share(pattern(10)));
+        const TimePoint begun = now();
+        while (client.deliveredInside() + client.deliveredHere() == before && now() < begun + test::kPatience)
+            EXPECT_TRUE(client->attend(now()));
+    }
+    EXPECT_GT(client.deliveredHere(), here);
+}
+
 TEST(Attend, LargeMessagesAreLeftToTheThreadInside) {
     Peer server;
     Attendant client;

@@ -253,6 +253,12 @@ TEST_F(RenderHostTest, WithoutASurfaceTakesPartInEveryFrameAndHasNoPictures) {
     // And then at once, as any host does it whose pictures stay.
     EXPECT_TRUE(host_->again({Attempt{1}, work::Draw{beginOf(1_frame)}}));
     EXPECT_TRUE(host_->again({Attempt{1}, work::Show{1_frame}}));
+    // Whoever asks for pictures hears at once that there are none.
+    ASSERT_TRUE(perform(work::SendImages{{.request = 9, .frame = 5_frame}}));
+    const auto image = next<outcome::Image>();
+    ASSERT_TRUE(image);
+    EXPECT_EQ(image->image.request, 9u);
+    EXPECT_TRUE(image->image.png.empty());
     EXPECT_FALSE(perform(work::Finish{}));
     EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/tiles"));
 }

@@ -49,6 +49,21 @@ TEST(ListTail, ForgetsTheOldestBeyondItsBounds) {
     }
 }
 
+TEST(ListTail, KeepsNoMoreThanIsWanted) {
+    ListTail tail(10, 1000);
+    tail.startAt(5_seq, 105_hash);
+    tail.keep(true, 100);
+    for (std::uint64_t sequence = 6; sequence < 10; ++sequence) tail.append(listOf(sequence, 40));
+    EXPECT_EQ(tail.lists().size(), 2u);
+    tail.keep(true);
+    for (std::uint64_t sequence = 10; sequence < 14; ++sequence) tail.append(listOf(sequence, 40));
+    EXPECT_EQ(tail.lists().size(), 6u);
+    tail.keep(true, 50);
+    EXPECT_EQ(tail.lists().size(), 1u);
+    EXPECT_TRUE(tail.covers(12_seq));
+    EXPECT_FALSE(tail.covers(11_seq));
+}
+
 TEST(ListTail, AListAboveTheBoundIsNotKeptAtAll) {
     ListTail tail(10, 100);
     tail.startAt(5_seq, 105_hash);
