@@ -28,6 +28,7 @@ struct Arguments {
     std::string camera;
     std::string report;
     std::string record;
+    std::string journal;
     unsigned threads = 1;
     bool progress = false;
     bool allowUnconfined = false;
@@ -68,6 +69,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.camera = arguments.camera;
     options.reportPath = arguments.report;
     options.recordPath = arguments.record;
+    options.journalPath = arguments.journal;
     options.threads = arguments.threads;
     options.onListening = [](const Address& bound) {
         fmt::print("tessera-server: listening on {}\n", toString(bound));
@@ -122,6 +124,7 @@ int main(int argc, char** argv) {
     app.add_option("--camera", arguments.camera, "Node of the camera to use")->type_name("NODE");
     app.add_option("--report", arguments.report, "Write report.json here at the end")->type_name("FILE");
     app.add_option("--record", arguments.record, "Write what happens here, for tessera-replay")->type_name("FILE");
+    app.add_option("--journal", arguments.journal, "Keep what is done here; the same command goes on\nfrom it")->type_name("DIR");
     app.add_option("--threads", arguments.threads, "Of the collision pipeline (1)")
         ->type_name("N")
         ->check(CLI::Range(1, 256));

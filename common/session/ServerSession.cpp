@@ -44,7 +44,7 @@ std::string_view nameOf(FaultKind kind) {
 }
 
 ServerSession::Impl::Impl(ServerSessionConfig c)
-    : config(std::move(c)), barrier(config.sync), tail(config.maxTailLists, config.maxTailBytes) {
+    : config(std::move(c)), barrier(config.sync, config.firstFrame), tail(config.maxTailLists, config.maxTailBytes) {
     for (const std::string& name : config.hosts) {
         TESSERA_CHECK(!findHost(name), "every host of a wall has a name of its own");
         hosts.push_back({.name = name});

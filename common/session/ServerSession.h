@@ -39,6 +39,7 @@ struct ServerSessionConfig {
     std::vector<std::string> hosts;  ///< every host of the wall
     SyncPolicy sync;
     Epoch epoch{1};
+    FrameNumber firstFrame;  ///< a server that goes on from another one's frames begins with a later one
     std::uint64_t schema = 0;
     ByteSlice configuration;  ///< handed out in Welcome
     /// A token that nobody else can guess. Tests that repeat themselves have a source of their own.

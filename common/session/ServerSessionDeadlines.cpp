@@ -95,7 +95,7 @@ TimePoint ServerSession::Impl::nextDeadline() const {
         if (!announcement.awaited.empty()) next = std::min(next, announcement.fetching.deadline(config.blobDeadline));
     next = std::max(next, graceUntil);
     if (anybody) next = std::min(next, nextHeartbeat);
-    if (!barrier.nextFrame() && !barrier.open()) {
+    if (barrier.nextFrame() == config.firstFrame && !barrier.open()) {
         const TimePoint start = *startedAt + config.sync.startDeadline;
         if (!lastAdvance || *lastAdvance < start) next = std::min(next, start);
     }

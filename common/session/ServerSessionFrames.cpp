@@ -10,7 +10,7 @@ constexpr std::size_t kFewBytes = 64 * 1024;
 
 bool ServerSession::Impl::mayBegin(TimePoint now) const {
     if (!barrier.mayBegin()) return false;
-    if (barrier.nextFrame()) return true;
+    if (barrier.nextFrame() != config.firstFrame) return true;
     if (std::all_of(hosts.begin(), hosts.end(), [](const Host& host) { return host.mayEnter(); })) return true;
     return startedAt && now - *startedAt >= config.sync.startDeadline;
 }

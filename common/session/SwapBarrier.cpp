@@ -9,7 +9,7 @@ namespace {
 constexpr std::size_t kRecentFrames = 31;
 }  // namespace
 
-SwapBarrier::SwapBarrier(SyncPolicy policy) : policy_(policy) {}
+SwapBarrier::SwapBarrier(SyncPolicy policy, FrameNumber first) : policy_(policy), next_(first) {}
 
 void SwapBarrier::enter(const std::string& host) {
     Member& member = members_[host];

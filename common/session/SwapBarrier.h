@@ -23,7 +23,8 @@ namespace tessera {
 /// `SyncPolicy::frameDeadline`, but never under three times the median of the recent frames.
 class SwapBarrier {
 public:
-    explicit SwapBarrier(SyncPolicy policy);
+    /// `first`: the number of the first frame.
+    explicit SwapBarrier(SyncPolicy policy, FrameNumber first = {});
 
     /// The host takes part from the next begun frame on. Entering twice is harmless.
     void enter(const std::string& host);

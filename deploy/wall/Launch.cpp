@@ -86,6 +86,7 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     add("--samples", options.samples != 0 ? std::to_string(options.samples) : "");
     add("--camera", options.camera);
     add("--record", options.record);
+    add("--journal", options.journal);
     add("--threads", options.threads != 0 ? std::to_string(options.threads) : "");
     if (options.allowUnconfined) s.push_back("--allow-unconfined-import");
 

@@ -21,6 +21,7 @@ struct LaunchOptions {
     std::string camera;  ///< empty: the scene's, else the default one
     std::string culler;  ///< empty: the clients' default
     std::string record;  ///< the server's recording; empty: none
+    std::string journal;  ///< the server's; empty: none
     unsigned threads = 0;  ///< of the server's collision pipeline; 0: its default
     std::string output = "out";
     std::vector<std::string> assets;

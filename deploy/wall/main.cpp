@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
     app.add_option("--output", options.output, "Folder for pictures and report (out)")->type_name("DIR");
     app.add_option("--assets", options.assets, "Folders for asset://NAME")->type_name("DIR");
     app.add_option("--record", options.record, "Record the server, for tessera-replay")->type_name("FILE");
+    app.add_option("--journal", options.journal, "Keep what is done here; the same command goes on\nfrom it")->type_name("DIR");
     app.add_option("--threads", options.threads, "Of the server's collision pipeline (1)")
         ->type_name("N")
         ->check(CLI::Range(1, 256));

@@ -7,11 +7,13 @@
 #include <fmt/format.h>
 
 #include "common/base/FairQueue.h"
+#include "server/sim/AnswerGate.h"
 #include "server/sim/FrameMaker.h"
 #include "server/sim/MarkArrays.h"
 #include "server/sim/ReportFile.h"
 #include "server/sim/SessionActions.h"
 #include "server/sim/StartScene.h"
+#include "server/sim/journal/NextEpoch.h"
 
 namespace tessera {
 namespace {
@@ -19,7 +21,9 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade>;
+/// The journal has written what was awaited, or cannot.
+struct JournalProgress {};
+using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, JournalProgress>;
 using Inbox = FairQueue<Event>;
 
 constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
@@ -39,8 +43,11 @@ std::string join(const std::vector<std::string>& names) {
 
 struct FrameLoop::Impl {
     Impl(ServerOptions o, Log& l);
-    // Whoever still delivers must not wait for room.
-    ~Impl() { inbox.close(); }
+    // Whoever still delivers must not wait for room. The journal writes what is left while there is somebody to wake.
+    ~Impl() {
+        inbox.close();
+        if (opened) opened->journal.reset();
+    }
 
     Expected<void> run();
     Expected<void> begin();
@@ -55,7 +62,16 @@ struct FrameLoop::Impl {
     Expected<void> take(const LinkEvent& event);
     Expected<void> take(LoadFinished finished);
     Expected<void> take(SnapshotMade made);
+    Expected<void> take(JournalProgress) { return {}; }  // each turn looks
     void sceneIsThere();
+    [[nodiscard]] Expected<Journal::Opened> openJournal();
+    [[nodiscard]] Expected<void> goOnFromJournal();
+    [[nodiscard]] ServerSessionConfig sessionConfig() const;
+    [[nodiscard]] Journal* journal() const { return opened ? opened->journal.get() : nullptr; }
+    [[nodiscard]] std::optional<Error> trouble() const { return journal() ? journal()->trouble() : std::nullopt; }
+    /// Keeps the replies in it until the journal has what it has been handed.
+    [[nodiscard]] ServerActions untilWritten(ServerActions told);
+    void openGate();
 
     [[nodiscard]] bool mayBegin(TimePoint now) const;
     [[nodiscard]] bool frameIsDue(TimePoint now) const {
@@ -73,6 +89,9 @@ struct FrameLoop::Impl {
     Inbox inbox;
     std::function<bool(Inbox::Source)> mayServe = [this](Inbox::Source source) { return peers.mayServe(LinkId{source}); };
     BlobStore blobs;
+    /// Before all that its epoch is told to. Without --journal both are empty.
+    Expected<Journal::Opened> opened;
+    AnswerGate gate;
     Simulation simulation;
     ViewSource view;
     Report report;
@@ -105,13 +124,14 @@ void FrameLoop::stop() {
 FrameLoop::Impl::Impl(ServerOptions o, Log& l)
     : options(std::move(o)),
       log(l),
+      opened(openJournal()),
       simulation({.threads = options.threads}),
       view(options.wall, options.camera),
       report(options.wall, join(options.scenes)),
-      maker({.simulation = simulation, .view = view, .blobs = blobs, .report = report, .log = log}),
+      maker({.simulation = simulation, .view = view, .blobs = blobs, .report = report, .log = log, .journal = journal()}),
       pacing(options.rateHz),
       startScene(options.scenes),
-      peers(sessionConfigOf(options.wall), blobs,
+      peers(sessionConfig(), blobs,
             [this](LinkEvent event) {
                 const LinkId link = linkOf(event);
                 inbox.push(link.value, std::move(event));
@@ -130,7 +150,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .session = peers.session(),
             .simulation = simulation,
             .view = view,
-            .loader = loader}),
+            .loader = loader,
+            .editsRefused = [this] { return trouble(); }}),
       actions({.peers = peers,
                .pacing = pacing,
                .snapshots = snapshots,
@@ -140,8 +161,31 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                .log = log,
                .onReleased = [this](std::uint64_t frames) {
                    if (options.onProgress) options.onProgress(frames, options.frames);
-               }}) {
+               },
+               .onAnswered =
+                   [this](ServerActions told) {
+                       // What was said about the view is not in a frame yet.
+                       return journal() && journal()->viewIs(view) ? untilWritten(std::move(told)) : told;
+                   },
+               .onEpochRaised =
+                   [this](Epoch epoch) {
+                       if (journal()) journal()->epochRaised(epoch);
+                   }}) {
     inbox.setRank(kOurselves, Inbox::Rank::kFirst);
+}
+
+Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
+    if (options.journalPath.empty()) return Journal::Opened();
+    return Journal::open({.folder = options.journalPath, .scenes = options.scenes}, blobs, log, [this] {
+        if (inbox.push(kOurselves, JournalProgress{})) peers.wake();
+    });
+}
+
+ServerSessionConfig FrameLoop::Impl::sessionConfig() const {
+    if (!journal()) return sessionConfigOf(options.wall, nextEpoch({}, std::chrono::system_clock::now()));
+    ServerSessionConfig config = sessionConfigOf(options.wall, journal()->epoch());
+    config.firstFrame = opened->state.nextFrame;
+    return config;
 }
 
 Expected<void> FrameLoop::Impl::run() {
@@ -156,8 +200,14 @@ Expected<void> FrameLoop::Impl::run() {
 }
 
 Expected<void> FrameLoop::Impl::begin() {
+    if (!opened) return tl::unexpected(opened.error());
     const Expected<std::uint16_t> port = peers.listen(options.listen);
     if (!port) return tl::unexpected(port.error());
+    if (!options.recordPath.empty() && opened->state.begun)
+        return fail(ErrorCode::kUsage,
+                    fmt::format("--record {}: a recording begins with the files of --scene; the journal {} goes on without "
+                                "them. Leave one of the two away",
+                                options.recordPath, options.journalPath));
     if (!options.recordPath.empty())
         if (Expected<void> begun = maker.record(options.recordPath, options.threads); !begun) return begun;
     actions.carryOut(marks.announce(Clock::now()));
@@ -166,8 +216,32 @@ Expected<void> FrameLoop::Impl::begin() {
     if (!bound.isLoopback())
         log.warning("the link is plain: neither encrypted nor authenticated; keep it on a network of the wall's own");
     if (options.onListening) options.onListening(bound);
+    if (opened->state.begun) return goOnFromJournal();
     if (startScene.empty()) sceneIsThere();
     return startScene.order(loader, RequestDesk::kStartScene);
+}
+
+Expected<void> FrameLoop::Impl::goOnFromJournal() {
+    JournalState& state = opened->state;
+    log.info(fmt::format("journal {}: goes on with frame {} from list {}, state {}; what --scene says is in it already",
+                         journal()->folder(), state.nextFrame.value, state.sequence.value,
+                         toHex(state.scene.stateHash())));
+    const Expected<CommittedFrame> there = maker.goOnFrom(std::move(state));
+    if (!there) return tl::unexpected(there.error());
+    snapshots.follow(*there);
+    sceneIsThere();
+    return {};
+}
+
+ServerActions FrameLoop::Impl::untilWritten(ServerActions told) {
+    if (!journal()) return told;
+    return gate.pass(std::move(told), journal()->handed());
+}
+
+void FrameLoop::Impl::openGate() {
+    if (gate.awaited() == 0) return;
+    actions.carryOut(gate.open(journal()->written(), trouble()));
+    if (gate.awaited() > 0) journal()->tellWhen(gate.awaited());
 }
 
 /// Waits for what happens next. Hosts, whom frames wait for, are heard first; then frames and deadlines are due; what
@@ -189,6 +263,7 @@ Expected<void> FrameLoop::Impl::turn() {
     }
     lookAtTheClock(Clock::now());
     if (const TimePoint now = Clock::now(); frameIsDue(now)) makeFrame(now);
+    openGate();
     return {};
 }
 
@@ -224,6 +299,10 @@ void FrameLoop::Impl::lookAtTheClock(TimePoint now) {
 }
 
 Expected<void> FrameLoop::Impl::end() {
+    if (journal()) {
+        journal()->ends(peers.session().nextFrame());
+        report.journal(journal()->folder(), journal()->writtenBytes(), trouble());
+    }
     if (!options.reportPath.empty())
         if (Expected<void> written = writeReport(options.reportPath, report.toJson(simulation.scene())); !written)
             return written;
@@ -284,7 +363,7 @@ TimePoint FrameLoop::Impl::nextWake(TimePoint now) const {
 
 void FrameLoop::Impl::makeFrame(TimePoint now) {
     const FrameNumber number = peers.session().nextFrame();
-    if (number == FrameNumber(0))
+    if (pacing.framesReleased() == 0)
         if (const std::vector<std::string> missing = peers.session().missing(); !missing.empty())
             log.warning(fmt::format("starting without: {}", join(missing)));
     FrameMaker::Made made = maker.make(number, desk.takeEdits(), desk.takeReplies());
@@ -293,7 +372,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
     pacing.began(now);
     actions.carryOut(peers.session().beginFrame(made.content, now));
     actions.carryOut(marks.named(made.result.commit.sent->blobs, Clock::now()));
-    actions.carryOut(desk.committed(std::move(made.result), number, simulation.openQuestions()));
+    actions.carryOut(untilWritten(desk.committed(std::move(made.result), number, simulation.openQuestions())));
 }
 
 /// Lets everybody show the last frame, tells them that the show is over, and waits until they have gone.
@@ -301,6 +380,7 @@ void FrameLoop::Impl::sayGoodbye() {
     const TimePoint deadline = Clock::now() + kFarewell;
     bool told = false;
     while (Clock::now() < deadline && (!told || peers.connectionCount() > 0)) {
+        openGate();
         if (!told && (lastFrameShown() || Clock::now() > deadline - kFarewell / 2)) {
             actions.carryOut(peers.session().finish("the show is over"));
             told = true;

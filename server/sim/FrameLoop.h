@@ -24,6 +24,7 @@ struct ServerOptions {
     std::string camera;        ///< node path; empty: the first enabled camera
     std::string reportPath;    ///< empty: no report
     std::string recordPath;    ///< empty: no recording
+    std::string journalPath;   ///< empty: no journal
     unsigned threads = 1;      ///< of the collision pipeline; what comes out does not depend on it
     std::function<void(std::uint64_t done, std::uint64_t total)> onProgress;  ///< may be empty
     std::function<void(const Address&)> onListening;
@@ -36,8 +37,8 @@ public:
     FrameLoop(ServerOptions options, Log& log);
     ~FrameLoop();
 
-    /// Returns when all frames have been shown or `stop` was called. Errors: cannot listen, a recording that
-    /// cannot be begun, a scene that cannot be read, a camera that is not there, no frame shown although some were asked for.
+    /// Returns when all frames have been shown or `stop` was called. Errors: cannot listen, a recording or a
+    /// journal that cannot be begun, a scene that cannot be read, a camera that is not there, no frame shown although some were asked for.
     [[nodiscard]] Expected<void> run();
     /// From any thread or signal handler's thread: ends the show after the open frame.
     void stop();

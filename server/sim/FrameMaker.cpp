@@ -19,7 +19,29 @@ Expected<CommittedFrame> FrameMaker::load(std::vector<ChangeList> lists) {
     Expected<CommittedFrame> loaded = around_.simulation.load(std::move(lists));
     if (!loaded) return tl::unexpected(loaded.error());
     if (recording_) recording_->started(*loaded);
+    if (around_.journal) around_.journal->started(*loaded);
     for (const Blob& blob : loaded->list ? blobsOf(*loaded->list) : std::vector<Blob>()) around_.blobs.add(blob);
+    if (const Expected<void> there = sceneIsThere(); !there) return tl::unexpected(there.error());
+    return loaded;
+}
+
+Expected<CommittedFrame> FrameMaker::goOnFrom(JournalState state) {
+    if (state.view) around_.view.goOnFrom(*state.view);
+    around_.simulation.goOnFrom({.scene = std::move(state.scene),
+                                 .sequence = state.sequence,
+                                 .history = std::move(state.history),
+                                 .display = std::move(state.display)});
+    const Aspect& scene = around_.simulation.scene();
+    auto whole = std::make_shared<const ChangeList>(snapshot(scene));
+    // Whoever joins fetches them by name, those that ranges have made too.
+    for (const Blob& blob : blobsOf(*whole)) around_.blobs.add(blob);
+    if (const Expected<void> there = sceneIsThere(); !there) return tl::unexpected(there.error());
+    return CommittedFrame{
+        .sent = share(CommittedList{.sequence = around_.simulation.sequence(), .stateHash = scene.stateHash()}),
+        .list = std::move(whole)};
+}
+
+Expected<void> FrameMaker::sceneIsThere() {
     const SceneCounts counts = countScene(around_.simulation.scene());
     around_.log.info(fmt::format("scene: {} nodes, {} cores, {} triangles ({} stored)", counts.nodes, counts.cores,
                                  counts.triangles, counts.trianglesStored));
@@ -27,7 +49,7 @@ Expected<CommittedFrame> FrameMaker::load(std::vector<ChangeList> lists) {
     const Expected<View> first = around_.view.view(around_.simulation.scene());
     if (!first) return tl::unexpected(first.error());
     lastView_ = *first;
-    return loaded;
+    return {};
 }
 
 FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies) {
@@ -38,6 +60,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     FrameResult frame = around_.simulation.step(first, std::move(edits), replies);
     if (frame.commit.list) hold(number, *frame.commit.list);
     if (recording_) recording_->frameDone(number, frame);
+    if (around_.journal) around_.journal->frameDone(number, frame, around_.simulation.display());
     around_.report.frameCommitted(frame);
 
     if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
@@ -46,6 +69,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     } else if (!std::exchange(cameraComplaint_, true)) {
         around_.log.warning(view.error().message + "; the view stays where it was");
     }
+    if (around_.journal) around_.journal->viewIs(around_.view);
     FrameContent content{.frame = number,
                          .payload = encodeFrame({.view = lastView_, .collision = numbersOf(frame.collision)}),
                          .list = frame.commit.sent};

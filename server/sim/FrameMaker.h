@@ -10,6 +10,7 @@
 #include "common/session/ServerSession.h"
 #include "server/sim/Report.h"
 #include "server/sim/frame/ViewSource.h"
+#include "server/sim/journal/Journal.h"
 #include "server/sim/recording/RecordingWriter.h"
 
 namespace tessera {
@@ -25,6 +26,7 @@ public:
         BlobStore& blobs;
         Report& report;
         Log& log;
+        Journal* journal = nullptr;  ///< null: none is kept
     };
     explicit FrameMaker(const Surroundings& around) : around_(around) {}
 
@@ -34,6 +36,9 @@ public:
     /// command line, found before anybody draws.
     [[nodiscard]] Expected<CommittedFrame> load(std::vector<ChangeList> lists);
 
+    /// The scene that a journal has, instead of loading one; it is returned as one list. Fails where the named camera is not there.
+    [[nodiscard]] Expected<CommittedFrame> goOnFrom(JournalState state);
+
     struct Made {
         FrameResult result;
         FrameContent content;
@@ -41,6 +46,7 @@ public:
     [[nodiscard]] Made make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies);
 
 private:
+    [[nodiscard]] Expected<void> sceneIsThere();
     /// Whoever is handed a list may ask for the arrays that it names, though a later part of it, or a later frame, has
     /// replaced them in the scene.
     void hold(FrameNumber frame, const ChangeList& list);

@@ -13,18 +13,11 @@ constexpr std::uint32_t kMaxChunkBytes = 1024 * 1024;
 
 }  // namespace
 
-Epoch nextEpoch(Epoch last, std::chrono::system_clock::time_point now) {
-    // Without a memory of the last one, nanoseconds since 1970 are higher than those of any start before, unless the
-    // clock went back; then a host tells (ServerSession::epoch).
-    const auto sinceThen = std::chrono::duration_cast<std::chrono::nanoseconds>(now.time_since_epoch()).count();
-    return std::max(last.next(), Epoch(static_cast<std::uint64_t>(std::max<std::int64_t>(sinceThen, 1))));
-}
-
-ServerSessionConfig sessionConfigOf(const Wall& wall, Epoch last) {
+ServerSessionConfig sessionConfigOf(const Wall& wall, Epoch epoch) {
     ServerSessionConfig config;
     for (const WallHost& host : wall.hosts) config.hosts.push_back(host.name);
     config.sync = wall.sync;
-    config.epoch = nextEpoch(last, std::chrono::system_clock::now());
+    config.epoch = epoch;
     config.schema = schemaHash();
     config.configuration = share(encodeWall(wall));
     return config;

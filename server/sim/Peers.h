@@ -14,11 +14,8 @@
 
 namespace tessera {
 
-/// Of a server that starts now: above `last`, the highest that is remembered of its wall (zero: none), even where the
-/// clock went back meanwhile.
-[[nodiscard]] Epoch nextEpoch(Epoch last, std::chrono::system_clock::time_point now);
-/// Of a server that starts now, with this wall. `last`: see nextEpoch.
-[[nodiscard]] ServerSessionConfig sessionConfigOf(const Wall& wall, Epoch last = {});
+/// Of a server that starts, with this wall and epoch (journal/NextEpoch.h).
+[[nodiscard]] ServerSessionConfig sessionConfigOf(const Wall& wall, Epoch epoch);
 
 /// Owns transport and session. All members are for the frame thread; network events reach it through the `deliver`
 /// function, which is called on the network thread (or here, in `attend`) and hands them over (a channel), and come

@@ -113,6 +113,11 @@ void Report::frameBegins() {
 }
 
 void Report::fault(const server_action::Fault& action) {
+    // The first say how it began, the last how it is.
+    if (faults_.size() == kFirstFaults + kLastFaults) {
+        faults_.erase(faults_.begin() + kFirstFaults);
+        ++faultsLeftOut_;
+    }
     faults_.push_back({.frame = action.frame,
                        .host = action.host,
                        .kind = std::string(nameOf(action.kind)),
@@ -138,6 +143,10 @@ void Report::mismatch(const std::string& host, const std::string& object) {
         row->detail = object;
         break;
     }
+}
+
+void Report::journal(const std::string& folder, std::uint64_t bytes, const std::optional<Error>& trouble) {
+    journal_ = {.folder = folder, .bytes = bytes, .trouble = trouble ? trouble->message : std::string()};
 }
 
 std::string Report::toJson(const Aspect& scene) const {
@@ -177,6 +186,7 @@ std::string Report::toJson(const Aspect& scene) const {
                                    {"in_frustum", row.inFrustum},
                                    {"drawn", row.drawn},
                                    {"triangles_drawn", row.trianglesDrawn}});
+    report["faults_left_out"] = faultsLeftOut_;
     report["faults"] = Json::array();
     for (const FaultRow& row : faults_) {
         Json entry = {{"frame", row.frame.value}, {"host", row.host}, {"kind", row.kind}, {"detected_ms", row.detectedMs}};
@@ -184,6 +194,8 @@ std::string Report::toJson(const Aspect& scene) const {
         entry["detail"] = row.detail;
         report["faults"].push_back(entry);
     }
+    if (journal_)
+        report["journal"] = {{"folder", journal_->folder}, {"bytes", journal_->bytes}, {"trouble", journal_->trouble}};
     return report.dump(2) + "\n";
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,8 @@ struct SceneCounts {
 class Report {
 public:
     static constexpr std::size_t kMaxFrames = 1'000'000;
+    /// Of more faults those in between are left out and counted.
+    static constexpr std::size_t kFirstFaults = 100, kLastFaults = 400;
 
     Report(const Wall& wall, std::string scene);
 
@@ -48,6 +51,9 @@ public:
     void fault(const server_action::Fault& action);
     void entered(const server_action::HostEntered& action);
     void mismatch(const std::string& host, const std::string& object);
+
+    /// Where --journal is kept; `trouble` where it is not, at the end.
+    void journal(const std::string& folder, std::uint64_t bytes, const std::optional<Error>& trouble);
 
     [[nodiscard]] std::uint64_t framesShown() const { return framesShown_; }
     [[nodiscard]] std::string toJson(const Aspect& scene) const;
@@ -70,6 +76,7 @@ private:
     std::string scene_;
     std::vector<TileRow> tiles_;
     std::vector<FaultRow> faults_;
+    std::uint64_t faultsLeftOut_ = 0;  ///< between the first and the last
     std::map<std::string, std::uint64_t> lastShown_;
     std::map<std::uint64_t, std::pair<std::int64_t, std::int64_t>> swapInstants_;  ///< frame → first, last
     std::map<std::string, std::uint64_t> waitedFor_;
@@ -77,6 +84,12 @@ private:
     std::uint64_t framesShown_ = 0, worstSkew_ = 0;
     std::uint64_t lists_ = 0, changes_ = 0, bytes_ = 0, mismatches_ = 0, resnapshots_ = 0;
     CollisionReport collision_;
+    struct JournalRow {
+        std::string folder;
+        std::uint64_t bytes = 0;
+        std::string trouble;
+    };
+    std::optional<JournalRow> journal_;
 };
 
 }  // namespace tessera

@@ -76,7 +76,8 @@ ServerActions SessionActions::on(const server_action::HashesReceived& hashes) {
 }
 
 ServerActions SessionActions::on(const server_action::RequestReceived& request) {
-    return around_.desk.received(request, Clock::now());
+    ServerActions answers = around_.desk.received(request, Clock::now());
+    return around_.onAnswered ? around_.onAnswered(std::move(answers)) : answers;
 }
 
 ServerActions SessionActions::on(const server_action::ApplicationJoined& joined) {
@@ -102,6 +103,7 @@ ServerActions SessionActions::on(const server_action::EpochRaised& raised) {
         fmt::format("{} has seen a later epoch of this wall than {}, which this machine's clock gave: it is "
                     "{} now",
                     raised.host, raised.from.value, raised.to.value));
+    if (around_.onEpochRaised) around_.onEpochRaised(raised.to);
     return {};
 }
 

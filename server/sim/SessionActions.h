@@ -26,6 +26,9 @@ public:
         Report& report;
         Log& log;
         const std::function<void(std::uint64_t framesReleased)> onReleased;
+        /// What the desk says to a request passes through it on its way out; may be empty.
+        const std::function<ServerActions(ServerActions)> onAnswered = {};
+        const std::function<void(Epoch)> onEpochRaised = {};  ///< may be empty
     };
     explicit SessionActions(Surroundings around) : around_(std::move(around)) {}
 

@@ -12,6 +12,7 @@
 #include "common/codec/MessageCodec.h"
 #include "common/codec/WallCodec.h"
 #include "common/scenefile/SceneFile.h"
+#include "server/sim/journal/JournalFormat.h"
 #include "server/sim/recording/RecordingFormat.h"
 #include "tests/fuzz/HostileShow.h"
 #include "tests/unit/AnyMessage.h"
@@ -155,6 +156,43 @@ void write(const Seeds& seeds) {
     record(encodeOutcome({FrameNumber(0), {}}));
     record(encodeClosing({1}));
     seeds.add("recordings", records);
+
+    for (const bool isSnapshot : {false, true}) {
+        Bytes kept = byte(1);
+        const auto keep = [&](const JournalRecord& what) {
+            const RecordContent content = encodeJournal(what);
+            kept = kept + byte(content.kind) + lengthOf(content.bytes()) + content.bytes();
+        };
+        const auto whole = std::make_shared<const ChangeList>(snapshot(scene));
+        const auto move = std::make_shared<const ChangeList>(test::moveTo(ObjectId(2), Vec3d(1, 2, 3)));
+        for (const Blob& blob : blobsOf(*whole)) keep(journal::Array{blob});
+        keep(journal::View{{.byHand = View(), .standing = {}, .users = {}}});
+        if (isSnapshot) {
+            using Place = EditHistory::Kept::Place;
+            keep(journal::Step{.kept = {.lists = {move}, .gesture = {1, 2}}});
+            for (const Place place : {Place::kArriving, Place::kRest, Place::kDone})
+                keep(journal::Step{.kept = {.place = place, .lists = {move}, .apart = true, .made = {20, 5}}});
+            keep(journal::State{.begun = true,
+                                .nextFrame = FrameNumber(7),
+                                .sequence = Sequence(3),
+                                .stateHash = scene.stateHash(),
+                                .list = whole,
+                                .display = {}});
+        } else {
+            keep(journal::Frame{.start = true,
+                                .frame = {},
+                                .sequence = Sequence(1),
+                                .stateHash = scene.stateHash(),
+                                .list = whole,
+                                .history = {{.kind = HistoryEvent::Kind::kEdited, .inverse = move, .gesture = {1, 2}},
+                                            {.kind = HistoryEvent::Kind::kUndone, .inverse = move, .gesture = {}},
+                                            {.kind = HistoryEvent::Kind::kPartArrived, .inverse = move, .made = {20, 5}},
+                                            {.kind = HistoryEvent::Kind::kPartsTakenAway, .inverse = nullptr}},
+                                .display = std::vector<ObjectId>{ObjectId(1)}});
+            keep(journal::Frames{FrameNumber(64)});
+        }
+        seeds.add("journals", kept);
+    }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "server/sim/commit/Committer.h"
 
+#include <algorithm>
 #include <map>
 #include <new>
 #include <unordered_map>
@@ -167,6 +168,15 @@ std::size_t Committer::nodesAfter(const ChangeList& list) const {
     for (const ObjectId id : list.destructions)
         if (scene_.get<Node>(id) || created.contains(id)) --nodes;
     return nodes;
+}
+
+void Committer::goOnFrom(Aspect scene, Sequence sequence) {
+    TESSERA_CHECK(!sequence_ && open_.empty(), "only a fresh committer goes on from another's scene");
+    scene_ = std::move(scene);
+    sequence_ = sequence;
+    nextId_ = std::max(nextId_, scene_.nextFreeId());
+    const std::vector<ObjectId> ids = scene_.ids();
+    nodes_ = static_cast<std::size_t>(std::ranges::count_if(ids, [&](ObjectId id) { return scene_.get<Node>(id); }));
 }
 
 CommittedFrame Committer::closeFrame() {

@@ -1,6 +1,7 @@
 /// The single writer: numbers objects and lists.
 #pragma once
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -39,12 +40,17 @@ public:
     [[nodiscard]] Expected<Applied> apply(ChangeList list, Inverse inverse = Inverse::kNone);
     /// Ids in a row, for objects that come in several lists. Nobody else is given them.
     [[nodiscard]] ObjectId reserveIds(std::uint64_t count);
+    /// New objects have ids from this one on.
+    void skipIds(ObjectId upTo) { nextId_ = std::max(nextId_, upTo.value); }
     /// As apply, with reserved ids: kFirstPlaceholder + i becomes first + i, for i below `count`. `Applied::ids` stays empty.
     [[nodiscard]] Expected<Applied> applyReserved(ChangeList list, ObjectId first, std::uint64_t count,
                                                   Inverse inverse = Inverse::kNone);
     /// As apply, for lists that bring back old ids (inverses). Refused with kRefused, and worth another try in the next
     /// frame, when such an id was destroyed in this very frame.
     [[nodiscard]] Expected<Applied> applyInverse(ChangeListPtr list, Inverse inverse = Inverse::kNone);
+
+    /// Goes on from a scene that lists up to `sequence` have made. Only of one that has committed nothing.
+    void goOnFrom(Aspect scene, Sequence sequence);
 
     /// Ends the frame.
     [[nodiscard]] CommittedFrame closeFrame();

@@ -28,12 +28,96 @@ std::uint64_t memoryOf(const ChangeList& list) {
     return bytes;
 }
 
+void EditHistory::edited(ChangeList inverse, Gesture gesture) {
+    happen({.kind = HistoryEvent::Kind::kEdited, .inverse = std::make_shared<const ChangeList>(std::move(inverse)), .gesture = gesture});
+}
+void EditHistory::partArrived(ChangeList inverse, IdRange made) {
+    happen({.kind = HistoryEvent::Kind::kPartArrived, .inverse = std::make_shared<const ChangeList>(std::move(inverse)), .made = made});
+}
+void EditHistory::partsWhole() {
+    happen({.kind = HistoryEvent::Kind::kPartsWhole, .inverse = nullptr});
+}
+void EditHistory::partsTakenAway() {
+    happen({.kind = HistoryEvent::Kind::kPartsTakenAway, .inverse = nullptr});
+}
+void EditHistory::undone(ChangeList inverse) {
+    happen(HistoryEvent::Kind::kUndone, std::move(inverse));
+}
+void EditHistory::redone(ChangeList inverse) {
+    happen(HistoryEvent::Kind::kRedone, std::move(inverse));
+}
+void EditHistory::partDone(ChangeList inverse) {
+    happen(HistoryEvent::Kind::kPartDone, std::move(inverse));
+}
+void EditHistory::partRefused() {
+    happen({.kind = HistoryEvent::Kind::kPartRefused, .inverse = nullptr});
+}
+
+void EditHistory::happen(HistoryEvent::Kind kind, ChangeList inverse) {
+    happen({.kind = kind, .inverse = std::make_shared<const ChangeList>(std::move(inverse))});
+}
+
+void EditHistory::happen(HistoryEvent event) {
+    carryOut(event);
+    happened_.push_back(std::move(event));
+}
+
+bool EditHistory::take(const HistoryEvent& event) {
+    using enum HistoryEvent::Kind;
+    if (hasInverse(event.kind) != (event.inverse != nullptr)) return false;
+    const auto canHappen = [&] {
+        switch (event.kind) {
+            case kEdited:
+                return true;
+            case kUndone:
+                return !moving_ && undoList() != nullptr;
+            case kRedone:
+                return !moving_ && redoList() != nullptr;
+            case kPartArrived:
+                return !arriving_ || arriving_->made == event.made;
+            case kPartsWhole:
+                return arriving_.has_value();
+            case kPartsTakenAway:
+                return arriving_ && !moving_;
+            case kPartDone:
+            case kPartRefused:
+                return moving_.has_value();
+        }
+        return false;
+    };
+    if (!canHappen()) return false;
+    carryOut(event);
+    return true;
+}
+
+void EditHistory::carryOut(const HistoryEvent& event) {
+    using enum HistoryEvent::Kind;
+    switch (event.kind) {
+        case kEdited:
+            return addEdit(event.inverse, event.gesture);
+        case kUndone:
+            return moveBack(event.inverse);
+        case kRedone:
+            return moveForth(event.inverse);
+        case kPartArrived:
+            return addPart(event.inverse, event.made);
+        case kPartsWhole:
+            return finishParts();
+        case kPartsTakenAway:
+            return takePartsAway();
+        case kPartDone:
+            return takePart(event.inverse);
+        case kPartRefused:
+            return turnBack();
+    }
+}
+
 void EditHistory::nothingToRedo() {
     for (Step& step : std::exchange(forth_, {})) letGo(std::move(step));
     if (moving_) moving_->dropped = true;
 }
 
-void EditHistory::edited(ChangeList inverse, Gesture gesture) {
+void EditHistory::addEdit(ChangeListPtr inverse, Gesture gesture) {
     nothingToRedo();
     Held held = hold(std::move(inverse));
     if (gesture.id == 0 || back_.empty() || back_.back().apart || back_.back().gesture != gesture) {
@@ -49,23 +133,29 @@ void EditHistory::edited(ChangeList inverse, Gesture gesture) {
     bound();
 }
 
-void EditHistory::editedInParts(std::vector<ChangeList> inverses, IdRange made) {
+void EditHistory::addPart(ChangeListPtr inverse, IdRange made) {
+    if (!arriving_) arriving_ = Step{.lists = {}, .gesture = {}, .apart = true, .made = made};
+    arriving_->lists.push_back(hold(std::move(inverse)));
+}
+
+void EditHistory::finishParts() {
+    TESSERA_CHECK(arriving_, "a step in parts has at least one");
     nothingToRedo();
-    Step step{.lists = {}, .gesture = {}, .apart = true, .made = made};
-    for (ChangeList& inverse : inverses) step.lists.push_back(hold(std::move(inverse)));
     if (!back_.empty()) back_.back().gesture = {};
-    back_.push_back(std::move(step));
+    back_.push_back(std::move(*arriving_));
+    arriving_.reset();
     bound();
 }
 
-void EditHistory::takeAway(std::vector<ChangeList> inverses, IdRange made) {
+void EditHistory::takePartsAway() {
     TESSERA_CHECK(!moving_, "one step is under way at a time");
-    if (inverses.empty()) return;
-    moving_ = StepMoving{.rest = {.lists = {}, .gesture = {}, .apart = true, .made = made},
-                     .done = {.lists = {}, .gesture = {}, .apart = true, .made = made},
-                     .forth = true,
-                     .dropped = true};
-    for (ChangeList& inverse : inverses) moving_->rest.lists.push_back(hold(std::move(inverse)));
+    if (!arriving_) return;
+    const IdRange made = arriving_->made;
+    moving_ = StepMoving{.rest = std::move(*arriving_),
+                         .done = {.lists = {}, .gesture = {}, .apart = true, .made = made},
+                         .forth = true,
+                         .dropped = true};
+    arriving_.reset();
 }
 
 ChangeListPtr EditHistory::undoList() {
@@ -92,7 +182,7 @@ std::vector<Blob> EditHistory::arraysOf(const std::deque<Step>& steps) {
     return all;
 }
 
-void EditHistory::undone(ChangeList inverse) {
+void EditHistory::moveBack(ChangeListPtr inverse) {
     if (back_.back().apart) return begin(back_, true, std::move(inverse));
     letGo(std::move(back_.back()));
     back_.pop_back();
@@ -101,7 +191,7 @@ void EditHistory::undone(ChangeList inverse) {
     bound();
 }
 
-void EditHistory::redone(ChangeList inverse) {
+void EditHistory::moveForth(ChangeListPtr inverse) {
     if (forth_.back().apart) return begin(forth_, false, std::move(inverse));
     letGo(std::move(forth_.back()));
     forth_.pop_back();
@@ -109,24 +199,24 @@ void EditHistory::redone(ChangeList inverse) {
     bound();
 }
 
-void EditHistory::begin(std::deque<Step>& from, bool forth, ChangeList inverse) {
+void EditHistory::begin(std::deque<Step>& from, bool forth, ChangeListPtr inverse) {
     TESSERA_CHECK(!moving_, "one step is under way at a time");
     moving_ = StepMoving{.rest = std::move(from.back()),
                      .done = {.lists = {}, .gesture = {}, .apart = true, .made = from.back().made},
                      .forth = forth};
     from.pop_back();
     if (!back_.empty()) back_.back().gesture = {};
-    partDone(std::move(inverse));
+    takePart(std::move(inverse));
 }
 
-void EditHistory::partDone(ChangeList inverse) {
+void EditHistory::takePart(ChangeListPtr inverse) {
     bytes_ -= moving_->rest.lists.back().bytes;
     moving_->rest.lists.pop_back();
     if (!moving_->dropped || !moving_->forth) moving_->done.lists.push_back(hold(std::move(inverse)));
     if (moving_->rest.lists.empty()) arrive();
 }
 
-void EditHistory::partRefused() {
+void EditHistory::turnBack() {
     const bool leadsBack = !moving_->turned && !(moving_->dropped && moving_->forth) && !moving_->done.lists.empty();
     if (!leadsBack) {
         letGo(std::move(moving_->rest));
@@ -147,10 +237,66 @@ void EditHistory::arrive() {
     bound();
 }
 
-EditHistory::Held EditHistory::hold(ChangeList list) {
-    const std::uint64_t bytes = memoryOf(list);
+EditHistory::Kept EditHistory::kept(const Step& step, Kept::Place place) {
+    Kept one{.place = place, .lists = {}, .gesture = step.gesture, .apart = step.apart, .made = step.made};
+    for (const Held& held : step.lists) one.lists.push_back(held.list);
+    return one;
+}
+
+std::vector<EditHistory::Kept> EditHistory::kept() const {
+    std::vector<Kept> all;
+    for (const Step& step : back_) all.push_back(kept(step, Kept::Place::kUndo));
+    for (const Step& step : forth_) all.push_back(kept(step, Kept::Place::kRedo));
+    if (arriving_) all.push_back(kept(*arriving_, Kept::Place::kArriving));
+    if (moving_) {
+        Kept& rest = all.emplace_back(kept(moving_->rest, Kept::Place::kRest));
+        rest.forth = moving_->forth;
+        rest.dropped = moving_->dropped;
+        rest.turned = moving_->turned;
+        all.push_back(kept(moving_->done, Kept::Place::kDone));
+    }
+    return all;
+}
+
+bool EditHistory::keep(Kept kept) {
+    using Place = Kept::Place;
+    const bool mayBeEmpty = kept.place == Place::kDone;
+    const bool isPart = kept.place != Place::kUndo && kept.place != Place::kRedo;
+    if ((kept.lists.empty() && !mayBeEmpty) || (isPart && !kept.apart)) return false;
+    if (kept.place == Place::kArriving && arriving_) return false;
+    if (kept.place == Place::kRest && moving_) return false;
+    if (kept.place == Place::kDone && (!moving_ || !moving_->done.lists.empty())) return false;
+    Step step{.lists = {}, .gesture = kept.gesture, .apart = kept.apart, .made = kept.made};
+    for (ChangeListPtr& list : kept.lists) step.lists.push_back(hold(std::move(list)));
+    switch (kept.place) {
+        case Place::kUndo:
+            back_.push_back(std::move(step));
+            break;
+        case Place::kRedo:
+            forth_.push_back(std::move(step));
+            break;
+        case Place::kArriving:
+            arriving_ = std::move(step);
+            break;
+        case Place::kRest:
+            moving_ = StepMoving{.rest = std::move(step),
+                                 .done = {.lists = {}, .gesture = {}, .apart = true, .made = kept.made},
+                                 .forth = kept.forth,
+                                 .dropped = kept.dropped,
+                                 .turned = kept.turned};
+            break;
+        case Place::kDone:
+            moving_->done = std::move(step);
+            break;
+    }
+    bound();
+    return true;
+}
+
+EditHistory::Held EditHistory::hold(ChangeListPtr list) {
+    const std::uint64_t bytes = memoryOf(*list);
     bytes_ += bytes;
-    return {std::make_shared<const ChangeList>(std::move(list)), bytes};
+    return {std::move(list), bytes};
 }
 
 void EditHistory::letGo(Step step) {
@@ -173,7 +319,7 @@ bool EditHistory::mergeLast(Step& step) {
     if (one.size() != 1) return false;
     bytes_ -= newer.bytes + older.bytes;
     lists.pop_back();
-    lists.back() = hold(std::move(one.front()));
+    lists.back() = hold(std::make_shared<const ChangeList>(std::move(one.front())));
     return true;
 }
 

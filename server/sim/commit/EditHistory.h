@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "common/change/ChangeList.h"
@@ -18,8 +19,33 @@ struct Gesture {
 /// Ids in a row.
 struct IdRange {
     std::uint64_t first = 0, count = 0;
+    [[nodiscard]] std::uint64_t end() const { return first + count; }
     [[nodiscard]] bool contains(ObjectId id) const { return id.value - first < count; }
+    bool operator==(const IdRange&) const = default;
 };
+
+/// One thing that happened to a history, as a value: the same events lead to the same history.
+struct HistoryEvent {
+    enum class Kind : std::uint8_t {
+        kEdited,
+        kUndone,
+        kRedone,
+        kPartArrived,
+        kPartsWhole,
+        kPartsTakenAway,
+        kPartDone,
+        kPartRefused,
+    };
+    Kind kind = Kind::kEdited;
+    ChangeListPtr inverse;  ///< null where the kind has none
+    Gesture gesture = {};   ///< of an edit
+    IdRange made = {};      ///< of a part that arrived: what all of them create
+};
+/// The list that leads back belongs to it.
+[[nodiscard]] constexpr bool hasInverse(HistoryEvent::Kind kind) {
+    using enum HistoryEvent::Kind;
+    return kind != kPartsWhole && kind != kPartsTakenAway && kind != kPartRefused;
+}
 
 /// Inverses of the edits of people and applications. Bounded in steps and in the memory that their lists hold; of what is too
 /// much the oldest goes, the newest step stays however large it is. Not thread-safe.
@@ -35,13 +61,24 @@ public:
     EditHistory() : EditHistory(Limits()) {}
     explicit EditHistory(const Limits& limits) : limits_(limits) {}
 
+    /// What was called, in order, since it was last asked.
+    [[nodiscard]] std::vector<HistoryEvent> happened() { return std::exchange(happened_, {}); }
+    /// The same once more, as a history that follows another one does; it says nothing of it itself. False, and nothing done: it
+    /// cannot happen to this history.
+    bool take(const HistoryEvent& event);
+
     /// A new edit, by the list that leads back from it. Nothing can be done again after it.
     void edited(ChangeList inverse, Gesture gesture = {});
 
-    /// The same for an edit that came in several lists, in their order: one step. `made`: what it has created.
-    void editedInParts(std::vector<ChangeList> inverses, IdRange made);
+    /// The same for an edit that comes in several lists, in their order. `made`: what all of them create.
+    void partArrived(ChangeList inverse, IdRange made);
+    /// Those that have arrived are one step.
+    void partsWhole();
     /// What has come of an edit that cannot be finished: led back part by part, and forgotten. No step may be under way.
-    void takeAway(std::vector<ChangeList> inverses, IdRange made);
+    void partsTakenAway();
+    /// Parts have arrived that are no step yet.
+    [[nodiscard]] bool arriving() const { return arriving_.has_value(); }
+    [[nodiscard]] IdRange idsArriving() const { return arriving_ ? arriving_->made : IdRange(); }
 
     /// Steps that are whole; one that is under way counts in neither direction.
     [[nodiscard]] std::size_t undoDepth() const { return back_.size(); }
@@ -70,6 +107,26 @@ public:
     /// Gives memory of forgotten steps back, some at a time: a large one takes longer than a frame. Call once a frame.
     void sweep();
 
+    /// A step as it is kept elsewhere: its lists in the order in which they were made.
+    struct Kept {
+        /// Those of one under way are apart: what is left of it, and what leads back from what was done.
+        enum class Place : std::uint8_t { kUndo, kRedo, kArriving, kRest, kDone };
+        Place place = Place::kUndo;
+        std::vector<ChangeListPtr> lists;
+        Gesture gesture = {};
+        bool apart = false;
+        IdRange made = {};
+        bool forth = false, dropped = false, turned = false;  ///< of kRest
+    };
+    /// All steps in the order in which they can be put together again.
+    [[nodiscard]] std::vector<Kept> kept() const;
+    /// Adds a step to a history that is put together again. False, and nothing done: it is no step, or in the wrong place.
+    bool keep(Kept step);
+    /// The next edit begins a new step, whatever gesture it names.
+    void endGesture() {
+        if (!back_.empty()) back_.back().gesture = {};
+    }
+
     /// Memory held, as it is counted.
     [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
@@ -92,20 +149,34 @@ private:
         bool dropped = false;  ///< unless somebody has edited meanwhile
         bool turned = false;   ///< it was refused midway
     };
+    void happen(HistoryEvent::Kind kind, ChangeList inverse);
+    void happen(HistoryEvent event);
+    void carryOut(const HistoryEvent& event);
+    void addEdit(ChangeListPtr inverse, Gesture gesture);
+    void addPart(ChangeListPtr inverse, IdRange made);
+    void finishParts();
+    void takePartsAway();
+    void moveBack(ChangeListPtr inverse);
+    void moveForth(ChangeListPtr inverse);
+    void takePart(ChangeListPtr inverse);
+    void turnBack();
     void nothingToRedo();
-    [[nodiscard]] Held hold(ChangeList list);
+    [[nodiscard]] static Kept kept(const Step& step, Kept::Place place);
+    [[nodiscard]] Held hold(ChangeListPtr list);
     void letGo(Step step);
     /// False where the last two of its lists cannot be one.
     bool mergeLast(Step& step);
     [[nodiscard]] ChangeListPtr newest(std::deque<Step>& steps);
     [[nodiscard]] static std::vector<Blob> arraysOf(const std::deque<Step>& steps);
-    void begin(std::deque<Step>& from, bool forth, ChangeList inverse);
+    void begin(std::deque<Step>& from, bool forth, ChangeListPtr inverse);
     void arrive();
     void bound();
 
     Limits limits_;
     std::deque<Step> back_, forth_;  ///< the newest last
     std::optional<StepMoving> moving_;
+    std::optional<Step> arriving_;
+    std::vector<HistoryEvent> happened_;
     std::vector<ChangeListPtr> forgotten_;  ///< of steps in parts; not counted any more
     std::uint64_t bytes_ = 0;
 };

@@ -52,6 +52,7 @@ ServerActions RequestDesk::step(const Asker& asker, Edit::Kind kind, TimePoint n
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::Load& load, TimePoint) {
+    if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
     const ObjectId parent = load.parent ? load.parent : kRootNode;
     if (!around_.simulation.scene().get<Node>(parent))
         return refuse(asker, {ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", parent.value)});
@@ -86,6 +87,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::SetView& wish, TimePoint) {
+    if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
     const Expected<void> set = around_.view.set(around_.simulation.scene(), wish);
     if (!set) return refuse(asker, set.error());
     return answer(asker, ApplicationAnswer(answer::Done{}));
@@ -185,6 +187,12 @@ Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
 
 ServerActions RequestDesk::queueEdit(std::uint64_t ticket, std::vector<Blob> named, TimePoint now) {
     Open& open = open_.at(ticket);
+    if (const std::optional<Error> why = editsRefused()) {
+        ServerActions actions = refuse(open.asker, *why);
+        std::ranges::move(open.parts, std::back_inserter(dropped_));
+        open_.erase(ticket);
+        return actions;
+    }
     if (named.empty()) {
         ready_.push_back(ticket);
         return {};

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -37,6 +39,8 @@ public:
         Simulation& simulation;
         ViewSource& view;
         Loader& loader;
+        /// Why no edit is taken at present; empty: none is ever refused for that.
+        std::function<std::optional<Error>()> editsRefused = {};
     };
 
     RequestDesk(const Surroundings& around, const Limits& limits);
@@ -104,6 +108,9 @@ private:
     }
     [[nodiscard]] ServerActions refuse(const Asker& asker, Error error) {
         return answerTo(around_.session, asker, tl::unexpected(std::move(error)));
+    }
+    [[nodiscard]] std::optional<Error> editsRefused() const {
+        return around_.editsRefused ? around_.editsRefused() : std::nullopt;
     }
     [[nodiscard]] Expected<Edit> editFrom(const request::Propose& proposal);
     [[nodiscard]] ServerActions queueEdit(std::uint64_t ticket, std::vector<Blob> named, TimePoint now);

@@ -92,6 +92,7 @@ ChangeListPtr ContactDisplay::commit(Committer& committer, const StepResult& ste
             if (const auto it = given.find(id); it != given.end()) id = it->second;
         });
     }
+    if (!applied->ids.empty() || before.node != state_.node) ++version_;
     return applied->list;
 }
 
@@ -200,6 +201,33 @@ void ContactDisplay::place(ChangeListBuilder& list, const Aspect& scene, MarkKin
             setPose(list, slots[i].transform, now, away);
         }
     }
+}
+
+std::vector<ObjectId> ContactDisplay::ids() const {
+    std::vector<ObjectId> all;
+    if (!state_.node) return all;
+    State state = state_;
+    for (const Kind& kind : state.kinds) all.emplace_back(kind.slots.size());
+    state.forEachId([&](ObjectId id) { all.push_back(id); });
+    return all;
+}
+
+void ContactDisplay::goOnWith(std::span<const ObjectId> ids) {
+    state_ = State();
+    if (ids.size() < kMarkKinds) return;
+    std::size_t slots = 0;
+    for (std::size_t i = 0; i < kMarkKinds; ++i) {
+        if (ids[i].value > kMaxMarks[i]) return;
+        slots += ids[i].value;
+        state_.kinds[i].slots.resize(ids[i].value);
+    }
+    constexpr std::size_t kOfAll = 2, kOfKind = 3, kOfSlot = 5;
+    if (ids.size() != kMarkKinds + kOfAll + kOfKind * kMarkKinds + kOfSlot * slots) {
+        state_ = State();
+        return;
+    }
+    auto next = ids.begin() + kMarkKinds;
+    state_.forEachId([&](ObjectId& id) { id = *next++; });
 }
 
 bool ContactDisplay::intact(const Aspect& scene) const {

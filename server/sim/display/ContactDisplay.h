@@ -48,6 +48,13 @@ public:
     /// scene that is full has no display; nothing else fails.
     [[nodiscard]] ChangeListPtr commit(Committer& committer, const StepResult& step);
 
+    /// Its objects in an order of its own, for one that goes on in another process; empty: there is none. What it is handed may be
+    /// anything: what does not fit the scene is removed as far as it is there.
+    [[nodiscard]] std::vector<ObjectId> ids() const;
+    void goOnWith(std::span<const ObjectId> ids);
+    /// Another one whenever `ids` may have changed.
+    [[nodiscard]] std::uint64_t version() const { return version_; }
+
     struct Counts {
         std::array<std::uint64_t, kMarkKinds> drawn{}, leftOut{};
         bool operator==(const Counts&) const = default;
@@ -90,6 +97,7 @@ private:
     State state_;
     Counts counts_;
     std::uint64_t placeholders_ = 0;
+    std::uint64_t version_ = 0;
 };
 
 }  // namespace tessera

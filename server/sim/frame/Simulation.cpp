@@ -61,6 +61,20 @@ Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
     return committer_.closeFrame();
 }
 
+void Simulation::goOnFrom(Left left) {
+    committer_.goOnFrom(std::move(left.scene), left.sequence);
+    history_ = std::move(left.history);
+    // Nobody is given an id that is refused as being on its way.
+    committer_.skipIds(ObjectId(std::max(history_.idsArriving().end(), history_.idsUnderWay().end())));
+    display_.goOnWith(left.display);
+    sceneChanged(nullptr);
+    takeOrphansAway();
+}
+
+void Simulation::takeOrphansAway() {
+    if (history_.arriving() && !arriving_ && !history_.underWay()) history_.partsTakenAway();
+}
+
 FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span<const Reply> replies) {
     FrameResult result;
     const double seconds = firstFrame ? 0.0 : kSecondsPerFrame;
@@ -97,6 +111,7 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     if (const ChangeListPtr marks = display_.commit(committer_, result.collision))
         pipeline_.sceneChanged(scene(), marks.get());
     result.commit = committer_.closeFrame();
+    result.history = history_.happened();
     return result;
 }
 
@@ -182,22 +197,22 @@ EditOutcome Simulation::applyPart(Edit edit) {
                                                                     arriving_->ids.count, Committer::Inverse::kMade);
     if (!applied) {
         outcome.result = tl::unexpected(applied.error());
-        history_.takeAway(std::move(arriving_->back), arriving_->ids);
         arriving_.reset();
+        takeOrphansAway();
         return outcome;
     }
-    arriving_->back.push_back(std::move(applied->inverse));
+    history_.partArrived(std::move(applied->inverse), arriving_->ids);
     sceneChanged(applied->list.get());
     if (edit.kind == Edit::Kind::kPart) return outcome;
     outcome.ids = {{ObjectId(kFirstPlaceholder), ObjectId(arriving_->ids.first)}};
-    history_.editedInParts(std::move(arriving_->back), arriving_->ids);
+    history_.partsWhole();
     arriving_.reset();
     return outcome;
 }
 
 Expected<void> Simulation::beginParts(const Edit& edit) {
     if (const Expected<void> still = checkStill(); !still) return still;
-    if (arriving_ && arriving_->ticket != edit.ticket)
+    if (arriving_ ? arriving_->ticket != edit.ticket : history_.arriving())
         return fail(ErrorCode::kRefused, "another scene is still being loaded");
     if (arriving_) return {};
     const std::size_t present = std::min(scene().objectCount(), maxObjects_);
@@ -205,7 +220,7 @@ Expected<void> Simulation::beginParts(const Edit& edit) {
         return fail(ErrorCode::kLimit, fmt::format("the scene would hold {} + {} objects, more than its limit of {}",
                                                    scene().objectCount(), edit.objects, maxObjects_));
     arriving_ = Arriving{
-        .ticket = edit.ticket, .ids = {.first = committer_.reserveIds(edit.objects).value, .count = edit.objects}, .back = {}};
+        .ticket = edit.ticket, .ids = {.first = committer_.reserveIds(edit.objects).value, .count = edit.objects}};
     return {};
 }
 
@@ -220,7 +235,9 @@ std::optional<EditOutcome> Simulation::goOn() {
         if (redo_) redo_->result = tl::unexpected(applied.error());
         history_.partRefused();
     }
-    return history_.underWay() ? std::nullopt : std::exchange(redo_, std::nullopt);
+    if (history_.underWay()) return std::nullopt;
+    takeOrphansAway();
+    return std::exchange(redo_, std::nullopt);
 }
 
 Expected<void> Simulation::checkStill() const {
@@ -229,8 +246,8 @@ Expected<void> Simulation::checkStill() const {
 }
 
 Expected<void> Simulation::checkHidden(const ChangeList& list) const {
-    if (arriving_)
-        if (const std::optional<ObjectId> id = namedIn(list, arriving_->ids))
+    if (history_.arriving())
+        if (const std::optional<ObjectId> id = namedIn(list, history_.idsArriving()))
             return fail(ErrorCode::kRefused, fmt::format("#{} is still being loaded", id->value));
     if (history_.underWay())
         if (const std::optional<ObjectId> id = namedIn(list, history_.idsUnderWay()))

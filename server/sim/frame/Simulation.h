@@ -52,6 +52,7 @@ struct EditOutcome {
 struct FrameResult {
     CommittedFrame commit;
     std::vector<EditOutcome> outcomes;  ///< of all edits, in their order; then of one that was under way
+    std::vector<HistoryEvent> history;  ///< what happened to the history, in order
     StepResult collision;
     double collisionMs = 0;
 };
@@ -83,6 +84,16 @@ public:
     /// position.
     [[nodiscard]] Expected<CommittedFrame> load(std::vector<ChangeList> lists);
 
+    /// Goes on from what another one has left behind. What it had of contacts, sleepers and questions is found anew: whatever touches
+    /// begins to touch. Parts of an edit that had not all come are taken away in the first frames. Only of one that has nothing yet.
+    struct Left {
+        Aspect scene;
+        Sequence sequence;
+        EditHistory history;
+        std::vector<ObjectId> display;  ///< ContactDisplay::ids
+    };
+    void goOnFrom(Left left);
+
     /// Motions and free bodies stand still in the first frame and advance by 1/60 s in each later one.
     [[nodiscard]] FrameResult step(bool firstFrame, std::vector<Edit> edits, std::span<const Reply> replies = {});
 
@@ -92,6 +103,7 @@ public:
     [[nodiscard]] std::size_t nodeCount() const { return committer_.nodeCount(); }
     [[nodiscard]] const Motions& motions() const { return motions_; }
     [[nodiscard]] const EditHistory& history() const { return history_; }
+    [[nodiscard]] const ContactDisplay& display() const { return display_; }
     /// What an edit of this kind would apply; null for other kinds, and where there is nothing. Of a step in parts the first.
     [[nodiscard]] ChangeListPtr listOf(Edit::Kind kind);
     /// The arrays that an undo or a redo would name; of other kinds none.
@@ -129,12 +141,13 @@ private:
     /// After each list applied to the scene; null: anything may have changed.
     void sceneChanged(const ChangeList* list);
 
-    /// Parts that have come, of an edit that is not whole yet.
+    /// An edit whose parts come; the history has the ways back.
     struct Arriving {
         std::uint64_t ticket = 0;
         IdRange ids;
-        std::vector<ChangeList> back;  ///< the ways back, in the order of the parts
     };
+    /// Parts that nobody goes on with go again, once no other step is under way.
+    void takeOrphansAway();
 
     std::size_t maxObjects_;
     Committer committer_;

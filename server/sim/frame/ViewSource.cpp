@@ -1,5 +1,6 @@
 #include "server/sim/frame/ViewSource.h"
 
+#include <algorithm>
 #include <unordered_map>
 
 #include <fmt/format.h>
@@ -77,13 +78,35 @@ Expected<View> ViewSource::view(const Aspect& scene) {
         if (*camera_) {
             result = **camera_;
         } else {
-            if (!default_) default_ = defaultView(wall_, sceneBounds(scene));
+            if (!default_) {
+                default_ = defaultView(wall_, sceneBounds(scene));
+                ++version_;
+            }
             // A scene of no finite size has no place from where all of it is seen.
             result = checkStand(*default_) ? *default_ : View();
         }
     }
     result.users = users_;
     return result;
+}
+
+ViewState ViewSource::state() const {
+    ViewState state{.byHand = override_, .standing = {}, .users = users_};
+    // That of a scene of no finite size is found anew.
+    if (default_ && checkStand(*default_)) state.standing = default_;
+    return state;
+}
+
+void ViewSource::goOnFrom(const ViewState& state) {
+    if (state.byHand && checkStand(*state.byHand)) override_ = state.byHand;
+    if (state.standing && checkStand(*state.standing)) default_ = state.standing;
+    Wall moved = wall_;
+    moved.users = users_;
+    for (User& user : moved.users) {
+        const auto known = std::ranges::find(state.users, user.name, &User::name);
+        if (known != state.users.end()) user = *known;
+    }
+    if (checkWall(moved)) users_ = std::move(moved.users);
 }
 
 Expected<void> ViewSource::set(const Aspect& scene, const request::SetView& wish) {
@@ -125,6 +148,7 @@ Expected<void> ViewSource::set(const Aspect& scene, const request::SetView& wish
         users_ = moved.users;
     }
     if (moves) override_ = next;
+    ++version_;
     return {};
 }
 

@@ -12,6 +12,13 @@
 
 namespace tessera {
 
+/// What a ViewSource knows and the scene does not.
+struct ViewState {
+    std::optional<View> byHand;    ///< what `tessera-ctl view` set
+    std::optional<View> standing;  ///< the default camera, as the scene was when it was asked for
+    std::vector<User> users;
+};
+
 /// The view is, in this order: what `tessera-ctl view` set; the scene's camera (the named one, else the first enabled
 /// one in document order); the default camera, which frames the scene as it is when the first view is asked for.
 ///
@@ -30,6 +37,12 @@ public:
     [[nodiscard]] Expected<View> view(const Aspect& scene);
     [[nodiscard]] Expected<void> set(const Aspect& scene, const request::SetView& wish);
 
+    [[nodiscard]] ViewState state() const;
+    /// Another one whenever `state` may have changed.
+    [[nodiscard]] std::uint64_t version() const { return version_; }
+    /// Goes on from another's state: users that this wall has, and what makes sense.
+    void goOnFrom(const ViewState& state);
+
     [[nodiscard]] const FirstCamera& firstCamera() const { return first_; }
 
 private:
@@ -42,6 +55,7 @@ private:
     Expected<std::optional<View>> camera_ = std::optional<View>();
     std::optional<View> override_;
     std::optional<View> default_;
+    std::uint64_t version_ = 0;
 };
 
 /// World bounds of all geometry that switches show. Blobs must be resident; absent ones count as nothing.

@@ -162,23 +162,6 @@ std::string_view nameOfKind(std::size_t kind) {
     return kind < kKindNames.size() ? kKindNames[kind] : "unknown";
 }
 
-ByteSpan RecordContent::bytes() const {
-    if (const auto* blob = std::get_if<Blob>(&content)) return blob->bytes();
-    return std::get<Bytes>(content);
-}
-
-RecordHeader headerFor(std::uint64_t kind, ByteSpan content, std::uint64_t number) {
-    RecordHeader header{.bytes = content.size(), .kind = kind, .contentHash = hash64(content), .headerHash = 0};
-    header.headerHash = hash64(std::as_bytes(std::span(&header, 1)), number);
-    return header;
-}
-
-bool isIntact(const RecordHeader& header, std::uint64_t number) {
-    RecordHeader plain = header;
-    plain.headerHash = 0;
-    return header.headerHash == hash64(std::as_bytes(std::span(&plain, 1)), number);
-}
-
 RecordContent encodeOpening(const record::Opening& opening) {
     wire::Opening head;
     head.set_format(kRecordingFormat);

@@ -14,8 +14,8 @@
 #include <variant>
 #include <vector>
 
-#include "common/base/Blob.h"
 #include "common/base/Error.h"
+#include "server/sim/recording/RecordBytes.h"
 #include "server/sim/recording/RecordingDigest.h"
 
 namespace tessera {
@@ -81,25 +81,6 @@ using Record = std::variant<record::Opening, record::Array, record::StartList, r
 
 /// "inputs of a frame" and the like.
 [[nodiscard]] std::string_view nameOfKind(std::size_t kind);
-
-/// Little-endian, as it lies in the file.
-struct RecordHeader {
-    std::uint64_t bytes = 0;
-    std::uint64_t kind = 0;
-    std::uint64_t contentHash = 0;
-    std::uint64_t headerHash = 0;
-};
-
-/// A record's content. An array's bytes are shared, not copied.
-struct RecordContent {
-    std::uint64_t kind = 0;
-    std::variant<Bytes, Blob> content;
-    [[nodiscard]] ByteSpan bytes() const;
-};
-
-/// The header of the record with this number, counted from 0 (the opening).
-[[nodiscard]] RecordHeader headerFor(std::uint64_t kind, ByteSpan content, std::uint64_t number);
-[[nodiscard]] bool isIntact(const RecordHeader& header, std::uint64_t number);
 
 [[nodiscard]] RecordContent encodeOpening(const record::Opening& opening);
 [[nodiscard]] RecordContent encodeArray(Blob blob);

@@ -1,10 +1,5 @@
 #include "server/sim/recording/RecordingReader.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <cstring>
 
 #include <fmt/format.h>
@@ -13,62 +8,26 @@
 
 namespace tessera {
 
-/// Bytes by position, from a file or from memory.
-struct RecordingReader::Source {
-    int file = -1;
-    Bytes memory;
-    std::uint64_t size = 0;
-
-    Source() = default;
-    Source(const Source&) = delete;
-    ~Source() {
-        if (file >= 0) ::close(file);
-    }
-    /// Only for ranges that lie within `size`.
-    [[nodiscard]] Expected<Bytes> read(std::uint64_t offset, std::uint64_t bytes) const {
-        if (file < 0) {
-            const ByteSpan part = ByteSpan(memory).subspan(offset, bytes);
-            return Bytes(part.begin(), part.end());
-        }
-        Bytes out(bytes);
-        for (std::uint64_t done = 0; done < bytes;) {
-            const ssize_t got = ::pread(file, out.data() + done, bytes - done, static_cast<off_t>(offset + done));
-            if (got < 0 && errno == EINTR) continue;
-            if (got < 0) return fail(ErrorCode::kBadInput, fmt::format("cannot be read: {}", std::strerror(errno)));
-            if (got == 0) return fail(ErrorCode::kBadInput, "became shorter while it was read");
-            done += static_cast<std::uint64_t>(got);
-        }
-        return out;
-    }
-};
-
-RecordingReader::RecordingReader(std::unique_ptr<Source> source, std::string name, const RecordingLimits& limits)
+RecordingReader::RecordingReader(RecordSource source, std::string name, const RecordingLimits& limits)
     : source_(std::move(source)), name_(std::move(name)), limits_(limits), arrays_(std::make_unique<BlobStore>()) {}
 RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
 RecordingReader::~RecordingReader() = default;
 
 Expected<RecordingReader> RecordingReader::open(const std::string& path, const RecordingLimits& limits) {
-    auto source = std::make_unique<Source>();
-    // A pipe that nobody writes to would wait forever.
-    source->file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (source->file < 0) return fail(ErrorCode::kNotFound, fmt::format("{}: {}", path, std::strerror(errno)));
-    struct stat info {};
-    if (::fstat(source->file, &info) != 0 || !S_ISREG(info.st_mode))
+    Expected<RecordSource> source = RecordSource::open(path);
+    if (!source && source.error().code == ErrorCode::kBadInput)
         return fail(ErrorCode::kBadInput, fmt::format("{}: a recording is a regular file; this is none", path));
-    source->size = static_cast<std::uint64_t>(info.st_size);
-    return begin(RecordingReader(std::move(source), path, limits));
+    if (!source) return failWith(path, source.error());
+    return begin(RecordingReader(std::move(*source), path, limits));
 }
 
 Expected<RecordingReader> RecordingReader::over(Bytes bytes, const std::string& name, const RecordingLimits& limits) {
-    auto source = std::make_unique<Source>();
-    source->size = bytes.size();
-    source->memory = std::move(bytes);
-    return begin(RecordingReader(std::move(source), name, limits));
+    return begin(RecordingReader(RecordSource(std::move(bytes)), name, limits));
 }
 
 Expected<RecordingReader> RecordingReader::begin(RecordingReader reader) {
-    const std::uint64_t size = reader.source_->size;
-    Expected<Bytes> mark = reader.source_->read(0, std::min<std::uint64_t>(size, kRecordingMark.size()));
+    const std::uint64_t size = reader.source_.size();
+    Expected<Bytes> mark = reader.source_.read(0, std::min<std::uint64_t>(size, kRecordingMark.size()));
     if (!mark) return failWith(reader.name_, mark.error());
     if (asText(*mark) != kRecordingMark)
         return fail(ErrorCode::kBadInput,
@@ -93,10 +52,10 @@ Expected<RecordingReader> RecordingReader::begin(RecordingReader reader) {
 Expected<std::optional<Record>> RecordingReader::nextRecord() {
     const auto failed = [&](const Error& error) { return failWith(fmt::format("{}: {}", name_, where_), error); };
     where_ = fmt::format("record {} at byte {}", number_, offset_);
-    const std::uint64_t left = source_->size - offset_;
+    const std::uint64_t left = source_.size() - offset_;
     RecordHeader header;
     if (left < sizeof(header)) return std::optional<Record>();
-    const Expected<Bytes> headerBytes = source_->read(offset_, sizeof(header));
+    const Expected<Bytes> headerBytes = source_.read(offset_, sizeof(header));
     if (!headerBytes) return failed(headerBytes.error());
     std::memcpy(&header, headerBytes->data(), sizeof(header));
     if (!isIntact(header, number_)) return failed({ErrorCode::kBadInput, "its header is damaged"});
@@ -105,7 +64,7 @@ Expected<std::optional<Record>> RecordingReader::nextRecord() {
         return failed({ErrorCode::kLimit, fmt::format("it claims {} bytes; at most {} are allowed", header.bytes,
                                                       limits_.maxRecordBytes)});
     if (header.bytes > left - sizeof(header)) return std::optional<Record>();
-    Expected<Bytes> content = source_->read(offset_ + sizeof(header), header.bytes);
+    Expected<Bytes> content = source_.read(offset_ + sizeof(header), header.bytes);
     if (!content) return failed(content.error());
     if (hash64(*content) != header.contentHash) return failed({ErrorCode::kBadInput, "its content is damaged"});
     Expected<Record> record = decodeRecord(header.kind, std::move(*content), *arrays_, limits_);
@@ -169,7 +128,7 @@ Expected<RecordingReader::Item> RecordingReader::inOrder(Record record) {
         return *outcome;
     }
     if (auto* closing = std::get_if<record::Closing>(&record)) {
-        if (stage_ == Stage::kInFrame || closing->frames != frames_ || offset_ != source_->size) return outOfPlace();
+        if (stage_ == Stage::kInFrame || closing->frames != frames_ || offset_ != source_.size()) return outOfPlace();
         stage_ = Stage::kDone;
         return *closing;
     }

@@ -40,14 +40,13 @@ public:
     [[nodiscard]] Expected<Item> next();
 
 private:
-    struct Source;
-    RecordingReader(std::unique_ptr<Source> source, std::string name, const RecordingLimits& limits);
+    RecordingReader(RecordSource source, std::string name, const RecordingLimits& limits);
     [[nodiscard]] static Expected<RecordingReader> begin(RecordingReader reader);
     /// Nothing where the file ends.
     [[nodiscard]] Expected<std::optional<Record>> nextRecord();
     [[nodiscard]] Expected<Item> inOrder(Record record);
 
-    std::unique_ptr<Source> source_;
+    RecordSource source_;
     std::string name_;
     RecordingLimits limits_;
     record::Opening opening_;

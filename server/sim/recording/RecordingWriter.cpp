@@ -1,7 +1,6 @@
 #include "server/sim/recording/RecordingWriter.h"
 
 #include <fcntl.h>
-#include <sys/uio.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -15,26 +14,6 @@
 #include "server/collision/mesh/InstructionSet.h"
 
 namespace tessera {
-namespace {
-
-/// All of both, whatever it takes. An errno, or 0.
-int writeAll(int file, ByteSpan first, ByteSpan second) {
-    while (!first.empty() || !second.empty()) {
-        const std::array<iovec, 2> parts{iovec{const_cast<std::byte*>(first.data()), first.size()},
-                                         iovec{const_cast<std::byte*>(second.data()), second.size()}};
-        const ssize_t done = ::writev(file, parts.data(), parts.size());
-        if (done < 0) {
-            if (errno == EINTR) continue;
-            return errno;
-        }
-        const std::size_t ofFirst = std::min(static_cast<std::size_t>(done), first.size());
-        first = first.subspan(ofFirst);
-        second = second.subspan(static_cast<std::size_t>(done) - ofFirst);
-    }
-    return 0;
-}
-
-}  // namespace
 
 record::Opening openingOfThisServer(unsigned threads) {
     return {.schema = schemaHash(),

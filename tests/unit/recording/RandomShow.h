@@ -94,6 +94,23 @@ public:
         return replies;
     }
 
+    /// The same without a recording: first the scene, then frame after frame.
+    [[nodiscard]] Expected<CommittedFrame> load() {
+        std::vector<ChangeList> lists;
+        lists.push_back(startScene());
+        return simulation_.load(std::move(lists));
+    }
+    [[nodiscard]] FrameResult frame(FrameNumber number) {
+        std::vector<Edit> edits = someEdits();
+        const std::vector<Reply> replies = someReplies();
+        FrameResult result = simulation_.step(number == FrameNumber(0), std::move(edits), replies);
+        asked_ = result.collision.questions;
+        return result;
+    }
+    [[nodiscard]] Simulation& simulation() { return simulation_; }
+    /// Gestures end with the connections of who makes them.
+    void connectAnew() { ++connection_; }
+
     /// Loads the scene and makes the frames, all of it recorded. What came of each frame is returned.
     std::vector<FrameDigest> record(RecordingWriter& writer, std::uint64_t frames) {
         std::vector<ChangeList> lists{startScene()};
@@ -175,7 +192,7 @@ private:
                 make.node("shape", node, make.box(Vec3d(between(random_, 0.2, 1), 0.5, 0.5)));
                 edit.list = make.builder.take();
                 edit.undoable = below(random_, 4) != 0;
-                edit.gesture = {1, below(random_, 3)};
+                edit.gesture = {connection_, below(random_, 3)};
                 return edit;
             }
             case 2:
@@ -205,6 +222,7 @@ private:
     Simulation simulation_;
     std::vector<Question> asked_;
     std::deque<Edit> parts_;  ///< of the file under way
+    std::uint64_t connection_ = 1;
     std::uint64_t ticket_ = 0, contacts_ = 0, refused_ = 0, shownInParts_ = 0;
 };
 

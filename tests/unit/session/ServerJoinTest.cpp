@@ -135,6 +135,22 @@ TEST(ServerJoin, WhoeverSaysATakenNameIsSentAwayOnceItsHolderHasSpokenSince) {
     EXPECT_TRUE(answer().retry);
 }
 
+TEST(ServerJoin, AServerThatGoesOnBeginsWithALaterFrame) {
+    ServerSessionConfig config = twoHosts();
+    config.firstFrame = FrameNumber(500);
+    ServerFixture s(config);
+    EXPECT_EQ(s.session.nextFrame(), FrameNumber(500));
+    const ConnectionId a = s.join("a");
+    EXPECT_FALSE(s.session.mayBegin(s.now)) << "b is not there yet";
+    const ConnectionId b = s.join("b");
+    ASSERT_TRUE(s.session.mayBegin(s.now));
+    const FrameNumber frame = s.begin();
+    EXPECT_EQ(frame, FrameNumber(500));
+    s.ready(a, frame);
+    s.ready(b, frame);
+    EXPECT_EQ(s.session.nextFrame(), FrameNumber(501));
+}
+
 TEST(ServerJoin, ClosesWhoeverSpeaksBeforeHello) {
     ServerFixture s;
     const ConnectionId a = s.join("a");

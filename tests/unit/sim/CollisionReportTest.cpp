@@ -134,6 +134,24 @@ TEST(CollisionReport, ListsAreBounded) {
     EXPECT_EQ(json["not_looked_at"]["list"].size(), 100u);
 }
 
+TEST(Report, OfManyFaultsTheFirstAndTheLastAreListedAndTheOthersCounted) {
+    Report report(Wall(), "hall.tsct");
+    constexpr std::uint64_t kFaults = 3'000;
+    for (std::uint64_t i = 0; i < kFaults; ++i) {
+        report.fault({.host = "left", .kind = FaultKind::kDisconnected, .frame = FrameNumber(i), .detectedAfter = {}, .detail = {}});
+        report.entered({.host = "left", .frame = FrameNumber(i), .rejoined = true, .awayFor = std::chrono::milliseconds(i)});
+    }
+    const nlohmann::json json = nlohmann::json::parse(report.toJson(Aspect()));
+    const nlohmann::json& faults = json["faults"];
+    ASSERT_EQ(faults.size(), Report::kFirstFaults + Report::kLastFaults);
+    EXPECT_EQ(json["faults_left_out"], kFaults - faults.size());
+    EXPECT_EQ(faults.front()["frame"], 0);
+    EXPECT_EQ(faults[Report::kFirstFaults - 1]["frame"], Report::kFirstFaults - 1);
+    EXPECT_EQ(faults[Report::kFirstFaults]["frame"], kFaults - Report::kLastFaults);
+    EXPECT_EQ(faults.back()["frame"], kFaults - 1);
+    EXPECT_EQ(faults.back()["rejoined_ms"], kFaults - 1.0);
+}
+
 TEST(CollisionReport, StandsInReportJsonWithItsTimes) {
     Report report(Wall(), "hall.tsct");
     FrameResult frame;

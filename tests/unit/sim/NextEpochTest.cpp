@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "server/sim/Peers.h"
+#include "server/sim/journal/NextEpoch.h"
 #include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {

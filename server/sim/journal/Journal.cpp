@@ -1,0 +1,317 @@
+#include "server/sim/journal/Journal.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "common/base/Version.h"
+#include "common/scene/FieldTable.h"
+#include "server/sim/journal/NextEpoch.h"
+
+namespace tessera {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// The same scene from wherever the server is started.
+std::vector<std::string> absolute(std::vector<std::string> scenes) {
+    for (std::string& scene : scenes)
+        if (!scene.starts_with("asset://")) scene = std::filesystem::absolute(scene).lexically_normal().string();
+    return scenes;
+}
+
+std::string listed(const std::vector<std::string>& scenes) {
+    std::string text;
+    for (const std::string& scene : scenes) text += " --scene " + scene;
+    return text.empty() ? "no --scene" : text.substr(1);
+}
+
+}  // namespace
+
+Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& arrays, Log& log,
+                                        std::function<void()> onProgress) {
+    options.scenes = absolute(std::move(options.scenes));
+    Expected<JournalFolder> folder = JournalFolder::hold(options.folder);
+    if (!folder) return tl::unexpected(folder.error());
+    const Expected<JournalFiles> files = folder->files();
+    if (!files) return failWith("--journal", files.error());
+    Expected<JournalStory> story = readJournal(*folder, *files, arrays, options.limits);
+    if (!story) return failWith("--journal", story.error());
+    JournalState& state = story->state;
+    state.history.endGesture();
+    if (state.begun && !options.scenes.empty() && state.scenes != options.scenes)
+        return fail(ErrorCode::kUsage,
+                    fmt::format("--journal {}: it goes on from a wall that began with {}; this command says {}. Say the "
+                                "same or no --scene, or name another folder",
+                                options.folder, listed(state.scenes), listed(options.scenes)));
+    if (state.begun) options.scenes = state.scenes;
+
+    // What a killed server did not finish goes, so that only the very last log may ever be torn.
+    std::uint64_t last = files->lastLog();
+    if (story->hollow && last > 0) {
+        // (Its number is given again: were it missing, something would seem to be lost.)
+        ::unlink(folder->logPath(last).c_str());
+        --last;
+    } else if (story->tornBytes > 0) {
+        const std::string path = folder->logPath(last);
+        log.warning(fmt::format("{}: the last {} bytes are no whole record (the server was killed): cut off", path,
+                                story->tornBytes));
+        if (::truncate(path.c_str(), static_cast<off_t>(story->wholeBytes)) != 0)
+            return fail(ErrorCode::kFailed, fmt::format("{}: it cannot be shortened: {}", path, std::strerror(errno)));
+    }
+    for (const std::string& old : files->leftOver) ::unlink(old.c_str());
+
+    std::unique_ptr<Journal> journal(
+        new Journal(std::move(options), std::move(*folder), log, std::move(onProgress)));
+    journal->epoch_ = nextEpoch(state.epoch, std::chrono::system_clock::now());
+    journal->writtenEpoch_ = journal->epoch_;
+    journal->sequence_ = state.sequence;
+    journal->stateHash_ = state.scene.stateHash();
+    journal->logNumber_ = last + 1;
+    journal->logsSinceSnapshot_ = files->logs.size() + 1;
+    journal->earlierBytes_ = story->logBytes;
+    journal->snapshotBytes_ = story->snapshotBytes;
+    Expected<JournalFile> file = JournalFile::create(journal->folder_.logPath(last + 1), journal->openingOf(last + 1));
+    if (!file) return tl::unexpected(file.error());
+    journal->file_ = std::move(*file);
+    // The epoch is given once it is on the disk.
+    journal->framesTaken_ = FrameNumber(state.nextFrame.value + journal->limits_.framesAhead);
+    int error = journal->file_.append(encodeJournal(journal::Frames{journal->framesTaken_}));
+    if (error == 0) error = journal->file_.sync();
+    if (error != 0)
+        return fail(ErrorCode::kFailed,
+                    fmt::format("{}: the journal cannot be written: {}", journal->folder(), std::strerror(error)));
+    if (Expected<void> synced = journal->folder_.sync(); !synced) return tl::unexpected(synced.error());
+    journal->thread_ = std::thread([self = journal.get()] { self->run(); });
+    return Opened{.journal = std::move(journal), .state = std::move(state)};
+}
+
+Journal::Journal(JournalOptions options, JournalFolder folder, Log& log, std::function<void()> onProgress)
+    : limits_(options.limits),
+      scenes_(std::move(options.scenes)),
+      folder_(std::move(folder)),
+      log_(log),
+      onProgress_(std::move(onProgress)) {}
+
+Journal::~Journal() {
+    closing_ = true;
+    queue_.close();
+    if (thread_.joinable()) thread_.join();
+    if (compactor_.joinable()) compactor_.join();
+}
+
+void Journal::started(const CommittedFrame& scene) {
+    hand({FrameItem{.frame = {.start = true,
+                              .frame = {},
+                              .sequence = scene.sent->sequence,
+                              .stateHash = scene.sent->stateHash,
+                              .list = scene.list,
+                              .history = {},
+                              .display = {}},
+                    .sent = scene.sent}});
+}
+
+void Journal::frameDone(FrameNumber frame, const FrameResult& result, const ContactDisplay& display) {
+    if (frame.value + limits_.framesAhead / 2 >= framesTaken_.value) {
+        framesTaken_ = FrameNumber(frame.value + limits_.framesAhead);
+        hand({journal::Frames{framesTaken_}});
+    }
+    if (!result.commit.list && result.history.empty()) return;
+    FrameItem item{.frame = {.start = false,
+                             .frame = frame,
+                             .sequence = result.commit.sent->sequence,
+                             .stateHash = result.commit.sent->stateHash,
+                             .list = result.commit.list,
+                             .history = result.history,
+                             .display = {}},
+                   .sent = result.commit.sent};
+    if (displayVersion_ != display.version()) {
+        displayVersion_ = display.version();
+        item.frame.display = display.ids();
+    }
+    std::uint64_t bytes = item.sent->encoded.size();
+    if (item.frame.list) bytes += memoryOf(*item.frame.list);
+    for (const HistoryEvent& event : item.frame.history)
+        if (event.inverse) bytes += memoryOf(*event.inverse);
+    hand({std::move(item), bytes});
+}
+
+bool Journal::viewIs(const ViewSource& view) {
+    if (viewVersion_ == view.version()) return false;
+    viewVersion_ = view.version();
+    hand({journal::View{view.state()}});
+    return true;
+}
+
+void Journal::epochRaised(Epoch epoch) {
+    hand({journal::Raised{epoch}});
+}
+
+void Journal::ends(FrameNumber next) {
+    framesTaken_ = next;
+    hand({journal::Frames{next}});
+}
+
+void Journal::hand(Item item) {
+    if (ended_) return;
+    ++handed_;
+    // One that is larger than all that may wait is taken, where nothing else waits.
+    if (queuedBytes_.fetch_add(item.bytes) > limits_.maxQueuedBytes ||
+        !queue_.tryPush(std::make_unique<const Item>(std::move(item))))
+        end("the disk is too slow, or has been full for too long");
+}
+
+void Journal::tellWhen(std::uint64_t written) {
+    tellAt_ = written;
+    // It may have been written in between: then nobody else says so.
+    if (written_ >= written || error_ != 0 || ended_) tell();
+}
+
+void Journal::tell() {
+    if (tellAt_.exchange(0) != 0 && onProgress_) onProgress_();
+}
+
+std::optional<Error> Journal::trouble() const {
+    const int error = error_;
+    if (ended_)
+        return Error{ErrorCode::kFailed,
+                     fmt::format("the journal {} has ended; to go on from it, start the server again", folder())};
+    if (error == 0) return std::nullopt;
+    return Error{ErrorCode::kFailed,
+                 fmt::format("the journal {} cannot be written: {}", folder(), std::strerror(error))};
+}
+
+// ---- the writing thread
+
+void Journal::run() {
+    compact();  // where earlier servers have left much
+    while (true) {
+        const std::optional<std::unique_ptr<const Item>> item =
+            unsynced_ ? queue_.popFor(std::max<Duration>(Duration{1}, unsyncedSince_ + limits_.syncEvery - Clock::now()))
+                      : queue_.pop();
+        if (item) {
+            write(**item);
+            if (!ended_) rotateIfLong();
+        } else if (queue_.closed()) {
+            break;
+        }
+        syncIfDue(false);
+    }
+    // What came between the last look and the end.
+    while (const auto item = queue_.tryPop()) write(**item);
+    syncIfDue(true);
+}
+
+void Journal::write(const Item& item) {
+    const TimePoint giveUp = Clock::now() + std::chrono::seconds(1);
+    while (!ended_) {
+        const int error = append(item);
+        if (error == 0) break;
+        if (error < 0) return end("an array that a list names is not here");
+        failed(error);
+        if (closing_ && Clock::now() > giveUp) return end(std::strerror(error));
+        std::this_thread::sleep_for(closing_ ? std::min<std::chrono::milliseconds>(limits_.retryEvery, std::chrono::milliseconds(100))
+                                             : limits_.retryEvery);
+    }
+    if (ended_) return;
+    if (error_.exchange(0) != 0) log_.info(fmt::format("{}: the journal is written again", folder()));
+    if (const auto* frame = std::get_if<FrameItem>(&item.what)) {
+        sequence_ = frame->frame.sequence;
+        stateHash_ = frame->frame.stateHash;
+    }
+    if (const auto* raised = std::get_if<journal::Raised>(&item.what)) writtenEpoch_ = raised->epoch;
+    if (!unsynced_) unsyncedSince_ = Clock::now();
+    unsynced_ = true;
+    writtenBytes_ = earlierBytes_ + file_.bytes();
+    queuedBytes_ -= item.bytes;
+    const std::uint64_t now = ++written_;
+    if (const std::uint64_t at = tellAt_; at != 0 && now >= at) tell();
+}
+
+int Journal::append(const Item& item) {
+    const auto* frame = std::get_if<FrameItem>(&item.what);
+    if (const auto* view = std::get_if<journal::View>(&item.what)) return file_.append(encodeJournal(*view));
+    if (const auto* frames = std::get_if<journal::Frames>(&item.what)) return file_.append(encodeJournal(*frames));
+    if (const auto* raised = std::get_if<journal::Raised>(&item.what)) return file_.append(encodeJournal(*raised));
+    if (frame->frame.list)
+        if (const int error = arrays_.append(file_, *frame->frame.list)) return error;
+    for (const HistoryEvent& event : frame->frame.history)
+        if (const int error = event.inverse ? arrays_.append(file_, *event.inverse) : 0) return error;
+    return file_.append(encodeFrameRecord(frame->frame, frame->sent->encoded));
+}
+
+void Journal::syncIfDue(bool now) {
+    if (!unsynced_ || (!now && Clock::now() < unsyncedSince_ + limits_.syncEvery)) return;
+    // After an error nobody knows what of it the disk has.
+    if (const int error = file_.sync()) end(std::strerror(error));
+    unsynced_ = false;
+}
+
+void Journal::failed(int error) {
+    if (error_.exchange(error) != error)
+        log_.warning(fmt::format("{}: the journal cannot be written: {}; edits are refused until it can", folder(),
+                                 std::strerror(error)));
+    tell();
+}
+
+void Journal::end(const std::string& why) {
+    if (!ended_.exchange(true))
+        log_.warning(fmt::format("{}: the journal ends here: {}; edits are refused; what is written can be gone on from",
+                                 folder(), why));
+    tell();
+}
+
+journal::Opening Journal::openingOf(std::uint64_t number) const {
+    return {.schema = schemaHash(),
+            .program = versionText("tessera-server"),
+            .number = number,
+            .epoch = writtenEpoch_,
+            .scenes = scenes_,
+            .sequence = sequence_,
+            .stateHash = stateHash_};
+}
+
+void Journal::rotateIfLong() {
+    const bool isLong = earlierBytes_ + file_.bytes() > std::max(limits_.compactBytes, snapshotBytes_.load());
+    if (!isLong || compacting_ || Clock::now() < rotateAgainAt_) return;
+    rotateAgainAt_ = Clock::now() + std::chrono::seconds(1);
+    // What is before the new log is whole for good, so only the very last log may ever be torn.
+    if (file_.sync() != 0) return;
+    Expected<JournalFile> next = JournalFile::create(folder_.logPath(logNumber_ + 1), openingOf(logNumber_ + 1));
+    if (!next) return;  // the old one goes on, and says what is wrong
+    earlierBytes_ += file_.bytes();
+    file_ = std::move(*next);
+    arrays_.clear();
+    ++logNumber_;
+    ++logsSinceSnapshot_;
+    if (Expected<void> synced = folder_.sync(); !synced) return end(synced.error().message);
+    compact();
+}
+
+/// Makes a snapshot of all before the open log, where that is much.
+void Journal::compact() {
+    if (compacting_ || (earlierBytes_ <= std::max(limits_.compactBytes, snapshotBytes_.load()) &&
+                        logsSinceSnapshot_ <= limits_.maxLogs))
+        return;
+    if (compactor_.joinable()) compactor_.join();
+    compacting_ = true;
+    earlierBytes_ = 0;
+    logsSinceSnapshot_ = 1;
+    compactor_ = std::thread([this, upTo = logNumber_] {
+        ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), 10);  // frames come first
+        const Expected<std::uint64_t> bytes = compactJournal(folder_, upTo, limits_, closing_);
+        if (bytes)
+            snapshotBytes_ = *bytes;
+        else if (!closing_)
+            log_.warning(fmt::format("the journal goes on and grows: {}", bytes.error().message));
+        compacting_ = false;
+    });
+}
+
+}  // namespace tessera

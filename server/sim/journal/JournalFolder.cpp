@@ -1,0 +1,274 @@
+#include "server/sim/journal/JournalFolder.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "server/sim/journal/JournalReader.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::string_view kLog = "log-", kSnapshot = "snapshot-", kUnfinished = ".unfinished";
+
+/// The number behind `prefix`; nothing for any other name.
+std::optional<std::uint64_t> numberIn(std::string_view name, std::string_view prefix) {
+    if (!name.starts_with(prefix)) return std::nullopt;
+    name.remove_prefix(prefix.size());
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
+    if (error != std::errc() || end != name.data() + name.size() || name.size() != 10) return std::nullopt;
+    return number;
+}
+
+std::string words(int error) {
+    return std::strerror(error);
+}
+
+/// What the holder of a lock has written into it.
+std::string holderOf(int lock) {
+    char text[64] = {};
+    const ssize_t got = ::pread(lock, text, sizeof(text) - 1, 0);
+    return got > 0 ? std::string(text, static_cast<std::size_t>(got)) : std::string("another server");
+}
+
+}  // namespace
+
+Expected<JournalFolder> JournalFolder::hold(const std::string& path) {
+    if (::mkdir(path.c_str(), 0755) != 0 && errno != EEXIST)
+        return fail(ErrorCode::kFailed, fmt::format("{}: the journal's folder cannot be made: {}", path, words(errno)));
+    const std::string name = path + "/lock";
+    const int lock = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (lock < 0)
+        return fail(ErrorCode::kFailed, fmt::format("{}: a journal cannot be kept there: {}", name, words(errno)));
+    JournalFolder folder(path, lock);
+    if (::flock(lock, LOCK_EX | LOCK_NB) != 0)
+        return fail(ErrorCode::kRefused, fmt::format("{}: this journal is in use by {}; a wall has one server, and each "
+                                                     "server a journal of its own",
+                                                     path, holderOf(lock)));
+    const std::string holder = fmt::format("tessera-server, pid {}", ::getpid());
+    // For people only: a full disk is no reason.
+    if (::ftruncate(lock, 0) == 0) (void)!::pwrite(lock, holder.data(), holder.size(), 0);
+    return folder;
+}
+
+JournalFolder::JournalFolder(JournalFolder&& other) noexcept
+    : path_(std::move(other.path_)), lock_(std::exchange(other.lock_, -1)) {}
+
+JournalFolder::~JournalFolder() {
+    if (lock_ >= 0) ::close(lock_);
+}
+
+std::string JournalFolder::logPath(std::uint64_t number) const {
+    return fmt::format("{}/{}{:010}", path_, kLog, number);
+}
+std::string JournalFolder::snapshotPath(std::uint64_t number) const {
+    return fmt::format("{}/{}{:010}", path_, kSnapshot, number);
+}
+
+Expected<JournalFiles> JournalFolder::files() const {
+    DIR* listing = ::opendir(path_.c_str());
+    if (!listing) return fail(ErrorCode::kFailed, fmt::format("{}: {}", path_, words(errno)));
+    JournalFiles files;
+    std::vector<std::uint64_t> logs, snapshots;
+    while (const dirent* entry = ::readdir(listing)) {
+        const std::string_view name = entry->d_name;
+        if (const auto log = numberIn(name, kLog)) logs.push_back(*log);
+        if (const auto snapshot = numberIn(name, kSnapshot)) snapshots.push_back(*snapshot);
+        if (name.starts_with(kSnapshot) && name.ends_with(kUnfinished))
+            files.leftOver.push_back(fmt::format("{}/{}", path_, name));
+    }
+    ::closedir(listing);
+    std::ranges::sort(logs);
+    std::ranges::sort(snapshots);
+    if (!snapshots.empty()) {
+        files.snapshot = snapshots.back();
+        snapshots.pop_back();
+    }
+    for (const std::uint64_t old : snapshots) files.leftOver.push_back(snapshotPath(old));
+    for (const std::uint64_t log : logs)
+        if (files.snapshot && log < *files.snapshot)
+            files.leftOver.push_back(logPath(log));
+        else
+            files.logs.push_back(log);
+    std::uint64_t expected = files.snapshot.value_or(1);
+    if (files.snapshot && files.logs.empty())
+        return fail(ErrorCode::kBadInput, fmt::format("{} is missing: the journal's newest edits are in it", logPath(expected)));
+    for (const std::uint64_t log : files.logs)
+        if (log != expected++) return fail(ErrorCode::kBadInput, fmt::format("{} is missing", logPath(expected - 1)));
+    return files;
+}
+
+Expected<void> JournalFolder::sync() const {
+    const int folder = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder < 0) return fail(ErrorCode::kFailed, fmt::format("{}: {}", path_, words(errno)));
+    const int error = ::fsync(folder) == 0 ? 0 : errno;
+    ::close(folder);
+    if (error != 0) return fail(ErrorCode::kFailed, fmt::format("{}: {}", path_, words(error)));
+    return {};
+}
+
+namespace {
+
+/// Reads a file to its end. The reader is left there.
+Expected<void> takeAll(JournalReader& reader, JournalState& state, const std::atomic<bool>* stop) {
+    while (true) {
+        if (stop && *stop) return fail(ErrorCode::kFailed, "it was stopped");
+        Expected<std::optional<JournalRecord>> record = reader.next();
+        if (!record) return tl::unexpected(record.error());
+        if (!*record) return {};
+        if (const Expected<void> taken = state.take(std::move(**record)); !taken)
+            return failWith(reader.where(), taken.error());
+    }
+}
+
+Expected<void> wholeOrRefused(const JournalReader& reader) {
+    if (reader.bytesLeft() == 0) return {};
+    return fail(ErrorCode::kBadInput, reader.where() + ": the file is cut off there, and others follow it");
+}
+
+}  // namespace
+
+Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFiles& files, BlobStore& arrays,
+                                   const JournalLimits& limits, std::optional<std::uint64_t> upTo,
+                                   const std::atomic<bool>* stop) {
+    JournalStory story;
+    if (files.snapshot) {
+        Expected<JournalReader> reader = JournalReader::open(folder.snapshotPath(*files.snapshot), arrays, limits);
+        if (!reader) return tl::unexpected(reader.error());
+        if (Expected<void> taken = takeAll(*reader, story.state, stop); !taken) return tl::unexpected(taken.error());
+        if (Expected<void> whole = wholeOrRefused(*reader); !whole) return tl::unexpected(whole.error());
+        story.snapshotBytes = reader->wholeBytes();
+        if (story.state.number != *files.snapshot)
+            return fail(ErrorCode::kBadInput, reader->name() + ": it is the snapshot of another log");
+    }
+    for (const std::uint64_t number : files.logs) {
+        if (upTo && number >= *upTo) break;
+        Expected<JournalReader> reader = JournalReader::open(folder.logPath(number), arrays, limits);
+        if (!reader) return tl::unexpected(reader.error());
+        if (Expected<void> taken = takeAll(*reader, story.state, stop); !taken) return tl::unexpected(taken.error());
+        story.logBytes += reader->wholeBytes();
+        story.wholeBytes = reader->wholeBytes();
+        story.tornBytes = reader->bytesLeft();
+        story.hollow = story.wholeBytes <= kJournalMark.size();
+        if (!story.hollow && story.state.number != number)
+            return fail(ErrorCode::kBadInput, fmt::format("{}: it is log {}", reader->name(), story.state.number));
+        if (number == files.lastLog()) break;
+        if (Expected<void> whole = wholeOrRefused(*reader); !whole || story.hollow)
+            return whole ? fail(ErrorCode::kBadInput, reader->name() + ": nothing is in it, and other logs follow it")
+                         : tl::unexpected(whole.error());
+    }
+    return story;
+}
+
+JournalFile::JournalFile(JournalFile&& other) noexcept
+    : file_(std::exchange(other.file_, -1)), bytes_(other.bytes_), number_(other.number_), torn_(other.torn_) {}
+JournalFile& JournalFile::operator=(JournalFile&& other) noexcept {
+    std::swap(file_, other.file_);
+    std::swap(bytes_, other.bytes_);
+    std::swap(number_, other.number_);
+    std::swap(torn_, other.torn_);
+    return *this;
+}
+JournalFile::~JournalFile() {
+    if (file_ >= 0) ::close(file_);
+}
+
+Expected<JournalFile> JournalFile::create(const std::string& path, const journal::Opening& opening) {
+    JournalFile made;
+    // O_APPEND: what failed is cut off, and the next try begins where the file then ends.
+    made.file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
+    int error = made.file_ < 0 ? errno : writeAll(made.file_, asBytes(kJournalMark));
+    made.bytes_ = kJournalMark.size();
+    if (error == 0) error = made.append(encodeJournal(opening));
+    if (error == 0) return made;
+    if (made.file_ >= 0) ::unlink(path.c_str());
+    return fail(ErrorCode::kFailed, fmt::format("{}: the journal cannot be written: {}", path, words(error)));
+}
+
+int JournalFile::append(const RecordContent& content) {
+    if (torn_ && ::ftruncate(file_, static_cast<off_t>(bytes_)) != 0) return errno;
+    const ByteSpan bytes = content.bytes();
+    const RecordHeader header = headerFor(content.kind, bytes, number_);
+    const int error = writeAll(file_, std::as_bytes(std::span(&header, 1)), bytes);
+    torn_ = error != 0 && ::ftruncate(file_, static_cast<off_t>(bytes_)) != 0;
+    if (error != 0) return error;
+    ++number_;
+    bytes_ += sizeof(header) + bytes.size();
+    return 0;
+}
+
+int JournalFile::sync() const {
+    return ::fdatasync(file_) == 0 ? 0 : errno;
+}
+
+int JournalArrays::append(JournalFile& file, const ChangeList& list) {
+    for (const Blob& blob : blobsOf(list)) {
+        if (written_.contains(blob.id())) continue;
+        if (!blob.resident()) return -1;
+        if (const int error = file.append(encodeJournal(journal::Array{blob}))) return error;
+        written_.insert(blob.id());
+    }
+    return 0;
+}
+
+Expected<std::uint64_t> compactJournal(const JournalFolder& folder, std::uint64_t upTo, const JournalLimits& limits,
+                                       const std::atomic<bool>& stop) {
+    const Expected<JournalFiles> files = folder.files();
+    if (!files) return tl::unexpected(files.error());
+    BlobStore arrays;
+    const Expected<JournalStory> story = readJournal(folder, *files, arrays, limits, upTo, &stop);
+    if (!story) return tl::unexpected(story.error());
+    const JournalState& state = story->state;
+
+    const std::string path = folder.snapshotPath(upTo), unfinished = path + std::string(kUnfinished);
+    const auto failed = [&](const Error& error) {
+        ::unlink(unfinished.c_str());
+        return tl::unexpected(error);
+    };
+    Expected<JournalFile> file = JournalFile::create(unfinished, {.schema = state.schema,
+                                                                  .program = state.program,
+                                                                  .number = upTo,
+                                                                  .epoch = state.epoch,
+                                                                  .scenes = state.scenes,
+                                                                  .sequence = {},
+                                                                  .stateHash = Aspect().stateHash()});
+    if (!file) return tl::unexpected(file.error());
+    int error = 0;
+    JournalArrays written;
+    state.forEachRecord([&](const JournalRecord& record) {
+        const auto arraysOf = [&](const ChangeListPtr& list) {
+            if (error == 0) error = written.append(*file, *list);
+        };
+        if (const auto* step = std::get_if<journal::Step>(&record))
+            for (const ChangeListPtr& list : step->kept.lists) arraysOf(list);
+        if (const auto* whole = std::get_if<journal::State>(&record)) arraysOf(whole->list);
+        if (error == 0) error = file->append(encodeJournal(record));
+        return error == 0 && !stop.load();
+    });
+    if (stop) return failed({ErrorCode::kFailed, "it was stopped"});
+    if (error == 0) error = file->sync();
+    if (error == 0 && ::rename(unfinished.c_str(), path.c_str()) != 0) error = errno;
+    if (error != 0)
+        return failed({ErrorCode::kFailed, fmt::format("{}: the snapshot cannot be written: {}", unfinished,
+                                                       error < 0 ? "an array is not here" : words(error))});
+    // Only once the snapshot is there for good may go what it was made of.
+    if (Expected<void> synced = folder.sync(); !synced) return tl::unexpected(synced.error());
+    for (const std::string& old : files->leftOver) ::unlink(old.c_str());
+    if (files->snapshot && *files->snapshot != upTo) ::unlink(folder.snapshotPath(*files->snapshot).c_str());
+    for (const std::uint64_t log : files->logs)
+        if (log < upTo) ::unlink(folder.logPath(log).c_str());
+    return file->bytes();
+}
+
+}  // namespace tessera

@@ -1,0 +1,100 @@
+/// The folder of a journal: which files are there, whose it is, what they lead to.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <unordered_set>
+#include <vector>
+
+#include "server/sim/journal/JournalState.h"
+
+namespace tessera {
+
+/// Snapshot k is what there was when log k began. Of several snapshots the one with the highest number counts, of the logs those from
+/// it on; what is older is left over.
+struct JournalFiles {
+    std::optional<std::uint64_t> snapshot;
+    std::vector<std::uint64_t> logs;          ///< ascending, without a gap
+    std::vector<std::string> leftOver;        ///< paths: what nobody needs any more
+    [[nodiscard]] std::uint64_t lastLog() const { return logs.empty() ? 0 : logs.back(); }
+};
+
+/// Holds the folder for one process: a second one is refused, who holds it is named. A killed holder lets go.
+class JournalFolder {
+public:
+    /// Makes the folder (not those above it) where there is none.
+    [[nodiscard]] static Expected<JournalFolder> hold(const std::string& path);
+    JournalFolder(JournalFolder&& other) noexcept;
+    JournalFolder& operator=(JournalFolder&&) = delete;
+    ~JournalFolder();
+
+    [[nodiscard]] const std::string& path() const { return path_; }
+    [[nodiscard]] std::string logPath(std::uint64_t number) const;
+    [[nodiscard]] std::string snapshotPath(std::uint64_t number) const;
+    /// Refused: a log is missing.
+    [[nodiscard]] Expected<JournalFiles> files() const;
+    /// What was made, renamed or removed in it is so after a power cut too.
+    [[nodiscard]] Expected<void> sync() const;
+
+private:
+    JournalFolder(std::string path, int lock) : path_(std::move(path)), lock_(lock) {}
+
+    std::string path_;
+    int lock_;
+};
+
+/// What lies in the folder, read to its end, or before log `upTo`. A torn end of the very last log is where the story ends; anywhere
+/// else it is an error. Nothing in the folder is changed.
+struct JournalStory {
+    JournalState state;
+    std::uint64_t snapshotBytes = 0, logBytes = 0;
+    /// Of the last log that was read.
+    std::uint64_t wholeBytes = 0, tornBytes = 0;
+    bool hollow = false;  ///< not even its opening is whole
+};
+/// `stop` ends it early, with kFailed. The scene's arrays are in `arrays` for as long as the state holds them.
+[[nodiscard]] Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFiles& files, BlobStore& arrays,
+                                                 const JournalLimits& limits,
+                                                 std::optional<std::uint64_t> upTo = std::nullopt,
+                                                 const std::atomic<bool>* stop = nullptr);
+
+/// One file under way. Errors are errno values; 0: none.
+class JournalFile {
+public:
+    JournalFile() = default;
+    JournalFile(JournalFile&& other) noexcept;
+    JournalFile& operator=(JournalFile&& other) noexcept;
+    ~JournalFile();
+
+    /// Makes or empties it, and writes the mark and the opening.
+    [[nodiscard]] static Expected<JournalFile> create(const std::string& path, const journal::Opening& opening);
+    /// A record that cannot be written whole leaves no trace.
+    [[nodiscard]] int append(const RecordContent& content);
+    [[nodiscard]] int sync() const;
+    [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+
+private:
+    int file_ = -1;
+    std::uint64_t bytes_ = 0, number_ = 0;
+    bool torn_ = false;  ///< behind bytes_ lies what could not be removed yet
+};
+
+/// Appends the array once, and remembers that it did. An errno, or 0. `what`: told where an array is not here.
+class JournalArrays {
+public:
+    /// All that the list names and the file lacks. An errno; -1: one is not here.
+    [[nodiscard]] int append(JournalFile& file, const ChangeList& list);
+    void clear() { written_.clear(); }
+
+private:
+    std::unordered_set<BlobId> written_;
+};
+
+/// Writes what the files before log `upTo` lead to as snapshot `upTo`, and removes them. Whenever it is interrupted, what lies in the
+/// folder tells the same story.
+[[nodiscard]] Expected<std::uint64_t> compactJournal(const JournalFolder& folder, std::uint64_t upTo,
+                                                     const JournalLimits& limits, const std::atomic<bool>& stop);
+
+}  // namespace tessera

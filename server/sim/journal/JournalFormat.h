@@ -1,0 +1,114 @@
+/// The records of a journal, as values and as bytes.
+///
+/// A folder holds logs and at most one snapshot, numbered: snapshot 7 is what there was when log 7 began. Each file begins with
+/// kJournalMark; records follow as in a recording (RecordBytes.h).
+///
+///     log        Opening (Array* (Frame | Frames | View | Raised))*
+///     snapshot   Opening (Array* (Step | View))* Array* State
+///
+/// Arrays (blobs) stand once in each log that names them, before the first record that does.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "server/sim/frame/Simulation.h"
+#include "server/sim/frame/ViewSource.h"
+#include "server/sim/recording/RecordBytes.h"
+
+namespace tessera {
+
+inline constexpr std::string_view kJournalMark = "tessera journal\n";
+/// Raised whenever an older program would misread a file.
+inline constexpr std::uint32_t kJournalFormat = 1;
+
+struct JournalLimits {
+    /// Once the logs since the snapshot are longer than this and than the snapshot, a new snapshot is made.
+    std::uint64_t compactBytes = std::uint64_t{64} << 20;
+    std::size_t maxLogs = 16;  ///< or more than this
+    /// Not yet written. Beyond it the disk is too slow, and the journal ends.
+    std::uint64_t maxQueuedBytes = std::uint64_t{512} << 20;
+    std::uint64_t maxRecordBytes = std::uint64_t{16} << 30;
+    std::size_t maxListChanges = std::size_t{1} << 28;
+    std::size_t maxEvents = 65'536;  ///< of a frame
+    /// What has been written is on the disk after this long, and the time that the disk takes: what a power cut may cost.
+    std::chrono::milliseconds syncEvery{200};
+    /// After a write that failed.
+    std::chrono::milliseconds retryEvery{500};
+    /// Frames without a change leave no record: so many numbers are taken at once.
+    std::uint64_t framesAhead = 64;
+};
+
+namespace journal {
+
+/// The scene had this state before the file's first record.
+struct Opening {
+    std::uint64_t schema = 0;
+    std::string program;
+    std::uint64_t number = 0;
+    Epoch epoch;                      ///< of the server that wrote it
+    std::vector<std::string> scenes;  ///< what --scene said when the journal began
+    Sequence sequence;
+    StateHash stateHash;
+};
+/// A blob, before the first record that names it.
+struct Array {
+    Blob blob;
+};
+/// What a frame changed.
+struct Frame {
+    bool start = false;  ///< the scene before the first frame; `frame` says nothing
+    FrameNumber frame;
+    Sequence sequence;
+    StateHash stateHash;
+    ChangeListPtr list;  ///< null: only the history changed
+    std::vector<HistoryEvent> history;
+    std::optional<std::vector<ObjectId>> display;  ///< ContactDisplay::ids, where they have changed
+};
+/// Frames before this one may have been shown.
+struct Frames {
+    FrameNumber next;
+};
+struct View {
+    ViewState state;
+};
+/// The server that writes has this epoch from here on: a host had seen a later one than it was given.
+struct Raised {
+    Epoch epoch;
+};
+/// One of the history, in the order of EditHistory::kept.
+struct Step {
+    EditHistory::Kept kept;
+};
+/// The rest of a snapshot, and its end.
+struct State {
+    bool begun = false;
+    FrameNumber nextFrame;
+    Sequence sequence;
+    StateHash stateHash;
+    ChangeListPtr list;
+    std::vector<ObjectId> display;
+};
+
+}  // namespace journal
+
+/// The index of a JournalRecord in the variant is its kind in the file.
+using JournalRecord = std::variant<journal::Opening, journal::Array, journal::Frame, journal::Frames, journal::View,
+                                   journal::Step, journal::State, journal::Raised>;
+
+[[nodiscard]] std::string_view nameOfJournalKind(std::uint64_t kind);
+
+/// A frame's record with its list as it was sent: bytes are made once.
+[[nodiscard]] RecordContent encodeFrameRecord(const journal::Frame& frame, ByteSpan encodedList);
+/// `journal::Frame` with its list encoded here.
+[[nodiscard]] RecordContent encodeJournal(const JournalRecord& record);
+
+/// Never crashes whatever the bytes are; takes no memory out of proportion to them. Arrays that lists name are looked for in
+/// `arrays`; one that is not there is kBadInput.
+[[nodiscard]] Expected<JournalRecord> decodeJournal(std::uint64_t kind, Bytes content, const BlobStore& arrays,
+                                                    const JournalLimits& limits = {});
+
+}  // namespace tessera

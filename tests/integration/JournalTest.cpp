@@ -1,0 +1,314 @@
+/// A server that is killed, and started again with the same command: nothing that it has granted is lost, and everybody comes back.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <thread>
+
+#include "common/application/Application.h"
+#include "common/scene/FieldTable.h"
+#include "tests/integration/LiveWall.h"
+#include "tests/property/Seeds.h"
+
+namespace tessera::test {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+const std::string kYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
+
+/// A wall of one host that nobody waits for long.
+std::string smallWall(const TemporaryFolder& folder) {
+    const std::string text = readText(std::string(TESSERA_SOURCE_DIR) + "/deploy/walls/1x1.wall");
+    return folder.write("1x1.wall", text.substr(0, text.find("sync {")) +
+                                        "sync { lost_after_ms: 4000 start_deadline_ms: 1 }\n");
+}
+
+/// One command, as often as it is started. The address is the first server's.
+class KeptWall {
+public:
+    explicit KeptWall(std::vector<std::string> more = {}) : more_(std::move(more)), wall_(smallWall(folder)) {}
+
+    [[nodiscard]] bool start() {
+        launch();
+        address = server->waitForText("listening on ", 20s).value_or("");
+        return !address.empty();
+    }
+    /// Without waiting for what it says.
+    void launch() {
+        std::vector<std::string> command = {program("tessera-server"), "--wall", wall_,      "--scene",   scene,
+                                            "--listen",                address,  "--size",   "64x36",     "--samples", "1",
+                                            "--rate",                  rate,    "--report", report(),    "--journal", journal(),
+                                            "--allow",  folder.path()};
+        command.insert(command.end(), more_.begin(), more_.end());
+        server = std::make_unique<Process>(folder.path(), "server" + std::to_string(++servers_), command);
+    }
+    void kill() {
+        server->signal(SIGKILL);
+        EXPECT_TRUE(server->waitForExit(10s));
+    }
+    [[nodiscard]] std::unique_ptr<Application> connect(const std::string& name) const {
+        auto application = Application::connect({.address = address, .name = name});
+        EXPECT_TRUE(application) << application.error().message << server->output();
+        return application ? std::move(*application) : nullptr;
+    }
+    [[nodiscard]] std::string journal() const { return folder.path() + "/journal"; }
+    [[nodiscard]] std::string report() const { return folder.path() + "/report.json"; }
+
+    TemporaryFolder folder;
+    std::string address = "127.0.0.1:0";
+    std::string scene = kYard, rate = "200";
+    std::unique_ptr<Process> server;
+
+private:
+    std::vector<std::string> more_;
+    std::string wall_;
+    int servers_ = 0;
+};
+
+/// A node of this name at this place; every third has an array of its own.
+ChangeList newNode(const std::string& name, double x) {
+    ChangeListBuilder list;
+    const ObjectId node{kFirstPlaceholder}, place{kFirstPlaceholder + 1}, shape{kFirstPlaceholder + 2};
+    list.create(node, typeOf<Node>());
+    list.create(place, typeOf<Transform>());
+    list.set(place, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(x, 0, 0)));
+    list.set(node, typeOf<Node>(), fieldId<&Node::name>, name);
+    list.set(node, typeOf<Node>(), fieldId<&Node::core>, place);
+    list.place(node, kRootNode);
+    if (static_cast<int>(x) % 3 == 0) {
+        const ObjectId below{kFirstPlaceholder + 3};
+        const std::vector<float> corners{0, 0, 0, 1, 0, 0, 0, static_cast<float>(x + 1), 0};
+        const std::vector<std::uint32_t> indices{0, 1, 2};
+        list.create(shape, typeOf<Geometry>());
+        list.set(shape, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(corners)));
+        list.set(shape, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(indices)));
+        list.create(below, typeOf<Node>());
+        list.set(below, typeOf<Node>(), fieldId<&Node::core>, shape);
+        list.place(below, node);
+    }
+    return list.take();
+}
+
+/// What an application was told is done, while a server lived.
+struct Granted {
+    std::map<std::string, double> nodes;
+    Sequence sequence;  ///< of the last
+    /// The scene as it followed it, by list.
+    std::map<std::uint64_t, StateHash> states;
+};
+
+TEST(Journal, NothingGrantedIsLostThoughTheServerIsKilledAtAnyMoment) {
+    const char* only = std::getenv("TESSERA_SEED");
+    Random random(only ? std::strtoull(only, nullptr, 10) : 20);
+    KeptWall wall;
+    Granted granted;
+    int made = 0;
+    Epoch epoch;
+    FrameNumber frame;
+    std::unique_ptr<Process> host;
+    for (int server = 0; server < 8; ++server) {
+        // One that is killed while it starts changes nothing.
+        if (below(random, 2) == 0) {
+            wall.launch();
+            std::this_thread::sleep_for(std::chrono::milliseconds(below(random, 60)));
+            wall.kill();
+        }
+        ASSERT_TRUE(wall.start()) << wall.server->output();
+        if (!host)
+            host = std::make_unique<Process>(
+                wall.folder.path(), "host",
+                std::vector<std::string>{program("tessera-client"), "--server", wall.address, "--host", "all", "--output",
+                                         wall.folder.path() + "/out"});
+        const std::unique_ptr<Application> mover = wall.connect("mover");
+        ASSERT_TRUE(mover);
+        // All is there, and the state is that of its list.
+        for (const auto& [name, x] : granted.nodes) {
+            const Expected<ObjectId> node = findNode(mover->scene(), "/" + name);
+            ASSERT_TRUE(node) << name << " was granted and is lost: " << node.error().message << wall.server->output();
+            EXPECT_EQ(mover->scene().coreOf<Transform>(*mover->scene().get<Node>(*node))->translation.x(), x);
+        }
+        EXPECT_GE(mover->sequence(), granted.sequence);
+        if (const auto known = granted.states.find(mover->sequence().value); known != granted.states.end()) {
+            EXPECT_EQ(mover->scene().stateHash(), known->second);
+        }
+        const auto status = mover->status();
+        ASSERT_TRUE(status) << status.error().message;
+        EXPECT_GT(status->epoch, epoch);
+        EXPECT_GE(status->frame, frame);
+        EXPECT_GE(status->undoDepth, std::min<std::size_t>(granted.nodes.size(), 256));
+        epoch = status->epoch;
+        if (server > 0) {
+            EXPECT_TRUE(wall.server->waitForText("goes on with frame", 5s)) << wall.server->output();
+        }
+        granted.states.clear();
+        mover->onChanges([&](const ChangeList&, Sequence sequence) {
+            granted.states[sequence.value] = mover->scene().stateHash();
+        });
+
+        // It edits until the server dies.
+        std::thread killer([&, after = std::chrono::milliseconds(20 + below(random, 500))] {
+            std::this_thread::sleep_for(after);
+            wall.server->signal(SIGKILL);
+        });
+        while (true) {
+            const std::string name = "edit" + std::to_string(++made);
+            const auto committed = mover->propose(newNode(name, made));
+            if (!committed) break;
+            granted.nodes[name] = made;
+            granted.sequence = committed->sequence;
+        }
+        killer.join();
+        frame = status->frame;
+        ASSERT_EQ(wall.server->waitForExit(10s), 128 + SIGKILL);
+    }
+    EXPECT_GT(granted.nodes.size(), 10u) << "or nothing was tried";
+
+    // An undo of an edit before the kill; and the host has come back by itself.
+    ASSERT_TRUE(wall.start());
+    const std::unique_ptr<Application> last = wall.connect("last");
+    ASSERT_TRUE(last);
+    const auto before = last->status();
+    ASSERT_TRUE(last->undo());
+    const auto after = last->status();
+    ASSERT_TRUE(before && after);
+    EXPECT_LT(after->nodes, before->nodes);
+    EXPECT_EQ(after->undoDepth + 1, before->undoDepth);
+    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    bool shown = false;
+    while (!shown && std::chrono::steady_clock::now() < deadline) {
+        const auto now = last->waitForFrame(5s);
+        ASSERT_TRUE(now) << now.error().message;
+        shown = std::ranges::count(now->shown, "all") > 0;
+    }
+    EXPECT_TRUE(shown) << host->output();
+    wall.server->signal(SIGTERM);
+    EXPECT_EQ(wall.server->waitForExit(20s), 0) << wall.server->output();
+    EXPECT_EQ(host->waitForExit(20s), 0) << host->output();
+    const json report = json::parse(readText(wall.report()));
+    EXPECT_EQ(report["journal"]["trouble"], "") << report["journal"].dump();
+    EXPECT_GT(report["journal"]["bytes"], 0);
+    EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
+}
+
+TEST(Journal, TheViewThatWasSetComesBack) {
+    KeptWall wall;
+    ASSERT_TRUE(wall.start());
+    auto view = [&](std::vector<std::string> words) {
+        std::vector<std::string> command = {program("tessera-ctl"), "--server", wall.address, "view"};
+        command.insert(command.end(), words.begin(), words.end());
+        return run(wall.folder.path(), command, 30s);
+    };
+    ASSERT_EQ(view({"--position", "1", "2", "3"}).exitCode, 0) << view({"--position", "1", "2", "3"}).output;
+    const auto hit = [&] {
+        const auto asker = wall.connect("asker");
+        return asker->pick(32, 18);
+    };
+    const auto before = hit();
+    wall.kill();
+    ASSERT_TRUE(wall.start());
+    const auto after = hit();
+    ASSERT_TRUE(before && after);
+    EXPECT_EQ(after->hit, before->hit);
+    EXPECT_EQ(after->node, before->node);
+    EXPECT_EQ(after->point, before->point);
+}
+
+TEST(Journal, AFullDiskRefusesEditsAndTheWallGoesOn) {
+    KeptWall wall;
+    ASSERT_TRUE(wall.start());
+    wall.kill();
+    // All files of this server end at 64 KiB. (A shell counts in blocks of 512 or 1024 bytes.)
+    const std::string command = "ulimit -f 64; exec " + program("tessera-server") + " --wall " + smallWall(wall.folder) +
+                                " --listen 127.0.0.1:0 --rate 200 " +
+                                "--journal " + wall.journal();
+    Process little(wall.folder.path(), "little", {"/bin/sh", "-c", command});
+    wall.address = little.waitForText("listening on ", 20s).value_or("");
+    ASSERT_FALSE(wall.address.empty()) << little.output();
+    wall.server = std::make_unique<Process>(std::move(little));
+    const auto mover = wall.connect("mover");
+    ASSERT_TRUE(mover);
+    Expected<answer::Committed> committed = answer::Committed{};
+    int made = 0;
+    for (; committed && made < 5'000; ++made) committed = mover->propose(newNode("edit" + std::to_string(made), made));
+    ASSERT_FALSE(committed) << made;
+    EXPECT_NE(committed.error().message.find("cannot be written: File too large"), std::string::npos) << committed.error().message;
+    const auto refused = mover->propose(newNode("late", 1));
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().message.find("it is done"), std::string::npos) << "it is not: " << refused.error().message;
+    const auto loaded = mover->load(kYard);
+    ASSERT_FALSE(loaded);
+    EXPECT_NE(loaded.error().message.find("cannot be written"), std::string::npos) << loaded.error().message;
+    const auto removed = mover->removeNode(findNode(mover->scene(), "/edit1").value());
+    ASSERT_FALSE(removed);
+    EXPECT_NE(removed.error().message.find("cannot be written"), std::string::npos) << removed.error().message;
+    EXPECT_TRUE(findNode(mover->scene(), "/edit1"));
+    EXPECT_TRUE(mover->waitForFrame(10s)) << "nobody is stopped by it";
+    EXPECT_TRUE(wall.server->waitForText("edits are refused until it can", 1s)) << wall.server->output();
+    EXPECT_FALSE(findNode(mover->scene(), "/late"));
+}
+
+/// Parts come one in a frame, 50 ms apart: the kill is between two of them.
+TEST(Journal, ALoadThatIsHalfThereWhenTheServerIsKilledIsTakenAway) {
+    KeptWall wall;
+    wall.scene = wall.folder.write("still.tsct", "node { name: \"still\" transform {} }\n");
+    wall.rate = "20";
+    const std::string forest = wall.folder.write(
+        "forest.tsct",
+        "node { name: \"forest\" transform {} node { transform {} repeat { count: 200 step { y: 2 } }\n"
+        "  node { transform {} repeat { count: 200 step { x: 2 } } node { box { size { x: 1 y: 1 z: 1 } } } } } }\n");
+    ASSERT_TRUE(wall.start()) << wall.server->output();
+    const std::unique_ptr<Application> watcher = wall.connect("watcher");
+    ASSERT_TRUE(watcher);
+    ASSERT_TRUE(watcher->propose(newNode("mine", 1)));
+    const std::size_t objects = watcher->scene().objectCount();
+    const StateHash before = watcher->scene().stateHash();
+    std::thread loader([&, application = wall.connect("loader")] { EXPECT_FALSE(application->load(forest)); });
+    const auto deadline = std::chrono::steady_clock::now() + 60s;
+    while (watcher->scene().objectCount() == objects && std::chrono::steady_clock::now() < deadline)
+        if (!watcher->poll(10ms)) break;
+    wall.kill();
+    loader.join();
+    ASSERT_GT(watcher->scene().objectCount(), objects) << "nothing came";
+    ASSERT_FALSE(findNode(watcher->scene(), "/forest"));
+
+    ASSERT_TRUE(wall.start()) << wall.server->output();
+    const std::unique_ptr<Application> after = wall.connect("after");
+    ASSERT_TRUE(after);
+    while (after->scene().objectCount() != objects && std::chrono::steady_clock::now() < deadline)
+        ASSERT_TRUE(after->poll(10ms));
+    EXPECT_EQ(after->scene().stateHash(), before);
+    const auto status = after->status();
+    ASSERT_TRUE(status) << status.error().message;
+    EXPECT_EQ(status->undoDepth, 1u);
+    EXPECT_EQ(status->redoDepth, 0u);
+    const auto undone = after->undo();
+    ASSERT_TRUE(undone) << undone.error().message;
+    EXPECT_FALSE(findNode(after->scene(), "/mine"));
+    const auto loaded = after->load(forest);
+    EXPECT_TRUE(loaded) << loaded.error().message;
+}
+
+TEST(Journal, ASecondServerAndAnotherSceneAreRefusedInWords) {
+    KeptWall wall;
+    ASSERT_TRUE(wall.start());
+    ASSERT_TRUE(wall.connect("anybody"));
+    const auto other = [&](const std::string& scene) {
+        return run(wall.folder.path(), {program("tessera-server"), "--scene", scene, "--journal", wall.journal(), "--frames", "1"},
+                   20s);
+    };
+    const Outcome second = other(kYard);
+    EXPECT_EQ(second.exitCode, 1) << second.output;
+    EXPECT_NE(second.output.find("in use by tessera-server, pid " + std::to_string(wall.server->pid())), std::string::npos)
+        << second.output;
+    wall.kill();
+    const Outcome another = other(std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/collisions.tsct");
+    EXPECT_EQ(another.exitCode, 2) << another.output;
+    EXPECT_NE(another.output.find("began with --scene " + kYard), std::string::npos) << another.output;
+}
+
+}  // namespace
+}  // namespace tessera::test

@@ -1,0 +1,106 @@
+/// A random show whose journal is kept, and what it was like after each record.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "server/sim/journal/Journal.h"
+#include "tests/unit/TestFolder.h"
+#include "tests/unit/recording/RandomShow.h"
+
+namespace tessera::test {
+
+/// A log that can be read.
+class JournalWords {
+public:
+    JournalWords() : file_(std::tmpfile()), log("unit_journal", file_) {}
+    ~JournalWords() {
+        log.flush();
+        std::fclose(file_);
+    }
+    JournalWords(const JournalWords&) = delete;
+    [[nodiscard]] std::string said() {
+        log.flush();
+        std::rewind(file_);
+        std::string text(8192, '\0');
+        text.resize(std::fread(text.data(), 1, text.size(), file_));
+        return text;
+    }
+
+private:
+    std::FILE* file_;
+
+public:
+    Log log;
+};
+
+/// How a scene stands.
+struct Standing {
+    StateHash stateHash;
+    std::size_t undo = 0, redo = 0;
+    bool operator==(const Standing&) const = default;
+};
+inline Standing standingOf(const Simulation& simulation) {
+    return {simulation.scene().stateHash(), simulation.history().undoDepth(), simulation.history().redoDepth()};
+}
+
+inline Expected<Journal::Opened> openJournal(const std::string& folder, BlobStore& arrays, Log& log, JournalLimits limits = {},
+                                             std::vector<std::string> scenes = {}) {
+    return Journal::open({.folder = folder, .scenes = std::move(scenes), .limits = limits}, arrays, log, {});
+}
+
+/// For a simulation that goes on from it.
+inline Simulation::Left leftIn(JournalState& state) {
+    return {.scene = std::move(state.scene),
+            .sequence = state.sequence,
+            .history = std::move(state.history),
+            .display = std::move(state.display)};
+}
+
+/// Waits until all that was handed over is written. False: it took ten seconds.
+inline bool waitUntilWritten(const Journal& journal) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (journal.written() < journal.handed()) {
+        if (std::chrono::steady_clock::now() > deadline) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return true;
+}
+
+/// The show's frames into a journal. By sequence, every state that was committed is in `standings`.
+class KeptShow {
+public:
+    explicit KeptShow(Random& random) : show(random) {}
+    void load(Journal& journal) {
+        const Expected<CommittedFrame> loaded = show.load();
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        journal.started(*loaded);
+        note();
+    }
+    void frames(Journal& journal, std::uint64_t count) {
+        for (const std::uint64_t end = next.value + count; next.value < end; next = next.next()) {
+            const FrameResult result = show.frame(next);
+            journal.frameDone(next, result, show.simulation().display());
+            note();
+        }
+    }
+    void note() { standings[show.simulation().sequence().value].push_back(standingOf(show.simulation())); }
+
+    RandomShow show;
+    FrameNumber next;
+    /// (A frame may change the history and nothing else.)
+    std::map<std::uint64_t, std::vector<Standing>> standings;
+};
+
+inline std::vector<std::string> filesIn(const std::string& folder) {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().filename() != "lock") names.push_back(entry.path().filename().string());
+    std::ranges::sort(names);
+    return names;
+}
+
+}  // namespace tessera::test
