@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 
 Measurement loadFile(const DrillOptions& options) {
     const test::TemporaryFolder files;
-    DrillWall wall({.scene = files.write("scene.tsct", drillScene(1'000))});
+    DrillWall wall({.scene = files.write("scene.tsct", drillScene(1'000)), .server = {"--allow", files.path()}});
     const std::string large = files.write("large.tsct", drillScene(options.large ? 1'000'000 : options.nodes, false));
     Measurement measured;
     wall.watchUndisturbed(measured, 2s);
@@ -82,8 +82,8 @@ Measurement askWithoutEnd(const DrillOptions& options) {
 std::vector<Row> applicationRows() {
     return {
         {.name = "load",
-         .deed = "a large file loaded at run time",
-         .promise = {.missed = 3, .backMs = 180'000},
+         .deed = "a large file loaded, the frame that shows it included",
+         .promise = {.missed = 15, .backMs = 180'000},
          .run = loadFile},
         {.name = "askers", .deed = "8 applications at nice 19 ask without end", .promise = {}, .run = askWithoutEnd},
     };

@@ -12,7 +12,7 @@
 #include <csignal>
 #include <thread>
 
-#include "common/application/Application.h"
+#include "common/codec/ApplicationCodec.h"
 #include "common/codec/MessageCodec.h"
 #include "common/net/FrameHeader.h"
 #include "common/net/Transport.h"
@@ -26,9 +26,9 @@ using Clock = std::chrono::steady_clock;
 
 volatile std::sig_atomic_t over = 0;
 
-Bytes framed(const Message& message) {
+Bytes framed(Epoch epoch, const Message& message) {
     const ByteChain payload = encodeMessage(message);
-    const auto header = encodeHeader(wireType(message), {}, payload);
+    const auto header = encodeHeader(wireType(message), epoch, payload);
     Bytes bytes(header.begin(), header.end());
     const Bytes body = payload.joined();
     bytes.insert(bytes.end(), body.begin(), body.end());
@@ -38,7 +38,7 @@ Bytes framed(const Message& message) {
 /// An application's control connection, byte by byte.
 class GuestLink {
 public:
-    explicit GuestLink(const std::string& address, int receiveBytes = 0) {
+    GuestLink(const std::string& address, bool follows, int receiveBytes = 0) {
         socket_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
         if (receiveBytes > 0) setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receiveBytes, sizeof receiveBytes);
         const auto parsed = parseAddress(address);
@@ -47,8 +47,10 @@ public:
         to.sin_port = htons(parsed ? parsed->port : 0);
         inet_pton(AF_INET, parsed ? parsed->host.c_str() : "", &to.sin_addr);
         open_ = connect(socket_, reinterpret_cast<sockaddr*>(&to), sizeof to) == 0;
-        say(framed(message::Hello{
-            .schema = schemaHash(), .role = PeerRole::kApplication, .name = "guest", .wantBlobs = false}));
+        const message::Hello hello{
+            .schema = schemaHash(), .role = PeerRole::kApplication, .name = "guest", .wantBlobs = false, .follows = follows};
+        const Bytes bytes = framed({}, hello);
+        out_.insert(out_.end(), bytes.begin(), bytes.end());
     }
     ~GuestLink() { close(socket_); }
     GuestLink(const GuestLink&) = delete;
@@ -57,12 +59,17 @@ public:
     [[nodiscard]] bool open() const { return open_; }
     [[nodiscard]] std::size_t unsent() const { return out_.size() - sent_; }
     [[nodiscard]] std::uint64_t replies() const { return replies_; }
-    void say(const Bytes& bytes) { out_.insert(out_.end(), bytes.begin(), bytes.end()); }
+    /// Only once the server has said in which epoch.
+    [[nodiscard]] bool mayTalk() const { return epoch_.value != 0; }
+    void say(const Message& message) {
+        const Bytes bytes = framed(epoch_, message);
+        out_.insert(out_.end(), bytes.begin(), bytes.end());
+    }
 
     /// Sends what it can, and reads at most `budget` bytes; waits for either for at most `wait`.
     void move(std::size_t budget, std::chrono::milliseconds wait) {
-        if (Clock::now() >= nextHeartbeat_) {
-            say(framed(message::Heartbeat{}));
+        if (mayTalk() && Clock::now() >= nextHeartbeat_) {
+            say(message::Heartbeat{});
             nextHeartbeat_ = Clock::now() + 500ms;
         }
         const auto events = static_cast<short>((unsent() > 0 ? POLLOUT : 0) | (budget > 0 ? POLLIN : 0));
@@ -104,6 +111,7 @@ private:
                 open_ = false;
                 return;
             }
+            epoch_ = header->epoch;
             skip_ = header->payloadBytes;
             replies_ += header->type == reply ? 1 : 0;
         }
@@ -115,28 +123,22 @@ private:
     std::size_t sent_ = 0, skip_ = 0, headed_ = 0;
     std::array<std::byte, FrameHeader::kBytes> header_{};
     std::uint64_t replies_ = 0;
+    Epoch epoch_;
     Clock::time_point nextHeartbeat_ = Clock::now();
 };
 
 /// As fast as it is answered, so many questions ahead.
 std::uint64_t askOn(const std::string& address, const ApplicationRequest& question) {
     constexpr std::uint64_t kAhead = 64;
-    GuestLink link(address);
+    GuestLink link(address, false);
     const ByteSlice body = share(encodeRequest(question));
     std::uint64_t asked = 0;
     while (!over && link.open()) {
-        while (asked < link.replies() + kAhead && link.unsent() < 65536)
-            link.say(framed(message::Request{++asked, body}));
+        while (link.mayTalk() && asked < link.replies() + kAhead && link.unsent() < 65536)
+            link.say(message::Request{++asked, body});
         link.move(65536, 100ms);
     }
     return link.replies();
-}
-
-std::uint64_t followAnew(const std::string& address) {
-    std::uint64_t times = 0;
-    while (!over)
-        if (Application::connect({.address = address, .name = "tree"})) ++times;
-    return times;
 }
 
 /// Returns how often it had to come again.
@@ -144,9 +146,9 @@ std::uint64_t readSlowly(const std::string& address, std::size_t bytesAtOnce) {
     constexpr int kSmallBuffer = 16 * 1024;
     std::uint64_t times = 0;
     while (!over) {
-        GuestLink link(address, kSmallBuffer);
+        GuestLink link(address, true, kSmallBuffer);
         while (!over && link.open()) {
-            link.move(bytesAtOnce, 100ms);
+            link.move(link.mayTalk() ? bytesAtOnce : FrameHeader::kBytes, 100ms);
             std::this_thread::sleep_for(100ms);
         }
         ++times;
@@ -168,7 +170,7 @@ int runGuest(const std::string& kind, const std::string& address) {
     else if (kind == "images")
         answered = askOn(address, request::GetImages{});
     else if (kind == "tree")
-        answered = followAnew(address);
+        answered = askOn(address, request::GetTree{});
     else if (kind == "slow")
         answered = readSlowly(address, 6'400);
     else if (kind == "silent")
