@@ -55,6 +55,11 @@ TimePoint ImageRequests::nextDeadline() const {
     return next;
 }
 
+std::size_t ImageRequests::openCount(ConnectionId connection) const {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        open_, [&](const auto& entry) { return entry.second.asker.connection == connection; }));
+}
+
 void ImageRequests::applicationLeft(ConnectionId connection) {
     std::erase_if(open_, [&](const auto& entry) { return entry.second.asker.connection == connection; });
 }

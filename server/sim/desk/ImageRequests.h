@@ -24,7 +24,8 @@ public:
     [[nodiscard]] ServerActions advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
     void applicationLeft(ConnectionId connection);
-    [[nodiscard]] std::size_t openCount() const { return open_.size(); }
+    /// Of one application.
+    [[nodiscard]] std::size_t openCount(ConnectionId connection) const;
 
 private:
     struct Open {

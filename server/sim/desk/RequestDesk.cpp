@@ -10,6 +10,15 @@
 
 namespace tessera {
 
+namespace {
+/// Whether an answer comes later: with a frame, a file or from hosts.
+template <typename Request>
+constexpr bool kStaysOpen =
+    std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
+    std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Remove> ||
+    std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages>;
+}  // namespace
+
 RequestDesk::RequestDesk(const Surroundings& around, const Limits& limits)
     : around_(around),
       limits_(limits),
@@ -20,10 +29,30 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
     const Asker asker{.connection = received.connection, .request = received.id};
     const Expected<ApplicationRequest> decoded = decodeRequest(received.body);
     if (!decoded) return refuse(asker, decoded.error());
-    if (open_.size() + images_.openCount() >= limits_.maxOpenRequests)
-        return refuse(asker, {ErrorCode::kLimit,
-                              fmt::format("{} requests are open already; try again later", limits_.maxOpenRequests)});
-    return std::visit([&](const auto& request) { return on(asker, request, now); }, *decoded);
+    return std::visit(
+        [&]<typename Request>(const Request& request) {
+            if constexpr (kStaysOpen<Request>)
+                if (std::optional<Error> why = tooManyOpen(asker)) return refuse(asker, std::move(*why));
+            return on(asker, request, now);
+        },
+        *decoded);
+}
+
+/// Each application for itself: one that asks without end keeps no other from asking.
+std::optional<Error> RequestDesk::tooManyOpen(const Asker& asker) const {
+    std::size_t count = images_.openCount(asker.connection), bytes = 0;
+    for (const auto& [ticket, open] : open_) {
+        if (open.asker.connection != asker.connection) continue;
+        ++count;
+        bytes += open.bytes;
+    }
+    if (count >= limits_.maxOpenRequests)
+        return Error{ErrorCode::kLimit,
+                     fmt::format("{} requests of this application are open already; try again later", count)};
+    if (bytes >= limits_.maxOpenBytes)
+        return Error{ErrorCode::kLimit,
+                     fmt::format("proposals of {} MiB of this application wait already; try again later", bytes >> 20)};
+    return std::nullopt;
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::Propose& proposal, TimePoint now) {
@@ -33,7 +62,9 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Propose& propos
     edit->ticket = ticket;
     edit->gesture = {asker.connection.value, proposal.gesture};
     std::vector<Blob> named = blobsOf(edit->list);
-    open_[ticket] = {.asker = asker, .edit = std::move(*edit)};
+    std::size_t bytes = proposal.list.size();
+    for (const ByteSlice& blob : proposal.blobs) bytes += blob.size();
+    open_[ticket] = {.asker = asker, .edit = std::move(*edit), .bytes = bytes};
     return queueEdit(ticket, std::move(named), now);
 }
 
@@ -232,7 +263,19 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     applications_.erase(connection);
     news_.applicationLeft(connection);
     images_.applicationLeft(connection);
-    // Edits on their way are carried out: they were asked for. Their answers go nowhere.
+    // Edits on their way are carried out: they were asked for. Their answers go nowhere. Where those who come and go leave too
+    // many behind, because no frame takes them, the newest do not count.
+    const auto leftBehind = [&](const auto& entry) {
+        return !entry.second.isLoad && !applications_.contains(entry.second.asker.connection);
+    };
+    auto many = static_cast<std::size_t>(std::ranges::count_if(open_, leftBehind));
+    for (auto it = open_.end(); many > limits_.maxLeftBehind && it != open_.begin();) {
+        if (--it; !leftBehind(*it)) continue;
+        std::erase(ready_, it->first);
+        around_.session.forgetBlobs(it->first);
+        it = open_.erase(it);
+        --many;
+    }
 }
 
 std::vector<Edit> RequestDesk::takeEdits() {

@@ -23,7 +23,12 @@ namespace tessera {
 class RequestDesk {
 public:
     struct Limits {
-        std::size_t maxOpenRequests = 1024;
+        /// Of one application, of what is not answered at once: edits, loads, pictures. And what its proposals hold together;
+        /// one may exceed it.
+        std::size_t maxOpenRequests = 256;
+        std::size_t maxOpenBytes = std::size_t{256} << 20;
+        /// Of those who have left: edits that are still carried out.
+        std::size_t maxLeftBehind = 256;
         std::chrono::milliseconds imageDeadline{5'000};
         std::size_t maxUploadBytes = std::size_t{512} << 20;
         /// Of one proposal, or of what a Remove takes: a list is checked and applied between two frames.
@@ -77,6 +82,7 @@ private:
         Edit edit;  ///< waiting for blobs or a frame
         std::vector<Blob> announced;  ///< can be fetched until its outcome is known
         std::uint64_t removed = 0;  ///< of a Remove: objects
+        std::size_t bytes = 0;  ///< of the proposal
         bool isLoad = false;
         std::vector<ChangeList> parts;  ///< of a load that takes several frames
         std::size_t nextPart = 0;
@@ -103,6 +109,7 @@ private:
     [[nodiscard]] ServerActions on(const Asker&, const request::GetTree&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Remove&, TimePoint now);
 
+    [[nodiscard]] std::optional<Error> tooManyOpen(const Asker& asker) const;
     [[nodiscard]] ServerActions answer(const Asker& asker, const Expected<ApplicationAnswer>& answer) {
         return answerTo(around_.session, asker, answer);
     }

@@ -1,0 +1,84 @@
+// What one application may have open, and that it is no other one's affair.
+#include <gtest/gtest.h>
+
+#include "common/codec/ChangeCodec.h"
+#include "common/scene/FieldTable.h"
+#include "server/sim/desk/RequestDesk.h"
+#include "tests/unit/session/ServerFixture.h"
+#include "tests/unit/sim/SceneForTests.h"
+
+namespace tessera {
+namespace {
+
+/// A desk for which no frame comes.
+class DeskLimits : public testing::Test {
+protected:
+    ConnectionId join(const std::string& name) {
+        const ConnectionId connection = server.hello(name, PeerRole::kApplication);
+        desk.applicationJoined(connection);
+        return connection;
+    }
+    void leave(ConnectionId connection) {
+        server.drop(connection);
+        desk.applicationLeft(connection);
+    }
+    /// Nothing where the answer is still to come, else its error; empty where it is good.
+    std::optional<std::string> ask(ConnectionId connection, const ApplicationRequest& request) {
+        server.forget();
+        server.take(desk.received({connection, "somebody", ++asked, share(encodeRequest(request))}, server.now));
+        const auto replies = server.sent<message::Reply>(connection);
+        return replies.empty() ? std::nullopt : std::optional(replies[0].error);
+    }
+    static request::Propose proposal(std::size_t blobBytes = 0) {
+        test::ListMaker maker;
+        maker.node("n", kRootNode);
+        request::Propose propose{.list = share(encodeChangeList(maker.builder.take()))};
+        if (blobBytes > 0) propose.blobs.push_back(share(Bytes(blobBytes)));
+        return propose;
+    }
+
+    Wall wall = test::wallOfOne();
+    BlobStore blobs;
+    ServerFixture server;
+    Simulation simulation;
+    ViewSource view{wall, ""};
+    Loader loader{{}, {}, [](LoadFinished) {}};
+    RequestDesk::Limits limits{.maxOpenRequests = 10, .maxOpenBytes = 1000, .maxLeftBehind = 15};
+    RequestDesk desk{{.wall = wall,
+                      .blobs = blobs,
+                      .session = server.session,
+                      .simulation = simulation,
+                      .view = view,
+                      .loader = loader},
+                     limits};
+    std::uint64_t asked = 0;
+};
+
+TEST_F(DeskLimits, WhoAsksWithoutEndIsRefusedAndNobodyElseIs) {
+    const ConnectionId greedy = join("greedy"), other = join("other");
+    for (int i = 0; i < 10; ++i) EXPECT_FALSE(ask(greedy, request::Undo{}));
+    EXPECT_NE(ask(greedy, request::Undo{}).value_or("").find("10 requests of this application"), std::string::npos);
+    EXPECT_NE(ask(greedy, proposal()).value_or("").find("10 requests"), std::string::npos);
+    EXPECT_EQ(ask(greedy, request::GetStatus{}), "") << "what is answered at once waits for nothing";
+    EXPECT_EQ(ask(other, request::GetStatus{}), "");
+    EXPECT_FALSE(ask(other, proposal()));
+}
+
+TEST_F(DeskLimits, ProposalsThatWaitAreBoundedInBytes) {
+    const ConnectionId greedy = join("greedy"), other = join("other");
+    EXPECT_FALSE(ask(greedy, proposal(2000)));
+    EXPECT_NE(ask(greedy, proposal()).value_or("").find("wait already"), std::string::npos);
+    EXPECT_FALSE(ask(other, proposal()));
+}
+
+TEST_F(DeskLimits, WhoComesAndGoesLeavesABoundedNumberBehind) {
+    for (int round = 0; round < 20; ++round) {
+        const ConnectionId guest = join("guest");
+        for (int i = 0; i < 5; ++i) EXPECT_FALSE(ask(guest, proposal()));
+        leave(guest);
+    }
+    EXPECT_EQ(desk.takeEdits().size(), 15u);
+}
+
+}  // namespace
+}  // namespace tessera
