@@ -163,6 +163,7 @@ void ServerSession::Impl::refuseTaken(Peer& peer, Host& host, TimePoint now) {
     host.lastClaim = now;
     const Duration noticed = config.sync.lostAfter + kGracesInARow * config.sync.heartbeat;
     const bool speaks = now - host.claimedSince >= noticed && lastHeard(*find(host.connection)) > host.claimedSince;
+    if (speaks) host.claimedFrom = {};  // the next one who claims the name begins anew
     const std::string taken = "host '" + host.name + "' is connected already";
     refuse(peer, ErrorCode::kRefused,
            speaks ? taken + ", and goes on speaking; end that process, or give this one the name of another host" : taken,
