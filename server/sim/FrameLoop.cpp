@@ -32,6 +32,7 @@ constexpr std::size_t kMostInARow = 256;  ///< of what hosts say, before anybody
 constexpr Duration kLongestInARow = 500us;
 constexpr Duration kLongestWait = 100ms;
 constexpr Duration kFarewell = 5s;
+constexpr Duration kFarewellToOthers = 1s;  ///< applications that do not listen keep nobody waiting
 
 std::string join(const std::vector<std::string>& names) {
     std::string text;
@@ -378,16 +379,22 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
 /// Lets everybody show the last frame, tells them that the show is over, and waits until they have gone.
 void FrameLoop::Impl::sayGoodbye() {
     const TimePoint deadline = Clock::now() + kFarewell;
+    TimePoint others = deadline;
     bool told = false;
-    while (Clock::now() < deadline && (!told || peers.connectionCount() > 0)) {
+    const auto somebodyStays = [&](TimePoint now) {
+        return peers.hostCount() > 0 || (peers.connectionCount() > 0 && now < others);
+    };
+    for (TimePoint now = Clock::now(); now < deadline && (!told || somebodyStays(now)); now = Clock::now()) {
         openGate();
         if (!told && (lastFrameShown() || Clock::now() > deadline - kFarewell / 2)) {
             actions.carryOut(peers.session().finish("the show is over"));
             told = true;
+            others = Clock::now() + kFarewellToOthers;
         }
         await(Clock::now() + 20ms);
+        const TimePoint until = std::min(deadline, Clock::now() + 20ms);  // however much is said
         for (const Inbox::Rank rank : {Inbox::Rank::kFirst, Inbox::Rank::kOther})
-            while (auto next = Clock::now() < deadline ? inbox.tryPop(rank) : std::nullopt) {
+            while (auto next = Clock::now() < until ? inbox.tryPop(rank) : std::nullopt) {
                 const auto* link = std::get_if<LinkEvent>(&next->second);
                 if (!link) continue;
                 ServerActions wanted = peers.handle(*link);

@@ -53,6 +53,11 @@ ServerActions Peers::handle(const LinkEvent& event) {
     return wanted;
 }
 
+std::size_t Peers::hostCount() const {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(open_, [&](const auto& peer) { return session_.isHost(peer.first); }));
+}
+
 ServerActions Peers::received(const link_event::Received& received, TimePoint at) {
     const ConnectionId connection{received.link.value};
     if (!open_.contains(connection)) return {};

@@ -51,6 +51,7 @@ public:
     [[nodiscard]] ServerSession& session() { return session_; }
     [[nodiscard]] const ServerSession& session() const { return session_; }
     [[nodiscard]] std::size_t connectionCount() const { return open_.size(); }
+    [[nodiscard]] std::size_t hostCount() const;
 
 private:
     [[nodiscard]] ServerActions received(const link_event::Received& received, TimePoint at);

@@ -198,6 +198,17 @@ std::optional<message::Refused> refusalOf(const std::string& address, const mess
     return std::nullopt;
 }
 
+TEST(Farewell, AnApplicationThatDoesNotListenKeepsNobodyWaiting) {
+    LiveWall wall({});
+    for (const std::string& host : kFourHosts) wall.startClient(host, {"--surface", "none"});
+    const Knock deaf(wall.address());
+    deaf.say(frame({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "deaf"}));
+    ASSERT_TRUE(deaf.hearEpoch());
+    ASSERT_TRUE(wall.server().waitForText("enters at frame", 30s)) << wall.logs();
+    wall.server().signal(SIGTERM);
+    EXPECT_EQ(wall.server().waitForExit(5s), 0) << "a second for it to read, one for what is queued: " << wall.logs();
+}
+
 TEST_F(Strangers, AnotherProtocolVersionIsToldBothNumbers) {
     const auto refused = refusalOf(wall_.address(), {.protocol = kProtocolVersion + 7, .name = "upper-left"});
     ASSERT_TRUE(refused);
