@@ -106,8 +106,8 @@ public:
     void close(LinkId link, std::string reason);
     /// The caller does the network's work until an event has been delivered (by anybody, since the last call
     /// returned), `wake` has been called or `until` has come. False at once: the thread inside has too much to do to be
-    /// sent away; wait for what `onEvent` does. With an `until` that is over it does what is ready, and returns. One thread at a time, not from within `onEvent`, which must not wait
-    /// for this one.
+    /// sent away; wait for what `onEvent` does. With an `until` that is over it does what is ready, if the thread inside
+    /// does not do so, and returns. One thread at a time, not from within `onEvent`, which must not wait for this one.
     [[nodiscard]] bool attend(TimePoint until);
     /// Ends the call of `attend` that is under way, or else the next one.
     void wake();
