@@ -1,132 +1,96 @@
 #include "common/codec/MessageHead.h"
 
-#include <cstring>
-#include <optional>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/wire_format_lite.h>
 
 namespace tessera {
 namespace {
 
-/// Of protobuf's encoding (protobuf.dev/programming-guides/encoding): a tag is the field's number and one of these.
-enum WireKind : std::uint64_t { kVarint = 0, kFixed64 = 1, kLengthDelimited = 2, kFixed32 = 5 };
-constexpr int kKindBits = 3;
-constexpr std::uint64_t tagOf(int number, WireKind kind) {
-    return static_cast<std::uint64_t>(number) << kKindBits | kind;
+using google::protobuf::io::CodedInputStream;
+using google::protobuf::io::CodedOutputStream;
+using google::protobuf::internal::WireFormatLite;
+
+constexpr std::size_t kLongestVarint = 10;
+constexpr int kLongestTag = 5;
+
+template <typename Write>
+void append(Bytes& bytes, std::size_t atMost, Write&& write) {
+    const std::size_t before = bytes.size();
+    bytes.resize(before + atMost);
+    auto* begin = reinterpret_cast<std::uint8_t*>(bytes.data());
+    bytes.resize(static_cast<std::size_t>(write(begin + before) - begin));
 }
-
-/// What is left of a head.
-class Rest {
-public:
-    explicit Rest(ByteSpan bytes) : bytes_(bytes) {}
-
-    [[nodiscard]] bool empty() const { return bytes_.empty(); }
-    std::optional<ByteSpan> take(std::uint64_t count) {
-        if (count > bytes_.size()) return std::nullopt;
-        const ByteSpan taken = bytes_.first(count);
-        bytes_ = bytes_.subspan(count);
-        return taken;
-    }
-    std::optional<std::uint64_t> varint() {
-        std::uint64_t value = 0;
-        for (int shift = 0; shift < 70; shift += 7) {
-            const auto byte = take(1);
-            if (!byte) return std::nullopt;
-            const auto bits = static_cast<std::uint64_t>(byte->front());
-            value |= (bits & 0x7f) << shift;  // of a tenth byte the lowest bit counts
-            if (bits < 0x80) return value;
-        }
-        return std::nullopt;
-    }
-    std::optional<std::uint64_t> fixed64() {
-        const auto bytes = take(8);
-        if (!bytes) return std::nullopt;
-        std::uint64_t value = 0;
-        std::memcpy(&value, bytes->data(), sizeof value);
-        return value;
-    }
-
-private:
-    ByteSpan bytes_;
-};
 
 }  // namespace
 
-void HeadWriter::raw(std::uint64_t value) {
-    for (; value >= 0x80; value >>= 7) bytes_.push_back(static_cast<std::byte>(value | 0x80));
-    bytes_.push_back(static_cast<std::byte>(value));
-}
-
 void HeadWriter::varint(int number, std::uint64_t value) {
     if (value == 0) return;
-    raw(tagOf(number, kVarint));
-    raw(value);
+    append(bytes_, 2 * kLongestVarint,
+           [&](std::uint8_t* to) { return WireFormatLite::WriteUInt64ToArray(number, value, to); });
 }
 
 void HeadWriter::fixed(int number, std::uint64_t value) {
     if (value == 0) return;
-    raw(tagOf(number, kFixed64));
-    const ByteSpan bytes = std::as_bytes(std::span(&value, 1));
-    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+    append(bytes_, kLongestVarint + sizeof value,
+           [&](std::uint8_t* to) { return WireFormatLite::WriteFixed64ToArray(number, value, to); });
 }
 
 void HeadWriter::text(int number, std::string_view value) {
     if (value.empty()) return;
-    raw(tagOf(number, kLengthDelimited));
-    raw(value.size());
+    append(bytes_, 2 * kLongestVarint, [&](std::uint8_t* to) {
+        to = WireFormatLite::WriteTagToArray(number, WireFormatLite::WIRETYPE_LENGTH_DELIMITED, to);
+        return CodedOutputStream::WriteVarint32ToArray(static_cast<std::uint32_t>(value.size()), to);
+    });
     const ByteSpan bytes = asBytes(value);
     bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
 }
 
 Expected<HeadReader> HeadReader::read(ByteSpan head) {
-    HeadReader read;
     const auto bad = [] { return fail(ErrorCode::kBadInput, "its head is no protobuf message"); };
-    for (Rest rest(head); !rest.empty();) {
-        const auto tag = rest.varint();
-        if (!tag || *tag >> kKindBits == 0) return bad();
-        Field field;
-        switch (*tag & ((1u << kKindBits) - 1)) {
-            case kVarint: {
-                const auto value = rest.varint();
-                if (!value) return bad();
-                field = {Kind::kVarint, *value, {}};
+    HeadReader read;
+    CodedInputStream in(reinterpret_cast<const std::uint8_t*>(head.data()), static_cast<int>(head.size()));
+    while (static_cast<std::size_t>(in.CurrentPosition()) < head.size()) {
+        const int before = in.CurrentPosition();
+        const std::uint32_t tag = in.ReadTag();
+        const int number = WireFormatLite::GetTagFieldNumber(tag);
+        // The stream would read a longer one, which classes made from a schema refuse.
+        if (number == 0 || in.CurrentPosition() > before + kLongestTag) return bad();
+        Field ignored;
+        Field& field = number <= kMostHeadFields ? read.fields_[static_cast<std::size_t>(number)] : ignored;
+        bool good = false;
+        switch (WireFormatLite::GetTagWireType(tag)) {
+            case WireFormatLite::WIRETYPE_VARINT:
+                good = in.ReadVarint64(&field.varint);
+                break;
+            case WireFormatLite::WIRETYPE_FIXED64:
+                good = in.ReadLittleEndian64(&field.fixed);
+                break;
+            case WireFormatLite::WIRETYPE_LENGTH_DELIMITED: {
+                int length = 0;
+                if (!in.ReadVarintSizeAsInt(&length)) return bad();
+                const auto begin = static_cast<std::size_t>(in.CurrentPosition());
+                good = in.Skip(length);
+                if (good) field.text = asText(head.subspan(begin, static_cast<std::size_t>(length)));
                 break;
             }
-            case kFixed64: {
-                const auto value = rest.fixed64();
-                if (!value) return bad();
-                field = {Kind::kFixed, *value, {}};
-                break;
-            }
-            case kLengthDelimited: {
-                const auto length = rest.varint();
-                const auto bytes = length ? rest.take(*length) : std::nullopt;
-                if (!bytes) return bad();
-                field = {Kind::kText, 0, asText(*bytes)};
-                break;
-            }
-            case kFixed32:  // no message has one
-                if (!rest.take(4)) return bad();
-                break;
             default:
-                return bad();
+                good = WireFormatLite::SkipField(&in, tag);
         }
-        if (const std::uint64_t number = *tag >> kKindBits; number <= kMostHeadFields) read.fields_[number] = field;
+        if (!good) return bad();
     }
     return read;
 }
 
 std::uint64_t HeadReader::varint(int number) const {
-    const Field& field = fields_[static_cast<std::size_t>(number)];
-    return field.kind == Kind::kVarint ? field.number : 0;
+    return fields_[static_cast<std::size_t>(number)].varint;
 }
 
 std::uint64_t HeadReader::fixed(int number) const {
-    const Field& field = fields_[static_cast<std::size_t>(number)];
-    return field.kind == Kind::kFixed ? field.number : 0;
+    return fields_[static_cast<std::size_t>(number)].fixed;
 }
 
 std::string_view HeadReader::text(int number) const {
-    const Field& field = fields_[static_cast<std::size_t>(number)];
-    return field.kind == Kind::kText ? field.text : std::string_view();
+    return fields_[static_cast<std::size_t>(number)].text;
 }
 
 }  // namespace tessera

@@ -20,8 +20,6 @@ public:
     [[nodiscard]] const Bytes& bytes() const { return bytes_; }
 
 private:
-    void raw(std::uint64_t value);
-
     Bytes bytes_;
 };
 
@@ -37,10 +35,9 @@ public:
     [[nodiscard]] std::string_view text(int number) const;
 
 private:
-    enum class Kind : std::uint8_t { kAbsent, kVarint, kFixed, kText };
+    /// The last of each kind, by whichever of them is asked for.
     struct Field {
-        Kind kind = Kind::kAbsent;
-        std::uint64_t number = 0;
+        std::uint64_t varint = 0, fixed = 0;
         std::string_view text;
     };
     std::array<Field, kMostHeadFields + 1> fields_;
