@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <signal.h>
 
+#include <functional>
+
 #include "tests/drill/DrillWall.h"
 #include "tests/drill/Rows.h"
 
@@ -10,7 +12,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Measurement killHosts(const DrillOptions& options) {
+/// Something is done to one host after the other, and taken back. `undo` returns when it began.
+using Deed = std::function<TimePoint(DrillWall&, const std::string& host)>;
+Measurement eachHost(const DrillOptions& options, int signal, const Deed& undo) {
     const test::TemporaryFolder files;
     DrillWall wall({.scene = files.write("scene.tsct", drillScene(options.nodes))});
     Measurement measured;
@@ -19,44 +23,36 @@ Measurement killHosts(const DrillOptions& options) {
         const std::string& host = kFourHosts[static_cast<std::size_t>(i) % kFourHosts.size()];
         wall.watchUndisturbed(measured, 1s);
         const std::uint64_t before = wall.networkBytes();
-        const TimePoint killed = now();
-        wall.host(host).signal(SIGKILL);
-        measured.noticedMs.push_back(toMilliseconds(wall.waitUntilGone(host, killed, 10s) - killed));
-        if (!wall.waitForExit(wall.host(host), 5s)) throw RowBroken(host + " survived SIGKILL");
+        const TimePoint done = now();
+        wall.host(host).signal(signal);
+        measured.noticedMs.push_back(toMilliseconds(wall.waitUntilGone(host, done, 10s) - done));
+        const TimePoint undone = undo(wall, host);
+        measured.backMs.push_back(toMilliseconds(wall.waitUntilBack(host, undone, 20s) - undone));
         wall.watch(300ms);
-        const TimePoint started = now();
-        wall.startHost(host);
-        measured.backMs.push_back(toMilliseconds(wall.waitUntilBack(host, started, 20s) - started));
-        wall.watch(300ms);
-        measured.missed.push_back(wall.timeline().missed(killed, now()));
+        measured.missed.push_back(wall.timeline().missed(done, now()));
         *measured.bytes += (wall.networkBytes() - before) / static_cast<std::uint64_t>(options.repetitions);
     }
     wall.conclude(measured, kFourHosts);
     return measured;
 }
 
+Measurement killHosts(const DrillOptions& options) {
+    return eachHost(options, SIGKILL, [](DrillWall& wall, const std::string& host) {
+        if (!wall.waitForExit(wall.host(host), 5s)) throw RowBroken(host + " survived SIGKILL");
+        wall.watch(300ms);
+        const TimePoint started = now();
+        wall.startHost(host);
+        return started;
+    });
+}
+
 Measurement stopHosts(const DrillOptions& options) {
-    const test::TemporaryFolder files;
-    DrillWall wall({.scene = files.write("scene.tsct", drillScene(options.nodes))});
-    Measurement measured;
-    measured.bytes = 0;
-    for (int i = 0; i < options.repetitions; ++i) {
-        const std::string& host = kFourHosts[static_cast<std::size_t>(i) % kFourHosts.size()];
-        wall.watchUndisturbed(measured, 1s);
-        const std::uint64_t before = wall.networkBytes();
-        const TimePoint stopped = now();
-        wall.host(host).signal(SIGSTOP);
-        measured.noticedMs.push_back(toMilliseconds(wall.waitUntilGone(host, stopped, 10s) - stopped));
+    return eachHost(options, SIGSTOP, [](DrillWall& wall, const std::string& host) {
         wall.watch(500ms);
         const TimePoint continued = now();
         wall.host(host).signal(SIGCONT);
-        measured.backMs.push_back(toMilliseconds(wall.waitUntilBack(host, continued, 20s) - continued));
-        wall.watch(300ms);
-        measured.missed.push_back(wall.timeline().missed(stopped, now()));
-        *measured.bytes += (wall.networkBytes() - before) / static_cast<std::uint64_t>(options.repetitions);
-    }
-    wall.conclude(measured, kFourHosts);
-    return measured;
+        return continued;
+    });
 }
 
 constexpr int kColumns = 6, kRows = 4;

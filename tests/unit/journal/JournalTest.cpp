@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 TEST(Journal, GoesOnWithTheStateAndTheHistoryThatWere) {
     forSeeds(12, [](Random& random) {
         const test::TestFolder folder;
-        test::JournalWords words;
+        test::ReadableLog words;
         JournalLimits limits;
         limits.compactBytes = 20'000 + below(random, 60'000);
         BlobStore arrays;
@@ -57,7 +57,7 @@ TEST(Journal, GoesOnWithTheStateAndTheHistoryThatWere) {
 
 TEST(Journal, IsBoundedBySnapshots) {
     const test::TestFolder folder;
-    test::JournalWords words;
+    test::ReadableLog words;
     Random random(7);
     JournalLimits limits;
     limits.compactBytes = 64'000;
@@ -92,7 +92,7 @@ TEST(Journal, IsBoundedBySnapshots) {
 TEST(Journal, IsGoneOnFromWhereverItIsCutOff) {
     forSeeds(3, [](Random& random) {
         const test::TestFolder folder;
-        test::JournalWords words;
+        test::ReadableLog words;
         BlobStore arrays;
         KeptShow kept(random);
         {
@@ -128,7 +128,7 @@ TEST(Journal, IsGoneOnFromWhereverItIsCutOff) {
 
 TEST(Journal, DamageIsNamedUnlessItIsTheEnd) {
     const test::TestFolder folder;
-    test::JournalWords words;
+    test::ReadableLog words;
     Random random(3);
     BlobStore arrays;
     KeptShow kept(random);
@@ -167,7 +167,7 @@ TEST(Journal, DamageIsNamedUnlessItIsTheEnd) {
 
 TEST(Journal, AMissingFileIsNamed) {
     const test::TestFolder folder;
-    test::JournalWords words;
+    test::ReadableLog words;
     BlobStore arrays;
     for (int server = 0; server < 3; ++server) ASSERT_TRUE(test::openJournal(folder / "wall", arrays, words.log));
     ASSERT_EQ(test::filesIn(folder / "wall").size(), 3u);
@@ -179,7 +179,7 @@ TEST(Journal, AMissingFileIsNamed) {
 
 TEST(Journal, AFullDiskIsSaidAndWhatWaitsIsWrittenOnceThereIsRoom) {
     const test::TestFolder folder;
-    test::JournalWords words;
+    test::ReadableLog words;
     Random random(5);
     BlobStore arrays;
     KeptShow kept(random);
@@ -221,7 +221,7 @@ TEST(Journal, AFullDiskIsSaidAndWhatWaitsIsWrittenOnceThereIsRoom) {
 
 TEST(Journal, TooMuchThatWaitsEndsItAndWhatIsWrittenStays) {
     const test::TestFolder folder;
-    test::JournalWords words;
+    test::ReadableLog words;
     Random random(6);
     BlobStore arrays;
     KeptShow kept(random);
@@ -254,7 +254,7 @@ TEST(Journal, TooMuchThatWaitsEndsItAndWhatIsWrittenStays) {
 
 TEST(Journal, HasOneServer) {
     const test::TestFolder folder;
-    test::JournalWords words;
+    test::ReadableLog words;
     BlobStore arrays;
     const Expected<Journal::Opened> first = test::openJournal(folder / "wall", arrays, words.log);
     ASSERT_TRUE(first);
@@ -267,7 +267,7 @@ TEST(Journal, HasOneServer) {
 
 TEST(Journal, AnotherSceneIsRefusedAndNoneIsTheSame) {
     const test::TestFolder folder;
-    test::JournalWords words;
+    test::ReadableLog words;
     BlobStore arrays;
     Random random(1);
     KeptShow kept(random);
@@ -287,7 +287,7 @@ TEST(Journal, AnotherSceneIsRefusedAndNoneIsTheSame) {
 
 TEST(Journal, TheEpochGrowsThoughTheClockHasGoneBack) {
     const test::TestFolder folder;
-    test::JournalWords words;
+    test::ReadableLog words;
     BlobStore arrays;
     const Epoch later(std::uint64_t{1} << 62);  // the year 2116
     {
@@ -310,7 +310,7 @@ TEST(Journal, TheEpochGrowsThoughTheClockHasGoneBack) {
 
 TEST(Journal, AnEpochThatWasRaisedIsRemembered) {
     const test::TestFolder folder;
-    test::JournalWords words;
+    test::ReadableLog words;
     BlobStore arrays;
     const Epoch seen(std::uint64_t{1} << 62);
     {
@@ -326,7 +326,7 @@ TEST(Journal, AnEpochThatWasRaisedIsRemembered) {
 
 TEST(Journal, WhoeverWaitsForARecordIsTold) {
     const test::TestFolder folder;
-    test::JournalWords words;
+    test::ReadableLog words;
     BlobStore arrays;
     Random random(4);
     KeptShow kept(random);

@@ -8,34 +8,11 @@
 #include <map>
 
 #include "server/sim/journal/Journal.h"
+#include "tests/unit/ReadableLog.h"
 #include "tests/unit/TestFolder.h"
 #include "tests/unit/recording/RandomShow.h"
 
 namespace tessera::test {
-
-/// A log that can be read.
-class JournalWords {
-public:
-    JournalWords() : file_(std::tmpfile()), log("unit_journal", file_) {}
-    ~JournalWords() {
-        log.flush();
-        std::fclose(file_);
-    }
-    JournalWords(const JournalWords&) = delete;
-    [[nodiscard]] std::string said() {
-        log.flush();
-        std::rewind(file_);
-        std::string text(8192, '\0');
-        text.resize(std::fread(text.data(), 1, text.size(), file_));
-        return text;
-    }
-
-private:
-    std::FILE* file_;
-
-public:
-    Log log;
-};
 
 /// How a scene stands.
 struct Standing {

@@ -66,7 +66,7 @@ public:
 
 private:
     const test::TestFolder folder_;
-    test::JournalWords words_;
+    test::ReadableLog words_;
     JournalLimits limits_;
     std::unique_ptr<BlobStore> arrays_;
     std::optional<Journal::Opened> opened_;

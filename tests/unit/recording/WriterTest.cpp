@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "server/sim/recording/RecordingReplay.h"
+#include "tests/unit/ReadableLog.h"
 #include "tests/unit/recording/RecordFile.h"
 
 namespace tessera {
@@ -15,32 +16,8 @@ namespace {
 
 using test::RandomShow;
 
-/// A log that can be read.
-class Words {
-public:
-    Words() : file_(std::tmpfile()), log("unit_recording", file_) {}
-    ~Words() {
-        log.flush();
-        std::fclose(file_);
-    }
-    Words(const Words&) = delete;
-    [[nodiscard]] std::string said() {
-        log.flush();
-        std::rewind(file_);
-        std::string text(4096, '\0');
-        text.resize(std::fread(text.data(), 1, text.size(), file_));
-        return text;
-    }
-
-private:
-    std::FILE* file_;
-
-public:
-    Log log;
-};
-
 TEST(RecordingWriter, SaysWhyItCannotBegin) {
-    Words words;
+    test::ReadableLog words;
     const auto nowhere = RecordingWriter::create("/nowhere/at/all.rec", test::openingForTests(), words.log);
     ASSERT_FALSE(nowhere);
     EXPECT_EQ(nowhere.error().code, ErrorCode::kFailed);
@@ -50,7 +27,7 @@ TEST(RecordingWriter, SaysWhyItCannotBegin) {
 
 TEST(RecordingWriter, AFullDiskEndsTheRecordingAndNothingElse) {
     const test::TestFolder folder;
-    Words words;
+    test::ReadableLog words;
     Random random(2);
     // The system takes 20,000 bytes and then no more, in the middle of a record.
     rlimit before{};
@@ -80,7 +57,7 @@ TEST(RecordingWriter, AFullDiskEndsTheRecordingAndNothingElse) {
 
 TEST(RecordingWriter, EndsAtItsLongestWithOneLineAndWhatIsThereCanBeReplayed) {
     const test::TestFolder folder;
-    Words words;
+    test::ReadableLog words;
     Random random(2);
     {
         auto writer =
@@ -105,7 +82,7 @@ TEST(RecordingWriter, EndsAtItsLongestWithOneLineAndWhatIsThereCanBeReplayed) {
 
 TEST(RecordingWriter, EndsWhereTheDiskIsTooSlow) {
     const test::TestFolder folder;
-    Words words;
+    test::ReadableLog words;
     Random random(2);
     {
         // No disk is as slow as one that may not have a byte waiting.
@@ -124,7 +101,7 @@ TEST(RecordingWriter, EndsWhereTheDiskIsTooSlow) {
 
 TEST(RecordingWriter, WritesEachArrayOnce) {
     const test::TestFolder folder;
-    Words words;
+    test::ReadableLog words;
     test::ListMaker make;
     const MeshArrays box = makeBox(Vec3d::Ones()).toArrays();
     for (int i = 0; i < 5; ++i) {
