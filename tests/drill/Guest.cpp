@@ -17,6 +17,7 @@
 #include "common/net/FrameHeader.h"
 #include "common/net/Transport.h"
 #include "common/scene/FieldTable.h"
+#include "tests/integration/MessageBytes.h"
 
 namespace tessera::drill {
 namespace {
@@ -25,15 +26,6 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 volatile std::sig_atomic_t over = 0;
-
-Bytes framed(Epoch epoch, const Message& message) {
-    const ByteChain payload = encodeMessage(message);
-    const auto header = encodeHeader(wireType(message), epoch, payload);
-    Bytes bytes(header.begin(), header.end());
-    const Bytes body = payload.joined();
-    bytes.insert(bytes.end(), body.begin(), body.end());
-    return bytes;
-}
 
 /// An application's control connection, byte by byte.
 class GuestLink {
@@ -49,7 +41,7 @@ public:
         open_ = connect(socket_, reinterpret_cast<sockaddr*>(&to), sizeof to) == 0;
         const message::Hello hello{
             .schema = schemaHash(), .role = PeerRole::kApplication, .name = "guest", .wantBlobs = false, .follows = follows};
-        const Bytes bytes = framed({}, hello);
+        const Bytes bytes = test::messageBytes({}, hello);
         out_.insert(out_.end(), bytes.begin(), bytes.end());
     }
     ~GuestLink() { close(socket_); }
@@ -62,7 +54,7 @@ public:
     /// Only once the server has said in which epoch.
     [[nodiscard]] bool mayTalk() const { return epoch_.value != 0; }
     void say(const Message& message) {
-        const Bytes bytes = framed(epoch_, message);
+        const Bytes bytes = test::messageBytes(epoch_, message);
         out_.insert(out_.end(), bytes.begin(), bytes.end());
     }
 

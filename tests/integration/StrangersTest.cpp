@@ -19,6 +19,7 @@
 #include "common/net/Transport.h"
 #include "common/scene/FieldTable.h"
 #include "tests/integration/LiveWall.h"
+#include "tests/integration/MessageBytes.h"
 
 namespace tessera::test {
 namespace {
@@ -132,32 +133,23 @@ TEST_F(Strangers, AMessageThatOnlyAHostMaySayEndsTheConnection) {
     EXPECT_TRUE(knock.closedWithin(5s));
 }
 
-Bytes frame(Epoch epoch, const Message& message) {
-    const ByteChain payload = encodeMessage(message);
-    const auto header = encodeHeader(wireType(message), epoch, payload);
-    Bytes bytes(header.begin(), header.end());
-    const Bytes body = payload.joined();
-    bytes.insert(bytes.end(), body.begin(), body.end());
-    return bytes;
-}
-
 TEST_F(Strangers, AnApplicationThatSpeaksOfAnotherEpochIsHungUpOn) {
     const Knock knock(wall_.address());
-    knock.say(frame({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "late"}));
+    knock.say(messageBytes({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "late"}));
     const Epoch epoch = knock.hearEpoch();
     ASSERT_TRUE(epoch);
-    knock.say(frame(epoch.next(), message::Request{1, share(encodeRequest(request::GetStatus{}))}));
+    knock.say(messageBytes(epoch.next(), message::Request{1, share(encodeRequest(request::GetStatus{}))}));
     EXPECT_TRUE(knock.closedWithin(5s));
 }
 
 TEST_F(Strangers, AnApplicationThatAsksWithoutEndAndNeverListensHoldsUpNobody) {
     const Knock knock(wall_.address());
-    knock.say(frame({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "greedy"}));
+    knock.say(messageBytes({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "greedy"}));
     const Epoch epoch = knock.hearEpoch();
     ASSERT_TRUE(epoch);
     Bytes many;
     for (std::uint64_t i = 0; i < 1000; ++i) {
-        const Bytes one = frame(epoch, message::Request{i, share(encodeRequest(request::GetStatus{}))});
+        const Bytes one = messageBytes(epoch, message::Request{i, share(encodeRequest(request::GetStatus{}))});
         many.insert(many.end(), one.begin(), one.end());
     }
     const std::size_t before = wall_.server().residentBytes();
@@ -202,7 +194,7 @@ TEST(Farewell, AnApplicationThatDoesNotListenKeepsNobodyWaiting) {
     LiveWall wall({});
     for (const std::string& host : kFourHosts) wall.startClient(host, {"--surface", "none"});
     const Knock deaf(wall.address());
-    deaf.say(frame({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "deaf"}));
+    deaf.say(messageBytes({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "deaf"}));
     ASSERT_TRUE(deaf.hearEpoch());
     ASSERT_TRUE(wall.server().waitForText("enters at frame", 30s)) << wall.logs();
     wall.server().signal(SIGTERM);
