@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <iterator>
 #include <map>
 #include <set>
@@ -210,6 +211,9 @@ public:
         : application_(application), names_(application), wanted_(wanted), interest_(interest), json_(json), print_(print) {}
 
     Expected<Answer> run() {
+        application_.onLost([](const Error& why) {
+            std::fprintf(stderr, "tessera-ctl: %s; dialling again\n", why.message.c_str());
+        });
         const bool events = wanted_.events || !wanted_.distances;
         if (events)
             if (auto done = application_.onPairEvents(

@@ -73,6 +73,9 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                                toHex(status->stateHash));
     answer.text += fmt::format("undo    {} changes\nredo    {} changes\napplications  {}\n", status->undoDepth, status->redoDepth,
                                status->applications);
+    if (!status->journal.empty())
+        answer.text += fmt::format("journal {}{}{}\n", status->journal, status->journalTrouble.empty() ? "" : ": ",
+                                   status->journalTrouble);
     answer.json = {{"wall", status->wallName},
                    {"epoch", status->epoch.value},
                    {"frame", status->frame.value},
@@ -84,7 +87,9 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                    {"nodes", status->nodes},
                    {"undo_depth", status->undoDepth},
                    {"redo_depth", status->redoDepth},
-                   {"applications", status->applications}};
+                   {"applications", status->applications},
+                   {"journal", status->journal},
+                   {"journal_trouble", status->journalTrouble}};
     return answer;
 }
 

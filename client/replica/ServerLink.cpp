@@ -152,47 +152,22 @@ void ServerLink::answer(const Outcome& outcome) {
 
 void ServerLink::carryOut(ClientActions actions) {
     for (ClientAction& action : actions) {
-        if (const auto* send = std::get_if<client_action::Send>(&action)) {
-            carryOut(*send);
-        } else if (std::holds_alternative<client_action::OpenBulk>(action)) {
-            links_[ChannelKind::kBulk] = transport_->connect(options_.server, options_.connectTimeout);
-        } else if (const auto* wall = std::get_if<client_action::Configured>(&action)) {
-            configured(*wall);
-        } else if (auto* snapshot = std::get_if<client_action::ApplySnapshot>(&action)) {
-            give(std::move(*snapshot));
-        } else if (auto* changes = std::get_if<client_action::ApplyChanges>(&action)) {
-            give(std::move(*changes));
-        } else if (auto* draw = std::get_if<client_action::Draw>(&action)) {
-            give(std::move(*draw));
-        } else if (const auto* show = std::get_if<client_action::Show>(&action)) {
-            give(*show);
-        } else if (const auto* describe = std::get_if<client_action::DescribeState>(&action)) {
-            give(*describe);
-        } else if (const auto* images = std::get_if<client_action::SendImages>(&action)) {
-            give(*images);
-        } else if (const auto* blob = std::get_if<client_action::StoreBlob>(&action)) {
-            store(blob->blob);
-        } else if (const auto* broken = std::get_if<client_action::Disconnect>(&action)) {
-            if (broken->retry) return retryLater(broken->reason);
-            hangUp("refused");
-            return end({.error = {broken->code, fmt::format("the server at {} refuses: {}", toString(options_.server),
-                                                            broken->reason)}});
-        } else if (const auto* finished = std::get_if<client_action::Finish>(&action)) {
-            hangUp("over");
-            log_.info(fmt::format("over: {}", finished->reason));
-            return end({.over = true});
-        }
-        // Replies and notices are for applications.
+        if (!session_) return;  // hung up meanwhile
+        std::visit([this](auto& what) { carryOut(std::move(what)); }, action);
     }
 }
 
-void ServerLink::carryOut(const client_action::Send& send) {
+void ServerLink::carryOut(client_action::Send&& send) {
     const auto link = links_.find(send.channel);
     if (link != links_.end())
         transport_->send(link->second, wireType(send.message), session_->epoch(), share(encodeMessage(send.message)));
 }
 
-void ServerLink::configured(const client_action::Configured& configured) {
+void ServerLink::carryOut(client_action::OpenBulk&&) {
+    links_[ChannelKind::kBulk] = transport_->connect(options_.server, options_.connectTimeout);
+}
+
+void ServerLink::carryOut(client_action::Configured&& configured) {
     seenEpoch_ = std::max(seenEpoch_, configured.epoch);
     pause_ = options_.firstPause;
     lastReason_.clear();
@@ -201,12 +176,25 @@ void ServerLink::configured(const client_action::Configured& configured) {
     transport_->keepAlive(links_.at(ChannelKind::kControl), configured.heartbeat, wireType(life), configured.epoch,
                           share(encodeMessage(life)));
     log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), configured.epoch.value));
-    give(configured);
+    give(std::move(configured));
 }
 
-void ServerLink::store(const Blob& blob) {
-    blobs_.put(blob);
-    if (cache_) cache_->store(blob);
+void ServerLink::carryOut(client_action::StoreBlob&& blob) {
+    blobs_.put(blob.blob);
+    if (cache_) cache_->store(blob.blob);
+}
+
+void ServerLink::carryOut(client_action::Disconnect&& broken) {
+    if (broken.retry) return retryLater(broken.reason);
+    hangUp("refused");
+    end({.error = {broken.code,
+                   fmt::format("the server at {} refuses: {}", toString(options_.server), broken.reason)}});
+}
+
+void ServerLink::carryOut(client_action::Finish&& finished) {
+    hangUp("over");
+    log_.info(fmt::format("over: {}", finished.reason));
+    end({.over = true});
 }
 
 void ServerLink::hangUp(const std::string& reason) {

@@ -63,9 +63,20 @@ private:
     void on(const Outcome& outcome);
     void answer(const Outcome& outcome);
     void carryOut(ClientActions actions);
-    void carryOut(const client_action::Send& send);
-    void configured(const client_action::Configured& configured);
-    void store(const Blob& blob);
+    void carryOut(client_action::Send&& send);
+    void carryOut(client_action::OpenBulk&&);
+    void carryOut(client_action::Configured&& configured);
+    void carryOut(client_action::StoreBlob&& blob);
+    void carryOut(client_action::Disconnect&& broken);
+    void carryOut(client_action::Finish&& finished);
+    // Replies and notices are for applications.
+    void carryOut(client_action::ReplyReceived&&) {}
+    void carryOut(client_action::NoticeReceived&&) {}
+    /// The rest is the draw thread's.
+    template <typename DrawThreads>
+    void carryOut(DrawThreads&& work) {
+        give(std::forward<DrawThreads>(work));
+    }
     void hangUp(const std::string& reason);
     void retryLater(const std::string& reason);
     void end(HostEnd end);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <deque>
 #include <iterator>
+#include <thread>
+#include <variant>
 
 #include "common/application/Connection.h"
 #include "common/codec/ChangeCodec.h"
@@ -19,6 +21,9 @@ using std::chrono::milliseconds;
 /// In one request: what is asked for costs the server time between two frames.
 constexpr std::size_t kNamesAtOnce = 64;
 
+/// Between a dial that failed and the next.
+constexpr milliseconds kFirstPause{50}, kLongestPause{1000};
+
 TimePoint now() {
     return std::chrono::steady_clock::now();
 }
@@ -31,15 +36,21 @@ Duration until(TimePoint deadline) {
 }  // namespace
 
 struct Application::Impl {
-    Impl(ConnectionOptions connectionOptions, const Options& o)
-        : options(o), connection(std::move(connectionOptions)) {}
+    Impl(ConnectionOptions c, const Options& o)
+        : options(o), connectionOptions(std::move(c)), connection(std::make_unique<Connection>(connectionOptions)) {}
 
-    /// Puts one value aside (a reply is given back). False: nothing came until `deadline`, or it is all over.
+    /// Puts one value aside (a reply is given back), and dials again where the connection broke. False: nothing came until
+    /// `deadline`, or it is all over.
     bool take(TimePoint deadline, std::optional<message::Reply>* reply = nullptr);
     /// Applies what was put aside. The error that ended everything comes only once nothing is left to apply.
     Expected<bool> dispatch();
     Expected<void> apply(incoming::List list);
     void tell(const ApplicationNotice& notice);
+
+    void configure(const incoming::Configured& configured);
+    void lose(incoming::Ended end);
+    /// A list for a scene that is about to come anew is not sent: it was made from another.
+    [[nodiscard]] Expected<void> sceneIsHere() const;
 
     Expected<ApplicationAnswer> ask(const ApplicationRequest& request, milliseconds timeout);
     /// `ask` for one kind of answer.
@@ -56,15 +67,29 @@ struct Application::Impl {
     Expected<void> subscribe();
 
     Options options;
-    Connection connection;
+    ConnectionOptions connectionOptions;
+    std::unique_ptr<Connection> connection;  ///< null between a dial that failed and the next
     std::optional<Wall> wall;
     std::optional<Error> wallFault;
     Aspect aspect;
     Sequence sequence;
     Sequence current;  ///< where the scene stood when it was sent to us
     bool haveScene = false;
-    std::deque<Incoming> aside;
+    /// The connection broke; it is there again, and the scene with it.
+    struct Lost {
+        Error why;
+    };
+    struct Back {};
+    std::deque<std::variant<incoming::List, incoming::Notice, Lost, Back>> aside;
     std::optional<incoming::Ended> ended;
+    bool joined = false;  ///< `connect` has succeeded: what breaks now is dialled again
+    /// While the connection is broken.
+    struct Away {
+        TimePoint since, dialAt;
+        Duration pause;
+        Error why;
+    };
+    std::optional<Away> away;
     bool dispatching = false;
     std::uint64_t lastRequest = 0;
     request::Subscribe subscription;
@@ -76,43 +101,100 @@ struct Application::Impl {
     std::function<void(const answer::Questions&)> questionsCallback;
     std::function<void(const answer::Picked&)> pickCallback;
     std::function<void(const notice::Frame&)> frameCallback;
+    std::function<void(const Error&)> lostCallback;
+    std::function<void()> backCallback;
 };
 
 bool Application::Impl::take(TimePoint deadline, std::optional<message::Reply>* reply) {
     if (ended) return false;
-    std::optional<Incoming> value = connection.next(until(deadline));
+    if (!connection) {
+        std::this_thread::sleep_until(std::min(deadline, away->dialAt));
+        if (now() < away->dialAt) return false;
+        connection = std::make_unique<Connection>(connectionOptions);
+    }
+    std::optional<Incoming> value = connection->next(until(deadline));
     if (!value) return false;
     if (auto* answer = std::get_if<incoming::Reply>(&*value)) {
         if (reply != nullptr && answer->reply.id == lastRequest) *reply = std::move(answer->reply);
         // Any other reply belongs to a request that was given up.
     } else if (auto* end = std::get_if<incoming::Ended>(&*value)) {
-        ended = std::move(*end);
+        lose(std::move(*end));
     } else if (auto* configured = std::get_if<incoming::Configured>(&*value)) {
-        Expected<Wall> decoded = decodeWall(configured->wall);
-        if (decoded)
-            wall = std::move(*decoded);
-        else
-            wallFault = Error{decoded.error().code, "the server's wall makes no sense: " + decoded.error().message};
+        configure(*configured);
+    } else if (auto* list = std::get_if<incoming::List>(&*value)) {
+        aside.emplace_back(std::move(*list));
     } else {
-        aside.push_back(std::move(*value));
+        aside.emplace_back(std::get<incoming::Notice>(std::move(*value)));
     }
     return true;
+}
+
+void Application::Impl::configure(const incoming::Configured& configured) {
+    Expected<Wall> decoded = decodeWall(configured.wall);
+    if (!decoded) {
+        wallFault = Error{decoded.error().code, "the server's wall makes no sense: " + decoded.error().message};
+        if (joined) ended = incoming::Ended{.error = *wallFault};
+        return;
+    }
+    wall = std::move(*decoded);
+    connectionOptions.seenEpoch = configured.epoch;
+    if (!away) return;
+    // What is still aside belongs to the scene that comes anew.
+    away.reset();
+    std::erase_if(aside, [](const auto& value) {
+        return std::holds_alternative<incoming::List>(value) || std::holds_alternative<incoming::Notice>(value);
+    });
+    haveScene = false;
+    current = Sequence();
+    connection->request(++lastRequest, encodeRequest(subscription));
+    if (!options.followScene) aside.emplace_back(Back{});
+}
+
+void Application::Impl::lose(incoming::Ended end) {
+    // Not where the fault is ours, or stays; a server that has just been started may refuse for the time being.
+    const bool again = joined && end.retry && (end.error.code == ErrorCode::kNetwork || away);
+    if (again && !away && options.redial > milliseconds::zero()) {
+        away = Away{now(), now(), kFirstPause, end.error};
+        aside.emplace_back(Lost{end.error});
+    } else if (again && away) {
+        away->dialAt = now() + away->pause;
+        away->pause = std::min<Duration>(2 * away->pause, kLongestPause);
+    }
+    if (again && away && now() < away->since + options.redial) {
+        connection.reset();
+        return;
+    }
+    if (again && away)
+        end.error.message = fmt::format("{}; nobody has answered there for {} ms since: {}", away->why.message,
+                                        options.redial.count(), end.error.message);
+    ended = std::move(end);
+}
+
+Expected<void> Application::Impl::sceneIsHere() const {
+    if (!options.followScene || dispatching || ended || (!away && haveScene)) return {};
+    return fail(ErrorCode::kNetwork, fmt::format("the connection to the server at {} broke and its scene is coming anew: "
+                                                 "poll, look at it and propose again",
+                                                 options.address));
 }
 
 Expected<bool> Application::Impl::dispatch() {
     bool any = false;
     dispatching = true;
     while (!aside.empty()) {
-        Incoming value = std::move(aside.front());
+        auto value = std::move(aside.front());
         aside.pop_front();
         any = true;
         if (auto* list = std::get_if<incoming::List>(&value)) {
             if (auto applied = apply(std::move(*list)); !applied) {
                 aside.clear();
-                ended = incoming::Ended{applied.error(), false};
+                ended = incoming::Ended{.error = applied.error()};
             }
         } else if (const auto* notice = std::get_if<incoming::Notice>(&value)) {
             tell(notice->notice);
+        } else if (const auto* lost = std::get_if<Lost>(&value)) {
+            if (const auto callback = lostCallback) callback(lost->why);
+        } else if (const auto callback = backCallback) {
+            callback();
         }
     }
     dispatching = false;
@@ -134,8 +216,10 @@ Expected<void> Application::Impl::apply(incoming::List list) {
                     fmt::format("after change list {} the scene here differs from the server's; connect again",
                                 list.committed->sequence.value));
     sequence = list.committed->sequence;
-    haveScene = haveScene || sequence >= current;
+    const bool complete = !haveScene && sequence >= current;
+    haveScene = haveScene || complete;
     if (const auto callback = changesCallback) callback(*list.list, sequence);
+    if (complete && joined) aside.emplace_front(Back{});
     return {};
 }
 
@@ -161,15 +245,23 @@ void Application::Impl::tell(const ApplicationNotice& notice) {
 }
 
 Expected<ApplicationAnswer> Application::Impl::ask(const ApplicationRequest& request, milliseconds timeout) {
-    if (ended) return tl::unexpected(ended->error);
     const TimePoint deadline = now() + timeout;
-    connection.request(++lastRequest, encodeRequest(request));
+    while (away && !ended)
+        if (!take(deadline) && now() >= deadline)
+            return fail(ErrorCode::kNetwork,
+                        fmt::format("the server at {} did not come back within {} ms: {}", options.address,
+                                    timeout.count(), away->why.message));
+    if (ended) return tl::unexpected(ended->error);
+    connection->request(++lastRequest, encodeRequest(request));
     std::optional<message::Reply> reply;
     while (!reply) {
-        if (take(deadline, &reply)) continue;
+        const bool came = take(deadline, &reply);
         if (ended) return tl::unexpected(ended->error);
-        return fail(ErrorCode::kNetwork,
-                    fmt::format("the server at {} did not answer within {} ms", options.address, timeout.count()));
+        if (away)
+            return fail(ErrorCode::kNetwork, away->why.message + " (whether what was asked for was done is not known)");
+        if (!came)
+            return fail(ErrorCode::kNetwork,
+                        fmt::format("the server at {} did not answer within {} ms", options.address, timeout.count()));
     }
     if (!reply->error.empty()) return fail(reply->code, std::move(reply->error));
     return decodeAnswer(reply->body);
@@ -180,7 +272,7 @@ Expected<answer::Committed> Application::Impl::settled(Expected<answer::Committe
     const TimePoint deadline = now() + options.timeout;
     for (;;) {
         if (const auto applied = dispatch(); !applied) return tl::unexpected(applied.error());
-        if (sequence >= committed->sequence) return committed;
+        if (!away && haveScene && sequence >= committed->sequence) return committed;
         if (!take(deadline) && !ended)
             return fail(ErrorCode::kNetwork, fmt::format("change list {} was committed but did not come within {} ms",
                                                          committed->sequence.value, options.timeout.count()));
@@ -222,6 +314,7 @@ Expected<std::unique_ptr<Application>> Application::connect(const Options& optio
         if (impl->wallFault) return tl::unexpected(*impl->wallFault);
         if (const auto applied = impl->dispatch(); !applied) return tl::unexpected(applied.error());
     }
+    impl->joined = true;
     return std::unique_ptr<Application>(new Application(std::move(impl)));
 }
 
@@ -234,13 +327,17 @@ Sequence Application::sequence() const {
 const Wall& Application::wall() const {
     return *impl_->wall;
 }
+bool Application::connected() const {
+    return !impl_->away && !impl_->ended;
+}
 bool Application::serverIsOver() const {
     return impl_->ended && impl_->ended->over;
 }
 
 Expected<bool> Application::poll(milliseconds timeout) {
     if (impl_->dispatching) return fail(ErrorCode::kRefused, "poll was called from within a callback");
-    if (impl_->aside.empty()) impl_->take(now() + timeout);
+    const TimePoint deadline = now() + timeout;
+    while (impl_->aside.empty() && impl_->take(deadline)) continue;
     while (impl_->take(now())) continue;
     return impl_->dispatch();
 }
@@ -297,7 +394,15 @@ Expected<void> Application::onFrame(std::function<void(const notice::Frame&)> ca
     return impl_->subscribe();
 }
 
+void Application::onLost(std::function<void(const Error&)> callback) {
+    impl_->lostCallback = std::move(callback);
+}
+void Application::onBack(std::function<void()> callback) {
+    impl_->backCallback = std::move(callback);
+}
+
 Expected<answer::Committed> Application::propose(const ChangeList& list, std::uint64_t gesture) {
+    if (auto here = impl_->sceneIsHere(); !here) return tl::unexpected(here.error());
     request::Propose proposal{encodeChangeList(list), {}, gesture};
     for (const Blob& blob : blobsOf(list))
         if (blob.resident()) proposal.blobs.push_back(blob.shared());
@@ -314,6 +419,7 @@ Expected<answer::Committed> Application::redo() {
 
 Expected<answer::Committed> Application::moveNode(const std::string& node, const NodeMove& move) {
     if (impl_->options.followScene) {
+        if (auto here = impl_->sceneIsHere(); !here) return tl::unexpected(here.error());
         const Expected<ObjectId> found = findNode(impl_->aspect, node);
         if (!found) return tl::unexpected(found.error());
         const Expected<ChangeList> list = moveList(impl_->aspect, *found, move);

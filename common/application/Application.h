@@ -35,6 +35,8 @@ public:
         bool followScene = true;                    ///< false: `scene()` stays empty, and nothing of it is sent here
         bool wantBlobs = false;                     ///< meshes and pixels too; false: their handles are absent (Blob)
         std::chrono::milliseconds timeout{10'000};  ///< for connecting and for each request
+        /// A connection that breaks later (the server was killed, the cable cut) is dialled again for so long; 0: never.
+        std::chrono::milliseconds redial{60'000};
     };
 
     /// Returns when the scene is there (with followScene), else when the server has answered. kNetwork: nobody there,
@@ -55,12 +57,16 @@ public:
     [[nodiscard]] const Wall& wall() const;
 
     /// Applies everything that has arrived, calling the callbacks; waits for something for at most `timeout`. False:
-    /// nothing came. An error ends it: the connection is gone (`serverIsOver` tells a regular end from a broken one).
+    /// nothing came. An error ends it: the connection is gone for good (`serverIsOver` tells a regular end from a broken
+    /// one). One that broke is dialled again meanwhile: `onLost`, `onBack`.
     [[nodiscard]] Expected<bool> poll(std::chrono::milliseconds timeout);
     /// Polls until the wall has shown a frame that was not reported here before. Needs `onFrame` or subscribes by
     /// itself. kNetwork also when none is shown within `timeout`.
     [[nodiscard]] Expected<notice::Frame> waitForFrame(std::chrono::milliseconds timeout);
     [[nodiscard]] bool serverIsOver() const;
+    /// False: it broke and is dialled again by `poll` and by whatever waits, or has ended. A request that was under way then
+    /// ends with kNetwork, and may have been done or not; one that is made meanwhile waits for the return.
+    [[nodiscard]] bool connected() const;
 
     // ---- the scene as it is at the server, for those who do not follow it: each question costs its answer
 
@@ -82,6 +88,12 @@ public:
     /// After a list was applied; the scene is already the new one. The first call of a (re)started scene gets the
     /// whole.
     void onChanges(std::function<void(const ChangeList&, Sequence)> callback);
+    /// The connection broke, and why; it may be there again already. Until the whole scene has come anew (`onBack`), `scene()`
+    /// stays what it was, and lists that were made from it are not sent (`propose`, `moveNode`: kNetwork).
+    void onLost(std::function<void(const Error&)> callback);
+    /// It is back: the whole scene has been applied, as onChanges was told, and what was subscribed to comes again. Without
+    /// a journal the server may have begun anew, and an id may mean something else.
+    void onBack(std::function<void()> callback);
     /// The contacts of every frame, as it is made.
     [[nodiscard]] Expected<void> onContacts(std::function<void(const answer::Contacts&)> callback);
     /// Which objects began or ceased to touch, frame by frame; a frame without any comes with an empty list. With

@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <deque>
+#include <algorithm>
+#include <iterator>
 
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/MessageCodec.h"
@@ -31,6 +32,7 @@ ClientSessionConfig sessionConfig(const ConnectionOptions& options) {
     config.wantBlobs = options.blobs;
     config.openContent = decodeSnapshot;
     config.follows = options.lists;
+    config.seenEpoch = options.seenEpoch;
     return config;
 }
 
@@ -105,61 +107,17 @@ void Connection::on(const LinkEvent& event) {
         if (!channel) return;
         links_.erase(*channel);
         // The transport knows better than the session why.
-        if (*channel == ChannelKind::kControl) return end({ErrorCode::kNetwork, closed->reason}, false);
+        if (*channel == ChannelKind::kControl) return end({.error = {ErrorCode::kNetwork, closed->reason}, .retry = true});
         carryOut(session_.channelClosed(*channel, event.at));
     }
 }
 
 void Connection::carryOut(ClientActions actions) {
-    std::deque<ClientAction> pending(std::make_move_iterator(actions.begin()), std::make_move_iterator(actions.end()));
-    const auto more = [&](ClientActions next) {
-        pending.insert(pending.end(), std::make_move_iterator(next.begin()), std::make_move_iterator(next.end()));
-    };
-    const auto apply = [&](bool whole, const CommittedListPtr& committed, Sequence current = {}) {
-        Expected<ChangeListPtr> list = decode(committed->encoded);
-        if (!list) return more(session_.applyFailed(list.error().message));
-        handOut({whole, committed, std::move(*list), current});
-        more(session_.applied(committed->sequence, committed->stateHash));
-    };
-    while (!pending.empty() && !ended_) {
-        const ClientAction action = std::move(pending.front());
-        pending.pop_front();
-        if (const auto* send = std::get_if<client_action::Send>(&action)) {
-            carryOut(*send);
-        } else if (std::holds_alternative<client_action::OpenBulk>(action)) {
-            open(ChannelKind::kBulk);
-        } else if (const auto* configured = std::get_if<client_action::Configured>(&action)) {
-            welcomed_ = true;
-            // Decoding a large scene takes this thread longer than a server waits to hear of us.
-            const Message life = message::Heartbeat{};
-            transport_->keepAlive(links_.at(ChannelKind::kControl), configured->heartbeat, wireType(life), configured->epoch,
-                                  share(encodeMessage(life)));
-            ++waiting_;
-            out_.tryPush(incoming::Configured{configured->configuration});
-        } else if (const auto* whole = std::get_if<client_action::ApplySnapshot>(&action)) {
-            apply(true, whole->snapshot.list, whole->snapshot.current);
-        } else if (const auto* part = std::get_if<client_action::ApplyChanges>(&action)) {
-            apply(false, part->changes.list);
-        } else if (const auto* blob = std::get_if<client_action::StoreBlob>(&action)) {
-            store(blob->blob);
-        } else if (const auto* reply = std::get_if<client_action::ReplyReceived>(&action)) {
-            ++waiting_;
-            out_.tryPush(incoming::Reply{reply->reply});
-        } else if (const auto* notice = std::get_if<client_action::NoticeReceived>(&action)) {
-            Expected<ApplicationNotice> decoded = decodeNotice(notice->notice.body);
-            // One who does not poll misses notices, the newest first; lists it must not miss.
-            const std::size_t bytes = notice->notice.body.size();
-            if (decoded && waiting_ < options_.maxWaiting && waitingBytes_ + bytes <= options_.maxWaitingBytes / 2) {
-                ++waiting_;
-                waitingBytes_ += bytes;
-                out_.tryPush(incoming::Notice{std::move(*decoded), bytes});
-            }
-        } else if (const auto* broken = std::get_if<client_action::Disconnect>(&action)) {
-            end({broken->code, broken->reason}, false);
-        } else if (const auto* finished = std::get_if<client_action::Finish>(&action)) {
-            end({ErrorCode::kNetwork, finished->reason}, true);
-        }
-        // Nothing else is asked of an application.
+    std::move(actions.begin(), actions.end(), std::back_inserter(pending_));
+    while (!pending_.empty() && !ended_) {
+        const ClientAction action = std::move(pending_.front());
+        pending_.pop_front();
+        std::visit([this](const auto& what) { carryOut(what); }, action);
     }
 }
 
@@ -168,6 +126,67 @@ void Connection::carryOut(const client_action::Send& action) {
     if (link != links_.end())
         transport_->send(link->second, wireType(action.message), session_.epoch(),
                          share(encodeMessage(action.message)));
+}
+
+void Connection::carryOut(const client_action::OpenBulk&) {
+    open(ChannelKind::kBulk);
+}
+
+void Connection::carryOut(const client_action::Configured& action) {
+    welcomed_ = true;
+    // Decoding a large scene takes this thread longer than a server waits to hear of us.
+    const Message life = message::Heartbeat{};
+    transport_->keepAlive(links_.at(ChannelKind::kControl), action.heartbeat, wireType(life), action.epoch,
+                          share(encodeMessage(life)));
+    ++waiting_;
+    out_.tryPush(incoming::Configured{action.configuration, action.epoch});
+}
+
+void Connection::carryOut(const client_action::ApplySnapshot& action) {
+    apply(true, action.snapshot.list, action.snapshot.current);
+}
+
+void Connection::carryOut(const client_action::ApplyChanges& action) {
+    apply(false, action.changes.list, {});
+}
+
+void Connection::carryOut(const client_action::StoreBlob& action) {
+    store(action.blob);
+}
+
+void Connection::carryOut(const client_action::ReplyReceived& action) {
+    ++waiting_;
+    out_.tryPush(incoming::Reply{action.reply});
+}
+
+void Connection::carryOut(const client_action::NoticeReceived& action) {
+    Expected<ApplicationNotice> decoded = decodeNotice(action.notice.body);
+    // One who does not poll misses notices, the newest first; lists it must not miss.
+    const std::size_t bytes = action.notice.body.size();
+    if (!decoded || waiting_ >= options_.maxWaiting || waitingBytes_ + bytes > options_.maxWaitingBytes / 2) return;
+    ++waiting_;
+    waitingBytes_ += bytes;
+    out_.tryPush(incoming::Notice{std::move(*decoded), bytes});
+}
+
+void Connection::carryOut(const client_action::Disconnect& action) {
+    end({.error = {action.code, action.reason}, .retry = action.retry});
+}
+
+void Connection::carryOut(const client_action::Finish& action) {
+    end({.error = {ErrorCode::kNetwork, action.reason}, .over = true});
+}
+
+void Connection::apply(bool whole, const CommittedListPtr& committed, Sequence current) {
+    Expected<ChangeListPtr> list = decode(committed->encoded);
+    ClientActions next;
+    if (list) {
+        handOut({whole, committed, std::move(*list), current});
+        next = session_.applied(committed->sequence, committed->stateHash);
+    } else {
+        next = session_.applyFailed(list.error().message);
+    }
+    std::ranges::move(next, std::back_inserter(pending_));
 }
 
 void Connection::open(ChannelKind channel) {
@@ -193,20 +212,20 @@ Expected<ChangeListPtr> Connection::decode(ByteSpan bytes) {
 
 void Connection::handOut(incoming::List list) {
     if (waiting_ >= options_.maxWaiting || waitingBytes_ > options_.maxWaitingBytes)
-        return end(
-            {ErrorCode::kLimit,
-             fmt::format("{} changes waited for the application to poll, which is the most that may", waiting_.load())},
-            false);
+        return end({.error = {ErrorCode::kLimit,
+                              fmt::format("{} changes waited for the application to poll, which is the most that may",
+                                          waiting_.load())}});
     ++waiting_;
     waitingBytes_ += list.committed->encoded.size();
     out_.tryPush(std::move(list));
 }
 
-void Connection::end(Error error, bool over) {
+void Connection::end(incoming::Ended end) {
     if (ended_) return;
     ended_ = true;
+    Error& error = end.error;
     const std::string address = toString(options_.address);
-    if (over)
+    if (end.over)
         error.message = fmt::format("the server at {} is over: {}", address, error.message);
     else if (welcomed_)
         error.message = fmt::format("the connection to the server at {} ended: {}", address, error.message);
@@ -215,7 +234,7 @@ void Connection::end(Error error, bool over) {
     else if (error.message.find(address) == std::string::npos)
         error.message = fmt::format("no Tessera server at {}: {}", address, error.message);
     ++waiting_;
-    out_.tryPush(incoming::Ended{std::move(error), over});
+    out_.tryPush(std::move(end));
     for (const auto& [channel, link] : links_) transport_->close(link, "");
     events_.close();
 }

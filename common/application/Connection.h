@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <map>
 #include <memory>
 #include <thread>
@@ -19,6 +20,7 @@ namespace incoming {
 /// The server has accepted us.
 struct Configured {
     ByteSlice wall;
+    Epoch epoch;
 };
 /// A committed list, or with `whole` the list that makes the scene from nothing: as it came, and decoded.
 struct List {
@@ -37,7 +39,8 @@ struct Notice {
 /// The last value.
 struct Ended {
     Error error;
-    bool over = false;  ///< the server said that it is over
+    bool over = false;   ///< the server said that it is over
+    bool retry = false;  ///< a later attempt may succeed
 };
 }  // namespace incoming
 using Incoming = std::variant<incoming::Configured, incoming::List, incoming::Reply, incoming::Notice, incoming::Ended>;
@@ -48,6 +51,7 @@ struct ConnectionOptions {
     bool lists = true;  ///< false: the server sends neither its scene nor its lists
     bool blobs = false;
     std::chrono::milliseconds connectTimeout{10'000};
+    Epoch seenEpoch;  ///< servers before this one are not listened to
     /// Lists that may wait for the caller. One who does not poll for longer loses the connection; before that, once
     /// half of the bytes wait, it misses notices.
     std::size_t maxWaiting = 32'768;
@@ -74,11 +78,27 @@ private:
     void on(const LinkEvent& event);
     void carryOut(ClientActions actions);
     void carryOut(const client_action::Send& action);
+    void carryOut(const client_action::OpenBulk& action);
+    void carryOut(const client_action::Configured& action);
+    void carryOut(const client_action::ApplySnapshot& action);
+    void carryOut(const client_action::ApplyChanges& action);
+    void carryOut(const client_action::StoreBlob& action);
+    void carryOut(const client_action::ReplyReceived& action);
+    void carryOut(const client_action::NoticeReceived& action);
+    void carryOut(const client_action::Disconnect& action);
+    void carryOut(const client_action::Finish& action);
+    // Hosts are asked to draw, and to tell what they have.
+    void carryOut(const client_action::Draw&) {}
+    void carryOut(const client_action::Show&) {}
+    void carryOut(const client_action::DescribeState&) {}
+    void carryOut(const client_action::SendImages&) {}
+    /// What follows from it is pending.
+    void apply(bool whole, const CommittedListPtr& committed, Sequence current);
     void open(ChannelKind channel);
     void store(const Blob& blob);
     Expected<ChangeListPtr> decode(ByteSpan bytes);
     void handOut(incoming::List list);
-    void end(Error error, bool over);
+    void end(incoming::Ended end);
 
     ConnectionOptions options_;
     Channel<Event> events_;
@@ -87,6 +107,7 @@ private:
 
     // The session thread's own.
     ClientSession session_;
+    std::deque<ClientAction> pending_;
     BlobStore store_;
     std::vector<Blob> arrived_;  ///< handles that keep blobs findable until lists name them, oldest first
     std::size_t arrivedBytes_ = 0;

@@ -81,6 +81,8 @@ private:
 
 namespace {
 
+constexpr char kHexDigits[] = "0123456789abcdef";
+
 /// For flushLogs alone: nobody says anything through it.
 struct LiveLogs {
     std::mutex mutex;
@@ -114,7 +116,17 @@ bool Log::flush(std::chrono::milliseconds atMost) {
 
 void Log::line(std::string_view kind, std::string_view text) {
     std::string whole = program_ + ": ";
-    whole.append(kind).append(text).push_back('\n');
+    whole.append(kind);
+    for (const char c : text) {
+        const auto code = static_cast<unsigned char>(c);
+        if (c == '\n')
+            whole += "\n    ";
+        else if (code >= ' ' && code != 0x7f)
+            whole += c;
+        else
+            whole.append({'\\', 'x', kHexDigits[code >> 4], kHexDigits[code & 15]});
+    }
+    whole.push_back('\n');
     writer_->put(std::move(whole));
 }
 

@@ -12,6 +12,9 @@ namespace tessera {
 /// Takes whole lines, thread-safe, and never waits for whoever reads them: a thread of its own writes. What waits is bounded
 /// (kMaxWaitingBytes); lines beyond are left out and counted, and the count is said as soon as there is room. Passed to whoever has
 /// something to say; there is no global log.
+///
+/// A text may quote what a peer said: control characters come out as "\x1b", and what follows a line's end is indented, so that it is
+/// neither a command to a terminal nor another line.
 class Log {
 public:
     static constexpr std::size_t kMaxWaitingBytes = std::size_t{256} << 10;

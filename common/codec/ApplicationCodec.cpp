@@ -334,6 +334,8 @@ Bytes join(const answer::Status& a, pb::AnswerHead& head) {
     out.set_undo_depth(a.undoDepth);
     out.set_redo_depth(a.redoDepth);
     out.set_applications(a.applications);
+    out.set_journal(a.journal);
+    out.set_journal_trouble(a.journalTrouble);
     return joinParts(head, {});
 }
 Bytes join(const answer::Loaded& a, pb::AnswerHead& head) {
@@ -401,6 +403,8 @@ answer::Status unpackStatus(const pb::Status& head, ApplicationUnpacker& in) {
     out.undoDepth = head.undo_depth();
     out.redoDepth = head.redo_depth();
     out.applications = head.applications();
+    out.journal = in.text(head.journal());
+    out.journalTrouble = in.text(head.journal_trouble());
     return out;
 }
 

@@ -129,6 +129,8 @@ struct Status {
     std::vector<HostInfo> hosts;
     std::vector<std::string> waitingFor;
     std::uint64_t objects = 0, nodes = 0, undoDepth = 0, redoDepth = 0, applications = 0;
+    std::string journal;         ///< the server's folder; empty: what is done does not survive it
+    std::string journalTrouble;  ///< why nothing is written at present, and no edit is taken; empty: all is well
 };
 struct Loaded {
     ObjectId node;  ///< the new node that holds the file's content

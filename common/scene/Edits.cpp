@@ -61,6 +61,7 @@ Expected<ChangeList> moveList(ObjectId core, const Transform& present, const Nod
     }
     if (move.scale) {
         const Vec3d scale = move.relative ? Vec3d(present.scale.cwiseProduct(*move.scale)) : *move.scale;
+        if ((scale.array() == 0).any()) return fail(ErrorCode::kUsage, "a scale of zero would flatten it");
         edits.set(core, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(scale));
     }
     if (edits.empty()) return fail(ErrorCode::kUsage, "a move needs a translation, a rotation or a scale");

@@ -21,7 +21,9 @@ target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-res
 # g++ 12.2 at -O2 drops the rounding of (double)(float)x where it vectorises two of them in straight code. Bounds and exact
 # answers live by that rounding (found by SupportProfile.HoldsEveryMappedPoint).
 target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-fno-tree-slp-vectorize>)
+set(TESSERA_KERNEL_OPTIMIZATION -O3)
 if(TESSERA_SANITIZE)
+  set(TESSERA_KERNEL_OPTIMIZATION -O1)
   # At -O1: at -O3 g++ takes five times as long over the checks as over the code.
   # Undefined behaviour ends a program as an error of memory does: a line in a log that nobody reads is no finding.
   target_compile_options(tessera_flags INTERFACE -fsanitize=${TESSERA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1 -O1)

@@ -152,6 +152,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .simulation = simulation,
             .view = view,
             .loader = loader,
+            .journal = options.journalPath,
             .editsRefused = [this] { return trouble(); }}),
       actions({.peers = peers,
                .pacing = pacing,

@@ -110,12 +110,14 @@ private:
 /// The wall at work on threads and processes of its own, and when it has released its frames.
 class Wall4 {
 public:
-    Wall4(std::vector<std::string> scenes, double rateHz) : log_("bench_load") {
+    /// Applications may load what lies in folder `allowed`.
+    Wall4(std::vector<std::string> scenes, const std::string& allowed, double rateHz) : log_("bench_load") {
         const std::string path = test::wallWithSync(folder_, "lost_after_ms: 10000 frame_deadline_ms: 60000 start_deadline_ms: 300000");
         ServerOptions options;
         options.wall = loadWall(path).value();
         options.scenes = {folder_.write("mover.tsct", kMover)};
         options.scenes.insert(options.scenes.end(), scenes.begin(), scenes.end());
+        options.allowed = {allowed};
         options.rateHz = rateHz;
         options.onProgress = [this](std::uint64_t, std::uint64_t) { released_.push_back(Clock::now()); };
         options.onListening = [this](const Address& address) { listening_.push(toString(address)); };
@@ -253,7 +255,8 @@ LoadCourse visit(Application& application, const std::string& file, Duration res
 void loadRows(SceneTable& table, const std::string& file, double rateHz, bool quick) {
     const std::string how = rateHz > 0 ? fmt::format("{:.0f} Hz", rateHz) : "no pause";
     StandstillWatch watch;
-    Wall4 wall({}, rateHz);
+    const std::string folder = std::filesystem::path(file).parent_path();
+    Wall4 wall({}, folder, rateHz);
     const auto application = wall.connect();
     if (!application) return table.complain("no application can connect");
     const LoadCourse v = visit(*application, file, quick ? 1s : 3s);
@@ -296,7 +299,7 @@ void loadRows(SceneTable& table, const std::string& file, double rateHz, bool qu
           fmt::format("{:.1f} s", std::chrono::duration<double>(v.back - v.redoing).count()));
     alone("the frame that redo shows it in", bringing);
 
-    Wall4 other({file}, rateHz);
+    Wall4 other({file}, folder, rateHz);
     const auto second = other.connect();
     if (!second) return table.complain("no application can connect");
     for (int i = 0; i < 6000; ++i) {

@@ -28,7 +28,7 @@ struct Row {
 [[nodiscard]] std::vector<Row> serverRows();
 [[nodiscard]] std::vector<Row> strangerRows();
 [[nodiscard]] std::vector<Row> linkRows();
-[[nodiscard]] std::vector<Row> applicationRows();
+[[nodiscard]] std::vector<Row> applicationRows(const DrillOptions& options);
 
 /// At most so many nodes (and no fewer than 400): boxes in a block, half of the nodes Transforms; one of them, "mover",
 /// goes round with every frame where `moving`.

@@ -25,17 +25,15 @@ struct Arguments {
     DrillOptions drill;
 };
 
-std::vector<Row> allRows() {
+std::vector<Row> allRows(const DrillOptions& options) {
     std::vector<Row> all;
-    for (auto* rows : {hostRows, serverRows, strangerRows, linkRows, applicationRows}) {
-        std::vector<Row> some = rows();
+    for (std::vector<Row> some : {hostRows(), serverRows(), strangerRows(), linkRows(), applicationRows(options)})
         std::ranges::move(some, std::back_inserter(all));
-    }
     return all;
 }
 
 int drill(const Arguments& arguments) {
-    std::vector<Row> rows = allRows();
+    std::vector<Row> rows = allRows(arguments.drill);
     for (const std::string& wanted : arguments.rows)
         if (std::ranges::find(rows, wanted, &Row::name) == rows.end()) {
             std::string names;

@@ -110,6 +110,8 @@ TEST(Journal, NothingGrantedIsLostThoughTheServerIsKilledAtAnyMoment) {
     Epoch epoch;
     FrameNumber frame;
     std::unique_ptr<Process> host;
+    std::unique_ptr<Application> follower;  // of all servers
+    int back = 0;
     for (int server = 0; server < 8; ++server) {
         // One that is killed while it starts changes nothing.
         if (below(random, 2) == 0) {
@@ -135,6 +137,17 @@ TEST(Journal, NothingGrantedIsLostThoughTheServerIsKilledAtAnyMoment) {
         if (const auto known = granted.states.find(mover->sequence().value); known != granted.states.end()) {
             EXPECT_EQ(mover->scene().stateHash(), known->second);
         }
+        if (!follower) {
+            follower = wall.connect("follower");
+            ASSERT_TRUE(follower);
+            follower->onBack([&] { ++back; });
+        }
+        while (back < server || follower->sequence() < mover->sequence()) {
+            const auto polled = follower->poll(20s);
+            ASSERT_TRUE(polled) << polled.error().message;
+            ASSERT_TRUE(*polled) << "it does not come back" << wall.server->output();
+        }
+        EXPECT_EQ(follower->scene().stateHash(), mover->scene().stateHash());
         const auto status = mover->status();
         ASSERT_TRUE(status) << status.error().message;
         EXPECT_GT(status->epoch, epoch);

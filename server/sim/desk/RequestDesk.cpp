@@ -114,6 +114,8 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
     status.undoDepth = simulation.history().undoDepth();
     status.redoDepth = simulation.history().redoDepth();
     status.applications = applications_.size();
+    status.journal = around_.journal;
+    if (const std::optional<Error> why = editsRefused()) status.journalTrouble = why->message;
     return answer(asker, ApplicationAnswer(std::move(status)));
 }
 

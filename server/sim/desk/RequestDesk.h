@@ -44,6 +44,7 @@ public:
         Simulation& simulation;
         ViewSource& view;
         Loader& loader;
+        std::string journal = {};  ///< its folder; empty: there is none
         /// Why no edit is taken at present; empty: none is ever refused for that.
         std::function<std::optional<Error>()> editsRefused = {};
     };

@@ -251,15 +251,117 @@ TEST(Application, AServerThatIsOverEndsItInOrder) {
     EXPECT_FALSE(application->status());
 }
 
-TEST(Application, ABrokenConnectionIsAnErrorAndNotAnEnd) {
+/// An application that counts how often its connection broke and came back.
+struct Counted {
+    explicit Counted(const ScriptedServer& server, bool follows = true) : application(join(server, follows)) {
+        application->onLost([this](const Error& error) {
+            ++lost;
+            EXPECT_EQ(error.code, ErrorCode::kNetwork);
+        });
+        application->onBack([this] {
+            ++back;
+            EXPECT_TRUE(application->connected());
+        });
+    }
+    void pollUntilBack() {
+        while (back == 0) {
+            const auto polled = application->poll(10s);
+            ASSERT_TRUE(polled) << polled.error().message;
+        }
+    }
+
+    std::unique_ptr<Application> application;
+    int lost = 0, back = 0;
+};
+
+TEST(Application, ABrokenConnectionComesBackWithSceneAndSubscriptions) {
     ScriptedServer server;
-    const auto application = join(server);
-    ASSERT_TRUE(application);
+    Counted counted(server);
+    Application& application = *counted.application;
+    int contacts = 0;
+    ASSERT_TRUE(application.onContacts([&](const answer::Contacts&) { ++contacts; }));
+    server.cutAll();
+    server.commit(craneTo(Vec3d(4, 4, 4)));  // while nobody listens
+    std::vector<Vec3d> seen;
+    application.onChanges([&](const ChangeList&, Sequence) { seen.push_back(cranePlace(application)); });
+    counted.pollUntilBack();
+    EXPECT_EQ(counted.lost, 1);
+    EXPECT_EQ(seen, std::vector<Vec3d>{Vec3d(4, 4, 4)}) << "the whole scene, once";
+    EXPECT_EQ(application.scene().stateHash(), server.stateHash());
+
+    server.commit(craneTo(Vec3d(5, 5, 5)));
+    ASSERT_TRUE(application.propose(craneTo(Vec3d(6, 6, 6))));
+    EXPECT_EQ(seen.size(), 3u);
+    EXPECT_TRUE(server.subscription().contacts);
+    server.notify(answer::Contacts{});
+    while (contacts == 0) ASSERT_TRUE(application.poll(5s));
+    EXPECT_EQ(counted.back, 1);
+}
+
+TEST(Application, WhoDoesNotFollowComesBackToo) {
+    ScriptedServer server;
+    Counted counted(server, false);
+    server.cutAll();
+    counted.pollUntilBack();
+    EXPECT_TRUE(counted.application->describe("/hall/crane"));
+}
+
+TEST(Application, ARequestThatTheBreakMetSaysThatItMayHaveBeenDone) {
+    ScriptedServer server;
+    Counted counted(server);
+    Application& application = *counted.application;
+    server.misbehave({.cutWhenAsked = true});
+    const auto undone = application.undo();
+    ASSERT_FALSE(undone);
+    EXPECT_EQ(undone.error().code, ErrorCode::kNetwork);
+    EXPECT_NE(undone.error().message.find("is not known"), std::string::npos) << undone.error().message;
+    server.misbehave({});
+    // Made from a scene that is not the server's any more, perhaps.
+    const auto early = application.propose(craneTo(Vec3d(4, 4, 4)));
+    ASSERT_FALSE(early);
+    EXPECT_NE(early.error().message.find("propose again"), std::string::npos) << early.error().message;
+    // What needs no scene waits for the return.
+    EXPECT_TRUE(application.describe("/hall/crane"));
+    counted.pollUntilBack();
+    EXPECT_TRUE(application.moveNode("/hall/crane", {.translation = Vec3d(4, 4, 4)}));
+    EXPECT_EQ(counted.lost, 1);
+}
+
+TEST(Application, ABrokenConnectionThatStaysSoIsAnErrorAndNotAnEnd) {
+    for (const auto redial : {0ms, 300ms}) {
+        auto server = std::make_unique<ScriptedServer>();
+        const auto connected =
+            Application::connect({.address = server->address(), .name = "test", .timeout = 100ms, .redial = redial});
+        ASSERT_TRUE(connected) << connected.error().message;
+        server.reset();
+        const auto begun = std::chrono::steady_clock::now();
+        Expected<bool> polled = true;
+        if (redial > 0ms) {
+            EXPECT_EQ((*connected)->status().error().code, ErrorCode::kNetwork) << "waits for its own time at most";
+        }
+        while (polled) polled = (*connected)->poll(5s);
+        EXPECT_GE(std::chrono::steady_clock::now() - begun, redial);
+        EXPECT_EQ(polled.error().code, ErrorCode::kNetwork);
+        EXPECT_EQ(polled.error().message.find("nobody has answered there") != std::string::npos, redial > 0ms)
+            << polled.error().message;
+        EXPECT_FALSE((*connected)->serverIsOver());
+        EXPECT_FALSE((*connected)->connected());
+    }
+}
+
+TEST(Application, AServerThatIsOverOrRefusesIsNotDialledAgain) {
+    ScriptedServer server;
+    Counted counted(server);
+    message::Refused refusal;
+    refusal.reason = "no room";
+    refusal.code = ErrorCode::kLimit;
+    server.misbehave({.refuse = refusal});
     server.cutAll();
     Expected<bool> polled = true;
-    while (polled) polled = application->poll(5s);
-    EXPECT_EQ(polled.error().code, ErrorCode::kNetwork);
-    EXPECT_FALSE(application->serverIsOver());
+    while (polled) polled = counted.application->poll(5s);
+    EXPECT_EQ(polled.error().code, ErrorCode::kLimit) << polled.error().message;
+    EXPECT_EQ(counted.lost, 1);
+    EXPECT_EQ(counted.back, 0);
 }
 
 TEST(Application, ASceneThatDiffersFromTheServersIsNotUsed) {

@@ -55,6 +55,7 @@ TEST_F(Edits, ARelativeMoveStartsFromWhatIsThere) {
 TEST_F(Edits, AMoveThatSaysNothingOrTurnsAroundNothingIsRefused) {
     EXPECT_EQ(moveList(scene, kCrane, {}).error().code, ErrorCode::kUsage);
     EXPECT_EQ(moveList(scene, kCrane, {.rotation = Quatd(0, 0, 0, 0)}).error().code, ErrorCode::kUsage);
+    EXPECT_EQ(moveList(scene, kCrane, {.scale = Vec3d(1, 0, 1)}).error().code, ErrorCode::kUsage);
     EXPECT_EQ(moveList(scene, ObjectId{999}, {.translation = Vec3d::Zero()}).error().code, ErrorCode::kNotFound);
 }
 

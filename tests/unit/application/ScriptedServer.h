@@ -107,6 +107,7 @@ public:
 
     struct Faults {
         bool mute = false;  ///< never answers requests
+        bool cutWhenAsked = false;  ///< closes the connection instead of answering
         bool noSnapshot = false;
         bool wrongHash = false;  ///< of lists
         bool malformed = false;  ///< sends rubbish in place of lists
@@ -119,6 +120,10 @@ public:
     [[nodiscard]] request::Subscribe subscription() const {
         const std::scoped_lock lock(mutex_);
         return subscription_;
+    }
+    void forgetSubscription() {
+        const std::scoped_lock lock(mutex_);
+        subscription_ = {};
     }
     [[nodiscard]] StateHash stateHash() const {
         const std::scoped_lock lock(mutex_);
@@ -170,6 +175,7 @@ private:
 
     void answer(LinkId link, const message::Request& request) {
         if (faults_.mute) return;
+        if (faults_.cutWhenAsked) return transport_.close(link, "cut by the test");
         const Expected<ApplicationRequest> asked = decodeRequest(request.body);
         ASSERT_TRUE(asked) << asked.error().message;
         message::Reply reply;

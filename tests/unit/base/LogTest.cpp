@@ -44,6 +44,12 @@ private:
     std::array<int, 2> ends_{};
     std::string all_;
 };
+TEST(Log, WhatItQuotesIsNeitherACommandNorALineOfItsOwn) {
+    Pipe pipe;
+    Log log("test", pipe.in);
+    log.info("Größe\tof \x1b[2J\x7f\rhost\ntessera-server: all is well");
+    EXPECT_EQ(pipe.readUntil("well\n"), "test: Größe\\x09of \\x1b[2J\\x7f\\x0dhost\n    tessera-server: all is well\n");
+}
 
 TEST(Log, NobodyWaitsForAPipeThatIsFull) {
     Pipe pipe;

@@ -5,105 +5,13 @@
 #include <cstring>
 #include <limits>
 #include <random>
-#include "tests/unit/HistoryLiterals.h"
+
+#include "tests/unit/codec/Samples.h"
 
 namespace tessera {
 namespace {
 
-SharedBytes some(std::size_t size) {
-    Bytes bytes(size);
-    for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::byte>(i * 37 + size);
-    return share(std::move(bytes));
-}
-
-answer::Contacts twoContacts() {
-    answer::Contacts contacts{100_frame, 7, {}};
-    contacts.contacts.push_back({ObjectId{3}, ObjectId{4}, 5, 6, Vec3d(0.1, -2, 1e300), Vec3d(0, 1, 0)});
-    contacts.contacts.push_back({ObjectId{8}, ObjectId{~0ull >> 1}, 0xffffffffu, 0, Vec3d(-0.0, 2, 3), Vec3d(1, 0, 0)});
-    return contacts;
-}
-
-std::vector<ObjectInfo> twoObjects() {
-    return {{.id = ObjectId{2},
-             .type = ObjectType{1},
-             .parent = ObjectId{1},
-             .core = ObjectId{3},
-             .coreType = ObjectType{2},
-             .children = 1'000'000,
-             .movable = ObjectId{2},
-             .path = "/hall"},
-            {.path = "there is no object with this id"}};
-}
-
-std::vector<ApplicationRequest> everyRequest() {
-    request::SetView view;
-    view.position = Vec3d(1, 2, 3);
-    view.orientation = Quatd(0.5, -0.5, 0.5, -0.5);
-    view.worldUnitsPerMetre = 1000;
-    view.user = "viewer";
-    view.head = Vec3d(0, 1.7, 2.4);
-    view.reset = true;
-    return {request::Propose{some(300), {some(0), some(70'000)}, 4711},
-            request::Undo{},
-            request::GetStatus{},
-            request::Load{"models/2CylinderEngine.glb", ObjectId{17}},
-            view,
-            request::Pick{12.5, -3},
-            request::GetContacts{},
-            request::GetImages{},
-            request::Subscribe{true, false, true},
-            request::GetEvents{},
-            request::GetDistances{},
-            request::GetQuestions{},
-            request::Respond{.question = 5, .decision = request::Respond::Decision::kMove, .pose = {}},
-            request::Redo{},
-            request::GetObjects{{"/hall/crane", "#17"}, false, true},
-            request::GetTree{.node = ObjectId{3},
-                             .levels = 4,
-                             .after = {ObjectId{3}, ObjectId{9}},
-                             .coreType = ObjectType{5},
-                             .cores = {ObjectId{6}, ObjectId{7}}},
-            request::Remove{ObjectId{8}}};
-}
-
-std::vector<ApplicationAnswer> everyAnswer() {
-    answer::Status status;
-    status.wallName = "2x2";
-    status.epoch = 11_epoch;
-    status.frame = 12_frame;
-    status.sequence = 13_seq;
-    status.stateHash = StateHash(~0ull);
-    status.hosts = {{"lower-left", "live", 14_frame, 0.25}, {"lower-right", "lost", 15_frame, 0}};
-    status.waitingFor = {"lower-left"};
-    status.objects = 16;
-    status.nodes = 17;
-    status.undoDepth = 18;
-    status.redoDepth = 20;
-    status.applications = 19;
-    const ObjectId placeholder{kFirstPlaceholder + 5};
-    return {
-        answer::Done{},
-        answer::Committed{Sequence{21}, {{placeholder, ObjectId{22}}}, {ObjectId{23}, ObjectId{24}}, 25},
-        status,
-        answer::Loaded{ObjectId{25}, 26, 27},
-        answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
-        twoContacts(),
-        answer::Images{{{"front-0-0", "a", 32_frame, some(100)}, {"front-1-0", "b", 33_frame, some(5)}}, {"front-0-1"}},
-        answer::PairEvents{1_frame, {PairEventValue{}}, 2},
-        answer::Distances{1_frame, {PairDistanceValue{}}, 2},
-        answer::Questions{1_frame, {QuestionValue{}}, {3, 4}, 2},
-        answer::Objects{34_seq, twoObjects(), some(60)},
-        answer::TreePage{35_seq, {{ObjectId{1}, ObjectId{}, 2}, {ObjectId{3}, ObjectId{1}, 0}}, some(70), {ObjectId{1}}}};
-}
-
-std::vector<ApplicationNotice> everyNotice() {
-    return {notice::Frame{40_frame, {"a", "b"}, {"c"}},
-            twoContacts(),
-            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
-            answer::PairEvents{1_frame, {PairEventValue{}, PairEventValue{}}, 2},
-            answer::Distances{1_frame, {PairDistanceValue{}}, 2},
-            answer::Questions{1_frame, {QuestionValue{}}, {3, 4}, 2}};
-}
+using namespace test;
 
 /// Encoding is deterministic and complete (the fields are compared one by one below), so equal bytes mean equal values.
 TEST(ApplicationCodec, EverythingSaidIsHeardAsItWas) {
@@ -169,7 +77,7 @@ TEST(ApplicationCodec, ARequestKeepsItsFields) {
     EXPECT_EQ(propose.list, *some(300));
     ASSERT_EQ(propose.blobs.size(), 2u);
     EXPECT_TRUE(propose.blobs[0].empty());
-    EXPECT_EQ(propose.blobs[1], *some(70'000));
+    EXPECT_EQ(propose.blobs[1], *some(200));
 
     const auto load = std::get<request::Load>(*decodeRequest(encodeRequest(everyRequest()[3])));
     EXPECT_EQ(load.path, "models/2CylinderEngine.glb");
@@ -214,6 +122,8 @@ TEST(ApplicationCodec, AnAnswerKeepsItsFields) {
     EXPECT_EQ(status.hosts[0].roundTripMs, 0.25);
     EXPECT_EQ(status.waitingFor, std::vector<std::string>{"lower-left"});
     EXPECT_EQ(status.redoDepth, 20u);
+    EXPECT_EQ(status.journal, "/var/lib/wall");
+    EXPECT_EQ(status.journalTrouble, "no space left");
     EXPECT_EQ(status.objects + status.nodes + status.undoDepth + status.applications, 16u + 17 + 18 + 19);
 
     const auto loaded = std::get<answer::Loaded>(*decodeAnswer(encodeAnswer(answers[3])));

@@ -8,45 +8,12 @@
 #include "common/codec/Parts.h"
 #include "common/scene/FieldTable.h"
 #include "proto/change.pb.h"
+#include "tests/unit/codec/Samples.h"
 
 namespace tessera {
 namespace {
 
-Blob blobOf(int seed) {
-    return Blob::of(std::span<const int>(std::array{seed, seed + 1, seed + 2}));
-}
-
-/// One of everything that a list can hold.
-ChangeList richList(const Blob& blob) {
-    ChangeListBuilder b;
-    b.create(ObjectId(7), typeOf<Node>());
-    b.create(ObjectId(~0ull), typeOf<Geometry>());
-    b.place(ObjectId(7), kRootNode, 3);
-    b.detach(ObjectId(9));
-    b.set(ObjectId(1), typeOf<Material>(), fieldId<&Material::baseColor>,
-          toValue(Vec4f(0.25f, 1, 2, std::numeric_limits<float>::denorm_min())));
-    b.set(ObjectId(3), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1e-300, -0.0, 1e300)));
-    b.set(ObjectId(2), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 2, 3)));
-    b.set(ObjectId(3), typeOf<Motion>(), fieldId<&Motion::mode>, std::numeric_limits<std::int64_t>::min());
-    b.set(ObjectId(4), typeOf<Node>(), fieldId<&Node::core>, ObjectId(5));
-    b.set(ObjectId(4), typeOf<Node>(), fieldId<&Node::name>, std::string("Größe\0x", 9));
-    b.set(ObjectId(5), typeOf<Node>(), fieldId<&Node::name>, std::string());
-    b.set(ObjectId(6), typeOf<Geometry>(), fieldId<&Geometry::positions>, blob);
-    b.set(ObjectId(8), typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob());
-    // Kinds that travel whatever types there are: the codec knows no schema.
-    b.set(ObjectId(12), ObjectType(500), FieldId(1), true);
-    b.set(ObjectId(13), ObjectType(500), FieldId(1), false);
-    b.set(ObjectId(12), ObjectType(500), FieldId(2), RefList{ObjectId(3), ObjectId(~0ull)});
-    b.set(ObjectId(13), ObjectType(500), FieldId(2), RefList());
-    b.set(ObjectId(12), ObjectType(500), FieldId(3), Matrix{{1, -0.0, 3, 1e300}});
-    b.setRange(ObjectId(6), typeOf<Geometry>(), fieldId<&Geometry::positions>, 4, blobOf(2));
-    b.setRange(ObjectId(6), typeOf<Geometry>(), fieldId<&Geometry::positions>, 0, blobOf(1));
-    b.destroy(ObjectId(11));
-    ChangeList list = b.take();
-    list.ranges.back().result = Blob::absent({7, 8}, 12);
-    list.nextFreeId = 1ull << 62;
-    return list;
-}
+using namespace test;
 
 TEST(ChangeCodec, DecodesWhatItEncoded) {
     BlobStore store;

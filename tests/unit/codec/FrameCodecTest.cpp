@@ -4,22 +4,12 @@
 
 #include <cmath>
 
+#include "tests/unit/codec/Samples.h"
+
 namespace tessera {
 namespace {
 
-View someView() {
-    View view;
-    view.position = Vec3d(1, 2, 3.5);
-    view.orientation = Quatd(0.5, -0.5, 0.5, 0.5);
-    view.worldUnitsPerMetre = 1000;
-    User user;
-    user.name = "Käthe";
-    user.position = Vec3d(0.1, 1.6, 2);
-    user.orientation = Quatd(0, 0, 1, 0);
-    user.eyeSeparationMetres = 0.06;
-    view.users = {user, User()};
-    return view;
-}
+using namespace test;
 
 TEST(FrameCodec, CarriesTheViewToTheLastBit) {
     const auto decoded = decodeFrame(encodeFrame({someView()}));

@@ -1,4 +1,4 @@
-/// The bytes of every message as they are kept in tests/data/messages, and the schema that documents them.
+/// The bytes of every message, and of what travels in their bodies, as they are kept in tests/data/messages; and the schema that documents them.
 ///
 /// After a change of what goes over the wire: raise kProtocolVersion (common/base/Version.h), then
 ///     TESSERA_WRITE_BYTES=1 ./build/bin/unit_codec --gtest_filter=MessageBytes.AreAsTheyAreKept
@@ -14,8 +14,12 @@
 #include <memory>
 #include <sstream>
 
+#include "common/codec/ApplicationCodec.h"
+#include "common/codec/ChangeCodec.h"
+#include "common/codec/FrameCodec.h"
 #include "common/codec/MessageCodec.h"
 #include "tests/unit/AnyMessage.h"
+#include "tests/unit/codec/Samples.h"
 
 namespace tessera {
 namespace {
@@ -29,7 +33,7 @@ std::string hexOf(const Bytes& bytes) {
     return text.str();
 }
 
-/// "NUMBER NAME" to hexadecimal bytes.
+/// "NUMBER NAME" of a message, or "KIND NUMBER" of what is in a body, to hexadecimal bytes.
 struct KeptBytes {
     unsigned protocol = 0;
     std::map<std::string, std::string> messages;
@@ -43,6 +47,15 @@ KeptBytes bytesNow() {
         const std::string number = (info.number < 10 ? "0" : "") + std::to_string(info.number);
         now.messages[number + " " + std::string(info.name)] = hexOf(encodeMessage(message).joined());
     }
+    const auto keep = [&](const std::string& kind, std::size_t index, const Bytes& bytes) {
+        now.messages[kind + (index < 10 ? " 0" : " ") + std::to_string(index)] = hexOf(bytes);
+    };
+    for (const auto& value : test::everyRequest()) keep("request", value.index(), encodeRequest(value));
+    for (const auto& value : test::everyAnswer()) keep("answer", value.index(), encodeAnswer(value));
+    for (const auto& value : test::everyNotice()) keep("notice", value.index(), encodeNotice(value));
+    keep("list", 0, encodeChangeList(test::richList(test::blobOf(1))));
+    keep("frame", 0, encodeFrame(test::someFrame()));
+    keep("stats", 0, encodeStats({{"front-0-0", 0.5, 1.5, 3, 4, 5}}));
     return now;
 }
 
@@ -64,7 +77,8 @@ KeptBytes readKept() {
 
 void writeKept(const KeptBytes& now) {
     std::ofstream file(kKept);
-    file << "# One message of each kind (tests/unit/AnyMessage.h: sampleMessage) as its payload on the wire.\n"
+    file << "# One message of each kind (tests/unit/AnyMessage.h: sampleMessage) as its payload on the wire, and what travels in\n"
+            "# the bodies of messages (tests/unit/codec/Samples.h).\n"
             "# Written by unit_codec; tests/unit/codec/MessageBytesTest.cpp says how.\n"
             "protocol "
          << now.protocol << "\n";
@@ -92,15 +106,31 @@ TEST(MessageBytes, AreAsTheyAreKept) {
     EXPECT_EQ(now.protocol, kept.protocol) << "write the bytes anew, as this test's first lines say";
 }
 
+/// What this version says after it has read those bytes.
+Expected<Bytes> saidAgain(const std::string& kind, const Bytes& bytes) {
+    const ByteSlice slice = share(Bytes(bytes));
+    const auto again = [](const auto& decoded, auto&& encode) -> Expected<Bytes> {
+        if (!decoded) return tl::unexpected(decoded.error());
+        return encode(*decoded);
+    };
+    if (kind == "request") return again(decodeRequest(slice), encodeRequest);
+    if (kind == "answer") return again(decodeAnswer(slice), encodeAnswer);
+    if (kind == "notice") return again(decodeNotice(slice), encodeNotice);
+    if (kind == "list") return again(decodeChangeList(slice, BlobStore(), AbsentBlobs::kKeepAbsent), encodeChangeList);
+    if (kind == "frame") return again(decodeFrame(slice), encodeFrame);
+    if (kind == "stats") return again(decodeStats(slice), encodeStats);
+    return again(decodeMessage(static_cast<std::uint16_t>(std::stoi(kind)), slice),
+                 [](const Message& message) { return encodeMessage(message).joined(); });
+}
+
 TEST(MessageBytes, OfEarlierPeersAreUnderstood) {
     for (const auto& [name, hex] : readKept().messages) {
         Bytes bytes;
         for (std::size_t i = 0; i < hex.size(); i += 2)
             bytes.push_back(static_cast<std::byte>(std::stoi(hex.substr(i, 2), nullptr, 16)));
-        const auto type = static_cast<std::uint16_t>(std::stoi(name));
-        const auto message = decodeMessage(type, share(Bytes(bytes)));
-        ASSERT_TRUE(message) << name << ": " << message.error().message;
-        EXPECT_EQ(encodeMessage(*message).joined(), bytes) << name;
+        const auto again = saidAgain(name.substr(0, name.find(' ')), bytes);
+        ASSERT_TRUE(again) << name << ": " << again.error().message;
+        EXPECT_EQ(*again, bytes) << name;
     }
 }
 

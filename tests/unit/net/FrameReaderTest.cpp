@@ -1,5 +1,6 @@
 #include "common/net/FrameReader.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -45,6 +46,15 @@ TEST(FrameHeader, SaysTheSameAfterTheWire) {
     EXPECT_EQ(header->payloadBytes, 1000u);
     EXPECT_EQ(header->epoch, 0x123456789abcdef0_epoch);
     EXPECT_TRUE(checkPayload(*header, payload));
+}
+
+/// What any peer of any version reads first.
+TEST(FrameHeader, HasTheBytesThatItAlwaysHad) {
+    const std::string kept = "5453524101000700e803000000000000f0debc9a78563412ab33cf4166e0d1e4";
+    const auto header = encodeHeader(7, 0x123456789abcdef0_epoch, ByteSlice(share(pattern(1000))));
+    std::string now;
+    for (const std::byte b : header) now += fmt::format("{:02x}", static_cast<unsigned>(b));
+    EXPECT_EQ(now, kept);
 }
 
 TEST(FrameHeader, EveryFlippedBitIsFound) {

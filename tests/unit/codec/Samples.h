@@ -1,0 +1,205 @@
+/// What travels in the bodies of messages, with something in every field: a list, a frame, and one of everything that
+/// applications say and are told, in the order of the variants.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "common/change/ChangeList.h"
+#include "common/codec/ApplicationCodec.h"
+#include "common/codec/FrameCodec.h"
+#include "common/scene/FieldTable.h"
+#include "tests/unit/HistoryLiterals.h"
+
+namespace tessera::test {
+
+inline Blob blobOf(int seed) {
+    return Blob::of(std::span<const int>(std::array{seed, seed + 1, seed + 2}));
+}
+
+/// One of everything that a list can hold.
+inline ChangeList richList(const Blob& blob) {
+    ChangeListBuilder b;
+    b.create(ObjectId(7), typeOf<Node>());
+    b.create(ObjectId(~0ull), typeOf<Geometry>());
+    b.place(ObjectId(7), kRootNode, 3);
+    b.detach(ObjectId(9));
+    b.set(ObjectId(1), typeOf<Material>(), fieldId<&Material::baseColor>,
+          toValue(Vec4f(0.25f, 1, 2, std::numeric_limits<float>::denorm_min())));
+    b.set(ObjectId(3), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1e-300, -0.0, 1e300)));
+    b.set(ObjectId(2), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 2, 3)));
+    b.set(ObjectId(3), typeOf<Motion>(), fieldId<&Motion::mode>, std::numeric_limits<std::int64_t>::min());
+    b.set(ObjectId(4), typeOf<Node>(), fieldId<&Node::core>, ObjectId(5));
+    b.set(ObjectId(4), typeOf<Node>(), fieldId<&Node::name>, std::string("Größe\0x", 9));
+    b.set(ObjectId(5), typeOf<Node>(), fieldId<&Node::name>, std::string());
+    b.set(ObjectId(6), typeOf<Geometry>(), fieldId<&Geometry::positions>, blob);
+    b.set(ObjectId(8), typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob());
+    // Kinds that travel whatever types there are: the codec knows no schema.
+    b.set(ObjectId(12), ObjectType(500), FieldId(1), true);
+    b.set(ObjectId(13), ObjectType(500), FieldId(1), false);
+    b.set(ObjectId(12), ObjectType(500), FieldId(2), RefList{ObjectId(3), ObjectId(~0ull)});
+    b.set(ObjectId(13), ObjectType(500), FieldId(2), RefList());
+    b.set(ObjectId(12), ObjectType(500), FieldId(3), Matrix{{1, -0.0, 3, 1e300}});
+    b.setRange(ObjectId(6), typeOf<Geometry>(), fieldId<&Geometry::positions>, 4, blobOf(2));
+    b.setRange(ObjectId(6), typeOf<Geometry>(), fieldId<&Geometry::positions>, 0, blobOf(1));
+    b.destroy(ObjectId(11));
+    ChangeList list = b.take();
+    list.ranges.back().result = Blob::absent({7, 8}, 12);
+    list.nextFreeId = 1ull << 62;
+    return list;
+}
+
+inline View someView() {
+    View view;
+    view.position = Vec3d(1, 2, 3.5);
+    view.orientation = Quatd(0.5, -0.5, 0.5, 0.5);
+    view.worldUnitsPerMetre = 1000;
+    User user;
+    user.name = "Käthe";
+    user.position = Vec3d(0.1, 1.6, 2);
+    user.orientation = Quatd(0, 0, 1, 0);
+    user.eyeSeparationMetres = 0.06;
+    view.users = {user, User()};
+    return view;
+}
+
+inline FramePayload someFrame() {
+    return {someView(), {.contacts = 1000, .begun = 2, .ended = 3, .near = 4, .nearest = 0.1}};
+}
+
+inline SharedBytes some(std::size_t size) {
+    Bytes bytes(size);
+    for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::byte>(i * 37 + size);
+    return share(std::move(bytes));
+}
+
+inline answer::Contacts twoContacts() {
+    answer::Contacts contacts{100_frame, 7, {}};
+    contacts.contacts.push_back({ObjectId{3}, ObjectId{4}, 5, 6, Vec3d(0.1, -2, 1e300), Vec3d(0, 1, 0)});
+    contacts.contacts.push_back({ObjectId{8}, ObjectId{~0ull >> 1}, 0xffffffffu, 0, Vec3d(-0.0, 2, 3), Vec3d(1, 0, 0)});
+    return contacts;
+}
+
+inline PairEventValue anEvent() {
+    return {.interest = ObjectId{50},
+            .objectA = ObjectId{51},
+            .objectB = ObjectId{52},
+            .phase = TouchPhase::kEnded,
+            .firstTime = 0.25,
+            .point = Vec3d(53, 54, 55),
+            .normal = Vec3d(0, 0, 1),
+            .through = true};
+}
+inline PairDistanceValue aDistance() {
+    return {.interest = ObjectId{60},
+            .objectA = ObjectId{61},
+            .objectB = ObjectId{62},
+            .phase = TouchPhase::kStays,
+            .distance = 0.125,
+            .nodeA = ObjectId{63},
+            .nodeB = ObjectId{64},
+            .faceA = 65,
+            .faceB = 66,
+            .pointA = Vec3d(67, 68, 69),
+            .pointB = Vec3d(70, 71, 72)};
+}
+inline QuestionValue aQuestion() {
+    QuestionValue question{.id = 80,
+                           .interest = ObjectId{81},
+                           .objectA = ObjectId{82},
+                           .objectB = ObjectId{83},
+                           .transform = ObjectId{84},
+                           .present = {},
+                           .wanted = {},
+                           .point = Vec3d(85, 86, 87),
+                           .normal = Vec3d(1, 0, 0)};
+    question.wanted.translation = Vec3d(88, 89, 90);
+    return question;
+}
+
+inline std::vector<ObjectInfo> twoObjects() {
+    return {{.id = ObjectId{2},
+             .type = ObjectType{1},
+             .parent = ObjectId{1},
+             .core = ObjectId{3},
+             .coreType = ObjectType{2},
+             .children = 1'000'000,
+             .movable = ObjectId{2},
+             .path = "/hall"},
+            {.path = "there is no object with this id"}};
+}
+
+inline std::vector<ApplicationRequest> everyRequest() {
+    request::SetView view;
+    view.position = Vec3d(1, 2, 3);
+    view.orientation = Quatd(0.5, -0.5, 0.5, -0.5);
+    view.worldUnitsPerMetre = 1000;
+    view.user = "viewer";
+    view.head = Vec3d(0, 1.7, 2.4);
+    view.reset = true;
+    return {request::Propose{some(300), {some(0), some(200)}, 4711},
+            request::Undo{},
+            request::GetStatus{},
+            request::Load{"models/2CylinderEngine.glb", ObjectId{17}},
+            view,
+            request::Pick{12.5, -3},
+            request::GetContacts{},
+            request::GetImages{},
+            request::Subscribe{true, false, true},
+            request::GetEvents{},
+            request::GetDistances{},
+            request::GetQuestions{},
+            request::Respond{.question = 5, .decision = request::Respond::Decision::kMove, .pose = {}},
+            request::Redo{},
+            request::GetObjects{{"/hall/crane", "#17"}, false, true},
+            request::GetTree{.node = ObjectId{3},
+                             .levels = 4,
+                             .after = {ObjectId{3}, ObjectId{9}},
+                             .coreType = ObjectType{5},
+                             .cores = {ObjectId{6}, ObjectId{7}}},
+            request::Remove{ObjectId{8}}};
+}
+
+inline std::vector<ApplicationAnswer> everyAnswer() {
+    answer::Status status;
+    status.wallName = "2x2";
+    status.epoch = 11_epoch;
+    status.frame = 12_frame;
+    status.sequence = 13_seq;
+    status.stateHash = StateHash(~0ull);
+    status.hosts = {{"lower-left", "live", 14_frame, 0.25}, {"lower-right", "lost", 15_frame, 0}};
+    status.waitingFor = {"lower-left"};
+    status.objects = 16;
+    status.nodes = 17;
+    status.undoDepth = 18;
+    status.redoDepth = 20;
+    status.applications = 19;
+    status.journal = "/var/lib/wall";
+    status.journalTrouble = "no space left";
+    const ObjectId placeholder{kFirstPlaceholder + 5};
+    return {
+        answer::Done{},
+        answer::Committed{Sequence{21}, {{placeholder, ObjectId{22}}}, {ObjectId{23}, ObjectId{24}}, 25},
+        status,
+        answer::Loaded{ObjectId{25}, 26, 27},
+        answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
+        twoContacts(),
+        answer::Images{{{"front-0-0", "a", 32_frame, some(100)}, {"front-1-0", "b", 33_frame, some(5)}}, {"front-0-1"}},
+        answer::PairEvents{1_frame, {anEvent()}, 2},
+        answer::Distances{1_frame, {aDistance()}, 2},
+        answer::Questions{1_frame, {aQuestion()}, {3, 4}, 2},
+        answer::Objects{34_seq, twoObjects(), some(60)},
+        answer::TreePage{35_seq, {{ObjectId{1}, ObjectId{}, 2}, {ObjectId{3}, ObjectId{1}, 0}}, some(70), {ObjectId{1}}}};
+}
+
+inline std::vector<ApplicationNotice> everyNotice() {
+    return {notice::Frame{40_frame, {"a", "b"}, {"c"}},
+            twoContacts(),
+            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
+            answer::PairEvents{1_frame, {anEvent(), PairEventValue{}}, 2},
+            answer::Distances{1_frame, {aDistance()}, 2},
+            answer::Questions{1_frame, {aQuestion()}, {3, 4}, 2}};
+}
+
+}  // namespace tessera::test
