@@ -111,6 +111,7 @@ TEST(Journal, NothingGrantedIsLostThoughTheServerIsKilledAtAnyMoment) {
     FrameNumber frame;
     std::unique_ptr<Process> host;
     std::unique_ptr<Application> follower;  // of all servers
+    std::map<std::uint64_t, StateHash> followed;
     int back = 0;
     for (int server = 0; server < 8; ++server) {
         // One that is killed while it starts changes nothing.
@@ -141,13 +142,19 @@ TEST(Journal, NothingGrantedIsLostThoughTheServerIsKilledAtAnyMoment) {
             follower = wall.connect("follower");
             ASSERT_TRUE(follower);
             follower->onBack([&] { ++back; });
+            follower->onChanges([&](const ChangeList&, Sequence sequence) {
+                followed[sequence.value] = follower->scene().stateHash();
+            });
+            followed[follower->sequence().value] = follower->scene().stateHash();
         }
-        while (back < server || follower->sequence() < mover->sequence()) {
-            const auto polled = follower->poll(20s);
+        while (back < server || !followed.contains(mover->sequence().value)) {
+            const bool behind = back < server || follower->sequence() < mover->sequence();
+            const auto polled = (behind ? follower : mover)->poll(20s);
             ASSERT_TRUE(polled) << polled.error().message;
             ASSERT_TRUE(*polled) << "it does not come back" << wall.server->output();
         }
-        EXPECT_EQ(follower->scene().stateHash(), mover->scene().stateHash());
+        EXPECT_EQ(followed[mover->sequence().value], mover->scene().stateHash());
+        followed.clear();
         const auto status = mover->status();
         ASSERT_TRUE(status) << status.error().message;
         EXPECT_GT(status->epoch, epoch);
