@@ -6,11 +6,11 @@
 namespace tessera {
 namespace {
 
-constexpr std::int64_t kMaxSidePx = 16384;
+constexpr std::int64_t kMaxTextureSidePx = 16384;
 
 bool hasItsSize(const Image& image) {
-    return image.pixels.resident() && image.widthPx > 0 && image.heightPx > 0 && image.widthPx <= kMaxSidePx &&
-           image.heightPx <= kMaxSidePx &&
+    return image.pixels.resident() && image.widthPx > 0 && image.heightPx > 0 && image.widthPx <= kMaxTextureSidePx &&
+           image.heightPx <= kMaxTextureSidePx &&
            image.pixels.sizeBytes() == static_cast<std::uint64_t>(image.widthPx * image.heightPx) * 4;
 }
 

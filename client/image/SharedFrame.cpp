@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint64_t kMagic = 0x32454d4152465354;  // "TSFRAME2" in memory
 constexpr std::size_t kHeaderBytes = 4096;
-constexpr int kMaxSidePx = 16384;
+constexpr int kMaxFrameSidePx = 16384;
 constexpr int kReadAttempts = 200;
 
 struct Slot {
@@ -80,7 +80,7 @@ bool readAt(int fd, void* to, std::size_t bytes, std::size_t offset) {
 }  // namespace
 
 Expected<SharedFrameWriter> SharedFrameWriter::create(const std::string& path, int widthPx, int heightPx) {
-    if (widthPx <= 0 || heightPx <= 0 || widthPx > kMaxSidePx || heightPx > kMaxSidePx)
+    if (widthPx <= 0 || heightPx <= 0 || widthPx > kMaxFrameSidePx || heightPx > kMaxFrameSidePx)
         return fail(ErrorCode::kLimit, path + ": a picture's sides must be 1 to 16384 pixels");
     std::error_code ignored;
     std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
@@ -199,7 +199,7 @@ Expected<ShownImage> readSharedFrame(const std::string& path) {
         if (attempt > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
         Header header{};
         if (!readAt(file.get(), &header, sizeof header, 0) || header.magic != kMagic || header.widthPx <= 0 ||
-            header.heightPx <= 0 || header.widthPx > kMaxSidePx || header.heightPx > kMaxSidePx)
+            header.heightPx <= 0 || header.widthPx > kMaxFrameSidePx || header.heightPx > kMaxFrameSidePx)
             return fail(ErrorCode::kBadInput, path + ": not the shown image of a Tessera host");
         if (header.shown == 0) return fail(ErrorCode::kNotFound, path + ": no image has been shown yet");
         const std::size_t bytes = slotBytes(header.widthPx, header.heightPx);

@@ -3,11 +3,11 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMaxWaiting = 8;
+constexpr std::size_t kMaxWaitingPictures = 8;
 
 }  // namespace
 
-PictureWriter::PictureWriter(Log& log) : log_(log), jobs_(kMaxWaiting), thread_([this] { run(); }) {}
+PictureWriter::PictureWriter(Log& log) : log_(log), jobs_(kMaxWaitingPictures), thread_([this] { run(); }) {}
 
 PictureWriter::~PictureWriter() {
     (void)finish();

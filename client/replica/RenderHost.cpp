@@ -10,13 +10,6 @@
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
-namespace {
-
-TimePoint now() {
-    return std::chrono::steady_clock::now();
-}
-
-}  // namespace
 
 RenderHost::RenderHost(RenderHostOptions options, Surface* surface, const BlobStore& blobs, Log& log,
                        std::function<void(Outcome)> report)
@@ -72,7 +65,7 @@ std::optional<Outcome> RenderHost::showAgain(const Work& work, FrameNumber frame
     if (!std::ranges::all_of(tiles_, [&](const auto& state) { return state->shown || !surface_; })) return std::nullopt;
     for (const auto& state : tiles_)
         if (auto shown = showTile(*state); !shown) return Outcome{work.attempt, outcome::Broken{shown.error()}};
-    return Outcome{work.attempt, outcome::Shown{frame, now()}};
+    return Outcome{work.attempt, outcome::Shown{frame, clockNow()}};
 }
 
 bool RenderHost::on(const work::Configure& configure) {
@@ -233,7 +226,7 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
 bool RenderHost::on(const work::Show& show) {
     for (const auto& state : tiles_)
         if (auto shown = showTile(*state); !shown) return broken(shown.error());
-    tell(outcome::Shown{show.frame, now()});
+    tell(outcome::Shown{show.frame, clockNow()});
     std::erase_if(waitingImages_, [&](const WaitingImages& waiting) {
         if (waiting.request.frame > show.frame) return false;
         sendImages(waiting);

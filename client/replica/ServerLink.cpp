@@ -14,10 +14,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TimePoint clockNow() {
-    return std::chrono::steady_clock::now();
-}
-
 }  // namespace
 
 ServerLink::ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, Channel<Event>& events,

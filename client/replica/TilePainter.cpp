@@ -1,13 +1,6 @@
 #include "client/replica/TilePainter.h"
 
 namespace tessera {
-namespace {
-
-TimePoint now() {
-    return std::chrono::steady_clock::now();
-}
-
-}  // namespace
 
 Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene& scene, Renderer& renderer,
                                          const ScreenCamera& camera) {
@@ -18,16 +11,16 @@ Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene
     painted.cull = painted.draw = {};
     if (seenAlike && version.scene == version_.scene) return painted;
 
-    const TimePoint begin = now();
+    const TimePoint begin = clockNow();
     DrawList list = action_.run(scene, camera, rect_, &painted.counts);
-    const TimePoint culled = now();
+    const TimePoint culled = clockNow();
     painted.cull = culled - begin;
     if (!seenAlike || !drawAlike(list, list_)) {
         auto picture = renderer.draw(aspect, list, camera, rect_);
         if (!picture) return tl::unexpected(picture.error());
         painted.picture = std::make_shared<const Picture>(std::move(*picture));
         painted.again = false;
-        painted.draw = now() - culled;
+        painted.draw = clockNow() - culled;
         painted.skipped = renderer.lastCounts().skipped;
     }
     last_ = painted;

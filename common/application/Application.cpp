@@ -24,13 +24,9 @@ constexpr std::size_t kNamesAtOnce = 64;
 /// Between a dial that failed and the next.
 constexpr milliseconds kFirstPause{50}, kLongestPause{1000};
 
-TimePoint now() {
-    return std::chrono::steady_clock::now();
-}
-
 /// Time left until `deadline`, never negative.
 Duration until(TimePoint deadline) {
-    return std::max<Duration>(deadline - now(), Duration::zero());
+    return std::max<Duration>(deadline - clockNow(), Duration::zero());
 }
 
 }  // namespace
@@ -109,7 +105,7 @@ bool Application::Impl::take(TimePoint deadline, std::optional<message::Reply>* 
     if (ended) return false;
     if (!connection) {
         std::this_thread::sleep_until(std::min(deadline, away->dialAt));
-        if (now() < away->dialAt) return false;
+        if (clockNow() < away->dialAt) return false;
         connection = std::make_unique<Connection>(connectionOptions);
     }
     std::optional<Incoming> value = connection->next(until(deadline));
@@ -154,13 +150,13 @@ void Application::Impl::lose(incoming::Ended end) {
     // Not where the fault is ours, or stays; a server that has just been started may refuse for the time being.
     const bool again = joined && end.retry && (end.error.code == ErrorCode::kNetwork || away);
     if (again && !away && options.redial > milliseconds::zero()) {
-        away = Away{now(), now(), kFirstPause, end.error};
+        away = Away{clockNow(), clockNow(), kFirstPause, end.error};
         aside.emplace_back(Lost{end.error});
     } else if (again && away) {
-        away->dialAt = now() + away->pause;
+        away->dialAt = clockNow() + away->pause;
         away->pause = std::min<Duration>(2 * away->pause, kLongestPause);
     }
-    if (again && away && now() < away->since + options.redial) {
+    if (again && away && clockNow() < away->since + options.redial) {
         connection.reset();
         return;
     }
@@ -245,9 +241,9 @@ void Application::Impl::tell(const ApplicationNotice& notice) {
 }
 
 Expected<ApplicationAnswer> Application::Impl::ask(const ApplicationRequest& request, milliseconds timeout) {
-    const TimePoint deadline = now() + timeout;
+    const TimePoint deadline = clockNow() + timeout;
     while (away && !ended)
-        if (!take(deadline) && now() >= deadline)
+        if (!take(deadline) && clockNow() >= deadline)
             return fail(ErrorCode::kNetwork,
                         fmt::format("the server at {} did not come back within {} ms: {}", options.address,
                                     timeout.count(), away->why.message));
@@ -269,7 +265,7 @@ Expected<ApplicationAnswer> Application::Impl::ask(const ApplicationRequest& req
 
 Expected<answer::Committed> Application::Impl::settled(Expected<answer::Committed> committed) {
     if (!committed || !options.followScene || dispatching) return committed;
-    const TimePoint deadline = now() + options.timeout;
+    const TimePoint deadline = clockNow() + options.timeout;
     for (;;) {
         if (const auto applied = dispatch(); !applied) return tl::unexpected(applied.error());
         if (!away && haveScene && sequence >= committed->sequence) return committed;
@@ -300,7 +296,7 @@ Expected<std::unique_ptr<Application>> Application::connect(const Options& optio
     auto impl = std::make_unique<Impl>(std::move(connectionOptions), options);
 
     // A little more than the transport's own timeout, whose message is the better one.
-    const TimePoint deadline = now() + options.timeout + milliseconds(100);
+    const TimePoint deadline = clockNow() + options.timeout + milliseconds(100);
     while (!impl->wall || (options.followScene && !impl->haveScene)) {
         if (!impl->take(deadline) && !impl->ended) {
             if (!impl->wall)
@@ -336,9 +332,9 @@ bool Application::serverIsOver() const {
 
 Expected<bool> Application::poll(milliseconds timeout) {
     if (impl_->dispatching) return fail(ErrorCode::kRefused, "poll was called from within a callback");
-    const TimePoint deadline = now() + timeout;
+    const TimePoint deadline = clockNow() + timeout;
     while (impl_->aside.empty() && impl_->take(deadline)) continue;
-    while (impl_->take(now())) continue;
+    while (impl_->take(clockNow())) continue;
     return impl_->dispatch();
 }
 
@@ -348,12 +344,12 @@ Expected<notice::Frame> Application::waitForFrame(milliseconds timeout) {
         if (auto subscribed = impl_->subscribe(); !subscribed) return tl::unexpected(subscribed.error());
     }
     impl_->lastFrame.reset();
-    const TimePoint deadline = now() + timeout;
+    const TimePoint deadline = clockNow() + timeout;
     for (;;) {
         const auto polled = poll(std::chrono::ceil<milliseconds>(until(deadline)));
         if (!polled) return tl::unexpected(polled.error());
         if (impl_->lastFrame) return *impl_->lastFrame;
-        if (now() >= deadline)
+        if (clockNow() >= deadline)
             return fail(ErrorCode::kNetwork, fmt::format("the wall showed no frame within {} ms", timeout.count()));
     }
 }
@@ -491,10 +487,10 @@ Expected<SceneExcerpt> Application::fetch(std::span<const ObjectId> objects) {
 
 Expected<SceneExcerpt> Application::fetchTree(request::GetTree wanted) {
     SceneExcerpt excerpt;
-    const TimePoint deadline = now() + impl_->options.timeout;
+    const TimePoint deadline = clockNow() + impl_->options.timeout;
     wanted.after.clear();
     do {
-        if (now() >= deadline)
+        if (clockNow() >= deadline)
             return fail(ErrorCode::kNetwork, fmt::format("the server at {} did not tell all of the tree within {} ms",
                                                          impl_->options.address, impl_->options.timeout.count()));
         Expected<answer::TreePage> page = impl_->askFor<answer::TreePage>(wanted);

@@ -20,10 +20,6 @@ constexpr std::size_t kMaxEvents = 16'384;
 /// Replies, the end and whatever else must find room behind the lists that wait.
 constexpr std::size_t kSpareRoom = 4096;
 
-TimePoint now() {
-    return std::chrono::steady_clock::now();
-}
-
 ClientSessionConfig sessionConfig(const ConnectionOptions& options) {
     ClientSessionConfig config;
     config.name = options.name;
@@ -73,7 +69,7 @@ void Connection::request(std::uint64_t id, ByteSlice body) {
 
 void Connection::run() {
     while (!ended_) {
-        const Duration idle = std::clamp<Duration>(session_.nextDeadline() - now(), 0ns, 1s);
+        const Duration idle = std::clamp<Duration>(session_.nextDeadline() - clockNow(), 0ns, 1s);
         std::optional<Event> event = events_.popFor(idle);
         if (!event && events_.closed()) return;
         if (event) {
@@ -82,7 +78,7 @@ void Connection::run() {
             else
                 carryOut(session_.request(std::get<message::Request>(std::move(*event))));
         }
-        if (now() >= session_.nextDeadline()) carryOut(session_.advance(now()));
+        if (clockNow() >= session_.nextDeadline()) carryOut(session_.advance(clockNow()));
     }
 }
 

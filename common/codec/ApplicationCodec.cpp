@@ -11,7 +11,7 @@ namespace {
 
 namespace pb = proto::application;
 
-constexpr std::size_t kMaxHeadBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxApplicationHeadBytes = std::size_t{1} << 20;
 
 /// Records as they stand in the parts.
 struct IdPair {
@@ -63,7 +63,7 @@ template <typename Head, typename Unpack>
 auto decode(const ByteSlice& bytes, std::string_view what, std::size_t maxParts, const ApplicationLimits& limits,
             Unpack unpack)
     -> Expected<decltype(unpack(std::declval<const Head&>(), std::declval<ApplicationUnpacker&>()))> {
-    auto split = splitParts(bytes, kMaxHeadBytes, maxParts);
+    auto split = splitParts(bytes, kMaxApplicationHeadBytes, maxParts);
     if (!split) return failWith(fmt::format("a malformed {}", what), split.error());
     Head head;
     if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))

@@ -15,9 +15,9 @@ namespace {
 constexpr std::size_t kMaxUsers = 64;
 constexpr std::size_t kMaxTiles = 1024;
 constexpr std::size_t kMaxNameBytes = 256;
-constexpr std::size_t kMaxHeadBytes = std::size_t{512} << 10;
+constexpr std::size_t kMaxFrameHeadBytes = std::size_t{512} << 10;
 
-tl::unexpected<Error> bad(std::string what) {
+tl::unexpected<Error> badFrame(std::string what) {
     return fail(ErrorCode::kBadInput, std::move(what));
 }
 
@@ -35,24 +35,24 @@ void write(proto::frame::Rotation& to, const Quatd& q) {
 
 Expected<Vec3d> readPosition(const proto::frame::Vector& from) {
     const Vec3d v(from.x(), from.y(), from.z());
-    if (!v.allFinite()) return bad("frame: a position is not finite");
+    if (!v.allFinite()) return badFrame("frame: a position is not finite");
     return v;
 }
 Expected<Quatd> readRotation(const proto::frame::Rotation& from) {
     const Quatd q(from.w(), from.x(), from.y(), from.z());
     const double squared = q.squaredNorm();
-    if (!(squared > 1e-100 && squared < 1e100)) return bad("frame: an orientation cannot be normalised");
+    if (!(squared > 1e-100 && squared < 1e100)) return badFrame("frame: an orientation cannot be normalised");
     return q;
 }
 
 Expected<User> readUser(const proto::frame::User& from) {
     if (from.name().size() > kMaxNameBytes)
-        return bad(fmt::format("frame: a user's name of {} bytes", from.name().size()));
+        return badFrame(fmt::format("frame: a user's name of {} bytes", from.name().size()));
     const auto position = readPosition(from.position());
     if (!position) return tl::unexpected(position.error());
     const auto orientation = readRotation(from.orientation());
     if (!orientation) return tl::unexpected(orientation.error());
-    if (!std::isfinite(from.eye_separation_metres())) return bad("frame: an eye separation is not finite");
+    if (!std::isfinite(from.eye_separation_metres())) return badFrame("frame: an eye separation is not finite");
     User user;
     user.name = from.name();
     user.position = *position;
@@ -69,7 +69,7 @@ void write(proto::frame::Collision& to, const FrameCollision& collision) {
     to.set_nearest(collision.nearest);
 }
 Expected<FrameCollision> readCollision(const proto::frame::Collision& from) {
-    if (!(from.nearest() >= 0) || !std::isfinite(from.nearest())) return bad("frame: a distance that is none");
+    if (!(from.nearest() >= 0) || !std::isfinite(from.nearest())) return badFrame("frame: a distance that is none");
     return FrameCollision{.contacts = from.contacts(),
                           .begun = from.begun(),
                           .ended = from.ended(),
@@ -96,13 +96,13 @@ Bytes encodeFrame(const FramePayload& payload) {
 }
 
 Expected<FramePayload> decodeFrame(ByteSpan bytes) {
-    const auto split = splitParts(bytes, kMaxHeadBytes, 0);
+    const auto split = splitParts(bytes, kMaxFrameHeadBytes, 0);
     if (!split) return failWith("frame", split.error());
     proto::frame::FrameHead head;
     if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
-        return bad("frame: its head is damaged");
+        return badFrame("frame: its head is damaged");
     if (static_cast<std::size_t>(head.users_size()) > kMaxUsers)
-        return bad(fmt::format("frame: {} users", head.users_size()));
+        return badFrame(fmt::format("frame: {} users", head.users_size()));
 
     FramePayload payload;
     const auto position = readPosition(head.position());
@@ -112,7 +112,7 @@ Expected<FramePayload> decodeFrame(ByteSpan bytes) {
     if (!orientation) return tl::unexpected(orientation.error());
     payload.view.orientation = *orientation;
     if (!(head.world_units_per_metre() > 0) || !std::isfinite(head.world_units_per_metre()))
-        return bad("frame: the scale of the wall is not a positive number");
+        return badFrame("frame: the scale of the wall is not a positive number");
     payload.view.worldUnitsPerMetre = head.world_units_per_metre();
     for (const proto::frame::User& from : head.users()) {
         auto user = readUser(from);
@@ -140,21 +140,21 @@ Bytes encodeStats(const std::vector<TileStats>& stats) {
 }
 
 Expected<std::vector<TileStats>> decodeStats(ByteSpan bytes) {
-    const auto split = splitParts(bytes, kMaxHeadBytes, 0);
+    const auto split = splitParts(bytes, kMaxFrameHeadBytes, 0);
     if (!split) return failWith("statistics", split.error());
     proto::frame::StatsHead head;
     if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
-        return bad("statistics: their head is damaged");
+        return badFrame("statistics: their head is damaged");
     if (static_cast<std::size_t>(head.tiles_size()) > kMaxTiles)
-        return bad(fmt::format("statistics: {} tiles", head.tiles_size()));
+        return badFrame(fmt::format("statistics: {} tiles", head.tiles_size()));
     std::vector<TileStats> stats;
     for (const proto::frame::TileStats& from : head.tiles()) {
         if (from.tile().size() > kMaxNameBytes)
-            return bad(fmt::format("statistics: a tile's name of {} bytes", from.tile().size()));
+            return badFrame(fmt::format("statistics: a tile's name of {} bytes", from.tile().size()));
         // They end up in a report: NaN would make it unreadable.
         if (!(from.cull_ms() >= 0 && std::isfinite(from.cull_ms()) && from.draw_ms() >= 0 &&
               std::isfinite(from.draw_ms())))
-            return bad("statistics: a time is not a number of milliseconds");
+            return badFrame("statistics: a time is not a number of milliseconds");
         stats.push_back(
             {from.tile(), from.cull_ms(), from.draw_ms(), from.in_frustum(), from.drawn(), from.triangles_drawn()});
     }

@@ -14,13 +14,13 @@ namespace tessera {
 
 namespace {
 
-constexpr std::size_t kMaxHeadBytes = 16 * 1024;
+constexpr std::size_t kMaxMessageHeadBytes = 16 * 1024;
 constexpr std::size_t kMaxParts = 3;
 
-using Parts = std::vector<ByteSlice>;
+using MessageParts = std::vector<ByteSlice>;
 
 static_assert(MessageLimits{}.maxEntries * sizeof(BlobInfo) <= message::kRoomForBlobs);
-static_assert(MessageLimits{}.maxEntries * sizeof(HashEntry) + kMaxHeadBytes <= message::HashAnswer::kInfo.maxPayload);
+static_assert(MessageLimits{}.maxEntries * sizeof(HashEntry) + kMaxMessageHeadBytes <= message::HashAnswer::kInfo.maxPayload);
 
 // ---- numbers of any type as those of a head: 64 bits
 
@@ -65,7 +65,7 @@ ByteSlice copied(const std::vector<Record>& records) {
 }
 
 template <FieldForm Form, typename M, typename T>
-void pack(const MessageField<Form, M, T>& f, const T& value, HeadWriter& head, Parts& parts) {
+void pack(const MessageField<Form, M, T>& f, const T& value, HeadWriter& head, MessageParts& parts) {
     if constexpr (Form == FieldForm::kVarint) {
         head.varint(f.number, toNumber(value));
     } else if constexpr (Form == FieldForm::kFixed) {
@@ -154,7 +154,7 @@ private:
 
 template <Described M>
 Expected<Message> decodeAs(const ByteSlice& payload, const MessageLimits& limits) {
-    auto split = splitParts(payload, kMaxHeadBytes, kMaxParts);
+    auto split = splitParts(payload, kMaxMessageHeadBytes, kMaxParts);
     if (!split) return tl::unexpected(split.error());
     const Expected<HeadReader> head = HeadReader::read(split->head);
     if (!head) return tl::unexpected(head.error());
@@ -195,7 +195,7 @@ ByteChain encodeMessage(const Message& message) {
     return std::visit(
         []<Described M>(const M& m) {
             HeadWriter head;
-            Parts parts;
+            MessageParts parts;
             forEachField<M>([&](const auto& f) { pack(f, m.*f.member, head, parts); });
             return chainParts(head.bytes(), parts);
         },

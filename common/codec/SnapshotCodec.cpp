@@ -9,7 +9,7 @@
 namespace tessera {
 
 namespace {
-constexpr std::size_t kMaxHeadBytes = 256;
+constexpr std::size_t kMaxSnapshotHeadBytes = 256;
 constexpr std::size_t kParts = 2;  ///< the list, the blobs that it names
 /// Fields of the head, as in a Snapshot that is sent as it is.
 constexpr int kSequence = 1, kStateHash = 2;
@@ -24,7 +24,7 @@ Blob encodeSnapshot(const CommittedList& whole) {
 }
 
 Expected<CommittedListPtr> decodeSnapshot(const Blob& content) {
-    const Expected<SplitParts> split = splitParts(content.bytes(), kMaxHeadBytes, kParts);
+    const Expected<SplitParts> split = splitParts(content.bytes(), kMaxSnapshotHeadBytes, kParts);
     if (!split) return tl::unexpected(split.error());
     const Expected<HeadReader> head = HeadReader::read(split->head);
     if (!head || split->parts.size() != kParts)

@@ -45,6 +45,15 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "int main() {}\n")
 endif()
 
+# Files of one module or test are compiled together, so that what headers bring is worked out once for all of them. With g++ only: the
+# build with clang finds what a file forgets to include itself. OFF makes single files quicker to compile again.
+option(TESSERA_UNITY "Compile the files of a module together" ${TESSERA_PRECOMPILE})
+function(tessera_unite name)
+  if(TESSERA_UNITY)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 10)
+  endif()
+endfunction()
+
 # tessera_precompile(NAME KIND headers…): the target whose headers others reuse. KIND: OBJECT or an executable's (empty), because
 # the two are not compiled alike.
 function(tessera_precompile name kind)
@@ -64,6 +73,7 @@ function(tessera_library name)
   list(FILTER sources EXCLUDE REGEX "/main\\.cpp$")
   if(sources)
     add_library(tessera_${name} STATIC ${sources})
+    tessera_unite(tessera_${name})
     target_include_directories(tessera_${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<INSTALL_INTERFACE:include/tessera>)
     # One alignment for Eigen in every translation unit, ours and an application's.
     target_compile_definitions(tessera_${name} PUBLIC EIGEN_MAX_ALIGN_BYTES=16)
@@ -77,7 +87,7 @@ function(tessera_library name)
       # Kernels and predicates have options of their own.
       set(special ${sources})
       list(FILTER special INCLUDE REGEX "(Sse41|Avx2|Avx512|/Predicates)\\.cpp$")
-      set_source_files_properties(${special} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+      set_source_files_properties(${special} PROPERTIES SKIP_PRECOMPILE_HEADERS ON SKIP_UNITY_BUILD_INCLUSION ON)
     endif()
   else()
     add_library(tessera_${name} INTERFACE)
@@ -110,6 +120,7 @@ function(tessera_test name folder)
     set(ARG_TIMEOUT 120)
   endif()
   add_executable(${name} ${sources})
+  tessera_unite(${name})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest GTest::gtest_main fmt::fmt tessera_flags)
   # What a test itself computes is little: half the time of compiling it is worth more.
   target_compile_options(${name} PRIVATE -O1)

@@ -202,7 +202,7 @@ tl::unexpected<Error> errorFrom(ByteSpan payload) {
 }
 
 constexpr std::size_t kMaxTextBytes = 4096;
-constexpr std::size_t kMaxNotes = 64;
+constexpr std::size_t kMaxChildNotes = 64;
 constexpr std::size_t kMaxBlobs = 8'000'000;
 
 }  // namespace
@@ -250,7 +250,7 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
                 output.blobs.emplace_back(std::move(payload));
                 break;
             case ImportRecord::Kind::kNote:
-                if (output.notes.size() < kMaxNotes) output.notes.emplace_back(asText(payload));
+                if (output.notes.size() < kMaxChildNotes) output.notes.emplace_back(asText(payload));
                 break;
             case ImportRecord::Kind::kError:
                 return errorFrom(payload);

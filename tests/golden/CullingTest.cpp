@@ -12,7 +12,7 @@ namespace {
 
 constexpr CullerKind kKinds[] = {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked};
 
-struct Stage {
+struct CullingStage {
     std::unique_ptr<Surface> surface = makeSurface("osmesa").value();
     std::unique_ptr<Renderer> renderer = Renderer::create(*surface, {.samples = 4}).value();
 };
@@ -92,7 +92,7 @@ TEST_P(CulledPicture, EqualsTheUnculledOneOnEveryTileFromEveryHead) {
     const Aspect town = makeTown(seed);
     RenderScene all;
     all.update(town, nullptr);
-    Stage stage;
+    CullingStage stage;
     // Heads off the middle, eyes left and right of one head, the eye within a block, one turned aside.
     const Sight sights[] = {{{0.03, 0, 2.4}, {0, 0.4, -1}, 0},
                             {{-0.03, 0, 2.4}, {0, 0.4, -1}, 0},

@@ -17,7 +17,7 @@ constexpr const char* kModels = "/usr/share/assimp/models";
 // crates in its way begin at 3.1 - 0.528 - 0.02.
 constexpr double kTrolleyAtTheCrates = (3.1 - 0.528 - 0.02) - (0.95 + 0.04);
 // How far from the obstacle a motion may end: 1e-4 sizes of the moving geometry, none of which is 3 m large.
-constexpr double kStopTolerance = 3e-4;
+constexpr double kTrolleyTolerance = 3e-4;
 
 /// The hall on a wall, its crane stopped and the onlooker's walk not followed, so that pictures change by the trolley
 /// alone.
@@ -60,13 +60,13 @@ TEST(CollisionWall, APushedEngineStopsWhereItTouchesAndTheWallShowsIt) {
         pushed = hall.pushTrolley("12");
         EXPECT_TRUE(pushed.stopped);
         EXPECT_LE(pushed.place.x(), kTrolleyAtTheCrates + 1e-7) << "not into the crates";
-        EXPECT_GE(pushed.place.x(), kTrolleyAtTheCrates - kStopTolerance) << "up to the crates";
+        EXPECT_GE(pushed.place.x(), kTrolleyAtTheCrates - kTrolleyTolerance) << "up to the crates";
         EXPECT_EQ(pushed.place.z(), 0.15);
         const json contacts = hall.contacts();
         ASSERT_FALSE(contacts.empty());
         for (const json& contact : contacts) {
             EXPECT_TRUE(between(contact, "/hall/trolley/cart/buffer", "/hall/crates/stack/crate")) << contact.dump(2);
-            EXPECT_NEAR(contact["point"][0].get<double>(), 3.1 - 0.528 - 0.02, 2 * kStopTolerance) << contact.dump(2);
+            EXPECT_NEAR(contact["point"][0].get<double>(), 3.1 - 0.528 - 0.02, 2 * kTrolleyTolerance) << contact.dump(2);
         }
         touching = hall.picture("touching");
         EXPECT_GT(pixelsThatDiffer(before, touching), 320u * 180u / 50) << "the trolley is elsewhere";

@@ -18,7 +18,7 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
-const std::string kYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
+const std::string kKeptYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
 
 /// A wall of one host that nobody waits for long.
 std::string smallWall(const TemporaryFolder& folder) {
@@ -60,7 +60,7 @@ public:
 
     TemporaryFolder folder;
     std::string address = "127.0.0.1:0";
-    std::string scene = kYard, rate = "200";
+    std::string scene = kKeptYard, rate = "200";
     std::unique_ptr<Process> server;
 
 private:
@@ -259,7 +259,7 @@ TEST(Journal, AFullDiskRefusesEditsAndTheWallGoesOn) {
     const auto refused = mover->propose(newNode("late", 1));
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().message.find("it is done"), std::string::npos) << "it is not: " << refused.error().message;
-    const auto loaded = mover->load(kYard);
+    const auto loaded = mover->load(kKeptYard);
     ASSERT_FALSE(loaded);
     EXPECT_NE(loaded.error().message.find("cannot be written"), std::string::npos) << loaded.error().message;
     const auto removed = mover->removeNode(findNode(mover->scene(), "/edit1").value());
@@ -320,14 +320,14 @@ TEST(Journal, ASecondServerAndAnotherSceneAreRefusedInWords) {
         return run(wall.folder.path(), {program("tessera-server"), "--scene", scene, "--journal", wall.journal(), "--frames", "1"},
                    20s);
     };
-    const Outcome second = other(kYard);
+    const Outcome second = other(kKeptYard);
     EXPECT_EQ(second.exitCode, 1) << second.output;
     EXPECT_NE(second.output.find("in use by tessera-server, pid " + std::to_string(wall.server->pid())), std::string::npos)
         << second.output;
     wall.kill();
     const Outcome another = other(std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/collisions.tsct");
     EXPECT_EQ(another.exitCode, 2) << another.output;
-    EXPECT_NE(another.output.find("began with --scene " + kYard), std::string::npos) << another.output;
+    EXPECT_NE(another.output.find("began with --scene " + kKeptYard), std::string::npos) << another.output;
 }
 
 }  // namespace

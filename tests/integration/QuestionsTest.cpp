@@ -15,7 +15,7 @@ using nlohmann::json;
 using Decision = request::Respond::Decision;
 
 const double kStop = 2 - 0.15 - 0.5;  ///< of the first lane: the post's place, half its thickness, half the cart
-const double kStopTolerance = 1e-4 * std::sqrt(1 + 0.64 + 1);
+const double kPassTolerance = 1e-4 * std::sqrt(1 + 0.64 + 1);
 
 /// A program that is asked.
 class Asked {
@@ -91,7 +91,7 @@ TEST(Questions, AProgramLetsPassPutsElsewhereAndStopsAndOneThatIsSilentHoldsNobo
     EXPECT_EQ(pathOf((*judge).scene(), pass.objectA).rfind("/stop/", 0), 0u);
     EXPECT_EQ(pathOf((*judge).scene(), pass.objectB).rfind("/stop/", 0), 0u);
     EXPECT_LE(pass.present.translation.x(), kStop + 1e-7);
-    EXPECT_GE(pass.present.translation.x(), kStop - kStopTolerance);
+    EXPECT_GE(pass.present.translation.x(), kStop - kPassTolerance);
     EXPECT_EQ(pass.wanted.translation, Vec3d(7, 0.45, 2));
     // Nobody waits: the wall draws on while it is open.
     wall.settle();
@@ -108,7 +108,7 @@ TEST(Questions, AProgramLetsPassPutsElsewhereAndStopsAndOneThatIsSilentHoldsNobo
     // person puts it behind.
     EXPECT_TRUE(wall.move("/stop/cart", {"-3", "0.45", "2"}).stopped);
     const QuestionValue back = judge.next();
-    EXPECT_NEAR(back.present.translation.x(), 2 + 0.15 + 0.5, kStopTolerance);
+    EXPECT_NEAR(back.present.translation.x(), 2 + 0.15 + 0.5, kPassTolerance);
     wall.tell({"answer", std::to_string(back.id), "move", "-2", "0.45", "2"});
     EXPECT_TRUE(judge.waitUntilAt("/stop/cart", Vec3d(-2, 0.45, 2)));
     EXPECT_TRUE(judge.waitUntilClosed(back.id));

@@ -93,7 +93,7 @@ Vec3d distancesTo(const Triangle& plane, const Vec3d& unitNormal, const Triangle
     return {unitNormal.dot(t[0] - plane[0]), unitNormal.dot(t[1] - plane[0]), unitNormal.dot(t[2] - plane[0])};
 }
 
-bool allZero(const std::array<int, 3>& s) {
+bool allOnIt(const std::array<int, 3>& s) {
     return s[0] == 0 && s[1] == 0 && s[2] == 0;
 }
 
@@ -287,11 +287,11 @@ TriangleContact contactOf(const Triangle& a, const Triangle& b) {
     if (!trianglesIntersect(a, b) || (thinA && thinB)) return betweenNearest(a, b, nA, nB);
 
     if (thinB) {
-        if (!allZero(sidesOf(a, b))) return segmentContact(b, a, nA, nA);
+        if (!allOnIt(sidesOf(a, b))) return segmentContact(b, a, nA, nA);
         return coplanarContact(a, b, nA, nB);
     }
     const std::array<int, 3> sidesA = sidesOf(b, a);
-    if (allZero(sidesA)) return coplanarContact(a, b, nA, nB);
+    if (allOnIt(sidesA)) return coplanarContact(a, b, nA, nB);
     if (thinA) return segmentContact(a, b, nB, -nB);
     if (const std::optional<TriangleContact> contact = crossing(a, b, sidesA, sidesOf(a, b))) return *contact;
     return betweenNearest(a, b, nA, nB);

@@ -9,10 +9,10 @@ namespace tessera::neighbours {
 
 namespace {
 
-constexpr double kDecay = 1.8;          // growth of the leaves at which a new order pays
+constexpr double kTreeDecay = 1.8;          // growth of the leaves at which a new order pays
 constexpr std::size_t kPerTask = 1024;  // boxes to halve
 constexpr std::size_t kLeavesPerTask = 128;
-constexpr std::size_t kFewOf = 16;  // of leaves: fewer are refitted one by one
+constexpr std::size_t kFewLeavesOf = 16;  // of leaves: fewer are refitted one by one
 constexpr double kHopeless = 4;  // and at which it is due before the sweep
 
 }  // namespace
@@ -99,7 +99,7 @@ void TreeOrder::split(std::span<Center> centers) {
 bool TreeOrder::beginFrame(const SlotArrays& slots, std::size_t, const float*, std::span<const std::uint32_t> moved,
                            bool all, Workers* workers) {
     view_.slots = slots;
-    if (all || freshArea_ < 0 || moved.size() > view_.nodes[0] / kFewOf) {
+    if (all || freshArea_ < 0 || moved.size() > view_.nodes[0] / kFewLeavesOf) {
         const std::size_t leaves = view_.nodes[0], tasks = leaves / kLeavesPerTask + 1;
         runTasks(workers, tasks,
                  [&](std::size_t i) { kernels_.treeLeaves(view_, leaves * i / tasks, leaves * (i + 1) / tasks); });
@@ -114,7 +114,7 @@ bool TreeOrder::beginFrame(const SlotArrays& slots, std::size_t, const float*, s
         home_.allocate(view_.nodes[0]);
         std::copy(boxes_[0].data(), boxes_[0].data() + keyIndex(0, view_.nodes[0] + kBlockSlots - 1), home_.data());
     }
-    decayed_ = area_ > kDecay * freshArea_;
+    decayed_ = area_ > kTreeDecay * freshArea_;
     return area_ <= kHopeless * freshArea_;
 }
 

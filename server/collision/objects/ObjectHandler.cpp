@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/collision/objects/SortOnce.h"
+
 namespace tessera {
 
 namespace {
@@ -11,12 +13,6 @@ std::vector<ObjectId> together(const SceneEffects::Rows& rows) {
     std::vector<ObjectId> all;
     for (const std::span<const ObjectId> some : rows) all.insert(all.end(), some.begin(), some.end());
     return all;
-}
-
-template <typename Number>
-void sortOnce(std::vector<Number>& numbers) {
-    if (!std::is_sorted(numbers.begin(), numbers.end())) std::sort(numbers.begin(), numbers.end());
-    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "common/drawable/Drawable.h"
 #include "server/collision/objects/ConservativeBox.h"
 #include "server/collision/objects/ObjectHandler.h"
+#include "server/collision/objects/SortOnce.h"
 
 namespace tessera {
 
@@ -27,12 +28,6 @@ Box boxOf(const Part& part) {
     const Box& bounds = shape.tree.mesh().bounds();
     return shape.hull ? boxAround(part.world, bounds, shape.ballCentre, shape.ballRadius)
                       : boxAround(part.world, bounds);
-}
-
-template <typename Number>
-void sortOnce(std::vector<Number>& numbers) {
-    if (!std::is_sorted(numbers.begin(), numbers.end())) std::sort(numbers.begin(), numbers.end());
-    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 }  // namespace

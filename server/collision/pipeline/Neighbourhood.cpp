@@ -1,4 +1,5 @@
 #include "server/collision/pipeline/Neighbourhood.h"
+#include "server/collision/objects/SortOnce.h"
 
 #include <algorithm>
 #include <utility>
@@ -19,11 +20,6 @@ void add(PartTraits& traits, const PartTraits& other) {
     traits.rollback = traits.rollback || other.rollback;
     traits.slides = traits.slides || other.slides;
     traits.margin = std::max(traits.margin, other.margin);
-}
-
-void sortOnce(std::vector<std::uint32_t>& numbers) {
-    if (!std::ranges::is_sorted(numbers)) std::ranges::sort(numbers);
-    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ using kernel::kLeafFaces;
 using kernel::kWidth;
 using kernel::Slot;
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kMissed = std::numeric_limits<double>::infinity();
 
 /// T. Möller, B. Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997; both sides.
 std::optional<double> meet(const Triangle& t, const Ray& ray) {
@@ -86,7 +86,7 @@ private:
         }
     }
 
-    /// Where the ray enters a volume at the earliest, or kNever.
+    /// Where the ray enters a volume at the earliest, or kMissed.
     [[nodiscard]] double entry(Slot slot) const {
         const float* const volume = tree_.volumes[std::size_t{slot / kWidth} * rows_].lane + slot % kWidth;
         const auto row = [&](std::size_t r) { return static_cast<double>(volume[r * kWidth]); };
@@ -121,7 +121,7 @@ private:
                 slab(direction_[axis], origin_[axis] - 0.5 * (upper + lower), 0.5 * (upper - lower));
             }
         }
-        return near <= far ? near : kNever;
+        return near <= far ? near : kMissed;
     }
 
     const TreeStorage& tree_;

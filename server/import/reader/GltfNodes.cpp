@@ -239,7 +239,7 @@ bool readWhole(std::vector<unsigned char>* out, std::string* error, const std::s
     return true;
 }
 
-std::string firstLine(std::string text) {
+std::string firstWords(std::string text) {
     while (!text.empty() && (text.front() == '\n' || text.front() == ' ')) text.erase(0, 1);
     text = text.substr(0, std::min(text.find('\n'), std::size_t{400}));
     while (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.pop_back();
@@ -269,7 +269,7 @@ Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits)
             : loader.LoadASCIIFromString(&model, &error, &warning, reinterpret_cast<const char*>(bytes->data()), size,
                                          files.folder());
     if (!done) {
-        std::string reason = firstLine(error);
+        std::string reason = firstWords(error);
         if (!access.refusal.empty()) reason = access.refusal + (reason.empty() ? "" : " (" + reason + ")");
         return fail(ErrorCode::kBadInput, "it is not valid glTF: " + (reason.empty() ? "no reason given" : reason));
     }

@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 using Decision = request::Respond::Decision;
 using test::ScriptedServer;
 
-std::unique_ptr<Application> join(const ScriptedServer& server) {
+std::unique_ptr<Application> joinAndAsk(const ScriptedServer& server) {
     auto application = Application::connect({.address = server.address(), .name = "test", .followScene = false});
     EXPECT_TRUE(application) << (application ? "" : application.error().message);
     return application ? std::move(*application) : nullptr;
@@ -25,7 +25,7 @@ QuestionValue question(std::uint64_t id) {
 
 TEST(Collisions, EachKindIsSubscribedToByItself) {
     ScriptedServer server;
-    const auto application = join(server);
+    const auto application = joinAndAsk(server);
     ASSERT_TRUE(application);
     const auto bits = [&] {
         const request::Subscribe s = server.subscription();
@@ -44,7 +44,7 @@ TEST(Collisions, EachKindIsSubscribedToByItself) {
 
 TEST(Collisions, EachKindReachesItsOwnCallback) {
     ScriptedServer server;
-    const auto application = join(server);
+    const auto application = joinAndAsk(server);
     ASSERT_TRUE(application);
     std::vector<std::string> told;
     ASSERT_TRUE(application->onPairEvents(
@@ -73,7 +73,7 @@ TEST(Collisions, AQuestionIsAnsweredFromWithinItsCallback) {
         answers.push_back(*respond);
         return answer::Done{};
     });
-    const auto application = join(server);
+    const auto application = joinAndAsk(server);
     ASSERT_TRUE(application);
     std::vector<Error> refusals;
     bool done = false;
@@ -105,7 +105,7 @@ TEST(Collisions, TheNewestFrameCanBeAskedFor) {
             return answer::Questions{.frame = 3_frame, .questions = {question(17)}};
         return fail(ErrorCode::kFailed, "unexpected");
     });
-    const auto application = join(server);
+    const auto application = joinAndAsk(server);
     ASSERT_TRUE(application);
     EXPECT_EQ(application->pairEvents()->events.size(), 1u);
     EXPECT_EQ(application->distances()->leftOut, 4u);

@@ -7,7 +7,7 @@
 namespace tessera {
 namespace {
 
-constexpr ObjectType kNode{1}, kMaterial{5};
+constexpr ObjectType kNodeType{1}, kMaterialType{5};
 constexpr FieldId kRoughness{3};
 
 ChangeListPtr listOf(const std::function<void(ChangeListBuilder&)>& edit) {
@@ -23,7 +23,7 @@ FieldValue number(float v) {
 TEST(Compaction, KeepsOnlyTheLastValueOfAField) {
     std::vector<ChangeListPtr> lists;
     for (int frame = 0; frame < 60; ++frame)
-        lists.push_back(listOf([&](auto& b) { b.set(ObjectId(2), kMaterial, kRoughness, number(float(frame))); }));
+        lists.push_back(listOf([&](auto& b) { b.set(ObjectId(2), kMaterialType, kRoughness, number(float(frame))); }));
 
     const std::vector<ChangeList> compacted = compact(lists);
 
@@ -44,8 +44,8 @@ TEST(Compaction, KeepsAllPlacementsInOrderBecauseTheyShiftEachOther) {
 
 TEST(Compaction, StartsANewListWhereADestroyedIdComesBack) {
     const std::vector lists = {listOf([](auto& b) { b.destroy(ObjectId(2)); }),
-                               listOf([](auto& b) { b.set(ObjectId(3), kMaterial, kRoughness, number(1)); }),
-                               listOf([](auto& b) { b.create(ObjectId(2), kNode); })};
+                               listOf([](auto& b) { b.set(ObjectId(3), kMaterialType, kRoughness, number(1)); }),
+                               listOf([](auto& b) { b.create(ObjectId(2), kNodeType); })};
     const std::vector<ChangeList> compacted = compact(lists);
     ASSERT_EQ(compacted.size(), 2u);
     EXPECT_EQ(compacted[0].destructions.size(), 1u);
@@ -55,9 +55,9 @@ TEST(Compaction, StartsANewListWhereADestroyedIdComesBack) {
 
 TEST(Compaction, ForgetsValuesOfWhatIsDestroyedAndObjectsThatCameAndWent) {
     const std::vector lists = {listOf([](auto& b) {
-                                   b.create(ObjectId(8), kMaterial);
-                                   b.set(ObjectId(8), kMaterial, kRoughness, number(1));
-                                   b.set(ObjectId(5), kMaterial, kRoughness, number(1));
+                                   b.create(ObjectId(8), kMaterialType);
+                                   b.set(ObjectId(8), kMaterialType, kRoughness, number(1));
+                                   b.set(ObjectId(5), kMaterialType, kRoughness, number(1));
                                }),
                                listOf([](auto& b) {
                                    b.destroy(ObjectId(8));

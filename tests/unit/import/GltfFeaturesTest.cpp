@@ -56,7 +56,7 @@ private:
     std::vector<std::string> views_, accessors_;
 };
 
-ImportedScene import(const std::string& text) {
+ImportedScene imported(const std::string& text) {
     const Scratch scratch;
     Expected<ImportedScene> scene = importScene(scratch.write("model.gltf", text), kRootNode, importOptions());
     EXPECT_TRUE(scene) << messageOf(scene);
@@ -66,7 +66,7 @@ ImportedScene import(const std::string& text) {
 const std::vector<float> kSquare = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
 
 std::vector<std::uint32_t> indicesOf(const std::string& primitive, const GltfText& gltf) {
-    const ImportedAspect aspect(import(gltf.text(
+    const ImportedAspect aspect(imported(gltf.text(
         fmt::format(R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"meshes":[{{"primitives":[{}]}}])",
                     primitive))));
     const auto* geometry = aspect.core<Geometry>("/model/n/part 0");
@@ -95,7 +95,7 @@ TEST(GltfPrimitive, MissingNormalsAreComputedAndColoursBecomeSrgb) {
     const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3);
     const int colors = gltf.add(std::vector<std::uint16_t>{65535, 0, 0, 0, 0, 0, 14065, 65535, 0, 0, 0, 0}, 5123,
                                 "VEC4", 3, R"(,"normalized":true)");
-    const ImportedAspect aspect(import(gltf.text(fmt::format(
+    const ImportedAspect aspect(imported(gltf.text(fmt::format(
         R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"COLOR_0":{}}}}}]}}])",
         positions, colors))));
     const auto* geometry = aspect.core<Geometry>("/model/n/part 0");
@@ -115,7 +115,7 @@ TEST(GltfPrimitive, SparseAccessorsReplaceElements) {
                  R"(,"sparse":{"count":1,"indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":2}})");
     gltf.add(std::vector<std::uint16_t>{2}, 5123, "SCALAR", 1);
     gltf.floats({7, 8, 9}, "VEC3", 3);
-    const ImportedAspect aspect(import(gltf.text(fmt::format(
+    const ImportedAspect aspect(imported(gltf.text(fmt::format(
         R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}])",
         positions))));
     const auto vertices = aspect.core<Geometry>("/model/n/part 0")->positions.as<float>();
@@ -132,7 +132,7 @@ TEST(GltfNode, MatricesBecomeTransformsEvenThoseThatMirrorOrShear) {
         {{"name":"mirrored","mesh":0,"matrix":[-1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}},
         {{"name":"sheared","mesh":0,"matrix":[1,0,0,0, 0.5,1,0,0, 0,0.25,-2,0, 1,2,3,1]}}])",
         positions);
-    const ImportedAspect aspect(import(gltf.text(rest)));
+    const ImportedAspect aspect(imported(gltf.text(rest)));
     const auto* turned = aspect.core<Transform>("/model/turned");
     EXPECT_TRUE(turned->scale.isApprox(Vec3d(2, 3, 4)));
     EXPECT_NEAR(std::abs(turned->rotation.w()), std::sqrt(0.5), 1e-9);
@@ -152,7 +152,7 @@ TEST(GltfCamera, ShowsAtTheScenesMiddleWhatTheFilesCameraShows) {
     GltfText gltf;
     // A square of side 2 around the origin; a camera 10 away on +z, its field 2·atan(0.09): 1.8 high at the middle.
     const int positions = gltf.floats({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0}, "VEC3", 3);
-    const ImportedScene scene = import(gltf.text(fmt::format(
+    const ImportedScene scene = imported(gltf.text(fmt::format(
         R"("scenes":[{{"nodes":[0,1]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}},"mode":6}}]}}],
         "cameras":[{{"type":"perspective","name":"eye","perspective":{{"yfov":{},"znear":0.1}}}}],
         "nodes":[{{"mesh":0}},{{"name":"tripod","camera":0,"translation":[0,0,10]}}])",
@@ -169,7 +169,7 @@ TEST(GltfCamera, ShowsAtTheScenesMiddleWhatTheFilesCameraShows) {
 TEST(GltfLights, AreDirectionalPointAndSpotAsPoint) {
     GltfText gltf;
     const int positions = gltf.floats(kSquare, "VEC3", 3);
-    const ImportedScene scene = import(gltf.text(fmt::format(
+    const ImportedScene scene = imported(gltf.text(fmt::format(
         R"("extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[
         {{"type":"directional","intensity":2,"color":[1,0.5,0]}},{{"type":"point","range":4}},{{"type":"spot","spot":{{}}}}]}}}},
         "scenes":[{{"nodes":[0,1,2]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
@@ -186,7 +186,7 @@ TEST(GltfLights, AreDirectionalPointAndSpotAsPoint) {
 TEST(GltfMaterial, KeepsFactorsAndBlendsOnlyWhereAsked) {
     GltfText gltf;
     const int positions = gltf.floats(kSquare, "VEC3", 3);
-    const ImportedAspect aspect(import(gltf.text(fmt::format(
+    const ImportedAspect aspect(imported(gltf.text(fmt::format(
         R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"meshes":[{{"primitives":[
         {{"attributes":{{"POSITION":{0}}},"material":0}},{{"attributes":{{"POSITION":{0}}},"material":1}}]}}],
         "materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[0.1,0.2,0.3,0.4],"metallicFactor":0.25,"roughnessFactor":0.75}},"doubleSided":true,
@@ -212,7 +212,7 @@ TEST(GltfAnimation, BecomesAMotionOfItsNode) {
     const float half = std::sqrt(0.5f);
     const int turnTimes = gltf.floats({0.5f, 1}, "SCALAR", 1);
     const int turns = gltf.floats({0, 0, 0, 1, 0, half, 0, half}, "VEC4", 4);
-    const ImportedAspect aspect(import(gltf.text(fmt::format(
+    const ImportedAspect aspect(imported(gltf.text(fmt::format(
         R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0,"scale":[2,2,2]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
         "animations":[{{"samplers":[{{"input":{},"output":{}}},{{"input":{},"output":{},"interpolation":"STEP"}}],
         "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}},{{"sampler":1,"target":{{"node":0,"path":"rotation"}}}}]}}])",

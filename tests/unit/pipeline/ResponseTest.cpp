@@ -8,7 +8,7 @@
 namespace tessera {
 namespace {
 
-struct BoxAndWall : SceneMaker {
+struct RespondingBox : SceneMaker {
     Body box = body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d::Zero());
     Body wall = body(kRootNode, shapes::box(Vec3d(0.2, 10, 10)), Vec3d(5.1, 0, 0));
 
@@ -21,7 +21,7 @@ struct BoxAndWall : SceneMaker {
 };
 
 TEST(Slide, AlongAWallWhatIsLeftOfTheMotionGoesOn) {
-    BoxAndWall scene;
+    RespondingBox scene;
     scene.respond(Interest::kSlide);
     const StepResult result = scene.frame({{.transform = scene.box.transform, .translation = Vec3d(10, 2, 1)}});
     const Vec3d at = scene.at(scene.box.transform).translation;
@@ -34,7 +34,7 @@ TEST(Slide, AlongAWallWhatIsLeftOfTheMotionGoesOn) {
 }
 
 TEST(Slide, InSmallStepsGoesAsFarAsInOne) {
-    BoxAndWall scene;
+    RespondingBox scene;
     scene.respond(Interest::kSlide);
     for (int i = 1; i <= 100; ++i) {
         const Vec3d now = scene.at(scene.box.transform).translation;

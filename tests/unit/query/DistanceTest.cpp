@@ -8,31 +8,15 @@
 #include "server/collision/mesh/TriangleContact.h"
 #include "tests/unit/collision/BruteForce.h"
 #include "tests/unit/collision/Shapes.h"
+#include "tests/unit/query/Bodies.h"
 
 namespace tessera {
 namespace {
 
-using Random = std::mt19937_64;
+using bodies::anyRotation, bodies::between, bodies::inCube, bodies::meshOf, bodies::Random;
 
-double between(Random& random, double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-}
-
-Vec3d inCube(Random& random, double half) {
-    return {between(random, -half, half), between(random, -half, half), between(random, -half, half)};
-}
-
-Quatd anyRotation(Random& random) {
-    std::normal_distribution<double> normal;
-    return Quatd(normal(random), normal(random), normal(random), normal(random)).normalized();
-}
-
-TriangleMesh meshOf(const shapes::Soup& soup) {
-    return *TriangleMesh::make(std::span<const float>(soup.positions), soup.indices);
-}
-
-/// Triangles strewn over a thin shell, of all shapes: needles, slivers, points among them.
-TriangleMesh strewn(Random& random, int faces, double size) {
+/// Triangles strewnThin over a thin shell, of all shapes: needles, slivers, points among them.
+TriangleMesh strewnThin(Random& random, int faces, double size) {
     shapes::Soup soup;
     for (int i = 0; i < faces; ++i) {
         const Vec3d at = inCube(random, 1).normalized();
@@ -66,7 +50,7 @@ TEST_P(DistanceOfKind, IsThatOfAllPairs) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         const double size = seed % 3 == 0 ? 0.9 : seed % 3 == 1 ? 0.2 : 0.02;
-        const TriangleTree a(strewn(random, 150, size), {GetParam()}), b(strewn(random, 90, size), {GetParam()});
+        const TriangleTree a(strewnThin(random, 150, size), {GetParam()}), b(strewnThin(random, 90, size), {GetParam()});
         const double scale = seed % 5 == 4 ? 1e-3 : 1;
         Vec3d stretch = Vec3d::Constant(scale);
         if (seed % 4 == 1) stretch = scale * Vec3d(1, 0.3, 2);
@@ -138,7 +122,7 @@ TEST(Distance, IsNothingWhereAPointPiercesTheMiddleOfAFace) {
 
 TEST(Distance, IsTheSameWhicheverPairIsLookedAtFirst) {
     Random random(5);
-    const TriangleTree a(strewn(random, 400, 0.1)), b(strewn(random, 400, 0.1));
+    const TriangleTree a(strewnThin(random, 400, 0.1)), b(strewnThin(random, 400, 0.1));
     for (int pose = 0; pose < 50; ++pose) {
         const Affine3d a_T_b = composeTransform(Vec3d(2.4, 0, 0), anyRotation(random), Vec3d::Ones());
         QueryWork cold, warm;
@@ -152,7 +136,7 @@ TEST(Distance, IsTheSameWhicheverPairIsLookedAtFirst) {
 
 TEST(Distance, IsFoundWithLessWorkFromTheLastNearestPair) {
     Random random(6);
-    const TriangleTree a(strewn(random, 4000, 0.05)), b(strewn(random, 4000, 0.05));
+    const TriangleTree a(strewnThin(random, 4000, 0.05)), b(strewnThin(random, 4000, 0.05));
     const Affine3d a_T_b = composeTransform(Vec3d(2.4, 0.3, 0), anyRotation(random), Vec3d::Ones());
     QueryWork cold, warm;
     const Distance first = distanceBetween(a, b, a_T_b, cold);
@@ -181,7 +165,7 @@ TEST(Distance, OfAnEmptyMeshIsFarther) {
 
 TEST(Distance, ErrsUpwardsByNoMoreThanTheTolerance) {
     Random random(8);
-    const TriangleTree a(strewn(random, 2000, 0.1)), b(strewn(random, 2000, 0.1));
+    const TriangleTree a(strewnThin(random, 2000, 0.1)), b(strewnThin(random, 2000, 0.1));
     for (const double tolerance : {1e-3, 1e-2, 0.1})
         for (int pose = 0; pose < 20; ++pose) {
             const Affine3d a_T_b = composeTransform(Vec3d(2.5, 0, 0), anyRotation(random), Vec3d::Ones());
@@ -195,7 +179,7 @@ TEST(Distance, ErrsUpwardsByNoMoreThanTheTolerance) {
 
 TEST(Distance, GivesALowerBoundWhenItsWorkIsExhausted) {
     Random random(9);
-    const TriangleTree a(strewn(random, 2000, 0.1)), b(strewn(random, 2000, 0.1));
+    const TriangleTree a(strewnThin(random, 2000, 0.1)), b(strewnThin(random, 2000, 0.1));
     const Affine3d a_T_b = composeTransform(Vec3d(2.5, 0, 0), anyRotation(random), Vec3d::Ones());
     QueryWork all;
     const double d = distanceBetween(a, b, a_T_b, all).distance;
@@ -231,7 +215,7 @@ TEST(Distance, HoldsFarFromTheOriginAndInAnyUnit) {
 
 TEST(Distance, IsSymmetric) {
     Random random(11);
-    const TriangleTree a(strewn(random, 300, 0.2)), b(strewn(random, 300, 0.2));
+    const TriangleTree a(strewnThin(random, 300, 0.2)), b(strewnThin(random, 300, 0.2));
     for (int pose = 0; pose < 30; ++pose) {
         const Affine3d a_T_b = composeTransform(Vec3d(2.5, 0, 0), anyRotation(random), Vec3d::Ones());
         QueryWork work;

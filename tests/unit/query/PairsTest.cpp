@@ -6,27 +6,13 @@
 
 #include "server/collision/query/PairFrame.h"
 #include "server/collision/tree/Kernels.h"
+#include "tests/unit/query/Bodies.h"
 
 namespace tessera {
 namespace {
 
-using Random = std::mt19937_64;
+using bodies::anyRotation, bodies::between, bodies::inCube, bodies::instructionSets, bodies::Random;
 
-double uniform(Random& random, double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
-Vec3d inCube(Random& random, double half) {
-    return {uniform(random, -half, half), uniform(random, -half, half), uniform(random, -half, half)};
-}
-Quatd turn(Random& random) {
-    std::normal_distribution<double> normal;
-    return Quatd(normal(random), normal(random), normal(random), normal(random)).normalized();
-}
-
-std::vector<InstructionSet> instructionSets() {
-    std::vector<InstructionSet> sets;
-    for (const InstructionSet set : {InstructionSet::kSse41, InstructionSet::kAvx2, InstructionSet::kAvx512})
-        if (set <= instructionSet()) sets.push_back(set);
-    return sets;
-}
 
 /// Meshes of loose triangles; face i of one is compared with face i of the other.
 struct Batch {
@@ -80,10 +66,10 @@ Tally compare(const Batch& batch, const std::string& story) {
 Affine3d anyMap(Random& random, int kind) {
     switch (kind) {
         case 0: return Affine3d::Identity();
-        case 1: return composeTransform(inCube(random, 0.3), turn(random), Vec3d::Ones());
-        case 2: return composeTransform(inCube(random, 0.3), turn(random), Vec3d(-1.2, 0.7, 1.1));
-        case 3: return composeTransform(inCube(random, 0.3), turn(random), Vec3d(1, 1, 0));
-        case 4: return composeTransform(1e6 * Vec3d(1, -2, 3), turn(random), Vec3d::Ones());
+        case 1: return composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d::Ones());
+        case 2: return composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d(-1.2, 0.7, 1.1));
+        case 3: return composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d(1, 1, 0));
+        case 4: return composeTransform(1e6 * Vec3d(1, -2, 3), anyRotation(random), Vec3d::Ones());
         default: {
             Affine3d m = Affine3d::Identity();
             for (int i = 0; i < 3; ++i) m.linear().col(i) = inCube(random, 1.5);
@@ -138,10 +124,10 @@ TEST(PairsOfTriangles, NearlyTouchingOnesAreNeverDecidedWrongly) {
         const Vec3d about = kind == 4 ? Vec3d(1e6 * Vec3d(1, -2, 3)) : Vec3d::Zero();
         for (int i = 0; i < 2'000; ++i) {
             Triangle a{about + inCube(random, 1), about + inCube(random, 1), about + inCube(random, 1)};
-            if (i % 4 == 1) a[2] = a[0] + uniform(random, 0, 1) * (a[1] - a[0]) + inCube(random, 1e-9);
-            const double u = uniform(random, 0, 1), v = uniform(random, 0, 1) * (1 - u);
+            if (i % 4 == 1) a[2] = a[0] + between(random, 0, 1) * (a[1] - a[0]) + inCube(random, 1e-9);
+            const double u = between(random, 0, 1), v = between(random, 0, 1) * (1 - u);
             const Vec3d onA = a[0] + u * (a[1] - a[0]) + v * (a[2] - a[0]), onEdge = a[0] + u * (a[1] - a[0]);
-            const double off = std::pow(10.0, uniform(random, -18, -10));
+            const double off = std::pow(10.0, between(random, -18, -10));
             const auto nearby = [&](const Vec3d& p) { return Vec3d(b_T_a * (p + inCube(random, off))); };
             Triangle b{nearby(i % 3 == 0 ? onA : onEdge), b_T_a * (about + inCube(random, 1)), b_T_a * (about + inCube(random, 1))};
             if (i % 5 == 0) b[1] = nearby(a[1]);

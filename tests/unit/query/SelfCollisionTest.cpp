@@ -12,21 +12,19 @@
 #include <sstream>
 
 #include "tests/unit/collision/Shapes.h"
+#include "tests/unit/query/Bodies.h"
 #include "tests/unit/query/SelfTouchOracle.h"
 
 namespace tessera {
 namespace {
 
+using bodies::meshOf;
 using oracle::Point;
 
 TriangleMesh meshOf(const std::vector<double>& positions, const std::vector<std::uint32_t>& indices) {
     Expected<TriangleMesh> mesh = TriangleMesh::make(std::span<const double>(positions), indices);
     EXPECT_TRUE(mesh.has_value()) << (mesh ? "" : mesh.error().message);
     return std::move(*mesh);
-}
-
-TriangleMesh meshOf(const shapes::Soup& soup) {
-    return *TriangleMesh::make(std::span<const float>(soup.positions), soup.indices);
 }
 
 std::vector<FacePair> allPairs(const TriangleMesh& mesh, const SelfTouchOptions& options = {}) {

@@ -10,7 +10,7 @@
 namespace tessera {
 namespace {
 
-constexpr double kGap = 1e-4 * 1.7320508075688772;  // stopTolerance times the unit box's diagonal
+constexpr double kSlideGap = 1e-4 * 1.7320508075688772;  // stopTolerance times the unit box's diagonal
 
 TEST(Tangent, GoesAlongWhatItMeets) {
     const Vec3d floor = Vec3d::UnitY(), wall = -Vec3d::UnitX(), back = -Vec3d::UnitZ();
@@ -74,7 +74,7 @@ TEST(Slide, AlongAFlatFloorOfManyTrianglesNothingCatches) {
                     ASSERT_NEAR(scene.at().z(), wanted.z(), 1e-9) << n << ' ' << steepness << ' ' << frames << ' ' << i;
                     ASSERT_GT(scene.at().y(), 0.5);
                 }
-                EXPECT_NEAR(scene.at().y(), 0.5, kGap) << n << ' ' << steepness << ' ' << frames;
+                EXPECT_NEAR(scene.at().y(), 0.5, kSlideGap) << n << ' ' << steepness << ' ' << frames;
             }
     }
 }
@@ -96,7 +96,7 @@ TEST(Slide, ATurnedBoxOverATurnedFloorDoesNotCatchEither) {
             ASSERT_NEAR(own().z() - before.z(), step.z(), 1e-7) << "seed " << seed << ", frame " << i;
             ASSERT_FALSE(scene.touching(scene.box.shape, floor.shape));
         }
-        EXPECT_LE(scene.distance(scene.box.shape, floor.shape), kGap);
+        EXPECT_LE(scene.distance(scene.box.shape, floor.shape), kSlideGap);
     }
 }
 
@@ -109,12 +109,12 @@ TEST(Slide, IntoACornerAndUpTheCreaseAndThenItStands) {
         scene.watch(scene.box.node);
         // Floor, then wall, along both, until the other wall.
         for (int i = 0; i < frames; ++i) scene.goTo(scene.box.transform, scene.at() + Vec3d(6, -4, 5) / frames);
-        EXPECT_NEAR(scene.at().x(), 2.5, 2 * kGap) << frames;
-        EXPECT_NEAR(scene.at().y(), 0.5, 2 * kGap) << frames;
-        EXPECT_NEAR(scene.at().z(), 3.5, 2 * kGap) << frames;
+        EXPECT_NEAR(scene.at().x(), 2.5, 2 * kSlideGap) << frames;
+        EXPECT_NEAR(scene.at().y(), 0.5, 2 * kSlideGap) << frames;
+        EXPECT_NEAR(scene.at().z(), 3.5, 2 * kSlideGap) << frames;
         const Vec3d there = scene.at();
         for (int i = 0; i < 20; ++i) scene.goTo(scene.box.transform, scene.at() + Vec3d(1, -1, 1));
-        EXPECT_LE((scene.at() - there).norm(), kGap) << "pressed into the corner";
+        EXPECT_LE((scene.at() - there).norm(), kSlideGap) << "pressed into the corner";
         // Out again in every direction.
         EXPECT_FALSE(scene.goTo(scene.box.transform, Vec3d(0, 3, 0)).stopped);
     }
@@ -135,7 +135,7 @@ TEST(Slide, DownASlopeAndOnAlongTheFloor) {
             EXPECT_LE(scene.at().y(), lowest + 1e-9);
             lowest = scene.at().y();
         }
-        EXPECT_NEAR(lowest, 0.5, 2 * kGap) << frames;
+        EXPECT_NEAR(lowest, 0.5, 2 * kSlideGap) << frames;
         EXPECT_GT(scene.at().x(), 0.5) << "carried forwards by the slope";
     }
 }
@@ -147,7 +147,7 @@ TEST(Slide, StaysStillWherePushedStraightIntoAWall) {
     for (int i = 0; i < 50; ++i) scene.goTo(scene.box.transform, scene.at() - Vec3d(0, 1, 0));
     EXPECT_NEAR(scene.at().x(), 0, 1e-9);
     EXPECT_NEAR(scene.at().z(), 0, 1e-9);
-    EXPECT_NEAR(scene.at().y(), 0.5, kGap);
+    EXPECT_NEAR(scene.at().y(), 0.5, kSlideGap);
     EXPECT_GT(scene.at().y(), 0.5);
 }
 
@@ -187,7 +187,7 @@ TEST(Slide, NeverTunnelsInOneHugeFrame) {
     scene.watch(scene.box.node);
     const Resolution result = scene.goTo(scene.box.transform, Vec3d(9, -3, 0.5));
     EXPECT_LT(scene.at().x(), 3.5);
-    EXPECT_NEAR(scene.at().x(), 3.5, kGap);
+    EXPECT_NEAR(scene.at().x(), 3.5, kSlideGap);
     EXPECT_NEAR(scene.at().z(), 0.5, 1e-6) << "and along the sheet, too";
     EXPECT_FALSE(scene.touching(scene.box.shape, sheet.shape));
     ASSERT_EQ(result.hits.size(), 2u) << "floor and sheet";
@@ -208,7 +208,7 @@ TEST(Slide, WhatOnlyStopsEndsIt) {
     scene.goTo(box.transform, Vec3d(1, -3, 1));
     EXPECT_NEAR(scene.placeOf(box.transform).x(), 1, 1e-9) << "the floor lets it";
     scene.goTo(box.transform, Vec3d(5, -3, 3));
-    EXPECT_NEAR(scene.placeOf(box.transform).x(), 2.5, kGap);
+    EXPECT_NEAR(scene.placeOf(box.transform).x(), 2.5, kSlideGap);
     // The leg along the floor ended where it met the wall: at 1.5 of 4 along x, so at 1 + 2 · 0.375 along z.
     EXPECT_NEAR(scene.placeOf(box.transform).z(), 1.75, 1e-3) << "the wall does not";
 }

@@ -4,8 +4,8 @@
 namespace tessera {
 namespace {
 
-struct Live : ServerFixture {
-    explicit Live(ServerSessionConfig config = twoHosts()) : ServerFixture(config) {
+struct TwoLive : ServerFixture {
+    explicit TwoLive(ServerSessionConfig config = twoHosts()) : ServerFixture(config) {
         a = join("a");
         b = join("b");
         ready(a, begin());
@@ -22,7 +22,7 @@ ServerSessionConfig with(LateFramePolicy late) {
 }
 
 TEST(ServerFrames, SwapsOnceEverybodyIsReady) {
-    Live s;
+    TwoLive s;
     const FrameNumber frame = s.begin(s.commit());
     EXPECT_EQ(s.sent<message::Begin>(s.a).size(), 1u);
     s.pass(10ms);
@@ -43,7 +43,7 @@ TEST(ServerFrames, SwapsOnceEverybodyIsReady) {
 }
 
 TEST(ServerFrames, ReportsWhenAFrameWasShown) {
-    Live s;
+    TwoLive s;
     s.say(s.a, message::Shown{0_frame, 1234});
     ASSERT_EQ(s.actions<server_action::FrameShown>().size(), 1u);
     EXPECT_EQ(s.actions<server_action::FrameShown>()[0].shownAtNs, 1234);
@@ -61,7 +61,7 @@ TEST(ServerFrames, WithoutHostsAFrameIsReleasedAtOnce) {
 }
 
 TEST(ServerFrames, ALostHostReleasesTheFrame) {
-    Live s;
+    TwoLive s;
     const FrameNumber frame = s.begin();
     s.ready(s.a, frame);
     s.drop(s.b);
@@ -74,7 +74,7 @@ TEST(ServerFrames, ALostHostReleasesTheFrame) {
 }
 
 TEST(ServerFrames, HoldSendsTheListsButNoFrameUntilTheLateHostIsReady) {
-    Live s(with(LateFramePolicy::kHold));
+    TwoLive s(with(LateFramePolicy::kHold));
     const FrameNumber late = s.begin(s.commit());
     const Sequence lateSequence = s.sequence;
     s.ready(s.a, late);
@@ -99,7 +99,7 @@ TEST(ServerFrames, HoldSendsTheListsButNoFrameUntilTheLateHostIsReady) {
 }
 
 TEST(ServerFrames, DropWaitsUntilTheLateHostHasCaughtUp) {
-    Live s(with(LateFramePolicy::kDrop));
+    TwoLive s(with(LateFramePolicy::kDrop));
     const FrameNumber late = s.begin(s.commit());
     const Sequence lateSequence = s.sequence;
     s.ready(s.a, late);
@@ -120,7 +120,7 @@ TEST(ServerFrames, DropWaitsUntilTheLateHostHasCaughtUp) {
 }
 
 TEST(ServerFrames, DropTakesAHostBackAtOnceWhenNothingChangedMeanwhile) {
-    Live s(with(LateFramePolicy::kDrop));
+    TwoLive s(with(LateFramePolicy::kDrop));
     const FrameNumber late = s.begin();
     s.ready(s.a, late);
     s.run(110ms, {s.a, s.b});
@@ -133,7 +133,7 @@ TEST(ServerFrames, DropTakesAHostBackAtOnceWhenNothingChangedMeanwhile) {
 
 TEST(ServerFrames, AHungDrawThreadIsClosedAtTheFrameDeadlineThoughItsHeartbeatsGoOn) {
     for (const LateFramePolicy late : {LateFramePolicy::kWait, LateFramePolicy::kHold, LateFramePolicy::kDrop}) {
-        Live s(with(late));
+        TwoLive s(with(late));
         const FrameNumber frame = s.begin();
         s.ready(s.a, frame);
         s.run(980ms, {s.a, s.b});
@@ -151,7 +151,7 @@ TEST(ServerFrames, AHungDrawThreadIsClosedAtTheFrameDeadlineThoughItsHeartbeatsG
 }
 
 TEST(ServerFrames, AnnouncedBlobsAreEverywhereOnceAllLiveHostsHoldThem) {
-    Live s;
+    TwoLive s;
     s.take(s.session.announceBlobs(9, {blobOf("mesh")}, s.now));
     EXPECT_EQ(s.sent<message::BlobNotice>(s.a).size(), 1u);
     s.say(s.a, message::BlobsHeld{9});
@@ -168,7 +168,7 @@ TEST(ServerFrames, BlobsAreEverywhereAtOnceWithNobodyThere) {
 }
 
 TEST(ServerFrames, NobodyWaitsForTheBlobsOfALostHost) {
-    Live s;
+    TwoLive s;
     s.take(s.session.announceBlobs(1, {blobOf("mesh")}, s.now));
     s.say(s.a, message::BlobsHeld{1});
     s.drop(s.b);
@@ -178,7 +178,7 @@ TEST(ServerFrames, NobodyWaitsForTheBlobsOfALostHost) {
 TEST(ServerFrames, AHostThatFetchesTooSlowlyLeavesTheBarrier) {
     ServerSessionConfig config = twoHosts();
     config.blobDeadline = 200ms;
-    Live s(config);
+    TwoLive s(config);
     s.take(s.session.announceBlobs(1, {blobOf("mesh")}, s.now));
     s.say(s.a, message::BlobsHeld{1});
     s.run(220ms, {s.a, s.b});
@@ -199,7 +199,7 @@ TEST(ServerFrames, AHostThatFetchesTooSlowlyLeavesTheBarrier) {
 }
 
 TEST(ServerFrames, AJoiningHostIsNotToldOfBlobsThatNobodyNeedsAnyMore) {
-    Live s;
+    TwoLive s;
     s.drop(s.b);
     s.take(s.session.announceBlobs(1, {blobOf("mesh")}, s.now));
     s.say(s.a, message::BlobsHeld{1});
@@ -212,7 +212,7 @@ TEST(ServerFrames, AJoiningHostIsNotToldOfBlobsThatNobodyNeedsAnyMore) {
 }
 
 TEST(ServerFrames, AJoiningHostLearnsOfBlobsThatNoListHasNamedYet) {
-    Live s;
+    TwoLive s;
     s.drop(s.b);
     s.take(s.session.announceBlobs(1, {blobOf("mesh")}, s.now));
     s.say(s.a, message::BlobsHeld{1});
@@ -227,7 +227,7 @@ TEST(ServerFrames, AJoiningHostLearnsOfBlobsThatNoListHasNamedYet) {
 }
 
 TEST(ServerFrames, AListWithBlobsThatASyncingHostWasSentIsWaitedFor) {
-    Live s;
+    TwoLive s;
     s.drop(s.b);
     const ConnectionId b = s.join("b");
     s.take(s.session.repair("b", s.now));
@@ -244,7 +244,7 @@ TEST(ServerFrames, AListWithBlobsThatASyncingHostWasSentIsWaitedFor) {
 }
 
 TEST(ServerFrames, AsksHostsInTheBarrierForImages) {
-    Live s;
+    TwoLive s;
     s.take(s.session.requestImages(4, 0_frame));
     EXPECT_EQ(s.sent<message::ImageRequest>(s.a).size(), 1u);
     ServerFixture fresh;
@@ -257,7 +257,7 @@ TEST(ServerFrames, AsksHostsInTheBarrierForImages) {
 }
 
 TEST(ServerFrames, TheEndIsToldToEverybodyAndAcceptsNobody) {
-    Live s;
+    TwoLive s;
     const ConnectionId app = s.follow("viewer");
     const ConnectionId pending = s.open();
     s.forget();

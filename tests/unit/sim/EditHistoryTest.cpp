@@ -6,22 +6,12 @@
 #include "server/sim/frame/Simulation.h"
 #include "tests/property/Seeds.h"
 #include "tests/unit/sim/SceneForTests.h"
+#include "tests/unit/sim/SingleEdits.h"
 
 namespace tessera {
 namespace {
 
-std::vector<Edit> one(ChangeList list, Gesture gesture = {}) {
-    std::vector<Edit> edits(1);
-    edits[0].list = std::move(list);
-    edits[0].gesture = gesture;
-    return edits;
-}
-std::vector<Edit> step(Edit::Kind kind) {
-    std::vector<Edit> edits(1);
-    edits[0].kind = kind;
-    return edits;
-}
-
+using test::one;
 /// A few nodes with transforms and names, edited at random.
 class Show {
 public:
@@ -58,7 +48,7 @@ public:
         }
         return simulation.step(false, one(make.builder.take(), gesture)).outcomes.front().result.has_value();
     }
-    bool go(Edit::Kind kind) { return simulation.step(false, step(kind)).outcomes.front().result.has_value(); }
+    bool go(Edit::Kind kind) { return simulation.step(false, one(kind)).outcomes.front().result.has_value(); }
 
     Simulation simulation;
 
@@ -116,11 +106,11 @@ TEST(EditHistory, ADragIsOneStepAndHoldsNoMoreThanOneOfItsEdits) {
     EXPECT_EQ(simulation.history().bytes(), first);
     (void)simulation.step(false, one(test::moveTo(wall, Vec3d(1, 1, 1)), {8, 1}));
     EXPECT_EQ(simulation.history().undoDepth(), 2u) << "a gesture of somebody else";
-    (void)simulation.step(false, step(Edit::Kind::kUndo));
+    (void)simulation.step(false, one(Edit::Kind::kUndo));
     EXPECT_NEAR(test::placeOf(simulation.scene(), "/wall").x(), 10, 1e-12);
-    (void)simulation.step(false, step(Edit::Kind::kUndo));
+    (void)simulation.step(false, one(Edit::Kind::kUndo));
     EXPECT_EQ(test::placeOf(simulation.scene(), "/wall").x(), 4);
-    (void)simulation.step(false, step(Edit::Kind::kRedo));
+    (void)simulation.step(false, one(Edit::Kind::kRedo));
     EXPECT_NEAR(test::placeOf(simulation.scene(), "/wall").x(), 10, 1e-12);
 }
 

@@ -5,26 +5,16 @@
 
 #include "tests/fuzz/HostileShow.h"
 #include "tests/property/Seeds.h"
+#include "tests/unit/sim/SingleEdits.h"
 
 namespace tessera {
 namespace {
 
 using test::ListMaker;
+using test::one;
 
 constexpr double kFastest = CollisionObject::kFastest;
 constexpr double kLargest = std::numeric_limits<double>::max();
-
-
-std::vector<Edit> one(ChangeList list) {
-    std::vector<Edit> edits(1);
-    edits[0].list = std::move(list);
-    return edits;
-}
-std::vector<Edit> undo() {
-    std::vector<Edit> edits(1);
-    edits[0].kind = Edit::Kind::kUndo;
-    return edits;
-}
 
 bool namesTooFast(const FrameResult& frame) {
     return std::ranges::any_of(frame.collision.notLookedAt,
@@ -97,7 +87,7 @@ TEST(Extremes, WhatWasPlacedCanBeTakenBackHoweverDeepItWasInBetween) {
     edit.place(real(chain[0]), real(lone));
     FrameResult frame = simulation.step(true, one(edit.take()));
     ASSERT_TRUE(frame.outcomes.front().result) << frame.outcomes.front().result.error().message;
-    frame = simulation.step(false, undo());
+    frame = simulation.step(false, one(Edit::Kind::kUndo));
     ASSERT_TRUE(frame.outcomes.front().result) << frame.outcomes.front().result.error().message;
     EXPECT_EQ(simulation.scene().stateHash(), before);
 }

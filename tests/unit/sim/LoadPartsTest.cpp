@@ -6,18 +6,13 @@
 #include "server/sim/frame/Simulation.h"
 #include "tests/property/Seeds.h"
 #include "tests/unit/sim/SceneForTests.h"
+#include "tests/unit/sim/SingleEdits.h"
 
 namespace tessera {
 namespace {
 
+using test::one;
 constexpr LoadPartLimits kSmall{.changes = 50, .bytes = 4096};
-
-std::vector<Edit> one(Edit::Kind kind, ChangeList list = {}) {
-    std::vector<Edit> edits(1);
-    edits[0].kind = kind;
-    edits[0].list = std::move(list);
-    return edits;
-}
 
 /// A tree of `count` nodes with transforms, some of which are placed before what they hang below is created, with motions,
 /// and with collision objects that name nodes which come later.

@@ -4,6 +4,7 @@
 
 #include "common/codec/ChangeCodec.h"
 #include "tests/unit/sim/SceneForTests.h"
+#include "tests/unit/sim/SingleEdits.h"
 
 namespace tessera {
 namespace {
@@ -11,6 +12,7 @@ namespace {
 using test::craneScene;
 using test::ListMaker;
 using test::moveTo;
+using test::one;
 using test::placeOf;
 using test::transformAt;
 
@@ -19,17 +21,6 @@ Simulation loaded(ChangeList list) {
     const Expected<CommittedFrame> frame = simulation.load({std::move(list)});
     EXPECT_TRUE(frame) << (frame ? "" : frame.error().message);
     return simulation;
-}
-
-std::vector<Edit> one(ChangeList list, std::uint64_t ticket = 1) {
-    std::vector<Edit> edits;
-    edits.push_back({.ticket = ticket, .list = std::move(list)});
-    return edits;
-}
-std::vector<Edit> undo() {
-    std::vector<Edit> edits;
-    edits.push_back({.ticket = 99, .list = {}, .kind = Edit::Kind::kUndo});
-    return edits;
 }
 
 TEST(Simulation, MotionStandsInTheFirstFrameAndAdvancesByASixtieth) {
@@ -158,12 +149,12 @@ TEST(Simulation, UndoTakesBackMovesAndRemovalsInReverseOrder) {
     remove.destroy(bricks);
     (void)simulation.step(false, one(remove.take()));
     EXPECT_FALSE(findNode(simulation.scene(), "/wall/bricks"));
-    EXPECT_TRUE(simulation.step(false, undo()).outcomes.front().result);
+    EXPECT_TRUE(simulation.step(false, one(Edit::Kind::kUndo)).outcomes.front().result);
     EXPECT_EQ(findNode(simulation.scene(), "/wall/bricks").value(), bricks);
     EXPECT_EQ(placeOf(simulation.scene(), "/wall").x(), 9);
-    EXPECT_TRUE(simulation.step(false, undo()).outcomes.front().result);
+    EXPECT_TRUE(simulation.step(false, one(Edit::Kind::kUndo)).outcomes.front().result);
     EXPECT_EQ(placeOf(simulation.scene(), "/wall").x(), 4);
-    const FrameResult none = simulation.step(false, undo());
+    const FrameResult none = simulation.step(false, one(Edit::Kind::kUndo));
     EXPECT_FALSE(none.outcomes.front().result);
 }
 
@@ -171,7 +162,7 @@ TEST(Simulation, UndoOfAMoveGivesTheNodeBackToItsMotion) {
     Simulation simulation = loaded(craneScene(false));
     (void)simulation.step(true, {});
     (void)simulation.step(false, one(moveTo(transformAt(simulation.scene(), "/crane"), Vec3d(0, 5, 0))));
-    (void)simulation.step(false, undo());
+    (void)simulation.step(false, one(Edit::Kind::kUndo));
     (void)simulation.step(false, {});
     EXPECT_EQ(placeOf(simulation.scene(), "/crane").y(), 0);
     EXPECT_GT(placeOf(simulation.scene(), "/crane").x(), 0);
@@ -219,7 +210,7 @@ TEST(Simulation, AnUndoThatMovesNothingIsAppliedAsItLiesThere) {
     make.node("lamp", kRootNode);
     (void)simulation.step(false, one(make.builder.take()));
     const ChangeListPtr inverse = simulation.listOf(Edit::Kind::kUndo);
-    const FrameResult frame = simulation.step(false, undo());
+    const FrameResult frame = simulation.step(false, one(Edit::Kind::kUndo));
     ASSERT_TRUE(frame.outcomes.front().result);
     EXPECT_FALSE(findNode(simulation.scene(), "/lamp"));
     EXPECT_EQ(frame.commit.list, inverse) << "from the history to the wire without a copy";
@@ -253,7 +244,7 @@ TEST(Simulation, ReplicasThatApplyEachFramesListFollowExactly) {
     for (int i = 0; i < 90; ++i) {
         std::vector<Edit> edits;
         if (i == 10) edits = one(moveTo(transformAt(simulation.scene(), "/wall"), Vec3d(5, 0, 0)));
-        if (i == 20) edits = undo();
+        if (i == 20) edits = one(Edit::Kind::kUndo);
         if (i == 30) {
             ListMaker make;
             make.node("lamp", findNode(simulation.scene(), "/crane").value(), make.transform(Vec3d(1, 2, 3)));
