@@ -107,13 +107,13 @@ BenchPair generated(const std::string& fileA, const std::string& fileB, const Ar
     std::vector<std::string> poseLines, motionLines;
     const bool touch = arguments.options.only.empty() || arguments.options.only != std::set<std::string>{"toi"};
     if (touch)
-        for (const TestPose& pose : makePoses(a, b, arguments.count, 1)) {
+        for (const TestPose& pose : makePoses(ownOracle(a, b), arguments.count, 1)) {
             if (pose.closeness == Closeness::kNear) pair.near.push_back(pair.poses.size());
             pair.poses.push_back(pose.a_T_b.matrix());
             poseLines.push_back(textOf(pose.a_T_b));
         }
     if (arguments.options.wants("toi") || arguments.options.wants("distance"))
-        pair.motions = makeMotions(a, b, std::max<std::size_t>(arguments.count / 5, 20), 2);
+        pair.motions = makeMotions(ownOracle(a, b), std::max<std::size_t>(arguments.count / 5, 20), 2);
     for (const BodyMotion& m : pair.motions) motionLines.push_back(textOf(m.start) + " " + textOf(m.end));
     if (!arguments.saveTo.empty()) {
         const std::string stem = std::filesystem::path(fileA).stem().string() + "-" + std::filesystem::path(fileB).stem().string();

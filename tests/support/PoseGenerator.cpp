@@ -37,14 +37,12 @@ private:
 };
 
 /// Conservative advancement along d. Nothing where B passes A by.
-std::optional<double> contactDistance(const TriangleTree& a, const TriangleTree& b, const Quatd& rotation,
-                                      const Vec3d& d) {
+std::optional<double> contactDistance(const PoseOracle& oracle, const Quatd& rotation, const Vec3d& d) {
     // No body of diagonal 1 about its box's centre reaches farther than 0.5 from it.
     double s = 1.01;
     for (int step = 0; step < 200 && s > 0; ++step) {
-        QueryWork work;
         const Pose pose{.translation = s * d, .rotation = rotation};
-        const double free = distanceBetween(a, b, pose.matrix(), work).distance;
+        const double free = oracle.distance(pose.matrix());
         if (free < 1e-7) return s;
         s -= free;
     }
@@ -63,7 +61,18 @@ std::string_view name(Closeness closeness) {
     return "";
 }
 
-std::vector<TestPose> makePoses(const TriangleTree& a, const TriangleTree& b, std::size_t count, std::uint64_t seed) {
+PoseOracle ownOracle(const TriangleTree& a, const TriangleTree& b) {
+    return {[&](const Affine3d& a_T_b) {
+                QueryWork work;
+                return anyTouching(a, b, a_T_b, work) == Touch::kYes;
+            },
+            [&](const Affine3d& a_T_b) {
+                QueryWork work;
+                return distanceBetween(a, b, a_T_b, work).distance;
+            }};
+}
+
+std::vector<TestPose> makePoses(const PoseOracle& oracle, std::size_t count, std::uint64_t seed) {
     std::vector<TestPose> poses;
     Source random(seed);
     for (std::size_t tries = 0; poses.size() < count; ++tries) {
@@ -71,7 +80,7 @@ std::vector<TestPose> makePoses(const TriangleTree& a, const TriangleTree& b, st
         const auto closeness = static_cast<Closeness>(poses.size() % 4);
         const Quatd rotation = random.rotation();
         const Vec3d d = random.direction();
-        const std::optional<double> contact = contactDistance(a, b, rotation, d);
+        const std::optional<double> contact = contactDistance(oracle, rotation, d);
         const double u = random.uniform();
         if (!contact) continue;
         double s = 0;
@@ -83,20 +92,19 @@ std::vector<TestPose> makePoses(const TriangleTree& a, const TriangleTree& b, st
         }
         const Pose pose{.translation = s * d, .rotation = rotation};
         const bool shouldTouch = closeness == Closeness::kShallow || closeness == Closeness::kDeep;
-        QueryWork work;
-        if ((anyTouching(a, b, pose.matrix(), work) == Touch::kYes) == shouldTouch) poses.push_back({closeness, pose});
+        if (oracle.touching(pose.matrix()) == shouldTouch) poses.push_back({closeness, pose});
     }
     return poses;
 }
 
-std::vector<BodyMotion> makeMotions(const TriangleTree& a, const TriangleTree& b, std::size_t count, std::uint64_t seed) {
+std::vector<BodyMotion> makeMotions(const PoseOracle& oracle, std::size_t count, std::uint64_t seed) {
     std::vector<BodyMotion> motions;
     Source random(seed);
     for (std::size_t tries = 0; motions.size() < count; ++tries) {
         TESSERA_CHECK(tries < 100 * count + 100, "bodies that cannot be brought to touch");
         const Quatd rotation = random.rotation();
         const Vec3d d = random.direction();
-        const std::optional<double> contact = contactDistance(a, b, rotation, d);
+        const std::optional<double> contact = contactDistance(oracle, rotation, d);
         const double u = random.uniform();
         const Vec3d e = random.direction();
         const Eigen::AngleAxisd turn(random.uniform() * std::numbers::pi / 3, random.direction());

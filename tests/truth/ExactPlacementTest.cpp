@@ -69,7 +69,8 @@ TEST_P(ExactPlacement, MeetsItselfWhereCgalSays) {
 
 INSTANTIATE_TEST_SUITE_P(Data, ExactPlacement,
                          testing::Values("cad/7_8ths_cube.stl", "cad/testplate.glb", "cad/octagonal_pocket.stl",
-                                         "meshes/cube/cube.obj", "meshes/sphere/sphere.obj", "plant/Material.obj"),
+                                         "meshes/cube/cube.obj", "meshes/sphere/sphere.obj", "plant/Material.obj", "made/gear",
+                                         "made/plate"),
                          [](const testing::TestParamInfo<const char*>& info) {
                              std::string name = std::filesystem::path(info.param).stem().string();
                              std::replace(name.begin(), name.end(), '-', '_');

@@ -1,24 +1,29 @@
-/// Pairs of real models in seeded poses, loaded once per process.
+/// Pairs of models in seeded poses, loaded or made once per process.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <optional>
 #include <sstream>
 #include <string>
 
 #include "server/collision/query/TouchQuery.h"
+#include "tests/support/MadeModels.h"
 #include "tests/support/Models.h"
 #include "tests/support/PoseGenerator.h"
 #include "tests/support/fcl/FclPeer.h"
 
 namespace tessera {
 
-/// A model of the test data, normalised; null where the data is not there. A file that cannot be read fails the test.
+/// A model of the test data, or a made one ("made/…"), normalised; null where the data is not there. A file that cannot be read fails
+/// the test.
 inline const TriangleMesh* realModel(const std::string& name) {
     static std::map<std::string, TriangleMesh> known;
     if (const auto at = known.find(name); at != known.end()) return &at->second;
+    if (const std::optional<TriangleMesh> made = madeModel(name)) return &known.emplace(name, normalised(*made)).first->second;
     const std::filesystem::path file = testDataFolder() / name;
     if (!std::filesystem::exists(file)) return nullptr;
     const Expected<TriangleMesh> mesh = loadModel(file);
@@ -57,6 +62,16 @@ inline std::string describe(const TestPose& pose) {
     out << name(pose.closeness) << ": " << p.translation.transpose() << " " << p.rotation.w() << " "
         << p.rotation.vec().transpose();
     return out.str();
+}
+
+/// FCL chooses the poses: it is not judged here, and knows nothing of the trees that are. It must outlive what is returned.
+inline PoseOracle fclOracle(const FclPair& fcl) {
+    return {[&](const Affine3d& a_T_b) { return fcl.any(a_T_b); }, [&](const Affine3d& a_T_b) { return fcl.distance(a_T_b); }};
+}
+inline PoseOracle fclOracle(const TriangleMesh& a, const TriangleMesh& b) {
+    const auto fcl = std::make_shared<const FclPair>(a, b, FclVolume::kObbRss);
+    return {[fcl](const Affine3d& a_T_b) { return fcl->any(a_T_b); },
+            [fcl](const Affine3d& a_T_b) { return fcl->distance(a_T_b); }};
 }
 
 /// Both bodies as trees of the default kind, and as FCL has them.

@@ -33,7 +33,7 @@ TEST_P(LargePairs, MeetWhereCgalSaysInEveryPose) {
     const PosedPair pair(*a, *b);
     std::array<int, 4> seen{}, touching{};
     std::size_t pairs = 0;
-    const std::vector<TestPose> poses = makePoses(pair.a, pair.b, kPoses, GetParam().seed);
+    const std::vector<TestPose> poses = makePoses(fclOracle(pair.fcl), kPoses, GetParam().seed);
     for (std::size_t i = 0; i < poses.size(); ++i) {
         SCOPED_TRACE(describe(poses[i]));
         const Affine3d a_T_b = poses[i].a_T_b.matrix();
@@ -59,7 +59,8 @@ INSTANTIATE_TEST_SUITE_P(Data, LargePairs,
                          testing::Values(ModelPair{"scan/stanford_bun_zipper.ply", "scan/stanford_bun_zipper.ply", 1},
                                          ModelPair{"plant/EZ_Control_valve.obj", "plant/Painted_gray.obj", 2},
                                          ModelPair{"cad/cycloidal.ply", "cad/gears.stl", 3},
-                                         ModelPair{"plant/Gasket.obj", "meshes/cat/cat-low-resolution.obj", 4}),
+                                         ModelPair{"plant/Gasket.obj", "meshes/cat/cat-low-resolution.obj", 4},
+                                         ModelPair{"made/knot", "made/terrain", 5}),
                          nameOf);
 
 /// The smaller pairs: every kind of volume, and contacts.
@@ -91,7 +92,7 @@ TEST_P(EveryVolume, MeetsWhereCgalSaysInEveryPose) {
     for (const VolumeKind kind : {VolumeKind::kSphere, VolumeKind::kAabb, VolumeKind::kObb, VolumeKind::kDop6,
                                   VolumeKind::kDop14, VolumeKind::kDop18, VolumeKind::kDop26})
         kinds.emplace_back(TriangleTree(*a, {.volume = kind}), TriangleTree(*b, {.volume = kind}));
-    const std::vector<TestPose> poses = makePoses(pair.a, pair.b, kPoses, GetParam().seed);
+    const std::vector<TestPose> poses = makePoses(fclOracle(pair.fcl), kPoses, GetParam().seed);
     for (std::size_t i = 0; i < poses.size(); ++i) {
         SCOPED_TRACE(describe(poses[i]));
         const Affine3d a_T_b = poses[i].a_T_b.matrix();
@@ -117,7 +118,8 @@ INSTANTIATE_TEST_SUITE_P(
                     ModelPair{"cad/ballA.off", "cad/ballB.off", 14},
                     ModelPair{"cad/featuretype.STL", "cad/torus.STL", 15},
                     ModelPair{"meshes/hand/hand_lowres.obj", "meshes/koala/koala_low_resolution.obj", 16},
-                    ModelPair{"plant/Material.obj", "plant/Sight_glass_gasket.obj", 17}),
+                    ModelPair{"plant/Material.obj", "plant/Sight_glass_gasket.obj", 17},
+                    ModelPair{"made/knot", "made/gear", 18}, ModelPair{"made/plate", "made/plate", 19}),
     nameOf);
 
 }  // namespace
