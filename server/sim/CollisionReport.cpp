@@ -69,17 +69,17 @@ private:
 };
 
 template <typename Value>
-void keepFirst(std::vector<Value>& kept, const std::vector<Value>& all, std::size_t most) {
-    kept.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), most)));
+std::vector<Value> first(const std::vector<Value>& all, std::size_t most) {
+    return {all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), most))};
 }
 
 }  // namespace
 
 void CollisionReport::frameDone(const StepResult& step) {
     last_ = step.counters;
-    keepFirst(contacts_, step.contacts, kMaxContacts);
-    keepFirst(distances_, step.distances, kMaxDistances);
-    keepFirst(notLookedAt_, step.notLookedAt, kMaxNotLookedAt);
+    contacts_ = step.contacts;
+    distances_ = step.distances;
+    notLookedAt_ = first(step.notLookedAt, kMaxNotLookedAt);
     begun_ += step.contactsBegun;
     pairsTested_ += last_.pairsTested;
     boxTests_ += last_.boxTests;
@@ -89,7 +89,7 @@ void CollisionReport::frameDone(const StepResult& step) {
     eventsLeftOut_ += last_.eventsLeftOut;
     unanswered_ += last_.unanswered;
     notLookedAtCount_ += last_.notLookedAt;
-    for (const PairEvent& event : step.events) {
+    for (const PairEvent& event : step.events.changes()) {
         // One that touched on its way through began and ended in one event.
         eventsBegan_ += event.phase == Phase::kBegan || event.through;
         eventsEnded_ += event.phase == Phase::kEnded;
@@ -99,7 +99,7 @@ void CollisionReport::frameDone(const StepResult& step) {
 nlohmann::ordered_json CollisionReport::toJson(const Aspect& scene) const {
     const Names names(scene);
     Json contacts = Json::array();
-    for (const Contact& c : contacts_)
+    for (const Contact& c : first(contacts_.all(), kMaxContacts))
         contacts.push_back({{"objects", {names.node(c.objectA), names.node(c.objectB)}},
                             {"faces", {faceOf(c.faceA), faceOf(c.faceB)}},
                             {"point", jsonOf(c.point)},
@@ -107,7 +107,7 @@ nlohmann::ordered_json CollisionReport::toJson(const Aspect& scene) const {
                             {"interest", names.interest(c.interest)},
                             {"time", c.time}});
     Json distances = Json::array();
-    for (const PairDistance& d : distances_)
+    for (const PairDistance& d : first(distances_.all(), kMaxDistances))
         distances.push_back({{"objects", {names.node(d.objectA), names.node(d.objectB)}},
                              {"interest", names.interest(d.interest)},
                              {"phase", nameOf(d.phase)},

@@ -25,8 +25,8 @@ public:
 
 private:
     StepCounters last_;  ///< of the last frame
-    std::vector<Contact> contacts_;
-    std::vector<PairDistance> distances_;
+    LazyList<Contact> contacts_;
+    DistanceList distances_;
     std::vector<NotLookedAt> notLookedAt_;
     // Over the run.
     std::uint64_t begun_ = 0, pairsTested_ = 0, boxTests_ = 0, triangleTests_ = 0;

@@ -57,6 +57,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     for (const Edit& edit : edits)
         for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
     if (recording_) recording_->frameBegins(number, first, edits, replies);
+    around_.simulation.forgetLists();  // whoever is told of the last frame has been told, or asks too late
     FrameResult frame = around_.simulation.step(first, std::move(edits), replies);
     if (frame.commit.list) hold(number, *frame.commit.list);
     if (recording_) recording_->frameDone(number, frame);

@@ -1,5 +1,5 @@
 /// What one changed object costs the server's collisions, in a small scene and in a large one:
-/// bench_edits [--small N] [--large N] [--edits N] [--row NAME]. The medians of sceneChanged + step + pickNode, in µs, and of what is between edits.
+/// bench_edits [--small N] [--large N] [--objects N] [--edits N] [--row NAME] [--block scene|objects|moving|bodies]. The medians of sceneChanged + step + pickNode, in µs, and of what is between edits.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -50,7 +50,7 @@ private:
 /// touch: what a step tells costs what it tells, in a scene of any size.
 class Scene : SceneMaker {
 public:
-    explicit Scene(std::size_t count) {
+    explicit Scene(std::size_t count, std::size_t objects = 100, bool moving = false) {
         ChangeListBuilder b;
         box_ = box(b, Vec3d::Ones());
         hall_ = place(b, kRootNode, {});
@@ -64,7 +64,10 @@ public:
                               1.3 * static_cast<double>(i / side / side));
             nodes_.push_back(thing(b, group, where, transforms_));
         }
-        for (std::size_t i = 0; i < 100; ++i) (void)object(b, nodes_[i * count / 100]);
+        for (std::size_t i = 0; i < objects; ++i) {
+            (void)object(b, nodes_[i * count / objects]);
+            if (moving) movers_.push_back(transforms_[i * count / objects]);
+        }
         choice_ = create(b, typeOf<Switch>());
         switched_ = place(b, hall_, choice_);
         (void)thing(b, switched_, Vec3d(-3, 0, 0), transforms_);
@@ -104,7 +107,7 @@ public:
             {"an empty node", [](auto& b, auto& s, int) { s.place(b, s.hall_, {}); }},
             {"a geometry more", [](auto& b, auto& s, int i) { (void)s.thing(b, s.hall_, Vec3d(-20, 2 * s.far_++, 0), s.added_); }},
             {"moved", [](auto& b, auto& s, int i) { b.set(s.transforms_[7], typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(3 + 0.01 * i, 2, 2))); }},
-            {"moved far", [](auto& b, auto& s, int i) { b.set(s.transforms_[static_cast<std::size_t>(100 + 11 * i % 800)], typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(-40 - 2.0 * i, s.far_++, 0))); }},
+            {"moved far", [](auto& b, auto& s, int i) { b.set(s.transforms_[static_cast<std::size_t>(100 + 11 * i % 800) % s.nodes_.size()], typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(-40 - 2.0 * i, s.far_++, 0))); }},
             {"elsewhere in the tree", [](auto& b, auto& s, int i) { b.place(s.nodes_[5], i % 2 == 0 ? s.hall_ : s.switched_); }},
             {"switched", [](auto& b, auto& s, int i) { b.set(s.choice_, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(std::int64_t{i % 2 == 0 ? Switch::kNone : Switch::kAll})); }},
             {"in other layers", [=](auto& b, auto& s, int i) { b.set(s.object_.core, objects, fieldId<&CollisionObject::layers>, toValue(std::int64_t{1 + i % 2})); }},
@@ -125,7 +128,15 @@ private:
     struct Made {
         ObjectId core, interest;
     };
-    void step() { (void)pipeline_.step(aspect_, {}); }
+    /// What moves is swung by a little, and nothing of it is committed.
+    void step() {
+        std::vector<TentativeTransform> wishes;
+        for (const ObjectId id : movers_) {
+            const Transform& now = *aspect_.get<Transform>(id);
+            wishes.push_back({.transform = id, .translation = now.translation + Vec3d::Constant(1e-3), .rotation = now.rotation, .scale = now.scale});
+        }
+        (void)pipeline_.step(aspect_, wishes);
+    }
     void apply(ChangeListBuilder& b, const ChangeList*) {
         own_ = create(b, typeOf<Geometry>());
         const ObjectId kept = own_;
@@ -163,8 +174,20 @@ private:
     CollisionPipeline pipeline_;
     ObjectId box_, own_, hall_, choice_, switched_, extra_;
     Made object_;
-    std::vector<ObjectId> nodes_, transforms_, added_;
+    std::vector<ObjectId> nodes_, transforms_, added_, movers_;
     double far_ = 0;
+};
+
+/// Each thing an object with an interest of its own in it.
+class Objects : public Scene {
+public:
+    explicit Objects(std::size_t count) : Scene(count, count) {}
+};
+
+/// And all of them are on their way in every frame.
+class MovingObjects : public Scene {
+public:
+    explicit MovingObjects(std::size_t count) : Scene(count, count, true) {}
 };
 
 /// Boxes asleep on plates of a hundred, a little apart from each other; each is a free body. Until one has come to rest
@@ -310,19 +333,31 @@ void rows(std::size_t small, std::size_t large, int edits, const std::string& on
 }  // namespace tessera
 
 int main(int argc, char** argv) {
-    std::size_t small = 1'000, large = 100'000;
+    std::size_t small = 1'000, large = 100'000, objects = 1'000;
     int edits = 202;
-    std::string only;
+    std::string only, block;
     for (int i = 1; i + 1 < argc; i += 2) {
         const std::string word = argv[i];
         const auto value = static_cast<std::size_t>(std::atoll(argv[i + 1]));
         if (word == "--small") small = value;
         if (word == "--large") large = value;
+        if (word == "--objects") objects = value;
         if (word == "--edits") edits = static_cast<int>(value);
         if (word == "--row") only = argv[i + 1];
+        if (word == "--block") block = argv[i + 1];
     }
     fmt::print("{:<28}{:>12}{:>12}{:>8}\n", "one edit, us", small, large, "ratio");
-    tessera::rows<tessera::Scene>(small, large, edits, only);
+    const auto wanted = [&](const char* name) { return block.empty() || block == name; };
+    if (wanted("scene")) tessera::rows<tessera::Scene>(small, large, edits, only);
+    if (wanted("objects")) {
+        fmt::print("{:<28}{:>12}{:>12}\n", "each with an interest", objects / 10, objects);
+        tessera::rows<tessera::Objects>(objects / 10, objects, edits, only);
+    }
+    if (wanted("moving")) {
+        fmt::print("{:<28}{:>12}{:>12}\n", "and all of them move", objects / 10, objects);
+        tessera::rows<tessera::MovingObjects>(objects / 10, objects, edits / 5 + 1, only);
+    }
+    if (!wanted("bodies")) return 0;
     fmt::print("{:<28}{:>12}{:>12}\n", "among free bodies asleep", small, large);
     tessera::rows<tessera::Bodies>(small, large, edits / 5 + 1, only);
 }

@@ -15,7 +15,7 @@
 
 namespace {
 
-const std::vector<std::string> kGroups{"convex", "plant", "rest", "threads", "pour"};
+const std::vector<std::string> kGroups{"convex", "plant", "rest", "touch", "deform", "threads", "pour"};
 
 [[noreturn]] void stop(const std::string& why) {
     std::fprintf(stderr, "bench_pipeline: %s\n", why.c_str());
@@ -69,6 +69,8 @@ int main(int argc, char** argv) {
     tessera::convexRows(options, table);
     if (options.wants("plant") || options.wants("threads")) tessera::plantRows(options, table);
     if (options.wants("rest")) tessera::restRows(options, table);
+    if (options.wants("touch")) tessera::touchRows(options, table);
+    if (options.wants("deform")) tessera::deformRows(options, table);
     if (options.wants("pour")) tessera::pourRows(options, table);
     if (!json.empty() && !table.writeJson(json)) {
         std::fprintf(stderr, "bench_pipeline: %s cannot be written\n", json.c_str());

@@ -33,26 +33,6 @@ struct Hall {
     double size = 0;  ///< the plant's diagonal
 };
 
-/// Lamps and the backdrop belong to the picture that the plant was made for.
-Expected<std::vector<TriangleMesh>> readPlant(const std::filesystem::path& folder) {
-    std::vector<std::filesystem::path> files;
-    std::error_code none;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
-        const std::string stem = entry.path().stem().string();
-        const bool lamp = stem == "background" || stem.ends_with("light") || stem.starts_with("light");
-        if (entry.path().extension() == ".obj" && !lamp) files.push_back(entry.path());
-    }
-    std::sort(files.begin(), files.end());
-    std::vector<TriangleMesh> out;
-    for (const auto& file : files) {
-        Expected<TriangleMesh> mesh = loadModel(file);
-        if (!mesh) return tl::unexpected(mesh.error());
-        out.push_back(std::move(*mesh));
-    }
-    if (out.empty()) return fail(ErrorCode::kNotFound, folder.string() + ": no models (--plant FOLDER)");
-    return out;
-}
-
 /// Every geometry of a file that has so many triangles.
 Expected<std::vector<TriangleMesh>> readParts(const std::string& file, std::size_t least, std::size_t most) {
     ImportOptions options;
@@ -361,6 +341,25 @@ void plantThreads(const Hall& hall, const Swarm& swarm, const PipelineOptions& o
 }
 
 }  // namespace
+
+Expected<std::vector<TriangleMesh>> readPlant(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+        const std::string stem = entry.path().stem().string();
+        const bool lamp = stem == "background" || stem.ends_with("light") || stem.starts_with("light");
+        if (entry.path().extension() == ".obj" && !lamp) files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    std::vector<TriangleMesh> out;
+    for (const auto& file : files) {
+        Expected<TriangleMesh> mesh = loadModel(file);
+        if (!mesh) return tl::unexpected(mesh.error());
+        out.push_back(std::move(*mesh));
+    }
+    if (out.empty()) return fail(ErrorCode::kNotFound, folder.string() + ": no models (--plant FOLDER)");
+    return out;
+}
 
 void plantRows(const PipelineOptions& options, CollisionTable& table) {
     const std::optional<Hall> hall = readHall(options);

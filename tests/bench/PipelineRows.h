@@ -1,9 +1,13 @@
 /// Who measures which rows of the pipeline's benchmark.
 #pragma once
 
+#include <filesystem>
 #include <set>
 #include <string>
+#include <vector>
 
+#include "common/base/Error.h"
+#include "server/collision/mesh/TriangleMesh.h"
 #include "tests/bench/CollisionTable.h"
 
 namespace tessera {
@@ -22,7 +26,14 @@ void convexRows(const PipelineOptions& options, CollisionTable& table);
 void plantRows(const PipelineOptions& options, CollisionTable& table);
 /// Ten times more that stands still: beside ourselves.
 void restRows(const PipelineOptions& options, CollisionTable& table);
+/// Ten thousand that rest in touch and are of interest to each other, at rest and with one that moves: beside a hundred.
+void touchRows(const PipelineOptions& options, CollisionTable& table);
+/// Ten balls that deform in a plant, timed within the frame: beside the same ten in a hall of a thousandth of the faces.
+void deformRows(const PipelineOptions& options, CollisionTable& table);
 /// Free bodies poured into a bin: beside Bullet's dynamics world.
 void pourRows(const PipelineOptions& options, CollisionTable& table);
+
+/// The models of a plant, but for lamps and the backdrop, which belong to the picture that it was made for.
+[[nodiscard]] Expected<std::vector<TriangleMesh>> readPlant(const std::filesystem::path& folder);
 
 }  // namespace tessera

@@ -21,7 +21,9 @@ CollisionLimits noLimits() {
 
 }  // namespace
 
-PipelineScene::PipelineScene(Workers* workers) : pipeline_(noLimits(), workers) {}
+PipelineScene::PipelineScene(Workers* workers) : PipelineScene(workers, noLimits()) {}
+
+PipelineScene::PipelineScene(Workers* workers, const CollisionLimits& limits) : pipeline_(limits, workers) {}
 
 ObjectId PipelineScene::create(ObjectType type) {
     const ObjectId id(nextId_++);
@@ -128,6 +130,12 @@ void PipelineScene::put(const std::vector<TentativeTransform>& poses) {
     apply(builder_.take());
 }
 
+void PipelineScene::deform(std::uint32_t shape, const std::vector<double>& positions) {
+    const std::vector<float> rounded(positions.begin(), positions.end());
+    builder_.set(shapes_[shape], typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(rounded)));
+    apply(builder_.take());
+}
+
 /// As the frame loop commits: fields that changed, and nothing else.
 ChangeList PipelineScene::listOf(const StepResult& result) {
     for (const TentativeTransform& t : result.accepted) {
@@ -147,6 +155,7 @@ ChangeList PipelineScene::listOf(const StepResult& result) {
 
 FrameTimes PipelineScene::frame(const std::vector<TentativeTransform>& wanted, const FrameClock& clock) {
     FrameTimes times;
+    result_ = {};  // nobody asks about the last frame any more
     times.asked = clock.seconds([&] { result_ = pipeline_.step(aspect_, wanted); });
     times.whole = times.asked + clock.seconds([&] {
         const ChangeList list = listOf(result_);

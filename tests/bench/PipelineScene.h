@@ -28,6 +28,7 @@ struct SceneQuestion {
 class PipelineScene {
 public:
     explicit PipelineScene(Workers* workers = nullptr);
+    PipelineScene(Workers* workers, const CollisionLimits& limits);
 
     [[nodiscard]] std::uint32_t addShape(const MeshArrays3& arrays);
     /// A node whose children are objects, each for itself.
@@ -46,6 +47,8 @@ public:
     [[nodiscard]] Pose poseOf(std::uint32_t body) const;
     /// Nobody is asked: the bodies are where they are told to be. Not timed.
     void put(const std::vector<TentativeTransform>& poses);
+    /// The vertices of a shape are elsewhere from the next frame on. That is told before its time begins.
+    void deform(std::uint32_t shape, const std::vector<double>& positions);
     /// A step, and what it accepts committed by one list of which the pipeline is told.
     FrameTimes frame(const std::vector<TentativeTransform>& wanted, const FrameClock& clock);
 

@@ -34,10 +34,6 @@ DifferenceFinder::DifferenceFinder(NeighbourMethod method, Workers* workers, con
 
 DifferenceFinder::~DifferenceFinder() = default;
 
-NeighbourMethod DifferenceFinder::method() const {
-    return order_ == tree_.get() ? NeighbourMethod::kTree : NeighbourMethod::kGrid;
-}
-
 void DifferenceFinder::reset(std::span<const Box> boxes, InteractionTable table) {
     TESSERA_CHECK(boxes.size() <= SlotPair::kSlotMask / 2, "too many boxes");
     boxes_.assign(boxes.begin(), boxes.end());
@@ -93,6 +89,8 @@ void DifferenceFinder::moveAll(std::span<const Box> boxes) {
 
 std::span<const NeighbourPair> DifferenceFinder::pairs() {
     bringUpToDate();
+    (void)pairs_.pairs(workers_);
+    if (!pairs_.sound()) findAfresh();
     foundAfresh_ = false;
     untold_.clear();
     return pairs_.pairs(workers_);
@@ -128,6 +126,7 @@ void DifferenceFinder::bringUpToDate() {
     } else {
         findMoved();
     }
+    if (!pairs_.sound()) findAfresh();
     clearMoves();
     upToDate_ = true;
 }
@@ -160,9 +159,9 @@ void DifferenceFinder::regroup(std::span<const std::uint32_t> items, std::span<c
     slotOf_.resize(table.groupOf.size(), kNoSlot);
     itemMoved_.resize(table.groupOf.size(), false);
     std::vector<PairChange> ends;
-    for (const NeighbourPair& pair : known) ends.push_back(pairChange(pair.a, pair.b, false));
-    const std::vector<PairChange>* const list = &ends;
-    pairs_.apply(std::span(&list, 1), boxes_.size(), workers_);
+    for (const NeighbourPair& pair : known)
+        if (pair.a < pair.b && pair.b < boxes_.size()) ends.push_back(pairChange(pair.a, pair.b, false));
+    pairs_.apply(ends, boxes_.size(), workers_);
     for (const std::uint32_t item : items) {
         boxes_[item] = {};
         const bool gone = table.groupOf[item] == InteractionTable::kNoGroup;
@@ -192,6 +191,9 @@ void DifferenceFinder::regroup(std::span<const std::uint32_t> items, std::span<c
         if (!table.bodyOf.empty()) table_.bodyOf[item] = table.bodyOf[item];
     }
     everybody_ = false;
+    // Whoever told of other pairs than there are may have left some out.
+    fresh_ = fresh_ || ends.size() != known.size() || !pairs_.sound();
+    upToDate_ = upToDate_ && !fresh_;
 }
 
 /// As if the box had always been empty.
@@ -268,10 +270,18 @@ void DifferenceFinder::findAfresh() {
     pairs_.clear();
     lastDrift_ = {};
     fresh_ = false;
-    const bool possible = sweepEverybody();
-    TESSERA_CHECK(possible, "a new order is not hopeless");
+    if (!sweepEverybody() || !pairs_.sound()) findOneByOne();
     searches_ = 0;
     if (order_->decayed()) arrange(Occasion::kOrderDecayed);
+}
+
+/// Without any order.
+void DifferenceFinder::findOneByOne() {
+    pairs_.clear();
+    const std::vector<PairChange> begins = beginsOneByOne(boxes_, [&](std::uint32_t a, std::uint32_t b) {
+        return slotOf_[a] != kNoSlot && slotOf_[b] != kNoSlot && (everybody_ || table_.relevant(a, b));
+    });
+    pairs_.apply(begins, boxes_.size(), workers_);
 }
 
 /// Puts the slots in a new order. What was before is lost: this is for the end of a frame.

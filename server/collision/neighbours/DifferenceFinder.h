@@ -34,7 +34,9 @@ public:
 
     [[nodiscard]] std::span<const Box> boxes() const { return boxes_; }
     /// Which order is in use now: kGrid or kTree.
-    [[nodiscard]] NeighbourMethod method() const;
+    [[nodiscard]] NeighbourMethod method() const {
+        return order_ == tree_.get() ? NeighbourMethod::kTree : NeighbourMethod::kGrid;
+    }
     /// How often all have been put in a new order so far.
     [[nodiscard]] std::size_t arrangements() const { return arrangements_; }
 
@@ -52,6 +54,7 @@ private:
     void settleStray(std::uint32_t item);
     void makeSpares(std::size_t count);
     void findAfresh();
+    void findOneByOne();
     void findAll();
     void findMoved();
     void convert(std::span<const Box> boxes, Box* copy);

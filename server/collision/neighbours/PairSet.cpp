@@ -35,6 +35,7 @@ PairChange key(const NeighbourPair& pair) {
 /// Drops what both ends and begins, in any order; the others ascending, each once.
 void sortNet(std::vector<PairChange>& changes) {
     std::sort(changes.begin(), changes.end());
+    changes.erase(std::unique(changes.begin(), changes.end()), changes.end());
     std::size_t kept = 0;
     for (std::size_t i = 0; i < changes.size(); ++i) {
         if (kept > 0 && changes[kept - 1] >> 1U == changes[i] >> 1U)
@@ -76,8 +77,9 @@ void PairSet::applyFew(std::span<const std::vector<PairChange>* const> lists, st
     auto late = late_.begin();
     for (const PairChange change : last_) {
         while (late != late_.end() && *late >> 1U < change >> 1U) lateMerged_.push_back(*late++);
-        if (late != late_.end() && *late >> 1U == change >> 1U) {
-            TESSERA_CHECK(*late != change, "a pair begins twice, or ends twice");
+        if (late != late_.end() && *late == change) {
+            sound_ = false;  // it begins twice, or ends twice
+        } else if (late != late_.end() && *late >> 1U == change >> 1U) {
             ++late;  // as it was
         } else {
             lateMerged_.push_back(change);
@@ -134,20 +136,21 @@ void PairSet::applyMany(std::span<const std::vector<PairChange>* const> lists, s
     runTasks(workers, parts, [&](std::size_t i) { sortPart(parts_[i]); });
     std::size_t out = 0;
     for (Part& part : parts_) {
-        const std::size_t size = part.out;
         part.out = out;
-        out += size;
+        out += part.merged;
     }
     merged_.resize(out);
     runTasks(workers, parts, [&](std::size_t i) { mergePart(parts_[i]); });
     pairs_.swap(merged_);
     last_.clear();
+    for (const Part& part : parts_) sound_ = sound_ && part.sound;
+    if (!sound_) pairs_.clear();
     for (const Part& part : parts_)
         last_.insert(last_.end(), changes_.begin() + static_cast<std::ptrdiff_t>(part.firstChange),
                      changes_.begin() + static_cast<std::ptrdiff_t>(part.lastChange));
 }
 
-/// Sorts the part's changes; leaves its size in `out`.
+/// Sorts the part's changes; says how many its pairs will be.
 void PairSet::sortPart(Part& part) {
     const auto beginOf = [&](std::size_t bucket) { return bucket == 0 ? 0 : bucketEnds_[bucket - 1]; };
     part.firstChange = beginOf(part.firstBucket);
@@ -157,34 +160,46 @@ void PairSet::sortPart(Part& part) {
     std::size_t kept = part.firstChange;
     std::size_t begins = 0;
     for (std::size_t i = part.firstChange; i < last; ++i) {
+        while (i + 1 < last && changes_[i] == changes_[i + 1]) ++i;
         if (i + 1 < last && changes_[i] + 1 == changes_[i + 1] && (changes_[i] & 1U) == 0) {
-            ++i;  // ends in one place and begins in another
+            do ++i;  // ends in one place and begins in another
+            while (i + 1 < last && changes_[i] == changes_[i + 1]);
             continue;
         }
         begins += changes_[i] & 1U;
         changes_[kept++] = changes_[i];
     }
     part.lastChange = kept;
-    const std::size_t ends = kept - part.firstChange - begins;
-    part.out = part.lastPair - part.firstPair + begins - ends;
+    const std::size_t ends = kept - part.firstChange - begins, before = part.lastPair - part.firstPair;
+    part.sound = ends <= before;
+    part.merged = part.sound ? before + begins - ends : 0;
 }
 
-void PairSet::mergePart(const Part& part) {
+void PairSet::mergePart(Part& part) {
+    if (!part.sound) return;
     const NeighbourPair* from = pairs_.data() + part.firstPair;
     const NeighbourPair* const last = pairs_.data() + part.lastPair;
     NeighbourPair* to = merged_.data() + part.out;
+    NeighbourPair* const end = to + part.merged;
+    part.sound = false;
     for (std::size_t i = part.firstChange; i < part.lastChange; ++i) {
         const PairChange change = changes_[i];
         const PairChange place = change & ~PairChange{1};
-        while (from != last && key(*from) < place) *to++ = *from++;
-        if (change & 1U) {
+        const NeighbourPair* stays = from;
+        while (stays != last && key(*stays) < place) ++stays;
+        const bool there = stays != last && key(*stays) == place, begins = (change & 1U) != 0;
+        // What does not end has no room.
+        if (there == begins || stays - from + begins > end - to) return;
+        to = std::copy(from, stays, to);
+        from = stays;
+        if (begins)
             *to++ = {static_cast<std::uint32_t>(change >> 33U), static_cast<std::uint32_t>(change >> 1U)};
-        } else {
-            TESSERA_CHECK(from != last && key(*from) == place, "a pair ends that never began");
+        else
             ++from;
-        }
     }
+    if (last - from != end - to) return;
     std::copy(from, last, to);
+    part.sound = true;
 }
 
 }  // namespace tessera::neighbours

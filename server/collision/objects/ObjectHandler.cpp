@@ -58,6 +58,15 @@ void ObjectHandler::update(const Aspect& aspect, const ChangeList* list) {
     endUpdate();
 }
 
+bool ObjectHandler::wouldChange(const Aspect& aspect, const ChangeList& list) const {
+    if (generation_ == 0) return true;
+    const SceneEffects effects = sceneEffectsOf(list);
+    if (effects.structural() || !effects.shapes.empty() || !effects.interestTerms.empty()) return true;
+    const auto moved = [&](ObjectId transform) { return standsElsewhere(aspect, transform); };
+    return std::ranges::any_of(overlaid_, moved) ||
+           std::ranges::any_of(effects.poses, [&](const auto& rows) { return std::ranges::any_of(rows, moved); });
+}
+
 /// Everything anew, by the same steps: all that is visible has just been placed.
 void ObjectHandler::begin(const Aspect& aspect, bool jump) {
     remembered_.clear();

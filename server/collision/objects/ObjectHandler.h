@@ -47,6 +47,9 @@ public:
 
     /// After each list applied to the aspect, with that list; null: anything may have changed.
     void update(const Aspect& aspect, const ChangeList* list);
+    /// Whether `update` with this list would leave anything of poses, shapes, interests, or of who takes part, other than
+    /// it is now; poses that the overlay has already are no change.
+    [[nodiscard]] bool wouldChange(const Aspect& aspect, const ChangeList& list) const;
     /// Grows with each time that everything was made anew: numbers of an earlier generation mean nothing; node ids and
     /// pose versions still do.
     [[nodiscard]] std::uint64_t generation() const { return generation_; }
@@ -260,6 +263,7 @@ private:
     // ObjectHandlerPoses.cpp
     void reloadOverlaid(const Aspect& aspect);
     void reload(const Aspect& aspect, ObjectId transform);
+    [[nodiscard]] bool standsElsewhere(const Aspect& aspect, ObjectId transform) const;
     void moveTouched();
     void movePlacesBelow(std::uint32_t top);
     void movePart(std::uint32_t part);

@@ -114,8 +114,8 @@ void ObjectHandler::inheritObjects() {
 std::vector<InterestSides> ObjectHandler::findInterests(const Aspect& aspect) {
     std::vector<std::pair<std::uint32_t, ObjectId>> inOrder;
     for (const ObjectId id : tree_.interests()) inOrder.emplace_back(tree_.firstBearer(tree_.bearersOf(id)), id);
-    std::sort(inOrder.begin(), inOrder.end(),
-              [&](const auto& a, const auto& b) { return tree_.order().before(a.first, b.first); });
+    const auto before = [&](const auto& a, const auto& b) { return tree_.order().before(a.first, b.first); };
+    if (!std::is_sorted(inOrder.begin(), inOrder.end(), before)) std::sort(inOrder.begin(), inOrder.end(), before);
     interests_.clear();
     interestNumbers_.reset(inOrder.size());
     interestNodes_.reset(2 * inOrder.size());
@@ -125,7 +125,7 @@ std::vector<InterestSides> ObjectHandler::findInterests(const Aspect& aspect) {
         std::uint32_t place;
         bool makes;
     };
-    std::vector<Mark> before, marks;
+    std::vector<Mark> marksBefore, marks;
     for (const auto& [first, id] : inOrder) {
         const Interest& core = *aspect.get<Interest>(id);
         if (core.enabled == 0) {
@@ -158,7 +158,7 @@ std::vector<InterestSides> ObjectHandler::findInterests(const Aspect& aspect) {
         marks.push_back({against, false});
     }
     for (const std::uint32_t place : marked_) {
-        before.push_back({place, standings_[place].makes});
+        marksBefore.push_back({place, standings_[place].makes});
         standings_[place].makes = standings_[place].begins = false;
         tree_.watch(place, false);
     }
@@ -171,14 +171,14 @@ std::vector<InterestSides> ObjectHandler::findInterests(const Aspect& aspect) {
         tree_.watch(mark.place, true);
     }
     std::sort(marked_.begin(), marked_.end());
-    for (const Mark& mark : before) {
+    for (const Mark& mark : marksBefore) {
         const bool stands = tree_.find(tree_.at(mark.place).node) == mark.place;
         if (stands && (!standings_[mark.place].begins || standings_[mark.place].makes != mark.makes))
             inheriting_.push_back(mark.place);
     }
-    std::sort(before.begin(), before.end(), [](const Mark& a, const Mark& b) { return a.place < b.place; });
+    std::sort(marksBefore.begin(), marksBefore.end(), [](const Mark& a, const Mark& b) { return a.place < b.place; });
     for (const std::uint32_t place : marked_)
-        if (!std::ranges::binary_search(before, place, {}, &Mark::place)) inheriting_.push_back(place);
+        if (!std::ranges::binary_search(marksBefore, place, {}, &Mark::place)) inheriting_.push_back(place);
     return sides;
 }
 

@@ -46,6 +46,14 @@ void ObjectHandler::reloadOverlaid(const Aspect& aspect) {
     overlaid_.clear();
 }
 
+/// Than the scene has it.
+bool ObjectHandler::standsElsewhere(const Aspect& aspect, ObjectId transform) const {
+    const std::uint32_t number = transformNumber(transform, ~std::uint32_t{0});
+    if (number == kNobody) return false;
+    const Object core = aspect.find(transform);
+    return !sameBits(tree_.at(tree_.bearers()[number].first).local, core.info().pose(core.data()).matrix);
+}
+
 /// Gives a Transform the scene's value.
 void ObjectHandler::reload(const Aspect& aspect, ObjectId transform) {
     const std::uint32_t number = transformNumber(transform, ~std::uint32_t{0});

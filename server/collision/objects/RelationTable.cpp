@@ -31,20 +31,88 @@ void add(const InterestTerms& terms, Relation& relation) {
 
 void RelationTable::clear() {
     RelationTable fresh;
-    fresh.version_ = version_ + 1;
+    fresh.logStart_ = version() + 1;
     fresh.nextSerial_ = nextSerial_;
     *this = std::move(fresh);
 }
 
+void RelationTable::note(std::uint32_t group) {
+    log_.push_back(group);
+    if (log_.size() > 1024 + 2 * groups_.size()) noteAll();
+}
+
+void RelationTable::noteAll() {
+    logStart_ += log_.size() + 1;
+    log_.clear();
+}
+
+/// What is still the same interest with the same sides tells groups apart as it did.
+RelationTable::Renumbering RelationTable::renumber(std::span<const InterestTerms> terms,
+                                                   std::span<const InterestSides> sides) const {
+    Renumbering now;
+    now.interests.assign(terms_.size(), kNobody);
+    now.reworded.assign(terms.size(), false);
+    std::vector<bool> met(terms_.size(), false);
+    const auto stays = [&](std::uint32_t old, std::uint32_t k) {
+        met[old] = true;
+        if (sides_[old] != sides[k]) return;
+        now.interests[old] = k;
+        now.reworded[k] = terms_[old] != terms[k];
+    };
+    // Few come or go at a time; whoever stands elsewhere is looked for.
+    std::vector<std::uint32_t> strays;
+    std::uint32_t old = 0;
+    const auto is = [&](std::uint32_t at, std::uint32_t k) { return at < terms_.size() && terms_[at].core == terms[k].core; };
+    for (std::uint32_t k = 0; k < terms.size(); ++k) {
+        if (!is(old, k) && is(old + 1, k)) ++old;
+        if (is(old, k))
+            stays(old++, k);
+        else
+            strays.push_back(k);
+    }
+    if (!strays.empty()) {
+        std::unordered_map<ObjectId, std::uint32_t> before;
+        for (std::uint32_t i = 0; i < terms_.size(); ++i)
+            if (!met[i]) before.emplace(terms_[i].core, i);
+        for (const std::uint32_t k : strays)
+            if (const auto known = before.find(terms[k].core); known != before.end()) stays(known->second, k);
+    }
+    std::uint32_t last = 0;
+    for (const std::uint32_t k : now.interests) {
+        if (k == kNobody) continue;
+        now.inOrder = now.inOrder && last <= k;
+        last = k;
+    }
+    return now;
+}
+
+bool RelationTable::sameRoots(const Group& group, const SideAbove& above) const {
+    std::size_t i = 0;
+    for (std::uint32_t root = group.likeness.side; root != kNobody; root = above(root), ++i)
+        if (i == group.roots.size() || group.roots[i] != root) return false;
+    return i == group.roots.size();
+}
+
 void RelationTable::setInterests(std::span<const InterestTerms> terms, std::span<const InterestSides> sides,
                                  const SideAbove& above) {
-    // What is still the same interest with the same sides tells groups apart as it did.
-    std::unordered_map<ObjectId, std::uint32_t> before;
-    for (std::uint32_t k = 0; k < terms_.size(); ++k) before.emplace(terms_[k].core, k);
-    std::vector<std::uint32_t> now(terms_.size(), kNobody);
-    for (std::uint32_t k = 0; k < terms.size(); ++k)
-        if (const auto old = before.find(terms[k].core); old != before.end() && sides_[old->second] == sides[k])
-            now[old->second] = k;
+    Renumbering now = renumber(terms, sides);
+    // Where interests have come or gone, or have other sides: what is below may be on others than before.
+    std::vector<std::uint32_t> roots;
+    const auto changes = [&](const InterestSides& side) {
+        if (side.awake) roots.insert(roots.end(), {side.object, side.against});
+    };
+    std::vector<bool> stays(terms.size(), false);
+    for (std::uint32_t k = 0; k < sides_.size(); ++k) {
+        if (now.interests[k] == kNobody)
+            changes(sides_[k]);
+        else
+            stays[now.interests[k]] = true;
+    }
+    for (std::uint32_t k = 0; k < sides.size(); ++k)
+        if (!stays[k]) changes(sides[k]);
+    std::sort(roots.begin(), roots.end());
+    roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
+
     const std::vector<OtherSide> othersBefore = std::move(otherSides_);
     terms_.assign(terms.begin(), terms.end());
     sides_.assign(sides.begin(), sides.end());
@@ -52,38 +120,66 @@ void RelationTable::setInterests(std::span<const InterestTerms> terms, std::span
     std::map<std::pair<std::uint32_t, std::int64_t>, std::uint32_t> others;
     for (std::uint32_t s = 0; s < otherSides_.size(); ++s)
         others.emplace(std::pair(otherSides_[s].root, otherSides_[s].layers), s);
-    std::vector<std::uint32_t> otherNow(othersBefore.size(), kNobody);
+    now.others.assign(othersBefore.size(), kNobody);
     for (std::uint32_t s = 0; s < othersBefore.size(); ++s)
         if (const auto same = others.find({othersBefore[s].root, othersBefore[s].layers}); same != others.end())
-            otherNow[s] = same->second;
-    const auto translated = [](std::vector<std::uint32_t> list, const std::vector<std::uint32_t>& numbers) {
+            now.others[s] = same->second;
+    const auto translate = [](std::vector<std::uint32_t>& list, const std::vector<std::uint32_t>& numbers) {
         for (std::uint32_t& number : list) number = numbers[number];
         std::sort(list.begin(), list.end());
-        return list;
     };
-    std::vector<std::uint32_t> different;
+    std::vector<bool> different(groups_.size(), false);
     for (std::uint32_t g = 0; g < groups_.size(); ++g) {
         Group& group = groups_[g];
         if (group.members.empty()) continue;
-        const std::vector<std::uint32_t> interests = translated(std::move(group.interests), now);
-        const std::vector<std::uint32_t> held = translated(std::move(group.others), otherNow);
-        const std::vector<std::uint32_t> roots = group.roots;
-        sign(group, above);
-        // Whoever comes to be, or ceases to be, on an other side only meets or leaves one whose own interests differ.
-        const bool own = interests != group.interests || roots != group.roots;
-        if (own) changed_.push_back(g);
-        if (own || held != group.others) different.push_back(g);
-        setTakesPart(g);
+        translate(group.interests, now.interests);
+        translate(group.others, now.others);
+        const auto changed = [&](std::uint32_t root) { return std::ranges::binary_search(roots, root); };
+        if (std::ranges::any_of(group.roots, changed) || !sameRoots(group, above)) {
+            const std::vector<std::uint32_t> interests = group.interests, held = group.others, before = group.roots;
+            sign(group, above);
+            // Whoever comes to be, or ceases to be, on an other side only meets or leaves one whose own interests differ.
+            const bool own = interests != group.interests || before != group.roots;
+            if (own) changed_.push_back(g);
+            different[g] = own || held != group.others;
+            setTakesPart(g);
+        }
+        if (std::ranges::any_of(group.interests, [&](std::uint32_t k) { return now.reworded[k]; })) note(g);
     }
-    for (const std::uint32_t g : different) relate(g);
-    asked_.clear();
-    ++version_;
+    for (std::uint32_t g = 0; g < groups_.size(); ++g)
+        if (different[g]) relate(g);
+    if (!now.inOrder) noteAll();
+    keepAsked(now, different);
+}
+
+/// What two groups are to each other, where that is what it was but for the numbers of interests.
+void RelationTable::keepAsked(const Renumbering& now, const std::vector<bool>& different) {
+    const auto same = [&](std::uint32_t group, std::uint64_t serial) {
+        return groups_[group].serial == serial && !groups_[group].members.empty() && !different[group];
+    };
+    for (auto entry = asked_.begin(); entry != asked_.end();) {
+        auto& [key, asked] = *entry;
+        if (!now.inOrder || !same(asked.low, key >> 32) || !same(asked.high, key & 0xffffffffu)) {
+            entry = asked_.erase(entry);
+            continue;
+        }
+        bool reworded = false;
+        for (std::uint32_t& k : asked.interests) {
+            k = now.interests[k];
+            reworded = reworded || now.reworded[k];
+        }
+        if (reworded) sumUp(asked);
+        ++entry;
+    }
 }
 
 void RelationTable::setTerms(std::span<const InterestTerms> terms) {
+    std::vector<bool> reworded(terms.size(), false);
+    for (std::size_t k = 0; k < terms.size(); ++k) reworded[k] = terms_[k] != terms[k];
     terms_.assign(terms.begin(), terms.end());
     for (auto& [key, asked] : asked_) sumUp(asked);
-    ++version_;
+    for (std::uint32_t g = 0; g < groups_.size(); ++g)
+        if (std::ranges::any_of(groups_[g].interests, [&](std::uint32_t k) { return reworded[k]; })) note(g);
 }
 
 std::vector<std::uint32_t> RelationTable::takeChanged() {
@@ -207,7 +303,7 @@ void RelationTable::relate(std::uint32_t number) {
         const bool yes = !mine.members.empty() && !groups_[other].members.empty() && interact(mine, groups_[other]);
         interactions_.interacts[number * stride + other] = interactions_.interacts[other * stride + number] = yes;
     }
-    ++version_;
+    note(number);
 }
 
 bool RelationTable::interact(const Group& a, const Group& b) const {
@@ -237,7 +333,7 @@ void RelationTable::setPart(std::uint32_t part, std::uint32_t group, std::uint32
 
 void RelationTable::countBody(std::uint32_t number, std::uint32_t body, bool comes) {
     Group& group = groups_[number];
-    if (group.bodies <= 2) ++version_;  // one of its own, or others, may be met now
+    if (group.bodies <= 2) note(number);  // one of its own, or others, may be met now
     group.bodies += comes ? 1 : ~std::uint32_t{0};
     group.bodyMix ^= body;
 }
@@ -248,12 +344,32 @@ Relation RelationTable::relation(std::uint32_t first, std::uint32_t second) cons
     const std::uint32_t low = std::min(a.serial, b.serial), high = std::max(a.serial, b.serial);
     const std::uint64_t key = std::uint64_t{low} << 32 | high;
     auto known = asked_.find(key);
-    if (known == asked_.end()) known = asked_.emplace(key, a.serial == low ? ask(a, b) : ask(b, a)).first;
+    if (known == asked_.end()) {
+        known = asked_.emplace(key, a.serial == low ? ask(a, b) : ask(b, a)).first;
+        known->second.low = a.serial == low ? first : second;
+        known->second.high = a.serial == low ? second : first;
+    }
     const Asked& asked = known->second;
     Relation relation = asked.relation;
     relation.firstIsObject = a.serial == low ? asked.lowIsObject : asked.highIsObject;
     relation.interests = asked.interests;
     return relation;
+}
+
+std::optional<RelationTable::Pairing> RelationTable::pairing(std::uint32_t group, std::uint32_t other) const {
+    const Group &a = groups_[group], &b = groups_[other];
+    if (!interactions_.interacts[std::size_t{group} * groups_.size() + other] || !meet(a, b, group == other))
+        return std::nullopt;
+    Pairing out;
+    std::uint32_t decides = kNobody;
+    for (const auto& [mine, theirs] : {std::pair(&a, &b), std::pair(&b, &a)})
+        for (const std::uint32_t k : mine->interests) {
+            if (!isAgainst(k, *theirs)) continue;
+            decides = std::min(decides, k);
+            out.dynamic = out.dynamic || terms_[k].mode == Interest::kDynamic;
+        }
+    out.response = terms_[decides].response;
+    return out;
 }
 
 RelationTable::Asked RelationTable::ask(const Group& low, const Group& high) const {

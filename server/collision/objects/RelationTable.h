@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -72,7 +73,21 @@ public:
     /// By number of parts and groups; there may be numbers that nobody has.
     [[nodiscard]] const InteractionTable& interactions() const { return interactions_; }
     /// Another one whenever what groups are to each other, or whether a group has parts, has changed.
-    [[nodiscard]] std::uint64_t version() const { return version_; }
+    [[nodiscard]] std::uint64_t version() const { return logStart_ + log_.size(); }
+    /// Groups that have become something else to any group since then, some of them several times; nothing where it may
+    /// be all of them.
+    [[nodiscard]] std::optional<std::span<const std::uint32_t>> changedSince(std::uint64_t version) const {
+        if (version < logStart_) return std::nullopt;
+        return std::span(log_).subspan(version - logStart_);
+    }
+    /// What is asked of two groups' parts together, where they may meet: less than their relation, and nothing is kept.
+    struct Pairing {
+        std::int64_t response = Interest::kReport;
+        bool dynamic = false;
+    };
+    [[nodiscard]] std::optional<Pairing> pairing(std::uint32_t group, std::uint32_t other) const;
+    /// Numbers of groups are below this.
+    [[nodiscard]] std::size_t groupNumbers() const { return groups_.size(); }
     /// Of two groups; the first part is before the second in document order, and of another body.
     [[nodiscard]] Relation relation(std::uint32_t first, std::uint32_t second) const;
     /// Visits the groups with parts that a group's parts may meet: visit(other group).
@@ -114,6 +129,13 @@ private:
         /// could be either way round it always is.
         bool lowIsObject = false, highIsObject = false;
         std::vector<std::uint32_t> interests;
+        std::uint32_t low = kNobody, high = kNobody;  ///< the groups, as long as they live
+    };
+    /// How interests are numbered now; kNobody: gone, or with other sides.
+    struct Renumbering {
+        std::vector<std::uint32_t> interests, others;
+        std::vector<bool> reworded;  ///< of those that stay, by their new number: other terms
+        bool inOrder = true;         ///< those that stay are in the same order
     };
 
     /// Two bodies at least are in them.
@@ -121,6 +143,11 @@ private:
         if (same) return a.bodies > 1;
         return a.bodies > 0 && b.bodies > 0 && (a.bodies > 1 || b.bodies > 1 || a.bodyMix != b.bodyMix);
     }
+    [[nodiscard]] Renumbering renumber(std::span<const InterestTerms> terms, std::span<const InterestSides> sides) const;
+    [[nodiscard]] bool sameRoots(const Group& group, const SideAbove& above) const;
+    void keepAsked(const Renumbering& now, const std::vector<bool>& different);
+    void note(std::uint32_t group);
+    void noteAll();
     void findOtherSides();
     void sign(Group& group, const SideAbove& above) const;
     void setTakesPart(std::uint32_t number);
@@ -142,7 +169,8 @@ private:
     std::vector<std::uint32_t> changed_;
     std::size_t taking_ = 0;
     std::uint32_t nextSerial_ = 1;
-    std::uint64_t version_ = 1;
+    std::vector<std::uint32_t> log_;  // groups that became something else
+    std::uint64_t logStart_ = 1;
     InteractionTable interactions_;
     mutable std::unordered_map<std::uint64_t, Asked> asked_;  // stay where they are, so that lists can be handed out
 };

@@ -9,9 +9,11 @@
 #include "server/collision/objects/SceneEffects.h"
 #include "server/collision/pipeline/ContactList.h"
 #include "server/collision/pipeline/EventBook.h"
+#include "server/collision/pipeline/EventNotes.h"
 #include "server/collision/pipeline/Neighbourhood.h"
 #include "server/collision/pipeline/PairTasks.h"
 #include "server/collision/pipeline/QuestionBook.h"
+#include "server/collision/pipeline/StepLists.h"
 #include "server/collision/pipeline/StoppedContacts.h"
 #include "server/collision/response/PairImpact.h"
 #include "server/collision/response/Response.h"
@@ -44,8 +46,12 @@ struct CollisionPipeline::Impl {
     std::vector<Mover> admitted;                          // kept for its memory
     std::vector<std::uint32_t> incomplete;                // pairs whose touch a limit left open
     bool sceneIsNew = true;                               // since the last step
-    std::optional<StepResult> still;                      // what a step says as long as nothing changes
+    std::optional<StepResult> still;                      // what a step says as long as nothing changes, but for lists
     double stillSeconds = 0;
+    EventBook::Page eventPage;                            // of the last step
+    ContactList::Page contactPage;
+
+    StepLists lists;                                      // last: they are made of all the others
 
     // State of one step.
     struct Step {
@@ -75,8 +81,9 @@ struct CollisionPipeline::Impl {
     void lookOnTheWay(bool deforming, Step& step);
     void askAllFaces(std::uint32_t pair, QueryWork& work);
     [[nodiscard]] bool touchAtRest(Step& step);
+    void giveLists(StepResult& result);
+    [[nodiscard]] auto describe() { return [this](std::uint32_t k) { return restingContact(handler, memory.states()[k]); }; }
     void tellStops(Step& step);
-    void addEvents(std::uint32_t a, std::uint32_t b, PairEvent when, std::vector<EventBook::Touching>& out) const;
     void tell(Step& step);
     void finish(Step& step);
 
@@ -101,7 +108,12 @@ struct CollisionPipeline::Impl {
 StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const TentativeTransform> wanted,
                                         std::span<const Reply> replies, double seconds) {
     const bool asked = !wanted.empty() || !replies.empty();
-    if (!asked && !sceneIsNew && still && stillSeconds == seconds) return *still;
+    if (!asked && !sceneIsNew && still && stillSeconds == seconds) {
+        StepResult same = *still;
+        giveLists(same);
+        return same;
+    }
+    lists.close();
     still.reset();
     Step step;
     step.work.limit = limits.maxTests;
@@ -139,17 +151,25 @@ StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const
         still = step.result;
         stillSeconds = seconds;
     }
+    giveLists(step.result);
     return std::move(step.result);
+}
+
+void CollisionPipeline::Impl::giveLists(StepResult& result) {
+    std::uint64_t none = 0;
+    lists.give(contactPage, eventPage,
+               {[this, none]() mutable { return contacts.list(handler, describe(), limits.maxContacts, none); },
+                [this] { return events.events(limits.maxEvents); }, [this] { return events.distances(limits.maxEvents); }},
+               result);
 }
 
 /// Whether another step like this one would say the same.
 bool CollisionPipeline::Impl::sameAsBefore(const Step& step) const {
     const StepResult& result = step.result;
-    const auto stays = [](const auto& told) { return told.phase == Phase::kStays; };
     return result.accepted.empty() && result.velocities.empty() && result.stopped.empty() && result.questions.empty() &&
            questions.empty() && incomplete.empty() && result.contactsBegun == 0 &&
-           (!bodies.any() || bodies.resting()) && std::ranges::all_of(result.events, stays) &&
-           std::ranges::all_of(result.distances, stays) && result.counters.eventsLeftOut == 0;
+           (!bodies.any() || bodies.resting()) && eventPage.eventChanges.empty() &&
+           eventPage.distanceChanges.empty() && result.counters.eventsLeftOut == 0;
 }
 
 void CollisionPipeline::Impl::noteStart(const Mover& mover, Step& step) const {
@@ -390,19 +410,11 @@ void CollisionPipeline::Impl::lookOnTheWay(bool deforming, Step& step) {
         if (!impacts[i].complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
         if (!impacts[i].hit) continue;
         if (deforming) step.metDeforming.insert(asked[i]);
-        const Relation relation = relationOf(pair);
-        for (const std::uint32_t index : relation.interests) {
-            const InterestTerms& interest = handler.interests()[index];
-            if (interest.mode != Interest::kDynamic) continue;
-            PairEvent event;
-            event.interest = interest.core;
-            event.objectA = bodyOf(pair.a).node;
-            event.objectB = bodyOf(pair.b).node;
-            event.firstTime = impacts[i].t;
-            event.point = impacts[i].point;
-            event.normal = impacts[i].normal;
-            step.touchedOnTheWay.push_back({event, false});
-        }
+        PairEvent when;
+        when.firstTime = impacts[i].t;
+        when.point = impacts[i].point;
+        when.normal = impacts[i].normal;
+        appendEvents(handler, pair.a, pair.b, when, Moment::kOnTheWay, step.touchedOnTheWay);
     }
 }
 
@@ -457,10 +469,15 @@ bool CollisionPipeline::Impl::touchAtRest(Step& step) {
         askDistance(pair, part(pair.a), part(pair.b), relationOf(pair).threshold, work);
     });
     incomplete.clear();
-    if (const auto ended = memory.takeEnded())
-        for (const std::uint32_t k : *ended) contacts.takeOut(k);
-    else
+    if (const auto ended = memory.takeEnded()) {
+        for (const std::uint32_t k : *ended) {
+            contacts.takeOut(k);
+            events.takeOut(k);
+        }
+    } else {
         contacts.takeOutAll();
+        events.takeOutAll();
+    }
     for (const std::uint32_t k : stale)
         if (!pairs[k].touch.touching || !contacts.restsAs(k, pairs[k].nodeA, pairs[k].nodeB)) contacts.takeOut(k);
     for (const std::uint32_t k : stale) {
@@ -468,13 +485,15 @@ bool CollisionPipeline::Impl::touchAtRest(Step& step) {
         const bool open = !pair.touch.complete || !pair.distance.complete;
         if (open) incomplete.push_back(k);
         if (!open && !pair.touch.touching && pair.distance.farther) {
-            memory.tell(k, false, false);
+            memory.tell(k, false);
+            events.takeOut(k);
             continue;
         }
         const Relation relation = relationOf(pair);
-        memory.tell(k, true, hasNews(handler, relation));
+        memory.tell(k, true);
+        noteResting(events, handler, k, pair, relation);
         if (pair.touch.touching && relation.contacts)
-            contacts.rests(k, pair.nodeA, pair.nodeB, facesTold(pair, relation));
+            contacts.rests(k, pair.nodeA, pair.nodeB, facesTold(pair, relation), facesListed(pair, relation));
         else
             contacts.takeOut(k);
     }
@@ -482,19 +501,6 @@ bool CollisionPipeline::Impl::touchAtRest(Step& step) {
         if (!pairs[k].touch.complete) notLookedAt(pairs[k].nodeA, pairs[k].nodeB, NotLookedAt::Reason::kWork, step);
     }
     return !stale.empty();
-}
-
-/// Of two objects in touch at the end, for each interest that wants to know of it. `when`: time, point and normal.
-void CollisionPipeline::Impl::addEvents(std::uint32_t a, std::uint32_t b, PairEvent when,
-                                        std::vector<EventBook::Touching>& out) const {
-    when.objectA = bodyOf(a).node;
-    when.objectB = bodyOf(b).node;
-    for (const std::uint32_t index : handler.relation(std::min(a, b), std::max(a, b)).interests) {
-        const InterestTerms& interest = handler.interests()[index];
-        if (interest.mode != Interest::kPseudoDynamic && interest.mode != Interest::kDynamic) continue;
-        when.interest = interest.core;
-        out.push_back({when, true});
-    }
 }
 
 void CollisionPipeline::Impl::tellStops(Step& step) {
@@ -507,34 +513,21 @@ void CollisionPipeline::Impl::tellStops(Step& step) {
             when.point = where.point;
             when.normal = where.normal;
         }
-        addEvents(touching.partA, touching.partB, when, step.stopped);
+        appendEvents(handler, touching.partA, touching.partB, when, Moment::kAtEnd, step.stopped);
         contacts.add(std::move(touching));
     }
 }
 
 void CollisionPipeline::Impl::tell(Step& step) {
-    const std::span<PairState> pairs = memory.states();
-    std::vector<std::uint32_t> told(memory.news().begin(), memory.news().end());
-    memory.sort(told, handler);
-    std::vector<EventBook::Near> near;
-    for (const std::uint32_t k : told) {
-        const PairState& pair = pairs[k];
-        const DistanceAnswer& known = pair.distance;
-        if (!known.complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
-        if (!known.complete || known.farther) continue;
-        for (const std::uint32_t index : relationOf(pair).interests) {
-            const InterestTerms& interest = handler.interests()[index];
-            if (interest.mode != Interest::kDistance || known.distance > interest.threshold) continue;
-            near.push_back({{interest.core, bodyOf(pair.a).node, bodyOf(pair.b).node, Phase::kBegan, known.distance,
-                             pair.nodeA, pair.nodeB, known.faces.a, known.faces.b, known.pointA, known.pointB}});
-        }
+    for (const std::uint32_t k : incomplete) {
+        const PairState& pair = memory.states()[k];
+        if (!pair.distance.complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
     }
-    std::vector<EventBook::Touching> touching = std::move(step.touchedOnTheWay);
-    touching.insert(touching.end(), step.stopped.begin(), step.stopped.end());
-    for (const std::uint32_t k : told)
-        if (pairs[k].touch.touching) addEvents(pairs[k].a, pairs[k].b, {}, touching);
-    step.result.counters.eventsLeftOut +=
-        events.turnPage(std::move(touching), std::move(near), limits.maxEvents, step.result);
+    std::vector<EventBook::Touching> besides = std::move(step.touchedOnTheWay);
+    besides.insert(besides.end(), step.stopped.begin(), step.stopped.end());
+    eventPage = events.turnPage(
+        besides, [this](std::uint32_t x, std::uint32_t y) { return memory.before(x, y, handler); }, limits.maxEvents);
+    step.result.counters.eventsLeftOut += eventPage.leftOut;
 }
 
 void CollisionPipeline::Impl::finish(Step& step) {
@@ -544,8 +537,9 @@ void CollisionPipeline::Impl::finish(Step& step) {
     std::ranges::sort(result.stopped);
     result.stopped.erase(std::unique(result.stopped.begin(), result.stopped.end()), result.stopped.end());
 
-    const auto describe = [this](std::uint32_t k) { return restingContact(handler, memory.states()[k]); };
-    contacts.write(handler, describe, limits.maxContacts, result);
+    contactPage = contacts.turnPage(handler, describe(), limits.maxContacts);
+    result.contactsBegun = contactPage.begun;
+    result.counters.contactsLeftOut = contactPage.leftOut;
 
     const auto inTouch = [&](const QuestionBook::Matter& matter) {
         return std::ranges::any_of(memory.told(), [&](std::uint32_t k) {
@@ -571,6 +565,8 @@ CollisionPipeline& CollisionPipeline::operator=(CollisionPipeline&&) noexcept = 
 
 void CollisionPipeline::sceneChanged(const Aspect& aspect, const ChangeList* list) {
     impl_->sceneIsNew = impl_->sceneIsNew || list == nullptr || !list->empty();
+    // Contacts are made of where things stand, and of what is asked of them.
+    if (impl_->lists.contactsHeld() && (!list || impl_->handler.wouldChange(aspect, *list))) impl_->lists.makeContacts();
     impl_->handler.update(aspect, list);
     if (list == nullptr || changesRules(*list)) impl_->bodies.rulesChanged();
 }
@@ -578,6 +574,10 @@ void CollisionPipeline::sceneChanged(const Aspect& aspect, const ChangeList* lis
 StepResult CollisionPipeline::step(const Aspect& committed, std::span<const TentativeTransform> wanted,
                                    std::span<const Reply> replies, double seconds) {
     return impl_->run(committed, wanted, replies, seconds);
+}
+
+void CollisionPipeline::forgetLists() {
+    impl_->lists.forget();
 }
 
 std::vector<std::uint64_t> CollisionPipeline::openQuestions() const {

@@ -40,6 +40,10 @@ public:
     [[nodiscard]] StepResult step(const Aspect& committed, std::span<const TentativeTransform> wanted,
                                   std::span<const Reply> replies = {}, double seconds = kSecondsPerFrame);
 
+    /// Nobody asks about the last step any more: of its lists those that nobody has asked for are not made; whoever
+    /// still holds them has empty ones. Else they are made when the next step begins for whoever holds them.
+    void forgetLists();
+
     /// Questions that wait for a reply, ascending by id.
     [[nodiscard]] std::vector<std::uint64_t> openQuestions() const;
     /// The enabled interests, in document order; valid until the scene changes.

@@ -46,7 +46,7 @@ Contact contactAt(const ObjectHandler& handler, const Touching& touching, const 
     return contact;
 }
 
-std::ptrdiff_t facesListed(const PairState& pair, const Relation& relation) {
+std::ptrdiff_t facesWanted(const PairState& pair, const Relation& relation) {
     const auto all = static_cast<std::ptrdiff_t>(pair.touch.faces.size());
     if (relation.detail == Interest::kAllFaces) return all;
     return std::min(all, relation.detail == Interest::kYesOrNo ? 1 : static_cast<std::ptrdiff_t>(relation.detail));
@@ -56,14 +56,11 @@ std::ptrdiff_t facesListed(const PairState& pair, const Relation& relation) {
 
 std::uint64_t facesTold(const PairState& pair, const Relation& relation) {
     if (relation.detail == Interest::kAllFaces) return pair.touch.faceCount;
-    return std::max<std::uint64_t>(static_cast<std::uint64_t>(facesListed(pair, relation)), 1);
+    return std::max<std::uint64_t>(static_cast<std::uint64_t>(facesWanted(pair, relation)), 1);
 }
 
-bool hasNews(const ObjectHandler& handler, const Relation& relation) {
-    return std::ranges::any_of(relation.interests, [&](std::uint32_t index) {
-        const std::int64_t mode = handler.interests()[index].mode;
-        return mode == Interest::kPseudoDynamic || mode == Interest::kDynamic || mode == Interest::kDistance;
-    });
+std::uint64_t facesListed(const PairState& pair, const Relation& relation) {
+    return std::max<std::uint64_t>(static_cast<std::uint64_t>(facesWanted(pair, relation)), 1);
 }
 
 Touching restingContact(const ObjectHandler& handler, PairState& pair) {
@@ -73,7 +70,7 @@ Touching restingContact(const ObjectHandler& handler, PairState& pair) {
     touching.nodeB = pair.nodeB;
     touching.partA = pair.a;
     touching.partB = pair.b;
-    touching.faces.assign(pair.touch.faces.begin(), pair.touch.faces.begin() + facesListed(pair, relation));
+    touching.faces.assign(pair.touch.faces.begin(), pair.touch.faces.begin() + facesWanted(pair, relation));
     touching.faceCount = facesTold(pair, relation);
     touching.worldA = handler.parts()[pair.a].world;
     touching.worldB = handler.parts()[pair.b].world;
@@ -88,7 +85,8 @@ void ContactList::noteBefore(const NodePair& key) {
     before_.emplace(key, resting_.contains(key) || std::ranges::binary_search(addedBefore_, key));
 }
 
-void ContactList::rests(std::uint32_t pair, ObjectId nodeA, ObjectId nodeB, std::uint64_t faceCount) {
+void ContactList::rests(std::uint32_t pair, ObjectId nodeA, ObjectId nodeB, std::uint64_t faceCount,
+                        std::uint64_t listed) {
     const NodePair key{nodeA, nodeB};
     if (restingOf_.size() <= pair) restingOf_.resize(pair + 1);
     Resting& resting = restingOf_[pair];
@@ -99,6 +97,8 @@ void ContactList::rests(std::uint32_t pair, ObjectId nodeA, ObjectId nodeB, std:
     }
     faceCount_ += faceCount - resting.faceCount;
     resting.faceCount = faceCount;
+    listed_ += listed - resting.listed;
+    resting.listed = listed;
 }
 
 void ContactList::takeOut(std::uint32_t pair) {
@@ -106,6 +106,7 @@ void ContactList::takeOut(std::uint32_t pair) {
     const Resting resting = std::exchange(restingOf_[pair], {});
     noteBefore(resting.key);
     faceCount_ -= resting.faceCount;
+    listed_ -= resting.listed;
     resting_.erase(resting.key);
 }
 
@@ -113,30 +114,92 @@ void ContactList::takeOutAll() {
     for (const auto& [key, pair] : resting_) noteBefore(key);
     resting_.clear();
     restingOf_.clear();
-    faceCount_ = 0;
+    faceCount_ = listed_ = 0;
 }
 
-void ContactList::write(const ObjectHandler& handler, const Describe& describe, std::size_t most, StepResult& result) {
-    const auto key = [](const Touching& t) { return NodePair(t.nodeA, t.nodeB); };
-    std::ranges::stable_sort(touching_, [&](const Touching& x, const Touching& y) { return key(x) < key(y); });
+/// A pair can be hit by several movers in turn: the first account of two faces stays.
+void ContactList::account(std::span<const Touching* const> all, Accounts& out) {
+    out.clear();
+    for (const Touching* touching : all) {
+        for (const FacePair& f : touching->faces) out.emplace_back(f, touching);
+        if (touching->faces.empty()) out.emplace_back(FacePair{Contact::kNoFace, Contact::kNoFace}, touching);
+    }
+    std::ranges::stable_sort(out, {}, [](const auto& f) { return f.first; });
+    const auto same = [](const auto& x, const auto& y) { return x.first == y.first; };
+    out.erase(std::unique(out.begin(), out.end(), same), out.end());
+}
+
+namespace {
+
+std::pair<ObjectId, ObjectId> nodesOf(const Touching& t) {
+    return {t.nodeA, t.nodeB};
+}
+
+/// Faces that it has beyond those that it names.
+std::uint64_t unnamed(const Touching& t) {
+    return t.faceCount - std::max<std::uint64_t>(t.faces.size(), 1);
+}
+
+}  // namespace
+
+ContactList::Page ContactList::turnPage(const ObjectHandler& handler, const Describe& describe, std::size_t most) {
+    if (std::exchange(pageTurned_, true)) touching_.clear();  // nothing was added
+    std::ranges::stable_sort(touching_, [](const Touching& x, const Touching& y) { return nodesOf(x) < nodesOf(y); });
     std::vector<NodePair> added;
     for (const Touching& touching : touching_)
-        if (added.empty() || added.back() != key(touching)) added.push_back(key(touching));
-    // Who has begun to touch.
-    for (const auto& [pair, touched] : before_) result.contactsBegun += !touched && resting_.contains(pair);
+        if (added.empty() || added.back() != nodesOf(touching)) added.push_back(nodesOf(touching));
+    Page page;
+    for (const auto& [pair, touched] : before_) page.begun += !touched && resting_.contains(pair);
     for (const NodePair& pair : added)
-        result.contactsBegun += !resting_.contains(pair) && !std::ranges::binary_search(addedBefore_, pair) &&
-                                !(before_.contains(pair) && before_.at(pair));
+        page.begun += !resting_.contains(pair) && !std::ranges::binary_search(addedBefore_, pair) &&
+                      !(before_.contains(pair) && before_.at(pair));
+    before_.clear();
+    addedBefore_ = std::move(added);
 
-    std::vector<std::pair<FacePair, const Touching*>> faces;
+    // How long the list is, without making it.
+    std::uint64_t size = listed_;
+    page.leftOut = faceCount_ - listed_;
+    std::vector<const Touching*> accounts;
+    Accounts faces;
+    for (std::size_t next = 0; next < touching_.size();) {
+        const NodePair pair = nodesOf(touching_[next]);
+        Touching resting;
+        accounts.clear();
+        if (const auto rests = resting_.find(pair); rests != resting_.end()) {
+            resting = describe(rests->second);
+            size -= restingOf_[rests->second].listed;
+            accounts.push_back(&resting);
+        }
+        for (; next < touching_.size() && nodesOf(touching_[next]) == pair; ++next) {
+            page.leftOut += unnamed(touching_[next]);
+            accounts.push_back(&touching_[next]);
+        }
+        account(accounts, faces);
+        size += faces.size();
+    }
+    page.size = std::min<std::uint64_t>(size, most);
+    if (size > most) {
+        if (touching_.empty())
+            page.leftOut = faceCount_ - most;
+        else  // which accounts count twice depends on how far the list goes
+            (void)list(handler, describe, most, page.leftOut);
+    }
+    return page;
+}
+
+std::vector<Contact> ContactList::list(const ObjectHandler& handler, const Describe& describe, std::size_t most,
+                                       std::uint64_t& leftOut) const {
+    std::vector<Contact> contacts;
+    leftOut = 0;
+    Accounts faces;
     std::vector<const Touching*> accounts;
     std::uint64_t notReached = faceCount_;
     auto rests = resting_.begin();
     std::size_t next = 0;
-    while ((rests != resting_.end() || next < touching_.size()) && result.contacts.size() < most) {
-        const NodePair pair = rests == resting_.end()    ? key(touching_[next])
+    while ((rests != resting_.end() || next < touching_.size()) && contacts.size() < most) {
+        const NodePair pair = rests == resting_.end()    ? nodesOf(touching_[next])
                               : next == touching_.size() ? rests->first
-                                                         : std::min(rests->first, key(touching_[next]));
+                                                         : std::min(rests->first, nodesOf(touching_[next]));
         Touching resting;
         accounts.clear();
         if (rests != resting_.end() && rests->first == pair) {
@@ -145,29 +208,19 @@ void ContactList::write(const ObjectHandler& handler, const Describe& describe, 
             accounts.push_back(&resting);
             ++rests;
         }
-        for (; next < touching_.size() && key(touching_[next]) == pair; ++next) accounts.push_back(&touching_[next]);
-        // A pair can be hit by several movers in turn: the first account of two faces stays.
-        faces.clear();
-        for (const Touching* account : accounts) {
-            for (const FacePair& f : account->faces) faces.emplace_back(f, account);
-            if (account->faces.empty()) faces.emplace_back(FacePair{Contact::kNoFace, Contact::kNoFace}, account);
-            result.counters.contactsLeftOut += account->faceCount - std::max<std::uint64_t>(account->faces.size(), 1);
-        }
-        std::ranges::stable_sort(faces, {}, [](const auto& f) { return f.first; });
-        const auto same = [](const auto& x, const auto& y) { return x.first == y.first; };
-        faces.erase(std::unique(faces.begin(), faces.end(), same), faces.end());
+        for (; next < touching_.size() && nodesOf(touching_[next]) == pair; ++next) accounts.push_back(&touching_[next]);
+        for (const Touching* touching : accounts) leftOut += unnamed(*touching);
+        account(accounts, faces);
         for (const auto& [two, touching] : faces) {
-            if (result.contacts.size() == most)
-                ++result.counters.contactsLeftOut;
+            if (contacts.size() == most)
+                ++leftOut;
             else
-                result.contacts.push_back(contactAt(handler, *touching, touching->faces.empty() ? nullptr : &two));
+                contacts.push_back(contactAt(handler, *touching, touching->faces.empty() ? nullptr : &two));
         }
     }
     for (; next < touching_.size(); ++next) notReached += touching_[next].faceCount;
-    result.counters.contactsLeftOut += notReached;
-    touching_.clear();
-    before_.clear();
-    addedBefore_ = std::move(added);
+    leftOut += notReached;
+    return contacts;
 }
 
 }  // namespace tessera

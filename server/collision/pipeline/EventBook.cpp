@@ -1,91 +1,197 @@
 #include "server/collision/pipeline/EventBook.h"
 
 #include <algorithm>
-#include <tuple>
+#include <utility>
 
 namespace tessera {
 namespace {
 
-template <typename Entry>
-auto keyOf(const Entry& e) {
-    return std::tie(e.interest, e.objectA, e.objectB);
-}
+using Key = EventBook::Key;
 
 template <typename Entry>
-void tell(Entry entry, Phase phase, std::vector<Entry>& out, std::size_t most, std::size_t& leftOut) {
-    entry.phase = phase;
-    if (out.size() < most)
-        out.push_back(std::move(entry));
-    else
-        ++leftOut;
+Key keyOf(const Entry& e) {
+    return {e.interest, e.objectA, e.objectB};
 }
 
-/// Walks two ascending lists of entries with unique keys: ended(old), began(new), stays(new).
-template <typename Entry, typename Ended, typename Began, typename Stays>
-void compare(const std::vector<Entry>& before, const std::vector<Entry>& now, Ended ended, Began began, Stays stays) {
-    auto old = before.begin();
-    for (const Entry& entry : now) {
-        for (; old != before.end() && keyOf(*old) < keyOf(entry); ++old) ended(*old);
-        if (old != before.end() && keyOf(*old) == keyOf(entry)) {
-            stays(entry);
-            ++old;
-        } else {
-            began(entry);
-        }
+PairEvent plainEvent(const Key& key, Phase phase) {
+    PairEvent event;
+    std::tie(event.interest, event.objectA, event.objectB) = key;
+    event.phase = phase;
+    return event;
+}
+
+/// Two ascending lists as one; of two entries with one key that of `special`. `plain(entry)` makes an entry of the rest.
+template <typename Entry, typename Rest, typename Plain>
+std::vector<Entry> merged(const Rest& rest, const std::vector<Entry>& special, std::size_t most, const Plain& plain) {
+    std::vector<Entry> out;
+    out.reserve(std::min(most, rest.size() + special.size()));
+    auto next = special.begin();
+    for (const auto& entry : rest) {
+        for (; next != special.end() && keyOf(*next) < entry.first && out.size() < most; ++next) out.push_back(*next);
+        if (out.size() == most) return out;
+        if (next != special.end() && keyOf(*next) == entry.first)
+            out.push_back(*next++);
+        else
+            out.push_back(plain(entry));
     }
-    for (; old != before.end(); ++old) ended(*old);
+    for (; next != special.end() && out.size() < most; ++next) out.push_back(*next);
+    return out;
+}
+
+template <typename Entry>
+std::vector<Entry> changesOf(const std::vector<Entry>& all) {
+    std::vector<Entry> out;
+    for (const Entry& entry : all)
+        if (entry.phase != Phase::kStays) out.push_back(entry);
+    return out;
 }
 
 }  // namespace
 
-std::size_t EventBook::turnPage(std::vector<Touching> touching, std::vector<Near> near, std::size_t most,
-                                StepResult& result) {
-    std::size_t leftOut = 0;
-
-    // Of one pair: whether it touches at the end, and its earliest contact.
-    std::ranges::stable_sort(touching, [](const Touching& x, const Touching& y) {
-        return std::tuple(keyOf(x.event), x.event.firstTime) < std::tuple(keyOf(y.event), y.event.firstTime);
-    });
-    std::vector<PairEvent> now, throughs;
-    for (std::size_t begin = 0, end = 0; begin < touching.size(); begin = end) {
-        bool atEnd = false;
-        for (end = begin; end < touching.size() && keyOf(touching[end].event) == keyOf(touching[begin].event); ++end)
-            atEnd = atEnd || touching[end].atEnd;
-        (atEnd ? now : throughs).push_back(touching[begin].event);
+void EventBook::rests(std::uint32_t pair, std::vector<Key> touching, std::vector<PairDistance> near) {
+    if (ofPair_.size() <= pair) ofPair_.resize(pair + 1);
+    OfPair& mine = ofPair_[pair];
+    if (mine.touching != touching) {
+        for (const Key& key : mine.touching) {
+            const auto known = resting_.find(key);
+            restedBefore_.try_emplace(key, true);
+            if (--known->second == 0) resting_.erase(known);
+        }
+        for (const Key& key : touching) {
+            const auto [known, isNew] = resting_.try_emplace(key, 0);
+            restedBefore_.try_emplace(key, !isNew);
+            ++known->second;
+        }
+        mine.touching = std::move(touching);
     }
-    std::vector<PairEvent> told;
-    std::size_t none = 0;
-    const std::size_t all = touching.size() + touching_.size();
-    compare(
-        touching_, now, [&](const PairEvent& e) { tell(e, Phase::kEnded, told, all, none); },
-        [&](const PairEvent& e) { tell(e, Phase::kBegan, told, all, none); },
-        [&](const PairEvent& e) { tell(e, Phase::kStays, told, all, none); });
-    for (PairEvent& event : throughs) {
-        event.through = true;
-        event.phase = Phase::kEnded;
-        const auto place =
-            std::ranges::lower_bound(told, keyOf(event), {}, [](const PairEvent& e) { return keyOf(e); });
-        // One that touched in the last frame and parts in this one has an end already.
-        if (place == told.end() || keyOf(*place) != keyOf(event)) told.insert(place, event);
+    if (mine.near.empty() && near.empty()) return;
+    for (const Key& key : mine.near) {
+        const auto known = nearOf_.find(key);
+        std::erase_if(known->second, [&](const NearPair& entry) { return entry.pair == pair; });
+        if (known->second.empty()) nearOf_.erase(known);
+        nearChanged_.insert(key);
     }
-    leftOut += told.size() - std::min(told.size(), most);
-    told.resize(std::min(told.size(), most));
-    result.events = std::move(told);
-    touching_ = std::move(now);
+    mine.near.clear();
+    for (PairDistance& distance : near) {
+        const Key key = keyOf(distance);
+        mine.near.push_back(key);
+        nearChanged_.insert(key);
+        nearOf_[key].push_back({pair, std::move(distance)});
+    }
+}
 
-    std::ranges::stable_sort(near, [](const Near& x, const Near& y) {
-        return std::tuple(keyOf(x.distance), x.distance.distance) < std::tuple(keyOf(y.distance), y.distance.distance);
-    });
-    std::vector<PairDistance> nearNow;
-    for (Near& entry : near)
-        if (nearNow.empty() || keyOf(nearNow.back()) != keyOf(entry.distance))
-            nearNow.push_back(std::move(entry.distance));
-    compare(
-        near_, nearNow, [&](const PairDistance& d) { tell(d, Phase::kEnded, result.distances, most, leftOut); },
-        [&](const PairDistance& d) { tell(d, Phase::kBegan, result.distances, most, leftOut); },
-        [&](const PairDistance& d) { tell(d, Phase::kStays, result.distances, most, leftOut); });
-    near_ = std::move(nearNow);
-    return leftOut;
+void EventBook::takeOutAll() {
+    for (const auto& [key, pairs] : resting_) restedBefore_.try_emplace(key, true);
+    for (const auto& [key, pairs] : nearOf_) nearChanged_.insert(key);
+    resting_.clear();
+    nearOf_.clear();
+    ofPair_.clear();
+}
+
+EventBook::Page EventBook::turnPage(std::span<const Touching> besides, const Before& before, std::size_t most) {
+    Page page;
+    turnEvents(besides, page);
+    turnDistances(before, page);
+    if (page.events > most) page.eventChanges = changesOf(events(most));
+    if (page.distances > most) {
+        const std::vector<PairDistance> listed = distances(most);
+        page.distanceChanges = changesOf(listed);
+        page.near = DistanceList::nearOf(listed);
+    }
+    for (std::size_t* count : {&page.events, &page.distances}) {
+        page.leftOut += *count - std::min(*count, most);
+        *count = std::min(*count, most);
+    }
+    return page;
+}
+
+void EventBook::turnEvents(std::span<const Touching> besides, Page& page) {
+    Besides now;
+    for (const Touching& entry : besides) {
+        const auto [known, isNew] = now.try_emplace(keyOf(entry.event), entry);
+        if (isNew) continue;
+        const bool atEnd = known->second.atEnd || entry.atEnd;
+        if (entry.event.firstTime < known->second.event.firstTime) known->second = entry;
+        known->second.atEnd = atEnd;
+    }
+    std::vector<Key> keys;
+    for (const auto& [key, rested] : restedBefore_) keys.push_back(key);
+    for (const Besides* some : {&std::as_const(besides_), &std::as_const(now)})
+        for (const auto& [key, entry] : *some) keys.push_back(key);
+    std::ranges::sort(keys);
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+
+    special_.clear();
+    page.events = resting_.size();
+    for (const Key& key : keys) {
+        const bool rests = resting_.contains(key);
+        const auto came = restedBefore_.find(key);
+        const auto old = besides_.find(key);
+        const auto entry = now.find(key);
+        const bool rested = came == restedBefore_.end() ? rests : came->second;
+        const bool touches = rests || (entry != now.end() && entry->second.atEnd);
+        const bool touched = rested || (old != besides_.end() && old->second.atEnd);
+        const auto told = [&](const auto& where, const Besides& in, Phase phase) {
+            PairEvent event = where == in.end() ? plainEvent(key, phase) : where->second.event;
+            event.phase = phase;
+            special_.push_back(event);
+        };
+        page.events -= rests;
+        if (touches) {
+            told(entry, now, touched ? Phase::kStays : Phase::kBegan);
+        } else if (touched) {
+            told(old, besides_, Phase::kEnded);
+        } else if (entry != now.end()) {
+            told(entry, now, Phase::kEnded);
+            special_.back().through = true;
+        }
+    }
+    page.events += special_.size();
+    page.eventChanges = changesOf(special_);
+    restedBefore_.clear();
+    besides_ = std::move(now);
+}
+
+void EventBook::turnDistances(const Before& before, Page& page) {
+    specialNear_.clear();
+    std::size_t ended = 0;
+    for (const Key& key : nearChanged_) {
+        const auto told = near_.find(key);
+        const auto pairs = nearOf_.find(key);
+        if (told != near_.end()) leastFirst_.erase(leastFirst_.find(told->second.distance));
+        if (pairs == nearOf_.end()) {
+            if (told == near_.end()) continue;
+            specialNear_.push_back(told->second);
+            specialNear_.back().phase = Phase::kEnded;
+            near_.erase(told);
+            ++ended;
+            continue;
+        }
+        const NearPair& nearest = *std::ranges::min_element(pairs->second, [&](const NearPair& x, const NearPair& y) {
+            return x.distance.distance != y.distance.distance ? x.distance.distance < y.distance.distance
+                                                              : before(x.pair, y.pair);
+        });
+        PairDistance now = nearest.distance;
+        leastFirst_.insert(now.distance);
+        if (told == near_.end()) {
+            now.phase = Phase::kBegan;
+            specialNear_.push_back(now);
+        }
+        now.phase = Phase::kStays;
+        near_.insert_or_assign(key, now);
+    }
+    nearChanged_.clear();
+    page.distances = near_.size() + ended;
+    page.distanceChanges = specialNear_;
+    page.near = {near_.size(), leastFirst_.empty() ? 0 : *leastFirst_.begin()};
+}
+
+std::vector<PairEvent> EventBook::events(std::size_t most) const {
+    return merged(resting_, special_, most, [](const auto& entry) { return plainEvent(entry.first, Phase::kStays); });
+}
+
+std::vector<PairDistance> EventBook::distances(std::size_t most) const {
+    return merged(near_, specialNear_, most, [](const auto& entry) { return entry.second; });
 }
 
 }  // namespace tessera

@@ -2,16 +2,22 @@
 #include "server/collision/objects/SortOnce.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace tessera {
 namespace {
 
-void add(PartTraits& traits, const Relation& relation) {
-    traits.obstructed = traits.obstructed || relation.response != Interest::kReport;
-    traits.dynamic = traits.dynamic || relation.dynamic;
-    traits.rollback = traits.rollback || relation.response == Interest::kRollback;
-    traits.slides = traits.slides || relation.response == Interest::kSlide;
+/// Bits of what is asked of a part.
+enum : std::uint8_t { kObstructed = 1, kDynamic = 2, kRollback = 4, kSlides = 8 };
+
+std::uint8_t bitsOf(const RelationTable::Pairing& pairing) {
+    std::uint8_t bits = 0;
+    if (pairing.response != Interest::kReport) bits |= kObstructed;
+    if (pairing.dynamic) bits |= kDynamic;
+    if (pairing.response == Interest::kRollback) bits |= kRollback;
+    if (pairing.response == Interest::kSlide) bits |= kSlides;
+    return bits;
 }
 
 void add(PartTraits& traits, const PartTraits& other) {
@@ -30,20 +36,36 @@ const Way* wayOf(std::span<const Mover> movers, ObjectId transform) {
     return it != movers.end() && it->wish.transform == transform ? &it->way : nullptr;
 }
 
+/// What another group asks of one.
+void Neighbourhood::ask(const RelationTable& relations, std::uint32_t group, std::uint32_t other, Row& row) const {
+    const std::optional<RelationTable::Pairing> pairing = relations.pairing(group, other);
+    const std::uint8_t now = pairing ? bitsOf(*pairing) : 0, before = std::exchange(row.asked[other], now);
+    for (std::size_t bit = 0; bit < row.count.size(); ++bit)
+        row.count[bit] += (now >> bit & 1U) - static_cast<std::uint32_t>(before >> bit & 1U);
+}
+
 const PartTraits& Neighbourhood::traitsOfGroup(const ObjectHandler& handler, std::uint32_t group) {
     const RelationTable& relations = handler.relations();
-    if (traits_.size() <= group) traits_.resize(handler.interactions().active.size());
-    Known& known = traits_[group];
-    if (known.version == relations.version()) return known.traits;
-    known.version = relations.version();
-    known.traits = {};
-    relations.forRelated(group, [&](std::uint32_t other) { add(known.traits, relations.relation(group, other)); });
-    // The object's side looks out for the others.
-    for (const std::uint32_t k : relations.interestsOf(group)) {
-        const InterestTerms& interest = handler.interests()[k];
-        if (interest.mode == Interest::kDistance) known.traits.margin = std::max(known.traits.margin, interest.threshold);
+    if (traits_.size() <= group) traits_.resize(relations.groupNumbers());
+    Row& row = traits_[group];
+    if (row.version == relations.version()) return row.traits;
+    const std::optional<std::span<const std::uint32_t>> changed = relations.changedSince(row.version);
+    const bool afresh = !changed || changed->size() > relations.groupNumbers() || std::ranges::find(*changed, group) != changed->end();
+    row.version = relations.version();
+    row.asked.resize(relations.groupNumbers(), 0);
+    if (afresh) {
+        for (std::uint32_t other = 0; other < relations.groupNumbers(); ++other) ask(relations, group, other, row);
+        // The object's side looks out for the others.
+        row.margin = 0;
+        for (const std::uint32_t k : relations.interestsOf(group)) {
+            const InterestTerms& interest = handler.interests()[k];
+            if (interest.mode == Interest::kDistance) row.margin = std::max(row.margin, interest.threshold);
+        }
+    } else {
+        for (const std::uint32_t other : *changed) ask(relations, group, other, row);
     }
-    return known.traits;
+    row.traits = {row.count[0] > 0, row.count[1] > 0, row.count[2] > 0, row.count[3] > 0, row.margin};
+    return row.traits;
 }
 
 const PartTraits& Neighbourhood::traitsCarried(const ObjectHandler& handler, std::uint32_t transform) {

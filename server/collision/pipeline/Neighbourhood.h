@@ -1,6 +1,7 @@
 /// Whose boxes meet in this frame: boxes that hold each part wherever it may be in it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -47,12 +48,21 @@ private:
 
     std::unique_ptr<NeighbourFinder> finder_;
     std::uint64_t generation_ = 0;
+    /// Of a group: what it may meet asks of it, group by group, so that a change costs what has changed.
+    struct Row {
+        std::uint64_t version = 0;
+        std::vector<std::uint8_t> asked;  // per other group: bits of what is asked
+        std::array<std::uint32_t, 4> count{};  // per bit: of how many
+        double margin = 0;
+        PartTraits traits;
+    };
+    void ask(const RelationTable& relations, std::uint32_t group, std::uint32_t other, Row& row) const;
     struct Known {
         std::uint64_t version = 0, structure = 0;
         ObjectId transform;
         PartTraits traits;
     };
-    std::vector<Known> traits_;         // per group
+    std::vector<Row> traits_;           // per group
     std::vector<Known> carried_;        // per transform
     std::vector<Box> boxes_;            // per part, as the finder has them
     std::vector<std::uint32_t> grown_;  // parts whose boxes are larger than they are themselves

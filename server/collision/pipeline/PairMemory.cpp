@@ -36,7 +36,6 @@ void PairMemory::name(PairState& state, const NeighbourPair& pair, const ObjectH
     fresh.inA = swapped ? state.inB : state.inA;
     fresh.inB = swapped ? state.inA : state.inB;
     fresh.inTold = state.inTold;
-    fresh.inNews = state.inNews;
     fresh.loose = state.loose;
     fresh.stale = state.stale;
     state = std::move(fresh);
@@ -79,7 +78,7 @@ void PairMemory::end(std::uint32_t number) {
         others[at] = others.back();
         others.pop_back();
     }
-    tell(number, false, false);
+    tell(number, false);
     ended_.push_back(number);
     const bool stale = state.stale;
     state = {};
@@ -154,35 +153,32 @@ void PairMemory::sortOnce(std::vector<std::uint32_t>& pairs, const ObjectHandler
     sort(pairs, handler);
 }
 
-void PairMemory::sort(std::vector<std::uint32_t>& pairs, const ObjectHandler& handler) const {
+bool PairMemory::before(std::uint32_t x, std::uint32_t y, const ObjectHandler& handler) const {
     const auto ends = [&](std::uint32_t pair) {
         const PairState& state = states_[pair];
         return handler.before(state.a, state.b) ? std::pair(state.a, state.b) : std::pair(state.b, state.a);
     };
-    const auto before = [&](std::uint32_t x, std::uint32_t y) {
-        const auto [x1, x2] = ends(x);
-        const auto [y1, y2] = ends(y);
-        return x1 != y1 ? handler.before(x1, y1) : handler.before(x2, y2);
-    };
-    if (!std::is_sorted(pairs.begin(), pairs.end(), before)) std::sort(pairs.begin(), pairs.end(), before);
+    const auto [x1, x2] = ends(x);
+    const auto [y1, y2] = ends(y);
+    return x1 != y1 ? handler.before(x1, y1) : handler.before(x2, y2);
 }
 
-void PairMemory::tell(std::uint32_t pair, bool yes, bool news) {
-    list(pair, yes, told_, &PairState::inTold);
-    list(pair, yes && news, news_, &PairState::inNews);
+void PairMemory::sort(std::vector<std::uint32_t>& pairs, const ObjectHandler& handler) const {
+    const auto inOrder = [&](std::uint32_t x, std::uint32_t y) { return before(x, y, handler); };
+    if (!std::is_sorted(pairs.begin(), pairs.end(), inOrder)) std::sort(pairs.begin(), pairs.end(), inOrder);
 }
 
-void PairMemory::list(std::uint32_t pair, bool yes, std::vector<std::uint32_t>& in, std::uint32_t PairState::*place) {
-    std::uint32_t& at = states_[pair].*place;
+void PairMemory::tell(std::uint32_t pair, bool yes) {
+    std::uint32_t& at = states_[pair].inTold;
     if (yes == (at != PairState::kNowhere)) return;
     if (yes) {
-        at = static_cast<std::uint32_t>(in.size());
-        in.push_back(pair);
+        at = static_cast<std::uint32_t>(told_.size());
+        told_.push_back(pair);
         return;
     }
-    states_[in.back()].*place = at;
-    in[at] = in.back();
-    in.pop_back();
+    states_[told_.back()].inTold = at;
+    told_[at] = told_.back();
+    told_.pop_back();
     at = PairState::kNowhere;
 }
 

@@ -59,7 +59,7 @@ struct PairState {
     std::optional<FacePair> nearest;
     // Kept by PairMemory.
     std::uint32_t inA = 0, inB = 0;  ///< where it stands among the pairs of its parts
-    std::uint32_t inTold = kNowhere, inNews = kNowhere;
+    std::uint32_t inTold = kNowhere;
     bool loose = false;  ///< perhaps no pair any more
     bool stale = false;  ///< among what is to be looked at
 };
@@ -96,11 +96,11 @@ public:
     /// The same, and each once.
     void sortOnce(std::vector<std::uint32_t>& pairs, const ObjectHandler& handler) const;
 
-    /// Pairs that touch or are near; and those of them of which there is something to tell in every frame besides that
-    /// they touch.
-    void tell(std::uint32_t pair, bool yes, bool news);
+    /// Pairs that touch or are near.
+    void tell(std::uint32_t pair, bool yes);
     [[nodiscard]] std::span<const std::uint32_t> told() const { return told_; }
-    [[nodiscard]] std::span<const std::uint32_t> news() const { return news_; }
+    /// Whether one pair comes before another in the order of their parts in the document.
+    [[nodiscard]] bool before(std::uint32_t x, std::uint32_t y, const ObjectHandler& handler) const;
     /// Numbers that have ceased to be a pair since the last call, and may be another one; nothing: all of them.
     [[nodiscard]] std::optional<std::vector<std::uint32_t>> takeEnded();
 
@@ -109,12 +109,11 @@ private:
     void begin(const NeighbourPair& pair, const ObjectHandler& handler);
     void end(std::uint32_t pair);
     void dropLoose();
-    void list(std::uint32_t pair, bool yes, std::vector<std::uint32_t>& in, std::uint32_t PairState::*at);
     void makeStale(std::uint32_t pair);
     void name(PairState& state, const NeighbourPair& pair, const ObjectHandler& handler) const;
 
     std::vector<PairState> states_;
-    std::vector<std::uint32_t> free_, loose_, stale_, told_, news_, ended_;
+    std::vector<std::uint32_t> free_, loose_, stale_, told_, ended_;
     bool allEnded_ = false;
     std::vector<std::vector<std::uint32_t>> pairsOfPart_;
     std::size_t size_ = 0;

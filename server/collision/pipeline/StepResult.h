@@ -2,12 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/change/Value.h"
 #include "common/math/Pose.h"
 #include "common/math/Types.h"
+#include "server/collision/pipeline/LazyList.h"
 
 namespace tessera {
 
@@ -122,6 +125,57 @@ struct StepCounters {
     std::uint64_t unanswered = 0;       ///< questions whose patience ended in this step
 };
 
+/// What began, stays and ended. What began or ended is known without the others.
+template <typename Entry>
+class PhaseList : public LazyList<Entry> {
+public:
+    using LazyList<Entry>::LazyList;
+    PhaseList() = default;
+    PhaseList(std::shared_ptr<typename LazyList<Entry>::LateItems> late, std::vector<Entry> changes)
+        : LazyList<Entry>(std::move(late)), changes_(std::move(changes)) {}
+
+    /// In the order of the list.
+    [[nodiscard]] std::vector<Entry> changes() const {
+        if (changes_) return *changes_;
+        std::vector<Entry> out;
+        for (const Entry& entry : this->all())
+            if (entry.phase != Phase::kStays) out.push_back(entry);
+        return out;
+    }
+
+private:
+    std::optional<std::vector<Entry>> changes_;  // none: they are looked for
+};
+
+/// How many are near, and the least of their distances, are known without the list.
+class DistanceList : public PhaseList<PairDistance> {
+public:
+    struct Near {
+        std::size_t count = 0;  ///< listed, but for those that ended
+        double least = 0;       ///< of them
+    };
+
+    using PhaseList<PairDistance>::PhaseList;
+    DistanceList() = default;
+    DistanceList(std::shared_ptr<LateItems> late, std::vector<PairDistance> changes, const Near& near)
+        : PhaseList<PairDistance>(std::move(late), std::move(changes)), near_(near) {}
+
+    [[nodiscard]] Near near() const { return near_ ? *near_ : nearOf(all()); }
+    [[nodiscard]] static Near nearOf(const std::vector<PairDistance>& list) {
+        Near out;
+        for (const PairDistance& pair : list) {
+            if (pair.phase == Phase::kEnded) continue;
+            if (out.count++ == 0 || pair.distance < out.least) out.least = pair.distance;
+        }
+        return out;
+    }
+
+private:
+    std::optional<Near> near_;
+};
+
+/// The lists of contacts, events and distances are made when first asked for: until the next step begins, or the scene
+/// is told of, by the pipeline itself for those that somebody holds; CollisionPipeline::forgetLists lets go of them.
 struct StepResult {
     /// Ascending by transform, one for each wish that names a Transform, and one for each free body that moved: the values to
     /// commit. Committing a value equal to the present one is harmless.
@@ -132,9 +186,9 @@ struct StepResult {
     /// all (not finite, a zero or sign-changing scale, no such Transform) are here too.
     std::vector<ObjectId> stopped;
     /// What touches now, and what stopped a motion at its first touch. Ascending by (objectA, objectB, faceA, faceB).
-    std::vector<Contact> contacts;
-    std::vector<PairEvent> events;        ///< ascending by (interest, objectA, objectB)
-    std::vector<PairDistance> distances;  ///< ascending by (interest, objectA, objectB)
+    LazyList<Contact> contacts;
+    PhaseList<PairEvent> events;  ///< ascending by (interest, objectA, objectB)
+    DistanceList distances;       ///< ascending by (interest, objectA, objectB)
     std::vector<Question> questions;      ///< asked in this step
     /// Pairs of objects that touch now and did not in the last step, by any interest.
     std::uint64_t contactsBegun = 0;

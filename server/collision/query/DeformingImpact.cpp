@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "common/math/Box.h"
@@ -150,6 +151,7 @@ public:
     }
 
     Impact run() {
+        if (const std::optional<Impact> atStart = touchingAtStart()) return *atStart;
         push(a_.box(0), b_.box(0), {});
         while (!search_.empty()) {
             const Item item = search_.pop();
@@ -166,22 +168,115 @@ public:
 private:
     static constexpr std::uint32_t kDecided = 0xffffffffu;
 
+    /// What meets as it begins is found in the order of the whole search, but without following those faces that certainly
+    /// are apart then: most of those whose boxes meet. Nothing where none meets, or the whole search has to tell.
+    std::optional<Impact> touchingAtStart() {
+        constexpr std::uint64_t kPlenty = 1u << 22;
+        if (work_.boxTests + work_.triangleTests + kPlenty > work_.limit) return std::nullopt;
+        const QueryWork before = work_;
+        startOnly_ = true;
+        push(a_.box(0), b_.box(0), {});
+        std::optional<Impact> found;
+        while (!search_.empty() && !found) {
+            const Item item = search_.pop();
+            if (work_.boxTests + work_.triangleTests > before.boxTests + before.triangleTests + kPlenty / 2) break;
+            if (!item.faces) {
+                open(item);
+                continue;
+            }
+            const Triangle a = a_.start(item.a), b = b_.start(item.b);
+            ++work_.triangleTests;
+            if (trianglesIntersect(a, b)) {
+                found = impact(item);
+            } else if (nearestPoints(a, b).distance <= tolerance_ && hitsAtStart(item, 1)) {
+                // Whether that counts may depend on what else is known by then.
+                if (!hitsAtStart(item, std::numeric_limits<double>::denorm_min())) break;
+                found = impact(item);
+            }
+        }
+        startOnly_ = false;
+        search_ = {};
+        if (!found) work_ = before;
+        return found;
+    }
+
+    [[nodiscard]] bool hitsAtStart(const Item& item, double upTo) const {
+        return trianglesImpact(a_.start(item.a), a_.end(item.a), b_.start(item.b), b_.end(item.b),
+                               {.tolerance = tolerance_, .slack = slack_, .upTo = upTo, .mostSteps = 1u << 20})
+            .hit;
+    }
+
+    /// On which side of A, along a direction, B lies farther off than the tolerance and whatever rounding leaves open;
+    /// 0: on none.
+    [[nodiscard]] int sideAlong(const Vec3d& n, double wide, const Triangle& a, const Triangle& b) const {
+        const double a1 = n.dot(a[1] - a[0]), a2 = n.dot(a[2] - a[0]);
+        const double b0 = n.dot(b[0] - a[0]), b1 = n.dot(b[1] - a[0]), b2 = n.dot(b[2] - a[0]);
+        if (std::min({b0, b1, b2}) - std::max({0.0, a1, a2}) > wide) return 1;
+        return std::min({0.0, a1, a2}) - std::max({b0, b1, b2}) > wide ? -1 : 0;
+    }
+
+    /// A part of A lies on one side of the plane that a face of B is in as it begins, farther off than the tolerance, all
+    /// along (or only looked at then). So none of its faces ever hits that one.
+    [[nodiscard]] bool besidePlane(const MovingBox& part, std::uint32_t face) const {
+        const Triangle b = b_.start(face), end = startOnly_ ? b : b_.end(face);
+        const Vec3d n = (b[1] - b[0]).cross(b[2] - b[0]), size = n.cwiseAbs();
+        const double margin = (tolerance_ + 64 * slack_) * (1 + 1e-9) * n.norm();
+        const auto side = [&](const Box& box, const Triangle& t) {
+            const double middle = n.dot(0.5 * (box.lower + box.upper) - t[0]), half = 0.5 * size.dot(box.upper - box.lower) + margin;
+            const double p = n.dot(t[1] - t[0]), q = n.dot(t[2] - t[0]);
+            return middle - half > std::max({0.0, p, q}) ? 1 : middle + half < std::min({0.0, p, q}) ? -1 : 0;
+        };
+        const int before = side(part.start, b);
+        return before != 0 && (startOnly_ || side(part.end, end) == before);
+    }
+
+    /// Some direction that is square to a face or to two edges at the start shows the two apart then; `throughout`: to the
+    /// end too, for between two gaps along one direction that gap is never less than the smaller one.
+    [[nodiscard]] bool apart(const Item& item, bool throughout) const {
+        const Triangle a = a_.start(item.a), b = b_.start(item.b);
+        const Triangle aEnd = throughout ? a_.end(item.a) : a, bEnd = throughout ? b_.end(item.b) : b;
+        const double margin = (tolerance_ + 64 * slack_) * (1 + 1e-9);
+        const auto shows = [&](const Vec3d& n) {
+            const double wide = margin * n.norm();
+            const int side = sideAlong(n, wide, a, b);
+            return side != 0 && (!throughout || sideAlong(n, wide, aEnd, bEnd) == side);
+        };
+        const std::array<Vec3d, 3> alongA{a[1] - a[0], a[2] - a[1], a[0] - a[2]}, alongB{b[1] - b[0], b[2] - b[1], b[0] - b[2]};
+        if (shows(alongA[0].cross(alongA[1])) || shows(alongB[0].cross(alongB[1]))) return true;
+        for (const Vec3d& x : alongA)
+            for (const Vec3d& y : alongB)
+                if (shows(x.cross(y))) return true;
+        return false;
+    }
+
+    /// Nothing later than this is looked at.
+    [[nodiscard]] double latest() const { return startOnly_ ? 0 : std::min(1.0, earliest_); }
+
     void push(const MovingBox& a, const MovingBox& b, Item item) {
         item.t = freeUntil(a, b, 2 * slack_, item.t);
-        if (item.t <= std::min(1.0, earliest_)) search_.push(item);
+        if (item.t <= latest()) search_.push(item);
     }
 
     void open(const Item& item) {
         const ChildRef refA = a_.child(item.a), refB = b_.child(item.b);
         if ((refA & refB & kLeafBit) != 0) {
-            for (const std::uint32_t faceA : a_.faces(refA))
-                for (const std::uint32_t faceB : b_.faces(refB)) {
+            for (const std::uint32_t faceB : b_.faces(refB)) {
+                if (besidePlane(a_.box(item.a), faceB)) continue;
+                for (const std::uint32_t faceA : a_.faces(refA)) {
                     ++work_.triangleTests;
-                    push(a_.boxOf(faceA), b_.boxOf(faceB), {.t = item.t, .a = faceA, .b = faceB, .faces = true});
+                    Item pair{.t = item.t, .a = faceA, .b = faceB, .faces = true};
+                    pair.t = freeUntil(a_.boxOf(faceA), b_.boxOf(faceB), 2 * slack_, pair.t);
+                    // Those that are apart all along never hit.
+                    if (pair.t <= latest() && !apart(pair, !startOnly_)) search_.push(pair);
                 }
+            }
             return;
         }
         eachPart(item.a, item.b, [&](Slot slotA, Slot slotB) {
+            const ChildRef partB = b_.child(slotB);
+            if ((partB & kLeafBit) != 0 &&
+                std::ranges::all_of(b_.faces(partB), [&](std::uint32_t face) { return besidePlane(a_.box(slotA), face); }))
+                return;
             push(a_.box(slotA), b_.box(slotB), {.t = item.t, .a = slotA, .b = slotB, .depth = item.depth + 1});
         });
     }
@@ -273,6 +368,7 @@ private:
     const DeformingBody &a_, &b_;
     QueryWork& work_;
     double slack_ = 0, tolerance_ = 0;
+    bool startOnly_ = false;    ///< what is apart then is not looked at
     double earliest_ = kNever;  ///< of the pairs that have been decided
     ImpactSearch search_;
 };

@@ -27,7 +27,7 @@ TouchedPair TouchFront::firstTouching(const TriangleTree& a, const TriangleTree&
     }
     const touch::TreePair pair(a, b, a_T_b, options);
     Search search(pair, Search::For::kAny, work);
-    if (hint && hasNode(a.storage(), around_.a) && hasNode(b.storage(), around_.b)) {
+    if (hint && hasNode(pair.treeA.storage(), around_.a) && hasNode(pair.treeB.storage(), around_.b)) {
         search.walk(around_);
         search.finish();
     }

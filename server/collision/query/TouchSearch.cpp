@@ -3,31 +3,48 @@
 #include <algorithm>
 #include <bit>
 
-#include "common/base/Error.h"
 #include "server/collision/query/PairFrame.h"
 #include "server/collision/tree/Kernels.h"
 #include "server/collision/tree/TreeStorage.h"
 
 namespace tessera::touch {
 
+namespace {
+
+bool alike(const TriangleTree& a, const TriangleTree& b) {
+    return shapeOf(a.options().volume) == shapeOf(b.options().volume);
+}
+
+/// The smaller one, in the kind of the other.
+std::optional<TriangleTree> ofOneShape(const TriangleTree& a, const TriangleTree& b) {
+    if (alike(a, b)) return std::nullopt;
+    const bool smallerIsA = a.mesh().faceCount() <= b.mesh().faceCount();
+    const TriangleTree &smaller = smallerIsA ? a : b, &larger = smallerIsA ? b : a;
+    return TriangleTree(smaller.mesh(), {.volume = larger.options().volume, .split = smaller.options().split});
+}
+
+}  // namespace
+
 TreePair::TreePair(const TriangleTree& ta, const TriangleTree& tb, const Affine3d& a_from_b, const TouchOptions& options)
-    : meshA(ta.mesh()),
-      meshB(tb.mesh()),
+    : ofOneShape_(ofOneShape(ta, tb)),
+      treeA(ofOneShape_ && ta.mesh().faceCount() <= tb.mesh().faceCount() ? *ofOneShape_ : ta),
+      treeB(ofOneShape_ && &treeA == &ta ? *ofOneShape_ : tb),
+      meshA(treeA.mesh()),
+      meshB(treeB.mesh()),
       a_T_b(a_from_b),
-      a(ta.storage().view()),
-      b(tb.storage().view()),
+      a(treeA.storage().view()),
+      b(treeB.storage().view()),
       viewA(meshView(meshA)),
       viewB(meshView(meshB)),
-      frame(pairFrame(ta, tb, a_from_b, options.realignment)),
-      map(pairMap(ta, tb, a_from_b)),
+      frame(pairFrame(treeA, treeB, a_from_b, options.realignment)),
+      map(pairMap(treeA, treeB, a_from_b)),
       kernels(kernel::treeKernels(options.instructions)),
-      shape(static_cast<std::size_t>(shapeOf(ta.options().volume))),
+      shape(static_cast<std::size_t>(shapeOf(treeA.options().volume))),
       touch(kernels.touch[shape]),
       overlap_(kernels.overlap[shape]) {
-    TESSERA_CHECK(shapeOf(ta.options().volume) == shapeOf(tb.options().volume), "two trees of one kind");
     // A map that no float can hold has no look-ups either (pairFrame gives it a slack that lets everything pass).
     if (options.realignment == Realignment::kTable && b.profileRows != nullptr && frame.slack < 1e29f) {
-        lookups_ = profileLookups(ta, tb, a_from_b);
+        lookups_ = profileLookups(treeA, treeB, a_from_b);
         frame.lookups = &lookups_;
         touch = kernels.touchByTable[shape];
         overlap_ = kernels.overlapByTable[shape];

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "server/collision/query/TouchQuery.h"
@@ -10,8 +11,11 @@
 
 namespace tessera::touch {
 
-/// Two trees that are not empty, of one shape, in one pose. Read only; any number of threads.
+/// Two trees that are not empty, in one pose. Read only; any number of threads. Kernels compare volumes of one shape: of
+/// two shapes the smaller mesh is divided anew, in the kind of the other tree, which costs a build.
 class TreePair {
+    std::optional<TriangleTree> ofOneShape_;
+
 public:
     TreePair(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, const TouchOptions& options);
 
@@ -20,6 +24,7 @@ public:
 
     [[nodiscard]] bool rootsOverlap() const;
     [[nodiscard]] bool meets(FacePair pair) const;
+    const TriangleTree &treeA, &treeB;  ///< as they are compared
     const TriangleMesh &meshA, &meshB;
     const Affine3d& a_T_b;
     kernel::TreeView a, b;

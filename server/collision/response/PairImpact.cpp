@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "server/collision/mesh/TriangleContact.h"
+#include "server/collision/objects/ConservativeBox.h"
 #include "server/collision/query/DistanceQuery.h"
+#include "server/collision/query/FacesNear.h"
 #include "server/collision/query/TouchQuery.h"
 #include "server/collision/response/Chain.h"
 
@@ -142,7 +145,7 @@ private:
         std::vector<std::uint32_t> faces, indices;
         std::vector<double> otherStart;
         std::vector<Vec3d> otherEnd;
-        for (std::uint32_t face = 0; face < other.tree().mesh().faceCount(); ++face) {
+        for (const std::uint32_t face : facesThatMayMeet(other, other0, other1, swept)) {
             Triangle from = other.at(face, 0), to = other.at(face, 1);
             Box box;
             for (std::size_t i = 0; i < 3; ++i) {
@@ -166,6 +169,28 @@ private:
                                : timeOfImpact(near, otherEnd, base.tree(), baseEnd, work_, options);
         if (found.hit) (baseIsA ? found.faces.b : found.faces.a) = faces[baseIsA ? found.faces.b : found.faces.a];
         return told(found);
+    }
+
+    /// Ascending; all that lie in a box on their way, and others. The maps differ by a shift.
+    std::vector<std::uint32_t> facesThatMayMeet(const Surface& other, const Affine3d& other0, const Affine3d& other1,
+                                                const Box& swept) {
+        const TriangleTree& tree = other.tree();
+        const Affine3d back = other0.inverse();
+        std::vector<std::uint32_t> faces;
+        if (!other.deforms() && back.matrix().allFinite()) {
+            // Whoever is shifted into the box comes from the box shifted back.
+            const Vec3d shift = other1.translation() - other0.translation();
+            Box from = swept;
+            from.lower -= shift.cwiseMax(0);
+            from.upper -= shift.cwiseMin(0);
+            const double extent = std::max(radiusOf(tree.mesh().bounds(), other0), radiusOf(tree.mesh().bounds(), other1));
+            from.lower.array() -= 1e-12 * extent;
+            from.upper.array() += 1e-12 * extent;
+            if (facesNear(tree, boxAround(back, from), work_, faces)) return faces;
+        }
+        faces.resize(tree.mesh().faceCount());
+        std::iota(faces.begin(), faces.end(), 0U);
+        return faces;
     }
 
     /// The gap over a bound of all speeds is free of contact; so is what is left then, and so on.

@@ -73,12 +73,11 @@ answer::Contacts contactsOf(const StepResult& step, FrameNumber frame, std::uint
 
 answer::PairEvents eventsOf(const StepResult& step, FrameNumber frame, bool stays, std::size_t most) {
     answer::PairEvents told{.frame = frame, .events = {}, .leftOut = step.counters.eventsLeftOut};
-    const auto changes = static_cast<std::size_t>(std::ranges::count_if(step.events, isChange));
-    std::size_t changesLeft = std::min(changes, most);
-    std::size_t staysLeft = stays ? std::min(step.events.size() - changes, most - changesLeft) : 0;
+    const std::vector<PairEvent> changes = step.events.changes();
+    std::size_t changesLeft = std::min(changes.size(), most);
+    std::size_t staysLeft = stays ? std::min(step.events.size() - changes.size(), most - changesLeft) : 0;
     told.events.reserve(changesLeft + staysLeft);
-    for (const PairEvent& event : step.events) {
-        if (!isChange(event) && !stays) continue;
+    for (const PairEvent& event : stays ? step.events.all() : changes) {
         std::size_t& left = isChange(event) ? changesLeft : staysLeft;
         if (left == 0) {
             ++told.leftOut;
@@ -112,17 +111,13 @@ QuestionValue valueOf(const Question& q) {
 }
 
 FrameCollision numbersOf(const StepResult& step) {
+    const DistanceList::Near near = step.distances.near();
     FrameCollision numbers{.contacts = step.contacts.size() + step.counters.contactsLeftOut,
                            .begun = step.contactsBegun,
                            .ended = 0,
-                           .near = 0,
-                           .nearest = 0};
-    for (const PairEvent& event : step.events) numbers.ended += event.phase == Phase::kEnded;
-    for (const PairDistance& pair : step.distances) {
-        if (pair.phase == Phase::kEnded) continue;
-        if (numbers.near == 0 || pair.distance < numbers.nearest) numbers.nearest = pair.distance;
-        ++numbers.near;
-    }
+                           .near = near.count,
+                           .nearest = near.least};
+    for (const PairEvent& event : step.events.changes()) numbers.ended += event.phase == Phase::kEnded;
     return numbers;
 }
 

@@ -94,6 +94,8 @@ public:
     };
     void goOnFrom(Left left);
 
+    /// Nobody asks about the last step's lists any more (CollisionPipeline::forgetLists).
+    void forgetLists() { pipeline_.forgetLists(); }
     /// Motions and free bodies stand still in the first frame and advance by 1/60 s in each later one.
     [[nodiscard]] FrameResult step(bool firstFrame, std::vector<Edit> edits, std::span<const Reply> replies = {});
 

@@ -104,9 +104,9 @@ FrameDigest digestOf(const FrameResult& frame) {
     at(DigestPart::kAccepted) = partOf(accepted);
     at(DigestPart::kVelocities) = partOf(velocities);
     at(DigestPart::kStopped) = partOf(stopped);
-    at(DigestPart::kContacts) = partOf(contacts);
-    at(DigestPart::kEvents) = partOf(events);
-    at(DigestPart::kDistances) = partOf(distances);
+    at(DigestPart::kContacts) = partOf(contacts.all());
+    at(DigestPart::kEvents) = partOf(events.all());
+    at(DigestPart::kDistances) = partOf(distances.all());
     at(DigestPart::kQuestions) = partOf(questions);
     at(DigestPart::kNotLookedAt) = partOf(notLookedAt);
     at(DigestPart::kChanges) = {.count = frame.commit.list ? frame.commit.list->changeCount() : 0,

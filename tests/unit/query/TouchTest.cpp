@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/base/Workers.h"
+#include "server/collision/query/TouchFront.h"
 #include "server/collision/query/TouchQuery.h"
 #include "tests/unit/query/Bodies.h"
 
@@ -42,6 +43,30 @@ TEST(Touching, EveryVolumeAndSplitFindsWhatBruteForceFindsUnderEveryMap) {
                 expectTouching(ta, tb, m.map, truth, seedOf(seed) + ", " + kVolumeNames[static_cast<int>(volume)] + ", " + m.name);
                 expectTouching(ta, tb, m.map, truth, seedOf(seed) + ", box enclosure, " + m.name, Realignment::kBoxEnclosure);
             }
+        }
+    }
+}
+
+/// Whoever builds trees decides about their kinds one by one, and nobody keeps two of them from meeting.
+TEST(Touching, TreesOfTwoKindsFindWhatBruteForceFinds) {
+    Workers two(2);
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+        Random random(seed);
+        const TriangleMesh ma = bumpy(random, 6, 8), mb = seed == 1 ? bumpy(random, 5, 7) : bumpy(random, 7, 9);
+        for (const NamedMap& m : everyKindOfMap(random)) {
+            const std::vector<FacePair> truth = bruteForce(ma, mb, m.map);
+            for (const VolumeKind volumeA : kVolumes)
+                for (const VolumeKind volumeB : kVolumes) {
+                    const TriangleTree ta(ma, {volumeA}), tb(mb, {volumeB});
+                    const std::string story = seedOf(seed) + ", " + kVolumeNames[static_cast<int>(volumeA)] + " and " +
+                                              kVolumeNames[static_cast<int>(volumeB)] + ", " + m.name;
+                    expectTouching(ta, tb, m.map, truth, story);
+                    QueryWork work;
+                    EXPECT_EQ(allTouching(ta, tb, m.map, work, {.workers = &two}).pairs, truth) << story;
+                    TouchFront front;
+                    for (int again = 0; again < 2; ++again)
+                        EXPECT_EQ(front.anyTouching(ta, tb, m.map, work), truth.empty() ? Touch::kNo : Touch::kYes) << story;
+                }
         }
     }
 }
@@ -236,13 +261,6 @@ TEST(Touching, KDopsOfPlatesAreNotFooledByTurning) {
         EXPECT_EQ(anyTouching(ballInDops, dops, ball_T_stack, byDops), Touch::kNo);
     }
     EXPECT_LT(2 * (byDops.boxTests + byDops.triangleTests), 3 * (byBoxes.boxTests + byBoxes.triangleTests));
-}
-
-TEST(Touching, TreesOfDifferentKindsAreRefused) {
-    Random random(1);
-    const TriangleTree a(bumpy(random, 5, 6), {VolumeKind::kObb}), b(bumpy(random, 5, 6), {VolumeKind::kDop18});
-    QueryWork work;
-    EXPECT_DEATH((void)anyTouching(a, b, Affine3d::Identity(), work), "one kind");
 }
 
 }  // namespace

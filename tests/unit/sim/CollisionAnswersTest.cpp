@@ -111,9 +111,9 @@ TEST(CollisionAnswers, HostsAreToldTheNumbers) {
 TEST(CollisionAnswers, TheMostThatIsToldFitsIntoANotice) {
     const FrameNews::Limits limits;
     StepResult full;
-    full.contacts.resize(CollisionLimits().maxContacts);
-    full.events.resize(CollisionLimits().maxEvents);
-    full.distances.resize(CollisionLimits().maxEvents);
+    full.contacts = std::vector<Contact>(CollisionLimits().maxContacts);
+    full.events = std::vector<PairEvent>(CollisionLimits().maxEvents);
+    full.distances = std::vector<PairDistance>(CollisionLimits().maxEvents);
     EXPECT_TRUE(decodeNotice(encodeNotice(contactsOf(full, 0_frame, 0))));
     EXPECT_TRUE(decodeNotice(encodeNotice(eventsOf(full, 0_frame, true, limits.maxEventsTold))));
     EXPECT_TRUE(decodeNotice(encodeNotice(distancesOf(full, 0_frame, limits.maxDistancesTold))));

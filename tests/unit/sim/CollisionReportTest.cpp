@@ -123,8 +123,8 @@ TEST(CollisionReport, NamesByPathsAndWhatIsGoneByItsNumber) {
 
 TEST(CollisionReport, ListsAreBounded) {
     StepResult many;
-    many.contacts.assign(5000, {.objectA = kCrane, .objectB = kHall});
-    many.distances.resize(5000);
+    many.contacts = std::vector<Contact>(5000, {.objectA = kCrane, .objectB = kHall});
+    many.distances = std::vector<PairDistance>(5000);
     many.notLookedAt.resize(5000);
     CollisionReport report;
     report.frameDone(many);

@@ -321,7 +321,7 @@ TEST_F(ContactDisplayTest, ASceneThatIsFullHasNoDisplay) {
     ContactDisplay display;
     display.sceneChanged(full.scene(), nullptr);
     StepResult step;
-    step.contacts = {contact()};
+    step.contacts = std::vector<Contact>{contact()};
     const StateHash before = full.scene().stateHash();
     EXPECT_FALSE(display.commit(full, step));
     EXPECT_FALSE(display.commit(full, step));

@@ -1,0 +1,48 @@
+#include "server/collision/pipeline/EventNotes.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+ObjectId objectOf(const ObjectHandler& handler, std::uint32_t part) {
+    return handler.bodies()[handler.parts()[part].body].node;
+}
+
+bool tellsEvents(const InterestTerms& interest) {
+    return interest.mode == Interest::kPseudoDynamic || interest.mode == Interest::kDynamic;
+}
+
+}  // namespace
+
+void noteResting(EventBook& book, const ObjectHandler& handler, std::uint32_t number, const PairState& pair,
+                 const Relation& relation) {
+    const DistanceAnswer& known = pair.distance;
+    const ObjectId objectA = objectOf(handler, pair.a), objectB = objectOf(handler, pair.b);
+    std::vector<EventBook::Key> touching;
+    std::vector<PairDistance> near;
+    for (const std::uint32_t index : relation.interests) {
+        const InterestTerms& interest = handler.interests()[index];
+        if (pair.touch.touching && tellsEvents(interest)) touching.emplace_back(interest.core, objectA, objectB);
+        if (interest.mode == Interest::kDistance && known.complete && !known.farther &&
+            known.distance <= interest.threshold)
+            near.push_back({interest.core, objectA, objectB, Phase::kStays, known.distance, pair.nodeA, pair.nodeB,
+                            known.faces.a, known.faces.b, known.pointA, known.pointB});
+    }
+    book.rests(number, std::move(touching), std::move(near));
+}
+
+void appendEvents(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB, PairEvent when, Moment moment,
+                  std::vector<EventBook::Touching>& out) {
+    when.objectA = objectOf(handler, partA);
+    when.objectB = objectOf(handler, partB);
+    for (const std::uint32_t index : handler.relation(std::min(partA, partB), std::max(partA, partB)).interests) {
+        const InterestTerms& interest = handler.interests()[index];
+        if (moment == Moment::kAtEnd ? !tellsEvents(interest) : interest.mode != Interest::kDynamic) continue;
+        when.interest = interest.core;
+        out.push_back({when, moment == Moment::kAtEnd});
+    }
+}
+
+}  // namespace tessera
