@@ -13,9 +13,9 @@
 #include "server/collision/pipeline/Neighbourhood.h"
 #include "server/collision/pipeline/PairTasks.h"
 #include "server/collision/pipeline/QuestionBook.h"
+#include "server/collision/pipeline/Rollback.h"
 #include "server/collision/pipeline/StepLists.h"
 #include "server/collision/pipeline/StoppedContacts.h"
-#include "server/collision/response/PairImpact.h"
 #include "server/collision/response/Response.h"
 
 namespace tessera {
@@ -237,23 +237,23 @@ void CollisionPipeline::Impl::rollBack(Step& step) {
     double earliest = 1;
     bool blocked = false;
     std::vector<Touching> hits;
+    std::vector<RollbackPair> pairs;
     for (const std::uint32_t k : pairsCarried(step.movers)) {
-        PairState& pair = memory.states()[k];
-        const Relation relation = relationOf(pair);
-        if (relation.response != Interest::kRollback) continue;
-        const Part& a = part(pair.a);
-        const Part& b = part(pair.b);
+        const PairState& pair = memory.states()[k];
+        if (relationOf(pair).response != Interest::kRollback) continue;
         askAllFaces(k, step.work);
-        if (pair.touch.touching) continue;  // resting on each other or stuck: a stop's rules are for that
-        ++step.result.counters.pairsTested;
-        const double size = std::min(a.worldBox.size().norm(), b.worldBox.size().norm());
-        const Impact impact = firstContact(handler, pair.a, pair.b, lookup, limits.stopTolerance * size, step.work);
+        pairs.push_back({k, pair.a, pair.b, pair.touch.touching});
+    }
+    step.result.counters.pairsTested += pairs.size();
+    for (const auto& contact : firstRollbackContacts(handler, pairs, lookup, limits.stopTolerance, step.work)) {
+        const PairState& pair = memory.states()[contact.pair.state];
+        const Impact& impact = contact.impact;
         if (!impact.complete) notLookedAt(pair.nodeA, pair.nodeB, NotLookedAt::Reason::kWork, step);
         // Where the work was not enough nobody goes further than is known to be free, and nothing is told to touch.
         earliest = std::min(earliest, impact.t);
         blocked = blocked || impact.hit || !impact.complete;
-        if (impact.hit)
-            hits.push_back({pair.nodeA, pair.nodeB, pair.a, pair.b, {impact.faces}, 1, {}, {}, interestOf(relation), impact.t});
+        if (impact.hit && impact.support < 0)
+            hits.push_back({pair.nodeA, pair.nodeB, pair.a, pair.b, {impact.faces}, 1, {}, {}, interestOf(relationOf(pair)), impact.t});
     }
     if (!blocked) return;
     for (Touching& touching : hits)

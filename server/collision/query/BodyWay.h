@@ -46,6 +46,16 @@ public:
     }
     /// About which it turns, in the shared frame; of unit length.
     [[nodiscard]] const Vec3d& axis() const { return axis_; }
+    /// By how much, in all.
+    [[nodiscard]] double angle() const { return angle_; }
+    /// Of the origin, over the whole way.
+    [[nodiscard]] const Vec3d& shift() const { return shift_; }
+    /// How fast points within `reach` of the body's origin can go along a unit direction beside the origin, at most.
+    [[nodiscard]] double sweep(const Vec3d& n, double reach) const {
+        return (angle_ * stretch_ * n.cross(axis_).norm() + swelling_) * reach;
+    }
+    /// Translation alone.
+    [[nodiscard]] bool straight() const { return angle_ == 0 && swelling_ == 0; }
     /// No length is stretched by more over the whole way.
     [[nodiscard]] double stretch() const { return stretch_ * innerStretch_; }
     /// A bound of |(S M)'|.

@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "server/collision/mesh/ElementaryMotion.h"
 #include "server/collision/query/BodyWay.h"
 #include "server/collision/query/ImpactKernelTable.h"
 #include "server/collision/query/ImpactSearch.h"
+#include "server/collision/query/SupportSet.h"
 #include "server/collision/tree/TreeStorage.h"
 
 namespace tessera {
@@ -95,6 +97,8 @@ public:
         unit_ = size > 0 ? 1 / size : 1;
         margin_ = a.rounding() + b.rounding();
         tolerance_ = options.tolerance > 4 * margin_ ? options.tolerance : 4 * margin_;
+        start_ = {0, a.way.at(0), b.way.at(0)};
+        if (!options.supports.empty()) supports_.emplace(a.way, a.reach, b.way, b.reach, options.supports, margin_);
     }
 
     Impact run() {
@@ -155,13 +159,22 @@ private:
         const ChildRef refA = a_.view.children[item.a], refB = b_.view.children[item.b];
         if ((refA & refB & kLeafBit) != 0) {
             eachLeafPair(refA, refB, frame(), [&](float free, std::uint32_t a, std::uint32_t b) {
-                push(static_cast<double>(free), item.t, {.a = a, .b = b, .faces = true});
+                if (!leftOut({a, b})) push(static_cast<double>(free), item.t, {.a = a, .b = b, .faces = true});
             });
         } else {
             eachPart(item.a, item.b, frame(), [&](float free, Slot a, Slot b) {
+                if (supports_ && item.t + static_cast<double>(free) <= 1 && heldAsAWhole(a, b)) return;
                 push(static_cast<double>(free), item.t, {.a = a, .b = b, .depth = item.depth + 1});
             });
         }
+    }
+    [[nodiscard]] bool leftOut(const FacePair& faces) const {
+        return !options_.within.empty() && std::ranges::binary_search(options_.within, faces);
+    }
+    [[nodiscard]] bool heldAsAWhole(Slot a, Slot b) {
+        return supports_->holdsToTheEnd(
+            [&](const Vec3d& n) { return extentAlong(a_.storage, start_.a, a, n); },
+            [&](const Vec3d& n) { return extentAlong(b_.storage, start_.b, b, n); });
     }
 
     /// found(time free, slot of A, slot of B) for the children of the larger volume with the other.
@@ -201,71 +214,82 @@ private:
     }
 
     /// One step of conservative advancement of two faces, from the moment up to which they are free. True: they are
-    /// within the tolerance there.
-    bool touch(const Item& item) {
+    /// within the tolerance there, and nothing holds them.
+    bool touch(Item item) {
         moveTo(item.t);
         ++work_.triangleTests;
         const Triangle xa = a_.tree.mesh().triangle(item.a), xb = b_.tree.mesh().triangle(item.b);
-        Triangle a, b;
+        MovingPair pair;
         for (std::size_t i = 0; i < 3; ++i) {
-            a[i] = now_.a.place(xa[i]);
-            b[i] = now_.b.place(xb[i]);
+            pair.a[i] = now_.a.place(xa[i]);
+            pair.b[i] = now_.b.place(xb[i]);
+            pair.velocityA[i] = now_.a.velocity(xa[i]);
+            pair.velocityB[i] = now_.b.velocity(xb[i]);
+            pair.reachA = std::max(pair.reachA, a_.way.reachOf(xa[i]));
+            pair.reachB = std::max(pair.reachB, b_.way.reachOf(xb[i]));
         }
-        const NearestPoints near = nearestPoints(a, b);
+        if (item.depth != 0 && supports_->stays(pair, item.t, item.depth)) {
+            const double held = supports_->heldFor(pair, item.t, item.depth);
+            push(held, item.t, item);
+            return false;
+        }
+        const NearestPoints near = nearestPoints(pair.a, pair.b);
+        Vec3d apart = Vec3d::Zero();
         double free = 0;
         if (near.distance > 0) {
-            const Vec3d n = directionApart(a, b, near);
-            double gap = -2 * margin_, rate = -2 * margin_, reachA = 0, reachB = 0;
-            gap += lowest(n, b) + lowest(-n, a);
-            Triangle va, vb;
-            for (std::size_t i = 0; i < 3; ++i) {
-                va[i] = now_.a.velocity(xa[i]);
-                vb[i] = now_.b.velocity(xb[i]);
-                reachA = std::max(reachA, a_.way.reachOf(xa[i]));
-                reachB = std::max(reachB, b_.way.reachOf(xb[i]));
-            }
-            rate += lowest(n, vb) + lowest(-n, va);
-            const double bend = bendAlong(n, a_.way, reachA) + bendAlong(n, b_.way, reachB);
-            free = timeUntilZero(gap, rate, bend);
+            const Vec3d n = directionApart(pair.a, pair.b, near);
+            const double gap = lowest(n, pair.b) + lowest(-n, pair.a) - 2 * margin_;
+            // Nearer than that rounding would choose the direction.
+            if (gap > -1.75 * margin_) apart = n;
+            const double bend = bendAlong(n, a_.way, pair.reachA) + bendAlong(n, b_.way, pair.reachB);
+            free = pair.timeApart(n, 2 * margin_, bend);
         }
-        if (near.distance <= tolerance_) {
+        const bool passed = item.depth != 0 && supports_->behind(apart, item.t, item.depth);
+        // Corners and edges are apart, and yet no direction parts them: one goes through the other. Or they come
+        // together within less time than numbers tell, as they do who cross a galaxy in a frame.
+        const bool through = !(item.t + free > item.t);
+        if (near.distance <= tolerance_ || passed || through) {
             // Near, but parting or passing for good.
-            if (item.t + free > 1) return false;
-            return true;
+            if (item.t + free > 1 && !passed) return false;
+            if (!supports_) return true;
+            const auto start = [&] { return startOf(xa, xb); };
+            const std::uint32_t found = supports_->choose(pair, item.t, apart, item.depth, start);
+            if (found == 0) {
+                if (item.depth != 0) {
+                    expired_ = static_cast<int>(supports_->indexOf(item.depth));
+                    metAt_ = supports_->gotDeeperAfter(item.t, item.depth);
+                }
+                return true;
+            }
+            item.depth = found;
+            push(supports_->heldFor(pair, item.t, found), item.t, item);
+            return false;
         }
-        // Corners and edges are apart, and yet no direction parts them: one goes through the other. Or they come together within less
-        // time than numbers tell, as they do who cross a galaxy in a frame.
-        if (!(item.t + free > item.t)) return true;
+        item.depth = 0;
         push(free, item.t, item);
         return false;
     }
-
-    static double lowest(const Vec3d& n, const Triangle& t) {
-        return std::min({n.dot(t[0]), n.dot(t[1]), n.dot(t[2])});
-    }
-
-    static double bendAlong(const Vec3d& n, const BodyWay& way, double reach) {
-        return way.acceleration(reach) * (n.cross(way.axis()).norm() + 1e-15);
-    }
-
-    /// The first zero of gap + rate t - bend/2 t², rounded towards less.
-    static double timeUntilZero(double gap, double rate, double bend) {
-        if (!(gap > 0)) return 0;
-        const double root = std::sqrt(rate * rate + 2 * gap * bend);
-        const double t = 2 * gap * (1 - 1e-12) / (root - rate + 1e-13 * std::abs(rate) + 1e-300);
-        return t > 0 ? t : 0;
+    [[nodiscard]] std::pair<Triangle, Triangle> startOf(const Triangle& xa, const Triangle& xb) const {
+        std::pair<Triangle, Triangle> out;
+        for (std::size_t i = 0; i < 3; ++i) {
+            out.first[i] = start_.a.place(xa[i]);
+            out.second[i] = start_.b.place(xb[i]);
+        }
+        return out;
     }
 
     /// Where the faces that were reached first are; and the nearest of all, which may be others.
     Impact impact(const Item& item) {
-        moveTo(item.t);
+        const double t = std::min(item.t, metAt_);
+        moveTo(t);
         best_ = {};
         offer(item.a, item.b);
-        findNearest();
+        if (!supports_) findNearest();
         Impact out;
         out.hit = true;
-        out.t = item.t;
+        out.t = t;
         out.complete = !work_.exhausted();
+        out.support = expired_;
         out.distance = best_.near.distance;
         out.faces = best_.faces;
         const auto [a, b] = placed(best_.faces.a, best_.faces.b);
@@ -342,12 +366,15 @@ private:
     std::uint64_t steps_ = 0;
     double tolerance_ = 0, unit_ = 1, margin_ = 0;
     ImpactSearch search_;
+    std::optional<SupportSet> supports_;
+    int expired_ = -1;
+    double metAt_ = 1;
     struct Nearest {
         NearestPoints near{Vec3d::Zero(), Vec3d::Zero(), std::numeric_limits<double>::infinity()};
         FacePair faces;
     };
     Nearest best_;
-    Moment now_;
+    Moment now_, start_;
     bool framed_ = false;
     kernel::ImpactFrame frame_{};
 };

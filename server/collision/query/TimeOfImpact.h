@@ -31,6 +31,21 @@ struct BodyMotion {
     [[nodiscard]] Affine3d placeAt(double t) const { return at(t).matrix() * body_T_mesh; }
 };
 
+/// A direction in which two bodies rest on each other, as a shelf and what stands on it. A pair of faces that comes within
+/// the tolerance is held by it, instead of being a hit, where it overlaps along it by little (how far B would have to go
+/// along it to leave A behind); then that overlap is bounded at every moment of the way, by the same bounds on rates that
+/// keep faces apart. Where it would grow the pair is a hit.
+struct Support {
+    enum class Turns { kNo, kWithA, kWithB };
+
+    Vec3d normal = Vec3d::UnitZ();  ///< of unit length, in the shared frame at t = 0, from A to B
+    Turns turns = Turns::kNo;       ///< as that body turns
+    double overlap = 0;             ///< pairs that overlap by more are not held
+    double rounding = 0;            ///< by so much an overlap may grow
+    /// Holds only what goes straight and parts along it, at 60 degrees from it at most.
+    bool parting = false;
+};
+
 struct ImpactOptions {
     /// In units of the shared frame. Less than rounding can tell (about 1e-13 of the coordinates involved), zero, a
     /// negative number or none at all is taken for as near as rounding can tell.
@@ -38,6 +53,10 @@ struct ImpactOptions {
     /// Pairs of faces that are looked at, one by one, at one moment after the other; each costs what a hundred box tests cost. Where
     /// they are not enough (a face as long as a continent that turns by, a hair away), the answer is not complete. Rigid motions.
     std::uint64_t maxSteps = 100'000;
+    /// Rigid motions. Where there are any, a hit names the faces that met and looks for no nearer ones.
+    std::span<const Support> supports = {};
+    /// Pairs that are left out, ascending. Rigid motions.
+    std::span<const FacePair> within = {};
 };
 
 struct Impact {
@@ -50,6 +69,7 @@ struct Impact {
     FacePair faces;                ///< the nearest at t
     Vec3d point = Vec3d::Zero();   ///< in the shared frame at t
     Vec3d normal = Vec3d::Zero();  ///< of a hit: of unit length, from A to B
+    int support = -1;              ///< of a hit: held by this one up to t, where it would get deeper
     bool complete = true;          ///< false: the work was exhausted; t is as far as the way is known to be free
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace tessera {
 
@@ -15,16 +16,54 @@ struct Freedom {
     Impact contact = {};
 };
 
-/// A body that is apart stops half the tolerance of way before it touches: no point of it goes farther than its length
-/// says.
-Freedom untilTouch(const MotionTrial& trial, std::size_t obstacle, double limit) {
-    const Impact contact = trial.firstContact(obstacle, limit);
-    if (!contact.hit && contact.complete) return {limit, limit};
+/// A body stops half the tolerance of way before it touches: no point of it goes farther than its length says. What
+/// rests on something stops where it would get deeper.
+std::optional<Freedom> untilTouch(const MotionTrial& trial, std::size_t obstacle, double limit) {
+    const std::optional<Impact> found = trial.firstContact(obstacle, limit);
+    if (!found) return std::nullopt;
+    const Impact& contact = *found;
+    if (!contact.hit && contact.complete) return Freedom{limit, limit};
     // Known to be free up to there; what comes then is feared.
-    if (!contact.hit) return {contact.t, limit, 1};
+    if (!contact.hit) return Freedom{contact.t, limit, 1};
     const double length = trial.length(obstacle);
-    const double pause = length > 0 ? 0.5 * trial.tolerance(obstacle) / length : 0;
-    return {std::max(0.0, contact.t - pause), std::min(limit, contact.t + pause), 0, contact};
+    const double pause = contact.support < 0 && length > 0 ? 0.5 * trial.tolerance(obstacle) / length : 0;
+    return Freedom{std::max(0.0, contact.t - pause), std::min(limit, contact.t + pause), 0, contact};
+}
+
+/// Two hulls, one of them stuck in the other.
+bool stuckHulls(const MotionTrial& trial, std::size_t obstacle) {
+    if (!trial.bothHulls(obstacle) || trial.obstacles()[obstacle].touchingAtStart == 0) return false;
+    const auto overlap = trial.hullOverlap(obstacle, 0);
+    return !overlap || overlap->depth > trial.tolerance(obstacle);
+}
+
+/// A depth changes by no more than the two move against each other, so that none that matters is jumped.
+Freedom whileHullsNotDeeper(const MotionTrial& trial, std::size_t obstacle, double limit) {
+    const auto start = trial.hullOverlap(obstacle, 0);
+    if (!start) return {0, limit, 1};
+    const double length = trial.length(obstacle), last = std::min(limit, trial.boxesMeet(obstacle).last);
+    const double rounding = 1e-10 * trial.size(obstacle), most = start->depth + rounding;
+    double good = 0, depth = start->depth;
+    constexpr int kMostSteps = 10'000;
+    for (int step = 0; length > 0 && good < last; ++step) {
+        if (step == kMostSteps) return {good, limit, 1};
+        double bad = std::min(last, good + (most + trial.tolerance(obstacle) - depth) / length);
+        const auto overlap = trial.hullOverlap(obstacle, bad);
+        if (!overlap) return {good, limit, 1};
+        depth = overlap->depth;
+        if (depth <= most) {
+            good = bad;
+            continue;
+        }
+        constexpr int kHalvings = 20;
+        for (int k = 0; k < kHalvings; ++k) {
+            const double middle = 0.5 * (good + bad);
+            const auto there = trial.hullOverlap(obstacle, middle);
+            (!there || there->depth > most ? bad : good) = middle;
+        }
+        return {good, bad};
+    }
+    return {limit, limit};
 }
 
 /// What rests on something or is stuck in it: at a fraction, has it got deeper than it was?
@@ -32,29 +71,16 @@ class Touched {
 public:
     Touched(const MotionTrial& trial, std::size_t obstacle)
         : trial_(trial), obstacle_(obstacle), start_(trial.facesTouching(obstacle, 0)) {
-        // What a slide may add by rounding; a million frames of it stay below the stop tolerance.
-        const double rounding = 1e-10 * trial.size(obstacle);
-        known_ = start_.complete;
-        if (trial.bothHulls(obstacle)) {
-            const auto overlap = trial.hullOverlap(obstacle, 0);
-            known_ = known_ && overlap;
-            deepest_ = (overlap ? overlap->depth : 0) + rounding;
-            return;
-        }
         facing_ = trial.facing(obstacle, start_.pairs);
         const double depth = trial.depth(obstacle, start_.pairs, 0);
         resting_ = depth <= trial.tolerance(obstacle);
-        deepest_ = depth + rounding;
+        deepest_ = depth + 1e-10 * trial.size(obstacle);
     }
 
-    [[nodiscard]] bool known() const { return known_; }
+    [[nodiscard]] bool known() const { return start_.complete; }
     /// kUnknown where the work is used up.
     [[nodiscard]] Touch deeper(double fraction) const {
         const auto yes = [](bool answer) { return answer ? Touch::kYes : Touch::kNo; };
-        if (trial_.bothHulls(obstacle_)) {
-            const auto overlap = trial_.hullOverlap(obstacle_, fraction);
-            return overlap ? yes(overlap->depth > deepest_) : Touch::kUnknown;
-        }
         const FacePairs faces = trial_.facesTouching(obstacle_, fraction);
         if (!faces.complete) return Touch::kUnknown;
         if (!resting_) return yes(faces.pairs.size() > start_.pairs.size());
@@ -68,11 +94,12 @@ private:
     FacePairs start_;
     std::vector<FacePair> facing_;
     double deepest_ = 0;
-    bool resting_ = true, known_ = true;
+    bool resting_ = true;
 };
 
-/// Sampled: nothing that is jumped would be new, for the two touch already.
+/// Sampled, where a way is no one motion.
 Freedom whileNotDeeper(const MotionTrial& trial, std::size_t obstacle, double limit) {
+    if (trial.bothHulls(obstacle)) return whileHullsNotDeeper(trial, obstacle, limit);
     Freedom freedom{limit, limit};
     const Touched touched(trial, obstacle);
     if (!touched.known()) return {0, limit, 1};
@@ -119,7 +146,7 @@ double backToFree(const MotionTrial& trial, std::size_t obstacle, double fractio
     const MotionTrial::Span meet = trial.boxesMeet(obstacle);
     double step = length > 0 ? 1e-3 * trial.tolerance(obstacle) / length : 1;
     while (fraction > 0 && meet.holds(fraction)) {
-        const Touch touch = trial.touching(obstacle, fraction);
+        const Touch touch = trial.touchingAnew(obstacle, fraction);
         if (touch == Touch::kNo) break;
         undecided += touch == Touch::kUnknown;
         const double further = fraction - step, before = meet.first - 1e-9;
@@ -136,7 +163,8 @@ FreeWay freeWay(const MotionTrial& trial, double limit) {
     const std::size_t n = trial.obstacles().size();
     constexpr double kNotAsked = -1;
     struct Known {
-        double freeTo = kNotAsked;  ///< of what was apart: the way there is known to be free
+        double freeTo = kNotAsked;  ///< the way there is known to be free
+        bool byPoses = false;       ///< that cannot be told
         double settledAt = kNotAsked;
         Freedom freedom;
     };
@@ -151,12 +179,17 @@ FreeWay freeWay(const MotionTrial& trial, double limit) {
             Known& of = known[k];
             if (of.settledAt == way.reached || trial.boxesMeet(k).first > way.reached) continue;
             double reached = way.reached;
-            if (apart(trial, k)) {
-                if (of.freeTo == kNotAsked) {
-                    of.freedom = untilTouch(trial, k, way.reached);
+            if (of.freeTo == kNotAsked && !of.byPoses) {
+                const std::optional<Freedom> found =
+                    stuckHulls(trial, k) ? std::nullopt : untilTouch(trial, k, way.reached);
+                of.byPoses = !found;
+                if (found) {
+                    of.freedom = *found;
                     of.freeTo = of.freedom.reached;
                     way.undecided += of.freedom.undecided;
                 }
+            }
+            if (!of.byPoses) {
                 reached = backToFree(trial, k, std::min(way.reached, of.freeTo), way.undecided);
             } else {
                 of.freedom = whileNotDeeper(trial, k, way.reached);
@@ -187,8 +220,8 @@ FreeWay freeWay(const MotionTrial& trial, double limit) {
 bool mayEndAt(const MotionTrial& trial, double fraction) {
     for (std::size_t k = 0; k < trial.obstacles().size(); ++k) {
         if (!trial.boxesMeet(k).holds(fraction)) continue;
-        if (apart(trial, k) ? trial.touching(k, fraction) != Touch::kNo
-                            : whileNotDeeper(trial, k, fraction).reached < fraction)
+        if (stuckHulls(trial, k) ? whileHullsNotDeeper(trial, k, fraction).reached < fraction
+                                 : trial.touchingAnew(k, fraction) != Touch::kNo)
             return false;
     }
     return true;
@@ -197,10 +230,18 @@ bool mayEndAt(const MotionTrial& trial, double fraction) {
 std::vector<Hit> hitsOf(const MotionTrial& trial, const FreeWay& way) {
     std::vector<Hit> hits;
     for (std::size_t k = 0; k < trial.obstacles().size(); ++k) {
-        if (!apart(trial, k) || trial.boxesMeet(k).first > way.blockedAt) continue;
+        if (trial.boxesMeet(k).first > way.blockedAt) continue;
         double where = way.blockedAt;
-        std::vector<FacePair> faces = trial.facesTouching(k, where).pairs;
         const auto by = std::find(way.by.begin(), way.by.end(), k);
+        std::vector<FacePair> faces;
+        if (apart(trial, k) && !trial.rests(k)) {
+            faces = trial.facesTouching(k, where).pairs;
+        } else {
+            // What it rests on is touched where the motion ends.
+            if (by == way.by.end()) continue;
+            const Impact& contact = way.contacts[static_cast<std::size_t>(by - way.by.begin())];
+            if (!contact.hit || contact.support >= 0) continue;
+        }
         if (faces.empty() && by != way.by.end()) {
             // Met and left again within the last stretch.
             const Impact& contact = way.contacts[static_cast<std::size_t>(by - way.by.begin())];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "server/collision/convex/ConvexQuery.h"
 #include "server/collision/mesh/TriangleContact.h"
@@ -10,6 +11,7 @@
 #include "server/collision/query/DistanceQuery.h"
 #include "server/collision/response/PairTouch.h"
 #include "server/collision/response/PairImpact.h"
+#include "server/collision/response/RestingImpact.h"
 
 namespace tessera {
 
@@ -75,13 +77,15 @@ MotionTrial::MotionTrial(const ObjectHandler& handler, ObjectId transform, const
             pairs_.pop_back();
         }
     }
+    rests_.resize(obstacles_.size());
 }
 
 MotionTrial MotionTrial::leg(const Way& way) const {
     const auto touchingNow = [&](std::uint32_t partA, std::uint32_t partB) -> std::uint64_t {
         const auto known = std::find_if(obstacles_.begin(), obstacles_.end(),
                                         [&](const Obstacle& o) { return o.partA == partA && o.partB == partB; });
-        if (known == obstacles_.end() || known->touchingAtStart == 0) return 0;
+        if (known == obstacles_.end()) return 0;
+        if (known->touchingAtStart == 0 && !rests(static_cast<std::size_t>(known - obstacles_.begin()))) return 0;
         const auto pose = [&](const Traveller& t, std::uint32_t part) {
             return t.path.moves() ? t.path.world(localOf(way.start)) : handler_.parts()[part].world;
         };
@@ -190,15 +194,110 @@ FacePairs MotionTrial::facesTouching(std::size_t obstacle, double fraction) cons
     return surfaceFacesTouching({shapeA(obstacle).tree, worldA}, {shapeB(obstacle).tree, worldB}, work_);
 }
 
-Impact MotionTrial::firstContact(std::size_t obstacle, double upTo) const {
-    ++queries_;
+std::optional<Impact> MotionTrial::firstContact(std::size_t obstacle, double upTo) const {
+    const Obstacle& o = obstacles_[obstacle];
     const Way cut{way_.start, way_.at(upTo)};
     const auto wayOf = [&](ObjectId id) { return id == transform_ ? &cut : nullptr; };
     // Far less than the gap in which motions stop: what slides along at that gap must not be taken for touching.
-    Impact found = firstRigidContact(handler_, obstacles_[obstacle].partA, obstacles_[obstacle].partB, wayOf,
-                                     1e-6 * tolerance(obstacle), work_);
-    found.t *= upTo;
-    return found;
+    const double near = 1e-6 * tolerance(obstacle);
+    for (;;) {
+        ++queries_;
+        const std::vector<Support> supports = supportsOf(obstacle);
+        std::optional<Impact> found = firstNewContact(handler_, o.partA, o.partB, wayOf, near, ownRest(obstacle),
+                                                      supports, restTerms(obstacle), work_);
+        if (found && found->hit && found->support < 0 && addNearRests()) continue;
+        if (found) found->t *= upTo;
+        return found;
+    }
+}
+
+/// What is as near at the start as rounding can tell rests, too, though it does not touch. Asked once, when something is
+/// met. Says whether there is any.
+bool MotionTrial::addNearRests() const {
+    if (std::exchange(lookedNear_, true)) return false;
+    bool added = false;
+    for (std::size_t k = 0; k < obstacles_.size(); ++k) {
+        const double together = kTogether * tolerance(k);
+        if (obstacles_[k].touchingAtStart != 0 || !(pairs_[k].meet.first * length(k) <= together)) continue;
+        const Affine3d worldA = worldOfA(k, 0), worldB = worldOfB(k, 0), a_T_world = worldA.inverse();
+        if (!a_T_world.matrix().allFinite()) continue;
+        ++queries_;
+        DistanceOptions options;
+        options.upperBound = together * stretchOf(a_T_world.linear());
+        const Distance d =
+            distanceBetween(shapeA(k).tree, shapeB(k).tree, a_T_world * worldB, work_, options);
+        if (!d.complete || d.farther || gapOf(k, d.faces, 0) > together) continue;
+        const Obstacle& o = obstacles_[k];
+        added = addRest(ownRest(k), handler_.parts()[o.partA], worldA, handler_.parts()[o.partB], worldB,
+                        std::span(&d.faces, 1), restTerms(k)) ||
+                added;
+    }
+    return added;
+}
+
+Rest& MotionTrial::ownRest(std::size_t obstacle) const {
+    std::optional<Rest>& known = rests_[obstacle];
+    if (known) return *known;
+    known.emplace();
+    if (obstacles_[obstacle].touchingAtStart == 0) return *known;
+    const Obstacle& o = obstacles_[obstacle];
+    addRest(*known, handler_.parts()[o.partA], worldOfA(obstacle, 0), handler_.parts()[o.partB], worldOfB(obstacle, 0),
+            facesTouching(obstacle, 0).pairs, restTerms(obstacle));
+    if (pairs_[obstacle].bothHulls)
+        if (const std::optional<HullOverlap> overlap = hullOverlap(obstacle, 0);
+            overlap && overlap->depth <= tolerance(obstacle) && !overlap->normal.isZero())
+            known->supports.push_back(
+                {overlap->normal, Support::Turns::kNo, tolerance(obstacle), restTerms(obstacle).rounding});
+    return *known;
+}
+
+RestTerms MotionTrial::restTerms(std::size_t obstacle) const {
+    const bool turns = way_.start.rotation.coeffs() != way_.end.rotation.coeffs();
+    return restingTerms(tolerance(obstacle), length(obstacle), turns && pairs_[obstacle].a->path.moves(),
+                        turns && pairs_[obstacle].b->path.moves());
+}
+
+std::vector<Support> MotionTrial::supportsOf(std::size_t obstacle) const {
+    std::vector<Support> supports = ownRest(obstacle).supports;
+    const Pair& own = pairs_[obstacle];
+    if (own.a->path.moves() && own.b->path.moves()) return supports;
+    for (std::size_t k = 0; k < obstacles_.size(); ++k) {
+        const Pair& other = pairs_[k];
+        if (k == obstacle || ownRest(k).supports.empty()) continue;
+        if (other.a->path.moves() && other.b->path.moves()) continue;
+        const bool reversed = own.a->path.moves() != other.a->path.moves();
+        shareSupports(supports, ownRest(k).supports, reversed, tolerance(obstacle));
+    }
+    return supports;
+}
+
+bool MotionTrial::rests(std::size_t obstacle) const {
+    return !ownRest(obstacle).within.empty() || !supportsOf(obstacle).empty();
+}
+
+Touch MotionTrial::touchingAnew(std::size_t obstacle, double fraction) const {
+    if (!rests(obstacle)) return touching(obstacle, fraction);
+    const std::vector<Support> supports = supportsOf(obstacle);
+    const std::vector<FacePair>& within = ownRest(obstacle).within;
+    const FacePairs faces = facesTouching(obstacle, fraction);
+    if (!faces.complete) return Touch::kUnknown;
+    const auto turnOf = [&](const Affine3d& start, const Affine3d& now) {
+        return Mat3d(now.linear() * start.linear().inverse());
+    };
+    const Mat3d turnA = turnOf(worldOfA(obstacle, 0), worldOfA(obstacle, fraction)),
+                turnB = turnOf(worldOfB(obstacle, 0), worldOfB(obstacle, fraction));
+    Touch touch = Touch::kNo;
+    forFaces(obstacle, faces.pairs, fraction, [&](const FacePair& f, const Triangle& a, const Triangle& b) {
+        if (touch != Touch::kNo || std::ranges::binary_search(within, f)) return;
+        const bool held = std::ranges::any_of(supports, [&](const Support& support) {
+            const Vec3d n = support.turns == Support::Turns::kWithA   ? (turnA * support.normal).normalized()
+                            : support.turns == Support::Turns::kWithB ? (turnB * support.normal).normalized()
+                                                                      : support.normal;
+            return wayOut(a, b, n) <= support.overlap + 2 * support.rounding;
+        });
+        if (!held) touch = Touch::kYes;
+    });
+    return touch;
 }
 
 template <typename Visit>
@@ -268,6 +367,34 @@ MotionTrial::Nearest MotionTrial::nearest(std::size_t obstacle, double fraction)
     return out;
 }
 
+MotionTrial::Nearest MotionTrial::nearestOf(std::size_t obstacle, const FacePair& faces, double fraction) const {
+    Nearest out;
+    forFaces(obstacle, std::span(&faces, 1), fraction, [&](const FacePair&, const Triangle& a, const Triangle& b) {
+        const NearestPoints near = nearestPoints(a, b);
+        out = {near.onA, near.onB, a, b, trianglesIntersect(a, b) ? 0 : near.distance, true};
+    });
+    return out;
+}
+
+double MotionTrial::gapOf(std::size_t obstacle, const FacePair& faces, double fraction) const {
+    return nearestOf(obstacle, faces, fraction).distance;
+}
+
+Vec3d MotionTrial::wayOfMover(std::size_t obstacle, const Vec3d& normal) const {
+    return pairs_[obstacle].a->path.moves() ? Vec3d(-normal) : normal;
+}
+
+Vec3d MotionTrial::wayOutOf(std::size_t obstacle, const FacePair& faces, double fraction, const Vec3d& wanted) const {
+    const Nearest near = nearestOf(obstacle, faces, fraction);
+    Vec3d best = wayOfMover(obstacle, normalOf(near));
+    // The nearest points of an edge and the foot of a slope lie before each other as if it were a wall.
+    for (const Vec3d& normal : {outside(near.a), Vec3d(-outside(near.b))}) {
+        const Vec3d way = wayOfMover(obstacle, normal);
+        if (!normal.isZero(0) && wayOut(near.a, near.b, normal) <= 0 && way.dot(wanted) > best.dot(wanted)) best = way;
+    }
+    return best;
+}
+
 double MotionTrial::gap(std::size_t obstacle, double fraction) const {
     const Nearest near = nearest(obstacle, fraction);
     return near.known ? near.distance : 0;
@@ -279,17 +406,19 @@ std::optional<Mat3d> MotionTrial::frameAbove(std::size_t obstacle) const {
     return (pair.a->path.moves() ? pair.a : pair.b)->path.frameAbove();
 }
 
+Vec3d MotionTrial::normalOf(const Nearest& near) {
+    // Nearer than that rounding would choose the direction.
+    const bool clear =
+        near.distance > 1e-12 * std::max(near.onA.cwiseAbs().maxCoeff(), near.onB.cwiseAbs().maxCoeff());
+    return clear ? Vec3d((near.onB - near.onA) / near.distance) : contactOf(near.a, near.b).normal;
+}
+
 std::vector<Vec3d> MotionTrial::waysOut(std::size_t obstacle, double fraction) const {
     const double out = pairs_[obstacle].a->path.moves() ? -1 : 1;  // normals are from A to B
     std::vector<Vec3d> ways;
     if (obstacles_[obstacle].touchingAtStart == 0) {
         const Nearest near = nearest(obstacle, fraction);
-        if (!near.known) return ways;
-        // Nearer than that rounding would choose the direction.
-        const bool clear =
-            near.distance > 1e-12 * std::max(near.onA.cwiseAbs().maxCoeff(), near.onB.cwiseAbs().maxCoeff());
-        const Vec3d normal = clear ? Vec3d((near.onB - near.onA) / near.distance) : contactOf(near.a, near.b).normal;
-        ways.push_back(out * normal);
+        if (near.known) ways.push_back(out * normalOf(near));
         return ways;
     }
     if (pairs_[obstacle].bothHulls) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/collision/query/TimeOfImpact.h"
+#include "server/collision/response/Rest.h"
 #include "server/collision/response/Way.h"
 
 namespace tessera {
@@ -73,9 +74,15 @@ public:
     /// Solid: hulls that are within each other touch, too.
     [[nodiscard]] Touch touching(std::size_t obstacle, double fraction) const;
     [[nodiscard]] FacePairs facesTouching(std::size_t obstacle, double fraction) const;
-    /// Of a pair that is apart at the start: when it first touches on the way up to a fraction. Its t is a fraction of
-    /// the whole way; faces within a millionth of the tolerance count as touching.
-    [[nodiscard]] Impact firstContact(std::size_t obstacle, double upTo) const;
+    /// When faces first touch on the way up to a fraction that are apart at the start and do not lie flush with what rests
+    /// on something; or when what rests gets deeper (Impact::support >= 0). Its t is a fraction of the whole way; faces
+    /// within a millionth of the tolerance count as touching. Nothing where that cannot be told but by poses: a pair
+    /// that touches at the start on a way that is no one motion.
+    [[nodiscard]] std::optional<Impact> firstContact(std::size_t obstacle, double upTo) const;
+    /// Whether anything rests here or is stuck, before the motion begins.
+    [[nodiscard]] bool rests(std::size_t obstacle) const;
+    /// At a fraction: does nothing touch but what is flush with what it rests on, or was stuck from the start?
+    [[nodiscard]] Touch touchingAnew(std::size_t obstacle, double fraction) const;
 
     /// How deep the deepest of these faces meet at a fraction (see `penetration`), in world units.
     [[nodiscard]] double depth(std::size_t obstacle, std::span<const FacePair> faces, double fraction) const;
@@ -95,8 +102,15 @@ public:
     /// one of the nearest points) or touch (those of the faces that meet); of unit length, in the world. A's or B's
     /// way, whichever moves.
     [[nodiscard]] std::vector<Vec3d> waysOut(std::size_t obstacle, double fraction) const;
+    /// The same of two faces that are near each other: of the directions that part them the one that is least against
+    /// where the motion is wanted.
+    [[nodiscard]] Vec3d wayOutOf(std::size_t obstacle, const FacePair& faces, double fraction,
+                                 const Vec3d& wanted) const;
+    /// The moving part's way, from a direction that leads from A to B.
+    [[nodiscard]] Vec3d wayOfMover(std::size_t obstacle, const Vec3d& normal) const;
     /// How far the pair is apart, in world units (of the nearest points in A's frame).
     [[nodiscard]] double gap(std::size_t obstacle, double fraction) const;
+    [[nodiscard]] double gapOf(std::size_t obstacle, const FacePair& faces, double fraction) const;
     /// See PartOnTheWay; nothing where both parts move.
     [[nodiscard]] std::optional<Mat3d> frameAbove(std::size_t obstacle) const;
 
@@ -129,6 +143,13 @@ private:
     [[nodiscard]] Pair pairOf(const ObstaclePair& parts);
     [[nodiscard]] bool hullsOverlap(std::size_t obstacle, double fraction, Touch& touch) const;
     [[nodiscard]] bool withinHull(std::size_t obstacle) const;
+    [[nodiscard]] static Vec3d normalOf(const Nearest& near);
+    [[nodiscard]] Nearest nearestOf(std::size_t obstacle, const FacePair& faces, double fraction) const;
+    /// Of its own faces; and together with what others rest on whom the same motion carries.
+    bool addNearRests() const;
+    Rest& ownRest(std::size_t obstacle) const;
+    [[nodiscard]] std::vector<Support> supportsOf(std::size_t obstacle) const;
+    [[nodiscard]] RestTerms restTerms(std::size_t obstacle) const;
     [[nodiscard]] Nearest nearest(std::size_t obstacle, double fraction) const;
     [[nodiscard]] const CollisionShape& shapeA(std::size_t obstacle) const {
         return *handler_.parts()[obstacles_[obstacle].partA].shape;
@@ -147,6 +168,8 @@ private:
     std::unordered_map<std::uint32_t, std::unique_ptr<const Traveller>> travellers_;
     std::vector<Obstacle> obstacles_;
     std::vector<Pair> pairs_;
+    mutable std::vector<std::optional<Rest>> rests_;  ///< by obstacle, once asked for
+    mutable bool lookedNear_ = false;
     MotionLimits limits_;
     QueryWork& work_;
     std::uint64_t& queries_;

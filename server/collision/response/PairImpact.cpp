@@ -93,6 +93,16 @@ public:
         return advance();
     }
 
+    /// See firstContactBeside.
+    std::optional<Impact> runBeside(std::span<const Support> supports, std::span<const FacePair> within) {
+        if (!chains_.a.moves() && !chains_.b.moves()) return Impact{};
+        supports_ = supports;
+        within_ = within;
+        std::optional<Impact> found = asOneMotionEach();
+        if (found && found->support >= 0) found->normal = supports[static_cast<std::size_t>(found->support)].normal;
+        return found;
+    }
+
 private:
     static Impact unknownFrom(double t) {
         Impact out;
@@ -115,10 +125,26 @@ private:
             if (!frame.allFinite()) continue;
             const std::optional<BodyMotion> a = chains_.a.asOneMotion(frame), b = chains_.b.asOneMotion(frame);
             if (!a || !b) continue;
-            const ImpactOptions options{.tolerance = tolerance_ / stretchOf(turnsIn)};
+            const Mat3d world_T_frame = chains_.shared.at(0).linear() * turnsIn;
+            const std::vector<Support> supports = seenFrom(world_T_frame);
+            const ImpactOptions options{
+                .tolerance = tolerance_ / stretchOf(turnsIn), .supports = supports, .within = within_};
             return told(timeOfImpact(a_.tree(), *a, b_.tree(), *b, work_, options));
         }
         return std::nullopt;
+    }
+
+    /// A normal is a linear form, and what it says of a length is said in another unit.
+    [[nodiscard]] std::vector<Support> seenFrom(const Mat3d& world_T_frame) const {
+        std::vector<Support> out(supports_.begin(), supports_.end());
+        for (Support& support : out) {
+            const Vec3d form = world_T_frame.transpose() * support.normal;
+            const double unit = form.norm();
+            support.normal = form / unit;
+            support.overlap /= unit;
+            support.rounding /= unit;
+        }
+        return out;
     }
 
     /// Translations alone, so that in the mesh frame of one of them all vertices go straight.
@@ -232,6 +258,7 @@ private:
         if (!found.hit) return found;
         Impact out = hit(found.t, found.faces);
         out.complete = found.complete;
+        out.support = found.support;
         return out;
     }
 
@@ -264,6 +291,8 @@ private:
     Surface a_, b_;
     QueryWork& work_;
     double tolerance_;
+    std::span<const Support> supports_;
+    std::span<const FacePair> within_;
 };
 
 Impact search(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
@@ -282,6 +311,13 @@ Impact firstContact(const ObjectHandler& handler, std::uint32_t partA, std::uint
 Impact firstRigidContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB, const WayLookup& wayOf,
                          double tolerance, QueryWork& work) {
     return search(handler, partA, partB, {}, wayOf, tolerance, work);
+}
+
+std::optional<Impact> firstContactBeside(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
+                                         const WayLookup& wayOf, double tolerance, std::span<const Support> supports,
+                                         std::span<const FacePair> within, QueryWork& work) {
+    if (!handler.parts()[partA].solid() || !handler.parts()[partB].solid()) return Impact{};
+    return PairSearch(handler, partA, partB, {}, wayOf, tolerance, work).runBeside(supports, within);
 }
 
 }  // namespace tessera

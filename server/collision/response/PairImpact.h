@@ -1,6 +1,9 @@
 /// When do two parts first touch, while everything that moves is on its way?
 #pragma once
 
+#include <optional>
+#include <span>
+
 #include "server/collision/query/TimeOfImpact.h"
 #include "server/collision/response/Way.h"
 
@@ -21,6 +24,14 @@ namespace tessera {
 /// The same of the shapes as they are: nothing deforms.
 [[nodiscard]] Impact firstRigidContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
                                        const WayLookup& wayOf, double tolerance, QueryWork& work);
+
+/// The same of parts that rest on each other or are stuck in each other: `supports` (see Support; lengths and normals of
+/// the world as everything is at the start) hold what would touch, `within` is left out. Nothing where a chain is no one
+/// motion.
+[[nodiscard]] std::optional<Impact> firstContactBeside(const ObjectHandler& handler, std::uint32_t partA,
+                                                       std::uint32_t partB, const WayLookup& wayOf, double tolerance,
+                                                       std::span<const Support> supports,
+                                                       std::span<const FacePair> within, QueryWork& work);
 
 inline constexpr int kMostAdvances = 400;
 

@@ -55,7 +55,8 @@ private:
     /// Notes what stands in the way; false where it does not let slide.
     bool meet(const MotionTrial& trial, const FreeWay& way) {
         bool found = false;
-        for (const std::size_t k : way.by) {
+        for (std::size_t i = 0; i < way.by.size(); ++i) {
+            const std::size_t k = way.by[i];
             if (!trial.obstacles()[k].slide) return false;
             const std::optional<Mat3d> frame = trial.frameAbove(k);
             if (!frame) return false;
@@ -64,7 +65,7 @@ private:
                 local_T_world_ = frame->inverse();
                 known_ = true;
             }
-            for (const Vec3d& out : trial.waysOut(k, way.reached)) {
+            for (const Vec3d& out : waysOut(trial, k, way.contacts[i], way.reached, *frame)) {
                 // A translation that takes this part by d takes one under another parent elsewhere.
                 const Vec3d here = (local_T_world_.transpose() * (frame->transpose() * out)).normalized();
                 if (!here.allFinite() || waysOut_.size() >= kMostWays) continue;
@@ -78,6 +79,14 @@ private:
         return found;
     }
 
+    static std::vector<Vec3d> waysOut(const MotionTrial& trial, std::size_t obstacle, const Impact& contact,
+                                      double reached, const Mat3d& world_T_local) {
+        if (!contact.hit || !trial.rests(obstacle)) return trial.waysOut(obstacle, reached);
+        if (contact.support >= 0) return {trial.wayOfMover(obstacle, contact.normal)};
+        const Vec3d wanted = world_T_local * (trial.way().end.translation - trial.way().start.translation);
+        return {trial.wayOutOf(obstacle, contact.faces, reached, wanted.normalized())};
+    }
+
     /// Slides keep half the stop tolerance off what they met, so that they neither stick to it nor to the seams of its
     /// faces. A stop at a flat angle is nearer than that: back along the way; what is lost of it along the surface is
     /// not lost.
@@ -85,8 +94,11 @@ private:
         double back = way.reached;
         for (std::size_t i = 0; i < way.by.size(); ++i) {
             const std::size_t k = way.by[i];
-            if (!way.contacts[i].hit) continue;
-            const double wanted = 0.5 * trial.tolerance(k), gap = trial.gap(k, way.reached);
+            const Impact& contact = way.contacts[i];
+            if (!contact.hit || contact.support >= 0) continue;
+            const double wanted = 0.5 * trial.tolerance(k);
+            const double gap =
+                trial.rests(k) ? trial.gapOf(k, contact.faces, way.reached) : trial.gap(k, way.reached);
             const double rest = way.contacts[i].t - way.reached;
             // The gap closes evenly, but for turns: these are for mayEndAt.
             if (gap < wanted && gap > 0 && rest > 0) back = std::min(back, way.contacts[i].t - rest * wanted / gap);
