@@ -145,12 +145,11 @@ bool SupportSet::behind(const Vec3d& apart, double t, std::uint32_t ticket) cons
 std::uint32_t SupportSet::choose(const MovingPair& pair, double t, const Vec3d& apart, std::uint32_t before,
                                  const Start& start) {
     const bool meet = apart.isZero(0);
-    // Faces that meet have no side that could be told any more, but at the start and from who held them.
-    if (meet && t > 0 && before == 0) return 0;
     const Vec3d was = before ? directionAt(supports_[tickets_[before - 1].support], t).n : Vec3d(Vec3d::Zero());
     const auto flush = [&](const Support& support, const Vec3d& n, double overlap) {
         if (overlap > support.overlap || was.dot(n) < kBehind) return false;
-        if (before && overlap > support.rounding) return false;
+        // Faces that meet have no side that could be told any more, but at the start, or where they lie in a plane.
+        if ((before || (meet && t > 0)) && overlap > support.rounding) return false;
         if (meet || apart.dot(n) >= kBehind) return true;
         // Behind it: only what had been sunk in so far at the start.
         if (before) return false;

@@ -138,7 +138,8 @@ struct TouchingScene : TrialScene {
         double most = -1e300;
         for (const ObjectId id : movers) {
             const Affine3d world = worldTransform(aspect, id);
-            for (const Vec3d& p : meshOf(id).positions()) {
+            const TriangleMesh mesh = meshOf(id);
+            for (const Vec3d& p : mesh.positions()) {
                 const Vec3d own = turn.conjugate() * (world * p - origin);
                 most = std::max({most, std::abs(own.x()) - 4, std::abs(own.z()) - 4, -own.y()});
             }
