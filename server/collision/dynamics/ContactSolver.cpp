@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/collision/dynamics/Islands.h"
+
 namespace tessera::dynamics {
 
 namespace {
@@ -25,6 +27,26 @@ Softness softness(double hertz, double dampingRatio, double seconds) {
     return {omega / a1, a2 * a3, a3};
 }
 
+/// Of turning: how far (angular momentum over the least inertia, a bound on all that happens within a step) a step
+/// goes at most, how far it goes by plain iteration, and how often either is repeated.
+constexpr double kTurnStep = 0.25, kMostTurnSteps = 64, kStiff = 0.02;
+constexpr int kMostNewton = 8;
+
+/// Masses that differ by more than this: few passes do not tell the light one what lies on it.
+constexpr double kUnlike = 3, kPassesOfUnlike = 3, kMostPasses = 100;
+/// Slower than what gravity gives in so many frames: towers and heaps that come to rest.
+constexpr double kSlowFrames = 4;
+constexpr int kPassesOfSlow = 4;
+constexpr std::size_t kMostSlow = 200;  ///< bodies: large heaps are wide, and come to rest without
+/// Of the square of what gravity gives in a sub-step: what is corrected by less is good enough.
+constexpr double kEnough = 1e-4;
+
+Mat3d cross(const Vec3d& v) {
+    Mat3d out;
+    out << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return out;
+}
+
 Vec3d velocityAt(const SolverBody& body, const Vec3d& arm) {
     return body.velocity + body.spin.cross(arm);
 }
@@ -40,21 +62,33 @@ public:
 
     void solve() {
         for (SolverPoint& p : points_) prepare(p);
-        const double before = energy(false);
+        energies_.clear();
+        for (const std::uint32_t b : bodies_)
+            energies_.push_back(0.5 * product(all_[b], all_[b].velocity, all_[b].spin, all_[b].velocity, all_[b].spin));
+        passes_ = mostPasses();
+        if (passes_ > 1) {
+            last_.assign(points_.size(), Vec3d::Zero());
+            going_ = last_;
+        }
         for (int i = 0; i < step_.substeps; ++i) {
             for (const std::uint32_t b : bodies_) all_[b].velocity += seconds_ * step_.gravity;
             // Before any impulse of this sub-step: those of the neighbours would look like an approach.
             for (SolverPoint& p : points_)
                 if (p.most == 0) p.approach = p.normal.dot(relative(p));
             for (SolverPoint& p : points_) start(p);
-            pass(true, i * seconds_);
+            settle(true, i * seconds_);
             for (const std::uint32_t b : bodies_) {
                 all_[b].moved += seconds_ * all_[b].velocity;
                 turnBody(all_[b], seconds_);
             }
-            pass(false, (i + 1) * seconds_);
+            settle(false, (i + 1) * seconds_);
         }
-        bounce(before);
+        bounce();
+        for (const std::uint32_t b : bodies_) {
+            SolverBody& body = all_[b];
+            const Vec3d own = body.turned.conjugate() * Vec3d(body.inertia * body.spin);
+            body.spin = body.turned * Vec3d(body.inverseInertia * own);
+        }
     }
 
 private:
@@ -101,6 +135,73 @@ private:
         return time * velocityAt(body, arm);
     }
 
+    /// How often the points are gone through at most in one go: more where they are slow to agree.
+    [[nodiscard]] int mostPasses() {
+        double ratio = 1;
+        for (const SolverPoint& p : points_) {
+            const double a = all_[p.bodyA].inverseMass, b = all_[p.bodyB].inverseMass;
+            if (a > 0 && b > 0) ratio = std::max({ratio, a / b, b / a});
+        }
+        // As a share of what holds the light one, the spring under a heavy one would be too soft.
+        unlike_ = ratio > kUnlike;
+        if (unlike_) return static_cast<int>(std::min(kMostPasses, kPassesOfUnlike * std::sqrt(ratio)));
+        if (bodies_.size() > kMostSlow) return 1;
+        const double slow = kSlowFrames * step_.gravity.norm() * step_.seconds;
+        for (const std::uint32_t b : bodies_)
+            if (all_[b].velocity.squaredNorm() > slow * slow) return 1;
+        return kPassesOfSlow;
+    }
+
+    /// Passes until little changes. From the second on each is also carried on in the direction in which the passes
+    /// have been going, as conjugate gradients do (M. Silcowitz-Hansen, S. Niebe, K. Erleben, "A Nonsmooth Nonlinear
+    /// Conjugate Gradient Method for Interactive Contact Force Problems", 2010).
+    void settle(bool lift, double time) {
+        if (passes_ == 1) {
+            pass(lift, time);
+            return;
+        }
+        double before = 0;
+        const double enough = kEnough * step_.gravity.squaredNorm() * seconds_ * seconds_;
+        for (int k = 0; k < passes_; ++k) {
+            for (std::size_t i = 0; i < points_.size(); ++i) {
+                const SolverPoint& p = points_[i];
+                last_[i] = {p.impulse, p.rubbing[0], p.rubbing[1]};
+            }
+            pass(lift, time);
+            double square = 0, fastest = 0;
+            for (std::size_t i = 0; i < points_.size(); ++i) {
+                const SolverPoint& p = points_[i];
+                const double mass[3] = {p.mass, p.tangentMass[0], p.tangentMass[1]},
+                             now[3] = {p.impulse, p.rubbing[0], p.rubbing[1]};
+                for (int c = 0; c < 3; ++c) {
+                    last_[i][c] = now[c] - last_[i][c];
+                    if (!(mass[c] > 0)) continue;
+                    square += last_[i][c] * last_[i][c] / mass[c];
+                    fastest = std::max(fastest, std::abs(last_[i][c]) / mass[c]);
+                }
+            }
+            if (fastest * fastest <= enough || k + 1 == passes_) return;
+            const double share = k > 0 && before > 0 ? square / before : 2;
+            before = square;
+            for (std::size_t i = 0; i < points_.size(); ++i) {
+                if (k == 0 || share > 1) {
+                    going_[i] = last_[i];
+                    continue;
+                }
+                SolverPoint& p = points_[i];
+                const Vec3d by = share * going_[i];
+                going_[i] = by + last_[i];
+                const double change = std::max(p.impulse + by[0], 0.0) - p.impulse;
+                p.impulse += change;
+                apply(p, change, p.normal, p.angularA, p.angularB);
+                for (int c = 0; c < 2; ++c) {
+                    p.rubbing[c] += by[c + 1];
+                    apply(p, by[c + 1], p.tangent[c], p.tangentA[c], p.tangentB[c]);
+                }
+            }
+        }
+    }
+
     void pass(bool lift, double time) {
         for (SolverPoint& p : points_) {
             const Vec3d way = displacement(all_[p.bodyB], p.armB, time) - displacement(all_[p.bodyA], p.armA, time);
@@ -111,8 +212,10 @@ private:
             } else if (lift) {
                 const Softness& s = p.hard ? hard_ : soft_;
                 bias = std::max(s.biasRate * gap, -p.push);
-                massScale = s.massScale;
-                impulseScale = s.impulseScale;
+                if (!unlike_) {
+                    massScale = s.massScale;
+                    impulseScale = s.impulseScale;
+                }
             }
             const double speed = p.normal.dot(relative(p));
             const double change =
@@ -140,23 +243,16 @@ private:
         }
     }
 
-    /// Kinetic, as the frame begins or as it ends; inertia turns with the body.
-    [[nodiscard]] double energy(bool end) const {
-        double sum = 0;
-        for (const std::uint32_t b : bodies_)
-            sum += product(all_[b], all_[b].velocity, all_[b].spin, all_[b].velocity, all_[b].spin, end);
-        return 0.5 * sum;
-    }
-
-    /// Of momentum and motion: v · m w + s · I t.
+    /// Of momentum and motion: v · m w, and the like of two angular momenta I s and I t where the body has turned to.
     [[nodiscard]] static double product(const SolverBody& body, const Vec3d& v, const Vec3d& s, const Vec3d& w,
-                                        const Vec3d& t, bool end) {
-        const Mat3d turn = end ? Mat3d(body.turn + Mat3d::Identity()) : Mat3d(Mat3d::Identity());
-        return v.dot(w) / body.inverseMass + (turn.transpose() * s).dot(body.inertia * (turn.transpose() * t));
+                                        const Vec3d& t) {
+        const Quatd back = body.turned.conjugate();
+        return v.dot(w) / body.inverseMass +
+               (back * Vec3d(body.inertia * s)).dot(body.inverseInertia * (back * Vec3d(body.inertia * t)));
     }
 
     /// Newton's law, for what came fast and met: leaves with so much of the speed that it came with.
-    void bounce(double before) {
+    void bounce() {
         const auto bounces = [&](const SolverPoint& p) {
             return p.restitution > 0 && p.most > 0 && p.approach < -step_.bounceSpeed;
         };
@@ -173,37 +269,97 @@ private:
                 p.impulse += change;
                 apply(p, change, p.normal, p.angularA, p.angularB);
             }
+        limitEnergy(motions, bounces);
         // They part: nothing to start the next frame from.
         for (SolverPoint& p : points_)
             if (bounces(p)) p.impulse = p.rubbing[0] = p.rubbing[1] = 0;
-        limitEnergy(before, motions);
     }
 
     /// Newton's law for many points at once can give more than it took (D. Stewart, "Rigid-Body Dynamics with Friction
-    /// and Impact", 2000). Of what the bounce did, all bodies keep so much that there is no more energy than before;
-    /// that share changes no sum of momenta. Where something pushes from outside there is no such limit.
-    void limitEnergy(double before, const std::vector<std::pair<Vec3d, Vec3d>>& motions) {
-        for (const SolverPoint& p : points_)
-            for (const std::uint32_t b : {p.bodyA, p.bodyB})
-                if (all_[b].inverseMass == 0 && (!all_[b].velocity.isZero(0) || !all_[b].spin.isZero(0))) return;
-        double limit = before, linear = 0, square = 0, start = 0;
+    /// and Impact", 2000). Bodies that hang together by what bounced keep so much of the bounce that they have no more
+    /// energy than before it, or than they came with; others are not asked. That share changes no sum of momenta. Where
+    /// something pushes from outside there is no such limit.
+    template <typename Bounces>
+    void limitEnergy(const std::vector<std::pair<Vec3d, Vec3d>>& motions, const Bounces& bounces) {
+        // Points name bodies of the frame; here they go by their place in the island.
+        const auto placeOf = [&](std::uint32_t body) {
+            return static_cast<std::uint32_t>(std::lower_bound(bodies_.begin(), bodies_.end(), body) - bodies_.begin());
+        };
+        Islands groups(bodies_.size());
+        std::vector<bool> bounced(bodies_.size(), false), pushed(bodies_.size(), false);
+        for (const SolverPoint& p : points_) {
+            if (!bounces(p)) continue;
+            const bool freeA = all_[p.bodyA].inverseMass > 0, freeB = all_[p.bodyB].inverseMass > 0;
+            if (freeA && freeB) groups.join(placeOf(p.bodyA), placeOf(p.bodyB));
+            for (const std::uint32_t b : {p.bodyA, p.bodyB}) {
+                const SolverBody& body = all_[b];
+                if (body.inverseMass > 0)
+                    bounced[placeOf(b)] = true;
+                else if (!body.velocity.isZero(0) || !body.spin.isZero(0))
+                    pushed[placeOf(freeA ? p.bodyA : p.bodyB)] = true;
+            }
+        }
+        struct Sum {
+            double came = 0, start = 0, linear = 0, square = 0, share = 1;
+            bool pushed = false;
+
+            /// By what the bounce did, or a share of it.
+            [[nodiscard]] double gain() const { return share * (linear + share * square); }
+            void limit(double room) {
+                if (!(square > 0) || gain() <= room) return;
+                share =
+                    std::clamp((-linear + std::sqrt(linear * linear + 4 * square * room)) / (2 * square), 0.0, share);
+            }
+        };
+        std::vector<Sum> sums(bodies_.size());
         for (std::size_t i = 0; i < bodies_.size(); ++i) {
+            if (!bounced[i]) continue;
             const SolverBody& body = all_[bodies_[i]];
-            limit += step_.gravity.dot(body.moved) / body.inverseMass;
+            Sum& sum = sums[groups.find(static_cast<std::uint32_t>(i))];
             const auto& [v, s] = motions[i];
             const Vec3d dv = body.velocity - v, ds = body.spin - s;
-            start += 0.5 * product(body, v, s, v, s, true);
-            linear += product(body, v, s, dv, ds, true);
-            square += 0.5 * product(body, dv, ds, dv, ds, true);
+            sum.pushed = sum.pushed || pushed[i];
+            sum.came += energies_[i] + step_.gravity.dot(body.moved) / body.inverseMass;
+            sum.start += 0.5 * product(body, v, s, v, s);
+            sum.linear += product(body, v, s, dv, ds);
+            sum.square += 0.5 * product(body, dv, ds, dv, ds);
         }
-        if (start + linear + square <= limit || !(square > 0)) return;
-        const double room = limit - start;
-        const double share = room > 0 ? (-linear + std::sqrt(linear * linear + 4 * square * room)) / (2 * square) : 0;
+        for (Sum& sum : sums) {
+            const double room = std::max(sum.came - sum.start, 0.0);
+            if (!sum.pushed) sum.limit(room);
+        }
+        // What they lost to others in this frame they must not have twice: where all together have gained, those who
+        // gained give it back.
+        double excess = 0, gained = 0;
         for (std::size_t i = 0; i < bodies_.size(); ++i) {
+            const SolverBody& body = all_[bodies_[i]];
+            const auto& [v, s] = motions[i];
+            excess += 0.5 * product(body, v, s, v, s) - energies_[i] - step_.gravity.dot(body.moved) / body.inverseMass;
+        }
+        for (const Sum& sum : sums) {
+            excess += sum.gain();
+            gained += std::max(sum.gain(), 0.0);
+        }
+        if (excess > 0 && gained > 0 && !pushedFromOutside())
+            for (Sum& sum : sums)
+                if (sum.gain() > 0) sum.limit(sum.gain() * std::max(0.0, 1 - excess / gained));
+        for (std::size_t i = 0; i < bodies_.size(); ++i) {
+            if (!bounced[i]) continue;
+            const double share = sums[groups.find(static_cast<std::uint32_t>(i))].share;
+            if (share >= 1) continue;
             SolverBody& body = all_[bodies_[i]];
             body.velocity = motions[i].first + share * (body.velocity - motions[i].first);
             body.spin = motions[i].second + share * (body.spin - motions[i].second);
         }
+    }
+
+    [[nodiscard]] bool pushedFromOutside() const {
+        return std::any_of(points_.begin(), points_.end(), [&](const SolverPoint& p) {
+            const auto moves = [&](const SolverBody& b) {
+                return b.inverseMass == 0 && (!b.velocity.isZero(0) || !b.spin.isZero(0));
+            };
+            return moves(all_[p.bodyA]) || moves(all_[p.bodyB]);
+        });
     }
 
     std::span<SolverBody> all_;
@@ -212,6 +368,10 @@ private:
     const SolverStep& step_;
     double seconds_;
     Softness soft_, hard_;
+    std::vector<double> energies_;  ///< per body, as the frame begins
+    int passes_ = 1;
+    bool unlike_ = false;
+    std::vector<Vec3d> last_, going_;  ///< per point: along the normal and the tangents
 };
 
 }  // namespace
@@ -224,15 +384,34 @@ void setNormal(SolverPoint& point, const Vec3d& n) {
 }
 
 void turnBody(SolverBody& body, double seconds) {
-    // Of unit length, and turned by the angle to the fifth order: no library's sine, whose last digit depends on the
-    // processor.
-    const Vec3d half = 0.5 * seconds * body.spin;
-    const double square = half.squaredNorm();
-    if (square == 0) return;
-    const double tangent = square < 0.25 ? 1 + square * (1.0 / 3 + square * (2.0 / 15 + square * (17.0 / 315))) : 1;
-    const Vec3d axis = tangent * half;
-    body.turned = Quatd(1, axis.x(), axis.y(), axis.z()) * body.turned;
-    body.turned.normalize();
+    if (body.spin.isZero(0)) return;
+    const Vec3d momentum = body.inertia * body.spin;
+    // In body axes; as the frame begins they are the world's.
+    const double stiff = seconds * momentum.norm() * body.inverseInertia.norm();
+    const int steps = static_cast<int>(std::clamp(std::ceil(stiff / kTurnStep), 1.0, kMostTurnSteps));
+    for (int i = 0; i < steps; ++i) {
+        const Vec3d start = body.turned.conjugate() * momentum, spin = body.inverseInertia * start;
+        // A longer step of the rational map turns by the angle itself, not by twice the arc of half its tangent.
+        const double square = 0.25 * seconds * seconds / (steps * steps) * spin.squaredNorm();
+        const double half = 0.5 * seconds / steps *
+                            (square < 0.25 ? 1 + square * (1.0 / 3 + square * (2.0 / 15 + square * (17.0 / 315))) : 1);
+        Vec3d middle = start, middleSpin = spin;
+        for (int k = 0; k < kMostNewton; ++k) {
+            const Vec3d off = middle - start - half * middle.cross(middleSpin);
+            if (!(off.squaredNorm() > 1e-33 * start.squaredNorm())) break;
+            if (stiff < kStiff * steps) {
+                middle -= off;
+            } else {
+                const Mat3d slope =
+                    Mat3d::Identity() - half * (cross(middle) * body.inverseInertia - cross(middleSpin));
+                middle -= slope.inverse() * off;
+            }
+            middleSpin = body.inverseInertia * middle;
+        }
+        const Vec3d axis = half * middleSpin;
+        body.turned = body.turned * Quatd(1, axis.x(), axis.y(), axis.z());
+        body.turned.normalize();
+    }
     body.turn = body.turned.toRotationMatrix() - Mat3d::Identity();
 }
 

@@ -13,6 +13,8 @@
 
 namespace tessera::dynamics {
 
+/// While it is solved, the spin is that of a body as it stands when the frame begins: inertia times it is the angular
+/// momentum, whatever way it has turned meanwhile. At the end it is that of where it then is.
 struct SolverBody {
     Vec3d velocity = Vec3d::Zero(), spin = Vec3d::Zero();
     double inverseMass = 0;                ///< 0: goes as its velocity says
@@ -54,7 +56,10 @@ void solveIsland(std::span<SolverBody> all, std::span<const std::uint32_t> bodie
 /// And two tangents, made from it alone.
 void setNormal(SolverPoint& point, const Vec3d& normal);
 
-/// Adds a rotation by spin · seconds.
+/// Turns freely for a while: implicit midpoint rule in the body's frame, rotation by Cayley's map. The angular momentum
+/// in the world stays by construction, and so does the energy, whatever the step (M. Austin, P. S. Krishnaprasad, L.-S.
+/// Wang, "Almost Poisson Integration of Rigid Body Systems", 1993; D. Lewis, J. C. Simo, "Conserving Algorithms for the
+/// Dynamics of Hamiltonian Systems on Lie Groups", 1994).
 void turnBody(SolverBody& body, double seconds);
 
 }  // namespace tessera::dynamics

@@ -31,7 +31,7 @@ public:
                 std::vector<ContactPoint>& out)
         : solid_(solid), surface_(surface), query_(query), scratch_(scratch), out_(out) {}
 
-    void find(std::uint32_t face, double& clear) {
+    void find(std::uint32_t face, double& clear, double& nearest) {
         face_ = face;
         for (unsigned i = 0; i < 3; ++i) t_[i] = surface_.world * surface_.mesh->corner(face_, i);
         const Vec3d area = (t_[1] - t_[0]).cross(t_[2] - t_[0]);
@@ -51,6 +51,7 @@ public:
         if (besideReach(std::abs(height), length > 1e-3 * longest, clear)) return;
         offset_ = normal_.dot(t_[0]);
         if (!findAxis()) return;
+        nearest = std::min(nearest, kind_ == Kind::kFace ? faceGap_ : gap_);
         if (kind_ == Kind::kFace)
             touchFace(faceGap_);
         else
@@ -309,11 +310,12 @@ private:
 }  // namespace
 
 void contactsWithFaces(const PlacedSolid& solid, const PlacedSurface& surface, std::span<const std::uint32_t> faces,
-                       const FaceQuery& query, ClipScratch& scratch, double& clear, std::vector<ContactPoint>& out) {
+                       const FaceQuery& query, ClipScratch& scratch, double& clear, double& nearest,
+                       std::vector<ContactPoint>& out) {
     if (solid.sides.empty()) return;
     const std::size_t first = out.size();
     FaceContact contact(solid, surface, query, scratch, out);
-    for (const std::uint32_t face : faces) contact.find(face, clear);
+    for (const std::uint32_t face : faces) contact.find(face, clear, nearest);
     reduceContacts(out, first, query.near);
 }
 

@@ -167,12 +167,13 @@ void NarrowPhase::look(FrameEncounter& e, EncounterBatch& batch, QueryWork& work
         if ((placedB.centre - placedA.centre).squaredNorm() > apart * apart) {
             ++work.boxTests;
             e.known = true;
+            e.parted = {margin, Vec3d::Zero()};
             return;
         }
         const SolidPart solidA{&solids_[e.partA], a.given->hull, &a.given->world},
             solidB{&solids_[e.partB], b.given->hull, &b.given->world};
         e.known = contactsOfSolids(solidA, solidB, {margin, fine, kNear * size, approach(e.partA, e.partB)}, e.memory,
-                                   batch.scratch, work, batch.points);
+                                   batch.scratch, work, batch.points, e.parted);
     } else if (a.surface->solid) {
         e.known = solidWithFaces(e.partA, e.partB, e, margin, slack, fine, batch, work);
     } else if (b.surface->solid) {
@@ -180,6 +181,7 @@ void NarrowPhase::look(FrameEncounter& e, EncounterBatch& batch, QueryWork& work
     } else {
         const SurfacePart surfaceA{a.given->tree, a.surface->topology.get(), a.given->world, bodyA.mass.centre};
         const SurfacePart surfaceB{b.given->tree, b.surface->topology.get(), b.given->world, bodyB.mass.centre};
+        e.slack = e.nearest = margin;
         e.known = contactsOfSurfaces(surfaceA, surfaceB, {margin, kNear * size, kDeepest * size, bodyB.free}, work,
                                      batch.points);
     }
@@ -194,6 +196,7 @@ bool NarrowPhase::solidWithFaces(std::uint32_t solidPart, std::uint32_t facePart
     FaceQuery query;
     query.margin = margin;
     query.slack = slack;
+    e.slack = e.nearest = std::min(margin, slack);
     query.fine = fine;
     query.near = kNear * std::min(frame_->bodies[with.body].size, frame_->bodies[of.body].size);
     query.approach = approach(facePart, solidPart);
@@ -209,7 +212,7 @@ bool NarrowPhase::solidWithFaces(std::uint32_t solidPart, std::uint32_t facePart
         return false;
     e.clear = std::min((solid.centre - box.lower).minCoeff(), (box.upper - solid.centre).minCoeff());
     const PlacedSurface surface{&of.given->tree->mesh(), of.surface->topology.get(), of.given->world};
-    contactsWithFaces(solid, surface, batch.faces, query, batch.scratch, e.clear, batch.points);
+    contactsWithFaces(solid, surface, batch.faces, query, batch.scratch, e.clear, e.nearest, batch.points);
     return true;
 }
 

@@ -105,7 +105,8 @@ RigidFrame RigidBodyStage::advance(std::span<const RigidBody> bodies, std::span<
     out.fetched = s.fetched;
     out.motions.resize(bodies.size() + out.fetched.size());
     s.makePoints();
-    s.solve();
+    s.solve(nullptr);
+    s.goSafely();
     s.finish(out);
     s.remember();
     s.sleep(out);
@@ -119,13 +120,16 @@ RigidFrame RigidBodyStage::advance(std::span<const RigidBody> bodies, std::span<
 void RigidBodyStage::State::fetch(std::span<const SleepingGroup> groups) {
     if (source == nullptr) return;
     std::vector<FrameBodies::Fetched> some;
-    std::vector<std::uint64_t> ids, supports;
+    std::vector<std::uint64_t> ids, supports, mayHaveStopped;
     for (const SleepingGroup& group : groups) {
         ids.insert(ids.end(), group.bodies.begin(), group.bodies.end());
         for (const SleepingGroup::Pair& pair : group.pairs) {
             // Of a body without mass the part is a support.
             if (pair.bodyA != 0) ids.push_back(pair.bodyA);
             if (pair.bodyB != 0) ids.push_back(pair.bodyB);
+            // What was free may have lost its mass since.
+            if (pair.bodyA != 0) mayHaveStopped.push_back(pair.partA);
+            if (pair.bodyB != 0) mayHaveStopped.push_back(pair.partB);
         }
         supports.insert(supports.end(), group.supports.begin(), group.supports.end());
     }
@@ -146,6 +150,12 @@ void RigidBodyStage::State::fetch(std::span<const SleepingGroup> groups) {
         FrameBodies::Fetched one;
         if (frame.findBody(id) == kNobody && source->body(id, one.body, one.parts)) add(std::move(one));
     }
+    std::unordered_set<std::uint64_t> comingParts;
+    for (const FrameBodies::Fetched& one : some)
+        for (const RigidPart& part : one.parts) comingParts.insert(part.id);
+    for (const std::uint64_t part : mayHaveStopped)
+        if (frame.findPart(part) == kNobody && !comingParts.contains(part)) supports.push_back(part);
+    sortOnce(supports);
     for (const std::uint64_t part : supports) {
         FrameBodies::Fetched one;
         if (frame.findPart(part) == kNobody && source->support(part, one.body, one.parts)) add(std::move(one));
@@ -312,33 +322,42 @@ void RigidBodyStage::State::makePoints() {
         const std::span<const PointMemory> old = remembered(e);
         const double size = std::min(a.size, b.size), slop = narrow.slopOf(a, b);
         const double scale = lastSeconds > 0 ? seconds / lastSeconds : 0;
+        const SolverPoint common = pointFor(e);
         for (const ContactPoint& from : narrow.pointsOf(e)) {
-            SolverPoint p;
-            p.bodyA = rankA;
-            p.bodyB = rankB;
+            SolverPoint& p = points.emplace_back(common);
             setNormal(p, from.normal);
             p.armA = from.position - a.mass.centre;
             p.armB = from.position - b.mass.centre;
             p.gap = from.gap + slop;
-            p.hard = solver[rankA].inverseMass == 0 || solver[rankB].inverseMass == 0;
-            p.push = kPushSizes * size;
-            if (e.law == ContactLaw::kBounce) {
-                p.friction = std::sqrt(a.friction * b.friction);
-                p.restitution = std::max(a.restitution, b.restitution);
-            } else if (e.law == ContactLaw::kStick) {
-                p.friction = kStickFriction;
-            }
             if (const PointMemory* known = recall(old, from.position, from.normal, kSameContact * size)) {
                 p.impulse = scale * known->impulse;
                 for (int k = 0; k < 2; ++k) p.rubbing[k] = scale * known->rubbing.dot(p.tangent[k]);
             }
-            points.push_back(p);
             pointEncounter.push_back(i);
         }
     }
+    unsolved = solver;
+    unsolvedPoints = points;
 }
 
-void RigidBodyStage::State::solve() {
+/// What all points of an encounter have in common.
+SolverPoint RigidBodyStage::State::pointFor(const FrameEncounter& e) const {
+    SolverPoint p;
+    p.bodyA = frame.parts[e.partA].body;
+    p.bodyB = frame.parts[e.partB].body;
+    const FrameBody &a = frame.bodies[p.bodyA], &b = frame.bodies[p.bodyB];
+    p.hard = solver[p.bodyA].inverseMass == 0 || solver[p.bodyB].inverseMass == 0;
+    p.push = kPushSizes * std::min(a.size, b.size);
+    if (e.law == ContactLaw::kBounce) {
+        p.friction = std::sqrt(a.friction * b.friction);
+        p.restitution = std::max(a.restitution, b.restitution);
+    } else if (e.law == ContactLaw::kStick) {
+        p.friction = kStickFriction;
+    }
+    return p;
+}
+
+std::vector<bool> RigidBodyStage::State::solve(const std::vector<bool>* touched) {
     Islands islands(solver.size());
     for (const SolverPoint& p : points)
         if (solver[p.bodyA].inverseMass > 0 && solver[p.bodyB].inverseMass > 0) islands.join(p.bodyA, p.bodyB);
@@ -365,6 +384,14 @@ void RigidBodyStage::State::solve() {
         firstBody[i + 1] += firstBody[i];
         firstPoint[i + 1] += firstPoint[i];
     }
+    std::vector<bool> again(islandCount, touched == nullptr), changed(count, false);
+    for (std::uint32_t i = 0; i < count; ++i)
+        if (touched != nullptr && (*touched)[i]) again[island[i]] = true;
+    for (std::uint32_t i = 0; i < count; ++i)
+        if (island[i] != kNobody && again[island[i]]) {
+            changed[i] = true;
+            solver[i] = unsolved[i];
+        }
     bodies.resize(firstBody.back());
     order.resize(points.size());
     sorted.resize(points.size());
@@ -375,7 +402,7 @@ void RigidBodyStage::State::solve() {
     for (std::uint32_t i = 0; i < points.size(); ++i) {
         const std::uint32_t at = nextPoint[islandOf(points[i])]++;
         order[i] = at;
-        sorted[at] = points[i];
+        sorted[at] = again[islandOf(points[i])] ? unsolvedPoints[i] : points[i];
     }
     std::vector<std::uint32_t> tasks(1, 0);
     std::size_t load = 0;
@@ -393,6 +420,7 @@ void RigidBodyStage::State::solve() {
     step.bounceSpeed = kRestingFrames * gravity.norm() * seconds;
     const auto task = [&](std::size_t t) {
         for (std::uint32_t i = tasks[t]; i < tasks[t + 1]; ++i)
+            if (again[i])
             solveIsland(solver, std::span(bodies).subspan(firstBody[i], firstBody[i + 1] - firstBody[i]),
                         std::span(sorted).subspan(firstPoint[i], firstPoint[i + 1] - firstPoint[i]), step);
     };
@@ -402,6 +430,7 @@ void RigidBodyStage::State::solve() {
         workers->run(tasks.size() - 1, std::cref(task));
     }
     for (std::uint32_t i = 0; i < points.size(); ++i) points[i] = sorted[order[i]];
+    return changed;
 }
 
 void RigidBodyStage::State::remember() {
@@ -482,8 +511,9 @@ void RigidBodyStage::State::sleep(RigidFrame& out) {
         for (std::uint32_t i = 0; i < looked.size(); ++i) {
             const FrameEncounter& e = looked[i];
             const PairMemory& pair = memory.pairs[i];
-            if (pair.points == 0) continue;
             const std::uint32_t a = frame.parts[e.partA].body, b = frame.parts[e.partB].body;
+            // Those that just do not touch may do so for a frame that looks a little farther.
+            if (pair.points == 0 && !(frame.bodies[a].free && frame.bodies[b].free)) continue;
             const auto freeId = [&](std::uint32_t body) {
                 return frame.bodies[body].free ? frame.bodies[body].given->id : 0;
             };

@@ -9,6 +9,7 @@
 #include "server/collision/dynamics/ContactSolver.h"
 #include "server/collision/dynamics/FrameBodies.h"
 #include "server/collision/dynamics/NarrowPhase.h"
+#include "server/collision/dynamics/PathGuard.h"
 #include "server/collision/dynamics/RigidBodyStage.h"
 #include "server/collision/dynamics/Sleepers.h"
 
@@ -44,8 +45,10 @@ struct RigidBodyStage::State {
     std::vector<dynamics::FrameEncounter> open, idle, looked;
     std::vector<dynamics::PointMemory> woken;
     std::vector<dynamics::PairMemory> wokenPairs;
-    std::vector<dynamics::SolverBody> solver;
-    std::vector<dynamics::SolverPoint> points, sorted;
+    std::vector<dynamics::SolverBody> solver, unsolved;
+    std::vector<dynamics::SolverPoint> points, unsolvedPoints, sorted;
+    dynamics::PathGuard pathGuard;
+    std::vector<dynamics::BodyPath> paths;
     std::vector<std::uint32_t> pointEncounter, order;
     Vec3d gravity = Vec3d::Zero();
     double seconds = 0;
@@ -59,10 +62,16 @@ struct RigidBodyStage::State {
     void recallHints(std::vector<dynamics::FrameEncounter>& encounters);
     bool presses(const dynamics::FrameEncounter& e, const dynamics::FrameBody& awake) const;
     void makePoints();
-    void solve();
+    [[nodiscard]] dynamics::SolverPoint pointFor(const dynamics::FrameEncounter& e) const;
+    /// Only the islands of bodies that are `touched`, from where the frame begins; null: all.
+    /// Says whose ways are others now.
+    std::vector<bool> solve(const std::vector<bool>* touched);
+    void limitReach(std::size_t rank);
+    void goSafely();
+    void makePaths(const std::vector<bool>& of);
+    void addPoints(std::span<const dynamics::PathGuard::Hit> hits);
     void finish(RigidFrame& out);
     void calmDown();
-    void guard(std::vector<double>& share);
     void remember();
     void sleep(RigidFrame& out);
     [[nodiscard]] bool active(const dynamics::FrameEncounter& e) const;

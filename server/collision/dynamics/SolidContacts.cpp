@@ -50,7 +50,8 @@ void reaching(const PlacedSolid& solid, const Vec3d& direction, double least, st
     }
 }
 
-/// The widest gap among all axes, or any that is wider than `margin`.
+}  // namespace
+
 SolidAxis widestGap(const PlacedSolid& a, const PlacedSolid& b, double margin, double fine, const SolidMemory& memory,
                     ClipScratch& scratch) {
     SolidAxis best;
@@ -93,6 +94,13 @@ SolidAxis widestGap(const PlacedSolid& a, const PlacedSolid& b, double margin, d
     return edges.gap > best.gap + fine ? edges : best;
 }
 
+bool manyAxes(const PlacedSolid& a, const PlacedSolid& b) {
+    return a.sides.size() * b.corners.size() + b.sides.size() * a.corners.size() + a.edges.size() * b.edges.size() >
+           kMostProducts;
+}
+
+namespace {
+
 /// The incident side over the reference's, and the gaps along the reference's normal.
 void clipSides(const PlacedSolid& reference, std::uint32_t side, const PlacedSolid& incident, const Vec3d& shift,
                bool referenceIsA, double margin, ClipScratch& scratch, std::vector<ContactPoint>& out) {
@@ -134,8 +142,10 @@ void sideManifold(const PlacedSolid& a, const PlacedSolid& b, bool ofA, std::uin
         clipSides(reference, side, incident, approach * (gap / closing), ofA, query.margin, scratch, out);
 }
 
-void manifold(const PlacedSolid& a, const PlacedSolid& b, const SolidAxis& axis, const SolidQuery& query,
-              ClipScratch& scratch, std::vector<ContactPoint>& out) {
+}  // namespace
+
+void contactManifold(const PlacedSolid& a, const PlacedSolid& b, const SolidAxis& axis, const SolidQuery& query,
+                     ClipScratch& scratch, std::vector<ContactPoint>& out) {
     if (axis.kind == SolidAxis::Kind::kEdges) {
         const PlacedEdge &e = a.edges[axis.a], &f = b.edges[axis.b];
         Vec3d onA, onB;
@@ -147,8 +157,10 @@ void manifold(const PlacedSolid& a, const PlacedSolid& b, const SolidAxis& axis,
     sideManifold(a, b, ofA, ofA ? axis.a : axis.b, axis.gap, query, scratch, out);
 }
 
+namespace {
+
 bool contactsOfLargeHulls(const SolidPart& a, const SolidPart& b, const SolidQuery& query, SolidMemory& memory,
-                          ClipScratch& scratch, QueryWork& work, std::vector<ContactPoint>& out) {
+                          ClipScratch& scratch, QueryWork& work, std::vector<ContactPoint>& out, SolidGap& parted) {
     ConvexWork supports;
     supports.limit = work.limit - std::min(work.limit, work.boxTests + work.triangleTests);
     const Affine3d a_T_b = a.world->inverse() * *b.world;
@@ -161,6 +173,7 @@ bool contactsOfLargeHulls(const SolidPart& a, const SolidPart& b, const SolidQue
     if (!(normal.norm() > 0)) return false;
     normal.normalize();
     const double gap = normal.dot(onB - onA);
+    parted = {gap, normal};
     if (gap > query.margin) return true;
     const std::uint32_t sideA = sideAlong(*a.placed, normal), sideB = sideAlong(*b.placed, -normal);
     const bool ofA = a.placed->sides[sideA].normal.dot(normal) >= -b.placed->sides[sideB].normal.dot(normal);
@@ -221,14 +234,12 @@ void clipToOutline(std::span<const Vec3d> corners, std::span<const std::uint32_t
 }
 
 bool contactsOfSolids(const SolidPart& a, const SolidPart& b, const SolidQuery& query, SolidMemory& memory,
-                      ClipScratch& scratch, QueryWork& work, std::vector<ContactPoint>& out) {
+                      ClipScratch& scratch, QueryWork& work, std::vector<ContactPoint>& out, SolidGap& parted) {
     const PlacedSolid &pa = *a.placed, &pb = *b.placed;
     if (pa.sides.empty() || pb.sides.empty()) return true;
-    const std::size_t products =
-        pa.sides.size() * pb.corners.size() + pb.sides.size() * pa.corners.size() + pa.edges.size() * pb.edges.size();
     const std::size_t first = out.size();
-    if (products > kMostProducts) {
-        if (!contactsOfLargeHulls(a, b, query, memory, scratch, work, out)) return false;
+    if (manyAxes(pa, pb)) {
+        if (!contactsOfLargeHulls(a, b, query, memory, scratch, work, out, parted)) return false;
     } else {
         work.boxTests += pa.sides.size() + pb.sides.size();
         if (work.exhausted()) return false;
@@ -237,8 +248,10 @@ bool contactsOfSolids(const SolidPart& a, const SolidPart& b, const SolidQuery& 
         memory.kind = axis.kind;
         memory.a = axis.a;
         memory.b = axis.b;
+        // Which of many wide gaps was found depends on where it was looked for first.
+        parted = axis.gap > query.margin ? SolidGap{query.margin, Vec3d::Zero()} : SolidGap{axis.gap, axis.normal};
         if (axis.gap > query.margin) return true;
-        manifold(pa, pb, axis, query, scratch, out);
+        contactManifold(pa, pb, axis, query, scratch, out);
     }
     reduceContacts(out, first, query.near);
     return true;

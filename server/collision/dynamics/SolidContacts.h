@@ -49,10 +49,27 @@ struct SolidQuery {
     Vec3d approach = Vec3d::Zero();  ///< of B, seen from A, within the frame
 };
 
+/// Along a direction from A to B they are parted by so much, at least; below 0: they overlap by that along it.
+struct SolidGap {
+    double gap = 0;
+    Vec3d normal = Vec3d::Zero();
+};
+
 /// Appends points. False: the work was exhausted or the numbers are beyond all bounds; nothing is known.
 [[nodiscard]] bool contactsOfSolids(const SolidPart& a, const SolidPart& b, const SolidQuery& query,
                                     SolidMemory& memory, ClipScratch& scratch, QueryWork& work,
-                                    std::vector<ContactPoint>& out);
+                                    std::vector<ContactPoint>& out, SolidGap& parted);
+
+/// The widest gap among all axes, or any that is wider than `margin`.
+[[nodiscard]] SolidAxis widestGap(const PlacedSolid& a, const PlacedSolid& b, double margin, double fine,
+                                  const SolidMemory& memory, ClipScratch& scratch);
+
+/// So many axes that the library's descent (../convex) is cheaper than looking at all of them.
+[[nodiscard]] bool manyAxes(const PlacedSolid& a, const PlacedSolid& b);
+
+/// Appends the points with which they hold each other along an axis.
+void contactManifold(const PlacedSolid& a, const PlacedSolid& b, const SolidAxis& axis, const SolidQuery& query,
+                     ClipScratch& scratch, std::vector<ContactPoint>& out);
 
 /// The polygon in the scratch, cut off at the planes through the edges of an outline, square to its plane.
 /// `turn`: -1 where the outline runs clockwise seen against `normal`.
