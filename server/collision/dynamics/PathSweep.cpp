@@ -14,7 +14,7 @@ namespace {
 /// Allowed depth, in sizes of the smaller body and in half thicknesses of the thinner.
 constexpr double kDeepSizes = 0.01, kDeepHalves = 0.4;
 /// In allowed depths: what one frame may add to a depth that is there, and how near to a limit is on it.
-constexpr double kCreep = 0.05, kOnLimit = 0.02, kSameHit = 0.3;
+constexpr double kCreep = 0.01, kOnLimit = 4e-3, kSameHit = 0.3;
 constexpr int kMostSteps = 100;
 /// Of the slop: surfaces that move less are not looked at.
 constexpr double kUnseen = 0.1;
