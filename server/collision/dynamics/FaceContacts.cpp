@@ -31,7 +31,7 @@ public:
                 std::vector<ContactPoint>& out)
         : solid_(solid), surface_(surface), query_(query), scratch_(scratch), out_(out) {}
 
-    void find(std::uint32_t face, double& clear, double& nearest) {
+    void find(std::uint32_t face, double& nearest) {
         face_ = face;
         for (unsigned i = 0; i < 3; ++i) t_[i] = surface_.world * surface_.mesh->corner(face_, i);
         const Vec3d area = (t_[1] - t_[0]).cross(t_[2] - t_[0]);
@@ -44,11 +44,9 @@ public:
         front_ = height >= 0;
         normal_ = front_ ? winding_ : Vec3d(-winding_);
         // Most faces near a fast body are not in its way: a ball around it tells.
-        if (outOfReach(std::abs(height) - solid_.radius, normal_)) {
-            clear = std::min(clear, std::abs(height));
-            return;
-        }
-        if (besideReach(std::abs(height), length > 1e-3 * longest, clear)) return;
+        if (outOfReach(std::abs(height) - solid_.radius, normal_)) return;
+        // Slivers: where on them is nearest cannot be told well.
+        if (length > 1e-3 * longest && besideReach()) return;
         offset_ = normal_.dot(t_[0]);
         if (!findAxis()) return;
         nearest = std::min(nearest, kind_ == Kind::kFace ? faceGap_ : gap_);
@@ -66,15 +64,9 @@ private:
         return gap > std::min(query_.margin, query_.slack + std::max(0.0, -axis.dot(query_.approach)));
     }
 
-    /// Slivers: where on them is nearest cannot be told well.
-    [[nodiscard]] bool besideReach(double height, bool sound, double& clear) const {
-        if (!sound) {
-            clear = std::min(clear, height);
-            return false;
-        }
+    [[nodiscard]] bool besideReach() const {
         const Vec3d away = solid_.centre - nearestOnTriangle({t_[0], t_[1], t_[2]}, solid_.centre);
         const double distance = away.norm();
-        clear = std::min(clear, distance);
         if (distance > solid_.radius && besideWay(away)) return true;
         return distance > solid_.radius && outOfReach(distance - solid_.radius, away / distance);
     }
@@ -310,12 +302,12 @@ private:
 }  // namespace
 
 void contactsWithFaces(const PlacedSolid& solid, const PlacedSurface& surface, std::span<const std::uint32_t> faces,
-                       const FaceQuery& query, ClipScratch& scratch, double& clear, double& nearest,
+                       const FaceQuery& query, ClipScratch& scratch, double& nearest,
                        std::vector<ContactPoint>& out) {
     if (solid.sides.empty()) return;
     const std::size_t first = out.size();
     FaceContact contact(solid, surface, query, scratch, out);
-    for (const std::uint32_t face : faces) contact.find(face, clear, nearest);
+    for (const std::uint32_t face : faces) contact.find(face, nearest);
     reduceContacts(out, first, query.near);
 }
 

@@ -32,10 +32,10 @@ struct FaceQuery {
 
 /// Appends points. Triangles have two sides; the one on which the solid's centre lies counts. Where triangles go on
 /// smoothly across an edge, the edge itself is no obstacle; a ridge is one for directions between its faces' normals.
-/// Triangles without area meet nothing. `clear` falls to a way that the centre may go without getting through one of
-/// them; `nearest` to the least gap of a triangle within reach, whether it gave points or not.
+/// Triangles without area meet nothing. `nearest` falls to the least gap of a triangle within reach, whether it gave points
+/// or not.
 void contactsWithFaces(const PlacedSolid& solid, const PlacedSurface& surface, std::span<const std::uint32_t> faces,
-                       const FaceQuery& query, ClipScratch& scratch, double& clear, double& nearest,
+                       const FaceQuery& query, ClipScratch& scratch, double& nearest,
                        std::vector<ContactPoint>& out);
 
 }  // namespace tessera::dynamics

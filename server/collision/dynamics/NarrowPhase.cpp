@@ -7,8 +7,8 @@
 
 #include "common/base/Workers.h"
 #include "server/collision/dynamics/FaceContacts.h"
-#include "server/collision/dynamics/MeshFaces.h"
 #include "server/collision/dynamics/SurfaceContacts.h"
+#include "server/collision/query/FacesNear.h"
 
 namespace tessera::dynamics {
 
@@ -210,9 +210,8 @@ bool NarrowPhase::solidWithFaces(std::uint32_t solidPart, std::uint32_t facePart
     batch.faces.clear();
     if (!back.matrix().allFinite() || !facesNear(*of.given->tree, box.transformed(back), work, batch.faces))
         return false;
-    e.clear = std::min((solid.centre - box.lower).minCoeff(), (box.upper - solid.centre).minCoeff());
     const PlacedSurface surface{&of.given->tree->mesh(), of.surface->topology.get(), of.given->world};
-    contactsWithFaces(solid, surface, batch.faces, query, batch.scratch, e.clear, e.nearest, batch.points);
+    contactsWithFaces(solid, surface, batch.faces, query, batch.scratch, e.nearest, batch.points);
     return true;
 }
 

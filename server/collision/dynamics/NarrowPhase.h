@@ -20,8 +20,7 @@ struct FrameEncounter {
     bool known = false;
     std::uint32_t batch = 0;
     std::uint32_t firstPoint = 0, points = 0;  ///< in the batch
-    double clear = 0;  ///< solid against faces: so far its centre may go, in any direction, without getting through one
-    SolidGap parted;   ///< of two solids, as the frame begins
+    SolidGap parted;     ///< of two solids, as the frame begins
     double nearest = 0;  ///< of a solid and faces: no face is nearer, or this is how far was looked
     double slack = 0;    ///< of others: how far was looked in every direction
 };

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "server/collision/dynamics/MeshFaces.h"
+#include "server/collision/query/FacesNear.h"
 #include "server/collision/query/TimeOfImpact.h"
 
 namespace tessera::dynamics {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/collision/dynamics/MeshFaces.h"
 #include "server/collision/mesh/TriangleContact.h"
 #include "server/collision/objects/ConservativeBox.h"
+#include "server/collision/query/FacesNear.h"
 #include "server/collision/response/PairTouch.h"
 
 namespace tessera {
@@ -20,7 +20,7 @@ bool inside(const Part& outer, const Part& inner, QueryWork& work) {
     const TriangleTree& tree = inner.shape->tree;
     if (!near.overlaps(tree.mesh().bounds())) return false;
     std::vector<std::uint32_t> faces;
-    if (!dynamics::facesNear(tree, near, work, faces)) return false;
+    if (!facesNear(tree, near, work, faces)) return false;
     return std::ranges::any_of(faces, [&](std::uint32_t face) {
         const Vec3d p = outer_T_inner * tree.mesh().corner(face, 0);
         return hull.bounds().contains(p) && hull.contains(p);
