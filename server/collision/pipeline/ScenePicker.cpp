@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 #include "server/collision/objects/ConservativeBox.h"
+#include "server/collision/objects/SortOnce.h"
 #include "server/collision/query/RayQuery.h"
 
 namespace tessera {
@@ -60,17 +62,30 @@ Box ScenePicker::boxOf(const Aspect& aspect, const Place& place, WorldTransforms
 void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
     const std::span<const Place> places = handler.places();
     WorldTransforms worlds(aspect);
-    if (const std::optional<std::vector<std::uint32_t>> drawn = handler.takeDrawn()) {
-        for (const std::uint32_t place : *drawn)
+    // What stands elsewhere in the handler is laid over the scene. It may be in the scene by the next time, and the
+    // handler, where nothing has moved then, does not say so.
+    const auto isLaidOver = [&](std::uint32_t place) {
+        return places[place].node && places[place].kind == CoreKind::kDrawable &&
+               !sameBits(places[place].world, worlds.of(places[place].node));
+    };
+    std::vector<std::uint32_t> before = std::exchange(laidOver_, {});
+    if (std::optional<std::vector<std::uint32_t>> drawn = handler.takeDrawn()) {
+        drawn->insert(drawn->end(), before.begin(), before.end());
+        sortOnce(*drawn);
+        for (const std::uint32_t place : *drawn) {
             if (const Box box = boxOf(aspect, places[place], worlds); box.empty())
                 tree_.take(place);
             else
                 tree_.put(place, box);
+            if (isLaidOver(place)) laidOver_.push_back(place);
+        }
         return;
     }
     std::vector<PickTree::Item> items;
-    for (std::uint32_t place = 0; place < places.size(); ++place)
+    for (std::uint32_t place = 0; place < places.size(); ++place) {
         if (const Box box = boxOf(aspect, places[place], worlds); !box.empty()) items.push_back({place, box});
+        if (isLaidOver(place)) laidOver_.push_back(place);
+    }
     tree_.build(std::move(items));
 }
 

@@ -1,8 +1,10 @@
 /// What does a ray hit first?
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "common/math/Ray.h"
 #include "common/scene/Aspect.h"
@@ -22,7 +24,8 @@ struct PickHit {
 
 /// Looks at every visible geometry, from either side, but for what is below a CollisionObject of layers 0 that stands
 /// at the very node it names. Follows what the handler has seen: a pick costs O(log n) for each geometry that has come,
-/// gone or moved since the last one, and for each that the ray comes near; their trees are built then. Not thread-safe.
+/// gone or moved since the last one, or that something laid over the scene carried then, and for each that the ray comes
+/// near; their trees are built then. Not thread-safe.
 class ScenePicker {
 public:
     explicit ScenePicker(std::shared_ptr<ShapeCache> shapes) : shapes_(std::move(shapes)) {}
@@ -36,7 +39,8 @@ private:
     [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place, WorldTransforms& worlds);
 
     std::shared_ptr<ShapeCache> shapes_;
-    PickTree tree_;  // by place
+    PickTree tree_;                        // by place
+    std::vector<std::uint32_t> laidOver_;  // places in it that stood elsewhere in the handler than in the scene
 };
 
 }  // namespace tessera

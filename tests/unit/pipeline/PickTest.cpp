@@ -31,5 +31,30 @@ TEST(Pick, GoesThroughWhatTakesPartInNothing) {
     EXPECT_EQ(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.1, 0.2, 0), -Vec3d::UnitZ()})->node, far.shape);
 }
 
+/// A step's values are laid over the scene until it has them; whether somebody picks meanwhile is nothing to later picks.
+TEST(Pick, WhatAStepHasMovedIsHitWhereTheSceneHasIt) {
+    const Ray here{Vec3d(0.1, 0.2, 0), -Vec3d::UnitZ()}, there{Vec3d(5.1, 0.2, 0), -Vec3d::UnitZ()};
+    for (const bool first : {false, true})
+        for (const bool committed : {false, true}) {
+            SCOPED_TRACE(testing::Message() << "first " << first << ", committed " << committed);
+            SceneMaker scene;
+            const auto moving = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 0, -2));
+            scene.interest(moving.node);
+            if (first) {
+                EXPECT_TRUE(scene.pipeline.pickNode(scene.aspect, here));
+            }
+            const TentativeTransform wish{.transform = moving.transform, .translation = Vec3d(5, 0, -2)};
+            ASSERT_EQ(scene.pipeline.step(scene.aspect, std::vector{wish}).accepted.size(), 1u);
+            EXPECT_TRUE(scene.pipeline.pickNode(scene.aspect, here)) << "it is not there yet";
+            EXPECT_FALSE(scene.pipeline.pickNode(scene.aspect, there));
+            if (committed)
+                scene.commit(wish);
+            else
+                scene.node(kRootNode);
+            EXPECT_EQ(scene.pipeline.pickNode(scene.aspect, here).has_value(), !committed);
+            EXPECT_EQ(scene.pipeline.pickNode(scene.aspect, there).has_value(), committed);
+        }
+}
+
 }  // namespace
 }  // namespace tessera
