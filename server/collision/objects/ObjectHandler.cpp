@@ -44,7 +44,7 @@ void ObjectHandler::update(const Aspect& aspect, const ChangeList* list) {
     for (const std::span<const ObjectId> rows : effects.poses)
         for (const ObjectId transform : rows) reload(aspect, transform);
     reloadOverlaid(aspect);
-    moveTouched();
+    if (!effects.structural()) moveTouched();  // else together with what is placed
     if (effects.structural()) {
         settleStructure(aspect);
         if (beyondLimits()) {

@@ -222,6 +222,7 @@ private:
     // ObjectHandlerInheritance.cpp: what belongs to whom
     void removeGone();
     void welcomePlaced();
+    void welcomeBelow(std::uint32_t top);
     [[nodiscard]] std::vector<std::uint32_t> heirs();
     void inheritObjects();
     [[nodiscard]] std::vector<InterestSides> findInterests(const Aspect& aspect);

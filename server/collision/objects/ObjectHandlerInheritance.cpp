@@ -1,6 +1,7 @@
 /// The part of the object handler that finds out what belongs to whom: what is below a place inherits what it has not
 /// of its own, so that only what is below a change is looked at.
 #include <algorithm>
+#include <utility>
 
 #include "server/collision/objects/ObjectHandler.h"
 
@@ -18,39 +19,10 @@ void ObjectHandler::removeGone() {
     }
 }
 
-/// Poses and names of what has been placed or bears another core.
+/// Names and poses of what has been placed, bears another core, or is carried elsewhere.
 void ObjectHandler::welcomePlaced() {
-    static const Affine3d kTop = Affine3d::Identity();
     VisibleTree::Changes& changes = tree_.changes();
     tree_.topmost(changes.placed);
-    for (const std::uint32_t root : changes.placed) {
-        tree_.walk(root, [&](std::uint32_t at) {
-            ++work_.places;
-            Place& place = tree_.at(at);
-            Standing& standing = standings_[at];
-            const Affine3d& above = place.parent == Place::kNone ? kTop : tree_.at(place.parent).world;
-            const Affine3d world = place.below(above);
-            const bool moved = !sameBits(place.world, world);
-            place.world = world;
-            standing.newHere = update_;
-            standing.named = objects_.naming(place.node);
-            if (interestNodes_.find(place.node) != IdTable::kNone) interestsDirty_ = true;
-            if (place.kind == CoreKind::kInterest) interestsDirty_ = true;
-            if (place.kind == CoreKind::kEnvironment) changes.environments = true;
-            if (place.kind == CoreKind::kDrawable) {
-                noteDrawn(at);
-                unsettled_.push_back(at);
-            }
-            if (standing.part != kNobody) {
-                // Its body's parts may stand in another order, and so may those of its pairs.
-                touchBody(parts_[standing.part].body);
-                noteReworded(standing.part);
-                if (moved) movePart(standing.part);
-            }
-            if (standing.body != kNobody) touchBody(standing.body);
-            return true;
-        });
-    }
     for (const std::uint32_t at : changes.recored) {
         const Standing& standing = standings_[at];
         inheriting_.push_back(at);
@@ -58,8 +30,52 @@ void ObjectHandler::welcomePlaced() {
         noteDrawn(at);
         if (standing.part != kNobody) touchedParts_.push_back(standing.part);
         if (standing.body != kNobody) touchBody(standing.body);
-        movePlacesBelow(at);
+        movedPlaces_.push_back(at);
     }
+    // All from the top down at once: what is below several of them never stands where only one would have it, so that
+    // what stands in the end where it stood has not moved.
+    std::vector<std::uint32_t> tops = std::exchange(movedPlaces_, {});
+    tops.insert(tops.end(), changes.placed.begin(), changes.placed.end());
+    tree_.sort(tops);
+    auto placed = changes.placed.begin();
+    for (const std::uint32_t top : tops)
+        if (placed != changes.placed.end() && *placed == top) {
+            welcomeBelow(top);
+            ++placed;
+        } else {
+            movePlacesBelow(top);
+        }
+}
+
+void ObjectHandler::welcomeBelow(std::uint32_t top) {
+    static const Affine3d kTop = Affine3d::Identity();
+    VisibleTree::Changes& changes = tree_.changes();
+    tree_.walk(top, [&](std::uint32_t at) {
+        ++work_.places;
+        Place& place = tree_.at(at);
+        Standing& standing = standings_[at];
+        const Affine3d& above = place.parent == Place::kNone ? kTop : tree_.at(place.parent).world;
+        const Affine3d world = place.below(above);
+        const bool moved = !sameBits(place.world, world);
+        place.world = world;
+        standing.newHere = update_;
+        standing.named = objects_.naming(place.node);
+        if (interestNodes_.find(place.node) != IdTable::kNone) interestsDirty_ = true;
+        if (place.kind == CoreKind::kInterest) interestsDirty_ = true;
+        if (place.kind == CoreKind::kEnvironment) changes.environments = true;
+        if (place.kind == CoreKind::kDrawable) {
+            noteDrawn(at);
+            unsettled_.push_back(at);
+        }
+        if (standing.part != kNobody) {
+            // Its body's parts may stand in another order, and so may those of its pairs.
+            touchBody(parts_[standing.part].body);
+            noteReworded(standing.part);
+            if (moved) movePart(standing.part);
+        }
+        if (standing.body != kNobody) touchBody(standing.body);
+        return true;
+    });
 }
 
 /// Where inheritance may begin to differ, from above down. What has just been placed is looked at from its top.

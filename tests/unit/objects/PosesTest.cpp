@@ -139,6 +139,65 @@ TEST(Poses, VersionsOutliveNewTablesWherePoseAndShapeStay) {
     EXPECT_NE(scene.of(scene.other).poseVersion, other);
 }
 
+TEST(Poses, WhatAListMovesThereAndBackHasNotMoved) {
+    Moving scene;
+    // Under a node that loses its Transform in the same list.
+    const ObjectId inner = scene.node(scene.other.node, scene.transform(Vec3d(1, 0, 0)));
+    (void)scene.handler.takeMoved();
+    const std::uint64_t other = scene.of(scene.other).poseVersion, load = scene.of(scene.load).poseVersion;
+    ChangeListBuilder b;
+    b.place(scene.other.shape, inner);
+    b.set(inner, typeOf<Node>(), fieldId<&Node::core>, toValue(ObjectId{}));
+    scene.apply(b);
+    EXPECT_EQ(scene.of(scene.other).world.translation(), Vec3d(9, 9, 9));
+    EXPECT_EQ(scene.of(scene.other).poseVersion, other);
+    EXPECT_TRUE(scene.handler.takeMoved().empty());
+    // Under a new node, as far back as that one stands ahead.
+    const ObjectId transform = scene.transform(Vec3d(1, 1, 0));
+    ChangeListBuilder c;
+    const ObjectId ahead = scene.fresh();
+    c.create(ahead, typeOf<Node>());
+    c.set(ahead, typeOf<Node>(), fieldId<&Node::core>, toValue(transform));
+    c.place(ahead, kRootNode);
+    c.place(scene.load.node, ahead);
+    c.set(scene.load.transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(0, 1, 0)));
+    scene.apply(c);
+    EXPECT_EQ(scene.of(scene.load).world.translation(), Vec3d(1, 2, 0));
+    EXPECT_EQ(scene.of(scene.load).poseVersion, load);
+    EXPECT_TRUE(scene.handler.takeMoved().empty());
+}
+
+/// Whatever else of a list has changed above or below it, and in which order.
+TEST(Poses, WhatIsPlacedAmongWhatMovesStandsWhereTheSceneHasIt) {
+    Moving scene;
+    // Above what is placed one moves; below it, old and new, two others do.
+    const ObjectScene::Thing old = scene.thing(scene.load.node, Vec3d(0, 0, 4));
+    const ObjectId stands = scene.transform(), shifted = scene.transform(Vec3d(0, 0, 1));
+    ChangeListBuilder b;
+    const ObjectId upper = scene.fresh(), lower = ObjectId(upper.value + 1), shape = ObjectId(upper.value + 2);
+    const auto make = [&](ObjectId id, ObjectId parent, ObjectId core) {
+        b.create(id, typeOf<Node>());
+        b.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
+        b.place(id, parent);
+    };
+    make(upper, scene.other.node, stands);  // it stands as a new place does: at the top's pose
+    make(lower, upper, shifted);
+    make(shape, lower, scene.other.geometry);
+    b.place(scene.load.node, lower);
+    const auto move = [&](ObjectId transform, const Vec3d& to) {
+        b.set(transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(to));
+    };
+    move(scene.other.transform, Vec3d::Zero());
+    move(shifted, Vec3d(0, 2, 0));
+    move(old.transform, Vec3d(0, 0, 5));
+    scene.apply(b);
+    for (const ObjectId node : {scene.carrier.shape, scene.load.shape, scene.other.shape, old.shape, shape}) {
+        const std::uint32_t place = scene.handler.placeOf(node);
+        ASSERT_NE(place, Place::kNone);
+        EXPECT_EQ(scene.handler.places()[place].world.matrix(), worldTransform(scene.aspect, node).matrix());
+    }
+}
+
 TEST(Poses, NewArraysAreANewShapeAndNoNewTables) {
     Moving scene;
     const std::uint64_t generation = scene.handler.generation();
