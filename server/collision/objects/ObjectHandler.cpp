@@ -70,8 +70,9 @@ bool ObjectHandler::wouldChange(const Aspect& aspect, const ChangeList& list) co
 /// Everything anew, by the same steps: all that is visible has just been placed.
 void ObjectHandler::begin(const Aspect& aspect, bool jump) {
     remembered_.clear();
-    for (const Part& part : parts_)
-        if (part.node) remembered_.insert({part.node, {part.shape, part.world, part.worldBox, part.poseVersion}});
+    for (const Part& part : parts_)  // but those that the list has just brought
+        if (part.node && part.poseVersion != 0)
+            remembered_.insert({part.node, {part.shape, part.world, part.worldBox, part.poseVersion}});
     // Interests that would make too many groups do not count, nor do those after them.
     const auto fits = [&](std::size_t most) {
         interestCap_ = most;

@@ -24,8 +24,8 @@ struct PickHit {
 
 /// Looks at every visible geometry, from either side, but for what is below a CollisionObject of layers 0 that stands
 /// at the very node it names. Follows what the handler has seen: a pick costs O(log n) for each geometry that has come,
-/// gone or moved since the last one, or that something laid over the scene carried then, and for each that the ray comes
-/// near; their trees are built then. Not thread-safe.
+/// gone or moved since the last one, or that what lay over the scene had carried elsewhere then, and for each that the
+/// ray comes near; their trees are built then. Not thread-safe.
 class ScenePicker {
 public:
     explicit ScenePicker(std::shared_ptr<ShapeCache> shapes) : shapes_(std::move(shapes)) {}

@@ -198,6 +198,39 @@ TEST(Poses, WhatIsPlacedAmongWhatMovesStandsWhereTheSceneHasIt) {
     }
 }
 
+/// No version is 0, with which nobody has seen anything.
+TEST(Poses, WhatComesWithAListThatGoesBeyondTheLimitsHasAVersionOfItsOwn) {
+    ObjectScene scene({.maxGroups = 5});
+    std::vector<ObjectScene::Thing> things;
+    for (int i = 0; i < 6; ++i) things.push_back(scene.thing(kRootNode));
+    for (int i = 0; i < 3; ++i) scene.interest({.object = things[static_cast<std::size_t>(i)].node});
+    ASSERT_EQ(scene.handler.interestsLeftOut(), 0u);
+    const ObjectId malformed = scene.geometry(Soup{});
+    ChangeListBuilder b;
+    std::uint64_t next = scene.fresh().value;
+    const auto place = [&](ObjectId core) {
+        const ObjectId id{next++};
+        b.create(id, typeOf<Node>());
+        b.set(id, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
+        b.place(id, kRootNode);
+        return id;
+    };
+    const ObjectId shape = place(malformed);
+    for (std::size_t i = 3; i < 5; ++i) {
+        const ObjectId interest{next++};
+        b.create(interest, typeOf<Interest>());
+        b.set(interest, typeOf<Interest>(), fieldId<&Interest::object>, toValue(things[i].node));
+        (void)place(interest);
+    }
+    scene.apply(b);
+    ASSERT_GT(scene.handler.interestsLeftOut(), 0u);
+    ASSERT_TRUE(scene.takesPart(shape));
+    const std::uint64_t version = scene.handler.parts()[scene.part(shape)].poseVersion;
+    EXPECT_NE(version, 0u);
+    scene.set<Geometry>(malformed, fieldId<&Geometry::indices>, boxSoup(Vec3d::Ones()).indexBlob());
+    EXPECT_EQ(scene.handler.parts()[scene.part(shape)].poseVersion, version) << "it still has no positions";
+}
+
 TEST(Poses, NewArraysAreANewShapeAndNoNewTables) {
     Moving scene;
     const std::uint64_t generation = scene.handler.generation();

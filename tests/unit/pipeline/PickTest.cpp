@@ -31,7 +31,7 @@ TEST(Pick, GoesThroughWhatTakesPartInNothing) {
     EXPECT_EQ(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.1, 0.2, 0), -Vec3d::UnitZ()})->node, far.shape);
 }
 
-/// A step's values are laid over the scene until it has them; whether somebody picks meanwhile is nothing to later picks.
+/// A step's values are laid over the scene until it has them: who picks meanwhile changes nothing for later picks.
 TEST(Pick, WhatAStepHasMovedIsHitWhereTheSceneHasIt) {
     const Ray here{Vec3d(0.1, 0.2, 0), -Vec3d::UnitZ()}, there{Vec3d(5.1, 0.2, 0), -Vec3d::UnitZ()};
     for (const bool first : {false, true})
