@@ -12,7 +12,7 @@ namespace tessera::dynamics {
 namespace {
 
 /// Allowed depth, in sizes of the smaller body and in half thicknesses of the thinner.
-constexpr double kDeepSizes = 0.01, kDeepHalves = 0.4;
+constexpr double kAllowedSizes = 0.01, kAllowedHalves = 0.4;
 /// In allowed depths: what one frame may add to a depth that is there, and how near to a limit is on it.
 constexpr double kCreep = 0.01, kOnLimit = 4e-3, kSameHit = 0.3;
 constexpr int kMostSteps = 100;
@@ -135,7 +135,7 @@ public:
         contactManifold(atA, atB, axis, query, scratch_.clip, scratch_.points);
         if (scratch_.points.empty())
             scratch_.points.push_back({0.5 * (atA.centre + atB.centre), axis.normal, axis.gap});
-        reduceContacts(scratch_.points, 0, kDeepSizes * std::min(a_.size, b_.size));
+        reduceContacts(scratch_.points, 0, kAllowedSizes * std::min(a_.size, b_.size));
         const Isometry3d backA = toA.inverse(), backB = toB.inverse();
         for (const ContactPoint& p : scratch_.points) {
             SweepPoint& point = out.emplace_back();
@@ -396,9 +396,9 @@ double turningOf(const SweptPart& part) {
 }
 
 double allowedDepth(const SweptPart& a, const SweptPart& b) {
-    double out = kDeepSizes * std::min(a.size, b.size);
+    double out = kAllowedSizes * std::min(a.size, b.size);
     for (const SweptPart* part : {&a, &b})
-        if (part->solid != nullptr && part->solid->inner > 0) out = std::min(out, kDeepHalves * part->solid->inner);
+        if (part->solid != nullptr && part->solid->inner > 0) out = std::min(out, kAllowedHalves * part->solid->inner);
     if (!(a.solid != nullptr && a.solid->inner > 0) && !(b.solid != nullptr && b.solid->inner > 0)) return 0;
     return out;
 }

@@ -143,18 +143,36 @@ Contact toWorld(const Affine3d& worldA, const Vec3d& point, const Vec3d& normal)
     return contact;
 }
 
+Contact between(const Part& a, const Part& b, const FacePair& faces, Contact contact) {
+    contact.faceA = a.shape->hull ? Contact::kNoFace : faces.a;
+    contact.faceB = b.shape->hull ? Contact::kNoFace : faces.b;
+    return contact;
+}
+
+Contact contactInWorld(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB,
+                       const FacePair& faces) {
+    Triangle triangleA = transformed(worldA, a.shape->tree.mesh().triangle(faces.a));
+    Triangle triangleB = transformed(worldB, b.shape->tree.mesh().triangle(faces.b));
+    if (worldA.linear().determinant() < 0) std::swap(triangleA[1], triangleA[2]);
+    if (worldB.linear().determinant() < 0) std::swap(triangleB[1], triangleB[2]);
+    const TriangleContact found = contactOf(triangleA, triangleB);
+    Contact contact;
+    contact.point = found.point;
+    contact.normal = found.normal.stableNormalized();
+    return between(a, b, faces, contact);
+}
+
 }  // namespace
 
 Contact contactOfFaces(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB,
                        const FacePair& faces) {
+    // A part that is flat where they meet (a scale that goes through zero) has no frame to look from.
+    if (!invertible(worldA)) return contactInWorld(a, b, worldA, worldB, faces);
     const Affine3d a_T_b = worldA.inverse() * worldB;
     Triangle triangleB = transformed(a_T_b, b.shape->tree.mesh().triangle(faces.b));
     if (a_T_b.linear().determinant() < 0) std::swap(triangleB[1], triangleB[2]);
     const TriangleContact local = contactOf(a.shape->tree.mesh().triangle(faces.a), triangleB);
-    Contact contact = toWorld(worldA, local.point, local.normal);
-    contact.faceA = a.shape->hull ? Contact::kNoFace : faces.a;
-    contact.faceB = b.shape->hull ? Contact::kNoFace : faces.b;
-    return contact;
+    return between(a, b, faces, toWorld(worldA, local.point, local.normal));
 }
 
 Contact contactOfHulls(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB) {
