@@ -235,7 +235,7 @@ private:
             const auto bytes = [&](int field, ByteSpan content) {
                 tag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED);
                 coded.WriteVarint32(static_cast<std::uint32_t>(content.size()));
-                coded.WriteRaw(content.data(), static_cast<int>(content.size()));
+                if (!content.empty()) coded.WriteRaw(content.data(), static_cast<int>(content.size()));
             };
             tag(proto::scene::SceneFile::kVersionFieldNumber, WireFormatLite::WIRETYPE_VARINT);
             coded.WriteVarint32(1);

@@ -12,17 +12,12 @@
 
 #include "common/scene/Aspect.h"
 #include "server/import/Importer.h"
+#include "tests/unit/Sanitized.h"
 
 namespace tessera {
 
 inline constexpr const char* kDebianModels = "/usr/share/assimp/models";
 inline constexpr const char* kEngine = "/usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb";
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kSanitized = true;
-#else
-inline constexpr bool kSanitized = false;
-#endif
 
 inline ImportOptions importOptions() {
     ImportOptions options;

@@ -104,12 +104,15 @@ TEST(SavedScene, OfRealModelsIsTheSameWhenReadBack) {
     if (found.empty()) GTEST_SKIP() << "no glTF among the real models";
     const std::size_t wanted = kSanitized ? 4 : 12;
     std::size_t done = 0;
-    for (std::size_t i = 0; i < found.size() && done < wanted; i += std::max<std::size_t>(1, found.size() / wanted)) {
-        const Expected<ImportedScene> readable = importScene(found[i], kRootNode, importOptions());
-        if (!readable) continue;
-        expectRoundTripOfFile(found[i]);
-        ++done;
-    }
+    // Spread over all of them; where one cannot be read (under a sanitizer memory is short), those that follow.
+    const std::size_t stride = std::max<std::size_t>(1, found.size() / wanted);
+    for (std::size_t first = 0; first < stride && done < wanted; ++first)
+        for (std::size_t i = first; i < found.size() && done < wanted; i += stride) {
+            const Expected<ImportedScene> readable = importScene(found[i], kRootNode, importOptions());
+            if (!readable) continue;
+            expectRoundTripOfFile(found[i]);
+            ++done;
+        }
     EXPECT_GE(done, 2u);
 }
 

@@ -10,6 +10,7 @@
 
 #include "Peers.h"
 #include "tests/unit/HistoryLiterals.h"
+#include "tests/unit/Sanitized.h"
 
 namespace tessera {
 namespace {
@@ -364,6 +365,7 @@ TEST(Transport, LinksAboveTheLimitAreClosedAndTheOthersStay) {
 }
 
 TEST(Transport, RunningOutOfDescriptorsStopsNothing) {
+    if (kSanitized) GTEST_SKIP() << "to look at a type the sanitizer opens a pipe, and takes it for a fault that it cannot";
     Peer server, client;
     const std::uint16_t port = server.listen();
     const LinkId link = client->connect({"127.0.0.1", port}, 5s);
