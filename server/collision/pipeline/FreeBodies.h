@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "server/collision/dynamics/RigidBodyStage.h"
 #include "server/collision/objects/IdTable.h"
 #include "server/collision/pipeline/Admission.h"
 #include "server/collision/pipeline/PairMemory.h"
 #include "server/collision/pipeline/StepResult.h"
 #include "server/collision/response/Way.h"
+#include "server/collision/rigid_bodies/RigidBodyStage.h"
 
 namespace tessera {
 
@@ -59,15 +59,16 @@ public:
         std::size_t asleep = 0;
         std::size_t handedOver = 0;  ///< bodies that the rigid-body stage was given
     };
-    /// Lets a frame pass. Everything else that moves in it is where it will be at its end; `startWorlds`: the world poses of
-    /// those parts as the frame begins.
+    /// Lets a frame pass. Everything else that moves in it is where it will be at its end; `startWorlds`: the world
+    /// poses of those parts as the frame begins.
     using StartWorlds = std::unordered_map<std::uint32_t, Affine3d>;
     [[nodiscard]] Outcome advance(const Aspect& committed, const ObjectHandler& handler, PairMemory& memory,
                                   const StartWorlds& startWorlds, double seconds, QueryWork& work);
-    /// What becomes of free bodies that these have moved: what a motion moves keeps its pace when it is let go, what a hand puts
-    /// somewhere is at rest there. Velocities that change, ascending by core.
+    /// What becomes of free bodies that these have moved: what a motion moves keeps its pace when it is let go, what a
+    /// hand puts somewhere is at rest there. Velocities that change, ascending by core.
     [[nodiscard]] static std::vector<BodyVelocity> letGo(const ObjectHandler& handler,
-                                                         std::initializer_list<std::span<const Mover>> movers, double seconds);
+                                                         std::initializer_list<std::span<const Mover>> movers,
+                                                         double seconds);
     /// After the step: poses as they are left behind.
     void end(ObjectHandler& handler, std::span<const BodyVelocity> velocities);
 
@@ -95,7 +96,8 @@ private:
                   std::vector<RigidPart>& parts) const;
     static void describePart(const ObjectHandler& handler, std::uint32_t part, const StartWorlds& startWorlds,
                              double seconds, RigidBody& rigid, RigidPart& rigidPart);
-    std::uint32_t rigidPart(const ObjectHandler& handler, std::uint32_t part, const StartWorlds& startWorlds, double seconds);
+    std::uint32_t rigidPart(const ObjectHandler& handler, std::uint32_t part, const StartWorlds& startWorlds,
+                            double seconds);
 
     RigidBodyStage stage_;
     std::vector<Known> known_;  // what has no core is nobody
@@ -103,8 +105,8 @@ private:
     IdTable slotOfCore_;
     std::vector<std::uint32_t> slotOfBody_;  // per body of the handler; kNobody: not free
     std::vector<std::uint32_t> awake_, changed_, held_;
-    std::vector<std::uint32_t> again_;    // bodies to be looked at when the next frame begins
-    std::vector<std::uint32_t> now_;      // those that were in this one
+    std::vector<std::uint32_t> again_;  // bodies to be looked at when the next frame begins
+    std::vector<std::uint32_t> now_;    // those that were in this one
     bool allAsleep_ = false, unchanged_ = false;
     bool told_ = false;                // the stage knows of the last change
     std::vector<ObjectId> supportOf_;  // per part of the handler: the node that sleepers may lean on, or none

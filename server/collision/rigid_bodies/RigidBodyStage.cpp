@@ -1,0 +1,549 @@
+#include "server/collision/rigid_bodies/RigidBodyStage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <unordered_set>
+
+#include "common/base/Workers.h"
+#include "server/collision/rigid_bodies/Islands.h"
+#include "server/collision/rigid_bodies/RigidBodyState.h"
+
+namespace tessera {
+
+using namespace rigid;
+
+namespace {
+
+constexpr int kPassesPerSubstep = 2;
+/// Approaches slower than what gravity gives in so many frames do not bounce: they are resting.
+constexpr double kRestingFrames = 3;
+/// A body is calm while no point of it gets farther than so many sizes from where it began to be, and it is slower than
+/// what gravity gives in a frame. (By the way rather than by the speed: what trembles in place may sleep, what creeps
+/// may not.)
+constexpr double kCalmWay = 0.01, kCalmFrames = 1;
+constexpr double kSameContact = 0.05;  ///< of the smaller body's size: a point that moved less is the same
+constexpr double kStickFriction = 1e6;
+constexpr std::size_t kPointsPerTask = 256;
+
+std::uint64_t keyOf(const FrameEncounter& e) {
+    return std::uint64_t{e.partA} << 32 | e.partB;
+}
+bool before(const FrameEncounter& x, const FrameEncounter& y) {
+    return keyOf(x) < keyOf(y);
+}
+/// Of two encounters of one pair with different laws the first in the order of laws counts, whoever was passed first.
+bool lawBefore(const FrameEncounter& x, const FrameEncounter& y) {
+    return keyOf(x) != keyOf(y) ? before(x, y) : x.law < y.law;
+}
+bool samePair(const FrameEncounter& x, const FrameEncounter& y) {
+    return keyOf(x) == keyOf(y);
+}
+
+}  // namespace
+
+RigidBodyStage::RigidBodyStage(RigidOptions options, Workers* workers) : state_(std::make_unique<State>()) {
+    state_->options = options;
+    state_->options.iterations = std::clamp(options.iterations, 1, 1000);
+    state_->workers = workers;
+}
+RigidBodyStage::~RigidBodyStage() = default;
+RigidBodyStage::RigidBodyStage(RigidBodyStage&&) noexcept = default;
+RigidBodyStage& RigidBodyStage::operator=(RigidBodyStage&&) noexcept = default;
+
+double RigidBodyStage::reach(const RigidBody& body, double size, const Vec3d& gravity, double seconds) {
+    const auto finite = [](double x, double most) { return std::isfinite(x) ? std::min(x, most) : 0.0; };
+    const double speed = finite(body.velocity.norm(), kMostSpeed), turn = finite(body.spin.norm() * seconds, 2.0);
+    const double fall = body.mass > 0 ? 2 * finite(gravity.norm(), kMostSpeed) * seconds * seconds : 0;
+    return speed * seconds + fall + (turn + kUnforeseen) * size;
+}
+
+bool RigidBodyStage::asleep(std::uint64_t body) const {
+    return state_->sleepers.asleep(body);
+}
+
+bool RigidBodyStage::supports(std::uint64_t part) const {
+    return state_->sleepers.supports(part);
+}
+
+std::vector<std::uint64_t> RigidBodyStage::supports() const {
+    return state_->sleepers.supports();
+}
+
+void RigidBodyStage::gone(std::uint64_t id) {
+    state_->sleepers.gone(id);
+}
+
+RigidFrame RigidBodyStage::advance(std::span<const RigidBody> bodies, std::span<const RigidPart> parts,
+                                   std::span<const RigidEncounter> encounters, const Vec3d& gravity, double seconds,
+                                   QueryWork& work, RigidSource* source) {
+    State& s = *state_;
+    RigidFrame out;
+    out.motions.resize(bodies.size());
+    if (!std::isfinite(seconds) || seconds <= 0) {
+        for (std::size_t i = 0; i < bodies.size(); ++i)
+            if (bodies[i].velocity.allFinite() && bodies[i].spin.allFinite())
+                out.motions[i] = {
+                    .velocity = bodies[i].velocity, .spin = bodies[i].spin, .asleep = asleep(bodies[i].id)};
+        return out;
+    }
+    ++s.frameNumber;
+    s.gravity = gravity.allFinite() ? gravity : Vec3d(Vec3d::Zero());
+    s.seconds = seconds;
+    s.frame.gather(bodies, parts, s.gravity, seconds, s.shapes, s.frameNumber);
+    s.source = source;
+    s.fetched.clear();
+    s.open.clear();
+    s.idle.clear();
+    s.looked.clear();
+    s.woken.clear();
+    s.wokenPairs.clear();
+    for (FrameBody& body : s.frame.bodies) body.asleep = s.sleepers.asleep(body.given->id);
+    s.narrow.begin(s.frame, {s.gravity, seconds, s.options.slop, s.options.maxTestsPerEncounter, s.workers});
+    s.wake(s.sleepers.takeDisturbed(s.frame, s.gravity, s.shapes));
+    s.collect(encounters);
+    s.look(work, out);
+    out.fetched = s.fetched;
+    out.motions.resize(bodies.size() + out.fetched.size());
+    s.makePoints();
+    s.solve(nullptr);
+    s.goSafely();
+    s.finish(out);
+    s.remember();
+    s.sleep(out);
+    s.shapes.forget(s.frameNumber);
+    s.lastSeconds = seconds;
+    out.contactPoints = s.points.size();
+    return out;
+}
+
+/// What of them, and of what they touch, nobody has passed.
+void RigidBodyStage::State::fetch(std::span<const SleepingGroup> groups) {
+    if (source == nullptr) return;
+    std::vector<FrameBodies::Fetched> some;
+    std::vector<std::uint64_t> ids, supports, mayHaveStopped;
+    for (const SleepingGroup& group : groups) {
+        ids.insert(ids.end(), group.bodies.begin(), group.bodies.end());
+        for (const SleepingGroup::Pair& pair : group.pairs) {
+            // Of a body without mass the part is a support.
+            if (pair.bodyA != 0) ids.push_back(pair.bodyA);
+            if (pair.bodyB != 0) ids.push_back(pair.bodyB);
+            // What was free may have lost its mass since.
+            if (pair.bodyA != 0) mayHaveStopped.push_back(pair.partA);
+            if (pair.bodyB != 0) mayHaveStopped.push_back(pair.partB);
+        }
+        supports.insert(supports.end(), group.supports.begin(), group.supports.end());
+    }
+    const auto sortOnce = [](std::vector<std::uint64_t>& all) {
+        std::sort(all.begin(), all.end());
+        all.erase(std::unique(all.begin(), all.end()), all.end());
+    };
+    sortOnce(ids);
+    sortOnce(supports);
+    std::vector<std::uint64_t> come;
+    std::unordered_set<std::uint64_t> known;
+    const auto add = [&](FrameBodies::Fetched&& one) {
+        if (frame.findBody(one.body.id) != kNobody || !known.insert(one.body.id).second) return;
+        come.push_back(one.body.id);
+        some.push_back(std::move(one));
+    };
+    for (const std::uint64_t id : ids) {
+        FrameBodies::Fetched one;
+        if (frame.findBody(id) == kNobody && source->body(id, one.body, one.parts)) add(std::move(one));
+    }
+    std::unordered_set<std::uint64_t> comingParts;
+    for (const FrameBodies::Fetched& one : some)
+        for (const RigidPart& part : one.parts) comingParts.insert(part.id);
+    for (const std::uint64_t part : mayHaveStopped)
+        if (frame.findPart(part) == kNobody && !comingParts.contains(part)) supports.push_back(part);
+    sortOnce(supports);
+    for (const std::uint64_t part : supports) {
+        FrameBodies::Fetched one;
+        if (frame.findPart(part) == kNobody && source->support(part, one.body, one.parts)) add(std::move(one));
+    }
+    if (some.empty()) return;
+    fetched.insert(fetched.end(), come.begin(), come.end());
+    const FrameBodies::Ranks ranks = frame.insert(std::move(some), gravity, seconds, shapes, frameNumber);
+    narrow.follow(ranks);
+    for (std::vector<FrameEncounter>* encounters : {&open, &idle, &looked})
+        for (FrameEncounter& e : *encounters) {
+            e.partA = ranks.part[e.partA];
+            e.partB = ranks.part[e.partB];
+        }
+    for (const std::uint64_t id : come) {
+        FrameBody& body = frame.bodies[frame.findBody(id)];
+        body.asleep = sleepers.asleep(id);
+    }
+}
+
+void RigidBodyStage::State::wake(std::vector<SleepingGroup> groups) {
+    if (groups.empty()) return;
+    fetch(groups);
+    for (SleepingGroup& group : groups) {
+        for (const std::uint64_t id : group.bodies)
+            if (const std::uint32_t rank = frame.findBody(id); rank != kNobody) frame.bodies[rank].asleep = false;
+        const auto shift = static_cast<std::uint32_t>(woken.size());
+        woken.insert(woken.end(), group.points.begin(), group.points.end());
+        for (SleepingGroup::Pair& pair : group.pairs) {
+            const std::uint32_t a = frame.findPart(pair.partA), b = frame.findPart(pair.partB);
+            if (a == kNobody || b == kNobody || frame.parts[a].body == kNobody || frame.parts[b].body == kNobody)
+                continue;
+            FrameEncounter e;
+            e.partA = a;
+            e.partB = b;
+            e.law = pair.law;
+            e.memory = pair.memory.memory;
+            open.push_back(e);
+            pair.memory.firstPoint += shift;
+            pair.memory.partA = pair.partA;
+            pair.memory.partB = pair.partB;
+            wokenPairs.push_back(pair.memory);
+        }
+    }
+}
+
+void RigidBodyStage::State::collect(std::span<const RigidEncounter> encounters) {
+    for (const RigidEncounter& from : encounters) {
+        if (from.partA >= frame.partRank.size() || from.partB >= frame.partRank.size()) continue;
+        FrameEncounter e;
+        e.partA = frame.partRank[from.partA];
+        e.partB = frame.partRank[from.partB];
+        if (e.partA > e.partB) std::swap(e.partA, e.partB);
+        e.law = from.law;
+        const std::uint32_t a = frame.parts[e.partA].body, b = frame.parts[e.partB].body;
+        if (a == kNobody || b == kNobody || a == b || !(frame.bodies[a].free || frame.bodies[b].free)) continue;
+        open.push_back(e);
+    }
+}
+
+bool RigidBodyStage::State::active(const FrameEncounter& e) const {
+    const auto acts = [](const FrameBody& b) { return (b.free && !b.asleep) || b.moving; };
+    return acts(bodyOf(e.partA)) || acts(bodyOf(e.partB));
+}
+
+std::span<const PointMemory> RigidBodyStage::State::remembered(const FrameEncounter& e) const {
+    const std::pair<std::uint64_t, std::uint64_t> key{frame.parts[e.partA].given->id, frame.parts[e.partB].given->id};
+    const auto less = [](const PairMemory& p, const std::pair<std::uint64_t, std::uint64_t>& k) {
+        return std::pair(p.partA, p.partB) < k;
+    };
+    const auto at = std::lower_bound(memory.pairs.begin(), memory.pairs.end(), key, less);
+    if (at != memory.pairs.end() && at->partA == key.first && at->partB == key.second) return memory.pointsOf(*at);
+    const auto old = std::lower_bound(wokenPairs.begin(), wokenPairs.end(), key, less);
+    if (old != wokenPairs.end() && old->partA == key.first && old->partB == key.second)
+        return std::span(woken).subspan(old->firstPoint, old->points);
+    return {};
+}
+
+/// Both ascend: one walk through both.
+void RigidBodyStage::State::recallHints(std::vector<FrameEncounter>& encounters) {
+    auto at = memory.pairs.begin();
+    for (FrameEncounter& e : encounters) {
+        const std::pair key{frame.parts[e.partA].given->id, frame.parts[e.partB].given->id};
+        while (at != memory.pairs.end() && std::pair(at->partA, at->partB) < key) ++at;
+        if (at != memory.pairs.end() && std::pair(at->partA, at->partB) == key) e.memory = at->memory;
+    }
+}
+
+bool RigidBodyStage::State::presses(const FrameEncounter& e, const FrameBody& awake) const {
+    const FrameBody &a = bodyOf(e.partA), &b = bodyOf(e.partB);
+    for (const ContactPoint& p : narrow.pointsOf(e)) {
+        const Vec3d at = awake.velocity + awake.spin.cross(p.position - awake.mass.centre) +
+                         (awake.free ? Vec3d(seconds * gravity) : Vec3d(Vec3d::Zero()));
+        const double parting = (&awake == &a ? -1 : 1) * p.normal.dot(at);
+        if (p.gap <= 0.5 * narrow.slopOf(a, b) && (awake.free || parting < 0)) return true;
+        if (p.gap + seconds * parting < 0) return true;
+    }
+    return false;
+}
+
+/// Finds contacts; what is awake wakes what it touches, whose contacts are then wanted too, and so on.
+void RigidBodyStage::State::look(QueryWork& work, RigidFrame& out) {
+    while (true) {
+        std::sort(open.begin(), open.end(), lawBefore);
+        open.erase(std::unique(open.begin(), open.end(), samePair), open.end());
+        std::erase_if(open, [&](const FrameEncounter& e) {
+            if (std::binary_search(looked.begin(), looked.end(), e, before)) return true;
+            if (active(e)) return false;
+            idle.push_back(e);
+            return true;
+        });
+        if (open.empty()) break;
+        recallHints(open);
+        narrow.find(open, work);
+        std::vector<std::uint64_t> toWake;
+        for (const FrameEncounter& e : open) {
+            FrameBody &a = bodyOf(e.partA), &b = bodyOf(e.partB);
+            if (!e.known) {
+                if (a.free) a.frozen = true;
+                if (b.free) b.frozen = true;
+                out.notLookedAt.push_back({frame.parts[e.partA].given->id, frame.parts[e.partB].given->id});
+            } else if (a.asleep != b.asleep && presses(e, a.asleep ? b : a)) {
+                toWake.push_back((a.asleep ? a : b).given->id);
+            }
+        }
+        const auto middle = static_cast<std::ptrdiff_t>(looked.size());
+        looked.insert(looked.end(), open.begin(), open.end());
+        std::inplace_merge(looked.begin(), looked.begin() + middle, looked.end(), before);
+        open.clear();
+        std::vector<SleepingGroup> groups;
+        for (const std::uint64_t id : toWake)
+            if (sleepers.asleep(id)) groups.push_back(sleepers.take(id, shapes));
+        wake(std::move(groups));
+        std::erase_if(idle, [&](const FrameEncounter& e) {
+            if (!active(e)) return false;
+            open.push_back(e);
+            return true;
+        });
+    }
+    std::sort(wokenPairs.begin(), wokenPairs.end(), [](const PairMemory& x, const PairMemory& y) {
+        return std::pair(x.partA, x.partB) < std::pair(y.partA, y.partB);
+    });
+}
+
+void RigidBodyStage::State::makePoints() {
+    solver.assign(frame.bodies.size(), {});
+    for (std::size_t i = 0; i < solver.size(); ++i) {
+        const FrameBody& body = frame.bodies[i];
+        SolverBody& to = solver[i];
+        if (!body.usable || body.asleep || body.frozen) continue;
+        to.velocity = body.velocity;
+        to.spin = body.spin;
+        if (!body.free) continue;
+        to.inverseMass = 1 / body.mass.mass;
+        to.inverseInertia = body.mass.inverseInertia;
+        to.inertia = body.mass.inertia;
+    }
+    points.clear();
+    pointEncounter.clear();
+    for (std::uint32_t i = 0; i < looked.size(); ++i) {
+        const FrameEncounter& e = looked[i];
+        const std::uint32_t rankA = frame.parts[e.partA].body, rankB = frame.parts[e.partB].body;
+        const FrameBody &a = frame.bodies[rankA], &b = frame.bodies[rankB];
+        if (!e.known || e.points == 0 || (solver[rankA].inverseMass == 0 && solver[rankB].inverseMass == 0)) continue;
+        const std::span<const PointMemory> old = remembered(e);
+        const double size = std::min(a.size, b.size), slop = narrow.slopOf(a, b);
+        const double scale = lastSeconds > 0 ? seconds / lastSeconds : 0;
+        const SolverPoint common = pointFor(e);
+        for (const ContactPoint& from : narrow.pointsOf(e)) {
+            SolverPoint& p = points.emplace_back(common);
+            setNormal(p, from.normal);
+            p.armA = from.position - a.mass.centre;
+            p.armB = from.position - b.mass.centre;
+            p.gap = from.gap + slop;
+            if (const PointMemory* known = recall(old, from.position, from.normal, kSameContact * size)) {
+                p.impulse = scale * known->impulse;
+                for (int k = 0; k < 2; ++k) p.rubbing[k] = scale * known->rubbing.dot(p.tangent[k]);
+            }
+            pointEncounter.push_back(i);
+        }
+    }
+    unsolved = solver;
+    unsolvedPoints = points;
+}
+
+/// What all points of an encounter have in common.
+SolverPoint RigidBodyStage::State::pointFor(const FrameEncounter& e) const {
+    SolverPoint p;
+    p.bodyA = frame.parts[e.partA].body;
+    p.bodyB = frame.parts[e.partB].body;
+    const FrameBody &a = frame.bodies[p.bodyA], &b = frame.bodies[p.bodyB];
+    p.hard = solver[p.bodyA].inverseMass == 0 || solver[p.bodyB].inverseMass == 0;
+    p.push = kPushSizes * std::min(a.size, b.size);
+    if (e.law == ContactLaw::kBounce) {
+        p.friction = std::sqrt(a.friction * b.friction);
+        p.restitution = std::max(a.restitution, b.restitution);
+    } else if (e.law == ContactLaw::kStick) {
+        p.friction = kStickFriction;
+    }
+    return p;
+}
+
+std::vector<bool> RigidBodyStage::State::solve(const std::vector<bool>* touched) {
+    Islands islands(solver.size());
+    for (const SolverPoint& p : points)
+        if (solver[p.bodyA].inverseMass > 0 && solver[p.bodyB].inverseMass > 0) islands.join(p.bodyA, p.bodyB);
+    // Islands in the order of their first bodies; points of one in the order of encounters.
+    const auto count = static_cast<std::uint32_t>(solver.size());
+    std::vector<std::uint32_t> island(count, kNobody), firstBody(1, 0), firstPoint(1, 0), bodies;
+    std::uint32_t islandCount = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        if (solver[i].inverseMass == 0) continue;
+        const std::uint32_t root = islands.find(i);
+        if (island[root] == kNobody) {
+            island[root] = islandCount++;
+            firstBody.push_back(0);
+            firstPoint.push_back(0);
+        }
+        island[i] = island[root];
+        ++firstBody[island[i] + 1];
+    }
+    const auto islandOf = [&](const SolverPoint& p) {
+        return island[solver[p.bodyA].inverseMass > 0 ? p.bodyA : p.bodyB];
+    };
+    for (const SolverPoint& p : points) ++firstPoint[islandOf(p) + 1];
+    for (std::uint32_t i = 0; i < islandCount; ++i) {
+        firstBody[i + 1] += firstBody[i];
+        firstPoint[i + 1] += firstPoint[i];
+    }
+    std::vector<bool> again(islandCount, touched == nullptr), changed(count, false);
+    for (std::uint32_t i = 0; i < count; ++i)
+        if (touched != nullptr && (*touched)[i]) again[island[i]] = true;
+    for (std::uint32_t i = 0; i < count; ++i)
+        if (island[i] != kNobody && again[island[i]]) {
+            changed[i] = true;
+            solver[i] = unsolved[i];
+        }
+    bodies.resize(firstBody.back());
+    order.resize(points.size());
+    sorted.resize(points.size());
+    std::vector<std::uint32_t> nextBody(firstBody.begin(), firstBody.end() - 1),
+        nextPoint(firstPoint.begin(), firstPoint.end() - 1);
+    for (std::uint32_t i = 0; i < count; ++i)
+        if (island[i] != kNobody) bodies[nextBody[island[i]]++] = i;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+        const std::uint32_t at = nextPoint[islandOf(points[i])]++;
+        order[i] = at;
+        sorted[at] = again[islandOf(points[i])] ? unsolvedPoints[i] : points[i];
+    }
+    std::vector<std::uint32_t> tasks(1, 0);
+    std::size_t load = 0;
+    for (std::uint32_t i = 0; i < islandCount; ++i) {
+        load += firstPoint[i + 1] - firstPoint[i] + firstBody[i + 1] - firstBody[i];
+        if (load >= kPointsPerTask || i + 1 == islandCount) {
+            tasks.push_back(i + 1);
+            load = 0;
+        }
+    }
+    SolverStep step;
+    step.gravity = gravity;
+    step.seconds = seconds;
+    step.substeps = std::max(1, options.iterations / kPassesPerSubstep);
+    step.bounceSpeed = kRestingFrames * gravity.norm() * seconds;
+    const auto task = [&](std::size_t t) {
+        for (std::uint32_t i = tasks[t]; i < tasks[t + 1]; ++i)
+            if (again[i])
+                solveIsland(solver, std::span(bodies).subspan(firstBody[i], firstBody[i + 1] - firstBody[i]),
+                            std::span(sorted).subspan(firstPoint[i], firstPoint[i + 1] - firstPoint[i]), step);
+    };
+    if (workers == nullptr || tasks.size() < 3) {
+        for (std::size_t t = 0; t + 1 < tasks.size(); ++t) task(t);
+    } else {
+        workers->run(tasks.size() - 1, std::cref(task));
+    }
+    for (std::uint32_t i = 0; i < points.size(); ++i) points[i] = sorted[order[i]];
+    return changed;
+}
+
+void RigidBodyStage::State::remember() {
+    next.clear();
+    std::size_t p = 0;
+    for (std::uint32_t i = 0; i < looked.size(); ++i) {
+        const FrameEncounter& e = looked[i];
+        PairMemory pair{frame.parts[e.partA].given->id, frame.parts[e.partB].given->id, e.memory,
+                        static_cast<std::uint32_t>(next.points.size()), 0};
+        for (; p < points.size() && pointEncounter[p] == i; ++p) {
+            const SolverPoint& from = points[p];
+            const SolverBody &a = solver[from.bodyA], &b = solver[from.bodyB];
+            const Vec3d moved = 0.5 * (a.moved + a.turn * from.armA + b.moved + b.turn * from.armB);
+            next.points.push_back({frame.bodies[from.bodyA].mass.centre + from.armA + moved, from.normal, from.impulse,
+                                   from.rubbing[0] * from.tangent[0] + from.rubbing[1] * from.tangent[1]});
+            ++pair.points;
+        }
+        next.pairs.push_back(pair);
+    }
+    std::swap(memory, next);
+}
+
+void RigidBodyStage::State::sleep(RigidFrame& out) {
+    const std::size_t count = frame.bodies.size();
+    Islands groups(count);
+    std::vector<bool> held(count, false), restless(count, false);
+    for (const SolverPoint& p : points) {
+        if (!(p.most > 0)) continue;
+        const bool freeA = solver[p.bodyA].inverseMass > 0, freeB = solver[p.bodyB].inverseMass > 0;
+        if (freeA && freeB) groups.join(p.bodyA, p.bodyB);
+        held[p.bodyA] = held[p.bodyB] = true;
+        if (frame.bodies[p.bodyA].moving || frame.bodies[p.bodyB].moving) restless[p.bodyA] = restless[p.bodyB] = true;
+        if (frame.bodies[p.bodyA].frozen || frame.bodies[p.bodyB].frozen) restless[p.bodyA] = restless[p.bodyB] = true;
+    }
+    std::vector<Calm> now;
+    std::vector<bool> awake(count, false);  // per representative: somebody in the group is
+    std::size_t old = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const FrameBody& body = frame.bodies[i];
+        if (!body.usable || !body.free || body.asleep) continue;
+        while (old < calm.size() && calm[old].body < body.given->id) ++old;
+        Calm quiet;
+        if (old < calm.size() && calm[old].body == body.given->id) quiet = calm[old];
+        quiet.body = body.given->id;
+        const double speed = solver[i].velocity.norm() + 0.5 * body.size * solver[i].spin.norm();
+        const double slow = std::max(kCalmFrames * gravity.norm() * seconds, kCalmWay * body.size);
+        quiet.moved += solver[i].moved;
+        quiet.turned = (solver[i].turned * quiet.turned).normalized();
+        const double way = quiet.moved.norm() + body.size * quiet.turned.vec().norm();
+        const bool still = !body.frozen && !restless[i] && !body.given->disturbed &&
+                           (held[i] ? speed < slow && way < kCalmWay * body.size : speed == 0);
+        if (still)
+            quiet.seconds += seconds;
+        else
+            quiet = {body.given->id};
+        if (quiet.seconds < options.secondsToSleep) awake[groups.find(i)] = true;
+        now.push_back(quiet);
+    }
+    calm = std::move(now);
+    std::vector<std::uint32_t> slot(count, kNobody);
+    std::vector<SleepingGroup> asleep;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        FrameBody& body = frame.bodies[i];
+        if (!body.usable || !body.free || body.asleep || awake[groups.find(i)]) continue;
+        std::uint32_t& to = slot[groups.find(i)];
+        if (to == kNobody) {
+            to = static_cast<std::uint32_t>(asleep.size());
+            asleep.emplace_back();
+        }
+        asleep[to].bodies.push_back(body.given->id);
+        slot[i] = to;
+        out.motions[body.index] = {};
+    }
+    if (!asleep.empty()) {
+        for (const FramePart& part : frame.parts)
+            if (part.body != kNobody && slot[part.body] != kNobody)
+                asleep[slot[part.body]].surfaces.push_back(part.given->tree);
+        for (std::uint32_t i = 0; i < looked.size(); ++i) {
+            const FrameEncounter& e = looked[i];
+            const PairMemory& pair = memory.pairs[i];
+            const std::uint32_t a = frame.parts[e.partA].body, b = frame.parts[e.partB].body;
+            // Those that just do not touch may do so for a frame that looks a little farther.
+            if (pair.points == 0 && !(frame.bodies[a].free && frame.bodies[b].free)) continue;
+            const auto freeId = [&](std::uint32_t body) {
+                return frame.bodies[body].free ? frame.bodies[body].given->id : 0;
+            };
+            for (const std::uint32_t one : {a, b}) {
+                if (!frame.bodies[one].free || slot[one] == kNobody) continue;
+                SleepingGroup& group = asleep[slot[one]];
+                const std::uint32_t other = one == a ? b : a;
+                if (frame.bodies[other].free && one == b && slot[a] == slot[b]) continue;  // once is enough
+                SleepingGroup::Pair kept{pair.partA, pair.partB, freeId(a), freeId(b), e.law, pair};
+                kept.memory.firstPoint = static_cast<std::uint32_t>(group.points.size());
+                const std::span<const PointMemory> from = memory.pointsOf(pair);
+                group.points.insert(group.points.end(), from.begin(), from.end());
+                group.pairs.push_back(kept);
+                if (!frame.bodies[other].free)
+                    group.supports.push_back(frame.parts[one == a ? e.partB : e.partA].given->id);
+            }
+        }
+        for (SleepingGroup& group : asleep) {
+            std::sort(group.supports.begin(), group.supports.end());
+            group.supports.erase(std::unique(group.supports.begin(), group.supports.end()), group.supports.end());
+            std::vector<const RigidPart*> supports;
+            for (const std::uint64_t part : group.supports) supports.push_back(frame.parts[frame.findPart(part)].given);
+            const std::vector<std::uint64_t> fresh = sleepers.add(std::move(group), supports, shapes);
+            out.supports.insert(out.supports.end(), fresh.begin(), fresh.end());
+        }
+    }
+    for (const FrameBody& body : frame.bodies)
+        if (body.usable && body.free && sleepers.asleep(body.given->id)) out.motions[body.index].asleep = true;
+    out.asleep = sleepers.size();
+}
+
+}  // namespace tessera
