@@ -34,6 +34,12 @@ std::string_view nameOf(TouchPhase phase) {
 std::string faceText(std::uint32_t face) {
     return face == ContactValue::kNoFace ? "hull" : fmt::format("{}", face);
 }
+std::string depthText(double depth) {
+    return depth < 0 ? "-" : fmt::format("{:.4g}", depth);
+}
+Json placeJson(const Vec2d& uv) {
+    return Json::array({uv.x(), uv.y()});
+}
 Json faceJson(std::uint32_t face) {
     return face == ContactValue::kNoFace ? Json(nullptr) : Json(face);
 }
@@ -88,14 +94,18 @@ void list(Listing& listing, const std::vector<Value>& values, SceneNames& names,
 }
 
 Listing listed(const answer::Contacts& told, SceneNames& names, const verb::Contacts& wanted, ObjectId interest) {
-    Listing out{.table = TextTable({"objects", "faces", "point", "normal", "time", "interest"})};
+    Listing out{.table = TextTable({"objects", "faces", "point", "normal", "depth", "time", "interest"})};
     list(out, told.contacts, names, wanted, interest, [&](const ContactValue& c) {
         out.table.add({names.pair(c.objectA, c.objectB), faceText(c.faceA) + " - " + faceText(c.faceB), textOf(c.point),
-                       textOf(c.normal), fmt::format("{:.4g}", c.time), names.interest(c.interest)});
+                       textOf(c.normal), depthText(c.depth), fmt::format("{:.4g}", c.time),
+                       names.interest(c.interest)});
         out.entries.push_back({{"objects", names.pairJson(c.objectA, c.objectB)},
                                {"faces", Json::array({faceJson(c.faceA), faceJson(c.faceB)})},
                                {"point", jsonOf(c.point)},
+                               {"places", Json::array({placeJson(c.uvA), placeJson(c.uvB)})},
                                {"normal", jsonOf(c.normal)},
+                               {"depth", c.depth < 0 ? Json(nullptr) : Json(c.depth)},
+                               {"error", c.error},
                                {"interest", names.interestJson(c.interest)},
                                {"time", c.time}});
     });

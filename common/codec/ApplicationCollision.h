@@ -15,11 +15,18 @@ namespace tessera {
 /// One touching pair of faces.
 struct ContactValue {
     static constexpr std::uint32_t kNoFace = 0xffffffffu;  ///< of a convex hull: no triangle of the mesh
+    static constexpr double kNoDepth = -1;
 
     ObjectId objectA, objectB;  ///< the nodes that bear the geometry
     std::uint32_t faceA = 0, faceB = 0;
     Vec3d point = Vec3d::Zero();
     Vec3d normal = Vec3d::UnitY();
+    /// How deep the two are in each other along the normal; kNoDepth: not known (a surface without an inside, faces that
+    /// only touch).
+    double depth = kNoDepth;
+    /// Where on the faces: corner 0 + u · (corner 1 - corner 0) + v · (corner 2 - corner 0).
+    Vec2d uvA = Vec2d::Zero(), uvB = Vec2d::Zero();
+    double error = 0;   ///< the point may be off by so much; 0: exact to rounding
     ObjectId interest;  ///< the one that decides about the pair; none: not known
     double time = 1;    ///< when in the frame's motion, 0 to 1; less than 1 for what stopped a motion on its way
 };

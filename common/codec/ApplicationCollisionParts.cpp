@@ -11,6 +11,9 @@ namespace {
 
 /// The bits of doubles: records are compared and copied as integers.
 using Bits = std::uint64_t;
+struct Bits2 {
+    Bits x, y;
+};
 struct Bits3 {
     Bits x, y, z;
 };
@@ -24,6 +27,8 @@ struct ContactRecord {
     std::uint64_t objectA, objectB;
     std::uint32_t faceA, faceB;
     Bits3 point, normal;
+    Bits depth, error;
+    Bits2 uvA, uvB;
     std::uint64_t interest;
     Bits time;
 };
@@ -50,6 +55,9 @@ static_assert(sizeof(PairDistanceRecord) == kPairDistanceBytes && sizeof(Questio
 Bits bitsOf(double value) {
     return std::bit_cast<Bits>(value);
 }
+Bits2 bitsOf(const Vec2d& v) {
+    return {bitsOf(v.x()), bitsOf(v.y())};
+}
 Bits3 bitsOf(const Vec3d& v) {
     return {bitsOf(v.x()), bitsOf(v.y()), bitsOf(v.z())};
 }
@@ -73,6 +81,16 @@ public:
         const double value = number(bits);
         check(value >= 0 && value <= 1, "a time outside the frame");
         return value;
+    }
+    double depth(Bits bits) {
+        const double value = number(bits);
+        check(value >= 0 || value == ContactValue::kNoDepth, "a depth below zero");
+        return value;
+    }
+    Vec2d place(const Bits2& bits) {
+        const Vec2d uv(number(bits.x), number(bits.y));
+        check(uv.x() >= 0 && uv.y() >= 0 && uv.x() <= 1 && uv.y() <= 1, "a place beside its face");
+        return uv;
     }
     double distance(Bits bits) {
         const double value = number(bits);
@@ -111,6 +129,10 @@ ContactRecord recordOf(const ContactValue& c) {
             .faceB = c.faceB,
             .point = bitsOf(c.point),
             .normal = bitsOf(c.normal),
+            .depth = bitsOf(c.depth),
+            .error = bitsOf(c.error),
+            .uvA = bitsOf(c.uvA),
+            .uvB = bitsOf(c.uvB),
             .interest = c.interest.value,
             .time = bitsOf(c.time)};
 }
@@ -121,6 +143,10 @@ ContactValue valueOf(const ContactRecord& r, Reader& in) {
             .faceB = r.faceB,
             .point = in.vector(r.point),
             .normal = in.vector(r.normal),
+            .depth = in.depth(r.depth),
+            .uvA = in.place(r.uvA),
+            .uvB = in.place(r.uvB),
+            .error = in.distance(r.error),
             .interest = ObjectId{r.interest},
             .time = in.time(r.time)};
 }

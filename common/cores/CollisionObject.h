@@ -13,6 +13,7 @@ struct CollisionObject {
     static constexpr std::int64_t kStatic = 0, kRigid = 1, kDeforming = 2;
     static constexpr std::int64_t kWhole = 0, kEachChild = 1, kEachGeometry = 2;
     static constexpr std::int64_t kTriangles = 0, kHull = 1;
+    static constexpr std::int64_t kAuto = 0, kSphere = 1, kAabb = 2, kObb = 3, kDop6 = 4, kDop14 = 5, kDop18 = 6, kDop26 = 7;
     ObjectId node;  ///< none: the core means nothing
     /// Static: expected to stay; moved all the same, it jumps. Rigid: its motions are followed from frame to frame.
     /// Deforming: the arrays of its geometries may change in every frame.
@@ -27,6 +28,8 @@ struct CollisionObject {
     double friction = 0.5;            ///< Coulomb's; of two bodies the geometric mean counts
     Vec3d velocity = Vec3d::Zero();   ///< of a free body's centre of mass
     Vec3d spin = Vec3d::Zero();       ///< of a free body; world axes
+    /// What bounds the triangles in the trees of its geometries. It changes no answer, but how long answers take.
+    std::int64_t volume = kAuto;
 
     static constexpr double kFastest = 1e6;
 };
@@ -58,6 +61,16 @@ inline constexpr auto kDescription<CollisionObject> =
              field<&CollisionObject::spin>(10, "spin")
                  .unit(Unit::kRadianPerSecond)
                  .between(-CollisionObject::kFastest, CollisionObject::kFastest)
-                 .affects(Effect::kTerms));
+                 .affects(Effect::kTerms),
+             field<&CollisionObject::volume>(11, "volume")
+                 .oneOf({{CollisionObject::kAuto, "auto"},
+                         {CollisionObject::kSphere, "sphere"},
+                         {CollisionObject::kAabb, "aabb"},
+                         {CollisionObject::kObb, "obb"},
+                         {CollisionObject::kDop6, "6-dop"},
+                         {CollisionObject::kDop14, "14-dop"},
+                         {CollisionObject::kDop18, "18-dop"},
+                         {CollisionObject::kDop26, "26-dop"}})
+                 .affects(Effect::kRules));
 
 }  // namespace tessera

@@ -11,6 +11,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json jsonOf(const Vec2d& v) {
+    return Json::array({v.x(), v.y()});
+}
 Json jsonOf(const Vec3d& v) {
     return Json::array({v.x(), v.y(), v.z()});
 }
@@ -103,7 +106,10 @@ nlohmann::ordered_json CollisionReport::toJson(const Aspect& scene) const {
         contacts.push_back({{"objects", {names.node(c.objectA), names.node(c.objectB)}},
                             {"faces", {faceOf(c.faceA), faceOf(c.faceB)}},
                             {"point", jsonOf(c.point)},
+                            {"places", {jsonOf(c.uvA), jsonOf(c.uvB)}},
                             {"normal", jsonOf(c.normal)},
+                            {"depth", c.depth < 0 ? Json(nullptr) : Json(c.depth)},
+                            {"error", c.error},
                             {"interest", names.interest(c.interest)},
                             {"time", c.time}});
     Json distances = Json::array();

@@ -3,6 +3,27 @@
 #include <algorithm>
 
 namespace tessera {
+namespace {
+
+ShapeChoice choiceOf(const CollisionObject& object) {
+    ShapeChoice choice;
+    // What deforms is a surface.
+    if (object.shape == CollisionObject::kHull && object.kind != CollisionObject::kDeforming)
+        choice.representation = Representation::kHull;
+    switch (object.volume) {
+        case CollisionObject::kSphere: choice.volume = VolumeKind::kSphere; break;
+        case CollisionObject::kAabb: choice.volume = VolumeKind::kAabb; break;
+        case CollisionObject::kObb: choice.volume = VolumeKind::kObb; break;
+        case CollisionObject::kDop6: choice.volume = VolumeKind::kDop6; break;
+        case CollisionObject::kDop14: choice.volume = VolumeKind::kDop14; break;
+        case CollisionObject::kDop18: choice.volume = VolumeKind::kDop18; break;
+        case CollisionObject::kDop26: choice.volume = VolumeKind::kDop26; break;
+        default: break;
+    }
+    return choice;
+}
+
+}  // namespace
 
 void CollisionObjectTable::clear() {
     *this = {};
@@ -35,14 +56,15 @@ void CollisionObjectTable::follow(const Aspect& aspect, ObjectId core, bool visi
         numbers_.insert(core, number);
     }
     const CollisionObject& it = *aspect.get<CollisionObject>(core);
+    const ShapeChoice choice = choiceOf(it);
     Entry& entry = entries_[number];
     const bool same = entry.core == core && entry.kind == it.kind && entry.division == it.division &&
-                      entry.shape == it.shape && entry.layers == it.layers;
+                      entry.choice == choice && entry.layers == it.layers;
     entry.core = core;
     entry.node = it.node;
     entry.kind = it.kind;
     entry.division = it.division;
-    entry.shape = it.shape;
+    entry.choice = choice;
     entry.layers = it.layers;
     if (!same) entry.changed = update;
     if (!it.node) return;

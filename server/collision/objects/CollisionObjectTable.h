@@ -8,6 +8,7 @@
 
 #include "common/scene/Aspect.h"
 #include "server/collision/objects/IdTable.h"
+#include "server/collision/pairwise/CollisionShape.h"
 
 namespace tessera {
 
@@ -17,7 +18,8 @@ public:
     struct Entry {
         ObjectId core, node;
         std::int64_t kind = CollisionObject::kRigid, division = CollisionObject::kWhole;
-        std::int64_t shape = CollisionObject::kTriangles, layers = 1;
+        std::int64_t layers = 1;
+        ShapeChoice choice;
         std::vector<std::uint32_t> bodies;  ///< kept by whoever makes them
         std::uint64_t changed = 0;          ///< in which update its rules did
     };

@@ -20,8 +20,8 @@ std::optional<std::vector<Vec3d>> verticesOf(const Blob& positions, std::size_t 
 
 }  // namespace
 
-std::shared_ptr<const CollisionShape> DeformingShapes::follow(ObjectId core, const MeshArrays& arrays, bool jump) {
-    Own& own = shapes_[core];
+std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, const MeshArrays& arrays, bool jump) {
+    Own& own = shapes_[key];
     if (own.shape && own.indices == arrays.indices.id()) {
         const BlobId positions = arrays.positions.id();
         if (own.positions == positions) {
@@ -30,35 +30,33 @@ std::shared_ptr<const CollisionShape> DeformingShapes::follow(ObjectId core, con
         }
         if (!jump) {
             if (own.end && own.endPositions == positions) return own.shape;
-            own.end = verticesOf(arrays.positions, own.shape->tree.mesh().vertexCount());
+            own.end = verticesOf(arrays.positions, own.shape->mesh().vertexCount());
             own.endPositions = positions;
             if (own.end) return own.shape;
         }
     }
-    own = {ShapeCache::ownShape(arrays), arrays.positions.id(), arrays.indices.id(), {}, {}};
+    own = {ShapeCache::ownShape(arrays, key.choice), arrays.positions.id(), arrays.indices.id(), {}, {}};
     return own.shape;
 }
 
-const std::vector<Vec3d>* DeformingShapes::endOf(ObjectId core) const {
-    const auto own = shapes_.find(core);
+const std::vector<Vec3d>* DeformingShapes::endOf(const Key& key) const {
+    const auto own = shapes_.find(key);
     return own != shapes_.end() && own->second.end ? &*own->second.end : nullptr;
 }
 
 void DeformingShapes::settle() {
-    for (auto& [core, own] : shapes_) {
+    for (auto& [key, own] : shapes_) {
         if (!own.end) continue;
-        TriangleTree& tree = own.shape->tree;
-        const Expected<void> fitted = tree.refit(*own.end);
-        TESSERA_CHECK(fitted.has_value(), "an end is taken only where its vertices fit the mesh");
-        if (tree.decay() > TriangleTree::kRebuildAbove) tree.rebuild();
+        const Expected<void> moved = own.shape->move(*own.end);
+        TESSERA_CHECK(moved.has_value(), "an end is taken only where its vertices fit the mesh");
         own.positions = own.endPositions;
         own.end.reset();
     }
 }
 
-void DeformingShapes::keepOnly(std::span<const ObjectId> cores) {
+void DeformingShapes::keepOnly(std::span<const Key> keys) {
     std::erase_if(shapes_,
-                  [&](const auto& entry) { return !std::binary_search(cores.begin(), cores.end(), entry.first); });
+                  [&](const auto& entry) { return !std::binary_search(keys.begin(), keys.end(), entry.first); });
 }
 
 }  // namespace tessera

@@ -12,19 +12,24 @@
 
 namespace tessera {
 
-/// One shape for each Geometry core that deforms, whatever number of parts show it.
+/// One shape for each drawable core that deforms and what is asked of its shape, whatever number of parts show it.
 class DeformingShapes {
 public:
+    struct Key {
+        ObjectId core;
+        ShapeChoice choice;
+        auto operator<=>(const Key&) const = default;
+    };
     /// The shape of a geometry; null where its arrays are malformed. New positions for the same triangles become an end
     /// to settle, and the shape stays as it is until then; anything else new is a new shape. `jump`: new positions are
     /// that too.
-    [[nodiscard]] std::shared_ptr<const CollisionShape> follow(ObjectId core, const MeshArrays& arrays, bool jump);
+    [[nodiscard]] std::shared_ptr<const CollisionShape> follow(const Key& key, const MeshArrays& arrays, bool jump);
     /// Where the vertices are about to be; null where they stay.
-    [[nodiscard]] const std::vector<Vec3d>* endOf(ObjectId core) const;
+    [[nodiscard]] const std::vector<Vec3d>* endOf(const Key& key) const;
     /// Moves all shapes to their ends.
     void settle();
-    /// Lets go of every geometry but these (ascending).
-    void keepOnly(std::span<const ObjectId> cores);
+    /// Lets go of all but these (ascending).
+    void keepOnly(std::span<const Key> keys);
 
 private:
     struct Own {
@@ -33,7 +38,7 @@ private:
         BlobId endPositions;
         std::optional<std::vector<Vec3d>> end;
     };
-    std::map<ObjectId, Own> shapes_;
+    std::map<Key, Own> shapes_;
 };
 
 }  // namespace tessera

@@ -169,9 +169,13 @@ public:
 
 private:
     /// What shape a body's geometries have.
-    enum class BodyShape : std::uint8_t { kTriangles, kHull, kDeforming };
+    struct BodyShape {
+        ShapeChoice choice;
+        bool deforms = false;
+        bool operator==(const BodyShape&) const = default;
+    };
     struct BodyTerms {
-        BodyShape shape = BodyShape::kTriangles;
+        BodyShape shape;
         double mass = 0;         ///< of a body that is free unless what is above it speaks against it
         bool candidate = false;  ///< it may be free: its Transform is its alone
         bool touched = false;    ///< to be looked at again at the end of an update
@@ -186,7 +190,7 @@ private:
     };
     struct PartTerms {
         ObjectId geometry;
-        BodyShape shape = BodyShape::kTriangles;
+        BodyShape shape;
         std::uint32_t inBody = 0;                                 ///< where it stands among its body's parts
         bool moved = false, regrouped = false, reworded = false;  ///< listed
     };
@@ -246,6 +250,9 @@ private:
     void setObject(std::uint32_t body, std::uint32_t object);
     void copyTerms(const CollisionObject& core, std::uint32_t body);
     void shapeParts(const Aspect& aspect, bool jump);
+    [[nodiscard]] DeformingShapes::Key deformingKey(std::uint32_t part) const {
+        return {partTerms_[part].geometry, partTerms_[part].shape.choice};
+    }
     [[nodiscard]] std::shared_ptr<const CollisionShape> shapeOf(const Aspect& aspect, std::uint32_t part, bool jump);
     void reshapePart(std::uint32_t part);
     void setBox(std::uint32_t part, const Box& box);
@@ -320,8 +327,5 @@ private:
     std::vector<Deformation> deformations_;
     Vec3d gravity_ = Vec3d::Zero();
 };
-
-/// Whether queries can work with this map: finite, and far enough from flat that it has an inverse.
-[[nodiscard]] bool invertible(const Affine3d& m);
 
 }  // namespace tessera

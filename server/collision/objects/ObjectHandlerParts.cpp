@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "common/drawable/Drawable.h"
-#include "server/collision/objects/ConservativeBox.h"
 #include "server/collision/objects/ObjectHandler.h"
 #include "server/collision/objects/SortOnce.h"
+#include "server/collision/pairwise/ConservativeBox.h"
 
 namespace tessera {
 
@@ -24,10 +24,7 @@ bool rigidButForScale(const Affine3d& m) {
 
 Box boxOf(const Part& part) {
     if (!part.shape || !invertible(part.world)) return {};
-    const CollisionShape& shape = *part.shape;
-    const Box& bounds = shape.tree.mesh().bounds();
-    return shape.hull ? boxAround(part.world, bounds, shape.ballCentre, shape.ballRadius)
-                      : boxAround(part.world, bounds);
+    return part.shape->boxIn(part.world);
 }
 
 }  // namespace
@@ -64,11 +61,11 @@ void ObjectHandler::removePart(std::uint32_t number) {
     relations_.setPart(number, kNobody, kNobody);
     noteRegrouped(number);
     if (!part.solid()) --skipped_;
-    deformingDirty_ = deformingDirty_ || terms.shape == BodyShape::kDeforming;
+    deformingDirty_ = deformingDirty_ || terms.shape.deforms;
     standings_[part.place].part = kNobody;
     part = {};
     terms.geometry = {};
-    terms.shape = BodyShape::kTriangles;
+    terms.shape = {};
     partsGone_.push_back(number);
 }
 
@@ -133,13 +130,13 @@ void ObjectHandler::shapeParts(const Aspect& aspect, bool jump) {
         if (!part.node) continue;
         ++work_.parts;
         PartTerms& terms = partTerms_[number];
-        const BodyShape kind = bodyTerms_[part.body].shape;
-        deformingDirty_ = deformingDirty_ || terms.shape == BodyShape::kDeforming;
-        if (kind == BodyShape::kDeforming) {
-            if (terms.shape != kind || terms.geometry != tree_.at(part.place).core) deformingParts_.push_back(number);
+        const BodyShape& wanted = bodyTerms_[part.body].shape;
+        deformingDirty_ = deformingDirty_ || terms.shape.deforms;
+        if (wanted.deforms) {
+            if (terms.shape != wanted || terms.geometry != tree_.at(part.place).core) deformingParts_.push_back(number);
             deformingDirty_ = true;
         }
-        terms.shape = kind;
+        terms.shape = wanted;
         terms.geometry = tree_.at(part.place).core;
         std::shared_ptr<const CollisionShape> shape = shapeOf(aspect, number, jump);
         // What the part was before everything was made anew, if it was.
@@ -159,13 +156,13 @@ void ObjectHandler::shapeParts(const Aspect& aspect, bool jump) {
     touchedParts_.clear();
     if (deformingDirty_) {
         std::erase_if(deformingParts_, [&](std::uint32_t part) {
-            return !parts_[part].node || partTerms_[part].shape != BodyShape::kDeforming;
+            return !parts_[part].node || !partTerms_[part].shape.deforms;
         });
         sortOnce(deformingParts_);
-        std::vector<ObjectId> cores;
-        for (const std::uint32_t part : deformingParts_) cores.push_back(partTerms_[part].geometry);
-        sortOnce(cores);
-        deforming_.keepOnly(cores);
+        std::vector<DeformingShapes::Key> keys;
+        for (const std::uint32_t part : deformingParts_) keys.push_back(deformingKey(part));
+        sortOnce(keys);
+        deforming_.keepOnly(keys);
         listDeformations();
     }
     deformingDirty_ = false;
@@ -175,15 +172,8 @@ void ObjectHandler::shapeParts(const Aspect& aspect, bool jump) {
 std::shared_ptr<const CollisionShape> ObjectHandler::shapeOf(const Aspect& aspect, std::uint32_t part, bool jump) {
     const ObjectId core = partTerms_[part].geometry;
     const MeshArrays arrays = drawableOf(aspect, core).arrays();
-    switch (partTerms_[part].shape) {
-        case BodyShape::kTriangles:
-            return shapes_->shape(arrays);
-        case BodyShape::kHull:
-            return shapes_->shape(arrays, ShapeKind::kHull);
-        case BodyShape::kDeforming:
-            break;
-    }
-    return deforming_.follow(core, arrays, jump);
+    if (partTerms_[part].shape.deforms) return deforming_.follow(deformingKey(part), arrays, jump);
+    return shapes_->shape(arrays, partTerms_[part].shape.choice);
 }
 
 /// The part's pose or its shape is another one.
@@ -215,7 +205,7 @@ void ObjectHandler::setBox(std::uint32_t number, const Box& box) {
 void ObjectHandler::listDeformations() {
     deformations_.clear();
     for (const std::uint32_t part : deformingParts_)
-        if (const std::vector<Vec3d>* end = deforming_.endOf(partTerms_[part].geometry))
+        if (const std::vector<Vec3d>* end = deforming_.endOf(deformingKey(part)))
             deformations_.push_back({part, *end});
 }
 
@@ -360,7 +350,7 @@ void ObjectHandler::settleBody(const Aspect& aspect, std::uint32_t number) {
     const Place& place = tree_.at(body.place);
     setObject(number, standings_[body.place].object);
     if (body.free()) noteFree(number);
-    BodyShape shape = BodyShape::kTriangles;
+    BodyShape shape;
     bool candidate = false;
     if (terms.object == kNobody) {
         const Body plain;
@@ -377,10 +367,8 @@ void ObjectHandler::settleBody(const Aspect& aspect, std::uint32_t number) {
         body.core = entry.core;
         body.kind = entry.kind;
         body.layers = entry.layers;
-        if (entry.kind == CollisionObject::kDeforming)
-            shape = BodyShape::kDeforming;
-        else if (entry.shape == CollisionObject::kHull)
-            shape = BodyShape::kHull;
+        shape.choice = entry.choice;
+        shape.deforms = entry.kind == CollisionObject::kDeforming;
         candidate = entry.kind == CollisionObject::kRigid && entry.division == CollisionObject::kWhole &&
                     place.transform && place.movable && tree_.bearers()[tree_.bearersOf(place.transform)].count == 1;
     }

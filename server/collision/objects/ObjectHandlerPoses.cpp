@@ -6,18 +6,6 @@
 
 namespace tessera {
 
-bool invertible(const Affine3d& m) {
-    // Nearly always: coefficients of the inverse, cofactors over the determinant, are then below 1e26. Not so a NaN.
-    constexpr double kUsual = 1e6;
-    const double determinant = m.linear().determinant();
-    if (m.matrix().cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < kUsual && std::abs(determinant) > 1 / kUsual)
-        return true;
-    if (!m.matrix().allFinite()) return false;
-    const Affine3d inverse = m.inverse();
-    return inverse.matrix().allFinite() && std::abs(determinant) > 1e-120 && m.matrix().cwiseAbs().maxCoeff() < 1e50 &&
-           inverse.matrix().cwiseAbs().maxCoeff() < 1e50;
-}
-
 void ObjectHandler::overlay(ObjectId transform, const Affine3d& local) {
     const std::uint32_t number = transformNumber(transform, ~std::uint32_t{0});
     if (number != kNobody) overlay(number, local);

@@ -7,7 +7,7 @@
 
 #include "common/change/Value.h"
 #include "common/math/Box.h"
-#include "server/collision/objects/CollisionShape.h"
+#include "server/collision/pairwise/CollisionShape.h"
 
 namespace tessera {
 

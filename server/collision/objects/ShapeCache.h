@@ -8,11 +8,9 @@
 #include <tuple>
 
 #include "common/geometry/Mesh.h"
-#include "server/collision/objects/CollisionShape.h"
+#include "server/collision/pairwise/CollisionShape.h"
 
 namespace tessera {
-
-enum class ShapeKind : std::uint8_t { kTriangles, kHull };
 
 /// Not thread-safe; the shapes it hands out may be read by any thread.
 class ShapeCache {
@@ -22,10 +20,9 @@ public:
 
     /// Made when first asked for. Null where the arrays are absent or malformed or hold no triangle, and for a hull
     /// where the points lie in one plane.
-    [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const MeshArrays& arrays,
-                                                              ShapeKind kind = ShapeKind::kTriangles);
+    [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const MeshArrays& arrays, const ShapeChoice& choice = {});
     /// One of its own, for a geometry that will deform.
-    [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const MeshArrays& arrays);
+    [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const MeshArrays& arrays, const ShapeChoice& choice);
     /// The box around the vertices of a geometry, without making its shape. Empty where the array is absent.
     [[nodiscard]] Box bounds(const MeshArrays& arrays);
 
@@ -34,7 +31,7 @@ public:
     [[nodiscard]] std::size_t size() const { return shapes_.size(); }
 
 private:
-    using Key = std::tuple<BlobId, BlobId, ShapeKind>;  // positions, indices
+    using Key = std::tuple<BlobId, BlobId, ShapeChoice>;  // positions, indices
     std::size_t maxIdleTriangles_;
     std::map<Key, std::shared_ptr<const CollisionShape>> shapes_;
     std::map<BlobId, Box> bounds_;

@@ -4,6 +4,8 @@
 #include <array>
 #include <bit>
 
+#include "server/collision/pairwise/ConservativeBox.h"
+
 namespace tessera {
 namespace {
 

@@ -338,7 +338,7 @@ void CollisionPipeline::Impl::ask(const MotionTrial& trial, const Resolution& re
         const Part& a = part(o.partA);
         const Part& b = part(o.partB);
         const Contact where = !hit.faces.empty() ? contactOfFaces(a, b, hit.worldA, hit.worldB, hit.faces.front())
-                              : a.shape->hull && b.shape->hull ? contactOfHulls(a, b, hit.worldA, hit.worldB)
+                              : a.shape->hull() && b.shape->hull() ? contactOfHulls(a, b, hit.worldA, hit.worldB)
                                                                : Contact{};
         question.point = where.point;
         question.normal = where.normal;

@@ -4,6 +4,8 @@
 #include <tuple>
 #include <utility>
 
+#include "server/collision/pairwise/Regions.h"
+
 namespace tessera {
 namespace {
 
@@ -24,21 +26,38 @@ Contact contactOfHulls(const Part& a, const Part& b, const Touching& touching) {
     HullContact& known = *touching.known;
     if (known.versionA != a.poseVersion || known.versionB != b.poseVersion) {
         const Contact contact = contactOfHulls(a, b, touching.worldA, touching.worldB);
-        known = {a.poseVersion, b.poseVersion, contact.point, contact.normal};
+        known = {a.poseVersion, b.poseVersion, contact.point, contact.normal, contact.depth};
     }
     Contact contact;
     contact.point = known.point;
     contact.normal = known.normal;
+    contact.depth = known.depth;
     contact.faceA = contact.faceB = Contact::kNoFace;
     return contact;
 }
 
-Contact contactAt(const ObjectHandler& handler, const Touching& touching, const FacePair* faces) {
+/// Of two closed surfaces all of whose contacts are known.
+ContactRegions regionsOf(const ObjectHandler& handler, const Touching& touching) {
+    if (touching.faces.empty() || touching.faces.size() != touching.faceCount || !touching.allFaces) return {};
+    const Part &a = handler.parts()[touching.partA], &b = handler.parts()[touching.partB];
+    return regionsOf({*a.shape, touching.worldA}, {*b.shape, touching.worldB}, touching.faces);
+}
+
+Contact contactAt(const ObjectHandler& handler, const Touching& touching, const FacePair* faces,
+                  const ContactRegions& regions) {
     const Part& a = handler.parts()[touching.partA];
     const Part& b = handler.parts()[touching.partB];
-    Contact contact = faces                            ? contactOfFaces(a, b, touching.worldA, touching.worldB, *faces)
-                      : a.shape->hull && b.shape->hull ? contactOfHulls(a, b, touching)
-                                                       : contactWithin(a, b);
+    Contact contact = faces                                ? contactOfFaces(a, b, touching.worldA, touching.worldB, *faces)
+                      : a.shape->hull() && b.shape->hull() ? contactOfHulls(a, b, touching)
+                                                           : contactWithin(a, b);
+    if (faces != nullptr && !regions.regionOf.empty()) {
+        const auto at = std::ranges::lower_bound(touching.faces, *faces) - touching.faces.begin();
+        const std::uint32_t number = regions.regionOf[static_cast<std::size_t>(at)];
+        if (number != ContactRegions::kNone && regions.regions[number].depth) {
+            contact.normal = regions.regions[number].normal;
+            contact.depth = *regions.regions[number].depth;
+        }
+    }
     contact.objectA = touching.nodeA;
     contact.objectB = touching.nodeB;
     contact.interest = touching.interest;
@@ -72,6 +91,7 @@ Touching restingContact(const ObjectHandler& handler, PairState& pair) {
     touching.partB = pair.b;
     touching.faces.assign(pair.touch.faces.begin(), pair.touch.faces.begin() + facesWanted(pair, relation));
     touching.faceCount = facesTold(pair, relation);
+    touching.allFaces = pair.touch.all && pair.touch.faces.size() == pair.touch.faceCount;
     touching.worldA = handler.parts()[pair.a].world;
     touching.worldB = handler.parts()[pair.b].world;
     touching.interest = handler.interests()[relation.interests.front()].core;
@@ -193,6 +213,7 @@ std::vector<Contact> ContactList::list(const ObjectHandler& handler, const Descr
     leftOut = 0;
     Accounts faces;
     std::vector<const Touching*> accounts;
+    std::vector<std::pair<const Touching*, ContactRegions>> regions;  // of each account
     std::uint64_t notReached = faceCount_;
     auto rests = resting_.begin();
     std::size_t next = 0;
@@ -211,11 +232,16 @@ std::vector<Contact> ContactList::list(const ObjectHandler& handler, const Descr
         for (; next < touching_.size() && nodesOf(touching_[next]) == pair; ++next) accounts.push_back(&touching_[next]);
         for (const Touching* touching : accounts) leftOut += unnamed(*touching);
         account(accounts, faces);
+        regions.clear();
+        for (const Touching* touching : accounts) regions.emplace_back(touching, regionsOf(handler, *touching));
         for (const auto& [two, touching] : faces) {
-            if (contacts.size() == most)
+            if (contacts.size() == most) {
                 ++leftOut;
-            else
-                contacts.push_back(contactAt(handler, *touching, touching->faces.empty() ? nullptr : &two));
+                continue;
+            }
+            const auto known = std::ranges::find(regions, touching, [](const auto& r) { return r.first; });
+            contacts.push_back(
+                contactAt(handler, *touching, touching->faces.empty() ? nullptr : &two, known->second));
         }
     }
     for (; next < touching_.size(); ++next) notReached += touching_[next].faceCount;

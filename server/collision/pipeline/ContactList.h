@@ -22,6 +22,7 @@ struct Touching {
     ObjectId interest;
     double time = 1;
     HullContact* known = nullptr;  ///< of two hulls, in the poses in which they are now: what is known of the contact
+    bool allFaces = false;  ///< all that meet in these poses are there
 };
 
 /// Of a pair that touches: how many faces there are of those asked for.

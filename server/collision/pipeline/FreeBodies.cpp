@@ -166,8 +166,8 @@ void FreeBodies::describePart(const ObjectHandler& handler, std::uint32_t index,
     body.restitution = of.restitution;
     body.friction = of.friction;
     rigid.id = part.node.value;
-    rigid.tree = &part.shape->tree;
-    rigid.hull = part.shape->hull ? &*part.shape->hull : nullptr;
+    rigid.tree = &part.shape->tree();
+    rigid.hull = part.shape->hull();
     rigid.world = part.world;
     if (const auto start = startWorlds.find(index); start != startWorlds.end()) {
         rigid.world = start->second;
@@ -189,8 +189,7 @@ void FreeBodies::describe(const ObjectHandler& handler, std::uint32_t number, Ri
     for (const std::uint32_t index : body.parts) {
         const Part& part = handler.parts()[index];
         if (part.solid())
-            parts.push_back(
-                {part.node.value, 0, &part.shape->tree, part.shape->hull ? &*part.shape->hull : nullptr, part.world});
+            parts.push_back({part.node.value, 0, &part.shape->tree(), part.shape->hull(), part.world});
     }
 }
 

@@ -6,11 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "server/collision/convex/ConvexQuery.h"
 #include "server/collision/neighbours/NeighbourFinder.h"
 #include "server/collision/objects/ObjectHandler.h"
-#include "server/collision/query/DistanceQuery.h"
-#include "server/collision/query/TouchFront.h"
+#include "server/collision/pairwise/PairTable.h"
 
 namespace tessera {
 
@@ -43,6 +41,7 @@ struct DistanceAnswer {
 struct HullContact {
     std::uint64_t versionA = 0, versionB = 0;
     Vec3d point = Vec3d::Zero(), normal = Vec3d::Zero();
+    double depth = 0;  ///< as Contact::depth
 };
 
 struct PairState {
@@ -53,10 +52,7 @@ struct PairState {
     TouchAnswer touch;
     DistanceAnswer distance;
     HullContact hullContact;
-    // Hints: they change no answer.
-    TouchFront front;
-    ConvexCache hulls;
-    std::optional<FacePair> nearest;
+    PairHints hints;
     // Kept by PairMemory.
     std::uint32_t inA = 0, inB = 0;  ///< where it stands among the pairs of its parts
     std::uint32_t inTold = kNowhere;

@@ -10,11 +10,10 @@ namespace tessera {
 /// `most` are kept), else one. Solids count as full: a hull touches what is inside it.
 void askTouch(PairState& state, const Part& a, const Part& b, bool all, std::size_t most, QueryWork& work);
 
-/// The same for the distance, up to `upperBound` (world units). Surfaces, and the insides of two hulls.
+/// The same for the distance, up to `upperBound` (world units): 0 where they touch.
 void askDistance(PairState& state, const Part& a, const Part& b, double upperBound, QueryWork& work);
 
-/// Where two faces meet, given the poses in which they do. The normal goes to the world as planes do, which also rights
-/// it where a mirrored frame turned the winding. Not filled in: objects, interest and time.
+/// Where two faces meet, given the poses in which they do (PairContact.h). Not filled in: objects, interest and time.
 [[nodiscard]] Contact contactOfFaces(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB,
                                      const FacePair& faces);
 /// Where two hulls meet: the middle between the deepest points.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/collision/response/PairTouch.h"
+#include "server/collision/pairwise/PairTable.h"
 
 namespace tessera {
 
@@ -25,7 +25,7 @@ std::vector<RollbackContact> firstRollbackContacts(const ObjectHandler& handler,
                      restingTerms(stopTolerance * size, boundA.length + boundB.length, boundA.curvature > 0,
                                   boundB.curvature > 0)};
         if (pair.touching) {
-            const FacePairs faces = surfaceFacesTouching({a.shape->tree, a.world}, {b.shape->tree, b.world}, work);
+            const FacePairs faces = surfaceFacesTouching({*a.shape, a.world}, {*b.shape, b.world}, work);
             // Hulls wholly within each other, or the work was not enough.
             if (!faces.complete || faces.pairs.empty()) continue;
             addRest(of.rest, a, a.world, b, b.world, faces.pairs, of.terms);

@@ -8,7 +8,7 @@
 
 #include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
-#include "server/collision/objects/ConservativeBox.h"
+#include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/objects/SortOnce.h"
 #include "server/collision/query/RayQuery.h"
 
@@ -109,7 +109,7 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
         if (!meetsBox(shapes_->bounds(arrays), localRay, limit)) return;
         const std::shared_ptr<const CollisionShape> shape = shapes_->shape(arrays);
         if (!shape) return;
-        const std::optional<RayHit> hit = castRay(shape->tree, localRay, limit);
+        const std::optional<RayHit> hit = castRay(shape->tree(), localRay, limit);
         if (!hit || (best && (hit->t > best->t || (hit->t == best->t && !handler.precedes(number, bestPlace))))) return;
         best = PickHit{place.node, hit->face, ray.origin + hit->t * ray.direction, hit->t};
         bestPlace = number;

@@ -35,14 +35,21 @@ struct Reply {
     Pose pose;  ///< local value of the question's transform
 };
 
-/// A pair of triangles of two geometry-bearing nodes that meet.
+/// A pair of faces of two geometry-bearing nodes that meet.
 struct Contact {
     static constexpr std::uint32_t kNoFace = 0xffffffffu;  ///< of a hull: no triangle of the file
+    static constexpr double kNoDepth = -1;
 
     ObjectId objectA, objectB;  ///< the nodes that bear the geometry; A is part of an interest's object
     std::uint32_t faceA = 0, faceB = 0;
     Vec3d point = Vec3d::Zero();   ///< world
     Vec3d normal = Vec3d::Zero();  ///< world, unit length, from A to B
+    /// How deep the two are in each other along the normal, world units: of the region that the contact bounds, where both
+    /// are closed and all their contacts are known, or of two hulls. Else kNoDepth.
+    double depth = kNoDepth;
+    /// Where on the faces: corner 0 + u · (corner 1 - corner 0) + v · (corner 2 - corner 0).
+    Vec2d uvA = Vec2d::Zero(), uvB = Vec2d::Zero();
+    double error = 0;              ///< the point may be off by so much, world units; 0: it is exact to rounding
     ObjectId interest;             ///< the one that decides about the pair
     double time = 1;               ///< when in the frame's motion: 1 at its end; less for what stopped a motion on its way
 };

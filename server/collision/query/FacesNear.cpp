@@ -137,7 +137,7 @@ bool facesNear(const TriangleTree& tree, const Box& box, QueryWork& work, std::v
             for (std::uint32_t i = 0; i < triangles; ++i) {
                 if (!mayBeNear(corners, i, own)) continue;
                 const std::uint32_t face = view.faces[leaf * kernel::kLeafFaces + i];
-                if (isNear(storage.mesh.triangle(face), box)) faces.push_back(face);
+                if (isNear(storage.mesh->triangle(face), box)) faces.push_back(face);
             }
         }
         if (work.exhausted()) {

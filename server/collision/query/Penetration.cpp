@@ -190,8 +190,16 @@ private:
 std::vector<Penetration> penetrations(const TriangleMesh& a, const SurfaceTopology& topologyA, const TriangleMesh& b,
                                       const SurfaceTopology& topologyB, const Affine3d& a_T_b,
                                       const std::vector<BodyContact>& contacts) {
+    return penetrationRegions(a, topologyA, b, topologyB, a_T_b, contacts).regions;
+}
+
+PenetrationRegions penetrationRegions(const TriangleMesh& a, const SurfaceTopology& topologyA, const TriangleMesh& b,
+                                      const SurfaceTopology& topologyB, const Affine3d& a_T_b,
+                                      const std::vector<BodyContact>& contacts) {
+    PenetrationRegions found;
+    found.regionOf.assign(contacts.size(), PenetrationRegions::kNone);
     const double turn = a_T_b.linear().determinant();
-    if (!topologyA.closed() || !topologyB.closed() || turn == 0) return {};
+    if (!topologyA.closed() || !topologyB.closed() || turn == 0) return found;
     std::vector<Crossing> ofA, ofB;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         const FacePair& faces = contacts[i].faces;
@@ -212,7 +220,7 @@ std::vector<Penetration> penetrations(const TriangleMesh& a, const SurfaceTopolo
         std::size_t place = 0;
         bool any = false;
     };
-    std::vector<Penetration> out;
+    std::vector<Penetration>& out = found.regions;
     std::unordered_map<std::size_t, Sum> sums;
     for (const Crossing& c : ofA) {
         const TriangleContact& contact = contacts[c.contact].contact;
@@ -224,6 +232,7 @@ std::vector<Penetration> penetrations(const TriangleMesh& a, const SurfaceTopolo
             out.push_back({.first = c.contact});
         }
         ++out[sum.place].contacts;
+        found.regionOf[c.contact] = static_cast<std::uint32_t>(sum.place);
         sum.area += 0.5 * (contact.from - sum.about).cross(contact.to - sum.about) * (turn > 0 ? 1 : -1);
         sum.length += (contact.to - contact.from).norm();
         points.push_back({contact.from, c.contact});
@@ -244,7 +253,7 @@ std::vector<Penetration> penetrations(const TriangleMesh& a, const SurfaceTopolo
     }
     for (const auto& [region, sum] : sums)
         if (out[sum.place].normal != Vec3d::Zero()) out[sum.place].depth = sum.high - sum.low;
-    return out;
+    return found;
 }
 
 }  // namespace tessera

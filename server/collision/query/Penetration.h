@@ -29,8 +29,18 @@ struct Penetration {
 /// One per region, in the order of their first contacts. `contacts`: all of contactsBetween for the same pose. Nothing for
 /// surfaces that are not closed, and for a flattened B. Contacts of triangles that only touch are left out: there is no curve
 /// to go by. Takes about a microsecond per contact and a tenth of one per triangle of the patches.
-[[nodiscard]] std::vector<Penetration> penetrations(const TriangleMesh& a, const SurfaceTopology& topologyA, const TriangleMesh& b,
-                                                    const SurfaceTopology& topologyB, const Affine3d& a_T_b,
-                                                    const std::vector<BodyContact>& contacts);
+[[nodiscard]] std::vector<Penetration> penetrations(const TriangleMesh& a, const SurfaceTopology& topologyA,
+                                                    const TriangleMesh& b, const SurfaceTopology& topologyB,
+                                                    const Affine3d& a_T_b, const std::vector<BodyContact>& contacts);
+
+/// The same, and which region each contact bounds.
+struct PenetrationRegions {
+    static constexpr std::uint32_t kNone = 0xffffffffu;
+    std::vector<Penetration> regions;
+    std::vector<std::uint32_t> regionOf;  ///< per contact; kNone: it only touches, or nothing is known
+};
+[[nodiscard]] PenetrationRegions penetrationRegions(const TriangleMesh& a, const SurfaceTopology& topologyA,
+                                                    const TriangleMesh& b, const SurfaceTopology& topologyB,
+                                                    const Affine3d& a_T_b, const std::vector<BodyContact>& contacts);
 
 }  // namespace tessera

@@ -79,7 +79,7 @@ private:
         const std::size_t first = ((leaf & ~kLeafBit) >> 2) * kLeafFaces;
         for (std::size_t i = first; i <= first + (leaf & 3); ++i) {
             const std::uint32_t face = tree_.leafFaces[i];
-            const std::optional<double> t = meet(tree_.mesh.triangle(face), ray_);
+            const std::optional<double> t = meet(tree_.mesh->triangle(face), ray_);
             if (!t || *t > limit_ || (best_ && *t == best_->t && face > best_->face)) continue;
             best_ = RayHit{face, *t};
             limit_ = *t;

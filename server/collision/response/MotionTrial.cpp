@@ -7,9 +7,8 @@
 
 #include "server/collision/convex/ConvexQuery.h"
 #include "server/collision/mesh/TriangleContact.h"
-#include "server/collision/objects/ConservativeBox.h"
-#include "server/collision/query/DistanceQuery.h"
-#include "server/collision/response/PairTouch.h"
+#include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/PairTable.h"
 #include "server/collision/response/PairImpact.h"
 #include "server/collision/response/RestingImpact.h"
 
@@ -92,8 +91,8 @@ MotionTrial MotionTrial::leg(const Way& way) const {
         const Pair& pair = pairs_[static_cast<std::size_t>(known - obstacles_.begin())];
         const Affine3d worldA = pose(*pair.a, partA), worldB = pose(*pair.b, partB);
         ++queries_;
-        const FacePairs faces = surfaceFacesTouching({handler_.parts()[partA].shape->tree, worldA},
-                                                     {handler_.parts()[partB].shape->tree, worldB}, work_);
+        const FacePairs faces = surfaceFacesTouching({*handler_.parts()[partA].shape, worldA},
+                                                     {*handler_.parts()[partB].shape, worldB}, work_);
         return faces.complete ? faces.pairs.size() : known->touchingAtStart;
     };
     return {handler_, transform_, way, all_, touchingNow, limits_, work_, queries_};
@@ -104,7 +103,7 @@ const MotionTrial::Traveller& MotionTrial::traveller(std::uint32_t number) {
     std::unique_ptr<const Traveller>& known = travellers_[number];
     if (known) return *known;
     const Part& part = handler_.parts()[number];
-    Traveller t{PartOnTheWay(handler_, number, transform_), &part.shape->tree.mesh(), {}, part.worldBox, part.worldBox};
+    Traveller t{PartOnTheWay(handler_, number, transform_), &part.shape->mesh(), {}, part.worldBox, part.worldBox};
     if (t.path.moves()) {
         t.bound = boundWay(handler_, number, [&](ObjectId id) { return id == transform_ ? &way_ : nullptr; });
         t.start = boxAround(t.path.world(localOf(way_.start)), t.mesh->bounds());
@@ -118,7 +117,7 @@ MotionTrial::Pair MotionTrial::pairOf(const ObstaclePair& parts) {
     Pair pair;
     pair.a = &traveller(parts.partA);
     pair.b = &traveller(parts.partB);
-    pair.bothHulls = handler_.parts()[parts.partA].shape->hull && handler_.parts()[parts.partB].shape->hull;
+    pair.bothHulls = handler_.parts()[parts.partA].shape->hull() && handler_.parts()[parts.partB].shape->hull();
     pair.size = pair.thickness = std::numeric_limits<double>::infinity();
     for (const Traveller* t : {pair.a, pair.b}) {
         if (!t->path.moves()) continue;
@@ -156,7 +155,7 @@ bool MotionTrial::hullsOverlap(std::size_t obstacle, double fraction, Touch& tou
     const Affine3d a_T_b = worldOfA(obstacle, fraction).inverse() * worldOfB(obstacle, fraction);
     ConvexWork work;
     ++queries_;
-    touch = hullsTouching(*shapeA(obstacle).hull, *shapeB(obstacle).hull, a_T_b, work);
+    touch = hullsTouching(*shapeA(obstacle).hull(), *shapeB(obstacle).hull(), a_T_b, work);
     work_.boxTests += work.supports;
     return true;
 }
@@ -164,12 +163,12 @@ bool MotionTrial::hullsOverlap(std::size_t obstacle, double fraction, Touch& tou
 /// Of a hull and a surface that do not meet at the start: is (some of) the surface inside?
 bool MotionTrial::withinHull(std::size_t obstacle) const {
     if (pairs_[obstacle].bothHulls) return false;
-    const bool hullIsA = shapeA(obstacle).hull.has_value();
-    const std::optional<ConvexHull>& hull = hullIsA ? shapeA(obstacle).hull : shapeB(obstacle).hull;
-    if (!hull) return false;
+    const bool hullIsA = shapeA(obstacle).hull() != nullptr;
+    const ConvexHull* const hull = hullIsA ? shapeA(obstacle).hull() : shapeB(obstacle).hull();
+    if (hull == nullptr) return false;
     const Affine3d worldHull = hullIsA ? worldOfA(obstacle, 0) : worldOfB(obstacle, 0);
     const Affine3d hull_T_mesh = worldHull.inverse() * (hullIsA ? worldOfB(obstacle, 0) : worldOfA(obstacle, 0));
-    const TriangleMesh& mesh = (hullIsA ? shapeB(obstacle) : shapeA(obstacle)).tree.mesh();
+    const TriangleMesh& mesh = (hullIsA ? shapeB(obstacle) : shapeA(obstacle)).mesh();
     const MeshPositions positions = mesh.positions();
     for (const std::uint32_t vertex : mesh.indices()) {
         const Vec3d p = hull_T_mesh * positions[vertex];
@@ -183,7 +182,7 @@ bool MotionTrial::withinHull(std::size_t obstacle) const {
 Touch MotionTrial::touching(std::size_t obstacle, double fraction) const {
     ++queries_;
     const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
-    const Touch surfaces = surfacesTouching({shapeA(obstacle).tree, worldA}, {shapeB(obstacle).tree, worldB}, work_);
+    const Touch surfaces = surfacesTouching({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, work_);
     if (Touch solid = Touch::kNo; surfaces == Touch::kNo && hullsOverlap(obstacle, fraction, solid)) return solid;
     return surfaces;
 }
@@ -191,7 +190,7 @@ Touch MotionTrial::touching(std::size_t obstacle, double fraction) const {
 FacePairs MotionTrial::facesTouching(std::size_t obstacle, double fraction) const {
     ++queries_;
     const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
-    return surfaceFacesTouching({shapeA(obstacle).tree, worldA}, {shapeB(obstacle).tree, worldB}, work_);
+    return surfaceFacesTouching({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, work_);
 }
 
 std::optional<Impact> MotionTrial::firstContact(std::size_t obstacle, double upTo) const {
@@ -225,7 +224,7 @@ bool MotionTrial::addNearRests() const {
         DistanceOptions options;
         options.upperBound = together * stretchOf(a_T_world.linear());
         const Distance d =
-            distanceBetween(shapeA(k).tree, shapeB(k).tree, a_T_world * worldB, work_, options);
+            surfaceMethods(shapeA(k), shapeB(k)).distance(shapeA(k), shapeB(k), a_T_world * worldB, work_, options);
         if (!d.complete || d.farther || gapOf(k, d.faces, 0) > together) continue;
         const Obstacle& o = obstacles_[k];
         added = addRest(ownRest(k), handler_.parts()[o.partA], worldA, handler_.parts()[o.partB], worldB,
@@ -304,7 +303,7 @@ template <typename Visit>
 void MotionTrial::forFaces(std::size_t obstacle, std::span<const FacePair> faces, double fraction,
                            Visit&& visit) const {
     const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
-    const TriangleMesh &meshA = shapeA(obstacle).tree.mesh(), &meshB = shapeB(obstacle).tree.mesh();
+    const TriangleMesh &meshA = shapeA(obstacle).mesh(), &meshB = shapeB(obstacle).mesh();
     const bool mirroredA = worldA.linear().determinant() < 0, mirroredB = worldB.linear().determinant() < 0;
     for (const FacePair& f : faces) {
         Triangle a = transformed(worldA, meshA.triangle(f.a)), b = transformed(worldB, meshB.triangle(f.b));
@@ -345,7 +344,7 @@ std::optional<MotionTrial::HullOverlap> MotionTrial::hullOverlap(std::size_t obs
     const Affine3d worldA = worldOfA(obstacle, fraction);
     ConvexWork work;
     ++queries_;
-    const HullDepth found = hullDepth(*shapeA(obstacle).hull, *shapeB(obstacle).hull,
+    const HullDepth found = hullDepth(*shapeA(obstacle).hull(), *shapeB(obstacle).hull(),
                                       worldA.inverse() * worldOfB(obstacle, fraction), work);
     work_.boxTests += work.supports;
     if (!found.complete) return std::nullopt;
@@ -357,7 +356,8 @@ std::optional<MotionTrial::HullOverlap> MotionTrial::hullOverlap(std::size_t obs
 MotionTrial::Nearest MotionTrial::nearest(std::size_t obstacle, double fraction) const {
     ++queries_;
     const Affine3d a_T_b = worldOfA(obstacle, fraction).inverse() * worldOfB(obstacle, fraction);
-    const Distance d = distanceBetween(shapeA(obstacle).tree, shapeB(obstacle).tree, a_T_b, work_);
+    const CollisionShape &a = shapeA(obstacle), &b = shapeB(obstacle);
+    const Distance d = surfaceMethods(a, b).distance(a, b, a_T_b, work_, {});
     Nearest out;
     if (!d.complete || d.farther) return out;
     forFaces(obstacle, std::span(&d.faces, 1), fraction, [&](const FacePair&, const Triangle& a, const Triangle& b) {

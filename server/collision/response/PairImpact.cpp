@@ -5,10 +5,9 @@
 #include <numeric>
 
 #include "server/collision/mesh/TriangleContact.h"
-#include "server/collision/objects/ConservativeBox.h"
-#include "server/collision/query/DistanceQuery.h"
+#include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/PairTable.h"
 #include "server/collision/query/FacesNear.h"
-#include "server/collision/query/TouchQuery.h"
 #include "server/collision/response/Chain.h"
 
 namespace tessera {
@@ -18,37 +17,39 @@ namespace {
 class Surface {
 public:
     Surface(const Part& part, const Deformation* deformation)
-        : tree_(part.shape->tree), end_(deformation ? &deformation->end : nullptr) {}
+        : shape_(*part.shape), end_(deformation ? &deformation->end : nullptr) {}
 
     [[nodiscard]] bool deforms() const { return end_ != nullptr; }
-    [[nodiscard]] const TriangleTree& tree() const { return tree_; }
+    [[nodiscard]] const CollisionShape& shape() const { return shape_; }
+    [[nodiscard]] const TriangleMesh& mesh() const { return shape_.mesh(); }
+    [[nodiscard]] const TriangleTree& tree() const { return shape_.tree(); }
     [[nodiscard]] Vec3d endOf(std::uint32_t vertex) const {
-        return end_ ? (*end_)[vertex] : tree_.mesh().positions()[vertex];
+        return end_ ? (*end_)[vertex] : shape_.mesh().positions()[vertex];
     }
     [[nodiscard]] Triangle at(std::uint32_t face, double fraction) const {
-        Triangle t = tree_.mesh().triangle(face);
+        Triangle t = shape_.mesh().triangle(face);
         if (end_)
-            for (unsigned i = 0; i < 3; ++i) t[i] += fraction * (endOf(tree_.mesh().vertexOf(face, i)) - t[i]);
+            for (unsigned i = 0; i < 3; ++i) t[i] += fraction * (endOf(shape_.mesh().vertexOf(face, i)) - t[i]);
         return t;
     }
     [[nodiscard]] std::vector<Vec3d> verticesAt(double fraction) const {
-        const MeshPositions start = tree_.mesh().positions();
+        const MeshPositions start = shape_.mesh().positions();
         std::vector<Vec3d> out(start.begin(), start.end());
         for (std::size_t i = 0; end_ && i < out.size(); ++i) out[i] += fraction * ((*end_)[i] - out[i]);
         return out;
     }
     /// One end position per vertex, all finite.
     [[nodiscard]] bool valid() const {
-        return !end_ || (end_->size() == tree_.mesh().vertexCount() &&
+        return !end_ || (end_->size() == shape_.mesh().vertexCount() &&
                          std::all_of(end_->begin(), end_->end(), [](const Vec3d& p) { return p.allFinite(); }));
     }
     /// Of its points in its own frame, on their way.
     [[nodiscard]] Reach reach() const {
         Reach reach;
-        reach.radius = radiusOf(tree_.mesh().bounds(), Affine3d::Identity());
+        reach.radius = radiusOf(shape_.mesh().bounds(), Affine3d::Identity());
         if (!end_) return reach;
-        const MeshPositions start = tree_.mesh().positions();
-        for (const std::uint32_t vertex : tree_.mesh().indices()) {
+        const MeshPositions start = shape_.mesh().positions();
+        for (const std::uint32_t vertex : shape_.mesh().indices()) {
             reach.radius = std::max(reach.radius, (*end_)[vertex].norm());
             reach.speed = std::max(reach.speed, ((*end_)[vertex] - start[vertex]).norm());
         }
@@ -56,7 +57,7 @@ public:
     }
 
 private:
-    const TriangleTree& tree_;
+    const CollisionShape& shape_;
     const std::vector<Vec3d>* end_;
 };
 
@@ -112,10 +113,12 @@ private:
     }
 
     Impact atRest() {
-        const Affine3d a_T_b = chains_.a.at(0).inverse() * chains_.b.at(0);
-        const TouchedPair found = firstTouching(a_.tree(), b_.tree(), a_T_b, work_);
+        const Affine3d worldA = chains_.a.at(0), worldB = chains_.b.at(0);
+        PairHints none;
+        const PairTouch found = surfaceMethods(a_.shape(), b_.shape())
+                                    .touch({a_.shape(), worldA}, {b_.shape(), worldB}, none, work_);
         if (found.touch == Touch::kUnknown) return unknownFrom(0);
-        return found.touch == Touch::kYes ? hit(0, found.faces) : Impact{};
+        return found.touch == Touch::kYes ? hit(0, found.faces.front()) : Impact{};
     }
 
     /// In a frame in which each part's way is one motion.
@@ -129,7 +132,8 @@ private:
             const std::vector<Support> supports = seenFrom(world_T_frame);
             const ImpactOptions options{
                 .tolerance = tolerance_ / stretchOf(turnsIn), .supports = supports, .within = within_};
-            return told(timeOfImpact(a_.tree(), *a, b_.tree(), *b, work_, options));
+            return told(surfaceMethods(a_.shape(), b_.shape())
+                            .firstContact(a_.shape(), *a, b_.shape(), *b, work_, options));
         }
         return std::nullopt;
     }
@@ -160,8 +164,8 @@ private:
         const Affine3d base1 = frame * baseChain.at(1);
         if (baseChain.moves())
             for (Vec3d& p : baseEnd) p = base1 * p;
-        Box swept = base.tree().mesh().bounds();
-        for (const std::uint32_t vertex : base.tree().mesh().indices()) swept.extend(baseEnd[vertex]);
+        Box swept = base.mesh().bounds();
+        for (const std::uint32_t vertex : base.mesh().indices()) swept.extend(baseEnd[vertex]);
         const double slack = 2 * tolerance + 1e-12 * (swept.lower.cwiseAbs() + swept.upper.cwiseAbs()).maxCoeff();
         swept.lower.array() -= slack;
         swept.upper.array() += slack;
@@ -189,7 +193,7 @@ private:
         if (faces.empty()) return {};
         Expected<TriangleMesh> mesh = TriangleMesh::make(std::span<const double>(otherStart), indices);
         if (!mesh) return unknownFrom(0);
-        const TriangleTree near(*std::move(mesh));
+        const TriangleTree near(*std::move(mesh), {.volume = base.shape().volume()});
         const ImpactOptions options{.tolerance = tolerance};
         Impact found = baseIsA ? timeOfImpact(base.tree(), baseEnd, near, otherEnd, work_, options)
                                : timeOfImpact(near, otherEnd, base.tree(), baseEnd, work_, options);
@@ -225,15 +229,16 @@ private:
         const double speed = (reachA.speed + reachB.speed) * (1 + 1e-12);
         const double rounding = 0x1p-53 * 64 * (reachA.radius + reachB.radius);
         const double tolerance = tolerance_ > 4 * rounding ? tolerance_ : 4 * rounding;
-        std::optional<TriangleTree> ownA = ownOf(a_), ownB = ownOf(b_);
+        const std::shared_ptr<CollisionShape> ownA = ownOf(a_), ownB = ownOf(b_);
         double t = 0;
         DistanceOptions options;
         for (int step = 0; step < kMostAdvances && !work_.exhausted(); ++step) {
             if (!moveTo(t, a_, ownA) || !moveTo(t, b_, ownB)) return unknownFrom(t);
             const Affine3d worldA = chains_.a.at(t), worldB = chains_.b.at(t), a_T_shared = worldA.inverse();
             if (!a_T_shared.matrix().allFinite()) return unknownFrom(t);
-            const Distance d = distanceBetween(ownA ? *ownA : a_.tree(), ownB ? *ownB : b_.tree(), a_T_shared * worldB,
-                                               work_, options);
+            const CollisionShape &nowA = ownA ? *ownA : a_.shape(), &nowB = ownB ? *ownB : b_.shape();
+            const Distance d =
+                surfaceMethods(nowA, nowB).distance(nowA, nowB, a_T_shared * worldB, work_, options);
             if (!d.complete) return unknownFrom(t);
             if (d.farther) return {};  // nothing there
             options.start = d.faces;
@@ -245,12 +250,12 @@ private:
         }
         return unknownFrom(t);
     }
-    static std::optional<TriangleTree> ownOf(const Surface& surface) {
-        if (!surface.deforms()) return std::nullopt;
-        return std::optional<TriangleTree>(std::in_place, surface.tree().mesh(), surface.tree().options());
+    static std::shared_ptr<CollisionShape> ownOf(const Surface& surface) {
+        if (!surface.deforms()) return nullptr;
+        return CollisionShape::ofTriangles(surface.mesh(), surface.shape().volume());
     }
-    static bool moveTo(double t, const Surface& surface, std::optional<TriangleTree>& own) {
-        return !own || own->refit(surface.verticesAt(t)).has_value();
+    static bool moveTo(double t, const Surface& surface, const std::shared_ptr<CollisionShape>& own) {
+        return !own || own->move(surface.verticesAt(t)).has_value();
     }
 
     /// What a query said in another frame, with its place and direction in the world.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/collision/objects/ConservativeBox.h"
+#include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/response/Reach.h"
 
 namespace tessera {
@@ -57,7 +57,7 @@ WayBound boundWay(const ObjectHandler& handler, std::uint32_t partNumber, const 
             continue;
         }
         if (bound.bends++ == 0)
-            reach.radius = radiusOf(part.shape->tree.mesh().bounds(), fixed);
+            reach.radius = radiusOf(part.shape->mesh().bounds(), fixed);
         else
             reach = through(reach, fixed);
         reach = onWay(reach, *way);
@@ -95,7 +95,7 @@ Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t partNumber, const W
                 world = world * (way ? localOf(way->at(ends >> bend & 1u)) : place.local);
                 bend += way != nullptr;
             }
-            box.extend(boxAround(world, part.shape->tree.mesh().bounds()));
+            box.extend(boxAround(world, part.shape->mesh().bounds()));
         }
         margin = bound.bow / 8;
     }

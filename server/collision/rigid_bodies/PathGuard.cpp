@@ -21,7 +21,7 @@ std::vector<PathGuard::Hit> PathGuard::find(const FrameBodies& frame, const Narr
                                             std::span<const FrameEncounter> encounters, std::span<const BodyPath> paths,
                                             const std::vector<bool>& changed, std::uint64_t maxTests,
                                             Workers* workers) {
-    const std::size_t count = (encounters.size() + kSweepsPerTask - 1) / kPerTask;
+    const std::size_t count = (encounters.size() + kSweepsPerTask - 1) / kSweepsPerTask;
     if (tasks_.size() < count) tasks_.resize(count);
     // Most encounters are of bodies that cannot come near each other in the frame.
     turning_.assign(frame.parts.size(), 0);
@@ -34,7 +34,7 @@ std::vector<PathGuard::Hit> PathGuard::find(const FrameBodies& frame, const Narr
     const auto task = [&](std::size_t t) {
         Task& own = tasks_[t];
         own.hits.clear();
-        for (std::size_t i = t * kSweepsPerTask; i < std::min(encounters.size(), (t + 1) * kPerTask); ++i) {
+        for (std::size_t i = t * kSweepsPerTask; i < std::min(encounters.size(), (t + 1) * kSweepsPerTask); ++i) {
             const FrameEncounter& e = encounters[i];
             const FramePart &a = frame.parts[e.partA], &b = frame.parts[e.partB];
             if (!e.known || !(changed[a.body] || changed[b.body])) continue;

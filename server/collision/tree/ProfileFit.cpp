@@ -41,7 +41,7 @@ private:
         for (unsigned i = 0; i < kernel::kLeafFaces; ++i) {
             const std::uint32_t face = tree_.leafFaces[leaf * kernel::kLeafFaces + i];
             if (face == TreeStorage::kNoFace) continue;
-            for (unsigned c = 0; c < 3; ++c) vertices.push_back(tree_.mesh.vertexOf(face, c));
+            for (unsigned c = 0; c < 3; ++c) vertices.push_back(tree_.mesh->vertexOf(face, c));
         }
         sortOut(vertices);
         return vertices;

@@ -25,7 +25,7 @@ unsigned rowsOf(VolumeKind kind) {
 }
 
 std::vector<OwnPosition> ownPositions(const TreeStorage& tree) {
-    const MeshPositions from = tree.mesh.positions();
+    const MeshPositions from = tree.mesh->positions();
     std::vector<OwnPosition> out(from.size());
     const __m128d centre = _mm_set_pd(tree.centre.y(), tree.centre.x()), centreZ = _mm_set_sd(tree.centre.z()), unit = _mm_set1_pd(tree.unit);
     // Vertices that no triangle uses may be too far away for a float: infinite, and never looked at.

@@ -26,7 +26,7 @@ struct TreeStorage {
     };
     static constexpr std::uint32_t kNoFace = 0xffffffffu;
 
-    TriangleMesh mesh;
+    std::shared_ptr<TriangleMesh> mesh;  ///< one mesh may have trees of several kinds
     TreeOptions options;
     /// The tree's own coordinates are (x - centre) · unit, small numbers near 0 whatever the model's are.
     Vec3d centre = Vec3d::Zero();

@@ -16,15 +16,19 @@ namespace {
 void chooseCoordinates(TreeStorage& tree) {
     tree.centre = Vec3d::Zero();
     tree.unit = 1;
-    if (tree.mesh.faceCount() == 0) return;
-    tree.centre = tree.mesh.bounds().center();
-    const double reach = 0.5 * tree.mesh.bounds().size().norm();
+    if (tree.mesh->faceCount() == 0) return;
+    tree.centre = tree.mesh->bounds().center();
+    const double reach = 0.5 * tree.mesh->bounds().size().norm();
     if (reach > 0) tree.unit = std::ldexp(1.0, std::clamp(-std::ilogb(reach) - 1, -200, 200));
 }
 
 }  // namespace
 
-TriangleTree::TriangleTree(TriangleMesh mesh, const TreeOptions& options) : storage_(std::make_unique<TreeStorage>()) {
+TriangleTree::TriangleTree(TriangleMesh mesh, const TreeOptions& options)
+    : TriangleTree(std::make_shared<TriangleMesh>(std::move(mesh)), options) {}
+
+TriangleTree::TriangleTree(std::shared_ptr<TriangleMesh> mesh, const TreeOptions& options)
+    : storage_(std::make_unique<TreeStorage>()) {
     storage_->mesh = std::move(mesh);
     storage_->options = options;
     rebuild();
@@ -34,7 +38,7 @@ TriangleTree::~TriangleTree() = default;
 TriangleTree::TriangleTree(TriangleTree&&) noexcept = default;
 TriangleTree& TriangleTree::operator=(TriangleTree&&) noexcept = default;
 
-const TriangleMesh& TriangleTree::mesh() const { return storage_->mesh; }
+const TriangleMesh& TriangleTree::mesh() const { return *storage_->mesh; }
 const TreeOptions& TriangleTree::options() const { return storage_->options; }
 std::size_t TriangleTree::depth() const { return storage_->depth; }
 
@@ -42,7 +46,7 @@ void TriangleTree::rebuild() {
     TreeStorage& tree = *storage_;
     chooseCoordinates(tree);
     const std::vector<OwnPosition> positions = ownPositions(tree);
-    TreeTopology topology = divide(positions, tree.mesh.indices(), tree.options.split);
+    TreeTopology topology = divide(positions, tree.mesh->indices(), tree.options.split);
     tree.children = std::move(topology.children);
     tree.leafFaces = std::move(topology.leafFaces);
     tree.depth = topology.depth;
@@ -56,21 +60,26 @@ void TriangleTree::rebuild() {
 
 Expected<void> TriangleTree::refit(std::span<const Vec3d> positions) {
     TreeStorage& tree = *storage_;
-    Expected<void> moved = tree.mesh.move(positions);
+    Expected<void> moved = tree.mesh->move(positions);
     if (!moved) return moved;
+    refitted();
+    return {};
+}
+
+void TriangleTree::refitted() {
+    TreeStorage& tree = *storage_;
     chooseCoordinates(tree);
     const std::vector<OwnPosition> own = ownPositions(tree);
     fitVolumes(tree, own);
     fitProfiles(tree, own);
     tree.thin = hasManyPlates(tree);
-    return {};
 }
 
 double TriangleTree::decay() const { return storage_->builtCost > 0 ? storage_->cost / storage_->builtCost : 1; }
 
 std::size_t TriangleTree::memoryBytes() const {
     const TreeStorage& tree = *storage_;
-    return sizeof(TreeStorage) + tree.mesh.memoryBytes() + tree.children.capacity() * sizeof(kernel::ChildRef) +
+    return sizeof(TreeStorage) + tree.mesh->memoryBytes() + tree.children.capacity() * sizeof(kernel::ChildRef) +
            tree.leafFaces.capacity() * sizeof(std::uint32_t) + tree.volumes.capacity() * sizeof(TreeStorage::VolumeRow) +
            tree.corners.capacity() * sizeof(TreeStorage::LeafRow) + tree.profileRows.capacity() * sizeof(TreeStorage::VolumeRow) +
            tree.profileTables.capacity() * sizeof(TreeStorage::ByteRow);

@@ -1,6 +1,7 @@
 /// The hierarchy of the pairwise stage: bounding volumes over a mesh, in wide nodes that vector units test at once.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -12,6 +13,7 @@ namespace tessera {
 
 /// What bounds the triangles below a node. Oriented boxes fit surfaces best; k-DOPs are cheaper to test and to refit.
 enum class VolumeKind : std::uint8_t { kSphere, kAabb, kObb, kDop6, kDop14, kDop18, kDop26 };
+inline constexpr std::size_t kVolumeKinds = 7;
 
 /// How a set of triangles is divided in two; a node is three or four such divisions deep.
 enum class SplitRule : std::uint8_t {
@@ -31,13 +33,15 @@ struct TreeOptions {
 
 struct TreeStorage;
 
-/// Owns its mesh. Any number of threads may query it at once, none while it is refitted or rebuilt. The same mesh is
+/// Any number of threads may query it at once, none while it is refitted or rebuilt. The same mesh is
 /// divided in the same way on every processor; spheres and oriented boxes may differ in their last digits between
 /// instruction sets, and with them the counters of queries. What meets, and how far apart bodies are, is the same
 /// with every volume, split and processor.
 class TriangleTree {
 public:
     explicit TriangleTree(TriangleMesh mesh, const TreeOptions& options = {});
+    /// Of a mesh that others may know, too: another tree, say. One of them refits it; the others follow (`refitted`).
+    explicit TriangleTree(std::shared_ptr<TriangleMesh> mesh, const TreeOptions& options = {});
     ~TriangleTree();
     TriangleTree(TriangleTree&&) noexcept;
     TriangleTree& operator=(TriangleTree&&) noexcept;
@@ -48,6 +52,8 @@ public:
     /// Follows a deformation: one new position per vertex of the mesh, the same triangles. The division stays, the
     /// volumes are fitted again. kBadInput as TriangleMesh::make; the tree is unchanged then.
     Expected<void> refit(std::span<const Vec3d> positions);
+    /// The mesh has been moved already.
+    void refitted();
     /// How much looser the volumes have become since the last build: their surfaces over the whole's, 1 at once after it.
     /// Above kRebuildAbove queries are dearer by an eighth to a quarter (measured, README.md), and a rebuild pays.
     [[nodiscard]] double decay() const;

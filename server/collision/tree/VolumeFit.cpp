@@ -16,7 +16,7 @@ std::uint32_t some(const std::uint32_t* faces, unsigned i) { return faces[i] == 
 
 void fillCorners(TreeStorage& tree, std::span<const OwnPosition> positions) {
     const std::size_t leaves = tree.leafCount();
-    const std::uint32_t* const indices = tree.mesh.indices().data();
+    const std::uint32_t* const indices = tree.mesh->indices().data();
     tree.corners.resize(leaves * kLeafRows);
     __m128 farthest = _mm_setzero_ps();
     for (std::size_t leaf = 0; leaf < leaves; ++leaf) {

@@ -25,6 +25,10 @@ ContactValue valueOf(const Contact& c) {
             .faceB = c.faceB,
             .point = c.point,
             .normal = c.normal,
+            .depth = c.depth,
+            .uvA = c.uvA,
+            .uvB = c.uvB,
+            .error = c.error,
             .interest = c.interest,
             .time = c.time};
 }

@@ -132,14 +132,14 @@ TEST(Bodies, HullsAreSolidAndMadeOfTheirOwnFaces) {
     const auto a = scene.thing(scene.group), flat = scene.thing(scene.group, Vec3d::Zero(), sheetSoup());
     const ObjectId core = scene.object({.node = scene.group, .shape = CollisionObject::kHull});
     const Part& hull = scene.handler.parts()[scene.part(a.shape)];
-    ASSERT_TRUE(hull.shape && hull.shape->hull);
-    EXPECT_EQ(hull.shape->tree.mesh().faceCount(), hull.shape->hull->faces().size());
-    EXPECT_EQ(hull.shape->tree.mesh().vertexCount(), hull.shape->hull->vertices().size());
+    ASSERT_TRUE(hull.shape && hull.shape->hull());
+    EXPECT_EQ(hull.shape->mesh().faceCount(), hull.shape->hull()->faces().size());
+    EXPECT_EQ(hull.shape->mesh().vertexCount(), hull.shape->hull()->vertices().size());
     EXPECT_TRUE(hull.solid());
     EXPECT_FALSE(scene.handler.parts()[scene.part(flat.shape)].shape) << "no inside";
     EXPECT_EQ(scene.handler.partsSkipped(), 1u);
     scene.set<CollisionObject>(core, fieldId<&CollisionObject::shape>, CollisionObject::kTriangles);
-    EXPECT_FALSE(scene.handler.parts()[scene.part(a.shape)].shape->hull);
+    EXPECT_FALSE(scene.handler.parts()[scene.part(a.shape)].shape->hull());
     EXPECT_EQ(scene.handler.partsSkipped(), 0u);
 }
 

@@ -13,7 +13,7 @@ struct Cloth : ObjectScene {
     Cloth() { (void)handler.takeMoved(); }
     [[nodiscard]] const Part& cloth() const { return handler.parts()[part(thing1.shape)]; }
     void bend(const Vec3d& size) { set<Geometry>(thing1.geometry, fieldId<&Geometry::positions>, boxSoup(size).positionBlob()); }
-    [[nodiscard]] Vec3d sizeOfShape() const { return cloth().shape->tree.mesh().bounds().size(); }
+    [[nodiscard]] Vec3d sizeOfShape() const { return cloth().shape->mesh().bounds().size(); }
 };
 
 TEST(Deformation, WaitsUntilItIsSettled) {
@@ -77,7 +77,7 @@ TEST(Deformation, OtherArraysAreAnotherShapeAtOnce) {
     b.set(scene.thing1.geometry, typeOf<Geometry>(), fieldId<&Geometry::indices>, sheet.indexBlob());
     scene.apply(b);
     EXPECT_TRUE(scene.handler.deformations().empty());
-    EXPECT_EQ(scene.cloth().shape->tree.mesh().faceCount(), 2u);
+    EXPECT_EQ(scene.cloth().shape->mesh().faceCount(), 2u);
 }
 
 TEST(Deformation, MalformedPositionsMakeItMeetNothingUntilGoodOnesCome) {
@@ -115,7 +115,7 @@ TEST(Deformation, ConcernsEveryPartThatShowsTheGeometryAndNoRigidOne) {
     scene.bend(Vec3d(2, 1, 1));
     ASSERT_EQ(scene.handler.deformations().size(), 2u);
     EXPECT_EQ(scene.handler.deformations()[1].part, scene.part(clone));
-    EXPECT_EQ(scene.handler.parts()[scene.part(rigid)].shape->tree.mesh().bounds().size(), Vec3d(2, 1, 1));
+    EXPECT_EQ(scene.handler.parts()[scene.part(rigid)].shape->mesh().bounds().size(), Vec3d(2, 1, 1));
     scene.handler.settleDeformations();
     EXPECT_EQ(scene.handler.parts()[scene.part(clone)].shape, scene.cloth().shape);
     EXPECT_EQ(scene.sizeOfShape(), Vec3d(2, 1, 1));
@@ -127,7 +127,7 @@ TEST(Deformation, OfARigidBodyIsANewShape) {
     scene.set<Geometry>(scene.wall.geometry, fieldId<&Geometry::positions>, boxSoup(Vec3d(2, 1, 1)).positionBlob());
     EXPECT_TRUE(scene.handler.deformations().empty());
     EXPECT_NE(scene.handler.parts()[scene.part(scene.wall.shape)].shape, before);
-    EXPECT_EQ(before->tree.mesh().bounds().size(), Vec3d(1, 1, 1)) << "shared shapes never change";
+    EXPECT_EQ(before->mesh().bounds().size(), Vec3d(1, 1, 1)) << "shared shapes never change";
 }
 
 TEST(Deformation, TheTreeIsDividedAnewWhereItHasDecayed) {
@@ -149,7 +149,7 @@ TEST(Deformation, TheTreeIsDividedAnewWhereItHasDecayed) {
         for (int k = 0; k < 2; ++k) folded.positions[3 * (2 * i + k)] = static_cast<float>(i * 173 % (kQuads + 1));
     scene.set<Geometry>(thing.geometry, fieldId<&Geometry::positions>, folded.positionBlob());
     scene.handler.settleDeformations();
-    EXPECT_LE(scene.handler.parts()[0].shape->tree.decay(), TriangleTree::kRebuildAbove);
+    EXPECT_LE(scene.handler.parts()[0].shape->tree().decay(), TriangleTree::kRebuildAbove);
     Expected<TriangleMesh> mesh = TriangleMesh::make(std::span<const float>(strip.positions), strip.indices);
     TriangleTree witness(std::move(*mesh));
     std::vector<Vec3d> ends;

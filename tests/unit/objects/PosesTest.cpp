@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "common/scene/Action.h"
-#include "server/collision/objects/ConservativeBox.h"
+#include "server/collision/pairwise/ConservativeBox.h"
 #include "tests/unit/objects/ObjectScene.h"
 
 namespace tessera {

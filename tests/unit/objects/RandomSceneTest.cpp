@@ -22,9 +22,9 @@ bool sameBox(const Box& a, const Box& b) {
 
 bool sameShape(const CollisionShape* a, const CollisionShape* b) {
     if (!a || !b) return a == b;
-    const TriangleMesh& x = a->tree.mesh();
-    const TriangleMesh& y = b->tree.mesh();
-    return a->hull.has_value() == b->hull.has_value() && x.vertexCount() == y.vertexCount() &&
+    const TriangleMesh& x = a->mesh();
+    const TriangleMesh& y = b->mesh();
+    return (a->hull() != nullptr) == (b->hull() != nullptr) && x.vertexCount() == y.vertexCount() &&
            std::equal(x.positions().begin(), x.positions().end(), y.positions().begin()) &&
            std::equal(x.indices().begin(), x.indices().end(), y.indices().begin(), y.indices().end());
 }
@@ -175,7 +175,7 @@ void expectRules(const Aspect& aspect, const ObjectHandler& handler, std::size_t
         ASSERT_EQ(body.layers, rules.layersOf(part.node));
         if (body.core && body.node != aspect.get<CollisionObject>(body.core)->node) ++seen.divided;
         if (!part.solid()) continue;
-        const TriangleMesh& mesh = part.shape->tree.mesh();
+        const TriangleMesh& mesh = part.shape->mesh();
         for (const std::uint32_t vertex : mesh.indices())
             ASSERT_TRUE(part.worldBox.contains(part.world * mesh.positions()[vertex])) << "#" << part.node.value;
     }
@@ -245,7 +245,7 @@ Memory remember(const ObjectHandler& handler) {
     Memory memory;
     for (const Part& p : handler.parts())
         if (p.node) memory[p.node] = {p.poseVersion, p.world, p.shape,
-                          p.shape ? p.shape->tree.mesh().bounds().size() : Vec3d::Zero()};
+                          p.shape ? p.shape->mesh().bounds().size() : Vec3d::Zero()};
     return memory;
 }
 

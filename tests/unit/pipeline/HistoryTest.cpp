@@ -76,7 +76,7 @@ std::optional<PickHit> pickedOneByOne(const Aspect& aspect, ShapeCache& shapes, 
         const Affine3d local = visit.world_T_node.inverse();
         if (!local.matrix().allFinite()) return Descend::kInto;
         const Ray localRay{local * ray.origin, local.linear() * ray.direction};
-        const std::optional<RayHit> hit = castRay(shape->tree, localRay, std::numeric_limits<double>::infinity());
+        const std::optional<RayHit> hit = castRay(shape->tree(), localRay, std::numeric_limits<double>::infinity());
         if (hit && (!best || hit->t < best->t))
             best = PickHit{visit.nodeId, hit->face, ray.origin + hit->t * ray.direction, hit->t};
         return Descend::kInto;

@@ -83,7 +83,7 @@ public:
         const auto touchingAtStart = [&](std::uint32_t a, std::uint32_t b) -> std::uint64_t {
             QueryWork free;
             const auto parts = handler.parts();
-            return allTouching(parts[a].shape->tree, parts[b].shape->tree, parts[a].world.inverse() * parts[b].world,
+            return allTouching(parts[a].shape->tree(), parts[b].shape->tree(), parts[a].world.inverse() * parts[b].world,
                                free)
                 .pairs.size();
         };

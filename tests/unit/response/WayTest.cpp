@@ -41,7 +41,7 @@ struct Below : TrialScene {
     }
     [[nodiscard]] std::vector<Vec3d> corners(const Affine3d& world) const {
         std::vector<Vec3d> out;
-        const TriangleMesh& mesh = handler.parts()[0].shape->tree.mesh();
+        const TriangleMesh& mesh = handler.parts()[0].shape->mesh();
         for (std::uint32_t f = 0; f < mesh.faceCount(); ++f)
             for (unsigned k = 0; k < 3; ++k) out.push_back(world * mesh.corner(f, k));
         return out;

@@ -32,7 +32,7 @@ std::vector<Real> overhangs(const TreeStorage& tree, std::uint32_t slot, std::ui
     for (std::uint32_t i = firstLeaf * kLeafFaces; i < endLeaf * kLeafFaces; ++i) {
         if (tree.leafFaces[i] == TreeStorage::kNoFace) continue;
         for (unsigned corner = 0; corner < 3; ++corner) {
-            const Vec3d p = tree.mesh.corner(tree.leafFaces[i], corner);
+            const Vec3d p = tree.mesh->corner(tree.leafFaces[i], corner);
             std::array<Real, 3> x;
             for (int axis = 0; axis < 3; ++axis)
                 x[static_cast<unsigned>(axis)] = (static_cast<Real>(p[axis]) - static_cast<Real>(tree.centre[axis])) * static_cast<Real>(tree.unit);
@@ -71,8 +71,8 @@ void expectVolumesHold(const TreeStorage& tree) {
         const unsigned row = tree.options.volume == VolumeKind::kSphere ? 3 : tree.options.volume == VolumeKind::kObb ? 12 : 0;
         ASSERT_LT(tree.volumes[slot / kWidth * rows + row].lane[slot % kWidth], -1e29f) << "an empty slot overlaps nothing";
     }
-    for (std::uint32_t face = 0; face < tree.mesh.faceCount(); ++face)
-        for (unsigned i = 0; i < 3; ++i) ASSERT_LE((tree.mesh.corner(face, i) - tree.centre).norm() * tree.unit, tree.radius + 1e-20);
+    for (std::uint32_t face = 0; face < tree.mesh->faceCount(); ++face)
+        for (unsigned i = 0; i < 3; ++i) ASSERT_LE((tree.mesh->corner(face, i) - tree.centre).norm() * tree.unit, tree.radius + 1e-20);
 }
 
 TEST(TreeVolumes, HoldEveryTriangleBelowThem) {

@@ -1,4 +1,6 @@
-#include "server/collision/objects/ConservativeBox.h"
+#include "server/collision/pairwise/ConservativeBox.h"
+
+#include <cmath>
 
 namespace tessera {
 
@@ -8,6 +10,18 @@ namespace {
 constexpr double kSlack = 4e-15;
 
 }  // namespace
+
+bool invertible(const Affine3d& m) {
+    // Nearly always: coefficients of the inverse, cofactors over the determinant, are then below 1e26. Not so a NaN.
+    constexpr double kUsual = 1e6;
+    const double determinant = m.linear().determinant();
+    if (m.matrix().cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < kUsual && std::abs(determinant) > 1 / kUsual)
+        return true;
+    if (!m.matrix().allFinite()) return false;
+    const Affine3d inverse = m.inverse();
+    return inverse.matrix().allFinite() && std::abs(determinant) > 1e-120 && m.matrix().cwiseAbs().maxCoeff() < 1e50 &&
+           inverse.matrix().cwiseAbs().maxCoeff() < 1e50;
+}
 
 Box boxAround(const Affine3d& to_T_from, const Box& box) {
     if (box.empty()) return {};

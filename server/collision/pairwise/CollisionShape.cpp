@@ -1,0 +1,105 @@
+#include "server/collision/pairwise/CollisionShape.h"
+
+#include <vector>
+
+#include "server/collision/pairwise/ConservativeBox.h"
+
+namespace tessera {
+
+std::shared_ptr<CollisionShape> CollisionShape::ofTriangles(TriangleMesh mesh, VolumeKind volume) {
+    return std::shared_ptr<CollisionShape>(
+        new CollisionShape(Representation::kTriangles, std::make_shared<TriangleMesh>(std::move(mesh)), volume));
+}
+
+std::shared_ptr<CollisionShape> CollisionShape::ofHull(const TriangleMesh& mesh, VolumeKind volume) {
+    Expected<ConvexHull> hull = ConvexHull::make(mesh);
+    if (!hull || hull->dimension() < 3) return nullptr;
+    std::vector<double> positions;
+    positions.reserve(3 * hull->vertices().size());
+    for (const Vec3d& v : hull->vertices()) positions.insert(positions.end(), {v.x(), v.y(), v.z()});
+    std::vector<std::uint32_t> indices;
+    indices.reserve(3 * hull->faces().size());
+    for (const ConvexHull::Face& face : hull->faces()) indices.insert(indices.end(), face.begin(), face.end());
+    Expected<TriangleMesh> surface = TriangleMesh::make(std::span<const double>(positions), indices);
+    TESSERA_CHECK(surface.has_value(), "a hull's own faces are a mesh");
+    auto shape = std::shared_ptr<CollisionShape>(
+        new CollisionShape(Representation::kHull, std::make_shared<TriangleMesh>(std::move(*surface)), volume));
+    shape->hull_ = std::move(*hull);
+    shape->setBall();
+    return shape;
+}
+
+/// A small ball around the hull: its centre goes towards the farthest vertex in ever shorter steps (Badoiu and Clarkson,
+/// Smaller core-sets for balls, SODA 2003).
+void CollisionShape::setBall() {
+    constexpr int kSteps = 64;
+    const std::span<const Vec3d> points = hull_->vertices();
+    const auto farthest = [&](const Vec3d& centre) {
+        std::size_t best = 0;
+        for (std::size_t i = 1; i < points.size(); ++i)
+            if ((points[i] - centre).squaredNorm() > (points[best] - centre).squaredNorm()) best = i;
+        return best;
+    };
+    Vec3d centre = hull_->bounds().center();
+    ballCentre_ = centre;
+    ballRadius_ = (points[farthest(centre)] - centre).stableNorm();
+    for (int step = 1; step <= kSteps; ++step) {
+        centre += (points[farthest(centre)] - centre) / (step + 1);
+        const double radius = (points[farthest(centre)] - centre).stableNorm();
+        if (!(radius < ballRadius_)) continue;
+        ballCentre_ = centre;
+        ballRadius_ = radius;
+    }
+    // So that rounding leaves no point outside.
+    ballRadius_ *= 1 + 1e-14;
+}
+
+const TriangleTree& CollisionShape::tree(VolumeKind kind) const {
+    LazyTree& lazy = trees_[static_cast<std::size_t>(kind)];
+    std::call_once(lazy.made, [&] { lazy.tree = std::make_unique<TriangleTree>(mesh_, TreeOptions{.volume = kind}); });
+    return *lazy.tree;
+}
+
+const SurfaceTopology& CollisionShape::topology() const {
+    std::call_once(topologyMade_, [&] { topology_ = std::make_unique<SurfaceTopology>(*mesh_); });
+    return *topology_;
+}
+
+Box CollisionShape::boxIn(const Affine3d& world) const {
+    return hull_ ? boxAround(world, mesh_->bounds(), ballCentre_, ballRadius_) : boxAround(world, mesh_->bounds());
+}
+
+std::shared_ptr<const CollisionShape> CollisionShape::placed(const Affine3d& map) const {
+    TriangleMesh mesh = *mesh_;
+    std::vector<Vec3d> positions;
+    positions.reserve(mesh.vertexCount());
+    for (const Vec3d p : mesh.positions()) positions.push_back(map * p);
+    if (!mesh.move(positions)) return nullptr;
+    return hull_ ? ofHull(mesh, volume_) : ofTriangles(std::move(mesh), volume_);
+}
+
+Expected<void> CollisionShape::move(std::span<const Vec3d> positions) {
+    TESSERA_CHECK(representation_ == Representation::kTriangles, "a hull does not deform");
+    if (Expected<void> moved = mesh_->move(positions); !moved) return moved;
+    for (LazyTree& lazy : trees_) {
+        if (!lazy.tree) continue;
+        lazy.tree->refitted();
+        if (lazy.tree->decay() > TriangleTree::kRebuildAbove) lazy.tree->rebuild();
+    }
+    return {};
+}
+
+std::size_t CollisionShape::memoryBytes() const {
+    std::size_t bytes = mesh_->memoryBytes() + (hull_ ? hull_->memoryBytes() : 0);
+    for (const LazyTree& lazy : trees_)
+        if (lazy.tree) bytes += lazy.tree->memoryBytes() - mesh_->memoryBytes();
+    return bytes;
+}
+
+VolumeKind commonVolume(const CollisionShape& a, const CollisionShape& b) {
+    if (a.volume() == b.volume()) return a.volume();
+    if (a.deforms() != b.deforms()) return (a.deforms() ? a : b).volume();
+    return (a.mesh().faceCount() >= b.mesh().faceCount() ? a : b).volume();
+}
+
+}  // namespace tessera

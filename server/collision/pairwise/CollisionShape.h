@@ -1,0 +1,100 @@
+/// What queries need of one geometry: its faces, and the representations that answer quickly.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+
+#include "common/base/Error.h"
+#include "common/math/Box.h"
+#include "server/collision/convex/ConvexHull.h"
+#include "server/collision/query/SurfaceTopology.h"
+#include "server/collision/tree/TriangleTree.h"
+
+namespace tessera {
+
+/// By what a shape is looked at in queries: a row and a column of PairTable.h.
+enum class Representation : std::uint8_t { kTriangles, kHull };
+inline constexpr std::size_t kRepresentations = 2;
+
+/// What an object asks of the shapes of its geometries.
+struct ShapeChoice {
+    Representation representation = Representation::kTriangles;
+    std::optional<VolumeKind> volume;  ///< of trees of triangles; none: what suits best (kAutomaticVolume …)
+
+    auto operator<=>(const ShapeChoice&) const = default;
+};
+
+/// Measured: server/collision/pairwise/README.md.
+inline constexpr VolumeKind kAutomaticVolume = VolumeKind::kObb, kAutomaticDeformingVolume = VolumeKind::kObb;
+
+/// Read by any number of threads; changed (`move`) by its owner alone, while nobody reads. Trees are made when they are
+/// first asked for, by whichever thread asks.
+class CollisionShape {
+public:
+    [[nodiscard]] static std::shared_ptr<CollisionShape> ofTriangles(TriangleMesh mesh,
+                                                                     VolumeKind volume = kAutomaticVolume);
+    /// The convex hull of a mesh, solid. Null where its points lie in one plane.
+    [[nodiscard]] static std::shared_ptr<CollisionShape> ofHull(const TriangleMesh& mesh,
+                                                                VolumeKind volume = kAutomaticVolume);
+
+    [[nodiscard]] Representation representation() const { return representation_; }
+    /// The faces that answers name. Of a hull: its own, so that all queries about surfaces work on it.
+    [[nodiscard]] const TriangleMesh& mesh() const { return *mesh_; }
+    /// Solid: what is inside it touches it too. Null for a surface.
+    [[nodiscard]] const ConvexHull* hull() const { return hull_ ? &*hull_ : nullptr; }
+
+    /// Of the faces. `volume()` is the kind that it was made with.
+    [[nodiscard]] const TriangleTree& tree() const { return tree(volume_); }
+    [[nodiscard]] const TriangleTree& tree(VolumeKind kind) const;
+    [[nodiscard]] VolumeKind volume() const { return volume_; }
+    /// Which faces share edges, and whether they enclose a volume. Made when first asked for; stays as vertices move.
+    [[nodiscard]] const SurfaceTopology& topology() const;
+    /// Its vertices have moved, or may move from frame to frame.
+    [[nodiscard]] bool deforms() const { return deforms_; }
+    void setDeforms() { deforms_ = true; }
+
+    /// The box in the world, which holds every vertex as rounding puts it there. However a hull is turned, its box is no
+    /// larger than that of the ball around it.
+    [[nodiscard]] Box boxIn(const Affine3d& world) const;
+
+    /// The same seen from another frame; null where its numbers leave the range of exact answers, or it becomes flat.
+    [[nodiscard]] std::shared_ptr<const CollisionShape> placed(const Affine3d& map) const;
+
+    /// New positions, one per vertex; the faces stay. Not for hulls. kBadInput as TriangleMesh::make; nothing changes
+    /// then. Trees follow, and are divided anew where they have become loose.
+    Expected<void> move(std::span<const Vec3d> positions);
+
+    /// With all trees made so far.
+    [[nodiscard]] std::size_t memoryBytes() const;
+
+private:
+    struct LazyTree {
+        std::once_flag made;
+        std::unique_ptr<TriangleTree> tree;
+    };
+
+    CollisionShape(Representation representation, std::shared_ptr<TriangleMesh> mesh, VolumeKind volume)
+        : representation_(representation), volume_(volume), mesh_(std::move(mesh)) {}
+    void setBall();
+
+    Representation representation_;
+    VolumeKind volume_;
+    bool deforms_ = false;
+    std::shared_ptr<TriangleMesh> mesh_;
+    std::optional<ConvexHull> hull_;
+    Vec3d ballCentre_ = Vec3d::Zero();  // of a hull
+    double ballRadius_ = 0;
+    mutable std::array<LazyTree, kVolumeKinds> trees_;
+    mutable std::once_flag topologyMade_;
+    mutable std::unique_ptr<SurfaceTopology> topology_;
+};
+
+/// The kind of volume in which two shapes are compared: of kinds that differ that of the one that deforms (which is
+/// refitted in each frame), else that of the one with more faces; the other makes a tree of that kind, once.
+[[nodiscard]] VolumeKind commonVolume(const CollisionShape& a, const CollisionShape& b);
+
+}  // namespace tessera

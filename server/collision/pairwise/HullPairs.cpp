@@ -1,0 +1,119 @@
+#include "server/collision/pairwise/HullPairs.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/SurfacePairs.h"
+#include "server/collision/query/FacesNear.h"
+
+namespace tessera::hull_pairs {
+namespace {
+
+constexpr std::uint64_t kMostSupports = 100'000;
+
+/// Some of a surface within a hull. Asked only of surfaces that do not meet: then each face is in it as a whole or not
+/// at all.
+Touch inside(const CollisionShape& outer, const CollisionShape& inner, const Affine3d& outer_T_inner, QueryWork& work) {
+    const ConvexHull& hull = *outer.hull();
+    const Affine3d inner_T_outer = outer_T_inner.inverse();
+    if (!inner_T_outer.matrix().allFinite()) return Touch::kNo;  // flat: it would have met the hull's faces
+    const Box near = boxAround(inner_T_outer, hull.bounds());
+    if (!near.overlaps(inner.mesh().bounds())) return Touch::kNo;
+    std::vector<std::uint32_t> faces;
+    if (!facesNear(inner.tree(), near, work, faces)) return Touch::kUnknown;
+    const bool any = std::ranges::any_of(faces, [&](std::uint32_t face) {
+        const Vec3d p = outer_T_inner * inner.mesh().corner(face, 0);
+        return hull.bounds().contains(p) && hull.contains(p);
+    });
+    return any ? Touch::kYes : Touch::kNo;
+}
+
+/// Of surfaces that do not meet.
+Touch inside(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, bool hullIsA, QueryWork& work) {
+    return hullIsA ? inside(a, b, a_T_b, work) : inside(b, a, a_T_b.inverse(), work);
+}
+
+PairTouch withInside(PairTouch found, const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+    if (found.touch != Touch::kNo) return found;
+    found.touch = inside(a.shape, b.shape, a.world.inverse() * b.world, a.shape.hull() != nullptr, work);
+    found.complete = found.touch != Touch::kUnknown;
+    found.count = found.touch == Touch::kYes ? 1 : 0;
+    return found;
+}
+
+}  // namespace
+
+PairTouch touch(const PlacedShape& a, const PlacedShape& b, PairHints& hints, QueryWork& work) {
+    ConvexWork convex{.limit = kMostSupports};
+    PairTouch out;
+    out.touch = hullsTouching(*a.shape.hull(), *b.shape.hull(), a.world.inverse() * b.world, convex, &hints.hulls);
+    work.triangleTests += convex.supports;
+    out.complete = out.touch != Touch::kUnknown;
+    out.count = out.touch == Touch::kYes ? 1 : 0;
+    return out;
+}
+
+PairTouch contacts(const PlacedShape& a, const PlacedShape& b, std::size_t, PairHints& hints, QueryWork& work) {
+    return touch(a, b, hints, work);
+}
+
+Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
+                  const DistanceOptions& options) {
+    ConvexWork convex{.limit = kMostSupports};
+    const HullDistance found = hullDistance(*a.hull(), *b.hull(), a_T_b, convex);
+    work.triangleTests += convex.supports;
+    Distance out;
+    out.distance = found.distance;
+    out.onA = found.onA;
+    out.onB = found.onB;
+    out.complete = found.complete;
+    out.faces = {kWhole, kWhole};
+    if (found.complete && found.distance > options.upperBound) {
+        out.farther = true;
+        out.distance = options.upperBound;
+    }
+    return out;
+}
+
+PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+    ConvexWork convex{.limit = kMostSupports};
+    const HullDepth found = hullDepth(*a.shape.hull(), *b.shape.hull(), a.world.inverse() * b.world, convex);
+    work.triangleTests += convex.supports;
+    PairDepth out;
+    out.point = a.world * (0.5 * (found.onA + found.onB));
+    const Vec3d form = a.world.linear().inverse().transpose() * found.normal;
+    const double unit = form.stableNorm();
+    if (unit > 0) out.normal = form / unit;
+    if (!found.touching)
+        out.depth = 0;
+    else if (found.complete && unit > 0)
+        out.depth = std::max(0.0, found.depth) / unit;
+    return out;
+}
+
+PairTouch touchSurface(const PlacedShape& a, const PlacedShape& b, PairHints& hints, QueryWork& work) {
+    return withInside(surfaceMethods(a.shape, b.shape).touch(a, b, hints, work), a, b, work);
+}
+
+PairTouch contactsWithSurface(const PlacedShape& a, const PlacedShape& b, std::size_t most, PairHints& hints,
+                              QueryWork& work) {
+    return withInside(surfaceMethods(a.shape, b.shape).contacts(a, b, most, hints, work), a, b, work);
+}
+
+Distance distanceToSurface(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
+                           const DistanceOptions& options) {
+    Distance out = surfaceMethods(a, b).distance(a, b, a_T_b, work, options);
+    if (!out.complete || out.distance == 0) return out;
+    const Touch within = inside(a, b, a_T_b, a.hull() != nullptr, work);
+    if (within == Touch::kUnknown) out.complete = false;
+    if (within != Touch::kYes) return out;
+    out.distance = 0;
+    out.farther = false;
+    out.faces = {kWhole, kWhole};
+    const ConvexHull& hull = a.hull() != nullptr ? *a.hull() : *b.hull();
+    out.onA = out.onB = a.hull() != nullptr ? hull.centre() : Vec3d(a_T_b * hull.centre());
+    return out;
+}
+
+}  // namespace tessera::hull_pairs

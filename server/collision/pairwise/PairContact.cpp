@@ -1,0 +1,60 @@
+#include "server/collision/pairwise/PairContact.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/collision/mesh/TriangleContact.h"
+#include "server/collision/pairwise/ConservativeBox.h"
+
+namespace tessera {
+namespace {
+
+/// Counter-clockwise seen from outside, mirrored or not.
+Triangle placed(const PlacedShape& of, std::uint32_t face) {
+    Triangle out = transformed(of.world, of.shape.mesh().triangle(face));
+    if (of.world.linear().determinant() < 0) std::swap(out[1], out[2]);
+    return out;
+}
+
+}  // namespace
+
+Vec2d placeOn(const Triangle& t, const Vec3d& point) {
+    const Vec3d p = nearestOnTriangle(t, point) - t[0], e = t[1] - t[0], f = t[2] - t[0];
+    const double ee = e.dot(e), ef = e.dot(f), ff = f.dot(f), det = ee * ff - ef * ef;
+    if (!(det > 0)) {  // without area: along the longer side
+        if (ee >= ff) return {ee > 0 ? std::clamp(p.dot(e) / ee, 0.0, 1.0) : 0, 0};
+        return {0, std::clamp(p.dot(f) / ff, 0.0, 1.0)};
+    }
+    const double pe = p.dot(e), pf = p.dot(f);
+    const double u = std::clamp((pe * ff - pf * ef) / det, 0.0, 1.0);
+    return {u, std::clamp((pf * ee - pe * ef) / det, 0.0, 1 - u)};
+}
+
+PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const FacePair& faces) {
+    PairContact out;
+    if (invertible(a.world)) {
+        const Affine3d a_T_world = a.world.inverse();
+        const Affine3d a_T_b = a_T_world * b.world;
+        Triangle triangleB = transformed(a_T_b, b.shape.mesh().triangle(faces.b));
+        if (a_T_b.linear().determinant() < 0) std::swap(triangleB[1], triangleB[2]);
+        const TriangleContact local = contactOf(a.shape.mesh().triangle(faces.a), triangleB);
+        out.point = a.world * local.point;
+        out.normal = (a_T_world.linear().transpose() * local.normal).stableNormalized();
+    } else {
+        // Flat where they meet (a scale that goes through zero), it has no frame to look from.
+        const TriangleContact found = contactOf(placed(a, faces.a), placed(b, faces.b));
+        out.point = found.point;
+        out.normal = found.normal.stableNormalized();
+    }
+    out.uvA = placeOn(transformed(a.world, a.shape.mesh().triangle(faces.a)), out.point);
+    out.uvB = placeOn(transformed(b.world, b.shape.mesh().triangle(faces.b)), out.point);
+    return out;
+}
+
+PairContact contactOfHulls(const PlacedShape& a, const PlacedShape& b) {
+    QueryWork work;
+    const PairDepth found = depthOf(a, b, work);
+    return {.point = found.point, .normal = found.normal, .depth = found.depth};
+}
+
+}  // namespace tessera

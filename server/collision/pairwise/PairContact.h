@@ -1,0 +1,28 @@
+/// Where two shapes meet: places on both surfaces, and the way in which they part.
+#pragma once
+
+#include <optional>
+
+#include "server/collision/pairwise/PairTable.h"
+
+namespace tessera {
+
+struct PairContact {
+    Vec3d point = Vec3d::Zero();   ///< world
+    Vec3d normal = Vec3d::Zero();  ///< world, of unit length, from A to B
+    /// Along the normal, of the region or of the hulls that the contact belongs to; nothing where it is not known.
+    std::optional<double> depth;
+    /// The point on the face of each: corner 0 + u · (corner 1 - corner 0) + v · (corner 2 - corner 0).
+    Vec2d uvA = Vec2d::Zero(), uvB = Vec2d::Zero();
+};
+
+/// Of two faces that meet in these poses, by themselves (regionsOf knows better where all are known). The normal goes to
+/// the world as planes do, which also rights it where a mirrored frame turned the winding.
+[[nodiscard]] PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const FacePair& faces);
+/// Of two hulls: the middle between the deepest points.
+[[nodiscard]] PairContact contactOfHulls(const PlacedShape& a, const PlacedShape& b);
+
+/// u and v of a point of a triangle, to rounding; of others, of a point near them on it.
+[[nodiscard]] Vec2d placeOn(const Triangle& triangle, const Vec3d& point);
+
+}  // namespace tessera

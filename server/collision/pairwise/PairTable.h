@@ -1,0 +1,113 @@
+/// The pairwise stage: the five questions that two shapes are asked, answered by the entry of a table for what the two
+/// are looked at as.
+///
+/// A new representation is a new row: an entry for each pair that it answers itself. A pair without an entry is answered
+/// by the triangles that every shape has, and `fallsBack` says so.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "server/collision/convex/ConvexQuery.h"
+#include "server/collision/pairwise/CollisionShape.h"
+#include "server/collision/query/DistanceQuery.h"
+#include "server/collision/query/TimeOfImpact.h"
+#include "server/collision/query/TouchFront.h"
+
+namespace tessera {
+
+/// world_T_shape, where it stands. Both outlive what they are handed to.
+struct PlacedShape {
+    const CollisionShape& shape;
+    const Affine3d& world;
+};
+
+/// In place of a face: a solid as a whole.
+inline constexpr std::uint32_t kWhole = 0xffffffffu;
+
+/// What the last queries about a pair found, to look there first. They change no answer.
+struct PairHints {
+    TouchFront front;
+    ConvexCache hulls;
+    std::optional<FacePair> nearest;
+};
+
+struct PairTouch {
+    Touch touch = Touch::kNo;  ///< kUnknown: the work was exhausted before anything was found
+    bool complete = true;      ///< false: the work was exhausted, there may be more
+    /// Pairs of faces that meet; 1 where solids meet as wholes: two hulls, or a hull and what is within it.
+    std::uint64_t count = 0;
+    std::vector<FacePair> faces;  ///< ascending, the first of them; none where solids meet as wholes
+};
+
+struct PairDepth {
+    /// By so much B would have to go along `normal`, at least, to be free (Penetration.h says what that is of surfaces: the
+    /// deepest of their regions; of hulls it is the least way at all). Nothing where that cannot be told: a surface
+    /// without an inside, exhausted work. 0 where they are apart. World units.
+    std::optional<double> depth;
+    Vec3d normal = Vec3d::Zero();  ///< of unit length, world, from A to B
+    Vec3d point = Vec3d::Zero();   ///< world, in the middle of what both share
+};
+
+/// All in double; yes and no by the exact predicates where `error` is 0. Thread-safe.
+struct PairMethods {
+    std::string_view name;
+    /// Answers may be wrong by so much, in sizes of the pair: 0 is exact (lengths to rounding).
+    double error = 0;
+    /// Answered by the triangles of the two.
+    bool fallsBack = false;
+
+    /// Touching counts, and solids are full: a hull touches what is inside it. At most one pair of faces is named.
+    PairTouch (*touch)(const PlacedShape& a, const PlacedShape& b, PairHints& hints, QueryWork& work);
+    /// The same with all pairs of faces, the first `most` of which are named.
+    PairTouch (*contacts)(const PlacedShape& a, const PlacedShape& b, std::size_t most, PairHints& hints,
+                          QueryWork& work);
+    /// As distanceBetween: lengths and points in A's frame. Of solids that meet as wholes 0.
+    Distance (*distance)(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
+                         const DistanceOptions& options);
+    /// As timeOfImpact. Hulls by their surfaces.
+    Impact (*firstContact)(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
+                           const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options);
+    PairDepth (*depth)(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
+};
+
+[[nodiscard]] const PairMethods& pairMethods(Representation a, Representation b);
+[[nodiscard]] inline const PairMethods& pairMethods(const CollisionShape& a, const CollisionShape& b) {
+    return pairMethods(a.representation(), b.representation());
+}
+/// Hulls by their faces, not as solids.
+[[nodiscard]] const PairMethods& surfaceMethods(const CollisionShape& a, const CollisionShape& b);
+
+[[nodiscard]] std::string_view nameOf(Representation representation);
+
+// The questions as the pipeline and the responses ask them.
+
+[[nodiscard]] inline PairTouch touchOf(const PlacedShape& a, const PlacedShape& b, PairHints& hints, QueryWork& work) {
+    return pairMethods(a.shape, b.shape).touch(a, b, hints, work);
+}
+[[nodiscard]] inline PairTouch contactsOf(const PlacedShape& a, const PlacedShape& b, std::size_t most,
+                                          PairHints& hints, QueryWork& work) {
+    return pairMethods(a.shape, b.shape).contacts(a, b, most, hints, work);
+}
+[[nodiscard]] inline PairDepth depthOf(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+    return pairMethods(a.shape, b.shape).depth(a, b, work);
+}
+/// Do the surfaces meet?
+[[nodiscard]] Touch surfacesTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
+/// All pairs of faces that meet, ascending.
+[[nodiscard]] FacePairs surfaceFacesTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
+
+/// How far two are apart in the world, whatever maps take them there.
+struct WorldDistance {
+    double distance = 0;
+    FacePair faces;
+    Vec3d pointA = Vec3d::Zero(), pointB = Vec3d::Zero();
+    bool farther = false;  ///< nothing is nearer than the bound
+    bool complete = true;
+};
+[[nodiscard]] WorldDistance distanceInWorld(const PlacedShape& a, const PlacedShape& b, const DistanceOptions& options,
+                                            QueryWork& work);
+
+}  // namespace tessera

@@ -1,0 +1,17 @@
+/// Triangles against triangles: the entry that every other may fall back to.
+#pragma once
+
+#include "server/collision/pairwise/PairTable.h"
+
+namespace tessera::surface_pairs {
+
+[[nodiscard]] PairTouch touch(const PlacedShape& a, const PlacedShape& b, PairHints& hints, QueryWork& work);
+[[nodiscard]] PairTouch contacts(const PlacedShape& a, const PlacedShape& b, std::size_t most, PairHints& hints,
+                                 QueryWork& work);
+[[nodiscard]] Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                                QueryWork& work, const DistanceOptions& options);
+[[nodiscard]] Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
+                                  const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options);
+[[nodiscard]] PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
+
+}  // namespace tessera::surface_pairs
