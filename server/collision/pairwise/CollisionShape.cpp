@@ -29,8 +29,8 @@ std::shared_ptr<CollisionShape> CollisionShape::ofHull(const TriangleMesh& mesh,
     return shape;
 }
 
-/// A small ball around the hull: its centre goes towards the farthest vertex in ever shorter steps (Badoiu and Clarkson,
-/// Smaller core-sets for balls, SODA 2003).
+/// A small ball around the hull: its centre goes towards the farthest vertex in ever shorter steps (Badoiu and
+/// Clarkson, Smaller core-sets for balls, SODA 2003).
 void CollisionShape::setBall() {
     constexpr int kSteps = 64;
     const std::span<const Vec3d> points = hull_->vertices();

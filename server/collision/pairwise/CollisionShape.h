@@ -57,8 +57,8 @@ public:
     [[nodiscard]] bool deforms() const { return deforms_; }
     void setDeforms() { deforms_ = true; }
 
-    /// The box in the world, which holds every vertex as rounding puts it there. However a hull is turned, its box is no
-    /// larger than that of the ball around it.
+    /// The box in the world, which holds every vertex as rounding puts it there. However a hull is turned, its box is
+    /// no larger than that of the ball around it.
     [[nodiscard]] Box boxIn(const Affine3d& world) const;
 
     /// The same seen from another frame; null where its numbers leave the range of exact answers, or it becomes flat.

@@ -19,15 +19,28 @@ Triangle placed(const PlacedShape& of, std::uint32_t face) {
 }  // namespace
 
 Vec2d placeOn(const Triangle& t, const Vec3d& point) {
-    const Vec3d p = nearestOnTriangle(t, point) - t[0], e = t[1] - t[0], f = t[2] - t[0];
+    const Vec3d p = point - t[0], e = t[1] - t[0], f = t[2] - t[0];
     const double ee = e.dot(e), ef = e.dot(f), ff = f.dot(f), det = ee * ff - ef * ef;
-    if (!(det > 0)) {  // without area: along the longer side
-        if (ee >= ff) return {ee > 0 ? std::clamp(p.dot(e) / ee, 0.0, 1.0) : 0, 0};
-        return {0, std::clamp(p.dot(f) / ff, 0.0, 1.0)};
+    // Without area it is its longest side.
+    if (constexpr double kThin = 1e-12; !(det > kThin * ee * ff)) {
+        const double ss = (f - e).squaredNorm(), longest = std::max({ee, ff, ss});
+        const auto along = [&](const Vec3d& from, const Vec3d& side) {
+            return longest > 0 ? std::clamp((p - from).dot(side) / longest, 0.0, 1.0) : 0.0;
+        };
+        if (ee == longest) return {along(Vec3d::Zero(), e), 0};
+        if (ff == longest) return {0, along(Vec3d::Zero(), f)};
+        const double s = along(e, f - e);
+        return {1 - s, s};
     }
-    const double pe = p.dot(e), pf = p.dot(f);
-    const double u = std::clamp((pe * ff - pf * ef) / det, 0.0, 1.0);
-    return {u, std::clamp((pf * ee - pe * ef) / det, 0.0, 1 - u)};
+    // What is square to the longer of the two sides first: needles keep their digits.
+    const auto solve = [&](const Vec3d& shorter, const Vec3d& longer) {
+        const Vec3d across = shorter - shorter.dot(longer) / longer.squaredNorm() * longer;
+        const double s = std::clamp(p.dot(across) / across.squaredNorm(), 0.0, 1.0);
+        return Vec2d(s, std::clamp((p - s * shorter).dot(longer) / longer.squaredNorm(), 0.0, 1 - s));
+    };
+    if (ee < ff) return solve(e, f);
+    const Vec2d vu = solve(f, e);
+    return {vu.y(), vu.x()};
 }
 
 PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const FacePair& faces) {

@@ -16,13 +16,13 @@ struct PairContact {
     Vec2d uvA = Vec2d::Zero(), uvB = Vec2d::Zero();
 };
 
-/// Of two faces that meet in these poses, by themselves (regionsOf knows better where all are known). The normal goes to
-/// the world as planes do, which also rights it where a mirrored frame turned the winding.
+/// Of two faces that meet in these poses, by themselves (regionsOf knows better where all are known). The normal goes
+/// to the world as planes do, which also rights it where a mirrored frame turned the winding.
 [[nodiscard]] PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const FacePair& faces);
 /// Of two hulls: the middle between the deepest points.
 [[nodiscard]] PairContact contactOfHulls(const PlacedShape& a, const PlacedShape& b);
 
-/// u and v of a point of a triangle, to rounding; of others, of a point near them on it.
+/// u and v of a point of a triangle, to rounding; of others, of some point of it.
 [[nodiscard]] Vec2d placeOn(const Triangle& triangle, const Vec3d& point);
 
 }  // namespace tessera

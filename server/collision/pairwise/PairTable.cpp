@@ -77,7 +77,7 @@ WorldDistance measured(const PlacedShape& a, double scale, const PlacedShape& b,
     options.tolerance /= scale;
     const Distance found =
         pairMethods(a.shape, b.shape).distance(a.shape, b.shape, a.world.inverse() * b.world, work, options);
-    return {found.distance * scale, found.faces,    a.world * found.onA, a.world * found.onB,
+    return {found.distance * scale,           found.faces,   a.world * found.onA, a.world * found.onB,
             found.farther || !found.complete, found.complete};
 }
 
@@ -93,8 +93,10 @@ const PairMethods& surfaceMethods(const CollisionShape& a, const CollisionShape&
 
 std::string_view nameOf(Representation representation) {
     switch (representation) {
-        case Representation::kTriangles: return "triangles";
-        case Representation::kHull: return "hull";
+        case Representation::kTriangles:
+            return "triangles";
+        case Representation::kHull:
+            return "hull";
     }
     return "";
 }

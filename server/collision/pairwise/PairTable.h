@@ -1,8 +1,8 @@
 /// The pairwise stage: the five questions that two shapes are asked, answered by the entry of a table for what the two
 /// are looked at as.
 ///
-/// A new representation is a new row: an entry for each pair that it answers itself. A pair without an entry is answered
-/// by the triangles that every shape has, and `fallsBack` says so.
+/// A new representation is a new row: an entry for each pair that it answers itself. A pair without an entry is
+/// answered by the triangles that every shape has, and `fallsBack` says so.
 #pragma once
 
 #include <cstdint>
@@ -43,8 +43,8 @@ struct PairTouch {
 };
 
 struct PairDepth {
-    /// By so much B would have to go along `normal`, at least, to be free (Penetration.h says what that is of surfaces: the
-    /// deepest of their regions; of hulls it is the least way at all). Nothing where that cannot be told: a surface
+    /// By so much B would have to go along `normal`, at least, to be free (Penetration.h says what that is of surfaces:
+    /// the deepest of their regions; of hulls it is the least way at all). Nothing where that cannot be told: a surface
     /// without an inside, exhausted work. 0 where they are apart. World units.
     std::optional<double> depth;
     Vec3d normal = Vec3d::Zero();  ///< of unit length, world, from A to B

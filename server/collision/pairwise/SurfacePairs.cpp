@@ -47,8 +47,8 @@ PairTouch touch(const PlacedShape& a, const PlacedShape& b, PairHints& hints, Qu
 PairTouch contacts(const PlacedShape& a, const PlacedShape& b, std::size_t most, PairHints&, QueryWork& work) {
     const Trees trees(a.shape, b.shape);
     const bool swap = inFrameOfB(a, b);
-    FacePairs found = swap ? allTouching(trees.b, trees.a, a_T_b(b, a), work)
-                           : allTouching(trees.a, trees.b, a_T_b(a, b), work);
+    FacePairs found =
+        swap ? allTouching(trees.b, trees.a, a_T_b(b, a), work) : allTouching(trees.a, trees.b, a_T_b(a, b), work);
     if (swap) {
         for (FacePair& faces : found.pairs) std::swap(faces.a, faces.b);
         std::ranges::sort(found.pairs);

@@ -21,6 +21,10 @@ ContactValue someContact() {
             .faceB = ContactValue::kNoFace,
             .point = Vec3d(0.1, -2, 1e300),
             .normal = Vec3d(0, 0.6, 0.8),
+            .depth = 0.25,
+            .uvA = Vec2d(0.5, 0.125),
+            .uvB = Vec2d(0, 1),
+            .error = 0.001,
             .interest = ObjectId{9},
             .time = 0.3};
 }
@@ -64,6 +68,9 @@ void expectSame(const ContactValue& a, const ContactValue& b) {
               std::tie(b.objectA, b.objectB, b.faceA, b.faceB, b.interest, b.time));
     EXPECT_EQ(a.point, b.point);
     EXPECT_EQ(a.normal, b.normal);
+    EXPECT_EQ(std::tie(a.depth, a.error), std::tie(b.depth, b.error));
+    EXPECT_EQ(a.uvA, b.uvA);
+    EXPECT_EQ(a.uvB, b.uvB);
 }
 void expectSame(const PairEventValue& a, const PairEventValue& b) {
     EXPECT_EQ(std::tie(a.interest, a.objectA, a.objectB, a.phase, a.firstTime, a.through),

@@ -217,5 +217,23 @@ TEST(Modes, EachInterestIsToldOfItsOwnPairs) {
     EXPECT_EQ(result.contactsBegun, 3u) << "pairs, not tellings";
 }
 
+TEST(Modes, ContactsTellHowDeepAndWhereOnTheFaces) {
+    TwoBoxes scene;
+    scene.watch(Interest::kStatic);
+    const StepResult result = scene.frame({{.transform = scene.a.transform, .translation = Vec3d(3.35, 0.03, 0.04), .scale = Vec3d::Constant(0.5)}});
+    ASSERT_FALSE(result.contacts.empty());
+    for (const Contact& c : result.contacts) {
+        EXPECT_NEAR(c.depth, 0.1, 1e-6);
+        EXPECT_LT((c.normal - Vec3d::UnitX()).norm(), 1e-9) << "no arrow points sideways";
+        EXPECT_TRUE(c.uvA.minCoeff() >= 0 && c.uvB.minCoeff() >= 0 && c.uvA.sum() <= 1 + 1e-12);
+        EXPECT_EQ(c.error, 0);
+    }
+    TwoBoxes few;
+    few.watch(Interest::kStatic, Interest::kYesOrNo);
+    const StepResult one = few.to(3.25);
+    ASSERT_EQ(one.contacts.size(), 1u);
+    EXPECT_EQ(one.contacts.front().depth, Contact::kNoDepth) << "one pair of faces tells of no region";
+}
+
 }  // namespace
 }  // namespace tessera
