@@ -20,27 +20,26 @@ Triangle placed(const PlacedShape& of, std::uint32_t face) {
 
 Vec2d placeOn(const Triangle& t, const Vec3d& point) {
     const Vec3d p = point - t[0], e = t[1] - t[0], f = t[2] - t[0];
-    const double ee = e.dot(e), ef = e.dot(f), ff = f.dot(f), det = ee * ff - ef * ef;
-    // Without area it is its longest side.
-    if (constexpr double kThin = 1e-12; !(det > kThin * ee * ff)) {
-        const double ss = (f - e).squaredNorm(), longest = std::max({ee, ff, ss});
-        const auto along = [&](const Vec3d& from, const Vec3d& side) {
-            return longest > 0 ? std::clamp((p - from).dot(side) / longest, 0.0, 1.0) : 0.0;
-        };
-        if (ee == longest) return {along(Vec3d::Zero(), e), 0};
-        if (ff == longest) return {0, along(Vec3d::Zero(), f)};
-        const double s = along(e, f - e);
-        return {1 - s, s};
-    }
-    // What is square to the longer of the two sides first: needles keep their digits.
-    const auto solve = [&](const Vec3d& shorter, const Vec3d& longer) {
-        const Vec3d across = shorter - shorter.dot(longer) / longer.squaredNorm() * longer;
+    const double ee = e.squaredNorm(), ff = f.squaredNorm(), ss = (f - e).squaredNorm();
+    const bool firstIsLonger = ee >= ff;
+    const Vec3d &longer = firstIsLonger ? e : f, &shorter = firstIsLonger ? f : e;
+    // Square to the longer of the two sides: needles keep their digits.
+    const Vec3d across =
+        std::max(ee, ff) > 0 ? Vec3d(shorter - shorter.dot(longer) / std::max(ee, ff) * longer) : Vec3d::Zero();
+    if (constexpr double kThin = 1e-24; across.squaredNorm() > kThin * shorter.squaredNorm()) {
         const double s = std::clamp(p.dot(across) / across.squaredNorm(), 0.0, 1.0);
-        return Vec2d(s, std::clamp((p - s * shorter).dot(longer) / longer.squaredNorm(), 0.0, 1 - s));
+        const double l = std::clamp((p - s * shorter).dot(longer) / longer.squaredNorm(), 0.0, 1 - s);
+        return firstIsLonger ? Vec2d(l, s) : Vec2d(s, l);
+    }
+    // Without area it is its longest side.
+    const double longest = std::max({ee, ff, ss});
+    const auto along = [&](const Vec3d& from, const Vec3d& side) {
+        return longest > 0 ? std::clamp((p - from).dot(side) / longest, 0.0, 1.0) : 0.0;
     };
-    if (ee < ff) return solve(e, f);
-    const Vec2d vu = solve(f, e);
-    return {vu.y(), vu.x()};
+    if (ee == longest) return {along(Vec3d::Zero(), e), 0};
+    if (ff == longest) return {0, along(Vec3d::Zero(), f)};
+    const double s = along(e, f - e);
+    return {1 - s, s};
 }
 
 PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const FacePair& faces) {
