@@ -15,6 +15,7 @@ std::string json(const Vec3d& v) {
     return fmt::format("[{:.17g},{:.17g},{:.17g}]", v.x(), v.y(), v.z());
 }
 std::string json(const FacePair& p) {
+    if (p.a == kWhole) return "null";  // solids as wholes
     return fmt::format("[{},{}]", p.a, p.b);
 }
 std::string text(const Vec3d& v) {
@@ -35,19 +36,29 @@ std::string answerLine(Touch touch, AnswerFormat format) {
     return fmt::format("{}{}", hit ? "touch" : "do not touch", rest);
 }
 
-std::string answerLine(const FacePairs& pairs, AnswerFormat format) {
-    const std::size_t count = pairs.pairs.size();
+std::string answerLine(const PairTouch& pairs, AnswerFormat format) {
     const bool asJson = format == AnswerFormat::kJson;
     std::string named;
-    for (std::size_t i = 0; i < std::min(count, kPairsNamed); ++i)
-        named += asJson ? (i > 0 ? "," : "") + json(pairs.pairs[i])
-                        : fmt::format(" {}/{}", pairs.pairs[i].a, pairs.pairs[i].b);
+    for (std::size_t i = 0; i < std::min(pairs.faces.size(), kPairsNamed); ++i)
+        named += asJson ? (i > 0 ? "," : "") + json(pairs.faces[i])
+                        : fmt::format(" {}/{}", pairs.faces[i].a, pairs.faces[i].b);
     const char* rest = incomplete(pairs.complete, format);
     if (asJson)
-        return fmt::format(R"({{"hit":{},"pairs":{},"first":[{}]{}}})", count > 0 || !pairs.complete, count, named, rest);
-    if (count == 0) return fmt::format("no pair of triangles meets{}", rest);
-    return fmt::format("{} pair{} of triangles meet{}:{}{}{}", count, count == 1 ? "" : "s", count == 1 ? "s" : "",
-                       named, count > kPairsNamed ? " …" : "", rest);
+        return fmt::format(R"({{"hit":{},"pairs":{},"first":[{}]{}}})", pairs.count > 0 || !pairs.complete, pairs.count,
+                           named, rest);
+    if (pairs.count == 0) return fmt::format("no pair of triangles meets{}", rest);
+    if (pairs.faces.empty()) return "they meet as wholes";
+    return fmt::format("{} pair{} of triangles meet{}:{}{}{}", pairs.count, pairs.count == 1 ? "" : "s",
+                       pairs.count == 1 ? "s" : "", named, pairs.count > kPairsNamed ? " …" : "", rest);
+}
+
+std::string answerLine(const PairDepth& depth, double error, AnswerFormat format) {
+    if (format == AnswerFormat::kJson)
+        return fmt::format(R"({{"depth":{},"normal":{},"error":{}}})", depth.depth ? json(*depth.depth) : "null",
+                           json(depth.normal), json(error));
+    if (!depth.depth) return "no depth: a surface that encloses nothing, or nothing but a touch";
+    if (*depth.depth == 0) return "depth 0";
+    return fmt::format("depth {:.9g}, B out along {}", *depth.depth, text(depth.normal));
 }
 
 std::string answerLine(const Distance& distance, AnswerFormat format) {
@@ -55,8 +66,10 @@ std::string answerLine(const Distance& distance, AnswerFormat format) {
     if (format == AnswerFormat::kJson)
         return fmt::format(R"({{"distance":{},"faces":{},"points":[{},{}]{}}})", json(distance.distance),
                            json(distance.faces), json(distance.onA), json(distance.onB), rest);
-    return fmt::format("distance {:.9g}, faces {}/{}, from {} to {}{}", distance.distance, distance.faces.a,
-                       distance.faces.b, text(distance.onA), text(distance.onB), rest);
+    const std::string faces =
+        distance.faces.a == kWhole ? "" : fmt::format(" faces {}/{},", distance.faces.a, distance.faces.b);
+    return fmt::format("distance {:.9g},{} from {} to {}{}", distance.distance, faces, text(distance.onA),
+                       text(distance.onB), rest);
 }
 
 std::string answerLine(const Impact& impact, AnswerFormat format) {
@@ -77,7 +90,8 @@ std::string timeLine(const QueryTimes& times, AnswerFormat format) {
     for (const double t : sorted) mean += t / static_cast<double>(sorted.size());
     const auto at = [&](double share) {
         if (sorted.empty()) return 0.0;
-        return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
+        return sorted[std::min(sorted.size() - 1,
+                               static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
     };
     if (format == AnswerFormat::kJson)
         return fmt::format(

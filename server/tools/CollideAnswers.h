@@ -5,9 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/collision/query/DistanceQuery.h"
-#include "server/collision/query/TimeOfImpact.h"
-#include "server/collision/query/TouchQuery.h"
+#include "server/collision/pairwise/PairTable.h"
 
 namespace tessera {
 
@@ -16,16 +14,18 @@ enum class AnswerFormat { kText, kJson };
 /// `all` names this many pairs; the count is of all of them.
 inline constexpr std::size_t kPairsNamed = 16;
 
-// One line each, without its end. Numbers have 17 significant digits in JSON and do not depend on the locale. An answer that is
-// not complete says so (`"complete":false`).
+// One line each, without its end. Numbers have 17 significant digits in JSON and do not depend on the locale. An answer
+// that is not complete says so (`"complete":false`).
 [[nodiscard]] std::string answerLine(Touch touch, AnswerFormat format);
-[[nodiscard]] std::string answerLine(const FacePairs& pairs, AnswerFormat format);
+[[nodiscard]] std::string answerLine(const PairTouch& pairs, AnswerFormat format);
 [[nodiscard]] std::string answerLine(const Distance& distance, AnswerFormat format);
 [[nodiscard]] std::string answerLine(const Impact& impact, AnswerFormat format);
+/// `error`: as PairMethods::error.
+[[nodiscard]] std::string answerLine(const PairDepth& depth, double error, AnswerFormat format);
 
 struct QueryTimes {
-    double buildUs = 0;            ///< of both trees
-    std::vector<double> queryUs;   ///< in the order asked
+    double buildUs = 0;           ///< of both shapes
+    std::vector<double> queryUs;  ///< in the order asked
     unsigned threads = 1;
     std::string_view instructionSet;
 };

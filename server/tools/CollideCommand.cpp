@@ -11,6 +11,7 @@
 #include "common/base/Version.h"
 #include "common/base/Workers.h"
 #include "server/collision/mesh/InstructionSet.h"
+#include "server/collision/query/SelfCollision.h"
 #include "server/tools/SceneTriangles.h"
 
 namespace tessera {
@@ -23,13 +24,15 @@ double microseconds(SteadyClock::time_point from, SteadyClock::time_point to) {
     return std::chrono::duration<double, std::micro>(to - from).count();
 }
 
-const std::map<std::string, CollideQuery> kQueries{{"any", CollideQuery::kAny},
-                                                   {"all", CollideQuery::kAll},
-                                                   {"distance", CollideQuery::kDistance},
-                                                   {"toi", CollideQuery::kImpact}};
-const std::map<std::string, VolumeKind> kVolumes{
-    {"sphere", VolumeKind::kSphere}, {"aabb", VolumeKind::kAabb},     {"obb", VolumeKind::kObb},    {"dop6", VolumeKind::kDop6},
-    {"dop14", VolumeKind::kDop14},   {"dop18", VolumeKind::kDop18}, {"dop26", VolumeKind::kDop26}};
+const std::map<std::string, CollideQuery> kQueries{
+    {"any", CollideQuery::kAny},    {"all", CollideQuery::kAll},     {"distance", CollideQuery::kDistance},
+    {"toi", CollideQuery::kImpact}, {"depth", CollideQuery::kDepth}, {"self", CollideQuery::kSelf}};
+const std::map<std::string, Representation> kKinds{{"triangles", Representation::kTriangles},
+                                                   {"hull", Representation::kHull}};
+const std::map<std::string, VolumeKind> kVolumes{{"sphere", VolumeKind::kSphere}, {"aabb", VolumeKind::kAabb},
+                                                 {"obb", VolumeKind::kObb},       {"dop6", VolumeKind::kDop6},
+                                                 {"dop14", VolumeKind::kDop14},   {"dop18", VolumeKind::kDop18},
+                                                 {"dop26", VolumeKind::kDop26}};
 const std::map<std::string, SplitRule> kSplits{{"area", SplitRule::kSurfaceArea},
                                                {"median", SplitRule::kLongestSideMedian},
                                                {"mean", SplitRule::kLongestSideMean},
@@ -44,11 +47,22 @@ CLI::Validator oneOf(const std::map<std::string, T>& words) {
 
 /// Two bodies ready to be asked.
 struct Bodies {
-    TriangleTree a, b;
+    std::shared_ptr<CollisionShape> a, b;
 };
 
 Expected<TriangleMesh> load(const std::string& path, const CollideArguments& arguments) {
     return readTriangles(path, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
+}
+
+/// With the tree that queries begin with, so that its time counts as building.
+Expected<std::shared_ptr<CollisionShape>> shapeOf(TriangleMesh mesh, Representation as, const std::string& path,
+                                                  const TreeOptions& trees) {
+    std::shared_ptr<CollisionShape> shape = as == Representation::kHull
+                                                ? CollisionShape::ofHull(mesh, trees)
+                                                : CollisionShape::ofTriangles(std::move(mesh), trees);
+    if (!shape) return fail(ErrorCode::kBadInput, fmt::format("{}: lies in one plane, so it has no hull", path));
+    (void)shape->tree();
+    return shape;
 }
 
 std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArguments& arguments, Workers* workers,
@@ -58,26 +72,53 @@ std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArgu
         QueryWork work;
         const auto result = query(work);
         us = microseconds(start, SteadyClock::now());
-        return answerLine(result, arguments.format);
+        return result;
     };
-    const TouchOptions options{.workers = workers};
+    const CollisionShape &a = *bodies.a, &b = *bodies.b;
+    const PairMethods& methods = pairMethods(a, b);
     const Affine3d a_T_b = pose.start.matrix();
+    const AnswerFormat format = arguments.format;
     switch (arguments.query) {
         case CollideQuery::kAny:
-            return timed([&](QueryWork& work) { return anyTouching(bodies.a, bodies.b, a_T_b, work, options); });
+            return answerLine(timed([&](QueryWork& work) {
+                                  return methods.touch(a, b, a_T_b, {work, nullptr, workers});
+                              }).touch,
+                              format);
         case CollideQuery::kAll:
-            return timed([&](QueryWork& work) { return allTouching(bodies.a, bodies.b, a_T_b, work, options); });
+            return answerLine(timed([&](QueryWork& work) {
+                                  return methods.contacts(a, b, a_T_b, ~std::size_t{0}, {work, nullptr, workers});
+                              }),
+                              format);
         case CollideQuery::kDistance:
-            return timed([&](QueryWork& work) {
-                return distanceBetween(bodies.a, bodies.b, a_T_b, work, {.tolerance = arguments.tolerance.value_or(0)});
-            });
+            return answerLine(timed([&](QueryWork& work) {
+                                  return methods.distance(a, b, a_T_b, work,
+                                                          {.tolerance = arguments.tolerance.value_or(0)});
+                              }),
+                              format);
         case CollideQuery::kImpact:
-            return timed([&](QueryWork& work) {
-                return timeOfImpact(bodies.a, BodyMotion{}, bodies.b, BodyMotion{pose.start, *pose.end}, work,
-                                    {.tolerance = arguments.tolerance.value_or(ImpactOptions{}.tolerance)});
-            });
+            return answerLine(timed([&](QueryWork& work) {
+                                  return methods.firstContact(
+                                      a, BodyMotion{}, b, BodyMotion{pose.start, *pose.end}, work,
+                                      {.tolerance = arguments.tolerance.value_or(ImpactOptions{}.tolerance)});
+                              }),
+                              format);
+        case CollideQuery::kDepth: {
+            const Affine3d here = Affine3d::Identity();
+            return answerLine(timed([&](QueryWork& work) {
+                                  return methods.depth({a, here}, {b, a_T_b}, work);
+                              }),
+                              methods.error, format);
+        }
+        case CollideQuery::kSelf:
+            break;
     }
-    return {};
+    FacePairs found =
+        timed([&](QueryWork& work) { return selfTouching(a.tree(), work, {.weldEqualPositions = true}); });
+    PairTouch self;
+    self.complete = found.complete;
+    self.count = found.pairs.size();
+    self.faces = std::move(found.pairs);
+    return answerLine(self, format);
 }
 
 /// Says how far it is where the answers go elsewhere and somebody looks on, from the first second on.
@@ -106,17 +147,25 @@ private:
 };
 
 Expected<void> collide(const CollideArguments& arguments) {
-    const Expected<std::vector<PoseLine>> poses = readPoses(arguments.poses);
+    const bool alone = arguments.query == CollideQuery::kSelf;
+    const Expected<std::vector<PoseLine>> poses =
+        alone ? Expected<std::vector<PoseLine>>(std::vector<PoseLine>(1)) : readPoses(arguments.poses);
     if (!poses) return tl::unexpected(poses.error());
     if (const Expected<void> fits = checkPosesFor(arguments.query, *poses, arguments.poses); !fits) return fits;
 
     Expected<TriangleMesh> a = load(arguments.a, arguments);
     if (!a) return tl::unexpected(a.error());
-    Expected<TriangleMesh> b = arguments.b == arguments.a ? a : load(arguments.b, arguments);
+    Expected<TriangleMesh> b = alone || arguments.b == arguments.a ? a : load(arguments.b, arguments);
     if (!b) return tl::unexpected(b.error());
 
     const SteadyClock::time_point start = SteadyClock::now();
-    const Bodies bodies{TriangleTree(std::move(*a), arguments.tree), TriangleTree(std::move(*b), arguments.tree)};
+    const Expected<std::shared_ptr<CollisionShape>> shapeA =
+        shapeOf(std::move(*a), arguments.asA, arguments.a, arguments.tree);
+    if (!shapeA) return tl::unexpected(shapeA.error());
+    const Expected<std::shared_ptr<CollisionShape>> shapeB =
+        alone ? shapeA : shapeOf(std::move(*b), arguments.asB, arguments.b, arguments.tree);
+    if (!shapeB) return tl::unexpected(shapeB.error());
+    const Bodies bodies{*shapeA, *shapeB};
     QueryTimes times{.buildUs = microseconds(start, SteadyClock::now()),
                      .threads = arguments.threads,
                      .instructionSet = name(instructionSet())};
@@ -146,20 +195,23 @@ Expected<void> collide(const CollideArguments& arguments) {
 
 Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(const std::vector<std::string>& words) {
     CollideArguments out;
-    std::string query, volume, split;
+    std::string query, volume, split, asA, asB;
     double tolerance = 0;
     CLI::App app(
-        "Asks of two models, pose by pose: do they touch, where, how far are they\n"
-        "apart, when do they meet? One answer per line of the pose file.",
+        "Asks of two models, pose by pose: do they touch, where, how deep, how far\n"
+        "are they apart, when do they meet? One answer per line of the pose file.\n"
+        "Or of one (self): what of it runs into itself?",
         "tessera-collide");
     app.get_formatter()->column_width(30);
     app.set_version_flag("--version", versionText("tessera-collide"));
     app.add_option("A", out.a, "A scene or model file; stays")->required();
-    app.add_option("B", out.b, "Another, or the same; moves")->required();
+    app.add_option("B", out.b, "Another, or the same; moves");
     app.add_option("--poses", out.poses, "Of B relative to A, a line each:\ntx ty tz qw qx qy qz; two for toi")
-        ->type_name("FILE")
-        ->required();
-    app.add_option("--query", query, "any, all, distance or toi")->type_name("Q")->required()->check(oneOf(kQueries));
+        ->type_name("FILE");
+    app.add_option("--query", query, "any, all, distance, toi, depth or self")
+        ->type_name("Q")
+        ->required()
+        ->check(oneOf(kQueries));
     bool json = false;
     app.add_flag("--json", json, "One JSON object per answer");
     app.add_flag("--time", out.time, "A last line: what it took");
@@ -168,6 +220,8 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
                        "toi: a distance that is a hit (1e-4);\ndistance: may be so much too large (0)")
             ->type_name("T");
     app.add_option("--threads", out.threads, "For any and all (1)")->type_name("N")->check(CLI::Range(1, 256));
+    app.add_option("--as-a", asA, "A as triangles or hull (triangles)")->type_name("KIND")->check(oneOf(kKinds));
+    app.add_option("--as-b", asB, "The same of B")->type_name("KIND")->check(oneOf(kKinds));
     app.add_option("--volume", volume, "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; changes no answer")
         ->type_name("V")
         ->check(oneOf(kVolumes));
@@ -187,6 +241,13 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
         return fail(ErrorCode::kUsage, fmt::format("{}; see --help", wrong.what()));
     }
     out.query = kQueries.at(query);
+    if (!asA.empty()) out.asA = kKinds.at(asA);
+    if (!asB.empty()) out.asB = kKinds.at(asB);
+    const bool alone = out.query == CollideQuery::kSelf;
+    if (alone && !(out.b.empty() && out.poses.empty() && asB.empty()))
+        return fail(ErrorCode::kUsage, "self is about A alone: no B, no --poses, no --as-b");
+    if (!alone && out.b.empty()) return fail(ErrorCode::kUsage, "B is required; see --help");
+    if (!alone && out.poses.empty()) return fail(ErrorCode::kUsage, "--poses is required; see --help");
     out.format = json ? AnswerFormat::kJson : AnswerFormat::kText;
     if (!volume.empty()) out.tree.volume = kVolumes.at(volume);
     if (!split.empty()) out.tree.split = kSplits.at(split);
@@ -206,10 +267,9 @@ Expected<void> checkPosesFor(CollideQuery query, const std::vector<PoseLine>& po
     const bool motions = query == CollideQuery::kImpact;
     for (const PoseLine& pose : poses)
         if (pose.end.has_value() != motions)
-            return fail(ErrorCode::kBadInput,
-                        fmt::format("{}:{}: {}", file, pose.line,
-                                    motions ? "7 numbers; toi needs the end of the motion too, 14"
-                                            : "14 numbers, a motion, is for toi; a pose has 7"));
+            return fail(ErrorCode::kBadInput, fmt::format("{}:{}: {}", file, pose.line,
+                                                          motions ? "7 numbers; toi needs the end of the motion too, 14"
+                                                                  : "14 numbers, a motion, is for toi; a pose has 7"));
     return {};
 }
 

@@ -13,10 +13,11 @@
 
 namespace tessera {
 
-enum class CollideQuery : std::uint8_t { kAny, kAll, kDistance, kImpact };
+enum class CollideQuery : std::uint8_t { kAny, kAll, kDistance, kImpact, kDepth, kSelf };
 
 struct CollideArguments {
-    std::string a, b, poses;
+    std::string a, b, poses;  ///< of self a alone
+    Representation asA = Representation::kTriangles, asB = Representation::kTriangles;
     CollideQuery query = CollideQuery::kAny;
     AnswerFormat format = AnswerFormat::kText;
     bool time = false;

@@ -25,9 +25,9 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
     if (const auto known = shapes_.find(key); known != shapes_.end()) return known->second;
     std::shared_ptr<const CollisionShape> made;
     if (std::optional<TriangleMesh> mesh = meshOf(arrays)) {
-        const VolumeKind volume = choice.volume.value_or(kAutomaticVolume);
-        made = choice.representation == Representation::kHull ? CollisionShape::ofHull(*mesh, volume)
-                                                              : CollisionShape::ofTriangles(std::move(*mesh), volume);
+        const TreeOptions trees{.volume = choice.volume.value_or(kAutomaticVolume)};
+        made = choice.representation == Representation::kHull ? CollisionShape::ofHull(*mesh, trees)
+                                                              : CollisionShape::ofTriangles(std::move(*mesh), trees);
         // Now, rather than in the frame in which something first comes near.
         if (made) (void)made->tree();
     }
@@ -37,7 +37,7 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
 std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, const ShapeChoice& choice) {
     std::optional<TriangleMesh> mesh = meshOf(arrays);
     if (!mesh) return nullptr;
-    auto made = CollisionShape::ofTriangles(std::move(*mesh), choice.volume.value_or(kAutomaticDeformingVolume));
+    auto made = CollisionShape::ofTriangles(std::move(*mesh), {.volume = choice.volume.value_or(kAutomaticDeformingVolume)});
     made->setDeforms();
     (void)made->tree();
     return made;

@@ -6,12 +6,12 @@
 
 namespace tessera {
 
-std::shared_ptr<CollisionShape> CollisionShape::ofTriangles(TriangleMesh mesh, VolumeKind volume) {
+std::shared_ptr<CollisionShape> CollisionShape::ofTriangles(TriangleMesh mesh, const TreeOptions& trees) {
     return std::shared_ptr<CollisionShape>(
-        new CollisionShape(Representation::kTriangles, std::make_shared<TriangleMesh>(std::move(mesh)), volume));
+        new CollisionShape(Representation::kTriangles, std::make_shared<TriangleMesh>(std::move(mesh)), trees));
 }
 
-std::shared_ptr<CollisionShape> CollisionShape::ofHull(const TriangleMesh& mesh, VolumeKind volume) {
+std::shared_ptr<CollisionShape> CollisionShape::ofHull(const TriangleMesh& mesh, const TreeOptions& trees) {
     Expected<ConvexHull> hull = ConvexHull::make(mesh);
     if (!hull || hull->dimension() < 3) return nullptr;
     std::vector<double> positions;
@@ -23,7 +23,7 @@ std::shared_ptr<CollisionShape> CollisionShape::ofHull(const TriangleMesh& mesh,
     Expected<TriangleMesh> surface = TriangleMesh::make(std::span<const double>(positions), indices);
     TESSERA_CHECK(surface.has_value(), "a hull's own faces are a mesh");
     auto shape = std::shared_ptr<CollisionShape>(
-        new CollisionShape(Representation::kHull, std::make_shared<TriangleMesh>(std::move(*surface)), volume));
+        new CollisionShape(Representation::kHull, std::make_shared<TriangleMesh>(std::move(*surface)), trees));
     shape->hull_ = std::move(*hull);
     shape->setBall();
     return shape;
@@ -56,7 +56,11 @@ void CollisionShape::setBall() {
 
 const TriangleTree& CollisionShape::tree(VolumeKind kind) const {
     LazyTree& lazy = trees_[static_cast<std::size_t>(kind)];
-    std::call_once(lazy.made, [&] { lazy.tree = std::make_unique<TriangleTree>(mesh_, TreeOptions{.volume = kind}); });
+    std::call_once(lazy.made, [&] {
+        TreeOptions options = options_;
+        options.volume = kind;
+        lazy.tree = std::make_unique<TriangleTree>(mesh_, options);
+    });
     return *lazy.tree;
 }
 
@@ -75,7 +79,7 @@ std::shared_ptr<const CollisionShape> CollisionShape::placed(const Affine3d& map
     positions.reserve(mesh.vertexCount());
     for (const Vec3d p : mesh.positions()) positions.push_back(map * p);
     if (!mesh.move(positions)) return nullptr;
-    return hull_ ? ofHull(mesh, volume_) : ofTriangles(std::move(mesh), volume_);
+    return hull_ ? ofHull(mesh, options_) : ofTriangles(std::move(mesh), options_);
 }
 
 Expected<void> CollisionShape::move(std::span<const Vec3d> positions) {

@@ -35,11 +35,10 @@ inline constexpr VolumeKind kAutomaticVolume = VolumeKind::kObb, kAutomaticDefor
 /// first asked for, by whichever thread asks.
 class CollisionShape {
 public:
-    [[nodiscard]] static std::shared_ptr<CollisionShape> ofTriangles(TriangleMesh mesh,
-                                                                     VolumeKind volume = kAutomaticVolume);
+    [[nodiscard]] static std::shared_ptr<CollisionShape> ofTriangles(TriangleMesh mesh, const TreeOptions& trees = {});
     /// The convex hull of a mesh, solid. Null where its points lie in one plane.
     [[nodiscard]] static std::shared_ptr<CollisionShape> ofHull(const TriangleMesh& mesh,
-                                                                VolumeKind volume = kAutomaticVolume);
+                                                                const TreeOptions& trees = {});
 
     [[nodiscard]] Representation representation() const { return representation_; }
     /// The faces that answers name. Of a hull: its own, so that all queries about surfaces work on it.
@@ -47,10 +46,10 @@ public:
     /// Solid: what is inside it touches it too. Null for a surface.
     [[nodiscard]] const ConvexHull* hull() const { return hull_ ? &*hull_ : nullptr; }
 
-    /// Of the faces. `volume()` is the kind that it was made with.
-    [[nodiscard]] const TriangleTree& tree() const { return tree(volume_); }
+    /// Of the faces. `volume()` is the kind that was asked for.
+    [[nodiscard]] const TriangleTree& tree() const { return tree(options_.volume); }
     [[nodiscard]] const TriangleTree& tree(VolumeKind kind) const;
-    [[nodiscard]] VolumeKind volume() const { return volume_; }
+    [[nodiscard]] VolumeKind volume() const { return options_.volume; }
     /// Which faces share edges, and whether they enclose a volume. Made when first asked for; stays as vertices move.
     [[nodiscard]] const SurfaceTopology& topology() const;
     /// Its vertices have moved, or may move from frame to frame.
@@ -77,12 +76,12 @@ private:
         std::unique_ptr<TriangleTree> tree;
     };
 
-    CollisionShape(Representation representation, std::shared_ptr<TriangleMesh> mesh, VolumeKind volume)
-        : representation_(representation), volume_(volume), mesh_(std::move(mesh)) {}
+    CollisionShape(Representation representation, std::shared_ptr<TriangleMesh> mesh, const TreeOptions& trees)
+        : representation_(representation), options_(trees), mesh_(std::move(mesh)) {}
     void setBall();
 
     Representation representation_;
-    VolumeKind volume_;
+    TreeOptions options_;
     bool deforms_ = false;
     std::shared_ptr<TriangleMesh> mesh_;
     std::optional<ConvexHull> hull_;

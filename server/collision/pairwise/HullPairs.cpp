@@ -34,9 +34,10 @@ Touch inside(const CollisionShape& a, const CollisionShape& b, const Affine3d& a
     return hullIsA ? inside(a, b, a_T_b, work) : inside(b, a, a_T_b.inverse(), work);
 }
 
-PairTouch withInside(PairTouch found, const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+PairTouch withInside(PairTouch found, const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                     QueryWork& work) {
     if (found.touch != Touch::kNo) return found;
-    found.touch = inside(a.shape, b.shape, a.world.inverse() * b.world, a.shape.hull() != nullptr, work);
+    found.touch = inside(a, b, a_T_b, a.hull() != nullptr, work);
     found.complete = found.touch != Touch::kUnknown;
     found.count = found.touch == Touch::kYes ? 1 : 0;
     return found;
@@ -44,18 +45,19 @@ PairTouch withInside(PairTouch found, const PlacedShape& a, const PlacedShape& b
 
 }  // namespace
 
-PairTouch touch(const PlacedShape& a, const PlacedShape& b, PairHints& hints, QueryWork& work) {
+PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
     ConvexWork convex{.limit = kMostSupports};
     PairTouch out;
-    out.touch = hullsTouching(*a.shape.hull(), *b.shape.hull(), a.world.inverse() * b.world, convex, &hints.hulls);
-    work.triangleTests += convex.supports;
+    out.touch = hullsTouching(*a.hull(), *b.hull(), a_T_b, convex, effort.hints ? &effort.hints->hulls : nullptr);
+    effort.work.triangleTests += convex.supports;
     out.complete = out.touch != Touch::kUnknown;
     out.count = out.touch == Touch::kYes ? 1 : 0;
     return out;
 }
 
-PairTouch contacts(const PlacedShape& a, const PlacedShape& b, std::size_t, PairHints& hints, QueryWork& work) {
-    return touch(a, b, hints, work);
+PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t,
+                   const PairEffort& effort) {
+    return touch(a, b, a_T_b, effort);
 }
 
 Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
@@ -92,13 +94,14 @@ PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
     return out;
 }
 
-PairTouch touchSurface(const PlacedShape& a, const PlacedShape& b, PairHints& hints, QueryWork& work) {
-    return withInside(surfaceMethods(a.shape, b.shape).touch(a, b, hints, work), a, b, work);
+PairTouch touchSurface(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                       const PairEffort& effort) {
+    return withInside(surfaceMethods(a, b).touch(a, b, a_T_b, effort), a, b, a_T_b, effort.work);
 }
 
-PairTouch contactsWithSurface(const PlacedShape& a, const PlacedShape& b, std::size_t most, PairHints& hints,
-                              QueryWork& work) {
-    return withInside(surfaceMethods(a.shape, b.shape).contacts(a, b, most, hints, work), a, b, work);
+PairTouch contactsWithSurface(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
+                              const PairEffort& effort) {
+    return withInside(surfaceMethods(a, b).contacts(a, b, a_T_b, most, effort), a, b, a_T_b, effort.work);
 }
 
 Distance distanceToSurface(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,

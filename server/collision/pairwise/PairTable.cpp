@@ -1,5 +1,6 @@
 #include "server/collision/pairwise/PairTable.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -101,14 +102,52 @@ std::string_view nameOf(Representation representation) {
     return "";
 }
 
+namespace {
+
+bool inFrameOfB(const PlacedShape& a, const PlacedShape& b) {
+    return b.shape.mesh().faceCount() > a.shape.mesh().faceCount();
+}
+
+PairTouch turned(PairTouch found) {
+    for (FacePair& faces : found.faces) std::swap(faces.a, faces.b);
+    std::ranges::sort(found.faces);
+    return found;
+}
+
+PairTouch touchBy(const PairMethods& methods, const PlacedShape& a, const PlacedShape& b, const PairEffort& effort) {
+    return methods.touch(a.shape, b.shape, a.world.inverse() * b.world, effort);
+}
+
+PairTouch contactsBy(const PairMethods& methods, const PlacedShape& a, const PlacedShape& b, std::size_t most,
+                     const PairEffort& effort) {
+    return methods.contacts(a.shape, b.shape, a.world.inverse() * b.world, most, effort);
+}
+
+}  // namespace
+
+PairTouch touchOf(const PlacedShape& a, const PlacedShape& b, const PairEffort& effort) {
+    if (inFrameOfB(a, b)) return turned(touchBy(pairMethods(b.shape, a.shape), b, a, effort));
+    return touchBy(pairMethods(a.shape, b.shape), a, b, effort);
+}
+
+PairTouch contactsOf(const PlacedShape& a, const PlacedShape& b, std::size_t most, const PairEffort& effort) {
+    if (!inFrameOfB(a, b)) return contactsBy(pairMethods(a.shape, b.shape), a, b, most, effort);
+    // The first in one order are not the first in the other.
+    PairTouch found = turned(contactsBy(pairMethods(b.shape, a.shape), b, a, ~std::size_t{0}, effort));
+    found.faces.resize(std::min(found.faces.size(), most));
+    found.faces.shrink_to_fit();
+    return found;
+}
+
 Touch surfacesTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
-    PairHints none;
-    return surfaceMethods(a.shape, b.shape).touch(a, b, none, work).touch;
+    if (inFrameOfB(a, b)) return touchBy(surfaceMethods(b.shape, a.shape), b, a, {work}).touch;
+    return touchBy(surfaceMethods(a.shape, b.shape), a, b, {work}).touch;
 }
 
 FacePairs surfaceFacesTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
-    PairHints none;
-    PairTouch found = surfaceMethods(a.shape, b.shape).contacts(a, b, ~std::size_t{0}, none, work);
+    const bool swap = inFrameOfB(a, b);
+    PairTouch found = swap ? turned(contactsBy(surfaceMethods(b.shape, a.shape), b, a, ~std::size_t{0}, {work}))
+                           : contactsBy(surfaceMethods(a.shape, b.shape), a, b, ~std::size_t{0}, {work});
     return {std::move(found.faces), found.complete};
 }
 

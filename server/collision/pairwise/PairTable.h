@@ -18,6 +18,8 @@
 
 namespace tessera {
 
+class Workers;
+
 /// world_T_shape, where it stands. Both outlive what they are handed to.
 struct PlacedShape {
     const CollisionShape& shape;
@@ -32,6 +34,13 @@ struct PairHints {
     TouchFront front;
     ConvexCache hulls;
     std::optional<FacePair> nearest;
+};
+
+/// With what a question is asked.
+struct PairEffort {
+    QueryWork& work;
+    PairHints* hints = nullptr;
+    Workers* workers = nullptr;  ///< null: the calling thread alone
 };
 
 struct PairTouch {
@@ -59,11 +68,13 @@ struct PairMethods {
     /// Answered by the triangles of the two.
     bool fallsBack = false;
 
-    /// Touching counts, and solids are full: a hull touches what is inside it. At most one pair of faces is named.
-    PairTouch (*touch)(const PlacedShape& a, const PlacedShape& b, PairHints& hints, QueryWork& work);
+    /// Touching counts, and solids are full: a hull touches what is inside it. Decided on A's vertices and B's mapped
+    /// to A's frame. At most one pair of faces is named.
+    PairTouch (*touch)(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                       const PairEffort& effort);
     /// The same with all pairs of faces, the first `most` of which are named.
-    PairTouch (*contacts)(const PlacedShape& a, const PlacedShape& b, std::size_t most, PairHints& hints,
-                          QueryWork& work);
+    PairTouch (*contacts)(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
+                          const PairEffort& effort);
     /// As distanceBetween: lengths and points in A's frame. Of solids that meet as wholes 0.
     Distance (*distance)(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
                          const DistanceOptions& options);
@@ -82,19 +93,16 @@ struct PairMethods {
 
 [[nodiscard]] std::string_view nameOf(Representation representation);
 
-// The questions as the pipeline and the responses ask them.
+// The questions as the pipeline and the responses ask them: of shapes in the world. The frame of the predicates is that
+// of the one with more faces, so that no answer depends on who is called A.
 
-[[nodiscard]] inline PairTouch touchOf(const PlacedShape& a, const PlacedShape& b, PairHints& hints, QueryWork& work) {
-    return pairMethods(a.shape, b.shape).touch(a, b, hints, work);
-}
-[[nodiscard]] inline PairTouch contactsOf(const PlacedShape& a, const PlacedShape& b, std::size_t most,
-                                          PairHints& hints, QueryWork& work) {
-    return pairMethods(a.shape, b.shape).contacts(a, b, most, hints, work);
-}
+[[nodiscard]] PairTouch touchOf(const PlacedShape& a, const PlacedShape& b, const PairEffort& effort);
+[[nodiscard]] PairTouch contactsOf(const PlacedShape& a, const PlacedShape& b, std::size_t most,
+                                   const PairEffort& effort);
 [[nodiscard]] inline PairDepth depthOf(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
     return pairMethods(a.shape, b.shape).depth(a, b, work);
 }
-/// Do the surfaces meet?
+/// Do the surfaces meet? Hulls by their faces.
 [[nodiscard]] Touch surfacesTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
 /// All pairs of faces that meet, ascending.
 [[nodiscard]] FacePairs surfaceFacesTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work);

@@ -9,15 +9,6 @@
 namespace tessera::surface_pairs {
 namespace {
 
-/// The larger mesh's frame is that of the predicates, so that an answer does not depend on who is called A.
-bool inFrameOfB(const PlacedShape& a, const PlacedShape& b) {
-    return b.shape.mesh().faceCount() > a.shape.mesh().faceCount();
-}
-
-Affine3d a_T_b(const PlacedShape& a, const PlacedShape& b) {
-    return a.world.inverse() * b.world;
-}
-
 struct Trees {
     Trees(const CollisionShape& shapeA, const CollisionShape& shapeB)
         : a(shapeA.tree(commonVolume(shapeA, shapeB))), b(shapeB.tree(commonVolume(shapeA, shapeB))) {}
@@ -26,15 +17,12 @@ struct Trees {
 
 }  // namespace
 
-PairTouch touch(const PlacedShape& a, const PlacedShape& b, PairHints& hints, QueryWork& work) {
-    const Trees trees(a.shape, b.shape);
-    TouchedPair found;
-    if (inFrameOfB(a, b)) {
-        found = hints.front.firstTouching(trees.b, trees.a, a_T_b(b, a), work);
-        std::swap(found.faces.a, found.faces.b);
-    } else {
-        found = hints.front.firstTouching(trees.a, trees.b, a_T_b(a, b), work);
-    }
+PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
+    const Trees trees(a, b);
+    const TouchOptions options{.workers = effort.workers};
+    const TouchedPair found = effort.hints != nullptr
+                                  ? effort.hints->front.firstTouching(trees.a, trees.b, a_T_b, effort.work, options)
+                                  : firstTouching(trees.a, trees.b, a_T_b, effort.work, options);
     PairTouch out;
     out.touch = found.touch;
     out.complete = found.touch != Touch::kUnknown;
@@ -44,15 +32,10 @@ PairTouch touch(const PlacedShape& a, const PlacedShape& b, PairHints& hints, Qu
     return out;
 }
 
-PairTouch contacts(const PlacedShape& a, const PlacedShape& b, std::size_t most, PairHints&, QueryWork& work) {
-    const Trees trees(a.shape, b.shape);
-    const bool swap = inFrameOfB(a, b);
-    FacePairs found =
-        swap ? allTouching(trees.b, trees.a, a_T_b(b, a), work) : allTouching(trees.a, trees.b, a_T_b(a, b), work);
-    if (swap) {
-        for (FacePair& faces : found.pairs) std::swap(faces.a, faces.b);
-        std::ranges::sort(found.pairs);
-    }
+PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
+                   const PairEffort& effort) {
+    const Trees trees(a, b);
+    FacePairs found = allTouching(trees.a, trees.b, a_T_b, effort.work, {.workers = effort.workers});
     PairTouch out;
     out.touch = !found.pairs.empty() ? Touch::kYes : found.complete ? Touch::kNo : Touch::kUnknown;
     out.complete = found.complete;
@@ -76,15 +59,14 @@ Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const Co
 }
 
 PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
-    PairHints none;
-    const PairTouch found = contacts(a, b, ~std::size_t{0}, none, work);
+    const FacePairs found = surfaceFacesTouching(a, b, work);
     PairDepth out;
     if (!found.complete) return out;
-    if (found.faces.empty()) {
+    if (found.pairs.empty()) {
         out.depth = 0;
         return out;
     }
-    return deepestOf(regionsOf(a, b, found.faces));
+    return deepestOf(regionsOf(a, b, found.pairs));
 }
 
 }  // namespace tessera::surface_pairs

@@ -10,8 +10,8 @@ void askTouch(PairState& state, const Part& a, const Part& b, bool all, std::siz
     TouchAnswer& known = state.touch;
     if (known.holds(a, b, all)) return;
     const PlacedShape placedA{*a.shape, a.world}, placedB{*b.shape, b.world};
-    PairTouch found = all ? contactsOf(placedA, placedB, most, state.hints, work)
-                          : touchOf(placedA, placedB, state.hints, work);
+    const PairEffort effort{work, &state.hints};
+    PairTouch found = all ? contactsOf(placedA, placedB, most, effort) : touchOf(placedA, placedB, effort);
     known.touching = found.touch == Touch::kYes;
     known.complete = found.complete;
     known.faceCount = found.count;

@@ -152,11 +152,9 @@ Affine3d MotionTrial::worldOfB(std::size_t obstacle, double fraction) const {
 /// False, and no answer, for what is no pair of hulls.
 bool MotionTrial::hullsOverlap(std::size_t obstacle, double fraction, Touch& touch) const {
     if (!pairs_[obstacle].bothHulls) return false;
-    const Affine3d a_T_b = worldOfA(obstacle, fraction).inverse() * worldOfB(obstacle, fraction);
-    ConvexWork work;
+    const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
     ++queries_;
-    touch = hullsTouching(*shapeA(obstacle).hull(), *shapeB(obstacle).hull(), a_T_b, work);
-    work_.boxTests += work.supports;
+    touch = touchOf({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, {work_}).touch;
     return true;
 }
 

@@ -114,9 +114,8 @@ private:
 
     Impact atRest() {
         const Affine3d worldA = chains_.a.at(0), worldB = chains_.b.at(0);
-        PairHints none;
-        const PairTouch found = surfaceMethods(a_.shape(), b_.shape())
-                                    .touch({a_.shape(), worldA}, {b_.shape(), worldB}, none, work_);
+        const PairTouch found =
+            surfaceMethods(a_.shape(), b_.shape()).touch(a_.shape(), b_.shape(), worldA.inverse() * worldB, {work_});
         if (found.touch == Touch::kUnknown) return unknownFrom(0);
         return found.touch == Touch::kYes ? hit(0, found.faces.front()) : Impact{};
     }
@@ -252,7 +251,7 @@ private:
     }
     static std::shared_ptr<CollisionShape> ownOf(const Surface& surface) {
         if (!surface.deforms()) return nullptr;
-        return CollisionShape::ofTriangles(surface.mesh(), surface.shape().volume());
+        return CollisionShape::ofTriangles(surface.mesh(), {.volume = surface.shape().volume()});
     }
     static bool moveTo(double t, const Surface& surface, const std::shared_ptr<CollisionShape>& own) {
         return !own || own->move(surface.verticesAt(t)).has_value();

@@ -18,9 +18,8 @@ using namespace bodies;
 constexpr std::size_t kAll = ~std::size_t{0};
 
 std::vector<FacePair> contactsBetween(const PlacedShape& a, const PlacedShape& b) {
-    PairHints hints;
     QueryWork work;
-    return contactsOf(a, b, kAll, hints, work).faces;
+    return contactsOf(a, b, kAll, {work}).faces;
 }
 
 /// In the frame of the one with more faces, as the room promises.
@@ -55,7 +54,8 @@ TEST(PairTable, VolumesChangeNoAnswer) {
             if (!invertible(map.map)) continue;  // such a part meets nothing
             const Affine3d worldA = composeTransform(inCube(random, 0.5), anyRotation(random), Vec3d::Ones());
             const VolumeKind kindA = kVolumes[random() % kVolumeKinds], kindB = kVolumes[random() % kVolumeKinds];
-            const auto a = CollisionShape::ofTriangles(meshA, kindA), b = CollisionShape::ofTriangles(meshB, kindB);
+            const auto a = CollisionShape::ofTriangles(meshA, {.volume = kindA}),
+                       b = CollisionShape::ofTriangles(meshB, {.volume = kindB});
             const PlacedShape placedA{*a, worldA}, placedB{*b, map.map};
             const std::vector<FacePair> truth = bruteForceOf(placedA, placedB);
             ASSERT_EQ(contactsBetween(placedA, placedB), truth) << round << " " << map.name;
@@ -65,7 +65,7 @@ TEST(PairTable, VolumesChangeNoAnswer) {
             ASSERT_EQ(turned, truth) << "whoever is called A: " << round << " " << map.name;
             PairHints hints;
             QueryWork work;
-            ASSERT_EQ(touchOf(placedA, placedB, hints, work).touch == Touch::kYes, !truth.empty());
+            ASSERT_EQ(touchOf(placedA, placedB, {work, &hints}).touch == Touch::kYes, !truth.empty());
             touching += !truth.empty();
         }
     }
@@ -103,8 +103,8 @@ TEST(PairTable, HullsAreFull) {
     const auto ask = [&](const CollisionShape& a, const CollisionShape& b, const Affine3d& at) {
         PairHints hints;
         QueryWork work;
-        const PairTouch touch = touchOf({a, here}, {b, at}, hints, work),
-                        all = contactsOf({a, here}, {b, at}, kAll, hints, work);
+        const PairTouch touch = touchOf({a, here}, {b, at}, {work, &hints}),
+                        all = contactsOf({a, here}, {b, at}, kAll, {work, &hints});
         EXPECT_EQ(touch.touch, all.touch);
         EXPECT_EQ(all.count, all.touch == Touch::kYes ? 1u : 0u);
         EXPECT_TRUE(all.faces.empty());
@@ -200,7 +200,7 @@ TEST(PairContact, PlacesOnFacesAreThoseOfThePoint) {
 
 TEST(CollisionShape, TreesAreMadeWhenFirstAskedForByWhoeverAsks) {
     Random random(16);
-    const auto shape = CollisionShape::ofTriangles(bumpy(random, 40, 60), VolumeKind::kDop18);
+    const auto shape = CollisionShape::ofTriangles(bumpy(random, 40, 60), {.volume = VolumeKind::kDop18});
     const std::size_t bare = shape->memoryBytes();
     EXPECT_EQ(bare, shape->mesh().memoryBytes());
     std::array<const TriangleTree*, 8> seen{};
@@ -218,9 +218,9 @@ TEST(CollisionShape, TreesAreMadeWhenFirstAskedForByWhoeverAsks) {
 
 TEST(CollisionShape, AllTreesFollowADeformation) {
     Random random(17);
-    const auto shape = CollisionShape::ofTriangles(bumpy(random, 9, 12), VolumeKind::kAabb);
+    const auto shape = CollisionShape::ofTriangles(bumpy(random, 9, 12), {.volume = VolumeKind::kAabb});
     shape->setDeforms();
-    const auto other = CollisionShape::ofTriangles(strewn(random, 400, 0.5), VolumeKind::kObb);
+    const auto other = CollisionShape::ofTriangles(strewn(random, 400, 0.5), {.volume = VolumeKind::kObb});
     EXPECT_EQ(commonVolume(*shape, *other), VolumeKind::kAabb) << "what deforms is cheap to refit";
     const Affine3d here = Affine3d::Identity();
     for (const VolumeKind kind : kVolumes) (void)shape->tree(kind);

@@ -37,7 +37,8 @@ TEST(CollideCommand, KnowsEveryQuery) {
     const std::vector<std::pair<std::string, CollideQuery>> queries{{"any", CollideQuery::kAny},
                                                                     {"all", CollideQuery::kAll},
                                                                     {"distance", CollideQuery::kDistance},
-                                                                    {"toi", CollideQuery::kImpact}};
+                                                                    {"toi", CollideQuery::kImpact},
+                                                                    {"depth", CollideQuery::kDepth}};
     for (const auto& [word, query] : queries)
         EXPECT_EQ(arguments({"a", "b", "--poses", "p", "--query", word}).query, query);
 }
@@ -54,6 +55,16 @@ TEST(CollideCommand, RefusesWhatMakesNoSense) {
         EXPECT_NE(refusal(words), "accepted") << tolerance;
     }
     EXPECT_NE(refusal({"a", "b", "--poses", "p", "--query", "distance", "--threads", "2"}).find("--threads"),
+              std::string::npos);
+}
+
+TEST(CollideCommand, SelfIsAboutOneModel) {
+    const CollideArguments out = arguments({"a.obj", "--query", "self", "--as-a", "triangles"});
+    EXPECT_EQ(out.query, CollideQuery::kSelf);
+    EXPECT_NE(refusal({"a", "b", "--query", "self"}).find("alone"), std::string::npos);
+    EXPECT_NE(refusal({"a", "--poses", "p", "--query", "self"}).find("alone"), std::string::npos);
+    EXPECT_EQ(arguments({"a", "b", "--poses", "p", "--query", "depth", "--as-b", "hull"}).asB, Representation::kHull);
+    EXPECT_NE(refusal({"a", "b", "--poses", "p", "--query", "depth", "--as-b", "cloud"}).find("cloud"),
               std::string::npos);
 }
 
@@ -85,8 +96,8 @@ TEST(CollideCommand, WantsPosesForPosesAndMotionsForToi) {
 TEST(CollideAnswers, AreWhatTheirSheetSays) {
     EXPECT_EQ(answerLine(Touch::kYes, AnswerFormat::kJson), R"({"hit":true})");
     EXPECT_EQ(answerLine(Touch::kNo, AnswerFormat::kJson), R"({"hit":false})");
-    EXPECT_EQ(answerLine(FacePairs{}, AnswerFormat::kJson), R"({"hit":false,"pairs":0,"first":[]})");
-    EXPECT_EQ(answerLine(FacePairs{{{0, 7}, {3, 1}}, true}, AnswerFormat::kJson),
+    EXPECT_EQ(answerLine(PairTouch{}, AnswerFormat::kJson), R"({"hit":false,"pairs":0,"first":[]})");
+    EXPECT_EQ(answerLine(PairTouch{.touch = Touch::kYes, .count = 2, .faces = {{0, 7}, {3, 1}}}, AnswerFormat::kJson),
               R"({"hit":true,"pairs":2,"first":[[0,7],[3,1]]})");
     Distance distance;
     distance.distance = 0.5;
@@ -95,16 +106,23 @@ TEST(CollideAnswers, AreWhatTheirSheetSays) {
     distance.onB = {0.5, 0, 0};
     EXPECT_EQ(answerLine(distance, AnswerFormat::kJson),
               R"({"distance":0.5,"faces":[1,2],"points":[[0,0,0],[0.5,0,0]]})");
+    distance.faces = {kWhole, kWhole};
+    EXPECT_EQ(answerLine(distance, AnswerFormat::kJson),
+              R"({"distance":0.5,"faces":null,"points":[[0,0,0],[0.5,0,0]]})");
+    EXPECT_EQ(answerLine(PairDepth{.depth = 0.25, .normal = Vec3d(0, 0, 1)}, 0, AnswerFormat::kJson),
+              R"({"depth":0.25,"normal":[0,0,1],"error":0})");
+    EXPECT_EQ(answerLine(PairDepth{}, 0, AnswerFormat::kJson), R"({"depth":null,"normal":[0,0,0],"error":0})");
     Impact impact;
     EXPECT_EQ(answerLine(impact, AnswerFormat::kJson), R"({"hit":false})");
     impact = {.hit = true, .t = 0.25, .distance = 1e-5, .faces = {4, 5}, .point = {1, 2, 3}, .normal = {0, 0, 1}};
-    EXPECT_EQ(answerLine(impact, AnswerFormat::kJson),
-              R"({"hit":true,"t":0.25,"distance":1.0000000000000001e-05,"faces":[4,5],"point":[1,2,3],"normal":[0,0,1]})");
+    EXPECT_EQ(
+        answerLine(impact, AnswerFormat::kJson),
+        R"({"hit":true,"t":0.25,"distance":1.0000000000000001e-05,"faces":[4,5],"point":[1,2,3],"normal":[0,0,1]})");
 }
 
 TEST(CollideAnswers, NameTheFirstSixteenPairs) {
-    FacePairs many;
-    for (std::uint32_t f = 0; f < 40; ++f) many.pairs.push_back({f, f});
+    PairTouch many{.touch = Touch::kYes, .count = 40};
+    for (std::uint32_t f = 0; f < 40; ++f) many.faces.push_back({f, f});
     const std::string line = answerLine(many, AnswerFormat::kJson);
     EXPECT_NE(line.find(R"("pairs":40)"), std::string::npos);
     EXPECT_NE(line.find("[15,15]]"), std::string::npos);
@@ -114,7 +132,7 @@ TEST(CollideAnswers, NameTheFirstSixteenPairs) {
 
 TEST(CollideAnswers, ThatAreNotCompleteSaySo) {
     EXPECT_EQ(answerLine(Touch::kUnknown, AnswerFormat::kJson), R"({"hit":true,"complete":false})");
-    EXPECT_EQ(answerLine(FacePairs{{}, false}, AnswerFormat::kJson),
+    EXPECT_EQ(answerLine(PairTouch{.touch = Touch::kUnknown, .complete = false}, AnswerFormat::kJson),
               R"({"hit":true,"pairs":0,"first":[],"complete":false})");
     EXPECT_NE(answerLine(Touch::kUnknown, AnswerFormat::kText).find("gave up"), std::string::npos);
 }
