@@ -14,7 +14,8 @@ namespace tessera {
 struct Interest {
     static constexpr ObjectType kType{13};
     static constexpr std::int64_t kReport = 0, kStop = 1, kSlide = 2, kBounce = 3, kRollback = 4, kAsk = 5;
-    static constexpr std::int64_t kPseudoDynamic = 0, kStatic = 1, kDynamic = 2, kDistance = 3, kIgnore = 4;
+    static constexpr std::int64_t kPseudoDynamic = 0, kStatic = 1, kDynamic = 2, kDistance = 3, kIgnore = 4,
+                                  kSelf = 5;
     static constexpr std::int64_t kAllFaces = 0, kYesOrNo = -1;
     static constexpr std::int64_t kShowPoints = 1, kShowNormals = 2, kShowFaces = 4;
     ObjectId object;   ///< a node; none: the interest means nothing
@@ -25,6 +26,7 @@ struct Interest {
     bool enabled = true;
     /// kStatic: what meets. kPseudoDynamic: that, and what began and ended. kDynamic: that, and the first time of contact
     /// within each frame's motion. kDistance: how far apart. kIgnore: its pairs are of no interest to anybody.
+    /// kSelf: what of each geometry of the object's side runs into itself; `against` and the response mean nothing.
     std::int64_t mode = kPseudoDynamic;
     std::int64_t detail = kAllFaces;  ///< pairs of faces listed per pair of objects: all, so many, or whether they meet
     std::int64_t objectLayers = -1, againstLayers = -1;  ///< masks: bits of CollisionObject::layers
@@ -51,7 +53,8 @@ inline constexpr auto kDescription<Interest> =
                          {Interest::kStatic, "static"},
                          {Interest::kDynamic, "dynamic"},
                          {Interest::kDistance, "distance"},
-                         {Interest::kIgnore, "ignore"}})
+                         {Interest::kIgnore, "ignore"},
+                         {Interest::kSelf, "self"}})
                  .affects(Effect::kRules),
              field<&Interest::detail>(6, "detail")
                  .between(Interest::kYesOrNo, 1e6)

@@ -31,13 +31,15 @@ static_assert(Message::REPORT == Interest::kReport && Message::STOP == Interest:
               Message::ASK == Interest::kAsk);
 static_assert(Message::PSEUDO_DYNAMIC == Interest::kPseudoDynamic && Message::STATIC == Interest::kStatic &&
               Message::DYNAMIC == Interest::kDynamic && Message::DISTANCE == Interest::kDistance &&
-              Message::IGNORE == Interest::kIgnore);
+              Message::IGNORE == Interest::kIgnore && Message::SELF == Interest::kSelf);
 static_assert(ObjectMessage::STATIC == CollisionObject::kStatic && ObjectMessage::RIGID == CollisionObject::kRigid &&
               ObjectMessage::DEFORMING == CollisionObject::kDeforming);
 static_assert(ObjectMessage::WHOLE == CollisionObject::kWhole &&
               ObjectMessage::EACH_CHILD == CollisionObject::kEachChild &&
               ObjectMessage::EACH_GEOMETRY == CollisionObject::kEachGeometry);
 static_assert(ObjectMessage::TRIANGLES == CollisionObject::kTriangles && ObjectMessage::HULL == CollisionObject::kHull);
+static_assert(ObjectMessage::AUTO == CollisionObject::kAuto && ObjectMessage::SPHERE == CollisionObject::kSphere &&
+              ObjectMessage::DOP26 == CollisionObject::kDop26);
 
 constexpr std::uint32_t kMostFaces = 1'000'000;
 
@@ -70,6 +72,7 @@ Expected<CollisionObject> readCollisionObject(const ObjectMessage& message) {
     if (message.has_kind()) object.kind = message.kind();
     object.division = message.division();
     object.shape = message.shape();
+    object.volume = message.volume();
     if (message.has_layers()) object.layers = message.layers();
     object.mass = message.mass();
     if (message.has_restitution()) object.restitution = message.restitution();

@@ -128,6 +128,11 @@ public:
     /// since the last call, ascending; nothing where everything was made anew.
     [[nodiscard]] std::vector<std::uint32_t> takeFreeChanged();
 
+    /// The first interest (an index) that wants to know what of a part runs into itself, or kNobody.
+    [[nodiscard]] std::uint32_t selfInterestOf(std::uint32_t part) const;
+    /// The parts that one asks so about, in any order.
+    [[nodiscard]] std::vector<std::uint32_t> partsWithSelfInterest() const;
+
     [[nodiscard]] const InteractionTable& interactions() const { return relations_.interactions(); }
     [[nodiscard]] const RelationTable& relations() const { return relations_; }
     /// Parts of one body are nothing to each other. The list of interests lives until the next update. Two groups of

@@ -155,11 +155,13 @@ std::vector<InterestSides> ObjectHandler::findInterests(const Aspect& aspect) {
         }
         interestNumbers_.insert(id, static_cast<std::uint32_t>(interests_.size()));
         interests_.push_back({id, core.response, core.mode, core.detail, core.threshold, core.show, core.patience});
-        const ObjectId othersNode = core.against ? core.against : kRootNode;
+        const bool alone = core.mode == Interest::kSelf;
+        const ObjectId othersNode = alone ? core.object : core.against ? core.against : kRootNode;
         if (core.object) interestNodes_.insert(core.object, 0);
         interestNodes_.insert(othersNode, 0);
         InterestSides& side = sides.emplace_back();
         side.ignores = core.mode == Interest::kIgnore;
+        side.alone = alone;
         side.objectLayers = core.objectLayers;
         side.againstLayers = core.againstLayers;
         // A node that is hidden, detached or gone: the interest sleeps.

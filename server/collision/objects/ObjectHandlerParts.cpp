@@ -155,9 +155,8 @@ void ObjectHandler::shapeParts(const Aspect& aspect, bool jump) {
     }
     touchedParts_.clear();
     if (deformingDirty_) {
-        std::erase_if(deformingParts_, [&](std::uint32_t part) {
-            return !parts_[part].node || !partTerms_[part].shape.deforms;
-        });
+        std::erase_if(deformingParts_,
+                      [&](std::uint32_t part) { return !parts_[part].node || !partTerms_[part].shape.deforms; });
         sortOnce(deformingParts_);
         std::vector<DeformingShapes::Key> keys;
         for (const std::uint32_t part : deformingParts_) keys.push_back(deformingKey(part));
@@ -205,8 +204,7 @@ void ObjectHandler::setBox(std::uint32_t number, const Box& box) {
 void ObjectHandler::listDeformations() {
     deformations_.clear();
     for (const std::uint32_t part : deformingParts_)
-        if (const std::vector<Vec3d>* end = deforming_.endOf(deformingKey(part)))
-            deformations_.push_back({part, *end});
+        if (const std::vector<Vec3d>* end = deforming_.endOf(deformingKey(part))) deformations_.push_back({part, *end});
 }
 
 void ObjectHandler::settleDeformations() {
@@ -257,6 +255,23 @@ void ObjectHandler::noteReworded(std::span<const InterestTerms> before) {
         for (const std::uint32_t place : relations_.members(group))
             if (standings_[place].part != kNobody) noteReworded(standings_[place].part);
     }
+}
+
+std::uint32_t ObjectHandler::selfInterestOf(std::uint32_t part) const {
+    if (part >= parts_.size() || !parts_[part].node) return kNobody;
+    const std::uint32_t group = relations_.interactions().groupOf[part];
+    if (group == kNobody) return kNobody;
+    for (const std::uint32_t k : relations_.interestsOf(group))
+        if (interests_[k].mode == Interest::kSelf) return k;
+    return kNobody;
+}
+
+std::vector<std::uint32_t> ObjectHandler::partsWithSelfInterest() const {
+    std::vector<std::uint32_t> out;
+    if (std::ranges::none_of(interests_, [](const InterestTerms& i) { return i.mode == Interest::kSelf; })) return out;
+    for (std::uint32_t part = 0; part < parts_.size(); ++part)
+        if (selfInterestOf(part) != kNobody) out.push_back(part);
+    return out;
 }
 
 void ObjectHandler::noteReworded(std::uint32_t part) {

@@ -197,6 +197,8 @@ void RelationTable::findOtherSides() {
     for (std::uint32_t k = 0; k < sides_.size(); ++k) {
         const InterestSides& s = sides_[k];
         if (!s.awake) continue;
+        rooted_[s.object].interests.push_back(k);
+        if (s.alone) continue;
         const auto next = static_cast<std::uint32_t>(otherSides_.size());
         const auto [side, isNew] = known.emplace(std::pair(s.against, s.againstLayers), next);
         if (isNew) {
@@ -205,7 +207,6 @@ void RelationTable::findOtherSides() {
         }
         otherSides_[side->second].asked = otherSides_[side->second].asked || !s.ignores;
         otherSideOf_[k] = side->second;
-        rooted_[s.object].interests.push_back(k);
     }
 }
 

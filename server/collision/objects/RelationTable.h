@@ -19,6 +19,7 @@ namespace tessera {
 struct InterestSides {
     bool awake = false;  ///< both of its nodes are visible
     bool ignores = false;
+    bool alone = false;      ///< asks what runs into itself: there is no other side
     bool oneObject = false;  ///< `object` is one body, and the whole of it: nothing in it is on the other side
     std::uint32_t object = kNobody, against = kNobody;
     std::int64_t objectLayers = -1, againstLayers = -1;

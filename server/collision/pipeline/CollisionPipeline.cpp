@@ -14,6 +14,7 @@
 #include "server/collision/pipeline/PairTasks.h"
 #include "server/collision/pipeline/QuestionBook.h"
 #include "server/collision/pipeline/Rollback.h"
+#include "server/collision/pipeline/SelfContacts.h"
 #include "server/collision/pipeline/StepLists.h"
 #include "server/collision/pipeline/StoppedContacts.h"
 #include "server/collision/response/Response.h"
@@ -40,6 +41,7 @@ struct CollisionPipeline::Impl {
     QuestionBook questions;
     EventBook events;
     StoppedContacts stopped;
+    SelfContacts selfContacts;
     ScenePicker picker;
     std::unique_ptr<Response> stop = makeStopResponse(), slide = makeSlideResponse();
     ContactList contacts;
@@ -433,6 +435,12 @@ bool CollisionPipeline::Impl::touchAtRest(Step& step) {
     const std::vector<std::uint32_t> moved = handler.takeMoved();
     neighbourhood.alsoMoved(moved);
     memory.moved(moved);
+    std::vector<std::uint32_t> changed = moved;
+    changed.insert(changed.end(), neighbourhood.changed().begin(), neighbourhood.changed().end());
+    const bool lookedAtSelf = selfContacts.follow(handler, changed, limits.maxContacts, step.work);
+    for (const std::uint32_t k : selfContacts.incomplete())
+        notLookedAt(part(k).node, part(k).node, NotLookedAt::Reason::kWork, step);
+    for (Touching& touching : selfContacts.contacts(handler)) contacts.add(std::move(touching));
     for (const std::uint32_t body : bodies.changed())
         if (body < handler.bodies().size()) memory.moved(handler.bodies()[body].parts);
     for (const std::uint32_t pair : incomplete)
@@ -500,7 +508,7 @@ bool CollisionPipeline::Impl::touchAtRest(Step& step) {
     for (const std::uint32_t k : incomplete) {
         if (!pairs[k].touch.complete) notLookedAt(pairs[k].nodeA, pairs[k].nodeB, NotLookedAt::Reason::kWork, step);
     }
-    return !stale.empty();
+    return lookedAtSelf || !stale.empty();
 }
 
 void CollisionPipeline::Impl::tellStops(Step& step) {

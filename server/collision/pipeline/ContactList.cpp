@@ -38,7 +38,7 @@ Contact contactOfHulls(const Part& a, const Part& b, const Touching& touching) {
 
 /// Of two closed surfaces all of whose contacts are known.
 ContactRegions regionsOf(const ObjectHandler& handler, const Touching& touching) {
-    if (touching.faces.empty() || touching.faces.size() != touching.faceCount || !touching.allFaces) return {};
+    if (touching.faces.empty() || !touching.allFaces) return {};
     const Part &a = handler.parts()[touching.partA], &b = handler.parts()[touching.partB];
     return regionsOf({*a.shape, touching.worldA}, {*b.shape, touching.worldB}, touching.faces);
 }

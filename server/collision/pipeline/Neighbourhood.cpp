@@ -106,6 +106,8 @@ bool Neighbourhood::find(ObjectHandler& handler, std::span<const Mover> ways, Fr
     const WayLookup lookup = [&](ObjectId transform) { return wayOf(ways, transform); };
     const std::vector<std::uint32_t> moved = handler.takeMoved(), regrouped = handler.takeRegrouped(),
                                      reworded = handler.takeReworded();
+    changed_ = moved;
+    changed_.insert(changed_.end(), regrouped.begin(), regrouped.end());
     std::vector<std::uint32_t> stale = moved;
     stale.insert(stale.end(), later_.begin(), later_.end());
     std::erase_if(stale, [&](std::uint32_t part) { return part >= parts.size(); });

@@ -38,6 +38,8 @@ public:
     /// has moved, come, gone or been asked for since the last call.
     bool find(ObjectHandler& handler, std::span<const Mover> ways, FreeBodies& bodies, double seconds,
               PairMemory& memory);
+    /// Parts that have come, gone, moved or another shape, as the last `find` found.
+    [[nodiscard]] std::span<const std::uint32_t> changed() const { return changed_; }
     /// Where parts have moved after `find`, in the same frame.
     void alsoMoved(std::span<const std::uint32_t> parts) { later_.insert(later_.end(), parts.begin(), parts.end()); }
 
@@ -67,6 +69,7 @@ private:
     std::vector<Box> boxes_;            // per part, as the finder has them
     std::vector<std::uint32_t> grown_;  // parts whose boxes are larger than they are themselves
     std::vector<std::uint32_t> later_;
+    std::vector<std::uint32_t> changed_;
     // Kept for their memory.
     std::vector<std::uint32_t> items_;
     std::vector<Box> moved_;

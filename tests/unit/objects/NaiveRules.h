@@ -156,6 +156,7 @@ private:
                            [&](ObjectId node) { return atOrBelow(node, top) && isTop(node); });
     }
     [[nodiscard]] ObjectId againstOf(const Interest& interest) const {
+        if (interest.mode == Interest::kSelf) return interest.object;
         return interest.against ? interest.against : kRootNode;
     }
     [[nodiscard]] bool awake(const Interest& interest) const {
@@ -176,7 +177,7 @@ private:
                (aspect_.get<CollisionObject>(body.core)->layers & interest.objectLayers) != 0;
     }
     [[nodiscard]] bool onOtherSide(const Interest& interest, ObjectId node) const {
-        if (!atOrBelow(node, againstOf(interest))) return false;
+        if (interest.mode == Interest::kSelf || !atOrBelow(node, againstOf(interest))) return false;
         // One object never meets itself.
         if (atOrBelow(node, interest.object) && !anyObjectAtOrBelow(interest.object)) return false;
         return (layersOf(node) & interest.againstLayers) != 0;

@@ -150,7 +150,7 @@ private:
         if (below(3) == 0) b.set(id, type, fieldId<&Interest::against>, toValue(someNodeOrNone()));
         if (below(3) == 0) b.set(id, type, fieldId<&Interest::response>, number(6));
         if (below(4) == 0) b.set(id, type, fieldId<&Interest::enabled>, below(4) != 0);
-        if (below(3) == 0) b.set(id, type, fieldId<&Interest::mode>, number(5));
+        if (below(3) == 0) b.set(id, type, fieldId<&Interest::mode>, number(6));
         if (below(3) == 0) b.set(id, type, fieldId<&Interest::detail>, toValue(std::int64_t{below(6)} - 1));
         if (below(4) == 0) b.set(id, type, fieldId<&Interest::objectLayers>, mask());
         if (below(4) == 0) b.set(id, type, fieldId<&Interest::againstLayers>, mask());

@@ -98,5 +98,84 @@ TEST(Deforming, AnotherNumberOfVerticesIsAnotherShape) {
     EXPECT_FALSE(scene.frame().contacts.empty());
 }
 
+/// A tent below a flap that hangs free, one mesh.
+shapes::Soup tentAndFlap(double height) {
+    shapes::Soup soup = tent(height);
+    for (const Vec3d& p : {Vec3d(-1, 3, -1), Vec3d(1, 3, -1), Vec3d(0, 3, 1)}) soup.vertex(p);
+    soup.indices.insert(soup.indices.end(), {5, 6, 7});
+    return soup;
+}
+
+struct SelfScene : SceneMaker {
+    Body cloth = body(kRootNode, tentAndFlap(1), Vec3d::Zero());
+    ObjectId core, rule;
+
+    explicit SelfScene(std::int64_t kind = CollisionObject::kDeforming, std::int64_t detail = Interest::kAllFaces) {
+        CollisionObject object;
+        object.node = cloth.node;
+        object.kind = kind;
+        core = this->object(object);
+        Interest fields;
+        fields.object = cloth.node;
+        fields.mode = Interest::kSelf;
+        fields.detail = detail;
+        rule = interest(fields);
+    }
+    void raise(double height) {
+        const shapes::Soup soup = tentAndFlap(height);
+        set<Geometry>(aspect.get<Node>(cloth.shape)->core, fieldId<&Geometry::positions>,
+                      Blob::of(std::span<const float>(soup.positions)));
+    }
+};
+
+TEST(SelfCollision, ADeformingThingTellsWhatOfItRunsIntoItself) {
+    SelfScene scene;
+    EXPECT_TRUE(scene.frame().contacts.empty()) << "what shares corners does not count";
+    scene.raise(4);
+    const StepResult result = scene.frame();
+    ASSERT_EQ(result.contacts.size(), 4u) << "the four sides of the tent pierce the flap";
+    for (const Contact& c : result.contacts) {
+        EXPECT_EQ(c.objectA, scene.cloth.shape);
+        EXPECT_EQ(c.objectB, scene.cloth.shape);
+        EXPECT_EQ(c.faceB, 6u);
+        EXPECT_NEAR(c.point.y(), 3, 1e-9);
+        EXPECT_EQ(c.interest, scene.rule);
+    }
+    EXPECT_EQ(result.contactsBegun, 1u);
+    EXPECT_EQ(scene.frame().contacts.size(), 4u) << "and goes on telling it";
+    scene.set<Interest>(scene.rule, fieldId<&Interest::enabled>, false);
+    EXPECT_TRUE(scene.frame().contacts.empty());
+    scene.set<Interest>(scene.rule, fieldId<&Interest::enabled>, true);
+    EXPECT_EQ(scene.frame().contacts.size(), 4u);
+    scene.raise(1);
+    EXPECT_TRUE(scene.frame().contacts.empty());
+}
+
+TEST(SelfCollision, ARigidThingIsLookedAtOnceHoweverItMoves) {
+    SelfScene scene(CollisionObject::kRigid, Interest::kYesOrNo);
+    scene.raise(4);
+    EXPECT_EQ(scene.frame().contacts.size(), 1u);
+    const StepResult moved = scene.frame({{.transform = scene.cloth.transform, .translation = Vec3d(5, 0, 0)}});
+    ASSERT_EQ(moved.contacts.size(), 1u);
+    EXPECT_NEAR(moved.contacts.front().point.x(), 5, 2);
+    EXPECT_EQ(moved.counters.triangleTests, 0u);
+}
+
+TEST(SelfCollision, WhatTheWorkIsNotEnoughForIsNamedAndAskedAgain) {
+    CollisionLimits limits;
+    limits.maxTests = 1;
+    SceneMaker scene(limits);
+    const auto cloth = scene.body(kRootNode, tentAndFlap(4), Vec3d::Zero());
+    Interest fields;
+    fields.object = cloth.node;
+    fields.mode = Interest::kSelf;
+    scene.interest(fields);
+    for (int frame = 0; frame < 2; ++frame) {
+        const StepResult result = scene.frame();
+        ASSERT_EQ(result.notLookedAt.size(), 1u) << frame;
+        EXPECT_EQ(result.notLookedAt.front().nodeA, cloth.shape);
+    }
+}
+
 }  // namespace
 }  // namespace tessera

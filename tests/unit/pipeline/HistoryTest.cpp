@@ -141,7 +141,7 @@ TEST(History, LeavesAPipelineAsIfItSawTheSceneForTheFirstTime) {
     }
     if (first == last) return;
     EXPECT_GT(contacts, 1'000u);
-    EXPECT_GT(distances, 100u);
+    EXPECT_GT(distances, 80u);
     EXPECT_GT(stops, 200u);
     EXPECT_GT(hits, 1'000u);
     EXPECT_GT(still, 500u);

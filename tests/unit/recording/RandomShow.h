@@ -68,7 +68,7 @@ public:
             make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::response>,
                              toValue(static_cast<std::int64_t>(below(random_, 6))));
             make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::mode>,
-                             toValue(static_cast<std::int64_t>(below(random_, 4))));
+                             toValue(static_cast<std::int64_t>(below(random_, 6))));
             make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::threshold>, toValue(0.5));
             make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::show>,
                              toValue(static_cast<std::int64_t>(below(random_, 8))));
