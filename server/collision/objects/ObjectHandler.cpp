@@ -209,7 +209,7 @@ void ObjectHandler::applyTerms(const Aspect& aspect, const SceneEffects& effects
                 const std::uint32_t number = interestNumbers_.find(id);
                 if (number >= interests_.size()) continue;
                 const Interest& core = *aspect.get<Interest>(id);
-                interests_[number] = {id,          core.response, core.mode,    core.detail, core.threshold,
+                interests_[number] = {id,        core.response, core.mode, core.detail, core.threshold,
                                       core.show, core.patience};
             }
         relations_.setTerms(interests_);
