@@ -59,7 +59,7 @@ Box ShapeCache::bounds(const MeshArrays& arrays) {
 void ShapeCache::forgetIdle() {
     std::size_t idle = 0;
     for (const auto& [key, shape] : shapes_)
-        if (shape.use_count() == 1) idle += shape->mesh().faceCount();
+        if (shape.use_count() == 1) idle += shape->faceCount();
     if (idle <= maxIdleTriangles_) return;
     std::erase_if(shapes_, [](const auto& entry) { return entry.second.use_count() <= 1; });
     bounds_.clear();

@@ -103,7 +103,7 @@ std::size_t CollisionShape::memoryBytes() const {
 VolumeKind commonVolume(const CollisionShape& a, const CollisionShape& b) {
     if (a.volume() == b.volume()) return a.volume();
     if (a.deforms() != b.deforms()) return (a.deforms() ? a : b).volume();
-    return (a.mesh().faceCount() >= b.mesh().faceCount() ? a : b).volume();
+    return (a.faceCount() >= b.faceCount() ? a : b).volume();
 }
 
 }  // namespace tessera

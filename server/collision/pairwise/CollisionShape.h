@@ -41,7 +41,12 @@ public:
                                                                 const TreeOptions& trees = {});
 
     [[nodiscard]] Representation representation() const { return representation_; }
-    /// The faces that answers name. Of a hull: its own, so that all queries about surfaces work on it.
+    /// What answers name: faces. Of a hull its own, so that all queries about surfaces work on it.
+    [[nodiscard]] std::size_t faceCount() const { return mesh_->faceCount(); }
+    [[nodiscard]] Triangle triangle(std::uint32_t face) const { return mesh_->triangle(face); }
+    /// Around all faces.
+    [[nodiscard]] const Box& bounds() const { return mesh_->bounds(); }
+    /// All of it as triangles: what every representation can fall back to.
     [[nodiscard]] const TriangleMesh& mesh() const { return *mesh_; }
     /// Solid: what is inside it touches it too. Null for a surface.
     [[nodiscard]] const ConvexHull* hull() const { return hull_ ? &*hull_ : nullptr; }

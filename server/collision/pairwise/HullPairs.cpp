@@ -5,7 +5,6 @@
 
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/pairwise/SurfacePairs.h"
-#include "server/collision/query/FacesNear.h"
 
 namespace tessera::hull_pairs {
 namespace {
@@ -19,11 +18,11 @@ Touch inside(const CollisionShape& outer, const CollisionShape& inner, const Aff
     const Affine3d inner_T_outer = outer_T_inner.inverse();
     if (!inner_T_outer.matrix().allFinite()) return Touch::kNo;  // flat: it would have met the hull's faces
     const Box near = boxAround(inner_T_outer, hull.bounds());
-    if (!near.overlaps(inner.mesh().bounds())) return Touch::kNo;
+    if (!near.overlaps(inner.bounds())) return Touch::kNo;
     std::vector<std::uint32_t> faces;
-    if (!facesNear(inner.tree(), near, work, faces)) return Touch::kUnknown;
+    if (!facesNear(inner, near, work, faces)) return Touch::kUnknown;
     const bool any = std::ranges::any_of(faces, [&](std::uint32_t face) {
-        const Vec3d p = outer_T_inner * inner.mesh().corner(face, 0);
+        const Vec3d p = outer_T_inner * inner.triangle(face)[0];
         return hull.bounds().contains(p) && hull.contains(p);
     });
     return any ? Touch::kYes : Touch::kNo;

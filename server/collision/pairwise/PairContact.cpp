@@ -11,7 +11,7 @@ namespace {
 
 /// Counter-clockwise seen from outside, mirrored or not.
 Triangle placed(const PlacedShape& of, std::uint32_t face) {
-    Triangle out = transformed(of.world, of.shape.mesh().triangle(face));
+    Triangle out = transformed(of.world, of.shape.triangle(face));
     if (of.world.linear().determinant() < 0) std::swap(out[1], out[2]);
     return out;
 }
@@ -47,9 +47,9 @@ PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const Fac
     if (invertible(a.world)) {
         const Affine3d a_T_world = a.world.inverse();
         const Affine3d a_T_b = a_T_world * b.world;
-        Triangle triangleB = transformed(a_T_b, b.shape.mesh().triangle(faces.b));
+        Triangle triangleB = transformed(a_T_b, b.shape.triangle(faces.b));
         if (a_T_b.linear().determinant() < 0) std::swap(triangleB[1], triangleB[2]);
-        const TriangleContact local = contactOf(a.shape.mesh().triangle(faces.a), triangleB);
+        const TriangleContact local = contactOf(a.shape.triangle(faces.a), triangleB);
         out.point = a.world * local.point;
         out.normal = (a_T_world.linear().transpose() * local.normal).stableNormalized();
     } else {
@@ -58,8 +58,8 @@ PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const Fac
         out.point = found.point;
         out.normal = found.normal.stableNormalized();
     }
-    out.uvA = placeOn(transformed(a.world, a.shape.mesh().triangle(faces.a)), out.point);
-    out.uvB = placeOn(transformed(b.world, b.shape.mesh().triangle(faces.b)), out.point);
+    out.uvA = placeOn(transformed(a.world, a.shape.triangle(faces.a)), out.point);
+    out.uvB = placeOn(transformed(b.world, b.shape.triangle(faces.b)), out.point);
     return out;
 }
 

@@ -7,6 +7,7 @@
 
 #include "server/collision/pairwise/HullPairs.h"
 #include "server/collision/pairwise/SurfacePairs.h"
+#include "server/collision/query/FacesNear.h"
 
 namespace tessera {
 namespace {
@@ -105,7 +106,7 @@ std::string_view nameOf(Representation representation) {
 namespace {
 
 bool inFrameOfB(const PlacedShape& a, const PlacedShape& b) {
-    return b.shape.mesh().faceCount() > a.shape.mesh().faceCount();
+    return b.shape.faceCount() > a.shape.faceCount();
 }
 
 PairTouch turned(PairTouch found) {
@@ -149,6 +150,10 @@ FacePairs surfaceFacesTouching(const PlacedShape& a, const PlacedShape& b, Query
     PairTouch found = swap ? turned(contactsBy(surfaceMethods(b.shape, a.shape), b, a, ~std::size_t{0}, {work}))
                            : contactsBy(surfaceMethods(a.shape, b.shape), a, b, ~std::size_t{0}, {work});
     return {std::move(found.faces), found.complete};
+}
+
+bool facesNear(const CollisionShape& shape, const Box& box, QueryWork& work, std::vector<std::uint32_t>& faces) {
+    return facesNear(shape.tree(), box, work, faces);
 }
 
 WorldDistance distanceInWorld(const PlacedShape& a, const PlacedShape& b, const DistanceOptions& options,

@@ -107,6 +107,10 @@ struct PairMethods {
 /// All pairs of faces that meet, ascending.
 [[nodiscard]] FacePairs surfaceFacesTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
 
+/// Faces of a shape whose boxes overlap a box, in its frame, as FacesNear.h. False: the work was exhausted.
+[[nodiscard]] bool facesNear(const CollisionShape& shape, const Box& box, QueryWork& work,
+                             std::vector<std::uint32_t>& faces);
+
 /// How far two are apart in the world, whatever maps take them there.
 struct WorldDistance {
     double distance = 0;

@@ -13,8 +13,8 @@ ContactRegions regionsOf(const PlacedShape& a, const PlacedShape& b, std::span<c
     const Affine3d a_T_b = a_T_world * b.world;
     std::vector<BodyContact> contacts(faces.size());
     for (std::size_t i = 0; i < faces.size(); ++i)
-        contacts[i] = {faces[i], contactOf(a.shape.mesh().triangle(faces[i].a),
-                                           transformed(a_T_b, b.shape.mesh().triangle(faces[i].b)))};
+        contacts[i] = {faces[i],
+                       contactOf(a.shape.triangle(faces[i].a), transformed(a_T_b, b.shape.triangle(faces[i].b)))};
     const PenetrationRegions found =
         penetrationRegions(a.shape.mesh(), a.shape.topology(), b.shape.mesh(), b.shape.topology(), a_T_b, contacts);
     out.regionOf = found.regionOf;

@@ -17,7 +17,7 @@ template <typename Query>
 void forPairs(const ObjectHandler& handler, std::span<PairState> states, std::span<const std::uint32_t> pairs, Workers* workers,
               QueryWork& work, const Query& query) {
     constexpr std::size_t kPairsPerBatch = 2048, kPairsPerTask = 32;
-    const auto faces = [&](std::uint32_t part) { return handler.parts()[part].shape->mesh().faceCount(); };
+    const auto faces = [&](std::uint32_t part) { return handler.parts()[part].shape->faceCount(); };
     const auto expected = [&](const PairState& pair) {
         return 64 + 16 * std::uint64_t{std::min(faces(pair.a), faces(pair.b))};
     };

@@ -103,11 +103,11 @@ const MotionTrial::Traveller& MotionTrial::traveller(std::uint32_t number) {
     std::unique_ptr<const Traveller>& known = travellers_[number];
     if (known) return *known;
     const Part& part = handler_.parts()[number];
-    Traveller t{PartOnTheWay(handler_, number, transform_), &part.shape->mesh(), {}, part.worldBox, part.worldBox};
+    Traveller t{PartOnTheWay(handler_, number, transform_), part.shape.get(), {}, part.worldBox, part.worldBox};
     if (t.path.moves()) {
         t.bound = boundWay(handler_, number, [&](ObjectId id) { return id == transform_ ? &way_ : nullptr; });
-        t.start = boxAround(t.path.world(localOf(way_.start)), t.mesh->bounds());
-        t.end = boxAround(t.path.world(localOf(way_.end)), t.mesh->bounds());
+        t.start = boxAround(t.path.world(localOf(way_.start)), t.shape->bounds());
+        t.end = boxAround(t.path.world(localOf(way_.end)), t.shape->bounds());
     }
     known = std::make_unique<const Traveller>(std::move(t));
     return *known;
@@ -161,20 +161,9 @@ bool MotionTrial::hullsOverlap(std::size_t obstacle, double fraction, Touch& tou
 /// Of a hull and a surface that do not meet at the start: is (some of) the surface inside?
 bool MotionTrial::withinHull(std::size_t obstacle) const {
     if (pairs_[obstacle].bothHulls) return false;
-    const bool hullIsA = shapeA(obstacle).hull() != nullptr;
-    const ConvexHull* const hull = hullIsA ? shapeA(obstacle).hull() : shapeB(obstacle).hull();
-    if (hull == nullptr) return false;
-    const Affine3d worldHull = hullIsA ? worldOfA(obstacle, 0) : worldOfB(obstacle, 0);
-    const Affine3d hull_T_mesh = worldHull.inverse() * (hullIsA ? worldOfB(obstacle, 0) : worldOfA(obstacle, 0));
-    const TriangleMesh& mesh = (hullIsA ? shapeB(obstacle) : shapeA(obstacle)).mesh();
-    const MeshPositions positions = mesh.positions();
-    for (const std::uint32_t vertex : mesh.indices()) {
-        const Vec3d p = hull_T_mesh * positions[vertex];
-        if (!hull->bounds().contains(p)) continue;
-        work_.boxTests += hull->faces().size();
-        if (work_.exhausted() || hull->contains(p)) return true;
-    }
-    return false;
+    if (shapeA(obstacle).hull() == nullptr && shapeB(obstacle).hull() == nullptr) return false;
+    const Affine3d worldA = worldOfA(obstacle, 0), worldB = worldOfB(obstacle, 0);
+    return touchOf({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, {work_}).touch != Touch::kNo;
 }
 
 Touch MotionTrial::touching(std::size_t obstacle, double fraction) const {
@@ -208,8 +197,8 @@ std::optional<Impact> MotionTrial::firstContact(std::size_t obstacle, double upT
     }
 }
 
-/// What is as near at the start as rounding can tell rests, too, though it does not touch. Asked once, when something is
-/// met. Says whether there is any.
+/// What is as near at the start as rounding can tell rests, too, though it does not touch. Asked once, when something
+/// is met. Says whether there is any.
 bool MotionTrial::addNearRests() const {
     if (std::exchange(lookedNear_, true)) return false;
     bool added = false;
@@ -301,10 +290,10 @@ template <typename Visit>
 void MotionTrial::forFaces(std::size_t obstacle, std::span<const FacePair> faces, double fraction,
                            Visit&& visit) const {
     const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
-    const TriangleMesh &meshA = shapeA(obstacle).mesh(), &meshB = shapeB(obstacle).mesh();
+    const CollisionShape &shapeOfA = shapeA(obstacle), &shapeOfB = shapeB(obstacle);
     const bool mirroredA = worldA.linear().determinant() < 0, mirroredB = worldB.linear().determinant() < 0;
     for (const FacePair& f : faces) {
-        Triangle a = transformed(worldA, meshA.triangle(f.a)), b = transformed(worldB, meshB.triangle(f.b));
+        Triangle a = transformed(worldA, shapeOfA.triangle(f.a)), b = transformed(worldB, shapeOfB.triangle(f.b));
         if (mirroredA) std::swap(a[1], a[2]);
         if (mirroredB) std::swap(b[1], b[2]);
         visit(f, a, b);
@@ -406,8 +395,7 @@ std::optional<Mat3d> MotionTrial::frameAbove(std::size_t obstacle) const {
 
 Vec3d MotionTrial::normalOf(const Nearest& near) {
     // Nearer than that rounding would choose the direction.
-    const bool clear =
-        near.distance > 1e-12 * std::max(near.onA.cwiseAbs().maxCoeff(), near.onB.cwiseAbs().maxCoeff());
+    const bool clear = near.distance > 1e-12 * std::max(near.onA.cwiseAbs().maxCoeff(), near.onB.cwiseAbs().maxCoeff());
     return clear ? Vec3d((near.onB - near.onA) / near.distance) : contactOf(near.a, near.b).normal;
 }
 

@@ -120,7 +120,7 @@ public:
 private:
     struct Traveller {
         PartOnTheWay path;
-        const TriangleMesh* mesh;
+        const CollisionShape* shape;
         WayBound bound;
         Box start, end;
     };

@@ -7,7 +7,6 @@
 #include "server/collision/mesh/TriangleContact.h"
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/pairwise/PairTable.h"
-#include "server/collision/query/FacesNear.h"
 #include "server/collision/response/Chain.h"
 
 namespace tessera {
@@ -27,7 +26,7 @@ public:
         return end_ ? (*end_)[vertex] : shape_.mesh().positions()[vertex];
     }
     [[nodiscard]] Triangle at(std::uint32_t face, double fraction) const {
-        Triangle t = shape_.mesh().triangle(face);
+        Triangle t = shape_.triangle(face);
         if (end_)
             for (unsigned i = 0; i < 3; ++i) t[i] += fraction * (endOf(shape_.mesh().vertexOf(face, i)) - t[i]);
         return t;
@@ -46,7 +45,7 @@ public:
     /// Of its points in its own frame, on their way.
     [[nodiscard]] Reach reach() const {
         Reach reach;
-        reach.radius = radiusOf(shape_.mesh().bounds(), Affine3d::Identity());
+        reach.radius = radiusOf(shape_.bounds(), Affine3d::Identity());
         if (!end_) return reach;
         const MeshPositions start = shape_.mesh().positions();
         for (const std::uint32_t vertex : shape_.mesh().indices()) {
@@ -131,8 +130,8 @@ private:
             const std::vector<Support> supports = seenFrom(world_T_frame);
             const ImpactOptions options{
                 .tolerance = tolerance_ / stretchOf(turnsIn), .supports = supports, .within = within_};
-            return told(surfaceMethods(a_.shape(), b_.shape())
-                            .firstContact(a_.shape(), *a, b_.shape(), *b, work_, options));
+            return told(
+                surfaceMethods(a_.shape(), b_.shape()).firstContact(a_.shape(), *a, b_.shape(), *b, work_, options));
         }
         return std::nullopt;
     }
@@ -203,7 +202,6 @@ private:
     /// Ascending; all that lie in a box on their way, and others. The maps differ by a shift.
     std::vector<std::uint32_t> facesThatMayMeet(const Surface& other, const Affine3d& other0, const Affine3d& other1,
                                                 const Box& swept) {
-        const TriangleTree& tree = other.tree();
         const Affine3d back = other0.inverse();
         std::vector<std::uint32_t> faces;
         if (!other.deforms() && back.matrix().allFinite()) {
@@ -212,12 +210,13 @@ private:
             Box from = swept;
             from.lower -= shift.cwiseMax(0);
             from.upper -= shift.cwiseMin(0);
-            const double extent = std::max(radiusOf(tree.mesh().bounds(), other0), radiusOf(tree.mesh().bounds(), other1));
+            const Box& bounds = other.shape().bounds();
+            const double extent = std::max(radiusOf(bounds, other0), radiusOf(bounds, other1));
             from.lower.array() -= 1e-12 * extent;
             from.upper.array() += 1e-12 * extent;
-            if (facesNear(tree, boxAround(back, from), work_, faces)) return faces;
+            if (facesNear(other.shape(), boxAround(back, from), work_, faces)) return faces;
         }
-        faces.resize(tree.mesh().faceCount());
+        faces.resize(other.shape().faceCount());
         std::iota(faces.begin(), faces.end(), 0U);
         return faces;
     }
@@ -236,8 +235,7 @@ private:
             const Affine3d worldA = chains_.a.at(t), worldB = chains_.b.at(t), a_T_shared = worldA.inverse();
             if (!a_T_shared.matrix().allFinite()) return unknownFrom(t);
             const CollisionShape &nowA = ownA ? *ownA : a_.shape(), &nowB = ownB ? *ownB : b_.shape();
-            const Distance d =
-                surfaceMethods(nowA, nowB).distance(nowA, nowB, a_T_shared * worldB, work_, options);
+            const Distance d = surfaceMethods(nowA, nowB).distance(nowA, nowB, a_T_shared * worldB, work_, options);
             if (!d.complete) return unknownFrom(t);
             if (d.farther) return {};  // nothing there
             options.start = d.faces;

@@ -9,7 +9,7 @@ namespace tessera {
 namespace {
 
 Triangle placed(const Part& part, const Affine3d& world, std::uint32_t face) {
-    Triangle out = transformed(world, part.shape->mesh().triangle(face));
+    Triangle out = transformed(world, part.shape->triangle(face));
     if (world.linear().determinant() < 0) std::swap(out[1], out[2]);
     return out;
 }

@@ -57,7 +57,7 @@ WayBound boundWay(const ObjectHandler& handler, std::uint32_t partNumber, const 
             continue;
         }
         if (bound.bends++ == 0)
-            reach.radius = radiusOf(part.shape->mesh().bounds(), fixed);
+            reach.radius = radiusOf(part.shape->bounds(), fixed);
         else
             reach = through(reach, fixed);
         reach = onWay(reach, *way);
@@ -95,7 +95,7 @@ Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t partNumber, const W
                 world = world * (way ? localOf(way->at(ends >> bend & 1u)) : place.local);
                 bend += way != nullptr;
             }
-            box.extend(boxAround(world, part.shape->mesh().bounds()));
+            box.extend(boxAround(world, part.shape->bounds()));
         }
         margin = bound.bow / 8;
     }
