@@ -28,11 +28,13 @@ struct MovingFrame {
 /// Two bodies at one moment, in the shared frame. Its lengths are of the order of the bodies' sizes.
 struct ImpactFrame {
     MovingFrame a, b;
-    bool similarity;  ///< both maps
-    float rest;       ///< what the rate of approach can rise by per unit of time beside that
-    float slack;      ///< more than what rounding can do to a distance
-    float rateSlack;  ///< and to the rate at which it changes
-    float horizon;    ///< the time of interest: of two directions the one is taken that holds longer within it
+    bool similarity;   ///< both maps
+    float rest;        ///< what the rate of approach can rise by per unit of time beside that
+    float slack;       ///< more than what rounding can do to a distance
+    float rateSlack;   ///< and to the rate at which it changes
+    float horizon;     ///< the time of interest: of two directions the one is taken that holds longer within it
+    float thickness;   ///< contact is where they are so far apart
+    float thickening;  ///< by so much that rises per unit of time
 };
 
 /// A bounding volume as a box with three unit axes (square to each other for a similarity), in the shared frame.

@@ -171,7 +171,8 @@ void nodeTimes(const TreeView& tree, const MovingFrame& m, std::uint32_t index, 
     const V3 way = offset(mapped(m.linear, c), m.translation) - at(one.centre);
     const V3 velocity = offset(mapped(m.turning, c), m.drift) - at(one.velocity);
     const F radius = Box::radius(node);
-    const F loss = radius * m.growth + (one.growth + f.rateSlack);
+    const float near = f.slack + f.thickness, nearing = f.rateSlack + f.thickening;
+    const F loss = radius * m.growth + (one.growth + nearing);
     const F unit = splat(1), anyBend = splat(f.a.acceleration + f.b.acceleration + f.rest);
 
     V3 axis[3];
@@ -198,11 +199,11 @@ void nodeTimes(const TreeView& tree, const MovingFrame& m, std::uint32_t index, 
             own[i] = splat(0);
             for (unsigned j = 0; j < 3; ++j) own[i] += abs(dot(axis[i], axis[j])) * half[j];
         }
-    for (unsigned j = 0; j < 3; ++j) reach[j] = splat(one.own[j] + f.slack);
+    for (unsigned j = 0; j < 3; ++j) reach[j] = splat(one.own[j] + near);
 
     Longest longest;
     for (unsigned i = 0; i < 3; ++i) {
-        F sum = own[i] + f.slack;
+        F sum = own[i] + near;
         for (unsigned j = 0; j < 3; ++j) {
             const float* const other = one.axis + 3 * j;
             const F cosine = abs(axis[i].x * other[0] + axis[i].y * other[1] + axis[i].z * other[2]);
@@ -221,8 +222,8 @@ void nodeTimes(const TreeView& tree, const MovingFrame& m, std::uint32_t index, 
     // The spheres around them: these do not turn.
     const F distance = sqrt(dot(way, way));
     longest.consider(
-        distance - (radius * m.stretch + (one.radius + f.slack)),
-        dot(way, velocity) / max(distance, splat(1e-30f)) - (radius * m.swelling + (one.swelling + f.rateSlack)),
+        distance - (radius * m.stretch + (one.radius + near)),
+        dot(way, velocity) / max(distance, splat(1e-30f)) - (radius * m.swelling + (one.swelling + nearing)),
         anyBend, f);
     store(times, longest.time());
 }
@@ -250,9 +251,13 @@ TESSERA_INLINE void considerDirection(const V3& n, const T3& a, const T3& b, con
     const F size = taxicab(n), length = sqrt(dot(n, n));
     const F above = pb.low - pa.high, below = pa.low - pb.high;
     const F side = above - below;
-    longest.consider(max(above, below) - size * (2 * f.slack),
-                     choose(side, vb.low - va.high, va.low - vb.high) - size * (2 * f.rateSlack),
-                     bendAlong(n, length, f), f);
+    F gap = max(above, below) - size * (2 * f.slack);
+    F rate = choose(side, vb.low - va.high, va.low - vb.high) - size * (2 * f.rateSlack);
+    if (f.thickness > 0 || f.thickening > 0) {
+        gap = gap - length * f.thickness;
+        rate = rate - length * f.thickening;
+    }
+    longest.consider(gap, rate, bendAlong(n, length, f), f);
 }
 
 void leafTimes(const float* cornersA, const float* cornersB, const ImpactFrame& f, float* times) {

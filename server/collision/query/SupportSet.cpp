@@ -38,7 +38,7 @@ double timeUntilZero(double gap, double rate, double bend) {
     return t > 0 ? t : 0;
 }
 
-double MovingPair::timeApart(const Vec3d& n, double slack, double bend) const {
+double MovingPair::timeApart(const Vec3d& n, double least, double growth, double bend) const {
     double time = std::numeric_limits<double>::infinity();
     double rateA[3], rateB[3];
     for (std::size_t i = 0; i < 3; ++i) {
@@ -47,7 +47,7 @@ double MovingPair::timeApart(const Vec3d& n, double slack, double bend) const {
     }
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j)
-            time = std::min(time, timeUntilZero(n.dot(b[j] - a[i]) - slack, rateB[j] - rateA[i] - slack, bend));
+            time = std::min(time, timeUntilZero(n.dot(b[j] - a[i]) - least, rateB[j] - rateA[i] - growth, bend));
     return time;
 }
 
@@ -78,17 +78,19 @@ Extent extentAlong(const TreeStorage& tree, const BodyMoment& moment, kernel::Sl
 }
 
 SupportSet::SupportSet(const BodyWay& a, double reachA, const BodyWay& b, double reachB,
-                       std::span<const Support> supports, double margin)
+                       std::span<const Support> supports, double margin, const Thickness& thickness)
     : a_(a),
       b_(b),
       supports_(supports.begin(), supports.end()),
       margin_(margin),
+      thickness_(thickness),
       straight_(a.straight() && b.straight()) {
     for (Support& support : supports_) {
         support.rounding = std::max(support.rounding, 8 * margin);
         if (support.parting || support.turns != Support::Turns::kNo) continue;
         const Vec3d& n = support.normal;
-        const double sinks = std::max(0.0, n.dot(a.shift() - b.shift())) + a.sweep(n, reachA) + b.sweep(n, reachB);
+        const double sinks = std::max(0.0, n.dot(a.shift() - b.shift())) + a.sweep(n, reachA) + b.sweep(n, reachB) +
+                             std::max(0.0, thickness.growth());
         if (sinks <= support.rounding) along_.push_back(support);
     }
 }
@@ -104,7 +106,8 @@ SupportSet::Direction SupportSet::directionAt(const Support& support, double t) 
 /// turns, |n''| <= turn², and the product rule bounds how fast that can fall.
 double SupportSet::heldFor(const MovingPair& pair, double t, const Support& support, double overlap) const {
     if (support.parting) {
-        const double apart = lowest(support.normal, pair.velocityB) + lowest(-support.normal, pair.velocityA);
+        const double apart =
+            lowest(support.normal, pair.velocityB) + lowest(-support.normal, pair.velocityA) - thickness_.growth();
         const double speed = fastest(pair);
         return straight_ && speed > 0 && apart >= 0.5 * speed ? 2 : 0;
     }
@@ -122,8 +125,9 @@ double SupportSet::heldFor(const MovingPair& pair, double t, const Support& supp
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j) {
             const Vec3d away = pair.b[j] - pair.a[i];
-            const double gap = d.n.dot(away) + overlap - 2 * margin_;
-            const double rate = d.n.dot(pair.velocityB[j] - pair.velocityA[i]) + d.rate.dot(away) - 2 * margin_;
+            const double gap = d.n.dot(away) + overlap - 2 * margin_ - thickness_.at(t);
+            const double rate =
+                d.n.dot(pair.velocityB[j] - pair.velocityA[i]) + d.rate.dot(away) - 2 * margin_ - thickness_.growth();
             held = std::min(held, timeUntilZero(gap, rate, bend));
         }
     return held;
@@ -155,14 +159,15 @@ std::uint32_t SupportSet::choose(const MovingPair& pair, double t, const Vec3d& 
         if (before) return false;
         const auto [a0, b0] = start();
         const NearestPoints near = nearestPoints(a0, b0);
-        return near.distance == 0 || (overlapOf(support.normal, a0, b0) <= support.overlap &&
-                                      support.normal.dot(near.onB - near.onA) < kBehind * near.distance);
+        return near.distance <= thickness_.at(0) ||
+               (overlapOf(support.normal, a0, b0) + thickness_.at(0) <= support.overlap &&
+                support.normal.dot(near.onB - near.onA) < kBehind * near.distance);
     };
     double least = std::numeric_limits<double>::infinity();
     std::vector<double> overlaps(supports_.size(), least);
     for (std::size_t i = 0; i < supports_.size(); ++i) {
         const Vec3d n = directionAt(supports_[i], t).n;
-        const double overlap = overlapOf(n, pair.a, pair.b);
+        const double overlap = overlapOf(n, pair.a, pair.b) + thickness_.at(t);
         if (!flush(supports_[i], n, overlap)) continue;
         overlaps[i] = overlap;
         least = std::min(least, overlap);

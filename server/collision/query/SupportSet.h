@@ -1,6 +1,7 @@
 /// What holds pairs of faces that rest on each other while two bodies move (see Support).
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <span>
 #include <utility>
@@ -17,10 +18,10 @@ struct MovingPair {
     Triangle a, b, velocityA, velocityB;
     double reachA = 0, reachB = 0;  ///< of their corners, see BodyWay::reachOf
 
-    /// For how long every corner of B is certain to be above every corner of A along n, by more than `slack`, where
-    /// rates fall by `bend` per unit of time at most. Each corner has its own rate: that far ones come nearer does not
-    /// matter.
-    [[nodiscard]] double timeApart(const Vec3d& n, double slack, double bend) const;
+    /// For how long every corner of B is certain to be above every corner of A along n, by more than `least`, which
+    /// grows by `growth` and where rates fall by `bend` per unit of time at most. Each corner has its own rate: that
+    /// far ones come nearer does not matter.
+    [[nodiscard]] double timeApart(const Vec3d& n, double least, double growth, double bend) const;
 };
 
 /// The least of n · corner.
@@ -36,12 +37,27 @@ struct Extent {
 /// Of what a volume of a tree holds, along a direction of the shared frame.
 [[nodiscard]] Extent extentAlong(const TreeStorage& tree, const BodyMoment& moment, kernel::Slot slot, const Vec3d& n);
 
+/// How far apart two bodies are in contact (ImpactOptions::margin).
+class Thickness {
+public:
+    explicit Thickness(const ImpactOptions& options) : start_(options.margin), growth_(options.marginGrowth) {}
+    /// Finite, and never negative.
+    [[nodiscard]] bool valid() const {
+        return std::isfinite(start_) && std::isfinite(growth_) && start_ >= 0 && start_ + growth_ >= 0;
+    }
+    [[nodiscard]] double at(double t) const { return start_ + t * growth_; }
+    [[nodiscard]] double growth() const { return growth_; }
+
+private:
+    double start_, growth_;
+};
+
 /// A pair that is held has a ticket (not 0) for the support that holds it and for how far it may overlap.
 class SupportSet {
 public:
     /// `margin`: what rounding can do to a distance. `reach`: of all points of a body, see BodyWay::reachOf.
     SupportSet(const BodyWay& a, double reachA, const BodyWay& b, double reachB, std::span<const Support> supports,
-               double margin);
+               double margin, const Thickness& thickness);
 
     using Start = std::function<std::pair<Triangle, Triangle>()>;
     /// Who holds a pair that is near; 0: nobody. `apart`: from A to B, zero for faces that meet. Of those that it lies
@@ -66,7 +82,7 @@ public:
     template <typename ExtentA, typename ExtentB>
     [[nodiscard]] bool holdsToTheEnd(const ExtentA& ofA, const ExtentB& ofB) const {
         for (const Support& support : along_)
-            if (ofA(support.normal).high - ofB(support.normal).low <= support.overlap) return true;
+            if (ofA(support.normal).high - ofB(support.normal).low + thickness_.at(0) <= support.overlap) return true;
         return false;
     }
 
@@ -89,6 +105,7 @@ private:
     std::vector<Support> along_;  ///< along which no overlap grows
     std::vector<Ticket> tickets_;
     double margin_;
+    Thickness thickness_;
     bool straight_;
 };
 

@@ -57,6 +57,12 @@ struct ImpactOptions {
     std::span<const Support> supports = {};
     /// Pairs that are left out, ascending. Rigid motions.
     std::span<const FacePair> within = {};
+    /// Contact is where the distance is this much, as if both bodies were thicker by it together, at t = 0; and by so much
+    /// more at t = 1, linearly in between (balls that grow). In units of the shared frame. Negative at some moment, or no
+    /// finite numbers: nothing is known. What Impact and Support call distance and overlap is that of the thickened bodies;
+    /// points and normals are those of the bare ones. Rigid motions.
+    double margin = 0;
+    double marginGrowth = 0;
 };
 
 struct Impact {

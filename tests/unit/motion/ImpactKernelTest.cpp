@@ -50,7 +50,8 @@ TEST(ImpactKernels, RoundAlikeOnEveryInstructionSet) {
         const auto shape = static_cast<std::size_t>(shapeOf(kind));
         int positive = 0;
         for (int i = 0; i < 300; ++i) {
-            const ImpactFrame f = randomPair(random);
+            ImpactFrame f = randomPair(random);
+            if (i % 2 == 1) f.thickness = 0.1f, f.thickening = 0.05f * random();
             const auto slot = static_cast<kernel::Slot>(random.engine() % storage.children.size());
             if (storage.children[slot] == kernel::kNoChild) continue;
             const auto node = static_cast<std::uint32_t>(random.engine() % storage.nodeCount());
