@@ -1,33 +1,36 @@
 /// What takes part in collisions.
 #pragma once
 
-#include "common/field/Field.h"
 #include "common/cores/Node.h"
+#include "common/field/Field.h"
 
 namespace tessera {
 
-/// What takes part in collisions as one object: `node` and all below it, but for what belongs to an object further down.
-/// server/collision/README.md tells what becomes of it.
+/// What takes part in collisions as one object: `node` and all below it, but for what belongs to an object further
+/// down. server/collision/README.md tells what becomes of it.
 struct CollisionObject {
     static constexpr ObjectType kType{14};
     static constexpr std::int64_t kStatic = 0, kRigid = 1, kDeforming = 2;
     static constexpr std::int64_t kWhole = 0, kEachChild = 1, kEachGeometry = 2;
-    static constexpr std::int64_t kTriangles = 0, kHull = 1;
-    static constexpr std::int64_t kAuto = 0, kSphere = 1, kAabb = 2, kObb = 3, kDop6 = 4, kDop14 = 5, kDop18 = 6, kDop26 = 7;
+    static constexpr std::int64_t kTriangles = 0, kHull = 1, kHeightField = 2;
+    static constexpr std::int64_t kAuto = 0, kSphere = 1, kAabb = 2, kObb = 3, kDop6 = 4, kDop14 = 5, kDop18 = 6,
+                                  kDop26 = 7;
     ObjectId node;  ///< none: the core means nothing
     /// Static: expected to stay; moved all the same, it jumps. Rigid: its motions are followed from frame to frame.
     /// Deforming: the arrays of its geometries may change in every frame.
     std::int64_t kind = kRigid;
-    std::int64_t division = kWhole;   ///< a group: each child of the node, or each geometry below it, is an object by itself
-    std::int64_t shape = kTriangles;  ///< the surface as it is, or the convex hull of each geometry, which is solid
+    std::int64_t division =
+        kWhole;  ///< a group: each child of the node, or each geometry below it, is an object by itself
+    std::int64_t shape = kTriangles;  ///< the surface as it is; the convex hull of each geometry, which is solid;
+                                      ///< or the same surface by its heights over a grid, where it is one
     std::int64_t layers = 1;          ///< bits for the masks of interests; 0: takes part in nothing
     /// Above 0, for rigid objects that are whole and whose node is a Transform of its own: a free body, which gravity,
     /// impulses and its velocities move. 0: moved by motions and hands alone, and by no impulse.
     double mass = 0;
-    double restitution = 0.2;         ///< 0 to 1; of two bodies the greater counts
-    double friction = 0.5;            ///< Coulomb's; of two bodies the geometric mean counts
-    Vec3d velocity = Vec3d::Zero();   ///< of a free body's centre of mass
-    Vec3d spin = Vec3d::Zero();       ///< of a free body; world axes
+    double restitution = 0.2;        ///< 0 to 1; of two bodies the greater counts
+    double friction = 0.5;           ///< Coulomb's; of two bodies the geometric mean counts
+    Vec3d velocity = Vec3d::Zero();  ///< of a free body's centre of mass
+    Vec3d spin = Vec3d::Zero();      ///< of a free body; world axes
     /// What bounds the triangles in the trees of its geometries. It changes no answer, but how long answers take.
     std::int64_t volume = kAuto;
 
@@ -35,8 +38,7 @@ struct CollisionObject {
 };
 template <>
 inline constexpr auto kDescription<CollisionObject> =
-    describe("CollisionObject",
-             field<&CollisionObject::node>(1, "node").to<Node>().affects(Effect::kRules),
+    describe("CollisionObject", field<&CollisionObject::node>(1, "node").to<Node>().affects(Effect::kRules),
              field<&CollisionObject::kind>(2, "kind")
                  .oneOf({{CollisionObject::kStatic, "static"},
                          {CollisionObject::kRigid, "rigid"},
@@ -48,7 +50,9 @@ inline constexpr auto kDescription<CollisionObject> =
                          {CollisionObject::kEachGeometry, "each-geometry"}})
                  .affects(Effect::kRules),
              field<&CollisionObject::shape>(4, "shape")
-                 .oneOf({{CollisionObject::kTriangles, "triangles"}, {CollisionObject::kHull, "hull"}})
+                 .oneOf({{CollisionObject::kTriangles, "triangles"},
+                         {CollisionObject::kHull, "hull"},
+                         {CollisionObject::kHeightField, "heightfield"}})
                  .affects(Effect::kRules),
              field<&CollisionObject::layers>(5, "layers").affects(Effect::kRules),
              field<&CollisionObject::mass>(6, "mass").between(0, 1e12).affects(Effect::kTerms),

@@ -37,7 +37,8 @@ static_assert(ObjectMessage::STATIC == CollisionObject::kStatic && ObjectMessage
 static_assert(ObjectMessage::WHOLE == CollisionObject::kWhole &&
               ObjectMessage::EACH_CHILD == CollisionObject::kEachChild &&
               ObjectMessage::EACH_GEOMETRY == CollisionObject::kEachGeometry);
-static_assert(ObjectMessage::TRIANGLES == CollisionObject::kTriangles && ObjectMessage::HULL == CollisionObject::kHull);
+static_assert(ObjectMessage::TRIANGLES == CollisionObject::kTriangles && ObjectMessage::HULL == CollisionObject::kHull &&
+              ObjectMessage::HEIGHTFIELD == CollisionObject::kHeightField);
 static_assert(ObjectMessage::AUTO == CollisionObject::kAuto && ObjectMessage::SPHERE == CollisionObject::kSphere &&
               ObjectMessage::DOP26 == CollisionObject::kDop26);
 

@@ -28,7 +28,8 @@ const std::map<std::string, CollideQuery> kQueries{
     {"any", CollideQuery::kAny},    {"all", CollideQuery::kAll},     {"distance", CollideQuery::kDistance},
     {"toi", CollideQuery::kImpact}, {"depth", CollideQuery::kDepth}, {"self", CollideQuery::kSelf}};
 const std::map<std::string, Representation> kKinds{{"triangles", Representation::kTriangles},
-                                                   {"hull", Representation::kHull}};
+                                                   {"hull", Representation::kHull},
+                                                   {"heightfield", Representation::kHeightField}};
 const std::map<std::string, VolumeKind> kVolumes{{"sphere", VolumeKind::kSphere}, {"aabb", VolumeKind::kAabb},
                                                  {"obb", VolumeKind::kObb},       {"dop6", VolumeKind::kDop6},
                                                  {"dop14", VolumeKind::kDop14},   {"dop18", VolumeKind::kDop18},
@@ -57,6 +58,11 @@ Expected<TriangleMesh> load(const std::string& path, const CollideArguments& arg
 /// With the tree that queries begin with, so that its time counts as building.
 Expected<std::shared_ptr<CollisionShape>> shapeOf(TriangleMesh mesh, Representation as, const std::string& path,
                                                   const TreeOptions& trees) {
+    if (as == Representation::kHeightField) {
+        Expected<std::shared_ptr<CollisionShape>> field = CollisionShape::ofHeightField(mesh, trees);
+        if (!field) return failWith(path, field.error());
+        return field;
+    }
     std::shared_ptr<CollisionShape> shape = as == Representation::kHull
                                                 ? CollisionShape::ofHull(mesh, trees)
                                                 : CollisionShape::ofTriangles(std::move(mesh), trees);
@@ -220,7 +226,9 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
                        "toi: a distance that is a hit (1e-4);\ndistance: may be so much too large (0)")
             ->type_name("T");
     app.add_option("--threads", out.threads, "For any and all (1)")->type_name("N")->check(CLI::Range(1, 256));
-    app.add_option("--as-a", asA, "A as triangles or hull (triangles)")->type_name("KIND")->check(oneOf(kKinds));
+    app.add_option("--as-a", asA, "A as triangles, hull or heightfield\n(triangles)")
+        ->type_name("KIND")
+        ->check(oneOf(kKinds));
     app.add_option("--as-b", asB, "The same of B")->type_name("KIND")->check(oneOf(kKinds));
     app.add_option("--volume", volume, "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; changes no answer")
         ->type_name("V")

@@ -8,8 +8,10 @@ namespace {
 ShapeChoice choiceOf(const CollisionObject& object) {
     ShapeChoice choice;
     // What deforms is a surface.
-    if (object.shape == CollisionObject::kHull && object.kind != CollisionObject::kDeforming)
-        choice.representation = Representation::kHull;
+    if (object.kind != CollisionObject::kDeforming) {
+        if (object.shape == CollisionObject::kHull) choice.representation = Representation::kHull;
+        if (object.shape == CollisionObject::kHeightField) choice.representation = Representation::kHeightField;
+    }
     switch (object.volume) {
         case CollisionObject::kSphere: choice.volume = VolumeKind::kSphere; break;
         case CollisionObject::kAabb: choice.volume = VolumeKind::kAabb; break;

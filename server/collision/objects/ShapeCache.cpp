@@ -7,11 +7,9 @@ namespace {
 std::optional<TriangleMesh> meshOf(const MeshArrays& arrays) {
     if (!arrays.positions.resident() || !arrays.indices.resident()) return std::nullopt;
     // Whole elements only: a ragged tail makes the arrays malformed.
-    if (arrays.positions.sizeBytes() % sizeof(float) != 0 ||
-        arrays.indices.sizeBytes() % sizeof(std::uint32_t) != 0)
+    if (arrays.positions.sizeBytes() % sizeof(float) != 0 || arrays.indices.sizeBytes() % sizeof(std::uint32_t) != 0)
         return std::nullopt;
-    Expected<TriangleMesh> mesh =
-        TriangleMesh::make(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
+    Expected<TriangleMesh> mesh = TriangleMesh::make(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
     if (!mesh || mesh->faceCount() == 0) return std::nullopt;
     return std::move(*mesh);
 }
@@ -26,10 +24,21 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
     std::shared_ptr<const CollisionShape> made;
     if (std::optional<TriangleMesh> mesh = meshOf(arrays)) {
         const TreeOptions trees{.volume = choice.volume.value_or(kAutomaticVolume)};
-        made = choice.representation == Representation::kHull ? CollisionShape::ofHull(*mesh, trees)
-                                                              : CollisionShape::ofTriangles(std::move(*mesh), trees);
+        switch (choice.representation) {
+            case Representation::kHull:
+                made = CollisionShape::ofHull(*mesh, trees);
+                break;
+            case Representation::kHeightField:
+                // What is no grid is its triangles; the same answers.
+                if (const auto field = CollisionShape::ofHeightField(*mesh, trees)) made = *field;
+                break;
+            case Representation::kTriangles:
+                break;
+        }
+        if (!made && choice.representation != Representation::kHull)
+            made = CollisionShape::ofTriangles(std::move(*mesh), trees);
         // Now, rather than in the frame in which something first comes near.
-        if (made) (void)made->tree();
+        if (made && made->heightField() == nullptr) (void)made->tree();
     }
     return shapes_[key] = std::move(made);
 }
@@ -37,7 +46,8 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
 std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, const ShapeChoice& choice) {
     std::optional<TriangleMesh> mesh = meshOf(arrays);
     if (!mesh) return nullptr;
-    auto made = CollisionShape::ofTriangles(std::move(*mesh), {.volume = choice.volume.value_or(kAutomaticDeformingVolume)});
+    auto made =
+        CollisionShape::ofTriangles(std::move(*mesh), {.volume = choice.volume.value_or(kAutomaticDeformingVolume)});
     made->setDeforms();
     (void)made->tree();
     return made;

@@ -29,6 +29,33 @@ std::shared_ptr<CollisionShape> CollisionShape::ofHull(const TriangleMesh& mesh,
     return shape;
 }
 
+Expected<std::shared_ptr<CollisionShape>> CollisionShape::ofHeightField(const TriangleMesh& mesh,
+                                                                        const TreeOptions& trees) {
+    Expected<HeightField> field = HeightField::recognise(mesh);
+    if (!field) return tl::unexpected(field.error());
+    auto shape = std::shared_ptr<CollisionShape>(new CollisionShape(Representation::kHeightField, nullptr, trees));
+    shape->field_ = std::move(*field);
+    return shape;
+}
+
+const TriangleMesh& CollisionShape::mesh() const {
+    if (!field_) return *mesh_;
+    std::call_once(meshMade_, [&] {
+        std::vector<double> positions;
+        std::vector<std::uint32_t> indices;
+        positions.reserve(9 * field_->faceCount());
+        for (std::uint32_t face = 0; face < field_->faceCount(); ++face)
+            for (const Vec3d& p : field_->triangle(face)) {
+                indices.push_back(static_cast<std::uint32_t>(indices.size()));
+                positions.insert(positions.end(), {p.x(), p.y(), p.z()});
+            }
+        Expected<TriangleMesh> made = TriangleMesh::make(std::span<const double>(positions), indices);
+        TESSERA_CHECK(made.has_value(), "a field's own faces are a mesh");
+        mesh_ = std::make_shared<TriangleMesh>(std::move(*made));
+    });
+    return *mesh_;
+}
+
 /// A small ball around the hull: its centre goes towards the farthest vertex in ever shorter steps (Badoiu and
 /// Clarkson, Smaller core-sets for balls, SODA 2003).
 void CollisionShape::setBall() {
@@ -57,6 +84,7 @@ void CollisionShape::setBall() {
 const TriangleTree& CollisionShape::tree(VolumeKind kind) const {
     LazyTree& lazy = trees_[static_cast<std::size_t>(kind)];
     std::call_once(lazy.made, [&] {
+        (void)mesh();
         TreeOptions options = options_;
         options.volume = kind;
         lazy.tree = std::make_unique<TriangleTree>(mesh_, options);
@@ -65,16 +93,16 @@ const TriangleTree& CollisionShape::tree(VolumeKind kind) const {
 }
 
 const SurfaceTopology& CollisionShape::topology() const {
-    std::call_once(topologyMade_, [&] { topology_ = std::make_unique<SurfaceTopology>(*mesh_); });
+    std::call_once(topologyMade_, [&] { topology_ = std::make_unique<SurfaceTopology>(mesh()); });
     return *topology_;
 }
 
 Box CollisionShape::boxIn(const Affine3d& world) const {
-    return hull_ ? boxAround(world, mesh_->bounds(), ballCentre_, ballRadius_) : boxAround(world, mesh_->bounds());
+    return hull_ ? boxAround(world, bounds(), ballCentre_, ballRadius_) : boxAround(world, bounds());
 }
 
 std::shared_ptr<const CollisionShape> CollisionShape::placed(const Affine3d& map) const {
-    TriangleMesh mesh = *mesh_;
+    TriangleMesh mesh = this->mesh();
     std::vector<Vec3d> positions;
     positions.reserve(mesh.vertexCount());
     for (const Vec3d p : mesh.positions()) positions.push_back(map * p);
@@ -83,7 +111,7 @@ std::shared_ptr<const CollisionShape> CollisionShape::placed(const Affine3d& map
 }
 
 Expected<void> CollisionShape::move(std::span<const Vec3d> positions) {
-    TESSERA_CHECK(representation_ == Representation::kTriangles, "a hull does not deform");
+    TESSERA_CHECK(representation_ == Representation::kTriangles, "only triangles deform");
     if (Expected<void> moved = mesh_->move(positions); !moved) return moved;
     for (LazyTree& lazy : trees_) {
         if (!lazy.tree) continue;
@@ -94,7 +122,8 @@ Expected<void> CollisionShape::move(std::span<const Vec3d> positions) {
 }
 
 std::size_t CollisionShape::memoryBytes() const {
-    std::size_t bytes = mesh_->memoryBytes() + (hull_ ? hull_->memoryBytes() : 0);
+    std::size_t bytes =
+        (mesh_ ? mesh_->memoryBytes() : 0) + (hull_ ? hull_->memoryBytes() : 0) + (field_ ? field_->memoryBytes() : 0);
     for (const LazyTree& lazy : trees_)
         if (lazy.tree) bytes += lazy.tree->memoryBytes() - mesh_->memoryBytes();
     return bytes;

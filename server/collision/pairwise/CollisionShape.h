@@ -12,13 +12,14 @@
 #include "common/math/Box.h"
 #include "server/collision/convex/ConvexHull.h"
 #include "server/collision/query/SurfaceTopology.h"
+#include "server/collision/representation/HeightField.h"
 #include "server/collision/tree/TriangleTree.h"
 
 namespace tessera {
 
 /// By what a shape is looked at in queries: a row and a column of PairTable.h.
-enum class Representation : std::uint8_t { kTriangles, kHull };
-inline constexpr std::size_t kRepresentations = 2;
+enum class Representation : std::uint8_t { kTriangles, kHull, kHeightField };
+inline constexpr std::size_t kRepresentations = 3;
 
 /// What an object asks of the shapes of its geometries.
 struct ShapeChoice {
@@ -40,16 +41,25 @@ public:
     [[nodiscard]] static std::shared_ptr<CollisionShape> ofHull(const TriangleMesh& mesh,
                                                                 const TreeOptions& trees = {});
 
+    /// A surface over a regular grid. Says why a mesh is none.
+    [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofHeightField(const TriangleMesh& mesh,
+                                                                                 const TreeOptions& trees = {});
+
     [[nodiscard]] Representation representation() const { return representation_; }
     /// What answers name: faces. Of a hull its own, so that all queries about surfaces work on it.
-    [[nodiscard]] std::size_t faceCount() const { return mesh_->faceCount(); }
-    [[nodiscard]] Triangle triangle(std::uint32_t face) const { return mesh_->triangle(face); }
+    [[nodiscard]] std::size_t faceCount() const { return field_ ? field_->faceCount() : mesh_->faceCount(); }
+    [[nodiscard]] Triangle triangle(std::uint32_t face) const {
+        return field_ ? field_->triangle(face) : mesh_->triangle(face);
+    }
     /// Around all faces.
-    [[nodiscard]] const Box& bounds() const { return mesh_->bounds(); }
-    /// All of it as triangles: what every representation can fall back to.
-    [[nodiscard]] const TriangleMesh& mesh() const { return *mesh_; }
+    [[nodiscard]] const Box& bounds() const { return field_ ? field_->bounds() : mesh_->bounds(); }
+    /// All of it as triangles: what every representation can fall back to. Of a height field made when first asked for.
+    [[nodiscard]] const TriangleMesh& mesh() const;
     /// Solid: what is inside it touches it too. Null for a surface.
     [[nodiscard]] const ConvexHull* hull() const { return hull_ ? &*hull_ : nullptr; }
+
+    /// Null for all else.
+    [[nodiscard]] const HeightField* heightField() const { return field_ ? &*field_ : nullptr; }
 
     /// Of the faces. `volume()` is the kind that was asked for.
     [[nodiscard]] const TriangleTree& tree() const { return tree(options_.volume); }
@@ -88,8 +98,10 @@ private:
     Representation representation_;
     TreeOptions options_;
     bool deforms_ = false;
-    std::shared_ptr<TriangleMesh> mesh_;
+    mutable std::once_flag meshMade_;
+    mutable std::shared_ptr<TriangleMesh> mesh_;
     std::optional<ConvexHull> hull_;
+    std::optional<HeightField> field_;
     Vec3d ballCentre_ = Vec3d::Zero();  // of a hull
     double ballRadius_ = 0;
     mutable std::array<LazyTree, kVolumeKinds> trees_;

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <utility>
 
+#include "server/collision/pairwise/FieldPairs.h"
 #include "server/collision/pairwise/HullPairs.h"
 #include "server/collision/pairwise/SurfacePairs.h"
 #include "server/collision/query/FacesNear.h"
+#include "server/collision/representation/HeightFieldQueries.h"
 
 namespace tessera {
 namespace {
@@ -37,6 +39,23 @@ constexpr PairMethods kHullAndSurface{"hull and triangles",
                                       surface_pairs::firstContact,
                                       surface_pairs::depth};
 
+constexpr PairMethods kFields{"height field",
+                              0,
+                              false,
+                              field_pairs::touch,
+                              field_pairs::contacts,
+                              field_pairs::distance,
+                              field_pairs::firstContact,
+                              field_pairs::depth};
+constexpr PairMethods kHullAndField{"hull and height field",
+                                    0,
+                                    false,
+                                    hull_pairs::touchSurface,
+                                    hull_pairs::contactsWithSurface,
+                                    hull_pairs::distanceToSurface,
+                                    field_pairs::firstContact,
+                                    field_pairs::depth};
+
 constexpr PairMethods byTriangles() {
     PairMethods methods = kSurfaces;
     methods.fallsBack = true;
@@ -56,6 +75,12 @@ constexpr Table makeTable() {
     set(kHull, kHull, kHulls);
     set(kHull, kTriangles, kHullAndSurface);
     set(kTriangles, kHull, kHullAndSurface);
+    for (const Representation surface : {kTriangles, kHeightField}) {
+        set(kHeightField, surface, kFields);
+        set(surface, kHeightField, kFields);
+    }
+    set(kHull, kHeightField, kHullAndField);
+    set(kHeightField, kHull, kHullAndField);
     return table;
 }
 constexpr Table kTable = makeTable();
@@ -99,6 +124,8 @@ std::string_view nameOf(Representation representation) {
             return "triangles";
         case Representation::kHull:
             return "hull";
+        case Representation::kHeightField:
+            return "heightfield";
     }
     return "";
 }
@@ -153,6 +180,7 @@ FacePairs surfaceFacesTouching(const PlacedShape& a, const PlacedShape& b, Query
 }
 
 bool facesNear(const CollisionShape& shape, const Box& box, QueryWork& work, std::vector<std::uint32_t>& faces) {
+    if (shape.heightField() != nullptr) return facesNear(*shape.heightField(), box, work, faces);
     return facesNear(shape.tree(), box, work, faces);
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/collision/query/RayTriangle.h"
 #include "server/collision/tree/TreeStorage.h"
 
 namespace tessera {
@@ -19,24 +20,6 @@ using kernel::Slot;
 
 constexpr double kMissed = std::numeric_limits<double>::infinity();
 
-/// T. Möller, B. Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997; both sides.
-std::optional<double> meet(const Triangle& t, const Ray& ray) {
-    const Vec3d e1 = t[1] - t[0], e2 = t[2] - t[0];
-    const Vec3d p = ray.direction.cross(e2);
-    const double det = e1.dot(p);
-    if (det == 0) return std::nullopt;
-    const Vec3d s = ray.origin - t[0];
-    const double u = s.dot(p) / det;
-    // A hair of slack, so that a ray along a common edge does not slip between two faces.
-    constexpr double kSlack = 1e-12;
-    if (!(u >= -kSlack && u <= 1 + kSlack)) return std::nullopt;
-    const Vec3d q = s.cross(e1);
-    const double v = ray.direction.dot(q) / det;
-    if (!(v >= -kSlack && u + v <= 1 + kSlack)) return std::nullopt;
-    const double at = e2.dot(q) / det;
-    return at >= 0 ? std::optional<double>(at) : std::nullopt;
-}
-
 /// Walks in the tree's own coordinates, where t is the same; its volumes are grown by all that rounding can do.
 class RayWalk {
 public:
@@ -47,7 +30,7 @@ public:
           direction_(ray.direction * tree.unit),
           shape_(shapeOf(tree.options.volume)),
           rows_(rowsOf(tree.options.volume)),
-          // A float's rounding of corners and volumes, a double's of a ray from afar, and the hair that `meet` adds.
+          // A float's rounding of corners and volumes, a double's of a ray from afar, and the hair that whereRayMeets adds.
           slack_(4e-6 + 1e-13 * origin_.norm()),
           limit_(maxT) {}
 
@@ -79,7 +62,7 @@ private:
         const std::size_t first = ((leaf & ~kLeafBit) >> 2) * kLeafFaces;
         for (std::size_t i = first; i <= first + (leaf & 3); ++i) {
             const std::uint32_t face = tree_.leafFaces[i];
-            const std::optional<double> t = meet(tree_.mesh->triangle(face), ray_);
+            const std::optional<double> t = whereRayMeets(tree_.mesh->triangle(face), ray_);
             if (!t || *t > limit_ || (best_ && *t == best_->t && face > best_->face)) continue;
             best_ = RayHit{face, *t};
             limit_ = *t;

@@ -198,6 +198,82 @@ TEST(PairContact, PlacesOnFacesAreThoseOfThePoint) {
     EXPECT_GT(seen, 200u);
 }
 
+/// Hills over a grid, some cells missing.
+TriangleMesh hills(Random& random, std::uint32_t n) {
+    shapes::Soup soup;
+    for (std::uint32_t row = 0; row <= n; ++row)
+        for (std::uint32_t column = 0; column <= n; ++column)
+            soup.vertex(Vec3d(4.0 * column / n - 2, between(random, -0.3, 0.3), 4.0 * row / n - 2));
+    for (std::uint32_t row = 0; row < n; ++row)
+        for (std::uint32_t column = 0; column < n; ++column) {
+            const std::uint32_t at = row * (n + 1) + column;
+            if (random() % 10 != 0) soup.indices.insert(soup.indices.end(), {at, at + n + 1, at + 1});
+            if (random() % 10 != 0) soup.indices.insert(soup.indices.end(), {at + 1, at + n + 1, at + n + 2});
+        }
+    return meshOf(soup);
+}
+
+TEST(PairTable, AHeightFieldAnswersAsItsTriangles) {
+    Random random(18);
+    std::size_t met = 0;
+    for (int round = 0; round < 5; ++round) {
+        const TriangleMesh ground = hills(random, 20), thing = bumpy(random, 6, 9), rough = hills(random, 9);
+        const auto field = CollisionShape::ofHeightField(ground);
+        ASSERT_TRUE(field) << field.error().message;
+        const auto surface = CollisionShape::ofTriangles(ground);
+        const auto ball = CollisionShape::ofTriangles(thing), hull = CollisionShape::ofHull(thing),
+                   plain = CollisionShape::ofTriangles(rough);
+        const auto small = *CollisionShape::ofHeightField(rough);
+        for (const NamedMap& map : everyKindOfMap(random)) {
+            if (!invertible(map.map)) continue;
+            const Affine3d here = composeTransform(inCube(random, 0.5), anyRotation(random), Vec3d::Ones());
+            for (const auto& [other, same] : {std::pair(ball, ball), std::pair(hull, hull), std::pair(small, plain)}) {
+                const PlacedShape a{**field, here}, b{*other, map.map}, triangles{*surface, here},
+                    bTriangles{*same, map.map};
+                QueryWork work;
+                const PairTouch found = contactsOf(a, b, kAll, {work}),
+                                truth = contactsOf(triangles, bTriangles, kAll, {work});
+                ASSERT_EQ(found.faces, truth.faces) << round << " " << map.name;
+                ASSERT_EQ(found.touch, truth.touch);
+                ASSERT_EQ(touchOf(b, a, {work}).touch, truth.touch);
+                ASSERT_NEAR(distanceInWorld(a, b, {}, work).distance,
+                            distanceInWorld(triangles, bTriangles, {}, work).distance,
+                            1e-12 * map.map.matrix().cwiseAbs().maxCoeff());
+                ASSERT_FALSE(pairMethods(**field, *other).fallsBack);
+                met += truth.touch == Touch::kYes;
+                const BodyMotion still{.start = Pose{}, .end = Pose{}, .body_T_mesh = here};
+                BodyMotion falls{.start = Pose{}, .end = Pose{}, .body_T_mesh = map.map};
+                falls.end.translation = inCube(random, 3);
+                const ImpactOptions options{.tolerance = 1e-5};
+                const Impact hit =
+                    pairMethods(**field, *other).firstContact(**field, still, *other, falls, work, options);
+                const Impact sure =
+                    pairMethods(*surface, *same).firstContact(*surface, still, *same, falls, work, options);
+                ASSERT_TRUE(hit.complete && sure.complete);
+                if (hit.hit && sure.hit)
+                    ASSERT_NEAR(hit.t, sure.t, 1e-2) << map.name;  // grazing: within the tolerance either may be first
+                else
+                    ASSERT_EQ(hit.hit, sure.hit) << map.name;
+            }
+        }
+    }
+    EXPECT_GT(met, 20u);
+}
+
+TEST(CollisionShape, AHeightFieldIsMuchSmallerThanItsTree) {
+    Random random(19);
+    const TriangleMesh ground = hills(random, 100);
+    const auto field = *CollisionShape::ofHeightField(ground);
+    const auto surface = CollisionShape::ofTriangles(ground);
+    (void)surface->tree();
+    EXPECT_LT(10 * field->memoryBytes(), surface->memoryBytes());
+    EXPECT_EQ(field->bounds().lower, surface->bounds().lower);
+    for (std::uint32_t face = 0; face < field->faceCount(); ++face)
+        ASSERT_EQ(field->triangle(face), surface->triangle(face));
+    EXPECT_EQ(field->mesh().faceCount(), surface->faceCount()) << "and it can be had as triangles";
+    EXPECT_FALSE(CollisionShape::ofHeightField(bumpy(random, 5, 6)));
+}
+
 TEST(CollisionShape, TreesAreMadeWhenFirstAskedForByWhoeverAsks) {
     Random random(16);
     const auto shape = CollisionShape::ofTriangles(bumpy(random, 40, 60), {.volume = VolumeKind::kDop18});

@@ -155,5 +155,78 @@ TEST(RandomScenes, TheOrderOfWishesDoesNotMatter) {
     }
 }
 
+/// A ground of heights over a grid, and three things above it that interests of every kind ask about.
+struct Ground : SceneMaker {
+    std::vector<Body> things;
+
+    explicit Ground(std::int64_t shape) {
+        std::mt19937_64 random(5);
+        shapes::Soup soup;
+        constexpr std::uint32_t kLines = 25;
+        for (std::uint32_t row = 0; row < kLines; ++row)
+            for (std::uint32_t column = 0; column < kLines; ++column)
+                soup.vertex(Vec3d(0.5 * column - 6, std::uniform_real_distribution<double>(-0.4, 0.4)(random), 0.5 * row - 6));
+        for (std::uint32_t row = 0; row + 1 < kLines; ++row)
+            for (std::uint32_t column = 0; column + 1 < kLines; ++column) {
+                const std::uint32_t at = row * kLines + column;
+                soup.indices.insert(soup.indices.end(), {at, at + kLines, at + 1, at + 1, at + kLines, at + kLines + 1});
+            }
+        const Body ground = body(kRootNode, soup, Vec3d::Zero());
+        CollisionObject object;
+        object.node = ground.node;
+        object.kind = CollisionObject::kStatic;
+        object.shape = shape;
+        this->object(object);
+        for (int i = 0; i < 3; ++i) {
+            things.push_back(body(kRootNode, shapes::sphere(0.6, 8, 12), Vec3d(3.0 * i - 3, 1, 0)));
+            object.node = things.back().node;
+            object.kind = CollisionObject::kRigid;
+            object.shape = i == 2 ? CollisionObject::kHull : CollisionObject::kTriangles;
+            this->object(object);
+            Interest fields;
+            fields.object = things.back().node;
+            fields.against = ground.node;
+            fields.response = Interest::kReport;
+            fields.mode = i == 0 ? Interest::kDynamic : Interest::kPseudoDynamic;
+            interest(fields);
+            fields.mode = Interest::kDistance;
+            fields.threshold = 2;
+            interest(fields);
+        }
+    }
+};
+
+TEST(RandomScenes, AHeightFieldIsTheSameGroundAsItsTriangles) {
+    Ground fields(CollisionObject::kHeightField), triangles(CollisionObject::kTriangles);
+    std::mt19937_64 random(6);
+    const auto number = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    std::size_t contacts = 0, distances = 0;
+    for (int frame = 0; frame < 60; ++frame) {
+        std::vector<TentativeTransform> wishes;
+        for (std::size_t i = 0; i < 3; ++i)
+            wishes.push_back({.transform = fields.things[i].transform,
+                              .translation = Vec3d(number(-5, 5), number(-0.5, 2.5), number(-5, 5)),
+                              .rotation = Quatd(number(-1, 1), number(-1, 1), number(-1, 1), 1).normalized()});
+        const StepResult found = fields.frame(wishes), truth = triangles.frame(wishes);
+        ASSERT_EQ(found.contacts.size(), truth.contacts.size()) << frame;
+        for (std::size_t i = 0; i < truth.contacts.size(); ++i) {
+            const Contact &x = found.contacts[i], &y = truth.contacts[i];
+            ASSERT_EQ(std::tie(x.objectA, x.objectB, x.faceA, x.faceB), std::tie(y.objectA, y.objectB, y.faceA, y.faceB));
+            ASSERT_EQ(x.point, y.point);
+            ASSERT_EQ(x.normal, y.normal);
+        }
+        ASSERT_EQ(found.distances.all().size(), truth.distances.all().size());
+        for (std::size_t i = 0; i < truth.distances.all().size(); ++i)
+            ASSERT_NEAR(found.distances.all()[i].distance, truth.distances.all()[i].distance, 1e-12);
+        ASSERT_EQ(found.events.all().size(), truth.events.all().size());
+        for (std::size_t i = 0; i < truth.events.all().size(); ++i)
+            ASSERT_NEAR(found.events.all()[i].firstTime, truth.events.all()[i].firstTime, 1e-2);
+        contacts += truth.contacts.size();
+        distances += truth.distances.all().size();
+    }
+    EXPECT_GT(contacts, 500u);
+    EXPECT_GT(distances, 50u);
+}
+
 }  // namespace
 }  // namespace tessera
