@@ -175,7 +175,8 @@ std::uint32_t SupportSet::choose(const MovingPair& pair, double t, const Vec3d& 
     Ticket best{supports_.size(), 0, t};
     double longest = 0;
     for (std::size_t i = 0; i < supports_.size(); ++i) {
-        if (overlaps[i] > std::max(least, supports_[i].rounding)) continue;
+        // Infinite: it does not lie flush with this one.
+        if (!std::isfinite(overlaps[i]) || overlaps[i] > std::max(least, supports_[i].rounding)) continue;
         const double allowed = std::max(overlaps[i], 0.0) + supports_[i].rounding;
         const double held = heldFor(pair, t, supports_[i], allowed);
         if (!(t + held > t) || held <= longest) continue;

@@ -94,5 +94,16 @@ TEST(Support, OfThePartingKindHoldsWhatComesOut) {
     EXPECT_TRUE(scene.go(Vec3d(1, 0.1, 0)).hit);
 }
 
+/// The wall overlaps by more than the box is sunk.
+TEST(Support, OfThePartingKindHoldsNoWall) {
+    BoxInHall scene;
+    scene.sunk = 0.3;
+    scene.supports = {{.normal = Vec3d::UnitY(), .overlap = 0.31, .rounding = 1e-10, .parting = true}};
+    const Impact impact = scene.go(Vec3d(3, 3, 0));
+    EXPECT_TRUE(impact.hit);
+    EXPECT_NEAR(impact.t, 2.5 / 3, 1e-8);
+    EXPECT_GE(impact.faces.a, 2u);
+}
+
 }  // namespace
 }  // namespace tessera
