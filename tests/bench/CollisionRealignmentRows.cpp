@@ -12,7 +12,8 @@ struct Scheme {
     Realignment realignment;
 };
 constexpr Scheme kSchemes[] = {
-    {"three planes", Realignment::kThreePlanes}, {"axis box", Realignment::kBoxEnclosure}, {"table", Realignment::kTable}};
+    {"three planes", Realignment::kThreePlanes}, {"axis box", Realignment::kBoxEnclosure}, {"table", Realignment::kTable},
+    {"planes in one frame", Realignment::kInOneFrame}, {"planes in both frames", Realignment::kInBothFrames}};
 
 void rowsOf(const BenchPair& pair, unsigned k, VolumeKind kind, const BenchOptions& options, CollisionTable& table) {
     const TreeOptions kindOfTree{.volume = kind, .profiles = true};

@@ -31,7 +31,7 @@ StepResult CollisionPipeline::Impl::run(const Aspect& committed, std::span<const
         handler.settleDeformations();
     }
     rollBack(step);
-    for (const Mover& mover : step.movers) move(mover, step);
+    move(step);
     for (Touching& touching : step.rolledBack) {
         touching.worldA = part(touching.partA).world;
         touching.worldB = part(touching.partB).world;

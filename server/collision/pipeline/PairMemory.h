@@ -78,6 +78,7 @@ public:
     void reconsider(std::span<const std::uint32_t> parts, const ObjectHandler& handler);
 
     [[nodiscard]] std::span<PairState> states() { return states_; }  ///< by number
+    [[nodiscard]] std::span<const PairState> states() const { return states_; }
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] std::span<const std::uint32_t> pairsOf(std::uint32_t part) const {
         return part < pairsOfPart_.size() ? std::span<const std::uint32_t>(pairsOfPart_[part])

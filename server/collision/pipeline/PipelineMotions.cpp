@@ -113,54 +113,57 @@ void CollisionPipeline::Impl::rollBack(Step& step) {
     }
 }
 
-void CollisionPipeline::Impl::move(const Mover& mover, Step& step) {
-    StepResult& result = step.result;
-    noteStart(mover, step);
-    Resolution resolution;
-    resolution.accepted = mover.way.end;
+/// What may be in a mover's way. Nothing of it changes while motions are tried.
+MotionTask CollisionPipeline::Impl::taskOf(const Mover& mover) const {
     std::unordered_map<std::uint32_t, std::uint32_t> carriers;  // moved part -> the place that carries it
     handler.forPartsCarried(mover.number, [&](std::uint32_t i, std::uint32_t place) { carriers[i] = place; });
-    std::vector<std::uint32_t> near = pairsCarried(std::span(&mover, 1));
-    std::erase_if(near, [&](std::uint32_t k) { return relationOf(memory.states()[k]).response == Interest::kReport; });
     const auto carrierOf = [&](std::uint32_t i) {
         const auto it = carriers.find(i);
         return it == carriers.end() ? Place::kNone : it->second;
     };
-    std::vector<ObstaclePair> pairs;
-    std::unordered_map<std::uint64_t, std::uint32_t> stateOf;
-    bool slides = false;
-    for (const std::uint32_t k : near) {
+    std::vector<MotionTask::Obstruction> obstructions;
+    for (const std::uint32_t k : pairsCarried(std::span(&mover, 1))) {
         const PairState& pair = memory.states()[k];
         const Relation relation = relationOf(pair);
+        if (relation.response == Interest::kReport) continue;
         // Two that are carried together are as far apart as before.
         if (carrierOf(pair.a) == carrierOf(pair.b) || !obstacle(pair, relation, mover.wish.transform)) continue;
-        pairs.push_back({pair.a, pair.b, relation.response == Interest::kSlide});
-        slides = slides || pairs.back().slide;
-        stateOf[std::uint64_t{pair.a} << 32 | pair.b] = k;
+        obstructions.push_back({{pair.a, pair.b, relation.response == Interest::kSlide}, k});
     }
-    if (!pairs.empty()) {
-        const auto touchingAtStart = [&](std::uint32_t a, std::uint32_t b) -> std::uint64_t {
-            if (!part(a).worldBox.overlaps(part(b).worldBox)) return 0;
-            const std::uint32_t k = stateOf.at(std::uint64_t{a} << 32 | b);
-            const PairState& state = memory.states()[k];
-            if (!state.touch.holds(part(a), part(b), true)) ++result.counters.pairsTested;
-            askAllFaces(k, step.work);
-            // An undecided start is taken for contact; the response will not get far with it.
-            if (!state.touch.complete) notLookedAt(state.nodeA, state.nodeB, NotLookedAt::Reason::kWork, step);
-            return state.touch.complete ? state.touch.faceCount : std::max<std::uint64_t>(state.touch.faceCount, 1);
-        };
-        const MotionTrial trial(handler, mover.wish.transform, mover.way, pairs, touchingAtStart,
-                                {limits.stopTolerance, limits.maxPieces}, step.work, result.counters.pairsTested);
-        resolution = (slides ? slide : stop)->resolve(trial);
-        ask(trial, resolution, mover, step);
-        for (Hit& hit : resolution.hits) {
-            const Obstacle& o = trial.obstacles()[hit.obstacle];
-            const PairState& state = memory.states()[stateOf.at(std::uint64_t{o.partA} << 32 | o.partB)];
-            const std::uint64_t count = hit.faces.size();
-            if (hit.faces.size() > limits.maxContacts) hit.faces.resize(limits.maxContacts);
-            stopped.add({state.nodeA, state.nodeB, o.partA, o.partB, std::move(hit.faces), count, hit.worldA,
-                         hit.worldB, interestOf(relationOf(state)), hit.fraction});
-        }
+    return {handler, mover, std::move(obstructions)};
+}
+
+void CollisionPipeline::Impl::move(Step& step) {
+    std::vector<MotionTask> tasks;
+    tasks.reserve(step.movers.size());
+    for (const Mover& mover : step.movers) {
+        noteStart(mover, step);
+        tasks.push_back(taskOf(mover));
+    }
+    MotionRuns({handler, memory, limits, *stop, *slide}, workers, step.work).run(tasks, [&](MotionTask& task) {
+        settle(task, step);
+    });
+}
+
+/// A motion has been tried: where it led, and what was in the way.
+void CollisionPipeline::Impl::settle(const MotionTask& task, Step& step) {
+    StepResult& result = step.result;
+    const Mover& mover = task.mover();
+    const Resolution& resolution = task.resolution();
+    step.work.boxTests += task.work().boxTests;
+    step.work.triangleTests += task.work().triangleTests;
+    result.counters.pairsTested += task.pairsTested();
+    for (const std::uint32_t k : task.changed()) memory.lookAgain(k);
+    for (const std::uint32_t k : task.leftOpen())
+        notLookedAt(memory.states()[k].nodeA, memory.states()[k].nodeB, NotLookedAt::Reason::kWork, step);
+    if (!resolution.hits.empty()) ask(task.trial(), resolution, mover, step);
+    for (const Hit& hit : resolution.hits) {
+        const Obstacle& o = task.trial().obstacles()[hit.obstacle];
+        const PairState& state = memory.states()[task.stateOf(o)];
+        std::vector<FacePair> faces = hit.faces;
+        if (faces.size() > limits.maxContacts) faces.resize(limits.maxContacts);
+        stopped.add({state.nodeA, state.nodeB, o.partA, o.partB, std::move(faces), hit.faces.size(), hit.worldA,
+                     hit.worldB, interestOf(relationOf(state)), hit.fraction});
     }
     if (resolution.undecided > 0) notLookedAt(mover.wish.transform, {}, NotLookedAt::Reason::kPieces, step);
     result.accepted.push_back(withValue(mover.wish, resolution.accepted));

@@ -11,6 +11,7 @@
 #include "server/collision/pipeline/ContactList.h"
 #include "server/collision/pipeline/EventBook.h"
 #include "server/collision/pipeline/EventNotes.h"
+#include "server/collision/pipeline/MotionTask.h"
 #include "server/collision/pipeline/Neighbourhood.h"
 #include "server/collision/pipeline/PairTasks.h"
 #include "server/collision/pipeline/QuestionBook.h"
@@ -18,7 +19,6 @@
 #include "server/collision/pipeline/SelfContacts.h"
 #include "server/collision/pipeline/StepLists.h"
 #include "server/collision/pipeline/StoppedContacts.h"
-#include "server/collision/response/Response.h"
 
 namespace tessera {
 
@@ -78,7 +78,9 @@ struct CollisionPipeline::Impl {
     [[nodiscard]] bool sameAsBefore(const Step& step) const;
     [[nodiscard]] bool obstacle(const PairState& pair, const Relation& relation, ObjectId transform) const;
     void rollBack(Step& step);
-    void move(const Mover& mover, Step& step);
+    [[nodiscard]] MotionTask taskOf(const Mover& mover) const;
+    void move(Step& step);
+    void settle(const MotionTask& task, Step& step);
     void ask(const MotionTrial& trial, const Resolution& resolution, const Mover& mover, Step& step);
     void moveFreeBodies(const Aspect& committed, double seconds, Step& step);
     void lookOnTheWay(bool deforming, Step& step);

@@ -69,7 +69,8 @@ PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d
     f.slack = static_cast<float>(slack * (1 + 1e-6));
     f.slackB = f.similarity ? static_cast<float>(slack / scale * (1 + 1e-6)) : 1e30f;
     // A in B's frame too, where that pays: for boxes always, for k-DOPs where B's are plates that look fat in A's frame.
-    f.bothWays = f.similarity && (tb.thin || shapeOf(tb.options.volume) == kernel::Shape::kDop6);
+    const bool plates = realignment == Realignment::kInBothFrames || (realignment != Realignment::kInOneFrame && tb.thin);
+    f.bothWays = f.similarity && (plates || shapeOf(tb.options.volume) == kernel::Shape::kDop6);
     if (ta.options.volume == VolumeKind::kSphere || ta.options.volume == VolumeKind::kObb) return f;
     const DirectionSet set = directionsOf(ta.options.volume);
     const PlaneChoice choice = realignment == Realignment::kBoxEnclosure ? PlaneChoice::kBoxEnclosure : PlaneChoice::kThreePlanes;

@@ -18,8 +18,11 @@ class Workers;
 /// How a k-DOP is bounded in the other body's directions (volume/README.md).
 enum class Realignment : std::uint8_t {
     kBoxEnclosure,  ///< of its axis-aligned box
-    kThreePlanes,   ///< weighted sums of three of its planes
+    kThreePlanes,   ///< weighted sums of three of its planes; in both frames where B's tree has many plates
     kTable,         ///< its support profile, where B's tree was built with them (TreeOptions::profiles); else three planes
+    // For comparisons: what kThreePlanes chooses from.
+    kInOneFrame,
+    kInBothFrames,
 };
 
 struct TouchOptions {
