@@ -198,8 +198,8 @@ TEST(PairContact, PlacesOnFacesAreThoseOfThePoint) {
     EXPECT_GT(seen, 200u);
 }
 
-/// Hills over a grid, some cells missing.
-TriangleMesh hills(Random& random, std::uint32_t n) {
+/// Hills over a grid, with or without missing cells.
+TriangleMesh hills(Random& random, std::uint32_t n, bool holes = true) {
     shapes::Soup soup;
     for (std::uint32_t row = 0; row <= n; ++row)
         for (std::uint32_t column = 0; column <= n; ++column)
@@ -207,8 +207,8 @@ TriangleMesh hills(Random& random, std::uint32_t n) {
     for (std::uint32_t row = 0; row < n; ++row)
         for (std::uint32_t column = 0; column < n; ++column) {
             const std::uint32_t at = row * (n + 1) + column;
-            if (random() % 10 != 0) soup.indices.insert(soup.indices.end(), {at, at + n + 1, at + 1});
-            if (random() % 10 != 0) soup.indices.insert(soup.indices.end(), {at + 1, at + n + 1, at + n + 2});
+            if (!holes || random() % 10 != 0) soup.indices.insert(soup.indices.end(), {at, at + n + 1, at + 1});
+            if (!holes || random() % 10 != 0) soup.indices.insert(soup.indices.end(), {at + 1, at + n + 1, at + n + 2});
         }
     return meshOf(soup);
 }
@@ -262,7 +262,7 @@ TEST(PairTable, AHeightFieldAnswersAsItsTriangles) {
 
 TEST(CollisionShape, AHeightFieldIsMuchSmallerThanItsTree) {
     Random random(19);
-    const TriangleMesh ground = hills(random, 100);
+    const TriangleMesh ground = hills(random, 100, false);
     const auto field = *CollisionShape::ofHeightField(ground);
     const auto surface = CollisionShape::ofTriangles(ground);
     (void)surface->tree();
