@@ -1,5 +1,8 @@
-/// The pairwise stage of collision beside its peers: bench_collision [--pair A B [--poses FILE]] [--quick] [--count N]
-/// [--passes N] [--rows GROUP,…] [--save-poses FOLDER] [--json FILE].
+/// The pairwise stage of collision beside its peers: bench_collision [--pair A B [--poses FILE] | --held-back] [--quick]
+/// [--count N] [--seed N] [--passes N] [--rows GROUP,…] [--sse41] [--save-poses FOLDER] [--json FILE].
+///
+/// --held-back: on models and seeds that no threshold was chosen by. --sse41: with a column of what the ratios are with the
+/// instructions that Debian's peers were built for, from a run of its own before this one.
 ///
 /// Single thread where nothing else is said. Without --poses the models are normalised and posed as
 /// shared/design/collision.md says (section 7); with it they are taken as they are.
@@ -7,23 +10,23 @@
 
 #include <charconv>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 
 #include "server/collision/mesh/InstructionSet.h"
-#include "server/collision/query/DistanceQuery.h"
-#include "server/tools/PoseFile.h"
+#include "tests/bench/CollisionPairs.h"
 #include "tests/bench/CollisionRows.h"
+#include "tests/bench/OlderProcessor.h"
 #include "tests/support/Models.h"
-#include "tests/support/PoseGenerator.h"
 
 namespace tessera {
 namespace {
 
 struct Arguments {
     std::string json, poses, saveTo;
-    std::vector<std::pair<std::string, std::string>> pairs;
+    std::vector<ModelFiles> pairs;
     std::size_t count = 1000;
+    std::uint64_t seed = 1;
+    bool older = false;
     BenchOptions options;
 };
 
@@ -59,6 +62,9 @@ Arguments parse(int argc, char** argv) {
     for (; at < words.size(); ++at) {
         const std::string& word = words[at];
         if (word == "--json") out.json = next();
+        else if (word == "--sse41") out.older = true;
+        else if (word == "--held-back") out.pairs = heldBackPairs(), out.seed = 1000;
+        else if (word == "--seed") out.seed = static_cast<std::uint64_t>(number());
         else if (word == "--pair") {
             const std::string a = next();
             out.pairs.emplace_back(a, next());
@@ -75,72 +81,11 @@ Arguments parse(int argc, char** argv) {
                     stop(2, fmt::format("no rows '{}'; there are {}", group, fmt::join(kGroups, ", ")));
                 out.options.only.insert(group);
             }
-        } else stop(2, fmt::format("unknown option '{}'; options: --pair A B, --poses FILE, --quick, --count N, --passes N, "
-                                   "--rows {}, --save-poses FOLDER, --json FILE", word, fmt::join(kGroups, ",")));
+        } else stop(2, fmt::format("unknown option '{}'; options: --pair A B, --poses FILE, --held-back, --quick, --count N, --seed N, "
+                                   "--passes N, --sse41, --rows {}, --save-poses FOLDER, --json FILE", word, fmt::join(kGroups, ",")));
     }
     if (!out.poses.empty() && out.pairs.size() != 1) stop(2, "--poses goes with one --pair A B");
     return out;
-}
-
-std::string nameOf(const std::filesystem::path& a, const std::filesystem::path& b, const BenchPair& pair) {
-    return fmt::format("{} ({}) x {} ({})", a.stem().string(), pair.a.faceCount(), b.stem().string(),
-                       pair.b.faceCount());
-}
-
-void saveLines(const std::filesystem::path& file, const std::vector<std::string>& lines) {
-    std::ofstream out(file);
-    for (const std::string& line : lines) out << line << "\n";
-    if (!out) stop(1, file.string() + ": it cannot be written");
-}
-
-std::string textOf(const Pose& p) {
-    return fmt::format("{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}", p.translation.x(), p.translation.y(),
-                       p.translation.z(), p.rotation.w(), p.rotation.x(), p.rotation.y(), p.rotation.z());
-}
-
-BenchPair generated(const std::string& fileA, const std::string& fileB, const Arguments& arguments) {
-    BenchPair pair;
-    pair.a = normalised(orStop(loadModel(fileA)));
-    pair.b = normalised(orStop(loadModel(fileB)));
-    pair.name = nameOf(fileA, fileB, pair);
-    const TriangleTree a(pair.a), b(pair.b);
-    std::vector<std::string> poseLines, motionLines;
-    const bool touch = arguments.options.only.empty() || arguments.options.only != std::set<std::string>{"toi"};
-    if (touch)
-        for (const TestPose& pose : makePoses(ownOracle(a, b), arguments.count, 1)) {
-            if (pose.closeness == Closeness::kNear) pair.near.push_back(pair.poses.size());
-            pair.poses.push_back(pose.a_T_b.matrix());
-            poseLines.push_back(textOf(pose.a_T_b));
-        }
-    if (arguments.options.wants("toi") || arguments.options.wants("distance"))
-        pair.motions = makeMotions(ownOracle(a, b), std::max<std::size_t>(arguments.count / 5, 20), 2);
-    for (const BodyMotion& m : pair.motions) motionLines.push_back(textOf(m.start) + " " + textOf(m.end));
-    if (!arguments.saveTo.empty()) {
-        const std::string stem = std::filesystem::path(fileA).stem().string() + "-" + std::filesystem::path(fileB).stem().string();
-        saveLines(std::filesystem::path(arguments.saveTo) / (stem + ".poses"), poseLines);
-        saveLines(std::filesystem::path(arguments.saveTo) / (stem + ".motions"), motionLines);
-    }
-    return pair;
-}
-
-/// The models and poses as the files have them. Lines of 14 numbers are motions, and their starts are poses too.
-BenchPair fromPoseFile(const std::string& fileA, const std::string& fileB, const Arguments& arguments) {
-    BenchPair pair;
-    pair.a = orStop(loadModel(fileA));
-    pair.b = orStop(loadModel(fileB));
-    pair.name = nameOf(fileA, fileB, pair);
-    const TriangleTree a(pair.a), b(pair.b);
-    const double nearly = 0.01 * pair.a.bounds().size().norm();
-    for (const PoseLine& line : orStop(readPoses(arguments.poses))) {
-        const Affine3d a_T_b = line.start.matrix();
-        QueryWork work;
-        const Distance distance = distanceBetween(a, b, a_T_b, work, {.upperBound = nearly});
-        if (distance.distance > 0 && !distance.farther) pair.near.push_back(pair.poses.size());
-        pair.poses.push_back(a_T_b);
-        if (line.end) pair.motions.push_back({line.start, *line.end});
-    }
-    if (pair.poses.empty()) stop(3, arguments.poses + ": there is no pose in it");
-    return pair;
 }
 
 void measure(const BenchPair& pair, const BenchOptions& options, CollisionTable& table) {
@@ -161,15 +106,26 @@ int bench(int argc, char** argv) {
         const std::filesystem::path data = testDataFolder();
         if (!std::filesystem::exists(data))
             stop(3, fmt::format("no models at {}; set TESSERA_TEST_DATA, or name some: --pair A B", data.string()));
-        arguments.pairs = {{data / "scan/stanford_bun_zipper.ply", data / "scan/stanford_bun_zipper.ply"},
-                           {data / "plant/EZ_Control_valve.obj", data / "plant/Painted_gray.obj"}};
+        arguments.pairs = standardPairs();
+    }
+    const auto pairOf = [&](const ModelFiles& files) {
+        if (!arguments.poses.empty()) return orStop(pairFromPoseFile(files, arguments.poses));
+        const bool motions = arguments.options.wants("toi") || arguments.options.wants("distance");
+        return orStop(posedPair(files, {.poses = arguments.options.only == std::set<std::string>{"toi"} ? 0 : arguments.count,
+                                        .motions = motions ? std::max<std::size_t>(arguments.count / 5, 20) : 0,
+                                        .seed = arguments.seed,
+                                        .saveTo = arguments.saveTo}));
+    };
+    std::map<std::string, std::vector<double>> older;
+    if (arguments.older) {
+        std::vector<std::string> words(argv + 1, argv + argc);
+        std::erase(words, "--sse41");
+        older = ratiosOfOlderProcessor(std::move(words));
     }
     fmt::print("Instruction set {}. Mean, median and p99 over poses of the least of {} passes, one thread.\n",
                name(instructionSet()), arguments.options.passes);
-    CollisionTable table;
-    for (const auto& [a, b] : arguments.pairs)
-        measure(arguments.poses.empty() ? generated(a, b, arguments) : fromPoseFile(a, b, arguments), arguments.options,
-                table);
+    CollisionTable table(std::move(older));
+    for (const ModelFiles& files : arguments.pairs) measure(pairOf(files), arguments.options, table);
     fmt::print("\nThe rows of neighbours: ./deploy/run-bench neighbours\n");
     if (!arguments.json.empty() && !table.writeJson(arguments.json)) stop(1, arguments.json + ": it cannot be written");
     if (table.good()) return 0;

@@ -47,6 +47,8 @@ void volumeRows(const BenchPair& pair, const BenchOptions& options, CollisionTab
 void realignmentRows(const BenchPair& pair, const BenchOptions& options, CollisionTable& table);
 /// Build beside Bullet, refit and memory beside FCL.
 void treeRows(const BenchPair& pair, const BenchOptions& options, CollisionTable& table);
+/// Of them, memory beside FCL.
+void memoryRows(const BenchPair& pair, CollisionTable& table);
 /// Two threads beside one.
 void threadRows(const BenchPair& pair, const BenchOptions& options, CollisionTable& table);
 

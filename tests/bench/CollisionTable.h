@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdio>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct CollisionRow {
 
 class CollisionTable {
 public:
+    /// `older`: what the rows came to with sse41, by case, in their order; they get a column of it.
+    explicit CollisionTable(std::map<std::string, std::vector<double>> older = {}) : older_(std::move(older)) {}
+
     /// Prints the row too, so that a long run can be watched.
     void add(CollisionRow row);
     /// A peer's or our own answers that do not agree; the run fails in the end.
@@ -30,6 +34,11 @@ public:
     [[nodiscard]] bool writeJson(const std::string& path) const;
 
 private:
+    [[nodiscard]] double ratioOfOlder(const CollisionRow& row);
+
+    std::map<std::string, std::vector<double>> older_;
+    std::map<std::string, std::size_t> seen_;
+    std::vector<double> olderRatios_;  ///< per row; 0: unknown
     std::vector<CollisionRow> rows_;
     std::string lastPair_;
     int complaints_ = 0;

@@ -90,6 +90,8 @@ void refitRow(const BenchPair& pair, const BenchOptions& options, CollisionTable
                .remark = fmt::format("decay {:.2f} in the last state", tree.decay())});
 }
 
+}  // namespace
+
 void memoryRows(const BenchPair& pair, CollisionTable& table) {
     const auto faces = static_cast<double>(pair.a.faceCount());
     const double theirs = static_cast<double>(fclObbBytes(pair.a)) / faces;
@@ -108,8 +110,6 @@ void memoryRows(const BenchPair& pair, CollisionTable& table) {
     row("memory per triangle, AABB", VolumeKind::kAabb, false);
     row("memory per triangle, 18-DOP", VolumeKind::kDop18, false);
 }
-
-}  // namespace
 
 void treeRows(const BenchPair& pair, const BenchOptions& options, CollisionTable& table) {
     buildRows(pair, options, table);

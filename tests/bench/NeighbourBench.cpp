@@ -1,8 +1,8 @@
 /// Neighbour finding beside Embree's rtcCollide and Bullet's broad phases, as Debian ships them.
 ///
 /// N boxes, half extents 0.5 · U(0.5, 1.5), in a cube of side 2 (N / 4)^(1/3), each with a speed of 0.05 per frame in a
-/// direction of its own, reflected at the walls; all of them move, or every tenth. A frame is: tell the new boxes, ask
-/// for the pairs. The frames are run through forth and back, the contenders taking turns pass by pass; a row shows the
+/// direction of its own, reflected at the walls; all of them move, or every tenth, or all of them leap: each frame has them
+/// at new places, so that nothing known of the last one helps. A frame is: tell the new boxes, ask for the pairs. The frames are run through forth and back, the contenders taking turns pass by pass; a row shows the
 /// mean over the frames of the fastest pass. One thread each, except where said. After every first pass the answers are
 /// compared: what a peer reports beyond (Embree's leaves, Bullet's coarser boxes) is dropped, the rest must be our
 /// pairs.
@@ -17,6 +17,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <memory>
 #include <random>
 #include <string>
@@ -25,6 +26,7 @@
 #include "common/base/Workers.h"
 #include "server/collision/neighbours/NeighbourFinder.h"
 #include "tests/bench/CollisionTimer.h"
+#include "tests/bench/OlderProcessor.h"
 
 namespace tessera {
 namespace {
@@ -40,7 +42,7 @@ struct Motion {
 };
 
 /// All bounds are floats, so that single and double precision mean the same boxes.
-Motion makeMotion(std::size_t n, std::size_t frameCount, std::size_t everyNth, unsigned seed) {
+Motion makeMotion(std::size_t n, std::size_t frameCount, std::size_t everyNth, unsigned seed, bool leap = false) {
     std::mt19937_64 random(seed);
     const auto uniform = [&](double low, double high) {
         return std::uniform_real_distribution<double>(low, high)(random);
@@ -71,6 +73,8 @@ Motion makeMotion(std::size_t n, std::size_t frameCount, std::size_t everyNth, u
             boxes.push_back(box);
             if (i % everyNth != 0) continue;
             for (int a = 0; a < 3; ++a) {
+                if (leap) body.at[a] = uniform(0, side);
+                if (leap) continue;
                 body.at[a] += body.speed[a];
                 if (body.at[a] < 0 || body.at[a] > side) body.speed[a] = -body.speed[a];
             }
@@ -261,6 +265,8 @@ struct Row {
 
 struct Bench {
     int passes = 6;
+    std::map<std::string, std::vector<double>> older;  ///< ratios with sse41, by case
+    std::map<std::string, std::size_t> seen;
     std::vector<Row> rows;
     bool good = true;
 
@@ -269,11 +275,15 @@ struct Bench {
     void add(Row row) {
         std::printf("%-26s %-30s %11.1f %11.1f %8.3f", row.name.c_str(), row.peer.c_str(), row.ours, row.theirs,
                     row.ours / row.theirs);
-        row.atMost > 0 ? std::printf(" %8.2f %8.2f\n", row.atMost, row.aim) : std::printf("\n");
+        if (row.atMost > 0) std::printf(" %8.2f %8.2f", row.atMost, row.aim);
+        if (const auto known = older.find(row.name); known != older.end())
+            if (const std::size_t place = seen[row.name]++; place < known->second.size())
+                std::printf("   sse41 %.3f", known->second[place]);
+        std::printf("\n");
         std::fflush(stdout);
         rows.push_back(std::move(row));
     }
-    void everybodyMoves(std::size_t n, std::size_t frames, double atMost, double aim);
+    void everybodyMoves(std::size_t n, std::size_t frames, double atMost, double aim, bool leap = false);
     void tenthMoves(std::size_t n, std::size_t frames, double atMost, double aim);
     void twoThreads(std::size_t n, std::size_t frames);
     void ownMethods(std::size_t n, std::size_t frames);
@@ -309,19 +319,18 @@ std::vector<double> Bench::race(const Motion& motion, const std::vector<Contende
     return best;
 }
 
-void Bench::everybodyMoves(std::size_t n, std::size_t frames, double atMost, double aim) {
-    const Motion motion = makeMotion(n, frames, 1, 1);
+void Bench::everybodyMoves(std::size_t n, std::size_t frames, double atMost, double aim, bool leap) {
+    const Motion motion = makeMotion(n, frames, 1, 1, leap);
     Ours ours("auto", NeighbourMethod::kAuto, 1);
     Embree low("Embree, built anew (low)", RTC_BUILD_QUALITY_LOW),
         medium("Embree, built anew (medium)", RTC_BUILD_QUALITY_MEDIUM);
     Bullet dbvt("Bullet dbvt", false), sweep("Bullet axis sweep", true);
     std::vector<Contender*> all{&ours, &low, &medium};
-    if (n <= 10'000) {
-        all.push_back(&dbvt);
-        all.push_back(&sweep);
-    }
+    if (n <= 10'000) all.push_back(&dbvt);
+    // A sweep that has everything to sort anew takes seconds a frame.
+    if (n <= (leap ? 1'000 : 10'000)) all.push_back(&sweep);
     const std::vector<double> us = race(motion, all);
-    const std::string name = "all move, " + std::to_string(n);
+    const std::string name = (leap ? "all leap, " : "all move, ") + std::to_string(n);
     for (std::size_t c = 1; c < all.size(); ++c) {
         const bool claim = c <= 2 && us[c] <= std::min(us[1], us[2]);  // the better of the two builds
         add({name, all[c]->name, us[0], us[c], claim ? atMost : 0, claim ? aim : 0});
@@ -370,34 +379,46 @@ void Bench::ownMethods(std::size_t n, std::size_t frames) {
 
 int bench(int argc, char** argv) {
     std::string json, only;
+    bool quick = false;
     Bench bench;
-    for (int i = 1; i + 1 < argc; i += 2) {
-        const std::string option = argv[i];
-        if (option == "--json") json = argv[i + 1];
-        if (option == "--passes") bench.passes = std::max(1, std::atoi(argv[i + 1]));
-        if (option == "--only") only = argv[i + 1];
+    std::vector<std::string> words(argv + 1, argv + argc);
+    if (std::erase(words, "--sse41") > 0) bench.older = ratiosOfOlderProcessor(words);
+    quick = std::erase(words, "--quick") > 0;
+    if (quick) bench.passes = 1;
+    for (std::size_t i = 0; i + 1 < words.size(); i += 2) {
+        const std::string &option = words[i], &value = words[i + 1];
+        if (option == "--json") json = value;
+        if (option == "--passes") bench.passes = std::max(1, std::atoi(value.c_str()));
+        if (option == "--only") only = value;
     }
+    // To see that all works.
+    const auto frames = [&](std::size_t usual) { return quick ? std::size_t{4} : usual; };
     std::printf("%-26s %-30s %11s %11s %8s %8s %8s\n", "µs per frame", "beside", "ours", "theirs", "ratio", "at most",
                 "aim");
     const auto wants = [&](const char* what) { return only.empty() || only == what; };
     if (wants("all")) {
-        bench.everybodyMoves(1'000, 120, 0.35, 0.2);
-        bench.everybodyMoves(10'000, 60, 0.4, 0.2);
-        bench.everybodyMoves(100'000, 30, 0.4, 0.15);
+        bench.everybodyMoves(1'000, frames(120), 0.35, 0.2);
+        bench.everybodyMoves(10'000, frames(60), 0.4, 0.2);
+        bench.everybodyMoves(100'000, frames(30), 0.4, 0.15);
+    }
+    if (wants("leap")) {
+        bench.everybodyMoves(1'000, frames(120), 0, 0, true);
+        bench.everybodyMoves(10'000, frames(60), 0, 0, true);
+        bench.everybodyMoves(100'000, frames(30), 0, 0, true);
     }
     if (wants("tenth")) {
-        bench.tenthMoves(1'000, 120, 1.0, 0.6);
-        bench.tenthMoves(10'000, 60, 0.6, 0.3);
-        bench.tenthMoves(100'000, 30, 0.3, 0.1);
+        bench.tenthMoves(1'000, frames(120), 1.0, 0.6);
+        bench.tenthMoves(10'000, frames(60), 0.6, 0.3);
+        bench.tenthMoves(100'000, frames(30), 0.3, 0.1);
     }
     if (wants("threads")) {
-        bench.twoThreads(10'000, 60);
-        bench.twoThreads(100'000, 15);
+        bench.twoThreads(10'000, frames(60));
+        bench.twoThreads(100'000, frames(15));
     }
     if (wants("own")) {
-        bench.ownMethods(1'000, 120);
-        bench.ownMethods(10'000, 60);
-        bench.ownMethods(100'000, 30);
+        bench.ownMethods(1'000, frames(120));
+        bench.ownMethods(10'000, frames(60));
+        bench.ownMethods(100'000, frames(30));
     }
     std::string cases;
     for (const Row& row : bench.rows) {

@@ -1,5 +1,5 @@
 /// The frame of our collision pipeline beside the loops that users of Bullet and FCL write:
-/// bench_pipeline [--rows GROUP,…] [--quick] [--passes N] [--plant FOLDER] [--parts FILE] [--json FILE].
+/// bench_pipeline [--rows GROUP,…] [--quick] [--passes N] [--plant FOLDER] [--parts FILE] [--sse41] [--json FILE].
 ///
 /// One thread where nothing else is said. Contenders take turns pass by pass; a row summarises, over the frames, the
 /// least time of each frame. "step" is CollisionPipeline::step alone; "with commit" also what the frame loop does
@@ -10,12 +10,14 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "tests/bench/OlderProcessor.h"
 #include "tests/bench/PipelineRows.h"
 #include "tests/support/Models.h"
 
 namespace {
 
-const std::vector<std::string> kGroups{"convex", "plant", "rest", "touch", "deform", "threads", "pour"};
+const std::vector<std::string> kGroups{"convex", "plant",     "rest",       "touch", "deform", "threads",
+                                       "pour",   "pour-1000", "pour-10000", "sleep", "pairs"};
 
 [[noreturn]] void stop(const std::string& why) {
     std::fprintf(stderr, "bench_pipeline: %s\n", why.c_str());
@@ -39,9 +41,10 @@ int main(int argc, char** argv) {
     options.plant = (tessera::testDataFolder() / "plant").string();
     options.parts = "/usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb";
     std::string json;
-    const std::vector<std::string> words(argv + 1, argv + argc);
+    std::vector<std::string> words(argv + 1, argv + argc);
     for (std::size_t at = 0; at < words.size(); ++at) {
         const std::string& word = words[at];
+        if (word == "--sse41") continue;
         if (word == "--quick") {
             options.quick = true;
             options.passes = 1;
@@ -62,16 +65,22 @@ int main(int argc, char** argv) {
         else
             stop(fmt::format(
                 "unknown option '{}'; options: --rows {}, --quick, --passes N, --plant FOLDER, --parts FILE, "
-                "--json FILE",
+                "--sse41, --json FILE",
                 word, fmt::join(kGroups, ",")));
     }
-    tessera::CollisionTable table;
+    std::map<std::string, std::vector<double>> older;
+    if (std::erase(words, "--sse41") > 0) older = tessera::ratiosOfOlderProcessor(words);
+    tessera::CollisionTable table(std::move(older));
     tessera::convexRows(options, table);
     if (options.wants("plant") || options.wants("threads")) tessera::plantRows(options, table);
     if (options.wants("rest")) tessera::restRows(options, table);
     if (options.wants("touch")) tessera::touchRows(options, table);
     if (options.wants("deform")) tessera::deformRows(options, table);
     if (options.wants("pour")) tessera::pourRows(options, table);
+    for (const char* const scene : {"pour-1000", "pour-10000"})
+        if (options.wants(scene)) tessera::fileRows(scene, options, table);
+    if (options.wants("sleep")) tessera::sleepRows(options, table);
+    if (options.wants("pairs")) tessera::pairRows(options, table);
     if (!json.empty() && !table.writeJson(json)) {
         std::fprintf(stderr, "bench_pipeline: %s cannot be written\n", json.c_str());
         return 1;

@@ -16,13 +16,13 @@ btTransform toBullet(const Pose& pose) {
                        btVector3(btScalar(t.x()), btScalar(t.y()), btScalar(t.z())));
 }
 
-std::unique_ptr<btConvexHullShape> hullShape(const MeshArrays3& hull) {
+std::unique_ptr<btConvexHullShape> hullShape(const MeshArrays3& hull, double margin) {
     auto shape = std::make_unique<btConvexHullShape>();
     for (std::size_t v = 0; v < hull.positions.size(); v += 3)
         shape->addPoint(
             btVector3(btScalar(hull.positions[v]), btScalar(hull.positions[v + 1]), btScalar(hull.positions[v + 2])),
             false);
-    shape->setMargin(0);
+    shape->setMargin(btScalar(margin));
     shape->recalcLocalAabb();
     return shape;
 }
@@ -38,6 +38,8 @@ btDefaultCollisionConstructionInfo largePools() {
 }  // namespace
 
 struct BulletWorld::State {
+    explicit State(double m) : margin(m) {}
+    const double margin;
     btDefaultCollisionConfiguration configuration{largePools()};
     btCollisionDispatcher dispatcher{&configuration};
     btDbvtBroadphase broadphase;
@@ -48,7 +50,7 @@ struct BulletWorld::State {
     std::vector<std::vector<btTransform>> frames;  // of the movers
 };
 
-BulletWorld::BulletWorld() : state_(std::make_unique<State>()) {
+BulletWorld::BulletWorld(double margin) : state_(std::make_unique<State>(margin)) {
     state_->world.setForceUpdateAllAabbs(false);
 }
 
@@ -57,7 +59,7 @@ BulletWorld::~BulletWorld() {
 }
 
 std::uint32_t BulletWorld::addHull(const MeshArrays3& hull) {
-    state_->hulls.push_back(hullShape(hull));
+    state_->hulls.push_back(hullShape(hull, state_->margin));
     return static_cast<std::uint32_t>(state_->hulls.size() - 1);
 }
 
@@ -105,6 +107,8 @@ BodyPairs BulletWorld::touching() const {
 }
 
 struct BulletDynamics::State {
+    explicit State(double m) : margin(m) {}
+    const double margin;
     btDefaultCollisionConfiguration configuration{largePools()};
     btCollisionDispatcher dispatcher{&configuration};
     btDbvtBroadphase broadphase;
@@ -121,7 +125,7 @@ struct BulletDynamics::State {
     std::vector<std::unique_ptr<btRigidBody>> bodies;
 };
 
-BulletDynamics::BulletDynamics(const Vec3d& gravity) : state_(std::make_unique<State>()) {
+BulletDynamics::BulletDynamics(const Vec3d& gravity, double margin) : state_(std::make_unique<State>(margin)) {
     state_->world.setGravity(btVector3(btScalar(gravity.x()), btScalar(gravity.y()), btScalar(gravity.z())));
     state_->world.setForceUpdateAllAabbs(false);
 }
@@ -130,10 +134,8 @@ BulletDynamics::~BulletDynamics() {
     for (const auto& body : state_->bodies) state_->world.removeRigidBody(body.get());
 }
 
-/// With Bullet's usual margin, without which its stacks do not rest.
 std::uint32_t BulletDynamics::addHull(const MeshArrays3& hull) {
-    state_->hulls.push_back(hullShape(hull));
-    state_->hulls.back()->setMargin(btScalar(0.02));
+    state_->hulls.push_back(hullShape(hull, state_->margin));
     return static_cast<std::uint32_t>(state_->hulls.size() - 1);
 }
 
@@ -155,7 +157,7 @@ void BulletDynamics::addGround(const MeshArrays3& mesh) {
     state_->grounds.push_back(std::move(ground));
 }
 
-void BulletDynamics::addBody(std::uint32_t hull, const Pose& pose, double mass) {
+void BulletDynamics::addBody(std::uint32_t hull, const Pose& pose, double mass, const Vec3d& velocity) {
     btConvexHullShape* shape = state_->hulls[hull].get();
     btVector3 inertia;
     shape->calculateLocalInertia(btScalar(mass), inertia);
@@ -164,7 +166,13 @@ void BulletDynamics::addBody(std::uint32_t hull, const Pose& pose, double mass) 
     info.m_friction = btScalar(0.5);
     info.m_restitution = btScalar(0.2);
     state_->bodies.push_back(std::make_unique<btRigidBody>(info));
+    state_->bodies.back()->setLinearVelocity(btVector3(btScalar(velocity.x()), btScalar(velocity.y()), btScalar(velocity.z())));
     state_->world.addRigidBody(state_->bodies.back().get());
+}
+
+void BulletDynamics::putToSleep() {
+    for (const auto& body : state_->bodies)
+        if (body->getLinearVelocity().isZero()) body->forceActivationState(ISLAND_SLEEPING);
 }
 
 void BulletDynamics::step(double seconds) {

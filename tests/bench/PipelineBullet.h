@@ -11,10 +11,13 @@
 
 namespace tessera {
 
-/// btCollisionWorld over a dynamic AABB tree; hulls without margin.
+/// What Bullet puts about every hull unless told otherwise (CONVEX_DISTANCE_MARGIN): its users have it.
+inline constexpr double kBulletMargin = 0.04;
+
+/// btCollisionWorld over a dynamic AABB tree.
 class BulletWorld {
 public:
-    BulletWorld();
+    explicit BulletWorld(double margin = 0);
     ~BulletWorld();
 
     [[nodiscard]] std::uint32_t addHull(const MeshArrays3& hull);
@@ -36,12 +39,14 @@ private:
 /// btDiscreteDynamicsWorld with its usual solver: hulls that fall on triangles that stay.
 class BulletDynamics {
 public:
-    explicit BulletDynamics(const Vec3d& gravity);
+    explicit BulletDynamics(const Vec3d& gravity, double margin = kBulletMargin);
     ~BulletDynamics();
 
     [[nodiscard]] std::uint32_t addHull(const MeshArrays3& hull);
     void addGround(const MeshArrays3& mesh);
-    void addBody(std::uint32_t hull, const Pose& pose, double mass);
+    void addBody(std::uint32_t hull, const Pose& pose, double mass, const Vec3d& velocity = Vec3d::Zero());
+    /// All bodies but those that move.
+    void putToSleep();
     void step(double seconds);
     [[nodiscard]] std::size_t asleep() const;
     [[nodiscard]] std::size_t manifolds() const;

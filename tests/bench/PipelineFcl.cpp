@@ -20,10 +20,11 @@ namespace tessera {
 
 namespace {
 
-using Model = fcl::BVHModel<fcl::OBBRSSd>;
+using Model = fcl::CollisionGeometryd;
 using Tree = fcl::DynamicAABBTreeCollisionManagerd;
 using FclBody = fcl::CollisionObjectd;
 
+template <typename Volume>
 std::shared_ptr<Model> modelOf(const TriangleMesh& mesh) {
     const MeshArrays3 arrays = arraysOf(mesh);
     std::vector<fcl::Vector3d> vertices;
@@ -32,7 +33,7 @@ std::shared_ptr<Model> modelOf(const TriangleMesh& mesh) {
     std::vector<fcl::Triangle> triangles;
     for (std::size_t i = 0; i < arrays.indices.size(); i += 3)
         triangles.emplace_back(arrays.indices[i], arrays.indices[i + 1], arrays.indices[i + 2]);
-    auto model = std::make_shared<Model>();
+    auto model = std::make_shared<fcl::BVHModel<Volume>>();
     model->beginModel(static_cast<int>(triangles.size()), static_cast<int>(vertices.size()));
     model->addSubModel(vertices, triangles);
     model->endModel();
@@ -54,6 +55,8 @@ std::uint32_t numberOf(const FclBody* object) {
 }  // namespace
 
 struct FclWorld::State {
+    explicit State(FclVolume v) : volume(v) {}
+    const FclVolume volume;
     std::vector<std::shared_ptr<Model>> models;
     std::vector<double> reaches;  // per model: the farthest vertex from its origin
     std::vector<std::uint32_t> moverModels;
@@ -91,13 +94,13 @@ struct FclWorld::State {
     }
 };
 
-FclWorld::FclWorld() : state_(std::make_unique<State>()) {}
+FclWorld::FclWorld(FclVolume volume) : state_(std::make_unique<State>(volume)) {}
 FclWorld::~FclWorld() = default;
 
 std::uint32_t FclWorld::addModel(const TriangleMesh& mesh) {
     double reach = 0;
     for (const Vec3d& p : mesh.positions()) reach = std::max(reach, p.norm());
-    state_->models.push_back(modelOf(mesh));
+    state_->models.push_back(state_->volume == FclVolume::kObb ? modelOf<fcl::OBBd>(mesh) : modelOf<fcl::OBBRSSd>(mesh));
     state_->reaches.push_back(reach);
     return static_cast<std::uint32_t>(state_->models.size() - 1);
 }

@@ -1,4 +1,4 @@
-/// The loop that a user of FCL writes: moving bodies against standing ones, a dynamic AABB tree over each, and OBBRSS
+/// The loop that a user of FCL writes: moving bodies against standing ones, a dynamic AABB tree over each, and OBB or OBBRSS
 /// hierarchies for each pair whose boxes meet.
 ///
 /// FCL's package is built for SSE2; what includes its headers must be compiled without flags for newer processors.
@@ -11,12 +11,13 @@
 #include "common/math/Pose.h"
 #include "server/collision/mesh/TriangleMesh.h"
 #include "tests/bench/PipelineScene.h"
+#include "tests/support/fcl/FclPeer.h"
 
 namespace tessera {
 
 class FclWorld {
 public:
-    FclWorld();
+    explicit FclWorld(FclVolume volume = FclVolume::kObbRss);
     ~FclWorld();
 
     [[nodiscard]] std::uint32_t addModel(const TriangleMesh& mesh);
@@ -33,7 +34,8 @@ public:
     [[nodiscard]] std::size_t contacts() const;
 
     /// How far each mover gets from one pose to the other (fractions): conservative advancement over FCL's distance,
-    /// against each standing body whose box meets that of the way, nearest end first found counting as the new end.
+    /// against each standing body whose box meets that of the way, nearest end first found counting as the new end. FCL
+    /// measures no distances with OBB.
     [[nodiscard]] std::vector<double> advance(std::span<const Pose> from, std::span<const Pose> to, double tolerance);
     [[nodiscard]] std::size_t distances() const;                                   ///< asked for in the last `advance`
     [[nodiscard]] double distanceAt(std::uint32_t mover, const Pose& pose) const;  ///< to the nearest standing body

@@ -33,6 +33,13 @@ void deformRows(const PipelineOptions& options, CollisionTable& table);
 /// Free bodies poured into a bin: beside Bullet's dynamics world.
 void pourRows(const PipelineOptions& options, CollisionTable& table);
 
+/// A shipped scene of free bodies (pour-1000, pour-10000): beside Bullet's dynamics world.
+void fileRows(const std::string& name, const PipelineOptions& options, CollisionTable& table);
+/// One awake body among sleepers: a hundred times more of them; beside Bullet's dynamics world.
+void sleepRows(const PipelineOptions& options, CollisionTable& table);
+/// Distance, realigned k-DOPs, threads and memory of two pairs of models.
+void pairRows(const PipelineOptions& options, CollisionTable& table);
+
 /// The models of a plant, but for lamps and the backdrop, which belong to the picture that it was made for.
 [[nodiscard]] Expected<std::vector<TriangleMesh>> readPlant(const std::filesystem::path& folder);
 

@@ -84,12 +84,13 @@ void PipelineScene::addBody(ObjectId group, std::uint32_t shape, const Pose& pos
     placeBody(group, shape, pose, {});
 }
 
-void PipelineScene::addFreeBody(ObjectId folder, std::uint32_t shape, const Pose& pose, double mass) {
+void PipelineScene::addFreeBody(ObjectId folder, std::uint32_t shape, const Pose& pose, double mass, const Vec3d& velocity) {
     const ObjectId core = create(typeOf<CollisionObject>());
     const ObjectId node = placeBody(folder, shape, pose, core);
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(node));
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::shape>, toValue(CollisionObject::kHull));
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::mass>, toValue(mass));
+    builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::velocity>, toValue(velocity));
     createNode(kRootNode, core);
 }
 

@@ -37,10 +37,14 @@ public:
     [[nodiscard]] ObjectId addFolder();
     /// Bodies are numbered in the order in which they come.
     void addBody(ObjectId group, std::uint32_t shape, const Pose& pose);
-    void addFreeBody(ObjectId folder, std::uint32_t shape, const Pose& pose, double mass);
+    void addFreeBody(ObjectId folder, std::uint32_t shape, const Pose& pose, double mass,
+                     const Vec3d& velocity = Vec3d::Zero());
     void addInterest(ObjectId object, ObjectId against, const SceneQuestion& question);
     void setGravity(const Vec3d& gravity);
     void open();
+    /// In place of all that: a scene that is there already.
+    void open(const ChangeList& scene) { apply(scene); }
+    [[nodiscard]] const Aspect& aspect() const { return aspect_; }
 
     /// The Transform of a body, to be wished for.
     [[nodiscard]] ObjectId transformOf(std::uint32_t body) const { return bodies_[body].transform; }
