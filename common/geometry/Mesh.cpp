@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/geometry/Points.h"
+
 namespace tessera {
 
 namespace {
@@ -43,6 +45,18 @@ Expected<void> checkFinite(std::span<const float> values, std::size_t perVertex,
     return {};
 }
 
+Expected<void> checkPoints(const MeshArrays& arrays, std::size_t points, const MeshLimits& limits) {
+    if (arrays.primitive != Primitive::kPoints) return {};
+    if (points > limits.maxPoints)
+        return fail(ErrorCode::kLimit, fmt::format("{} points, at most {} are allowed", points, limits.maxPoints));
+    if (arrays.indices.sizeBytes() > 0)
+        return fail(ErrorCode::kBadInput, "points have no triangle indices: leave the array out");
+    if (!(arrays.pointRadius >= 0 && arrays.pointRadius <= limits.maxPointRadius))
+        return fail(ErrorCode::kBadInput, fmt::format("the points' radius is {}: it has to be from 0 to {:g}",
+                                                      arrays.pointRadius, limits.maxPointRadius));
+    return {};
+}
+
 }  // namespace
 
 Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits) {
@@ -58,6 +72,7 @@ Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits) {
         return fail(ErrorCode::kLimit,
                     fmt::format("{} triangles, at most {} are allowed", *triangles, limits.maxTriangles));
     }
+    if (auto ok = checkPoints(arrays, *vertices, limits); !ok) return ok;
     if (auto ok = checkPerVertex(arrays.normals, 3 * sizeof(float), "normals", *vertices); !ok) return ok;
     if (auto ok = checkPerVertex(arrays.colors, 4, "colours", *vertices); !ok) return ok;
     if (auto ok = checkPerVertex(arrays.texcoords, 2 * sizeof(float), "texture coordinates", *vertices); !ok) return ok;
@@ -111,6 +126,41 @@ Box boundsOf(std::span<const float> positions) {
     return box;
 }
 
+Box shownBounds(const MeshArrays& arrays) {
+    const Box places = boundsOf(arrays.positions.as<float>());
+    return arrays.primitive == Primitive::kPoints ? boundsOfPoints(places, arrays.pointRadius) : places;
+}
+
+std::uint64_t triangleCount(const MeshArrays& arrays) {
+    if (arrays.primitive == Primitive::kPoints)
+        return arrays.positions.sizeBytes() / (3 * sizeof(float)) * kFacesPerPoint;
+    return arrays.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+}
+
+std::optional<std::array<Vec3f, 3>> cornersOf(const MeshArrays& arrays, std::uint32_t triangle, double shownRadius) {
+    std::array<Vec3f, 3> corners;
+    const auto read = [&](std::span<const float> positions, std::span<const std::uint32_t> indices, std::size_t first) {
+        if (first + 2 >= indices.size()) return false;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::size_t at = std::size_t{3} * indices[first + i];
+            if (at + 2 >= positions.size()) return false;
+            corners[i] = Vec3f(positions[at], positions[at + 1], positions[at + 2]);
+        }
+        return true;
+    };
+    bool found = false;
+    if (arrays.primitive == Primitive::kPoints) {
+        const std::size_t point = triangle / kFacesPerPoint;
+        if (point >= arrays.positions.as<float>().size() / 3) return std::nullopt;
+        const MeshData one = trianglesOfPoints(arrays, shownRadius, {point, point + 1});
+        found = read(one.positions, one.indices, 3 * (triangle % kFacesPerPoint));
+    } else {
+        found = read(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>(), std::size_t{3} * triangle);
+    }
+    if (!found) return std::nullopt;
+    return corners;
+}
+
 MeshArrays MeshData::toArrays() const {
     const auto blob = [](const auto& values) {
         using Value = typename std::decay_t<decltype(values)>::value_type;
@@ -120,7 +170,9 @@ MeshArrays MeshData::toArrays() const {
             .normals = blob(normals),
             .colors = blob(colors),
             .texcoords = blob(texcoords),
-            .indices = blob(indices)};
+            .indices = blob(indices),
+            .primitive = primitive,
+            .pointRadius = pointRadius};
 }
 
 void MeshData::append(const MeshData& other, const Affine3d& place) {

@@ -1,8 +1,9 @@
-/// Triangle meshes: a checked view of a Geometry's arrays, and meshes made from shapes. No scene, no GL.
+/// Meshes: a checked view of a Geometry's arrays, and meshes made from shapes. No scene, no GL.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,18 +13,25 @@
 
 namespace tessera {
 
-/// The arrays of a Geometry core (see common/scene/Cores.h for their layouts), not yet checked.
+enum class Primitive : std::uint8_t { kTriangles, kPoints };
+
+/// What a Geometry core holds (see common/cores/Geometry.h for the layouts), not yet checked.
 struct MeshArrays {
     Blob positions, normals, colors, texcoords, indices;
+    Primitive primitive = Primitive::kTriangles;
+    double pointRadius = 0;  ///< of points
 };
 
 struct MeshLimits {
     std::size_t maxVertices = 64'000'000;
     std::size_t maxTriangles = 64'000'000;
+    std::size_t maxPoints = 8'000'000;  ///< as triangles (Points.h) as many as maxTriangles
+    double maxPointRadius = 1e12;
 };
 
-/// Says what is wrong: a size that is not a whole number of elements, arrays of different vertex counts, an index out of
-/// range (which), a position that is not finite, an absent blob. Costs one pass.
+/// Says what is wrong: a size that is not a whole number of elements, arrays of different vertex counts, an index out
+/// of range (which), a position that is not finite, an absent blob, points with indices or with a negative radius.
+/// Costs one pass.
 [[nodiscard]] Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits = {});
 
 /// Bytes [begin, end) of an array.
@@ -40,16 +48,28 @@ using MeshRanges = std::array<ByteRange, 5>;
 
 /// Local bounds; empty for no vertices.
 [[nodiscard]] Box boundsOf(std::span<const float> positions);
+/// Of a mesh as it is shown: around points with their radius.
+[[nodiscard]] Box shownBounds(const MeshArrays& arrays);
+/// As it is shown, wherever the bytes are; points have triangles too.
+[[nodiscard]] std::uint64_t triangleCount(const MeshArrays& arrays);
+/// Of one of these triangles; nothing where there is no such. `shownRadius`: of points, see Points.h.
+[[nodiscard]] std::optional<std::array<Vec3f, 3>> cornersOf(const MeshArrays& arrays, std::uint32_t triangle,
+                                                            double shownRadius);
 
-/// A mesh under construction. Counter-clockwise triangles seen from outside.
+/// A mesh under construction: counter-clockwise triangles seen from outside, or points.
 struct MeshData {
     std::vector<float> positions;   ///< xyz
     std::vector<float> normals;     ///< xyz, or empty
     std::vector<float> texcoords;   ///< uv, or empty
     std::vector<std::uint8_t> colors;  ///< rgba, or empty
     std::vector<std::uint32_t> indices;
+    Primitive primitive = Primitive::kTriangles;
+    double pointRadius = 0;  ///< of points
 
+    /// Nothing to be seen.
+    [[nodiscard]] bool empty() const { return primitive == Primitive::kPoints ? positions.empty() : indices.empty(); }
     [[nodiscard]] MeshArrays toArrays() const;
+    /// Of triangles alone.
     void append(const MeshData& other, const Affine3d& place);
 };
 
@@ -65,7 +85,7 @@ struct MeshData {
 /// A round pipe along a polyline, its bends mitred.
 [[nodiscard]] MeshData makePipe(std::span<const Vec3d> path, double radius, int segments);
 
-/// Area-weighted vertex normals where a file has none.
+/// Area-weighted vertex normals where a file has none. Of triangles alone.
 void computeNormals(MeshData& mesh);
 
 }  // namespace tessera
