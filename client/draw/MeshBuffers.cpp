@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <span>
 #include <vector>
 
-#include "common/geometry/Mesh.h"
+#include "common/geometry/Points.h"
 
 namespace tessera {
 namespace {
@@ -22,12 +24,14 @@ std::array<std::uint16_t, 256> makeLinearTable() {
     return table;
 }
 
-std::vector<MeshVertex> interleave(const MeshArrays& arrays, const ByteRange& which) {
+struct VertexArrays {
+    std::span<const float> positions, normals, texcoords;
+    std::span<const std::uint8_t> colors;
+};
+
+std::vector<MeshVertex> interleave(const VertexArrays& arrays, const ByteRange& which) {
     static const std::array<std::uint16_t, 256> kLinear = makeLinearTable();
-    const std::span<const float> positions = arrays.positions.as<float>();
-    const std::span<const float> normals = arrays.normals.as<float>();
-    const std::span<const float> texcoords = arrays.texcoords.as<float>();
-    const std::span<const std::uint8_t> colors = arrays.colors.as<std::uint8_t>();
+    const auto& [positions, normals, texcoords, colors] = arrays;
     std::vector<MeshVertex> vertices(which.end - which.begin);
     for (std::size_t i = which.begin; i < which.end; ++i) {
         MeshVertex& v = vertices[i - which.begin];
@@ -42,6 +46,13 @@ std::vector<MeshVertex> interleave(const MeshArrays& arrays, const ByteRange& wh
         if (!texcoords.empty()) v.texcoord = {texcoords[2 * i], texcoords[2 * i + 1]};
     }
     return vertices;
+}
+
+/// Octahedra take many times what their points take: so many points at a time.
+void forSlices(const ByteRange& points, const std::function<void(const ByteRange&)>& visit) {
+    constexpr std::uint64_t kPointsAtOnce = 65536;
+    for (std::uint64_t first = points.begin; first < points.end; first += kPointsAtOnce)
+        visit({first, std::min(first + kPointsAtOnce, points.end)});
 }
 
 }  // namespace
@@ -82,16 +93,19 @@ MeshBuffers::Mesh MeshBuffers::upload(const MeshArrays& arrays) {
         mesh.refused = true;
         return mesh;
     }
-    mesh.vertexCount = arrays.positions.as<float>().size() / 3;
-    const std::uint64_t indexCount = arrays.indices.as<std::uint32_t>().size();
+    const std::uint64_t count = arrays.positions.as<float>().size() / 3;
+    const bool points = arrays.primitive == Primitive::kPoints;
+    mesh.vertexCount = points ? count * kVerticesPerPoint : count;
+    mesh.pointRadius = points ? shownRadius(arrays) : 0;
+    const std::uint64_t indexCount = 3 * triangleCount(arrays);
     const std::uint64_t baseVertex = place(vertices_, mesh.vertexCount, sizeof(MeshVertex));
     const std::uint64_t firstIndex = place(indices_, indexCount, sizeof(std::uint32_t));
     mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstIndex),
                   .indexCount = static_cast<std::uint32_t>(indexCount),
                   .baseVertex = static_cast<std::int32_t>(baseVertex),
-                  .hasNormals = !arrays.normals.empty()};
-    writeVertices(arrays, mesh.range, {0, mesh.vertexCount});
-    writeIndices(arrays, mesh.range, {0, indexCount});
+                  .hasNormals = points || !arrays.normals.empty()};
+    writeVertices(arrays, mesh, {0, count});
+    writeIndices(arrays, mesh, {0, points ? count : indexCount});
     return mesh;
 }
 
@@ -101,33 +115,50 @@ bool MeshBuffers::takeOver(const MeshKey& key, const MeshArrays& arrays) {
         if (known == meshes_.end() || known->second.refused || known->second.lastDraw == draw_ ||
             !soundWithin(arrays, origin.changed))
             continue;
+        // Points of no radius of their own change theirs with the box around them.
+        if (arrays.primitive == Primitive::kPoints && shownRadius(arrays) != known->second.pointRadius) continue;
         auto mesh = meshes_.extract(known);
         mesh.key() = key;
         constexpr std::array<std::size_t, 4> kVertexBytes = {3 * sizeof(float), 3 * sizeof(float), 4, 2 * sizeof(float)};
         for (std::size_t i = 0; i < kVertexBytes.size(); ++i)
-            writeVertices(arrays, mesh.mapped().range, elementsOf(origin.changed[i], kVertexBytes[i]));
-        writeIndices(arrays, mesh.mapped().range, elementsOf(origin.changed[4], sizeof(std::uint32_t)));
+            writeVertices(arrays, mesh.mapped(), elementsOf(origin.changed[i], kVertexBytes[i]));
+        writeIndices(arrays, mesh.mapped(), elementsOf(origin.changed[4], sizeof(std::uint32_t)));
         meshes_.insert(std::move(mesh));
         return true;
     }
     return false;
 }
 
-void MeshBuffers::writeVertices(const MeshArrays& arrays, const MeshRange& place, const ByteRange& which) {
+void MeshBuffers::writeVertices(const MeshArrays& arrays, const Mesh& mesh, const ByteRange& which) {
+    const auto write = [&](std::uint64_t first, const std::vector<MeshVertex>& made) {
+        first += static_cast<std::uint64_t>(mesh.range.baseVertex);
+        gl_.NamedBufferSubData(vertices_.name, static_cast<GLintptr>(first * sizeof(MeshVertex)),
+                               static_cast<GLsizeiptr>(made.size() * sizeof(MeshVertex)), made.data());
+        uploadedBytes_ += made.size() * sizeof(MeshVertex);
+    };
     if (which.empty()) return;
-    const std::vector<MeshVertex> made = interleave(arrays, which);
-    const std::uint64_t first = static_cast<std::uint64_t>(place.baseVertex) + which.begin;
-    gl_.NamedBufferSubData(vertices_.name, static_cast<GLintptr>(first * sizeof(MeshVertex)),
-                           static_cast<GLsizeiptr>(made.size() * sizeof(MeshVertex)), made.data());
-    uploadedBytes_ += made.size() * sizeof(MeshVertex);
+    if (arrays.primitive == Primitive::kTriangles)
+        return write(which.begin, interleave({arrays.positions.as<float>(), arrays.normals.as<float>(),
+                                              arrays.texcoords.as<float>(), arrays.colors.as<std::uint8_t>()},
+                                             which));
+    forSlices(which, [&](const ByteRange& slice) {
+        const MeshData made = trianglesOfPoints(arrays, mesh.pointRadius, slice);
+        write(slice.begin * kVerticesPerPoint,
+              interleave({made.positions, made.normals, made.texcoords, made.colors}, {0, made.positions.size() / 3}));
+    });
 }
 
-void MeshBuffers::writeIndices(const MeshArrays& arrays, const MeshRange& place, const ByteRange& which) {
+void MeshBuffers::writeIndices(const MeshArrays& arrays, const Mesh& mesh, const ByteRange& which) {
+    const auto write = [&](std::uint64_t first, std::span<const std::uint32_t> made) {
+        first += mesh.range.firstIndex;
+        gl_.NamedBufferSubData(indices_.name, static_cast<GLintptr>(first * sizeof(std::uint32_t)),
+                               static_cast<GLsizeiptr>(made.size_bytes()), made.data());
+        uploadedBytes_ += made.size_bytes();
+    };
     if (which.empty()) return;
-    const auto made = arrays.indices.as<std::uint32_t>().subspan(which.begin, which.end - which.begin);
-    gl_.NamedBufferSubData(indices_.name, static_cast<GLintptr>((place.firstIndex + which.begin) * sizeof(std::uint32_t)),
-                           static_cast<GLsizeiptr>(made.size_bytes()), made.data());
-    uploadedBytes_ += made.size_bytes();
+    if (arrays.primitive == Primitive::kTriangles)
+        return write(which.begin, arrays.indices.as<std::uint32_t>().subspan(which.begin, which.end - which.begin));
+    forSlices(which, [&](const ByteRange& slice) { write(3 * kFacesPerPoint * slice.begin, indicesOfPoints(slice)); });
 }
 
 std::uint64_t MeshBuffers::place(Buffer& buffer, std::uint64_t count, std::size_t elementBytes) {

@@ -52,6 +52,7 @@ private:
     struct Mesh {
         MeshRange range;
         std::uint64_t vertexCount = 0;
+        double pointRadius = 0;  ///< that points were given; 0 of triangles
         std::uint64_t lastDraw = 0;
         bool refused = false;
     };
@@ -64,8 +65,10 @@ private:
     /// A mesh that came by edits of ranges from one that is here takes over its place, and only what is new is uploaded; unless
     /// that one has been drawn in this draw. False: there is none.
     [[nodiscard]] bool takeOver(const MeshKey& key, const MeshArrays& arrays);
-    void writeVertices(const MeshArrays& arrays, const MeshRange& place, const ByteRange& which);
-    void writeIndices(const MeshArrays& arrays, const MeshRange& place, const ByteRange& which);
+    /// `which`: vertices, or points.
+    void writeVertices(const MeshArrays& arrays, const Mesh& mesh, const ByteRange& which);
+    /// `which`: indices, or points.
+    void writeIndices(const MeshArrays& arrays, const Mesh& mesh, const ByteRange& which);
     std::uint64_t place(Buffer& buffer, std::uint64_t count, std::size_t elementBytes);
     void rebind();
     void makeRoom();

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/geometry/Points.h"
+
 namespace tessera {
 
 bool allOpaque(ByteSpan rgba) {
@@ -14,7 +16,7 @@ bool allOpaque(ByteSpan rgba) {
 const OccluderMesh* RenderMesh::occluder() const {
     if (!occluderBuilt_) {
         occluderBuilt_ = true;
-        if (triangles <= OccluderMesh::kMaxTriangles) {
+        if (primitive == Primitive::kTriangles && triangles <= OccluderMesh::kMaxTriangles) {
             occluder_ = std::make_unique<OccluderMesh>(positions.as<float>(), indices.as<std::uint32_t>());
         }
     }
@@ -31,6 +33,8 @@ const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
     mesh.key_ = it->first;
     mesh.positions = arrays.positions;
     mesh.indices = arrays.indices;
+    mesh.primitive = arrays.primitive;
+    mesh.pointRadius = arrays.pointRadius;
     if (!prepareFromOrigin(mesh, arrays)) prepare(mesh, arrays);
     return &mesh;
 }
@@ -40,7 +44,7 @@ void MeshCache::prepare(RenderMesh& mesh, const MeshArrays& arrays) {
     const std::size_t vertices = arrays.positions.as<float>().size() / 3;
     mesh.boxes_.resize((vertices + RenderMesh::kVerticesPerBox - 1) / RenderMesh::kVerticesPerBox);
     mesh.boundVertices({0, vertices});
-    mesh.triangles = arrays.indices.as<std::uint32_t>().size() / 3;
+    mesh.triangles = triangleCount(arrays);
     mesh.opaque = allOpaque(arrays.colors.bytes());
 }
 
@@ -66,6 +70,7 @@ void RenderMesh::boundVertices(const ByteRange& vertices) {
         boxes_[i] = boundsOf(numbers.subspan(i * perBox, std::min(perBox, numbers.size() - i * perBox)));
     bounds = Box();
     for (const Box& box : boxes_) bounds.extend(box);
+    if (primitive == Primitive::kPoints) bounds = boundsOfPoints(bounds, pointRadius);
 }
 
 void MeshCache::release(const RenderMesh* mesh) {

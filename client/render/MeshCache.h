@@ -6,8 +6,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "common/drawable/Drawable.h"
 #include "client/render/OccluderMesh.h"
+#include "common/drawable/Drawable.h"
 #include "common/math/Box.h"
 
 namespace tessera {
@@ -17,9 +17,11 @@ struct RenderMesh {
     std::uint64_t triangles = 0;
     bool opaque = true;  ///< no vertex colour with alpha below 1
     Blob positions, indices;
+    Primitive primitive = Primitive::kTriangles;
+    double pointRadius = 0;
 
     [[nodiscard]] bool drawable() const { return triangles > 0 && !bounds.empty(); }
-    /// Prepared on first use. Null where the mesh is of no use as an occluder (too many triangles).
+    /// Prepared on first use. Null where the mesh is of no use as an occluder (too many triangles, points).
     [[nodiscard]] const OccluderMesh* occluder() const;
     /// True when `occluder()` costs nothing any more.
     [[nodiscard]] bool occluderReady() const { return occluderBuilt_; }

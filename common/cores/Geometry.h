@@ -1,20 +1,26 @@
-/// Indexed triangles.
+/// Indexed triangles, or points that are balls of one radius.
 #pragma once
 
-#include "common/field/Field.h"
 #include "common/cores/Material.h"
+#include "common/field/Field.h"
 
 namespace tessera {
 
 /// All arrays are blobs; optional ones may be empty. `common/geometry/Mesh.h` checks and views them.
 struct Geometry {
     static constexpr ObjectType kType{4};
+    static constexpr std::int64_t kTriangles = 0, kPoints = 1;
     Blob positions;     ///< float[3] per vertex
     Blob normals;       ///< float[3] per vertex, unit length; empty: faceted
     Blob colors;        ///< uint8[4] per vertex, sRGB + alpha, multiplied with the material; empty: white
     Blob texcoords;     ///< float[2] per vertex, origin at the image's upper left as in glTF; empty: none
-    Blob indices;       ///< uint32[3] per triangle, counter-clockwise seen from outside
+    Blob indices;       ///< uint32[3] per triangle, counter-clockwise seen from outside; none where it is points
     ObjectId material;  ///< a Material; none: the default material
+    /// kPoints: each vertex is a point, shaded by its normal where there are some, else as a ball.
+    std::int64_t primitive = kTriangles;
+    /// Of each point, in the geometry's own coordinates. 0: unknown; they are shown with `shownRadius` of
+    /// common/geometry/Points.h.
+    double pointRadius = 0;
 };
 template <>
 inline constexpr auto kDescription<Geometry> =
@@ -24,6 +30,10 @@ inline constexpr auto kDescription<Geometry> =
              field<&Geometry::colors>(3, "colors").affects(Effect::kLook),
              field<&Geometry::texcoords>(4, "texcoords").affects(Effect::kLook),
              field<&Geometry::indices>(5, "indices").affects(Effect::kShape),
-             field<&Geometry::material>(6, "material").to<Material>().affects(Effect::kLook));
+             field<&Geometry::material>(6, "material").to<Material>().affects(Effect::kLook),
+             field<&Geometry::primitive>(7, "primitive")
+                 .oneOf({{Geometry::kTriangles, "triangles"}, {Geometry::kPoints, "points"}})
+                 .affects(Effect::kShape),
+             field<&Geometry::pointRadius>(8, "pointRadius").between(0, 1e12).affects(Effect::kShape));
 
 }  // namespace tessera

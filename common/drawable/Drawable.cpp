@@ -14,11 +14,14 @@ constexpr DrawableType kDrawables[] = {
     {.type = typeOf<Geometry>(),
      .arrays = [](const void* core) -> MeshArrays {
          const Geometry& g = geometry(core);
+         const bool points = g.primitive == Geometry::kPoints;
          return {.positions = g.positions,
                  .normals = g.normals,
                  .colors = g.colors,
                  .texcoords = g.texcoords,
-                 .indices = g.indices};
+                 .indices = g.indices,
+                 .primitive = points ? Primitive::kPoints : Primitive::kTriangles,
+                 .pointRadius = points ? g.pointRadius : 0.0};
      },
      .material = [](const void* core) { return geometry(core).material; }},
 };
@@ -36,9 +39,11 @@ Drawable drawableOf(const Object& core) {
     return type ? Drawable(*type, core.data()) : Drawable();
 }
 
-MeshKey Drawable::key() const {
-    const MeshArrays all = arrays();
-    return {all.positions.id(), all.normals.id(), all.colors.id(), all.texcoords.id(), all.indices.id()};
+MeshKey keyOf(const MeshArrays& arrays) {
+    return {.arrays = {arrays.positions.id(), arrays.normals.id(), arrays.colors.id(), arrays.texcoords.id(),
+                       arrays.indices.id()},
+            .primitive = arrays.primitive,
+            .pointRadius = arrays.pointRadius};
 }
 
 bool Drawable::resident() const {
@@ -48,31 +53,23 @@ bool Drawable::resident() const {
     return true;
 }
 
-Box Drawable::bounds() const {
-    return boundsOf(arrays().positions.as<float>());
-}
-
-std::uint64_t Drawable::triangleCount() const {
-    return arrays().indices.sizeBytes() / (3 * sizeof(std::uint32_t));
-}
-
 std::vector<MeshOrigin> originsOf(const MeshArrays& arrays) {
     const std::array<const Blob*, 5> blobs = {&arrays.positions, &arrays.normals, &arrays.colors, &arrays.texcoords,
                                               &arrays.indices};
     std::vector<MeshOrigin> origins;
-    MeshOrigin origin{.key = {}, .changed = {}};
+    MeshOrigin origin{.key = keyOf(arrays), .changed = {}};
     // Each array as it is, or some edits back, so many of all arrays together: they need not have been edited together.
     const std::function<void(std::size_t, std::size_t)> choose = [&](std::size_t i, std::size_t back) {
         if (i == blobs.size()) {
             if (back == 0) origins.push_back(origin);
             return;
         }
-        origin.key[i] = blobs[i]->id();
+        origin.key.arrays[i] = blobs[i]->id();
         origin.changed[i] = {};
         choose(i + 1, back);
         const std::span<const Blob::Origin> earlier = blobs[i]->origins();
         for (std::size_t k = 0; k < std::min(back, earlier.size()); ++k) {
-            origin.key[i] = earlier[k].id;
+            origin.key.arrays[i] = earlier[k].id;
             origin.changed[i] = {earlier[k].begin, earlier[k].end};
             choose(i + 1, back - k - 1);
         }
@@ -84,9 +81,13 @@ std::vector<MeshOrigin> originsOf(const MeshArrays& arrays) {
 Expected<void> Drawable::check(const MeshKey& sound) const {
     const MeshArrays all = arrays();
     if (all.positions.empty() && all.indices.empty()) return {};
-    if (sound != MeshKey() && resident())
+    if (sound != MeshKey() && resident()) {
+        MeshKey same = keyOf(all);
+        same.pointRadius = sound.pointRadius;  // the table of types bounds it
+        if (same == sound) return {};
         for (const MeshOrigin& origin : originsOf(all))
             if (origin.key == sound && soundWithin(all, origin.changed)) return {};
+    }
     return checkMesh(all);
 }
 

@@ -12,11 +12,17 @@
 namespace tessera {
 
 /// Names a mesh by its content: drawables with equal keys look alike, but for their material.
-using MeshKey = std::array<BlobId, 5>;
+struct MeshKey {
+    std::array<BlobId, 5> arrays{};  ///< in the order of MeshArrays
+    Primitive primitive = Primitive::kTriangles;
+    double pointRadius = 0;  ///< of points
+    bool operator==(const MeshKey&) const = default;
+};
+[[nodiscard]] MeshKey keyOf(const MeshArrays& arrays);
 struct MeshKeyHash {
     std::size_t operator()(const MeshKey& key) const {
-        std::size_t h = 0;
-        for (const BlobId& id : key) h = h * 0x9E3779B97F4A7C15ull + std::hash<BlobId>{}(id);
+        std::size_t h = std::hash<double>{}(key.pointRadius) + static_cast<std::size_t>(key.primitive);
+        for (const BlobId& id : key.arrays) h = h * 0x9E3779B97F4A7C15ull + std::hash<BlobId>{}(id);
         return h;
     }
 };
@@ -32,7 +38,8 @@ struct MeshOrigin {
 /// What a type of drawable says of itself; the functions take one of its objects. A new drawable is one entry in Drawable.cpp.
 struct DrawableType {
     ObjectType type;
-    /// Its surface as triangles: handles on arrays, not yet checked (checkMesh). What a picture, a pick and a collision share.
+    /// Its surface, triangles or points: handles on arrays, not yet checked (checkMesh). What a picture, a pick and a
+    /// collision share. `trianglesOfPoints` makes triangles of points for whoever knows nothing else.
     MeshArrays (*arrays)(const void*);
     /// A Material, or none.
     ObjectId (*material)(const void*);
@@ -47,15 +54,15 @@ public:
     [[nodiscard]] explicit operator bool() const { return core_ != nullptr; }
     [[nodiscard]] MeshArrays arrays() const { return type_->arrays(core_); }
     [[nodiscard]] ObjectId material() const { return type_->material(core_); }
-    [[nodiscard]] MeshKey key() const;
+    [[nodiscard]] MeshKey key() const { return keyOf(arrays()); }
     /// Whether all its bytes are here.
     [[nodiscard]] bool resident() const;
     /// In its own coordinates; empty where its corners are not here.
-    [[nodiscard]] Box bounds() const;
-    /// As its arrays say, wherever their bytes are.
-    [[nodiscard]] std::uint64_t triangleCount() const;
-    /// Whether its arrays fit together; nothing at all is fine. Where they came by edits of ranges from `sound`, a mesh that
-    /// was found sound before, this costs what the ranges hold.
+    [[nodiscard]] Box bounds() const { return shownBounds(arrays()); }
+    /// As it is shown and as its arrays say, wherever their bytes are.
+    [[nodiscard]] std::uint64_t triangleCount() const { return tessera::triangleCount(arrays()); }
+    /// Whether its arrays fit together; nothing at all is fine. Where they came by edits of ranges from `sound`, a mesh
+    /// that was found sound before, this costs what the ranges hold; where its points have another radius, nothing.
     [[nodiscard]] Expected<void> check(const MeshKey& sound = {}) const;
 
 private:

@@ -5,6 +5,7 @@
 
 #include "client/draw/Renderer.h"
 #include "client/render/RenderAction.h"
+#include "common/geometry/Points.h"
 #include "tests/golden/TestScene.h"
 
 namespace tessera::test {
@@ -18,7 +19,7 @@ struct CullingStage {
 };
 
 /// Blocks of a town with things in and behind them: coincident and duplicate faces, walls that meet along edges,
-/// mirrored parts, glass, tori whose holes show what is beyond, a floor.
+/// mirrored parts, glass, tori whose holes show what is beyond, scanned balls, a floor.
 Aspect makeTown(unsigned seed) {
     std::mt19937 random(seed);
     const auto uniform = [&](double from, double to) {
@@ -42,6 +43,9 @@ Aspect makeTown(unsigned seed) {
         details.push_back(scene.add(makeSheet(1, 1), material));
     }
     details.push_back(scene.add(makeBox({1, 1, 1}), colored(0.5f, false)));
+    MeshData scan = *pointsOnSurface(makeSphere(0.4, 14), 0.15);
+    scan.pointRadius = 0.1;
+    details.push_back(scene.add(scan, colored(1, false)));
     scene.place(blocks[0], {0, -1.05, -15}, Quatd::Identity(), {60, 0.1, 60});
     for (int x = -6; x <= 6; ++x) {
         for (int z = 0; z < 12; ++z) {

@@ -1,8 +1,10 @@
-/// A scene with everything that can make a seam show: coincident faces, mipmaps, metal, glass, facets, thin things.
+/// A scene with everything that can make a seam show: coincident faces, mipmaps, metal, glass, facets, thin things,
+/// points.
 #pragma once
 
 #include <cmath>
 
+#include "common/geometry/Points.h"
 #include "tests/golden/TestScene.h"
 
 namespace tessera::test {
@@ -62,6 +64,10 @@ namespace tessera::test {
     for (int i = 0; i < 6; ++i)
         scene.place(panes, {-1.5 + 0.6 * i, 0.3, -1.5 - 0.5 * i}, Quatd(Eigen::AngleAxisd(0.2 * i, Vec3d::UnitY())));
     scene.place(scene.add(makeSphere(0.6, 32), glass), {0.9, -0.3, -1.2});
+    // A ball that was scanned: points of a pixel or two.
+    MeshData scan = *pointsOnSurface(makeSphere(0.7, 24), 0.03);
+    scan.pointRadius = 0.012;
+    scene.place(scene.add(scan, gold), {-1.1, 0.7, -2.6});
 
     scene.addDirectionalLight({0.4, -0.8, -0.5}, {1, 0.95f, 0.9f}, 0.7f);
     scene.addPointLight({-2, 2, -3}, {1, 0.7f, 0.5f}, 3, 9);

@@ -23,6 +23,10 @@ public:
         if (!arrays.colors.empty()) set<Geometry>(id, fieldId<&Geometry::colors>, arrays.colors);
         if (!arrays.texcoords.empty()) set<Geometry>(id, fieldId<&Geometry::texcoords>, arrays.texcoords);
         set<Geometry>(id, fieldId<&Geometry::indices>, arrays.indices);
+        if (arrays.primitive == Primitive::kPoints) {
+            set<Geometry>(id, fieldId<&Geometry::primitive>, Geometry::kPoints);
+            set<Geometry>(id, fieldId<&Geometry::pointRadius>, arrays.pointRadius);
+        }
         if (material) set<Geometry>(id, fieldId<&Geometry::material>, material);
         return id;
     }

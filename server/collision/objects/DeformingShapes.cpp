@@ -6,10 +6,9 @@ namespace tessera {
 
 namespace {
 
-/// Nothing where the array does not fit the mesh.
-std::optional<std::vector<Vec3d>> verticesOf(const Blob& positions, std::size_t count) {
-    if (!positions.resident() || positions.sizeBytes() != 3 * sizeof(float) * count) return std::nullopt;
-    const std::span<const float> xyz = positions.as<float>();
+/// Nothing where they are not as many as the mesh has, or not finite.
+std::optional<std::vector<Vec3d>> verticesOf(std::span<const float> xyz, std::size_t count) {
+    if (xyz.size() != 3 * count) return std::nullopt;
     std::vector<Vec3d> vertices(count);
     for (std::size_t i = 0; i < count; ++i) {
         vertices[i] = Vec3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
@@ -18,11 +17,22 @@ std::optional<std::vector<Vec3d>> verticesOf(const Blob& positions, std::size_t 
     return vertices;
 }
 
+/// Nothing where the arrays do not fit the mesh.
+std::optional<std::vector<Vec3d>> verticesOf(const MeshArrays& arrays, std::size_t count) {
+    if (arrays.primitive == Primitive::kPoints) {
+        const std::optional<MeshData> octahedra = octahedraOf(arrays);
+        return octahedra ? verticesOf(octahedra->positions, count) : std::nullopt;
+    }
+    if (!arrays.positions.resident() || arrays.positions.sizeBytes() % sizeof(float) != 0) return std::nullopt;
+    return verticesOf(arrays.positions.as<float>(), count);
+}
+
 }  // namespace
 
 std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, const MeshArrays& arrays, bool jump) {
     Own& own = shapes_[key];
-    if (own.shape && own.indices == arrays.indices.id()) {
+    if (own.shape && own.indices == arrays.indices.id() && own.primitive == arrays.primitive &&
+        own.pointRadius == arrays.pointRadius) {
         const BlobId positions = arrays.positions.id();
         if (own.positions == positions) {
             own.end.reset();
@@ -30,12 +40,18 @@ std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, co
         }
         if (!jump) {
             if (own.end && own.endPositions == positions) return own.shape;
-            own.end = verticesOf(arrays.positions, own.shape->mesh().vertexCount());
+            own.end = verticesOf(arrays, own.shape->mesh().vertexCount());
             own.endPositions = positions;
             if (own.end) return own.shape;
         }
     }
-    own = {ShapeCache::ownShape(arrays, key.choice), arrays.positions.id(), arrays.indices.id(), {}, {}};
+    own = {.shape = ShapeCache::ownShape(arrays, key.choice),
+           .positions = arrays.positions.id(),
+           .indices = arrays.indices.id(),
+           .primitive = arrays.primitive,
+           .pointRadius = arrays.pointRadius,
+           .endPositions = {},
+           .end = {}};
     return own.shape;
 }
 

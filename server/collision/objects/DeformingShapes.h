@@ -20,9 +20,9 @@ public:
         ShapeChoice choice;
         auto operator<=>(const Key&) const = default;
     };
-    /// The shape of a geometry; null where its arrays are malformed. New positions for the same triangles become an end
-    /// to settle, and the shape stays as it is until then; anything else new is a new shape. `jump`: new positions are
-    /// that too.
+    /// The shape of a geometry; null where its arrays are malformed. New positions for the same triangles (or as many
+    /// points) become an end to settle, and the shape stays as it is until then; anything else new is a new shape.
+    /// `jump`: new positions are that too.
     [[nodiscard]] std::shared_ptr<const CollisionShape> follow(const Key& key, const MeshArrays& arrays, bool jump);
     /// Where the vertices are about to be; null where they stay.
     [[nodiscard]] const std::vector<Vec3d>* endOf(const Key& key) const;
@@ -35,6 +35,8 @@ private:
     struct Own {
         std::shared_ptr<CollisionShape> shape;
         BlobId positions, indices;  // that the shape was made of, or last settled at
+        Primitive primitive = Primitive::kTriangles;
+        double pointRadius = 0;
         BlobId endPositions;
         std::optional<std::vector<Vec3d>> end;
     };

@@ -1,25 +1,48 @@
 #include "server/collision/objects/ShapeCache.h"
 
+#include "common/geometry/Points.h"
+
 namespace tessera {
 
 namespace {
 
-std::optional<TriangleMesh> meshOf(const MeshArrays& arrays) {
-    if (!arrays.positions.resident() || !arrays.indices.resident()) return std::nullopt;
-    // Whole elements only: a ragged tail makes the arrays malformed.
-    if (arrays.positions.sizeBytes() % sizeof(float) != 0 || arrays.indices.sizeBytes() % sizeof(std::uint32_t) != 0)
-        return std::nullopt;
-    Expected<TriangleMesh> mesh = TriangleMesh::make(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
+bool resident(const MeshArrays& arrays) {
+    return arrays.positions.resident() && (arrays.primitive == Primitive::kPoints || arrays.indices.resident());
+}
+
+std::optional<TriangleMesh> meshOf(std::span<const float> positions, std::span<const std::uint32_t> indices) {
+    Expected<TriangleMesh> mesh = TriangleMesh::make(positions, indices);
     if (!mesh || mesh->faceCount() == 0) return std::nullopt;
     return std::move(*mesh);
 }
 
+std::optional<TriangleMesh> meshOf(const MeshArrays& arrays) {
+    if (!resident(arrays)) return std::nullopt;
+    if (arrays.primitive == Primitive::kPoints) {
+        const std::optional<MeshData> octahedra = octahedraOf(arrays);
+        return octahedra ? meshOf(octahedra->positions, octahedra->indices) : std::nullopt;
+    }
+    // Whole elements only: a ragged tail makes the arrays malformed.
+    if (arrays.positions.sizeBytes() % sizeof(float) != 0 || arrays.indices.sizeBytes() % sizeof(std::uint32_t) != 0)
+        return std::nullopt;
+    return meshOf(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
+}
+
 }  // namespace
+
+std::optional<MeshData> octahedraOf(const MeshArrays& points) {
+    const MeshArrays places{.positions = points.positions,
+                            .indices = points.indices,
+                            .primitive = Primitive::kPoints,
+                            .pointRadius = points.pointRadius};
+    if (!checkMesh(places)) return std::nullopt;
+    return trianglesOfPoints(places);
+}
 
 std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays, const ShapeChoice& choice) {
     // What is not here yet may come: nothing is remembered about it.
-    if (!arrays.positions.resident() || !arrays.indices.resident()) return nullptr;
-    const Key key{arrays.positions.id(), arrays.indices.id(), choice};
+    if (!resident(arrays)) return nullptr;
+    const Key key{arrays.positions.id(), arrays.indices.id(), arrays.primitive, arrays.pointRadius, choice};
     if (const auto known = shapes_.find(key); known != shapes_.end()) return known->second;
     std::shared_ptr<const CollisionShape> made;
     if (std::optional<TriangleMesh> mesh = meshOf(arrays)) {
@@ -55,13 +78,14 @@ std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, c
 
 Box ShapeCache::bounds(const MeshArrays& arrays) {
     if (!arrays.positions.resident()) return {};
-    const auto [place, isNew] = bounds_.try_emplace(arrays.positions.id());
+    const auto [place, isNew] = bounds_.try_emplace({arrays.positions.id(), arrays.primitive, arrays.pointRadius});
     if (isNew) {
         const std::span<const float> xyz = arrays.positions.as<float>();
         for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) {
             const Vec3d p(xyz[i], xyz[i + 1], xyz[i + 2]);
             if (p.allFinite()) place->second.extend(p);
         }
+        if (arrays.primitive == Primitive::kPoints) place->second = boundsOfPoints(place->second, arrays.pointRadius);
     }
     return place->second;
 }

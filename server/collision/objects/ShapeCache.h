@@ -5,12 +5,16 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <optional>
 #include <tuple>
 
 #include "common/geometry/Mesh.h"
 #include "server/collision/pairwise/CollisionShape.h"
 
 namespace tessera {
+
+/// What collides of points: the octahedra that are seen of them. Nothing where their arrays are absent or malformed.
+[[nodiscard]] std::optional<MeshData> octahedraOf(const MeshArrays& points);
 
 /// Not thread-safe; the shapes it hands out may be read by any thread.
 class ShapeCache {
@@ -23,7 +27,8 @@ public:
     [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const MeshArrays& arrays, const ShapeChoice& choice = {});
     /// One of its own, for a geometry that will deform.
     [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const MeshArrays& arrays, const ShapeChoice& choice);
-    /// The box around the vertices of a geometry, without making its shape. Empty where the array is absent.
+    /// The box around the vertices of a geometry, around points with their radius, without making its shape. Empty where the
+    /// array is absent.
     [[nodiscard]] Box bounds(const MeshArrays& arrays);
 
     /// Lets go of shapes that only the cache holds, where they exceed the limit.
@@ -31,10 +36,11 @@ public:
     [[nodiscard]] std::size_t size() const { return shapes_.size(); }
 
 private:
-    using Key = std::tuple<BlobId, BlobId, ShapeChoice>;  // positions, indices
+    /// Positions, indices; the radius of points.
+    using Key = std::tuple<BlobId, BlobId, Primitive, double, ShapeChoice>;
     std::size_t maxIdleTriangles_;
     std::map<Key, std::shared_ptr<const CollisionShape>> shapes_;
-    std::map<BlobId, Box> bounds_;
+    std::map<std::tuple<BlobId, Primitive, double>, Box> bounds_;
 };
 
 }  // namespace tessera

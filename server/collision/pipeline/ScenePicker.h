@@ -17,7 +17,7 @@ class WorldTransforms;
 
 struct PickHit {
     ObjectId node;                ///< the node that bears the geometry
-    std::uint32_t face = 0;       ///< triangle index in the geometry
+    std::uint32_t face = 0;       ///< triangle index in the geometry; of points, 8 for each (common/geometry/Points.h)
     Vec3d point = Vec3d::Zero();  ///< world
     double t = 0;                 ///< in lengths of the ray's direction
 };

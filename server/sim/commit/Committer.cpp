@@ -115,9 +115,8 @@ public:
     Draft(const Draft&) = delete;
     Draft& operator=(const Draft&) = delete;
 
-    void set(FieldId id, const Blob& array) {
-        const FieldEntry* field = findField(type_, id);
-        if (field && field->kind == FieldKind::kBlob) *field->in<Blob>(memory_) = array;
+    void set(const FieldEntry& field, const FieldValue& value) {
+        if (checkValue(field, value)) field.store(memory_, value);
     }
     [[nodiscard]] Drawable drawable() const { return drawableOf(Object(type_, memory_)); }
 
@@ -141,13 +140,19 @@ Expected<void> Committer::checkDrawables(const ChangeList& list) const {
         return touched.try_emplace(id, fits ? present : type.freshObject()).first->second;
     };
     for (const FieldColumn& column : list.columns) {
-        const auto* arrays = std::get_if<std::vector<Blob>>(&column.values);
-        if (!arrays || arrays->size() != column.ids.size() || !isDrawable(column.type)) continue;
-        for (std::size_t row = 0; row < arrays->size(); ++row)
-            draftOf(column.ids[row], *findType(column.type)).set(column.field, (*arrays)[row]);
+        const TypeInfo* type = isDrawable(column.type) ? findType(column.type) : nullptr;
+        const FieldEntry* field = type ? findField(*type, column.field) : nullptr;
+        if (!field || field->kind != column.kind() || field->width != column.width) continue;
+        // Arrays, and what else says how they are to be read.
+        if (field->kind != FieldKind::kBlob && !(field->effects & Effect::kShape)) continue;
+        if (column.scalarCount() != column.ids.size() * column.width) continue;
+        for (std::size_t row = 0; row < column.ids.size(); ++row)
+            draftOf(column.ids[row], *type).set(*field, column.value(row));
     }
     for (const RangeEdit& range : list.ranges)
-        if (isDrawable(range.type)) draftOf(range.object, *findType(range.type)).set(range.field, range.result);
+        if (const TypeInfo* type = isDrawable(range.type) ? findType(range.type) : nullptr)
+            if (const FieldEntry* field = findField(*type, range.field))
+                draftOf(range.object, *type).set(*field, range.result);
     for (const ObjectId id : list.destructions) touched.erase(id);
     for (const auto& [id, draft] : touched) {
         const Drawable present = drawableOf(scene_, id);  // sound: it was committed

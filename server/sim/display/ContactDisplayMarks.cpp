@@ -6,7 +6,7 @@
 #include <set>
 #include <tuple>
 
-#include "common/drawable/Drawable.h"
+#include "common/geometry/Points.h"
 #include "common/scene/Action.h"
 
 namespace tessera {
@@ -22,7 +22,7 @@ constexpr double kArrowLength = 0.3;
 constexpr double kArrowTail = 0.5;
 /// Enough for a depth buffer of a whole hall to tell them from the faces that they lie on.
 constexpr double kLift = 0.002;
-constexpr std::size_t kMostBounds = 4096;
+constexpr std::size_t kMostExtents = 4096;
 
 /// A rotation that leads +Z to `z`, a unit vector.
 Quatd turnTo(const Vec3d& z) {
@@ -43,8 +43,8 @@ std::size_t evenly(std::size_t i, std::size_t wanted, std::size_t all) {
 class MarkRun {
 public:
     MarkRun(const Aspect& scene, const StepResult& step, std::span<const InterestShow> asked, ObjectId display,
-            std::unordered_map<BlobId, Box>& localBounds)
-        : scene_(scene), step_(step), asked_(asked), display_(display), localBounds_(localBounds) {
+            std::unordered_map<MeshKey, DrawableExtent, MeshKeyHash>& extents)
+        : scene_(scene), step_(step), asked_(asked), display_(display), extents_(extents) {
         const Affine3d world_T_root = worldTransform(scene, kRootNode);
         visible_ = std::abs(world_T_root.linear().determinant()) > 0;
         if (visible_) root_T_world_ = world_T_root.inverse();
@@ -101,10 +101,10 @@ private:
         return it->second;
     }
 
-    [[nodiscard]] const Box& boundsOfDrawable(const Drawable& drawable) {
-        if (localBounds_.size() > kMostBounds) localBounds_.clear();
-        const auto [it, isNew] = localBounds_.try_emplace(drawable.arrays().positions.id());
-        if (isNew) it->second = drawable.bounds();
+    [[nodiscard]] const DrawableExtent& extentOf(const Drawable& drawable) {
+        if (extents_.size() > kMostExtents) extents_.clear();
+        const auto [it, isNew] = extents_.try_emplace(drawable.key());
+        if (isNew) it->second = {drawable.bounds(), shownRadius(drawable.arrays())};
         return it->second;
     }
 
@@ -117,7 +117,7 @@ private:
         action.onNode([&](const Visit& visit) {
             if (visit.nodeId == display_) return Descend::kPast;
             if (const Drawable drawable = drawableOf(scene_, visit.node))
-                bounds.extend(boundsOfDrawable(drawable).transformed(root_T_world_ * visit.world_T_node));
+                bounds.extend(extentOf(drawable).bounds.transformed(root_T_world_ * visit.world_T_node));
             return Descend::kInto;
         });
         action.run(scene_, node);
@@ -169,16 +169,13 @@ private:
         const Node* node = scene_.get<Node>(nodeId);
         const Drawable drawable = node ? drawableOf(scene_, *node) : Drawable();
         if (!drawable || face == Contact::kNoFace) return {};
-        const MeshArrays arrays = drawable.arrays();
-        const std::span<const float> positions = arrays.positions.as<float>();
-        const std::span<const std::uint32_t> indices = arrays.indices.as<std::uint32_t>();
-        if (std::size_t{face} * 3 + 2 >= indices.size()) return {};
+        const std::optional<std::array<Vec3f, 3>> local =
+            cornersOf(drawable.arrays(), face, extentOf(drawable).pointRadius);
+        if (!local) return {};
         const Affine3d& place = placeOf(nodeId);
         std::array<Vec3d, 3> corners;
         for (std::size_t i = 0; i < 3; ++i) {
-            const std::size_t at = std::size_t{indices[std::size_t{face} * 3 + i]} * 3;
-            if (at + 2 >= positions.size()) return {};
-            corners[i] = place * Vec3d(positions[at], positions[at + 1], positions[at + 2]);
+            corners[i] = place * (*local)[i].cast<double>();
             if (!corners[i].allFinite()) return {};
         }
         // In a mirrored place counter-clockwise is seen from inside.
@@ -190,7 +187,7 @@ private:
     const StepResult& step_;
     std::span<const InterestShow> asked_;
     ObjectId display_;
-    std::unordered_map<BlobId, Box>& localBounds_;
+    std::unordered_map<MeshKey, DrawableExtent, MeshKeyHash>& extents_;
     bool visible_ = false;
     Affine3d root_T_world_ = Affine3d::Identity();
     std::set<std::pair<ObjectId, ObjectId>> objects_;  ///< of interests that are drawn: interest, topmost node
@@ -202,7 +199,7 @@ private:
 
 Marks MarkMaker::make(const Aspect& scene, const StepResult& step, std::span<const InterestShow> asked,
                       ObjectId display) {
-    return MarkRun(scene, step, asked, display, localBounds_).make();
+    return MarkRun(scene, step, asked, display, extents_).make();
 }
 
 /// The edges of the triangle are the columns of a 3 × 2 matrix, the images of X and Y. Its singular value decomposition

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/drawable/Drawable.h"
 #include "common/math/Box.h"
 #include "common/scene/Aspect.h"
 #include "server/collision/pipeline/StepResult.h"
@@ -39,6 +40,11 @@ struct Marks {
 /// Drawn at a time, by kind. Of more, as many are drawn, evenly taken from the whole list.
 inline constexpr std::array<std::size_t, kMarkKinds> kMaxMarks{200, 200, 500};
 
+struct DrawableExtent {
+    Box bounds;              ///< in its own coordinates
+    double pointRadius = 0;  ///< as points are shown
+};
+
 /// Sizes follow the smaller one of the two objects that touch: those of the interest's events, else the nodes
 /// themselves.
 class MarkMaker {
@@ -49,8 +55,8 @@ public:
                              ObjectId display);
 
 private:
-    /// Of a Geometry's positions: the one thing here that costs as much as a mesh is large.
-    std::unordered_map<BlobId, Box> localBounds_;
+    /// What costs as much as a mesh is large.
+    std::unordered_map<MeshKey, DrawableExtent, MeshKeyHash> extents_;
 };
 
 /// The affine map of the unit triangle to (a, b, c), lifted by `lift` along its normal. Nothing for a triangle without

@@ -119,5 +119,74 @@ TEST(RangeUpload, AnEditOfARangeUploadsTheRange) {
     EXPECT_GT(narrow, 18);
 }
 
+// Points become octahedra on their way to GL, a range of them the octahedra of that range. Without a radius of their
+// own they have one by their bounds: where these change, all are new.
+TEST(RangeUpload, OfPointsUploadsTheirOctahedra) {
+    for (const double radius : {0.05, 0.0}) {
+        auto surface = makeSurface("osmesa");
+        ASSERT_TRUE(surface) << surface.error().message;
+        auto renderer = Renderer::create(**surface, {.samples = 1});
+        ASSERT_TRUE(renderer) << renderer.error().message;
+        MeshData points{.primitive = Primitive::kPoints, .pointRadius = radius};
+        constexpr int kSide = 12;
+        for (int i = 0; i < kSide * kSide; ++i)
+            points.positions.insert(points.positions.end(),
+                                    {0.13f * float(i % kSide) - 0.8f, 0.13f * float(i / kSide) - 0.8f, 0});
+        points.colors.assign(points.positions.size() / 3 * 4, 255);
+        TestScene built;
+        const ObjectId cloud = built.add(points);
+        built.place(cloud, {0, 0, -2});
+        Aspect aspect = built.take();
+        const ScreenCamera camera = cameraOf(96, 96);
+        const PixelRect whole{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
+        RenderScene scene;
+        scene.update(aspect, nullptr);
+        RenderAction action(CullerKind::kFrustum);
+        const auto drawNow = [&](Renderer& with, const RenderScene& from) {
+            auto picture = with.draw(aspect, action.run(from, camera, whole, nullptr), camera, whole);
+            EXPECT_TRUE(picture) << picture.error().message;
+            return *picture;
+        };
+        Picture last = drawNow(**renderer, scene);
+        constexpr std::uint64_t kAll = std::uint64_t{kSide} * kSide * 6 * sizeof(MeshVertex);
+        EXPECT_EQ((*renderer)->uploadedMeshBytes(), kAll + std::uint64_t{kSide} * kSide * 24 * 4);
+        const auto edit = [&](FieldId field, std::uint64_t offset, const Blob& bytes) {
+            ChangeListBuilder edits;
+            edits.setRange(cloud, typeOf<Geometry>(), field, offset, bytes);
+            const ChangeList list = edits.take();
+            EXPECT_TRUE(aspect.apply(list));
+            scene.update(aspect, &list);
+            const std::uint64_t before = (*renderer)->uploadedMeshBytes();
+            const Picture picture = drawNow(**renderer, scene);
+            auto another = makeSurface("osmesa");
+            auto fresh = Renderer::create(**another, {.samples = 1});
+            RenderScene anew;
+            anew.update(aspect, nullptr);
+            EXPECT_EQ(scene.bounds().lower, anew.bounds().lower);
+            EXPECT_EQ(scene.bounds().upper, anew.bounds().upper);
+            EXPECT_EQ(picture, drawNow(**fresh, anew));
+            if (radius > 0) {
+                EXPECT_NE(picture, last) << "it is seen";
+            }
+            last = picture;
+            return (*renderer)->uploadedMeshBytes() - before;
+        };
+        const std::vector<float> near = {0, -0.05f}, far = {-3.0f};
+        const std::vector<std::uint8_t> red = {255, 0, 0, 255, 255, 0, 0, 255};
+        // The middle of the middle row: the end of one point and the beginning of the next.
+        const std::uint64_t at = (kSide / 2 * kSide + kSide / 2) * 12;
+        const std::uint64_t two = 2 * 6 * sizeof(MeshVertex);
+        EXPECT_EQ(edit(fieldId<&Geometry::colors>, at / 3, Blob::of(std::span<const std::uint8_t>(red))), two)
+            << radius;
+        EXPECT_EQ(edit(fieldId<&Geometry::positions>, at + 8, Blob::of(std::span<const float>(near))), two) << radius;
+        const std::uint64_t moved = edit(fieldId<&Geometry::positions>, at, Blob::of(std::span<const float>(far)));
+        if (radius > 0) {
+            EXPECT_EQ(moved, two / 2);
+        } else {
+            EXPECT_GT(moved, kAll) << "the bounds are others, and the radius with them";
+        }
+    }
+}
+
 }  // namespace
 }  // namespace tessera

@@ -83,6 +83,58 @@ TEST(Drawable, KnowsTheMeshesThatRangesLedFrom) {
     EXPECT_TRUE(originsOf(first).empty());
 }
 
+Aspect sceneWithPoints(const MeshArrays& points, double radius) {
+    Aspect aspect = sceneWith(points);
+    Edits edits;
+    setField<&Geometry::primitive>(edits, ObjectId(6), Geometry::kPoints);
+    setField<&Geometry::pointRadius>(edits, ObjectId(6), radius);
+    mustApply(aspect, edits.take());
+    return aspect;
+}
+
+TEST(Drawable, PointsHaveAnExtentTrianglesAndAKeyOfTheirOwn) {
+    const std::vector<float> places = {0, 0, 0, 4, 0, 0, 0, 2, 0};
+    const MeshArrays arrays{.positions = Blob::of(std::span<const float>(places))};
+    const Aspect bare = sceneWith(arrays), points = sceneWithPoints(arrays, 0.5), larger = sceneWithPoints(arrays, 1);
+    const Drawable drawable = drawableOf(points, ObjectId(6));
+    EXPECT_TRUE(drawable.check());
+    EXPECT_EQ(drawable.triangleCount(), 24u);
+    EXPECT_EQ(drawable.bounds().lower, Vec3d(-0.5, -0.5, -0.5));
+    EXPECT_EQ(drawable.bounds().upper, Vec3d(4.5, 2.5, 0.5));
+    EXPECT_EQ(drawable.arrays().primitive, Primitive::kPoints);
+    EXPECT_NE(drawable.key(), drawableOf(bare, ObjectId(6)).key());
+    EXPECT_NE(drawable.key(), drawableOf(larger, ObjectId(6)).key());
+    EXPECT_EQ(drawable.key(), drawableOf(sceneWithPoints(arrays, 0.5), ObjectId(6)).key());
+    EXPECT_EQ(drawableOf(bare, ObjectId(6)).triangleCount(), 0u);
+
+    const Aspect indexed = sceneWithPoints(makeBox({1, 1, 1}).toArrays(), 1);
+    EXPECT_FALSE(drawableOf(indexed, ObjectId(6)).check()) << "points have no indices";
+    EXPECT_FALSE(
+        drawableOf(indexed, ObjectId(6)).check(drawableOf(sceneWith(makeBox({1, 1, 1}).toArrays()), ObjectId(6)).key()))
+        << "though as triangles it was sound";
+}
+
+TEST(Drawable, ARadiusThatTrianglesHaveIsNoPartOfTheirKey) {
+    const MeshArrays box = makeBox({1, 1, 1}).toArrays();
+    Aspect other = sceneWith(box);
+    Edits edits;
+    setField<&Geometry::pointRadius>(edits, ObjectId(6), 3.0);
+    mustApply(other, edits.take());
+    EXPECT_EQ(drawableOf(other, ObjectId(6)).key(), drawableOf(sceneWith(box), ObjectId(6)).key());
+    EXPECT_EQ(drawableOf(other, ObjectId(6)).bounds().upper, Vec3d(0.5, 0.5, 0.5));
+}
+
+TEST(Drawable, PointsRememberWhatRangesLedFrom) {
+    const std::vector<float> places = {0, 0, 0, 4, 0, 0}, moved = {7};
+    MeshArrays arrays{.positions = Blob::of(std::span<const float>(places))};
+    const MeshKey before = drawableOf(sceneWithPoints(arrays, 0.5), ObjectId(6)).key();
+    arrays.positions = *arrays.positions.withRange(12, std::as_bytes(std::span(moved)));
+    const Aspect scene = sceneWithPoints(arrays, 0.5);
+    const std::vector<MeshOrigin> origins = originsOf(drawableOf(scene, ObjectId(6)).arrays());
+    ASSERT_EQ(origins.size(), 1u);
+    EXPECT_EQ(origins[0].key, before);
+}
+
 // The check of a part and the check of all say the same, whatever the part holds.
 TEST(Drawable, APartIsCheckedAsTheWhole) {
     std::mt19937 random(2);

@@ -51,6 +51,34 @@ TEST(Deformation, OfTwoTheLaterIsTheEndAndTheStartStays) {
     EXPECT_TRUE(scene.handler.deformations().empty()) << "back where it was";
 }
 
+TEST(Deformation, OfPointsIsThatOfTheirOctahedra) {
+    Cloth scene;
+    const auto places = [&](const std::vector<float>& all) {
+        scene.set<Geometry>(scene.thing1.geometry, fieldId<&Geometry::positions>,
+                            Blob::of(std::span<const float>(all)));
+    };
+    ChangeListBuilder b;
+    const ObjectType type = typeOf<Geometry>();
+    b.set(scene.thing1.geometry, type, fieldId<&Geometry::indices>, Blob());
+    b.set(scene.thing1.geometry, type, fieldId<&Geometry::primitive>, toValue(Geometry::kPoints));
+    b.set(scene.thing1.geometry, type, fieldId<&Geometry::pointRadius>, toValue(0.25));
+    scene.apply(b);
+    scene.handler.settleDeformations();
+    places({0, 0, 0, 1, 0, 0});
+    scene.handler.settleDeformations();
+    ASSERT_EQ(scene.cloth().shape->tree.mesh().faceCount(), 16u);
+    places({0, 0, 0, 1, 2, 0});
+    ASSERT_EQ(scene.handler.deformations().size(), 1u) << "the same points elsewhere";
+    ASSERT_EQ(scene.handler.deformations()[0].end.size(), 12u);
+    EXPECT_EQ(scene.handler.deformations()[0].end[6], Vec3d(1.25, 2, 0));
+    EXPECT_EQ(scene.sizeOfShape(), Vec3d(1.5, 0.5, 0.5)) << "still as it was";
+    scene.handler.settleDeformations();
+    EXPECT_EQ(scene.sizeOfShape(), Vec3d(1.5, 2.5, 0.5));
+    scene.set<Geometry>(scene.thing1.geometry, fieldId<&Geometry::pointRadius>, 0.5);
+    EXPECT_TRUE(scene.handler.deformations().empty()) << "another radius is another shape";
+    EXPECT_EQ(scene.sizeOfShape(), Vec3d(2, 3, 1));
+}
+
 TEST(Deformation, OutlivesNewTables) {
     Cloth scene;
     scene.bend(Vec3d(2, 1, 1));

@@ -140,7 +140,16 @@ private:
     void setArrays(ChangeListBuilder& b, ObjectId id, bool indicesToo) {
         const Soup& soup = soups_[below(below(3) == 0 ? static_cast<std::uint32_t>(soups_.size()) : 4)];
         b.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, soup.positionBlob());
-        if (indicesToo) b.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, soup.indexBlob());
+        if (!indicesToo) return;
+        const bool points = below(5) == 0;
+        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, points ? Blob() : soup.indexBlob());
+        setPrimitive(b, id, points);
+    }
+    void setPrimitive(ChangeListBuilder& b, ObjectId id, bool points) {
+        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::primitive>,
+              toValue(points ? Geometry::kPoints : Geometry::kTriangles));
+        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::pointRadius>,
+              toValue(below(3) == 0 ? 0.0 : between(0.01, 0.3)));
     }
     void setInterest(ChangeListBuilder& b, ObjectId id) {
         const ObjectType type = typeOf<Interest>();
@@ -285,7 +294,12 @@ private:
             case 15:
             case 16:
             case 17: {
-                if (const ObjectId id = some(typeOf<Geometry>())) setArrays(b, id, below(3) == 0);
+                const ObjectId id = some(typeOf<Geometry>());
+                if (!id) break;
+                if (below(8) == 0)
+                    setPrimitive(b, id, below(2) == 0);  // with indices or without
+                else
+                    setArrays(b, id, below(3) == 0);
                 break;
             }
             case 18: {

@@ -18,6 +18,31 @@ TEST(Pick, TheNearestVisibleTriangle) {
     EXPECT_FALSE(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.6, 0, 0), -Vec3d::UnitZ()}));
 }
 
+TEST(Pick, APointIsAsLargeAsItsRadius) {
+    SceneMaker scene;
+    const std::vector<float> places = {0, 0, 0, 3, 0, 0};
+    const ObjectId points = scene.geometry({places, {}});
+    const ObjectId node = scene.node(scene.node(kRootNode, scene.transform(Vec3d(0, 0, -5))), points);
+    const auto pick = [&](double x, double y) {
+        return scene.pipeline.pickNode(scene.aspect, {Vec3d(x, y, 0), -Vec3d::UnitZ()});
+    };
+    EXPECT_FALSE(pick(3, 0)) << "triangles without indices";
+    scene.set<Geometry>(points, fieldId<&Geometry::primitive>, Geometry::kPoints);
+    scene.set<Geometry>(points, fieldId<&Geometry::pointRadius>, 0.5);
+    const std::optional<PickHit> hit = pick(3.1, 0.1);
+    ASSERT_TRUE(hit);
+    EXPECT_EQ(hit->node, node);
+    EXPECT_EQ(hit->face, 8u) << "of the second point, where +X, +Y and +Z meet";
+    EXPECT_NEAR(hit->t, 5 - 0.3, 1e-6) << "|x| + |y| + |z| = radius";
+    EXPECT_TRUE(pick(0, 0.45));
+    EXPECT_FALSE(pick(1.5, 0)) << "between the two";
+    scene.set<Geometry>(points, fieldId<&Geometry::pointRadius>, 0.2);
+    EXPECT_FALSE(pick(0, 0.45)) << "smaller now";
+    scene.set<Geometry>(points, fieldId<&Geometry::pointRadius>, 0.0);
+    EXPECT_TRUE(pick(0, 0.0005)) << "of no radius: a two-thousandth of 3";
+    EXPECT_FALSE(pick(0, 0.0016));
+}
+
 TEST(Pick, GoesThroughWhatTakesPartInNothing) {
     SceneMaker scene;
     const auto far = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 0, -5));

@@ -75,8 +75,9 @@ void expectSame(const RenderScene& followed, const RenderScene& anew) {
     ASSERT_EQ(x.lights.size(), y.lights.size());
     for (std::size_t i = 0; i < x.lights.size(); ++i) {
         ASSERT_EQ(x.lights[i].kind, y.lights[i].kind) << "light " << i;
-        ASSERT_EQ(x.lights[i].position, y.lights[i].position) << "light " << i;
-        ASSERT_EQ(x.lights[i].direction, y.lights[i].direction) << "light " << i;
+        // Bits: places beyond all numbers are the same too.
+        ASSERT_EQ(std::memcmp(&x.lights[i].position, &y.lights[i].position, sizeof(Vec3d)), 0) << "light " << i;
+        ASSERT_EQ(std::memcmp(&x.lights[i].direction, &y.lights[i].direction, sizeof(Vec3d)), 0) << "light " << i;
         ASSERT_EQ(x.lights[i].radiance, y.lights[i].radiance) << "light " << i;
         ASSERT_EQ(x.lights[i].range, y.lights[i].range) << "light " << i;
     }
@@ -105,10 +106,16 @@ void expectAsTraversed(const RenderScene& scene, const Aspect& aspect) {
     bool anyLight = false;
     Action shown, hidden;
     shown.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
-        const MeshArrays arrays{geometry.positions, geometry.normals, geometry.colors, geometry.texcoords,
-                                geometry.indices};
+        const bool points = geometry.primitive == Geometry::kPoints;
+        const MeshArrays arrays{.positions = geometry.positions,
+                                .normals = geometry.normals,
+                                .colors = geometry.colors,
+                                .texcoords = geometry.texcoords,
+                                .indices = geometry.indices,
+                                .primitive = points ? Primitive::kPoints : Primitive::kTriangles,
+                                .pointRadius = geometry.pointRadius};
         const auto item = items.find(visit.nodeId.value);
-        const bool drawable = checkMesh(arrays) && !geometry.indices.empty();
+        const bool drawable = checkMesh(arrays) && !(points ? geometry.positions : geometry.indices).empty();
         EXPECT_EQ(item != items.end(), drawable) << "node " << visit.nodeId.value;
         if (item == items.end()) return Descend::kInto;
         ++drawn;
@@ -169,6 +176,13 @@ public:
         MeshData glassy = makeBox({2, 1, 1});
         glassy.colors.assign(glassy.positions.size() / 3 * 4, 128);
         meshes_.push_back(glassy.toArrays());
+        for (const double radius : {0.0, 0.25}) {
+            MeshData points = makeBox({3, 1, 2});
+            points.indices.clear();
+            points.primitive = Primitive::kPoints;
+            points.pointRadius = radius;
+            meshes_.push_back(points.toArrays());
+        }
         meshes_.push_back(meshes_.front());
         meshes_.back().positions = absent(meshes_.back().positions);
         const std::vector<std::uint8_t> clear(16, 128), full(16, 255);
@@ -259,6 +273,11 @@ private:
         scene.edit.set(id, type, fieldId<&Geometry::colors>, toValue(arrays.colors));
         scene.edit.set(id, type, fieldId<&Geometry::texcoords>, toValue(arrays.texcoords));
         scene.edit.set(id, type, fieldId<&Geometry::indices>, toValue(arrays.indices));
+        // Now and then it says of triangles that they are points.
+        const bool points = (arrays.primitive == Primitive::kPoints) != (pick(20) == 0);
+        scene.edit.set(id, type, fieldId<&Geometry::primitive>,
+                       toValue(points ? Geometry::kPoints : Geometry::kTriangles));
+        scene.edit.set(id, type, fieldId<&Geometry::pointRadius>, toValue(arrays.pointRadius));
     }
     void setMaterial(ObjectId id) {
         if (!id) return;

@@ -50,6 +50,10 @@ public:
         edit.set(id, type, fieldId<&Geometry::colors>, toValue(arrays.colors));
         edit.set(id, type, fieldId<&Geometry::texcoords>, toValue(arrays.texcoords));
         edit.set(id, type, fieldId<&Geometry::indices>, toValue(arrays.indices));
+        if (mesh.primitive == Primitive::kPoints) {
+            edit.set(id, type, fieldId<&Geometry::primitive>, toValue(Geometry::kPoints));
+            edit.set(id, type, fieldId<&Geometry::pointRadius>, toValue(mesh.pointRadius));
+        }
         if (material) edit.set(id, type, fieldId<&Geometry::material>, toValue(material));
         return id;
     }

@@ -115,5 +115,52 @@ TEST(Committer, AGeometryIsJudgedByWhatTheListLeavesBehind) {
     })) << "it goes in the same list";
 }
 
+TEST(Committer, PointsAreJudgedByWhatTheListLeavesBehind) {
+    Committer committer;
+    ListMaker make;
+    (void)make.box(Vec3d::Ones());
+    const ObjectId box = committer.apply(make.builder.take()).value().ids.front().second;
+    const ObjectType type = typeOf<Geometry>();
+    const auto tryOut = [&](auto&& fill) {
+        ChangeListBuilder builder;
+        fill(builder);
+        const StateHash before = committer.scene().stateHash();
+        const Expected<Committer::Applied> applied = committer.apply(builder.take());
+        if (applied) return std::string();
+        EXPECT_EQ(committer.scene().stateHash(), before) << "no trace";
+        return applied.error().message;
+    };
+    const Blob indices = committer.scene().get<Geometry>(box)->indices;
+    const auto become = [&](std::int64_t primitive) {
+        return [&, primitive](auto& b) { b.set(box, type, fieldId<&Geometry::primitive>, toValue(primitive)); };
+    };
+    const auto have = [&](const Blob& blob) {
+        return [&, blob](auto& b) { b.set(box, type, fieldId<&Geometry::indices>, blob); };
+    };
+    EXPECT_NE(tryOut(become(Geometry::kPoints)).find("points have no triangle indices"), std::string::npos);
+    EXPECT_EQ(tryOut([&](auto& b) {
+                  become(Geometry::kPoints)(b);
+                  have({})(b);
+              }),
+              "");
+    EXPECT_NE(tryOut(have(indices)).find("points have no triangle indices"), std::string::npos);
+    const auto radius = [&](double value) {
+        return [&, value](auto& b) { b.set(box, type, fieldId<&Geometry::pointRadius>, toValue(value)); };
+    };
+    EXPECT_NE(tryOut(radius(-1)).find("pointRadius of #2: -1 is not between"), std::string::npos);
+    EXPECT_EQ(tryOut(radius(2)), "");
+    const float wild[] = {std::numeric_limits<float>::infinity()};
+    EXPECT_NE(tryOut([&](auto& b) {
+                  b.setRange(box, type, fieldId<&Geometry::positions>, 24, Blob::of(std::span<const float>(wild)));
+              }).find("positions of vertex 2 are not finite"),
+              std::string::npos);
+    EXPECT_EQ(tryOut([&](auto& b) {
+                  become(Geometry::kTriangles)(b);
+                  have(indices)(b);
+              }),
+              "")
+        << "back to what it was";
+}
+
 }  // namespace
 }  // namespace tessera

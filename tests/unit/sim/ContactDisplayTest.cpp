@@ -114,6 +114,24 @@ TEST_F(ContactDisplayTest, DrawsPointNormalAndBothFaces) {
     EXPECT_EQ(display_.counts().drawn, (std::array<std::uint64_t, 3>{1, 1, 2}));
 }
 
+TEST_F(ContactDisplayTest, AFaceOfPointsIsOneOfThePointsOctahedron) {
+    const ObjectId shape = scene().get<Node>(at("/a/shape"))->core;
+    const std::vector<float> places = {0, 0, 0, -1, 0, 0};
+    ChangeListBuilder builder;
+    const ObjectType type = typeOf<Geometry>();
+    builder.set(shape, type, fieldId<&Geometry::positions>, Blob::of(std::span<const float>(places)));
+    builder.set(shape, type, fieldId<&Geometry::normals>, Blob());
+    builder.set(shape, type, fieldId<&Geometry::indices>, Blob());
+    builder.set(shape, type, fieldId<&Geometry::primitive>, toValue(Geometry::kPoints));
+    builder.set(shape, type, fieldId<&Geometry::pointRadius>, toValue(0.25));
+    apply(builder.take());
+    (void)frame({contact(8 + 6, 3)});  // of the second point: the octant +X, -Y, -Z
+    const std::vector<Affine3d> faces = seen("faces");
+    ASSERT_EQ(faces.size(), 2u);
+    const Vec3d middle = faces[0] * Vec3d(1.0 / 3, 1.0 / 3, 0);
+    EXPECT_TRUE(middle.isApprox(Vec3d(-1, 0, 0) + 0.25 / 3 * Vec3d(1, -1, -1), 0.02)) << middle.transpose();
+}
+
 TEST_F(ContactDisplayTest, FacesLieAHairAboveTheTrianglesThatTheyShow) {
     apply(test::moveTo(scene().get<Node>(at("/a"))->core, Vec3d(3, -2, 5)));
     (void)frame({contact(7, 3)});
