@@ -111,6 +111,10 @@ Expected<MeshArrays> LoadedFile::mesh(const std::string& name) {
         if (!part) return tl::unexpected(part.error());
         *target = std::move(*part);
     }
+    if (message.primitive() == proto::scene::Mesh::POINTS) {
+        arrays.primitive = Primitive::kPoints;
+        arrays.pointRadius = message.point_radius();
+    }
     if (Expected<void> checked = checkMesh(arrays); !checked)
         return failWith(fmt::format("mesh '{}'", readName(name, "")), checked.error());
     checkedMeshes.emplace(name, arrays);

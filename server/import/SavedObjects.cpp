@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "common/drawable/Drawable.h"
 #include "common/scenefile/SavedReader.h"
 #include "server/import/SceneAssembly.h"
 
@@ -37,15 +38,10 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
             drawn.push_back(node->core);
             names.emplace_back(id, node->name);
         } else if (seen.is<Geometry>()) {
-            auto& geometry = *static_cast<Geometry*>(object);
-            // What has not been given its arrays yet is none's fault, as for the committer.
-            if (!geometry.positions.empty() || !geometry.indices.empty())
-                if (Expected<void> sound = checkMesh({geometry.positions, geometry.normals, geometry.colors,
-                                                      geometry.texcoords, geometry.indices});
-                    !sound)
-                    return sound;
-            if (spot.paint) geometry.material = spot.paint;
-            triangles[id] = geometry.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+            const Drawable drawable = drawableOf(seen);
+            if (Expected<void> sound = drawable.check(); !sound) return sound;
+            if (spot.paint) static_cast<Geometry*>(object)->material = spot.paint;
+            triangles[id] = drawable.triangleCount();
             ++result_.geometries;
             result_.trianglesStored += triangles[id];
         } else if (seen.is<Camera>()) {

@@ -121,7 +121,10 @@ Expected<LoadedFile::GeometryCore> SceneAssembly::geometryCore(LoadedFile& file,
     if (core.id) return core;
     Expected<MeshArrays> arrays = file.mesh(geometry.mesh());
     if (!arrays) return tl::unexpected(arrays.error());
+    core.triangles = triangleCount(*arrays);
     Geometry value;
+    value.primitive = arrays->primitive == Primitive::kPoints ? Geometry::kPoints : Geometry::kTriangles;
+    value.pointRadius = arrays->pointRadius;
     value.positions = std::move(arrays->positions);
     value.normals = std::move(arrays->normals);
     value.colors = std::move(arrays->colors);
@@ -133,7 +136,6 @@ Expected<LoadedFile::GeometryCore> SceneAssembly::geometryCore(LoadedFile& file,
         if (!material) return tl::unexpected(material.error());
         value.material = *material;
     }
-    core.triangles = value.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
     core.id = create(value);
     ++result_.geometries;
     result_.trianglesStored += core.triangles;

@@ -8,14 +8,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <assimp/IOStream.hpp>
-#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <numeric>
 #include <set>
+#include <span>
 
+#include "server/import/reader/AssimpFiles.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ImageDecoder.h"
 #include "server/import/reader/ReadScene.h"
@@ -23,59 +24,17 @@
 namespace tessera {
 namespace {
 
-class MemoryStream : public Assimp::IOStream {
-public:
-    explicit MemoryStream(Bytes bytes) : bytes_(std::move(bytes)) {}
-
-    std::size_t Read(void* target, std::size_t size, std::size_t count) override {
-        if (size == 0) return 0;
-        const std::size_t items = std::min(count, (bytes_.size() - at_) / size);
-        if (items > 0) std::memcpy(target, bytes_.data() + at_, items * size);
-        at_ += items * size;
-        return items;
-    }
-    std::size_t Write(const void*, std::size_t, std::size_t) override { return 0; }
-    aiReturn Seek(std::size_t offset, aiOrigin origin) override {
-        // Backwards offsets arrive as huge numbers; the sum wraps to what is meant.
-        const std::size_t base = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? at_ : bytes_.size();
-        const std::size_t target = base + offset;
-        if (target > bytes_.size()) return aiReturn_FAILURE;
-        at_ = target;
-        return aiReturn_SUCCESS;
-    }
-    std::size_t Tell() const override { return at_; }
-    std::size_t FileSize() const override { return bytes_.size(); }
-    void Flush() override {}
-
-private:
-    Bytes bytes_;
-    std::size_t at_ = 0;
-};
-
-/// assimp's only way to files: whole ones, from the folder, to memory.
-class FolderIo : public Assimp::IOSystem {
-public:
-    explicit FolderIo(const FolderFiles& files) : files_(files) {}
-
-    bool Exists(const char* name) const override { return files_.resolve(name).has_value(); }
-    char getOsSeparator() const override { return '/'; }
-    Assimp::IOStream* Open(const char* name, const char* mode) override {
-        if (std::strpbrk(mode, "wa+") != nullptr) return nullptr;
-        Expected<Bytes> bytes = files_.read(name);
-        return bytes ? new MemoryStream(std::move(*bytes)) : nullptr;
-    }
-    void Close(Assimp::IOStream* stream) override { delete stream; }
-
-private:
-    const FolderFiles& files_;
-};
-
 Affine3d toAffine(const aiMatrix4x4& m) {
     Affine3d map = Affine3d::Identity();
     map.matrix().row(0) << m.a1, m.a2, m.a3, m.a4;
     map.matrix().row(1) << m.b1, m.b2, m.b3, m.b4;
     map.matrix().row(2) << m.c1, m.c2, m.c3, m.c4;
     return map;
+}
+
+/// Points that no face names.
+bool isBarePoints(const aiMesh& mesh) {
+    return mesh.mNumFaces == 0 && mesh.mNumVertices > 0 && mesh.mPrimitiveTypes == aiPrimitiveType_POINT;
 }
 
 class AssimpConverter {
@@ -144,23 +103,33 @@ private:
         const aiMesh& mesh = *source_.mMeshes[index];
         MeshData data;
         data.indices.reserve(std::size_t{3} * mesh.mNumFaces);
-        // Points and lines have fewer corners; polygons come here only where fans are wanted.
-        for (unsigned f = 0; f < mesh.mNumFaces; ++f)
+        std::vector<unsigned> vertices;  // of the mesh, in the order of ours
+        // Lines have fewer corners; polygons come here only where fans are wanted.
+        for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+            if (mesh.mFaces[f].mNumIndices == 1) vertices.push_back(mesh.mFaces[f].mIndices[0]);
             for (unsigned i = 2; i < mesh.mFaces[f].mNumIndices; ++i) {
                 const unsigned* corners = mesh.mFaces[f].mIndices;
                 data.indices.insert(data.indices.end(), {corners[0], corners[i - 1], corners[i]});
             }
-        if (data.indices.empty() || mesh.mVertices == nullptr) return;
-        for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+        }
+        if (mesh.mVertices == nullptr) return;
+        const bool facesOfPoints = data.indices.empty() && !vertices.empty();
+        if (facesOfPoints || isBarePoints(mesh)) data.primitive = Primitive::kPoints;
+        if (!facesOfPoints) {
+            vertices.resize(mesh.mNumVertices);
+            std::iota(vertices.begin(), vertices.end(), 0u);
+        }
+        for (const unsigned v : vertices) {
             const aiVector3D& p = mesh.mVertices[v];
             data.positions.insert(data.positions.end(), {p.x, p.y, p.z});
         }
-        if (mesh.HasNormals()) appendNormals(mesh, data);
+        if (data.empty()) return;
+        if (mesh.HasNormals()) appendNormals(mesh, vertices, data);
         if (mesh.HasTextureCoords(0))
-            for (unsigned v = 0; v < mesh.mNumVertices; ++v)
+            for (const unsigned v : vertices)
                 data.texcoords.insert(data.texcoords.end(), {mesh.mTextureCoords[0][v].x, mesh.mTextureCoords[0][v].y});
         if (mesh.HasVertexColors(0))
-            for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+            for (const unsigned v : vertices) {
                 const aiColor4D& c = mesh.mColors[0][v];
                 for (const float part : {c.r, c.g, c.b, c.a})
                     data.colors.push_back(
@@ -171,8 +140,8 @@ private:
     }
 
     /// Files hold normals of length zero or none; such a vertex gets some unit vector.
-    static void appendNormals(const aiMesh& mesh, MeshData& data) {
-        for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+    static void appendNormals(const aiMesh& mesh, std::span<const unsigned> vertices, MeshData& data) {
+        for (const unsigned v : vertices) {
             Vec3f normal(mesh.mNormals[v].x, mesh.mNormals[v].y, mesh.mNormals[v].z);
             const float length = normal.norm();
             normal = length > 1e-20f && std::isfinite(length) ? Vec3f(normal / length) : Vec3f(Vec3f::UnitY());
@@ -284,13 +253,22 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
                     fmt::format("nothing here reads files that end in '{}' (glTF, OBJ, PLY, STL and .tsct are read)",
                                 extension));
     importer.SetIOHandler(new FolderIo(files));  // the importer owns and deletes it
-    importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+    importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_LINE);
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60.0f);
     // Sorting by type would put a mesh's triangles before its polygons, and assimp's triangles of a polygon are ears.
     const unsigned toTriangles = limits.verbatim ? 0u : aiProcess_Triangulate | aiProcess_SortByPType;
-    const aiScene* scene =
-        importer.ReadFile(path, toTriangles | aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices |
-                                    aiProcess_FlipUVs | aiProcess_ValidateDataStructure);
+    const aiScene* scene = importer.ReadFile(path, 0);
+    // A mesh without faces would be refused; bare points need nothing of what follows.
+    const bool bare = scene != nullptr && scene->mNumMeshes > 0 &&
+                      std::all_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,
+                                  [](const aiMesh* mesh) { return isBarePoints(*mesh); });
+    const bool lines =
+        scene != nullptr && std::any_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes, [](const aiMesh* mesh) {
+            return (mesh->mPrimitiveTypes & aiPrimitiveType_LINE) != 0;
+        });
+    const unsigned ofFaces =
+        toTriangles | aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices | aiProcess_ValidateDataStructure;
+    if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_FlipUVs | (bare ? 0u : ofFaces));
     if (scene == nullptr || scene->mRootNode == nullptr) {
         const std::string reason = firstLine(importer.GetErrorString());
         if (reason.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
@@ -301,7 +279,9 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     std::string lower = extension;
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0).convert();
+    Expected<PlainScene> converted = AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0).convert();
+    if (converted && lines) converted->note("lines are left out");
+    return converted;
 }
 
 }  // namespace tessera

@@ -29,6 +29,32 @@ void normalise(std::vector<float>& normals) {
     }
 }
 
+/// What an author says of points; 0: nothing.
+double radiusIn(const tinygltf::Value& extras) {
+    constexpr const char* kName = "pointRadius";
+    if (!extras.IsObject() || !extras.Has(kName) || !extras.Get(kName).IsNumber()) return 0;
+    const double radius = extras.Get(kName).GetNumberAsDouble();
+    return radius > 0 && radius <= MeshLimits().maxPointRadius ? radius : 0;
+}
+
+/// These vertices alone, in this order, each once: a point that is drawn twice is one point.
+MeshData pickedVertices(const MeshData& from, const std::vector<std::uint32_t>& order) {
+    MeshData to;
+    const auto append = [](const auto& all, auto& picked, std::size_t vertex, std::size_t each) {
+        if (!all.empty()) picked.insert(picked.end(), all.data() + vertex * each, all.data() + (vertex + 1) * each);
+    };
+    std::vector<bool> taken(from.positions.size() / 3);
+    for (const std::uint32_t vertex : order) {
+        if (taken[vertex]) continue;
+        taken[vertex] = true;
+        append(from.positions, to.positions, vertex, 3);
+        append(from.normals, to.normals, vertex, 3);
+        append(from.texcoords, to.texcoords, vertex, 2);
+        append(from.colors, to.colors, vertex, 4);
+    }
+    return to;
+}
+
 /// Adds weight · delta where the target has the attribute with the same number of vertices.
 Expected<void> addTarget(const GltfAccessors& accessors, const std::map<std::string, int>& target, const char* name,
                          double weight, std::vector<float>& values) {
@@ -44,7 +70,16 @@ Expected<void> addTarget(const GltfAccessors& accessors, const std::map<std::str
 
 }  // namespace
 
-Expected<std::vector<std::uint32_t>> GltfReader::triangles(const tinygltf::Primitive& primitive, std::size_t vertices) {
+bool GltfReader::isLeftOut(const tinygltf::Primitive& primitive) {
+    const bool lines = primitive.mode == TINYGLTF_MODE_LINE || primitive.mode == TINYGLTF_MODE_LINE_LOOP ||
+                       primitive.mode == TINYGLTF_MODE_LINE_STRIP;
+    if (!lines && attribute(primitive, "POSITION") >= 0) return false;
+    scene_.note("lines and meshes without positions are left out");
+    return true;
+}
+
+Expected<std::vector<std::uint32_t>> GltfReader::vertexOrder(const tinygltf::Primitive& primitive,
+                                                             std::size_t vertices) {
     std::vector<std::uint32_t> order;
     if (primitive.indices >= 0) {
         Expected<std::vector<std::uint32_t>> indices = accessors_.integers(primitive.indices, 1);
@@ -57,10 +92,17 @@ Expected<std::vector<std::uint32_t>> GltfReader::triangles(const tinygltf::Primi
     for (const std::uint32_t index : order)
         if (index >= vertices)
             return fail(ErrorCode::kBadInput, fmt::format("index {} in a mesh of {} vertices", index, vertices));
+    return order;
+}
+
+Expected<std::vector<std::uint32_t>> GltfReader::triangles(const tinygltf::Primitive& primitive, std::size_t vertices) {
+    Expected<std::vector<std::uint32_t>> read = vertexOrder(primitive, vertices);
+    if (!read) return read;
+    std::vector<std::uint32_t>& order = *read;
     const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
     if (mode == TINYGLTF_MODE_TRIANGLES) {
         order.resize(order.size() / 3 * 3);
-        return order;
+        return read;
     }
     std::vector<std::uint32_t> list;
     list.reserve(order.size() * 3);
@@ -73,7 +115,8 @@ Expected<std::vector<std::uint32_t>> GltfReader::triangles(const tinygltf::Primi
     return list;
 }
 
-Expected<MeshData> GltfReader::primitive(const tinygltf::Mesh& mesh, const tinygltf::Primitive& primitive) {
+Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinygltf::Mesh& mesh,
+                                         const tinygltf::Primitive& primitive) {
     MeshData data;
     Expected<std::vector<float>> positions = accessors_.floats(attribute(primitive, "POSITION"), 3);
     if (!positions) return tl::unexpected(positions.error());
@@ -110,33 +153,42 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Mesh& mesh, const tinyg
     }
     normalise(data.normals);
 
+    if (primitive.mode == TINYGLTF_MODE_POINTS) {
+        if (primitive.indices >= 0) {
+            const Expected<std::vector<std::uint32_t>> order = vertexOrder(primitive, vertices);
+            if (!order) return tl::unexpected(order.error());
+            data = pickedVertices(data, *order);
+        }
+        data.primitive = Primitive::kPoints;
+        for (const tinygltf::Value* extras : {&primitive.extras, &node.extras, &mesh.extras})
+            if (data.pointRadius == 0) data.pointRadius = radiusIn(*extras);
+        return data;
+    }
     Expected<std::vector<std::uint32_t>> indices = triangles(primitive, vertices);
     if (!indices) return tl::unexpected(indices.error());
     data.indices = std::move(*indices);
     return data;
 }
 
-Expected<std::vector<GltfReader::Part>> GltfReader::meshParts(int index) {
-    if (const auto known = parts_.find(index); known != parts_.end()) return known->second;
+Expected<std::vector<GltfReader::Part>> GltfReader::meshParts(const tinygltf::Node& node) {
+    const int index = node.mesh;
+    const double nodeRadius = radiusIn(node.extras);
+    if (const auto known = parts_.find({index, nodeRadius}); known != parts_.end()) return known->second;
     if (static_cast<std::size_t>(index) >= model_.meshes.size())
         return fail(ErrorCode::kBadInput, fmt::format("mesh {} does not exist", index));
     const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(index)];
-    std::vector<Part>& parts = parts_[index];
+    std::vector<Part>& parts = parts_[{index, nodeRadius}];
+    const std::string suffix = nodeRadius > 0 ? fmt::format(" of radius {}", nodeRadius) : "";
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
         const tinygltf::Primitive& source = mesh.primitives[i];
-        const bool surface = source.mode < 0 || source.mode == TINYGLTF_MODE_TRIANGLES ||
-                             source.mode == TINYGLTF_MODE_TRIANGLE_STRIP || source.mode == TINYGLTF_MODE_TRIANGLE_FAN;
-        if (!surface || attribute(source, "POSITION") < 0) {
-            scene_.note("points, lines and meshes without positions are left out");
-            continue;
-        }
+        if (isLeftOut(source)) continue;
         if (!source.targets.empty()) scene_.note("morph targets are shown at rest");
-        Expected<MeshData> data = primitive(mesh, source);
+        Expected<MeshData> data = primitive(node, mesh, source);
         if (!data) return failWith(fmt::format("mesh {}, primitive {}", index, i), data.error());
-        if (data->indices.empty()) continue;
+        if (data->empty()) continue;
         Expected<std::string> material = materialName(source.material);
         if (!material) return tl::unexpected(material.error());
-        Part part{fmt::format("mesh {}.{}", index, i), std::move(*material), boundsOf(data->positions)};
+        Part part{fmt::format("mesh {}.{}{}", index, i, suffix), std::move(*material), boundsOf(data->positions)};
         scene_.addMesh(part.mesh, std::move(*data));
         parts.push_back(std::move(part));
     }
@@ -171,10 +223,12 @@ Expected<std::vector<GltfReader::Part>> GltfReader::skinnedParts(int nodeIndex) 
     std::vector<Part> parts;
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
         const tinygltf::Primitive& source = mesh.primitives[i];
-        if (attribute(source, "POSITION") < 0 || attribute(source, "JOINTS_0") < 0 ||
-            attribute(source, "WEIGHTS_0") < 0)
+        if (isLeftOut(source) || attribute(source, "JOINTS_0") < 0 || attribute(source, "WEIGHTS_0") < 0) continue;
+        if (source.mode == TINYGLTF_MODE_POINTS) {
+            scene_.note("points that have a skin are left out");
             continue;
-        Expected<MeshData> data = primitive(mesh, source);
+        }
+        Expected<MeshData> data = primitive(node, mesh, source);
         if (!data) return failWith(fmt::format("mesh {}, primitive {}", node.mesh, i), data.error());
         const Expected<std::vector<std::uint32_t>> joint = accessors_.integers(attribute(source, "JOINTS_0"), 4);
         if (!joint) return tl::unexpected(joint.error());
@@ -202,7 +256,7 @@ Expected<std::vector<GltfReader::Part>> GltfReader::skinnedParts(int nodeIndex) 
             }
         }
         normalise(data->normals);
-        if (data->indices.empty()) continue;
+        if (data->empty()) continue;
         Expected<std::string> material = materialName(source.material);
         if (!material) return tl::unexpected(material.error());
         Part part{fmt::format("skin {}.{}", nodeIndex, i), std::move(*material), boundsOf(data->positions)};

@@ -62,7 +62,7 @@ Expected<void> GltfReader::walk(int index, const Affine3d& world_T_parent, std::
     if (!world_.emplace(index, world_T_node).second)
         return fail(ErrorCode::kBadInput, fmt::format("node {} has two parents, or is its own ancestor", index));
     if (node.mesh >= 0 && node.skin < 0) {
-        const Expected<std::vector<Part>> parts = meshParts(node.mesh);
+        const Expected<std::vector<Part>> parts = meshParts(node);
         if (!parts) return tl::unexpected(parts.error());
         for (const Part& part : *parts) bounds_.extend(part.bounds.transformed(world_T_node));
     }
@@ -81,7 +81,7 @@ Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::
         *child->mutable_motion() = motion->second;
     }
     if (node.mesh >= 0 && node.skin < 0) {
-        const Expected<std::vector<Part>> parts = meshParts(node.mesh);
+        const Expected<std::vector<Part>> parts = meshParts(node);
         if (!parts) return tl::unexpected(parts.error());
         for (std::size_t i = 0; i < parts->size(); ++i) {
             proto::scene::Node* child = placed->add_node();

@@ -38,8 +38,14 @@ private:
     [[nodiscard]] std::string nodeName(int index) const;
 
     // GltfMeshes.cpp
-    Expected<std::vector<Part>> meshParts(int mesh);
-    Expected<MeshData> primitive(const tinygltf::Mesh& mesh, const tinygltf::Primitive& primitive);
+    /// Of the node's mesh.
+    Expected<std::vector<Part>> meshParts(const tinygltf::Node& node);
+    Expected<MeshData> primitive(const tinygltf::Node& node, const tinygltf::Mesh& mesh,
+                                 const tinygltf::Primitive& primitive);
+    /// The indices of a primitive, or one for each of its vertices.
+    Expected<std::vector<std::uint32_t>> vertexOrder(const tinygltf::Primitive& primitive, std::size_t vertices);
+    /// With a note.
+    bool isLeftOut(const tinygltf::Primitive& primitive);
     Expected<std::vector<std::uint32_t>> triangles(const tinygltf::Primitive& primitive, std::size_t vertices);
     /// The skin's pose in the file as a mesh in world coordinates (glTF 2.0, "Skins": the node's own transform does
     /// not count).
@@ -61,7 +67,7 @@ private:
     GltfAccessors accessors_;
     PlainScene scene_;
 
-    std::map<int, std::vector<Part>> parts_;  ///< by mesh
+    std::map<std::pair<int, double>, std::vector<Part>> parts_;  ///< by mesh, and the radius that its node says
     std::set<int> materials_;
     std::map<int, std::string> images_;            ///< by image; empty: unusable
     std::map<int, Affine3d> world_;                ///< world_T_node of the nodes in the scene

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "common/geometry/Points.h"
+
 namespace tessera {
 namespace {
 
@@ -26,9 +28,14 @@ std::uint32_t PlainScene::addBlob(Bytes bytes) {
 }
 
 void PlainScene::addMesh(const std::string& name, MeshData mesh) {
-    if (mesh.normals.empty()) computeNormals(mesh);
     proto::scene::Mesh* message = file.add_mesh();
     message->set_name(name);
+    if (mesh.primitive == Primitive::kPoints) {
+        message->set_primitive(proto::scene::Mesh::POINTS);
+        message->set_point_radius(mesh.pointRadius > 0 ? mesh.pointRadius : 0.5 * spacingOf(mesh.positions));
+    } else if (mesh.normals.empty()) {
+        computeNormals(mesh);
+    }
     message->set_positions_blob(addBlob(bytesOf(mesh.positions)));
     message->set_normals_blob(addBlob(bytesOf(mesh.normals)));
     message->set_texcoords_blob(addBlob(bytesOf(mesh.texcoords)));

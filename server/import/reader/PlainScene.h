@@ -29,7 +29,8 @@ struct PlainScene {
     void note(std::string text);
     /// The blob's number for the plain form; 0 for no bytes.
     [[nodiscard]] std::uint32_t addBlob(Bytes bytes);
-    /// Adds the mesh under this name. Missing normals are computed.
+    /// Adds the mesh under this name. Missing normals of triangles are computed; points of no radius get half of what
+    /// lies between neighbours.
     void addMesh(const std::string& name, MeshData mesh);
     void addImage(const std::string& name, int widthPx, int heightPx, Bytes rgba);
 };

@@ -270,7 +270,14 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
     if (data.positions.empty() || data.positions.size() % 3 != 0)
         return fail(ErrorCode::kBadInput,
                     fmt::format("mesh '{}': position needs three numbers per vertex", mesh.name()));
-    if (data.indices.empty() || data.indices.size() % 3 != 0)
+    if (mesh.primitive() == proto::scene::Mesh::POINTS) {
+        data.primitive = Primitive::kPoints;
+        data.pointRadius = mesh.point_radius();
+        if (!data.indices.empty())
+            return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': points have no index", mesh.name()));
+        if (!(data.pointRadius >= 0))
+            return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': point_radius must not be negative", mesh.name()));
+    } else if (data.indices.empty() || data.indices.size() % 3 != 0)
         return fail(ErrorCode::kBadInput,
                     fmt::format("mesh '{}': index needs three numbers per triangle", mesh.name()));
     for (const std::uint32_t index : data.indices)

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 
+#include "common/geometry/Points.h"
+
 namespace tessera {
 namespace {
 
@@ -20,6 +22,43 @@ Expected<int> segmentCount(std::uint32_t asked, int otherwise) {
 }
 
 constexpr int kSegments = 24;
+
+Expected<MeshData> listedPoints(const proto::scene::Points& message) {
+    if (message.surface_case() != proto::scene::Points::SURFACE_NOT_SET)
+        return fail(ErrorCode::kBadInput, "points are either listed or on a surface");
+    MeshData points;
+    points.primitive = Primitive::kPoints;
+    for (const proto::scene::Vector& point : message.point()) {
+        const Vec3d place(point.x(), point.y(), point.z());
+        if (!(place.cwiseAbs().maxCoeff() < 1e9))
+            return fail(ErrorCode::kBadInput, "points must be finite, and nearer than 1e9");
+        for (const double coordinate : place) points.positions.push_back(static_cast<float>(coordinate));
+    }
+    return points;
+}
+
+Expected<MeshData> pointsOfSurface(const proto::scene::Points& message) {
+    if (message.surface_case() == proto::scene::Points::SURFACE_NOT_SET)
+        return fail(ErrorCode::kBadInput, "points need a list of them, or a surface");
+    if (!isLength(message.spacing()))
+        return fail(ErrorCode::kBadInput, "the spacing of points on a surface must be above zero");
+    proto::scene::Node node;
+    const int number = static_cast<int>(message.surface_case());
+    node.GetReflection()
+        ->MutableMessage(&node, node.GetDescriptor()->FindFieldByNumber(number))
+        ->CopyFrom(message.GetReflection()->GetMessage(message, message.GetDescriptor()->FindFieldByNumber(number)));
+    const Expected<MeshData> surface = makeShape(node);
+    if (!surface) return surface;
+    return pointsOnSurface(*surface, message.spacing());
+}
+
+Expected<MeshData> makePoints(const proto::scene::Points& message) {
+    if (!(message.radius() >= 0 && message.radius() < 1e9))
+        return fail(ErrorCode::kBadInput, "the radius of points must not be negative");
+    Expected<MeshData> points = message.point().empty() ? pointsOfSurface(message) : listedPoints(message);
+    if (points) points->pointRadius = message.radius();
+    return points;
+}
 
 }  // namespace
 
@@ -81,6 +120,8 @@ Expected<MeshData> makeShape(const proto::scene::Node& node) {
                     return fail(ErrorCode::kBadInput, "a pipe's neighbouring points must differ and be finite");
             return makePipe(path, pipe.radius(), *segments);
         }
+        case Content::kPoints:
+            return makePoints(node.points());
         default:
             return fail(ErrorCode::kBadInput, "not a shape");
     }
@@ -95,6 +136,7 @@ bool isShape(Content content) {
         case Content::kSphere:
         case Content::kTorus:
         case Content::kPipe:
+        case Content::kPoints:
             return true;
         default:
             return false;

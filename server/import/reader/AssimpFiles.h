@@ -1,0 +1,61 @@
+/// What assimp reads files through: whole ones, from the folder, to memory.
+#pragma once
+
+#include <algorithm>
+#include <assimp/IOStream.hpp>
+#include <assimp/IOSystem.hpp>
+#include <cstring>
+#include <utility>
+
+#include "server/import/reader/FolderFiles.h"
+
+namespace tessera {
+
+class MemoryStream : public Assimp::IOStream {
+public:
+    explicit MemoryStream(Bytes bytes) : bytes_(std::move(bytes)) {}
+
+    std::size_t Read(void* target, std::size_t size, std::size_t count) override {
+        if (size == 0) return 0;
+        const std::size_t items = std::min(count, (bytes_.size() - at_) / size);
+        if (items > 0) std::memcpy(target, bytes_.data() + at_, items * size);
+        at_ += items * size;
+        return items;
+    }
+    std::size_t Write(const void*, std::size_t, std::size_t) override { return 0; }
+    aiReturn Seek(std::size_t offset, aiOrigin origin) override {
+        // Backwards offsets arrive as huge numbers; the sum wraps to what is meant.
+        const std::size_t base = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? at_ : bytes_.size();
+        const std::size_t target = base + offset;
+        if (target > bytes_.size()) return aiReturn_FAILURE;
+        at_ = target;
+        return aiReturn_SUCCESS;
+    }
+    std::size_t Tell() const override { return at_; }
+    std::size_t FileSize() const override { return bytes_.size(); }
+    void Flush() override {}
+
+private:
+    Bytes bytes_;
+    std::size_t at_ = 0;
+};
+
+/// Its only way to files.
+class FolderIo : public Assimp::IOSystem {
+public:
+    explicit FolderIo(const FolderFiles& files) : files_(files) {}
+
+    bool Exists(const char* name) const override { return files_.resolve(name).has_value(); }
+    char getOsSeparator() const override { return '/'; }
+    Assimp::IOStream* Open(const char* name, const char* mode) override {
+        if (std::strpbrk(mode, "wa+") != nullptr) return nullptr;
+        Expected<Bytes> bytes = files_.read(name);
+        return bytes ? new MemoryStream(std::move(*bytes)) : nullptr;
+    }
+    void Close(Assimp::IOStream* stream) override { delete stream; }
+
+private:
+    const FolderFiles& files_;
+};
+
+}  // namespace tessera
