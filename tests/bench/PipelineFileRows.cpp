@@ -48,7 +48,7 @@ std::size_t fill(BulletDynamics& bullet, const Aspect& aspect) {
             arrays.positions.insert(arrays.positions.end(), {p.x(), p.y(), p.z()});
         };
         if (!body.free()) {
-            const TriangleMesh& mesh = part.shape->tree.mesh();
+            const TriangleMesh& mesh = part.shape->mesh();
             for (const Vec3d& p : mesh.positions()) append(kBulletUnits * (part.world * p));
             arrays.indices.assign(mesh.indices().begin(), mesh.indices().end());
             bullet.addGround(arrays);
@@ -56,7 +56,7 @@ std::size_t fill(BulletDynamics& bullet, const Aspect& aspect) {
         }
         const auto [known, isNew] = hulls.try_emplace({part.shape.get(), scale}, 0);
         if (isNew) {
-            for (const Vec3d& p : part.shape->hull->vertices()) append(scale * p);
+            for (const Vec3d& p : part.shape->hull()->vertices()) append(scale * p);
             known->second = bullet.addHull(arrays);
         }
         const Quatd rotation(Mat3d(part.world.linear() / part.world.linear().col(0).norm()));

@@ -24,6 +24,7 @@ public:
     void add(std::uint64_t v) { words_.push_back(v); }
     void add(double v) { add(std::bit_cast<std::uint64_t>(v)); }
     void add(ObjectId v) { add(v.value); }
+    void add(const Vec2d& v) { addAll(v.x(), v.y()); }
     void add(const Vec3d& v) {
         for (int i = 0; i < 3; ++i) add(v[i]);
     }
@@ -60,8 +61,8 @@ public:
         addAll(core, velocity, spin);
     }
     void add(const Contact& c) {
-        const auto& [objectA, objectB, faceA, faceB, point, normal, interest, time] = c;
-        addAll(objectA, objectB, faceA, faceB, point, normal, interest, time);
+        const auto& [objectA, objectB, faceA, faceB, point, normal, depth, uvA, uvB, error, interest, time] = c;
+        addAll(objectA, objectB, faceA, faceB, point, normal, depth, uvA, uvB, error, interest, time);
     }
     void add(const PairEvent& e) {
         const auto& [interest, objectA, objectB, phase, firstTime, point, normal, through] = e;

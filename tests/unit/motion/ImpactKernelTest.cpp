@@ -94,7 +94,7 @@ void collect(const TreeStorage& tree, kernel::ChildRef ref, std::vector<Triangle
     }
     const std::size_t leaf = (ref & ~kernel::kLeafBit) >> 2;
     for (unsigned i = 0; i <= (ref & 3); ++i) {
-        Triangle t = tree.mesh.triangle(tree.leafFaces[leaf * kernel::kLeafFaces + i]);
+        Triangle t = tree.mesh->triangle(tree.leafFaces[leaf * kernel::kLeafFaces + i]);
         for (Vec3d& p : t) p = (p - tree.centre) * tree.unit;
         out.push_back(t);
     }

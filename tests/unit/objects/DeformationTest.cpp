@@ -66,7 +66,7 @@ TEST(Deformation, OfPointsIsThatOfTheirOctahedra) {
     scene.handler.settleDeformations();
     places({0, 0, 0, 1, 0, 0});
     scene.handler.settleDeformations();
-    ASSERT_EQ(scene.cloth().shape->tree.mesh().faceCount(), 16u);
+    ASSERT_EQ(scene.cloth().shape->mesh().faceCount(), 16u);
     places({0, 0, 0, 1, 2, 0});
     ASSERT_EQ(scene.handler.deformations().size(), 1u) << "the same points elsewhere";
     ASSERT_EQ(scene.handler.deformations()[0].end.size(), 12u);

@@ -98,14 +98,15 @@ TEST(TriangleTree, RefusesABadDeformationAndStaysAsItWas) {
     const Arrays arrays = soup(150, 61);
     TriangleTree tree(arrays.mesh());
     const TreeStorage before = tree.storage();
+    const TriangleMesh meshBefore = tree.mesh();
     const auto refused = [&](const std::vector<Vec3d>& positions) {
         const Expected<void> result = tree.refit(positions);
         ASSERT_FALSE(result);
         EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
         EXPECT_FALSE(result.error().message.empty());
         const TreeStorage& after = tree.storage();
-        EXPECT_TRUE(std::equal(after.mesh.positions().begin(), after.mesh.positions().end(), before.mesh.positions().begin()));
-        EXPECT_EQ(after.mesh.bounds().lower, before.mesh.bounds().lower);
+        EXPECT_TRUE(std::equal(after.mesh->positions().begin(), after.mesh->positions().end(), meshBefore.positions().begin()));
+        EXPECT_EQ(after.mesh->bounds().lower, meshBefore.bounds().lower);
         EXPECT_EQ(after.children, before.children);
         EXPECT_EQ(after.cost, before.cost);
         EXPECT_EQ(after.centre, before.centre);

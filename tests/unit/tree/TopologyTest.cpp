@@ -20,7 +20,7 @@ std::size_t depthOf(const TreeStorage& tree, std::uint32_t node) {
 }
 
 void expectSound(const TreeStorage& tree) {
-    const std::size_t faces = tree.mesh.faceCount();
+    const std::size_t faces = tree.mesh->faceCount();
     ASSERT_EQ(tree.children.size() % kWidth, 0U);
     std::vector<int> seen(faces);
     for (std::size_t slot = 0; slot < tree.children.size(); ++slot) {
