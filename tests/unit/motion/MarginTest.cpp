@@ -15,7 +15,7 @@ namespace {
 
 using bodies::Body;
 
-BodyMotion from(const Vec3d& start, const Vec3d& end) {
+BodyMotion straight(const Vec3d& start, const Vec3d& end) {
     return {.start = {.translation = start}, .end = {.translation = end}};
 }
 
@@ -26,8 +26,8 @@ Body pointAt(const Vec3d& at) {
     return out;
 }
 
-Impact impactOf(const Body& a, const BodyMotion& ma, const Body& b, const BodyMotion& mb, double margin,
-                double growth = 0) {
+Impact impactOfThick(const Body& a, const BodyMotion& ma, const Body& b, const BodyMotion& mb, double margin,
+                     double growth = 0) {
     QueryWork work;
     return timeOfImpact(a.tree(), ma, b.tree(), mb, work,
                         {.tolerance = 1e-9, .margin = margin, .marginGrowth = growth});
@@ -51,41 +51,41 @@ TEST(Margin, ABallMeetsPlateEdgeCornerAndBallWhenItShould) {
     };
     for (const Case& c : cases)
         for (const bool swapped : {false, true}) {
-            const Impact found = swapped ? impactOf(ball, from(c.from, c.to), c.other, {}, 1)
-                                         : impactOf(c.other, {}, ball, from(c.from, c.to), 1);
+            const Impact found = swapped ? impactOfThick(ball, straight(c.from, c.to), c.other, {}, 1)
+                                         : impactOfThick(c.other, {}, ball, straight(c.from, c.to), 1);
             ASSERT_TRUE(found.hit) << c.name;
             EXPECT_LE(found.t, c.t + 1e-15) << c.name;
             EXPECT_NEAR(found.t, c.t, 1e-9) << c.name;
             EXPECT_LE(found.distance, 1e-9) << c.name;
             EXPECT_NEAR(found.normal.norm(), 1, 1e-12) << c.name;
         }
-    EXPECT_FALSE(impactOf(plate, {}, ball, from({0.1, 0.2, 3}, {0.1, 0.2, 1.001}), 1).hit);
-    EXPECT_FALSE(impactOf(ball, {}, ball, from({3, 1.0001, 0}, {-3, 1.0001, 0}), 1).hit) << "passes by";
+    EXPECT_FALSE(impactOfThick(plate, {}, ball, straight({0.1, 0.2, 3}, {0.1, 0.2, 1.001}), 1).hit);
+    EXPECT_FALSE(impactOfThick(ball, {}, ball, straight({3, 1.0001, 0}, {-3, 1.0001, 0}), 1).hit) << "passes by";
 }
 
 TEST(Margin, MayGrowAndShrinkOnTheWay) {
     const Body ball = pointAt(Vec3d::Zero()), plate = bodies::sheet(4, 4);
     // 3 - t = 0.5 + 4 t.
-    const Impact grows = impactOf(plate, {}, ball, from({0, 0.1, 3}, {0, 0.1, 2}), 0.5, 4);
+    const Impact grows = impactOfThick(plate, {}, ball, straight({0, 0.1, 3}, {0, 0.1, 2}), 0.5, 4);
     ASSERT_TRUE(grows.hit);
     EXPECT_LE(grows.t, 0.5);
     EXPECT_NEAR(grows.t, 0.5, 1e-9);
     // 2 - 1.5 t = 1 - t, beyond the end; one that shrinks as it comes is met later: 2 - 1.9 t = 1 - 0.9 t.
-    EXPECT_FALSE(impactOf(plate, {}, ball, from({0, 0.1, 2}, {0, 0.1, 0.5}), 1, -1).hit);
-    const Impact shrinks = impactOf(plate, {}, ball, from({0, 0.1, 2}, {0, 0.1, 0.1}), 1, -0.9);
+    EXPECT_FALSE(impactOfThick(plate, {}, ball, straight({0, 0.1, 2}, {0, 0.1, 0.5}), 1, -1).hit);
+    const Impact shrinks = impactOfThick(plate, {}, ball, straight({0, 0.1, 2}, {0, 0.1, 0.1}), 1, -0.9);
     ASSERT_TRUE(shrinks.hit);
     EXPECT_NEAR(shrinks.t, 1, 1e-8);
     // Standing still.
-    EXPECT_NEAR(impactOf(plate, {}, ball, from({0, 0, 2}, {0, 0, 2}), 0, 4).t, 0.5, 1e-9);
+    EXPECT_NEAR(impactOfThick(plate, {}, ball, straight({0, 0, 2}, {0, 0, 2}), 0, 4).t, 0.5, 1e-9);
     // Nobody moves before it is large enough.
-    EXPECT_FALSE(impactOf(plate, {}, ball, from({0, 0, 2}, {0, 0, 2}), 0, 1.999).hit);
+    EXPECT_FALSE(impactOfThick(plate, {}, ball, straight({0, 0, 2}, {0, 0, 2}), 0, 1.999).hit);
 }
 
 TEST(Margin, TouchingAtTheStartIsAtZeroAndPartingIsNone) {
     const Body ball = pointAt(Vec3d::Zero()), plate = bodies::sheet(2, 2);
-    EXPECT_EQ(impactOf(plate, {}, ball, from({0, 0, 0.9}, {0, 0, 5}), 1).t, 0);
-    EXPECT_TRUE(impactOf(plate, {}, ball, from({0, 0, 0.9}, {0, 0, 5}), 1).hit);
-    EXPECT_FALSE(impactOf(plate, {}, ball, from({0, 0, 1 + 5e-10}, {0, 0, 5}), 1).hit);
+    EXPECT_EQ(impactOfThick(plate, {}, ball, straight({0, 0, 0.9}, {0, 0, 5}), 1).t, 0);
+    EXPECT_TRUE(impactOfThick(plate, {}, ball, straight({0, 0, 0.9}, {0, 0, 5}), 1).hit);
+    EXPECT_FALSE(impactOfThick(plate, {}, ball, straight({0, 0, 1 + 5e-10}, {0, 0, 5}), 1).hit);
 }
 
 TEST(Margin, BadOnesAreUnknown) {
@@ -93,7 +93,7 @@ TEST(Margin, BadOnesAreUnknown) {
     const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
     for (const auto& [margin, growth] :
          std::array<std::pair<double, double>, 5>{{{-1, 0}, {nan, 0}, {infinity, 0}, {1, -1.5}, {0, infinity}}}) {
-        const Impact found = impactOf(ball, {}, ball, from({3, 0, 0}, {-3, 0, 0}), margin, growth);
+        const Impact found = impactOfThick(ball, {}, ball, straight({3, 0, 0}, {-3, 0, 0}), margin, growth);
         EXPECT_TRUE(!found.hit && !found.complete && found.t == 0) << margin << ", " << growth;
     }
 }
@@ -158,7 +158,7 @@ TEST(Margin, SupportsHoldWhatIsThick) {
     const auto go = [&](double sunk, const Vec3d& by) {
         QueryWork work;
         const Vec3d start(0, 0.5 - sunk, 0);
-        return timeOfImpact(hall.tree(), {}, ball.tree(), from(start, start + by), work,
+        return timeOfImpact(hall.tree(), {}, ball.tree(), straight(start, start + by), work,
                             {.tolerance = 1e-9, .supports = supports, .margin = 0.5});
     };
     for (const double sunk : {0.0, 5e-5}) {

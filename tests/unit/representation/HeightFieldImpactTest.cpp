@@ -12,12 +12,12 @@ namespace {
 
 using namespace terrains;
 
-struct Land {
+struct FieldAndTree {
     TriangleMesh mesh;
     TriangleTree tree;
     HeightField field;
 
-    explicit Land(const TriangleMesh& of) : mesh(of), tree(of), field(*HeightField::recognise(of)) {}
+    explicit FieldAndTree(const TriangleMesh& of) : mesh(of), tree(of), field(*HeightField::recognise(of)) {}
 };
 
 Vec3d direction(Random& random) {
@@ -85,7 +85,7 @@ TEST(HeightFieldImpact, IsNeverMissedNeverLateAndThatOfTheTree) {
         Terrain terrain = anyTerrain(random), small = anyTerrain(random);
         terrain.columns = 2 + terrain.columns % 9, terrain.rows = 2 + terrain.rows % 7;
         small.columns = 2 + small.columns % 4, small.rows = 2 + small.rows % 4;
-        const Land land(make(random, terrain).mesh()), other(make(random, small).mesh());
+        const FieldAndTree land(make(random, terrain).mesh()), other(make(random, small).mesh());
         std::mt19937 soups(static_cast<unsigned>(seed));
         const TriangleTree body(i % 2 ? bodies::soup(soups, 12).mesh() : bodies::sphere(0.4, 4, 6).mesh(),
                                 {.volume = static_cast<VolumeKind>(i % 7)});
@@ -113,7 +113,7 @@ TEST(HeightFieldImpact, HonoursSupportsWithinAndMargin) {
     const Terrain ramp{.columns = 41, .rows = 5, .width = 20, .depth = 8, .height = [](double x, double) {
                            return std::max(0.0, x - 3);
                        }};
-    const Land land(make(random, ramp).mesh());
+    const FieldAndTree land(make(random, ramp).mesh());
     const bodies::Body box = bodies::box(Vec3d::Ones());
     const std::vector<Support> supports{{.normal = Vec3d::UnitZ(), .overlap = 1e-4, .rounding = 1e-10}};
     BodyMotion way;
@@ -139,7 +139,7 @@ TEST(HeightFieldImpact, HonoursSupportsWithinAndMargin) {
 
 TEST(HeightFieldImpact, BadInputAndExhaustedWorkAreUnknown) {
     Random random(2);
-    const Land land(make(random, {}).mesh());
+    const FieldAndTree land(make(random, {}).mesh());
     const bodies::Body box = bodies::box(Vec3d::Constant(0.3));
     BodyMotion way;
     way.start.translation = Vec3d(0, 0, 2), way.end.translation = Vec3d(0, 0, -2);
@@ -162,7 +162,7 @@ TEST(HeightFieldImpact, BetweenTwoStatesIsThatOfTheTree) {
     int hits = 0;
     for (std::uint64_t seed = 1; seed <= 60; ++seed) {
         Random random(seed);
-        const Land land(make(random, anyTerrain(random)).mesh());
+        const FieldAndTree land(make(random, anyTerrain(random)).mesh());
         Terrain sheet{.columns = 6, .rows = 5, .width = 0.8, .depth = 0.8};
         const TriangleTree cloth(make(random, sheet).mesh());
         std::vector<Vec3d> clothEnd, landEnd;
@@ -205,7 +205,7 @@ TEST(HeightFieldImpact, BetweenTwoStatesIsThatOfTheTree) {
     }
     EXPECT_GT(hits, 15);
     Random random(1);
-    const Land land(make(random, {}).mesh());
+    const FieldAndTree land(make(random, {}).mesh());
     const TriangleTree cloth(make(random, {.columns = 3, .rows = 3}).mesh());
     QueryWork work;
     EXPECT_FALSE(timeOfImpact(land.field, {}, cloth, std::vector<Vec3d>(8, Vec3d::Zero()), work).complete);
@@ -220,7 +220,7 @@ TEST(HeightFieldImpact, ShortWaysCostAboutAsMuchAsOfTheTree) {
     const Terrain hills{.columns = 257, .rows = 257, .width = 256, .depth = 256, .height = [](double x, double y) {
                             return 2 * std::sin(0.3 * x) * std::cos(0.2 * y);
                         }};
-    const Land land(make(random, hills).mesh());
+    const FieldAndTree land(make(random, hills).mesh());
     const bodies::Body ball = bodies::sphere(0.7, 8, 10);
     QueryWork field, tree;
     int hits = 0;

@@ -82,7 +82,7 @@ TEST(TreeTopology, IsTheSameOnEveryProcessorAndEveryTime) {
             const TreeStorage& s = tree.storage();
             for (const InstructionSet set : {InstructionSet::kSse41, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
                 if (set > instructionSet()) continue;
-                const TreeTopology other = divide(ownPositions(s), s.mesh.indices(), rule, set);
+                const TreeTopology other = divide(ownPositions(s), s.mesh->indices(), rule, set);
                 ASSERT_EQ(other.children, s.children) << name(set);
                 ASSERT_EQ(other.leafFaces, s.leafFaces) << name(set);
             }
