@@ -200,7 +200,7 @@ TEST(Laws, AFollowerWithoutArraysHasTheHashOfEveryFrame) {
         }
         EXPECT_EQ(follower.objectCount(), 1u);
     });
-    EXPECT_GT(ranges, 900u);
+    EXPECT_GT(ranges, 800u);
 }
 
 TEST(Laws, TheHashDoesNotDependOnHistory) {

@@ -91,17 +91,22 @@ protected:
 
 TEST_F(CollisionVerbs, ContactsAreATableByPaths) {
     contacts.contacts = {contact(test::kHook, test::kHall, kWatchCore), contact(test::kHook, ObjectId{999}, {})};
+    contacts.contacts[0].depth = 0.5;
+    contacts.contacts[0].uvA = Vec2d(0.25, 0.5);
     contacts.leftOut = 40;
     contacts.notLookedAt = 5;
     EXPECT_EQ(ctl({"contacts"}).out,
-              "objects                   faces     point        normal     time  interest\n"
-              "/hall/crane/hook - /hall  1 - hull  (0.1, 2, 3)  (1, 0, 0)  0.25  /watch\n"
-              "/hall/crane/hook - #999   1 - hull  (0.1, 2, 3)  (1, 0, 0)  0.25  -\n"
+              "objects                   faces     point        normal     depth  time  interest\n"
+              "/hall/crane/hook - /hall  1 - hull  (0.1, 2, 3)  (1, 0, 0)  0.5    0.25  /watch\n"
+              "/hall/crane/hook - #999   1 - hull  (0.1, 2, 3)  (1, 0, 0)  -      0.25  -\n"
               "2 contacts in frame 9, 3 begun so far, 40 more found than are listed; 5 pairs not looked at\n");
     const Json json = askJson({"contacts"});
     EXPECT_EQ(json["contacts"][0]["objects"], Json::array({"/hall/crane/hook", "/hall"}));
     EXPECT_EQ(json["contacts"][0]["faces"], Json::array({1, nullptr})) << "a hull has no face of the file";
     EXPECT_EQ(json["contacts"][0]["interest"], "/watch");
+    EXPECT_EQ(json["contacts"][0]["depth"], 0.5);
+    EXPECT_EQ(json["contacts"][0]["places"], Json::parse("[[0.25,0.5],[0,0]]"));
+    EXPECT_TRUE(json["contacts"][1]["depth"].is_null());
     EXPECT_EQ(json["contacts"][0]["time"].get<double>(), 0.25);
     EXPECT_EQ(json["contacts"][0]["point"][0].get<double>(), 0.1);
     EXPECT_TRUE(json["contacts"][1]["interest"].is_null());

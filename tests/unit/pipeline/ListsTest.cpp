@@ -97,7 +97,7 @@ TEST(Lists, AreThoseOfTheirStepWhenTheyAreMadeLater) {
     if (first == last) return;
     EXPECT_GT(contacts, 1'000u);
     EXPECT_GT(stays, 500u);
-    EXPECT_GT(near, 50u);
+    EXPECT_GT(near, 20u);
     EXPECT_GT(cut, 50u);
 }
 

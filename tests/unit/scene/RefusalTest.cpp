@@ -113,8 +113,8 @@ TEST(Refusals, OfWordsAndFlags) {
     list.columns[0].append(ObjectId(20), true);
     std::get<std::vector<std::uint8_t>>(list.columns[0].values)[0] = 2;
     EXPECT_SAYS(list, "set Interest.enabled of #20: neither 0 nor 1");
-    EXPECT_SAYS(Edits().core<Interest>(20).value<Interest>(20, fieldId<&Interest::mode>, std::int64_t{5}).take(),
-                "5 is not between 0 and 4");
+    EXPECT_SAYS(Edits().core<Interest>(20).value<Interest>(20, fieldId<&Interest::mode>, std::int64_t{6}).take(),
+                "6 is not between 0 and 5");
 }
 
 TEST(Refusals, OfColumns) {
