@@ -12,7 +12,7 @@ struct CollisionObject {
     static constexpr ObjectType kType{14};
     static constexpr std::int64_t kStatic = 0, kRigid = 1, kDeforming = 2;
     static constexpr std::int64_t kWhole = 0, kEachChild = 1, kEachGeometry = 2;
-    static constexpr std::int64_t kTriangles = 0, kHull = 1, kHeightField = 2;
+    static constexpr std::int64_t kTriangles = 0, kHull = 1, kHeightField = 2, kPoints = 3, kAutoShape = 4;
     static constexpr std::int64_t kAuto = 0, kSphere = 1, kAabb = 2, kObb = 3, kDop6 = 4, kDop14 = 5, kDop18 = 6,
                                   kDop26 = 7;
     ObjectId node;  ///< none: the core means nothing
@@ -21,8 +21,10 @@ struct CollisionObject {
     std::int64_t kind = kRigid;
     std::int64_t division =
         kWhole;  ///< a group: each child of the node, or each geometry below it, is an object by itself
-    std::int64_t shape = kTriangles;  ///< the surface as it is; the convex hull of each geometry, which is solid;
-                                      ///< or the same surface by its heights over a grid, where it is one
+    /// The surface as it is drawn; the convex hull of each geometry, which is solid; the same surface by its heights
+    /// over a grid; or the balls around points. Auto: balls for points, heights for a grid, else the surface. Where a
+    /// geometry is not what is asked for, or deforms, it is taken as the surface, and the report names it.
+    std::int64_t shape = kTriangles;
     std::int64_t layers = 1;          ///< bits for the masks of interests; 0: takes part in nothing
     /// Above 0, for rigid objects that are whole and whose node is a Transform of its own: a free body, which gravity,
     /// impulses and its velocities move. 0: moved by motions and hands alone, and by no impulse.
@@ -33,6 +35,9 @@ struct CollisionObject {
     Vec3d spin = Vec3d::Zero();      ///< of a free body; world axes
     /// What bounds the triangles in the trees of its geometries. It changes no answer, but how long answers take.
     std::int64_t volume = kAuto;
+    /// How near to it a motion is stopped, and how deep two may lie in each other and still slide, in units of the
+    /// world. Of two objects the smaller one counts. 0: a ten-thousandth of what moves.
+    double tolerance = 0;
 
     static constexpr double kFastest = 1e6;
 };
@@ -52,7 +57,9 @@ inline constexpr auto kDescription<CollisionObject> =
              field<&CollisionObject::shape>(4, "shape")
                  .oneOf({{CollisionObject::kTriangles, "triangles"},
                          {CollisionObject::kHull, "hull"},
-                         {CollisionObject::kHeightField, "heightfield"}})
+                         {CollisionObject::kHeightField, "heightfield"},
+                         {CollisionObject::kPoints, "points"},
+                         {CollisionObject::kAutoShape, "auto"}})
                  .affects(Effect::kRules),
              field<&CollisionObject::layers>(5, "layers").affects(Effect::kRules),
              field<&CollisionObject::mass>(6, "mass").between(0, 1e12).affects(Effect::kTerms),
@@ -75,6 +82,7 @@ inline constexpr auto kDescription<CollisionObject> =
                          {CollisionObject::kDop14, "14-dop"},
                          {CollisionObject::kDop18, "18-dop"},
                          {CollisionObject::kDop26, "26-dop"}})
-                 .affects(Effect::kRules));
+                 .affects(Effect::kRules),
+             field<&CollisionObject::tolerance>(12, "tolerance").between(0, 1e12).affects(Effect::kTerms));
 
 }  // namespace tessera

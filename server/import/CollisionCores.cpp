@@ -38,7 +38,8 @@ static_assert(ObjectMessage::WHOLE == CollisionObject::kWhole &&
               ObjectMessage::EACH_CHILD == CollisionObject::kEachChild &&
               ObjectMessage::EACH_GEOMETRY == CollisionObject::kEachGeometry);
 static_assert(ObjectMessage::TRIANGLES == CollisionObject::kTriangles && ObjectMessage::HULL == CollisionObject::kHull &&
-              ObjectMessage::HEIGHTFIELD == CollisionObject::kHeightField);
+              ObjectMessage::HEIGHTFIELD == CollisionObject::kHeightField &&
+              ObjectMessage::POINTS == CollisionObject::kPoints && ObjectMessage::AUTO_SHAPE == CollisionObject::kAutoShape);
 static_assert(ObjectMessage::AUTO == CollisionObject::kAuto && ObjectMessage::SPHERE == CollisionObject::kSphere &&
               ObjectMessage::DOP26 == CollisionObject::kDop26);
 
@@ -74,6 +75,7 @@ Expected<CollisionObject> readCollisionObject(const ObjectMessage& message) {
     object.division = message.division();
     object.shape = message.shape();
     object.volume = message.volume();
+    object.tolerance = message.tolerance();
     if (message.has_layers()) object.layers = message.layers();
     object.mass = message.mass();
     if (message.has_restitution()) object.restitution = message.restitution();

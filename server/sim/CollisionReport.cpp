@@ -83,6 +83,7 @@ void CollisionReport::frameDone(const StepResult& step) {
     contacts_ = step.contacts;
     distances_ = step.distances;
     notLookedAt_ = first(step.notLookedAt, kMaxNotLookedAt);
+    standIns_ = first(step.standIns, kMaxNotLookedAt);
     begun_ += step.contactsBegun;
     pairsTested_ += last_.pairsTested;
     boxTests_ += last_.boxTests;
@@ -127,6 +128,9 @@ nlohmann::ordered_json CollisionReport::toJson(const Aspect& scene) const {
         if (n.nodeB) nodes.push_back(names.node(n.nodeB));
         notLookedAt.push_back({{"nodes", std::move(nodes)}, {"reason", nameOf(n.reason)}});
     }
+    Json standIns = Json::array();
+    for (const StandIn& s : standIns_)
+        standIns.push_back({{"node", names.node(s.node)}, {"asked", s.asked}, {"taken", s.taken}});
     const CollisionLimits limits;
     Json report;
     report["objects"] = last_.objects;
@@ -142,6 +146,7 @@ nlohmann::ordered_json CollisionReport::toJson(const Aspect& scene) const {
     report["events"] = {{"began", eventsBegan_}, {"ended", eventsEnded_}, {"left_out", eventsLeftOut_}};
     report["distances"] = std::move(distances);
     report["unanswered"] = unanswered_;
+    report["stand_ins"] = {{"count", last_.standIns}, {"list", std::move(standIns)}};
     report["not_looked_at"] = {{"count", notLookedAtCount_}, {"list", std::move(notLookedAt)}};
     report["budget"] = {{"max_tests", limits.maxTests},
                         {"largest_share", static_cast<double>(mostTests_) / static_cast<double>(limits.maxTests)}};

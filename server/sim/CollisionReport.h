@@ -28,6 +28,7 @@ private:
     LazyList<Contact> contacts_;
     DistanceList distances_;
     std::vector<NotLookedAt> notLookedAt_;
+    std::vector<StandIn> standIns_;
     // Over the run.
     std::uint64_t begun_ = 0, pairsTested_ = 0, boxTests_ = 0, triangleTests_ = 0;
     std::uint64_t eventsBegan_ = 0, eventsEnded_ = 0, eventsLeftOut_ = 0, contactsLeftOut_ = 0;

@@ -14,9 +14,16 @@ std::string json(double x) {
 std::string json(const Vec3d& v) {
     return fmt::format("[{:.17g},{:.17g},{:.17g}]", v.x(), v.y(), v.z());
 }
+/// A solid as a whole has no face to name.
+std::string faceName(std::uint32_t face, const char* whole) {
+    return face == kWhole ? whole : fmt::format("{}", face);
+}
 std::string json(const FacePair& p) {
-    if (p.a == kWhole) return "null";  // solids as wholes
-    return fmt::format("[{},{}]", p.a, p.b);
+    if (p.a == kWhole && p.b == kWhole) return "null";
+    return fmt::format("[{},{}]", faceName(p.a, "null"), faceName(p.b, "null"));
+}
+std::string text(const FacePair& p) {
+    return faceName(p.a, "whole") + "/" + faceName(p.b, "whole");
 }
 std::string text(const Vec3d& v) {
     return fmt::format("({:.9g} {:.9g} {:.9g})", v.x(), v.y(), v.z());
@@ -40,8 +47,7 @@ std::string answerLine(const PairTouch& pairs, AnswerFormat format) {
     const bool asJson = format == AnswerFormat::kJson;
     std::string named;
     for (std::size_t i = 0; i < std::min(pairs.faces.size(), kPairsNamed); ++i)
-        named += asJson ? (i > 0 ? "," : "") + json(pairs.faces[i])
-                        : fmt::format(" {}/{}", pairs.faces[i].a, pairs.faces[i].b);
+        named += asJson ? (i > 0 ? "," : "") + json(pairs.faces[i]) : " " + text(pairs.faces[i]);
     const char* rest = incomplete(pairs.complete, format);
     if (asJson)
         return fmt::format(R"({{"hit":{},"pairs":{},"first":[{}]{}}})", pairs.count > 0 || !pairs.complete, pairs.count,
@@ -67,7 +73,7 @@ std::string answerLine(const Distance& distance, AnswerFormat format) {
         return fmt::format(R"({{"distance":{},"faces":{},"points":[{},{}]{}}})", json(distance.distance),
                            json(distance.faces), json(distance.onA), json(distance.onB), rest);
     const std::string faces =
-        distance.faces.a == kWhole ? "" : fmt::format(" faces {}/{},", distance.faces.a, distance.faces.b);
+        distance.faces == FacePair{kWhole, kWhole} ? "" : fmt::format(" faces {},", text(distance.faces));
     return fmt::format("distance {:.9g},{} from {} to {}{}", distance.distance, faces, text(distance.onA),
                        text(distance.onB), rest);
 }
@@ -79,8 +85,8 @@ std::string answerLine(const Impact& impact, AnswerFormat format) {
     if (format == AnswerFormat::kJson)
         return fmt::format(R"({{"hit":true,"t":{},"distance":{},"faces":{},"point":{},"normal":{}{}}})", json(impact.t),
                            json(impact.distance), json(impact.faces), json(impact.point), json(impact.normal), rest);
-    return fmt::format("touch at t = {:.9g}, distance {:.3g}, faces {}/{}, point {}, normal {}{}", impact.t,
-                       impact.distance, impact.faces.a, impact.faces.b, text(impact.point), text(impact.normal), rest);
+    return fmt::format("touch at t = {:.9g}, distance {:.3g}, faces {}, point {}, normal {}{}", impact.t,
+                       impact.distance, text(impact.faces), text(impact.point), text(impact.normal), rest);
 }
 
 std::string timeLine(const QueryTimes& times, AnswerFormat format) {

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <variant>
 
 #include "common/base/Version.h"
 #include "common/base/Workers.h"
@@ -29,7 +30,8 @@ const std::map<std::string, CollideQuery> kQueries{
     {"toi", CollideQuery::kImpact}, {"depth", CollideQuery::kDepth}, {"self", CollideQuery::kSelf}};
 const std::map<std::string, Representation> kKinds{{"triangles", Representation::kTriangles},
                                                    {"hull", Representation::kHull},
-                                                   {"heightfield", Representation::kHeightField}};
+                                                   {"heightfield", Representation::kHeightField},
+                                                   {"points", Representation::kPoints}};
 const std::map<std::string, VolumeKind> kVolumes{{"sphere", VolumeKind::kSphere}, {"aabb", VolumeKind::kAabb},
                                                  {"obb", VolumeKind::kObb},       {"dop6", VolumeKind::kDop6},
                                                  {"dop14", VolumeKind::kDop14},   {"dop18", VolumeKind::kDop18},
@@ -51,13 +53,26 @@ struct Bodies {
     std::shared_ptr<CollisionShape> a, b;
 };
 
-Expected<TriangleMesh> load(const std::string& path, const CollideArguments& arguments) {
-    return readTriangles(path, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
+using Model = std::variant<TriangleMesh, FilePoints>;
+
+Expected<Model> load(const std::string& path, Representation as, const CollideArguments& arguments) {
+    const ImportOptions options{.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined};
+    if (as != Representation::kPoints) return readTriangles(path, options);
+    Expected<FilePoints> points = readPoints(path, options);
+    if (points) points->radius = arguments.radius.value_or(points->radius);
+    return points;
 }
 
 /// With the tree that queries begin with, so that its time counts as building.
-Expected<std::shared_ptr<CollisionShape>> shapeOf(TriangleMesh mesh, Representation as, const std::string& path,
+Expected<std::shared_ptr<CollisionShape>> shapeOf(Model model, Representation as, const std::string& path,
                                                   const TreeOptions& trees) {
+    if (const auto* points = std::get_if<FilePoints>(&model)) {
+        Expected<std::shared_ptr<CollisionShape>> made =
+            CollisionShape::ofPoints(points->places, points->radius, trees);
+        if (!made) return failWith(path, made.error());
+        return made;
+    }
+    TriangleMesh& mesh = std::get<TriangleMesh>(model);
     if (as == Representation::kHeightField) {
         Expected<std::shared_ptr<CollisionShape>> field = CollisionShape::ofHeightField(mesh, trees);
         if (!field) return failWith(path, field.error());
@@ -159,9 +174,11 @@ Expected<void> collide(const CollideArguments& arguments) {
     if (!poses) return tl::unexpected(poses.error());
     if (const Expected<void> fits = checkPosesFor(arguments.query, *poses, arguments.poses); !fits) return fits;
 
-    Expected<TriangleMesh> a = load(arguments.a, arguments);
+    Expected<Model> a = load(arguments.a, arguments.asA, arguments);
     if (!a) return tl::unexpected(a.error());
-    Expected<TriangleMesh> b = alone || arguments.b == arguments.a ? a : load(arguments.b, arguments);
+    const bool same = arguments.b == arguments.a &&
+                      (arguments.asA == Representation::kPoints) == (arguments.asB == Representation::kPoints);
+    Expected<Model> b = alone || same ? a : load(arguments.b, arguments.asB, arguments);
     if (!b) return tl::unexpected(b.error());
 
     const SteadyClock::time_point start = SteadyClock::now();
@@ -226,10 +243,12 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
                        "toi: a distance that is a hit (1e-4);\ndistance: may be so much too large (0)")
             ->type_name("T");
     app.add_option("--threads", out.threads, "For any and all (1)")->type_name("N")->check(CLI::Range(1, 256));
-    app.add_option("--as-a", asA, "A as triangles, hull or heightfield\n(triangles)")
+    app.add_option("--as-a", asA, "A as triangles, hull, heightfield or\npoints (triangles)")
         ->type_name("KIND")
         ->check(oneOf(kKinds));
     app.add_option("--as-b", asB, "The same of B")->type_name("KIND")->check(oneOf(kKinds));
+    double radius = 0;
+    const CLI::Option* radiusOption = app.add_option("--radius", radius, "Of points; else the file's")->type_name("R");
     app.add_option("--volume", volume, "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; changes no answer")
         ->type_name("V")
         ->check(oneOf(kVolumes));
@@ -265,6 +284,14 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
             return fail(ErrorCode::kUsage,
                         fmt::format("--tolerance must be a number {} 0", zeroWillDo ? "of at least" : "above"));
         out.tolerance = tolerance;
+    }
+    const bool points = out.asA == Representation::kPoints || out.asB == Representation::kPoints;
+    if (alone && points) return fail(ErrorCode::kUsage, "self is about surfaces: points run into nothing of theirs");
+    if (radiusOption->count() > 0) {
+        if (!points) return fail(ErrorCode::kUsage, "--radius is for --as-a points and --as-b points");
+        if (!std::isfinite(radius) || radius < 0)
+            return fail(ErrorCode::kUsage, "--radius must be a number of at least 0");
+        out.radius = radius;
     }
     if (out.threads > 1 && out.query != CollideQuery::kAny && out.query != CollideQuery::kAll)
         return fail(ErrorCode::kUsage, fmt::format("--threads is for any and all; {} takes one thread", query));

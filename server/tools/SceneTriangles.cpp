@@ -1,11 +1,14 @@
 #include "server/tools/SceneTriangles.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
 #include <unordered_map>
+#include <utility>
 
 #include "common/drawable/Drawable.h"
+#include "common/geometry/Points.h"
 #include "common/scene/Action.h"
 
 namespace tessera {
@@ -36,9 +39,8 @@ private:
     std::vector<double> positions_;
 };
 
-}  // namespace
-
-Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions options) {
+/// The file as a scene of its own.
+Expected<void> readScene(const std::string& path, ImportOptions options, Aspect& aspect) {
     options.verbatim = true;
     Expected<ImportedScene> imported = importScene(path, kRootNode, options);
     if (!imported) return tl::unexpected(imported.error());
@@ -46,8 +48,15 @@ Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions opti
     replaceIds(imported->list, [](ObjectId id) {
         return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id;
     });
-    Aspect aspect;
     if (const Expected<void> applied = aspect.apply(imported->list); !applied) return failWith(path, applied.error());
+    return {};
+}
+
+}  // namespace
+
+Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions options) {
+    Aspect aspect;
+    if (Expected<void> read = readScene(path, std::move(options), aspect); !read) return tl::unexpected(read.error());
 
     Welder welder;
     std::vector<std::uint32_t> indices;
@@ -72,6 +81,28 @@ Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions opti
     Expected<TriangleMesh> mesh = TriangleMesh::make(welder.positions(), indices);
     if (!mesh) return failWith(path, mesh.error());
     return mesh;
+}
+
+Expected<FilePoints> readPoints(const std::string& path, ImportOptions options) {
+    Aspect aspect;
+    if (Expected<void> read = readScene(path, std::move(options), aspect); !read) return tl::unexpected(read.error());
+    FilePoints out;
+    Action collect;
+    collect.onNode([&](const Visit& visit) {
+        const Drawable drawable = drawableOf(aspect, visit.node);
+        if (!drawable) return Descend::kInto;
+        const MeshArrays arrays = drawable.arrays();
+        if (arrays.primitive != Primitive::kPoints) return Descend::kInto;
+        const std::span<const float> xyz = arrays.positions.as<float>();
+        for (std::size_t i = 0; i + 2 < xyz.size(); i += 3)
+            out.places.emplace_back(visit.world_T_node * Vec3d(xyz[i], xyz[i + 1], xyz[i + 2]));
+        const double stretch = visit.world_T_node.linear().jacobiSvd().singularValues()[0];
+        out.radius = std::max(out.radius, shownRadius(arrays) * stretch);
+        return Descend::kInto;
+    });
+    collect.run(aspect);
+    if (out.places.empty()) return fail(ErrorCode::kBadInput, path + ": there are no points in it");
+    return out;
 }
 
 }  // namespace tessera

@@ -1,7 +1,8 @@
-/// The triangles of a whole file, as the pairwise stage wants them.
+/// The triangles or points of a whole file, as the pairwise stage wants them.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "server/collision/mesh/TriangleMesh.h"
 #include "server/import/Importer.h"
@@ -12,5 +13,13 @@ namespace tessera {
 /// positions become one vertex; no triangle is left out, so a face is the triangle's place in the file. Blocks; errors
 /// name the file, kBadInput also where it has no triangle at all.
 [[nodiscard]] Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions options);
+
+struct FilePoints {
+    std::vector<Vec3d> places;
+    double radius = 0;
+};
+/// The same of its points, with the radius that they are shown with, the largest where there are several. kBadInput also
+/// where it has no points.
+[[nodiscard]] Expected<FilePoints> readPoints(const std::string& path, ImportOptions options);
 
 }  // namespace tessera

@@ -26,7 +26,7 @@ inline std::string structureDifference(const Aspect& a, const Aspect& b, ObjectI
     };
     (void)pair(topA, topB);
     while (!open.empty()) {
-        const auto [x, y] = open.back();
+        const ObjectId x = open.back().first, y = open.back().second;
         open.pop_back();
         const Object left = a.find(x), right = b.find(y);
         const auto say = [&](std::string_view what) {

@@ -65,7 +65,7 @@ private:
         else if constexpr (std::is_same_v<T, bool>)
             value = source_.number() % 2 == 1;
         else if constexpr (std::is_same_v<T, std::chrono::milliseconds>)
-            value = T(static_cast<T::rep>(source_.number() % 10'000));
+            value = T(static_cast<typename T::rep>(source_.number() % 10'000));
         else
             value = T(source_.number());
     }

@@ -18,6 +18,7 @@ struct Body {
     double mass = 0;  ///< above 0: a free body (all conditions of CollisionObject::mass hold)
     double restitution = 0.2;
     double friction = 0.5;
+    double tolerance = 0;  ///< of motions; 0: not said
     Vec3d velocity = Vec3d::Zero(), spin = Vec3d::Zero();
     /// Of a free body: the Transform core that carries it. What is above it is rigid but for one uniform scale.
     ObjectId transform;

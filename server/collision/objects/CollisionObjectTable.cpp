@@ -7,10 +7,12 @@ namespace {
 
 ShapeChoice choiceOf(const CollisionObject& object) {
     ShapeChoice choice;
-    // What deforms is a surface.
-    if (object.kind != CollisionObject::kDeforming) {
-        if (object.shape == CollisionObject::kHull) choice.representation = Representation::kHull;
-        if (object.shape == CollisionObject::kHeightField) choice.representation = Representation::kHeightField;
+    switch (object.shape) {
+        case CollisionObject::kHull: choice.representation = Representation::kHull; break;
+        case CollisionObject::kHeightField: choice.representation = Representation::kHeightField; break;
+        case CollisionObject::kPoints: choice.representation = Representation::kPoints; break;
+        case CollisionObject::kAutoShape: choice.representation = std::nullopt; break;
+        default: break;
     }
     switch (object.volume) {
         case CollisionObject::kSphere: choice.volume = VolumeKind::kSphere; break;

@@ -122,6 +122,7 @@ void ObjectHandler::seeAll(const Aspect& aspect) {
     rewordedParts_.clear();
     drawn_.clear();
     skipped_ = 0;
+    standIns_.clear();
     bodies_.clear();
     bodyTerms_.clear();
     freeBodyNumbers_.clear();

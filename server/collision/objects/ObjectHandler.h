@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -141,6 +142,14 @@ public:
     /// Enabled interests beyond the limits: not looked at.
     [[nodiscard]] std::size_t interestsLeftOut() const { return interestsLeftOut_; }
     [[nodiscard]] std::size_t partsSkipped() const { return skipped_; }
+    /// How near to each other two parts may be when a motion stops: what their objects say, the smaller one; where neither
+    /// does, `relative` sizes. World units.
+    [[nodiscard]] double toleranceOf(std::uint32_t a, std::uint32_t b, double size, double relative) const;
+    /// Parts whose geometry is not, or cannot be, what their object asks for, by number.
+    [[nodiscard]] const std::set<std::uint32_t>& standIns() const { return standIns_; }
+    [[nodiscard]] std::optional<Representation> askedShape(std::uint32_t part) const {
+        return partTerms_[part].shape.choice.representation;
+    }
     /// Of the first Environment in document order.
     [[nodiscard]] const Vec3d& gravity() const { return gravity_; }
 
@@ -260,6 +269,7 @@ private:
     }
     [[nodiscard]] std::shared_ptr<const CollisionShape> shapeOf(const Aspect& aspect, std::uint32_t part, bool jump);
     void reshapePart(std::uint32_t part);
+    void noteStandIn(std::uint32_t part, const CollisionShape* shape);
     void setBox(std::uint32_t part, const Box& box);
     void noteMoved(std::uint32_t part);
     void noteRegrouped(std::uint32_t part);
@@ -313,6 +323,7 @@ private:
     std::vector<std::uint32_t> drawn_;
     bool drawnAsked_ = false, drawnAll_ = true;
     std::size_t skipped_ = 0;  // parts that are not solid
+    std::set<std::uint32_t> standIns_;
 
     std::vector<Body> bodies_;
     std::vector<BodyTerms> bodyTerms_;

@@ -69,6 +69,7 @@ void ObjectHandler::settleBody(const Aspect& aspect, std::uint32_t number) {
         body.layers = plain.layers;
         body.restitution = plain.restitution;
         body.friction = plain.friction;
+        body.tolerance = plain.tolerance;
         body.velocity = plain.velocity;
         body.spin = plain.spin;
         terms.mass = 0;
@@ -129,12 +130,25 @@ void ObjectHandler::copyTerms(const CollisionObject& core, std::uint32_t body) {
     Body& mine = bodies_[body];
     mine.restitution = core.restitution;
     mine.friction = core.friction;
+    mine.tolerance = core.tolerance;
     mine.velocity = core.velocity;
     mine.spin = core.spin;
     const double mass = bodyTerms_[body].candidate ? core.mass : 0;
     if (mine.free()) noteFree(body);
     if (mass != bodyTerms_[body].mass) candidates_.push_back(body);
     bodyTerms_[body].mass = mass;
+}
+
+double ObjectHandler::toleranceOf(std::uint32_t a, std::uint32_t b, double size, double relative) const {
+    double said = 0;
+    for (const std::uint32_t part : {a, b}) {
+        if (parts_[part].body == kNobody) continue;
+        const double own = bodies_[parts_[part].body].tolerance;
+        if (own > 0 && (said == 0 || own < said)) said = own;
+    }
+    // Less would be lost among rounding errors.
+    constexpr double kLeast = 1e-9;
+    return said > 0 ? std::max(said, kLeast * size) : relative * size;
 }
 
 /// All conditions of CollisionObject::mass that poses and shapes decide; the others have chosen the candidates.

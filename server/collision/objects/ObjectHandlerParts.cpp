@@ -52,6 +52,7 @@ void ObjectHandler::removePart(std::uint32_t number) {
     if (!part.solid()) --skipped_;
     deformingDirty_ = deformingDirty_ || terms.shape.deforms;
     standings_[part.place].part = kNobody;
+    standIns_.erase(number);
     part = {};
     terms.geometry = {};
     terms.shape = {};
@@ -128,6 +129,7 @@ void ObjectHandler::shapeParts(const Aspect& aspect, bool jump) {
         terms.shape = wanted;
         terms.geometry = tree_.at(part.place).core;
         std::shared_ptr<const CollisionShape> shape = shapeOf(aspect, number, jump);
+        noteStandIn(number, shape.get());
         // What the part was before everything was made anew, if it was.
         if (const auto before = remembered_.find(part.node); part.poseVersion == 0 && before != remembered_.end() &&
                                                              before->second.shape == shape &&
@@ -162,6 +164,14 @@ std::shared_ptr<const CollisionShape> ObjectHandler::shapeOf(const Aspect& aspec
     const MeshArrays arrays = drawableOf(aspect, core).arrays();
     if (partTerms_[part].shape.deforms) return deforming_.follow(deformingKey(part), arrays, jump);
     return shapes_->shape(arrays, partTerms_[part].shape.choice);
+}
+
+void ObjectHandler::noteStandIn(std::uint32_t number, const CollisionShape* shape) {
+    const std::optional<Representation> asked = partTerms_[number].shape.choice.representation;
+    if (shape != nullptr && asked && *asked != shape->representation())
+        standIns_.insert(number);
+    else
+        standIns_.erase(number);
 }
 
 /// The part's pose or its shape is another one.

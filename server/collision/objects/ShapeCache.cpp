@@ -28,6 +28,22 @@ std::optional<TriangleMesh> meshOf(const MeshArrays& arrays) {
     return meshOf(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
 }
 
+/// As they are shown.
+std::shared_ptr<const CollisionShape> pointsOf(const MeshArrays& arrays) {
+    if (!checkMesh({.positions = arrays.positions,
+                    .indices = arrays.indices,
+                    .primitive = Primitive::kPoints,
+                    .pointRadius = arrays.pointRadius}))
+        return nullptr;
+    const std::span<const float> xyz = arrays.positions.as<float>();
+    if (xyz.empty()) return nullptr;
+    std::vector<Vec3d> places;
+    places.reserve(xyz.size() / 3);
+    for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) places.emplace_back(xyz[i], xyz[i + 1], xyz[i + 2]);
+    const auto made = CollisionShape::ofPoints(places, shownRadius(arrays));
+    return made ? *made : nullptr;
+}
+
 }  // namespace
 
 std::optional<MeshData> octahedraOf(const MeshArrays& points) {
@@ -45,21 +61,17 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
     const Key key{arrays.positions.id(), arrays.indices.id(), arrays.primitive, arrays.pointRadius, choice};
     if (const auto known = shapes_.find(key); known != shapes_.end()) return known->second;
     std::shared_ptr<const CollisionShape> made;
-    if (std::optional<TriangleMesh> mesh = meshOf(arrays)) {
+    const bool points = arrays.primitive == Primitive::kPoints;
+    if (points && (!choice.representation || choice.representation == Representation::kPoints)) {
+        made = pointsOf(arrays);
+    } else if (std::optional<TriangleMesh> mesh = meshOf(arrays)) {
         const TreeOptions trees{.volume = choice.volume.value_or(kAutomaticVolume)};
-        switch (choice.representation) {
-            case Representation::kHull:
-                made = CollisionShape::ofHull(*mesh, trees);
-                break;
-            case Representation::kHeightField:
-                // What is no grid is its triangles; the same answers.
-                if (const auto field = CollisionShape::ofHeightField(*mesh, trees)) made = *field;
-                break;
-            case Representation::kTriangles:
-                break;
-        }
-        if (!made && choice.representation != Representation::kHull)
-            made = CollisionShape::ofTriangles(std::move(*mesh), trees);
+        const std::optional<Representation> wanted = choice.representation;
+        if (wanted == Representation::kHull)
+            made = CollisionShape::ofHull(*mesh, trees);
+        else if (!wanted || wanted == Representation::kHeightField)
+            if (const auto field = CollisionShape::ofHeightField(*mesh, trees)) made = *field;
+        if (!made && wanted != Representation::kHull) made = CollisionShape::ofTriangles(std::move(*mesh), trees);
         // Now, rather than in the frame in which something first comes near.
         if (made && made->heightField() == nullptr) (void)made->tree();
     }

@@ -1,8 +1,10 @@
 #include "server/collision/pairwise/CollisionShape.h"
 
+#include <bit>
 #include <vector>
 
 #include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/representation/BallPairs.h"
 
 namespace tessera {
 
@@ -38,19 +40,66 @@ Expected<std::shared_ptr<CollisionShape>> CollisionShape::ofHeightField(const Tr
     return shape;
 }
 
+Expected<std::shared_ptr<CollisionShape>> CollisionShape::ofPoints(std::span<const Vec3d> points, double radius,
+                                                                   const TreeOptions& trees) {
+    // So that it is a mesh, too.
+    const TriangleMeshLimits limits;
+    Expected<PointSet> made = PointSet::make(
+        points, radius, {.maxPoints = limits.maxTriangles / 8, .maxCoordinate = 0.5 * limits.maxCoordinate});
+    if (!made) return tl::unexpected(made.error());
+    auto shape = std::shared_ptr<CollisionShape>(new CollisionShape(Representation::kPoints, nullptr, trees));
+    shape->points_ = std::move(*made);
+    return shape;
+}
+
+namespace {
+
+struct Soup {
+    std::vector<double> positions;
+    std::vector<std::uint32_t> indices;
+
+    std::uint32_t add(const Vec3d& p) {
+        positions.insert(positions.end(), {p.x(), p.y(), p.z()});
+        return static_cast<std::uint32_t>(positions.size() / 3 - 1);
+    }
+};
+
+Soup facesOf(const HeightField& field) {
+    Soup out;
+    out.positions.reserve(9 * field.faceCount());
+    for (std::uint32_t face = 0; face < field.faceCount(); ++face)
+        for (const Vec3d& p : field.triangle(face)) out.indices.push_back(out.add(p));
+    return out;
+}
+
+Soup octahedraOf(const PointSet& points) {
+    Soup out;
+    out.positions.reserve(18 * points.size());
+    out.indices.reserve(24 * points.size());
+    for (std::uint32_t number = 0; number < points.size(); ++number) {
+        const Vec3d at = points.point(number);
+        const auto first = static_cast<std::uint32_t>(out.positions.size() / 3);
+        for (int axis = 0; axis < 3; ++axis)
+            for (const double side : {points.radius(), -points.radius()}) out.add(at + side * Vec3d::Unit(axis));
+        for (std::uint32_t octant = 0; octant < 8; ++octant) {
+            const std::uint32_t x = first + (octant & 1U), y = first + 2 + (octant >> 1U & 1U),
+                                z = first + 4 + (octant >> 2U);
+            // Each mirror turns the corners round.
+            const bool even = std::popcount(octant) % 2 == 0;
+            out.indices.insert(out.indices.end(), {x, even ? y : z, even ? z : y});
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
 const TriangleMesh& CollisionShape::mesh() const {
-    if (!field_) return *mesh_;
+    if (!field_ && !points_) return *mesh_;
     std::call_once(meshMade_, [&] {
-        std::vector<double> positions;
-        std::vector<std::uint32_t> indices;
-        positions.reserve(9 * field_->faceCount());
-        for (std::uint32_t face = 0; face < field_->faceCount(); ++face)
-            for (const Vec3d& p : field_->triangle(face)) {
-                indices.push_back(static_cast<std::uint32_t>(indices.size()));
-                positions.insert(positions.end(), {p.x(), p.y(), p.z()});
-            }
-        Expected<TriangleMesh> made = TriangleMesh::make(std::span<const double>(positions), indices);
-        TESSERA_CHECK(made.has_value(), "a field's own faces are a mesh");
+        const Soup soup = field_ ? facesOf(*field_) : octahedraOf(*points_);
+        Expected<TriangleMesh> made = TriangleMesh::make(std::span<const double>(soup.positions), soup.indices);
+        TESSERA_CHECK(made.has_value(), "what a field or a set of points accepts is a mesh");
         mesh_ = std::make_shared<TriangleMesh>(std::move(*made));
     });
     return *mesh_;
@@ -102,6 +151,14 @@ Box CollisionShape::boxIn(const Affine3d& world) const {
 }
 
 std::shared_ptr<const CollisionShape> CollisionShape::placed(const Affine3d& map) const {
+    if (points_) {
+        std::vector<Vec3d> moved;
+        moved.reserve(points_->size());
+        for (std::uint32_t number = 0; number < points_->size(); ++number)
+            moved.push_back(map * points_->point(number));
+        const auto made = ofPoints(moved, points_->radius() * largestStretch(map.linear()), options_);
+        return made ? *made : nullptr;
+    }
     TriangleMesh mesh = this->mesh();
     std::vector<Vec3d> positions;
     positions.reserve(mesh.vertexCount());
@@ -122,8 +179,8 @@ Expected<void> CollisionShape::move(std::span<const Vec3d> positions) {
 }
 
 std::size_t CollisionShape::memoryBytes() const {
-    std::size_t bytes =
-        (mesh_ ? mesh_->memoryBytes() : 0) + (hull_ ? hull_->memoryBytes() : 0) + (field_ ? field_->memoryBytes() : 0);
+    std::size_t bytes = (mesh_ ? mesh_->memoryBytes() : 0) + (hull_ ? hull_->memoryBytes() : 0) +
+                        (field_ ? field_->memoryBytes() : 0) + (points_ ? points_->memoryBytes() : 0);
     for (const LazyTree& lazy : trees_)
         if (lazy.tree) bytes += lazy.tree->memoryBytes() - mesh_->memoryBytes();
     return bytes;

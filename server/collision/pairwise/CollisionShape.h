@@ -13,17 +13,18 @@
 #include "server/collision/convex/ConvexHull.h"
 #include "server/collision/query/SurfaceTopology.h"
 #include "server/collision/representation/HeightField.h"
+#include "server/collision/representation/PointSet.h"
 #include "server/collision/tree/TriangleTree.h"
 
 namespace tessera {
 
 /// By what a shape is looked at in queries: a row and a column of PairTable.h.
-enum class Representation : std::uint8_t { kTriangles, kHull, kHeightField };
-inline constexpr std::size_t kRepresentations = 3;
+enum class Representation : std::uint8_t { kTriangles, kHull, kHeightField, kPoints };
+inline constexpr std::size_t kRepresentations = 4;
 
 /// What an object asks of the shapes of its geometries.
 struct ShapeChoice {
-    Representation representation = Representation::kTriangles;
+    std::optional<Representation> representation = Representation::kTriangles;  ///< none: what suits the geometry
     std::optional<VolumeKind> volume;  ///< of trees of triangles; none: what suits best (kAutomaticVolume …)
 
     auto operator<=>(const ShapeChoice&) const = default;
@@ -44,24 +45,40 @@ public:
     /// A surface over a regular grid. Says why a mesh is none.
     [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofHeightField(const TriangleMesh& mesh,
                                                                                  const TreeOptions& trees = {});
+    /// Solid balls of one radius. As PointSet::make.
+    [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofPoints(std::span<const Vec3d> points,
+                                                                            double radius,
+                                                                            const TreeOptions& trees = {});
 
     [[nodiscard]] Representation representation() const { return representation_; }
-    /// What answers name: faces. Of a hull its own, so that all queries about surfaces work on it.
-    [[nodiscard]] std::size_t faceCount() const { return field_ ? field_->faceCount() : mesh_->faceCount(); }
+    /// What answers name: faces. Of a hull its own, so that all queries about surfaces work on it; of points the
+    /// points.
+    [[nodiscard]] std::size_t faceCount() const {
+        return points_ ? points_->size() : field_ ? field_->faceCount() : mesh_->faceCount();
+    }
+    /// Of a point three times its place.
     [[nodiscard]] Triangle triangle(std::uint32_t face) const {
+        if (points_) return {points_->point(face), points_->point(face), points_->point(face)};
         return field_ ? field_->triangle(face) : mesh_->triangle(face);
     }
+    /// All that is no farther from a face belongs to it: the radius of points, 0 of surfaces.
+    [[nodiscard]] double faceRadius() const { return points_ ? points_->radius() : 0; }
     /// Around all faces.
-    [[nodiscard]] const Box& bounds() const { return field_ ? field_->bounds() : mesh_->bounds(); }
-    /// All of it as triangles: what every representation can fall back to. Of a height field made when first asked for.
+    [[nodiscard]] const Box& bounds() const {
+        return points_ ? points_->bounds() : field_ ? field_->bounds() : mesh_->bounds();
+    }
+    /// All of it as triangles: what every representation can fall back to. Of a height field its faces; of points
+    /// octahedra whose corners lie on the balls, eight faces each, by octant (those with -X count 1, with -Y 2, with
+    /// -Z 4 more). Made when first asked for.
     [[nodiscard]] const TriangleMesh& mesh() const;
     /// Solid: what is inside it touches it too. Null for a surface.
     [[nodiscard]] const ConvexHull* hull() const { return hull_ ? &*hull_ : nullptr; }
 
     /// Null for all else.
     [[nodiscard]] const HeightField* heightField() const { return field_ ? &*field_ : nullptr; }
+    [[nodiscard]] const PointSet* points() const { return points_ ? &*points_ : nullptr; }
 
-    /// Of the faces. `volume()` is the kind that was asked for.
+    /// Of the triangles. `volume()` is the kind that was asked for.
     [[nodiscard]] const TriangleTree& tree() const { return tree(options_.volume); }
     [[nodiscard]] const TriangleTree& tree(VolumeKind kind) const;
     [[nodiscard]] VolumeKind volume() const { return options_.volume; }
@@ -76,9 +93,10 @@ public:
     [[nodiscard]] Box boxIn(const Affine3d& world) const;
 
     /// The same seen from another frame; null where its numbers leave the range of exact answers, or it becomes flat.
+    /// Of balls that are stretched the balls around them.
     [[nodiscard]] std::shared_ptr<const CollisionShape> placed(const Affine3d& map) const;
 
-    /// New positions, one per vertex; the faces stay. Not for hulls. kBadInput as TriangleMesh::make; nothing changes
+    /// New positions, one per vertex; the faces stay. Triangles only. kBadInput as TriangleMesh::make; nothing changes
     /// then. Trees follow, and are divided anew where they have become loose.
     Expected<void> move(std::span<const Vec3d> positions);
 
@@ -102,6 +120,7 @@ private:
     mutable std::shared_ptr<TriangleMesh> mesh_;
     std::optional<ConvexHull> hull_;
     std::optional<HeightField> field_;
+    std::optional<PointSet> points_;
     Vec3d ballCentre_ = Vec3d::Zero();  // of a hull
     double ballRadius_ = 0;
     mutable std::array<LazyTree, kVolumeKinds> trees_;

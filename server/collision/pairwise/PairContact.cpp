@@ -5,18 +5,10 @@
 
 #include "server/collision/mesh/TriangleContact.h"
 #include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/PointPairs.h"
+#include "server/collision/pairwise/WorldFaces.h"
 
 namespace tessera {
-namespace {
-
-/// Counter-clockwise seen from outside, mirrored or not.
-Triangle placed(const PlacedShape& of, std::uint32_t face) {
-    Triangle out = transformed(of.world, of.shape.triangle(face));
-    if (of.world.linear().determinant() < 0) std::swap(out[1], out[2]);
-    return out;
-}
-
-}  // namespace
 
 Vec2d placeOn(const Triangle& t, const Vec3d& point) {
     const Vec3d p = point - t[0], e = t[1] - t[0], f = t[2] - t[0];
@@ -43,7 +35,9 @@ Vec2d placeOn(const Triangle& t, const Vec3d& point) {
 }
 
 PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const FacePair& faces) {
+    if (a.shape.points() != nullptr || b.shape.points() != nullptr) return point_pairs::contact(a, b, faces);
     PairContact out;
+    out.faces = faces;
     if (invertible(a.world)) {
         const Affine3d a_T_world = a.world.inverse();
         const Affine3d a_T_b = a_T_world * b.world;
@@ -54,7 +48,8 @@ PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const Fac
         out.normal = (a_T_world.linear().transpose() * local.normal).stableNormalized();
     } else {
         // Flat where they meet (a scale that goes through zero), it has no frame to look from.
-        const TriangleContact found = contactOf(placed(a, faces.a), placed(b, faces.b));
+        const TriangleContact found =
+            contactOf(placedFace(a.world, a.shape.triangle(faces.a)), placedFace(b.world, b.shape.triangle(faces.b)));
         out.point = found.point;
         out.normal = found.normal.stableNormalized();
     }
@@ -63,10 +58,14 @@ PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const Fac
     return out;
 }
 
+std::uint32_t drawnFace(const PlacedShape& of, std::uint32_t face, const Vec3d& towards) {
+    return of.shape.points() == nullptr || face == kWhole ? face : point_pairs::octahedronAt(of, face, towards).face;
+}
+
 PairContact contactOfHulls(const PlacedShape& a, const PlacedShape& b) {
     QueryWork work;
     const PairDepth found = depthOf(a, b, work);
-    return {.point = found.point, .normal = found.normal, .depth = found.depth};
+    return {.faces = {kWhole, kWhole}, .point = found.point, .normal = found.normal, .depth = found.depth};
 }
 
 }  // namespace tessera

@@ -7,9 +7,11 @@
 
 #include "server/collision/pairwise/FieldPairs.h"
 #include "server/collision/pairwise/HullPairs.h"
+#include "server/collision/pairwise/PointPairs.h"
 #include "server/collision/pairwise/SurfacePairs.h"
 #include "server/collision/query/FacesNear.h"
 #include "server/collision/representation/HeightFieldQueries.h"
+#include "server/collision/representation/PointSetQueries.h"
 
 namespace tessera {
 namespace {
@@ -56,6 +58,23 @@ constexpr PairMethods kHullAndField{"hull and height field",
                                     field_pairs::firstContact,
                                     field_pairs::depth};
 
+constexpr PairMethods kPointPairs{"points",
+                                  0,
+                                  false,
+                                  point_pairs::touch,
+                                  point_pairs::contacts,
+                                  point_pairs::distance,
+                                  point_pairs::firstContact,
+                                  point_pairs::depth};
+constexpr PairMethods kHullAndPoints{"hull and points",
+                                     0,
+                                     false,
+                                     point_pairs::touchHull,
+                                     point_pairs::contactsWithHull,
+                                     point_pairs::distanceToHull,
+                                     point_pairs::firstContactWithHull,
+                                     point_pairs::depthInHull};
+
 constexpr PairMethods byTriangles() {
     PairMethods methods = kSurfaces;
     methods.fallsBack = true;
@@ -81,6 +100,12 @@ constexpr Table makeTable() {
     }
     set(kHull, kHeightField, kHullAndField);
     set(kHeightField, kHull, kHullAndField);
+    for (const Representation other : {kTriangles, kHeightField, kPoints}) {
+        set(kPoints, other, kPointPairs);
+        set(other, kPoints, kPointPairs);
+    }
+    set(kHull, kPoints, kHullAndPoints);
+    set(kPoints, kHull, kHullAndPoints);
     return table;
 }
 constexpr Table kTable = makeTable();
@@ -126,13 +151,17 @@ std::string_view nameOf(Representation representation) {
             return "hull";
         case Representation::kHeightField:
             return "heightfield";
+        case Representation::kPoints:
+            return "points";
     }
     return "";
 }
 
 namespace {
 
+/// Balls stay balls in their own frame, whatever the maps.
 bool inFrameOfB(const PlacedShape& a, const PlacedShape& b) {
+    if ((a.shape.points() != nullptr) != (b.shape.points() != nullptr)) return b.shape.points() != nullptr;
     return b.shape.faceCount() > a.shape.faceCount();
 }
 
@@ -181,6 +210,7 @@ FacePairs surfaceFacesTouching(const PlacedShape& a, const PlacedShape& b, Query
 
 bool facesNear(const CollisionShape& shape, const Box& box, QueryWork& work, std::vector<std::uint32_t>& faces) {
     if (shape.heightField() != nullptr) return facesNear(*shape.heightField(), box, work, faces);
+    if (shape.points() != nullptr) return facesNear(*shape.points(), box, work, faces);
     return facesNear(shape.tree(), box, work, faces);
 }
 

@@ -63,7 +63,7 @@ struct PairDepth {
 /// All in double; yes and no by the exact predicates where `error` is 0. Thread-safe.
 struct PairMethods {
     std::string_view name;
-    /// Answers may be wrong by so much, in sizes of the pair: 0 is exact (lengths to rounding).
+    /// Answers may be wrong by so much, in sizes of the pair: 0 is exact (lengths to rounding). Points: PointPairs.h.
     double error = 0;
     /// Answered by the triangles of the two.
     bool fallsBack = false;
@@ -94,7 +94,7 @@ struct PairMethods {
 [[nodiscard]] std::string_view nameOf(Representation representation);
 
 // The questions as the pipeline and the responses ask them: of shapes in the world. The frame of the predicates is that
-// of the one with more faces, so that no answer depends on who is called A.
+// of points, else of the one with more faces, so that no answer depends on who is called A.
 
 [[nodiscard]] PairTouch touchOf(const PlacedShape& a, const PlacedShape& b, const PairEffort& effort);
 [[nodiscard]] PairTouch contactsOf(const PlacedShape& a, const PlacedShape& b, std::size_t most,

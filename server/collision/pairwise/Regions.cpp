@@ -9,7 +9,9 @@ ContactRegions regionsOf(const PlacedShape& a, const PlacedShape& b, std::span<c
     out.regionOf.assign(faces.size(), ContactRegions::kNone);
     const Affine3d a_T_world = a.world.inverse();
     if (faces.empty() || !a_T_world.matrix().allFinite()) return out;
-    if (a.shape.heightField() != nullptr || b.shape.heightField() != nullptr) return out;  // they enclose nothing
+    // Fields enclose nothing, and each ball speaks for itself.
+    for (const CollisionShape* shape : {&a.shape, &b.shape})
+        if (shape->heightField() != nullptr || shape->points() != nullptr) return out;
     if (!a.shape.topology().closed() || !b.shape.topology().closed()) return out;
     const Affine3d a_T_b = a_T_world * b.world;
     std::vector<BodyContact> contacts(faces.size());

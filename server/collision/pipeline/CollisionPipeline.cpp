@@ -101,6 +101,12 @@ void CollisionPipeline::Impl::finish(Step& step) {
     counters.boxTests = step.work.boxTests;
     counters.triangleTests = step.work.triangleTests;
     counters.notLookedAt += handler.interestsLeftOut();
+    counters.standIns = handler.standIns().size();
+    for (const std::uint32_t number : handler.standIns()) {
+        if (result.standIns.size() == limits.maxNotLookedAt) break;
+        result.standIns.push_back({part(number).node, nameOf(*handler.askedShape(number)),
+                                   nameOf(part(number).shape->representation())});
+    }
 }
 
 CollisionPipeline::CollisionPipeline(CollisionLimits limits, Workers* workers)

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/collision/pairwise/PairContact.h"
+
 namespace tessera {
 namespace {
 
@@ -20,6 +22,9 @@ void noteResting(EventBook& book, const ObjectHandler& handler, std::uint32_t nu
                  const Relation& relation) {
     const DistanceAnswer& known = pair.distance;
     const ObjectId objectA = objectOf(handler, pair.a), objectB = objectOf(handler, pair.b);
+    const auto drawnFace = [&](std::uint32_t part, std::uint32_t face, const Vec3d& towards) {
+        return tessera::drawnFace({*handler.parts()[part].shape, handler.parts()[part].world}, face, towards);
+    };
     std::vector<EventBook::Key> touching;
     std::vector<PairDistance> near;
     for (const std::uint32_t index : relation.interests) {
@@ -28,7 +33,9 @@ void noteResting(EventBook& book, const ObjectHandler& handler, std::uint32_t nu
         if (interest.mode == Interest::kDistance && known.complete && !known.farther &&
             known.distance <= interest.threshold)
             near.push_back({interest.core, objectA, objectB, Phase::kStays, known.distance, pair.nodeA, pair.nodeB,
-                            known.faces.a, known.faces.b, known.pointA, known.pointB});
+                            drawnFace(pair.a, known.faces.a, known.pointB - known.pointA),
+                            drawnFace(pair.b, known.faces.b, known.pointA - known.pointB), known.pointA,
+                            known.pointB});
     }
     book.rests(number, std::move(touching), std::move(near));
 }

@@ -48,8 +48,9 @@ Contact contactOfFaces(const Part& a, const Part& b, const Affine3d& worldA, con
     Contact contact;
     contact.point = found.point;
     contact.normal = found.normal;
-    contact.faceA = a.shape->hull() ? Contact::kNoFace : faces.a;
-    contact.faceB = b.shape->hull() ? Contact::kNoFace : faces.b;
+    contact.depth = found.depth.value_or(Contact::kNoDepth);
+    contact.faceA = a.shape->hull() ? Contact::kNoFace : found.faces.a;
+    contact.faceB = b.shape->hull() ? Contact::kNoFace : found.faces.b;
     contact.uvA = a.shape->hull() ? Vec2d::Zero() : found.uvA;
     contact.uvB = b.shape->hull() ? Vec2d::Zero() : found.uvB;
     return contact;

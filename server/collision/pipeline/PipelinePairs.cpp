@@ -40,7 +40,8 @@ void CollisionPipeline::Impl::lookOnTheWay(bool deforming, Step& step) {
     forPairs(asked, step.work, [&](PairState& pair, QueryWork& work) {
         const std::size_t i = placeOf.at(static_cast<std::uint32_t>(&pair - pairs.data()));
         const double size = std::min(part(pair.a).worldBox.size().norm(), part(pair.b).worldBox.size().norm());
-        impacts[i] = firstContact(handler, pair.a, pair.b, lookup, limits.stopTolerance * size, work);
+        impacts[i] = firstContact(handler, pair.a, pair.b, lookup,
+                                  handler.toleranceOf(pair.a, pair.b, size, limits.stopTolerance), work);
     });
     step.result.counters.pairsTested += asked.size();
     for (std::size_t i = 0; i < asked.size(); ++i) {

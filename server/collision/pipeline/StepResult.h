@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -41,7 +42,7 @@ struct Contact {
     static constexpr double kNoDepth = -1;
 
     ObjectId objectA, objectB;  ///< the nodes that bear the geometry; A is part of an interest's object
-    std::uint32_t faceA = 0, faceB = 0;
+    std::uint32_t faceA = 0, faceB = 0;  ///< as they are drawn: of points those of their octahedra, 8 · point + octant
     Vec3d point = Vec3d::Zero();   ///< world
     Vec3d normal = Vec3d::Zero();  ///< world, unit length, from A to B
     /// How deep the two are in each other along the normal, world units: of the region that the contact bounds, where both
@@ -103,6 +104,12 @@ struct NotLookedAt {
     Reason reason = Reason::kWork;
 };
 
+/// A geometry that is taken for something else than its object asks for (CollisionObject::shape).
+struct StandIn {
+    ObjectId node;
+    std::string_view asked, taken;  ///< words of CollisionObject::shape
+};
+
 struct CollisionLimits {
     std::size_t maxContacts = 1000;       ///< listed in a step; more are counted
     std::size_t maxEvents = 100'000;      ///< events and distances listed in a step, each; more are counted
@@ -130,6 +137,7 @@ struct StepCounters {
     std::uint64_t contactsLeftOut = 0;  ///< found, but beyond maxContacts
     std::uint64_t eventsLeftOut = 0;
     std::uint64_t unanswered = 0;       ///< questions whose patience ended in this step
+    std::uint64_t standIns = 0;         ///< geometries that are taken for something else than is asked for
 };
 
 /// What began, stays and ended. What began or ended is known without the others.
@@ -192,7 +200,8 @@ struct StepResult {
     /// Transforms that did not get (all the way) where they were wanted, ascending. Wishes that cannot be granted at
     /// all (not finite, a zero or sign-changing scale, no such Transform) are here too.
     std::vector<ObjectId> stopped;
-    /// What touches now, and what stopped a motion at its first touch. Ascending by (objectA, objectB, faceA, faceB).
+    /// What touches now, and what stopped a motion at its first touch. Ascending by (objectA, objectB, faceA, faceB); of
+    /// points by these.
     LazyList<Contact> contacts;
     PhaseList<PairEvent> events;  ///< ascending by (interest, objectA, objectB)
     DistanceList distances;       ///< ascending by (interest, objectA, objectB)
@@ -200,6 +209,7 @@ struct StepResult {
     /// Pairs of objects that touch now and did not in the last step, by any interest.
     std::uint64_t contactsBegun = 0;
     std::vector<NotLookedAt> notLookedAt;
+    std::vector<StandIn> standIns;  ///< of the scene as it is now, at most CollisionLimits::maxNotLookedAt
     StepCounters counters;
 };
 

@@ -43,7 +43,10 @@ Affine3d ownMap(const TreeStorage& ta, const TreeStorage& tb, const Affine3d& a_
 }  // namespace
 
 PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, Realignment realignment) {
-    const TreeStorage &ta = a.storage(), &tb = b.storage();
+    return pairFrame(a.storage(), b.storage(), a_T_b, realignment);
+}
+
+PairFrame pairFrame(const TreeStorage& ta, const TreeStorage& tb, const Affine3d& a_T_b, Realignment realignment) {
     const Affine3d own = ownMap(ta, tb, a_T_b);
 
     PairFrame f{};
@@ -101,6 +104,10 @@ kernel::ProfileLookups profileLookups(const TriangleTree& a, const TriangleTree&
 }
 
 PairMap pairMap(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b) {
+    return pairMap(a.mesh().bounds(), b.mesh().bounds(), a_T_b);
+}
+
+PairMap pairMap(const Box& boundsA, const Box& boundsB, const Affine3d& a_T_b) {
     PairMap map;
     for (int row = 0; row < 3; ++row) {
         for (int column = 0; column < 3; ++column) map.linear[3 * row + column] = a_T_b.linear()(row, column);
@@ -109,7 +116,7 @@ PairMap pairMap(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_
     const auto magnitude = [](const Box& box) { return Vec3d(box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs())); };
     // With u = 2^-53: B's corners are mapped here and by Eigen to 4 u reach each, differences and products of lengths up to
     // 2 r add their own; all together stay below 2000 u reach r², and the exact predicate's own filter is content too.
-    const Vec3d reach = 2 * magnitude(a.mesh().bounds()) + a_T_b.linear().cwiseAbs() * magnitude(b.mesh().bounds()) +
+    const Vec3d reach = 2 * magnitude(boundsA) + a_T_b.linear().cwiseAbs() * magnitude(boundsB) +
                         a_T_b.translation().cwiseAbs();
     map.doubt = 0x1p-41 * reach.maxCoeff();
     return map;

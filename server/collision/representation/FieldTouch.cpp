@@ -73,16 +73,22 @@ double depthInHeights(const HeightField& field, const Box& box) {
 bool FieldTouch::run() {
     if (other_.faceCount() == 0) return true;
     if (work_.exhausted()) return false;
+    const bool complete = look();
+    if (!done()) candidates_.decide(any_, pairs_);
+    return complete;
+}
+
+bool FieldTouch::look() {
     PartBoxes boxes;
     other_.whole(boxes);
     if (!consider(boxes)) return false;
-    while (!open_.empty() && !(any_ && !pairs_.empty())) {
+    while (!open_.empty() && !done()) {
         const Open next = open_.back();
         open_.pop_back();
         if (next.leaf) {
             LeafFaces leaf;
             other_.faces(next.part, leaf);
-            for (unsigned i = 0; i < leaf.count && !(any_ && !pairs_.empty()); ++i)
+            for (unsigned i = 0; i < leaf.count && !done(); ++i)
                 if (!meetFace(leaf.face[i])) return false;
         } else {
             other_.open(next.part, boxes);
@@ -132,7 +138,7 @@ bool FieldTouch::walk(Face& face, std::size_t level, const HeightField::Cells& c
         if (!(range.low <= range.high) || apart(face.box.lower[h], face.box.upper[h], range)) return true;
         if (separated(face, below, range.low, range.high)) return true;
         complete = level + 1 < field_.levels().size() ? walk(face, level + 1, below) : eachCell(face, below);
-        return complete && !(any_ && !pairs_.empty());
+        return complete && !done();
     });
     return complete;
 }
@@ -168,20 +174,22 @@ bool FieldTouch::separated(const Face& face, const HeightField::Cells& cells, do
 }
 
 bool FieldTouch::eachCell(const Face& face, const HeightField::Cells& cells) {
-    for (std::uint32_t row = cells.rows.first; row < cells.rows.end; ++row)
+    for (std::uint32_t row = cells.rows.first; row < cells.rows.end && !done(); ++row)
         for (std::uint32_t column = cells.columns.first; column < cells.columns.end; ++column)
-            if (meetCell(face, column, row) && any_) return true;
+            meetCell(face, column, row);
     return !work_.exhausted();
 }
 
-bool FieldTouch::meetCell(const Face& face, std::uint32_t column, std::uint32_t row) {
+void FieldTouch::meetCell(const Face& face, std::uint32_t column, std::uint32_t row) {
+    // Deciding eight costs as much as deciding one; to wait for many would cost whoever looks for one more.
+    constexpr std::uint32_t kEnoughForAny = 6;
     const int h = field_.heightAxis();
     const double low = face.box.lower[h], high = face.box.upper[h];
     const std::array<double, 4> heights = field_.heightsOf(column, row);
     HeightRange all;
     for (const double height : heights) all.extend(height);
-    if (apart(low, high, all)) return false;
-    if (face.axisCount > 0 && separated(face, {{column, column + 1}, {row, row + 1}}, all.low, all.high)) return false;
+    if (apart(low, high, all)) return;
+    if (face.axisCount > 0 && separated(face, {{column, column + 1}, {row, row + 1}}, all.low, all.high)) return;
     for (unsigned half = 0; half < 2; ++half) {
         if (!field_.has(column, row, half)) continue;
         HeightRange range;
@@ -189,14 +197,13 @@ bool FieldTouch::meetCell(const Face& face, std::uint32_t column, std::uint32_t 
         if (apart(low, high, range)) continue;
         ++work_.triangleTests;
         const Triangle mine = field_.triangleAt(column, row, half);
-        const bool meets = frame_.fieldIsA ? trianglesIntersect(mine, face.here)
-                                           : trianglesIntersect(face.own, transformed(frame_.a_T_b, mine));
-        if (!meets) continue;
         const std::uint32_t own = field_.faceOf(column, row, half);
-        pairs_.push_back(frame_.fieldIsA ? FacePair{own, face.number} : FacePair{face.number, own});
-        if (any_) return true;
+        if (frame_.fieldIsA)
+            candidates_.add({own, face.number}, mine, face.own);
+        else
+            candidates_.add({face.number, own}, face.own, mine);
+        if (candidates_.count() >= (any_ ? kEnoughForAny : PairDecider::kRoom)) candidates_.decide(any_, pairs_);
     }
-    return false;
 }
 
 }  // namespace tessera

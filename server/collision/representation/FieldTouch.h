@@ -11,6 +11,7 @@
 
 #include "server/collision/mesh/QueryWork.h"
 #include "server/collision/representation/FieldParts.h"
+#include "server/collision/representation/PairDecider.h"
 
 namespace tessera {
 
@@ -29,10 +30,16 @@ struct FieldTouchFrame {
 class FieldTouch {
 public:
     enum class For { kAny, kAll };
-    /// `other`: in the field's frame.
-    FieldTouch(const HeightField& field, const BodyParts& other, const FieldTouchFrame& frame, For what,
-               QueryWork& work)
-        : field_(field), other_(other), frame_(frame), any_(what == For::kAny), work_(work) {}
+    /// `other`: in the field's frame; `otherBounds`: in its own.
+    FieldTouch(const HeightField& field, const BodyParts& other, const Box& otherBounds, const FieldTouchFrame& frame,
+               For what, QueryWork& work)
+        : field_(field),
+          other_(other),
+          frame_(frame),
+          any_(what == For::kAny),
+          work_(work),
+          candidates_(frame.fieldIsA ? field.bounds() : otherBounds, frame.fieldIsA ? otherBounds : field.bounds(),
+                      frame.a_T_b) {}
     FieldTouch(const FieldTouch&) = delete;
     FieldTouch& operator=(const FieldTouch&) = delete;
 
@@ -54,11 +61,14 @@ private:
         std::array<Axis, 4> axes;
         unsigned axisCount = 0;
     };
+    [[nodiscard]] bool done() const { return any_ && !pairs_.empty(); }
+    /// These are false where the work is exhausted.
+    bool look();
     bool consider(const PartBoxes& boxes);
     bool meetFace(std::uint32_t number);
     bool walk(Face& face, std::size_t level, const HeightField::Cells& cells);
     bool eachCell(const Face& face, const HeightField::Cells& cells);
-    bool meetCell(const Face& face, std::uint32_t column, std::uint32_t row);
+    void meetCell(const Face& face, std::uint32_t column, std::uint32_t row);
     void addAxes(Face& face) const;
     [[nodiscard]] bool separated(const Face& face, const HeightField::Cells& cells, double low, double high) const;
 
@@ -74,6 +84,7 @@ private:
     bool any_;
     QueryWork& work_;
     std::vector<Open> open_;
+    PairDecider candidates_;
     std::vector<FacePair> pairs_;
 };
 

@@ -1,33 +1,22 @@
 // What of a height field meets what, and where.
 #include <algorithm>
+#include <concepts>
 
+#include "server/collision/representation/BlockDistance.h"
 #include "server/collision/representation/FieldTouch.h"
 #include "server/collision/representation/HeightFieldQueries.h"
 #include "server/collision/representation/PartPairs.h"
-#include "server/collision/representation/TreeParts.h"
+#include "server/collision/representation/PartsOf.h"
 
 namespace tessera {
 
 namespace {
-
-TreeParts partsOf(const TriangleTree& tree, const Affine3d& target_T_tree) {
-    return {tree, target_T_tree};
-}
-FieldParts partsOf(const HeightField& field, const Affine3d& target_T_field) {
-    return FieldParts(field, target_T_field);
-}
 
 const Box& boundsOf(const TriangleTree& tree) {
     return tree.mesh().bounds();
 }
 const Box& boundsOf(const HeightField& field) {
     return field.bounds();
-}
-bool isEmpty(const TriangleTree& tree) {
-    return tree.storage().empty();
-}
-bool isEmpty(const HeightField&) {
-    return false;
 }
 Triangle triangleOf(const TriangleTree& tree, std::uint32_t face) {
     return tree.mesh().triangle(face);
@@ -43,7 +32,7 @@ std::optional<FacePairs> overField(const HeightField& field, const Other& other,
     const std::optional<FieldTouchFrame> frame = FieldTouchFrame::make(field, fieldIsA, a_T_b, boundsOf(other));
     if (!frame) return std::nullopt;
     const auto parts = partsOf(other, frame->field_T_other);
-    FieldTouch search(field, parts, *frame, what, work);
+    FieldTouch search(field, parts, boundsOf(other), *frame, what, work);
     const bool complete = search.run();
     return FacePairs{std::move(search.pairs()), complete};
 }
@@ -107,6 +96,26 @@ BodyContacts contacts(const BodyA& a, const BodyB& b, const Affine3d& a_T_b, Que
     return out;
 }
 
+NearestPoints measure(const Triangle& a, const Triangle& b) {
+    return nearestPoints(a, b);
+}
+
+/// Of bodies that do not touch.
+template <typename BodyA, typename BodyB>
+Distance nearest(const BodyA& a, const BodyB& b, const Affine3d& a_T_b, QueryWork& work,
+                 const DistanceOptions& options) {
+    if constexpr (std::same_as<BodyA, TriangleTree>) {
+        if (canBeNearestTo(a))
+            return nearestToTree({FieldParts(b), b.bounds()}, a, true, a_T_b, work, options, -1, measure);
+    } else if constexpr (std::same_as<BodyB, TriangleTree>) {
+        if (canBeNearestTo(b))
+            return nearestToTree({FieldParts(a), a.bounds()}, b, false, a_T_b, work, options, -1, measure);
+    }
+    const auto partsA = partsOf(a, Affine3d::Identity());
+    const auto partsB = partsOf(b, a_T_b);
+    return nearestPair(PartPair(partsA, partsB, a_T_b), work, options, -1, measure);
+}
+
 template <typename BodyA, typename BodyB>
 Distance distance(const BodyA& a, const BodyB& b, const Affine3d& a_T_b, QueryWork& work,
                   const DistanceOptions& options) {
@@ -129,10 +138,7 @@ Distance distance(const BodyA& a, const BodyB& b, const Affine3d& a_T_b, QueryWo
         unknown.complete = false;
         return unknown;
     }
-    const auto partsA = partsOf(a, Affine3d::Identity());
-    const auto partsB = partsOf(b, a_T_b);
-    return nearestPair(PartPair(partsA, partsB, a_T_b), work, options,
-                       [](const Triangle& x, const Triangle& y) { return nearestPoints(x, y); });
+    return nearest(a, b, a_T_b, work, options);
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 #include "server/collision/mesh/QueryWork.h"
 #include "server/collision/mesh/TriangleContact.h"
 #include "server/collision/mesh/TriangleMesh.h"
-#include "server/collision/representation/BodyParts.h"
 #include "server/collision/query/DistanceQuery.h"
+#include "server/collision/representation/BodyParts.h"
 
 namespace tessera {
 
@@ -120,9 +120,10 @@ template <typename Meet>
 }
 
 /// Branch and bound for the nearest pair of faces, nearest parts first. `measure(triangle of A, triangle of B)` gives
-/// the nearest points. As distanceBetween, for bodies that do not touch; of equally near pairs the first.
+/// the nearest points. As distanceBetween, for bodies that do not touch; of equally near pairs the first. Any pair that
+/// is no farther than `enough` ends the search.
 template <typename Measure>
-[[nodiscard]] Distance nearestPair(const PartPair& pair, QueryWork& work, const DistanceOptions& options,
+[[nodiscard]] Distance nearestPair(const PartPair& pair, QueryWork& work, const DistanceOptions& options, double enough,
                                    Measure&& measure) {
     Distance best;
     double limit = options.upperBound;
@@ -153,7 +154,7 @@ template <typename Measure>
     };
     ++work.boxTests;
     wholePair(pair, boxes, keep);
-    while (!open.empty()) {
+    while (!open.empty() && !(best.distance <= enough)) {
         std::pop_heap(open.begin(), open.end(), later);
         const PairOfParts next = open.back();
         open.pop_back();
@@ -175,6 +176,7 @@ template <typename Measure>
                 if (gapBetween(facesA.box[i], facesB.box[j]) > limit + rounding) continue;
                 if (gapAlongMiddles(facesA.triangle[i], facesB.triangle[j]) > limit + rounding) continue;
                 offer({facesA.faces.face[i], facesB.faces.face[j]}, facesA.triangle[i], facesB.triangle[j]);
+                if (best.distance <= enough) return best;
             }
     }
     if (best.distance < options.upperBound) return best;

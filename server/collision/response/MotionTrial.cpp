@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "server/collision/convex/ConvexQuery.h"
-#include "server/collision/mesh/TriangleContact.h"
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/pairwise/PairTable.h"
 #include "server/collision/response/PairImpact.h"
@@ -273,13 +272,13 @@ Touch MotionTrial::touchingAnew(std::size_t obstacle, double fraction) const {
     const Mat3d turnA = turnOf(worldOfA(obstacle, 0), worldOfA(obstacle, fraction)),
                 turnB = turnOf(worldOfB(obstacle, 0), worldOfB(obstacle, fraction));
     Touch touch = Touch::kNo;
-    forFaces(obstacle, faces.pairs, fraction, [&](const FacePair& f, const Triangle& a, const Triangle& b) {
+    forFaces(obstacle, faces.pairs, fraction, [&](const FacePair& f, const WorldFaces& placed) {
         if (touch != Touch::kNo || std::ranges::binary_search(within, f)) return;
         const bool held = std::ranges::any_of(supports, [&](const Support& support) {
             const Vec3d n = support.turns == Support::Turns::kWithA   ? (turnA * support.normal).normalized()
                             : support.turns == Support::Turns::kWithB ? (turnB * support.normal).normalized()
                                                                       : support.normal;
-            return wayOut(a, b, n) <= support.overlap + 2 * support.rounding;
+            return placed.wayOut(n) <= support.overlap + 2 * support.rounding;
         });
         if (!held) touch = Touch::kYes;
     });
@@ -290,30 +289,23 @@ template <typename Visit>
 void MotionTrial::forFaces(std::size_t obstacle, std::span<const FacePair> faces, double fraction,
                            Visit&& visit) const {
     const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
-    const CollisionShape &shapeOfA = shapeA(obstacle), &shapeOfB = shapeB(obstacle);
-    const bool mirroredA = worldA.linear().determinant() < 0, mirroredB = worldB.linear().determinant() < 0;
-    for (const FacePair& f : faces) {
-        Triangle a = transformed(worldA, shapeOfA.triangle(f.a)), b = transformed(worldB, shapeOfB.triangle(f.b));
-        if (mirroredA) std::swap(a[1], a[2]);
-        if (mirroredB) std::swap(b[1], b[2]);
-        visit(f, a, b);
-    }
+    for (const FacePair& f : faces) visit(f, worldFaces({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, f));
 }
 
 double MotionTrial::depth(std::size_t obstacle, std::span<const FacePair> faces, double fraction) const {
     double deepest = 0;
-    forFaces(obstacle, faces, fraction, [&](const FacePair&, const Triangle& a, const Triangle& b) {
-        deepest = std::max(deepest, penetration(a, b));
-    });
+    forFaces(obstacle, faces, fraction,
+             [&](const FacePair&, const WorldFaces& placed) { deepest = std::max(deepest, placed.penetration()); });
     return deepest;
 }
 
 std::vector<FacePair> MotionTrial::facing(std::size_t obstacle, std::span<const FacePair> faces) const {
     std::vector<FacePair> out;
     const double thin = tolerance(obstacle);
-    forFaces(obstacle, faces, 0, [&](const FacePair& f, const Triangle& a, const Triangle& b) {
+    forFaces(obstacle, faces, 0, [&](const FacePair& f, const WorldFaces& placed) {
         constexpr double kNearlyOpposite = -0.999;
-        if (outside(a).dot(outside(b)) < kNearlyOpposite && std::abs(wayOut(a, b, outside(a))) <= thin)
+        const Vec3d outOfA = outside(placed.a);
+        if (outOfA.dot(outside(placed.b)) < kNearlyOpposite && std::abs(placed.wayOut(outOfA)) <= thin)
             out.push_back(f);
     });
     return out;
@@ -321,8 +313,8 @@ std::vector<FacePair> MotionTrial::facing(std::size_t obstacle, std::span<const 
 
 double MotionTrial::overlap(std::size_t obstacle, std::span<const FacePair> facing, double fraction) const {
     double most = -std::numeric_limits<double>::infinity();
-    forFaces(obstacle, facing, fraction, [&](const FacePair&, const Triangle& a, const Triangle& b) {
-        most = std::max(most, wayOut(a, b, outside(a)));
+    forFaces(obstacle, facing, fraction, [&](const FacePair&, const WorldFaces& placed) {
+        most = std::max(most, placed.wayOut(outside(placed.a)));
     });
     return most;
 }
@@ -340,31 +332,22 @@ std::optional<MotionTrial::HullOverlap> MotionTrial::hullOverlap(std::size_t obs
     return HullOverlap{std::max(0.0, found.depth) * way.norm(), way.normalized()};
 }
 
-MotionTrial::Nearest MotionTrial::nearest(std::size_t obstacle, double fraction) const {
+std::optional<WorldFaces> MotionTrial::nearest(std::size_t obstacle, double fraction) const {
     ++queries_;
-    const Affine3d a_T_b = worldOfA(obstacle, fraction).inverse() * worldOfB(obstacle, fraction);
+    const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
     const CollisionShape &a = shapeA(obstacle), &b = shapeB(obstacle);
-    const Distance d = surfaceMethods(a, b).distance(a, b, a_T_b, work_, {});
-    Nearest out;
-    if (!d.complete || d.farther) return out;
-    forFaces(obstacle, std::span(&d.faces, 1), fraction, [&](const FacePair&, const Triangle& a, const Triangle& b) {
-        const NearestPoints near = nearestPoints(a, b);
-        out = {near.onA, near.onB, a, b, d.distance > 0 ? near.distance : 0, true};
-    });
-    return out;
+    const Distance d = surfaceMethods(a, b).distance(a, b, worldA.inverse() * worldB, work_, {});
+    if (!d.complete || d.farther) return std::nullopt;
+    return worldFaces({a, worldA}, {b, worldB}, d.faces);
 }
 
-MotionTrial::Nearest MotionTrial::nearestOf(std::size_t obstacle, const FacePair& faces, double fraction) const {
-    Nearest out;
-    forFaces(obstacle, std::span(&faces, 1), fraction, [&](const FacePair&, const Triangle& a, const Triangle& b) {
-        const NearestPoints near = nearestPoints(a, b);
-        out = {near.onA, near.onB, a, b, trianglesIntersect(a, b) ? 0 : near.distance, true};
-    });
-    return out;
+WorldFaces MotionTrial::placed(std::size_t obstacle, const FacePair& faces, double fraction) const {
+    const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
+    return worldFaces({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, faces);
 }
 
 double MotionTrial::gapOf(std::size_t obstacle, const FacePair& faces, double fraction) const {
-    return nearestOf(obstacle, faces, fraction).distance;
+    return placed(obstacle, faces, fraction).nearest().distance;
 }
 
 Vec3d MotionTrial::wayOfMover(std::size_t obstacle, const Vec3d& normal) const {
@@ -372,19 +355,19 @@ Vec3d MotionTrial::wayOfMover(std::size_t obstacle, const Vec3d& normal) const {
 }
 
 Vec3d MotionTrial::wayOutOf(std::size_t obstacle, const FacePair& faces, double fraction, const Vec3d& wanted) const {
-    const Nearest near = nearestOf(obstacle, faces, fraction);
-    Vec3d best = wayOfMover(obstacle, normalOf(near));
+    const WorldFaces near = placed(obstacle, faces, fraction);
+    Vec3d best = wayOfMover(obstacle, near.meeting().normal);
     // The nearest points of an edge and the foot of a slope lie before each other as if it were a wall.
     for (const Vec3d& normal : {outside(near.a), Vec3d(-outside(near.b))}) {
         const Vec3d way = wayOfMover(obstacle, normal);
-        if (!normal.isZero(0) && wayOut(near.a, near.b, normal) <= 0 && way.dot(wanted) > best.dot(wanted)) best = way;
+        if (!normal.isZero(0) && near.wayOut(normal) <= 0 && way.dot(wanted) > best.dot(wanted)) best = way;
     }
     return best;
 }
 
 double MotionTrial::gap(std::size_t obstacle, double fraction) const {
-    const Nearest near = nearest(obstacle, fraction);
-    return near.known ? near.distance : 0;
+    const std::optional<WorldFaces> near = nearest(obstacle, fraction);
+    return near ? near->nearest().distance : 0;
 }
 
 std::optional<Mat3d> MotionTrial::frameAbove(std::size_t obstacle) const {
@@ -393,18 +376,12 @@ std::optional<Mat3d> MotionTrial::frameAbove(std::size_t obstacle) const {
     return (pair.a->path.moves() ? pair.a : pair.b)->path.frameAbove();
 }
 
-Vec3d MotionTrial::normalOf(const Nearest& near) {
-    // Nearer than that rounding would choose the direction.
-    const bool clear = near.distance > 1e-12 * std::max(near.onA.cwiseAbs().maxCoeff(), near.onB.cwiseAbs().maxCoeff());
-    return clear ? Vec3d((near.onB - near.onA) / near.distance) : contactOf(near.a, near.b).normal;
-}
-
 std::vector<Vec3d> MotionTrial::waysOut(std::size_t obstacle, double fraction) const {
     const double out = pairs_[obstacle].a->path.moves() ? -1 : 1;  // normals are from A to B
     std::vector<Vec3d> ways;
     if (obstacles_[obstacle].touchingAtStart == 0) {
-        const Nearest near = nearest(obstacle, fraction);
-        if (near.known) ways.push_back(out * normalOf(near));
+        const std::optional<WorldFaces> near = nearest(obstacle, fraction);
+        if (near) ways.push_back(out * near->meeting().normal);
         return ways;
     }
     if (pairs_[obstacle].bothHulls) {
@@ -415,8 +392,8 @@ std::vector<Vec3d> MotionTrial::waysOut(std::size_t obstacle, double fraction) c
     }
     const FacePairs faces = facesTouching(obstacle, fraction);
     if (!faces.complete) return ways;
-    forFaces(obstacle, faces.pairs, fraction, [&](const FacePair&, const Triangle& a, const Triangle& b) {
-        const Vec3d way = out * contactOf(a, b).normal;
+    forFaces(obstacle, faces.pairs, fraction, [&](const FacePair&, const WorldFaces& placed) {
+        const Vec3d way = out * placed.contactNormal();
         constexpr double kSame = 1 - 1e-12;
         const bool known = std::any_of(ways.begin(), ways.end(), [&](const Vec3d& w) { return w.dot(way) > kSame; });
         if (!known) ways.push_back(way);

@@ -69,15 +69,18 @@ public:
     [[nodiscard]] double size(std::size_t obstacle) const { return pairs_[obstacle].size; }
     [[nodiscard]] double thickness(std::size_t obstacle) const { return pairs_[obstacle].thickness; }
     /// How near the pair may be when the motion stops, in world units.
-    [[nodiscard]] double tolerance(std::size_t obstacle) const { return limits_.stopTolerance * size(obstacle); }
+    [[nodiscard]] double tolerance(std::size_t obstacle) const {
+        const Obstacle& o = obstacles_[obstacle];
+        return handler_.toleranceOf(o.partA, o.partB, size(obstacle), limits_.stopTolerance);
+    }
 
     /// Solid: hulls that are within each other touch, too.
     [[nodiscard]] Touch touching(std::size_t obstacle, double fraction) const;
     [[nodiscard]] FacePairs facesTouching(std::size_t obstacle, double fraction) const;
-    /// When faces first touch on the way up to a fraction that are apart at the start and do not lie flush with what rests
-    /// on something; or when what rests gets deeper (Impact::support >= 0). Its t is a fraction of the whole way; faces
-    /// within a millionth of the tolerance count as touching. Nothing where that cannot be told but by poses: a pair
-    /// that touches at the start on a way that is no one motion.
+    /// When faces first touch on the way up to a fraction that are apart at the start and do not lie flush with what
+    /// rests on something; or when what rests gets deeper (Impact::support >= 0). Its t is a fraction of the whole way;
+    /// faces within a millionth of the tolerance count as touching. Nothing where that cannot be told but by poses: a
+    /// pair that touches at the start on a way that is no one motion.
     [[nodiscard]] std::optional<Impact> firstContact(std::size_t obstacle, double upTo) const;
     /// Whether anything rests here or is stuck, before the motion begins.
     [[nodiscard]] bool rests(std::size_t obstacle) const;
@@ -132,32 +135,25 @@ private:
         bool bothHulls = false;
         Span meet;
     };
-    struct Nearest {
-        Vec3d onA, onB;
-        Triangle a, b;
-        double distance = 0;
-        bool known = false;
-    };
-
     const Traveller& traveller(std::uint32_t part);
     [[nodiscard]] Pair pairOf(const ObstaclePair& parts);
     [[nodiscard]] bool hullsOverlap(std::size_t obstacle, double fraction, Touch& touch) const;
     [[nodiscard]] bool withinHull(std::size_t obstacle) const;
-    [[nodiscard]] static Vec3d normalOf(const Nearest& near);
-    [[nodiscard]] Nearest nearestOf(std::size_t obstacle, const FacePair& faces, double fraction) const;
+    [[nodiscard]] WorldFaces placed(std::size_t obstacle, const FacePair& faces, double fraction) const;
     /// Of its own faces; and together with what others rest on whom the same motion carries.
     bool addNearRests() const;
     Rest& ownRest(std::size_t obstacle) const;
     [[nodiscard]] std::vector<Support> supportsOf(std::size_t obstacle) const;
     [[nodiscard]] RestTerms restTerms(std::size_t obstacle) const;
-    [[nodiscard]] Nearest nearest(std::size_t obstacle, double fraction) const;
+    /// The nearest faces; nothing where that cannot be told.
+    [[nodiscard]] std::optional<WorldFaces> nearest(std::size_t obstacle, double fraction) const;
     [[nodiscard]] const CollisionShape& shapeA(std::size_t obstacle) const {
         return *handler_.parts()[obstacles_[obstacle].partA].shape;
     }
     [[nodiscard]] const CollisionShape& shapeB(std::size_t obstacle) const {
         return *handler_.parts()[obstacles_[obstacle].partB].shape;
     }
-    /// visit(triangle of A, triangle of B), in the world; both counter-clockwise seen from outside.
+    /// visit(faces, WorldFaces).
     template <typename Visit>
     void forFaces(std::size_t obstacle, std::span<const FacePair> faces, double fraction, Visit&& visit) const;
 

@@ -4,9 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "server/collision/mesh/TriangleContact.h"
 #include "server/collision/pairwise/ConservativeBox.h"
-#include "server/collision/pairwise/PairTable.h"
+#include "server/collision/pairwise/WorldFaces.h"
 #include "server/collision/response/Chain.h"
 
 namespace tessera {
@@ -60,13 +59,6 @@ private:
     const std::vector<Vec3d>* end_;
 };
 
-Triangle mapped(const Affine3d& map, const Triangle& t) {
-    Triangle out{map * t[0], map * t[1], map * t[2]};
-    // A mirror turns the corners round.
-    if (map.linear().determinant() < 0) std::swap(out[1], out[2]);
-    return out;
-}
-
 const Deformation* deformationOf(std::span<const Deformation> all, std::uint32_t part) {
     const auto found = std::find_if(all.begin(), all.end(), [&](const Deformation& d) { return d.part == part; });
     return found == all.end() ? nullptr : &*found;
@@ -87,7 +79,8 @@ public:
         if (!a_.valid() || !b_.valid()) return unknownFrom(0);
         const bool deforms = a_.deforms() || b_.deforms();
         if (!deforms && !chains_.a.moves() && !chains_.b.moves()) return atRest();
-        if (deforms && chains_.a.straight() && chains_.b.straight()) return straightVertices();
+        const bool balls = a_.shape().faceRadius() > 0 || b_.shape().faceRadius() > 0;
+        if (deforms && !balls && chains_.a.straight() && chains_.b.straight()) return straightVertices();
         if (!deforms)
             if (const std::optional<Impact> exact = asOneMotionEach()) return *exact;
         return advance();
@@ -269,23 +262,13 @@ private:
         out.hit = true;
         out.t = t;
         out.faces = faces;
-        const Affine3d shared = chains_.shared.at(t);
-        const Triangle a = mapped(shared * chains_.a.at(t), a_.at(faces.a, t)),
-                       b = mapped(shared * chains_.b.at(t), b_.at(faces.b, t));
-        const NearestPoints near = nearestPoints(a, b);
-        double extent = 0;
-        for (const Triangle* x : {&a, &b})
-            for (const Vec3d& p : *x) extent = std::max(extent, p.cwiseAbs().maxCoeff());
-        out.distance = trianglesIntersect(a, b) ? 0 : near.distance;
-        // Nearer than that rounding would choose the direction.
-        if (out.distance > 1e-12 * extent) {
-            out.point = 0.5 * (near.onA + near.onB);
-            out.normal = (near.onB - near.onA) / near.distance;
-        } else {
-            const TriangleContact contact = contactOf(a, b);
-            out.point = contact.point;
-            out.normal = contact.normal;
-        }
+        const Affine3d worldA = chains_.shared.at(t) * chains_.a.at(t), worldB = chains_.shared.at(t) * chains_.b.at(t);
+        const WorldFaces placed{placedFace(worldA, a_.at(faces.a, t)), placedFace(worldB, b_.at(faces.b, t)),
+                                faceRadiusIn(a_.shape(), worldA), faceRadiusIn(b_.shape(), worldB)};
+        const WorldFaces::Meeting meeting = placed.meeting();
+        out.distance = placed.nearest().distance;
+        out.point = meeting.point;
+        out.normal = meeting.normal;
         return out;
     }
 

@@ -25,11 +25,12 @@ struct Candidate {
 
 /// Of the faces' normals, and of those that two edges share: along which they overlap least; the earlier where two are
 /// as good but for `slack`. That faces look at each other goes before that they look away.
-Candidate leastOverlap(const RestingFaces& pair, double slack, bool edges) {
+/// Balls part along the line between their centres.
+Candidate leastOverlap(const WorldFaces& pair, double slack, bool edges) {
     Candidate best;
     const auto offer = [&](const Vec3d& n, Support::Turns turns) {
         if (n.isZero(0) || !n.allFinite()) return;
-        const double overlap = wayOut(pair.a, pair.b, n);
+        const double overlap = pair.wayOut(n);
         if (overlap < best.overlap - slack) best = {n, turns, overlap};
     };
     const Vec3d outA = outside(pair.a), outB = outside(pair.b);
@@ -37,6 +38,7 @@ Candidate leastOverlap(const RestingFaces& pair, double slack, bool edges) {
     offer(-outB, Support::Turns::kWithB);
     offer(-outA, Support::Turns::kWithA);
     offer(outB, Support::Turns::kWithB);
+    if (pair.margin() > 0) offer(pair.meeting().normal, Support::Turns::kNo);
     if (!edges || best.overlap <= slack) return best;
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j) {
@@ -54,7 +56,10 @@ Candidate leastOverlap(const RestingFaces& pair, double slack, bool edges) {
 }  // namespace
 
 bool addRest(Rest& rest, std::vector<RestingFaces> touching, const RestTerms& terms) {
-    const auto size = [](const RestingFaces& pair) { return std::min(longestEdge(pair.a), longestEdge(pair.b)); };
+    const auto size = [](const RestingFaces& pair) {
+        const WorldFaces& p = pair.placed;
+        return std::min(longestEdge(p.a) + 2 * p.radiusA, longestEdge(p.b) + 2 * p.radiusB);
+    };
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < touching.size(); ++i) order.emplace_back(-size(touching[i]), i);
     std::ranges::sort(order);
@@ -65,13 +70,13 @@ bool addRest(Rest& rest, std::vector<RestingFaces> touching, const RestTerms& te
         const RestingFaces& pair = touching[i];
         double known = std::numeric_limits<double>::infinity();
         for (const Support& support : rest.supports)
-            if (!support.parting) known = std::min(known, wayOut(pair.a, pair.b, support.normal));
+            if (!support.parting) known = std::min(known, pair.placed.wayOut(support.normal));
         if (known <= slack) continue;
-        const Candidate best = leastOverlap(pair, slack, true);
+        const Candidate best = leastOverlap(pair.placed, slack, true);
         if (known <= terms.tolerance && known <= best.overlap + slack) continue;
         if (best.overlap <= terms.tolerance && rest.supports.size() < kMostSupports) {
             // A normal is as good as the corners that it is computed from.
-            const double error = 4 * 0x1p-52 * std::max(extentOf(pair.a), extentOf(pair.b)) / -negative;
+            const double error = 4 * 0x1p-52 * std::max(extentOf(pair.placed.a), extentOf(pair.placed.b)) / -negative;
             const double rounding = terms.rounding + std::min(slack, error * terms.length);
             rest.supports.push_back({best.normal, Support::Turns::kNo, terms.tolerance, rounding});
             const bool turns = best.turns == Support::Turns::kWithA   ? terms.turnsA
@@ -82,7 +87,7 @@ bool addRest(Rest& rest, std::vector<RestingFaces> touching, const RestTerms& te
         }
         if (known <= terms.tolerance) continue;
         rest.within.push_back(pair.faces);
-        const Candidate out = leastOverlap(pair, slack, false);
+        const Candidate out = leastOverlap(pair.placed, slack, false);
         if (!std::isfinite(out.overlap)) continue;
         constexpr double kSame = 0.999;
         const auto same = std::ranges::find_if(rest.supports, [&](const Support& support) {

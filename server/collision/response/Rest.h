@@ -4,14 +4,14 @@
 #include <span>
 #include <vector>
 
+#include "server/collision/pairwise/WorldFaces.h"
 #include "server/collision/query/TimeOfImpact.h"
 
 namespace tessera {
 
-/// Two surfaces in the world, counter-clockwise seen from outside, and which of the two may turn.
 struct RestingFaces {
     FacePair faces;
-    Triangle a, b;
+    WorldFaces placed;
 };
 
 struct RestTerms {

@@ -3,24 +3,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/collision/mesh/TriangleContact.h"
-
 namespace tessera {
-namespace {
-
-Triangle placed(const Part& part, const Affine3d& world, std::uint32_t face) {
-    Triangle out = transformed(world, part.shape->triangle(face));
-    if (world.linear().determinant() < 0) std::swap(out[1], out[2]);
-    return out;
-}
-
-}  // namespace
 
 bool addRest(Rest& rest, const Part& a, const Affine3d& worldA, const Part& b, const Affine3d& worldB,
              std::span<const FacePair> faces, const RestTerms& terms) {
     std::vector<RestingFaces> touching;
     touching.reserve(faces.size());
-    for (const FacePair& f : faces) touching.push_back({f, placed(a, worldA, f.a), placed(b, worldB, f.b)});
+    for (const FacePair& f : faces) touching.push_back({f, worldFaces({*a.shape, worldA}, {*b.shape, worldB}, f)});
     return addRest(rest, std::move(touching), terms);
 }
 
@@ -39,9 +28,8 @@ std::optional<Impact> firstNewContact(const ObjectHandler& handler, std::uint32_
                 : firstContactBeside(handler, partA, partB, wayOf, near, supports, rest.within, work);
         if (!found || !found->hit || found->support >= 0 || round == kRounds) return found;
         if (found->t * terms.length > together) return found;
-        const NearestPoints start =
-            nearestPoints(placed(a, a.world, found->faces.a), placed(b, b.world, found->faces.b));
-        if (start.distance > together) return found;
+        const WorldFaces start = worldFaces({*a.shape, a.world}, {*b.shape, b.world}, found->faces);
+        if (start.centresApart() - start.margin() > together) return found;
         if (!addRest(rest, a, a.world, b, b.world, std::span(&found->faces, 1), terms)) return found;
     }
 }

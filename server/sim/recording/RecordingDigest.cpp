@@ -98,7 +98,7 @@ FrameDigest::Part partOf(const std::vector<Item>& items) {
 
 FrameDigest digestOf(const FrameResult& frame) {
     const auto& [accepted, velocities, stopped, contacts, events, distances, questions, contactsBegun, notLookedAt,
-                 counters] = frame.collision;
+                 standIns, counters] = frame.collision;
     FrameDigest digest{.sequence = frame.commit.sent->sequence, .stateHash = frame.commit.sent->stateHash};
     const auto at = [&](DigestPart part) -> FrameDigest::Part& { return digest.parts[static_cast<std::size_t>(part)]; };
     at(DigestPart::kOutcomes) = partOf(frame.outcomes);
@@ -113,9 +113,9 @@ FrameDigest digestOf(const FrameResult& frame) {
     at(DigestPart::kChanges) = {.count = frame.commit.list ? frame.commit.list->changeCount() : 0,
                                 .hash = frame.commit.sent->changed() ? hash64(frame.commit.sent->encoded) : 0};
 
-    // (How many bodies were handed over is no result.)
+    // (How many bodies were handed over is no result; what stands in for what follows from the scene.)
     const auto& [objects, skipped, freeBodies, asleep, handedOver, neighbours, pairsTested, boxTests, triangleTests,
-                 leftUndecided, contactsLeftOut, eventsLeftOut, unanswered] = counters;
+                 leftUndecided, contactsLeftOut, eventsLeftOut, unanswered, standInCount] = counters;
     digest.counters = {contactsBegun,   objects,       skipped,   freeBodies,    asleep,
                        neighbours,      pairsTested,   boxTests,  triangleTests, leftUndecided,
                        contactsLeftOut, eventsLeftOut, unanswered};

@@ -87,8 +87,9 @@ TEST(PairTable, DistancesAreThoseOfTheWorldUnderEveryMap) {
                 const double extent = mapA.map.matrix().cwiseAbs().maxCoeff() + mapB.map.matrix().cwiseAbs().maxCoeff();
                 ASSERT_TRUE(found.complete);
                 ASSERT_NEAR(found.distance, truth, 1e-11 * extent) << mapA.name << ", " << mapB.name;
-                if (truth > 1e-9 * extent)
+                if (truth > 1e-9 * extent) {
                     ASSERT_NEAR((found.pointA - found.pointB).norm(), found.distance, 1e-11 * extent);
+                }
             }
     }
 }

@@ -20,7 +20,7 @@ constexpr std::uint64_t kOneByOne = 99'999;
 struct Heaps : SceneMaker {
     Heaps(std::uint64_t seed, std::uint64_t maxTests, Workers* workers)
         : SceneMaker({.maxTests = maxTests}, workers), random(seed) {
-        constexpr std::int64_t kResponses[] = {Interest::kStop, Interest::kSlide, Interest::kAsk, Interest::kRollback};
+        constexpr std::int64_t kOfMovers[] = {Interest::kStop, Interest::kSlide, Interest::kAsk, Interest::kRollback};
         std::vector<ObjectId> groups;
         for (int heap = 0; heap < 8; ++heap) {
             groups.push_back(node(kRootNode));
@@ -40,7 +40,7 @@ struct Heaps : SceneMaker {
                 (void)object(itself);
             }
         for (std::size_t heap = 0; heap < groups.size(); ++heap)
-            (void)interest(groups[heap], groups[heap], kResponses[heap % 4]);
+            (void)interest(groups[heap], groups[heap], kOfMovers[heap % 4]);
     }
     static Vec3d place(int heap) { return {20.0 * heap, 0, 0}; }
     double number(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }

@@ -33,6 +33,17 @@ TEST(CollideCommand, TakesTwoFilesPosesAndAQuery) {
     EXPECT_FALSE(out.tolerance);
 }
 
+TEST(CollideCommand, PointsHaveARadius) {
+    const CollideArguments out =
+        arguments({"scan.ply", "b.obj", "--poses", "p", "--query", "any", "--as-a", "points", "--radius", "0.5"});
+    EXPECT_EQ(out.asA, Representation::kPoints);
+    EXPECT_EQ(out.radius, 0.5);
+    EXPECT_NE(refusal({"a", "b", "--poses", "p", "--query", "any", "--radius", "1"}).find("points"), std::string::npos);
+    EXPECT_NE(refusal({"a", "b", "--poses", "p", "--query", "any", "--as-b", "points", "--radius", "-1"}).find("--radius"),
+              std::string::npos);
+    EXPECT_NE(refusal({"a", "--query", "self", "--as-a", "points"}).find("points"), std::string::npos);
+}
+
 TEST(CollideCommand, KnowsEveryQuery) {
     const std::vector<std::pair<std::string, CollideQuery>> queries{{"any", CollideQuery::kAny},
                                                                     {"all", CollideQuery::kAll},

@@ -12,15 +12,37 @@ namespace {
 class SceneTriangles : public testing::Test {
 protected:
     Expected<TriangleMesh> read(const std::string& name, const std::string& text) {
+        return readTriangles(written(name, text), options());
+    }
+    Expected<FilePoints> points(const std::string& name, const std::string& text) {
+        return readPoints(written(name, text), options());
+    }
+    std::string written(const std::string& name, const std::string& text) {
+        const std::string path = folder_ / name;
+        std::ofstream(path) << text;
+        return path;
+    }
+    static ImportOptions options() {
         ImportOptions options;
         options.importerProgram = TESSERA_BIN_DIR "/tessera-import";
         options.allowUnconfined = true;
-        const std::string path = folder_ / name;
-        std::ofstream(path) << text;
-        return readTriangles(path, options);
+        return options;
     }
     test::TestFolder folder_;
 };
+
+TEST_F(SceneTriangles, PointsOfAFileStandInTheWorldWithTheirRadius) {
+    const auto scan = points("scan.tsct",
+                             "node { transform { translation { x: 10 } scale { x: 2 y: 2 z: 2 } }\n"
+                             "  points { spacing: 0.5 radius: 0.25 box { size { x: 1 y: 1 z: 1 } } } }\n");
+    ASSERT_TRUE(scan) << scan.error().message;
+    EXPECT_GT(scan->places.size(), 10u);
+    EXPECT_NEAR(scan->radius, 0.5, 1e-6);
+    for (const Vec3d& p : scan->places) EXPECT_NEAR((p - Vec3d(10, 0, 0)).cwiseAbs().maxCoeff(), 1, 1e-5);
+    const auto none = points("box.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    ASSERT_FALSE(none);
+    EXPECT_NE(none.error().message.find("no points"), std::string::npos);
+}
 
 TEST_F(SceneTriangles, KeepTheOrderOfTheFile) {
     // Two materials in turns: a reader that sorts by material would give 0 2 1 3.

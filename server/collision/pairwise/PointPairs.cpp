@@ -1,0 +1,220 @@
+#include "server/collision/pairwise/PointPairs.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/WorldFaces.h"
+#include "server/collision/representation/BallPairs.h"
+#include "server/collision/representation/PointSetQueries.h"
+
+namespace tessera::point_pairs {
+namespace {
+
+enum class Hulls { kSurfaces, kSolids };
+
+/// Asks with the bodies that the two are looked at as.
+template <Hulls kHulls, typename Ask>
+auto ofBodies(const CollisionShape& a, const CollisionShape& b, const Ask& ask) {
+    const auto asOther = [&](const CollisionShape& shape, const auto& then) {
+        if (shape.heightField() != nullptr) return then(*shape.heightField());
+        if constexpr (kHulls == Hulls::kSolids)
+            if (shape.hull() != nullptr) return then(*shape.hull());
+        return then(shape.tree());
+    };
+    if (a.points() != nullptr && b.points() != nullptr) return ask(*a.points(), *b.points());
+    if (a.points() != nullptr) return asOther(b, [&](const auto& body) { return ask(*a.points(), body); });
+    return asOther(a, [&](const auto& body) { return ask(body, *b.points()); });
+}
+
+/// A hull's one face, which is 0 in what knows no other, is all of it.
+FacePair named(const CollisionShape& a, const CollisionShape& b, FacePair faces) {
+    if (a.hull() != nullptr) faces.a = kWhole;
+    if (b.hull() != nullptr) faces.b = kWhole;
+    return faces;
+}
+
+template <Hulls kHulls>
+PairTouch touchOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work) {
+    const TouchedPair found = ofBodies<kHulls>(
+        a, b, [&](const auto& bodyA, const auto& bodyB) { return firstTouching(bodyA, bodyB, a_T_b, work); });
+    PairTouch out;
+    out.touch = found.touch;
+    out.complete = found.touch != Touch::kUnknown;
+    if (found.touch != Touch::kYes) return out;
+    out.count = 1;
+    out.faces = {kHulls == Hulls::kSolids ? named(a, b, found.faces) : found.faces};
+    return out;
+}
+
+template <Hulls kHulls>
+PairTouch contactsOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
+                     QueryWork& work) {
+    FacePairs found = ofBodies<kHulls>(
+        a, b, [&](const auto& bodyA, const auto& bodyB) { return allTouching(bodyA, bodyB, a_T_b, work); });
+    PairTouch out;
+    out.touch = !found.pairs.empty() ? Touch::kYes : found.complete ? Touch::kNo : Touch::kUnknown;
+    out.complete = found.complete;
+    out.count = found.pairs.size();
+    out.faces = std::move(found.pairs);
+    out.faces.resize(std::min(out.faces.size(), most));
+    out.faces.shrink_to_fit();
+    if constexpr (kHulls == Hulls::kSolids)
+        for (FacePair& faces : out.faces) faces = named(a, b, faces);
+    return out;
+}
+
+template <Hulls kHulls>
+Distance distanceOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
+                    const DistanceOptions& options) {
+    Distance out = ofBodies<kHulls>(a, b, [&](const auto& bodyA, const auto& bodyB) {
+        return distanceBetween(bodyA, bodyB, a_T_b, work, options);
+    });
+    if constexpr (kHulls == Hulls::kSolids) out.faces = named(a, b, out.faces);
+    return out;
+}
+
+template <Hulls kHulls>
+Impact impactOf(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b, const BodyMotion& motionB,
+                QueryWork& work, const ImpactOptions& options) {
+    Impact out = ofBodies<kHulls>(a, b, [&](const auto& bodyA, const auto& bodyB) {
+        return timeOfImpact(bodyA, motionA, bodyB, motionB, work, options);
+    });
+    if constexpr (kHulls == Hulls::kSolids) out.faces = named(a, b, out.faces);
+    return out;
+}
+
+PairDepth turned(PairDepth depth) {
+    depth.normal = -depth.normal;
+    return depth;
+}
+
+/// A's frame is that of points.
+template <Hulls kHulls>
+PairDepth depthIn(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+    if (a.shape.points() == nullptr) return turned(depthIn<kHulls>(b, a, work));
+    PairDepth out;
+    if (!invertible(a.world)) return out;
+    const Affine3d a_T_world = a.world.inverse(), a_T_b = a_T_world * b.world;
+    const BallDepth found = ofBodies<kHulls>(a.shape, b.shape, [&](const auto& bodyA, const auto& bodyB) {
+        return depthBetween(bodyA, bodyB, a_T_b, work);
+    });
+    if (!found.known) {
+        if (found.complete) out.depth = 0;  // one of them is empty
+        return out;
+    }
+    const Vec3d form = a_T_world.linear().transpose() * found.deepest.normal;
+    const double unit = form.stableNorm();
+    if (!(unit > 0)) return out;
+    out.normal = form / unit;
+    out.point = a.world * found.deepest.point;
+    out.depth = found.touching ? std::max(0.0, found.deepest.depth) / unit : 0;
+    return out;
+}
+
+/// A is the points, B a hull.
+PairContact contactInHull(const PlacedShape& a, const PlacedShape& b, std::uint32_t point) {
+    PairContact out;
+    const std::array<Vec3d, 1> place{a.shape.triangle(point)[0]};
+    const auto ball = CollisionShape::ofPoints(place, a.shape.faceRadius());
+    if (!ball) return out;
+    QueryWork work;
+    const PairDepth found = depthIn<Hulls::kSolids>({**ball, a.world}, b, work);
+    out.point = found.point;
+    out.normal = found.normal;
+    out.depth = found.depth;
+    return out;
+}
+
+}  // namespace
+
+PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
+    return touchOf<Hulls::kSurfaces>(a, b, a_T_b, effort.work);
+}
+
+PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
+                   const PairEffort& effort) {
+    return contactsOf<Hulls::kSurfaces>(a, b, a_T_b, most, effort.work);
+}
+
+Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
+                  const DistanceOptions& options) {
+    return distanceOf<Hulls::kSurfaces>(a, b, a_T_b, work, options);
+}
+
+Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
+                    const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options) {
+    return impactOf<Hulls::kSurfaces>(a, motionA, b, motionB, work, options);
+}
+
+PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+    return depthIn<Hulls::kSurfaces>(a, b, work);
+}
+
+PairTouch touchHull(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
+    return touchOf<Hulls::kSolids>(a, b, a_T_b, effort.work);
+}
+
+PairTouch contactsWithHull(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
+                           const PairEffort& effort) {
+    return contactsOf<Hulls::kSolids>(a, b, a_T_b, most, effort.work);
+}
+
+Distance distanceToHull(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
+                        const DistanceOptions& options) {
+    return distanceOf<Hulls::kSolids>(a, b, a_T_b, work, options);
+}
+
+Impact firstContactWithHull(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
+                            const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options) {
+    return impactOf<Hulls::kSolids>(a, motionA, b, motionB, work, options);
+}
+
+PairDepth depthInHull(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+    return depthIn<Hulls::kSolids>(a, b, work);
+}
+
+PairContact contact(const PlacedShape& a, const PlacedShape& b, const FacePair& faces) {
+    PairContact out;
+    if (faces.b == kWhole) {
+        out = contactInHull(a, b, faces.a);
+    } else if (faces.a == kWhole) {
+        out = contactInHull(b, a, faces.b);
+        out.normal = -out.normal;
+    } else {
+        const WorldFaces placed = worldFaces(a, b, faces);
+        const WorldFaces::Meeting meeting = placed.meeting();
+        out.point = meeting.point;
+        out.normal = meeting.normal;
+        out.depth = std::max(0.0, placed.margin() - placed.centresApart());
+    }
+    const auto place = [&](const PlacedShape& of, std::uint32_t& face, const Vec3d& towards) -> Vec2d {
+        if (face == kWhole) return Vec2d::Zero();
+        if (of.shape.points() == nullptr) return placeOn(transformed(of.world, of.shape.triangle(face)), out.point);
+        const OnOctahedron at = octahedronAt(of, face, towards);
+        face = at.face;
+        return at.uv;
+    };
+    out.faces = faces;
+    out.uvA = place(a, out.faces.a, out.normal);
+    out.uvB = place(b, out.faces.b, -out.normal);
+    return out;
+}
+
+OnOctahedron octahedronAt(const PlacedShape& points, std::uint32_t point, const Vec3d& direction) {
+    // A direction between points is no linear form: it comes back as differences of points do.
+    Vec3d own = invertible(points.world) ? Vec3d(points.world.linear().inverse() * direction) : Vec3d::UnitX();
+    const double sum = own.cwiseAbs().sum();
+    if (!(sum > 0) || !std::isfinite(sum)) own = Vec3d::UnitX();
+    const Vec3d weight = own.cwiseAbs() / own.cwiseAbs().sum();
+    const unsigned octant = (own.x() < 0 ? 1U : 0U) | (own.y() < 0 ? 2U : 0U) | (own.z() < 0 ? 4U : 0U);
+    // Mirrored octants are turned around (CollisionShape.cpp).
+    const bool mirrored = std::popcount(octant) % 2 == 1;
+    return {8 * point + octant, mirrored ? Vec2d(weight.z(), weight.y()) : Vec2d(weight.y(), weight.z())};
+}
+
+}  // namespace tessera::point_pairs

@@ -1,0 +1,60 @@
+#include "server/collision/representation/BallPairs.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera {
+
+double largestStretch(const Mat3d& linear) {
+    const Mat3d gram = linear.transpose() * linear;
+    const double square = gram.diagonal().maxCoeff();
+    if ((gram - square * Mat3d::Identity()).cwiseAbs().maxCoeff() <= 1e-13 * square && square > 1e-200)
+        return std::sqrt(square);
+    return Eigen::JacobiSVD<Mat3d>(linear).singularValues()[0];
+}
+
+Vec3d nearestOnFace(const Triangle& t, const Vec3d& p) {
+    Vec3d best = nearestOnTriangle(t, p);
+    const Vec3d u = t[1] - t[0], v = t[2] - t[0];
+    const double size2 = std::max(u.squaredNorm(), v.squaredNorm());
+    // A thousand times as long as wide.
+    if (u.cross(v).squaredNorm() > 1e-6 * size2 * size2) return best;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Vec3d on = nearestOnSegments(p, p, t[i], t[(i + 1) % 3]).onB;
+        if ((on - p).squaredNorm() < (best - p).squaredNorm()) best = on;
+    }
+    return best;
+}
+
+BallContact contactOfBalls(const FacePair& faces, const NearestPoints& near, const BallRadii& radii, const Vec3d& along,
+                           double rounding) {
+    BallContact out;
+    out.faces = faces;
+    out.normal = near.distance > rounding ? Vec3d((near.onB - near.onA) / near.distance) : along;
+    out.depth = radii.sum() - near.distance;
+    out.point = 0.5 * (near.onA + radii.a * out.normal + near.onB - radii.b * out.normal);
+    return out;
+}
+
+Distance distanceOfBalls(const Distance& near, const BallRadii& radii, const DistanceOptions& options) {
+    Distance out = near;
+    if (!near.complete) {
+        out.distance = std::max(0.0, std::min(near.distance - radii.sum(), options.upperBound));
+        return out;
+    }
+    const bool touch = !near.farther && near.distance <= radii.reach();
+    if (near.farther || (!touch && !(near.distance - radii.sum() < options.upperBound))) {
+        Distance none;
+        none.distance = options.upperBound;
+        none.farther = true;
+        return none;
+    }
+    const Vec3d n = near.distance > 0 ? Vec3d((near.onB - near.onA) / near.distance) : Vec3d(Vec3d::Zero());
+    out.onA += radii.a * n;
+    out.onB -= radii.b * n;
+    out.distance = touch ? 0 : near.distance - radii.sum();
+    if (touch) out.onA = out.onB = 0.5 * (out.onA + out.onB);
+    return out;
+}
+
+}  // namespace tessera
