@@ -52,10 +52,9 @@ Expected<TriangleMesh> TriangleMesh::make(std::span<const double> positions, std
     return makeFrom(positions, indices, limits);
 }
 
-Expected<void> TriangleMesh::move(std::span<const Vec3d> positions) {
-    if (positions.size() != vertexCount())
-        return fail(ErrorCode::kBadInput,
-                    std::to_string(positions.size()) + " positions for " + std::to_string(vertexCount()) + " vertices");
+namespace {
+
+Expected<void> checkCoordinates(std::span<const Vec3d> positions, std::size_t first) {
     // One pass that carries on, then one that looks for the place: bad input is rare.
     const double most = TriangleMeshLimits{}.maxCoordinate;
     const double* const coordinates = positions.empty() ? nullptr : positions.data()->data();
@@ -63,9 +62,19 @@ Expected<void> TriangleMesh::move(std::span<const Vec3d> positions) {
     for (std::size_t i = 0; i < 3 * positions.size(); ++i) good &= std::abs(coordinates[i]) <= most;
     for (std::size_t i = 0; !good && i < 3 * positions.size(); ++i)
         if (!(std::abs(coordinates[i]) <= most))
-            return fail(ErrorCode::kBadInput,
-                        "vertex " + std::to_string(i / 3) + " has a coordinate that is not finite or too large");
-    take(coordinates, positions.size());
+            return fail(ErrorCode::kBadInput, "vertex " + std::to_string(first + i / 3) +
+                                                  " has a coordinate that is not finite or too large");
+    return {};
+}
+
+}  // namespace
+
+Expected<void> TriangleMesh::move(std::span<const Vec3d> positions) {
+    if (positions.size() != vertexCount())
+        return fail(ErrorCode::kBadInput,
+                    std::to_string(positions.size()) + " positions for " + std::to_string(vertexCount()) + " vertices");
+    if (Expected<void> good = checkCoordinates(positions, 0); !good) return good;
+    take(positions.empty() ? nullptr : positions.data()->data(), positions.size());
     findBounds();
     return {};
 }
@@ -73,10 +82,12 @@ Expected<void> TriangleMesh::move(std::span<const Vec3d> positions) {
 namespace {
 
 bool isFloat(double x) {
-    return std::abs(x) <= static_cast<double>(std::numeric_limits<float>::max()) && static_cast<double>(static_cast<float>(x)) == x;
+    return std::abs(x) <= static_cast<double>(std::numeric_limits<float>::max()) &&
+           static_cast<double>(static_cast<float>(x)) == x;
 }
 
-/// The box of all vertices. Two at once, as one run of numbers: this is half of what following a deformation costs otherwise.
+/// The box of all vertices. Two at once, as one run of numbers: this is half of what following a deformation costs
+/// otherwise.
 template <typename Scalar>
 Box boxOfAll(const std::vector<Eigen::Matrix<Scalar, 3, 1>>& vertices) {
     constexpr std::size_t kTwo = 6;
@@ -91,7 +102,8 @@ Box boxOfAll(const std::vector<Eigen::Matrix<Scalar, 3, 1>>& vertices) {
             high[k] = x > high[k] ? x : high[k];
         }
     Box box;
-    for (const Scalar* const p : std::initializer_list<const Scalar*>{numbers + count - 3, low, low + 3, high, high + 3})
+    for (const Scalar* const p :
+         std::initializer_list<const Scalar*>{numbers + count - 3, low, low + 3, high, high + 3})
         box.extend(Eigen::Map<const Eigen::Matrix<Scalar, 3, 1>>(p).template cast<double>());
     return box;
 }
@@ -101,16 +113,55 @@ Box boxOfAll(const std::vector<Eigen::Matrix<Scalar, 3, 1>>& vertices) {
 template <typename Scalar>
 void TriangleMesh::take(const Scalar* coordinates, std::size_t vertices) {
     bool asFloats = true;
-    if constexpr (!std::is_same_v<Scalar, float>) asFloats = std::all_of(coordinates, coordinates + 3 * vertices, isFloat);
+    if constexpr (!std::is_same_v<Scalar, float>)
+        asFloats = std::all_of(coordinates, coordinates + 3 * vertices, isFloat);
     if (asFloats) {
         floats_.resize(vertices);
-        if (vertices != 0) std::transform(coordinates, coordinates + 3 * vertices, floats_.data()->data(), [](Scalar x) { return static_cast<float>(x); });
+        if (vertices != 0)
+            std::transform(coordinates, coordinates + 3 * vertices, floats_.data()->data(),
+                           [](Scalar x) { return static_cast<float>(x); });
         doubles_ = {};
         return;
     }
     doubles_.resize(vertices);
-    if (vertices != 0) std::transform(coordinates, coordinates + 3 * vertices, doubles_.data()->data(), [](Scalar x) { return static_cast<double>(x); });
+    if (vertices != 0)
+        std::transform(coordinates, coordinates + 3 * vertices, doubles_.data()->data(),
+                       [](Scalar x) { return static_cast<double>(x); });
     floats_ = {};
+}
+
+Expected<void> TriangleMesh::move(std::size_t first, std::span<const Vec3d> positions) {
+    if (first > vertexCount() || positions.size() > vertexCount() - first)
+        return fail(ErrorCode::kBadInput, std::to_string(positions.size()) + " positions from vertex " +
+                                              std::to_string(first) + " on for " + std::to_string(vertexCount()) +
+                                              " vertices");
+    if (Expected<void> good = checkCoordinates(positions, first); !good) return good;
+    if (positions.empty()) return {};
+    const double* const coordinates = positions.data()->data();
+    if (!floats_.empty() && !std::all_of(coordinates, coordinates + 3 * positions.size(), isFloat)) {
+        doubles_.reserve(floats_.size());
+        for (const Vec3f& p : floats_) doubles_.push_back(p.cast<double>());
+        floats_ = {};
+    }
+    bool onBox = false;
+    Box box = bounds_;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        const std::size_t vertex = first + i;
+        if (used_.empty() || used_[vertex]) {
+            const Vec3d before = this->positions()[vertex];
+            onBox = onBox || (before.array() == bounds_.lower.array()).any() ||
+                    (before.array() == bounds_.upper.array()).any();
+            box.extend(positions[i]);
+        }
+        if (floats_.empty())
+            doubles_[vertex] = positions[i];
+        else
+            floats_[vertex] = positions[i].cast<float>();
+    }
+    bounds_ = box;
+    // Nobody else may hold the box open.
+    if (onBox) findBounds();
+    return {};
 }
 
 void TriangleMesh::findBounds() {

@@ -89,6 +89,8 @@ public:
     /// Takes new positions, one per vertex; the triangles stay. kBadInput, and nothing is changed, for another number of
     /// vertices or for coordinates that make() would refuse.
     Expected<void> move(std::span<const Vec3d> positions);
+    /// The same for the vertices from `first` on; costs what they are, and a pass over all where the box may shrink.
+    Expected<void> move(std::size_t first, std::span<const Vec3d> positions);
 
     [[nodiscard]] std::size_t faceCount() const { return indices_.size() / 3; }
     [[nodiscard]] std::size_t vertexCount() const { return floats_.empty() ? doubles_.size() : floats_.size(); }

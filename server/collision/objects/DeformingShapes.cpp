@@ -6,25 +6,37 @@ namespace tessera {
 
 namespace {
 
+using End = DeformingShapes::End;
+
 /// Nothing where they are not as many as the mesh has, or not finite.
-std::optional<std::vector<Vec3d>> verticesOf(std::span<const float> xyz, std::size_t count) {
+std::optional<End> endOfAll(std::span<const float> xyz, std::size_t count) {
     if (xyz.size() != 3 * count) return std::nullopt;
-    std::vector<Vec3d> vertices(count);
+    End out;
+    out.positions.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
-        vertices[i] = Vec3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
-        if (!vertices[i].allFinite()) return std::nullopt;
+        out.positions[i] = Vec3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+        if (!out.positions[i].allFinite()) return std::nullopt;
     }
-    return vertices;
+    return out;
 }
 
-/// Nothing where the arrays do not fit the mesh.
-std::optional<std::vector<Vec3d>> verticesOf(const MeshArrays& arrays, std::size_t count) {
+/// Nothing where the arrays do not fit the mesh. `from`: the array that the mesh has.
+std::optional<End> endOfArrays(const MeshArrays& arrays, const BlobId& from, std::size_t count) {
     if (arrays.primitive == Primitive::kPoints) {
         const std::optional<MeshData> octahedra = octahedraOf(arrays);
-        return octahedra ? verticesOf(octahedra->positions, count) : std::nullopt;
+        return octahedra ? endOfAll(octahedra->positions, count) : std::nullopt;
     }
     if (!arrays.positions.resident() || arrays.positions.sizeBytes() % sizeof(float) != 0) return std::nullopt;
-    return verticesOf(arrays.positions.as<float>(), count);
+    const std::span<const float> xyz = arrays.positions.as<float>();
+    const auto origins = arrays.positions.origins();
+    const auto origin = std::ranges::find(origins, from, &Blob::Origin::id);
+    if (origin == origins.end() || xyz.size() != 3 * count) return endOfAll(xyz, count);
+    constexpr std::uint64_t kVertex = 3 * sizeof(float);
+    const std::size_t first = origin->begin / kVertex,
+                      end = std::min<std::size_t>(count, (origin->end + kVertex - 1) / kVertex);
+    std::optional<End> out = endOfAll(xyz.subspan(3 * first, 3 * (end - first)), end - first);
+    if (out) out->first = static_cast<std::uint32_t>(first);
+    return out;
 }
 
 }  // namespace
@@ -40,7 +52,7 @@ std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, co
         }
         if (!jump) {
             if (own.end && own.endPositions == positions) return own.shape;
-            own.end = verticesOf(arrays, own.shape->mesh().vertexCount());
+            own.end = endOfArrays(arrays, own.positions, own.shape->mesh().vertexCount());
             own.endPositions = positions;
             if (own.end) return own.shape;
         }
@@ -55,7 +67,7 @@ std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, co
     return own.shape;
 }
 
-const std::vector<Vec3d>* DeformingShapes::endOf(const Key& key) const {
+const DeformingShapes::End* DeformingShapes::endOf(const Key& key) const {
     const auto own = shapes_.find(key);
     return own != shapes_.end() && own->second.end ? &*own->second.end : nullptr;
 }
@@ -63,7 +75,7 @@ const std::vector<Vec3d>* DeformingShapes::endOf(const Key& key) const {
 void DeformingShapes::settle() {
     for (auto& [key, own] : shapes_) {
         if (!own.end) continue;
-        const Expected<void> moved = own.shape->move(*own.end);
+        const Expected<void> moved = own.shape->move(own.end->first, own.end->positions);
         TESSERA_CHECK(moved.has_value(), "an end is taken only where its vertices fit the mesh");
         own.positions = own.endPositions;
         own.end.reset();

@@ -22,10 +22,16 @@ public:
     };
     /// The shape of a geometry; null where its arrays are malformed. New positions for the same triangles (or as many
     /// points) become an end to settle, and the shape stays as it is until then; anything else new is a new shape.
-    /// `jump`: new positions are that too.
+    /// `jump`: new positions are that too. Where the array tells what has changed since (Blob::origins), no other
+    /// vertex is looked at.
     [[nodiscard]] std::shared_ptr<const CollisionShape> follow(const Key& key, const MeshArrays& arrays, bool jump);
-    /// Where the vertices are about to be; null where they stay.
-    [[nodiscard]] const std::vector<Vec3d>* endOf(const Key& key) const;
+    /// Where vertices are about to be: those from `first` on, the others stay.
+    struct End {
+        std::uint32_t first = 0;
+        std::vector<Vec3d> positions;
+    };
+    /// Null where all stay.
+    [[nodiscard]] const End* endOf(const Key& key) const;
     /// Moves all shapes to their ends.
     void settle();
     /// Lets go of all but these (ascending).
@@ -38,7 +44,7 @@ private:
         Primitive primitive = Primitive::kTriangles;
         double pointRadius = 0;
         BlobId endPositions;
-        std::optional<std::vector<Vec3d>> end;
+        std::optional<End> end;
     };
     std::map<Key, Own> shapes_;
 };

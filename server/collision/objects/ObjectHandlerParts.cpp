@@ -203,7 +203,8 @@ void ObjectHandler::setBox(std::uint32_t number, const Box& box) {
 void ObjectHandler::listDeformations() {
     deformations_.clear();
     for (const std::uint32_t part : deformingParts_)
-        if (const std::vector<Vec3d>* end = deforming_.endOf(deformingKey(part))) deformations_.push_back({part, *end});
+        if (const DeformingShapes::End* end = deforming_.endOf(deformingKey(part)))
+            deformations_.push_back({part, end->first, end->positions});
 }
 
 void ObjectHandler::settleDeformations() {

@@ -29,7 +29,8 @@ struct Part {
 /// The vertices of a deforming part are about to be elsewhere.
 struct Deformation {
     std::uint32_t part = 0;
-    std::vector<Vec3d> end;  ///< one per vertex of the shape's mesh, in the part's frame
+    std::uint32_t first = 0;
+    std::vector<Vec3d> end;  ///< of the vertices of the shape's mesh from `first` on, in the part's frame; others stay
 };
 
 }  // namespace tessera

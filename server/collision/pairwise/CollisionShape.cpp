@@ -169,10 +169,17 @@ std::shared_ptr<const CollisionShape> CollisionShape::placed(const Affine3d& map
 
 Expected<void> CollisionShape::move(std::span<const Vec3d> positions) {
     TESSERA_CHECK(representation_ == Representation::kTriangles, "only triangles deform");
-    if (Expected<void> moved = mesh_->move(positions); !moved) return moved;
+    if (positions.size() != mesh_->vertexCount()) return mesh_->move(positions);  // which says so
+    return move(0, positions);
+}
+
+Expected<void> CollisionShape::move(std::size_t first, std::span<const Vec3d> positions) {
+    TESSERA_CHECK(representation_ == Representation::kTriangles, "only triangles deform");
+    const bool all = first == 0 && positions.size() == mesh_->vertexCount();
+    if (Expected<void> moved = all ? mesh_->move(positions) : mesh_->move(first, positions); !moved) return moved;
     for (LazyTree& lazy : trees_) {
         if (!lazy.tree) continue;
-        lazy.tree->refitted();
+        lazy.tree->refitted(first, positions.size());
         if (lazy.tree->decay() > TriangleTree::kRebuildAbove) lazy.tree->rebuild();
     }
     return {};

@@ -99,6 +99,8 @@ public:
     /// New positions, one per vertex; the faces stay. Triangles only. kBadInput as TriangleMesh::make; nothing changes
     /// then. Trees follow, and are divided anew where they have become loose.
     Expected<void> move(std::span<const Vec3d> positions);
+    /// The same of the vertices from `first` on; costs what is above them in trees of k-DOPs.
+    Expected<void> move(std::size_t first, std::span<const Vec3d> positions);
 
     /// With all trees made so far.
     [[nodiscard]] std::size_t memoryBytes() const;

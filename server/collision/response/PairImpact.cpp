@@ -14,49 +14,55 @@ namespace {
 /// A part's surface as the fraction passes.
 class Surface {
 public:
-    Surface(const Part& part, const Deformation* deformation)
-        : shape_(*part.shape), end_(deformation ? &deformation->end : nullptr) {}
+    Surface(const Part& part, const Deformation* deformation) : shape_(*part.shape), deformation_(deformation) {}
 
-    [[nodiscard]] bool deforms() const { return end_ != nullptr; }
+    [[nodiscard]] bool deforms() const { return deformation_ != nullptr; }
     [[nodiscard]] const CollisionShape& shape() const { return shape_; }
     [[nodiscard]] const TriangleMesh& mesh() const { return shape_.mesh(); }
     [[nodiscard]] const TriangleTree& tree() const { return shape_.tree(); }
     [[nodiscard]] Vec3d endOf(std::uint32_t vertex) const {
-        return end_ ? (*end_)[vertex] : shape_.mesh().positions()[vertex];
+        const bool moves = deformation_ && vertex >= deformation_->first && vertex - deformation_->first < end().size();
+        return moves ? end()[vertex - deformation_->first] : shape_.mesh().positions()[vertex];
     }
     [[nodiscard]] Triangle at(std::uint32_t face, double fraction) const {
         Triangle t = shape_.triangle(face);
-        if (end_)
+        if (deformation_)
             for (unsigned i = 0; i < 3; ++i) t[i] += fraction * (endOf(shape_.mesh().vertexOf(face, i)) - t[i]);
         return t;
     }
     [[nodiscard]] std::vector<Vec3d> verticesAt(double fraction) const {
         const MeshPositions start = shape_.mesh().positions();
         std::vector<Vec3d> out(start.begin(), start.end());
-        for (std::size_t i = 0; end_ && i < out.size(); ++i) out[i] += fraction * ((*end_)[i] - out[i]);
+        for (std::size_t i = 0; deformation_ && i < end().size(); ++i) {
+            Vec3d& p = out[deformation_->first + i];
+            p += fraction * (end()[i] - p);
+        }
         return out;
     }
-    /// One end position per vertex, all finite.
+    /// They are vertices of the mesh, and all finite.
     [[nodiscard]] bool valid() const {
-        return !end_ || (end_->size() == shape_.mesh().vertexCount() &&
-                         std::all_of(end_->begin(), end_->end(), [](const Vec3d& p) { return p.allFinite(); }));
+        return !deformation_ || (deformation_->first + end().size() <= shape_.mesh().vertexCount() &&
+                                 std::all_of(end().begin(), end().end(), [](const Vec3d& p) { return p.allFinite(); }));
     }
-    /// Of its points in its own frame, on their way.
+    /// Of its points in its own frame, on their way. (Vertices without triangles count where they move: never too
+    /// small.)
     [[nodiscard]] Reach reach() const {
         Reach reach;
         reach.radius = radiusOf(shape_.bounds(), Affine3d::Identity());
-        if (!end_) return reach;
+        if (!deformation_) return reach;
         const MeshPositions start = shape_.mesh().positions();
-        for (const std::uint32_t vertex : shape_.mesh().indices()) {
-            reach.radius = std::max(reach.radius, (*end_)[vertex].norm());
-            reach.speed = std::max(reach.speed, ((*end_)[vertex] - start[vertex]).norm());
+        for (std::size_t i = 0; i < end().size(); ++i) {
+            reach.radius = std::max(reach.radius, end()[i].norm());
+            reach.speed = std::max(reach.speed, (end()[i] - start[deformation_->first + i]).norm());
         }
         return reach;
     }
 
 private:
+    [[nodiscard]] const std::vector<Vec3d>& end() const { return deformation_->end; }
+
     const CollisionShape& shape_;
-    const std::vector<Vec3d>* end_;
+    const Deformation* deformation_;
 };
 
 const Deformation* deformationOf(std::span<const Deformation> all, std::uint32_t part) {

@@ -201,9 +201,11 @@ struct FitJob {
     const ChildRef* children;
     const float* corners;
     std::uint32_t nodeCount;
-    FitNode* nodes;  ///< room for each
-    double cost;     ///< out: the sum of the volumes' surfaces
+    FitNode* nodes;  ///< room for each; where only some are fitted, what the last fit made of the others
+    double cost;     ///< out: the sum of the volumes' surfaces; of some: in and out
     double whole;    ///< out: the surface of the whole's
+    const std::uint32_t* some = nullptr;  ///< ascending, with every node above one of them; null: all
+    std::uint32_t someCount = 0;
 };
 using FitVolumes = void (*)(FitJob& job);
 

@@ -1,6 +1,7 @@
 /// What a TriangleTree holds; for the queries of this library, not for their users.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,13 @@ namespace tessera {
 /// A vertex in a tree's own coordinates, x y z and a 0.
 struct alignas(16) OwnPosition {
     float xyz0[4];
+};
+
+/// What a refit of some vertices needs to know: made when it is first asked for, about 30 bytes per vertex and 50 per node.
+struct RefitIndex {
+    std::vector<std::uint32_t> leafStart, leaves;  ///< of each vertex the leaves that its triangles are in
+    std::vector<std::uint32_t> nodeOfLeaf, parent;
+    std::vector<kernel::FitNode> nodes;
 };
 
 struct TreeStorage {
@@ -36,6 +44,8 @@ struct TreeStorage {
     std::size_t depth = 0;
     double cost = 0;       ///< how many volumes a query is expected to meet: all their surfaces over the whole's
     double builtCost = 0;  ///< after the last build
+    double surfaces = 0;   ///< of all volumes, in own coordinates
+    std::optional<RefitIndex> refits;
     /// Node 0 has one child, the whole. Empty for an empty mesh.
     std::vector<kernel::ChildRef> children;
     std::vector<std::uint32_t> leafFaces;  ///< kLeafFaces per leaf, kNoFace where there are fewer; their corners repeat the first's

@@ -50,6 +50,7 @@ void TriangleTree::rebuild() {
     tree.children = std::move(topology.children);
     tree.leafFaces = std::move(topology.leafFaces);
     tree.depth = topology.depth;
+    tree.refits.reset();
     tree.children.shrink_to_fit();
     tree.leafFaces.shrink_to_fit();
     fitVolumes(tree, positions);
@@ -75,6 +76,13 @@ void TriangleTree::refitted() {
     tree.thin = hasManyPlates(tree);
 }
 
+void TriangleTree::refitted(std::size_t first, std::size_t count) {
+    if (fitSome(*storage_, first, count))
+        storage_->thin = hasManyPlates(*storage_);
+    else
+        refitted();
+}
+
 double TriangleTree::decay() const { return storage_->builtCost > 0 ? storage_->cost / storage_->builtCost : 1; }
 
 std::size_t TriangleTree::memoryBytes() const {
@@ -82,7 +90,11 @@ std::size_t TriangleTree::memoryBytes() const {
     return sizeof(TreeStorage) + tree.mesh->memoryBytes() + tree.children.capacity() * sizeof(kernel::ChildRef) +
            tree.leafFaces.capacity() * sizeof(std::uint32_t) + tree.volumes.capacity() * sizeof(TreeStorage::VolumeRow) +
            tree.corners.capacity() * sizeof(TreeStorage::LeafRow) + tree.profileRows.capacity() * sizeof(TreeStorage::VolumeRow) +
-           tree.profileTables.capacity() * sizeof(TreeStorage::ByteRow);
+           tree.profileTables.capacity() * sizeof(TreeStorage::ByteRow) +
+           (tree.refits ? (tree.refits->leafStart.capacity() + tree.refits->leaves.capacity() +
+                           tree.refits->nodeOfLeaf.capacity() + tree.refits->parent.capacity()) * sizeof(std::uint32_t) +
+                              tree.refits->nodes.capacity() * sizeof(kernel::FitNode)
+                        : 0);
 }
 
 }  // namespace tessera

@@ -54,6 +54,10 @@ public:
     Expected<void> refit(std::span<const Vec3d> positions);
     /// The mesh has been moved already.
     void refitted();
+    /// Of it `count` vertices from `first` on: costs what is above these (of oriented boxes and spheres all that is below
+    /// that, of k-DOPs nothing more), unless the tree's coordinates fit no more or an eighth of all has moved; the first time
+    /// a pass over all.
+    void refitted(std::size_t first, std::size_t count);
     /// How much looser the volumes have become since the last build: their surfaces over the whole's, 1 at once after it.
     /// Above kRebuildAbove queries are dearer by an eighth to a quarter (measured, README.md), and a rebuild pays.
     [[nodiscard]] double decay() const;

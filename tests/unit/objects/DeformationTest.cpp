@@ -40,6 +40,33 @@ TEST(Deformation, WaitsUntilItIsSettled) {
     EXPECT_EQ(scene.handler.generation(), generation);
 }
 
+TEST(Deformation, OfARangeIsThatRange) {
+    Cloth scene;
+    const auto edit = [&](std::uint64_t vertex, const Vec3f& to) {
+        ChangeListBuilder b;
+        b.setRange(scene.thing1.geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>, vertex * 3 * sizeof(float),
+                   Blob::of(std::span<const float>(to.data(), 3)));
+        scene.apply(b);
+    };
+    edit(7, Vec3f(3, 0.5f, 0.5f));
+    ASSERT_EQ(scene.handler.deformations().size(), 1u);
+    EXPECT_EQ(scene.handler.deformations()[0].first, 7u);
+    ASSERT_EQ(scene.handler.deformations()[0].end.size(), 1u);
+    EXPECT_EQ(scene.handler.deformations()[0].end[0], Vec3d(3, 0.5, 0.5));
+    // Two before it settles: from the first to the last of both, and what was there before the first is the start.
+    edit(5, Vec3f(2, 0, 0));
+    ASSERT_EQ(scene.handler.deformations().size(), 1u);
+    EXPECT_EQ(scene.handler.deformations()[0].first, 5u);
+    EXPECT_EQ(scene.handler.deformations()[0].end.size(), 3u);
+    EXPECT_EQ(scene.sizeOfShape(), Vec3d(1, 1, 1));
+    scene.handler.settleDeformations();
+    EXPECT_EQ(scene.sizeOfShape(), Vec3d(3.5, 1, 1));
+    EXPECT_NEAR(scene.cloth().worldBox.size().x(), 3.5, 1e-9);
+    edit(7, Vec3f(0.5f, 0.5f, 0.5f));
+    scene.handler.settleDeformations();
+    EXPECT_EQ(scene.sizeOfShape(), Vec3d(2.5, 1, 1)) << "the box shrinks";
+}
+
 TEST(Deformation, OfTwoTheLaterIsTheEndAndTheStartStays) {
     Cloth scene;
     scene.bend(Vec3d(2, 1, 1));

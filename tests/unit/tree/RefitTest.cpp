@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "server/collision/query/TouchQuery.h"
+#include "server/collision/tree/TreeStorage.h"
 #include "tests/unit/collision/BruteForce.h"
 #include "tests/unit/tree/Meshes.h"
 
@@ -64,6 +65,69 @@ TEST(TriangleTree, FollowsADeformation) {
                 ASSERT_EQ(tree.storage().volumes[row].lane[lane], fresh.storage().volumes[row].lane[lane]) << "back where it was, row " << row;
         EXPECT_NEAR(tree.decay(), 1, 1e-12);
     }
+}
+
+/// Ranges of vertices move again and again: every answer, and how loose the volumes are said to be, as if all were fitted.
+TEST(TriangleTree, FollowsRangesOfVertices) {
+    const Arrays arrays = field(40, 0.3), still = soup(120, 52);
+    for (const VolumeKind kind : kKinds) {
+        SCOPED_TRACE("kind " + std::to_string(static_cast<int>(kind)));
+        std::mt19937_64 random(7);
+        const auto number = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+        const auto mesh = std::make_shared<TriangleMesh>(arrays.mesh());
+        TriangleTree tree(mesh, {.volume = kind});
+        const TriangleTree other(still.mesh(), {.volume = kind});
+        const std::vector<Vec3d> start = arrays.vertices();
+        std::vector<Vec3d> now = start;
+        int partly = 0;
+        for (int step = 0; step < 40; ++step) {
+            SCOPED_TRACE("step " + std::to_string(step));
+            const std::size_t count = 1 + random() % 60, first = random() % (now.size() - count);
+            // Now and then beyond the tree's coordinates, and back.
+            const double reach = step % 13 == 12 ? 9 : 0.2;
+            std::vector<Vec3d> moved;
+            for (std::size_t i = 0; i < count; ++i) {
+                now[first + i] = start[first + i] + Vec3d(number(-reach, reach), number(-reach, reach), number(-reach, reach));
+                if (step % 2 == 0) now[first + i] = now[first + i].cast<float>().cast<double>();
+                moved.push_back(now[first + i]);
+            }
+            ASSERT_TRUE(mesh->move(first, moved));
+            const Vec3d centre = tree.storage().centre;
+            tree.refitted(first, count);
+            partly += tree.storage().centre == centre;
+            expectAnswersOf(tree, other, 100 + static_cast<std::uint64_t>(step));
+            if (step % 8 != 7) continue;
+            TriangleMesh witness = arrays.mesh();
+            ASSERT_TRUE(witness.move(now));
+            ASSERT_EQ(witness.bounds().lower, mesh->bounds().lower);
+            ASSERT_EQ(witness.bounds().upper, mesh->bounds().upper);
+            for (std::size_t i = 0; i < now.size(); ++i) ASSERT_EQ(Vec3d(mesh->positions()[i]), now[i]);
+        }
+        EXPECT_GT(partly, 20);
+        // All anew where nothing has changed: the same volumes, where they are the same everywhere.
+        const double decay = tree.decay();
+        const std::vector<TreeStorage::VolumeRow> rows = tree.storage().volumes;
+        const Vec3d centre = tree.storage().centre;
+        tree.refitted();
+        if (tree.storage().centre != centre) continue;
+        EXPECT_NEAR(tree.decay(), decay, 1e-6 * decay);
+        for (std::size_t row = 0; row < rows.size(); ++row)
+            for (unsigned lane = 0; lane < kernel::kWidth; ++lane)
+                ASSERT_EQ(tree.storage().volumes[row].lane[lane], rows[row].lane[lane]) << "row " << row;
+    }
+}
+
+TEST(TriangleTree, TakesNoRangesThatAreNone) {
+    TriangleMesh mesh = field(4, 0.3).mesh();
+    const Box before = mesh.bounds();
+    const std::vector<Vec3d> two(2, Vec3d::Zero()), bad{Vec3d(0, std::numeric_limits<double>::infinity(), 0)};
+    EXPECT_FALSE(mesh.move(mesh.vertexCount() - 1, two));
+    EXPECT_FALSE(mesh.move(mesh.vertexCount() + 1, {}));
+    const auto refused = mesh.move(3, bad);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("vertex 3"), std::string::npos);
+    EXPECT_EQ(mesh.bounds().lower, before.lower);
+    EXPECT_TRUE(mesh.move(mesh.vertexCount(), {}));
 }
 
 TEST(TriangleTree, TellsItsDecayAndARebuildMendsIt) {

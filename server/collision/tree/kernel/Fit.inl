@@ -165,19 +165,29 @@ TESSERA_INLINE void forLanes(Bits lanes, const Use& use) {
     for (; lanes != 0; lanes &= lanes - 1) use(static_cast<unsigned>(__builtin_ctz(lanes)));
 }
 
-/// Fits every node, children before their nodes, and adds up the sizes.
+template <typename Fit>
+TESSERA_INLINE double sizesOf(const float* rows, Bits lanes) {
+    alignas(64) float size[kWidth];
+    for (unsigned at = 0; at < kWidth; at += kLanes) storePart(size + at, Fit::size(rows + at));
+    double sum = 0;
+    forLanes(lanes, [&](unsigned lane) { sum += static_cast<double>(size[lane]); });
+    return sum;
+}
+
+/// Fits every node, or some, children before their nodes, and adds up the sizes.
 template <typename Fit>
 void fitAll(FitJob& job) {
-    job.cost = 0;
-    for (std::uint32_t node = job.nodeCount; node-- > 0;) {
+    const bool all = job.some == nullptr;
+    if (all) job.cost = 0;
+    for (std::uint32_t k = all ? job.nodeCount : job.someCount; k-- > 0;) {
+        const std::uint32_t node = all ? k : job.some[k];
         const SlotLanes slots(job, node);
         float* const rows = job.volumes + std::size_t{node} * Fit::kRows * kWidth;
+        if (!all) job.cost -= sizesOf<Fit>(rows, slots.used());
         job.nodes[node].firstLeaf = slots.firstLeaf;
         job.nodes[node].endLeaf = slots.endLeaf;
         Fit::fit(job, slots, node, rows);
-        alignas(64) float size[kWidth];
-        for (unsigned at = 0; at < kWidth; at += kLanes) storePart(size + at, Fit::size(rows + at));
-        forLanes(slots.used(), [&](unsigned lane) { job.cost += static_cast<double>(size[lane]); });
-        job.whole = static_cast<double>(size[0]);
+        job.cost += sizesOf<Fit>(rows, slots.used());
+        if (node == 0) job.whole = sizesOf<Fit>(rows, 1);
     }
 }
