@@ -22,7 +22,7 @@ struct CollisionObject {
     std::int64_t division =
         kWhole;  ///< a group: each child of the node, or each geometry below it, is an object by itself
     /// The surface as it is drawn; the convex hull of each geometry, which is solid; the same surface by its heights
-    /// over a grid; or the balls around points. Auto: balls for points, heights for a grid, else the surface. Where a
+    /// over a grid; or the balls around points. Auto: balls for points, heights for a large grid, else the surface. Where a
     /// geometry is not what is asked for, or deforms, it is taken as the surface, and the report names it.
     std::int64_t shape = kTriangles;
     std::int64_t layers = 1;          ///< bits for the masks of interests; 0: takes part in nothing

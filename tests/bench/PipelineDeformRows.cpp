@@ -79,6 +79,76 @@ private:
     std::vector<std::uint32_t> shapes_;
 };
 
+/// A cloth over a box; some rows of its vertices, or all of them, move in every frame.
+class ClothScene final : public FrameContender {
+public:
+    ClothScene(std::uint32_t side, std::uint32_t rowsMoved, std::int64_t volume)
+        : scene_(nullptr, CollisionLimits{}), side_(side), rows_(rowsMoved) {
+        MeshArrays3 cloth;
+        for (std::uint32_t y = 0; y < side; ++y)
+            for (std::uint32_t x = 0; x < side; ++x)
+                cloth.positions.insert(cloth.positions.end(), {at(x), 0.02 * std::sin(0.1 * x), at(y)});
+        for (std::uint32_t y = 0; y + 1 < side; ++y)
+            for (std::uint32_t x = 0; x + 1 < side; ++x) {
+                const std::uint32_t i = y * side + x;
+                cloth.indices.insert(cloth.indices.end(), {i, i + side, i + 1, i + 1, i + side, i + side + 1});
+            }
+        const ObjectId cloths = scene_.addGroup(CollisionObject::kDeforming, CollisionObject::kTriangles, volume);
+        shape_ = scene_.addShape(cloth);
+        scene_.addBody(cloths, shape_, Pose());
+        const ObjectId below = scene_.addGroup(CollisionObject::kStatic, CollisionObject::kTriangles, volume);
+        scene_.addBody(below, scene_.addShape(ball(0.1, 1)), Pose{.translation = Vec3d(0, -0.11, 0)});
+        scene_.addInterest(cloths, below, {.mode = Interest::kPseudoDynamic, .detail = Interest::kYesOrNo});
+        scene_.open();
+    }
+    void start() override {
+        for (int f = 0; f < 2; ++f) (void)frame(1, FrameClock(Clock::kThread));
+    }
+    FrameTimes frame(std::size_t f, const FrameClock& clock) override {
+        const std::uint32_t first = side_ / 2 * side_;
+        std::vector<float> moved;
+        for (std::uint32_t i = 0; i < rows_ * side_; ++i) {
+            const std::uint32_t vertex = rows_ == side_ ? i : first + i, x = vertex % side_, y = vertex / side_;
+            const double height = 0.02 * std::sin(0.1 * x) + 0.002 * std::sin(0.3 * static_cast<double>(f) + y);
+            for (const double value : {at(x), height, at(y)}) moved.push_back(static_cast<float>(value));
+        }
+        // What a frame does for it: the edit, and the step.
+        FrameTimes times;
+        times.asked = clock.seconds([&] {
+            scene_.deform(shape_, rows_ == side_ ? 0 : first, moved);
+            (void)scene_.frame({}, clock);
+        });
+        return times;
+    }
+    void look(std::size_t) override { touching += scene_.touching().size(); }
+    std::size_t touching = 0;
+
+private:
+    [[nodiscard]] double at(std::uint32_t i) const { return static_cast<double>(i) / side_ - 0.5; }
+    PipelineScene scene_;
+    std::uint32_t side_, rows_, shape_ = 0;
+};
+
+void clothRows(const PipelineOptions& options, CollisionTable& table) {
+    const std::uint32_t side = options.quick ? 150 : 500;
+    const std::size_t frames = options.quick ? 6 : 30;
+    struct Named {
+        const char* name;
+        std::int64_t volume;
+    };
+    for (const Named& kind : {Named{"14-dop", CollisionObject::kDop14}, Named{"obb", CollisionObject::kObb}}) {
+        ClothScene some(side, 1, kind.volume), all(side, side, kind.volume);
+        const RaceTimes times = raceFrames(frames, options.passes, {&some, &all});
+        table.add({.pair = fmt::format("cloth of {} faces x ball, {}", 2 * (side - 1) * (side - 1), kind.name),
+                   .operation = "deforming, one row of vertices",
+                   .peer = "ours, all vertices",
+                   .ours = summarise(times.asked[0]),
+                   .theirs = summarise(times.asked[1]),
+                   .remark = fmt::format("{} of {} vertices move; edit and step; touching in {} and {} frames", side,
+                                         side * side, some.touching, all.touching)});
+    }
+}
+
 /// About one face in a thousand, one at least of each mesh.
 std::vector<TriangleMesh> thinned(const std::vector<TriangleMesh>& meshes) {
     std::vector<TriangleMesh> out;
@@ -97,6 +167,7 @@ std::vector<TriangleMesh> thinned(const std::vector<TriangleMesh>& meshes) {
 }  // namespace
 
 void deformRows(const PipelineOptions& options, CollisionTable& table) {
+    clothRows(options, table);
     const Expected<std::vector<TriangleMesh>> plant = readPlant(options.plant);
     if (!plant) {
         fmt::print("\nballs in a plant: left out: {}\n", plant.error().message);

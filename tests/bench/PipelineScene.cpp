@@ -47,13 +47,14 @@ std::uint32_t PipelineScene::addShape(const MeshArrays3& arrays) {
     return static_cast<std::uint32_t>(shapes_.size() - 1);
 }
 
-ObjectId PipelineScene::addGroup(std::int64_t kind, std::int64_t shape) {
+ObjectId PipelineScene::addGroup(std::int64_t kind, std::int64_t shape, std::int64_t volume) {
     const ObjectId node = addFolder();
     const ObjectId core = create(typeOf<CollisionObject>());
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(node));
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::kind>, toValue(kind));
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::division>, toValue(CollisionObject::kEachChild));
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::shape>, toValue(shape));
+    builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::volume>, toValue(volume));
     createNode(kRootNode, core);
     return node;
 }
@@ -134,6 +135,12 @@ void PipelineScene::put(const std::vector<TentativeTransform>& poses) {
 void PipelineScene::deform(std::uint32_t shape, const std::vector<double>& positions) {
     const std::vector<float> rounded(positions.begin(), positions.end());
     builder_.set(shapes_[shape], typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(rounded)));
+    apply(builder_.take());
+}
+
+void PipelineScene::deform(std::uint32_t shape, std::size_t first, const std::vector<float>& positions) {
+    builder_.setRange(shapes_[shape], typeOf<Geometry>(), fieldId<&Geometry::positions>, 3 * sizeof(float) * first,
+                      Blob::of(std::span<const float>(positions)));
     apply(builder_.take());
 }
 

@@ -32,7 +32,8 @@ public:
 
     [[nodiscard]] std::uint32_t addShape(const MeshArrays3& arrays);
     /// A node whose children are objects, each for itself.
-    [[nodiscard]] ObjectId addGroup(std::int64_t kind, std::int64_t shape);
+    [[nodiscard]] ObjectId addGroup(std::int64_t kind, std::int64_t shape,
+                                    std::int64_t volume = CollisionObject::kAuto);
     /// A node that is nothing to collisions itself: for free bodies, which are objects of their own.
     [[nodiscard]] ObjectId addFolder();
     /// Bodies are numbered in the order in which they come.
@@ -53,6 +54,8 @@ public:
     void put(const std::vector<TentativeTransform>& poses);
     /// The vertices of a shape are elsewhere from the next frame on. That is told before its time begins.
     void deform(std::uint32_t shape, const std::vector<double>& positions);
+    /// Of it the vertices from `first` on, by an edit of that range: xyz each.
+    void deform(std::uint32_t shape, std::size_t first, const std::vector<float>& positions);
     /// A step, and what it accepts committed by one list of which the pipeline is told.
     FrameTimes frame(const std::vector<TentativeTransform>& wanted, const FrameClock& clock);
 

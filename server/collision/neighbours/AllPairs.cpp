@@ -1,4 +1,4 @@
-#include "server/collision/neighbours/AllPairs.h"
+#include "server/collision/neighbours/PlainFinders.h"
 
 #include <utility>
 

@@ -11,7 +11,6 @@ namespace {
 
 #include "server/collision/neighbours/SlotSimd.inl"
 #include "server/collision/neighbours/SlotKeys.inl"
-#include "server/collision/neighbours/SlotDifferences.inl"
 #include "server/collision/neighbours/SlotGrid.inl"
 #include "server/collision/neighbours/SlotTree.inl"
 

@@ -1,4 +1,4 @@
-#include "server/collision/neighbours/SweepAndPrune.h"
+#include "server/collision/neighbours/PlainFinders.h"
 
 #include <algorithm>
 #include <limits>

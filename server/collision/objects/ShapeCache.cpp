@@ -69,7 +69,7 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
         const std::optional<Representation> wanted = choice.representation;
         if (wanted == Representation::kHull)
             made = CollisionShape::ofHull(*mesh, trees);
-        else if (!wanted || wanted == Representation::kHeightField)
+        else if (wanted == Representation::kHeightField || (!wanted && mesh->faceCount() >= kAutomaticFieldFaces))
             if (const auto field = CollisionShape::ofHeightField(*mesh, trees)) made = *field;
         if (!made && wanted != Representation::kHull) made = CollisionShape::ofTriangles(std::move(*mesh), trees);
         // Now, rather than in the frame in which something first comes near.
