@@ -41,7 +41,6 @@ private:
 
 /// The file as a scene of its own.
 Expected<void> readScene(const std::string& path, ImportOptions options, Aspect& aspect) {
-    options.verbatim = true;
     Expected<ImportedScene> imported = importScene(path, kRootNode, options);
     if (!imported) return tl::unexpected(imported.error());
     // In an aspect of its own the new objects can have any ids.
@@ -55,6 +54,7 @@ Expected<void> readScene(const std::string& path, ImportOptions options, Aspect&
 }  // namespace
 
 Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions options) {
+    options.verbatim = true;
     Aspect aspect;
     if (Expected<void> read = readScene(path, std::move(options), aspect); !read) return tl::unexpected(read.error());
 

@@ -18,8 +18,8 @@ struct FilePoints {
     std::vector<Vec3d> places;
     double radius = 0;
 };
-/// The same of its points, with the radius that they are shown with, the largest where there are several. kBadInput also
-/// where it has no points.
+/// Its points, in the order in which they are imported, with the radius that they are shown with, the largest where there
+/// are several. kBadInput also where it has no points.
 [[nodiscard]] Expected<FilePoints> readPoints(const std::string& path, ImportOptions options);
 
 }  // namespace tessera

@@ -23,8 +23,15 @@ float roundedUp(double x) {
 /// Measures candidates in double and keeps the nearest.
 class Nearest {
 public:
-    Nearest(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, const DistanceOptions& options, const QueryWork& work)
-        : a_(a.mesh()), b_(b.mesh()), a_T_b_(a_T_b), unit_(a.storage().unit) {
+    Nearest(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, const DistanceOptions& options,
+            const QueryWork& work)
+        : a_(a.mesh()),
+          b_(b.mesh()),
+          viewA_(meshView(a_)),
+          viewB_(meshView(b_)),
+          a_T_b_(a_T_b),
+          map_(pairMap(a, b, a_T_b)),
+          unit_(a.storage().unit) {
         sink_.bound = roundedUp(options.upperBound * unit_);
         sink_.tolerance = -roundedUp(-options.tolerance * unit_);
         sink_.facesA = facesA_.data();
@@ -49,20 +56,39 @@ public:
         sink_.bound = std::min(sink_.bound, roundedUp(near.distance * unit_) - sink_.tolerance);
     }
 
+    /// The nearest as it seems first: then most of the others are certainly farther.
     void decide() {
-        for (std::uint32_t i = 0; i < sink_.count; ++i)
-            if (atLeast_[i] <= sink_.bound + sink_.tolerance) measure({facesA_[i], facesB_[i]});
+        std::uint32_t count = 0;
+        for (std::uint32_t i = 0; i < sink_.count; ++i) {
+            if (!(atLeast_[i] <= sink_.bound + sink_.tolerance)) continue;
+            facesA_[count] = facesA_[i];
+            facesB_[count++] = facesB_[i];
+        }
         sink_.count = 0;
+        if (count == 0) return;
+        kernel::treeKernels().measure(viewA_, viewB_, map_, facesA_.data(), facesB_.data(), count, low_.data(),
+                                      high_.data());
+        const auto first =
+            static_cast<std::uint32_t>(std::min_element(high_.begin(), high_.begin() + count) - high_.begin());
+        const auto look = [&](std::uint32_t i) {
+            if (!(low_[i] > best_.distance)) measure({facesA_[i], facesB_[i]});
+        };
+        look(first);
+        for (std::uint32_t i = 0; i < count; ++i)
+            if (i != first) look(i);
     }
 
     [[nodiscard]] const Distance& best() const { return best_; }
 
 private:
     const TriangleMesh &a_, &b_;
+    const kernel::MeshView viewA_, viewB_;
     const Affine3d& a_T_b_;
+    const kernel::PairMap map_;
     double unit_;
     std::array<std::uint32_t, 256> facesA_, facesB_;
     std::array<float, 256> atLeast_;
+    std::array<double, 256> low_, high_;  ///< of their distances
     DistanceSink sink_{};
     Distance best_;
 };
@@ -89,11 +115,12 @@ Distance distanceBetween(const TriangleTree& a, const TriangleTree& b, const Aff
     if (touched.touch == Touch::kUnknown) return unknown;
 
     Nearest nearest(a, b, a_T_b, options, work);
-    if (options.start && options.start->a < a.mesh().faceCount() && options.start->b < b.mesh().faceCount()) nearest.measure(*options.start);
+    if (options.start && options.start->a < a.mesh().faceCount() && options.start->b < b.mesh().faceCount())
+        nearest.measure(*options.start);
     DistanceSink& sink = nearest.sink();
     const kernel::PairFrame frame = pairFrame(a, b, a_T_b);
-    kernel::treeKernels().distance[static_cast<std::size_t>(shapeOf(a.options().volume))](a.storage().view(), b.storage().view(), frame,
-                                                                                         {0, 0}, sink);
+    kernel::treeKernels().distance[static_cast<std::size_t>(shapeOf(a.options().volume))](
+        a.storage().view(), b.storage().view(), frame, {0, 0}, sink);
     nearest.decide();
     work.boxTests = sink.nodeTests;
     work.triangleTests = sink.triangleTests;

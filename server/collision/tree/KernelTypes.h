@@ -146,6 +146,11 @@ using DistanceWalk = void (*)(const TreeView& a, const TreeView& b, const PairFr
 using DecidePairs = void (*)(const MeshView& a, const MeshView& b, const PairMap& map, const std::uint32_t* facesA,
                              const std::uint32_t* facesB, std::uint32_t count, std::uint8_t* meeting, std::uint8_t* open);
 
+/// Bounds of the distances of pairs of faces, in A's model's lengths; they hold what nearestPoints says. Room for the next
+/// multiple of eight is needed. Any finite numbers; of those that are larger than 1e50 nothing is known.
+using MeasurePairs = void (*)(const MeshView& a, const MeshView& b, const PairMap& map, const std::uint32_t* facesA,
+                              const std::uint32_t* facesB, std::uint32_t count, double* atLeast, double* atMost);
+
 inline constexpr unsigned kNodeFaces = kWidth * kLeafFaces;  ///< triangles of a lowest node, at most
 inline constexpr unsigned kBins = 16;
 
@@ -211,6 +216,7 @@ using FitVolumes = void (*)(FitJob& job);
 
 struct TreeKernels {
     DecidePairs decide;
+    MeasurePairs measure;
     TouchWalk touch[kShapes];
     SlotTest overlap[kShapes];
     TouchWalk touchByTable[kShapes];  ///< of k-DOPs of 14, 18 and 26 directions

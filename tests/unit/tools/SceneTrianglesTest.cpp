@@ -39,6 +39,12 @@ TEST_F(SceneTriangles, PointsOfAFileStandInTheWorldWithTheirRadius) {
     EXPECT_GT(scan->places.size(), 10u);
     EXPECT_NEAR(scan->radius, 0.5, 1e-6);
     for (const Vec3d& p : scan->places) EXPECT_NEAR((p - Vec3d(10, 0, 0)).cwiseAbs().maxCoeff(), 1, 1e-5);
+    const auto cloud = points("cloud.ply",
+                              "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                              "property float z\nend_header\n0 0 0\n1 0 0\n0 0 2\n");
+    ASSERT_TRUE(cloud) << cloud.error().message;
+    ASSERT_EQ(cloud->places.size(), 3u);
+    EXPECT_EQ(cloud->places[2], Vec3d(0, 0, 2));
     const auto none = points("box.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     ASSERT_FALSE(none);
     EXPECT_NE(none.error().message.find("no points"), std::string::npos);

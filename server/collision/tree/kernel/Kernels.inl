@@ -7,6 +7,7 @@ namespace {
 #include "server/collision/tree/kernel/Volumes.inl"
 #include "server/collision/tree/kernel/Triangles.inl"
 #include "server/collision/tree/kernel/Pairs.inl"
+#include "server/collision/tree/kernel/Measure.inl"
 #include "server/collision/tree/kernel/Touch.inl"
 #include "server/collision/tree/kernel/Distance.inl"
 #include "server/collision/tree/kernel/Fit.inl"
@@ -25,6 +26,7 @@ using Dop26 = Dop<26, true>;
 extern const TreeKernels kTable;
 const TreeKernels kTable = {
     &decidePairs,
+    &measurePairs,
     {&Touching<Sphere>::walk, &Touching<Obb>::walk, &Touching<Dop6>::walk, &Touching<Dop14>::walk, &Touching<Dop18>::walk,
      &Touching<Dop26>::walk},
     {&Touching<Sphere>::overlap, &Touching<Obb>::overlap, &Touching<Dop6>::overlap, &Touching<Dop14>::overlap,

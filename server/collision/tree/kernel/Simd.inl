@@ -162,6 +162,7 @@ struct Lanes<DoublePart> {
     static constexpr unsigned kCount = sizeof(DoublePart) / sizeof(double);
     TESSERA_INLINE static DoublePart splat(double x) { return DoublePart{} + x; }
     TESSERA_INLINE static DoublePart load(const double* p) { return *reinterpret_cast<const DoublePart*>(p); }
+    TESSERA_INLINE static void store(double* p, DoublePart x) { *reinterpret_cast<DoublePart*>(p) = x; }
 };
 template <typename Half>
 struct Lanes<Twice<Half>> {
@@ -236,6 +237,7 @@ TESSERA_INLINE void store(float* p, const F& x) { Lanes<F>::store(p, x); }
 TESSERA_INLINE F4 load4(const float* p) { return *reinterpret_cast<const F4*>(p); }
 TESSERA_INLINE D splatDouble(double x) { return Lanes<D>::splat(x); }
 TESSERA_INLINE D loadDouble(const double* p) { return Lanes<D>::load(p); }
+TESSERA_INLINE void store(double* p, const D& x) { Lanes<D>::store(p, x); }
 
 template <typename T>
 struct Vector3 {
