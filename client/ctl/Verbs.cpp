@@ -71,8 +71,8 @@ Expected<Answer> run(Application& application, const verb::Status&) {
         answer.text += fmt::format("waiting for {}\n", fmt::join(status->waitingFor, ", "));
     answer.text += fmt::format("scene   {} objects, {} nodes, state {}\n", status->objects, status->nodes,
                                toHex(status->stateHash));
-    answer.text += fmt::format("undo    {} changes\nredo    {} changes\napplications  {}\n", status->undoDepth, status->redoDepth,
-                               status->applications);
+    answer.text += fmt::format("undo    {} changes\nredo    {} changes\napplications  {}\n", status->undoDepth,
+                               status->redoDepth, status->applications);
     if (!status->journal.empty())
         answer.text += fmt::format("journal {}{}{}\n", status->journal, status->journalTrouble.empty() ? "" : ": ",
                                    status->journalTrouble);
@@ -114,8 +114,14 @@ Expected<Answer> run(Application& application, const verb::Load& load) {
         parent = found->id;
     }
     // The server may stand in another folder than the person does.
-    const std::string path =
-        load.file.find("://") == std::string::npos ? std::filesystem::absolute(load.file).string() : load.file;
+    std::string path = load.file;
+    if (path.find("://") == std::string::npos) {
+        std::error_code error;
+        path = std::filesystem::absolute(load.file, error).string();
+        if (error)
+            return fail(ErrorCode::kUsage,
+                        fmt::format("load \"{}\": this is no path of a file ({})", load.file, error.message()));
+    }
     const Expected<answer::Loaded> loaded = application.load(path, parent);
     if (!loaded) return tl::unexpected(loaded.error());
     return Answer{fmt::format("loaded {} as node #{}: {} objects, {} triangles\n", load.file, loaded->node.value,

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "common/base/Error.h"
@@ -105,6 +106,21 @@ private:
 /// The node at a path such as "/hall/crane" (names from the root's children down; "name[2]" picks the third of equal
 /// names), or "#17" by id. kNotFound says which step failed and what is there instead.
 [[nodiscard]] Expected<ObjectId> findNode(const Aspect& aspect, std::string_view path);
+/// The same for many paths while the scene stays as it is: the children of a node that is asked about again are looked at
+/// once in all.
+class NodeFinder {
+public:
+    explicit NodeFinder(const Aspect& aspect) : aspect_(aspect) {}
+    [[nodiscard]] Expected<ObjectId> find(std::string_view path);
+
+private:
+    struct Children {
+        bool listed = false;
+        std::unordered_map<std::string_view, std::vector<ObjectId>> byName;
+    };
+    const Aspect& aspect_;
+    std::unordered_map<ObjectId, Children> known_;
+};
 /// The path of a node for people.
 [[nodiscard]] std::string pathOf(const Aspect& aspect, ObjectId node);
 /// The same of many; what lies above several of them is looked at once.

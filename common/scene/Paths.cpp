@@ -26,7 +26,7 @@ private:
 
 namespace {
 
-constexpr std::size_t kNamesInMessages = 8;
+constexpr std::size_t kNamesInMessages = 8, kLookedAtForMessages = 1000;
 
 std::optional<std::uint64_t> parseNumber(std::string_view text) {
     std::uint64_t number = 0;
@@ -65,7 +65,12 @@ std::string childrenInWords(const Aspect& aspect, const Node& parent) {
     if (parent.children.empty()) return "it has no children";
     std::string names;
     std::vector<std::string_view> said;
+    std::size_t looked = 0;
     for (const ObjectId child : parent.children) {
+        if (++looked > kLookedAtForMessages) {
+            names += ", …";
+            break;
+        }
         const std::string& name = nameOfChild(aspect, child);
         if (std::find(said.begin(), said.end(), name) != said.end()) continue;
         if (said.size() == kNamesInMessages) {
@@ -92,7 +97,11 @@ Expected<ObjectId> findById(const Aspect& aspect, std::string_view text) {
 
 }  // namespace
 
-Expected<ObjectId> findNode(const Aspect& aspect, std::string_view path) {
+namespace {
+
+/// findChild(parent's id, parent, step): no id where there is none.
+template <typename FindChild>
+Expected<ObjectId> walk(const Aspect& aspect, std::string_view path, const FindChild& findChild) {
     if (path.starts_with('#')) return findById(aspect, path);
     if (path.empty())
         return fail(ErrorCode::kNotFound,
@@ -104,8 +113,10 @@ Expected<ObjectId> findNode(const Aspect& aspect, std::string_view path) {
         const std::size_t slash = std::min(rest.find('/'), rest.size());
         const std::string_view text = rest.substr(0, slash);
         const Node& parent = *aspect.get<Node>(at);
-        ObjectId child = findChild(aspect, parent, parseStep(text));
-        if (!child) child = findChild(aspect, parent, {text, 0});  // a name that itself looks like "name[2]"
+        const Step step = parseStep(text);
+        ObjectId child = findChild(at, parent, step);
+        // A name that itself looks like "name[2]".
+        if (!child && step.name != text) child = findChild(at, parent, Step{text, 0});
         if (!child)
             return fail(ErrorCode::kNotFound, fmt::format("node \"{}\": there is no \"{}\" below {}; {}", path, text,
                                                           at == kRootNode ? "the root" : pathOf(aspect, at),
@@ -114,6 +125,29 @@ Expected<ObjectId> findNode(const Aspect& aspect, std::string_view path) {
         rest.remove_prefix(std::min(slash + 1, rest.size()));
     }
     return at;
+}
+
+}  // namespace
+
+Expected<ObjectId> findNode(const Aspect& aspect, std::string_view path) {
+    return walk(aspect, path,
+                [&](ObjectId, const Node& parent, const Step& step) { return findChild(aspect, parent, step); });
+}
+
+Expected<ObjectId> NodeFinder::find(std::string_view path) {
+    return walk(aspect_, path, [&](ObjectId id, const Node& parent, const Step& step) -> ObjectId {
+        const auto [at, isNew] = known_.try_emplace(id);
+        if (isNew) return findChild(aspect_, parent, step);
+        Children& children = at->second;
+        if (!children.listed) {
+            SiblingNames names(aspect_);
+            for (const ObjectId child : parent.children) children.byName[names.of(child)].push_back(child);
+            children.listed = true;
+        }
+        const auto found = children.byName.find(step.name);
+        return found != children.byName.end() && step.index < found->second.size() ? found->second[step.index]
+                                                                                   : ObjectId();
+    });
 }
 
 namespace {

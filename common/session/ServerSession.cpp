@@ -121,8 +121,17 @@ void ServerSession::Impl::on(Peer& peer, const message::Hello& hello, TimePoint 
                       fmt::format("unknown host '{}'; the wall has: {}", hello.name, fmt::join(config.hosts, ", ")),
                       false);
     }
-    if (host->connection)
-        return refuseTaken(peer, *host, now);
+    if (host->connection) return refuseTaken(peer, *host, now);
+    // Epochs are nanoseconds since 1970, or follow such: what is beyond nobody has seen, and there must be room to go
+    // on.
+    constexpr Epoch kBeyond{std::uint64_t{1} << 63};
+    if (hello.seenEpoch > config.epoch && hello.seenEpoch > kBeyond)
+        return refuse(
+            peer, ErrorCode::kRefused,
+            fmt::format("host '{}' says that it has seen epoch {}, which no server of this wall can have had; "
+                        "start it again",
+                        host->name, hello.seenEpoch.value),
+            false);
     if (hello.seenEpoch > config.epoch && !raiseEpoch(host->name, hello.seenEpoch, now))
         return refuse(
             peer, ErrorCode::kRefused,
@@ -152,8 +161,8 @@ bool ServerSession::Impl::raiseEpoch(const std::string& host, Epoch seen, TimePo
     return true;
 }
 
-/// The holder of the name may have died without a word, which is noticed once it has been silent for long enough. Whoever asks again
-/// after that, and the holder has spoken meanwhile, is one too many.
+/// The holder of the name may have died without a word, which is noticed once it has been silent for long enough.
+/// Whoever asks again after that, and the holder has spoken meanwhile, is one too many.
 void ServerSession::Impl::refuseTaken(Peer& peer, Host& host, TimePoint now) {
     constexpr Duration kForgotten = std::chrono::seconds(10);  // more than a host waits between two tries
     if (host.claimedFrom != host.connection || now - host.lastClaim > kForgotten) {
@@ -165,9 +174,10 @@ void ServerSession::Impl::refuseTaken(Peer& peer, Host& host, TimePoint now) {
     const bool speaks = now - host.claimedSince >= noticed && lastHeard(*find(host.connection)) > host.claimedSince;
     if (speaks) host.claimedFrom = {};  // the next one who claims the name begins anew
     const std::string taken = "host '" + host.name + "' is connected already";
-    refuse(peer, ErrorCode::kRefused,
-           speaks ? taken + ", and goes on speaking; end that process, or give this one the name of another host" : taken,
-           !speaks);
+    refuse(
+        peer, ErrorCode::kRefused,
+        speaks ? taken + ", and goes on speaking; end that process, or give this one the name of another host" : taken,
+        !speaks);
 }
 
 void ServerSession::Impl::helloBulk(Peer& peer, const message::Hello& hello) {
@@ -408,8 +418,8 @@ ServerActions ServerSession::reply(ConnectionId application, message::Reply repl
 
 ServerActions ServerSession::notify(ConnectionId application, message::Notice notice) {
     const Impl::Peer* peer = impl_->find(application);
-    if (!impl_->finished && peer && peer->stage == Impl::Peer::Stage::kControl && peer->role == PeerRole::kApplication &&
-        impl_->unsent(application) <= impl_->config.maxUnsentBytes)
+    if (!impl_->finished && peer && peer->stage == Impl::Peer::Stage::kControl &&
+        peer->role == PeerRole::kApplication && impl_->unsent(application) <= impl_->config.maxUnsentBytes)
         impl_->send(application, std::move(notice));
     return impl_->take();
 }

@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
-#include <set>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "client/image/Picture.h"
 #include "common/codec/WallCodec.h"
@@ -79,8 +79,11 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     for (const std::string& folder : options.assets) add("--assets", folder);
     // Who is shown a scene may load what lies beside it.
     std::set<std::string> allowed;
-    for (const std::string& scene : options.scenes)
-        if (scene.find("://") == std::string::npos) allowed.insert(fs::absolute(scene).parent_path().string());
+    for (const std::string& scene : options.scenes) {
+        std::error_code error;  // the server says what is wrong with it
+        const fs::path file = fs::absolute(scene, error);
+        if (!error && scene.find("://") == std::string::npos) allowed.insert(file.parent_path().string());
+    }
     for (const std::string& folder : allowed) add("--allow", folder);
     add("--size", options.size);
     add("--samples", options.samples != 0 ? std::to_string(options.samples) : "");

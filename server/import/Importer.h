@@ -26,6 +26,9 @@ struct ImportOptions {
     /// they are divided to look right), triangles keep the file's order, and coordinates in text (OBJ, OFF, PLY, STL)
     /// become the nearest floats. Of these formats nothing but geometry is read then.
     bool verbatim = false;
+    /// The path leads to the file without any link, as somebody has found who may decide: what has become a link since is
+    /// refused.
+    bool resolved = false;
     /// Empty: "tessera-import" beside the running program.
     std::string importerProgram;
 

@@ -14,6 +14,10 @@
 namespace tessera {
 namespace {
 
+Error replaced() {
+    return {ErrorCode::kRefused, "was replaced by a link while it was looked for"};
+}
+
 constexpr std::size_t kMaxFiles = 1000;
 constexpr std::size_t kMaxNotes = 1000;
 
@@ -116,6 +120,7 @@ SceneAssembly::Placed* SceneAssembly::placed(ObjectId id, std::string name, Plac
 Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     const Expected<std::string> canonical = ordinaryFile(path, options_.maxFileBytes);
     if (!canonical) return failWith(path, canonical.error());
+    if (options_.resolved && *canonical != path) return failWith(path, replaced());
     Expected<LoadedFile*> file = load(*canonical, path);
     if (!file) return tl::unexpected(file.error());
 
@@ -163,7 +168,8 @@ Expected<void> SceneAssembly::placeFile(LoadedFile& file, const Spot& spot) {
 Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
     const Content content = node.content_case();
     const auto in = [&](const Error& error) {
-        return failWith(fmt::format("{}: node '{}'", placeText(file.label, placeOfNode(node)), readName(node.name(), "")), error);
+        return failWith(
+            fmt::format("{}: node '{}'", placeText(file.label, placeOfNode(node)), readName(node.name(), "")), error);
     };
     Expected<ObjectId> core = contentCore(file, node, spot);
     if (!core) {
@@ -185,8 +191,8 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     (*own)->evenScale = evenScale;
     Spot below{(*own)->id, *own, spot.top, spot.depth + 1, spot.camerasEnabled, spot.material, spot.paint};
 
-    // A node has one core: content beside a transform goes into a node of its own below. Only what says something of its
-    // children, a switch or another transform, must then hold them too.
+    // A node has one core: content beside a transform goes into a node of its own below. Only what says something of
+    // its children, a switch or another transform, must then hold them too.
     Placed* holder = *own;
     if (transform && *core) {
         const Expected<Placed*> inner = newNode(std::string(contentName(content)), *core, below);
@@ -239,6 +245,7 @@ Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::
     if (!found) return failWith(where, found.error());
     const Expected<std::string> path = ordinaryFile(*found, options_.maxFileBytes);
     if (!path) return failWith(where + ": " + readName(uri, ""), path.error());
+    if (*path != *found) return failWith(where + ": " + readName(uri, ""), replaced());
     if (std::find(importing_.begin(), importing_.end(), *path) != importing_.end())
         return fail(ErrorCode::kBadInput,
                     fmt::format("{}: {} imports itself ({} → {})", where, *path, fmt::join(importing_, " → "), *path));

@@ -20,6 +20,12 @@ Expected<Bytes> readOrdinaryFile(const std::string& path, std::size_t maxBytes) 
                     fmt::format("cannot be opened ({})", std::strerror(errno)));
     const auto closing = [](const int* open) { ::close(*open); };
     const std::unique_ptr<const int, decltype(closing)> guard(&fd, closing);
+    // A link that came to stand on the way since the path was looked at leads to another file.
+    char opened[4096];
+    const ssize_t length = ::readlink(fmt::format("/proc/self/fd/{}", fd).c_str(), opened, sizeof(opened));
+    if (length > 0 && static_cast<std::size_t>(length) < sizeof(opened) &&
+        std::string_view(opened, static_cast<std::size_t>(length)) != path)
+        return fail(ErrorCode::kRefused, "was replaced while it was opened");
     struct stat info {};
     if (::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) return fail(ErrorCode::kBadInput, "is not an ordinary file");
     const auto size = static_cast<std::uint64_t>(info.st_size);

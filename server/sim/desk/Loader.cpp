@@ -15,11 +15,10 @@ Loader::Loader(ImportOptions options, std::vector<std::string> allowed, std::fun
 
 LoadFinished Loader::carryOut(const LoadOrder& order) const {
     constexpr int kLowestPriority = 19;
-    // Of this thread, on Linux; the importer that it starts inherits it. Where that is forbidden the load is as it would be.
+    // Of this thread, on Linux; the importer that it starts inherits it. Where that is forbidden the load is as it
+    // would be.
     if (order.asked) (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kLowestPriority);
-    LoadFinished finished{.ticket = order.ticket,
-                          .path = order.path,
-                          .scene = read(order)};
+    LoadFinished finished{.ticket = order.ticket, .path = order.path, .scene = read(order)};
     if (!order.asked || !finished.scene) return finished;
     // All that takes long with a large scene is done here, to the freeing of what is not needed any more.
     finished.arrays = blobsOf(finished.scene->list);
@@ -40,7 +39,9 @@ Expected<ImportedScene> Loader::read(const LoadOrder& order) const {
     if (!order.asked) return importScene(order.path, order.parent, options_);
     const Expected<std::string> path = readableFile(order.path, readable_);
     if (!path) return tl::unexpected(path.error());
-    return importScene(*path, order.parent, options_);
+    ImportOptions options = options_;
+    options.resolved = path->find("://") == std::string::npos;
+    return importScene(*path, order.parent, options);
 }
 
 }  // namespace tessera

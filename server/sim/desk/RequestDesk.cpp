@@ -13,10 +13,9 @@ namespace tessera {
 namespace {
 /// Whether an answer comes later: with a frame, a file or from hosts.
 template <typename Request>
-constexpr bool kStaysOpen =
-    std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
-    std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Remove> ||
-    std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages>;
+constexpr bool kStaysOpen = std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
+                            std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Remove> ||
+                            std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages>;
 }  // namespace
 
 RequestDesk::RequestDesk(const Surroundings& around, const Limits& limits)
@@ -190,9 +189,10 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Remove& wish, T
     Expected<ChangeList> list = removalList(around_.simulation.scene(), wish.node, limits_.maxProposalChanges / 2);
     if (!list) return refuse(asker, list.error());
     if (list->changeCount() > limits_.maxProposalChanges)
-        return refuse(asker, {ErrorCode::kLimit,
-                              fmt::format("it would take {} changes at once, and {} may be made; remove it part by part",
-                                          list->changeCount(), limits_.maxProposalChanges)});
+        return refuse(asker,
+                      {ErrorCode::kLimit,
+                       fmt::format("it would take {} changes at once, and {} may be made; remove it part by part",
+                                   list->changeCount(), limits_.maxProposalChanges)});
     const std::uint64_t ticket = nextTicket_++;
     const std::uint64_t removed = list->destructions.size();
     open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .list = std::move(*list)}, .removed = removed};
@@ -235,7 +235,8 @@ ServerActions RequestDesk::queueEdit(std::uint64_t ticket, std::vector<Blob> nam
         around_.blobs.add(blob);
         infos.push_back({blob.id(), blob.sizeBytes()});
     }
-    // Hosts fetch them before the commit. What an undo names may leave the history before its turn comes: others undo too.
+    // Hosts fetch them before the commit. What an undo names may leave the history before its turn comes: others undo
+    // too.
     open.announced = std::move(named);
     return around_.session.announceBlobs(ticket, std::move(infos), now);
 }
@@ -265,8 +266,8 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     applications_.erase(connection);
     news_.applicationLeft(connection);
     images_.applicationLeft(connection);
-    // Edits on their way are carried out: they were asked for. Their answers go nowhere. Where those who come and go leave too
-    // many behind, because no frame takes them, the newest do not count.
+    // Edits on their way are carried out: they were asked for. Their answers go nowhere. Where those who come and go
+    // leave too many behind, because no frame takes them, the newest do not count.
     const auto leftBehind = [&](const auto& entry) {
         return !entry.second.isLoad && !applications_.contains(entry.second.asker.connection);
     };
@@ -284,6 +285,7 @@ std::vector<Edit> RequestDesk::takeEdits() {
     std::vector<Edit> edits;
     std::vector<std::uint64_t> later;
     bool full = false;  // the others open another frame
+    std::size_t changes = 0;
     for (const std::uint64_t ticket : std::exchange(ready_, {})) {
         Open& open = open_.at(ticket);
         const bool step = isStep(open.edit.kind);
@@ -297,6 +299,9 @@ std::vector<Edit> RequestDesk::takeEdits() {
         }
         // An undo may bring back what an edit of the same frame removes: it opens a frame of its own.
         full = full || (step && !edits.empty());
+        // Nor do many large ones hold up a frame.
+        changes += open.edit.list.changeCount();
+        full = full || (!edits.empty() && changes > limits_.maxFrameChanges);
         if (full)
             later.push_back(ticket);
         else
@@ -311,7 +316,8 @@ std::vector<Edit> RequestDesk::takeEdits() {
 void RequestDesk::takePart(std::vector<Edit>& edits) {
     constexpr std::size_t kDroppedAtOnce = 8;
     dropped_.resize(dropped_.size() - std::min(dropped_.size(), kDroppedAtOnce));
-    if (loading_.empty() || around_.simulation.stepUnderWay() || std::ranges::any_of(edits, isStep, &Edit::kind)) return;
+    if (loading_.empty() || around_.simulation.stepUnderWay() || std::ranges::any_of(edits, isStep, &Edit::kind))
+        return;
     Open& open = open_.at(loading_.front());
     Edit part = open.edit;
     part.list = std::move(open.parts[open.nextPart++]);
@@ -347,14 +353,15 @@ Expected<ApplicationAnswer> RequestDesk::outcomeOf(const Open& open, const EditO
                                                    Sequence sequence) const {
     if (!outcome.result) return tl::unexpected(outcome.result.error());
     if (!open.isLoad)
-        return ApplicationAnswer(
-            answer::Committed{.sequence = sequence, .ids = outcome.ids, .stopped = outcome.stopped, .removed = open.removed});
+        return ApplicationAnswer(answer::Committed{
+            .sequence = sequence, .ids = outcome.ids, .stopped = outcome.stopped, .removed = open.removed});
     answer::Loaded loaded = open.loaded;
     const auto given = std::ranges::find(outcome.ids, loaded.node, &std::pair<ObjectId, ObjectId>::first);
     if (given != outcome.ids.end())
         loaded.node = given->second;
     else if (!outcome.ids.empty())  // of parts: ids in a row
-        loaded.node = ObjectId(outcome.ids.front().second.value + (loaded.node.value - outcome.ids.front().first.value));
+        loaded.node =
+            ObjectId(outcome.ids.front().second.value + (loaded.node.value - outcome.ids.front().first.value));
     return ApplicationAnswer(loaded);
 }
 

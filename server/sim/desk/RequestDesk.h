@@ -34,6 +34,8 @@ public:
         /// Of one proposal, or of what a Remove takes: a list is checked and applied between two frames.
         std::size_t maxProposalBytes = std::size_t{64} << 20;
         std::size_t maxProposalChanges = 500'000;
+        /// Of all edits of a frame together, but for a single one: the others open the next frames, in their order.
+        std::size_t maxFrameChanges = 50'000;
         FrameNews::Limits news;
     };
     /// What the desk asks and changes; all of it outlives the desk.

@@ -52,14 +52,14 @@ private:
 };
 
 /// "#17" of any object; else the node at a path.
-Expected<ObjectId> findNamed(const Aspect& scene, std::string_view name) {
+Expected<ObjectId> findNamed(const Aspect& scene, NodeFinder& nodes, std::string_view name) {
     std::uint64_t id = 0;
     const char* end = name.data() + name.size();
     if (name.starts_with('#') &&
         std::from_chars(name.data() + 1, end, id) == std::from_chars_result{end, std::errc()} &&
         scene.find(ObjectId(id)))
         return ObjectId(id);
-    return findNode(scene, name);
+    return nodes.find(name);
 }
 
 ObjectInfo infoOf(const Aspect& scene, ObjectId id) {
@@ -111,8 +111,7 @@ public:
     }
     /// For `goOnAfter`: the node told last and what is above it. Empty where nothing is left.
     [[nodiscard]] std::vector<ObjectId> way() {
-        const bool more =
-            std::ranges::any_of(above_, [](const Level& level) { return !(level.at == level.end); });
+        const bool more = std::ranges::any_of(above_, [](const Level& level) { return !(level.at == level.end); });
         if (!more) return {};
         std::vector<ObjectId> ids;
         for (const Level& level : above_) ids.push_back(level.parent);
@@ -144,8 +143,9 @@ answer::Objects describe(const Aspect& scene, const request::GetObjects& wanted)
     ToldObjects content(scene);
     std::vector<ObjectId> nodes;
     std::vector<std::size_t> places;
+    NodeFinder finder(scene);
     for (const std::string& name : wanted.names) {
-        const Expected<ObjectId> id = findNamed(scene, name);
+        const Expected<ObjectId> id = findNamed(scene, finder, name);
         out.objects.push_back(id ? infoOf(scene, *id) : ObjectInfo{.path = id.error().message});
         if (!id) continue;
         if (wanted.paths && scene.get<Node>(*id)) {
@@ -170,8 +170,8 @@ Expected<answer::TreePage> treePage(const Aspect& scene, const request::GetTree&
     const auto isWanted = [&](const Node& node) {
         if (all) return true;
         if (!node.core) return false;
-        return cores.contains(node.core) || (wanted.coreType != ObjectType() &&
-                                             scene.find(node.core).info().type == wanted.coreType);
+        return cores.contains(node.core) ||
+               (wanted.coreType != ObjectType() && scene.find(node.core).info().type == wanted.coreType);
     };
 
     answer::TreePage page;

@@ -21,8 +21,12 @@ using Clock = std::chrono::steady_clock;
 
 /// The same scene from wherever the server is started.
 std::vector<std::string> absolute(std::vector<std::string> scenes) {
-    for (std::string& scene : scenes)
-        if (!scene.starts_with("asset://")) scene = std::filesystem::absolute(scene).lexically_normal().string();
+    for (std::string& scene : scenes) {
+        if (scene.starts_with("asset://")) continue;
+        std::error_code error;  // whoever reads it says what is wrong with it
+        const std::filesystem::path file = std::filesystem::absolute(scene, error);
+        if (!error) scene = file.lexically_normal().string();
+    }
     return scenes;
 }
 

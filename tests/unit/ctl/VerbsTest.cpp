@@ -123,6 +123,7 @@ TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
 
     EXPECT_EQ(askJson(server, {"load", "some.glb"})["triangles"], 12) << "a relative path was made whole";
     EXPECT_EQ(askJson(server, {"load", "asset://some.glb", "--under", "/hall"})["node"], 2);
+    EXPECT_EQ(ctl(server, {"load", ""}).exitCode, 2) << "no path, and no exception";
     const CtlOutcome bad = ctl(server, {"load", "/tmp/bad.ply"});
     EXPECT_EQ(bad.exitCode, 3);
     EXPECT_EQ(bad.err, "tessera-ctl: /tmp/bad.ply: no faces\n");

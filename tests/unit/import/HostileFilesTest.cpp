@@ -76,6 +76,22 @@ TEST(HostileGltf, CannotReadOutsideOfItsFolder) {
     EXPECT_TRUE(import(scratch.write("in/good.gltf", gltf("good.bin"))));
 }
 
+TEST(HostileFiles, APathThatWasLookedAtIsNotLookedAtAgain) {
+    const Scratch scratch;
+    const std::string file = scratch.write("scene.tsct", "node { box { size { x: 1 y: 1 z: 1 } } }\n");
+    const std::string link = scratch.path("link.tsct");
+    std::filesystem::create_symlink(file, link);
+    ImportOptions options = importOptions();
+    EXPECT_TRUE(importScene(link, kRootNode, options)) << "whoever owns the server may name a link";
+    // Of an application's path the server has found where it leads; a link there came later.
+    options.resolved = true;
+    EXPECT_TRUE(importScene(file, kRootNode, options));
+    const Expected<ImportedScene> swapped = importScene(link, kRootNode, options);
+    ASSERT_FALSE(swapped);
+    EXPECT_EQ(swapped.error().code, ErrorCode::kRefused);
+    EXPECT_NE(swapped.error().message.find("replaced"), std::string::npos);
+}
+
 TEST(HostileGltf, NestedDeeplyIsRefused) {
     const Scratch scratch;
     const int levels = 100'000;

@@ -29,6 +29,25 @@ TEST(Paths, PickAmongEqualNames) {
     EXPECT_EQ(findNode(aspect, "/[1]").value(), ObjectId(14));
 }
 
+TEST(Paths, ManyAreFoundAsOneByOne) {
+    Aspect aspect = hall();
+    mustApply(aspect,
+              Edits().node(10, "pillar").node(11, "pillar").node(12, "pillar[1]").node(13, "").node(14, "").take());
+    NodeFinder finder(aspect);
+    // Twice: first as they come, then from what is known.
+    for (int round = 0; round < 2; ++round)
+        for (const char* path :
+             {"/", "/hall/crane", "hall/hook/", "#4", "/pillar", "/pillar[0]", "/pillar[1]", "/pillar[2]",
+              "/pillar[1][0]", "/[1]", "/[2]", "/hall/crone", "/cellar/x", "/hall/crane[1]", "#99", ""}) {
+            const Expected<ObjectId> one = findNode(aspect, path), found = finder.find(path);
+            ASSERT_EQ(one.has_value(), found.has_value()) << path;
+            if (one)
+                EXPECT_EQ(*one, *found) << path;
+            else
+                EXPECT_EQ(one.error().message, found.error().message);
+        }
+}
+
 TEST(Paths, SayWhichStepFailedAndWhatIsThereInstead) {
     const Aspect aspect = hall();
     EXPECT_EQ(error(aspect, "/hall/crone"),

@@ -57,6 +57,17 @@ TEST(Epochs, APeerThatWasNotWelcomedYetNeedsToKnowNone) {
     EXPECT_FALSE(s.closed(a));
 }
 
+TEST(Epochs, WhatNoClockGivesRaisesNothing) {
+    for (const std::uint64_t far : {(std::uint64_t{1} << 63) + 1, ~std::uint64_t{0} - 1, ~std::uint64_t{0}}) {
+        ServerFixture s(at(7_epoch));
+        const ConnectionId liar = helloAfter(s, "a", Epoch(far));
+        EXPECT_TRUE(s.closed(liar));
+        EXPECT_NE(refusal(s, liar).find(std::to_string(far)), std::string::npos) << refusal(s, liar);
+        EXPECT_EQ(s.session.epoch(), 7_epoch);
+        EXPECT_FALSE(s.closed(s.hello("a"))) << "the name is free for its host";
+    }
+}
+
 TEST(Epochs, AServerWhoseClockWentBackGoesAboveWhatItsHostsHaveSeen) {
     ServerFixture s(at(7_epoch));
     const ConnectionId a = helloAfter(s, "a", 100_epoch);

@@ -43,7 +43,7 @@ protected:
     Simulation simulation;
     ViewSource view{wall, ""};
     Loader loader{{}, {}, [](LoadFinished) {}};
-    RequestDesk::Limits limits{.maxOpenRequests = 10, .maxOpenBytes = 1000, .maxLeftBehind = 15};
+    RequestDesk::Limits limits{.maxOpenRequests = 10, .maxOpenBytes = 1000, .maxLeftBehind = 15, .maxFrameChanges = 50};
     RequestDesk desk{{.wall = wall,
                       .blobs = blobs,
                       .session = server.session,
@@ -62,6 +62,24 @@ TEST_F(DeskLimits, WhoAsksWithoutEndIsRefusedAndNobodyElseIs) {
     EXPECT_EQ(ask(greedy, request::GetStatus{}), "") << "what is answered at once waits for nothing";
     EXPECT_EQ(ask(other, request::GetStatus{}), "");
     EXPECT_FALSE(ask(other, proposal()));
+}
+
+TEST_F(DeskLimits, ManyEditsOpenSeveralFramesInTheirOrder) {
+    const std::array<ConnectionId, 3> all{join("one"), join("two"), join("three")};
+    for (std::size_t i = 0; i < 21; ++i) EXPECT_FALSE(ask(all[i % all.size()], proposal()));
+    std::vector<std::uint64_t> tickets;
+    int frames = 0;
+    for (std::vector<Edit> edits = desk.takeEdits(); !edits.empty(); edits = desk.takeEdits(), ++frames) {
+        std::size_t changes = 0;
+        for (const Edit& edit : edits) {
+            tickets.push_back(edit.ticket);
+            changes += edit.list.changeCount();
+        }
+        EXPECT_TRUE(edits.size() == 1 || changes <= limits.maxFrameChanges) << changes;
+    }
+    EXPECT_GT(frames, 1);
+    EXPECT_EQ(tickets.size(), 21u);
+    EXPECT_TRUE(std::ranges::is_sorted(tickets));
 }
 
 TEST_F(DeskLimits, ProposalsThatWaitAreBoundedInBytes) {
