@@ -108,11 +108,15 @@ int main(int argc, char** argv) {
                  "tessera-server");
     app.set_version_flag("--version", tessera::versionText("tessera-server"));
     app.add_option("--wall", arguments.wall, "Wall file, or a shipped wall's name (1x1)")->type_name("W");
-    app.add_option("--scene", arguments.scenes, "Scene or model file; may be repeated")->type_name("S");
+    // A variable of a script that is empty is no folder.
+    const CLI::Validator named([](std::string& text) { return text.empty() ? std::string("is empty") : std::string(); },
+                               "");
+    app.add_option("--scene", arguments.scenes, "Scene or model file; may be repeated")->type_name("S")->check(named);
     app.add_option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)")->type_name("ADDR:PORT");
     app.add_option("--assets", arguments.assets, "Folders for asset://NAME")->type_name("DIR");
     app.add_option("--allow", arguments.allowed, "Folders whose files applications may load\n(assets alone)")
-        ->type_name("DIR");
+        ->type_name("DIR")
+        ->check(named);
     app.add_option("--frames", arguments.frames, "Stop after N frames")->type_name("N");
     app.add_option("--rate", arguments.rate, "Frames per second at most; 0: no limit")
         ->type_name("HZ")
@@ -124,7 +128,9 @@ int main(int argc, char** argv) {
     app.add_option("--camera", arguments.camera, "Node of the camera to use")->type_name("NODE");
     app.add_option("--report", arguments.report, "Write report.json here at the end")->type_name("FILE");
     app.add_option("--record", arguments.record, "Write what happens here, for tessera-replay")->type_name("FILE");
-    app.add_option("--journal", arguments.journal, "Keep what is done here; the same command goes on\nfrom it")->type_name("DIR");
+    app.add_option("--journal", arguments.journal, "Keep what is done here; the same command goes on\nfrom it")
+        ->type_name("DIR")
+        ->check(named);
     app.add_option("--threads", arguments.threads, "Of the collision pipeline (1)")
         ->type_name("N")
         ->check(CLI::Range(1, 256));

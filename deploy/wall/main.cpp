@@ -14,7 +14,13 @@ int main(int argc, char** argv) {
                  "tessera-wall");
     app.set_version_flag("--version", versionText("tessera-wall"));
     app.add_option("--wall", options.wall, "Wall file, or a shipped wall's name (2x2)")->type_name("W");
-    app.add_option("--scene", options.scenes, "Scene or model file; may be repeated")->type_name("S")->required();
+    // A variable of a script that is empty is no folder.
+    const CLI::Validator named([](std::string& text) { return text.empty() ? std::string("is empty") : std::string(); },
+                               "");
+    app.add_option("--scene", options.scenes, "Scene or model file; may be repeated")
+        ->type_name("S")
+        ->required()
+        ->check(named);
     app.add_option("--frames", options.frames, "Frames to show (120)")
         ->type_name("N")
         ->check(CLI::Range(1, 100'000'000));
@@ -27,7 +33,9 @@ int main(int argc, char** argv) {
     app.add_option("--output", options.output, "Folder for pictures and report (out)")->type_name("DIR");
     app.add_option("--assets", options.assets, "Folders for asset://NAME")->type_name("DIR");
     app.add_option("--record", options.record, "Record the server, for tessera-replay")->type_name("FILE");
-    app.add_option("--journal", options.journal, "Keep what is done here; the same command goes on\nfrom it")->type_name("DIR");
+    app.add_option("--journal", options.journal, "Keep what is done here; the same command goes on\nfrom it")
+        ->type_name("DIR")
+        ->check(named);
     app.add_option("--threads", options.threads, "Of the server's collision pipeline (1)")
         ->type_name("N")
         ->check(CLI::Range(1, 256));
