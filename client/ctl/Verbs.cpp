@@ -170,8 +170,10 @@ Expected<Answer> run(Application& application, const verb::Set& set) {
     if (!committed) return tl::unexpected(committed.error());
     SceneNames names(application);  // the field may have been the name
     names.learn(std::span(&object->id, 1));
+    // What was stopped is not what was asked for.
     return committedAnswer(application, *committed,
-                           fmt::format("{} of {} is {}", set.field, names.node(object->id), textOf(*value)));
+                           fmt::format("{} of {} {} {}", set.field, names.node(object->id),
+                                       committed->stopped.empty() ? "is" : "was to be", textOf(*value)));
 }
 
 Expected<Answer> run(Application& application, const verb::Remove& remove) {

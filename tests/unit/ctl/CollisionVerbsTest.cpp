@@ -273,6 +273,8 @@ TEST_F(CollisionVerbs, AMoveSaysWhatStoppedIt) {
     EXPECT_EQ(json["stopped_by"][1]["faces"], Json::array({nullptr, 1}));
 
     contacts.contacts.clear();
+    const std::string set = ctl({"set", "/hall/crane", "scale", "0", "0", "0"}).out;
+    EXPECT_NE(set.find("scale of /hall/crane was to be 0 0 0"), std::string::npos) << set;
     EXPECT_NE(ctl({"move", "/hall/crane", "1", "0", "0"}).out.find("was stopped: by what it hit (see contacts), or because it cannot be so"),
               std::string::npos)
         << "where the contacts do not tell";
