@@ -58,22 +58,11 @@ constexpr PairMethods kHullAndField{"hull and height field",
                                     field_pairs::firstContact,
                                     field_pairs::depth};
 
-constexpr PairMethods kPointPairs{"points",
-                                  0,
-                                  false,
-                                  point_pairs::touch,
-                                  point_pairs::contacts,
-                                  point_pairs::distance,
-                                  point_pairs::firstContact,
-                                  point_pairs::depth};
-constexpr PairMethods kHullAndPoints{"hull and points",
-                                     0,
-                                     false,
-                                     point_pairs::touchHull,
-                                     point_pairs::contactsWithHull,
-                                     point_pairs::distanceToHull,
-                                     point_pairs::firstContactWithHull,
-                                     point_pairs::depthInHull};
+template <point_pairs::Hulls kHulls>
+constexpr PairMethods pointMethods(std::string_view name) {
+    using Of = point_pairs::Methods<kHulls>;
+    return {name, 0, false, Of::touch, Of::contacts, Of::distance, Of::firstContact, Of::depth};
+}
 
 constexpr PairMethods byTriangles() {
     PairMethods methods = kSurfaces;
@@ -100,12 +89,14 @@ constexpr Table makeTable() {
     }
     set(kHull, kHeightField, kHullAndField);
     set(kHeightField, kHull, kHullAndField);
+    constexpr PairMethods points = pointMethods<point_pairs::Hulls::kSurfaces>("points"),
+                          pointsAndHull = pointMethods<point_pairs::Hulls::kSolids>("hull and points");
     for (const Representation other : {kTriangles, kHeightField, kPoints}) {
-        set(kPoints, other, kPointPairs);
-        set(other, kPoints, kPointPairs);
+        set(kPoints, other, points);
+        set(other, kPoints, points);
     }
-    set(kHull, kPoints, kHullAndPoints);
-    set(kPoints, kHull, kHullAndPoints);
+    set(kHull, kPoints, pointsAndHull);
+    set(kPoints, kHull, pointsAndHull);
     return table;
 }
 constexpr Table kTable = makeTable();

@@ -60,6 +60,23 @@ struct PairDepth {
     Vec3d point = Vec3d::Zero();   ///< world, in the middle of what both share
 };
 
+// The five questions, as every entry of the table answers them.
+
+/// Touching counts, and solids are full: a hull touches what is inside it. Decided on A's vertices and B's mapped to
+/// A's frame. At most one pair of faces is named.
+using TouchMethod = PairTouch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                              const PairEffort& effort);
+/// The same with all pairs of faces, the first `most` of which are named.
+using ContactsMethod = PairTouch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                                 std::size_t most, const PairEffort& effort);
+/// As distanceBetween: lengths and points in A's frame. Of solids that meet as wholes 0.
+using DistanceMethod = Distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                                QueryWork& work, const DistanceOptions& options);
+/// As timeOfImpact. Hulls by their surfaces; beside points they are solid.
+using FirstContactMethod = Impact(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
+                                  const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options);
+using DepthMethod = PairDepth(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
+
 /// All in double; yes and no by the exact predicates where `error` is 0. Thread-safe.
 struct PairMethods {
     std::string_view name;
@@ -67,21 +84,11 @@ struct PairMethods {
     double error = 0;
     /// Answered by the triangles of the two.
     bool fallsBack = false;
-
-    /// Touching counts, and solids are full: a hull touches what is inside it. Decided on A's vertices and B's mapped
-    /// to A's frame. At most one pair of faces is named.
-    PairTouch (*touch)(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
-                       const PairEffort& effort);
-    /// The same with all pairs of faces, the first `most` of which are named.
-    PairTouch (*contacts)(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
-                          const PairEffort& effort);
-    /// As distanceBetween: lengths and points in A's frame. Of solids that meet as wholes 0.
-    Distance (*distance)(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
-                         const DistanceOptions& options);
-    /// As timeOfImpact. Hulls by their surfaces.
-    Impact (*firstContact)(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
-                           const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options);
-    PairDepth (*depth)(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
+    TouchMethod* touch;
+    ContactsMethod* contacts;
+    DistanceMethod* distance;
+    FirstContactMethod* firstContact;
+    DepthMethod* depth;
 };
 
 [[nodiscard]] const PairMethods& pairMethods(Representation a, Representation b);

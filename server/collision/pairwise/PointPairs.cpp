@@ -15,8 +15,6 @@
 namespace tessera::point_pairs {
 namespace {
 
-enum class Hulls { kSurfaces, kSolids };
-
 /// Asks with the bodies that the two are looked at as.
 template <Hulls kHulls, typename Ask>
 auto ofBodies(const CollisionShape& a, const CollisionShape& b, const Ask& ask) {
@@ -38,10 +36,18 @@ FacePair named(const CollisionShape& a, const CollisionShape& b, FacePair faces)
     return faces;
 }
 
+PairDepth turned(PairDepth depth) {
+    depth.normal = -depth.normal;
+    return depth;
+}
+
+}  // namespace
+
 template <Hulls kHulls>
-PairTouch touchOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work) {
+PairTouch Methods<kHulls>::touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                                 const PairEffort& effort) {
     const TouchedPair found = ofBodies<kHulls>(
-        a, b, [&](const auto& bodyA, const auto& bodyB) { return firstTouching(bodyA, bodyB, a_T_b, work); });
+        a, b, [&](const auto& bodyA, const auto& bodyB) { return firstTouching(bodyA, bodyB, a_T_b, effort.work); });
     PairTouch out;
     out.touch = found.touch;
     out.complete = found.touch != Touch::kUnknown;
@@ -52,10 +58,10 @@ PairTouch touchOf(const CollisionShape& a, const CollisionShape& b, const Affine
 }
 
 template <Hulls kHulls>
-PairTouch contactsOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
-                     QueryWork& work) {
+PairTouch Methods<kHulls>::contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                                    std::size_t most, const PairEffort& effort) {
     FacePairs found = ofBodies<kHulls>(
-        a, b, [&](const auto& bodyA, const auto& bodyB) { return allTouching(bodyA, bodyB, a_T_b, work); });
+        a, b, [&](const auto& bodyA, const auto& bodyB) { return allTouching(bodyA, bodyB, a_T_b, effort.work); });
     PairTouch out;
     out.touch = !found.pairs.empty() ? Touch::kYes : found.complete ? Touch::kNo : Touch::kUnknown;
     out.complete = found.complete;
@@ -69,8 +75,8 @@ PairTouch contactsOf(const CollisionShape& a, const CollisionShape& b, const Aff
 }
 
 template <Hulls kHulls>
-Distance distanceOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
-                    const DistanceOptions& options) {
+Distance Methods<kHulls>::distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                                   QueryWork& work, const DistanceOptions& options) {
     Distance out = ofBodies<kHulls>(a, b, [&](const auto& bodyA, const auto& bodyB) {
         return distanceBetween(bodyA, bodyB, a_T_b, work, options);
     });
@@ -79,8 +85,8 @@ Distance distanceOf(const CollisionShape& a, const CollisionShape& b, const Affi
 }
 
 template <Hulls kHulls>
-Impact impactOf(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b, const BodyMotion& motionB,
-                QueryWork& work, const ImpactOptions& options) {
+Impact Methods<kHulls>::firstContact(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
+                                     const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options) {
     Impact out = ofBodies<kHulls>(a, b, [&](const auto& bodyA, const auto& bodyB) {
         return timeOfImpact(bodyA, motionA, bodyB, motionB, work, options);
     });
@@ -88,15 +94,10 @@ Impact impactOf(const CollisionShape& a, const BodyMotion& motionA, const Collis
     return out;
 }
 
-PairDepth turned(PairDepth depth) {
-    depth.normal = -depth.normal;
-    return depth;
-}
-
-/// A's frame is that of points.
 template <Hulls kHulls>
-PairDepth depthIn(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
-    if (a.shape.points() == nullptr) return turned(depthIn<kHulls>(b, a, work));
+PairDepth Methods<kHulls>::depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+    if (a.shape.points() == nullptr) return turned(depth(b, a, work));
+    // In the frame of points.
     PairDepth out;
     if (!invertible(a.world)) return out;
     const Affine3d a_T_world = a.world.inverse(), a_T_b = a_T_world * b.world;
@@ -116,6 +117,11 @@ PairDepth depthIn(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
     return out;
 }
 
+template struct Methods<Hulls::kSurfaces>;
+template struct Methods<Hulls::kSolids>;
+
+namespace {
+
 /// A is the points, B a hull.
 PairContact contactInHull(const PlacedShape& a, const PlacedShape& b, std::uint32_t point) {
     PairContact out;
@@ -123,7 +129,7 @@ PairContact contactInHull(const PlacedShape& a, const PlacedShape& b, std::uint3
     const auto ball = CollisionShape::ofPoints(place, a.shape.faceRadius());
     if (!ball) return out;
     QueryWork work;
-    const PairDepth found = depthIn<Hulls::kSolids>({**ball, a.world}, b, work);
+    const PairDepth found = Methods<Hulls::kSolids>::depth({**ball, a.world}, b, work);
     out.point = found.point;
     out.normal = found.normal;
     out.depth = found.depth;
@@ -131,52 +137,6 @@ PairContact contactInHull(const PlacedShape& a, const PlacedShape& b, std::uint3
 }
 
 }  // namespace
-
-PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
-    return touchOf<Hulls::kSurfaces>(a, b, a_T_b, effort.work);
-}
-
-PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
-                   const PairEffort& effort) {
-    return contactsOf<Hulls::kSurfaces>(a, b, a_T_b, most, effort.work);
-}
-
-Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
-                  const DistanceOptions& options) {
-    return distanceOf<Hulls::kSurfaces>(a, b, a_T_b, work, options);
-}
-
-Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
-                    const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options) {
-    return impactOf<Hulls::kSurfaces>(a, motionA, b, motionB, work, options);
-}
-
-PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
-    return depthIn<Hulls::kSurfaces>(a, b, work);
-}
-
-PairTouch touchHull(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
-    return touchOf<Hulls::kSolids>(a, b, a_T_b, effort.work);
-}
-
-PairTouch contactsWithHull(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
-                           const PairEffort& effort) {
-    return contactsOf<Hulls::kSolids>(a, b, a_T_b, most, effort.work);
-}
-
-Distance distanceToHull(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
-                        const DistanceOptions& options) {
-    return distanceOf<Hulls::kSolids>(a, b, a_T_b, work, options);
-}
-
-Impact firstContactWithHull(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
-                            const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options) {
-    return impactOf<Hulls::kSolids>(a, motionA, b, motionB, work, options);
-}
-
-PairDepth depthInHull(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
-    return depthIn<Hulls::kSolids>(a, b, work);
-}
 
 PairContact contact(const PlacedShape& a, const PlacedShape& b, const FacePair& faces) {
     PairContact out;

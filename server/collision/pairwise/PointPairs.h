@@ -12,29 +12,20 @@
 
 namespace tessera::point_pairs {
 
-/// One of the two is a set of points, or both are; of a hull the surface.
-[[nodiscard]] PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
-                              const PairEffort& effort);
-[[nodiscard]] PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
-                                 std::size_t most, const PairEffort& effort);
-[[nodiscard]] Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
-                                QueryWork& work, const DistanceOptions& options);
-[[nodiscard]] Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
-                                  const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options);
-/// Of the pair that is deepest in each other: the sum of the radii less the distance of the centres, or of the centre
-/// and the triangle.
-[[nodiscard]] PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
+/// What a hull beside points is: as a solid it touches what is inside, and its face is kWhole.
+enum class Hulls { kSurfaces, kSolids };
 
-/// The same with a hull as a solid: what is inside touches. Its face is kWhole.
-[[nodiscard]] PairTouch touchHull(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
-                                  const PairEffort& effort);
-[[nodiscard]] PairTouch contactsWithHull(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
-                                         std::size_t most, const PairEffort& effort);
-[[nodiscard]] Distance distanceToHull(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
-                                      QueryWork& work, const DistanceOptions& options);
-[[nodiscard]] Impact firstContactWithHull(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
-                                          const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options);
-[[nodiscard]] PairDepth depthInHull(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
+/// One of the two is a set of points, or both are.
+template <Hulls kHulls>
+struct Methods {
+    static TouchMethod touch;
+    static ContactsMethod contacts;
+    static DistanceMethod distance;
+    static FirstContactMethod firstContact;
+    /// Of the pair that is deepest in each other: the sum of the radii less the distance of the centres, or of the
+    /// centre and the triangle.
+    static DepthMethod depth;
+};
 
 /// Of one pair that touches in these poses.
 [[nodiscard]] PairContact contact(const PlacedShape& a, const PlacedShape& b, const FacePair& faces);

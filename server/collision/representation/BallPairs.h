@@ -45,3 +45,13 @@ template <typename A, typename B>
 [[nodiscard]] Distance distanceOfBalls(const Distance& near, const BallRadii& radii, const DistanceOptions& options);
 
 }  // namespace tessera
+
+/// DO(A, B) for every pair of bodies of WithBalls: where a query is instantiated.
+#define TESSERA_BALL_PAIRS(DO) \
+    DO(PointSet, TriangleTree) \
+    DO(TriangleTree, PointSet) \
+    DO(PointSet, HeightField)  \
+    DO(HeightField, PointSet)  \
+    DO(PointSet, ConvexHull)   \
+    DO(ConvexHull, PointSet)   \
+    DO(PointSet, PointSet)

@@ -1,10 +1,10 @@
 #include "server/collision/representation/BlockDistance.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
+#include "server/collision/query/DistanceCandidates.h"
 #include "server/collision/query/PairFrame.h"
 #include "server/collision/representation/PartPairs.h"
 #include "server/collision/tree/Kernels.h"
@@ -14,7 +14,6 @@ namespace tessera {
 
 namespace {
 
-using kernel::DistanceSink;
 using kernel::kLeafFaces;
 using kernel::kWidth;
 
@@ -97,55 +96,39 @@ private:
     TreeStorage storage_;
 };
 
-float roundedUp(double x) {
-    const float f = static_cast<float>(std::min(x, 3e38));
-    return static_cast<double>(f) >= x ? f : std::nextafter(f, std::numeric_limits<float>::infinity());
-}
-
-/// Measures candidates in double and keeps the nearest, as DistanceQuery's.
+/// Measures candidates in double and keeps the nearest.
 class Nearest {
 public:
     Nearest(const BlockBody& blocks, const TriangleTree& tree, bool treeIsA, const Affine3d& a_T_b,
             const DistanceOptions& options, const QueryWork& work, MeasureFaces measureFaces)
-        : blocks_(blocks), tree_(tree), treeIsA_(treeIsA), a_T_b_(a_T_b), options_(options), measure_(measureFaces) {
-        sink_.facesA = facesA_.data();
-        sink_.facesB = facesB_.data();
-        sink_.atLeast = atLeast_.data();
-        sink_.capacity = static_cast<std::uint32_t>(facesA_.size());
-        sink_.decide = [](DistanceSink&, void* self) { static_cast<Nearest*>(self)->decide(); };
-        sink_.context = this;
-        sink_.nodeTests = work.boxTests;
-        sink_.triangleTests = work.triangleTests;
-        sink_.limit = work.limit;
-        sink_.unexplored = std::numeric_limits<float>::infinity();
-    }
+        : blocks_(blocks),
+          tree_(tree),
+          treeIsA_(treeIsA),
+          a_T_b_(a_T_b),
+          options_(options),
+          measure_(measureFaces),
+          found_(*this, work) {}
 
     /// A's own coordinates are so many to a unit of its frame: before the first walk.
-    void setUnit(double unit) {
-        unit_ = unit;
-        sink_.bound = roundedUp(limit() * unit);
-        sink_.tolerance = -roundedUp(-options_.tolerance * unit);
-    }
+    void setUnit(double unit) { found_.setUnit(unit, limit(), options_.tolerance); }
 
-    [[nodiscard]] DistanceSink& sink() { return sink_; }
-    [[nodiscard]] double unit() const { return unit_; }
-    [[nodiscard]] const Distance& best() const { return best_; }
+    [[nodiscard]] DistanceCandidates& found() { return found_; }
+    [[nodiscard]] const Distance& best() const { return found_.best; }
     /// Nothing farther is of interest.
-    [[nodiscard]] double limit() const { return std::min(options_.upperBound, best_.distance - options_.tolerance); }
+    [[nodiscard]] double limit() const {
+        return std::min(options_.upperBound, found_.best.distance - options_.tolerance);
+    }
 
     void measure(const FacePair& faces) {
         const Triangle a = treeIsA_ ? tree_.mesh().triangle(faces.a) : blocks_.parts.triangle(faces.a);
         const Triangle b = treeIsA_ ? blocks_.parts.triangle(faces.b) : tree_.mesh().triangle(faces.b);
-        const NearestPoints near = measure_(a, transformed(a_T_b_, b));
-        if (near.distance > best_.distance || (near.distance == best_.distance && best_.faces < faces)) return;
-        best_ = {near.distance, faces, near.onA, near.onB};
-        sink_.bound = std::min(sink_.bound, roundedUp(near.distance * unit_) - sink_.tolerance);
+        found_.measured(faces, measure_(a, transformed(a_T_b_, b)));
     }
 
     void decide() {
-        for (std::uint32_t i = 0; i < sink_.count; ++i)
-            if (atLeast_[i] <= sink_.bound + sink_.tolerance) measure({facesA_[i], facesB_[i]});
-        sink_.count = 0;
+        for (std::uint32_t i = 0; i < found_.sink.count; ++i)
+            if (found_.canBeNearest(i)) measure({found_.facesA[i], found_.facesB[i]});
+        found_.sink.count = 0;
     }
 
 private:
@@ -155,11 +138,7 @@ private:
     const Affine3d& a_T_b_;
     const DistanceOptions& options_;
     MeasureFaces measure_;
-    double unit_ = 1;
-    std::array<std::uint32_t, 256> facesA_, facesB_;
-    std::array<float, 256> atLeast_;
-    DistanceSink sink_{};
-    Distance best_;
+    DistanceCandidates found_;
 };
 
 /// A block that is still to be looked at.
@@ -226,7 +205,7 @@ Distance nearestToTree(const BlockBody& blocks, const TriangleTree& tree, bool t
     nearest.setUnit(storageA.unit);
     const auto& walk = kernel::treeKernels().distance[static_cast<std::size_t>(shapeOf(tree.options().volume))];
 
-    DistanceSink& sink = nearest.sink();
+    kernel::DistanceSink& sink = nearest.found().sink;
     std::vector<Open> open{{0, 0}};
     double unexplored = std::numeric_limits<double>::infinity();
     while (!open.empty() && !(nearest.best().distance <= enough)) {
@@ -264,13 +243,13 @@ Distance nearestToTree(const BlockBody& blocks, const TriangleTree& tree, bool t
             break;
         }
     }
-    work.boxTests = sink.nodeTests;
-    work.triangleTests = sink.triangleTests;
+    nearest.found().countIn(work);
     const Distance& best = nearest.best();
     if (sink.exhausted && !(best.distance <= enough)) {
         Distance unknown;
-        unknown.distance = std::max(0.0, std::min({unexplored, static_cast<double>(sink.unexplored) / nearest.unit(),
-                                                   best.distance, options.upperBound}));
+        unknown.distance =
+            std::max(0.0, std::min({unexplored, static_cast<double>(sink.unexplored) / nearest.found().unit(),
+                                    best.distance, options.upperBound}));
         unknown.complete = false;
         return unknown;
     }

@@ -141,13 +141,7 @@ requires WithBalls<A, B> Impact timeOfImpact(const A& a, const BodyMotion& motio
     template Impact timeOfImpact(const A&, const BodyMotion&, const B&, const BodyMotion&, QueryWork&, \
                                  const ImpactOptions&);
 
-TESSERA_WITH_BALLS(PointSet, TriangleTree)
-TESSERA_WITH_BALLS(TriangleTree, PointSet)
-TESSERA_WITH_BALLS(PointSet, HeightField)
-TESSERA_WITH_BALLS(HeightField, PointSet)
-TESSERA_WITH_BALLS(PointSet, ConvexHull)
-TESSERA_WITH_BALLS(ConvexHull, PointSet)
-TESSERA_WITH_BALLS(PointSet, PointSet)
+TESSERA_BALL_PAIRS(TESSERA_WITH_BALLS)
 
 #undef TESSERA_WITH_BALLS
 

@@ -208,13 +208,7 @@ bool facesNear(const PointSet& points, const Box& box, QueryWork& work, std::vec
     template Distance distanceBetween(const A&, const B&, const Affine3d&, QueryWork&, const DistanceOptions&); \
     template BallDepth depthBetween(const A&, const B&, const Affine3d&, QueryWork&);
 
-TESSERA_WITH_BALLS(PointSet, TriangleTree)
-TESSERA_WITH_BALLS(TriangleTree, PointSet)
-TESSERA_WITH_BALLS(PointSet, HeightField)
-TESSERA_WITH_BALLS(HeightField, PointSet)
-TESSERA_WITH_BALLS(PointSet, ConvexHull)
-TESSERA_WITH_BALLS(ConvexHull, PointSet)
-TESSERA_WITH_BALLS(PointSet, PointSet)
+TESSERA_BALL_PAIRS(TESSERA_WITH_BALLS)
 
 #undef TESSERA_WITH_BALLS
 

@@ -30,7 +30,8 @@ struct MeasuredFace {
         normal = cross(edge[0], edge[1]);
         normal2 = dot(normal, normal);
         const D size2 = max(max(edge2[0], edge2[1]), edge2[2]);
-        sliver = pick(size2 * size2 * 1e-12 - normal2, D{}, splatDouble(1.0));
+        // So small a normal has no square.
+        sliver = pick(max(size2 * size2 * 1e-12, splatDouble(1e-280)) - normal2, D{}, splatDouble(1.0));
     }
     /// Squared distance to the plane where p is above the inside; else a large number.
     D above(const W3& p) const {
@@ -56,16 +57,17 @@ inline void measureEight(const Corners& ofA, const Corners& ofB, const PairMap& 
     D far = max(largest(a.corner[1]), largest(a.corner[2]));
     for (const W3& p : b.corner) far = max(far, largest(p));
     // Coordinates of B are as good as what they are computed from.
-    const D error = far * 1e-5 + largest(origin) * 1e-14;
+    const D moved = largest(offset(W3{}, map.translation));
+    const D error = far * 1e-5 + max(largest(origin), moved) * 1e-14;
     alignas(64) double squares[kPairs], errors[kPairs];
     store(squares, square);
     store(errors, error);
     for (unsigned i = 0; i < kPairs; ++i) {
-        // Of larger numbers not even the squares of squares are.
-        const bool known = errors[i] < 1e45;
-        const double distance = known ? __builtin_sqrt(squares[i]) : 0;
-        atLeast[i] = distance - errors[i];
-        atMost[i] = distance + errors[i];
+        // Of larger and of smaller numbers the sixth powers are none: nothing is known.
+        const bool known = errors[i] > 1e-50 && errors[i] < 1e45;
+        const double distance = __builtin_sqrt(squares[i]);
+        atLeast[i] = known ? distance - errors[i] : -__builtin_inf();
+        atMost[i] = known ? distance + errors[i] : __builtin_inf();
     }
 }
 
