@@ -1,6 +1,7 @@
 #include "server/collision/rigid_bodies/BodyPath.h"
 
 #include <cmath>
+#include <limits>
 
 namespace tessera::rigid {
 
@@ -55,6 +56,15 @@ Isometry3d BodyPath::at(double t) const {
     if (t > 0 && rate > 0) out.linear() = turnAt(t).toRotationMatrix();
     out.translation() = centre + t * moved - out.linear() * centre;
     return out;
+}
+
+double BodyPath::strayedFrom(const BodyPath& other, double radius) const {
+    constexpr double kLarge = 0.5;
+    const double aside = (moved - other.moved).norm();
+    if (!(rate > 0) && !(other.rate > 0)) return aside;
+    if (rate > kLarge || other.rate > kLarge) return std::numeric_limits<double>::infinity();
+    // Of half angles up to a quarter the vectors' difference is hardly less than half the rotations': 2 / cos(1/4).
+    return aside + 2.2 * (turned.vec() - other.turned.vec()).norm() * radius;
 }
 
 void BodyPath::cut(double t) {

@@ -24,6 +24,9 @@ struct BodyPath {
         const double angle = rate * part;
         return 0.125 * radius * angle * angle * (1 + angle);
     }
+    /// No point so far from the centre is farther from where it is on the other way at the same time, from the same
+    /// centre. Infinite where either turns by more than half a radian.
+    [[nodiscard]] double strayedFrom(const BodyPath& other, double radius) const;
     /// The first part of it.
     void cut(double t);
 

@@ -13,6 +13,7 @@ namespace {
 constexpr std::size_t kSweepsPerTask = 64;
 /// A cut that leaves less than this of a way leaves nothing. After so many rounds every cut does.
 constexpr double kLeastShare = 1e-3;
+constexpr double kUnknown = -1;
 constexpr int kSoftRounds = 12, kMostRounds = 200;
 
 }  // namespace
@@ -25,12 +26,18 @@ std::vector<PathGuard::Hit> PathGuard::find(const FrameBodies& frame, const Narr
     if (tasks_.size() < count) tasks_.resize(count);
     // Most encounters are of bodies that cannot come near each other in the frame.
     turning_.assign(frame.parts.size(), 0);
+    strayed_.assign(frame.parts.size(), 0);
+    const bool first = before_.empty();
+    if (first) room_.assign(encounters.size(), kUnknown);
     for (std::size_t p = 0; p < frame.parts.size(); ++p) {
         const FramePart& part = frame.parts[p];
         if (part.body == kNobody || part.surface == nullptr) continue;
         const PlacedSolid& solid = narrow.solid(static_cast<std::uint32_t>(p));
-        turning_[p] = turningOf({&paths[part.body], &part, solid.shape != nullptr ? &solid : nullptr, 0});
+        const SweptPart swept{&paths[part.body], &part, solid.shape != nullptr ? &solid : nullptr, 0};
+        turning_[p] = turningOf(swept);
+        if (!first && changed[part.body]) strayed_[p] = swept.path->strayedFrom(before_[part.body], farthestOf(swept));
     }
+    before_.assign(paths.begin(), paths.end());
     const auto task = [&](std::size_t t) {
         Task& own = tasks_[t];
         own.hits.clear();
@@ -38,9 +45,15 @@ std::vector<PathGuard::Hit> PathGuard::find(const FrameBodies& frame, const Narr
             const FrameEncounter& e = encounters[i];
             const FramePart &a = frame.parts[e.partA], &b = frame.parts[e.partB];
             if (!e.known || !(changed[a.body] || changed[b.body])) continue;
+            room_[i] -= strayed_[e.partA] + strayed_[e.partB];
+            if (room_[i] > 0) continue;
+            room_[i] = kUnknown;
             const double way =
                 (paths[a.body].moved - paths[b.body].moved).norm() + turning_[e.partA] + turning_[e.partB];
-            if (way <= e.parted.gap) continue;
+            if (way <= e.parted.gap) {
+                room_[i] = e.parted.gap - way;
+                continue;
+            }
             const PlacedSolid &solidA = narrow.solid(e.partA), &solidB = narrow.solid(e.partB);
             const FrameBody &bodyA = frame.bodies[a.body], &bodyB = frame.bodies[b.body];
             const SweptPart sweptA{&paths[a.body], &a, solidA.shape != nullptr ? &solidA : nullptr, bodyA.size};
@@ -50,6 +63,7 @@ std::vector<PathGuard::Hit> PathGuard::find(const FrameBodies& frame, const Narr
             QueryWork some;
             some.limit = maxTests;
             SweepHit hit = sweep(sweptA, sweptB, known, own.scratch, some);
+            if (!hit.hit) room_[i] = hit.room;
             if (hit.hit) own.hits.push_back({static_cast<std::uint32_t>(i), std::move(hit)});
         }
     };

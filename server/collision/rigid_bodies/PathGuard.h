@@ -22,9 +22,12 @@ public:
         SweepHit found;
     };
 
+    /// The ways of a new frame.
+    void begin() { before_.clear(); }
+
     /// `paths`: per body of the frame. `changed`: per body, whose way nobody has looked at yet. Hits ascend by
-    /// encounter. `maxTests`: of each encounter; what is looked at is not counted elsewhere, for where there is much
-    /// room depends on who was passed.
+    /// encounter. Encounters that had more room than has been used since are not looked at again. `maxTests`: of each
+    /// encounter; what is looked at is not counted elsewhere, for where there is much room depends on who was passed.
     [[nodiscard]] std::vector<Hit> find(const FrameBodies& frame, const NarrowPhase& narrow,
                                         std::span<const FrameEncounter> encounters, std::span<const BodyPath> paths,
                                         const std::vector<bool>& changed, std::uint64_t maxTests, Workers* workers);
@@ -40,7 +43,9 @@ private:
         std::vector<Hit> hits;
     };
     std::vector<Task> tasks_;
-    std::vector<double> turning_;  ///< per part
+    std::vector<double> turning_, strayed_;  ///< per part: by its path; since the paths before
+    std::vector<double> room_;               ///< per encounter, of what is left of SweepHit::room
+    std::vector<BodyPath> before_;
 };
 
 }  // namespace tessera::rigid

@@ -15,6 +15,9 @@
 
 namespace tessera::rigid {
 
+/// Allowed depth, in sizes of the smaller body.
+constexpr double kAllowedSizes = 0.01;
+
 /// One part on its way.
 struct SweptPart {
     const BodyPath* path = nullptr;
@@ -43,6 +46,8 @@ struct SweepPoint {
 struct SweepHit {
     bool hit = false;
     double t = 1;  ///< of both ways: up to here they do not
+    /// No hit: while no point of them is together by so much elsewhere than on these ways, there is none either.
+    double room = 0;
     std::vector<SweepPoint> points;
 };
 
@@ -53,12 +58,17 @@ struct SweepScratch {
         std::vector<PlacedSide> sides;
         std::vector<PlacedEdge> edges;
     };
-    Room a, b, face;
+    Room face, moved;
+    Room from;                     ///< of a piece of a way, where it begins,
+    std::vector<Vec3d> cornersTo;  ///< and where it ends
+    std::vector<PlacedSide> axes;  ///< along which it rests on something
     ClipScratch clip;
     std::vector<std::uint32_t> faces;
     std::vector<ContactPoint> points;
 };
 
+/// No point of it is farther from its path's centre.
+[[nodiscard]] double farthestOf(const SweptPart& part);
 /// How far any point of it comes by turning, at most.
 [[nodiscard]] double turningOf(const SweptPart& part);
 

@@ -70,6 +70,7 @@ void RigidBodyStage::State::goSafely() {
         limitReach(i);
     }
     makePaths(changed);
+    pathGuard.begin();
     for (int round = 0;; ++round) {
         std::vector<PathGuard::Hit> hits =
             pathGuard.find(frame, narrow, looked, paths, changed, options.maxTestsPerEncounter, workers);
