@@ -33,7 +33,8 @@ struct CollisionObject {
     double friction = 0.5;           ///< Coulomb's; of two bodies the geometric mean counts
     Vec3d velocity = Vec3d::Zero();  ///< of a free body's centre of mass
     Vec3d spin = Vec3d::Zero();      ///< of a free body; world axes
-    /// What bounds the triangles in the trees of its geometries. It changes no answer, but how long answers take.
+    /// What bounds the triangles in the trees of its geometries: how long answers take. No yes or no and no distance
+    /// depends on it; where a motion stops does, within the tolerance. Free bodies take oriented boxes.
     std::int64_t volume = kAuto;
     /// How near to it a motion is stopped, and how deep two may lie in each other and still slide, in units of the
     /// world. Of two objects the smaller one counts. 0: a ten-thousandth of what moves.

@@ -249,10 +249,10 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     app.add_option("--as-b", asB, "The same of B")->type_name("KIND")->check(oneOf(kKinds));
     double radius = 0;
     const CLI::Option* radiusOption = app.add_option("--radius", radius, "Of points; else the file's")->type_name("R");
-    app.add_option("--volume", volume, "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; changes no answer")
+    app.add_option("--volume", volume, "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; times of contact may differ\nwithin the tolerance, nothing else")
         ->type_name("V")
         ->check(oneOf(kVolumes));
-    app.add_option("--split", split, "area, median, mean, volume;\nchanges no answer")
+    app.add_option("--split", split, "area, median, mean, volume;\nas --volume")
         ->type_name("S")
         ->check(oneOf(kSplits));
     app.add_option("--assets", out.assets, "Folders for asset://NAME")->type_name("DIR");

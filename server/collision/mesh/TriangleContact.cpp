@@ -14,7 +14,11 @@ namespace tessera {
 namespace {
 
 Vec3d areaNormal(const Triangle& t) {
-    return (t[1] - t[0]).cross(t[2] - t[0]);
+    const Vec3d e = t[1] - t[0], f = t[2] - t[0], side = t[2] - t[1];
+    // A first corner that is far from both others: what is between these is lost in its edges' last digits.
+    constexpr double kFar = 1e6;
+    if (std::min(e.squaredNorm(), f.squaredNorm()) > kFar * side.squaredNorm()) return e.cross(side);
+    return e.cross(f);
 }
 
 Vec3d unit(const Vec3d& v) {

@@ -74,6 +74,7 @@ Expected<void> TriangleMesh::move(std::span<const Vec3d> positions) {
         return fail(ErrorCode::kBadInput,
                     std::to_string(positions.size()) + " positions for " + std::to_string(vertexCount()) + " vertices");
     if (Expected<void> good = checkCoordinates(positions, 0); !good) return good;
+    ++moves_;
     take(positions.empty() ? nullptr : positions.data()->data(), positions.size());
     findBounds();
     return {};
@@ -137,6 +138,7 @@ Expected<void> TriangleMesh::move(std::size_t first, std::span<const Vec3d> posi
                                               " vertices");
     if (Expected<void> good = checkCoordinates(positions, first); !good) return good;
     if (positions.empty()) return {};
+    ++moves_;
     const double* const coordinates = positions.data()->data();
     if (!floats_.empty() && !std::all_of(coordinates, coordinates + 3 * positions.size(), isFloat)) {
         doubles_.reserve(floats_.size());

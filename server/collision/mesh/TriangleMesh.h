@@ -92,6 +92,9 @@ public:
     /// The same for the vertices from `first` on; costs what they are, and a pass over all where the box may shrink.
     Expected<void> move(std::size_t first, std::span<const Vec3d> positions);
 
+    /// How often vertices have moved: who keeps what follows from their places compares it.
+    [[nodiscard]] std::uint64_t moves() const { return moves_; }
+
     [[nodiscard]] std::size_t faceCount() const { return indices_.size() / 3; }
     [[nodiscard]] std::size_t vertexCount() const { return floats_.empty() ? doubles_.size() : floats_.size(); }
     [[nodiscard]] MeshPositions positions() const {
@@ -124,6 +127,7 @@ private:
     std::vector<std::uint32_t> indices_;
     std::vector<bool> used_;  ///< per vertex, by some triangle; empty where all are
     Box bounds_;
+    std::uint64_t moves_ = 0;
 
     /// Takes coordinates that are good.
     template <typename Scalar>

@@ -142,7 +142,12 @@ const TriangleTree& CollisionShape::tree(VolumeKind kind) const {
 }
 
 const SurfaceTopology& CollisionShape::topology() const {
-    std::call_once(topologyMade_, [&] { topology_ = std::make_unique<SurfaceTopology>(mesh()); });
+    if (topologyHolds_.load(std::memory_order_acquire)) return *topology_;
+    const std::lock_guard lock(topologyMutex_);
+    if (!topologyHolds_.load(std::memory_order_relaxed)) {
+        if (!topology_ || !topology_->holds(mesh())) topology_ = std::make_unique<SurfaceTopology>(mesh());
+        topologyHolds_.store(true, std::memory_order_release);
+    }
     return *topology_;
 }
 
@@ -177,6 +182,7 @@ Expected<void> CollisionShape::move(std::size_t first, std::span<const Vec3d> po
     TESSERA_CHECK(representation_ == Representation::kTriangles, "only triangles deform");
     const bool all = first == 0 && positions.size() == mesh_->vertexCount();
     if (Expected<void> moved = all ? mesh_->move(positions) : mesh_->move(first, positions); !moved) return moved;
+    topologyHolds_ = false;
     for (LazyTree& lazy : trees_) {
         if (!lazy.tree) continue;
         lazy.tree->refitted(first, positions.size());

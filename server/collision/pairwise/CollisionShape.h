@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -85,7 +86,8 @@ public:
     [[nodiscard]] const TriangleTree& tree() const { return tree(options_.volume); }
     [[nodiscard]] const TriangleTree& tree(VolumeKind kind) const;
     [[nodiscard]] VolumeKind volume() const { return options_.volume; }
-    /// Which faces share edges, and whether they enclose a volume. Made when first asked for; stays as vertices move.
+    /// Which faces share edges, and whether they enclose a volume. Made when first asked for; after a move it is first
+    /// looked whether it still holds (a pass over all vertices). Stays where it is until the next move.
     [[nodiscard]] const SurfaceTopology& topology() const;
     /// Its vertices have moved, or may move from frame to frame.
     [[nodiscard]] bool deforms() const { return deforms_; }
@@ -129,7 +131,8 @@ private:
     Vec3d ballCentre_ = Vec3d::Zero();  // of a hull
     double ballRadius_ = 0;
     mutable std::array<LazyTree, kVolumeKinds> trees_;
-    mutable std::once_flag topologyMade_;
+    mutable std::mutex topologyMutex_;
+    mutable std::atomic<bool> topologyHolds_ = false;
     mutable std::unique_ptr<SurfaceTopology> topology_;
 };
 

@@ -12,6 +12,12 @@ ContactLaw lawOf(std::int64_t response) {
     return response == Interest::kSlide ? ContactLaw::kSlide : ContactLaw::kStick;
 }
 
+/// All of one kind of volume, whatever their objects ask for: what is divided anew for each question would cost more
+/// than any kind saves. What deforms keeps its own, which follows it.
+const TriangleTree& treeOf(const CollisionShape& shape) {
+    return shape.deforms() ? shape.tree() : shape.tree(kAutomaticVolume);
+}
+
 Pose poseOf(const Transform& t) {
     return {t.translation, t.rotation, t.scale};
 }
@@ -166,7 +172,7 @@ void FreeBodies::describePart(const ObjectHandler& handler, std::uint32_t index,
     body.restitution = of.restitution;
     body.friction = of.friction;
     rigid.id = part.node.value;
-    rigid.tree = &part.shape->tree();
+    rigid.tree = &treeOf(*part.shape);
     rigid.hull = part.shape->hull();
     rigid.world = part.world;
     if (const auto start = startWorlds.find(index); start != startWorlds.end()) {
@@ -188,8 +194,7 @@ void FreeBodies::describe(const ObjectHandler& handler, std::uint32_t number, Ri
     rigid.disturbed = known_[slotOfBody_[number]].disturbed;
     for (const std::uint32_t index : body.parts) {
         const Part& part = handler.parts()[index];
-        if (part.solid())
-            parts.push_back({part.node.value, 0, &part.shape->tree(), part.shape->hull(), part.world});
+        if (part.solid()) parts.push_back({part.node.value, 0, &treeOf(*part.shape), part.shape->hull(), part.world});
     }
 }
 
@@ -238,7 +243,8 @@ std::uint32_t FreeBodies::rigidPart(const ObjectHandler& handler, std::uint32_t 
     return rigidPartOf_[index];
 }
 
-void FreeBodies::gather(const ObjectHandler& handler, PairMemory& memory, const StartWorlds& startWorlds, double seconds) {
+void FreeBodies::gather(const ObjectHandler& handler, PairMemory& memory, const StartWorlds& startWorlds,
+                        double seconds) {
     const std::span<const Part> parts = handler.parts();
     for (const std::uint32_t part : given_) rigidPartOf_[part] = kNobody;
     given_.clear();
@@ -322,9 +328,8 @@ bool FreeBodies::mayMeet(const ObjectHandler& handler, PairMemory& memory, const
     });
 }
 
-FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHandler& handler,
-                                        PairMemory& memory, const StartWorlds& startWorlds, double seconds,
-                                        QueryWork& work) {
+FreeBodies::Outcome FreeBodies::advance(const Aspect& committed, const ObjectHandler& handler, PairMemory& memory,
+                                        const StartWorlds& startWorlds, double seconds, QueryWork& work) {
     Outcome outcome;
     if (!any()) return outcome;
     const bool supportMoves = std::ranges::any_of(

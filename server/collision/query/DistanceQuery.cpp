@@ -7,6 +7,7 @@
 #include "server/collision/query/DistanceCandidates.h"
 #include "server/collision/query/PairFrame.h"
 #include "server/collision/query/TouchQuery.h"
+#include "server/collision/query/TouchSearch.h"
 #include "server/collision/tree/Kernels.h"
 #include "server/collision/tree/TreeStorage.h"
 
@@ -79,6 +80,9 @@ Distance distanceBetween(const TriangleTree& a, const TriangleTree& b, const Aff
     none.distance = options.upperBound;
     none.farther = true;
     if (a.storage().empty() || b.storage().empty()) return none;
+    if (const std::optional<TriangleTree> alike = touch::ofOneShape(a, b))
+        return touch::smallerIsA(a, b) ? distanceBetween(*alike, b, a_T_b, work, options)
+                                       : distanceBetween(a, *alike, a_T_b, work, options);
     // Edges and corners do not see a triangle that is pierced in its middle: whether they meet is asked first.
     const TouchedPair touched = firstTouching(a, b, a_T_b, work);
     if (touched.touch == Touch::kYes) return atContact(a, b, a_T_b, touched.faces);

@@ -29,7 +29,8 @@ struct Distance {
     bool complete = true;  ///< false: the work was exhausted; distance is then a *lower* bound and says nothing else
 };
 
-/// The nearest points of two bodies. `a_T_b`: any finite affine map from B's frame to A's.
+/// The nearest points of two bodies. Of trees with volumes of two shapes the smaller mesh is divided anew, in the kind of
+/// the other tree, which costs a build. `a_T_b`: any finite affine map from B's frame to A's.
 [[nodiscard]] Distance distanceBetween(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
                                        const DistanceOptions& options = {});
 

@@ -1,6 +1,7 @@
 #include "server/collision/query/SurfaceTopology.h"
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 #include <tuple>
 
@@ -44,6 +45,26 @@ SurfaceTopology::SurfaceTopology(const TriangleMesh& mesh)
         }
         first = end;
     }
+}
+
+bool SurfaceTopology::holds(const TriangleMesh& mesh) const {
+    const MeshPositions at = mesh.positions();
+    for (std::uint32_t v = 0; v < place_.size(); ++v)
+        if (at[v] != at[place_[v]]) return false;
+    // No two places are one: a table of places by their numbers' bits, each looked for from where these say on.
+    std::vector<std::uint32_t> table(std::bit_ceil(2 * place_.size() + 1), kNone);
+    for (std::uint32_t v = 0; v < place_.size(); ++v) {
+        if (place_[v] != v) continue;
+        const Vec3d p = at[v];
+        std::uint64_t hash = 0;
+        // 0 and -0 are one.
+        for (int k = 0; k < 3; ++k) hash = (hash ^ std::bit_cast<std::uint64_t>(p[k] + 0.0)) * 0x9e37'79b9'7f4a'7c15U;
+        std::size_t slot = (hash ^ hash >> 32U) & (table.size() - 1);
+        for (; table[slot] != kNone; slot = (slot + 1) & (table.size() - 1))
+            if (at[table[slot]] == p) return false;
+        table[slot] = v;
+    }
+    return true;
 }
 
 }  // namespace tessera

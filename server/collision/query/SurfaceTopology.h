@@ -8,13 +8,16 @@
 
 namespace tessera {
 
-/// Made once per mesh; a deformation that leaves equal vertices equal leaves it valid. Vertices in one place are one vertex
-/// (meshes with seams repeat them). Immutable: any number of threads.
+/// Made once per mesh; a deformation that leaves equal vertices equal, and others apart, leaves it valid. Vertices in one
+/// place are one vertex (meshes with seams repeat them). Immutable: any number of threads.
 class SurfaceTopology {
 public:
     static constexpr std::uint32_t kNone = 0xffffffffU;
 
     explicit SurfaceTopology(const TriangleMesh& mesh);
+
+    /// Is it still that of its mesh, whose vertices have moved? One pass over all vertices.
+    [[nodiscard]] bool holds(const TriangleMesh& mesh) const;
 
     /// Every edge belongs to two triangles that run along it in opposite ways: there is an inside, and winding tells which
     /// side it is on. (Not asked: is it the side of finite volume, and does the surface cut itself?) No for an empty mesh.

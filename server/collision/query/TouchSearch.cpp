@@ -15,19 +15,17 @@ bool alike(const TriangleTree& a, const TriangleTree& b) {
     return shapeOf(a.options().volume) == shapeOf(b.options().volume);
 }
 
-/// The smaller one, in the kind of the other.
+}  // namespace
+
 std::optional<TriangleTree> ofOneShape(const TriangleTree& a, const TriangleTree& b) {
     if (alike(a, b)) return std::nullopt;
-    const bool smallerIsA = a.mesh().faceCount() <= b.mesh().faceCount();
-    const TriangleTree &smaller = smallerIsA ? a : b, &larger = smallerIsA ? b : a;
+    const TriangleTree &smaller = smallerIsA(a, b) ? a : b, &larger = smallerIsA(a, b) ? b : a;
     return TriangleTree(smaller.mesh(), {.volume = larger.options().volume, .split = smaller.options().split});
 }
 
-}  // namespace
-
 TreePair::TreePair(const TriangleTree& ta, const TriangleTree& tb, const Affine3d& a_from_b, const TouchOptions& options)
     : ofOneShape_(ofOneShape(ta, tb)),
-      treeA(ofOneShape_ && ta.mesh().faceCount() <= tb.mesh().faceCount() ? *ofOneShape_ : ta),
+      treeA(ofOneShape_ && smallerIsA(ta, tb) ? *ofOneShape_ : ta),
       treeB(ofOneShape_ && &treeA == &ta ? *ofOneShape_ : tb),
       meshA(treeA.mesh()),
       meshB(treeB.mesh()),

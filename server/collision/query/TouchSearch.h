@@ -11,6 +11,13 @@
 
 namespace tessera::touch {
 
+/// Of two trees with volumes of two shapes the smaller mesh, divided anew in the kind of the other one; else nothing.
+/// Kernels compare volumes of one shape.
+[[nodiscard]] std::optional<TriangleTree> ofOneShape(const TriangleTree& a, const TriangleTree& b);
+[[nodiscard]] inline bool smallerIsA(const TriangleTree& a, const TriangleTree& b) {
+    return a.mesh().faceCount() <= b.mesh().faceCount();
+}
+
 /// Two trees that are not empty, in one pose. Read only; any number of threads. Kernels compare volumes of one shape: of
 /// two shapes the smaller mesh is divided anew, in the kind of the other tree, which costs a build.
 class TreePair {

@@ -34,6 +34,8 @@ constexpr int kMostNewton = 8;
 
 /// Masses that differ by more than this: few passes do not tell the light one what lies on it.
 constexpr double kUnlike = 3, kPassesOfUnlike = 3, kMostPasses = 100;
+/// Points gone through in one go, in all passes: in large islands a frame must come to an end.
+constexpr double kMostLooks = 10'000;
 /// Slower than what gravity gives in so many frames: towers and heaps that come to rest.
 constexpr double kSlowFrames = 4;
 constexpr int kPassesOfSlow = 4;
@@ -144,7 +146,11 @@ private:
         }
         // As a share of what holds the light one, the spring under a heavy one would be too soft.
         unlike_ = ratio > kUnlike;
-        if (unlike_) return static_cast<int>(std::min(kMostPasses, kPassesOfUnlike * std::sqrt(ratio)));
+        if (unlike_) {
+            const double affordable =
+                std::max<double>(kPassesOfSlow, kMostLooks / static_cast<double>(points_.size() + 1));
+            return static_cast<int>(std::min({kMostPasses, kPassesOfUnlike * std::sqrt(ratio), affordable}));
+        }
         if (bodies_.size() > kMostSlow) return 1;
         const double slow = kSlowFrames * step_.gravity.norm() * step_.seconds;
         for (const std::uint32_t b : bodies_)

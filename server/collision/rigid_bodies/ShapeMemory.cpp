@@ -16,6 +16,7 @@ std::unique_ptr<SurfaceData> make(const TriangleTree& tree, const ConvexHull* hu
     const TriangleMesh& mesh = tree.mesh();
     out->vertices = mesh.vertexCount();
     out->faces = mesh.faceCount();
+    out->moves = mesh.moves();
     out->bounds = mesh.bounds();
     bool closed = true;
     if (hull != nullptr) {
@@ -36,6 +37,7 @@ const SurfaceData& ShapeMemory::of(const TriangleTree& tree, const ConvexHull* h
     std::unique_ptr<SurfaceData>& data = surfaces_[&tree];
     const TriangleMesh& mesh = tree.mesh();
     const bool known = data != nullptr && data->vertices == mesh.vertexCount() && data->faces == mesh.faceCount() &&
+                       data->moves == mesh.moves() &&
                        data->solid.has_value() == (hull != nullptr) && same(data->bounds, mesh.bounds()) &&
                        (hull == nullptr || data->solid->corners.size() == hull->vertices().size());
     if (!known) {

@@ -22,6 +22,7 @@ struct SurfaceData {
 
     /// Which surface it was made of. Another one may come to live at the same address, and a surface may be deformed.
     std::size_t vertices = 0, faces = 0;
+    std::uint64_t moves = 0;
     Box bounds;
     std::uint64_t usedInFrame = 0;
     std::uint32_t holders = 0;  ///< sleepers that may want it again

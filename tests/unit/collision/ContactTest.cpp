@@ -14,6 +14,24 @@ void expectOn(const Triangle& t, const Vec3d& p, double tolerance) {
     EXPECT_LT(near.distance, tolerance) << p.transpose();
 }
 
+/// However far one corner is, in whatever place of the triangle: a normal is of unit length.
+TEST(TriangleContact, HasANormalAlsoWhereACornerIsFarBeyondAllOthers) {
+    std::mt19937_64 random(11);
+    std::uniform_real_distribution<double> u(-3, 3);
+    const auto any = [&] { return Vec3d(u(random), u(random), u(random)); };
+    int met = 0;
+    for (int trial = 0; trial < 40'000; ++trial) {
+        const Triangle a{any(), any(), any()};
+        Triangle b{any(), any(), any()};
+        b[random() % 3] *= std::pow(10.0, trial % 31);
+        if (!trianglesIntersect(a, b)) continue;
+        ++met;
+        ASSERT_NEAR(contactOf(a, b).normal.norm(), 1, 1e-9) << "trial " << trial;
+        ASSERT_NEAR(contactOf(b, a).normal.norm(), 1, 1e-9) << "trial " << trial;
+    }
+    EXPECT_GT(met, 5000);
+}
+
 TEST(TriangleContact, ACornerPokedThroughAFloorPointsUp) {
     // A stands on its head, its point 0.1 below the floor B.
     const Triangle spike{Vec3d(0, 0, -0.1), Vec3d(1, 0, 3), Vec3d(-1, 0.2, 3)};

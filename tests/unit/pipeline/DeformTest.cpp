@@ -43,6 +43,45 @@ struct TentAndBox : SceneMaker {
     }
 };
 
+/// A box whose faces have vertices of their own is closed while these meet. Depth and normal of a region are those of a
+/// pipeline that sees the scene for the first time, whether a crack opens or is shut.
+TEST(Deforming, ACrackThatOpensOrIsShutChangesTheDepthAtOnce) {
+    shapes::Soup whole = shapes::box(Vec3d::Ones()), faces;
+    for (const std::uint32_t v : whole.indices) {
+        faces.indices.push_back(static_cast<std::uint32_t>(faces.positions.size() / 3));
+        for (std::uint32_t k = 0; k < 3; ++k) faces.positions.push_back(whole.positions[3 * v + k]);
+    }
+    SceneMaker scene;
+    const auto box = scene.body(kRootNode, faces, Vec3d::Zero());
+    const auto other = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0.3, 0.9, 0.2));
+    CollisionObject object;
+    object.node = box.node;
+    object.kind = CollisionObject::kDeforming;
+    scene.object(object);
+    Interest fields;
+    fields.object = other.node;
+    fields.against = box.node;
+    fields.response = Interest::kReport;
+    scene.interest(fields);
+    const float shut = faces.positions[0];
+    for (const float x : {shut, shut - 0.3f, shut, shut - 0.1f}) {
+        faces.positions[0] = x;
+        scene.set<Geometry>(scene.aspect.get<Node>(box.shape)->core, fieldId<&Geometry::positions>,
+                            Blob::of(std::span<const float>(faces.positions)));
+        const StepResult result = scene.frame();
+        CollisionPipeline fresh;
+        fresh.sceneChanged(scene.aspect, nullptr);
+        const StepResult expected = fresh.step(scene.aspect, {}, {});
+        ASSERT_FALSE(result.contacts.empty());
+        ASSERT_EQ(result.contacts.size(), expected.contacts.size());
+        for (std::size_t i = 0; i < result.contacts.size(); ++i) {
+            EXPECT_EQ(result.contacts[i].depth, expected.contacts[i].depth) << x;
+            EXPECT_EQ(result.contacts[i].normal, expected.contacts[i].normal) << x;
+        }
+        EXPECT_EQ(result.contacts.front().depth >= 0, x == shut);
+    }
+}
+
 TEST(Deforming, AVertexThatRisesIntoABodyIsToldWithItsTime) {
     TentAndBox scene(Interest::kReport);
     scene.raise(2);
@@ -92,8 +131,10 @@ TEST(Deforming, AnotherNumberOfVerticesIsAnotherShape) {
     const ObjectId geometry = scene.aspect.get<Node>(scene.cloth.shape)->core;
     const shapes::Soup soup = shapes::box(Vec3d(1, 9, 1));
     ChangeListBuilder b;
-    b.set(geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(soup.positions)));
-    b.set(geometry, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(soup.indices)));
+    b.set(geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>,
+          Blob::of(std::span<const float>(soup.positions)));
+    b.set(geometry, typeOf<Geometry>(), fieldId<&Geometry::indices>,
+          Blob::of(std::span<const std::uint32_t>(soup.indices)));
     scene.apply(b);
     EXPECT_FALSE(scene.frame().contacts.empty());
 }

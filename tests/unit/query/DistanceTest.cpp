@@ -97,6 +97,20 @@ TEST_P(DistanceOfKind, IsRightWhereFacesArePoints) {
     }
 }
 
+TEST(Distance, OfTreesOfDifferentVolumesIsThatOfAllPairs) {
+    Random random(12);
+    for (const VolumeKind kindA : bodies::kVolumes)
+        for (const VolumeKind kindB : bodies::kVolumes) {
+            const TriangleTree a(strewnThin(random, 60, 0.3), {kindA}), b(strewnThin(random, 90, 0.2), {kindB});
+            const Affine3d a_T_b = composeTransform(inCube(random, 3), anyRotation(random), Vec3d::Ones());
+            QueryWork work;
+            const Distance found = distanceBetween(a, b, a_T_b, work);
+            const Distance again = distanceBetween(b, a, a_T_b.inverse(), work, {.start = FacePair{found.faces.b, found.faces.a}});
+            EXPECT_EQ(found.distance, measured(a.mesh(), b.mesh(), a_T_b));
+            EXPECT_NEAR(again.distance, found.distance, 1e-13);
+        }
+}
+
 TEST(Distance, OfBoxesIsTheGapBetweenTheirFaces) {
     const TriangleTree a(meshOf(shapes::box({2, 2, 2}))), b(meshOf(shapes::box({1, 1, 1})));
     QueryWork work;

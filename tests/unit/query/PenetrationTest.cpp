@@ -15,6 +15,43 @@ std::vector<Penetration> between(const TriangleMesh& a, const TriangleMesh& b, c
     return penetrations(a, SurfaceTopology(a), b, SurfaceTopology(b), a_T_b, contactsBetween(ta, tb, a_T_b, work).contacts);
 }
 
+/// Every face has three vertices of its own.
+shapes::Soup apart(const shapes::Soup& whole) {
+    shapes::Soup out;
+    for (const std::uint32_t v : whole.indices) {
+        out.indices.push_back(static_cast<std::uint32_t>(out.positions.size() / 3));
+        for (int k = 0; k < 3; ++k) out.positions.push_back(whole.positions[3 * v + static_cast<std::uint32_t>(k)]);
+    }
+    return out;
+}
+
+TEST(SurfaceTopology, HoldsWhileTheSameVerticesAreInOnePlace) {
+    Random random(3);
+    TriangleMesh mesh = meshOf(apart(shapes::sphere(1, 9, 14)));
+    const SurfaceTopology topology(mesh);
+    ASSERT_TRUE(topology.closed());
+    EXPECT_TRUE(topology.holds(mesh));
+    std::vector<Vec3d> at(mesh.positions().begin(), mesh.positions().end());
+    const std::vector<Vec3d> before = at;
+    for (std::uint32_t v = 0; v < at.size(); ++v) at[v] += Vec3d(0.1 * std::sin(5 * before[v].y()), 0, 3);
+    ASSERT_TRUE(mesh.move(at));
+    EXPECT_TRUE(topology.holds(mesh)) << "all in one place go together";
+    for (int trial = 0; trial < 200; ++trial) {
+        std::vector<Vec3d> others = at;
+        const std::size_t u = random() % at.size(), v = random() % at.size();
+        if (trial % 2 == 0)
+            others[u].x() = std::nextafter(others[u].x(), 100.0);
+        else
+            for (std::size_t w = 0; w < at.size(); ++w)
+                if (at[w] == at[u]) others[w] = at[v];
+        ASSERT_TRUE(mesh.move(others));
+        EXPECT_EQ(topology.holds(mesh), trial % 2 == 1 && at[u] == at[v]) << trial;
+    }
+    for (Vec3d& p : at) p.z() = std::copysign(0.0, p.x());
+    at[0] = Vec3d(0.0, 1, 2);
+    EXPECT_FALSE(topology.holds(mesh));
+}
+
 TEST(SurfaceTopology, KnowsWhatIsClosed) {
     Random random(1);
     const TriangleMesh box = meshOf(shapes::box(Vec3d::Ones()));

@@ -117,6 +117,7 @@ std::vector<Shape> meshBullets() {
 
 struct Plate {
     bool mesh = false;
+    bool anyVolume = false;  ///< its tree's are of another kind
     double mass = 0;
     bool moves = false;
 };
@@ -125,11 +126,14 @@ struct Plate {
 bool passes(std::mt19937_64& random, const std::vector<Shape>& shapes, const Plate& kind) {
     const Vec3d size(2, kThick, 2);
     static const Shape hullPlate = hullShape(boxPoints(size)), meshPlate = boxMesh(size);
+    static const std::array others{boxMesh(size, VolumeKind::kSphere), boxMesh(size, VolumeKind::kAabb),
+                                   boxMesh(size, VolumeKind::kDop14), boxMesh(size, VolumeKind::kDop26)};
     World w;
     w.gravity.setZero();
     const Quatd tilt = anyTurn(random);
     const Vec3d place = inCube(random);
-    const std::uint32_t plate = w.add(kind.mesh ? meshPlate : hullPlate, place, kind.mass, tilt);
+    const Shape& of = kind.anyVolume ? others[random() % others.size()] : kind.mesh ? meshPlate : hullPlate;
+    const std::uint32_t plate = w.add(of, place, kind.mass, tilt);
     const Shape& shape = shapes[random() % shapes.size()];
     const Vec3d aim(uniform(random, -0.8, 0.8), 0, uniform(random, -0.8, 0.8));
     const double side = random() % 2 == 0 ? 1 : -1;
@@ -168,6 +172,10 @@ TEST(Pass, MeshesAndAFixedHull) {
 TEST(Pass, MeshesAndAFixedMesh) {
     const std::vector<Shape> shapes = meshBullets();
     shots(200, [&](auto& random) { return passes(random, shapes, {.mesh = true}); });
+}
+TEST(Pass, MeshesAndAFixedMeshWithOtherVolumes) {
+    const std::vector<Shape> shapes = meshBullets();
+    shots(200, [&](auto& random) { return passes(random, shapes, {.mesh = true, .anyVolume = true}); });
 }
 TEST(Pass, HullsAndAFreeHull) {
     const std::vector<Shape> shapes = bullets();

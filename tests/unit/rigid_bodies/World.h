@@ -88,9 +88,10 @@ Shape terrain(double half, int n, const Height& height, VolumeKind volume = Volu
 }
 
 /// Two triangles per side of a box, closed, outwards; not a hull.
-inline Shape boxMesh(const Vec3d& size) {
+inline Shape boxMesh(const Vec3d& size, VolumeKind volume = VolumeKind::kObb) {
     Shape hull = hullShape(boxPoints(size));
     hull.hull.reset();
+    hull.tree = std::make_unique<TriangleTree>(hull.tree->mesh(), TreeOptions{.volume = volume});
     return hull;
 }
 
