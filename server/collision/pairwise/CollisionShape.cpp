@@ -142,12 +142,9 @@ const TriangleTree& CollisionShape::tree(VolumeKind kind) const {
 }
 
 const SurfaceTopology& CollisionShape::topology() const {
-    if (topologyHolds_.load(std::memory_order_acquire)) return *topology_;
-    const std::lock_guard lock(topologyMutex_);
-    if (!topologyHolds_.load(std::memory_order_relaxed)) {
+    std::call_once(*topologyLookedAt_, [&] {
         if (!topology_ || !topology_->holds(mesh())) topology_ = std::make_unique<SurfaceTopology>(mesh());
-        topologyHolds_.store(true, std::memory_order_release);
-    }
+    });
     return *topology_;
 }
 
@@ -182,7 +179,7 @@ Expected<void> CollisionShape::move(std::size_t first, std::span<const Vec3d> po
     TESSERA_CHECK(representation_ == Representation::kTriangles, "only triangles deform");
     const bool all = first == 0 && positions.size() == mesh_->vertexCount();
     if (Expected<void> moved = all ? mesh_->move(positions) : mesh_->move(first, positions); !moved) return moved;
-    topologyHolds_ = false;
+    if (topology_) topologyLookedAt_ = std::make_unique<std::once_flag>();
     for (LazyTree& lazy : trees_) {
         if (!lazy.tree) continue;
         lazy.tree->refitted(first, positions.size());

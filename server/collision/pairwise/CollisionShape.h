@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -131,8 +130,8 @@ private:
     Vec3d ballCentre_ = Vec3d::Zero();  // of a hull
     double ballRadius_ = 0;
     mutable std::array<LazyTree, kVolumeKinds> trees_;
-    mutable std::mutex topologyMutex_;
-    mutable std::atomic<bool> topologyHolds_ = false;
+    /// Another one after each move: then it is looked again whether the topology holds.
+    std::unique_ptr<std::once_flag> topologyLookedAt_ = std::make_unique<std::once_flag>();
     mutable std::unique_ptr<SurfaceTopology> topology_;
 };
 
