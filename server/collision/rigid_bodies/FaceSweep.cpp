@@ -62,8 +62,7 @@ Box grown(Box box, double by) {
 /// found tells.
 class Passing {
 public:
-    /// `far`: no point of the solid is farther from the path's centre.
-    /// `scratch.axes`: normals of what it rests on.
+    /// `far`: no point of the solid is farther from the path's centre. `scratch.axes`: normals of what it rests on.
     Passing(const PlacedSolid& solid, const BodyPath& path, double far, double from, double to, SweepScratch& scratch)
         : from_(scratch.from.corners), to_(scratch.cornersTo), axes_(scratch.axes), arc_(path.arc(far, to - from)) {
         const Isometry3d first = path.at(from), last = path.at(to);

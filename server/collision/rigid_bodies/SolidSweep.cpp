@@ -150,7 +150,8 @@ bool SolidSweep::find(double from, double to, double& t, const SolidGap& known) 
             if (span < to - t)
                 span = std::max(span, clearFor(lookAlong(seen, axis.normal, t), axis.gap, t, to, target));
         if (span >= to - t) {
-            if (step > 0) room_ = 0;
+            // Of one look that was for the whole way.
+            if (t > from) room_ = 0;
             return false;
         }
         t += span;
