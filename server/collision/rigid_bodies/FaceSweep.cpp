@@ -114,19 +114,14 @@ public:
         }
         for (const PlacedSide& side : sides_) {
             const double least = -mostOf(t, -side.normal);
-            if (least - side.offset >= gap && parts(least + std::min(-side.offset, leastAlong(to_, -side.normal))))
+            if (least - side.offset >= gap && parts(least + std::min(-side.offset, lowest(to_, -side.normal))))
                 return room;
         }
         return -1;
     }
 
 private:
-    static double leastAlong(const std::vector<Vec3d>& corners, const Vec3d& n) {
-        double least = std::numeric_limits<double>::infinity();
-        for (const Vec3d& c : corners) least = std::min(least, n.dot(c));
-        return least;
-    }
-    [[nodiscard]] double leastAlong(const Vec3d& n) const { return std::min(leastAlong(from_, n), leastAlong(to_, n)); }
+    [[nodiscard]] double leastAlong(const Vec3d& n) const { return std::min(lowest(from_, n), lowest(to_, n)); }
     static double mostOf(const Triangle& t, const Vec3d& n) {
         return std::max({n.dot(t[0]), n.dot(t[1]), n.dot(t[2])});
     }

@@ -1,7 +1,9 @@
 /// A convex hull as contacts need it: corners, flat sides with their outlines, edges with the sides they part.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -55,6 +57,13 @@ struct PlacedSolid {
     Box box;
     double turn = 1;  ///< -1: mirrored, outlines run the other way round
 };
+
+/// How far the lowest of them comes along n.
+[[nodiscard]] inline double lowest(std::span<const Vec3d> corners, const Vec3d& n) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Vec3d& c : corners) least = std::min(least, n.dot(c));
+    return least;
+}
 
 /// Room that `place` needs.
 [[nodiscard]] inline std::size_t placedEdges(const SolidShape& shape) {

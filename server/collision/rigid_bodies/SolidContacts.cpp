@@ -11,12 +11,6 @@ namespace {
 /// Above so many products the library's descent is cheaper than looking at all axes.
 constexpr std::size_t kMostProducts = 12'000;
 
-double lowest(std::span<const Vec3d> corners, const Vec3d& n) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const Vec3d& c : corners) least = std::min(least, n.dot(c));
-    return least;
-}
-
 double gapBeyond(const PlacedSide& side, const PlacedSolid& other) {
     return lowest(other.corners, side.normal) - side.offset;
 }

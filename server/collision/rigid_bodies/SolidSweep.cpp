@@ -14,12 +14,6 @@ constexpr int kMostSteps = 100;
 /// How often a span along one axis is shortened until it is clear.
 constexpr int kShorter = 4;
 
-double lowest(const PlacedSolid& solid, const Vec3d& n) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const Vec3d& c : solid.corners) least = std::min(least, n.dot(c));
-    return least;
-}
-
 }  // namespace
 
 /// A placed solid somewhere else: `to` moves it from where it is as the frame begins.
@@ -81,19 +75,19 @@ double SolidSweep::arc(Seen seen, double part) const {
 }
 
 SolidSweep::Look SolidSweep::lookAlong(Seen seen, const Vec3d& normalInA, double t) const {
-    if (seen == Seen::kFromA) return {seen, normalInA, lowest(solidA_, -normalInA)};
+    if (seen == Seen::kFromA) return {seen, normalInA, lowest(solidA_.corners, -normalInA)};
     const Vec3d normal = t > 0 ? Vec3d(bSeenFromA(t).linear().transpose() * normalInA) : normalInA;
-    return {seen, normal, lowest(solidB_, normal)};
+    return {seen, normal, lowest(solidB_.corners, normal)};
 }
 
 double SolidSweep::gapAt(const Look& look, double t) const {
     const bool fromA = look.seen == Seen::kFromA;
     const Vec3d n = fromA ? look.normal : Vec3d(-look.normal);
     const PlacedSolid& other = fromA ? solidB_ : solidA_;
-    if (t == 0) return look.own + lowest(other, n);
+    if (t == 0) return look.own + lowest(other.corners, n);
     const Isometry3d b = bSeenFromA(t);
-    if (fromA) return look.own + lowest(other, b.linear().transpose() * n) + n.dot(b.translation());
-    return look.own + lowest(other, b.linear() * n) - (b.linear() * n).dot(b.translation());
+    if (fromA) return look.own + lowest(other.corners, b.linear().transpose() * n) + n.dot(b.translation());
+    return look.own + lowest(other.corners, b.linear() * n) - (b.linear() * n).dot(b.translation());
 }
 
 double SolidSweep::clearFor(const Look& look, double gap, double t, double to, double target) {
@@ -112,7 +106,7 @@ double SolidSweep::clearFor(const Look& look, double gap, double t, double to, d
 }
 
 bool SolidSweep::keptApartByB(const Vec3d& fromAToB, double from, double to) {
-    const Look look{Seen::kFromB, fromAToB, lowest(solidB_, fromAToB)};
+    const Look look{Seen::kFromB, fromAToB, lowest(solidB_.corners, fromAToB)};
     const double gap = gapAt(look, from);
     return gap >= -allowed_ && clearFor(look, gap, from, to, -allowed_) >= to - from;
 }
