@@ -39,8 +39,8 @@ std::string_view nameOf(NotLookedAt::Reason reason) {
     switch (reason) {
         case NotLookedAt::Reason::kWork:
             return "work";
-        case NotLookedAt::Reason::kPieces:
-            return "pieces";
+        case NotLookedAt::Reason::kSteps:
+            return "steps";
         case NotLookedAt::Reason::kTooFast:
             return "too fast";
         case NotLookedAt::Reason::kNotFinite:

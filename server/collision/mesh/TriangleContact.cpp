@@ -361,15 +361,6 @@ NearestPoints nearestOnSegments(const Vec3d& p1, const Vec3d& q1, const Vec3d& p
     return out;
 }
 
-double penetration(const Triangle& a, const Triangle& b) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const Triangle* t : {&a, &b}) {
-        const Vec3d n = outside(*t);
-        if (n != Vec3d::Zero()) least = std::min({least, wayOut(a, b, n), wayOut(a, b, -n)});
-    }
-    return std::isfinite(least) ? std::max(0.0, least) : 0.0;
-}
-
 NearestPoints nearestPoints(const Triangle& a, const Triangle& b) {
     NearestPoints best;
     best.distance = std::numeric_limits<double>::infinity();

@@ -40,8 +40,4 @@ struct NearestPoints {
 /// How far B would have to go along a unit direction to leave A behind; below 0: it has left it by so much.
 [[nodiscard]] double wayOut(const Triangle& a, const Triangle& b, const Vec3d& direction);
 
-/// How far B would have to go, square to either triangle and to either side of it, to leave A behind: 0 for two that
-/// just touch. A measure to compare poses by, not the depth of solid bodies.
-[[nodiscard]] double penetration(const Triangle& a, const Triangle& b);
-
 }  // namespace tessera

@@ -41,10 +41,6 @@ bool WorldFaces::meet() const {
     return margin() > 0 ? bare().distance <= BallRadii{radiusA, radiusB}.reach() : trianglesIntersect(a, b);
 }
 
-double WorldFaces::penetration() const {
-    return margin() > 0 ? std::max(0.0, margin() - bare().distance) : tessera::penetration(a, b);
-}
-
 NearestPoints WorldFaces::nearest() const {
     NearestPoints near = bare();
     if (margin() > 0 && near.distance > 0) {

@@ -14,9 +14,6 @@ struct WorldFaces {
     [[nodiscard]] bool meet() const;
     /// How far B would have to go along a unit direction to leave A behind; below 0: it has left it by so much.
     [[nodiscard]] double wayOut(const Vec3d& direction) const { return tessera::wayOut(a, b, direction) + margin(); }
-    /// The same square to either triangle; of balls along the line between the centres, or from the centre to the
-    /// triangle.
-    [[nodiscard]] double penetration() const;
     /// On the faces, on the balls; the distance of those that meet is 0.
     [[nodiscard]] NearestPoints nearest() const;
     /// Of centres instead of balls.

@@ -165,7 +165,7 @@ void CollisionPipeline::Impl::settle(const MotionTask& task, Step& step) {
         stopped.add({state.nodeA, state.nodeB, o.partA, o.partB, std::move(faces), hit.faces.size(), hit.worldA,
                      hit.worldB, interestOf(relationOf(state)), hit.fraction});
     }
-    if (resolution.undecided > 0) notLookedAt(mover.wish.transform, {}, NotLookedAt::Reason::kPieces, step);
+    if (resolution.undecided > 0) notLookedAt(mover.wish.transform, {}, NotLookedAt::Reason::kSteps, step);
     result.accepted.push_back(withValue(mover.wish, resolution.accepted));
     if (resolution.stopped) result.stopped.push_back(mover.wish.transform);
     handler.overlay(mover.number, localOf(resolution.accepted));

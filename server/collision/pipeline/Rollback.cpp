@@ -36,9 +36,8 @@ std::vector<RollbackContact> firstRollbackContacts(const ObjectHandler& handler,
     }
     std::vector<RollbackContact> contacts;
     for (Candidate& of : candidates)
-        if (const std::optional<Impact> found = firstNewContact(handler, of.pair.partA, of.pair.partB, wayOf,
-                                                                of.terms.tolerance, of.rest, shared, of.terms, work))
-            contacts.push_back({of.pair, *found});
+        contacts.push_back({of.pair, firstNewContact(handler, of.pair.partA, of.pair.partB, wayOf, of.terms.tolerance,
+                                                     of.rest, shared, of.terms, work)});
     return contacts;
 }
 

@@ -98,7 +98,7 @@ struct BodyVelocity {
 /// What a limit kept from being looked at: taken as blocked, and named here. Or held back: a free body that would have
 /// become faster than CollisionObject::kFastest goes at that speed, one that would have left what numbers tell stays.
 struct NotLookedAt {
-    enum class Reason : std::uint8_t { kWork, kPieces, kNotFinite, kTooFast };
+    enum class Reason : std::uint8_t { kWork, kSteps, kNotFinite, kTooFast };
     ObjectId nodeA, nodeB;  ///< geometry-bearing nodes; B none: a whole motion of A; of kTooFast A is a body's node, of kNotFinite it may
                           ///< be a Transform that stayed where it was
     Reason reason = Reason::kWork;
@@ -119,8 +119,6 @@ struct CollisionLimits {
     std::uint64_t maxTests = 30'000'000;  ///< box and triangle tests in a step
     /// How near to an obstacle a motion is stopped, in sizes (box diagonals) of the moving geometry.
     double stopTolerance = 1e-4;
-    /// Motions that begin in contact are followed in at most so many pieces; the rest is for the next frame.
-    int maxPieces = 64;
 };
 
 struct StepCounters {

@@ -65,10 +65,66 @@ BodyWay::BodyWay(const BodyMotion& motion) {
     innerLinear_ = motion.body_T_mesh.linear();
     innerShift_ = motion.body_T_mesh.translation();
     inner_ = innerLinear_ != Mat3d::Identity() || innerShift_ != Vec3d::Zero();
-    if (!inner_) return;
-    innerStretch_ = stretchOf(innerLinear_);
-    innerScale_ = evenScale(innerLinear_);
-    similarity_ = similarity_ && innerScale_ > 0;
+    if (inner_) {
+        innerStretch_ = stretchOf(innerLinear_);
+        innerScale_ = evenScale(innerLinear_);
+        similarity_ = similarity_ && innerScale_ > 0;
+    }
+    wholeStretch_ = stretch_ * innerStretch_;
+    wholeSwelling_ = swelling_ * innerStretch_;
+    wholeTurn_ = (angle_ * stretch_ + swelling_) * innerStretch_;
+    for (const BodyMotion& carrier : motion.carriers) carriers_.emplace_back(carrier);
+    addCarriers();
+}
+
+/// The product rule, from the body up: a point that is `radius` from a frame's origin, with its speed and acceleration
+/// there, seen from the frame above.
+void BodyWay::addCarriers() {
+    if (!carried()) return;
+    const double ownTurn = angle_ * stretch_ + swelling_, ownBend = angle_ * angle_ * stretch_ + 2 * angle_ * swelling_;
+    Bound radius{std::max(shift0_.norm(), (shift0_ + shift_).norm()), stretch_};
+    turnsDirections_ = keepsSides();
+    speed_ = {shift_.norm(), ownTurn};
+    bend_ = {0, ownBend};
+    for (auto carrier = carriers_.rbegin(); carrier != carriers_.rend(); ++carrier) {
+        const BodyWay& c = *carrier;
+        valid_ = valid_ && c.valid_;
+        similarity_ = similarity_ && c.similarity_;
+        turnsDirections_ = turnsDirections_ && c.keepsSides();
+        wholeSwelling_ = c.wholeSwelling_ * wholeStretch_ + c.wholeStretch_ * wholeSwelling_;
+        wholeTurn_ = c.wholeTurn_ * wholeStretch_ + c.wholeStretch_ * wholeTurn_;
+        wholeStretch_ *= c.wholeStretch_;
+        radius = c.innerStretch_ * radius + Bound{c.innerShift_.norm(), 0};
+        const Bound speed = c.innerStretch_ * speed_, bend = c.innerStretch_ * bend_;
+        const double turn = c.angle_ * c.stretch_ + c.swelling_,
+                     turnOfTurn = c.angle_ * c.angle_ * c.stretch_ + 2 * c.angle_ * c.swelling_;
+        bend_ = turnOfTurn * radius + 2 * turn * speed + c.stretch_ * bend;
+        speed_ = Bound{c.shift_.norm(), 0} + turn * radius + c.stretch_ * speed;
+        radius = Bound{std::max(c.shift0_.norm(), (c.shift0_ + c.shift_).norm()), 0} + c.stretch_ * radius;
+    }
+    // Sums of a dozen products each.
+    for (Bound* bound : {&speed_, &bend_}) *bound = (1 + 1e-12) * *bound;
+}
+
+bool BodyWay::swellsTwice() const {
+    int swell = swelling_ != 0;
+    for (const BodyWay& carrier : carriers_) swell += carrier.swelling_ != 0;
+    return swell > 1;
+}
+
+BodyWay::Turned BodyWay::turned(const Vec3d& atStart, double t) const {
+    if (!carried()) {
+        const Vec3d n = Eigen::AngleAxisd(t * angle_, axis_) * atStart;
+        return {n, angle_ * axis_.cross(n), angle_};
+    }
+    double turn = angle_;
+    for (const BodyWay& carrier : carriers_) turn += carrier.angle_;
+    const BodyMoment start = at(0), now = at(t);
+    // Of a similarity, whose inverse is its transpose but for the scale.
+    const Vec3d own = start.linear.transpose() * atStart, n = now.linear * own, rate = now.turning * own;
+    const double length = n.norm();
+    const Vec3d unit = n / length;
+    return {unit, (rate - unit.dot(rate) * unit) / length, turn};
 }
 
 Quatd BodyWay::rotationAt(double t) const {
@@ -93,12 +149,22 @@ BodyMoment BodyWay::at(double t) const {
         m.linear *= innerLinear_;
         m.turning *= innerLinear_;
     }
+    for (auto carrier = carriers_.rbegin(); carrier != carriers_.rend(); ++carrier) {
+        const BodyMoment c = carrier->at(t);
+        m.drift = c.turning * m.translation + c.linear * m.drift + c.drift;
+        m.translation = c.linear * m.translation + c.translation;
+        m.turning = c.turning * m.linear + c.linear * m.turning;
+        m.linear = c.linear * m.linear;
+    }
     return m;
 }
 
 double BodyWay::extent(double reach) const {
-    return std::max(shift0_.cwiseAbs().maxCoeff(), (shift0_ + shift_).cwiseAbs().maxCoeff()) +
-           stretch_ * (innerStretch_ * reach + innerShift_.norm());
+    double extent = std::max(shift0_.cwiseAbs().maxCoeff(), (shift0_ + shift_).cwiseAbs().maxCoeff()) +
+                    stretch_ * (innerStretch_ * reach + innerShift_.norm());
+    for (auto carrier = carriers_.rbegin(); carrier != carriers_.rend(); ++carrier)
+        extent = carrier->extent(std::sqrt(3.0) * extent);
+    return static_cast<double>(1 + carriers_.size()) * extent;
 }
 
 Pose BodyMotion::at(double t) const {
@@ -107,6 +173,13 @@ Pose BodyMotion::at(double t) const {
     const BodyWay way(*this);
     return {start.translation + t * (end.translation - start.translation), way.rotationAt(t),
             start.scale + t * (end.scale - start.scale)};
+}
+
+Affine3d BodyMotion::placeAt(double t) const {
+    Affine3d place = at(t).matrix() * body_T_mesh;
+    for (auto carrier = carriers.rbegin(); carrier != carriers.rend(); ++carrier)
+        place = carrier->at(t).matrix() * carrier->body_T_mesh * place;
+    return place;
 }
 
 }  // namespace tessera

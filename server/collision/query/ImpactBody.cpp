@@ -35,7 +35,7 @@ kernel::MovingFrame ImpactBody::frame(const BodyMoment& m, double t, const Vec3d
     f.growth = roundedUp6(way.turn() * factor);
     f.swelling = roundedUp6(way.swelling() * factor);
     set(f.axis, way.axis());
-    f.acceleration = roundedUp6(way.acceleration(reach) * sharedUnit);
+    f.acceleration = way.carried() ? 0 : roundedUp6(way.acceleration(reach) * sharedUnit);
     return f;
 }
 

@@ -33,6 +33,9 @@ struct ImpactBody {
     /// Of its points, but for that of the origin of the frame that moves.
     [[nodiscard]] double turn() const { return way.turn() * radius / unit; }
 
+    /// Of its points, where it is not square to the way's axis.
+    [[nodiscard]] double anyAcceleration() const { return way.carried() ? way.acceleration(reach) : 0; }
+
     [[nodiscard]] kernel::MovingFrame frame(const BodyMoment& m, double t, const Vec3d& origin, const Vec3d& drift,
                                             double sharedUnit, bool similarity) const;
 };

@@ -78,6 +78,7 @@ private:
         frame_.slack = roundedUp6(kSlack * unit_ * (away + a_.size() + b_.size() + thick) + 2 * margin_ * unit_);
         frame_.rateSlack =
             roundedUp6(kSlack * unit_ * (passing + a_.turn() + b_.turn() + std::abs(thickening)) + 2 * margin_ * unit_);
+        frame_.rest = roundedUp6(unit_ * (a_.anyAcceleration() + b_.anyAcceleration()));
         frame_.thickness = static_cast<float>(thick * unit_);
         frame_.thickening = static_cast<float>(thickening * unit_);
         frame_.horizon = static_cast<float>(std::clamp(1 - now_.t, 0.0, 0.25));
@@ -167,7 +168,8 @@ private:
             const double gap = lowest(n, pair.b) + lowest(-n, pair.a) - 2 * margin_;
             // Nearer than that rounding would choose the direction.
             if (gap > -1.75 * margin_) apart = n;
-            const double bend = bendAlong(n, a_.way, pair.reachA) + bendAlong(n, b_.way, pair.reachB);
+            const double bend =
+                a_.way.accelerationAlong(n, pair.reachA) + b_.way.accelerationAlong(n, pair.reachB);
             free = pair.timeApart(n, 2 * margin_ + thickness_.at(item.t), 2 * margin_ + thickness_.growth(), bend);
         }
         const bool passed = item.depth != 0 && supports_->behind(apart, item.t, item.depth);

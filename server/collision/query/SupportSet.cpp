@@ -27,10 +27,6 @@ double lowest(const Vec3d& n, const Triangle& t) {
     return std::min({n.dot(t[0]), n.dot(t[1]), n.dot(t[2])});
 }
 
-double bendAlong(const Vec3d& n, const BodyWay& way, double reach) {
-    return way.acceleration(reach) * (n.cross(way.axis()).norm() + 1e-15);
-}
-
 double timeUntilZero(double gap, double rate, double bend) {
     if (!(gap > 0)) return 0;
     const double root = std::sqrt(rate * rate + 2 * gap * bend);
@@ -87,19 +83,20 @@ SupportSet::SupportSet(const BodyWay& a, double reachA, const BodyWay& b, double
       straight_(a.straight() && b.straight()) {
     for (Support& support : supports_) {
         support.rounding = std::max(support.rounding, 8 * margin);
-        if (support.parting || support.turns != Support::Turns::kNo) continue;
+        const bool turns = support.turns != Support::Turns::kNo;
+        if (turns && !(support.turns == Support::Turns::kWithA ? a : b).turnsDirections())
+            support.overlap = -std::numeric_limits<double>::infinity();
+        if (support.parting || turns) continue;
         const Vec3d& n = support.normal;
-        const double sinks = std::max(0.0, n.dot(a.shift() - b.shift())) + a.sweep(n, reachA) + b.sweep(n, reachB) +
-                             std::max(0.0, thickness.growth());
+        const double sinks =
+            std::max(0.0, a.advance(n, reachA) + b.advance(-n, reachB)) + std::max(0.0, thickness.growth());
         if (sinks <= support.rounding) along_.push_back(support);
     }
 }
 
-SupportSet::Direction SupportSet::directionAt(const Support& support, double t) const {
+BodyWay::Turned SupportSet::directionAt(const Support& support, double t) const {
     if (support.turns == Support::Turns::kNo) return {support.normal, Vec3d::Zero(), 0};
-    const BodyWay& way = support.turns == Support::Turns::kWithA ? a_ : b_;
-    const Vec3d n = Eigen::AngleAxisd(t * way.angle(), way.axis()) * support.normal;
-    return {n, way.angle() * way.axis().cross(n), way.angle()};
+    return (support.turns == Support::Turns::kWithA ? a_ : b_).turned(support.normal, t);
 }
 
 /// Along the normal n(t) every corner of B is above every corner of A by n · (b - a), but for the overlap. Where n
@@ -111,8 +108,8 @@ double SupportSet::heldFor(const MovingPair& pair, double t, const Support& supp
         const double speed = fastest(pair);
         return straight_ && speed > 0 && apart >= 0.5 * speed ? 2 : 0;
     }
-    const Direction d = directionAt(support, t);
-    double bend = bendAlong(d.n, a_, pair.reachA) + bendAlong(d.n, b_, pair.reachB);
+    const BodyWay::Turned d = directionAt(support, t);
+    double bend = a_.accelerationAlong(d.direction, pair.reachA) + b_.accelerationAlong(d.direction, pair.reachB);
     if (d.turn > 0) {
         const double left = 1 - t, acceleration = a_.acceleration(pair.reachA) + b_.acceleration(pair.reachB);
         const double speed = fastest(pair) + left * acceleration;
@@ -125,9 +122,9 @@ double SupportSet::heldFor(const MovingPair& pair, double t, const Support& supp
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j) {
             const Vec3d away = pair.b[j] - pair.a[i];
-            const double gap = d.n.dot(away) + overlap - 2 * margin_ - thickness_.at(t);
+            const double gap = d.direction.dot(away) + overlap - 2 * margin_ - thickness_.at(t);
             const double rate =
-                d.n.dot(pair.velocityB[j] - pair.velocityA[i]) + d.rate.dot(away) - 2 * margin_ - thickness_.growth();
+                d.direction.dot(pair.velocityB[j] - pair.velocityA[i]) + d.rate.dot(away) - 2 * margin_ - thickness_.growth();
             held = std::min(held, timeUntilZero(gap, rate, bend));
         }
     return held;
@@ -143,13 +140,13 @@ bool SupportSet::stays(const MovingPair& pair, double t, std::uint32_t ticket) c
 }
 
 bool SupportSet::behind(const Vec3d& apart, double t, std::uint32_t ticket) const {
-    return directionAt(supports_[tickets_[ticket - 1].support], t).n.dot(apart) < kBehind;
+    return directionAt(supports_[tickets_[ticket - 1].support], t).direction.dot(apart) < kBehind;
 }
 
 std::uint32_t SupportSet::choose(const MovingPair& pair, double t, const Vec3d& apart, std::uint32_t before,
                                  const Start& start) {
     const bool meet = apart.isZero(0);
-    const Vec3d was = before ? directionAt(supports_[tickets_[before - 1].support], t).n : Vec3d(Vec3d::Zero());
+    const Vec3d was = before ? directionAt(supports_[tickets_[before - 1].support], t).direction : Vec3d(Vec3d::Zero());
     const auto flush = [&](const Support& support, const Vec3d& n, double overlap) {
         if (overlap > support.overlap || was.dot(n) < kBehind) return false;
         // Faces that meet have no side that could be told any more, but at the start, or where they lie in a plane.
@@ -166,7 +163,7 @@ std::uint32_t SupportSet::choose(const MovingPair& pair, double t, const Vec3d& 
     double least = std::numeric_limits<double>::infinity();
     std::vector<double> overlaps(supports_.size(), least);
     for (std::size_t i = 0; i < supports_.size(); ++i) {
-        const Vec3d n = directionAt(supports_[i], t).n;
+        const Vec3d n = directionAt(supports_[i], t).direction;
         const double overlap = overlapOf(n, pair.a, pair.b) + thickness_.at(t);
         if (!flush(supports_[i], n, overlap)) continue;
         overlaps[i] = overlap;

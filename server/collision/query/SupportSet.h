@@ -26,8 +26,6 @@ struct MovingPair {
 
 /// The least of n · corner.
 [[nodiscard]] double lowest(const Vec3d& n, const Triangle& t);
-/// How much the rate of a body's points along a direction can fall per unit of time.
-[[nodiscard]] double bendAlong(const Vec3d& n, const BodyWay& way, double reach);
 /// The first zero of gap + rate t - bend/2 t², rounded towards less.
 [[nodiscard]] double timeUntilZero(double gap, double rate, double bend);
 
@@ -93,11 +91,7 @@ private:
         double since;
     };
     /// A support's normal at a moment, and how it turns.
-    struct Direction {
-        Vec3d n, rate;
-        double turn;
-    };
-    [[nodiscard]] Direction directionAt(const Support& support, double t) const;
+    [[nodiscard]] BodyWay::Turned directionAt(const Support& support, double t) const;
     [[nodiscard]] double heldFor(const MovingPair& pair, double t, const Support& support, double overlap) const;
 
     const BodyWay &a_, &b_;

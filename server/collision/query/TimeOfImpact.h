@@ -12,6 +12,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "common/math/Pose.h"
 #include "server/collision/mesh/QueryWork.h"
@@ -25,10 +26,14 @@ struct BodyMotion {
     Pose start, end;
     /// Where the mesh sits in the frame that moves: any finite affine map, mirrored, sheared or flat.
     Affine3d body_T_mesh = Affine3d::Identity();
+    /// What carries it, from the shared frame down: each moves in the last one's mesh frame, the body in that of the
+    /// last of all. They have no carriers of their own.
+    std::vector<BodyMotion> carriers = {};
 
+    /// Of the body, where it is carried.
     [[nodiscard]] Pose at(double t) const;
     /// shared_T_mesh at t.
-    [[nodiscard]] Affine3d placeAt(double t) const { return at(t).matrix() * body_T_mesh; }
+    [[nodiscard]] Affine3d placeAt(double t) const;
 };
 
 /// A direction in which two bodies rest on each other, as a shelf and what stands on it. A pair of faces that comes within
@@ -39,7 +44,7 @@ struct Support {
     enum class Turns { kNo, kWithA, kWithB };
 
     Vec3d normal = Vec3d::UnitZ();  ///< of unit length, in the shared frame at t = 0, from A to B
-    Turns turns = Turns::kNo;       ///< as that body turns
+    Turns turns = Turns::kNo;       ///< as that body turns; holds nothing where that is carried through uneven scales
     double overlap = 0;             ///< pairs that overlap by more are not held
     double rounding = 0;            ///< by so much an overlap may grow
     /// Holds only what goes straight and parts along it, at 60 degrees from it at most.

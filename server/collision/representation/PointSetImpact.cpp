@@ -36,11 +36,12 @@ private:
 };
 
 /// A ball's stretch is the norm of a matrix that changes linearly, but for a turn: never above the line between its
-/// ends.
+/// ends. Where it is carried the stretches multiply: of two that change the largest counts all the way.
 template <typename Body>
 double radiusAt(const Body& body, const BodyMotion& motion, double t) {
     const double radius = radiusOf(body);
     if (radius == 0) return 0;
+    if (const BodyWay way(motion); way.carried()) return radius * (way.swellsTwice() ? way.stretch() : way.stretchAt(t));
     const double start = largestStretch(motion.placeAt(0).linear()), end = largestStretch(motion.placeAt(1).linear());
     return radius * (start + t * (end - start));
 }

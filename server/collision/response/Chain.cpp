@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -115,6 +116,23 @@ std::optional<BodyMotion> Chain::asOneMotion(const Mat3d& frame) const {
         }
     }
     if (!turned) motion.body_T_mesh.linear() = linear;
+    return motion;
+}
+
+BodyMotion Chain::asCarriedMotion() const {
+    std::vector<BodyMotion> links;
+    for (const Step& step : steps_) {
+        if (step.way)
+            links.push_back({.start = step.way->start, .end = step.way->end});
+        else if (links.empty())
+            links.push_back({.body_T_mesh = step.fixed});
+        else
+            links.back().body_T_mesh = links.back().body_T_mesh * step.fixed;
+    }
+    if (links.empty()) return {};
+    BodyMotion motion = links.back();
+    links.pop_back();
+    motion.carriers = std::move(links);
     return motion;
 }
 

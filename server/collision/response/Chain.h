@@ -28,6 +28,8 @@ public:
     /// none: more than one turns, one moves below another that turns, or one turns in a frame that is sheared or scaled
     /// unevenly.
     [[nodiscard]] std::optional<BodyMotion> asOneMotion(const Mat3d& frame) const;
+    /// The whole, one motion carried by another, whatever it is.
+    [[nodiscard]] BodyMotion asCarriedMotion() const;
     /// Translations alone.
     [[nodiscard]] bool straight() const;
 

@@ -1,8 +1,6 @@
 #include "server/collision/response/FreeWay.h"
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
 
 namespace tessera {
 
@@ -18,10 +16,8 @@ struct Freedom {
 
 /// A body stops half the tolerance of way before it touches: no point of it goes farther than its length says. What
 /// rests on something stops where it would get deeper.
-std::optional<Freedom> untilTouch(const MotionTrial& trial, std::size_t obstacle, double limit) {
-    const std::optional<Impact> found = trial.firstContact(obstacle, limit);
-    if (!found) return std::nullopt;
-    const Impact& contact = *found;
+Freedom untilTouch(const MotionTrial& trial, std::size_t obstacle, double limit) {
+    const Impact contact = trial.firstContact(obstacle, limit);
     if (!contact.hit && contact.complete) return Freedom{limit, limit};
     // Known to be free up to there; what comes then is feared.
     if (!contact.hit) return Freedom{contact.t, limit, 1};
@@ -66,75 +62,6 @@ Freedom whileHullsNotDeeper(const MotionTrial& trial, std::size_t obstacle, doub
     return {limit, limit};
 }
 
-/// What rests on something or is stuck in it: at a fraction, has it got deeper than it was?
-class Touched {
-public:
-    Touched(const MotionTrial& trial, std::size_t obstacle)
-        : trial_(trial), obstacle_(obstacle), start_(trial.facesTouching(obstacle, 0)) {
-        facing_ = trial.facing(obstacle, start_.pairs);
-        const double depth = trial.depth(obstacle, start_.pairs, 0);
-        resting_ = depth <= trial.tolerance(obstacle);
-        deepest_ = depth + 1e-10 * trial.size(obstacle);
-    }
-
-    [[nodiscard]] bool known() const { return start_.complete; }
-    /// kUnknown where the work is used up.
-    [[nodiscard]] Touch deeper(double fraction) const {
-        const auto yes = [](bool answer) { return answer ? Touch::kYes : Touch::kNo; };
-        const FacePairs faces = trial_.facesTouching(obstacle_, fraction);
-        if (!faces.complete) return Touch::kUnknown;
-        if (!resting_) return yes(faces.pairs.size() > start_.pairs.size());
-        return yes(trial_.depth(obstacle_, faces.pairs, fraction) > deepest_ ||
-                   trial_.overlap(obstacle_, facing_, fraction) > deepest_);
-    }
-
-private:
-    const MotionTrial& trial_;
-    std::size_t obstacle_;
-    FacePairs start_;
-    std::vector<FacePair> facing_;
-    double deepest_ = 0;
-    bool resting_ = true;
-};
-
-/// Sampled, where a way is no one motion.
-Freedom whileNotDeeper(const MotionTrial& trial, std::size_t obstacle, double limit) {
-    if (trial.bothHulls(obstacle)) return whileHullsNotDeeper(trial, obstacle, limit);
-    Freedom freedom{limit, limit};
-    const Touched touched(trial, obstacle);
-    if (!touched.known()) return {0, limit, 1};
-    const auto deeper = [&](double fraction) {
-        const Touch touch = touched.deeper(fraction);
-        freedom.undecided += touch == Touch::kUnknown;
-        return touch != Touch::kNo;
-    };
-    const double step = std::max(0.5 * trial.thickness(obstacle), trial.size(obstacle) / 64);
-    const double steps = std::ceil(trial.length(obstacle) * limit / step);
-    const double maxSteps = trial.limits().maxPieces;
-    if (steps > maxSteps) {
-        // Too far to look all the way: go on in the next frame.
-        freedom.blockedAt = limit * std::min(1.0, (maxSteps + 1) / steps);
-        freedom.reached = limit * maxSteps / steps;
-        ++freedom.undecided;
-    }
-    const int n = static_cast<int>(std::clamp(steps, 1.0, maxSteps));
-    double good = 0;
-    for (int i = 1; i <= n; ++i) {
-        double bad = i == n ? freedom.reached : freedom.reached * i / n;
-        if (!deeper(bad)) {
-            good = bad;
-            continue;
-        }
-        constexpr int kHalvings = 10;
-        for (int k = 0; k < kHalvings; ++k) {
-            const double middle = 0.5 * (good + bad);
-            (deeper(middle) ? bad : good) = middle;
-        }
-        return {good, bad, freedom.undecided};
-    }
-    return freedom;
-}
-
 bool apart(const MotionTrial& trial, std::size_t obstacle) {
     return trial.obstacles()[obstacle].touchingAtStart == 0;
 }
@@ -164,7 +91,6 @@ FreeWay freeWay(const MotionTrial& trial, double limit) {
     constexpr double kNotAsked = -1;
     struct Known {
         double freeTo = kNotAsked;  ///< the way there is known to be free
-        bool byPoses = false;       ///< that cannot be told
         double settledAt = kNotAsked;
         Freedom freedom;
     };
@@ -179,22 +105,17 @@ FreeWay freeWay(const MotionTrial& trial, double limit) {
             Known& of = known[k];
             if (of.settledAt == way.reached || trial.boxesMeet(k).first > way.reached) continue;
             double reached = way.reached;
-            if (of.freeTo == kNotAsked && !of.byPoses) {
-                const std::optional<Freedom> found =
-                    stuckHulls(trial, k) ? std::nullopt : untilTouch(trial, k, way.reached);
-                of.byPoses = !found;
-                if (found) {
-                    of.freedom = *found;
+            if (stuckHulls(trial, k)) {
+                of.freedom = whileHullsNotDeeper(trial, k, way.reached);
+                way.undecided += of.freedom.undecided;
+                reached = of.freedom.reached;
+            } else {
+                if (of.freeTo == kNotAsked) {
+                    of.freedom = untilTouch(trial, k, way.reached);
                     of.freeTo = of.freedom.reached;
                     way.undecided += of.freedom.undecided;
                 }
-            }
-            if (!of.byPoses) {
                 reached = backToFree(trial, k, std::min(way.reached, of.freeTo), way.undecided);
-            } else {
-                of.freedom = whileNotDeeper(trial, k, way.reached);
-                way.undecided += of.freedom.undecided;
-                reached = of.freedom.reached;
             }
             of.settledAt = reached;
             if (reached >= way.reached) continue;

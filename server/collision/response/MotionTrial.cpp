@@ -36,12 +36,12 @@ void narrow(MotionTrial::Span& span, double low0, double low1, double high0, dou
 
 MotionTrial::MotionTrial(const ObjectHandler& handler, ObjectId transform, const Way& way,
                          std::span<const ObstaclePair> pairs, const TouchingAtStart& touchingAtStart,
-                         const MotionLimits& limits, QueryWork& work, std::uint64_t& queries)
+                         double stopTolerance, QueryWork& work, std::uint64_t& queries)
     : handler_(handler),
       transform_(transform),
       way_(way),
       all_(pairs.begin(), pairs.end()),
-      limits_(limits),
+      stopTolerance_(stopTolerance),
       work_(work),
       queries_(queries) {
     struct Candidate {
@@ -94,7 +94,7 @@ MotionTrial MotionTrial::leg(const Way& way) const {
                                                      {*handler_.parts()[partB].shape, worldB}, work_);
         return faces.complete ? faces.pairs.size() : known->touchingAtStart;
     };
-    return {handler_, transform_, way, all_, touchingNow, limits_, work_, queries_};
+    return {handler_, transform_, way, all_, touchingNow, stopTolerance_, work_, queries_};
 }
 
 /// A part's box on its way lies between `start` and `end`, but for the curvature/8 by which paths leave their chords.
@@ -117,11 +117,10 @@ MotionTrial::Pair MotionTrial::pairOf(const ObstaclePair& parts) {
     pair.a = &traveller(parts.partA);
     pair.b = &traveller(parts.partB);
     pair.bothHulls = handler_.parts()[parts.partA].shape->hull() && handler_.parts()[parts.partB].shape->hull();
-    pair.size = pair.thickness = std::numeric_limits<double>::infinity();
+    pair.size = std::numeric_limits<double>::infinity();
     for (const Traveller* t : {pair.a, pair.b}) {
         if (!t->path.moves()) continue;
         pair.size = std::min(pair.size, t->start.size().norm());
-        pair.thickness = std::min(pair.thickness, t->start.size().minCoeff());
     }
     pair.size = std::max(pair.size, 1e-300);  // a single point still has a tolerance
     const double margin = (pair.a->bound.curvature + pair.b->bound.curvature) / 8;
@@ -179,7 +178,7 @@ FacePairs MotionTrial::facesTouching(std::size_t obstacle, double fraction) cons
     return surfaceFacesTouching({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, work_);
 }
 
-std::optional<Impact> MotionTrial::firstContact(std::size_t obstacle, double upTo) const {
+Impact MotionTrial::firstContact(std::size_t obstacle, double upTo) const {
     const Obstacle& o = obstacles_[obstacle];
     const Way cut{way_.start, way_.at(upTo)};
     const auto wayOf = [&](ObjectId id) { return id == transform_ ? &cut : nullptr; };
@@ -188,10 +187,10 @@ std::optional<Impact> MotionTrial::firstContact(std::size_t obstacle, double upT
     for (;;) {
         ++queries_;
         const std::vector<Support> supports = supportsOf(obstacle);
-        std::optional<Impact> found = firstNewContact(handler_, o.partA, o.partB, wayOf, near, ownRest(obstacle),
-                                                      supports, restTerms(obstacle), work_);
-        if (found && found->hit && found->support < 0 && addNearRests()) continue;
-        if (found) found->t *= upTo;
+        Impact found = firstNewContact(handler_, o.partA, o.partB, wayOf, near, ownRest(obstacle), supports,
+                                       restTerms(obstacle), work_);
+        if (found.hit && found.support < 0 && addNearRests()) continue;
+        found.t *= upTo;
         return found;
     }
 }
@@ -290,33 +289,6 @@ void MotionTrial::forFaces(std::size_t obstacle, std::span<const FacePair> faces
                            Visit&& visit) const {
     const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
     for (const FacePair& f : faces) visit(f, worldFaces({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, f));
-}
-
-double MotionTrial::depth(std::size_t obstacle, std::span<const FacePair> faces, double fraction) const {
-    double deepest = 0;
-    forFaces(obstacle, faces, fraction,
-             [&](const FacePair&, const WorldFaces& placed) { deepest = std::max(deepest, placed.penetration()); });
-    return deepest;
-}
-
-std::vector<FacePair> MotionTrial::facing(std::size_t obstacle, std::span<const FacePair> faces) const {
-    std::vector<FacePair> out;
-    const double thin = tolerance(obstacle);
-    forFaces(obstacle, faces, 0, [&](const FacePair& f, const WorldFaces& placed) {
-        constexpr double kNearlyOpposite = -0.999;
-        const Vec3d outOfA = outside(placed.a);
-        if (outOfA.dot(outside(placed.b)) < kNearlyOpposite && std::abs(placed.wayOut(outOfA)) <= thin)
-            out.push_back(f);
-    });
-    return out;
-}
-
-double MotionTrial::overlap(std::size_t obstacle, std::span<const FacePair> facing, double fraction) const {
-    double most = -std::numeric_limits<double>::infinity();
-    forFaces(obstacle, facing, fraction, [&](const FacePair&, const WorldFaces& placed) {
-        most = std::max(most, placed.wayOut(outside(placed.a)));
-    });
-    return most;
 }
 
 std::optional<MotionTrial::HullOverlap> MotionTrial::hullOverlap(std::size_t obstacle, double fraction) const {

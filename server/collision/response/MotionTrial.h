@@ -15,11 +15,6 @@
 
 namespace tessera {
 
-struct MotionLimits {
-    double stopTolerance = 1e-4;  ///< see CollisionLimits
-    int maxPieces = 64;
-};
-
 /// A pair of parts, one of which the transform carries, that may not be led into each other. A: of the interest's
 /// object.
 struct ObstaclePair {
@@ -45,8 +40,9 @@ public:
     /// Pairs whose boxes do not meet anywhere on the way are no obstacles, unless a slide may lead there; of the others
     /// `touchingAtStart` is asked for the number of face pairs that meet before the motion begins. Where pairs let
     /// slide, `pairs` must hold all whose boxes on all ways (boxOnAllWays with `slides`) meet.
+    /// `stopTolerance`: see CollisionLimits.
     MotionTrial(const ObjectHandler& handler, ObjectId transform, const Way& way, std::span<const ObstaclePair> pairs,
-                const TouchingAtStart& touchingAtStart, const MotionLimits& limits, QueryWork& work,
+                const TouchingAtStart& touchingAtStart, double stopTolerance, QueryWork& work,
                 std::uint64_t& queries);
 
     /// The same transform on another way, that begins somewhere on this one: against all pairs anew.
@@ -60,18 +56,16 @@ public:
         [[nodiscard]] bool holds(double fraction) const { return first <= fraction && fraction <= last; }
     };
     [[nodiscard]] const Span& boxesMeet(std::size_t obstacle) const { return pairs_[obstacle].meet; }
-    [[nodiscard]] const MotionLimits& limits() const { return limits_; }
     [[nodiscard]] const Way& way() const { return way_; }
 
     /// No point of the pair moves further against the other over the whole way (world units).
     [[nodiscard]] double length(std::size_t obstacle) const;
-    /// Box diagonal and smallest extent of the moving part (of the smaller one where both move), in world units.
+    /// Box diagonal of the moving part (of the smaller one where both move), in world units.
     [[nodiscard]] double size(std::size_t obstacle) const { return pairs_[obstacle].size; }
-    [[nodiscard]] double thickness(std::size_t obstacle) const { return pairs_[obstacle].thickness; }
     /// How near the pair may be when the motion stops, in world units.
     [[nodiscard]] double tolerance(std::size_t obstacle) const {
         const Obstacle& o = obstacles_[obstacle];
-        return handler_.toleranceOf(o.partA, o.partB, size(obstacle), limits_.stopTolerance);
+        return handler_.toleranceOf(o.partA, o.partB, size(obstacle), stopTolerance_);
     }
 
     /// Solid: hulls that are within each other touch, too.
@@ -79,20 +73,13 @@ public:
     [[nodiscard]] FacePairs facesTouching(std::size_t obstacle, double fraction) const;
     /// When faces first touch on the way up to a fraction that are apart at the start and do not lie flush with what
     /// rests on something; or when what rests gets deeper (Impact::support >= 0). Its t is a fraction of the whole way;
-    /// faces within a millionth of the tolerance count as touching. Nothing where that cannot be told but by poses: a
-    /// pair that touches at the start on a way that is no one motion.
-    [[nodiscard]] std::optional<Impact> firstContact(std::size_t obstacle, double upTo) const;
+    /// faces within a millionth of the tolerance count as touching.
+    [[nodiscard]] Impact firstContact(std::size_t obstacle, double upTo) const;
     /// Whether anything rests here or is stuck, before the motion begins.
     [[nodiscard]] bool rests(std::size_t obstacle) const;
     /// At a fraction: does nothing touch but what is flush with what it rests on, or was stuck from the start?
     [[nodiscard]] Touch touchingAnew(std::size_t obstacle, double fraction) const;
 
-    /// How deep the deepest of these faces meet at a fraction (see `penetration`), in world units.
-    [[nodiscard]] double depth(std::size_t obstacle, std::span<const FacePair> faces, double fraction) const;
-    /// Those of these faces that lie on each other, outside against outside, before the motion begins.
-    [[nodiscard]] std::vector<FacePair> facing(std::size_t obstacle, std::span<const FacePair> faces) const;
-    /// How far B's part of these pairs has come past A's outside, at most; below 0: how far it has parted, at least.
-    [[nodiscard]] double overlap(std::size_t obstacle, std::span<const FacePair> facing, double fraction) const;
     [[nodiscard]] bool bothHulls(std::size_t obstacle) const { return pairs_[obstacle].bothHulls; }
     /// How deep two hulls are in each other, and which way B gets out; in the world. Nothing where that cannot be told.
     struct HullOverlap {
@@ -131,7 +118,6 @@ private:
         const Traveller* a;
         const Traveller* b;
         double size = 0;
-        double thickness = 0;
         bool bothHulls = false;
         Span meet;
     };
@@ -166,7 +152,7 @@ private:
     std::vector<Pair> pairs_;
     mutable std::vector<std::optional<Rest>> rests_;  ///< by obstacle, once asked for
     mutable bool lookedNear_ = false;
-    MotionLimits limits_;
+    double stopTolerance_;
     QueryWork& work_;
     std::uint64_t& queries_;
 };

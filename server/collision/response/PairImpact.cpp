@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/pairwise/WorldFaces.h"
@@ -87,18 +88,16 @@ public:
         if (!deforms && !chains_.a.moves() && !chains_.b.moves()) return atRest();
         const bool balls = a_.shape().faceRadius() > 0 || b_.shape().faceRadius() > 0;
         if (deforms && !balls && chains_.a.straight() && chains_.b.straight()) return straightVertices();
-        if (!deforms)
-            if (const std::optional<Impact> exact = asOneMotionEach()) return *exact;
-        return advance();
+        return deforms ? advance() : rigid();
     }
 
     /// See firstContactBeside.
-    std::optional<Impact> runBeside(std::span<const Support> supports, std::span<const FacePair> within) {
-        if (!chains_.a.moves() && !chains_.b.moves()) return Impact{};
+    Impact runBeside(std::span<const Support> supports, std::span<const FacePair> within) {
+        if (!chains_.a.moves() && !chains_.b.moves()) return {};
         supports_ = supports;
         within_ = within;
-        std::optional<Impact> found = asOneMotionEach();
-        if (found && found->support >= 0) found->normal = supports[static_cast<std::size_t>(found->support)].normal;
+        Impact found = rigid();
+        if (found.support >= 0) found.normal = supports[static_cast<std::size_t>(found.support)].normal;
         return found;
     }
 
@@ -118,21 +117,23 @@ private:
         return found.touch == Touch::kYes ? hit(0, found.faces.front()) : Impact{};
     }
 
-    /// In a frame in which each part's way is one motion.
-    std::optional<Impact> asOneMotionEach() {
+    /// In a frame in which each part's way is one motion, which has the tightest bounds; else as they are carried.
+    Impact rigid() {
         for (const Mat3d& turnsIn : {Mat3d(Mat3d::Identity()), chains_.a.frameOfTurn(), chains_.b.frameOfTurn()}) {
             const Mat3d frame = turnsIn == Mat3d::Identity() ? turnsIn : Mat3d(turnsIn.inverse());
             if (!frame.allFinite()) continue;
             const std::optional<BodyMotion> a = chains_.a.asOneMotion(frame), b = chains_.b.asOneMotion(frame);
-            if (!a || !b) continue;
-            const Mat3d world_T_frame = chains_.shared.at(0).linear() * turnsIn;
-            const std::vector<Support> supports = seenFrom(world_T_frame);
-            const ImpactOptions options{
-                .tolerance = tolerance_ / stretchOf(turnsIn), .supports = supports, .within = within_};
-            return told(
-                surfaceMethods(a_.shape(), b_.shape()).firstContact(a_.shape(), *a, b_.shape(), *b, work_, options));
+            if (a && b) return along(*a, *b, turnsIn);
         }
-        return std::nullopt;
+        return along(chains_.a.asCarriedMotion(), chains_.b.asCarriedMotion(), Mat3d::Identity());
+    }
+
+    Impact along(const BodyMotion& a, const BodyMotion& b, const Mat3d& turnsIn) {
+        const Mat3d world_T_frame = chains_.shared.at(0).linear() * turnsIn;
+        const std::vector<Support> supports = seenFrom(world_T_frame);
+        const ImpactOptions options{
+            .tolerance = tolerance_ / stretchOf(turnsIn), .supports = supports, .within = within_};
+        return told(surfaceMethods(a_.shape(), b_.shape()).firstContact(a_.shape(), a, b_.shape(), b, work_, options));
     }
 
     /// A normal is a linear form, and what it says of a length is said in another unit.
@@ -304,10 +305,10 @@ Impact firstRigidContact(const ObjectHandler& handler, std::uint32_t partA, std:
     return search(handler, partA, partB, {}, wayOf, tolerance, work);
 }
 
-std::optional<Impact> firstContactBeside(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
-                                         const WayLookup& wayOf, double tolerance, std::span<const Support> supports,
-                                         std::span<const FacePair> within, QueryWork& work) {
-    if (!handler.parts()[partA].solid() || !handler.parts()[partB].solid()) return Impact{};
+Impact firstContactBeside(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
+                          const WayLookup& wayOf, double tolerance, std::span<const Support> supports,
+                          std::span<const FacePair> within, QueryWork& work) {
+    if (!handler.parts()[partA].solid() || !handler.parts()[partB].solid()) return {};
     return PairSearch(handler, partA, partB, {}, wayOf, tolerance, work).runBeside(supports, within);
 }
 

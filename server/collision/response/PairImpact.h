@@ -1,7 +1,6 @@
 /// When do two parts first touch, while everything that moves is on its way?
 #pragma once
 
-#include <optional>
 #include <span>
 
 #include "server/collision/query/TimeOfImpact.h"
@@ -14,10 +13,9 @@ namespace tessera {
 /// says deforms goes with its vertices. As `timeOfImpact`: never late, the faces named are within the tolerance (world
 /// units) at t, hull shapes by their surfaces. `normal`, `point` and `distance` (of the faces named) in the world.
 ///
-/// Exact where each part's chain below what both share is one motion in some frame: translations above and fixed maps
-/// anywhere, at most one transform that turns or scales. Other chains, and what deforms beside balls, are
-/// advanced by their distance over a bound of their speed: so is what begins within the tolerance and parts (a hit at 0
-/// then), and after kMostAdvances steps the answer is `complete` = false at a t that is known to be free.
+/// What deforms below transforms that turn or scale, and what deforms beside balls, is advanced by its distance over a
+/// bound of its speed: so is what begins within the tolerance and parts (a hit at 0 then), and after kMostAdvances
+/// steps the answer is `complete` = false at a t that is known to be free.
 [[nodiscard]] Impact firstContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
                                   const WayLookup& wayOf, double tolerance, QueryWork& work);
 
@@ -26,12 +24,10 @@ namespace tessera {
                                        const WayLookup& wayOf, double tolerance, QueryWork& work);
 
 /// The same of parts that rest on each other or are stuck in each other: `supports` (see Support; lengths and normals
-/// of the world as everything is at the start) hold what would touch, `within` is left out. Nothing where a chain is no
-/// one motion.
-[[nodiscard]] std::optional<Impact> firstContactBeside(const ObjectHandler& handler, std::uint32_t partA,
-                                                       std::uint32_t partB, const WayLookup& wayOf, double tolerance,
-                                                       std::span<const Support> supports,
-                                                       std::span<const FacePair> within, QueryWork& work);
+/// of the world as everything is at the start) hold what would touch, `within` is left out.
+[[nodiscard]] Impact firstContactBeside(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
+                                        const WayLookup& wayOf, double tolerance, std::span<const Support> supports,
+                                        std::span<const FacePair> within, QueryWork& work);
 
 inline constexpr int kMostAdvances = 400;
 

@@ -13,24 +13,24 @@ bool addRest(Rest& rest, const Part& a, const Affine3d& worldA, const Part& b, c
     return addRest(rest, std::move(touching), terms);
 }
 
-std::optional<Impact> firstNewContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
-                                      const WayLookup& wayOf, double near, Rest& rest, std::span<const Support> shared,
-                                      const RestTerms& terms, QueryWork& work) {
+Impact firstNewContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB, const WayLookup& wayOf,
+                       double near, Rest& rest, std::span<const Support> shared, const RestTerms& terms,
+                       QueryWork& work) {
     const Part &a = handler.parts()[partA], &b = handler.parts()[partB];
     const double together = kTogether * terms.tolerance;
     constexpr int kRounds = 16;
     for (int round = 0;; ++round) {
         std::vector<Support> supports = rest.supports;
         shareSupports(supports, shared, false, terms.tolerance);
-        std::optional<Impact> found =
+        const Impact found =
             supports.empty() && rest.within.empty()
                 ? firstRigidContact(handler, partA, partB, wayOf, near, work)
                 : firstContactBeside(handler, partA, partB, wayOf, near, supports, rest.within, work);
-        if (!found || !found->hit || found->support >= 0 || round == kRounds) return found;
-        if (found->t * terms.length > together) return found;
-        const WorldFaces start = worldFaces({*a.shape, a.world}, {*b.shape, b.world}, found->faces);
+        if (!found.hit || found.support >= 0 || round == kRounds) return found;
+        if (found.t * terms.length > together) return found;
+        const WorldFaces start = worldFaces({*a.shape, a.world}, {*b.shape, b.world}, found.faces);
         if (start.centresApart() - start.margin() > together) return found;
-        if (!addRest(rest, a, a.world, b, b.world, std::span(&found->faces, 1), terms)) return found;
+        if (!addRest(rest, a, a.world, b, b.world, std::span(&found.faces, 1), terms)) return found;
     }
 }
 

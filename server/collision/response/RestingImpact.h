@@ -16,11 +16,10 @@ bool addRest(Rest& rest, const Part& a, const Affine3d& worldA, const Part& b, c
 /// The first contact of faces that are apart at the start and not flush with what the two rest on, or the time at which
 /// what rests gets deeper (Impact::support >= 0). `rest`: of this pair; `shared`: supports of others that what moves
 /// rests on. Faces that are found to be together at the start as near as rounding can tell, though they do not touch,
-/// are added to the rest. Where nothing rests as `firstRigidContact`; nothing where the ways are no single motions.
-[[nodiscard]] std::optional<Impact> firstNewContact(const ObjectHandler& handler, std::uint32_t partA,
-                                                    std::uint32_t partB, const WayLookup& wayOf, double near,
-                                                    Rest& rest, std::span<const Support> shared, const RestTerms& terms,
-                                                    QueryWork& work);
+/// are added to the rest. Where nothing rests as `firstRigidContact`.
+[[nodiscard]] Impact firstNewContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
+                                     const WayLookup& wayOf, double near, Rest& rest, std::span<const Support> shared,
+                                     const RestTerms& terms, QueryWork& work);
 
 /// Adds those of `more` that are not there yet, up to kMostSupports. `reversed`: seen from the other body.
 void shareSupports(std::vector<Support>& supports, std::span<const Support> more, bool reversed, double tolerance);

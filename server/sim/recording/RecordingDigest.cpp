@@ -143,10 +143,10 @@ std::vector<std::string> differences(const FrameDigest& recorded, const FrameDig
 }
 
 std::uint64_t digestOf(const CollisionLimits& limits) {
-    const auto& [maxContacts, maxEvents, maxInterests, maxNotLookedAt, maxQuestions, maxTests, stopTolerance,
-                 maxPieces] = limits;
+    const auto& [maxContacts, maxEvents, maxInterests, maxNotLookedAt, maxQuestions, maxTests, stopTolerance] =
+        limits;
     Bits bits;
-    bits.addAll(maxContacts, maxEvents, maxInterests, maxNotLookedAt, maxQuestions, maxTests, stopTolerance, maxPieces);
+    bits.addAll(maxContacts, maxEvents, maxInterests, maxNotLookedAt, maxQuestions, maxTests, stopTolerance);
     return bits.hash();
 }
 

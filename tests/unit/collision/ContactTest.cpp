@@ -55,16 +55,6 @@ TEST(TriangleContact, TheDiagonalOfAWallIsNoRidge) {
     EXPECT_NEAR((contactOf(face, half).normal + Vec3d::UnitZ()).norm(), 0, 1e-12);
 }
 
-TEST(TriangleContact, PenetrationIsZeroForTouchingAndGrowsWithDepth) {
-    const auto spike = [](double z) { return Triangle{Vec3d(0, 0, z), Vec3d(1, 0, z + 3), Vec3d(-1, 0.2, z + 3)}; };
-    EXPECT_EQ(penetration(spike(0), kFloor), 0);
-    EXPECT_NEAR(penetration(spike(-0.1), kFloor), 0.1, 1e-12);
-    EXPECT_NEAR(penetration(kFloor, spike(-0.1)), 0.1, 1e-12);
-    const Triangle down{kFloor[0], kFloor[2], kFloor[1]};
-    EXPECT_NEAR(penetration(spike(-0.1), down), 0.1, 1e-12) << "whichever way the floor looks";
-    EXPECT_EQ(penetration(kFloor, kFloor), 0);
-}
-
 TEST(TriangleContact, CoplanarFacesShareTheMiddleOfTheirOverlap) {
     const Triangle up{Vec3d(0, 0, 0), Vec3d(2, 0, 0), Vec3d(0, 2, 0)};
     const Triangle down{Vec3d(1, 0, 0), Vec3d(1, 1, 0), Vec3d(3, 0, 0)};

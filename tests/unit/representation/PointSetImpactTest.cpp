@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "server/collision/query/BodyWay.h"
 #include "server/collision/representation/PointSetQueries.h"
 #include "tests/unit/motion/Bodies.h"
 #include "tests/unit/representation/BallOracle.h"
@@ -162,6 +163,9 @@ int expectNeverLate(const PointSet& points, const Other& other, const Query& que
         }
         if (!found.hit) continue;
         ++hits;
+        // Carried through two scales at once, balls are taken for as large as they get.
+        const auto swells = [](const BodyMotion& m) { return BodyWay(m).swellsTwice(); };
+        if (swells(mp) || (std::same_as<Other, PointSet> && swells(mo))) continue;
         const double left =
             static_cast<double>(apart(points, mp.placeAt(found.t), other, mo.placeAt(found.t), radius(found.t)));
         EXPECT_LE(left, 1.001e-5) << story;
@@ -193,6 +197,13 @@ TEST(BallImpact, IsNeverMissedAndNeverLate) {
             if (seed % 4 == 1)
                 m.start.scale = Vec3d::Constant(between(random, 0.5, 1.5)),
                 m.end.scale = Vec3d::Constant(between(random, 0.5, 1.5));
+            for (std::uint64_t i = 0; seed % 5 >= 3 && i < 1 + seed % 2; ++i) {
+                BodyMotion carrier{.start = {0.2 * direction(), turn()}, .body_T_mesh = Affine3d(turn())};
+                carrier.end = {carrier.start.translation + 0.5 * direction(),
+                               Quatd(Eigen::AngleAxisd(between(random, -1, 1), direction())) * carrier.start.rotation};
+                if (seed % 4 == 1) carrier.end.scale = Vec3d::Constant(between(random, 0.5, 1.5));
+                m.carriers.push_back(carrier);
+            }
             return m;
         };
         std::vector<Vec3d> at;

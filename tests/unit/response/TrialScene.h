@@ -24,7 +24,7 @@ inline Soup soupOf(const bodies::Body& body) {
 
 class TrialScene : public ObjectScene {
 public:
-    MotionLimits limits;
+    double stopTolerance = 1e-4;
     std::uint64_t maxTests = ~std::uint64_t{0};
     bool slides = false;  ///< all pairs let slide, and so the response does
     /// Of the last motion.
@@ -87,7 +87,7 @@ public:
                                free)
                 .pairs.size();
         };
-        const MotionTrial trial(handler, transform, way, pairsOf(transform, way), touchingAtStart, limits, work,
+        const MotionTrial trial(handler, transform, way, pairsOf(transform, way), touchingAtStart, stopTolerance, work,
                                 queries);
         Resolution resolution = (slides ? makeSlideResponse() : makeStopResponse())->resolve(trial);
         obstacles.assign(trial.obstacles().begin(), trial.obstacles().end());
