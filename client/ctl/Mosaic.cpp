@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 namespace tessera {
 
@@ -47,7 +48,7 @@ Expected<Mosaic> stitch(const Wall& wall, const answer::Images& images) {
     const Arrangement all = arrange(wall);
     Mosaic mosaic;
     mosaic.frame = first->frame;
-    mosaic.picture = Picture::filled(all.width, all.height, 0, 0, 0);
+    PictureSheet sheet(all.width, all.height, 0);
     for (const Tile& tile : tiles) {
         if (tile.eye != eye) continue;
         const auto image =
@@ -64,8 +65,9 @@ Expected<Mosaic> stitch(const Wall& wall, const answer::Images& images) {
                                                           tile.mosaicRect.width, tile.mosaicRect.height));
         // Tiles count from the bottom, pictures from the top.
         const int top = all.height - tile.mosaicRect.y - tile.mosaicRect.height;
-        paste(mosaic.picture, png->picture, all.left.at(tile.screen) + tile.mosaicRect.x, top);
+        sheet.paste(png->picture, all.left.at(tile.screen) + tile.mosaicRect.x, top);
     }
+    mosaic.picture = std::move(sheet).take();
     return mosaic;
 }
 

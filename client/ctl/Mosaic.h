@@ -11,7 +11,8 @@ namespace tessera {
 
 struct Mosaic {
     Picture
-        picture;  ///< visible pixels without gaps; several screens side by side, bottoms aligned, in the wall's order
+        picture;  ///< visible pixels without gaps; several screens side by side, bottoms aligned, in the wall's order;
+                  ///< shrunk where it is too large (PictureSheet)
     FrameNumber frame;
     std::vector<std::string> missing;  ///< tiles that are black because nobody draws them now
 };

@@ -18,6 +18,7 @@ struct DrawCall {
     GLuint texture = 0;
     bool doubleSided = false;
     bool mirrored = false;
+    Box box = {};  ///< see DrawItem
 };
 
 /// Kept from draw to draw for its memory.

@@ -6,12 +6,12 @@
 #include <map>
 
 #include "client/draw/DrawCalls.h"
+#include "client/draw/ScreenCells.h"
 #include "client/draw/TileBuffers.h"
 
 namespace tessera {
 namespace {
 
-constexpr int kMaxSidePx = 16384;
 /// A tile's scissor lies on this grid: it is the software rasteriser's own, and makes seams exact.
 constexpr int kGridPx = 64;
 
@@ -25,8 +25,6 @@ PixelRect grownToGrid(const PixelRect& r) {
 }
 
 Expected<void> checkRect(const ScreenCamera& camera, const PixelRect& r) {
-    if (camera.pixels.width > kMaxSidePx || camera.pixels.height > kMaxSidePx)
-        return fail(ErrorCode::kLimit, "a screen of more than 16384 pixels a side cannot be drawn");
     if (r.x < 0 || r.y < 0 || r.width <= 0 || r.height <= 0 || r.width > camera.pixels.width - r.x ||
         r.height > camera.pixels.height - r.y)
         return fail(ErrorCode::kBadInput,
@@ -59,7 +57,13 @@ struct Renderer::Impl {
     ~Impl();
 
     [[nodiscard]] Expected<void> begin(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
-                                       const PixelRect& rect, TileBuffers& buffers);
+                                       const PixelRect& rect);
+    [[nodiscard]] Expected<void> beginCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell,
+                                           TileBuffers& buffers);
+    [[nodiscard]] Expected<void> drawCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell);
+    /// Into rows of `rect`, from below.
+    void readBack(GLuint framebuffer, const CellPart& cell, const PixelRect& rect, GLenum format, GLenum type,
+                  std::size_t bytesPerPixel, void* rows);
     [[nodiscard]] Expected<GLuint> program(const ProgramKind& kind);
     [[nodiscard]] Expected<void> useProgram(const ProgramKind& kind);
     [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind kind);
@@ -79,6 +83,7 @@ struct Renderer::Impl {
 
     // Of the list being drawn.
     DrawCalls calls;
+    std::vector<bool> inCell;  ///< by call: whether the cell may show it
     PixelRect scissor;
     std::size_t lightCount = 0;
     std::uint32_t spots = 0;
@@ -119,20 +124,15 @@ Renderer::Impl::~Impl() {
 }
 
 Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
-                                     const PixelRect& rect, TileBuffers& buffers) {
+                                     const PixelRect& rect) {
     if (auto good = checkRect(camera, rect); !good) return good;
     if (auto current = surface.makeCurrent(); !current) return current;
-    scissor = grownToGrid(rect);
-    if (auto room = buffers.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room) return room;
     lightCount = std::min(list.lights.size(), DrawList::kMaxLights);
     spots = 0;
     for (std::size_t i = 0; i < lightCount; ++i)
         if (list.lights[i].kind == LightItem::Kind::kSpot) spots |= std::uint32_t{1} << i;
     calls.collect(aspect, list, camera, *meshes, textures);
 
-    const FrameBlock block = makeFrameBlock(list, camera);
-    gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer);
     const auto upload = [this](GLuint buffer, const auto& values) {
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
                            GL_STREAM_DRAW);
@@ -140,9 +140,23 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     if (!calls.items().empty()) upload(itemBuffer, calls.items());
     upload(materialBuffer, calls.materials());
     gl.TextureBuffer(materialTexture, GL_RGBA32F, materialBuffer);
+    return {};
+}
 
-    // The whole screen's viewport on every tile; only the scissor is the tile's own.
-    gl.Viewport(0, 0, camera.pixels.width, camera.pixels.height);
+Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell,
+                                         TileBuffers& buffers) {
+    scissor = grownToGrid(cell.inCell);
+    if (auto room = buffers.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room) return room;
+    const Frustum frustum = tileFrustum(screen, cell.onScreen);
+    inCell.clear();
+    for (const DrawCall& call : calls.calls())
+        inCell.push_back(call.box.empty() || !frustum.classify(call.box, Frustum::kAllPlanes).outside);
+
+    const FrameBlock block = makeFrameBlock(list, cell.camera);
+    gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer);
+    // The whole cell's viewport for every tile that shares in it; only the scissor is the tile's own.
+    gl.Viewport(0, 0, cell.camera.pixels.width, cell.camera.pixels.height);
     gl.Enable(GL_SCISSOR_TEST);
     gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
     gl.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
@@ -181,6 +195,7 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     const DrawCall* before = nullptr;
     const ProgramKind plain = kind;
     for (std::size_t i = first; i < last; ++i) {
+        if (!inCell[i]) continue;
         const DrawCall& call = calls.calls()[i];
         ProgramKind wanted = plain;
         if (plain.use != ProgramKind::Use::kNodeIds) wanted.textured = call.texture != 0;
@@ -273,20 +288,34 @@ Expected<std::unique_ptr<Renderer>> Renderer::create(Surface& surface, RendererO
     return renderer;
 }
 
+Expected<void> Renderer::Impl::drawCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell) {
+    if (auto begun = beginCell(list, screen, cell, tile); !begun) return begun;
+    if (auto drawn = issue(0, calls.opaqueCount(), {.use = ProgramKind::Use::kSurface}); !drawn) return drawn;
+    if (auto lit = lightSurfaces(); !lit) return lit;
+    return calls.opaqueCount() < calls.calls().size() ? blendTransparent() : Expected<void>();
+}
+
+void Renderer::Impl::readBack(GLuint framebuffer, const CellPart& cell, const PixelRect& rect, GLenum format,
+                              GLenum type, std::size_t bytesPerPixel, void* rows) {
+    const auto width = static_cast<std::size_t>(rect.width);
+    const auto left = static_cast<std::size_t>(cell.onScreen.x - rect.x),
+               below = static_cast<std::size_t>(cell.onScreen.y - rect.y);
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
+    gl.PixelStorei(GL_PACK_ROW_LENGTH, rect.width);
+    gl.ReadPixels(cell.inCell.x, cell.inCell.y, cell.inCell.width, cell.inCell.height, format, type,
+                  static_cast<std::byte*>(rows) + bytesPerPixel * (below * width + left));
+}
+
 Expected<Picture> Renderer::draw(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                  const PixelRect& rect) {
     Impl& d = *impl_;
-    if (auto begun = d.begin(aspect, list, camera, rect, d.tile); !begun) return tl::unexpected(begun.error());
-    if (auto drawn = d.issue(0, d.calls.opaqueCount(), {.use = ProgramKind::Use::kSurface}); !drawn)
-        return tl::unexpected(drawn.error());
-    if (auto lit = d.lightSurfaces(); !lit) return tl::unexpected(lit.error());
-    if (d.calls.opaqueCount() < d.calls.calls().size())
-        if (auto blended = d.blendTransparent(); !blended) return tl::unexpected(blended.error());
-
+    if (auto begun = d.begin(aspect, list, camera, rect); !begun) return tl::unexpected(begun.error());
     std::vector<std::uint8_t> rgba(4 * static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height));
-    d.gl.BindFramebuffer(GL_READ_FRAMEBUFFER, d.tile.picture().value());
-    d.gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
-    d.gl.ReadPixels(rect.x, rect.y, rect.width, rect.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
+    for (const CellPart& cell : cellsOf(camera, rect)) {
+        if (auto drawn = d.drawCell(list, camera, cell); !drawn) return tl::unexpected(drawn.error());
+        d.readBack(d.tile.picture().value(), cell, rect, GL_RGBA, GL_UNSIGNED_BYTE, 4, rgba.data());
+    }
     if (auto good = d.gl.check("drawing a tile"); !good) return tl::unexpected(good.error());
     return toPicture(rgba, rect.width, rect.height);
 }
@@ -294,16 +323,16 @@ Expected<Picture> Renderer::draw(const Aspect& aspect, const DrawList& list, con
 Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect, const DrawList& list,
                                                            const ScreenCamera& camera, const PixelRect& rect) {
     Impl& d = *impl_;
-    if (auto begun = d.begin(aspect, list, camera, rect, d.ids); !begun) return tl::unexpected(begun.error());
-    if (auto drawn = d.issue(0, d.calls.calls().size(), {.use = ProgramKind::Use::kNodeIds}); !drawn)
-        return tl::unexpected(drawn.error());
-
+    if (auto begun = d.begin(aspect, list, camera, rect); !begun) return tl::unexpected(begun.error());
     const auto width = static_cast<std::size_t>(rect.width);
     const auto height = static_cast<std::size_t>(rect.height);
     std::vector<std::uint32_t> words(2 * width * height);
-    d.gl.BindFramebuffer(GL_READ_FRAMEBUFFER, d.ids.surfaces());
-    d.gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
-    d.gl.ReadPixels(rect.x, rect.y, rect.width, rect.height, GL_RG_INTEGER, GL_UNSIGNED_INT, words.data());
+    for (const CellPart& cell : cellsOf(camera, rect)) {
+        if (auto begun = d.beginCell(list, camera, cell, d.ids); !begun) return tl::unexpected(begun.error());
+        if (auto drawn = d.issue(0, d.calls.calls().size(), {.use = ProgramKind::Use::kNodeIds}); !drawn)
+            return tl::unexpected(drawn.error());
+        d.readBack(d.ids.surfaces(), cell, rect, GL_RG_INTEGER, GL_UNSIGNED_INT, 8, words.data());
+    }
     if (auto good = d.gl.check("drawing node ids"); !good) return tl::unexpected(good.error());
     std::vector<std::uint64_t> nodes(width * height);
     for (std::size_t y = 0; y < height; ++y) {
@@ -320,6 +349,10 @@ DrawCounts Renderer::lastCounts() const {
 }
 std::size_t Renderer::residentBytes() const {
     return impl_->meshes->residentBytes() + impl_->textures.residentBytes();
+}
+
+std::size_t Renderer::bufferBytes() const {
+    return impl_->tile.bytes() + impl_->ids.bytes();
 }
 
 std::uint64_t Renderer::uploadedMeshBytes() const {

@@ -32,10 +32,9 @@ public:
     [[nodiscard]] static Expected<std::unique_ptr<Renderer>> create(Surface& surface, RendererOptions options);
     ~Renderer();
 
-    /// Draws the part `rect` of the screen's picture. The aspect gives geometry, materials and images by id; meshes and
+    /// Draws the part `rect` of the screen's picture, cell by cell (ScreenCells.h). The aspect gives geometry, materials and images by id; meshes and
     /// textures are cached by content. Returns when the image is complete in memory. What cannot be drawn is left away
-    /// and counted. kLimit, kBadInput: the rectangle is not one of a screen of at most 16384 pixels a side; kFailed: GL
-    /// gave up.
+    /// and counted. kBadInput: the rectangle does not lie on the screen; kFailed: GL gave up.
     [[nodiscard]] Expected<Picture> draw(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                          const PixelRect& rect);
     /// Node ids of what is visible at each pixel (one sample at the centre; 0: nothing), rows from the top. The proof
@@ -48,6 +47,8 @@ public:
     [[nodiscard]] DrawCounts lastCounts() const;
     /// Of meshes and textures, as uploaded.
     [[nodiscard]] std::size_t residentBytes() const;
+    /// Of the framebuffers, which reach as far as a cell at most.
+    [[nodiscard]] std::size_t bufferBytes() const;
     /// Of meshes, given to GL since this began.
     [[nodiscard]] std::uint64_t uploadedMeshBytes() const;
 

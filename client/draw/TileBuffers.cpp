@@ -5,11 +5,6 @@
 #include <algorithm>
 
 namespace tessera {
-namespace {
-
-constexpr int kMaxSidePx = 16384;
-
-}  // namespace
 
 TileBuffers::~TileBuffers() {
     destroy();
@@ -17,12 +12,10 @@ TileBuffers::~TileBuffers() {
 
 Expected<void> TileBuffers::reach(int widthPx, int heightPx) {
     if (widthPx <= widthPx_ && heightPx <= heightPx_) return {};
-    if (widthPx > kMaxSidePx || heightPx > kMaxSidePx)
-        return fail(ErrorCode::kLimit, "a screen of more than 16384 pixels a side cannot be drawn");
     widthPx_ = std::max(widthPx, widthPx_);
     heightPx_ = std::max(heightPx, heightPx_);
     // Rows a power of two apart fall into the same cache sets.
-    if (widthPx_ % 512 == 0 && widthPx_ < kMaxSidePx) widthPx_ += 64;
+    if (widthPx_ % 512 == 0) widthPx_ += 64;
     destroy();
     surfaceTexture_ = makeTexture(GL_RG32UI, samples_);
     depthTexture_ = makeTexture(GL_DEPTH_COMPONENT32F, samples_);
@@ -57,6 +50,12 @@ Expected<GLuint> TileBuffers::blended() {
     gl_.NamedFramebufferTexture(blended_, GL_DEPTH_ATTACHMENT, depthTexture_, 0);
     if (auto good = check(blended_); !good) return tl::unexpected(good.error());
     return blended_;
+}
+
+std::size_t TileBuffers::bytes() const {
+    const auto pixels = static_cast<std::size_t>(widthPx_) * static_cast<std::size_t>(heightPx_);
+    const auto samples = static_cast<std::size_t>(samples_);
+    return pixels * ((surfaces_ ? 12 * samples : 0) + (picture_ ? 8 : 0) + (blendedColor_ ? 4 * samples : 0));
 }
 
 GLuint TileBuffers::makeTexture(GLenum format, int samples) const {

@@ -15,7 +15,7 @@ public:
     TileBuffers(const TileBuffers&) = delete;
     TileBuffers& operator=(const TileBuffers&) = delete;
 
-    /// Room for the pixels [0, widthPx) x [0, heightPx). kLimit: more than 16384 pixels a side.
+    /// Room for the pixels [0, widthPx) x [0, heightPx).
     [[nodiscard]] Expected<void> reach(int widthPx, int heightPx);
 
     /// Framebuffer of 2 x 32 bits unsigned and depth, and its two textures (of several samples, where there are).
@@ -27,6 +27,8 @@ public:
     [[nodiscard]] GLuint pictureTexture() const { return pictureTexture_; }
     /// Framebuffer with the surfaces' depth; with one sample its colour is the picture itself.
     [[nodiscard]] Expected<GLuint> blended();
+    /// Of all that are made.
+    [[nodiscard]] std::size_t bytes() const;
 
 private:
     [[nodiscard]] GLuint makeTexture(GLenum format, int samples) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace tessera {
 
@@ -28,6 +29,44 @@ void paste(Picture& whole, const Picture& part, int xPx, int yPx) {
     for (int y = std::max(0, -yPx); y < std::min(part.heightPx, whole.heightPx - yPx); ++y)
         std::memcpy(whole.rgb.data() + offset(whole, xPx + left, yPx + y), part.rgb.data() + offset(part, left, y),
                     3 * static_cast<std::size_t>(right - left));
+}
+
+PictureSheet::PictureSheet(int widthPx, int heightPx, std::uint8_t filled)
+    : shrunkBy_(std::max(1, (std::max(widthPx, heightPx) + kMaxSidePx - 1) / kMaxSidePx)) {
+    const auto shrunk = [&](int px) { return (px + shrunkBy_ - 1) / shrunkBy_; };
+    picture_ = Picture::filled(shrunk(widthPx), shrunk(heightPx), filled, filled, filled);
+    if (shrunkBy_ > 1) sums_.resize(picture_.rgb.size() / 3);
+}
+
+void PictureSheet::paste(const Picture& part, int xPx, int yPx) {
+    TESSERA_CHECK(xPx >= 0 && yPx >= 0 && (xPx + part.widthPx - 1) / shrunkBy_ < picture_.widthPx &&
+                      (yPx + part.heightPx - 1) / shrunkBy_ < picture_.heightPx,
+                  "parts lie on their sheet");
+    if (shrunkBy_ == 1) {
+        tessera::paste(picture_, part, xPx, yPx);
+        return;
+    }
+    const std::uint8_t* in = part.rgb.data();
+    for (int y = 0; y < part.heightPx; ++y) {
+        Sum* const row = sums_.data() + static_cast<std::size_t>((yPx + y) / shrunkBy_) *
+                                            static_cast<std::size_t>(picture_.widthPx);
+        for (int x = 0; x < part.widthPx; ++x, in += 3) {
+            Sum& sum = row[(xPx + x) / shrunkBy_];
+            for (int c = 0; c < 3; ++c) sum.rgb[c] += in[c];
+            ++sum.count;
+        }
+    }
+}
+
+Picture PictureSheet::take() && {
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+        const Sum& sum = sums_[i];
+        // What was covered in part has the colour of that part; at the sheet's edge there is nothing more.
+        if (sum.count == 0) continue;
+        for (std::size_t c = 0; c < 3; ++c)
+            picture_.rgb[3 * i + c] = static_cast<std::uint8_t>((sum.rgb[c] + sum.count / 2) / sum.count);
+    }
+    return std::move(picture_);
 }
 
 }  // namespace tessera

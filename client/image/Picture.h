@@ -26,12 +26,34 @@ struct DecodedPng {
     Picture picture;
     std::optional<std::uint64_t> frame;
 };
-/// At most 16384 × 16384; never crashes whatever the bytes are.
+/// At most PictureSheet::kMaxSidePx each way; never crashes whatever the bytes are.
 [[nodiscard]] Expected<DecodedPng> decodePng(ByteSpan bytes);
 
 /// Writes to a temporary name beside `path` and renames: a reader never sees half a file. Makes missing folders.
 [[nodiscard]] Expected<void> writeFile(const std::string& path, ByteSpan bytes);
 [[nodiscard]] Expected<Bytes> readFile(const std::string& path, std::size_t maxBytes);
+
+/// A picture put together from parts. Where it would be larger than PNG readers take it is shrunk by a whole number:
+/// each pixel is the mean of those it stands for.
+class PictureSheet {
+public:
+    static constexpr int kMaxSidePx = 16384;
+    /// `filled`: what no part covers.
+    PictureSheet(int widthPx, int heightPx, std::uint8_t filled);
+
+    /// With the part's upper left corner at (xPx, yPx) of what is not shrunk; it must lie on the sheet.
+    void paste(const Picture& part, int xPx, int yPx);
+    [[nodiscard]] int shrunkBy() const { return shrunkBy_; }
+    [[nodiscard]] Picture take() &&;
+
+private:
+    int shrunkBy_;
+    Picture picture_;
+    struct Sum {
+        std::uint32_t rgb[3] = {}, count = 0;
+    };
+    std::vector<Sum> sums_;  ///< by pixel, where it is shrunk
+};
 
 /// Copies `part` into `whole` with its upper left corner at (xPx, yPx); what does not fit is cut off.
 void paste(Picture& whole, const Picture& part, int xPx, int yPx);

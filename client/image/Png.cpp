@@ -10,7 +10,7 @@
 namespace tessera {
 namespace {
 
-constexpr int kMaxSidePx = 16384;
+constexpr int kMaxSidePx = PictureSheet::kMaxSidePx;
 constexpr std::size_t kMaxChunkBytes = std::size_t{8} << 20;
 constexpr char kFrameKey[] = "frame";
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/base/Blob.h"
+#include "common/math/Box.h"
 #include "common/math/Types.h"
 #include "common/scene/Cores.h"
 #include "common/wall/View.h"
@@ -19,6 +20,7 @@ struct DrawItem {
     ObjectId material;
     Affine3d world_T_item;
     bool mirrored = false;  ///< odd number of reflections: front faces are clockwise
+    Box box = {};           ///< in the world, around all of it; empty: not known
 };
 
 struct LightItem {

@@ -129,7 +129,7 @@ void RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera
 }
 
 DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
-    const auto drawItems = [&scene](const std::vector<Ranked>& ranking) {
+    const auto drawItems = [&](const std::vector<Ranked>& ranking) {
         std::vector<DrawItem> result;
         result.reserve(ranking.size());
         for (const Ranked& ranked : ranking) {
@@ -138,7 +138,9 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
                               .geometry = item.geometry,
                               .material = item.material,
                               .world_T_item = scene.places[item.place].world_T_node,
-                              .mirrored = item.mirrored});
+                              .mirrored = item.mirrored,
+                              // `none` leaves nothing away anywhere: what others are compared with.
+                              .box = kind == CullerKind::kNone ? Box{} : scene.boxes[ranked.item]});
         }
         return result;
     };

@@ -128,7 +128,7 @@ std::vector<Tile> tilesOf(const Wall& wall, std::string_view host) {
 }
 
 Expected<Wall> withSize(const Wall& wall, int widthPx, int heightPx) {
-    const int limit = WallLimits().maxPixels;
+    const int limit = WallLimits().maxScreenPixels;
     const auto screens = static_cast<int>(wall.screens.size());
     TESSERA_CHECK(screens > 0, "a wall without screens: checkWall was not called");
     if (widthPx < 1 || heightPx < 1 || widthPx > limit * screens || heightPx > limit) {

@@ -106,7 +106,8 @@ struct ScreenPixels {
 struct WallLimits {
     std::size_t maxScreens = 64, maxUsers = 64, maxHosts = 1024, maxTiles = 4096;
     int maxGrid = 128;         ///< columns, rows
-    int maxPixels = 16384;     ///< of a screen's picture, each way: what one framebuffer can hold
+    int maxTilePixels = 16384;    ///< each way: what one picture can hold
+    int maxScreenPixels = 65536;  ///< each way; what single precision places to a hundredth of a pixel
     std::size_t maxName = 64;  ///< bytes; names become names of folders
     double maxMetres = 100;    ///< longer than that, a screen was written in millimetres
 };
@@ -122,7 +123,7 @@ struct WallFault {
 [[nodiscard]] std::optional<WallFault> findWallFault(const Wall& wall, const WallLimits& limits = {});
 
 /// Explains skewed, left-handed, zero-sized, millimetre-like, doubly assigned, uncovered, unknown-name and oversized
-/// (over 16384 px) walls, and names what to change. First finding only.
+/// walls, and names what to change. First finding only.
 [[nodiscard]] Expected<void> checkWall(const Wall& wall);
 
 /// The visible pixels of the whole wall become width × height, shared out over the tiles of each screen; the odd rest

@@ -171,25 +171,25 @@ private:
         std::int64_t width = 0, height = 0;
         for (int c = 0; c < g.columns; ++c) {
             const int px = g.columnWidthPx(c);
-            if (px < 1 || px > limits_.maxPixels)
-                return say(fmt::format("has tiles {} pixels wide: 1 to {} are possible", px, limits_.maxPixels));
+            if (px < 1 || px > limits_.maxTilePixels)
+                return say(fmt::format("has tiles {} pixels wide: 1 to {} are possible", px, limits_.maxTilePixels));
             if (g.columns > 1 && g.overlapXPx >= px)
                 return say(fmt::format("has tiles {} pixels wide that overlap by {}", px, g.overlapXPx));
             width += px + (c > 0 ? std::int64_t{g.bezelXPx} - g.overlapXPx : 0);
         }
         for (int r = 0; r < g.rows; ++r) {
             const int px = g.rowHeightPx(r);
-            if (px < 1 || px > limits_.maxPixels)
-                return say(fmt::format("has tiles {} pixels high: 1 to {} are possible", px, limits_.maxPixels));
+            if (px < 1 || px > limits_.maxTilePixels)
+                return say(fmt::format("has tiles {} pixels high: 1 to {} are possible", px, limits_.maxTilePixels));
             if (g.rows > 1 && g.overlapYPx >= px)
                 return say(fmt::format("has tiles {} pixels high that overlap by {}", px, g.overlapYPx));
             height += px + (r > 0 ? std::int64_t{g.bezelYPx} - g.overlapYPx : 0);
         }
-        if (width > limits_.maxPixels || height > limits_.maxPixels) {
+        if (width > limits_.maxScreenPixels || height > limits_.maxScreenPixels) {
             return say(
                 fmt::format("makes a picture of {} x {} pixels, hidden ones included: at most {} each way can be "
                             "drawn; use fewer pixels or two screens",
-                            width, height, limits_.maxPixels));
+                            width, height, limits_.maxScreenPixels));
         }
         return true;
     }

@@ -2,24 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 namespace tessera {
 
 namespace {
 
 /// Frames between displays, and tiles that show nothing: dark, but not the black of a picture.
 constexpr std::uint8_t kDark = 14;
-constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;
 
 }  // namespace
 
 Expected<Stitched> stitch(const PictureLayout& layout, const TileSource& source) {
-    if (std::int64_t{layout.widthPx} * layout.heightPx > kMostPixels) {
-        return fail(ErrorCode::kLimit,
-                    fmt::format("a picture of {} x {} pixels is too large to put together; the tiles are there",
-                                layout.widthPx, layout.heightPx));
-    }
     Stitched result;
-    result.picture = Picture::filled(layout.widthPx, layout.heightPx, kDark, kDark, kDark);
+    PictureSheet sheet(layout.widthPx, layout.heightPx, kDark);
     for (const PictureLayout::Place& place : layout.places) {
         const Expected<std::optional<Picture>> image = source(place.tile);
         if (!image) return tl::unexpected(image.error());
@@ -33,8 +29,9 @@ Expected<Stitched> stitch(const PictureLayout& layout, const TileSource& source)
                         fmt::format("the image of tile {} has {} x {} pixels, the tile has {} x {}", place.tile,
                                     picture.widthPx, picture.heightPx, place.widthPx, place.heightPx));
         }
-        paste(result.picture, picture, place.xPx, place.yPx);
+        sheet.paste(picture, place.xPx, place.yPx);
     }
+    result.picture = std::move(sheet).take();
     return result;
 }
 

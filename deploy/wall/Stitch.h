@@ -20,7 +20,7 @@ struct Stitched {
     std::vector<std::string> missing;  ///< tiles without an image: they are dark
 };
 
-/// kBadInput: an image that has not its tile's size. kLimit: a picture of more than 2^28 pixels.
+/// Shrunk where it is too large (PictureSheet). kBadInput: an image that has not its tile's size.
 [[nodiscard]] Expected<Stitched> stitch(const PictureLayout& layout, const TileSource& source);
 
 }  // namespace tessera

@@ -10,56 +10,12 @@
 #include <filesystem>
 #include <memory>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
 #include "common/codec/WallCodec.h"
 #include "tests/golden/SeamScene.h"
+#include "tests/golden/Stage.h"
 
 namespace tessera::test {
 namespace {
-
-struct Stage {
-    explicit Stage(int samples)
-        : surface(makeSurface("osmesa").value()), renderer(Renderer::create(*surface, {.samples = samples}).value()) {}
-    std::unique_ptr<Surface> surface;
-    std::unique_ptr<Renderer> renderer;
-};
-
-Picture drawPart(Stage& stage, const Aspect& aspect, const RenderScene& scene, CullerKind culler,
-                 const ScreenCamera& camera, const PixelRect& rect) {
-    RenderAction action(culler);
-    auto picture = stage.renderer->draw(aspect, action.run(scene, camera, rect, nullptr), camera, rect);
-    EXPECT_TRUE(picture) << picture.error().message;
-    return picture ? *picture : Picture::filled(rect.width, rect.height, 255, 0, 255);
-}
-
-/// The part of a picture that a rectangle with its origin at the lower left names.
-Picture cropOf(const Picture& whole, const PixelRect& rect) {
-    Picture part = Picture::filled(rect.width, rect.height, 0, 0, 0);
-    paste(part, whole, -rect.x, -(whole.heightPx - rect.y - rect.height));
-    return part;
-}
-
-/// How many pixels differ; a plain comparison would print megabytes.
-std::size_t differingPixels(const Picture& a, const Picture& b) {
-    if (a.widthPx != b.widthPx || a.heightPx != b.heightPx) return ~std::size_t{0};
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < a.rgb.size(); i += 3)
-        count += a.rgb[i] != b.rgb[i] || a.rgb[i + 1] != b.rgb[i + 1] || a.rgb[i + 2] != b.rgb[i + 2];
-    return count;
-}
-
-struct Look {
-    double mean = 0, spread = 0;
-};
-Look lookOf(const Picture& picture) {
-    Look look;
-    for (const std::uint8_t v : picture.rgb) look.mean += v;
-    look.mean /= static_cast<double>(picture.rgb.size());
-    for (const std::uint8_t v : picture.rgb) look.spread += (v - look.mean) * (v - look.mean);
-    look.spread = std::sqrt(look.spread / static_cast<double>(picture.rgb.size()));
-    return look;
-}
 
 /// One flat screen, 3.2 m wide, cut into tiles that all belong to one host.
 Wall makeWall(const Screen::Grid& grid, Eye eye = Eye::kCenter) {
@@ -139,6 +95,8 @@ INSTANTIATE_TEST_SUITE_P(
         Cut{"Overlaps", {.columns = 2, .rows = 1, .tileWidthPx = 300, .tileHeightPx = 200, .overlapXPx = 37}, 4},
         Cut{"LeftEye", {.columns = 2, .rows = 2, .tileWidthPx = 200, .tileHeightPx = 120}, 4, Eye::kLeft},
         Cut{"RightEye", {.columns = 2, .rows = 2, .tileWidthPx = 200, .tileHeightPx = 120}, 4, Eye::kRight},
+        Cut{"RealTwoByTwo", {.columns = 2, .rows = 2, .tileWidthPx = 960, .tileHeightPx = 540}, 4},
+        Cut{"FourK", {.columns = 2, .rows = 2, .tileWidthPx = 1920, .tileHeightPx = 1080, .bezelXPx = 31}, 1},
         Cut{"PowersOfTwo", {.columns = 2, .rows = 2, .tileWidthPx = 512, .tileHeightPx = 256}, 1}),
     [](const testing::TestParamInfo<Cut>& cut) { return cut.param.name; });
 

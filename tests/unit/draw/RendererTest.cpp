@@ -440,9 +440,6 @@ TEST_F(RendererTest, RefusesARectangleThatIsNotOnTheScreen) {
         EXPECT_FALSE(renderer_->draw(aspect, {}, camera, rect));
         EXPECT_FALSE(renderer_->drawNodeIds(aspect, {}, camera, rect));
     }
-    ScreenCamera enormous = camera;
-    enormous.pixels = {.width = 16385, .height = 10};
-    EXPECT_EQ(renderer_->draw(aspect, {}, enormous, {0, 0, 4, 4}).error().code, ErrorCode::kLimit);
 }
 
 TEST_F(RendererTest, OffersOneOrFourSamplesAndOsmesaOnly) {

@@ -122,6 +122,39 @@ TEST(WriteFile, SaysWhatIsInTheWay) {
     EXPECT_NE(written.error().message.find("plain/below"), std::string::npos);
 }
 
+TEST(PictureSheet, IsShrunkToMeansWhereItWouldBeTooLarge) {
+    constexpr int kWidth = 2 * PictureSheet::kMaxSidePx + 3;
+    PictureSheet sheet(kWidth, 8, 14);
+    EXPECT_EQ(sheet.shrunkBy(), 3);
+    const Picture part = noise(100, 5, 3);
+    sheet.paste(part, kWidth - 100, 1);
+    sheet.paste(Picture::filled(300, 2, 90, 60, 30), 0, 6);
+    const Picture picture = std::move(sheet).take();
+    EXPECT_EQ(picture.widthPx, (kWidth + 2) / 3);
+    EXPECT_EQ(picture.heightPx, 3);
+    const auto at = [&](int x, int y, int c) {
+        return picture.rgb[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.widthPx) +
+                                static_cast<std::size_t>(x)) +
+                           static_cast<std::size_t>(c)];
+    };
+    EXPECT_EQ(at(0, 0, 0), 14) << "nothing was put there";
+    EXPECT_EQ(at(5, 2, 0), 90);
+    EXPECT_EQ(at(5, 2, 2), 30);
+    for (int x = (kWidth - 100) / 3 + 1; x < picture.widthPx - 1; ++x)
+        for (int c = 0; c < 3; ++c) {
+            int sum = 0;
+            for (int dy = 0; dy < 3; ++dy)
+                for (int dx = 0; dx < 3; ++dx)
+                    sum += part.rgb[3 * static_cast<std::size_t>((3 + dy - 1) * 100 + 3 * x + dx - (kWidth - 100)) +
+                                    static_cast<std::size_t>(c)];
+            ASSERT_NEAR(at(x, 1, c), sum / 9.0, 0.51);
+        }
+    PictureSheet same(30, 20, 0);
+    const Picture whole = noise(30, 20, 1);
+    same.paste(whole, 0, 0);
+    EXPECT_EQ(std::move(same).take(), whole);
+}
+
 TEST(ReadFile, StopsAtItsLimit) {
     const test::TestFolder folder;
     ASSERT_TRUE(writeFile(folder / "ten", asBytes("0123456789")));

@@ -124,7 +124,7 @@ TEST(WallWithSize, LetsScreensSideBySideShareTheWidth) {
 TEST(WallWithSize, RefusesSizesThatCannotBe) {
     const Wall wall = flatWall(3, 2);
     for (const auto& [width, height] :
-         {std::pair{0, 100}, {100, -1}, {2, 100}, {100, 1}, {16385, 100}, {100, 1 << 30}}) {
+         {std::pair{0, 100}, {100, -1}, {2, 100}, {100, 1}, {65537, 100}, {60000, 100}, {100, 1 << 30}}) {
         const Expected<Wall> sized = withSize(wall, width, height);
         EXPECT_FALSE(sized) << width << " x " << height;
     }
@@ -133,7 +133,7 @@ TEST(WallWithSize, RefusesSizesThatCannotBe) {
     EXPECT_FALSE(withSize(overlap, 100, 100)) << "all of each tile would be overlap";
     Wall bezels = flatWall(2, 1);
     bezels.screens[0].grid.bezelXPx = 10;
-    EXPECT_FALSE(withSize(bezels, 16380, 100)) << "with the hidden pixels the picture is too large";
+    EXPECT_FALSE(withSize(bezels, 65530, 100)) << "with the hidden pixels the picture is too large";
 }
 
 }  // namespace

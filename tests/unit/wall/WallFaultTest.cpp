@@ -189,11 +189,12 @@ TEST(WallFaults, FindsGridsThatCannotBe) {
     EXPECT_SAYS(grid([](Grid& g) { g.rowHeightsPx = {5, 0}; }), "0 pixels high");
 }
 
-TEST(WallFaults, FindsPicturesThatNoFramebufferHolds) {
+TEST(WallFaults, FindsPicturesThatAreTooLarge) {
     const auto grid = [](auto change) { return faultAfter([&](Wall& w) { change(w.screens[0].grid); }); };
-    EXPECT_SAYS(grid([](Screen::Grid& g) { g.tileWidthPx = 8193; }), "16386 x 1080");
-    EXPECT_SAYS(grid([](Screen::Grid& g) { g.bezelYPx = 2'000'000'000; }), "at most 16384");
-    Wall most = flatWall(2, 2, 16384, 16384);
+    EXPECT_SAYS(grid([](Screen::Grid& g) { g.tileWidthPx = 16385; }), "1 to 16384");
+    EXPECT_SAYS(grid([](Screen::Grid& g) { g.bezelXPx = 64000; }), "65920 x 1080");
+    EXPECT_SAYS(grid([](Screen::Grid& g) { g.bezelYPx = 2'000'000'000; }), "at most 65536");
+    Wall most = flatWall(4, 4, 65536, 65536);
     EXPECT_TRUE(checkWall(most));
     most.screens[0].grid.bezelXPx = 1;
     EXPECT_FALSE(checkWall(most)) << "hidden pixels count";
