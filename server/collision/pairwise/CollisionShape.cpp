@@ -52,6 +52,19 @@ Expected<std::shared_ptr<CollisionShape>> CollisionShape::ofPoints(std::span<con
     return shape;
 }
 
+Expected<std::shared_ptr<CollisionShape>> CollisionShape::ofCover(TriangleMesh&& mesh, unsigned level,
+                                                                  const TreeOptions& trees) {
+    Expected<BallCover> cover = coverOf(mesh, coverRadius(mesh.bounds(), level));
+    if (!cover) return tl::unexpected(cover.error());
+    Expected<PointSet> points = PointSet::make(cover->centres, cover->radius);
+    if (!points) return tl::unexpected(points.error());
+    auto shape = std::shared_ptr<CollisionShape>(
+        new CollisionShape(Representation::kPoints, std::make_shared<TriangleMesh>(std::move(mesh)), trees));
+    shape->points_ = std::move(*points);
+    shape->coveredFaces_ = std::move(cover->faces);
+    return shape;
+}
+
 namespace {
 
 struct Soup {
@@ -95,7 +108,7 @@ Soup octahedraOf(const PointSet& points) {
 }  // namespace
 
 const TriangleMesh& CollisionShape::mesh() const {
-    if (!field_ && !points_) return *mesh_;
+    if (!field_ && (!points_ || isCover())) return *mesh_;
     std::call_once(meshMade_, [&] {
         const Soup soup = field_ ? facesOf(*field_) : octahedraOf(*points_);
         Expected<TriangleMesh> made = TriangleMesh::make(std::span<const double>(soup.positions), soup.indices);
@@ -153,20 +166,33 @@ Box CollisionShape::boxIn(const Affine3d& world) const {
 }
 
 std::shared_ptr<const CollisionShape> CollisionShape::placed(const Affine3d& map) const {
+    std::optional<PointSet> balls;
     if (points_) {
         std::vector<Vec3d> moved;
         moved.reserve(points_->size());
         for (std::uint32_t number = 0; number < points_->size(); ++number)
             moved.push_back(map * points_->point(number));
-        const auto made = ofPoints(moved, points_->radius() * largestStretch(map.linear()), options_);
-        return made ? *made : nullptr;
+        const double radius = points_->radius() * largestStretch(map.linear());
+        if (!isCover()) {
+            const auto made = ofPoints(moved, radius, options_);
+            return made ? *made : nullptr;
+        }
+        Expected<PointSet> made = PointSet::make(moved, radius);
+        if (!made) return nullptr;
+        balls = std::move(*made);
     }
     TriangleMesh mesh = this->mesh();
     std::vector<Vec3d> positions;
     positions.reserve(mesh.vertexCount());
     for (const Vec3d p : mesh.positions()) positions.push_back(map * p);
     if (!mesh.move(positions)) return nullptr;
-    return hull_ ? ofHull(mesh, options_) : ofTriangles(std::move(mesh), options_);
+    if (hull_) return ofHull(mesh, options_);
+    if (!balls) return ofTriangles(std::move(mesh), options_);
+    auto shape = std::shared_ptr<CollisionShape>(
+        new CollisionShape(Representation::kPoints, std::make_shared<TriangleMesh>(std::move(mesh)), options_));
+    shape->points_ = std::move(balls);
+    shape->coveredFaces_ = coveredFaces_;
+    return shape;
 }
 
 Expected<void> CollisionShape::move(std::span<const Vec3d> positions) {
@@ -190,7 +216,8 @@ Expected<void> CollisionShape::move(std::size_t first, std::span<const Vec3d> po
 
 std::size_t CollisionShape::memoryBytes() const {
     std::size_t bytes = (mesh_ ? mesh_->memoryBytes() : 0) + (hull_ ? hull_->memoryBytes() : 0) +
-                        (field_ ? field_->memoryBytes() : 0) + (points_ ? points_->memoryBytes() : 0);
+                        (field_ ? field_->memoryBytes() : 0) + (points_ ? points_->memoryBytes() : 0) +
+                        coveredFaces_.capacity() * sizeof(std::uint32_t);
     for (const LazyTree& lazy : trees_)
         if (lazy.tree) bytes += lazy.tree->memoryBytes() - mesh_->memoryBytes();
     return bytes;

@@ -7,11 +7,13 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "common/base/Error.h"
 #include "common/math/Box.h"
 #include "server/collision/convex/ConvexHull.h"
 #include "server/collision/query/SurfaceTopology.h"
+#include "server/collision/representation/BallCover.h"
 #include "server/collision/representation/HeightField.h"
 #include "server/collision/representation/PointSet.h"
 #include "server/collision/tree/TriangleTree.h"
@@ -26,6 +28,7 @@ inline constexpr std::size_t kRepresentations = 4;
 struct ShapeChoice {
     std::optional<Representation> representation = Representation::kTriangles;  ///< none: what suits the geometry
     std::optional<VolumeKind> volume;  ///< of trees of triangles; none: what suits best (kAutomaticVolume …)
+    unsigned level = 0;                ///< above 0: triangles are taken as balls that cover them
 
     auto operator<=>(const ShapeChoice&) const = default;
 };
@@ -52,10 +55,15 @@ public:
     [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofPoints(std::span<const Vec3d> points,
                                                                             double radius,
                                                                             const TreeOptions& trees = {});
+    /// A surface as solid balls that cover it (coverOf), of the radius of a level of detail. Answers are
+    /// those of points; `mesh` and the trees are those of the surface itself. Leaves the mesh where it is and says why
+    /// where there is no such cover.
+    [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofCover(TriangleMesh&& mesh, unsigned level,
+                                                                           const TreeOptions& trees = {});
 
     [[nodiscard]] Representation representation() const { return representation_; }
     /// What answers name: faces. Of a hull its own, so that all queries about surfaces work on it; of points the
-    /// points.
+    /// points, of a cover the balls.
     [[nodiscard]] std::size_t faceCount() const {
         return points_ ? points_->size() : field_ ? field_->faceCount() : mesh_->faceCount();
     }
@@ -66,13 +74,18 @@ public:
     }
     /// All that is no farther from a face belongs to it: the radius of points, 0 of surfaces.
     [[nodiscard]] double faceRadius() const { return points_ ? points_->radius() : 0; }
+    /// Of a cover: no part of a ball is farther from the surface, in its frame. 0 of all else, which is what it is.
+    [[nodiscard]] double coverError() const { return isCover() ? 2 * points_->radius() : 0; }
+    [[nodiscard]] bool isCover() const { return points_ && !coveredFaces_.empty(); }
+    /// Of a ball of a cover: a face of the mesh that has a point in it.
+    [[nodiscard]] std::uint32_t coveredFace(std::uint32_t ball) const { return coveredFaces_[ball]; }
     /// Around all faces.
     [[nodiscard]] const Box& bounds() const {
         return points_ ? points_->bounds() : field_ ? field_->bounds() : mesh_->bounds();
     }
     /// All of it as triangles: what every representation can fall back to. Of a height field its faces; of points
     /// octahedra whose corners lie on the balls, eight faces each, by octant (those with -X count 1, with -Y 2, with
-    /// -Z 4 more). Made when first asked for.
+    /// -Z 4 more); of a cover the surface that it covers. Made when first asked for.
     [[nodiscard]] const TriangleMesh& mesh() const;
     /// Solid: what is inside it touches it too. Null for a surface.
     [[nodiscard]] const ConvexHull* hull() const { return hull_ ? &*hull_ : nullptr; }
@@ -127,6 +140,7 @@ private:
     std::optional<ConvexHull> hull_;
     std::optional<HeightField> field_;
     std::optional<PointSet> points_;
+    std::vector<std::uint32_t> coveredFaces_;  // of a cover: one for each ball
     Vec3d ballCentre_ = Vec3d::Zero();  // of a hull
     double ballRadius_ = 0;
     mutable std::array<LazyTree, kVolumeKinds> trees_;

@@ -34,31 +34,50 @@ Vec2d placeOn(const Triangle& t, const Vec3d& point) {
     return {1 - s, s};
 }
 
-PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const FacePair& faces) {
-    if (a.shape.points() != nullptr || b.shape.points() != nullptr) return point_pairs::contact(a, b, faces);
+namespace {
+
+/// A triangle in the frame of its shape.
+struct PlacedTriangle {
+    const Triangle& corners;
+    const Affine3d& world;
+};
+
+PairContact contactOfTriangles(const PlacedTriangle& a, const PlacedTriangle& b, const FacePair& faces) {
     PairContact out;
     out.faces = faces;
     if (invertible(a.world)) {
         const Affine3d a_T_world = a.world.inverse();
         const Affine3d a_T_b = a_T_world * b.world;
-        Triangle triangleB = transformed(a_T_b, b.shape.triangle(faces.b));
+        Triangle triangleB = transformed(a_T_b, b.corners);
         if (a_T_b.linear().determinant() < 0) std::swap(triangleB[1], triangleB[2]);
-        const TriangleContact local = contactOf(a.shape.triangle(faces.a), triangleB);
+        const TriangleContact local = contactOf(a.corners, triangleB);
         out.point = a.world * local.point;
         out.normal = (a_T_world.linear().transpose() * local.normal).stableNormalized();
     } else {
         // Flat where they meet (a scale that goes through zero), it has no frame to look from.
-        const TriangleContact found =
-            contactOf(placedFace(a.world, a.shape.triangle(faces.a)), placedFace(b.world, b.shape.triangle(faces.b)));
+        const TriangleContact found = contactOf(placedFace(a.world, a.corners), placedFace(b.world, b.corners));
         out.point = found.point;
         out.normal = found.normal.stableNormalized();
     }
-    out.uvA = placeOn(transformed(a.world, a.shape.triangle(faces.a)), out.point);
-    out.uvB = placeOn(transformed(b.world, b.shape.triangle(faces.b)), out.point);
+    out.uvA = placeOn(transformed(a.world, a.corners), out.point);
+    out.uvB = placeOn(transformed(b.world, b.corners), out.point);
     return out;
 }
 
+}  // namespace
+
+PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const FacePair& faces) {
+    if (a.shape.points() != nullptr || b.shape.points() != nullptr) return point_pairs::contact(a, b, faces);
+    return contactOfTriangles({a.shape.triangle(faces.a), a.world}, {b.shape.triangle(faces.b), b.world}, faces);
+}
+
+PairContact contactWithItself(const PlacedShape& shape, const FacePair& faces) {
+    const TriangleMesh& mesh = shape.shape.mesh();
+    return contactOfTriangles({mesh.triangle(faces.a), shape.world}, {mesh.triangle(faces.b), shape.world}, faces);
+}
+
 std::uint32_t drawnFace(const PlacedShape& of, std::uint32_t face, const Vec3d& towards) {
+    if (of.shape.isCover()) return of.shape.coveredFace(face);
     return of.shape.points() == nullptr || face == kWhole ? face : point_pairs::octahedronAt(of, face, towards).face;
 }
 

@@ -8,7 +8,8 @@
 namespace tessera {
 
 struct PairContact {
-    /// As they are drawn (CollisionShape::mesh): of points those of the octahedra around them.
+    /// As they are drawn (CollisionShape::mesh): of points those of the octahedra around them,
+    /// of a cover's ball a face in it.
     FacePair faces;
     Vec3d point = Vec3d::Zero();   ///< world
     Vec3d normal = Vec3d::Zero();  ///< world, of unit length, from A to B
@@ -22,10 +23,12 @@ struct PairContact {
 /// Of two faces that meet in these poses, by themselves (regionsOf knows better where all are known). The normal goes
 /// to the world as planes do, which also rights it where a mirrored frame turned the winding. Of balls with depth.
 [[nodiscard]] PairContact contactOfFaces(const PlacedShape& a, const PlacedShape& b, const FacePair& faces);
+/// Of two faces of one shape's mesh.
+[[nodiscard]] PairContact contactWithItself(const PlacedShape& shape, const FacePair& faces);
 /// Of two hulls: the middle between the deepest points.
 [[nodiscard]] PairContact contactOfHulls(const PlacedShape& a, const PlacedShape& b);
 
-/// The face as it is drawn: of a point the one in a direction of the world.
+/// The face as it is drawn: of a point the one in a direction of the world, of a cover's ball one in it.
 [[nodiscard]] std::uint32_t drawnFace(const PlacedShape& of, std::uint32_t face, const Vec3d& towards);
 
 /// u and v of a point of a triangle, to rounding; of others, of some point of it.

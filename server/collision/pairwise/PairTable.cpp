@@ -5,11 +5,13 @@
 #include <cmath>
 #include <utility>
 
+#include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/pairwise/FieldPairs.h"
 #include "server/collision/pairwise/HullPairs.h"
 #include "server/collision/pairwise/PointPairs.h"
 #include "server/collision/pairwise/SurfacePairs.h"
 #include "server/collision/query/FacesNear.h"
+#include "server/collision/representation/BallPairs.h"
 #include "server/collision/representation/HeightFieldQueries.h"
 #include "server/collision/representation/PointSetQueries.h"
 
@@ -172,6 +174,21 @@ PairTouch contactsBy(const PairMethods& methods, const PlacedShape& a, const Pla
 }
 
 }  // namespace
+
+double coverError(const PlacedShape& a, const PlacedShape& b) {
+    if (!a.shape.isCover() && !b.shape.isCover()) return 0;
+    const auto seenFrom = [](const PlacedShape& frame, const PlacedShape& other) {
+        // Balls of the other that are stretched in this frame are taken for larger ones.
+        const double stretch = other.shape.isCover() && invertible(frame.world)
+                                   ? largestStretch(frame.world.linear().inverse() * other.world.linear())
+                                   : 0;
+        return largestStretch(frame.world.linear()) *
+               (frame.shape.coverError() + stretch * other.shape.coverError());
+    };
+    if (a.shape.points() != nullptr && b.shape.points() != nullptr)
+        return std::max(seenFrom(a, b), seenFrom(b, a));
+    return a.shape.isCover() ? seenFrom(a, b) : seenFrom(b, a);
+}
 
 PairTouch touchOf(const PlacedShape& a, const PlacedShape& b, const PairEffort& effort) {
     if (inFrameOfB(a, b)) return turned(touchBy(pairMethods(b.shape, a.shape), b, a, effort));

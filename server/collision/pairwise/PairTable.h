@@ -80,7 +80,8 @@ using DepthMethod = PairDepth(const PlacedShape& a, const PlacedShape& b, QueryW
 /// All in double; yes and no by the exact predicates where `error` is 0. Thread-safe.
 struct PairMethods {
     std::string_view name;
-    /// Answers may be wrong by so much, in sizes of the pair: 0 is exact (lengths to rounding). Points: PointPairs.h.
+    /// Answers may be wrong by so much, in sizes of the pair: 0 is exact (lengths to rounding) of what the shapes are
+    /// looked at as. Points: PointPairs.h; covers of surfaces: coverError.
     double error = 0;
     /// Answered by the triangles of the two.
     bool fallsBack = false;
@@ -99,6 +100,11 @@ struct PairMethods {
 [[nodiscard]] const PairMethods& surfaceMethods(const CollisionShape& a, const CollisionShape& b);
 
 [[nodiscard]] std::string_view nameOf(Representation representation);
+
+/// How far what is told of two may be from the surfaces that they cover, world units: what is farther apart is not told to
+/// touch, and distances are too small by at most this, never too large. Nothing bounds the depth. 0: neither is a
+/// cover.
+[[nodiscard]] double coverError(const PlacedShape& a, const PlacedShape& b);
 
 // The questions as the pipeline and the responses ask them: of shapes in the world. The frame of the predicates is that
 // of points, else of the one with more faces, so that no answer depends on who is called A.

@@ -154,6 +154,11 @@ PairContact contact(const PlacedShape& a, const PlacedShape& b, const FacePair& 
     }
     const auto place = [&](const PlacedShape& of, std::uint32_t& face, const Vec3d& towards) -> Vec2d {
         if (face == kWhole) return Vec2d::Zero();
+        if (of.shape.isCover()) face = of.shape.coveredFace(face);
+        if (of.shape.isCover()) {
+            const Triangle triangle = transformed(of.world, of.shape.mesh().triangle(face));
+            return placeOn(triangle, nearestOnFace(triangle, out.point));  // the point is beside the surface
+        }
         if (of.shape.points() == nullptr) return placeOn(transformed(of.world, of.shape.triangle(face)), out.point);
         const OnOctahedron at = octahedronAt(of, face, towards);
         face = at.face;
