@@ -28,47 +28,51 @@ std::string text(const FacePair& p) {
 std::string text(const Vec3d& v) {
     return fmt::format("({:.9g} {:.9g} {:.9g})", v.x(), v.y(), v.z());
 }
-const char* incomplete(bool complete, AnswerFormat format) {
-    if (complete) return "";
-    return format == AnswerFormat::kJson ? R"(,"complete":false)" : "; gave up before it was sure";
+/// What holds of the answer as a whole.
+std::string reservations(bool complete, double error, AnswerFormat format) {
+    const bool asJson = format == AnswerFormat::kJson;
+    std::string out;
+    if (error > 0) out += asJson ? fmt::format(R"(,"error":{})", json(error)) : fmt::format("; error {:.3g}", error);
+    if (!complete) out += asJson ? R"(,"complete":false)" : "; gave up before it was sure";
+    return out;
 }
 
 }  // namespace
 
-std::string answerLine(Touch touch, AnswerFormat format) {
+std::string answerLine(Touch touch, AnswerFormat format, double error) {
     // Whoever must be safe takes an unknown for a yes.
     const bool hit = touch != Touch::kNo;
-    const char* rest = incomplete(touch != Touch::kUnknown, format);
+    const std::string rest = reservations(touch != Touch::kUnknown, error, format);
     if (format == AnswerFormat::kJson) return fmt::format(R"({{"hit":{}{}}})", hit, rest);
     return fmt::format("{}{}", hit ? "touch" : "do not touch", rest);
 }
 
-std::string answerLine(const PairTouch& pairs, AnswerFormat format) {
+std::string answerLine(const PairTouch& pairs, AnswerFormat format, double error) {
     const bool asJson = format == AnswerFormat::kJson;
     std::string named;
     for (std::size_t i = 0; i < std::min(pairs.faces.size(), kPairsNamed); ++i)
         named += asJson ? (i > 0 ? "," : "") + json(pairs.faces[i]) : " " + text(pairs.faces[i]);
-    const char* rest = incomplete(pairs.complete, format);
+    const std::string rest = reservations(pairs.complete, error, format);
     if (asJson)
         return fmt::format(R"({{"hit":{},"pairs":{},"first":[{}]{}}})", pairs.count > 0 || !pairs.complete, pairs.count,
                            named, rest);
     if (pairs.count == 0) return fmt::format("no pair of triangles meets{}", rest);
-    if (pairs.faces.empty()) return "they meet as wholes";
+    if (pairs.faces.empty()) return "they meet as wholes" + rest;
     return fmt::format("{} pair{} of triangles meet{}:{}{}{}", pairs.count, pairs.count == 1 ? "" : "s",
                        pairs.count == 1 ? "s" : "", named, pairs.count > kPairsNamed ? " …" : "", rest);
 }
 
-std::string answerLine(const PairDepth& depth, double error, AnswerFormat format) {
+std::string answerLine(const PairDepth& depth, std::optional<double> error, AnswerFormat format) {
     if (format == AnswerFormat::kJson)
         return fmt::format(R"({{"depth":{},"normal":{},"error":{}}})", depth.depth ? json(*depth.depth) : "null",
-                           json(depth.normal), json(error));
+                           json(depth.normal), error ? json(*error) : "null");
     if (!depth.depth) return "no depth: a surface that encloses nothing, or nothing but a touch";
     if (*depth.depth == 0) return "depth 0";
     return fmt::format("depth {:.9g}, B out along {}", *depth.depth, text(depth.normal));
 }
 
-std::string answerLine(const Distance& distance, AnswerFormat format) {
-    const char* rest = incomplete(distance.complete, format);
+std::string answerLine(const Distance& distance, AnswerFormat format, double error) {
+    const std::string rest = reservations(distance.complete, error, format);
     if (format == AnswerFormat::kJson)
         return fmt::format(R"({{"distance":{},"faces":{},"points":[{},{}]{}}})", json(distance.distance),
                            json(distance.faces), json(distance.onA), json(distance.onB), rest);
@@ -78,10 +82,11 @@ std::string answerLine(const Distance& distance, AnswerFormat format) {
                        text(distance.onB), rest);
 }
 
-std::string answerLine(const Impact& impact, AnswerFormat format) {
-    const char* rest = incomplete(impact.complete, format);
+std::string answerLine(const Impact& impact, AnswerFormat format, double error) {
+    const std::string rest = reservations(impact.complete, error, format);
     if (!impact.hit && impact.complete)
-        return format == AnswerFormat::kJson ? R"({"hit":false})" : "they do not touch on the way";
+        return format == AnswerFormat::kJson ? fmt::format(R"({{"hit":false{}}})", rest)
+                                             : "they do not touch on the way" + rest;
     if (format == AnswerFormat::kJson)
         return fmt::format(R"({{"hit":true,"t":{},"distance":{},"faces":{},"point":{},"normal":{}{}}})", json(impact.t),
                            json(impact.distance), json(impact.faces), json(impact.point), json(impact.normal), rest);
@@ -101,11 +106,16 @@ std::string timeLine(const QueryTimes& times, AnswerFormat format) {
     };
     if (format == AnswerFormat::kJson)
         return fmt::format(
-            R"({{"build_us":{},"mean_us":{},"median_us":{},"p99_us":{},"threads":{},"instruction_set":"{}"}})",
-            json(times.buildUs), json(mean), json(at(0.5)), json(at(0.99)), times.threads, times.instructionSet);
-    return fmt::format("build {:.0f} µs; query mean {:.2f} µs, median {:.2f} µs, p99 {:.2f} µs; {} thread{}; {}",
-                       times.buildUs, mean, at(0.5), at(0.99), times.threads, times.threads == 1 ? "" : "s",
-                       times.instructionSet);
+            R"({{"build_us":{},"mean_us":{},"median_us":{},"p99_us":{},"threads":{},"instruction_set":"{}",)"
+            R"("faces":[{},{}],"bytes":[{},{}]}})",
+            json(times.buildUs), json(mean), json(at(0.5)), json(at(0.99)), times.threads, times.instructionSet,
+            times.faces[0], times.faces[1], times.bytes[0], times.bytes[1]);
+    return fmt::format(
+        "build {:.0f} µs; query mean {:.2f} µs, median {:.2f} µs, p99 {:.2f} µs; {} thread{}; {}; faces {} and {}, {:.2f} "
+        "and {:.2f} MB",
+        times.buildUs, mean, at(0.5), at(0.99), times.threads, times.threads == 1 ? "" : "s", times.instructionSet,
+        times.faces[0], times.faces[1], 1e-6 * static_cast<double>(times.bytes[0]),
+        1e-6 * static_cast<double>(times.bytes[1]));
 }
 
 }  // namespace tessera

@@ -1,6 +1,8 @@
 /// The answers of tessera-collide as lines: JSON for programs, words for people.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,17 +17,18 @@ enum class AnswerFormat { kText, kJson };
 inline constexpr std::size_t kPairsNamed = 16;
 
 // One line each, without its end. Numbers have 17 significant digits in JSON and do not depend on the locale. An answer
-// that is not complete says so (`"complete":false`).
-[[nodiscard]] std::string answerLine(Touch touch, AnswerFormat format);
-[[nodiscard]] std::string answerLine(const PairTouch& pairs, AnswerFormat format);
-[[nodiscard]] std::string answerLine(const Distance& distance, AnswerFormat format);
-[[nodiscard]] std::string answerLine(const Impact& impact, AnswerFormat format);
-/// `error`: as PairMethods::error.
-[[nodiscard]] std::string answerLine(const PairDepth& depth, double error, AnswerFormat format);
+// that is not complete says so (`"complete":false`); so does one of covers (`"error"`: as coverError, if above 0).
+[[nodiscard]] std::string answerLine(Touch touch, AnswerFormat format, double error = 0);
+[[nodiscard]] std::string answerLine(const PairTouch& pairs, AnswerFormat format, double error = 0);
+[[nodiscard]] std::string answerLine(const Distance& distance, AnswerFormat format, double error = 0);
+[[nodiscard]] std::string answerLine(const Impact& impact, AnswerFormat format, double error = 0);
+/// `error`: as PairMethods::error; none: it is not known.
+[[nodiscard]] std::string answerLine(const PairDepth& depth, std::optional<double> error, AnswerFormat format);
 
 struct QueryTimes {
     double buildUs = 0;           ///< of both shapes
     std::vector<double> queryUs;  ///< in the order asked
+    std::array<std::size_t, 2> faces{}, bytes{};  ///< of A and B after all queries: of a cover its balls
     unsigned threads = 1;
     std::string_view instructionSet;
 };

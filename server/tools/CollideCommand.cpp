@@ -4,6 +4,7 @@
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -64,8 +65,8 @@ Expected<Model> load(const std::string& path, Representation as, const CollideAr
 }
 
 /// With the tree that queries begin with, so that its time counts as building.
-Expected<std::shared_ptr<CollisionShape>> shapeOf(Model model, Representation as, const std::string& path,
-                                                  const TreeOptions& trees) {
+Expected<std::shared_ptr<CollisionShape>> shapeOf(Model model, Representation as, unsigned level,
+                                                  const std::string& path, const TreeOptions& trees) {
     if (const auto* points = std::get_if<FilePoints>(&model)) {
         Expected<std::shared_ptr<CollisionShape>> made =
             CollisionShape::ofPoints(points->places, points->radius, trees);
@@ -73,6 +74,11 @@ Expected<std::shared_ptr<CollisionShape>> shapeOf(Model model, Representation as
         return made;
     }
     TriangleMesh& mesh = std::get<TriangleMesh>(model);
+    if (level > 0) {
+        Expected<std::shared_ptr<CollisionShape>> cover = CollisionShape::ofCover(std::move(mesh), level, trees);
+        if (!cover) return failWith(fmt::format("{}, level {}", path, level), cover.error());
+        return cover;
+    }
     if (as == Representation::kHeightField) {
         Expected<std::shared_ptr<CollisionShape>> field = CollisionShape::ofHeightField(mesh, trees);
         if (!field) return failWith(path, field.error());
@@ -99,37 +105,37 @@ std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArgu
     const PairMethods& methods = pairMethods(a, b);
     const Affine3d a_T_b = pose.start.matrix();
     const AnswerFormat format = arguments.format;
+    const Affine3d here = Affine3d::Identity();
+    const double error = coverError({a, here}, {b, a_T_b});
     switch (arguments.query) {
         case CollideQuery::kAny:
             return answerLine(timed([&](QueryWork& work) {
                                   return methods.touch(a, b, a_T_b, {work, nullptr, workers});
                               }).touch,
-                              format);
+                              format, error);
         case CollideQuery::kAll:
             return answerLine(timed([&](QueryWork& work) {
                                   return methods.contacts(a, b, a_T_b, ~std::size_t{0}, {work, nullptr, workers});
                               }),
-                              format);
+                              format, error);
         case CollideQuery::kDistance:
             return answerLine(timed([&](QueryWork& work) {
                                   return methods.distance(a, b, a_T_b, work,
                                                           {.tolerance = arguments.tolerance.value_or(0)});
                               }),
-                              format);
+                              format, error);
         case CollideQuery::kImpact:
             return answerLine(timed([&](QueryWork& work) {
                                   return methods.firstContact(
                                       a, BodyMotion{}, b, BodyMotion{pose.start, *pose.end}, work,
                                       {.tolerance = arguments.tolerance.value_or(ImpactOptions{}.tolerance)});
                               }),
-                              format);
-        case CollideQuery::kDepth: {
-            const Affine3d here = Affine3d::Identity();
+                              format, error);
+        case CollideQuery::kDepth:
             return answerLine(timed([&](QueryWork& work) {
                                   return methods.depth({a, here}, {b, a_T_b}, work);
                               }),
-                              methods.error, format);
-        }
+                              a.isCover() || b.isCover() ? std::nullopt : std::optional(methods.error), format);
         case CollideQuery::kSelf:
             break;
     }
@@ -183,10 +189,10 @@ Expected<void> collide(const CollideArguments& arguments) {
 
     const SteadyClock::time_point start = SteadyClock::now();
     const Expected<std::shared_ptr<CollisionShape>> shapeA =
-        shapeOf(std::move(*a), arguments.asA, arguments.a, arguments.tree);
+        shapeOf(std::move(*a), arguments.asA, arguments.levelA, arguments.a, arguments.tree);
     if (!shapeA) return tl::unexpected(shapeA.error());
     const Expected<std::shared_ptr<CollisionShape>> shapeB =
-        alone ? shapeA : shapeOf(std::move(*b), arguments.asB, arguments.b, arguments.tree);
+        alone ? shapeA : shapeOf(std::move(*b), arguments.asB, arguments.levelB, arguments.b, arguments.tree);
     if (!shapeB) return tl::unexpected(shapeB.error());
     const Bodies bodies{*shapeA, *shapeB};
     QueryTimes times{.buildUs = microseconds(start, SteadyClock::now()),
@@ -208,6 +214,8 @@ Expected<void> collide(const CollideArguments& arguments) {
         progress.at(times.queryUs.size());
         if (!written) break;
     }
+    times.faces = {bodies.a->faceCount(), bodies.b->faceCount()};
+    times.bytes = {bodies.a->memoryBytes(), bodies.b->memoryBytes()};
     if (arguments.time) write(timeLine(times, arguments.format));
     if (std::fflush(stdout) != 0 || !written)
         return fail(ErrorCode::kFailed, "the answers cannot be written to stdout");
@@ -247,6 +255,10 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
         ->type_name("KIND")
         ->check(oneOf(kKinds));
     app.add_option("--as-b", asB, "The same of B")->type_name("KIND")->check(oneOf(kKinds));
+    std::string levelA, levelB;
+    const CLI::Option* levelAOption = app.add_option("--level-a", levelA, "A as balls that cover it; 1 to 12, each\nhalf as large as the last; 0: as it is")
+        ->type_name("N");
+    const CLI::Option* levelBOption = app.add_option("--level-b", levelB, "The same of B")->type_name("N");
     double radius = 0;
     const CLI::Option* radiusOption = app.add_option("--radius", radius, "Of points; else the file's")->type_name("R");
     app.add_option("--volume", volume, "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; times of contact may differ\nwithin the tolerance, nothing else")
@@ -287,6 +299,24 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     }
     const bool points = out.asA == Representation::kPoints || out.asB == Representation::kPoints;
     if (alone && points) return fail(ErrorCode::kUsage, "self is about surfaces: points run into nothing of theirs");
+    const auto takeLevel = [](const CLI::Option* option, const std::string& word, Representation as,
+                              unsigned& to) -> Expected<void> {
+        if (option->count() == 0) return {};
+        const char* const end = word.data() + word.size();
+        const auto [rest, wrong] = std::from_chars(word.data(), end, to);
+        if (wrong != std::errc() || rest != end || to > kFinestLevel)
+            return fail(ErrorCode::kUsage,
+                        fmt::format("{} must be a whole number from 0 to {}", option->get_name(), kFinestLevel));
+        if (as == Representation::kHull || as == Representation::kPoints)
+            return fail(ErrorCode::kUsage, fmt::format("{} is for triangles and height fields", option->get_name()));
+        return {};
+    };
+    if (alone && levelAOption->count() + levelBOption->count() > 0)
+        return fail(ErrorCode::kUsage, "self looks at the surface itself: no levels");
+    if (const Expected<void> good = takeLevel(levelAOption, levelA, out.asA, out.levelA); !good)
+        return tl::unexpected(good.error());
+    if (const Expected<void> good = takeLevel(levelBOption, levelB, out.asB, out.levelB); !good)
+        return tl::unexpected(good.error());
     if (radiusOption->count() > 0) {
         if (!points) return fail(ErrorCode::kUsage, "--radius is for --as-a points and --as-b points");
         if (!std::isfinite(radius) || radius < 0)

@@ -18,7 +18,8 @@ enum class CollideQuery : std::uint8_t { kAny, kAll, kDistance, kImpact, kDepth,
 struct CollideArguments {
     std::string a, b, poses;  ///< of self a alone
     Representation asA = Representation::kTriangles, asB = Representation::kTriangles;
-    std::optional<double> radius;  ///< of points; else the file's
+    unsigned levelA = 0, levelB = 0;  ///< of detail, as CollisionObject::level
+    std::optional<double> radius;     ///< of points; else the file's
     CollideQuery query = CollideQuery::kAny;
     AnswerFormat format = AnswerFormat::kText;
     bool time = false;

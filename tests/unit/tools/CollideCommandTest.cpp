@@ -44,6 +44,27 @@ TEST(CollideCommand, PointsHaveARadius) {
     EXPECT_NE(refusal({"a", "--query", "self", "--as-a", "points"}).find("points"), std::string::npos);
 }
 
+TEST(CollideCommand, SurfacesHaveLevelsOfDetail) {
+    const std::vector<std::string> asked{"a", "b", "--poses", "p", "--query", "distance"};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), asked.begin(), asked.end());
+        return more;
+    };
+    EXPECT_EQ(arguments(asked).levelA, 0u);
+    const CollideArguments out = arguments(with({"--level-a", "12", "--level-b", "1", "--as-b", "heightfield"}));
+    EXPECT_EQ(out.levelA, 12u);
+    EXPECT_EQ(out.levelB, 1u);
+    EXPECT_EQ(arguments(with({"--level-a", "0", "--as-a", "triangles"})).levelA, 0u);
+    for (const std::string side : {"a", "b"}) {
+        for (const char* level : {"-1", "13", "1000000000000", "2.5", "fine", "nan", ""})
+            EXPECT_NE(refusal(with({"--level-" + side, level})).find("--level-" + side), std::string::npos) << level;
+        for (const char* kind : {"hull", "points"})
+            EXPECT_EQ(refusal(with({"--level-" + side, "4", "--as-" + side, kind})),
+                      "--level-" + side + " is for triangles and height fields");
+    }
+    EXPECT_NE(refusal({"a", "--query", "self", "--level-a", "3"}).find("levels"), std::string::npos);
+}
+
 TEST(CollideCommand, KnowsEveryQuery) {
     const std::vector<std::pair<std::string, CollideQuery>> queries{{"any", CollideQuery::kAny},
                                                                     {"all", CollideQuery::kAll},
@@ -131,6 +152,18 @@ TEST(CollideAnswers, AreWhatTheirSheetSays) {
         R"({"hit":true,"t":0.25,"distance":1.0000000000000001e-05,"faces":[4,5],"point":[1,2,3],"normal":[0,0,1]})");
 }
 
+TEST(CollideAnswers, OfCoversSayTheirError) {
+    EXPECT_EQ(answerLine(Touch::kYes, AnswerFormat::kJson, 0.25), R"({"hit":true,"error":0.25})");
+    EXPECT_EQ(answerLine(Touch::kUnknown, AnswerFormat::kJson, 0.25), R"({"hit":true,"error":0.25,"complete":false})");
+    EXPECT_EQ(answerLine(PairTouch{}, AnswerFormat::kJson, 0.5), R"({"hit":false,"pairs":0,"first":[],"error":0.5})");
+    EXPECT_NE(answerLine(Distance{}, AnswerFormat::kJson, 0.5).find(R"(,"error":0.5})"), std::string::npos);
+    EXPECT_EQ(answerLine(Impact{}, AnswerFormat::kJson, 0.5), R"({"hit":false,"error":0.5})");
+    EXPECT_NE(answerLine(Impact{.hit = true}, AnswerFormat::kJson, 0.5).find(R"(,"error":0.5})"), std::string::npos);
+    EXPECT_EQ(answerLine(PairDepth{}, std::nullopt, AnswerFormat::kJson),
+              R"({"depth":null,"normal":[0,0,0],"error":null})");
+    EXPECT_EQ(answerLine(Touch::kNo, AnswerFormat::kText, 0.25), "do not touch; error 0.25");
+}
+
 TEST(CollideAnswers, NameTheFirstSixteenPairs) {
     PairTouch many{.touch = Touch::kYes, .count = 40};
     for (std::uint32_t f = 0; f < 40; ++f) many.faces.push_back({f, f});
@@ -149,10 +182,11 @@ TEST(CollideAnswers, ThatAreNotCompleteSaySo) {
 }
 
 TEST(CollideAnswers, TimesAreMeanMedianAndTail) {
-    QueryTimes times{.buildUs = 10, .queryUs = {}, .threads = 2, .instructionSet = "avx2"};
+    QueryTimes times{.buildUs = 10, .queryUs = {}, .faces = {5, 6}, .bytes = {700, 800}, .threads = 2, .instructionSet = "avx2"};
     for (int i = 100; i > 0; --i) times.queryUs.push_back(i);
     EXPECT_EQ(timeLine(times, AnswerFormat::kJson),
-              R"({"build_us":10,"mean_us":50.5,"median_us":51,"p99_us":100,"threads":2,"instruction_set":"avx2"})");
+              R"({"build_us":10,"mean_us":50.5,"median_us":51,"p99_us":100,"threads":2,"instruction_set":"avx2",)"
+              R"("faces":[5,6],"bytes":[700,800]})");
     EXPECT_NE(timeLine({.instructionSet = "avx2"}, AnswerFormat::kJson).find(R"("mean_us":0,)"), std::string::npos);
 }
 
