@@ -39,8 +39,13 @@ struct CollisionObject {
     /// How near to it a motion is stopped, and how deep two may lie in each other and still slide, in units of the
     /// world. Of two objects the smaller one counts. 0: a ten-thousandth of what moves.
     double tolerance = 0;
+    /// Above 0: a surface of triangles is looked at as solid balls that cover it, of the radius (diagonal of the geometry's
+    /// own bounding box) / 2^(level + 1). What touches the surface touches the balls; what is farther from it than
+    /// two radii touches none. Hulls, points, what deforms and free bodies stay as they are.
+    std::int64_t level = 0;
 
     static constexpr double kFastest = 1e6;
+    static constexpr std::int64_t kFinestLevel = 12;
 };
 template <>
 inline constexpr auto kDescription<CollisionObject> =
@@ -84,6 +89,9 @@ inline constexpr auto kDescription<CollisionObject> =
                          {CollisionObject::kDop18, "18-dop"},
                          {CollisionObject::kDop26, "26-dop"}})
                  .affects(Effect::kRules),
-             field<&CollisionObject::tolerance>(12, "tolerance").between(0, 1e12).affects(Effect::kTerms));
+             field<&CollisionObject::tolerance>(12, "tolerance").between(0, 1e12).affects(Effect::kTerms),
+             field<&CollisionObject::level>(13, "level")
+                 .between(0, CollisionObject::kFinestLevel)
+                 .affects(Effect::kRules));
 
 }  // namespace tessera

@@ -76,6 +76,7 @@ Expected<CollisionObject> readCollisionObject(const ObjectMessage& message) {
     object.shape = message.shape();
     object.volume = message.volume();
     object.tolerance = message.tolerance();
+    object.level = message.level();
     if (message.has_layers()) object.layers = message.layers();
     object.mass = message.mass();
     if (message.has_restitution()) object.restitution = message.restitution();

@@ -24,6 +24,8 @@ ShapeChoice choiceOf(const CollisionObject& object) {
         case CollisionObject::kDop26: choice.volume = VolumeKind::kDop26; break;
         default: break;
     }
+    static_assert(kFinestLevel == CollisionObject::kFinestLevel);
+    choice.level = static_cast<unsigned>(object.level);
     return choice;
 }
 

@@ -147,9 +147,8 @@ public:
     [[nodiscard]] double toleranceOf(std::uint32_t a, std::uint32_t b, double size, double relative) const;
     /// Parts whose geometry is not, or cannot be, what their object asks for, by number.
     [[nodiscard]] const std::set<std::uint32_t>& standIns() const { return standIns_; }
-    [[nodiscard]] std::optional<Representation> askedShape(std::uint32_t part) const {
-        return partTerms_[part].shape.choice.representation;
-    }
+    /// Of a stand-in, in words: a shape, or "level" and a number.
+    [[nodiscard]] std::string_view askedShape(std::uint32_t part) const;
     /// Of the first Environment in document order.
     [[nodiscard]] const Vec3d& gravity() const { return gravity_; }
 

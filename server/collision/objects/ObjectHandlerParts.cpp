@@ -1,11 +1,13 @@
 /// The part of the object handler that keeps parts, their shapes, and the bodies that they make.
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "common/drawable/Drawable.h"
 #include "server/collision/objects/ObjectHandler.h"
 #include "server/collision/objects/SortOnce.h"
 #include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/PairTable.h"
 
 namespace tessera {
 
@@ -166,9 +168,28 @@ std::shared_ptr<const CollisionShape> ObjectHandler::shapeOf(const Aspect& aspec
     return shapes_->shape(arrays, partTerms_[part].shape.choice);
 }
 
+namespace {
+
+/// Balls that cover it stand for triangles and for height fields alike.
+bool isAsAsked(const CollisionShape& shape, const ShapeChoice& choice) {
+    if (shape.isCover()) return true;
+    return choice.level == 0 && (!choice.representation || *choice.representation == shape.representation());
+}
+
+}  // namespace
+
+std::string_view ObjectHandler::askedShape(std::uint32_t part) const {
+    static constexpr std::array<std::string_view, kFinestLevel> kLevels{
+        "level 1", "level 2", "level 3", "level 4",  "level 5",  "level 6",
+        "level 7", "level 8", "level 9", "level 10", "level 11", "level 12"};
+    const ShapeChoice& choice = partTerms_[part].shape.choice;
+    const bool otherShape = choice.representation && *choice.representation != parts_[part].shape->representation();
+    if (otherShape || choice.level == 0) return nameOf(*choice.representation);
+    return kLevels[choice.level - 1];
+}
+
 void ObjectHandler::noteStandIn(std::uint32_t number, const CollisionShape* shape) {
-    const std::optional<Representation> asked = partTerms_[number].shape.choice.representation;
-    if (shape != nullptr && asked && *asked != shape->representation())
+    if (shape != nullptr && !isAsAsked(*shape, partTerms_[number].shape.choice))
         standIns_.insert(number);
     else
         standIns_.erase(number);

@@ -44,6 +44,20 @@ std::shared_ptr<const CollisionShape> pointsOf(const MeshArrays& arrays) {
     return made ? *made : nullptr;
 }
 
+bool coverable(const ShapeChoice& choice) {
+    return choice.representation != Representation::kHull && choice.representation != Representation::kPoints;
+}
+
+ShapeChoice withoutLevel(ShapeChoice choice) {
+    choice.level = 0;
+    return choice;
+}
+
+/// Of its faces, and of its surface where that is another thing.
+std::size_t trianglesOf(const CollisionShape& shape) {
+    return shape.faceCount() + (shape.isCover() ? shape.mesh().faceCount() : 0);
+}
+
 }  // namespace
 
 std::optional<MeshData> octahedraOf(const MeshArrays& points) {
@@ -58,15 +72,23 @@ std::optional<MeshData> octahedraOf(const MeshArrays& points) {
 std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays, const ShapeChoice& choice) {
     // What is not here yet may come: nothing is remembered about it.
     if (!resident(arrays)) return nullptr;
+    const bool points = arrays.primitive == Primitive::kPoints;
     const Key key{arrays.positions.id(), arrays.indices.id(), arrays.primitive, arrays.pointRadius, choice};
+    if (choice.level > 0 && (points || !coverable(choice) || uncovered_.contains(key)))
+        return shape(arrays, withoutLevel(choice));
     if (const auto known = shapes_.find(key); known != shapes_.end()) return known->second;
     std::shared_ptr<const CollisionShape> made;
-    const bool points = arrays.primitive == Primitive::kPoints;
     if (points && (!choice.representation || choice.representation == Representation::kPoints)) {
         made = pointsOf(arrays);
     } else if (std::optional<TriangleMesh> mesh = meshOf(arrays)) {
         const TreeOptions trees{.volume = choice.volume.value_or(kAutomaticVolume)};
         const std::optional<Representation> wanted = choice.representation;
+        if (choice.level > 0) {
+            const auto cover = CollisionShape::ofCover(std::move(*mesh), choice.level, trees);
+            if (cover) return shapes_[key] = *cover;
+            uncovered_.insert(key);
+            return shape(arrays, withoutLevel(choice));
+        }
         if (wanted == Representation::kHull)
             made = CollisionShape::ofHull(*mesh, trees);
         else if (wanted == Representation::kHeightField || (!wanted && mesh->faceCount() >= kAutomaticFieldFaces))
@@ -105,10 +127,11 @@ Box ShapeCache::bounds(const MeshArrays& arrays) {
 void ShapeCache::forgetIdle() {
     std::size_t idle = 0;
     for (const auto& [key, shape] : shapes_)
-        if (shape.use_count() == 1) idle += shape->faceCount();
+        if (shape.use_count() == 1) idle += trianglesOf(*shape);
     if (idle <= maxIdleTriangles_) return;
     std::erase_if(shapes_, [](const auto& entry) { return entry.second.use_count() <= 1; });
     bounds_.clear();
+    uncovered_.clear();
 }
 
 }  // namespace tessera

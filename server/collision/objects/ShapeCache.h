@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <tuple>
 
 #include "common/geometry/Mesh.h"
@@ -23,7 +24,7 @@ public:
     explicit ShapeCache(std::size_t maxIdleTriangles = 4'000'000) : maxIdleTriangles_(maxIdleTriangles) {}
 
     /// Made when first asked for. Null where the arrays are absent or malformed or hold no triangle, and for a hull
-    /// where the points lie in one plane.
+    /// where the points lie in one plane. Triangles of a level are taken as they are where no balls can cover them.
     [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const MeshArrays& arrays, const ShapeChoice& choice = {});
     /// One of its own, for a geometry that will deform.
     [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const MeshArrays& arrays, const ShapeChoice& choice);
@@ -40,6 +41,7 @@ private:
     using Key = std::tuple<BlobId, BlobId, Primitive, double, ShapeChoice>;
     std::size_t maxIdleTriangles_;
     std::map<Key, std::shared_ptr<const CollisionShape>> shapes_;
+    std::set<Key> uncovered_;  ///< levels that these cannot have
     std::map<std::tuple<BlobId, Primitive, double>, Box> bounds_;
 };
 

@@ -104,8 +104,8 @@ void CollisionPipeline::Impl::finish(Step& step) {
     counters.standIns = handler.standIns().size();
     for (const std::uint32_t number : handler.standIns()) {
         if (result.standIns.size() == limits.maxNotLookedAt) break;
-        result.standIns.push_back({part(number).node, nameOf(*handler.askedShape(number)),
-                                   nameOf(part(number).shape->representation())});
+        result.standIns.push_back(
+            {part(number).node, handler.askedShape(number), nameOf(part(number).shape->representation())});
     }
 }
 

@@ -44,8 +44,12 @@ void askDistance(PairState& state, const Part& a, const Part& b, double upperBou
 
 Contact contactOfFaces(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB,
                        const FacePair& faces) {
-    const PairContact found = contactOfFaces({*a.shape, worldA}, {*b.shape, worldB}, faces);
+    const PlacedShape placedA{*a.shape, worldA}, placedB{*b.shape, worldB};
+    // What runs into itself does so as the surface that it is, whatever covers it.
+    const bool itself = &a == &b;
+    const PairContact found = itself ? contactWithItself(placedA, faces) : contactOfFaces(placedA, placedB, faces);
     Contact contact;
+    contact.error = itself ? 0 : coverError(placedA, placedB);
     contact.point = found.point;
     contact.normal = found.normal;
     contact.depth = found.depth.value_or(Contact::kNoDepth);

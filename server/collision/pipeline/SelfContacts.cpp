@@ -49,7 +49,8 @@ bool SelfContacts::follow(const ObjectHandler& handler, std::span<const std::uin
         known.count = 0;
         known.stale = false;
         // A hull does not run into itself, and balls of a set are none to each other.
-        if (!known.shape || known.shape->hull() != nullptr || known.shape->points() != nullptr) continue;
+        const bool points = known.shape && known.shape->points() != nullptr && !known.shape->isCover();
+        if (!known.shape || known.shape->hull() != nullptr || points) continue;
         FacePairs found = selfTouching(known.shape->tree(), work, {.weldEqualPositions = true});
         known.count = found.pairs.size();
         known.faces = std::move(found.pairs);

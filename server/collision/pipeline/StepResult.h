@@ -104,10 +104,11 @@ struct NotLookedAt {
     Reason reason = Reason::kWork;
 };
 
-/// A geometry that is taken for something else than its object asks for (CollisionObject::shape).
+/// A geometry that is taken for something else than its object asks for (CollisionObject::shape, level).
 struct StandIn {
     ObjectId node;
-    std::string_view asked, taken;  ///< words of CollisionObject::shape
+    std::string_view asked;  ///< a word of CollisionObject::shape, or the level that it cannot have: "level 5"
+    std::string_view taken;  ///< a word of CollisionObject::shape
 };
 
 struct CollisionLimits {

@@ -225,7 +225,7 @@ TEST(SceneText, ReadsEverythingThatACollisionObjectSays) {
         node { name: "bolt" transform {} collision_object {} }
         node { name: "plate" node { name: "slab" box { size { x: 1 y: 1 z: 1 } } } }
         node { name: "body" collision_object { node: "plate/slab" kind: STATIC division: EACH_GEOMETRY shape: HULL layers: 10
-               restitution: 0.9 friction: 2 velocity { x: 1 y: 2 z: 3 } spin { y: -4 } } }
+               restitution: 0.9 friction: 2 level: 7 velocity { x: 1 y: 2 z: 3 } spin { y: -4 } } }
         node { name: "nut" transform {} node { name: "body" collision_object { kind: DEFORMING division: EACH_CHILD layers: 0 } } }
         node { name: "ball" transform {} node { name: "body" collision_object { mass: 2.5 } } })");
     ASSERT_TRUE(scene) << messageOf(scene);
@@ -243,6 +243,7 @@ TEST(SceneText, ReadsEverythingThatACollisionObjectSays) {
     EXPECT_EQ(bolt->mass, 0);
     EXPECT_EQ(bolt->restitution, fresh.restitution);
     EXPECT_EQ(bolt->friction, fresh.friction);
+    EXPECT_EQ(bolt->level, 0);
     const auto* body = aspect.core<CollisionObject>("/body");
     EXPECT_EQ(body->node, *findNode(*aspect, "/plate/slab"));
     EXPECT_EQ(body->kind, CollisionObject::kStatic);
@@ -251,6 +252,7 @@ TEST(SceneText, ReadsEverythingThatACollisionObjectSays) {
     EXPECT_EQ(body->layers, 10);
     EXPECT_EQ(body->restitution, 0.9);
     EXPECT_EQ(body->friction, 2);
+    EXPECT_EQ(body->level, 7);
     EXPECT_EQ(body->velocity, Vec3d(1, 2, 3));
     EXPECT_EQ(body->spin, Vec3d(0, -4, 0));
     const auto* nut = aspect.core<CollisionObject>("/nut/body");
@@ -527,6 +529,8 @@ INSTANTIATE_TEST_SUITE_P(
                   "scene.tsct:2:8: an interest: patience must be between 0 and 1000000, not 2000000"},
         WrongText{"NegativeMass", "node { transform {}\n  collision_object { mass: -2 } }",
                   "scene.tsct:2:3: a collision object: mass must be between 0 and 1000000000000, not -2"},
+        WrongText{"TooFine", "node { transform {} collision_object { level: 13 } }",
+                  "scene.tsct:1:21: a collision object: level must be between 0 and 12, not 13"},
         WrongText{"TooBouncy", "node { transform {} collision_object { restitution: 1.5 } }",
                   "scene.tsct:1:21: a collision object: restitution must be between 0 and 1, not 1.5"},
         WrongText{"NegativeFriction", "node { transform {} collision_object { friction: -0.1 } }",

@@ -175,6 +175,7 @@ private:
         if (below(4) == 0) b.set(id, type, fieldId<&CollisionObject::division>, number(3));
         if (below(4) == 0) b.set(id, type, fieldId<&CollisionObject::shape>, number(2));
         if (below(4) == 0) b.set(id, type, fieldId<&CollisionObject::layers>, number(8));
+        if (below(4) == 0) b.set(id, type, fieldId<&CollisionObject::level>, number(4));
         if (below(2) == 0) b.set(id, type, fieldId<&CollisionObject::mass>, toValue(below(3) == 0 ? 0.0 : between(1, 9)));
         if (below(3) == 0) b.set(id, type, fieldId<&CollisionObject::friction>, toValue(between(0, 1)));
         if (below(3) == 0) b.set(id, type, fieldId<&CollisionObject::restitution>, toValue(between(0, 1)));
