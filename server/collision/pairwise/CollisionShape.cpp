@@ -154,6 +154,25 @@ const TriangleTree& CollisionShape::tree(VolumeKind kind) const {
     return *lazy.tree;
 }
 
+const TriangleTree& CollisionShape::centreTree() const {
+    TESSERA_CHECK(isCover(), "only covers have balls that fit a surface");
+    std::call_once(centreTree_.made, [&] {
+        std::vector<double> positions;
+        std::vector<std::uint32_t> indices;
+        positions.reserve(3 * points_->size());
+        indices.reserve(3 * points_->size());
+        for (std::uint32_t ball = 0; ball < points_->size(); ++ball) {
+            const Vec3d centre = points_->point(ball);
+            positions.insert(positions.end(), {centre.x(), centre.y(), centre.z()});
+            indices.insert(indices.end(), {ball, ball, ball});
+        }
+        Expected<TriangleMesh> centres = TriangleMesh::make(std::span<const double>(positions), indices);
+        TESSERA_CHECK(centres.has_value(), "centres lie in the box of a mesh, or where a map of one that is a mesh takes them");
+        centreTree_.tree = std::make_unique<TriangleTree>(std::move(*centres), TreeOptions{.volume = kAutomaticVolume});
+    });
+    return *centreTree_.tree;
+}
+
 const SurfaceTopology& CollisionShape::topology() const {
     std::call_once(*topologyLookedAt_, [&] {
         if (!topology_ || !topology_->holds(mesh())) topology_ = std::make_unique<SurfaceTopology>(mesh());
@@ -220,6 +239,7 @@ std::size_t CollisionShape::memoryBytes() const {
                         coveredFaces_.capacity() * sizeof(std::uint32_t);
     for (const LazyTree& lazy : trees_)
         if (lazy.tree) bytes += lazy.tree->memoryBytes() - mesh_->memoryBytes();
+    if (centreTree_.tree) bytes += centreTree_.tree->memoryBytes();
     return bytes;
 }
 

@@ -36,6 +36,23 @@ FacePair named(const CollisionShape& a, const CollisionShape& b, FacePair faces)
     return faces;
 }
 
+/// A cover's centres, or the triangles of a surface: those two by their trees.
+const TriangleTree* treeBesideCover(const CollisionShape& shape) {
+    if (shape.isCover()) return &shape.centreTree();
+    return shape.representation() == Representation::kTriangles ? &shape.tree(kAutomaticVolume) : nullptr;
+}
+
+std::optional<Distance> distanceByTrees(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                                        QueryWork& work, const DistanceOptions& options) {
+    if (!(a.isCover() || b.isCover()) || !(a.faceRadius() + b.faceRadius() > 0)) return std::nullopt;
+    const TriangleTree *treeA = treeBesideCover(a), *treeB = treeBesideCover(b);
+    if (treeA == nullptr || treeB == nullptr) return std::nullopt;
+    const BallRadii radii{a.faceRadius(), faceRadiusIn(b, a_T_b)};
+    DistanceOptions bare = options;
+    bare.upperBound += radii.sum();
+    return distanceOfBalls(distanceBetween(*treeA, *treeB, a_T_b, work, bare), radii, options);
+}
+
 PairDepth turned(PairDepth depth) {
     depth.normal = -depth.normal;
     return depth;
@@ -77,6 +94,7 @@ PairTouch Methods<kHulls>::contacts(const CollisionShape& a, const CollisionShap
 template <Hulls kHulls>
 Distance Methods<kHulls>::distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
                                    QueryWork& work, const DistanceOptions& options) {
+    if (const std::optional<Distance> found = distanceByTrees(a, b, a_T_b, work, options)) return *found;
     Distance out = ofBodies<kHulls>(a, b, [&](const auto& bodyA, const auto& bodyB) {
         return distanceBetween(bodyA, bodyB, a_T_b, work, options);
     });

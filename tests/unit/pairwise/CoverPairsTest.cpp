@@ -3,6 +3,7 @@
 
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/pairwise/PairContact.h"
+#include "server/collision/representation/PointSetQueries.h"
 #include "tests/unit/query/Bodies.h"
 
 namespace tessera {
@@ -110,6 +111,39 @@ TEST(CoverPairs, NeverMissWhatTouchesAndAreWrongByTheirErrorAtMost) {
         EXPECT_GT(s.almost, 30);
         EXPECT_GT(s.apart, 100);
     }
+}
+
+TEST(CoverPairs, AreAsFarApartAsTheirBallsWhoeverMeasures) {
+    Random random(36);
+    int apart = 0, touching = 0, farther = 0;
+    for (int round = 0; round < 60; ++round) {
+        const TriangleMesh mesh = bumpy(random, 8, 11), loose = strewn(random, 40, 0.4);
+        const auto a = coverOfMesh(mesh, 1 + round % 6), b = coverOfMesh(loose, 2 + round % 5),
+                   surface = CollisionShape::ofTriangles(loose);
+        Affine3d map = composeTransform(inCube(random, 3), anyRotation(random), Vec3d::Constant(between(random, 0.3, 2)));
+        if (round % 3 == 2) map.linear() *= Vec3d(0.5, -1, 1.3).asDiagonal();
+        const DistanceOptions options{.upperBound = round % 4 == 0 ? 0.7 : std::numeric_limits<double>::infinity()};
+        const auto expectSame = [&](const Distance& found, const Distance& plain) {
+            ASSERT_TRUE(found.complete && plain.complete);
+            ASSERT_EQ(found.farther, plain.farther);
+            ASSERT_EQ(found.distance == 0, plain.distance == 0);
+            ASSERT_NEAR(found.distance, plain.distance, 1e-12 * (1 + plain.distance));
+            farther += found.farther;
+            touching += found.distance == 0;
+            apart += found.distance > 0 && !found.farther;
+        };
+        QueryWork work;
+        expectSame(pairMethods(*a, *b).distance(*a, *b, map, work, options),
+                   distanceBetween(*a->points(), *b->points(), map, work, options));
+        expectSame(pairMethods(*a, *surface).distance(*a, *surface, map, work, options),
+                   distanceBetween(*a->points(), surface->tree(), map, work, options));
+        expectSame(pairMethods(*surface, *a).distance(*surface, *a, map, work, options),
+                   distanceBetween(surface->tree(), *a->points(), map, work, options));
+        if (HasFatalFailure()) return;
+    }
+    EXPECT_GT(apart, 40);
+    EXPECT_GT(touching, 15);
+    EXPECT_GT(farther, 5);
 }
 
 TEST(CoverPairs, MeetNoLaterThanTheirSurfaces) {
