@@ -165,6 +165,20 @@ TEST(BallCover, TakesAsManyBallsAsTheAreaAsksForHoweverSmallTheTrianglesAre) {
     }
 }
 
+/// Where a ball would just do, its centre as a float is beside the one that does.
+TEST(BallCover, HoldsTheEndsOfWhatJustFits) {
+    Random random(9);
+    for (int round = 0; round < 300; ++round) {
+        const Vec3d from = inCube(random, 1), to = inCube(random, 1);
+        const TriangleMesh mesh = meshOfCorners({{from, to, from}}, Vec3d::Zero(), 1);
+        const double radius = 0.5 * (to - from).norm() * (1 + std::pow(10.0, -round % 17));
+        const Expected<BallCover> cover = coverOf(mesh, radius);
+        ASSERT_TRUE(cover);
+        expectCovered(mesh, *cover, random, 20);
+        if (HasFatalFailure()) return;
+    }
+}
+
 TEST(BallCover, RadiiHalveFromLevelToLevel) {
     const Box box = meshOf(shapes::box(Vec3d(3, 4, 12))).bounds();
     for (unsigned level = 1; level <= kFinestLevel; ++level)
