@@ -17,7 +17,6 @@ namespace tessera {
     X(BindTextureUnit, BINDTEXTUREUNIT)                                         \
     X(BindVertexArray, BINDVERTEXARRAY)                                         \
     X(BlendFuncSeparate, BLENDFUNCSEPARATE)                                     \
-    X(BlitNamedFramebuffer, BLITNAMEDFRAMEBUFFER)                               \
     X(CheckNamedFramebufferStatus, CHECKNAMEDFRAMEBUFFERSTATUS)                 \
     X(ClearNamedFramebufferfv, CLEARNAMEDFRAMEBUFFERFV)                         \
     X(ClearNamedFramebufferuiv, CLEARNAMEDFRAMEBUFFERUIV)                       \

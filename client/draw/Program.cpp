@@ -48,11 +48,15 @@ std::string fragmentOf(const ProgramKind& kind) {
             return shader_text::kSurfaceFragment;
         case Use::kLight:
         case Use::kLightRest:
-            return std::string(shader_text::kLighting) + shader_text::kLightFragment;
+            return std::string(shader_text::kLighting) + shader_text::kReadSurface + shader_text::kLightFragment;
         case Use::kBlend:
             return std::string(shader_text::kLighting) + shader_text::kBlendFragment;
         case Use::kCopy:
             return shader_text::kCopyFragment;
+        case Use::kSpread:
+            return std::string(shader_text::kReadSurface) + shader_text::kSpreadFragment;
+        case Use::kResolve:
+            return shader_text::kResolveFragment;
         case Use::kNodeIds:
             return shader_text::kNodeIdFragment;
     }
@@ -61,7 +65,8 @@ std::string fragmentOf(const ProgramKind& kind) {
 
 bool coversScreen(ProgramKind::Use use) {
     using Use = ProgramKind::Use;
-    return use == Use::kLight || use == Use::kLightRest || use == Use::kCopy;
+    return use == Use::kLight || use == Use::kLightRest || use == Use::kCopy || use == Use::kSpread ||
+           use == Use::kResolve;
 }
 
 }  // namespace

@@ -55,12 +55,14 @@ struct ProgramKind {
         kLight,    ///< second pass
         kLightRest,
         kBlend,  ///< what is transparent
-        kCopy,
+        kCopy,   ///< before it: the picture into all samples, the rest into those that show it
+        kSpread,
+        kResolve,  ///< after it: samples to the picture
         kNodeIds,
     } use = Use::kSurface;
     bool textured = false;
     bool faceted = false;        ///< kSurface only
-    int samples = 1;             ///< kLight only
+    int samples = 1;             ///< of those that read samples
     std::size_t lightCount = 0;  ///< a count that is not a constant would cost a read per lane and light
     std::uint32_t spots = 0;     ///< bits: which of the lights have a cone
     auto operator<=>(const ProgramKind&) const = default;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <map>
 
@@ -69,7 +70,11 @@ struct Renderer::Impl {
     [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind kind);
     [[nodiscard]] Expected<void> drawOverScreen(const ProgramKind& kind);
     [[nodiscard]] Expected<void> lightSurfaces();
+    [[nodiscard]] Expected<void> copyToSamples();
     [[nodiscard]] Expected<void> blendTransparent();
+    void bindSurfaces();
+    /// Whether the cell may show anything transparent.
+    [[nodiscard]] bool blends() const;
 
     Surface& surface;
     GlFunctions gl;
@@ -226,25 +231,56 @@ Expected<void> Renderer::Impl::drawOverScreen(const ProgramKind& kind) {
 }
 
 /// Each pixel is lit once, however many surfaces were drawn into it, and once more where its samples show different
-/// ones.
+/// ones. Where something will be blended over the picture each sample gets the colour that it shows.
 Expected<void> Renderer::Impl::lightSurfaces() {
     const auto framebuffer = tile.picture();
     if (!framebuffer) return tl::unexpected(framebuffer.error());
     gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
-    gl.BindTextureUnit(0, tile.surfaceTexture());
-    gl.BindTextureUnit(1, tile.depthTexture());
-    gl.BindTextureUnit(2, materialTexture);
+    bindSurfaces();
     ProgramKind kind{.use = ProgramKind::Use::kLight, .samples = options.samples, .lightCount = lightCount, .spots = spots};
     gl.DepthFunc(GL_ALWAYS);
     if (auto drawn = drawOverScreen(kind); !drawn || options.samples == 1) return drawn;
-    kind.use = ProgramKind::Use::kLightRest;
-    gl.DepthFunc(GL_LESS);
+    const bool perSample = blends();
     gl.DepthMask(GL_FALSE);
+    if (perSample)
+        if (auto copied = copyToSamples(); !copied) return copied;
+    kind.use = ProgramKind::Use::kLightRest;
+    bindSurfaces();
+    gl.DepthFunc(GL_LESS);
+    if (perSample) {
+        const auto rest = tile.rest();
+        if (!rest) return tl::unexpected(rest.error());
+        const std::array<GLfloat, 4> nothing{};
+        gl.ClearNamedFramebufferfv(*rest, GL_COLOR, 0, nothing.data());
+        gl.BindFramebuffer(GL_FRAMEBUFFER, *rest);
+        if (auto lit = drawOverScreen(kind); !lit) return lit;
+    }
+    gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
     gl.Enable(GL_BLEND);
     gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
     return drawOverScreen(kind);
 }
 
+void Renderer::Impl::bindSurfaces() {
+    gl.BindTextureUnit(0, tile.surfaceTexture());
+    gl.BindTextureUnit(1, tile.depthTexture());
+    gl.BindTextureUnit(2, materialTexture);
+}
+
+bool Renderer::Impl::blends() const {
+    return std::find(inCell.begin() + static_cast<std::ptrdiff_t>(calls.opaqueCount()), inCell.end(), true) !=
+           inCell.end();
+}
+
+Expected<void> Renderer::Impl::copyToSamples() {
+    const auto framebuffer = tile.blended();
+    if (!framebuffer) return tl::unexpected(framebuffer.error());
+    gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
+    gl.BindTextureUnit(0, tile.pictureTexture());
+    return drawOverScreen({.use = ProgramKind::Use::kCopy});
+}
+
+/// Alpha adds up from 0, so that it tells where anything was blended: the rest of the picture stays as it is, to the bit.
 Expected<void> Renderer::Impl::blendTransparent() {
     const auto framebuffer = tile.blended();
     if (!framebuffer) return tl::unexpected(framebuffer.error());
@@ -253,20 +289,23 @@ Expected<void> Renderer::Impl::blendTransparent() {
     if (options.samples > 1) {
         gl.Disable(GL_BLEND);
         gl.DepthFunc(GL_ALWAYS);
-        gl.BindTextureUnit(0, tile.pictureTexture());
-        if (auto copied = drawOverScreen({.use = ProgramKind::Use::kCopy}); !copied) return copied;
+        gl.BindTextureUnit(0, tile.surfaceTexture());
+        gl.BindTextureUnit(1, tile.restTexture());
+        if (auto spread = drawOverScreen({.use = ProgramKind::Use::kSpread, .samples = options.samples}); !spread)
+            return spread;
     }
     gl.DepthFunc(GL_GREATER);
     gl.Enable(GL_BLEND);
-    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE);
     if (auto drawn = issue(calls.opaqueCount(), calls.calls().size(),
                            {.use = ProgramKind::Use::kBlend, .lightCount = lightCount, .spots = spots});
         !drawn || options.samples == 1)
         return drawn;
-    const int right = scissor.x + scissor.width, top = scissor.y + scissor.height;
-    gl.BlitNamedFramebuffer(*framebuffer, tile.picture().value(), scissor.x, scissor.y, right, top, scissor.x,
-                            scissor.y, right, top, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-    return {};
+    gl.BindFramebuffer(GL_FRAMEBUFFER, tile.picture().value());
+    gl.BindTextureUnit(0, tile.blendedTexture());
+    gl.Disable(GL_BLEND);
+    gl.DepthFunc(GL_ALWAYS);
+    return drawOverScreen({.use = ProgramKind::Use::kResolve, .samples = options.samples});
 }
 
 Renderer::Renderer() = default;
@@ -292,7 +331,7 @@ Expected<void> Renderer::Impl::drawCell(const DrawList& list, const ScreenCamera
     if (auto begun = beginCell(list, screen, cell, tile); !begun) return begun;
     if (auto drawn = issue(0, calls.opaqueCount(), {.use = ProgramKind::Use::kSurface}); !drawn) return drawn;
     if (auto lit = lightSurfaces(); !lit) return lit;
-    return calls.opaqueCount() < calls.calls().size() ? blendTransparent() : Expected<void>();
+    return blends() ? blendTransparent() : Expected<void>();
 }
 
 void Renderer::Impl::readBack(GLuint framebuffer, const CellPart& cell, const PixelRect& rect, GLenum format,

@@ -205,16 +205,12 @@ void main() {
 }
 )";
 
-const char kLightFragment[] = R"(
+const char kReadSurface[] = R"(
 #if SAMPLES > 1
 layout(binding = 0) uniform usampler2DMS surfaces;
-layout(binding = 1) uniform sampler2DMS depths;
 #else
 layout(binding = 0) uniform usampler2D surfaces;
-layout(binding = 1) uniform sampler2D depths;
 #endif
-layout(binding = 2) uniform samplerBuffer materials;
-layout(location = 0) out vec4 outColor;
 
 vec3 normalOf(uint bits) {
     vec2 oct = (vec2(uvec2(bits, bits >> 13u) & 8191u) - 4095.0) / 4095.0;
@@ -228,6 +224,20 @@ vec3 colorOf(uint bits) {
     return root * root;
 }
 uint materialOf(uvec2 surface) { return (surface.x >> 26u) | ((surface.y >> 24u) << 6u); }
+// Samples of one material with about the same normal are one surface.
+bool sameSurface(uint material, vec3 n, uint otherMaterial, vec3 otherN) {
+    return otherMaterial == material && dot(otherN, n) > 0.85;
+}
+)";
+
+const char kLightFragment[] = R"(
+#if SAMPLES > 1
+layout(binding = 1) uniform sampler2DMS depths;
+#else
+layout(binding = 1) uniform sampler2D depths;
+#endif
+layout(binding = 2) uniform samplerBuffer materials;
+layout(location = 0) out vec4 outColor;
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
@@ -238,8 +248,8 @@ void main() {
     int sampleOf = 0;
     float share = 1.0;
 #if SAMPLES > 1
-    // Samples of one material with about the same normal are one surface: lit once, with their means. What else there is in
-    // the pixel is lit, as one, in a second pass over such pixels only.
+    // One surface is lit once, with the means of its samples. What else there is in the pixel is lit, as one, in a second
+    // pass over such pixels only.
     vec3 sumN = n, sumBase = base, restN = vec3(0.0), restBase = vec3(0.0);
     float count = 1.0, restCount = 0.0;
     uint restMaterial = material;
@@ -249,7 +259,7 @@ void main() {
         vec3 otherN = normalOf(other.x);
         vec3 otherBase = colorOf(other.y);
         uint otherMaterial = materialOf(other);
-        bool same = otherMaterial == material && dot(otherN, n) > 0.85;
+        bool same = sameSurface(material, n, otherMaterial, otherN);
         float weight = same ? 1.0 : 0.0;
         sumN += weight * otherN;
         sumBase += weight * otherBase;
@@ -317,7 +327,38 @@ void main() {
 const char kCopyFragment[] = R"(
 layout(binding = 0) uniform sampler2D picture;
 layout(location = 0) out vec4 outColor;
-void main() { outColor = texelFetch(picture, ivec2(gl_FragCoord.xy), 0); }
+void main() { outColor = vec4(texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb, 0.0); }
+)";
+
+const char kSpreadFragment[] = R"(
+layout(binding = 1) uniform sampler2D rest;
+layout(location = 0) out vec4 outColor;
+
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    vec4 color = texelFetch(rest, at, 0);
+    uvec2 first = texelFetch(surfaces, at, 0).xy;
+    vec3 n = normalOf(first.x);
+    int covered = 0;
+    for (int i = 1; i < SAMPLES; ++i) {
+        uvec2 other = texelFetch(surfaces, at, i).xy;
+        covered |= sameSurface(materialOf(first), n, materialOf(other), normalOf(other.x)) ? 0 : 1 << i;
+    }
+    gl_SampleMask[0] = color.a > 0.0 ? covered : 0;
+    outColor = vec4(color.rgb, 0.0);
+}
+)";
+
+const char kResolveFragment[] = R"(
+layout(binding = 0) uniform sampler2DMS blended;
+layout(location = 0) out vec4 outColor;
+
+void main() {
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < SAMPLES; ++i) sum += texelFetch(blended, ivec2(gl_FragCoord.xy), i);
+    if (sum.a == 0.0) discard;
+    outColor = vec4(sum.rgb / float(SAMPLES), 1.0);
+}
 )";
 
 const char kNodeIdFragment[] = R"(

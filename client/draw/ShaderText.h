@@ -15,12 +15,17 @@ extern const char kSurfaceFragment[];
 extern const char kLighting[];
 /// A triangle around the whole screen.
 extern const char kScreenVertex[];
-/// Second pass: light on what the samples of a pixel show. SAMPLES; REST for the surfaces of a pixel beside its first.
+/// What the first pass has packed. SAMPLES.
+extern const char kReadSurface[];
+/// Second pass, after these two: light on what the samples of a pixel show. SAMPLES; REST for the surfaces of a pixel beside its first.
 extern const char kLightFragment[];
 /// What is transparent: surface and light in one. TEXTURED, POSITION.
 extern const char kBlendFragment[];
-/// A picture into every sample.
+/// A picture into every sample; then the second colours of pixels into the samples that show them. Alpha 0.
 extern const char kCopyFragment[];
+extern const char kSpreadFragment[];
+/// The mean of the samples, where something was blended over any of them: where alpha is no longer 0.
+extern const char kResolveFragment[];
 extern const char kNodeIdFragment[];
 
 }  // namespace tessera::shader_text

@@ -39,23 +39,30 @@ Expected<GLuint> TileBuffers::picture() {
 
 Expected<GLuint> TileBuffers::blended() {
     if (blended_) return blended_;
+    if (samples_ > 1) blendedTexture_ = makeTexture(GL_RGBA8, samples_);
     gl_.CreateFramebuffers(1, &blended_);
-    if (samples_ > 1) {
-        gl_.CreateRenderbuffers(1, &blendedColor_);
-        gl_.NamedRenderbufferStorageMultisample(blendedColor_, samples_, GL_RGBA8, widthPx_, heightPx_);
-        gl_.NamedFramebufferRenderbuffer(blended_, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, blendedColor_);
-    } else {
-        gl_.NamedFramebufferTexture(blended_, GL_COLOR_ATTACHMENT0, pictureTexture_, 0);
-    }
+    gl_.NamedFramebufferTexture(blended_, GL_COLOR_ATTACHMENT0, samples_ > 1 ? blendedTexture_ : pictureTexture_, 0);
     gl_.NamedFramebufferTexture(blended_, GL_DEPTH_ATTACHMENT, depthTexture_, 0);
     if (auto good = check(blended_); !good) return tl::unexpected(good.error());
     return blended_;
 }
 
+Expected<GLuint> TileBuffers::rest() {
+    if (rest_) return rest_;
+    if (auto made = picture(); !made) return made;
+    restTexture_ = makeTexture(GL_RGBA8, 1);
+    gl_.CreateFramebuffers(1, &rest_);
+    gl_.NamedFramebufferTexture(rest_, GL_COLOR_ATTACHMENT0, restTexture_, 0);
+    gl_.NamedFramebufferRenderbuffer(rest_, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, pictureDepth_);
+    if (auto good = check(rest_); !good) return tl::unexpected(good.error());
+    return rest_;
+}
+
 std::size_t TileBuffers::bytes() const {
     const auto pixels = static_cast<std::size_t>(widthPx_) * static_cast<std::size_t>(heightPx_);
     const auto samples = static_cast<std::size_t>(samples_);
-    return pixels * ((surfaces_ ? 12 * samples : 0) + (picture_ ? 8 : 0) + (blendedColor_ ? 4 * samples : 0));
+    return pixels * ((surfaces_ ? 12 * samples : 0) + (picture_ ? 8 : 0) + (blendedTexture_ ? 4 * samples : 0) +
+                     (rest_ ? 4 : 0));
 }
 
 GLuint TileBuffers::makeTexture(GLenum format, int samples) const {
@@ -81,18 +88,16 @@ Expected<void> TileBuffers::check(GLuint framebuffer) const {
 }
 
 void TileBuffers::destroy() {
-    for (GLuint* framebuffer : {&surfaces_, &picture_, &blended_}) {
+    for (GLuint* framebuffer : {&surfaces_, &picture_, &blended_, &rest_}) {
         if (*framebuffer) gl_.DeleteFramebuffers(1, framebuffer);
         *framebuffer = 0;
     }
-    for (GLuint* texture : {&surfaceTexture_, &depthTexture_, &pictureTexture_}) {
+    for (GLuint* texture : {&surfaceTexture_, &depthTexture_, &pictureTexture_, &blendedTexture_, &restTexture_}) {
         if (*texture) gl_.DeleteTextures(1, texture);
         *texture = 0;
     }
-    for (GLuint* buffer : {&pictureDepth_, &blendedColor_}) {
-        if (*buffer) gl_.DeleteRenderbuffers(1, buffer);
-        *buffer = 0;
-    }
+    if (pictureDepth_) gl_.DeleteRenderbuffers(1, &pictureDepth_);
+    pictureDepth_ = 0;
 }
 
 }  // namespace tessera

@@ -6,7 +6,8 @@
 namespace tessera {
 
 /// Grow to what is asked for, never shrink. 64 bits (a packed surface, or a node's id) and depth per sample; the
-/// picture; and a picture of several samples for what is blended over it. Made when first needed.
+/// picture; and for what is blended over it a picture of several samples, and one of the second colours of pixels.
+/// Made when first needed.
 class TileBuffers {
 public:
     /// `samples`: 1 or 4.
@@ -27,6 +28,10 @@ public:
     [[nodiscard]] GLuint pictureTexture() const { return pictureTexture_; }
     /// Framebuffer with the surfaces' depth; with one sample its colour is the picture itself.
     [[nodiscard]] Expected<GLuint> blended();
+    [[nodiscard]] GLuint blendedTexture() const { return blendedTexture_; }
+    /// Framebuffer of a picture with the depth of `picture`.
+    [[nodiscard]] Expected<GLuint> rest();
+    [[nodiscard]] GLuint restTexture() const { return restTexture_; }
     /// Of all that are made.
     [[nodiscard]] std::size_t bytes() const;
 
@@ -38,9 +43,9 @@ private:
     const GlFunctions& gl_;
     int samples_;
     int widthPx_ = 0, heightPx_ = 0;
-    GLuint surfaces_ = 0, picture_ = 0, blended_ = 0;
-    GLuint surfaceTexture_ = 0, depthTexture_ = 0, pictureTexture_ = 0;
-    GLuint pictureDepth_ = 0, blendedColor_ = 0;
+    GLuint surfaces_ = 0, picture_ = 0, blended_ = 0, rest_ = 0;
+    GLuint surfaceTexture_ = 0, depthTexture_ = 0, pictureTexture_ = 0, blendedTexture_ = 0, restTexture_ = 0;
+    GLuint pictureDepth_ = 0;
 };
 
 }  // namespace tessera

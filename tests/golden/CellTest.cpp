@@ -10,8 +10,8 @@
 namespace tessera::test {
 namespace {
 
-/// Of framebuffers with four samples: surface, depth, picture and its depth, what is blended.
-constexpr double kBytesPerPixel = 4 * (8 + 4) + 4 + 4 + 4 * 4;
+/// Of framebuffers with four samples: surface, depth, picture and its depth, what is blended, second colours.
+constexpr double kBytesPerPixel = 4 * (8 + 4) + 4 + 4 + 4 * 4 + 4;
 
 struct Scene {
     Aspect aspect;
