@@ -7,48 +7,15 @@
 #include "client/draw/Renderer.h"
 #include "client/render/RenderAction.h"
 #include "common/scene/Action.h"
-#include "server/import/Importer.h"
-#include "tests/golden/TestScene.h"
+#include "tests/golden/ShippedScene.h"
 
 namespace tessera::test {
 namespace {
 
-constexpr const char* kModels = "/usr/share/assimp/models";
-
-Expected<Aspect> loadHall() {
-    ImportOptions options;
-    options.assetFolders = {kModels};
-    options.importerProgram = TESSERA_BIN_DIR "/tessera-import";
-    // This test is about culling; whether the system can confine a reader is tested elsewhere.
-    options.allowUnconfined = true;
-    auto hall = importScene(TESSERA_SOURCE_DIR "/deploy/scenes/engine-hall.tsct", kRootNode, options);
-    if (!hall) return tl::unexpected(hall.error());
-    replaceIds(hall->list,
-               [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + 2} : id; });
-    Aspect aspect;
-    if (auto applied = aspect.apply(hall->list); !applied) return tl::unexpected(applied.error());
-    return aspect;
-}
-
-View cameraOfScene(const Aspect& aspect) {
-    View view;
-    Action search;
-    search.on<Camera>([&](const Visit& visit, const Camera& camera) {
-        if (camera.enabled != 0) {
-            view.position = visit.world_T_node.translation();
-            view.orientation = Quatd(visit.world_T_node.rotation());
-            view.worldUnitsPerMetre = camera.worldUnitsPerMetre;
-        }
-        return Descend::kInto;
-    });
-    search.run(aspect);
-    return view;
-}
-
 TEST(CullingInTheEngineHall, LeavesAwayAFifthAtLeastAndNothingThatIsVisible) {
-    if (!std::filesystem::exists(std::string(kModels) + "/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb"))
+    if (!std::filesystem::exists(std::string(kAssimpModels) + "/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb"))
         GTEST_SKIP() << "the engine is missing (Debian package assimp-testmodels)";
-    const Expected<Aspect> hall = loadHall();
+    const Expected<Aspect> hall = loadShipped("engine-hall");
     ASSERT_TRUE(hall) << hall.error().message;
     const auto surface = makeSurface("osmesa").value();
     const auto renderer = Renderer::create(*surface, {.samples = 4}).value();

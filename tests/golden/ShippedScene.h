@@ -1,0 +1,52 @@
+/// The scenes that come with Tessera, as they are before anything moves.
+#pragma once
+
+#include <string>
+
+#include "common/scene/Action.h"
+#include "common/scene/Aspect.h"
+#include "common/wall/View.h"
+#include "server/import/Importer.h"
+#include "tests/unit/motion/Bodies.h"
+
+namespace tessera::test {
+
+/// Of Debian's package assimp-testmodels.
+inline constexpr const char* kAssimpModels = "/usr/share/assimp/models";
+[[nodiscard]] inline std::string plantFolder() {
+    return (bodies::dataFolder() / "plant").string();
+}
+
+/// `name`: as its file in deploy/scenes, without the end.
+[[nodiscard]] inline Expected<Aspect> loadShipped(const std::string& name) {
+    ImportOptions options;
+    options.assetFolders = {kAssimpModels, plantFolder()};
+    options.importerProgram = TESSERA_BIN_DIR "/tessera-import";
+    // Whether the system can confine a reader is tested elsewhere.
+    options.allowUnconfined = true;
+    auto scene = importScene(TESSERA_SOURCE_DIR "/deploy/scenes/" + name + ".tsct", kRootNode, options);
+    if (!scene) return tl::unexpected(scene.error());
+    replaceIds(scene->list,
+               [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + 2} : id; });
+    Aspect aspect;
+    if (auto applied = aspect.apply(scene->list); !applied) return tl::unexpected(applied.error());
+    return aspect;
+}
+
+/// From its last camera that is on.
+[[nodiscard]] inline View cameraOfScene(const Aspect& aspect) {
+    View view;
+    Action search;
+    search.on<Camera>([&](const Visit& visit, const Camera& camera) {
+        if (camera.enabled != 0) {
+            view.position = visit.world_T_node.translation();
+            view.orientation = Quatd(visit.world_T_node.rotation());
+            view.worldUnitsPerMetre = camera.worldUnitsPerMetre;
+        }
+        return Descend::kInto;
+    });
+    search.run(aspect);
+    return view;
+}
+
+}  // namespace tessera::test
