@@ -5,85 +5,10 @@
 
 #include <cmath>
 
-#include "client/render/RenderAction.h"
-#include "tests/golden/TestScene.h"
-#include "tests/unit/draw/ExpectedColor.h"
+#include "tests/unit/draw/RendererStage.h"
 
 namespace tessera {
 namespace {
-
-using test::cameraOf;
-using test::makeSheet;
-using test::TestScene;
-
-constexpr int kSidePx = 64;
-
-struct Rgb {
-    int r = 0, g = 0, b = 0;
-};
-std::ostream& operator<<(std::ostream& out, const Rgb& c) {
-    return out << c.r << ' ' << c.g << ' ' << c.b;
-}
-
-Rgb pixel(const Picture& picture, int x, int y) {
-    const std::size_t at = 3 * static_cast<std::size_t>(y * picture.widthPx + x);
-    return {picture.rgb[at], picture.rgb[at + 1], picture.rgb[at + 2]};
-}
-Rgb center(const Picture& picture) {
-    return pixel(picture, picture.widthPx / 2, picture.heightPx / 2);
-}
-
-Rgb expectedOf(const Vec3f& linear) {
-    const Vec3f c = test::encodedColor(linear);
-    const auto byte = [](float v) { return static_cast<int>(std::lround(255.0f * v)); };
-    return {byte(c.x()), byte(c.y()), byte(c.z())};
-}
-
-/// The shaders approximate: one step of 255 is allowed.
-void expectNear(const Rgb& actual, const Rgb& expected) {
-    EXPECT_NEAR(actual.r, expected.r, 1) << actual;
-    EXPECT_NEAR(actual.g, expected.g, 1) << actual;
-    EXPECT_NEAR(actual.b, expected.b, 1) << actual;
-}
-
-class RendererTest : public testing::Test {
-protected:
-    void SetUp() override { restart({.samples = 1}); }
-    void restart(RendererOptions options) {
-        renderer_.reset();
-        auto surface = makeSurface("osmesa");
-        ASSERT_TRUE(surface) << surface.error().message;
-        surface_ = std::move(*surface);
-        auto renderer = Renderer::create(*surface_, options);
-        ASSERT_TRUE(renderer) << renderer.error().message;
-        renderer_ = std::move(*renderer);
-    }
-    DrawList listOf(const Aspect& aspect, const ScreenCamera& camera) {
-        RenderScene scene;
-        scene.update(aspect, nullptr);
-        RenderAction action(CullerKind::kNone);
-        return action.run(scene, camera, whole(camera), nullptr);
-    }
-    static PixelRect whole(const ScreenCamera& camera) {
-        return {.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
-    }
-    Picture draw(const Aspect& aspect, const ScreenCamera& camera) {
-        auto picture = renderer_->draw(aspect, listOf(aspect, camera), camera, whole(camera));
-        EXPECT_TRUE(picture) << picture.error().message;
-        return picture ? *picture : Picture::filled(camera.pixels.width, camera.pixels.height, 0, 0, 0);
-    }
-    Picture draw(TestScene& scene) { return draw(scene.take(), cameraOf(kSidePx, kSidePx)); }
-
-    std::unique_ptr<Surface> surface_;
-    std::unique_ptr<Renderer> renderer_;
-};
-
-Material unlit(const Vec3f& emissive) {
-    Material material;
-    material.baseColor = Vec4f(0, 0, 0, 1);
-    material.emissive = emissive;
-    return material;
-}
 
 TEST_F(RendererTest, ShowsTheBackgroundWhereNothingIs) {
     TestScene scene;
@@ -307,55 +232,6 @@ TEST_F(RendererTest, MipmapsMakeADistantCheckerboardGrey) {
     scene.place(scene.add(makeSheet(3.2, 3.2, 8), scene.add(material)), {0, 0, -0.001});
     const Picture picture = draw(scene);
     for (int x = 10; x < 54; ++x) EXPECT_NEAR(pixel(picture, x, x).g, pixel(picture, 32, 20).g, 4) << x;
-}
-
-/// A dark sheet whose edge goes through the middle of a column of pixels stands before glass, that before something
-/// bright: half of the samples show the one, half the other, and nothing shows both.
-TEST_F(RendererTest, GlassBehindAnEdgeIsBlendedPerSample) {
-    restart({.samples = 4});
-    for (const bool mirrored : {false, true}) {
-        TestScene scene;
-        scene.setDark();
-        const double edge = 0.5 * 0.05;  // the middle of pixel 32 of 64 that are 0.05 wide
-        scene.place(scene.add(makeSheet(2, 9), scene.add(unlit({0.02f, 0.05f, 0.01f}))),
-                    {mirrored ? edge + 1 : edge - 1, 0, 0});
-        Material glass = unlit({0.1f, 0.2f, 0.7f});
-        glass.baseColor.w() = 0.6f;
-        const ObjectId pane = scene.add(makeSheet(9, 9), scene.add(glass));
-        scene.place(pane, {0, 0, -0.5});
-        scene.place(pane, {0, 0, -0.7});
-        scene.place(scene.add(makeSheet(9, 9), scene.add(unlit({0.8f, 0.7f, 0.1f}))), {0, 0, -1});
-        const Picture picture = draw(scene);
-        for (int y = 20; y < 44; ++y) {
-            const Rgb dark = pixel(picture, mirrored ? 34 : 30, y), bright = pixel(picture, mirrored ? 30 : 34, y);
-            ASSERT_GT(bright.r, dark.r + 60);
-            expectNear(pixel(picture, 32, y),
-                       {(dark.r + bright.r) / 2, (dark.g + bright.g) / 2, (dark.b + bright.b) / 2});
-        }
-    }
-}
-
-TEST_F(RendererTest, BlendsWhatIsTransparentOverWhatIsBehind) {
-    TestScene scene;
-    scene.setDark();
-    Material pane = unlit({0, 0.5f, 0});
-    pane.baseColor.w() = 0.25f;
-    scene.place(scene.add(makeSheet(9, 9), scene.add(unlit({0.5f, 0, 0}))), {0, 0, -1});
-    scene.place(scene.add(makeSheet(9, 9), scene.add(pane)), {0, 0, -0.5});
-    const Rgb c = center(draw(scene));
-    const Rgb behind = expectedOf({0.5f, 0, 0}), front = expectedOf({0, 0.5f, 0});
-    EXPECT_NEAR(c.r, 0.75 * behind.r, 2);
-    EXPECT_NEAR(c.g, 0.25 * front.g, 2);
-}
-
-TEST_F(RendererTest, SolidThingsHideTransparentOnesBehindThem) {
-    TestScene scene;
-    scene.setDark();
-    Material pane = unlit({0, 0.5f, 0});
-    pane.baseColor.w() = 0.5f;
-    scene.place(scene.add(makeSheet(9, 9), scene.add(pane)), {0, 0, -2});
-    scene.place(scene.add(makeSheet(9, 9), scene.add(unlit({0.5f, 0, 0}))), {0, 0, -1});
-    expectNear(center(draw(scene)), expectedOf({0.5f, 0, 0}));
 }
 
 TEST_F(RendererTest, TellsMaterialsApart) {
