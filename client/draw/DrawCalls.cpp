@@ -91,7 +91,7 @@ void DrawCalls::collect(const Aspect& aspect, const std::vector<DrawItem>& items
         if (mesh->indexCount == 0) continue;
         const auto* own = item.material ? aspect.get<Material>(item.material) : nullptr;
         const Material& material = own ? *own : defaultMaterial;
-        DrawCall call{.mesh = *mesh, .doubleSided = material.doubleSided, .mirrored = item.mirrored, .box = item.box};
+        DrawCall call{.mesh = *mesh, .doubleSided = material.doubleSided, .mirrored = item.mirrored, .item = &item};
         if (material.baseColorImage) {
             const auto* image = aspect.get<Image>(material.baseColorImage);
             call.texture = image ? textures.find(*image) : 0;

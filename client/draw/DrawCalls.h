@@ -18,7 +18,7 @@ struct DrawCall {
     GLuint texture = 0;
     bool doubleSided = false;
     bool mirrored = false;
-    Box box = {};  ///< see DrawItem
+    const DrawItem* item = nullptr;  ///< of the list that is drawn
 };
 
 /// Kept from draw to draw for its memory.

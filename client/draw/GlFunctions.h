@@ -42,7 +42,6 @@ namespace tessera {
     X(DepthMask, DEPTHMASK)                                                     \
     X(Disable, DISABLE)                                                         \
     X(DrawArrays, DRAWARRAYS)                                                   \
-    X(DrawElementsBaseVertex, DRAWELEMENTSBASEVERTEX)                           \
     X(Enable, ENABLE)                                                           \
     X(EnableVertexArrayAttrib, ENABLEVERTEXARRAYATTRIB)                         \
     X(FrontFace, FRONTFACE)                                                     \
@@ -57,6 +56,7 @@ namespace tessera {
     X(NamedBufferData, NAMEDBUFFERDATA)                                         \
     X(NamedBufferSubData, NAMEDBUFFERSUBDATA)                                   \
     X(NamedFramebufferRenderbuffer, NAMEDFRAMEBUFFERRENDERBUFFER)               \
+    X(MultiDrawElementsBaseVertex, MULTIDRAWELEMENTSBASEVERTEX)                 \
     X(NamedFramebufferTexture, NAMEDFRAMEBUFFERTEXTURE)                         \
     X(NamedRenderbufferStorageMultisample, NAMEDRENDERBUFFERSTORAGEMULTISAMPLE) \
     X(PixelStorei, PIXELSTOREI)                                                 \

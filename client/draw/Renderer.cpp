@@ -88,7 +88,16 @@ struct Renderer::Impl {
 
     // Of the list being drawn.
     DrawCalls calls;
-    std::vector<bool> inCell;  ///< by call: whether the cell may show it
+    // Of the cell being drawn, by call: which runs of triangles it may show, of all that are.
+    struct Span {
+        std::uint32_t first = 0, end = 0;
+    };
+    std::vector<Span> inCell;
+    std::vector<TriangleRun> runs;
+    std::vector<GLsizei> counts;
+    std::vector<const void*> offsets;
+    std::vector<GLint> baseVertices;
+    std::uint64_t triangles = 0;
     PixelRect scissor;
     std::size_t lightCount = 0;
     std::uint32_t spots = 0;
@@ -137,6 +146,7 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     for (std::size_t i = 0; i < lightCount; ++i)
         if (list.lights[i].kind == LightItem::Kind::kSpot) spots |= std::uint32_t{1} << i;
     calls.collect(aspect, list, camera, *meshes, textures);
+    triangles = 0;
 
     const auto upload = [this](GLuint buffer, const auto& values) {
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
@@ -154,8 +164,18 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     if (auto room = buffers.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room) return room;
     const Frustum frustum = tileFrustum(screen, cell.onScreen);
     inCell.clear();
-    for (const DrawCall& call : calls.calls())
-        inCell.push_back(call.box.empty() || !frustum.classify(call.box, Frustum::kAllPlanes).outside);
+    runs.clear();
+    for (const DrawCall& call : calls.calls()) {
+        const auto first = static_cast<std::uint32_t>(runs.size());
+        const std::uint32_t all = call.mesh.indexCount / 3;
+        const Box& box = call.item->box;
+        const Frustum::Result result = box.empty() ? Frustum::Result{} : frustum.classify(box, Frustum::kAllPlanes);
+        if (!result.outside && result.undecided != 0 && !call.item->clusters.empty())
+            runsInFrustum(call.item->clusters, all, frustum, call.item->world_T_item, runs);
+        else if (!result.outside)
+            runs.push_back({0, all});
+        inCell.push_back({first, static_cast<std::uint32_t>(runs.size())});
+    }
 
     const FrameBlock block = makeFrameBlock(list, cell.camera);
     gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
@@ -200,7 +220,8 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     const DrawCall* before = nullptr;
     const ProgramKind plain = kind;
     for (std::size_t i = first; i < last; ++i) {
-        if (!inCell[i]) continue;
+        const Span& span = inCell[i];
+        if (span.first == span.end) continue;
         const DrawCall& call = calls.calls()[i];
         ProgramKind wanted = plain;
         if (plain.use != ProgramKind::Use::kNodeIds) wanted.textured = call.texture != 0;
@@ -215,9 +236,17 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
         before = &call;
         gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer, static_cast<GLintptr>(i * sizeof(ItemBlock)),
                            sizeof(ItemBlock));
-        const auto* offset = reinterpret_cast<const void*>(std::size_t{call.mesh.firstIndex} * sizeof(std::uint32_t));
-        gl.DrawElementsBaseVertex(GL_TRIANGLES, static_cast<GLsizei>(call.mesh.indexCount), GL_UNSIGNED_INT, offset,
-                                  call.mesh.baseVertex);
+        counts.clear();
+        offsets.clear();
+        for (std::uint32_t k = span.first; k < span.end; ++k) {
+            counts.push_back(static_cast<GLsizei>(3 * runs[k].count));
+            offsets.push_back(reinterpret_cast<const void*>(
+                (std::size_t{call.mesh.firstIndex} + 3 * std::size_t{runs[k].first}) * sizeof(std::uint32_t)));
+            triangles += runs[k].count;
+        }
+        baseVertices.assign(counts.size(), call.mesh.baseVertex);
+        gl.MultiDrawElementsBaseVertex(GL_TRIANGLES, counts.data(), GL_UNSIGNED_INT, offsets.data(),
+                                       static_cast<GLsizei>(counts.size()), baseVertices.data());
     }
     return {};
 }
@@ -268,8 +297,7 @@ void Renderer::Impl::bindSurfaces() {
 }
 
 bool Renderer::Impl::blends() const {
-    return std::find(inCell.begin() + static_cast<std::ptrdiff_t>(calls.opaqueCount()), inCell.end(), true) !=
-           inCell.end();
+    return calls.opaqueCount() < inCell.size() && inCell.back().end > inCell[calls.opaqueCount()].first;
 }
 
 Expected<void> Renderer::Impl::copyToSamples() {
@@ -384,7 +412,9 @@ Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect,
 }
 
 DrawCounts Renderer::lastCounts() const {
-    return impl_->calls.counts();
+    DrawCounts counts = impl_->calls.counts();
+    counts.triangles = impl_->triangles;
+    return counts;
 }
 std::size_t Renderer::residentBytes() const {
     return impl_->meshes->residentBytes() + impl_->textures.residentBytes();

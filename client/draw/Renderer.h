@@ -23,6 +23,7 @@ struct RendererOptions {
 struct DrawCounts {
     std::uint64_t items = 0;
     std::uint64_t skipped = 0;     ///< geometry gone, its arrays absent, or refused by checkMesh
+    std::uint64_t triangles = 0;   ///< given to GL, in each cell
     std::uint64_t untextured = 0;  ///< drawn without their image, which is absent or not of its size
 };
 

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "client/render/MeshClusters.h"
 #include "common/base/Blob.h"
 #include "common/math/Box.h"
 #include "common/math/Types.h"
@@ -21,6 +23,8 @@ struct DrawItem {
     Affine3d world_T_item;
     bool mirrored = false;  ///< odd number of reflections: front faces are clockwise
     Box box = {};           ///< in the world, around all of it; empty: not known
+    /// Of its mesh, where that is large; valid until the scene is updated. Empty: it is drawn as a whole.
+    std::span<const MeshCluster> clusters = {};
 };
 
 struct LightItem {

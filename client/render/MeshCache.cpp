@@ -46,6 +46,8 @@ void MeshCache::prepare(RenderMesh& mesh, const MeshArrays& arrays) {
     mesh.boundVertices({0, vertices});
     mesh.triangles = triangleCount(arrays);
     mesh.opaque = allOpaque(arrays.colors.bytes());
+    if (mesh.primitive == Primitive::kTriangles)
+        mesh.clusters = clustersOf(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
 }
 
 bool MeshCache::prepareFromOrigin(RenderMesh& mesh, const MeshArrays& arrays) {

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "client/render/MeshClusters.h"
 #include "client/render/OccluderMesh.h"
 #include "common/drawable/Drawable.h"
 #include "common/math/Box.h"
@@ -19,6 +20,8 @@ struct RenderMesh {
     Blob positions, indices;
     Primitive primitive = Primitive::kTriangles;
     double pointRadius = 0;
+    /// None of what has come by edits of ranges: it may go on changing.
+    std::vector<MeshCluster> clusters;
 
     [[nodiscard]] bool drawable() const { return triangles > 0 && !bounds.empty(); }
     /// Prepared on first use. Null where the mesh is of no use as an occluder (too many triangles, points).

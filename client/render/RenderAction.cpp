@@ -134,13 +134,15 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
         result.reserve(ranking.size());
         for (const Ranked& ranked : ranking) {
             const SceneItem& item = scene.items[ranked.item];
-            result.push_back({.node = item.node,
-                              .geometry = item.geometry,
-                              .material = item.material,
-                              .world_T_item = scene.places[item.place].world_T_node,
-                              .mirrored = item.mirrored,
-                              // `none` leaves nothing away anywhere: what others are compared with.
-                              .box = kind == CullerKind::kNone ? Box{} : scene.boxes[ranked.item]});
+            DrawItem& drawn = result.emplace_back(DrawItem{.node = item.node,
+                                                           .geometry = item.geometry,
+                                                           .material = item.material,
+                                                           .world_T_item = scene.places[item.place].world_T_node,
+                                                           .mirrored = item.mirrored});
+            // `none` leaves nothing away anywhere: what others are compared with.
+            if (kind == CullerKind::kNone) continue;
+            drawn.box = scene.boxes[ranked.item];
+            drawn.clusters = item.mesh->clusters;
         }
         return result;
     };

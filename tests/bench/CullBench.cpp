@@ -14,6 +14,7 @@
 #include "client/draw/Renderer.h"
 #include "client/render/RenderAction.h"
 #include "common/geometry/Mesh.h"
+#include "common/geometry/TriangleOrder.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "server/import/Importer.h"
@@ -52,6 +53,12 @@ Screen benchScreen() {
     screen.grid.rows = 2;
     return screen;
 }
+
+struct Row {
+    std::string name, peer;
+    double ours, theirs;
+    std::string unit;
+};
 
 /// 576 houses that are boxes, 20 things of 512 triangles around each: 12,096 items.
 Stage makeCity(int frames) {
@@ -114,6 +121,68 @@ Stage makeCity(int frames) {
     return stage;
 }
 
+/// One mesh of 864,000 triangles, a ring that the camera goes along near its surface.
+Stage makeRing(int frames) {
+    MeshData mesh = makeTorus(3, 1, 1200, 360);
+    mesh.indices = inSpatialOrder(mesh.positions, mesh.indices);
+    const MeshArrays arrays = mesh.toArrays();
+    ChangeListBuilder list;
+    const ObjectId ring{2}, node{3};
+    list.create(ring, typeOf<Geometry>());
+    list.set(ring, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(arrays.positions));
+    list.set(ring, typeOf<Geometry>(), fieldId<&Geometry::normals>, toValue(arrays.normals));
+    list.set(ring, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(arrays.indices));
+    list.create(node, typeOf<Node>());
+    list.set(node, typeOf<Node>(), fieldId<&Node::core>, toValue(ring));
+    list.place(node, kRootNode);
+    Stage stage;
+    stage.name = "ring of 864,000 triangles, close up";
+    orExit(stage.aspect.apply(list.take()).map([] { return 0; }));
+    for (int i = 0; i < frames; ++i) {
+        View view;
+        const double angle = 6.28 * i / frames;
+        view.orientation = Quatd(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
+        view.position = view.orientation * Vec3d(4.6, -1, 1.5);
+        view.worldUnitsPerMetre = 0.5;
+        stage.views.push_back(view);
+    }
+    return stage;
+}
+
+/// In parts beside as a whole.
+void measureParts(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
+    const Screen screen = benchScreen();
+    const User user;
+    RenderScene all;
+    all.update(stage.aspect, nullptr);
+    const int width = screen.grid.tileWidthPx, height = screen.grid.tileHeightPx;
+    RenderAction masked(CullerKind::kMasked), none(CullerKind::kNone);
+    double inParts = 0, whole = 0;
+    std::uint64_t some = 0, every = 0;
+    const auto draw = [&](RenderAction& action, const View& view, const PixelRect& rect, double& ms,
+                          std::uint64_t& triangles) {
+        const ScreenCamera camera = screenCamera(screen, user, Eye::kCenter, view);
+        const double start = processorMs();
+        static_cast<void>(
+            orExit(renderer.draw(stage.aspect, action.run(all, camera, rect, nullptr), camera, rect)));
+        ms += processorMs() - start;
+        triangles += renderer.lastCounts().triangles;
+    };
+    double ignored = 0;
+    std::uint64_t uncounted = 0;
+    draw(none, stage.views.front(), {0, 0, width, height}, ignored, uncounted);
+    for (const View& view : stage.views)
+        for (int tile = 0; tile < 4; ++tile) {
+            const PixelRect rect{tile % 2 * width, tile / 2 * height, width, height};
+            draw(masked, view, rect, inParts, some);
+            draw(none, view, rect, whole, every);
+        }
+    const double tiles = 4.0 * static_cast<double>(stage.views.size());
+    std::printf("%s: per tile %.0f of %.0f triangles given to GL, in all cells\n", stage.name.c_str(),
+                static_cast<double>(some) / tiles, static_cast<double>(every) / tiles);
+    rows.push_back({stage.name, "drawing all", inParts / tiles, whole / tiles, "ms"});
+}
+
 /// The scene file, seen from its first enabled camera, which turns about.
 Stage loadScene(const std::string& name, const std::string& path, const std::vector<std::string>& assets, int frames) {
     const ImportedScene imported = orExit(importScene(
@@ -154,12 +223,6 @@ struct Totals {
     double cullMs = 0, drawMs = 0;
     std::uint64_t inFrustum = 0, drawn = 0, triangles = 0;
     [[nodiscard]] double frameMs() const { return cullMs + drawMs; }
-};
-
-struct Row {
-    std::string name, peer;
-    double ours, theirs;
-    std::string unit;
 };
 
 void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
@@ -244,6 +307,11 @@ int bench(int argc, char** argv) {
         const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
         Stage stage = city ? makeCity(frames) : loadScene("engine hall", hall, assets, frames);
         measure(stage, *renderer, rows);
+    }
+    {
+        const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
+        Stage ring = makeRing(frames);
+        measureParts(ring, *renderer, rows);
     }
     std::printf("\n%-36s %-24s %10s %10s %8s\n", "case", "peer", "ours", "theirs", "ratio");
     std::string cases;

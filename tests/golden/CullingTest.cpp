@@ -6,6 +6,7 @@
 #include "client/draw/Renderer.h"
 #include "client/render/RenderAction.h"
 #include "common/geometry/Points.h"
+#include "common/geometry/TriangleOrder.h"
 #include "tests/golden/TestScene.h"
 
 namespace tessera::test {
@@ -69,6 +70,15 @@ Aspect makeTown(unsigned seed) {
         const double size = uniform(0.1, 0.9);
         scene.place(details[random() % details.size()], {uniform(-12, 12), uniform(-0.9, 1.5), uniform(-26, -1)},
                     rotation, {size, size, (i % 5 == 0 ? -1 : 1) * size});
+    }
+    // Meshes so large that they are drawn in parts, about the heads and behind them.
+    MeshData ring = makeTorus(3, 0.3, 150, 40);
+    ring.indices = inSpatialOrder(ring.positions, ring.indices);
+    const ObjectId rings[] = {scene.add(ring, colored(1, false)), scene.add(ring, colored(0.4f, true))};
+    for (int i = 0; i < 6; ++i) {
+        const Quatd rotation(uniform(0.1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+        scene.place(rings[i % 2], {uniform(-4, 4), uniform(-1, 1), uniform(-8, 2)}, rotation,
+                    {uniform(0.3, 1.5), uniform(0.3, 1.5), (i % 3 ? 1 : -1) * uniform(0.3, 1.5)});
     }
     scene.addDirectionalLight({0.4, -1, -0.5}, Vec3f::Ones(), 2);
     return scene.take();

@@ -136,7 +136,7 @@ private:
                         static_cast<std::uint8_t>(std::lround(std::clamp(part, 0.0f, 1.0f) * 255.0f)));
             }
         usable_.insert(index);
-        scene_.addMesh(fmt::format("mesh {}", index), std::move(data));
+        scene_.addModelMesh(fmt::format("mesh {}", index), std::move(data), limits_);
     }
 
     /// Files hold normals of length zero or none; such a vertex gets some unit vector.

@@ -189,7 +189,7 @@ Expected<std::vector<GltfReader::Part>> GltfReader::meshParts(const tinygltf::No
         Expected<std::string> material = materialName(source.material);
         if (!material) return tl::unexpected(material.error());
         Part part{fmt::format("mesh {}.{}{}", index, i, suffix), std::move(*material), boundsOf(data->positions)};
-        scene_.addMesh(part.mesh, std::move(*data));
+        scene_.addModelMesh(part.mesh, std::move(*data), limits_);
         parts.push_back(std::move(part));
     }
     return parts;

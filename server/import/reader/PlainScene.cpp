@@ -1,9 +1,11 @@
 #include "server/import/reader/PlainScene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "common/geometry/Points.h"
+#include "common/geometry/TriangleOrder.h"
 
 namespace tessera {
 namespace {
@@ -41,6 +43,18 @@ void PlainScene::addMesh(const std::string& name, MeshData mesh) {
     message->set_texcoords_blob(addBlob(bytesOf(mesh.texcoords)));
     message->set_colors_blob(addBlob(bytesOf(mesh.colors)));
     message->set_indices_blob(addBlob(bytesOf(mesh.indices)));
+}
+
+void PlainScene::addModelMesh(const std::string& name, MeshData mesh, const ReadLimits& limits) {
+    // Smaller ones are not drawn in parts.
+    constexpr std::size_t kLarge = 1024;
+    const std::size_t vertices = mesh.positions.size() / 3;
+    const bool sound = mesh.indices.size() % 3 == 0 &&
+                       std::all_of(mesh.indices.begin(), mesh.indices.end(), [&](std::uint32_t i) { return i < vertices; }) &&
+                       std::all_of(mesh.positions.begin(), mesh.positions.end(), [](float x) { return std::isfinite(x); });
+    if (!limits.verbatim && sound && mesh.indices.size() >= 3 * kLarge)
+        mesh.indices = inSpatialOrder(mesh.positions, mesh.indices);
+    addMesh(name, std::move(mesh));
 }
 
 void PlainScene::addImage(const std::string& name, int widthPx, int heightPx, Bytes rgba) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "common/geometry/TriangleOrder.h"
 #include "tests/unit/draw/RendererStage.h"
 
 namespace tessera {
@@ -440,6 +441,31 @@ TEST_F(RendererTest, NodeIdsAreThoseOfARayCast) {
     EXPECT_GT(hit, 400);
     // A sphere of 96 segments lies a thousandth of its radius inside the true one: silhouettes may differ.
     EXPECT_LT(differing, 30);
+}
+
+TEST_F(RendererTest, OfALargeMeshOnlyWhatTheTileMayShowIsDrawn) {
+    MeshData ring = makeTorus(1.2, 0.3, 200, 100);
+    ring.indices = inSpatialOrder(ring.positions, ring.indices);
+    TestScene scene;
+    scene.place(scene.add(ring), {0, 0, -1}, Quatd(Eigen::AngleAxisd(1.4, Vec3d::UnitX())));
+    const Aspect aspect = scene.take();
+    RenderScene all;
+    all.update(aspect, nullptr);
+    const ScreenCamera camera = cameraOf(640, 640);
+    const PixelRect corner{.x = 400, .y = 400, .width = 100, .height = 100};
+    const auto drawn = [&](CullerKind kind) {
+        auto picture = renderer_->draw(aspect, RenderAction(kind).run(all, camera, corner, nullptr), camera, corner);
+        EXPECT_TRUE(picture);
+        return std::pair{std::move(*picture), renderer_->lastCounts().triangles};
+    };
+    const auto [expected, everything] = drawn(CullerKind::kNone);
+    EXPECT_EQ(everything, ring.indices.size() / 3);
+    for (const CullerKind kind : {CullerKind::kFrustum, CullerKind::kMasked}) {
+        const auto [picture, triangles] = drawn(kind);
+        EXPECT_TRUE(picture == expected);
+        EXPECT_LT(4 * triangles, everything);
+        EXPECT_GT(triangles, 0u);
+    }
 }
 
 TEST_F(RendererTest, KeepsIdsOf64Bits) {
