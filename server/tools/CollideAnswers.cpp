@@ -87,6 +87,9 @@ std::string answerLine(const Impact& impact, AnswerFormat format, double error) 
     if (!impact.hit && impact.complete)
         return format == AnswerFormat::kJson ? fmt::format(R"({{"hit":false{}}})", rest)
                                              : "they do not touch on the way" + rest;
+    if (!impact.hit)
+        return format == AnswerFormat::kJson ? fmt::format(R"({{"hit":false,"t":{}{}}})", json(impact.t), rest)
+                                             : fmt::format("they do not touch up to t = {:.9g}{}", impact.t, rest);
     if (format == AnswerFormat::kJson)
         return fmt::format(R"({{"hit":true,"t":{},"distance":{},"faces":{},"point":{},"normal":{}{}}})", json(impact.t),
                            json(impact.distance), json(impact.faces), json(impact.point), json(impact.normal), rest);

@@ -106,10 +106,29 @@ void BodyWay::addCarriers() {
     for (Bound* bound : {&speed_, &bend_}) *bound = (1 + 1e-12) * *bound;
 }
 
-bool BodyWay::swellsTwice() const {
-    int swell = swelling_ != 0;
-    for (const BodyWay& carrier : carriers_) swell += carrier.swelling_ != 0;
-    return swell > 1;
+/// Each map's stretch is convex, so below the line between its ends; a product of lines bends upwards at most by the
+/// pairs whose slopes have different signs.
+double BodyWay::stretchAboveChord() const {
+    struct Line {
+        double most, slope;
+    };
+    std::vector<Line> lines;
+    const auto add = [&](const BodyWay& way) {
+        const double start = way.scale0_.cwiseAbs().maxCoeff() * way.innerStretch_,
+                     end = (way.scale0_ + way.scale_).cwiseAbs().maxCoeff() * way.innerStretch_;
+        lines.push_back({std::max(start, end), end - start});
+    };
+    add(*this);
+    for (const BodyWay& carrier : carriers_) add(carrier);
+    double bend = 0;
+    for (std::size_t i = 0; i < lines.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+            double pair = std::max(0.0, -2 * lines[i].slope * lines[j].slope);
+            for (std::size_t k = 0; k < lines.size() && pair > 0; ++k)
+                if (k != i && k != j) pair *= lines[k].most;
+            bend += pair;
+        }
+    return bend / 8;
 }
 
 BodyWay::Turned BodyWay::turned(const Vec3d& atStart, double t) const {

@@ -36,8 +36,8 @@ public:
         for (const BodyWay& carrier : carriers_) stretch *= carrier.stretchAt(t);
         return stretch;
     }
-    /// Whether that changes by two of those maps at once, and so not along a line.
-    [[nodiscard]] bool swellsTwice() const;
+    /// By how much that can exceed the line between its ends: where of the maps one grows as another shrinks.
+    [[nodiscard]] double stretchAboveChord() const;
     /// Of a similarity, with a sign.
     [[nodiscard]] double scaleAt(double t) const {
         double scale = (scale0_.x() + t * scale_.x()) * innerScale_;

@@ -17,8 +17,9 @@ struct BallCover {
 
 struct BallCoverLimits {
     std::size_t maxBalls = 1'000'000;
-    /// Corners of pieces looked at: what bounds the time where many large faces lie upon each other.
-    std::uint64_t maxCorners = 1'000'000'000;
+    /// Corners of pieces looked at: what bounds the time where many large faces lie upon each other, to a second
+    /// or two.
+    std::uint64_t maxCorners = 100'000'000;
 };
 
 /// Every point of every triangle lies in a ball, and every ball holds a point of a triangle: what is farther from the

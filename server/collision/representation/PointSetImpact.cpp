@@ -36,12 +36,15 @@ private:
 };
 
 /// A ball's stretch is the norm of a matrix that changes linearly, but for a turn: never above the line between its
-/// ends. Where it is carried the stretches multiply: of two that change the largest counts all the way.
+/// ends. Where it is carried the stretches multiply, and the line is raised where their product may be above it.
 template <typename Body>
 double radiusAt(const Body& body, const BodyMotion& motion, double t) {
     const double radius = radiusOf(body);
     if (radius == 0) return 0;
-    if (const BodyWay way(motion); way.carried()) return radius * (way.swellsTwice() ? way.stretch() : way.stretchAt(t));
+    if (const BodyWay way(motion); way.carried()) {
+        const double start = way.stretchAt(0), end = way.stretchAt(1);
+        return radius * (start + t * (end - start) + way.stretchAboveChord());
+    }
     const double start = largestStretch(motion.placeAt(0).linear()), end = largestStretch(motion.placeAt(1).linear());
     return radius * (start + t * (end - start));
 }

@@ -71,6 +71,8 @@ TEST(CarriedWay, IsBoundedInSpeedAndBend) {
             ASSERT_LE(norm(now.linear), way.stretchAt(t) * (1 + 1e-12));
             ASSERT_LE(way.stretchAt(t), way.stretch() * (1 + 1e-12));
             ASSERT_LE(norm(now.turning), way.turn() * (1 + 1e-12));
+            ASSERT_LE(way.stretchAt(t), way.stretchAt(0) + t * (way.stretchAt(1) - way.stretchAt(0)) +
+                                            way.stretchAboveChord() + 1e-12);
             ASSERT_LE(std::abs(way.stretchAt(t + h) - way.stretchAt(t)), h * way.swelling() + 1e-12);
             ASSERT_LE(here.cwiseAbs().maxCoeff(), way.extent(way.reachOf(x)) * (1 + 1e-12));
             if (!even) continue;

@@ -163,8 +163,12 @@ int expectNeverLate(const PointSet& points, const Other& other, const Query& que
         }
         if (!found.hit) continue;
         ++hits;
-        // Carried through two scales at once, balls are taken for as large as they get.
-        const auto swells = [](const BodyMotion& m) { return BodyWay(m).swellsTwice(); };
+        // Carried through two scales that change at once, balls are taken for larger than they are, but for the ends.
+        const auto swells = [](const BodyMotion& m) {
+            int changing = m.start.scale != m.end.scale;
+            for (const BodyMotion& carrier : m.carriers) changing += carrier.start.scale != carrier.end.scale;
+            return changing > 1;
+        };
         if (swells(mp) || (std::same_as<Other, PointSet> && swells(mo))) continue;
         const double left =
             static_cast<double>(apart(points, mp.placeAt(found.t), other, mo.placeAt(found.t), radius(found.t)));
@@ -228,6 +232,22 @@ TEST(BallImpact, IsNeverMissedAndNeverLate) {
     }
     EXPECT_GT(hits, trials / 4);
     EXPECT_LT(hits, trials);
+}
+
+/// A ball 0.02 from a wall, on an arm whose two joints both grow: it goes away, and nothing is met at the start.
+TEST(BallImpact, CarriedByWhatGrowsTheyAreAsLargeAsTheyAreAtTheStart) {
+    const PointSet ball = *PointSet::make(std::vector<Vec3d>{Vec3d::Zero()}, 0.1);
+    const TriangleTree sheet(bodies::sheet(20, 20).mesh());
+    for (const double up : {0.0, 1.0}) {
+        BodyMotion motion{.start = {.translation = Vec3d(0, 0, 0.06)}, .end = {Vec3d(0, 0, 0.06 + up), Quatd::Identity(), Vec3d::Constant(2)}};
+        motion.carriers.push_back(motion);
+        QueryWork work;
+        const Impact found = timeOfImpact(sheet, {}, ball, motion, work, {.tolerance = 1e-5});
+        ASSERT_TRUE(found.complete);
+        EXPECT_EQ(found.hit, up == 0) << up;
+        // 0.06 (1 + s) above, s = 1 + t; the radius is 0.1 s², told as 0.1 (1 + 3 t): 0.06 (2 + t) = 0.1 (1 + 3 t).
+        if (found.hit) EXPECT_NEAR(found.t, 0.02 / 0.24, 1e-3);
+    }
 }
 
 TEST(BallImpact, BadInputAndExhaustedWorkAreUnknown) {

@@ -158,6 +158,9 @@ TEST(CollideAnswers, OfCoversSayTheirError) {
     EXPECT_EQ(answerLine(PairTouch{}, AnswerFormat::kJson, 0.5), R"({"hit":false,"pairs":0,"first":[],"error":0.5})");
     EXPECT_NE(answerLine(Distance{}, AnswerFormat::kJson, 0.5).find(R"(,"error":0.5})"), std::string::npos);
     EXPECT_EQ(answerLine(Impact{}, AnswerFormat::kJson, 0.5), R"({"hit":false,"error":0.5})");
+    EXPECT_EQ(answerLine(Impact{.t = 0.25, .complete = false}, AnswerFormat::kJson),
+              R"({"hit":false,"t":0.25,"complete":false})")
+        << "who gave up has met nothing";
     EXPECT_NE(answerLine(Impact{.hit = true}, AnswerFormat::kJson, 0.5).find(R"(,"error":0.5})"), std::string::npos);
     EXPECT_EQ(answerLine(PairDepth{}, std::nullopt, AnswerFormat::kJson),
               R"({"depth":null,"normal":[0,0,0],"error":null})");
