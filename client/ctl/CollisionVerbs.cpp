@@ -375,10 +375,15 @@ Answer whatStopped(Application& application, std::span<const ObjectId> transform
     std::vector<ObjectId> nodes;
     for (const ContactValue& c : told->contacts) nodes.insert(nodes.end(), {c.objectA, c.objectB});
     names.learnWithAncestors(nodes);
+    // Of those with others; what something rests on has not stopped it, if anything else has.
+    const auto concerns = [&](const ContactValue& c) {
+        return names.hangsOn(c.objectA, transforms) != names.hangsOn(c.objectB, transforms);
+    };
+    const bool met = std::ranges::any_of(told->contacts, [&](const ContactValue& c) { return c.time < 1 && concerns(c); });
     std::set<std::pair<ObjectId, ObjectId>> pairs;
     for (const ContactValue& c : told->contacts) {
-        const bool a = names.hangsOn(c.objectA, transforms), b = names.hangsOn(c.objectB, transforms);
-        if (a == b) continue;  // no one's, or two parts of the same
+        if (!concerns(c) || (met && c.time >= 1)) continue;
+        const bool a = names.hangsOn(c.objectA, transforms);
         const ObjectId mine = a ? c.objectA : c.objectB, other = a ? c.objectB : c.objectA;
         if (!pairs.emplace(mine, other).second) continue;
         names.learnInterests(std::span(&c.interest, 1));

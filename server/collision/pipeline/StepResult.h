@@ -52,7 +52,8 @@ struct Contact {
     Vec2d uvA = Vec2d::Zero(), uvB = Vec2d::Zero();
     double error = 0;              ///< the point may be off by so much, world units; 0: it is exact to rounding
     ObjectId interest;             ///< the one that decides about the pair
-    double time = 1;               ///< when in the frame's motion: 1 at its end; less for what stopped a motion on its way
+    double time = 1;               ///< when in the frame's motion: 1 at its end; less for what stopped a motion on its way,
+                                   ///< in later frames too, as long as both stay
 };
 
 enum class Phase : std::uint8_t { kBegan, kStays, kEnded };

@@ -24,7 +24,6 @@ std::vector<Touching> StoppedContacts::settle(const ObjectHandler& handler) {
             continue;
         touching.partA = a;
         touching.partB = b;
-        touching.time = 1;
         keep(touching);
     }
     kept_ = std::move(kept);

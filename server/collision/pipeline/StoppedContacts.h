@@ -16,7 +16,7 @@ public:
     void add(Touching touching) { fresh_.push_back(std::move(touching)); }
 
     /// When everything stands where it will stand: those of this step, and those of earlier ones whose parts have not
-    /// moved since (with time 1).
+    /// moved since, with the time at which they stopped a motion then.
     [[nodiscard]] std::vector<Touching> settle(const ObjectHandler& handler);
 
 private:

@@ -260,6 +260,11 @@ TEST_F(CollisionVerbs, AMoveSaysWhatStoppedIt) {
                          contact(test::kHook, test::kHall, kWatchCore),   // the same pair again
                          contact(test::kHook, test::kCrane, kWatchCore),  // two parts of it
                          contact(test::kHall, ObjectId{1}, kWatchCore)};  // two others
+    // What it rests on, first in the list, is not what stopped it.
+    ContactValue floor = contact(test::kHook, test::kHall, kWatchCore);
+    floor.time = 1;
+    floor.faceA = 77;
+    contacts.contacts.insert(contacts.contacts.begin(), floor);
     const CtlOutcome moved = ctl({"move", "/hall/crane", "1", "0", "0", "--by"});
     EXPECT_NE(moved.out.find("/hall/crane/hook was stopped by / at (0.1, 2, 3)\n"
                              "/hall/crane/hook was stopped by /hall at (0.1, 2, 3)\n"),
@@ -272,6 +277,9 @@ TEST_F(CollisionVerbs, AMoveSaysWhatStoppedIt) {
     EXPECT_EQ(json["stopped_by"][1]["normal"], Json::array({-1.0, 0.0, 0.0})) << "from what was moved to what it met";
     EXPECT_EQ(json["stopped_by"][1]["faces"], Json::array({nullptr, 1}));
 
+    contacts.contacts = {floor};
+    EXPECT_EQ(askJson({"move", "/hall/crane", "1", "0", "0"})["stopped_by"].size(), 1u)
+        << "pressed on what it rests on";
     contacts.contacts.clear();
     const std::string set = ctl({"set", "/hall/crane", "scale", "0", "0", "0"}).out;
     EXPECT_NE(set.find("scale of /hall/crane was to be 0 0 0"), std::string::npos) << set;
