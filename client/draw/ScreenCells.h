@@ -9,7 +9,7 @@ namespace tessera {
 
 /// A screen's picture is cut at multiples of these, from its lower left corner, on every wall and whatever the tiles
 /// are; each cell is drawn in coordinates of its own. So all who draw a pixel compute the same, buffers never reach
-/// farther than a cell, and a screen may have any size. Both are multiples of the grid of 64 pixels on which scissors lie.
+/// farther than a cell, however large the screen is. Both are multiples of the grid of 64 pixels on which scissors lie.
 inline constexpr int kCellWidthPx = 1024, kCellHeightPx = 576;
 
 /// What a rectangle of a screen shares with one cell.

@@ -1,4 +1,4 @@
-// The cells of which a screen's picture is made: walls of any size, little memory, borders that nobody sees.
+// The cells of which a screen's picture is made: huge walls, little memory, borders that nobody sees.
 #include <array>
 #include <cstdlib>
 #include <random>

@@ -22,11 +22,7 @@ TEST(CullingInTheEngineHall, LeavesAwayAFifthAtLeastAndNothingThatIsVisible) {
     RenderScene all;
     all.update(*hall, nullptr);
 
-    Screen screen;
-    screen.lowerLeft = {-1.6, 0.6, 0};
-    screen.lowerRight = {1.6, 0.6, 0};
-    screen.upperLeft = {-1.6, 2.4, 0};
-    screen.grid = {.columns = 2, .rows = 2, .tileWidthPx = 480, .tileHeightPx = 270};
+    const Screen screen = flatScreen(2, 2, 480, 270);
     std::uint64_t inFrustum = 0;
     std::uint64_t drawn = 0;
     std::uint64_t trianglesOfFrustum = 0;

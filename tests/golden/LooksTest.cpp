@@ -50,11 +50,7 @@ TEST_P(Looks, AreAsTheyWere) {
     ASSERT_TRUE(shipped) << shipped.error().message;
     RenderScene scene;
     scene.update(*shipped, nullptr);
-    Screen screen;
-    screen.lowerLeft = {-1.6, 0.6, 0};
-    screen.lowerRight = {1.6, 0.6, 0};
-    screen.upperLeft = {-1.6, 2.4, 0};
-    screen.grid = {.columns = 1, .rows = 1, .tileWidthPx = kWidthPx, .tileHeightPx = kHeightPx};
+    const Screen screen = flatScreen(1, 1, kWidthPx, kHeightPx);
     const ScreenCamera camera = screenCamera(screen, User(), Eye::kCenter, cameraOfScene(*shipped));
     Stage stage(4);
     const Picture picture = drawPart(stage, *shipped, scene, CullerKind::kMasked, camera,

@@ -33,6 +33,16 @@ inline constexpr const char* kAssimpModels = "/usr/share/assimp/models";
     return aspect;
 }
 
+/// 3.2 m by 1.8 m, as the shipped walls are.
+[[nodiscard]] inline Screen flatScreen(int columns, int rows, int tileWidthPx, int tileHeightPx) {
+    Screen screen;
+    screen.lowerLeft = {-1.6, 0.6, 0};
+    screen.lowerRight = {1.6, 0.6, 0};
+    screen.upperLeft = {-1.6, 2.4, 0};
+    screen.grid = {.columns = columns, .rows = rows, .tileWidthPx = tileWidthPx, .tileHeightPx = tileHeightPx};
+    return screen;
+}
+
 /// From its last camera that is on.
 [[nodiscard]] inline View cameraOfScene(const Aspect& aspect) {
     View view;

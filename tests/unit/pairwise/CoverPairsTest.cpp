@@ -17,19 +17,6 @@ std::shared_ptr<CollisionShape> coverOfMesh(TriangleMesh mesh, unsigned level) {
     return made ? *made : nullptr;
 }
 
-TriangleMesh valley(Random& random) {
-    shapes::Soup soup;
-    constexpr std::uint32_t kSide = 12;
-    for (std::uint32_t z = 0; z < kSide; ++z)
-        for (std::uint32_t x = 0; x < kSide; ++x) soup.vertex({0.3 * x - 2, between(random, -0.4, 0.4), 0.3 * z - 2});
-    for (std::uint32_t z = 0; z + 1 < kSide; ++z)
-        for (std::uint32_t x = 0; x + 1 < kSide; ++x) {
-            const std::uint32_t i = kSide * z + x;
-            soup.indices.insert(soup.indices.end(), {i, i + kSide, i + 1, i + 1, i + kSide, i + kSide + 1});
-        }
-    return meshOf(soup);
-}
-
 /// A body as it is, and as what it is looked at instead.
 struct Looked {
     const char* name;
@@ -38,7 +25,7 @@ struct Looked {
 
 std::vector<Looked> partners(Random& random) {
     const unsigned level = 1 + static_cast<unsigned>(random() % 6);
-    const TriangleMesh loose = strewn(random, 40, 0.4), land = valley(random);
+    const TriangleMesh loose = strewn(random, 40, 0.4), land = roughGround(random, 12, 0.3, 0.4);
     std::vector<Vec3d> places;
     for (int i = 0; i < 40; ++i) places.push_back(inCube(random, 1));
     const auto triangles = CollisionShape::ofTriangles(loose), hull = CollisionShape::ofHull(bumpy(random, 5, 7));

@@ -20,19 +20,6 @@ std::vector<Vec3d> shellOfPoints(Random& random, std::size_t count) {
     return out;
 }
 
-TriangleMesh hills(Random& random) {
-    shapes::Soup soup;
-    constexpr std::uint32_t kSide = 9;
-    for (std::uint32_t z = 0; z < kSide; ++z)
-        for (std::uint32_t x = 0; x < kSide; ++x) soup.vertex({0.5 * x - 2, between(random, -0.5, 0.5), 0.5 * z - 2});
-    for (std::uint32_t z = 0; z + 1 < kSide; ++z)
-        for (std::uint32_t x = 0; x + 1 < kSide; ++x) {
-            const std::uint32_t i = kSide * z + x;
-            soup.indices.insert(soup.indices.end(), {i, i + kSide, i + 1, i + 1, i + kSide, i + kSide + 1});
-        }
-    return meshOf(soup);
-}
-
 struct Other {
     const char* name;
     std::shared_ptr<CollisionShape> shape;
@@ -42,7 +29,7 @@ std::vector<Other> others(Random& random) {
     std::vector<Other> out{{"triangles", CollisionShape::ofTriangles(strewn(random, 90, 0.4))},
                            {"hull", CollisionShape::ofHull(bumpy(random, 5, 7))},
                            {"points", *CollisionShape::ofPoints(shellOfPoints(random, 50), 0.07)}};
-    out.push_back({"height field", *CollisionShape::ofHeightField(hills(random))});
+    out.push_back({"height field", *CollisionShape::ofHeightField(roughGround(random, 9, 0.5, 0.5))});
     return out;
 }
 

@@ -90,4 +90,18 @@ inline std::vector<InstructionSet> instructionSets() {
     return sets;
 }
 
+/// `side` by `side` vertices, `step` apart along x and z, as high or low as `height` by chance.
+inline TriangleMesh roughGround(Random& random, std::uint32_t side, double step, double height) {
+    shapes::Soup soup;
+    for (std::uint32_t z = 0; z < side; ++z)
+        for (std::uint32_t x = 0; x < side; ++x)
+            soup.vertex({step * x - 2, between(random, -height, height), step * z - 2});
+    for (std::uint32_t z = 0; z + 1 < side; ++z)
+        for (std::uint32_t x = 0; x + 1 < side; ++x) {
+            const std::uint32_t i = side * z + x;
+            soup.indices.insert(soup.indices.end(), {i, i + side, i + 1, i + 1, i + side, i + side + 1});
+        }
+    return meshOf(soup);
+}
+
 }  // namespace tessera::bodies
