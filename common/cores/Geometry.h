@@ -21,6 +21,7 @@ struct Geometry {
     /// Of each point, in the geometry's own coordinates. 0: unknown; they are shown with `shownRadius` of
     /// common/geometry/Points.h.
     double pointRadius = 0;
+    Blob texcoords1;  ///< as texcoords: a second set, for images that ask for it
 };
 template <>
 inline constexpr auto kDescription<Geometry> =
@@ -34,6 +35,7 @@ inline constexpr auto kDescription<Geometry> =
              field<&Geometry::primitive>(7, "primitive")
                  .oneOf({{Geometry::kTriangles, "triangles"}, {Geometry::kPoints, "points"}})
                  .affects(Effect::kShape),
-             field<&Geometry::pointRadius>(8, "pointRadius").between(0, 1e12).affects(Effect::kShape));
+             field<&Geometry::pointRadius>(8, "pointRadius").between(0, 1e12).affects(Effect::kShape),
+             field<&Geometry::texcoords1>(9, "texcoords1").affects(Effect::kLook));
 
 }  // namespace tessera

@@ -1,15 +1,29 @@
-/// Pixels.
+/// Pixels, and how a surface takes them.
 #pragma once
 
 #include "common/field/Field.h"
 
 namespace tessera {
 
+/// What glTF calls a texture: an image, a sampler, and KHR_texture_transform. Images of the same pixels share their bytes
+/// everywhere, so each place where a picture is used may say on its own how.
 struct Image {
     static constexpr ObjectType kType{6};
-    Blob pixels;  ///< uint8[4] RGBA per pixel, sRGB, rows from the top
+    static constexpr std::int64_t kRepeat = 0, kClamp = 1, kMirror = 2;
+    static constexpr std::int64_t kLinear = 0, kNearest = 1;
+    static constexpr std::int64_t kTrilinear = 0, kNearestAlone = 1, kLinearAlone = 2, kNearestOfNearest = 3,
+                                  kLinearOfNearest = 4, kNearestOfTwo = 5;
+    Blob pixels;  ///< uint8[4] RGBA per pixel, rows from the top; sRGB where a material takes colours from it
     std::int64_t widthPx = 0;
     std::int64_t heightPx = 0;
+    std::int64_t wrapU = kRepeat, wrapV = kRepeat;  ///< beyond 0 to 1
+    std::int64_t magnification = kLinear;           ///< where a pixel of it covers several of the screen
+    std::int64_t minification = kTrilinear;         ///< where several of it lie in one of the screen
+    std::int64_t texcoordSet = 0;                   ///< which texture coordinates of a mesh: the first or the second
+    /// Texture coordinates are scaled, then turned by `rotation` (radians, counter-clockwise as the image is looked at),
+    /// then moved; all around its upper left corner.
+    Vec2f offset = Vec2f::Zero(), scale = Vec2f::Ones();
+    float rotation = 0;
 
     static constexpr double kMaxSidePx = 65536;
 };
@@ -18,7 +32,28 @@ inline constexpr auto kDescription<Image> =
     describe("Image",
              field<&Image::pixels>(1, "pixels").affects(Effect::kLook),
              field<&Image::widthPx>(2, "widthPx").unit(Unit::kPixel).between(0, Image::kMaxSidePx).affects(Effect::kLook),
-             field<&Image::heightPx>(3, "heightPx").unit(Unit::kPixel).between(0, Image::kMaxSidePx).affects(Effect::kLook))
+             field<&Image::heightPx>(3, "heightPx").unit(Unit::kPixel).between(0, Image::kMaxSidePx).affects(Effect::kLook),
+             field<&Image::wrapU>(4, "wrapU")
+                 .oneOf({{Image::kRepeat, "repeat"}, {Image::kClamp, "clamp"}, {Image::kMirror, "mirror"}})
+                 .affects(Effect::kLook),
+             field<&Image::wrapV>(5, "wrapV")
+                 .oneOf({{Image::kRepeat, "repeat"}, {Image::kClamp, "clamp"}, {Image::kMirror, "mirror"}})
+                 .affects(Effect::kLook),
+             field<&Image::magnification>(6, "magnification")
+                 .oneOf({{Image::kLinear, "linear"}, {Image::kNearest, "nearest"}})
+                 .affects(Effect::kLook),
+             field<&Image::minification>(7, "minification")
+                 .oneOf({{Image::kTrilinear, "trilinear"},
+                         {Image::kNearestAlone, "nearest"},
+                         {Image::kLinearAlone, "linear"},
+                         {Image::kNearestOfNearest, "nearest-mipmap-nearest"},
+                         {Image::kLinearOfNearest, "linear-mipmap-nearest"},
+                         {Image::kNearestOfTwo, "nearest-mipmap-linear"}})
+                 .affects(Effect::kLook),
+             field<&Image::texcoordSet>(8, "texcoordSet").between(0, 1).affects(Effect::kLook),
+             field<&Image::offset>(9, "offset").between(-1e6, 1e6).affects(Effect::kLook),
+             field<&Image::scale>(10, "scale").between(-1e6, 1e6).affects(Effect::kLook),
+             field<&Image::rotation>(11, "rotation").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLook))
         .notACore();
 
 }  // namespace tessera

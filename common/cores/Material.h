@@ -6,15 +6,33 @@
 
 namespace tessera {
 
-/// Metal-roughness shading as glTF 2.0 defines it. Colours are linear RGB.
+/// Metal-roughness shading as glTF 2.0 defines it. Colours are linear RGB. What an image holds multiplies the number beside
+/// it; an image that is missing is white.
 struct Material {
     static constexpr ObjectType kType{5};
-    Vec4f baseColor{0.8f, 0.8f, 0.8f, 1.0f};  ///< alpha below 1: drawn as transparent
+    static constexpr std::int64_t kAutoAlpha = 0, kOpaque = 1, kMask = 2, kBlend = 3;
+    Vec4f baseColor{0.8f, 0.8f, 0.8f, 1.0f};
     float metallic = 0.0f;
     float roughness = 0.6f;
     Vec3f emissive = Vec3f::Zero();
-    ObjectId baseColorImage;  ///< an Image (sRGB); none: white
+    ObjectId baseColorImage;  ///< an Image (sRGB, alpha)
     bool doubleSided = false;
+    /// What alpha means. Auto: blended where baseColor's own is below 1, else ignored. Mask: what is below `alphaCutoff` is
+    /// not there.
+    std::int64_t alphaMode = kAutoAlpha;
+    float alphaCutoff = 0.5f;
+    ObjectId metallicRoughnessImage;  ///< green: roughness, blue: metallic; linear
+    ObjectId normalImage;             ///< normals along the texture coordinates (red: u, green: against v), from -1 to 1
+    float normalScale = 1.0f;         ///< of their red and green
+    ObjectId occlusionImage;          ///< red: how much of the surroundings' light arrives; linear
+    float occlusionStrength = 1.0f;
+    ObjectId emissiveImage;  ///< sRGB
+    bool unlit = false;      ///< the base colour as it is (KHR_materials_unlit)
+    /// KHR_materials_clearcoat: a thin layer of lacquer, its share and its roughness.
+    float clearcoat = 0.0f;
+    float clearcoatRoughness = 0.0f;
+    /// KHR_materials_transmission: how much light goes through. Drawn as transparent, without refraction.
+    float transmission = 0.0f;
 };
 template <>
 inline constexpr auto kDescription<Material> =
@@ -24,7 +42,24 @@ inline constexpr auto kDescription<Material> =
              field<&Material::roughness>(3, "roughness").affects(Effect::kLook),
              field<&Material::emissive>(4, "emissive").affects(Effect::kLook),
              field<&Material::baseColorImage>(5, "baseColorImage").to<Image>().affects(Effect::kLook),
-             field<&Material::doubleSided>(6, "doubleSided").affects(Effect::kLook))
+             field<&Material::doubleSided>(6, "doubleSided").affects(Effect::kLook),
+             field<&Material::alphaMode>(7, "alphaMode")
+                 .oneOf({{Material::kAutoAlpha, "auto"},
+                         {Material::kOpaque, "opaque"},
+                         {Material::kMask, "mask"},
+                         {Material::kBlend, "blend"}})
+                 .affects(Effect::kLook),
+             field<&Material::alphaCutoff>(8, "alphaCutoff").between(0, 1e6).affects(Effect::kLook),
+             field<&Material::metallicRoughnessImage>(9, "metallicRoughnessImage").to<Image>().affects(Effect::kLook),
+             field<&Material::normalImage>(10, "normalImage").to<Image>().affects(Effect::kLook),
+             field<&Material::normalScale>(11, "normalScale").between(-1e3, 1e3).affects(Effect::kLook),
+             field<&Material::occlusionImage>(12, "occlusionImage").to<Image>().affects(Effect::kLook),
+             field<&Material::occlusionStrength>(13, "occlusionStrength").between(0, 1).affects(Effect::kLook),
+             field<&Material::emissiveImage>(14, "emissiveImage").to<Image>().affects(Effect::kLook),
+             field<&Material::unlit>(15, "unlit").affects(Effect::kLook),
+             field<&Material::clearcoat>(16, "clearcoat").between(0, 1).affects(Effect::kLook),
+             field<&Material::clearcoatRoughness>(17, "clearcoatRoughness").between(0, 1).affects(Effect::kLook),
+             field<&Material::transmission>(18, "transmission").between(0, 1).affects(Effect::kLook))
         .notACore();
 
 }  // namespace tessera

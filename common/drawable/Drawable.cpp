@@ -20,6 +20,7 @@ constexpr DrawableType kDrawables[] = {
                  .colors = g.colors,
                  .texcoords = g.texcoords,
                  .indices = g.indices,
+                 .texcoords1 = g.texcoords1,
                  .primitive = points ? Primitive::kPoints : Primitive::kTriangles,
                  .pointRadius = points ? g.pointRadius : 0.0};
      },
@@ -41,21 +42,21 @@ Drawable drawableOf(const Object& core) {
 
 MeshKey keyOf(const MeshArrays& arrays) {
     return {.arrays = {arrays.positions.id(), arrays.normals.id(), arrays.colors.id(), arrays.texcoords.id(),
-                       arrays.indices.id()},
+                       arrays.indices.id(), arrays.texcoords1.id()},
             .primitive = arrays.primitive,
             .pointRadius = arrays.pointRadius};
 }
 
 bool Drawable::resident() const {
     const MeshArrays all = arrays();
-    for (const Blob* blob : {&all.positions, &all.normals, &all.colors, &all.texcoords, &all.indices})
+    for (const Blob* blob : {&all.positions, &all.normals, &all.colors, &all.texcoords, &all.indices, &all.texcoords1})
         if (!blob->empty() && !blob->resident()) return false;
     return true;
 }
 
 std::vector<MeshOrigin> originsOf(const MeshArrays& arrays) {
-    const std::array<const Blob*, 5> blobs = {&arrays.positions, &arrays.normals, &arrays.colors, &arrays.texcoords,
-                                              &arrays.indices};
+    const std::array<const Blob*, kMeshArrays> blobs = {&arrays.positions, &arrays.normals, &arrays.colors, &arrays.texcoords,
+                                              &arrays.indices, &arrays.texcoords1};
     std::vector<MeshOrigin> origins;
     MeshOrigin origin{.key = keyOf(arrays), .changed = {}};
     // Each array as it is, or some edits back, so many of all arrays together: they need not have been edited together.

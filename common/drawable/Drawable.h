@@ -13,7 +13,7 @@ namespace tessera {
 
 /// Names a mesh by its content: drawables with equal keys look alike, but for their material.
 struct MeshKey {
-    std::array<BlobId, 5> arrays{};  ///< in the order of MeshArrays
+    std::array<BlobId, kMeshArrays> arrays{};  ///< in the order of MeshArrays
     Primitive primitive = Primitive::kTriangles;
     double pointRadius = 0;  ///< of points
     bool operator==(const MeshKey&) const = default;

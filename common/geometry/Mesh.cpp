@@ -75,11 +75,13 @@ Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits) {
     if (auto ok = checkPoints(arrays, *vertices, limits); !ok) return ok;
     if (auto ok = checkPerVertex(arrays.normals, 3 * sizeof(float), "normals", *vertices); !ok) return ok;
     if (auto ok = checkPerVertex(arrays.colors, 4, "colours", *vertices); !ok) return ok;
-    if (auto ok = checkPerVertex(arrays.texcoords, 2 * sizeof(float), "texture coordinates", *vertices); !ok) return ok;
+    for (const Blob* texcoords : {&arrays.texcoords, &arrays.texcoords1})
+        if (auto ok = checkPerVertex(*texcoords, 2 * sizeof(float), "texture coordinates", *vertices); !ok) return ok;
 
     if (auto ok = checkFinite(arrays.positions.as<float>(), 3, "positions"); !ok) return ok;
     if (auto ok = checkFinite(arrays.normals.as<float>(), 3, "normals"); !ok) return ok;
-    if (auto ok = checkFinite(arrays.texcoords.as<float>(), 2, "texture coordinates"); !ok) return ok;
+    for (const Blob* texcoords : {&arrays.texcoords, &arrays.texcoords1})
+        if (auto ok = checkFinite(texcoords->as<float>(), 2, "texture coordinates"); !ok) return ok;
 
     const std::span<const std::uint32_t> indices = arrays.indices.as<std::uint32_t>();
     for (std::size_t i = 0; i < indices.size(); ++i) {
@@ -106,6 +108,7 @@ bool soundWithin(const MeshArrays& arrays, const MeshRanges& ranges) {
     };
     const std::size_t vertices = arrays.positions.sizeBytes() / (3 * sizeof(float));
     return finite(arrays.positions, ranges[0]) && finite(arrays.normals, ranges[1]) && finite(arrays.texcoords, ranges[3]) &&
+           finite(arrays.texcoords1, ranges[5]) &&
            std::ranges::all_of(within(arrays.indices.as<std::uint32_t>(), ranges[4]),
                                [&](std::uint32_t vertex) { return vertex < vertices; });
 }
@@ -171,6 +174,7 @@ MeshArrays MeshData::toArrays() const {
             .colors = blob(colors),
             .texcoords = blob(texcoords),
             .indices = blob(indices),
+            .texcoords1 = blob(texcoords1),
             .primitive = primitive,
             .pointRadius = pointRadius};
 }
@@ -189,10 +193,13 @@ void MeshData::append(const MeshData& other, const Affine3d& place) {
         append(withNormals, place);
         return;
     }
-    if (!texcoords.empty() || !other.texcoords.empty()) {
-        texcoords.resize(2 * before, 0.0f);
-        texcoords.insert(texcoords.end(), other.texcoords.begin(), other.texcoords.end());
-        texcoords.resize(2 * (before + added), 0.0f);
+    for (const auto set : {&MeshData::texcoords, &MeshData::texcoords1}) {
+        std::vector<float>& own = this->*set;
+        const std::vector<float>& theirs = other.*set;
+        if (own.empty() && theirs.empty()) continue;
+        own.resize(2 * before, 0.0f);
+        own.insert(own.end(), theirs.begin(), theirs.end());
+        own.resize(2 * (before + added), 0.0f);
     }
     if (!colors.empty() || !other.colors.empty()) {
         colors.resize(4 * before, 255);

@@ -17,10 +17,12 @@ enum class Primitive : std::uint8_t { kTriangles, kPoints };
 
 /// What a Geometry core holds (see common/cores/Geometry.h for the layouts), not yet checked.
 struct MeshArrays {
-    Blob positions, normals, colors, texcoords, indices;
+    Blob positions, normals, colors, texcoords, indices, texcoords1;
     Primitive primitive = Primitive::kTriangles;
     double pointRadius = 0;  ///< of points
 };
+
+inline constexpr std::size_t kMeshArrays = 6;
 
 struct MeshLimits {
     std::size_t maxVertices = 64'000'000;
@@ -40,7 +42,7 @@ struct ByteRange {
     [[nodiscard]] bool empty() const { return begin >= end; }
 };
 /// Where a mesh differs from another one whose arrays have the same sizes; ranges in the order of MeshArrays.
-using MeshRanges = std::array<ByteRange, 5>;
+using MeshRanges = std::array<ByteRange, kMeshArrays>;
 /// Of a mesh that is a sound one but for these ranges: whether it is sound. Costs what they hold.
 [[nodiscard]] bool soundWithin(const MeshArrays& arrays, const MeshRanges& ranges);
 /// The elements of an array that a range touches.
@@ -61,6 +63,7 @@ struct MeshData {
     std::vector<float> positions;   ///< xyz
     std::vector<float> normals;     ///< xyz, or empty
     std::vector<float> texcoords;   ///< uv, or empty
+    std::vector<float> texcoords1;  ///< a second set, or empty
     std::vector<std::uint8_t> colors;  ///< rgba, or empty
     std::vector<std::uint32_t> indices;
     Primitive primitive = Primitive::kTriangles;

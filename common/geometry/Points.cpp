@@ -67,6 +67,7 @@ MeshData trianglesOfPoints(const MeshArrays& points, double radius, const ByteRa
     MeshData mesh;
     mesh.normals = repeated(points.normals.as<float>(), 3, which);
     mesh.texcoords = repeated(points.texcoords.as<float>(), 2, which);
+    mesh.texcoords1 = repeated(points.texcoords1.as<float>(), 2, which);
     mesh.colors = repeated(points.colors.as<std::uint8_t>(), 4, which);
     const bool asBalls = mesh.normals.empty();
     mesh.positions.reserve(3 * kVerticesPerPoint * count);
