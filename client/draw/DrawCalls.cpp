@@ -57,10 +57,19 @@ ItemBlock makeItem(const DrawItem& item, const Material& material, std::uint32_t
     return block;
 }
 
+/// KHR_texture_transform: moved · turned · scaled.
+LookBlock::Placed placeOf(const Image& image) {
+    const float c = std::cos(image.rotation), s = std::sin(image.rotation);
+    const auto set = static_cast<float>(image.texcoordSet);
+    return {.u = {c * image.scale.x(), s * image.scale.y(), image.offset.x(), set},
+            .v = {-s * image.scale.x(), c * image.scale.y(), image.offset.y(), 0}};
+}
+
 }  // namespace
 
 bool DrawCalls::TexelsLess::operator()(const MaterialTexels& a, const MaterialTexels& b) const {
-    return std::tie(a.emissiveAndRoughness, a.metallicAndLit) < std::tie(b.emissiveAndRoughness, b.metallicAndLit);
+    return std::tie(a.emissiveAndRoughness, a.metallicLitAndCoat) <
+           std::tie(b.emissiveAndRoughness, b.metallicLitAndCoat);
 }
 
 void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera, MeshBuffers& meshes,
@@ -69,8 +78,11 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
     items_.clear();
     materials_.clear();
     materialIndices_.clear();
+    looks_.clear();
+    lookBlocks_.clear();
+    lookIndices_.clear();
     counts_ = {.items = list.opaque.size() + list.transparent.size()};
-    materials_.push_back({.emissiveAndRoughness = four(list.environment.background, 1), .metallicAndLit = {}});
+    materials_.push_back({.emissiveAndRoughness = four(list.environment.background, 1), .metallicLitAndCoat = {}});
     meshes.beginDraw();
     textures.beginDraw();
     collect(aspect, list.opaque, camera, meshes, textures);
@@ -80,7 +92,6 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
 
 void DrawCalls::collect(const Aspect& aspect, const std::vector<DrawItem>& items, const ScreenCamera& camera,
                         MeshBuffers& meshes, TextureCache& textures) {
-    const Material defaultMaterial;
     for (const DrawItem& item : items) {
         const Drawable drawable = drawableOf(aspect, item.geometry);
         const std::optional<MeshRange> mesh = drawable ? meshes.find(drawable) : std::nullopt;
@@ -89,23 +100,56 @@ void DrawCalls::collect(const Aspect& aspect, const std::vector<DrawItem>& items
             continue;
         }
         if (mesh->indexCount == 0) continue;
-        const auto* own = item.material ? aspect.get<Material>(item.material) : nullptr;
-        const Material& material = own ? *own : defaultMaterial;
-        DrawCall call{.mesh = *mesh, .doubleSided = material.doubleSided, .mirrored = item.mirrored, .item = &item};
-        if (material.baseColorImage) {
-            const auto* image = aspect.get<Image>(material.baseColorImage);
-            call.texture = image ? textures.find(*image) : 0;
-            if (call.texture == 0) ++counts_.untextured;
-        }
-        calls_.push_back(call);
-        items_.push_back(makeItem(item, material, materialIndex(material), mesh->hasNormals, camera));
+        const std::uint32_t index = look(aspect, item.material, textures);
+        const DrawLook& look = looks_[index];
+        if (look.incomplete) ++counts_.untextured;
+        calls_.push_back({.mesh = *mesh, .look = index, .mirrored = item.mirrored, .item = &item});
+        items_.push_back(makeItem(item, *look.material, look.materialIndex, mesh->hasNormals, camera));
     }
+}
+
+std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, TextureCache& textures) {
+    const auto [known, isNew] = lookIndices_.try_emplace(id, static_cast<std::uint32_t>(looks_.size()));
+    if (!isNew) return known->second;
+    static const Material kDefault;
+    const auto* own = id ? aspect.get<Material>(id) : nullptr;
+    const Material& material = own ? *own : kDefault;
+    DrawLook look{.masked = material.alphaMode == Material::kMask,
+                  .doubleSided = material.doubleSided,
+                  .materialIndex = materialIndex(material),
+                  .material = &material};
+    LookBlock block{};
+    const std::array<std::pair<ObjectId, ImageUse>, kImageMaps> images = {
+        {{material.baseColorImage, ImageUse::kColor},
+         {material.metallicRoughnessImage, ImageUse::kNumbers},
+         {material.normalImage, ImageUse::kNumbers},
+         {material.occlusionImage, ImageUse::kNumbers},
+         {material.emissiveImage, ImageUse::kColor}}};
+    for (std::size_t i = 0; i < kImageMaps; ++i) {
+        const auto& [id, use] = images[i];
+        if (!id) continue;
+        const auto* image = aspect.get<Image>(id);
+        const GLuint texture = image ? textures.find(*image, use) : 0;
+        if (texture == 0) {
+            look.incomplete = true;
+            continue;
+        }
+        look.maps[i] = {texture, textures.sampler(*image)};
+        look.mapBits |= bitOf(static_cast<ImageMap>(i));
+        block.places[i] = placeOf(*image);
+    }
+    block.strengths = {material.normalScale, material.occlusionStrength, material.alphaCutoff, 0};
+    block.effects = {material.transmission, material.unlit ? 1.0f : 0.0f, material.clearcoat, material.clearcoatRoughness};
+    looks_.push_back(look);
+    lookBlocks_.push_back(block);
+    return known->second;
 }
 
 std::uint32_t DrawCalls::materialIndex(const Material& material) {
     const MaterialTexels texels{
         .emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f)),
-        .metallicAndLit = {material.metallic, 1, 0, 0}};
+        .metallicLitAndCoat = {material.metallic, material.unlit ? -1.0f : 1.0f, material.clearcoat,
+                               material.clearcoatRoughness}};
     const auto [it, isNew] = materialIndices_.try_emplace(texels, static_cast<std::uint32_t>(materials_.size()));
     if (!isNew) return it->second;
     if (materials_.size() == kMaxMaterials) {

@@ -2,7 +2,9 @@
 /// those of the caches.
 #pragma once
 
+#include <array>
 #include <map>
+#include <unordered_map>
 #include <vector>
 
 #include "client/draw/MeshBuffers.h"
@@ -12,11 +14,24 @@
 
 namespace tessera {
 
+/// What the calls of one material share. Its LookBlock has the same index.
+struct DrawLook {
+    struct Map {
+        GLuint texture = 0, sampler = 0;
+    };
+    std::array<Map, kImageMaps> maps{};
+    std::uint8_t mapBits = 0;  ///< of ImageMap: those that are there
+    bool masked = false;
+    bool doubleSided = false;
+    bool incomplete = false;          ///< it has an image that is not here
+    std::uint32_t materialIndex = 0;  ///< for the light pass
+    const Material* material = nullptr;
+};
+
 /// One draw call. Its ItemBlock has the same index.
 struct DrawCall {
     MeshRange mesh;
-    GLuint texture = 0;
-    bool doubleSided = false;
+    std::uint32_t look = 0;
     bool mirrored = false;
     const DrawItem* item = nullptr;  ///< of the list that is drawn
 };
@@ -32,6 +47,9 @@ public:
     /// Calls from here on are transparent.
     [[nodiscard]] std::size_t opaqueCount() const { return opaqueCount_; }
     [[nodiscard]] const std::vector<ItemBlock>& items() const { return items_; }
+    [[nodiscard]] const DrawLook& lookOf(const DrawCall& call) const { return looks_[call.look]; }
+    [[nodiscard]] const std::vector<DrawLook>& looks() const { return looks_; }
+    [[nodiscard]] const std::vector<LookBlock>& lookBlocks() const { return lookBlocks_; }
     [[nodiscard]] const std::vector<MaterialTexels>& materials() const { return materials_; }
     [[nodiscard]] const DrawCounts& counts() const { return counts_; }
 
@@ -41,10 +59,14 @@ private:
     };
     void collect(const Aspect& aspect, const std::vector<DrawItem>& items, const ScreenCamera& camera,
                  MeshBuffers& meshes, TextureCache& textures);
+    std::uint32_t look(const Aspect& aspect, ObjectId material, TextureCache& textures);
     std::uint32_t materialIndex(const Material& material);
 
     std::vector<DrawCall> calls_;
     std::vector<ItemBlock> items_;
+    std::vector<DrawLook> looks_;
+    std::vector<LookBlock> lookBlocks_;
+    std::unordered_map<ObjectId, std::uint32_t> lookIndices_;
     std::size_t opaqueCount_ = 0;
     std::vector<MaterialTexels> materials_;
     std::map<MaterialTexels, std::uint32_t, TexelsLess> materialIndices_;

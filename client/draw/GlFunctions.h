@@ -14,6 +14,7 @@ namespace tessera {
     X(BindBufferBase, BINDBUFFERBASE)                                           \
     X(BindBufferRange, BINDBUFFERRANGE)                                         \
     X(BindFramebuffer, BINDFRAMEBUFFER)                                         \
+    X(BindSampler, BINDSAMPLER)                                                 \
     X(BindTextureUnit, BINDTEXTUREUNIT)                                         \
     X(BindVertexArray, BINDVERTEXARRAY)                                         \
     X(BlendFuncSeparate, BLENDFUNCSEPARATE)                                     \
@@ -27,6 +28,7 @@ namespace tessera {
     X(CreateFramebuffers, CREATEFRAMEBUFFERS)                                   \
     X(CreateProgram, CREATEPROGRAM)                                             \
     X(CreateRenderbuffers, CREATERENDERBUFFERS)                                 \
+    X(CreateSamplers, CREATESAMPLERS)                                           \
     X(CreateShader, CREATESHADER)                                               \
     X(CreateTextures, CREATETEXTURES)                                           \
     X(CreateVertexArrays, CREATEVERTEXARRAYS)                                   \
@@ -35,6 +37,7 @@ namespace tessera {
     X(DeleteFramebuffers, DELETEFRAMEBUFFERS)                                   \
     X(DeleteProgram, DELETEPROGRAM)                                             \
     X(DeleteRenderbuffers, DELETERENDERBUFFERS)                                 \
+    X(DeleteSamplers, DELETESAMPLERS)                                           \
     X(DeleteShader, DELETESHADER)                                               \
     X(DeleteTextures, DELETETEXTURES)                                           \
     X(DeleteVertexArrays, DELETEVERTEXARRAYS)                                   \
@@ -57,10 +60,12 @@ namespace tessera {
     X(NamedBufferSubData, NAMEDBUFFERSUBDATA)                                   \
     X(NamedFramebufferRenderbuffer, NAMEDFRAMEBUFFERRENDERBUFFER)               \
     X(MultiDrawElementsBaseVertex, MULTIDRAWELEMENTSBASEVERTEX)                 \
+    X(NamedFramebufferDrawBuffers, NAMEDFRAMEBUFFERDRAWBUFFERS)                 \
     X(NamedFramebufferTexture, NAMEDFRAMEBUFFERTEXTURE)                         \
     X(NamedRenderbufferStorageMultisample, NAMEDRENDERBUFFERSTORAGEMULTISAMPLE) \
     X(PixelStorei, PIXELSTOREI)                                                 \
     X(ReadPixels, READPIXELS)                                                   \
+    X(SamplerParameteri, SAMPLERPARAMETERI)                                     \
     X(Scissor, SCISSOR)                                                         \
     X(ShaderSource, SHADERSOURCE)                                               \
     X(TextureBuffer, TEXTUREBUFFER)                                             \

@@ -25,13 +25,13 @@ std::array<std::uint16_t, 256> makeLinearTable() {
 }
 
 struct VertexArrays {
-    std::span<const float> positions, normals, texcoords;
+    std::span<const float> positions, normals, texcoords, texcoords1;
     std::span<const std::uint8_t> colors;
 };
 
 std::vector<MeshVertex> interleave(const VertexArrays& arrays, const ByteRange& which) {
     static const std::array<std::uint16_t, 256> kLinear = makeLinearTable();
-    const auto& [positions, normals, texcoords, colors] = arrays;
+    const auto& [positions, normals, texcoords, texcoords1, colors] = arrays;
     std::vector<MeshVertex> vertices(which.end - which.begin);
     for (std::size_t i = which.begin; i < which.end; ++i) {
         MeshVertex& v = vertices[i - which.begin];
@@ -42,8 +42,9 @@ std::vector<MeshVertex> interleave(const VertexArrays& arrays, const ByteRange& 
         if (!colors.empty())
             v.color = {kLinear[colors[4 * i]], kLinear[colors[4 * i + 1]], kLinear[colors[4 * i + 2]],
                        static_cast<std::uint16_t>(colors[4 * i + 3] * 257)};
-        v.texcoord = {0, 0};
+        v.texcoord = v.texcoord1 = {0, 0};
         if (!texcoords.empty()) v.texcoord = {texcoords[2 * i], texcoords[2 * i + 1]};
+        if (!texcoords1.empty()) v.texcoord1 = {texcoords1[2 * i], texcoords1[2 * i + 1]};
     }
     return vertices;
 }
@@ -119,10 +120,12 @@ bool MeshBuffers::takeOver(const MeshKey& key, const MeshArrays& arrays) {
         if (arrays.primitive == Primitive::kPoints && shownRadius(arrays) != known->second.pointRadius) continue;
         auto mesh = meshes_.extract(known);
         mesh.key() = key;
-        constexpr std::array<std::size_t, 4> kVertexBytes = {3 * sizeof(float), 3 * sizeof(float), 4, 2 * sizeof(float)};
-        for (std::size_t i = 0; i < kVertexBytes.size(); ++i)
-            writeVertices(arrays, mesh.mapped(), elementsOf(origin.changed[i], kVertexBytes[i]));
-        writeIndices(arrays, mesh.mapped(), elementsOf(origin.changed[4], sizeof(std::uint32_t)));
+        constexpr std::size_t kIndices = 4;
+        constexpr std::array<std::size_t, kMeshArrays> kBytes = {
+            3 * sizeof(float), 3 * sizeof(float), 4, 2 * sizeof(float), sizeof(std::uint32_t), 2 * sizeof(float)};
+        for (std::size_t i = 0; i < kBytes.size(); ++i)
+            if (i != kIndices) writeVertices(arrays, mesh.mapped(), elementsOf(origin.changed[i], kBytes[i]));
+        writeIndices(arrays, mesh.mapped(), elementsOf(origin.changed[kIndices], kBytes[kIndices]));
         meshes_.insert(std::move(mesh));
         return true;
     }
@@ -139,12 +142,14 @@ void MeshBuffers::writeVertices(const MeshArrays& arrays, const Mesh& mesh, cons
     if (which.empty()) return;
     if (arrays.primitive == Primitive::kTriangles)
         return write(which.begin, interleave({arrays.positions.as<float>(), arrays.normals.as<float>(),
-                                              arrays.texcoords.as<float>(), arrays.colors.as<std::uint8_t>()},
+                                              arrays.texcoords.as<float>(), arrays.texcoords1.as<float>(),
+                                              arrays.colors.as<std::uint8_t>()},
                                              which));
     forSlices(which, [&](const ByteRange& slice) {
         const MeshData made = trianglesOfPoints(arrays, mesh.pointRadius, slice);
         write(slice.begin * kVerticesPerPoint,
-              interleave({made.positions, made.normals, made.texcoords, made.colors}, {0, made.positions.size() / 3}));
+              interleave({made.positions, made.normals, made.texcoords, made.texcoords1, made.colors},
+                         {0, made.positions.size() / 3}));
     });
 }
 

@@ -17,9 +17,9 @@ struct MeshVertex {
     std::array<float, 3> position;
     std::array<float, 3> normal;         ///< zero: none, shaded by the face
     std::array<std::uint16_t, 4> color;  ///< linear, normalised
-    std::array<float, 2> texcoord;
+    std::array<float, 2> texcoord, texcoord1;
 };
-static_assert(sizeof(MeshVertex) == 40);
+static_assert(sizeof(MeshVertex) == 48);
 
 /// Where a mesh lies in the two buffers.
 struct MeshRange {

@@ -23,14 +23,26 @@ Expected<GLuint> compile(const GlFunctions& gl, GLenum stage, const std::string&
     return fail(ErrorCode::kUnsupported, std::string("the surface refuses a shader: ") + log.data());
 }
 
+bool readsSurface(const ProgramKind& kind) {
+    using Use = ProgramKind::Use;
+    return kind.use == Use::kSurface || kind.use == Use::kBlend || (kind.use == Use::kNodeIds && kind.masked);
+}
+
 /// Version, switches and blocks: the same in front of both stages.
 std::string headOf(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
     std::string head = "#version 450 core\n";
-    if (kind.textured) head += "#define TEXTURED\n";
-    if (kind.faceted || kind.use == Use::kBlend) head += "#define POSITION\n";
-    if (kind.use == Use::kNodeIds) head += "#define NODE_IDS\n";
-    if (kind.use == Use::kLightRest) head += "#define REST\n";
+    const auto define = [&](bool wanted, const char* name) {
+        if (wanted) head += fmt::format("#define {}\n", name);
+    };
+    define(readsSurface(kind), "SURFACE");
+    define(kind.faceted, "FACETED");
+    define(kind.faceted || kind.use == Use::kBlend || (kind.maps & bitOf(ImageMap::kNormal)) != 0, "POSITION");
+    define(kind.masked, "MASKED");
+    define(kind.detail, "DETAIL");
+    define(kind.coated, "COATED");
+    define(kind.use == Use::kLightRest, "REST");
+    if (kind.look) head += fmt::format("#define MAPS {}\n", kind.maps);
     head += fmt::format("#define SAMPLES {}\n#define FOR_EACH_LIGHT", kind.samples);
     for (std::size_t i = 0; i < kind.lightCount; ++i)
         head += kind.spots >> i & 1
@@ -45,12 +57,12 @@ std::string fragmentOf(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
     switch (kind.use) {
         case Use::kSurface:
-            return shader_text::kSurfaceFragment;
+            return std::string(shader_text::kSurface) + shader_text::kPackFragment;
         case Use::kLight:
         case Use::kLightRest:
             return std::string(shader_text::kLighting) + shader_text::kReadSurface + shader_text::kLightFragment;
         case Use::kBlend:
-            return std::string(shader_text::kLighting) + shader_text::kBlendFragment;
+            return std::string(shader_text::kLighting) + shader_text::kSurface + shader_text::kBlendFragment;
         case Use::kCopy:
             return shader_text::kCopyFragment;
         case Use::kSpread:
@@ -58,7 +70,7 @@ std::string fragmentOf(const ProgramKind& kind) {
         case Use::kResolve:
             return shader_text::kResolveFragment;
         case Use::kNodeIds:
-            return shader_text::kNodeIdFragment;
+            return (kind.masked ? shader_text::kSurface : "") + std::string(shader_text::kNodeIdFragment);
     }
     return {};
 }

@@ -40,10 +40,33 @@ struct ItemBlock {
 };
 static_assert(sizeof(ItemBlock) == 256);
 
+/// The images that a material may have; bits of ProgramKind::maps, and their order in a LookBlock.
+enum class ImageMap : std::uint8_t { kBaseColor, kMetallicRoughness, kNormal, kOcclusion, kEmissive };
+inline constexpr std::size_t kImageMaps = 5;
+[[nodiscard]] constexpr std::uint8_t bitOf(ImageMap map) {
+    return static_cast<std::uint8_t>(1 << static_cast<int>(map));
+}
+/// Of those the ones that the first pass has no room for beside normal and colour.
+inline constexpr std::uint8_t kDetailMaps =
+    bitOf(ImageMap::kMetallicRoughness) | bitOf(ImageMap::kOcclusion) | bitOf(ImageMap::kEmissive);
+
+/// What the surfaces of one material share; std140.
+struct LookBlock {
+    struct Placed {
+        std::array<float, 4> u{1, 0, 0, 0}, v{0, 1, 0, 0};  ///< xyz · (u, v, 1); u[3]: 1 for the second texture coordinates
+    };
+    std::array<Placed, kImageMaps> places;
+    std::array<float, 4> strengths;  ///< of normals, of occlusion; alpha's cutoff; unused
+    std::array<float, 4> effects;    ///< transmission; 1 for unlit; lacquer and its roughness
+    std::array<float, 16> padding;
+};
+static_assert(sizeof(LookBlock) == 256);
+
 /// What the light pass reads of a material: two texels. Material 0 is the background.
 struct MaterialTexels {
     std::array<float, 4> emissiveAndRoughness{};
-    std::array<float, 4> metallicAndLit{};  ///< y: 1 for what light falls on; z, w unused
+    /// y: 1 for what light falls on, -1 for what shows its base colour as it is. z, w: lacquer and its roughness.
+    std::array<float, 4> metallicLitAndCoat{};
     bool operator==(const MaterialTexels&) const = default;
 };
 inline constexpr std::size_t kMaxMaterials = 1 << 14;
@@ -60,9 +83,15 @@ struct ProgramKind {
         kResolve,  ///< after it: samples to the picture
         kNodeIds,
     } use = Use::kSurface;
-    bool textured = false;
-    bool faceted = false;        ///< kSurface only
-    int samples = 1;             ///< of those that read samples
+    // Of what draws items.
+    std::uint8_t maps = 0;  ///< bits of ImageMap
+    bool look = false;      ///< has a LookBlock
+    bool faceted = false;
+    bool masked = false;  ///< what alpha leaves away is not there
+    // Of whole scenes: the same on every tile.
+    bool detail = false;         ///< images say more than colours and normals: 64 bits more of each sample
+    bool coated = false;         ///< something has lacquer
+    int samples = 1;             ///< of those that read samples, or choose some
     std::size_t lightCount = 0;  ///< a count that is not a constant would cost a read per lane and light
     std::uint32_t spots = 0;     ///< bits: which of the lights have a cone
     auto operator<=>(const ProgramKind&) const = default;

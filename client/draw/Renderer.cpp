@@ -16,6 +16,9 @@ namespace {
 /// A tile's scissor lies on this grid: it is the software rasteriser's own, and makes seams exact.
 constexpr int kGridPx = 64;
 
+// Texture units, as ShaderText.cpp has them: those of materials are no others', as a sampler stays bound to its unit.
+constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageMaps;
+
 /// The tile's rectangle grown outwards to the grid.
 PixelRect grownToGrid(const PixelRect& r) {
     const int left = r.x / kGridPx * kGridPx;
@@ -67,7 +70,11 @@ struct Renderer::Impl {
                   std::size_t bytesPerPixel, void* rows);
     [[nodiscard]] Expected<GLuint> program(const ProgramKind& kind);
     [[nodiscard]] Expected<void> useProgram(const ProgramKind& kind);
-    [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind kind);
+    /// The program for something of this list; for one of its calls.
+    [[nodiscard]] ProgramKind kindOf(ProgramKind::Use use) const;
+    [[nodiscard]] ProgramKind kindOf(ProgramKind::Use use, const DrawCall& call) const;
+    [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind::Use use);
+    void bindLook(std::uint32_t index, std::uint8_t maps);
     [[nodiscard]] Expected<void> drawOverScreen(const ProgramKind& kind);
     [[nodiscard]] Expected<void> lightSurfaces();
     [[nodiscard]] Expected<void> copyToSamples();
@@ -81,7 +88,7 @@ struct Renderer::Impl {
     RendererOptions options;
     std::map<ProgramKind, Program> programs;  ///< made when first needed
     GLuint vertexArray = 0, emptyArray = 0;
-    GLuint itemBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
+    GLuint itemBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
     TileBuffers tile, ids;
@@ -99,8 +106,7 @@ struct Renderer::Impl {
     std::vector<GLint> baseVertices;
     std::uint64_t triangles = 0;
     PixelRect scissor;
-    std::size_t lightCount = 0;
-    std::uint32_t spots = 0;
+    ProgramKind scene;  ///< what all programs of the list share
 };
 
 Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions o)
@@ -112,7 +118,7 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
       ids(gl, 1) {
     gl.CreateVertexArrays(1, &vertexArray);
     gl.CreateVertexArrays(1, &emptyArray);
-    for (GLuint* buffer : {&itemBuffer, &frameBuffer, &materialBuffer}) gl.CreateBuffers(1, buffer);
+    for (GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer}) gl.CreateBuffers(1, buffer);
     gl.NamedBufferData(frameBuffer, sizeof(FrameBlock), nullptr, GL_STREAM_DRAW);
     gl.CreateTextures(GL_TEXTURE_BUFFER, 1, &materialTexture);
 
@@ -125,6 +131,7 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
     attribute(1, 3, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, normal));
     attribute(2, 4, GL_UNSIGNED_SHORT, GL_TRUE, offsetof(MeshVertex, color));
     attribute(3, 2, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, texcoord));
+    attribute(4, 2, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, texcoord1));
     meshes = std::make_unique<MeshBuffers>(gl, vertexArray, options.meshBudgetBytes);
 }
 
@@ -133,7 +140,7 @@ Renderer::Impl::~Impl() {
     if (!surface.makeCurrent()) return;
     gl.DeleteVertexArrays(1, &vertexArray);
     gl.DeleteVertexArrays(1, &emptyArray);
-    for (const GLuint* buffer : {&itemBuffer, &frameBuffer, &materialBuffer}) gl.DeleteBuffers(1, buffer);
+    for (const GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer}) gl.DeleteBuffers(1, buffer);
     gl.DeleteTextures(1, &materialTexture);
 }
 
@@ -141,10 +148,12 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
                                      const PixelRect& rect) {
     if (auto good = checkRect(camera, rect); !good) return good;
     if (auto current = surface.makeCurrent(); !current) return current;
-    lightCount = std::min(list.lights.size(), DrawList::kMaxLights);
-    spots = 0;
-    for (std::size_t i = 0; i < lightCount; ++i)
-        if (list.lights[i].kind == LightItem::Kind::kSpot) spots |= std::uint32_t{1} << i;
+    scene = {.detail = list.detailed,
+             .coated = list.coated,
+             .samples = options.samples,
+             .lightCount = std::min(list.lights.size(), DrawList::kMaxLights)};
+    for (std::size_t i = 0; i < scene.lightCount; ++i)
+        if (list.lights[i].kind == LightItem::Kind::kSpot) scene.spots |= std::uint32_t{1} << i;
     calls.collect(aspect, list, camera, *meshes, textures);
     triangles = 0;
 
@@ -152,7 +161,10 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
                            GL_STREAM_DRAW);
     };
-    if (!calls.items().empty()) upload(itemBuffer, calls.items());
+    if (!calls.items().empty()) {
+        upload(itemBuffer, calls.items());
+        upload(lookBuffer, calls.lookBlocks());
+    }
     upload(materialBuffer, calls.materials());
     gl.TextureBuffer(materialTexture, GL_RGBA32F, materialBuffer);
     return {};
@@ -189,11 +201,15 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     gl.DepthFunc(GL_GREATER);
     gl.DepthMask(GL_TRUE);
     gl.Disable(GL_BLEND);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, buffers.surfaces());
+    const bool detailed = scene.detail && &buffers == &tile;
+    const auto framebuffer = detailed ? buffers.detailedSurfaces() : buffers.surfaces();
+    if (!framebuffer) return tl::unexpected(framebuffer.error());
+    gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
     const float farthest = 0;
     const std::array<GLuint, 4> nothing{};
-    gl.ClearNamedFramebufferfv(buffers.surfaces(), GL_DEPTH, 0, &farthest);
-    gl.ClearNamedFramebufferuiv(buffers.surfaces(), GL_COLOR, 0, nothing.data());
+    gl.ClearNamedFramebufferfv(*framebuffer, GL_DEPTH, 0, &farthest);
+    for (GLint i = 0; i < (detailed ? 2 : 1); ++i)
+        gl.ClearNamedFramebufferuiv(*framebuffer, GL_COLOR, i, nothing.data());
     return {};
 }
 
@@ -214,24 +230,55 @@ Expected<void> Renderer::Impl::useProgram(const ProgramKind& kind) {
     return {};
 }
 
+ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
+    using Use = ProgramKind::Use;
+    ProgramKind kind{.use = use};
+    const bool lights = use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
+    if (lights) {
+        kind.coated = scene.coated;
+        kind.lightCount = scene.lightCount;
+        kind.spots = scene.spots;
+    }
+    if (use == Use::kSurface || use == Use::kLight || use == Use::kLightRest) kind.detail = scene.detail;
+    if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kCopy)
+        kind.samples = options.samples;
+    return kind;
+}
+
+ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) const {
+    using Use = ProgramKind::Use;
+    const DrawLook& look = calls.lookOf(call);
+    ProgramKind kind = kindOf(use);
+    kind.masked = look.masked && use != Use::kBlend;
+    if (use == Use::kNodeIds) {
+        if (kind.masked) kind.maps = look.mapBits & bitOf(ImageMap::kBaseColor);
+    } else {
+        kind.maps = look.mapBits;
+        kind.faceted = !call.mesh.hasNormals;
+    }
+    kind.look = kind.maps != 0 || kind.masked || use == Use::kBlend;
+    if (use == Use::kSurface && kind.masked) kind.samples = options.samples;
+    return kind;
+}
+
 /// In the list's order, whatever changes of state that costs.
-Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, ProgramKind kind) {
+Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, ProgramKind::Use use) {
     gl.BindVertexArray(vertexArray);
     const DrawCall* before = nullptr;
-    const ProgramKind plain = kind;
+    ProgramKind kind;
     for (std::size_t i = first; i < last; ++i) {
         const Span& span = inCell[i];
         if (span.first == span.end) continue;
         const DrawCall& call = calls.calls()[i];
-        ProgramKind wanted = plain;
-        if (plain.use != ProgramKind::Use::kNodeIds) wanted.textured = call.texture != 0;
-        if (plain.use == ProgramKind::Use::kSurface) wanted.faceted = !call.mesh.hasNormals;
+        const DrawLook& look = calls.lookOf(call);
+        const ProgramKind wanted = kindOf(use, call);
         if (!before || wanted != kind)
             if (auto used = useProgram(wanted); !used) return used;
+        if (wanted.look && (!before || !kind.look || kind.maps != wanted.maps || before->look != call.look))
+            bindLook(call.look, wanted.maps);
         kind = wanted;
-        if (wanted.textured && (!before || before->texture != call.texture)) gl.BindTextureUnit(0, call.texture);
-        if (!before || before->doubleSided != call.doubleSided)
-            call.doubleSided ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
+        if (!before || calls.lookOf(*before).doubleSided != look.doubleSided)
+            look.doubleSided ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
         if (!before || before->mirrored != call.mirrored) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
         before = &call;
         gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer, static_cast<GLintptr>(i * sizeof(ItemBlock)),
@@ -251,6 +298,17 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     return {};
 }
 
+void Renderer::Impl::bindLook(std::uint32_t index, std::uint8_t maps) {
+    gl.BindBufferRange(GL_UNIFORM_BUFFER, 2, lookBuffer, static_cast<GLintptr>(index * sizeof(LookBlock)),
+                       sizeof(LookBlock));
+    const DrawLook& look = calls.looks()[index];
+    for (GLuint map = 0; map < kImageMaps; ++map) {
+        if ((maps >> map & 1) == 0) continue;
+        gl.BindTextureUnit(kFirstMapUnit + map, look.maps[map].texture);
+        gl.BindSampler(kFirstMapUnit + map, look.maps[map].sampler);
+    }
+}
+
 Expected<void> Renderer::Impl::drawOverScreen(const ProgramKind& kind) {
     if (auto used = useProgram(kind); !used) return used;
     gl.BindVertexArray(emptyArray);
@@ -266,14 +324,13 @@ Expected<void> Renderer::Impl::lightSurfaces() {
     if (!framebuffer) return tl::unexpected(framebuffer.error());
     gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
     bindSurfaces();
-    ProgramKind kind{.use = ProgramKind::Use::kLight, .samples = options.samples, .lightCount = lightCount, .spots = spots};
     gl.DepthFunc(GL_ALWAYS);
-    if (auto drawn = drawOverScreen(kind); !drawn || options.samples == 1) return drawn;
+    if (auto drawn = drawOverScreen(kindOf(ProgramKind::Use::kLight)); !drawn || options.samples == 1) return drawn;
     const bool perSample = blends();
     gl.DepthMask(GL_FALSE);
     if (perSample)
         if (auto copied = copyToSamples(); !copied) return copied;
-    kind.use = ProgramKind::Use::kLightRest;
+    const ProgramKind kind = kindOf(ProgramKind::Use::kLightRest);
     bindSurfaces();
     gl.DepthFunc(GL_LESS);
     if (perSample) {
@@ -294,6 +351,7 @@ void Renderer::Impl::bindSurfaces() {
     gl.BindTextureUnit(0, tile.surfaceTexture());
     gl.BindTextureUnit(1, tile.depthTexture());
     gl.BindTextureUnit(2, materialTexture);
+    if (scene.detail) gl.BindTextureUnit(kDetailUnit, tile.detailTexture());
 }
 
 bool Renderer::Impl::blends() const {
@@ -305,7 +363,7 @@ Expected<void> Renderer::Impl::copyToSamples() {
     if (!framebuffer) return tl::unexpected(framebuffer.error());
     gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
     gl.BindTextureUnit(0, tile.pictureTexture());
-    return drawOverScreen({.use = ProgramKind::Use::kCopy});
+    return drawOverScreen(kindOf(ProgramKind::Use::kCopy));
 }
 
 /// Alpha adds up from 0, so that it tells where anything was blended: the rest of the picture stays as it is, to the bit.
@@ -319,21 +377,20 @@ Expected<void> Renderer::Impl::blendTransparent() {
         gl.DepthFunc(GL_ALWAYS);
         gl.BindTextureUnit(0, tile.surfaceTexture());
         gl.BindTextureUnit(1, tile.restTexture());
-        if (auto spread = drawOverScreen({.use = ProgramKind::Use::kSpread, .samples = options.samples}); !spread)
+        if (auto spread = drawOverScreen(kindOf(ProgramKind::Use::kSpread)); !spread)
             return spread;
     }
     gl.DepthFunc(GL_GREATER);
     gl.Enable(GL_BLEND);
     gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE);
-    if (auto drawn = issue(calls.opaqueCount(), calls.calls().size(),
-                           {.use = ProgramKind::Use::kBlend, .lightCount = lightCount, .spots = spots});
+    if (auto drawn = issue(calls.opaqueCount(), calls.calls().size(), ProgramKind::Use::kBlend);
         !drawn || options.samples == 1)
         return drawn;
     gl.BindFramebuffer(GL_FRAMEBUFFER, tile.picture().value());
     gl.BindTextureUnit(0, tile.blendedTexture());
     gl.Disable(GL_BLEND);
     gl.DepthFunc(GL_ALWAYS);
-    return drawOverScreen({.use = ProgramKind::Use::kResolve, .samples = options.samples});
+    return drawOverScreen(kindOf(ProgramKind::Use::kResolve));
 }
 
 Renderer::Renderer() = default;
@@ -357,7 +414,7 @@ Expected<std::unique_ptr<Renderer>> Renderer::create(Surface& surface, RendererO
 
 Expected<void> Renderer::Impl::drawCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell) {
     if (auto begun = beginCell(list, screen, cell, tile); !begun) return begun;
-    if (auto drawn = issue(0, calls.opaqueCount(), {.use = ProgramKind::Use::kSurface}); !drawn) return drawn;
+    if (auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kSurface); !drawn) return drawn;
     if (auto lit = lightSurfaces(); !lit) return lit;
     return blends() ? blendTransparent() : Expected<void>();
 }
@@ -396,7 +453,7 @@ Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect,
     std::vector<std::uint32_t> words(2 * width * height);
     for (const CellPart& cell : cellsOf(camera, rect)) {
         if (auto begun = d.beginCell(list, camera, cell, d.ids); !begun) return tl::unexpected(begun.error());
-        if (auto drawn = d.issue(0, d.calls.calls().size(), {.use = ProgramKind::Use::kNodeIds}); !drawn)
+        if (auto drawn = d.issue(0, d.calls.calls().size(), ProgramKind::Use::kNodeIds); !drawn)
             return tl::unexpected(drawn.error());
         d.readBack(d.ids.surfaces(), cell, rect, GL_RG_INTEGER, GL_UNSIGNED_INT, 8, words.data());
     }

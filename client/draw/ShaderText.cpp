@@ -24,6 +24,14 @@ layout(std140, binding = 1) uniform ItemBlock {
     vec4 metallicAndFaceted;
     uvec4 nodeAndMaterial;
 };
+#ifdef MAPS
+layout(std140, binding = 2) uniform LookBlock {
+    // Of each map: two rows that place it (u = row0.xyz * (u, v, 1)), and in row0.w which texture coordinates it takes.
+    vec4 place[10];
+    vec4 strengths;  // of normals, of occlusion; alpha's cutoff
+    vec4 effects;    // transmission, 1 for unlit, lacquer and its roughness
+};
+#endif
 )";
 
 const char kMeshVertex[] = R"(
@@ -31,16 +39,17 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 color;
 layout(location = 3) in vec2 texcoord;
+layout(location = 4) in vec2 texcoord1;
 
 invariant gl_Position;
-#ifndef NODE_IDS
+#ifdef SURFACE
 out vec3 vNormal;
 out vec4 vColor;
 #ifdef POSITION
 out vec3 vPosition;
 #endif
-#ifdef TEXTURED
-out vec2 vTexcoord;
+#ifdef MAPS
+out vec4 vTexcoords;
 #endif
 #endif
 
@@ -48,54 +57,158 @@ void main() {
     vec4 p = vec4(position, 1.0);
     vec3 eye = vec3(dot(eyeRow0, p), dot(eyeRow1, p), dot(eyeRow2, p));
     gl_Position = clip_T_eye * vec4(eye, 1.0);
-#ifndef NODE_IDS
+#ifdef SURFACE
     vNormal = vec3(dot(normalRow0.xyz, normal), dot(normalRow1.xyz, normal), dot(normalRow2.xyz, normal));
     vColor = baseColor * color;
 #ifdef POSITION
     vPosition = eye;
 #endif
-#ifdef TEXTURED
-    vTexcoord = texcoord;
+#ifdef MAPS
+    vTexcoords = vec4(texcoord, texcoord1);
 #endif
 #endif
 }
 )";
 
-// 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations for independent unit
-// vectors", 2014), 24 of colour (its square root), 14 of material.
-const char kSurfaceFragment[] = R"(
+const char kSurface[] = R"(
 in vec3 vNormal;
 in vec4 vColor;
 #ifdef POSITION
 in vec3 vPosition;
 #endif
-#ifdef TEXTURED
-in vec2 vTexcoord;
-layout(binding = 0) uniform sampler2D baseColorImage;
+#ifdef MAPS
+in vec4 vTexcoords;
+layout(binding = 3) uniform sampler2D baseColorImage;
+layout(binding = 4) uniform sampler2D metallicRoughnessImage;
+layout(binding = 5) uniform sampler2D normalImage;
+layout(binding = 6) uniform sampler2D occlusionImage;
+layout(binding = 7) uniform sampler2D emissiveImage;
+
+vec2 placed(int map) {
+    vec3 uv = vec3(place[2 * map].w > 0.5 ? vTexcoords.zw : vTexcoords.xy, 1.0);
+    return vec2(dot(place[2 * map].xyz, uv), dot(place[2 * map + 1].xyz, uv));
+}
 #endif
+
+struct Surface {
+    vec3 normal;  // as long as it comes
+    vec4 base;
+    float metallic, roughness, occlusion;
+    vec3 emissive;
+};
+
+#if defined(MAPS) && (MAPS & 4) != 0
+// Tangents from how position and texture coordinates change over the screen (Schueler 2013, "Followup: normal mapping
+// without precomputed tangents"), made orthogonal as glTF's own frame is: green points against v.
+vec3 mappedNormal(vec3 n, float facing) {
+    vec2 uv = placed(2);
+    vec3 p1 = dFdx(vPosition), p2 = dFdy(vPosition);
+    vec2 t1 = dFdx(uv), t2 = dFdy(uv);
+    vec3 across2 = cross(p2, n), across1 = cross(n, p1);
+    // On a face seen from behind the screen's axes are mirrored against it, which turns both around.
+    vec3 alongU = facing * (across2 * t1.x + across1 * t2.x), alongV = facing * (across2 * t1.y + across1 * t2.y);
+    float length2 = dot(alongU, alongU);
+    // Without texture coordinates there is no frame.
+    if (!(length2 > 1e-36)) return n;
+    vec3 t = alongU * inversesqrt(length2);
+    vec3 b = cross(n, t);
+    b *= dot(b, alongV) > 0.0 ? -1.0 : 1.0;
+    vec3 m = texture(normalImage, uv).xyz * 2.0 - 1.0;
+    m.xy *= strengths.x;
+    return t * m.x + b * m.y + n * m.z;
+}
+#endif
+
+// What the material and its images say of this pixel.
+Surface surface() {
+    Surface s;
+    float facing = gl_FrontFacing ? 1.0 : -1.0;
+#ifdef FACETED
+    // By construction the face's normal points to the eye.
+    s.normal = cross(dFdx(vPosition), dFdy(vPosition));
+#else
+    s.normal = facing * vNormal;
+#endif
+    s.base = vColor;
+    s.metallic = metallicAndFaceted.x;
+    s.roughness = emissiveAndRoughness.w;
+    s.occlusion = 1.0;
+    s.emissive = emissiveAndRoughness.rgb;
+#ifdef MAPS
+#if (MAPS & 1) != 0
+    s.base *= texture(baseColorImage, placed(0));
+#endif
+#if (MAPS & 2) != 0
+    vec4 metallicRoughness = texture(metallicRoughnessImage, placed(1));
+    s.metallic *= metallicRoughness.b;
+    s.roughness = max(s.roughness * metallicRoughness.g, 0.045);
+#endif
+#if (MAPS & 4) != 0
+    float size2 = dot(s.normal, s.normal);
+    if (size2 > 1e-30) s.normal = facing * mappedNormal(facing * s.normal * inversesqrt(size2), facing);
+#endif
+#if (MAPS & 8) != 0
+    s.occlusion = 1.0 + strengths.y * (texture(occlusionImage, placed(3)).r - 1.0);
+#endif
+#if (MAPS & 16) != 0
+    s.emissive *= texture(emissiveImage, placed(4)).rgb;
+#endif
+#endif
+    return s;
+}
+)";
+
+// 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations for independent unit
+// vectors", 2014), 24 of colour (its square root), 14 of material. What images alone can say goes into 64 more:
+// emitted light with a common exponent of its three colours, a byte each of metal, roughness and occlusion.
+const char kPackFragment[] = R"(
 layout(location = 0) out uvec2 outSurface;
+#ifdef DETAIL
+layout(location = 1) out uvec2 outDetail;
+// As GL_RGB9_E5 (OpenGL 4.5, 8.5.2).
+uint sharedExponent(vec3 c) {
+    c = clamp(c, 0.0, 65408.0);
+    float largest = max(max(c.r, c.g), max(c.b, 1e-9));
+    int e = max(-16, int(floor(log2(largest)))) + 16;
+    if (floor(largest * exp2(float(24 - e)) + 0.5) > 511.0) ++e;
+    uvec3 m = uvec3(c * exp2(float(24 - e)) + 0.5);
+    return m.r | (m.g << 9u) | (m.b << 18u) | (uint(e) << 27u);
+}
+#endif
 
 void main() {
-#ifdef POSITION
-    // By construction the face's normal points to the eye.
-    vec3 n = cross(dFdx(vPosition), dFdy(vPosition));
-#else
-    vec3 n = gl_FrontFacing ? vNormal : -vNormal;
-#endif
+    Surface s = surface();
+    vec3 n = s.normal;
     // A normal of no length (degenerate triangles, zeros in a file) faces along the view.
     float size = abs(n.x) + abs(n.y) + abs(n.z);
     n = size > 1e-30 ? n / size : vec3(0.0, 0.0, 1.0);
     vec2 folded = (1.0 - abs(n.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(n.xy, vec2(0.0)));
     vec2 oct = n.z >= 0.0 ? n.xy : folded;
     uvec2 octBits = uvec2(clamp(oct * 4095.0 + 4095.5, 0.0, 8191.0));
-    vec3 color = vColor.rgb;
-#ifdef TEXTURED
-    color *= texture(baseColorImage, vTexcoord).rgb;
-#endif
-    uvec3 c = uvec3(sqrt(clamp(color, 0.0, 1.0)) * 255.0 + 0.5);
+    uvec3 c = uvec3(sqrt(clamp(s.base.rgb, 0.0, 1.0)) * 255.0 + 0.5);
     uint material = nodeAndMaterial.z;
     outSurface = uvec2(octBits.x | (octBits.y << 13u) | ((material & 63u) << 26u),
                        c.r | (c.g << 8u) | (c.b << 16u) | ((material >> 6u) << 24u));
+#ifdef DETAIL
+    outDetail = uvec2(0u);
+#if defined(MAPS) && (MAPS & 26) != 0
+    uvec3 bytes = uvec3(clamp(vec3(s.metallic, s.roughness, s.occlusion), 0.0, 1.0) * 255.0 + 0.5);
+    outDetail = uvec2(sharedExponent(s.emissive), bytes.x | (bytes.y << 8u) | (bytes.z << 16u) | 0x80000000u);
+#endif
+#endif
+#ifdef MASKED
+    // As many samples as the share of the pixel above the cutoff, were alpha a straight slope: an edge without steps.
+    float above = s.base.a - strengths.z;
+#if SAMPLES > 1
+    float slope = max(fwidth(s.base.a), 1e-4);
+    int covered = int(clamp(above / slope + 0.5, 0.0, 1.0) * float(SAMPLES) + 0.5);
+    if (covered == 0) discard;
+    // Samples that lie across from each other first.
+    gl_SampleMask[0] = covered == 1 ? 1 : covered == 2 ? 9 : covered == 3 ? 11 : 15;
+#else
+    if (above < 0.0) discard;
+#endif
+#endif
 }
 )";
 
@@ -128,6 +241,10 @@ struct Lit {
     vec3 position, n, v, f0;
     float nv, alpha, alpha2;
     vec3 diffuse, specular;
+#ifdef COATED
+    float coatAlpha, coatAlpha2;
+    vec3 coat;  // what a whole layer of lacquer reflects
+#endif
 };
 
 // The cone of KHR_lights_punctual: squared, so that it fades without an edge.
@@ -158,22 +275,52 @@ void addLight(inout Lit lit, vec4 place, vec4 radiance) {
     vec3 arriving = radiance.rgb * strength;
     lit.diffuse += arriving * (1.0 - fresnel);
     lit.specular += arriving * min(lobe, 40.0) * fresnel;
+#ifdef COATED
+    q = nh * nh * (lit.coatAlpha2 - 1.0) + 1.0;
+    lobe = 0.5 * lit.coatAlpha2 / max(q * q * mix(2.0 * nl * lit.nv, nl + lit.nv, lit.coatAlpha), 1e-6);
+    lit.coat += arriving * min(lobe, 40.0) * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
+#endif
 }
 
 /// Diffusely and specularly reflected radiance towards the eye, for a surface with a unit normal in eye space.
-Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness) {
+/// `occlusion`: the share of the surroundings' light that arrives. `coat`: of lacquer over it (KHR_materials_clearcoat), and
+/// its roughness.
+Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, float occlusion, vec2 coat) {
     vec3 v = normalize(-position);
     float nvRaw = dot(n, v);
     float nv = max(nvRaw, 1e-3);
     vec3 f0 = mix(vec3(0.04), base, metallic);
-    vec3 diffuse = mix(ground.rgb, sky.rgb, 0.5 + 0.5 * dot(n, worldRow1.xyz));
+    vec3 diffuse = occlusion * mix(ground.rgb, sky.rgb, 0.5 + 0.5 * dot(n, worldRow1.xyz));
     vec3 r = 2.0 * nvRaw * n - v;
     vec3 rWorld = vec3(dot(worldRow0.xyz, r), dot(worldRow1.xyz, r), dot(worldRow2.xyz, r));
-    vec3 specular = environmentFactor(f0, roughness, nv) * environment(rWorld, roughness);
+    vec3 specular = occlusion * environmentFactor(f0, roughness, nv) * environment(rWorld, roughness);
     float alpha = roughness * roughness;
-    Lit lit = Lit(position, n, v, f0, nv, alpha, alpha * alpha, diffuse, specular);
+    Lit lit;
+    lit.position = position;
+    lit.n = n;
+    lit.v = v;
+    lit.f0 = f0;
+    lit.nv = nv;
+    lit.alpha = alpha;
+    lit.alpha2 = alpha * alpha;
+    lit.diffuse = diffuse;
+    lit.specular = specular;
+#ifdef COATED
+    float coatRoughness = max(coat.y, 0.045);
+    lit.coatAlpha = coatRoughness * coatRoughness;
+    lit.coatAlpha2 = lit.coatAlpha * lit.coatAlpha;
+    lit.coat = occlusion * environmentFactor(vec3(0.04), coatRoughness, nv) * environment(rWorld, coatRoughness);
+#endif
     FOR_EACH_LIGHT
     lit.diffuse *= base * (1.0 - metallic);
+#ifdef COATED
+    // What the lacquer reflects towards the eye does not come from below it.
+    float grazing = 1.0 - nv;
+    float grazing2 = grazing * grazing;
+    float below = 1.0 - coat.x * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
+    lit.diffuse *= below;
+    lit.specular = lit.specular * below + coat.x * lit.coat;
+#endif
     return lit;
 }
 
@@ -223,6 +370,17 @@ vec3 colorOf(uint bits) {
     vec3 root = vec3(uvec3(bits, bits >> 8u, bits >> 16u) & 255u) / 255.0;
     return root * root;
 }
+#ifdef DETAIL
+#if SAMPLES > 1
+layout(binding = 8) uniform usampler2DMS details;
+#else
+layout(binding = 8) uniform usampler2D details;
+#endif
+vec3 emissiveOf(uint bits) {
+    return vec3(uvec3(bits, bits >> 9u, bits >> 18u) & 511u) * exp2(float(int(bits >> 27u) - 24));
+}
+vec3 bytesOf(uint bits) { return vec3(uvec3(bits, bits >> 8u, bits >> 16u) & 255u) / 255.0; }
+#endif
 uint materialOf(uvec2 surface) { return (surface.x >> 26u) | ((surface.y >> 24u) << 6u); }
 // Samples of one material with about the same normal are one surface.
 bool sameSurface(uint material, vec3 n, uint otherMaterial, vec3 otherN) {
@@ -247,6 +405,10 @@ void main() {
     uint material = materialOf(surface);
     int sampleOf = 0;
     float share = 1.0;
+#ifdef DETAIL
+    uvec2 detail = texelFetch(details, at, 0).xy;
+    vec3 emitted = emissiveOf(detail.x), bytes = bytesOf(detail.y);
+#endif
 #if SAMPLES > 1
     // One surface is lit once, with the means of its samples. What else there is in the pixel is lit, as one, in a second
     // pass over such pixels only.
@@ -254,6 +416,10 @@ void main() {
     float count = 1.0, restCount = 0.0;
     uint restMaterial = material;
     int restSample = 0;
+#ifdef DETAIL
+    vec3 sumEmitted = emitted, sumBytes = bytes, restEmitted = vec3(0.0), restBytes = vec3(0.0);
+    uint restDetail = 0u;
+#endif
     for (int i = 1; i < SAMPLES; ++i) {
         uvec2 other = texelFetch(surfaces, at, i).xy;
         vec3 otherN = normalOf(other.x);
@@ -270,6 +436,15 @@ void main() {
         restN += (1.0 - weight) * otherN;
         restBase += (1.0 - weight) * otherBase;
         restCount += 1.0 - weight;
+#ifdef DETAIL
+        uvec2 otherDetail = texelFetch(details, at, i).xy;
+        vec3 otherEmitted = emissiveOf(otherDetail.x), otherBytes = bytesOf(otherDetail.y);
+        restDetail = first ? otherDetail.y : restDetail;
+        sumEmitted += weight * otherEmitted;
+        sumBytes += weight * otherBytes;
+        restEmitted += (1.0 - weight) * otherEmitted;
+        restBytes += (1.0 - weight) * otherBytes;
+#endif
     }
 #ifdef REST
     float inverse = 1.0 / max(restCount, 1.0);
@@ -278,9 +453,18 @@ void main() {
     material = restMaterial;
     sampleOf = restSample;
     share = restCount / float(SAMPLES);
+#ifdef DETAIL
+    emitted = restEmitted * inverse;
+    bytes = restBytes * inverse;
+    detail.y = restDetail;
+#endif
 #else
     n = normalize(sumN);
     base = sumBase / count;
+#ifdef DETAIL
+    emitted = sumEmitted / count;
+    bytes = sumBytes / count;
+#endif
     // Tells the second pass, by the depth test, where it has something to do.
     gl_FragDepth = restCount > 0.0 ? 1.0 : 0.0;
 #endif
@@ -288,39 +472,48 @@ void main() {
     float depth = texelFetch(depths, at, sampleOf).x;
     vec4 eye = eye_T_clip * vec4(gl_FragCoord.xy * clipPerPixel.xy - 1.0, depth, 1.0);
     vec4 emissiveAndRoughness = texelFetch(materials, int(2u * material));
-    vec2 metallicAndLit = texelFetch(materials, int(2u * material + 1u)).xy;
-    Lit lit = light(eye.xyz / eye.w, n, base, metallicAndLit.x, emissiveAndRoughness.w);
-    vec3 c = emissiveAndRoughness.rgb + metallicAndLit.y * (lit.diffuse + lit.specular);
-    outColor = vec4(encodeSrgb(toneMap(c)), share);
+    vec4 metallicLitAndCoat = texelFetch(materials, int(2u * material + 1u));
+    float occlusion = 1.0;
+#ifdef DETAIL
+    bool detailed = (detail.y & 0x80000000u) != 0u;
+    emissiveAndRoughness = detailed ? vec4(emitted, max(bytes.y, 0.045)) : emissiveAndRoughness;
+    metallicLitAndCoat.x = detailed ? bytes.x : metallicLitAndCoat.x;
+    occlusion = detailed ? bytes.z : 1.0;
+#endif
+    Lit lit = light(eye.xyz / eye.w, n, base, metallicLitAndCoat.x, emissiveAndRoughness.w, occlusion,
+                    metallicLitAndCoat.zw);
+    // 1: light falls on it; 0: the background; -1: its colour is what is seen.
+    float litness = metallicLitAndCoat.y;
+    vec3 c = emissiveAndRoughness.rgb + max(litness, 0.0) * (lit.diffuse + lit.specular);
+    c = litness < 0.0 ? base : toneMap(c);
+    outColor = vec4(encodeSrgb(c), share);
 }
 )";
 
 const char kBlendFragment[] = R"(
-in vec3 vNormal;
-in vec4 vColor;
-in vec3 vPosition;
-#ifdef TEXTURED
-in vec2 vTexcoord;
-layout(binding = 0) uniform sampler2D baseColorImage;
-#endif
 layout(location = 0) out vec4 outColor;
 
 void main() {
-    vec3 faceNormal = cross(dFdx(vPosition), dFdy(vPosition));
-    vec3 n = metallicAndFaceted.y > 0.5 ? faceNormal : (gl_FrontFacing ? vNormal : -vNormal);
+    Surface s = surface();
+    vec3 n = s.normal;
     float length2 = dot(n, n);
     n = length2 > 1e-30 ? n * inversesqrt(length2) : normalize(-vPosition);
-    vec4 base = vColor;
-#ifdef TEXTURED
-    base *= texture(baseColorImage, vTexcoord);
+    vec2 coat = vec2(0.0);
+    float through = 0.0, unlit = 0.0;
+#ifdef MAPS
+    through = effects.x * (1.0 - s.metallic);
+    unlit = effects.y;
+    coat = effects.zw;
 #endif
-    Lit lit = light(vPosition, n, base.rgb, metallicAndFaceted.x, emissiveAndRoughness.w);
+    Lit lit = light(vPosition, n, s.base.rgb, s.metallic, s.roughness, s.occlusion, coat);
+    // What light goes through takes the colour of what is behind it, as far as it has one of its own not.
+    float a = clamp(s.base.a, 0.0, 1.0) * (1.0 - through * max(max(s.base.r, s.base.g), s.base.b));
     // What is transparent shows its highlights all the same.
-    float a = clamp(base.a, 0.0, 1.0);
-    float shine = min(max(max(lit.specular.r, lit.specular.g), lit.specular.b), 1.0);
+    float shine = min(max(max(lit.specular.r, lit.specular.g), lit.specular.b), 1.0) * (1.0 - unlit);
     float outAlpha = a + (1.0 - a) * shine;
-    vec3 c = ((lit.diffuse + emissiveAndRoughness.rgb) * a + lit.specular) / max(outAlpha, 1e-3);
-    outColor = vec4(encodeSrgb(toneMap(c)), outAlpha);
+    vec3 c = ((lit.diffuse * (1.0 - through) + s.emissive) * a + lit.specular) / max(outAlpha, 1e-3);
+    c = unlit > 0.5 ? s.base.rgb : toneMap(c);
+    outColor = vec4(encodeSrgb(c), outAlpha);
 }
 )";
 
@@ -363,7 +556,12 @@ void main() {
 
 const char kNodeIdFragment[] = R"(
 layout(location = 0) out uvec2 outNode;
-void main() { outNode = nodeAndMaterial.xy; }
+void main() {
+#ifdef MASKED
+    if (surface().base.a < strengths.z) discard;
+#endif
+    outNode = nodeAndMaterial.xy;
+}
 )";
 
 }  // namespace tessera::shader_text

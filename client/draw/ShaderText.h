@@ -6,26 +6,30 @@ namespace tessera::shader_text {
 /// Uniform blocks: what a frame and what an item is.
 extern const char kBlocks[];
 /// Vertex shader of everything with a mesh. One text for all programs and all tiles, its position invariant:
-/// coordinates, and so seams, are the same in each of them. TEXTURED, POSITION, NODE_IDS say what it passes on.
+/// coordinates, and so seams, are the same in each of them. SURFACE, POSITION, MAPS say what it passes on.
 extern const char kMeshVertex[];
-/// First pass of what is solid: material, colour and normal of each sample, packed into 64 bits. TEXTURED, POSITION
-/// (faceted).
-extern const char kSurfaceFragment[];
-/// Light: environment, lights, tone, encoding. Needs FOR_EACH_LIGHT.
+/// What a material and its images say of a pixel: `Surface surface()`, for all that follow. MAPS (bits: which images, see
+/// ImageMap), POSITION, FACETED.
+extern const char kSurface[];
+/// First pass of what is solid: material, colour and normal of each sample, packed into 64 bits; DETAIL: and into 64 more
+/// what images say besides. MASKED: by alpha. SAMPLES.
+extern const char kPackFragment[];
+/// Light: environment, lights, tone, encoding. Needs FOR_EACH_LIGHT. COATED: lacquer.
 extern const char kLighting[];
 /// A triangle around the whole screen.
 extern const char kScreenVertex[];
-/// What the first pass has packed. SAMPLES.
+/// What the first pass has packed. SAMPLES, DETAIL.
 extern const char kReadSurface[];
 /// Second pass, after these two: light on what the samples of a pixel show. SAMPLES; REST for the surfaces of a pixel beside its first.
 extern const char kLightFragment[];
-/// What is transparent: surface and light in one. TEXTURED, POSITION.
+/// What is transparent: surface and light in one.
 extern const char kBlendFragment[];
 /// A picture into every sample; then the second colours of pixels into the samples that show them. Alpha 0.
 extern const char kCopyFragment[];
 extern const char kSpreadFragment[];
 /// The mean of the samples, where something was blended over any of them: where alpha is no longer 0.
 extern const char kResolveFragment[];
+/// MASKED: after kSurface.
 extern const char kNodeIdFragment[];
 
 }  // namespace tessera::shader_text

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -18,22 +20,49 @@ bool hasItsSize(const Image& image) {
 
 TextureCache::~TextureCache() {
     for (const auto& [key, texture] : textures_) gl_.DeleteTextures(1, &texture.name);
+    for (const GLuint sampler : samplers_)
+        if (sampler) gl_.DeleteSamplers(1, &sampler);
 }
 
 void TextureCache::beginDraw() {
     if (bytes_ > budgetBytes_) {
-        std::erase_if(textures_, [&](const auto& item) {
-            if (item.second.lastDraw == draw_) return false;
-            gl_.DeleteTextures(1, &item.second.name);
-            bytes_ -= item.second.bytes;
-            return true;
-        });
+        // Until three quarters of the budget are left, so that this does not happen every frame.
+        std::vector<std::pair<std::uint64_t, const Key*>> byAge;
+        for (const auto& [key, texture] : textures_)
+            if (texture.lastDraw != draw_) byAge.emplace_back(texture.lastDraw, &key);
+        std::sort(byAge.begin(), byAge.end());
+        for (const auto& [age, key] : byAge) {
+            if (bytes_ <= budgetBytes_ / 4 * 3) break;
+            const auto it = textures_.find(*key);
+            gl_.DeleteTextures(1, &it->second.name);
+            bytes_ -= it->second.bytes;
+            textures_.erase(it);
+        }
     }
     ++draw_;
 }
 
-GLuint TextureCache::find(const Image& image) {
-    const Key key{.pixels = image.pixels.id(), .widthPx = image.widthPx};
+GLuint TextureCache::sampler(const Image& image) {
+    static constexpr std::array<GLint, 3> kWraps = {GL_REPEAT, GL_CLAMP_TO_EDGE, GL_MIRRORED_REPEAT};
+    static constexpr std::array<GLint, 2> kMagnifications = {GL_LINEAR, GL_NEAREST};
+    static constexpr std::array<GLint, 6> kMinifications = {GL_LINEAR_MIPMAP_LINEAR,   GL_NEAREST,
+                                                            GL_LINEAR,                 GL_NEAREST_MIPMAP_NEAREST,
+                                                            GL_LINEAR_MIPMAP_NEAREST,  GL_NEAREST_MIPMAP_LINEAR};
+    // The table of types bounds them.
+    const auto u = static_cast<std::size_t>(image.wrapU), v = static_cast<std::size_t>(image.wrapV),
+               large = static_cast<std::size_t>(image.magnification), small = static_cast<std::size_t>(image.minification);
+    GLuint& name = samplers_[((u * 3 + v) * 2 + large) * 6 + small];
+    if (name) return name;
+    gl_.CreateSamplers(1, &name);
+    gl_.SamplerParameteri(name, GL_TEXTURE_WRAP_S, kWraps[u]);
+    gl_.SamplerParameteri(name, GL_TEXTURE_WRAP_T, kWraps[v]);
+    gl_.SamplerParameteri(name, GL_TEXTURE_MAG_FILTER, kMagnifications[large]);
+    gl_.SamplerParameteri(name, GL_TEXTURE_MIN_FILTER, kMinifications[small]);
+    return name;
+}
+
+GLuint TextureCache::find(const Image& image, ImageUse use) {
+    const Key key{.pixels = image.pixels.id(), .widthPx = image.widthPx, .use = use};
     if (const auto it = textures_.find(key); it != textures_.end()) {
         it->second.lastDraw = draw_;
         return it->second.name;
@@ -44,13 +73,9 @@ GLuint TextureCache::find(const Image& image) {
     const auto levels = static_cast<GLsizei>(std::bit_width(static_cast<unsigned>(std::max(widthPx, heightPx))));
     Texture texture{.bytes = image.pixels.sizeBytes() / 3 * 4, .lastDraw = draw_};
     gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture.name);
-    gl_.TextureStorage2D(texture.name, levels, GL_SRGB8_ALPHA8, widthPx, heightPx);
+    gl_.TextureStorage2D(texture.name, levels, use == ImageUse::kColor ? GL_SRGB8_ALPHA8 : GL_RGBA8, widthPx, heightPx);
     gl_.TextureSubImage2D(texture.name, 0, 0, 0, widthPx, heightPx, GL_RGBA, GL_UNSIGNED_BYTE,
                           image.pixels.bytes().data());
-    gl_.TextureParameteri(texture.name, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-    gl_.TextureParameteri(texture.name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    gl_.TextureParameteri(texture.name, GL_TEXTURE_WRAP_S, GL_REPEAT);
-    gl_.TextureParameteri(texture.name, GL_TEXTURE_WRAP_T, GL_REPEAT);
     gl_.GenerateTextureMipmap(texture.name);
     bytes_ += texture.bytes;
     return textures_.emplace(key, texture).first->second.name;

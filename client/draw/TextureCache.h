@@ -1,6 +1,7 @@
 /// Images as GL textures with mipmaps, found by content.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <unordered_map>
 
@@ -9,8 +10,14 @@
 
 namespace tessera {
 
-/// Trilinear, repeating, sRGB decoded on reading. Textures that have not been drawn for a while are dropped once the
-/// budget is exceeded.
+/// What the bytes of an image are.
+enum class ImageUse : std::uint8_t {
+    kColor,    ///< sRGB, decoded on reading
+    kNumbers,  ///< linear
+};
+
+/// Textures that have not been drawn for longest are dropped once the budget is exceeded; what one draw needs is never
+/// dropped in that draw.
 class TextureCache {
 public:
     TextureCache(const GlFunctions& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {}
@@ -20,7 +27,9 @@ public:
 
     void beginDraw();
     /// 0: the image's bytes are absent or do not have its size; what it belongs to is then drawn as if it had none.
-    [[nodiscard]] GLuint find(const Image& image);
+    [[nodiscard]] GLuint find(const Image& image, ImageUse use);
+    /// How the image wants to be read: wrapping and filters.
+    [[nodiscard]] GLuint sampler(const Image& image);
 
     [[nodiscard]] std::size_t residentBytes() const { return bytes_; }
 
@@ -28,11 +37,13 @@ private:
     struct Key {
         BlobId pixels;
         std::int64_t widthPx = 0;
+        ImageUse use = ImageUse::kColor;
         bool operator==(const Key&) const = default;
     };
     struct KeyHash {
         std::size_t operator()(const Key& key) const {
-            return std::hash<BlobId>{}(key.pixels) ^ static_cast<std::size_t>(key.widthPx);
+            return std::hash<BlobId>{}(key.pixels) ^ static_cast<std::size_t>(2 * key.widthPx) ^
+                   static_cast<std::size_t>(key.use);
         }
     };
     struct Texture {
@@ -45,6 +56,7 @@ private:
     std::size_t budgetBytes_;
     std::size_t bytes_ = 0;
     std::unordered_map<Key, Texture, KeyHash> textures_;
+    std::array<GLuint, 3 * 3 * 2 * 6> samplers_{};  ///< made when first needed
     std::uint64_t draw_ = 0;
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 namespace tessera {
 
@@ -23,6 +24,19 @@ Expected<void> TileBuffers::reach(int widthPx, int heightPx) {
     gl_.NamedFramebufferTexture(surfaces_, GL_COLOR_ATTACHMENT0, surfaceTexture_, 0);
     gl_.NamedFramebufferTexture(surfaces_, GL_DEPTH_ATTACHMENT, depthTexture_, 0);
     return check(surfaces_);
+}
+
+Expected<GLuint> TileBuffers::detailedSurfaces() {
+    if (detailedSurfaces_) return detailedSurfaces_;
+    detailTexture_ = makeTexture(GL_RG32UI, samples_);
+    gl_.CreateFramebuffers(1, &detailedSurfaces_);
+    gl_.NamedFramebufferTexture(detailedSurfaces_, GL_COLOR_ATTACHMENT0, surfaceTexture_, 0);
+    gl_.NamedFramebufferTexture(detailedSurfaces_, GL_COLOR_ATTACHMENT1, detailTexture_, 0);
+    gl_.NamedFramebufferTexture(detailedSurfaces_, GL_DEPTH_ATTACHMENT, depthTexture_, 0);
+    const std::array<GLenum, 2> both = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    gl_.NamedFramebufferDrawBuffers(detailedSurfaces_, static_cast<GLsizei>(both.size()), both.data());
+    if (auto good = check(detailedSurfaces_); !good) return tl::unexpected(good.error());
+    return detailedSurfaces_;
 }
 
 Expected<GLuint> TileBuffers::picture() {
@@ -61,7 +75,7 @@ Expected<GLuint> TileBuffers::rest() {
 std::size_t TileBuffers::bytes() const {
     const auto pixels = static_cast<std::size_t>(widthPx_) * static_cast<std::size_t>(heightPx_);
     const auto samples = static_cast<std::size_t>(samples_);
-    return pixels * ((surfaces_ ? 12 * samples : 0) + (picture_ ? 8 : 0) + (blendedTexture_ ? 4 * samples : 0) +
+    return pixels * ((surfaces_ ? 12 * samples : 0) + (detailedSurfaces_ ? 8 * samples : 0) + (picture_ ? 8 : 0) + (blendedTexture_ ? 4 * samples : 0) +
                      (rest_ ? 4 : 0));
 }
 
@@ -88,11 +102,11 @@ Expected<void> TileBuffers::check(GLuint framebuffer) const {
 }
 
 void TileBuffers::destroy() {
-    for (GLuint* framebuffer : {&surfaces_, &picture_, &blended_, &rest_}) {
+    for (GLuint* framebuffer : {&surfaces_, &detailedSurfaces_, &picture_, &blended_, &rest_}) {
         if (*framebuffer) gl_.DeleteFramebuffers(1, framebuffer);
         *framebuffer = 0;
     }
-    for (GLuint* texture : {&surfaceTexture_, &depthTexture_, &pictureTexture_, &blendedTexture_, &restTexture_}) {
+    for (GLuint* texture : {&surfaceTexture_, &detailTexture_, &depthTexture_, &pictureTexture_, &blendedTexture_, &restTexture_}) {
         if (*texture) gl_.DeleteTextures(1, texture);
         *texture = 0;
     }

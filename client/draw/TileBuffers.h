@@ -5,8 +5,8 @@
 
 namespace tessera {
 
-/// Grow to what is asked for, never shrink. 64 bits (a packed surface, or a node's id) and depth per sample; the
-/// picture; and for what is blended over it a picture of several samples, and one of the second colours of pixels.
+/// Grow to what is asked for, never shrink. 64 bits (a packed surface, or a node's id) and depth per sample, and 64
+/// more where images say more of a surface; the picture; and for what is blended over it a picture of several samples, and one of the second colours of pixels.
 /// Made when first needed.
 class TileBuffers {
 public:
@@ -21,6 +21,9 @@ public:
 
     /// Framebuffer of 2 x 32 bits unsigned and depth, and its two textures (of several samples, where there are).
     [[nodiscard]] GLuint surfaces() const { return surfaces_; }
+    /// The same with 2 x 32 bits more as its second colour, and that one's texture.
+    [[nodiscard]] Expected<GLuint> detailedSurfaces();
+    [[nodiscard]] GLuint detailTexture() const { return detailTexture_; }
     [[nodiscard]] GLuint surfaceTexture() const { return surfaceTexture_; }
     [[nodiscard]] GLuint depthTexture() const { return depthTexture_; }
     /// Framebuffer of the picture, one sample, with a depth of its own.
@@ -43,8 +46,9 @@ private:
     const GlFunctions& gl_;
     int samples_;
     int widthPx_ = 0, heightPx_ = 0;
-    GLuint surfaces_ = 0, picture_ = 0, blended_ = 0, rest_ = 0;
+    GLuint surfaces_ = 0, detailedSurfaces_ = 0, picture_ = 0, blended_ = 0, rest_ = 0;
     GLuint surfaceTexture_ = 0, depthTexture_ = 0, pictureTexture_ = 0, blendedTexture_ = 0, restTexture_ = 0;
+    GLuint detailTexture_ = 0;
     GLuint pictureDepth_ = 0;
 };
 

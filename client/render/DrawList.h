@@ -42,6 +42,9 @@ struct DrawList {
     std::vector<DrawItem> transparent;  ///< back to front
     std::vector<LightItem> lights;      ///< in document order, at most kMaxLights
     Environment environment;
+    // Of the scene, the same on every tile: a pixel may be computed otherwise where one of them is set.
+    bool detailed = false;  ///< images of some material say more than its colour and its normals
+    bool coated = false;    ///< some material has lacquer
     static constexpr std::size_t kMaxLights = 16;
 };
 

@@ -151,6 +151,8 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
     result.transparent = drawItems(transparent);
     result.lights = scene.lights;
     result.environment = scene.environment;
+    result.detailed = scene.looks().detailed();
+    result.coated = scene.looks().coated();
     return result;
 }
 

@@ -82,6 +82,8 @@ struct RenderScene::Impl {
     std::uint64_t rebuilds = 0;
     SceneVersion version;
 
+    [[nodiscard]] const SceneLooks& looks() const { return looks_; }
+
     void rebuild(const Aspect& aspect);
     void follow(const Aspect& aspect, const ChangeList& list);
     /// Places, links and tree nodes that changes have looked at so far: what tests of cost count.

@@ -16,8 +16,9 @@ SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
     SceneLook look{.mesh = use.mesh, .material = use.materialId};
     look.occludes = use.mesh && use.mesh->opaque;
     if (use.material != kNone) {
-        look.transparent = materials_[use.material].transparent;
-        look.occludes = look.occludes && materials_[use.material].opaque;
+        const MaterialUse& material = materials_[use.material];
+        look.transparent = material.transparent || (material.blends && use.mesh && !use.mesh->opaque);
+        look.occludes = look.occludes && material.opaque;
     }
     return look;
 }
@@ -36,6 +37,7 @@ void SceneLooks::clear() {
     drawables_.clear();
     materials_.clear();
     images_.clear();
+    detailed_ = coated_ = 0;
 }
 
 void SceneLooks::shapeChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed) {
@@ -89,6 +91,8 @@ void SceneLooks::leaveMaterial(std::uint32_t drawable) {
         unlink(drawables_, material.firstDrawable, drawable, &DrawableUse::ofMaterial);
         if (material.firstDrawable == kNone) {
             setImage(use.material, {});
+            detailed_ -= material.detailed;
+            coated_ -= material.coated;
             materials_.erase(use.material);
         }
     }
@@ -116,12 +120,24 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     if (!core) return false;
     setImage(material, core->baseColorImage);
     MaterialUse& use = materials_[material];
-    const bool transparent = core->baseColor.w() < 1.0f;
+    const bool detailed = core->metallicRoughnessImage || core->occlusionImage || core->emissiveImage;
+    const bool coated = core->clearcoat > 0;
+    detailed_ += static_cast<std::size_t>(detailed) - static_cast<std::size_t>(use.detailed);
+    coated_ += static_cast<std::size_t>(coated) - static_cast<std::size_t>(use.coated);
+    const bool blends = core->alphaMode == Material::kBlend;
+    const bool thin = core->baseColor.w() < 1.0f;
+    bool transparent = core->transmission > 0 || (thin && (blends || core->alphaMode == Material::kAutoAlpha));
     // An image is looked through only where that decides something.
-    const bool opaque = !transparent && (use.image == kNone || imageOpaque(aspect, use.image));
-    const bool another = transparent != use.transparent || opaque != use.opaque;
+    const bool ignored = core->alphaMode == Material::kOpaque;
+    const bool opaque = !transparent && (ignored || (!thin && (use.image == kNone || imageOpaque(aspect, use.image))));
+    transparent = transparent || (blends && !opaque);
+    const bool another = transparent != use.transparent || blends != use.blends || opaque != use.opaque ||
+                         detailed != use.detailed || coated != use.coated;
     use.transparent = transparent;
+    use.blends = blends;
     use.opaque = opaque;
+    use.detailed = detailed;
+    use.coated = coated;
     return another;
 }
 

@@ -29,6 +29,9 @@ public:
     void lookChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed);
     void clear();
     void endUpdate() { meshes_.dropUnused(); }
+    /// Whether a material in use has images of more than colour and normals; lacquer. See DrawList.
+    [[nodiscard]] bool detailed() const { return detailed_ > 0; }
+    [[nodiscard]] bool coated() const { return coated_ > 0; }
 
 private:
     static constexpr std::uint32_t kNone = IdIndex::kNone;
@@ -43,7 +46,9 @@ private:
     struct MaterialUse {
         ObjectId id;
         bool transparent = false;
-        bool opaque = true;  ///< and its image too
+        bool blends = false;  ///< transparent where a vertex colour is
+        bool opaque = true;   ///< and its image too
+        bool detailed = false, coated = false;
         std::uint32_t image = kNone;
         std::uint32_t firstDrawable = kNone;
         SlotLink ofImage;
@@ -58,7 +63,7 @@ private:
     void setMaterial(const Aspect& aspect, std::uint32_t drawable, ObjectId material);
     void leaveMaterial(std::uint32_t drawable);
     void setImage(std::uint32_t material, ObjectId image);
-    /// Whether it is another now.
+    /// Whether it is another now, to those who use it.
     bool refresh(const Aspect& aspect, std::uint32_t material);
     [[nodiscard]] bool imageOpaque(const Aspect& aspect, std::uint32_t image);
     void appendDrawables(std::uint32_t material, std::vector<ObjectId>& to) const;
@@ -67,6 +72,7 @@ private:
     SlotTable<DrawableUse> drawables_;
     SlotTable<MaterialUse> materials_;
     SlotTable<ImageUse> images_;
+    std::size_t detailed_ = 0, coated_ = 0;  ///< materials
 };
 
 }  // namespace tessera

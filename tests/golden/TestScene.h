@@ -22,6 +22,7 @@ public:
         if (!arrays.normals.empty()) set<Geometry>(id, fieldId<&Geometry::normals>, arrays.normals);
         if (!arrays.colors.empty()) set<Geometry>(id, fieldId<&Geometry::colors>, arrays.colors);
         if (!arrays.texcoords.empty()) set<Geometry>(id, fieldId<&Geometry::texcoords>, arrays.texcoords);
+        if (!arrays.texcoords1.empty()) set<Geometry>(id, fieldId<&Geometry::texcoords1>, arrays.texcoords1);
         set<Geometry>(id, fieldId<&Geometry::indices>, arrays.indices);
         if (arrays.primitive == Primitive::kPoints) {
             set<Geometry>(id, fieldId<&Geometry::primitive>, Geometry::kPoints);
@@ -32,19 +33,15 @@ public:
     }
     ObjectId add(const Material& material) {
         const ObjectId id = create<Material>();
-        set<Material>(id, fieldId<&Material::baseColor>, material.baseColor);
-        set<Material>(id, fieldId<&Material::metallic>, material.metallic);
-        set<Material>(id, fieldId<&Material::roughness>, material.roughness);
-        set<Material>(id, fieldId<&Material::emissive>, material.emissive);
-        if (material.baseColorImage) set<Material>(id, fieldId<&Material::baseColorImage>, material.baseColorImage);
-        set<Material>(id, fieldId<&Material::doubleSided>, material.doubleSided);
+        setAllFields(list_, id, Object::of(material));
         return id;
     }
     ObjectId addImage(const Blob& pixels, int widthPx, int heightPx) {
+        return add(Image{.pixels = pixels, .widthPx = widthPx, .heightPx = heightPx});
+    }
+    ObjectId add(const Image& image) {
         const ObjectId id = create<Image>();
-        set<Image>(id, fieldId<&Image::pixels>, pixels);
-        set<Image>(id, fieldId<&Image::widthPx>, std::int64_t{widthPx});
-        set<Image>(id, fieldId<&Image::heightPx>, std::int64_t{heightPx});
+        setAllFields(list_, id, Object::of(image));
         return id;
     }
     /// A light of sky and ground, and the colour of what is empty.

@@ -1,0 +1,520 @@
+/// Materials by glTF 2.0: each property beside its formula (appendix B), computed here in double from its text.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <numbers>
+#include <random>
+#include <set>
+
+#include "tests/unit/draw/RendererStage.h"
+
+namespace tessera {
+namespace {
+
+using Rgba = std::array<std::uint8_t, 4>;
+
+/// An image whose pixel is what `of` says at its column and row.
+Image imageOf(int side, const std::function<Rgba(int, int)>& of) {
+    std::vector<std::uint8_t> pixels;
+    for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x) {
+            const Rgba value = of(x, y);
+            pixels.insert(pixels.end(), value.begin(), value.end());
+        }
+    return {.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = side, .heightPx = side};
+}
+Image plain(const Rgba& value) {
+    return imageOf(2, [&](int, int) { return value; });
+}
+
+double linearOf(int srgb) {
+    const double s = srgb / 255.0;
+    return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+}
+
+/// A surface of glTF's metallic-roughness model under one light, as appendix B.3 of its specification has it.
+struct Shaded {
+    Vec3d base = Vec3d::Constant(0.5);
+    double metallic = 0, roughness = 1;
+    double clearcoat = 0, clearcoatRoughness = 0;
+
+    /// Unit vectors. Of a light that gives 1 to a white surface straight below it.
+    [[nodiscard]] Vec3d reflected(const Vec3d& n, const Vec3d& l, const Vec3d& v) const {
+        const double nl = n.dot(l), nv = n.dot(v);
+        if (nl <= 0) return Vec3d::Zero();
+        const Vec3d h = (l + v).normalized();
+        const Vec3d f0 = (1 - metallic) * Vec3d::Constant(0.04) + metallic * base;
+        const Vec3d fresnel = schlick(f0, v.dot(h));
+        const Vec3d diffuse = ((Vec3d::Ones() - fresnel).array() * ((1 - metallic) * base).array()).matrix();
+        Vec3d c = nl * (diffuse + fresnel * lobe(roughness, n.dot(h), nl, nv));
+        if (clearcoat > 0) {
+            const double below = 1 - clearcoat * schlick(Vec3d::Constant(0.04), nv).x();
+            c = c * below + clearcoat * nl * schlick(Vec3d::Constant(0.04), v.dot(h)) *
+                                lobe(clearcoatRoughness, n.dot(h), nl, nv);
+        }
+        return c;
+    }
+
+private:
+    [[nodiscard]] static Vec3d schlick(const Vec3d& f0, double cosine) {
+        return f0 + (Vec3d::Ones() - f0) * std::pow(1 - std::abs(cosine), 5);
+    }
+    /// pi times distribution and visibility; a light of one has pi in it.
+    [[nodiscard]] static double lobe(double roughness, double nh, double nl, double nv) {
+        const double alpha2 = std::pow(roughness, 4);
+        const double d = alpha2 / std::pow(nh * nh * (alpha2 - 1) + 1, 2);
+        const auto root = [&](double x) { return std::sqrt(alpha2 + (1 - alpha2) * x * x); };
+        return d * 0.5 / (nl * root(nv) + nv * root(nl));  // Smith, height-correlated
+    }
+};
+
+class MaterialTest : public RendererTest {
+protected:
+    /// A sheet that is as large as the picture at the wall's plane, seen from in front, with light from `light` alone.
+    TestScene lit(const Vec3d& light, float intensity = 0.5f) {
+        TestScene scene;
+        scene.setEnvironment(Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero());
+        scene.addDirectionalLight(-light, Vec3f::Ones(), intensity);
+        return scene;
+    }
+    static Material of(const Vec3d& base) {
+        Material material;
+        material.baseColor << base.cast<float>(), 1.0f;
+        material.roughness = 1;
+        return material;
+    }
+    Rgb middleOf(TestScene& scene, const Material& material, const Quatd& turned = Quatd::Identity()) {
+        scene.place(scene.add(makeSheet(1.0, 1.0), scene.add(material)), {0, 0, -0.001}, turned);
+        return center(draw(scene));
+    }
+    /// From the middle of the pixel that `center` looks at.
+    static Vec3d towardsEye() { return Vec3d(-0.5 * 3.2 / kSidePx, 0.5 * 3.2 / kSidePx, 2.4).normalized(); }
+};
+
+TEST_F(MaterialTest, MetalAndRoughnessAreThoseOfTheFormulas) {
+    const Vec3d light = Vec3d(0.5, 0.4, 0.8).normalized();
+    int worst = 0;
+    for (const double metallic : {0.0, 0.5, 1.0})
+        for (const double roughness : {0.3, 0.5, 0.7, 1.0})
+            for (int k = 0; k < 6; ++k) {
+                const Quatd turn(Eigen::AngleAxisd(0.12 * k - 0.2, Vec3d(1, 2, 0).normalized()));
+                const Shaded surface{.base = {0.8, 0.5, 0.2}, .metallic = metallic, .roughness = roughness};
+                Material material = of(surface.base);
+                material.metallic = static_cast<float>(metallic);
+                material.roughness = static_cast<float>(roughness);
+                TestScene scene = lit(light);
+                const Rgb is = middleOf(scene, material, turn);
+                const Rgb should =
+                    expectedOf((0.5 * surface.reflected(turn * Vec3d::UnitZ(), light, towardsEye())).cast<float>());
+                for (const int off : {is.r - should.r, is.g - should.g, is.b - should.b}) worst = std::max(worst, std::abs(off));
+            }
+    // The shader takes Hammon's approximation of the visibility: at most 2 of 255 here.
+    EXPECT_LE(worst, 2);
+}
+
+TEST_F(MaterialTest, WhatAnImageSaysIsWhatANumberSays) {
+    const Vec3d light = Vec3d(0.3, 0.5, 0.8).normalized();
+    for (const int samples : {1, 4}) {
+        restart({.samples = samples});
+        for (const auto& [rough, metal] : {std::pair(255, 0), {128, 0}, {77, 255}, {200, 130}}) {
+            Material byNumber = of({0.7, 0.4, 0.3}), byImage = byNumber;
+            byNumber.roughness = 0.8f * static_cast<float>(rough) / 255;
+            byNumber.metallic = 0.9f * static_cast<float>(metal) / 255;
+            byImage.roughness = 0.8f;
+            byImage.metallic = 0.9f;
+            TestScene one = lit(light), other = lit(light);
+            byImage.metallicRoughnessImage =
+                other.add(plain({9, static_cast<std::uint8_t>(rough), static_cast<std::uint8_t>(metal), 255}));
+            expectNear(middleOf(other, byImage), middleOf(one, byNumber));
+        }
+        // Colours are sRGB, all else is not.
+        Material byNumber = of({0, 0, 0}), byImage = byNumber;
+        byNumber.emissive = Vec3f(0.9f * static_cast<float>(linearOf(200)), 0.5f * static_cast<float>(linearOf(90)), 0);
+        byImage.emissive = Vec3f(0.9f, 0.5f, 0.7f);
+        TestScene one, other;
+        one.setDark();
+        other.setDark();
+        byImage.emissiveImage = other.add(plain({200, 90, 0, 255}));
+        expectNear(middleOf(other, byImage), middleOf(one, byNumber));
+    }
+}
+
+TEST_F(MaterialTest, EmissionIsAsBrightAsItIs) {
+    // Beyond 1, and so dark that the common exponent is at its end.
+    for (const float brightness : {1e-7f, 0.01f, 0.6f, 0.8f, 3.0f, 80.0f}) {
+        Material material = of({0, 0, 0});
+        material.emissive = brightness * Vec3f(1, 0.5f, 0.02f);
+        TestScene scene;
+        scene.setDark();
+        material.emissiveImage = scene.add(plain({255, 255, 255, 255}));
+        expectNear(middleOf(scene, material), expectedOf(material.emissive));
+    }
+}
+
+TEST_F(MaterialTest, OcclusionTakesTheSurroundingsLightAlone) {
+    const auto shown = [&](float ambient, float lamp, int red, float strength) {
+        TestScene scene;
+        scene.setEnvironment(Vec3f::Constant(ambient), Vec3f::Constant(ambient), Vec3f::Zero());
+        scene.addDirectionalLight(-Vec3d::UnitZ(), Vec3f::Ones(), lamp);
+        Material material = of({0.5, 0.5, 0.5});
+        material.occlusionStrength = strength;
+        if (red >= 0) material.occlusionImage = scene.add(plain({static_cast<std::uint8_t>(red), 0, 0, 255}));
+        return middleOf(scene, material);
+    };
+    expectNear(shown(0, 0.5f, 0, 1), shown(0, 0.5f, -1, 1));  // a lamp's light is not occluded
+    expectNear(shown(0.5f, 0, 51, 1), shown(0.1f, 0, -1, 1));
+    expectNear(shown(0.5f, 0, 0, 0.6f), shown(0.2f, 0, -1, 1));
+    EXPECT_EQ(shown(0.5f, 0, 0, 1).r, 0);
+}
+
+TEST_F(MaterialTest, NormalMapsTiltAlongTheTextureCoordinates) {
+    const Vec3d light = Vec3d(0.6, 0.3, 0.7).normalized();
+    // Red: along u; green: against v.
+    const Vec3d inMap = Vec3d(0.5, 0.25, 0.8).normalized();
+    const auto byte = [](double x) { return static_cast<std::uint8_t>(std::lround(127.5 * x + 127.5)); };
+    const Image map = plain({byte(inMap.x()), byte(inMap.y()), byte(inMap.z()), 255});
+    const Shaded surface{.base = {0.6, 0.6, 0.6}, .roughness = 0.6};
+    struct Case {
+        const char* name;
+        std::array<float, 4> uOfXY, vOfXY;  ///< u = [0] + [1] x + [2] y
+        Vec3d alongU, againstV;
+    };
+    const std::array<Case, 4> cases = {{
+        {"upright", {0.5f, 0.5f, 0}, {0.5f, 0, -0.5f}, Vec3d::UnitX(), Vec3d::UnitY()},
+        {"mirrored", {0.5f, -0.5f, 0}, {0.5f, 0, -0.5f}, -Vec3d::UnitX(), Vec3d::UnitY()},
+        {"upside down", {0.5f, 0.5f, 0}, {0.5f, 0, 0.5f}, Vec3d::UnitX(), -Vec3d::UnitY()},
+        {"turned", {0.5f, 0, 0.5f}, {0.5f, 0.5f, 0}, Vec3d::UnitY(), -Vec3d::UnitX()},
+    }};
+    for (const Case& c : cases)
+        for (const bool normals : {true, false})
+            for (const bool fromBehind : {false, true}) {
+                MeshData sheet = makeSheet(1.0, 1.0);
+                sheet.texcoords.clear();
+                for (std::size_t i = 0; i < sheet.positions.size(); i += 3) {
+                    const float x = sheet.positions[i], y = sheet.positions[i + 1];
+                    sheet.texcoords.insert(sheet.texcoords.end(), {c.uOfXY[0] + c.uOfXY[1] * x + c.uOfXY[2] * y,
+                                                                   c.vOfXY[0] + c.vOfXY[1] * x + c.vOfXY[2] * y});
+                }
+                if (!normals) sheet.normals.clear();
+                TestScene scene = lit(light, 0.7f);
+                Material material = of(surface.base);
+                material.roughness = 0.6f;
+                material.doubleSided = true;
+                material.normalImage = scene.add(map);
+                const Quatd turn(Eigen::AngleAxisd(fromBehind ? std::numbers::pi : 0.0, Vec3d::UnitY()));
+                scene.place(scene.add(sheet, scene.add(material)), {0, 0, -0.001}, turn);
+                Vec3d n = turn * (inMap.x() * c.alongU + inMap.y() * c.againstV + inMap.z() * Vec3d::UnitZ());
+                if (fromBehind) n = -n;  // glTF: back faces have their normals reversed
+                SCOPED_TRACE(testing::Message() << c.name << (normals ? "" : ", faceted") << (fromBehind ? ", from behind" : ""));
+                const Rgb is = center(draw(scene));
+                const Rgb should = expectedOf((0.7 * surface.reflected(n, light, towardsEye())).cast<float>());
+                EXPECT_NEAR(is.g, should.g, 2);
+            }
+}
+
+TEST_F(MaterialTest, NormalScaleFlattensAndZeroIsFlat) {
+    const Vec3d light = Vec3d(0.6, 0.3, 0.7).normalized();
+    for (const float scale : {0.0f, 0.5f, 2.0f}) {
+        TestScene scene = lit(light, 0.7f);
+        Material material = of({0.6, 0.6, 0.6});
+        material.normalImage = scene.add(plain({191, 127, 230, 255}));
+        material.normalScale = scale;
+        const Vec3d n(scale * (191 / 127.5 - 1), scale * (127 / 127.5 - 1), 230 / 127.5 - 1);
+        const Shaded surface{.base = {0.6, 0.6, 0.6}};
+        const Rgb is = middleOf(scene, material);
+        EXPECT_NEAR(is.g, expectedOf((0.7 * surface.reflected(n.normalized(), light, towardsEye())).cast<float>()).g, 3);
+    }
+}
+
+/// A picture that shows an image by its own light, on a sheet that fills it: u to the right, v down, 0 to 1.
+class PlacedImageTest : public MaterialTest {
+protected:
+    static constexpr int kImagePx = 8;
+    static Rgba colorOf(int x, int y) {
+        return {static_cast<std::uint8_t>(25 * x + 20), static_cast<std::uint8_t>(25 * y + 20),
+                static_cast<std::uint8_t>((x * 5 + y * 3) % 8 * 25), 255};
+    }
+    static Image numbered() { return imageOf(kImagePx, colorOf); }
+    static MeshData sheetOf(const std::function<Vec2f(Vec2f)>& texcoord, bool second) {
+        MeshData sheet = makeSheet(3.2, 3.2);
+        std::vector<float> set;
+        for (std::size_t i = 0; i < sheet.texcoords.size(); i += 2) {
+            const Vec2f uv = texcoord({sheet.texcoords[i], sheet.texcoords[i + 1]});
+            set.insert(set.end(), {uv.x(), uv.y()});
+        }
+        (second ? sheet.texcoords1 : sheet.texcoords) = set;
+        return sheet;
+    }
+    Picture shown(const Image& image, const MeshData& sheet) {
+        TestScene scene;
+        scene.setDark();
+        Material material = of({0, 0, 0});
+        material.emissive = Vec3f::Ones();
+        material.emissiveImage = scene.add(image);
+        scene.place(scene.add(sheet, scene.add(material)), {0, 0, -0.0001});
+        return draw(scene);
+    }
+    /// Each pixel beside the image's own nearest pixel at `place` of its texture coordinates; but for pixels whose place
+    /// lies within a twentieth of the image's pixel from another one.
+    static void expectPlaced(const Picture& picture, const std::function<Vec2d(Vec2d)>& place) {
+        int compared = 0;
+        for (int y = 1; y < kSidePx - 1; ++y)
+            for (int x = 1; x < kSidePx - 1; ++x) {
+                const Vec2d at = kImagePx * place({(x + 0.5) / kSidePx, (y + 0.5) / kSidePx});
+                const Vec2d within = at - at.array().floor().matrix();
+                if (within.minCoeff() < 0.05 || within.maxCoeff() > 0.95) continue;
+                const auto wrapped = [](double v) {
+                    const int i = static_cast<int>(std::floor(v)) % kImagePx;
+                    return i < 0 ? i + kImagePx : i;
+                };
+                const Rgba color = colorOf(wrapped(at.x()), wrapped(at.y()));
+                const Vec3d linear(linearOf(color[0]), linearOf(color[1]), linearOf(color[2]));
+                ++compared;
+                const Rgb is = pixel(picture, x, y), should = expectedOf(linear.cast<float>());
+                // Colours are kept with 9 bits of the brightest one.
+                ASSERT_LE(std::max({std::abs(is.r - should.r), std::abs(is.g - should.g), std::abs(is.b - should.b)}), 3)
+                    << x << ' ' << y << ": " << is << " instead of " << should;
+            }
+        EXPECT_GT(compared, 1000);
+    }
+};
+
+TEST_F(PlacedImageTest, ScaledThenTurnedThenMoved) {
+    std::mt19937 random(20);
+    std::uniform_real_distribution<float> any(-3, 3);
+    for (int i = 0; i < 12; ++i) {
+        Image image = numbered();
+        image.magnification = Image::kNearest;
+        image.minification = Image::kNearestAlone;
+        image.offset = {any(random), any(random)};
+        image.scale = {any(random), any(random)};
+        image.rotation = i == 0 ? 0 : any(random);
+        const Picture picture = shown(image, sheetOf([](Vec2f uv) { return uv; }, false));
+        // KHR_texture_transform: T · R · S. Counter-clockwise where v points down.
+        const Eigen::Rotation2Dd turn(-static_cast<double>(image.rotation));
+        expectPlaced(picture, [&](const Vec2d& uv) {
+            return Vec2d(turn * uv.cwiseProduct(image.scale.cast<double>()) + image.offset.cast<double>());
+        });
+        if (HasFatalFailure()) return;
+    }
+}
+
+TEST_F(PlacedImageTest, ByTheSecondTextureCoordinatesWhereItAsks) {
+    Image image = numbered();
+    image.magnification = Image::kNearest;
+    image.texcoordSet = 1;
+    MeshData sheet = sheetOf([](const Vec2f& uv) { return Vec2f(uv.y(), 2 * uv.x()); }, true);
+    expectPlaced(shown(image, sheet), [](const Vec2d& uv) { return Vec2d(uv.y(), 2 * uv.x()); });
+    // A mesh without a second set shows one place of the image.
+    sheet.texcoords1.clear();
+    const Picture one = shown(image, sheet);
+    EXPECT_EQ(pixel(one, 5, 5).r, pixel(one, 60, 40).r);
+}
+
+TEST_F(PlacedImageTest, RepeatsClampsAndMirrors) {
+    const auto wrap = [](std::int64_t how, double v) {
+        if (how == Image::kClamp) return std::clamp(v, 0.06, 0.94);
+        if (how == Image::kRepeat) return v;
+        const double two = v - 2 * std::floor(v / 2);
+        return two < 1 ? two : 2 - two;
+    };
+    for (const std::int64_t u : {Image::kRepeat, Image::kClamp, Image::kMirror})
+        for (const std::int64_t v : {Image::kRepeat, Image::kClamp, Image::kMirror}) {
+            Image image = numbered();
+            image.magnification = Image::kNearest;
+            image.minification = Image::kNearestAlone;
+            image.wrapU = u;
+            image.wrapV = v;
+            const Picture picture = shown(image, sheetOf([](const Vec2f& uv) { return Vec2f(3 * uv.x() - 1, 3 * uv.y() - 1.5f); }, false));
+            expectPlaced(picture, [&](const Vec2d& uv) { return Vec2d(wrap(u, 3 * uv.x() - 1), wrap(v, 3 * uv.y() - 1.5)); });
+            if (HasFatalFailure()) return;
+        }
+}
+
+TEST_F(PlacedImageTest, FiltersAsItIsTold) {
+    // Two columns, black and white: linear makes a slope of them, nearest an edge.
+    const Image halves = imageOf(2, [](int x, int) {
+        const auto v = static_cast<std::uint8_t>(x == 0 ? 0 : 255);
+        return Rgba{v, v, v, 255};
+    });
+    const MeshData sheet = sheetOf([](const Vec2f& uv) { return uv; }, false);
+    for (const std::int64_t how : {Image::kLinear, Image::kNearest}) {
+        Image image = halves;
+        image.magnification = how;
+        std::set<int> tones;
+        const Picture picture = shown(image, sheet);
+        for (int x = 20; x < 44; ++x) tones.insert(pixel(picture, x, 30).g);
+        EXPECT_EQ(tones.size() > 5, how == Image::kLinear);
+    }
+    // A checkerboard of single pixels, made small: grey where levels are used, black and white where not.
+    const Image board = imageOf(256, [](int x, int y) {
+        const auto v = static_cast<std::uint8_t>((x ^ y) & 1 ? 255 : 0);
+        return Rgba{v, v, v, 255};
+    });
+    for (const std::int64_t how : {Image::kTrilinear, Image::kNearestAlone, Image::kNearestOfNearest, Image::kLinearOfNearest,
+                                   Image::kNearestOfTwo}) {
+        Image image = board;
+        image.minification = how;
+        const Picture picture = shown(image, sheet);
+        int grey = 0;
+        for (int x = 8; x < 56; ++x) {
+            const int tone = pixel(picture, x, 31).g;
+            grey += tone > 100 && tone < 230;
+        }
+        EXPECT_EQ(grey > 40, how != Image::kNearestAlone) << how;
+    }
+}
+
+// ---------------------------------------------------------------- alpha
+
+TEST_F(MaterialTest, AlphaMeansWhatItsModeSays) {
+    // A red sheet before a green light; alpha 0.2 by image in the left half, 0.7 in the right.
+    const auto shown = [&](std::int64_t mode, float cutoff, float own) {
+        TestScene scene;
+        scene.setDark(Vec3f(0, 0.5f, 0));
+        Material material = unlit({0.5f, 0, 0});
+        material.baseColor.w() = own;
+        material.alphaMode = mode;
+        material.alphaCutoff = cutoff;
+        Image image = imageOf(2, [](int x, int) { return Rgba{255, 255, 255, static_cast<std::uint8_t>(x == 0 ? 51 : 179)}; });
+        image.magnification = Image::kNearest;
+        material.baseColorImage = scene.add(image);
+        scene.place(scene.add(makeSheet(3.2, 3.2), scene.add(material)), {0, 0, -0.001});
+        const Picture picture = draw(scene);
+        return std::pair(pixel(picture, 12, 32), pixel(picture, 52, 32));
+    };
+    const Rgb red = expectedOf({0.5f, 0, 0}), green = expectedOf({0, 0.5f, 0});
+    const auto mixed = [&](double alpha) {
+        return Rgb{static_cast<int>(std::lround(alpha * red.r)), static_cast<int>(std::lround((1 - alpha) * green.g)), 0};
+    };
+    for (const int samples : {1, 4}) {
+        restart({.samples = samples});
+        const auto [opaqueLeft, opaqueRight] = shown(Material::kOpaque, 0.5f, 1);
+        expectNear(opaqueLeft, red);
+        expectNear(opaqueRight, red);
+        const auto [maskLeft, maskRight] = shown(Material::kMask, 0.5f, 1);
+        expectNear(maskLeft, green);
+        expectNear(maskRight, red);
+        const auto [moreLeft, moreRight] = shown(Material::kMask, 0.1f, 1);
+        expectNear(moreLeft, red);
+        const auto [lessLeft, lessRight] = shown(Material::kMask, 0.5f, 0.5f);
+        expectNear(lessRight, green);  // 0.5 × 0.7
+        const auto [blendLeft, blendRight] = shown(Material::kBlend, 0.5f, 1);
+        expectNear(blendLeft, mixed(51 / 255.0));
+        expectNear(blendRight, mixed(179 / 255.0));
+        const auto [halfLeft, halfRight] = shown(Material::kBlend, 0.5f, 0.5f);
+        expectNear(halfRight, mixed(0.5 * 179 / 255.0));
+        const auto [autoLeft, autoRight] = shown(Material::kAutoAlpha, 0.5f, 1);
+        expectNear(autoLeft, red);
+    }
+}
+
+TEST_F(MaterialTest, WhatIsWhollyClearCannotBeSeen) {
+    TestScene scene;
+    scene.setEnvironment(Vec3f::Zero(), Vec3f::Zero(), Vec3f(0, 0.5f, 0));
+    scene.addDirectionalLight(-Vec3d::UnitZ(), Vec3f::Ones(), 0);
+    Material material = of({1, 0, 0});
+    material.alphaMode = Material::kBlend;
+    material.baseColorImage = scene.add(plain({255, 255, 255, 0}));
+    expectNear(middleOf(scene, material), expectedOf({0, 0.5f, 0}));
+}
+
+TEST_F(MaterialTest, CutOutEdgesAreSmoothAndTheirHolesShowWhatIsBehind) {
+    restart({.samples = 4});
+    TestScene scene;
+    scene.setDark();
+    Material cut = unlit({0.5f, 0.5f, 0.5f});
+    cut.alphaMode = Material::kMask;
+    // Alpha rises to the right: the edge is a line.
+    cut.baseColorImage = scene.add(imageOf(64, [](int x, int y) {
+        return Rgba{255, 255, 255, static_cast<std::uint8_t>(std::clamp(8 * (x - 32) + 2 * (y - 32) + 128, 0, 255))};
+    }));
+    const ObjectId front = scene.place(scene.add(makeSheet(3.2, 3.2), scene.add(cut)), {0, 0, -0.001});
+    const ObjectId behind = scene.place(scene.add(makeSheet(4.5, 4.5), scene.add(unlit({0, 0, 0.5f}))), {0, 0, -0.5});
+    const Aspect aspect = scene.take();
+    const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
+    const Picture picture = draw(aspect, camera);
+    std::set<int> tones;
+    for (int y = 8; y < 56; ++y)
+        for (int x = 20; x < 44; ++x) tones.insert(pixel(picture, x, y).g);
+    EXPECT_GE(tones.size(), 5u) << "with four samples an edge has shades";
+    expectNear(pixel(picture, 4, 32), expectedOf({0, 0, 0.5f}));
+    const auto ids = renderer_->drawNodeIds(aspect, listOf(aspect, camera), camera, whole(camera));
+    ASSERT_TRUE(ids);
+    EXPECT_EQ((*ids)[32 * kSidePx + 4], behind.value);
+    EXPECT_EQ((*ids)[32 * kSidePx + 60], front.value);
+}
+
+// ---------------------------------------------------------------- extensions
+
+TEST_F(MaterialTest, UnlitIsItsBaseColourAndNoLightChangesIt) {
+    for (const bool glass : {false, true})
+        for (const float lamp : {0.0f, 3.0f}) {
+            TestScene scene = lit(Vec3d::UnitZ(), lamp);
+            Material material = of({1.0, 0.5, 0.25});
+            material.unlit = true;
+            material.alphaMode = glass ? Material::kBlend : Material::kAutoAlpha;
+            material.baseColor.w() = glass ? 0.99f : 1.0f;
+            const Rgb is = middleOf(scene, material);
+            const auto byte = [](double v) { return static_cast<int>(std::lround(255 * (1.055 * std::pow(v, 1 / 2.4) - 0.055))); };
+            // Not even white is toned down.
+            EXPECT_NEAR(is.r, 255, glass ? 3 : 1);
+            EXPECT_NEAR(is.g, byte(0.5), glass ? 3 : 1);
+            EXPECT_NEAR(is.b, byte(0.25), glass ? 3 : 1);
+        }
+}
+
+TEST_F(MaterialTest, LacquerAddsALayerOfItsOwn) {
+    const Vec3d light = Vec3d(0.3, 0.2, 0.9).normalized();
+    for (const double coat : {0.5, 1.0})
+        for (const double roughness : {0.3, 0.6}) {
+            const Shaded surface{.base = {0.7, 0.1, 0.1}, .roughness = 0.9, .clearcoat = coat, .clearcoatRoughness = roughness};
+            Material material = of(surface.base);
+            material.roughness = 0.9f;
+            material.clearcoat = static_cast<float>(coat);
+            material.clearcoatRoughness = static_cast<float>(roughness);
+            for (int k = 0; k < 5; ++k) {
+                const Quatd turn(Eigen::AngleAxisd(0.1 * k, Vec3d(-1, 2, 0).normalized()));
+                TestScene scene = lit(light);
+                const Rgb is = middleOf(scene, material, turn);
+                const Rgb should =
+                    expectedOf((0.5 * surface.reflected(turn * Vec3d::UnitZ(), light, towardsEye())).cast<float>());
+                EXPECT_NEAR(is.r, should.r, 2);
+                EXPECT_NEAR(is.g, should.g, 2);
+            }
+        }
+}
+
+TEST_F(MaterialTest, LightGoesThroughWhatTransmitsIt) {
+    const auto behind = [&](float transmission, const Vec3d& base, float metallic) {
+        TestScene scene;
+        scene.setDark(Vec3f(0, 0.5f, 0));
+        Material material = of(base);
+        material.transmission = transmission;
+        material.metallic = metallic;
+        return middleOf(scene, material);
+    };
+    const Rgb green = expectedOf({0, 0.5f, 0});
+    EXPECT_NEAR(behind(1, {1, 1, 1}, 0).g, green.g, 2);
+    EXPECT_NEAR(behind(0.5f, {1, 1, 1}, 0).g, 0.5 * green.g, 2);
+    EXPECT_NEAR(behind(1, {0, 0, 0}, 0).g, 0, 1) << "black glass";
+    EXPECT_NEAR(behind(1, {1, 1, 1}, 1).g, 0, 1) << "metals let nothing through";
+}
+
+TEST_F(MaterialTest, AnImageThatIsNotThereIsWhiteAndCounted) {
+    for (const auto slot : {&Material::baseColorImage, &Material::metallicRoughnessImage, &Material::normalImage,
+                            &Material::occlusionImage, &Material::emissiveImage}) {
+        const Vec3d light = Vec3d(0.3, 0.2, 0.9).normalized();
+        TestScene with = lit(light), without = lit(light);
+        Material material = of({0.7, 0.5, 0.3});
+        const Rgb should = middleOf(without, material);
+        material.*slot = with.add(Image{.pixels = plain({0, 0, 0, 0}).pixels, .widthPx = 3, .heightPx = 2});
+        expectNear(middleOf(with, material), should);
+        EXPECT_EQ(renderer_->lastCounts().untextured, 1u);
+    }
+}
+
+}  // namespace
+}  // namespace tessera
