@@ -151,8 +151,8 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
     result.transparent = drawItems(transparent);
     result.lights = scene.lights;
     result.environment = scene.environment;
-    result.detailed = scene.looks().detailed();
-    result.coated = scene.looks().coated();
+    result.detailed = scene.detailedItems > 0;
+    result.coated = scene.coatedItems > 0;
     return result;
 }
 

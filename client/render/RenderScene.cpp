@@ -55,6 +55,7 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     items.clear();
     boxes.clear();
     reaches = {};
+    detailedItems = coatedItems = 0;
     users_.clear();
     looks_.clear();
     freeItems_.clear();

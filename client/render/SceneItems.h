@@ -21,7 +21,8 @@ struct SceneItem {
     bool mirrored = false;
     bool transparent = false;
     bool occludes = false;  ///< opaque in every pixel it covers
-    bool queued = false;    ///< named in `changedItems`
+    bool detailed = false, coated = false;  ///< see SceneLook
+    bool queued = false;                    ///< named in `changedItems`
     double reach = 0;       ///< at least the distance of any vertex from the mesh's own origin, in world units
 };
 
@@ -79,10 +80,9 @@ struct RenderScene::Impl {
     ReachCounts reaches;
     std::vector<LightItem> lights;
     Environment environment;
+    std::size_t detailedItems = 0, coatedItems = 0;
     std::uint64_t rebuilds = 0;
     SceneVersion version;
-
-    [[nodiscard]] const SceneLooks& looks() const { return looks_; }
 
     void rebuild(const Aspect& aspect);
     void follow(const Aspect& aspect, const ChangeList& list);
@@ -117,6 +117,7 @@ private:
     [[nodiscard]] std::uint32_t depthNow(std::uint32_t place);
     void leaveRole(std::uint32_t place);
     void placeItem(std::uint32_t item);
+    void countLooks(const SceneItem& item, int sign);
     void freeItem(ScenePlace& place);
     void queue(std::uint32_t item);
 

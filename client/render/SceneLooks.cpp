@@ -19,6 +19,8 @@ SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
         const MaterialUse& material = materials_[use.material];
         look.transparent = material.transparent || (material.blends && use.mesh && !use.mesh->opaque);
         look.occludes = look.occludes && material.opaque;
+        look.detailed = material.detailed;
+        look.coated = material.coated;
     }
     return look;
 }
@@ -37,7 +39,6 @@ void SceneLooks::clear() {
     drawables_.clear();
     materials_.clear();
     images_.clear();
-    detailed_ = coated_ = 0;
 }
 
 void SceneLooks::shapeChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed) {
@@ -91,8 +92,6 @@ void SceneLooks::leaveMaterial(std::uint32_t drawable) {
         unlink(drawables_, material.firstDrawable, drawable, &DrawableUse::ofMaterial);
         if (material.firstDrawable == kNone) {
             setImage(use.material, {});
-            detailed_ -= material.detailed;
-            coated_ -= material.coated;
             materials_.erase(use.material);
         }
     }
@@ -122,8 +121,6 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     MaterialUse& use = materials_[material];
     const bool detailed = core->metallicRoughnessImage || core->occlusionImage || core->emissiveImage;
     const bool coated = core->clearcoat > 0;
-    detailed_ += static_cast<std::size_t>(detailed) - static_cast<std::size_t>(use.detailed);
-    coated_ += static_cast<std::size_t>(coated) - static_cast<std::size_t>(use.coated);
     const bool blends = core->alphaMode == Material::kBlend;
     const bool thin = core->baseColor.w() < 1.0f;
     bool transparent = core->transmission > 0 || (thin && (blends || core->alphaMode == Material::kAutoAlpha));

@@ -14,6 +14,8 @@ struct SceneLook {
     ObjectId material;
     bool transparent = false;
     bool occludes = false;  ///< opaque in every pixel it covers
+    bool detailed = false;  ///< images say more than colour and normals
+    bool coated = false;    ///< has lacquer
 };
 
 /// Drawable cores, the materials that they name, and the images that those name.
@@ -29,9 +31,6 @@ public:
     void lookChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed);
     void clear();
     void endUpdate() { meshes_.dropUnused(); }
-    /// Whether a material in use has images of more than colour and normals; lacquer. See DrawList.
-    [[nodiscard]] bool detailed() const { return detailed_ > 0; }
-    [[nodiscard]] bool coated() const { return coated_ > 0; }
 
 private:
     static constexpr std::uint32_t kNone = IdIndex::kNone;
@@ -72,7 +71,6 @@ private:
     SlotTable<DrawableUse> drawables_;
     SlotTable<MaterialUse> materials_;
     SlotTable<ImageUse> images_;
-    std::size_t detailed_ = 0, coated_ = 0;  ///< materials
 };
 
 }  // namespace tessera

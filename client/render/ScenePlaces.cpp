@@ -174,6 +174,7 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     SceneItem& item = items[place.item];
     const bool otherMesh = item.mesh != look.mesh;
     if (isNew) reaches.add(item.reach);
+    countLooks(item, -1);
     item.node = place.id;
     item.geometry = place.core;
     item.material = look.material;
@@ -181,6 +182,9 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.place = slot;
     item.transparent = look.transparent;
     item.occludes = look.occludes;
+    item.detailed = look.detailed;
+    item.coated = look.coated;
+    countLooks(item, 1);
     if (isNew || moved || otherMesh) placeItem(place.item);
 }
 
@@ -208,10 +212,16 @@ void RenderScene::Impl::freeItem(ScenePlace& place) {
     if (place.item == kNone) return;
     const std::uint32_t index = std::exchange(place.item, kNone);
     reaches.remove(items[index].reach);
+    countLooks(items[index], -1);
     boxes[index] = Box();
     queue(index);
     items[index] = {.queued = true};
     freeItems_.push_back(index);
+}
+
+void RenderScene::Impl::countLooks(const SceneItem& item, int sign) {
+    if (item.detailed) detailedItems += static_cast<std::size_t>(sign);
+    if (item.coated) coatedItems += static_cast<std::size_t>(sign);
 }
 
 void RenderScene::Impl::queue(std::uint32_t item) {

@@ -2,6 +2,8 @@
 /// points.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/geometry/Points.h"
@@ -9,8 +11,64 @@
 
 namespace tessera::test {
 
-[[nodiscard]] inline Aspect makeSeamScene(bool coincident = true) {
+/// Things whose materials say all by images: normals, metal and roughness, light, holes; lacquer, and glass that colours.
+inline void addMappedThings(TestScene& scene) {
+    const auto image = [&](auto&& of) {
+        std::vector<std::uint8_t> pixels;
+        for (int y = 0; y < 32; ++y)
+            for (int x = 0; x < 32; ++x)
+                for (const double value : of(x / 32.0, y / 32.0))
+                    pixels.push_back(static_cast<std::uint8_t>(std::clamp(255 * value, 0.0, 255.0)));
+        return Image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = 32, .heightPx = 32};
+    };
+    using Rgba = std::array<double, 4>;
+    const double turn = 6.283185307;
+    Material mapped;
+    mapped.baseColor = Vec4f(0.9f, 0.8f, 0.7f, 1);
+    mapped.metallic = mapped.roughness = 1;
+    mapped.normalImage = scene.add(image([&](double u, double v) {
+        return Rgba{0.5 + 0.3 * std::sin(3 * turn * u), 0.5 + 0.3 * std::cos(2 * turn * v), 0.85, 1};
+    }));
+    Image rough = image([&](double u, double v) { return Rgba{0.7 + 0.3 * v, 0.2 + 0.7 * u, v > 0.5 ? 0.9 : 0.1, 1}; });
+    rough.rotation = 0.4f;
+    rough.scale = {2.5f, 1.5f};
+    rough.wrapU = Image::kMirror;
+    mapped.metallicRoughnessImage = mapped.occlusionImage = scene.add(rough);
+    mapped.emissive = Vec3f(0.2f, 0.5f, 1.5f);
+    mapped.emissiveImage = scene.add(image([&](double u, double v) {
+        const double spot = std::max(0.0, 1 - 40 * ((u - 0.5) * (u - 0.5) + (v - 0.3) * (v - 0.3)));
+        return Rgba{spot, spot, spot, 1};
+    }));
+    Material holes;
+    holes.alphaMode = Material::kMask;
+    holes.doubleSided = true;
+    holes.baseColorImage = scene.add(image([&](double u, double v) {
+        return Rgba{0.3, 0.7, 0.3, 0.5 + 0.5 * std::sin(4 * turn * u) * std::sin(3 * turn * v)};
+    }));
+    Material lacquered;
+    lacquered.baseColor = Vec4f(0.6f, 0.05f, 0.05f, 1);
+    lacquered.clearcoat = 1;
+    lacquered.clearcoatRoughness = 0.1f;
+    Material coloured;
+    coloured.baseColor = Vec4f(0.9f, 0.6f, 0.2f, 1);
+    coloured.transmission = 0.8f;
+    coloured.normalImage = mapped.normalImage;
+    const ObjectId looks[] = {scene.add(mapped), scene.add(holes), scene.add(lacquered), scene.add(coloured)};
+    for (int i = 0; i < 12; ++i) {
+        MeshData shape = i % 3 == 2 ? makeBox({0.5, 0.5, 0.5}) : makeSphere(0.3, 24);
+        shape.texcoords.clear();
+        for (std::size_t k = 0; k < shape.positions.size(); k += 3)
+            shape.texcoords.insert(shape.texcoords.end(), {1.5f * shape.positions[k] + 0.3f * shape.positions[k + 2],
+                                                           1.7f * shape.positions[k + 1] - 0.4f * shape.positions[k + 2]});
+        const Quatd way(Eigen::AngleAxisd(0.5 * i, Vec3d(2, 1, 3).normalized()));
+        scene.place(scene.add(shape, looks[i % 4]), {-1.4 + 0.26 * i, 0.9 * std::cos(1.3 * i), -0.9 - 0.1 * i}, way,
+                    Vec3d(i % 5 ? 1 : -1, 1, 1));
+    }
+}
+
+[[nodiscard]] inline Aspect makeSeamScene(bool coincident = true, bool mapped = false) {
     TestScene scene;
+    if (mapped) addMappedThings(scene);
     std::vector<std::uint8_t> pixels;
     for (int y = 0; y < 64; ++y) {
         for (int x = 0; x < 64; ++x) {

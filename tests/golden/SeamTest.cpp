@@ -49,6 +49,7 @@ struct Cut {
     Screen::Grid grid;
     int samples;
     Eye eye = Eye::kCenter;
+    bool mapped = false;  ///< with materials that say all by images
 };
 std::ostream& operator<<(std::ostream& out, const Cut& cut) {
     return out << cut.name;
@@ -60,7 +61,7 @@ TEST_P(Seams, AreNotThere) {
     const Cut& cut = GetParam();
     const Wall wall = makeWall(cut.grid, cut.eye);
     const ScreenCamera camera = cameraOf(wall, cut.eye);
-    const Aspect aspect = makeSeamScene();
+    const Aspect aspect = makeSeamScene(true, cut.mapped);
     RenderScene scene;
     scene.update(aspect, nullptr);
     Stage stage(cut.samples);
@@ -97,6 +98,13 @@ INSTANTIATE_TEST_SUITE_P(
         Cut{"RightEye", {.columns = 2, .rows = 2, .tileWidthPx = 200, .tileHeightPx = 120}, 4, Eye::kRight},
         Cut{"RealTwoByTwo", {.columns = 2, .rows = 2, .tileWidthPx = 960, .tileHeightPx = 540}, 4},
         Cut{"FourK", {.columns = 2, .rows = 2, .tileWidthPx = 1920, .tileHeightPx = 1080, .bezelXPx = 31}, 1},
+        Cut{"Mapped", {.columns = 2, .rows = 2, .tileWidthPx = 320, .tileHeightPx = 180}, 4, Eye::kCenter, true},
+        Cut{"MappedOddOneSample",
+            {.columns = 3, .rows = 3, .columnWidthsPx = {101, 67, 203}, .rowHeightsPx = {63, 65, 129}},
+            1,
+            Eye::kCenter,
+            true},
+        Cut{"MappedReal", {.columns = 2, .rows = 2, .tileWidthPx = 960, .tileHeightPx = 540}, 4, Eye::kLeft, true},
         Cut{"PowersOfTwo", {.columns = 2, .rows = 2, .tileWidthPx = 512, .tileHeightPx = 256}, 1}),
     [](const testing::TestParamInfo<Cut>& cut) { return cut.param.name; });
 

@@ -214,6 +214,30 @@ TEST(Masked, ColoursAndImagesWithAlphaHideNothing) {
     }
 }
 
+TEST(Masked, AnImagesAlphaCountsAsTheMaterialsModeSays) {
+    for (const auto& [mode, hides] : {std::pair(Material::kAutoAlpha, false),
+                                      {Material::kOpaque, true},
+                                      {Material::kMask, false},
+                                      {Material::kBlend, false}}) {
+        TestScene scene;
+        const std::vector<std::uint8_t> pixels{1, 2, 3, 255, 4, 5, 6, 0};
+        const ObjectId image = scene.create(typeOf<Image>());
+        scene.edit.set(image, typeOf<Image>(), fieldId<&Image::pixels>,
+                       toValue(Blob::of(std::span<const std::uint8_t>(pixels))));
+        scene.edit.set(image, typeOf<Image>(), fieldId<&Image::widthPx>, toValue(std::int64_t{2}));
+        scene.edit.set(image, typeOf<Image>(), fieldId<&Image::heightPx>, toValue(std::int64_t{1}));
+        const ObjectId material = scene.material(1.0f);
+        scene.edit.set(material, typeOf<Material>(), fieldId<&Material::baseColorImage>, toValue(image));
+        scene.edit.set(material, typeOf<Material>(), fieldId<&Material::alphaMode>, toValue(std::int64_t{mode}));
+        scene.put(scene.geometry(makeBox({4, 4, 1}), material), {0, 0, -5});
+        const ObjectId behind = distantBox(scene);
+        scene.apply();
+        const DrawList list = cull(scene, kMasked, TestCamera());
+        EXPECT_EQ(draws(list, behind), !hides) << "mode " << mode;
+        EXPECT_EQ(list.transparent.size(), mode == Material::kBlend ? 1u : 0u) << "mode " << mode;
+    }
+}
+
 TEST(Masked, AWallThatReachesBehindTheEyeStillHidesWhatIsBeyondIt) {
     TestScene scene;
     // Along the left of the eye, from behind it far into the distance.

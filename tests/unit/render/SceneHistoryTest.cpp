@@ -82,6 +82,8 @@ void expectSame(const RenderScene& followed, const RenderScene& anew) {
         ASSERT_EQ(x.lights[i].range, y.lights[i].range) << "light " << i;
     }
     ASSERT_EQ(x.environment.sky, y.environment.sky);
+    ASSERT_EQ(x.detailedItems, y.detailedItems);
+    ASSERT_EQ(x.coatedItems, y.coatedItems);
     ASSERT_EQ(x.environment.background, y.environment.background);
     ASSERT_EQ(followed.bounds().lower, anew.bounds().lower);
     ASSERT_EQ(followed.bounds().upper, anew.bounds().upper);
@@ -90,6 +92,22 @@ void expectSame(const RenderScene& followed, const RenderScene& anew) {
     for (const Box& box : x.boxes) boxed += box.empty() ? 0 : 1;
     ASSERT_EQ(x.tree.empty() ? 0 : countInTree(x, BoxTree::kRoot), boxed);
     ASSERT_EQ(x.rebuilds, 1u) << "it was to follow";
+}
+
+bool allOpaqueIn(const Blob& rgba) {
+    for (std::size_t i = 3; i < rgba.bytes().size(); i += 4)
+        if (std::to_integer<int>(rgba.bytes()[i]) != 255) return false;
+    return true;
+}
+
+/// As glTF's alpha modes say it.
+bool isTransparent(const Aspect& aspect, const Material& material, const Geometry& geometry) {
+    if (material.transmission > 0) return true;
+    if (material.alphaMode == Material::kAutoAlpha) return material.baseColor.w() < 1;
+    if (material.alphaMode != Material::kBlend) return false;
+    const auto* image = aspect.get<Image>(material.baseColorImage);
+    const bool clear = image && (!image->pixels.resident() || !allOpaqueIn(image->pixels));
+    return material.baseColor.w() < 1 || clear || !allOpaqueIn(geometry.colors);
 }
 
 int crowdedWithLights = 0;  ///< scenes seen with more lights than are used
@@ -123,7 +141,7 @@ void expectAsTraversed(const RenderScene& scene, const Aspect& aspect) {
         EXPECT_EQ(std::memcmp(world.data(), visit.world_T_node.data(), 16 * sizeof(double)), 0);
         EXPECT_EQ(item->second->material, geometry.material);
         const auto* material = aspect.get<Material>(geometry.material);
-        EXPECT_EQ(item->second->transparent, material && material->baseColor.w() < 1);
+        EXPECT_EQ(item->second->transparent, material && isTransparent(aspect, *material, geometry));
         return Descend::kInto;
     });
     shown.on<DirectionalLight>([&](const Visit&, const DirectionalLight& light) {
@@ -293,8 +311,13 @@ private:
         if (pick(2)) {
             ObjectId image = pick(3) == 0 ? ObjectId() : any(of(typeOf<Image>()));
             if (pick(3) == 0) setPixels(image = create(typeOf<Image>()));
-            scene.edit.set(id, type, fieldId<&Material::baseColorImage>, toValue(image));
+            const FieldId slots[] = {fieldId<&Material::baseColorImage>, fieldId<&Material::metallicRoughnessImage>,
+                                     fieldId<&Material::normalImage>};
+            scene.edit.set(id, type, slots[pick(3)], toValue(image));
         }
+        if (pick(3) == 0) scene.edit.set(id, type, fieldId<&Material::alphaMode>, toValue(static_cast<std::int64_t>(pick(4))));
+        if (pick(6) == 0) scene.edit.set(id, type, fieldId<&Material::clearcoat>, toValue(static_cast<float>(pick(2))));
+        if (pick(6) == 0) scene.edit.set(id, type, fieldId<&Material::transmission>, toValue(static_cast<float>(pick(2))));
     }
     void setPixels(ObjectId id) {
         if (id) scene.edit.set(id, typeOf<Image>(), fieldId<&Image::pixels>, toValue(images_[pick(images_.size())]));
