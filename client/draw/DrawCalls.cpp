@@ -51,7 +51,7 @@ ItemBlock makeItem(const DrawItem& item, const Material& material, std::uint32_t
     }
     block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
     block.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f));
-    block.metallicAndFaceted = {material.metallic, hasNormals ? 0.0f : 1.0f, 0, 0};
+    block.metallicAndFaceted = {material.metallic, hasNormals ? 0.0f : 1.0f, item.lineWidth, 0};
     block.nodeAndMaterial = {static_cast<std::uint32_t>(item.node.value),
                              static_cast<std::uint32_t>(item.node.value >> 32), materialIndex, 0};
     return block;
@@ -78,9 +78,10 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
     items_.clear();
     materials_.clear();
     materialIndices_.clear();
+    widestLineReachPx_ = 0;
     looks_.clear();
     lookBlocks_.clear();
-    lookIndices_.clear();
+    for (auto& indices : lookIndices_) indices.clear();
     counts_ = {.items = list.opaque.size() + list.transparent.size()};
     materials_.push_back({.emissiveAndRoughness = four(list.environment.background, 1), .metallicLitAndCoat = {}});
     meshes.beginDraw();
@@ -100,23 +101,24 @@ void DrawCalls::collect(const Aspect& aspect, const std::vector<DrawItem>& items
             continue;
         }
         if (mesh->indexCount == 0) continue;
-        const std::uint32_t index = look(aspect, item.material, textures);
+        const std::uint32_t index = look(aspect, item.material, item.lineWidth > 0, textures);
         const DrawLook& look = looks_[index];
         if (look.incomplete) ++counts_.untextured;
+        widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
         calls_.push_back({.mesh = *mesh, .look = index, .mirrored = item.mirrored, .item = &item});
         items_.push_back(makeItem(item, *look.material, look.materialIndex, mesh->hasNormals, camera));
     }
 }
 
-std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, TextureCache& textures) {
-    const auto [known, isNew] = lookIndices_.try_emplace(id, static_cast<std::uint32_t>(looks_.size()));
+std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, bool lines, TextureCache& textures) {
+    const auto [known, isNew] = lookIndices_[lines].try_emplace(id, static_cast<std::uint32_t>(looks_.size()));
     if (!isNew) return known->second;
     static const Material kDefault;
     const auto* own = id ? aspect.get<Material>(id) : nullptr;
     const Material& material = own ? *own : kDefault;
     DrawLook look{.masked = material.alphaMode == Material::kMask,
-                  .doubleSided = material.doubleSided,
-                  .materialIndex = materialIndex(material),
+                  .doubleSided = material.doubleSided || lines,
+                  .materialIndex = materialIndex(material, material.unlit || lines),
                   .material = &material};
     LookBlock block{};
     const std::array<std::pair<ObjectId, ImageUse>, kImageMaps> images = {
@@ -126,9 +128,10 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, TextureCache& t
          {material.occlusionImage, ImageUse::kNumbers},
          {material.emissiveImage, ImageUse::kColor}}};
     for (std::size_t i = 0; i < kImageMaps; ++i) {
-        const auto& [id, use] = images[i];
-        if (!id) continue;
-        const auto* image = aspect.get<Image>(id);
+        const auto& [imageId, use] = images[i];
+        // Lines have their base colour alone.
+        if (!imageId || (lines && i > 0)) continue;
+        const auto* image = aspect.get<Image>(imageId);
         const GLuint texture = image ? textures.find(*image, use) : 0;
         if (texture == 0) {
             look.incomplete = true;
@@ -139,16 +142,16 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, TextureCache& t
         block.places[i] = placeOf(*image);
     }
     block.strengths = {material.normalScale, material.occlusionStrength, material.alphaCutoff, 0};
-    block.effects = {material.transmission, material.unlit ? 1.0f : 0.0f, material.clearcoat, material.clearcoatRoughness};
+    block.effects = {material.transmission, material.unlit || lines ? 1.0f : 0.0f, material.clearcoat, material.clearcoatRoughness};
     looks_.push_back(look);
     lookBlocks_.push_back(block);
     return known->second;
 }
 
-std::uint32_t DrawCalls::materialIndex(const Material& material) {
+std::uint32_t DrawCalls::materialIndex(const Material& material, bool unlit) {
     const MaterialTexels texels{
         .emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f)),
-        .metallicLitAndCoat = {material.metallic, material.unlit ? -1.0f : 1.0f, material.clearcoat,
+        .metallicLitAndCoat = {material.metallic, unlit ? -1.0f : 1.0f, material.clearcoat,
                                material.clearcoatRoughness}};
     const auto [it, isNew] = materialIndices_.try_emplace(texels, static_cast<std::uint32_t>(materials_.size()));
     if (!isNew) return it->second;

@@ -51,6 +51,8 @@ public:
     [[nodiscard]] const std::vector<DrawLook>& looks() const { return looks_; }
     [[nodiscard]] const std::vector<LookBlock>& lookBlocks() const { return lookBlocks_; }
     [[nodiscard]] const std::vector<MaterialTexels>& materials() const { return materials_; }
+    /// Of all calls, in pixels; 0 without lines.
+    [[nodiscard]] double widestLineReachPx() const { return widestLineReachPx_; }
     [[nodiscard]] const DrawCounts& counts() const { return counts_; }
 
 private:
@@ -59,15 +61,16 @@ private:
     };
     void collect(const Aspect& aspect, const std::vector<DrawItem>& items, const ScreenCamera& camera,
                  MeshBuffers& meshes, TextureCache& textures);
-    std::uint32_t look(const Aspect& aspect, ObjectId material, TextureCache& textures);
-    std::uint32_t materialIndex(const Material& material);
+    std::uint32_t look(const Aspect& aspect, ObjectId material, bool lines, TextureCache& textures);
+    std::uint32_t materialIndex(const Material& material, bool unlit);
 
     std::vector<DrawCall> calls_;
     std::vector<ItemBlock> items_;
     std::vector<DrawLook> looks_;
     std::vector<LookBlock> lookBlocks_;
-    std::unordered_map<ObjectId, std::uint32_t> lookIndices_;
+    std::array<std::unordered_map<ObjectId, std::uint32_t>, 2> lookIndices_;  ///< of surfaces, of lines
     std::size_t opaqueCount_ = 0;
+    double widestLineReachPx_ = 0;
     std::vector<MaterialTexels> materials_;
     std::map<MaterialTexels, std::uint32_t, TexelsLess> materialIndices_;
     DrawCounts counts_;

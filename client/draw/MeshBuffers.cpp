@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/geometry/Points.h"
@@ -47,6 +48,27 @@ std::vector<MeshVertex> interleave(const VertexArrays& arrays, const ByteRange& 
         if (!texcoords1.empty()) v.texcoord1 = {texcoords1[2 * i], texcoords1[2 * i + 1]};
     }
     return vertices;
+}
+
+constexpr std::uint64_t kVerticesPerLine = 4, kIndicesPerLine = 6;
+
+/// Four vertices a line, as ShaderText.cpp wants them: each end twice, with the other end as its normal and the side in the
+/// second texture coordinate.
+std::vector<MeshVertex> cornersOfLines(const MeshArrays& arrays, std::span<const std::uint32_t> ends) {
+    const std::vector<MeshVertex> vertices =
+        interleave({arrays.positions.as<float>(), {}, arrays.texcoords.as<float>(), {}, arrays.colors.as<std::uint8_t>()},
+                   {0, arrays.positions.as<float>().size() / 3});
+    std::vector<MeshVertex> corners;
+    corners.reserve(2 * ends.size());
+    for (std::size_t i = 0; i + 1 < ends.size(); i += 2)
+        for (const std::size_t end : {i, i + 1})
+            for (const float side : {1.0f, -1.0f}) {
+                MeshVertex corner = vertices[ends[end]];
+                corner.normal = vertices[ends[end ^ 1]].position;
+                corner.texcoord1 = {side, 0};
+                corners.push_back(corner);
+            }
+    return corners;
 }
 
 /// Octahedra take many times what their points take: so many points at a time.
@@ -95,22 +117,28 @@ MeshBuffers::Mesh MeshBuffers::upload(const MeshArrays& arrays) {
         return mesh;
     }
     const std::uint64_t count = arrays.positions.as<float>().size() / 3;
-    const bool points = arrays.primitive == Primitive::kPoints;
-    mesh.vertexCount = points ? count * kVerticesPerPoint : count;
+    const bool points = arrays.primitive == Primitive::kPoints, lines = arrays.primitive == Primitive::kLines;
+    const std::uint64_t lineCount = arrays.lines.as<std::uint32_t>().size() / 2;
+    mesh.vertexCount = points ? count * kVerticesPerPoint : lines ? lineCount * kVerticesPerLine : count;
     mesh.pointRadius = points ? shownRadius(arrays) : 0;
-    const std::uint64_t indexCount = 3 * triangleCount(arrays);
+    const std::uint64_t indexCount = lines ? lineCount * kIndicesPerLine : 3 * triangleCount(arrays);
     const std::uint64_t baseVertex = place(vertices_, mesh.vertexCount, sizeof(MeshVertex));
     const std::uint64_t firstIndex = place(indices_, indexCount, sizeof(std::uint32_t));
     mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstIndex),
                   .indexCount = static_cast<std::uint32_t>(indexCount),
                   .baseVertex = static_cast<std::int32_t>(baseVertex),
-                  .hasNormals = points || !arrays.normals.empty()};
+                  .hasNormals = points || lines || !arrays.normals.empty()};
+    if (lines) {
+        writeLines(arrays, mesh);
+        return mesh;
+    }
     writeVertices(arrays, mesh, {0, count});
     writeIndices(arrays, mesh, {0, points ? count : indexCount});
     return mesh;
 }
 
 bool MeshBuffers::takeOver(const MeshKey& key, const MeshArrays& arrays) {
+    if (arrays.primitive == Primitive::kLines) return false;
     for (const MeshOrigin& origin : originsOf(arrays)) {
         const auto known = meshes_.find(origin.key);
         if (known == meshes_.end() || known->second.refused || known->second.lastDraw == draw_ ||
@@ -120,12 +148,12 @@ bool MeshBuffers::takeOver(const MeshKey& key, const MeshArrays& arrays) {
         if (arrays.primitive == Primitive::kPoints && shownRadius(arrays) != known->second.pointRadius) continue;
         auto mesh = meshes_.extract(known);
         mesh.key() = key;
-        constexpr std::size_t kIndices = 4;
-        constexpr std::array<std::size_t, kMeshArrays> kBytes = {
-            3 * sizeof(float), 3 * sizeof(float), 4, 2 * sizeof(float), sizeof(std::uint32_t), 2 * sizeof(float)};
-        for (std::size_t i = 0; i < kBytes.size(); ++i)
-            if (i != kIndices) writeVertices(arrays, mesh.mapped(), elementsOf(origin.changed[i], kBytes[i]));
-        writeIndices(arrays, mesh.mapped(), elementsOf(origin.changed[kIndices], kBytes[kIndices]));
+        // By array, in the order of MeshArrays.
+        constexpr std::array<std::pair<std::size_t, std::size_t>, 5> kVertexBytes = {
+            {{0, 3 * sizeof(float)}, {1, 3 * sizeof(float)}, {2, 4}, {3, 2 * sizeof(float)}, {5, 2 * sizeof(float)}}};
+        for (const auto& [array, bytes] : kVertexBytes)
+            writeVertices(arrays, mesh.mapped(), elementsOf(origin.changed[array], bytes));
+        writeIndices(arrays, mesh.mapped(), elementsOf(origin.changed[4], sizeof(std::uint32_t)));
         meshes_.insert(std::move(mesh));
         return true;
     }
@@ -151,6 +179,23 @@ void MeshBuffers::writeVertices(const MeshArrays& arrays, const Mesh& mesh, cons
               interleave({made.positions, made.normals, made.texcoords, made.texcoords1, made.colors},
                          {0, made.positions.size() / 3}));
     });
+}
+
+void MeshBuffers::writeLines(const MeshArrays& arrays, const Mesh& mesh) {
+    const std::span<const std::uint32_t> ends = arrays.lines.as<std::uint32_t>();
+    const std::vector<MeshVertex> corners = cornersOfLines(arrays, ends);
+    std::vector<std::uint32_t> indices;
+    indices.reserve(kIndicesPerLine * ends.size() / 2);
+    for (std::uint32_t first = 0; first + 3 < corners.size(); first += kVerticesPerLine)
+        for (const std::uint32_t corner : {0, 1, 2, 0, 2, 3}) indices.push_back(first + corner);
+    const auto write = [&](GLuint buffer, std::uint64_t first, const auto& values) {
+        const std::size_t bytes = values.size() * sizeof(values[0]);
+        gl_.NamedBufferSubData(buffer, static_cast<GLintptr>(first * sizeof(values[0])), static_cast<GLsizeiptr>(bytes),
+                               values.data());
+        uploadedBytes_ += bytes;
+    };
+    write(vertices_.name, static_cast<std::uint64_t>(mesh.range.baseVertex), corners);
+    write(indices_.name, mesh.range.firstIndex, indices);
 }
 
 void MeshBuffers::writeIndices(const MeshArrays& arrays, const Mesh& mesh, const ByteRange& which) {

@@ -69,6 +69,7 @@ private:
     void writeVertices(const MeshArrays& arrays, const Mesh& mesh, const ByteRange& which);
     /// `which`: indices, or points.
     void writeIndices(const MeshArrays& arrays, const Mesh& mesh, const ByteRange& which);
+    void writeLines(const MeshArrays& arrays, const Mesh& mesh);
     std::uint64_t place(Buffer& buffer, std::uint64_t count, std::size_t elementBytes);
     void rebind();
     void makeRoom();

@@ -38,6 +38,7 @@ std::string headOf(const ProgramKind& kind) {
     define(readsSurface(kind), "SURFACE");
     define(kind.faceted, "FACETED");
     define(kind.faceted || kind.use == Use::kBlend || (kind.maps & bitOf(ImageMap::kNormal)) != 0, "POSITION");
+    define(kind.lines, "LINES");
     define(kind.masked, "MASKED");
     define(kind.detail, "DETAIL");
     define(kind.coated, "COATED");

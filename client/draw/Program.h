@@ -34,7 +34,7 @@ struct ItemBlock {
     std::array<std::array<float, 4>, 3> normalRows;
     std::array<float, 4> baseColor;
     std::array<float, 4> emissiveAndRoughness;
-    std::array<float, 4> metallicAndFaceted;       ///< z, w unused
+    std::array<float, 4> metallicAndFaceted;       ///< z: width of lines in pixels; w unused
     std::array<std::uint32_t, 4> nodeAndMaterial;  ///< low and high word of the node's id, material, unused
     std::array<float, 24> padding;
 };
@@ -87,6 +87,7 @@ struct ProgramKind {
     std::uint8_t maps = 0;  ///< bits of ImageMap
     bool look = false;      ///< has a LookBlock
     bool faceted = false;
+    bool lines = false;
     bool masked = false;  ///< what alpha leaves away is not there
     // Of whole scenes: the same on every tile.
     bool detail = false;         ///< images say more than colours and normals: 64 bits more of each sample

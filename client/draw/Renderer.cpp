@@ -175,13 +175,15 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     scissor = grownToGrid(cell.inCell);
     if (auto room = buffers.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room) return room;
     const Frustum frustum = tileFrustum(screen, cell.onScreen);
+    const Frustum aroundLines = tileFrustum(screen, cell.onScreen, kFrustumMarginPx + calls.widestLineReachPx());
     inCell.clear();
     runs.clear();
     for (const DrawCall& call : calls.calls()) {
         const auto first = static_cast<std::uint32_t>(runs.size());
         const std::uint32_t all = call.mesh.indexCount / 3;
         const Box& box = call.item->box;
-        const Frustum::Result result = box.empty() ? Frustum::Result{} : frustum.classify(box, Frustum::kAllPlanes);
+        const Frustum& shown = call.item->lineWidth > 0 ? aroundLines : frustum;
+        const Frustum::Result result = box.empty() ? Frustum::Result{} : shown.classify(box, Frustum::kAllPlanes);
         if (!result.outside && result.undecided != 0 && !call.item->clusters.empty())
             runsInFrustum(call.item->clusters, all, frustum, call.item->world_T_item, runs);
         else if (!result.outside)
@@ -249,6 +251,7 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
     using Use = ProgramKind::Use;
     const DrawLook& look = calls.lookOf(call);
     ProgramKind kind = kindOf(use);
+    kind.lines = call.item->lineWidth > 0;
     kind.masked = look.masked && use != Use::kBlend;
     if (use == Use::kNodeIds) {
         if (kind.masked) kind.maps = look.mapBits & bitOf(ImageMap::kBaseColor);

@@ -53,10 +53,34 @@ out vec4 vTexcoords;
 #endif
 #endif
 
+#ifdef LINES
+// A line is a strip of two triangles as wide as it is to be on the screen, with square ends. `normal` is its other end, the
+// second texture coordinate says to which side: of the other end the other way round.
+vec4 cornerOfLine(vec4 a) {
+    vec4 p = vec4(normal, 1.0);
+    vec4 b = clip_T_eye * vec4(dot(eyeRow0, p), dot(eyeRow1, p), dot(eyeRow2, p), 1.0);
+    // Up to the near plane, where depth is 1: what lies behind the eye has no place on the screen.
+    float beyondA = a.w - a.z, beyondB = b.w - b.z;
+    if (beyondA < 0.0 && beyondB < 0.0) return a;
+    vec4 cut = a + (b - a) * (beyondA / (beyondA - beyondB));
+    if (beyondA < 0.0) a = cut;
+    if (beyondB < 0.0) b = cut;
+    vec2 along = b.xy / (b.w * clipPerPixel.xy) - a.xy / (a.w * clipPerPixel.xy);
+    float size = length(along);
+    along = size > 1e-6 ? along / size : vec2(1.0, 0.0);
+    vec2 aside = texcoord1.x * vec2(-along.y, along.x);
+    a.xy += 0.5 * metallicAndFaceted.z * (aside - along) * clipPerPixel.xy * a.w;
+    return a;
+}
+#endif
+
 void main() {
     vec4 p = vec4(position, 1.0);
     vec3 eye = vec3(dot(eyeRow0, p), dot(eyeRow1, p), dot(eyeRow2, p));
     gl_Position = clip_T_eye * vec4(eye, 1.0);
+#ifdef LINES
+    gl_Position = cornerOfLine(gl_Position);
+#endif
 #ifdef SURFACE
     vNormal = vec3(dot(normalRow0.xyz, normal), dot(normalRow1.xyz, normal), dot(normalRow2.xyz, normal));
     vColor = baseColor * color;
@@ -64,7 +88,11 @@ void main() {
     vPosition = eye;
 #endif
 #ifdef MAPS
+#ifdef LINES
+    vTexcoords = texcoord.xyxy;
+#else
     vTexcoords = vec4(texcoord, texcoord1);
+#endif
 #endif
 #endif
 }

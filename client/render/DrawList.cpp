@@ -14,7 +14,7 @@ bool sameBits(const Matrix& a, const Matrix& b) {
 
 bool same(const DrawItem& a, const DrawItem& b) {
     return a.node == b.node && a.geometry == b.geometry && a.material == b.material && a.mirrored == b.mirrored &&
-           sameBits(a.world_T_item.matrix(), b.world_T_item.matrix());
+           a.lineWidth == b.lineWidth && sameBits(a.world_T_item.matrix(), b.world_T_item.matrix());
 }
 
 bool same(const LightItem& a, const LightItem& b) {

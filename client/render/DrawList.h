@@ -1,6 +1,7 @@
 /// What one tile draws: the outcome of culling, the input of drawing. No GL.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -22,10 +23,16 @@ struct DrawItem {
     ObjectId material;
     Affine3d world_T_item;
     bool mirrored = false;  ///< odd number of reflections: front faces are clockwise
+    float lineWidth = 0;    ///< pixels, where it is lines; else 0
     Box box = {};           ///< in the world, around all of it; empty: not known
     /// Of its mesh, where that is large; valid until the scene is updated. Empty: it is drawn as a whole.
     std::span<const MeshCluster> clusters = {};
 };
+
+/// How far, in pixels, lines of this width stand out beside and beyond the lines themselves: their ends are square.
+[[nodiscard]] inline double lineReachPx(float lineWidth) {
+    return std::ceil(0.7072 * static_cast<double>(lineWidth));
+}
 
 struct LightItem {
     using Kind = LightSource::Kind;

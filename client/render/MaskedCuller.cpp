@@ -63,7 +63,8 @@ Mat4d clipFromItem(const RenderScene::Impl& scene, const TileProjection& tile, c
 
 void MaskedCuller::cull(const RenderScene::Impl& scene, const ScreenCamera& camera, const PixelRect& pixels,
                         std::vector<std::uint32_t>& items) {
-    const TileProjection tile(camera, pixels);
+    const double reach = scene.widestLineReachPx();
+    const TileProjection tile(camera, pixels, reach);
     if (!tile.usable() || items.empty()) return;
     if (rebuilds_ != scene.rebuilds) {
         rebuilds_ = scene.rebuilds;
@@ -72,7 +73,7 @@ void MaskedCuller::cull(const RenderScene::Impl& scene, const ScreenCamera& came
     hiddenBefore_.resize(scene.items.size(), false);
     buffer_.reset(pixels.width, pixels.height);
     drawOccluders(scene, tile, items);
-    keepVisible(scene, tile, tileFrustum(camera, pixels), items);
+    keepVisible(scene, tile, tileFrustum(camera, pixels, kFrustumMarginPx + reach), items);
 }
 
 void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProjection& tile,

@@ -45,6 +45,7 @@ void MeshCache::prepare(RenderMesh& mesh, const MeshArrays& arrays) {
     mesh.boxes_.resize((vertices + RenderMesh::kVerticesPerBox - 1) / RenderMesh::kVerticesPerBox);
     mesh.boundVertices({0, vertices});
     mesh.triangles = triangleCount(arrays);
+    mesh.lines = arrays.lines.sizeBytes() / (2 * sizeof(std::uint32_t));
     mesh.opaque = allOpaque(arrays.colors.bytes());
     if (mesh.primitive == Primitive::kTriangles)
         mesh.clusters = clustersOf(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
@@ -56,6 +57,7 @@ bool MeshCache::prepareFromOrigin(RenderMesh& mesh, const MeshArrays& arrays) {
         if (known == meshes_.end() || known->second.boxes_.empty() || !soundWithin(arrays, origin.changed)) continue;
         const RenderMesh& before = known->second;
         mesh.triangles = before.triangles;
+        mesh.lines = before.lines;
         mesh.opaque = origin.changed[2].empty() ? before.opaque : allOpaque(arrays.colors.bytes());
         mesh.boxes_ = before.boxes_;
         mesh.bounds = before.bounds;

@@ -16,6 +16,7 @@ namespace tessera {
 struct RenderMesh {
     Box bounds;  ///< in the mesh's own coordinates; empty when the mesh cannot be drawn
     std::uint64_t triangles = 0;
+    std::uint64_t lines = 0;
     bool opaque = true;  ///< no vertex colour with alpha below 1
     Blob positions, indices;
     Primitive primitive = Primitive::kTriangles;
@@ -23,8 +24,8 @@ struct RenderMesh {
     /// None of what has come by edits of ranges: it may go on changing.
     std::vector<MeshCluster> clusters;
 
-    [[nodiscard]] bool drawable() const { return triangles > 0 && !bounds.empty(); }
-    /// Prepared on first use. Null where the mesh is of no use as an occluder (too many triangles, points).
+    [[nodiscard]] bool drawable() const { return triangles + lines > 0 && !bounds.empty(); }
+    /// Prepared on first use. Null where the mesh is of no use as an occluder (too many triangles, points, lines).
     [[nodiscard]] const OccluderMesh* occluder() const;
     /// True when `occluder()` costs nothing any more.
     [[nodiscard]] bool occluderReady() const { return occluderBuilt_; }

@@ -100,7 +100,7 @@ DrawList RenderAction::run(const RenderScene& scene, const ScreenCamera& camera,
             if (!all.boxes[i].empty()) items.push_back(i);
         }
     } else {
-        collectInFrustum(all, tileFrustum(camera, pixels), items);
+        collectInFrustum(all, tileFrustum(camera, pixels, kFrustumMarginPx + all.widestLineReachPx()), items);
     }
     CullCounts count;
     count.inFrustum = items.size();
@@ -138,7 +138,8 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
                                                            .geometry = item.geometry,
                                                            .material = item.material,
                                                            .world_T_item = scene.places[item.place].world_T_node,
-                                                           .mirrored = item.mirrored});
+                                                           .mirrored = item.mirrored,
+                                                           .lineWidth = item.lineWidth});
             // `none` leaves nothing away anywhere: what others are compared with.
             if (kind == CullerKind::kNone) continue;
             drawn.box = scene.boxes[ranked.item];

@@ -56,6 +56,7 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     boxes.clear();
     reaches = {};
     detailedItems = coatedItems = 0;
+    linesByReach = {};
     users_.clear();
     looks_.clear();
     freeItems_.clear();

@@ -22,6 +22,7 @@ struct SceneItem {
     bool transparent = false;
     bool occludes = false;  ///< opaque in every pixel it covers
     bool detailed = false, coated = false;  ///< see SceneLook
+    float lineWidth = 0;                    ///< see SceneLook
     bool queued = false;                    ///< named in `changedItems`
     double reach = 0;       ///< at least the distance of any vertex from the mesh's own origin, in world units
 };
@@ -68,6 +69,8 @@ private:
 };
 
 struct RenderScene::Impl {
+    static constexpr std::size_t kWidestReachPx = static_cast<std::size_t>(0.7072 * Geometry::kWidestLinePx) + 1;
+
     Impl() = default;
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
@@ -81,6 +84,10 @@ struct RenderScene::Impl {
     std::vector<LightItem> lights;
     Environment environment;
     std::size_t detailedItems = 0, coatedItems = 0;
+    /// Items by the reach of their lines, see `lineReachPx`.
+    std::array<std::size_t, kWidestReachPx + 1> linesByReach{};
+    /// Of all items, in pixels; 0 without lines.
+    [[nodiscard]] double widestLineReachPx() const;
     std::uint64_t rebuilds = 0;
     SceneVersion version;
 

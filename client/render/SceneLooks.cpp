@@ -10,11 +10,12 @@ SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
         if (drawable) {
             drawables_[slot].mesh = meshes_.acquire(drawable);
             setMaterial(aspect, slot, drawable.material());
+            drawables_[slot].lineWidth = drawable.arrays().lineWidth;
         }
     }
     const DrawableUse& use = drawables_[slot];
-    SceneLook look{.mesh = use.mesh, .material = use.materialId};
-    look.occludes = use.mesh && use.mesh->opaque;
+    SceneLook look{.mesh = use.mesh, .material = use.materialId, .lineWidth = use.lineWidth};
+    look.occludes = use.mesh && use.mesh->opaque && use.mesh->triangles > 0;
     if (use.material != kNone) {
         const MaterialUse& material = materials_[use.material];
         look.transparent = material.transparent || (material.blends && use.mesh && !use.mesh->opaque);
@@ -54,7 +55,10 @@ void SceneLooks::shapeChanged(const Aspect& aspect, ObjectId id, std::vector<Obj
 void SceneLooks::lookChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed) {
     if (const std::uint32_t slot = drawables_.find(id); slot != kNone) {
         const Drawable drawable = drawableOf(aspect, id);
-        if (!drawable || drawable.material() == drawables_[slot].materialId) return;
+        if (!drawable) return;
+        const float lineWidth = drawable.arrays().lineWidth;
+        if (drawable.material() == drawables_[slot].materialId && lineWidth == drawables_[slot].lineWidth) return;
+        drawables_[slot].lineWidth = lineWidth;
         setMaterial(aspect, slot, drawable.material());
         changed.push_back(id);
     } else if (const std::uint32_t material = materials_.find(id); material != kNone) {

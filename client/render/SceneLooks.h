@@ -16,6 +16,7 @@ struct SceneLook {
     bool occludes = false;  ///< opaque in every pixel it covers
     bool detailed = false;  ///< images say more than colour and normals
     bool coated = false;    ///< has lacquer
+    float lineWidth = 0;    ///< pixels; 0: no lines
 };
 
 /// Drawable cores, the materials that they name, and the images that those name.
@@ -38,6 +39,7 @@ private:
     struct DrawableUse {
         ObjectId id;
         ObjectId materialId;
+        float lineWidth = 0;
         const RenderMesh* mesh = nullptr;
         std::uint32_t material = kNone;
         SlotLink ofMaterial;

@@ -184,6 +184,7 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.occludes = look.occludes;
     item.detailed = look.detailed;
     item.coated = look.coated;
+    item.lineWidth = look.lineWidth;
     countLooks(item, 1);
     if (isNew || moved || otherMesh) placeItem(place.item);
 }
@@ -222,6 +223,13 @@ void RenderScene::Impl::freeItem(ScenePlace& place) {
 void RenderScene::Impl::countLooks(const SceneItem& item, int sign) {
     if (item.detailed) detailedItems += static_cast<std::size_t>(sign);
     if (item.coated) coatedItems += static_cast<std::size_t>(sign);
+    if (item.lineWidth > 0) linesByReach[std::min(kWidestReachPx, static_cast<std::size_t>(lineReachPx(item.lineWidth)))] += static_cast<std::size_t>(sign);
+}
+
+double RenderScene::Impl::widestLineReachPx() const {
+    for (std::size_t reach = linesByReach.size(); reach-- > 0;)
+        if (linesByReach[reach] > 0) return static_cast<double>(reach);
+    return 0;
 }
 
 void RenderScene::Impl::queue(std::uint32_t item) {

@@ -44,8 +44,11 @@ struct CutPolygon {
 
 }  // namespace
 
-TileProjection::TileProjection(const ScreenCamera& camera, const PixelRect& pixels)
-    : width_(pixels.width), height_(pixels.height), clip_T_world_(camera.clip_T_eye * camera.eye_T_world.matrix()) {
+TileProjection::TileProjection(const ScreenCamera& camera, const PixelRect& pixels, double marginPx)
+    : width_(pixels.width),
+      height_(pixels.height),
+      clip_T_world_(camera.clip_T_eye * camera.eye_T_world.matrix()),
+      margin_(marginPx) {
     halfWidth_ = 0.5 * camera.pixels.width;
     halfHeight_ = 0.5 * camera.pixels.height;
     offsetX_ = halfWidth_ - pixels.x;
@@ -98,15 +101,12 @@ Footprint TileProjection::footprint(const Mat4d& clip_T_box, const Box& box, dou
                 if ((a.w() >= limit) != (b.w() >= limit)) extend(a + (b - a) * ((limit - a.w()) / (b.w() - a.w())));
             }
         }
+        result.grow(margin_);
         result.nearest = kInfinity;
         return result;
     }
     const double nearest = 1 / (leastW - noise);
-    const double grown = 1 + noise * pixelsPerMetre_ * nearest;
-    result.lowerX -= grown;
-    result.lowerY -= grown;
-    result.upperX += grown;
-    result.upperY += grown;
+    result.grow(1 + margin_ + noise * pixelsPerMetre_ * nearest);
     result.nearest = nearer(nearest, noise);
     return result;
 }

@@ -16,6 +16,13 @@ struct Footprint {
     double lowerX = 0, lowerY = 0, upperX = 0, upperY = 0;
     double nearest = 0;   ///< greatest inverse depth, noise added
     double farthest = 0;  ///< of the corners, metres
+
+    void grow(double px) {
+        lowerX -= px;
+        lowerY -= px;
+        upperX += px;
+        upperY += px;
+    }
 };
 
 /// Depth is kept as *inverse depth*, 1 / clip w, in 1/m: greater is nearer, and it is affine over a triangle's pixels.
@@ -25,7 +32,8 @@ struct Footprint {
 /// inverse depth d by at most noise · pixelsPerMetre · d, and depth by a share of itself.
 class TileProjection {
 public:
-    TileProjection(const ScreenCamera& camera, const PixelRect& pixels);
+    /// `marginPx`: how far things may stand out beside their places on the screen, as lines do.
+    TileProjection(const ScreenCamera& camera, const PixelRect& pixels, double marginPx = 0);
 
     /// False for projections that are not a perspective along the eye's -z; nothing is said about hiding then.
     [[nodiscard]] bool usable() const { return usable_; }
@@ -73,7 +81,7 @@ private:
     double near_ = 0, far_ = 0;
     double depthSlope_ = 1;  ///< of normalised depth over inverse depth
     double depthNoise_ = 0;  ///< in inverse depth: what a 32-bit depth buffer and its interpolation round off
-    double pixelsPerMetre_ = 0, metresPerUnit_ = 1, screenReach_ = 0;
+    double pixelsPerMetre_ = 0, metresPerUnit_ = 1, screenReach_ = 0, margin_ = 0;
     Vec3d eye_;
 };
 

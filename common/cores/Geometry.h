@@ -1,4 +1,4 @@
-/// Indexed triangles, or points that are balls of one radius.
+/// Indexed triangles, lines, or points that are balls of one radius.
 #pragma once
 
 #include "common/cores/Material.h"
@@ -9,19 +9,22 @@ namespace tessera {
 /// All arrays are blobs; optional ones may be empty. `common/geometry/Mesh.h` checks and views them.
 struct Geometry {
     static constexpr ObjectType kType{4};
-    static constexpr std::int64_t kTriangles = 0, kPoints = 1;
+    static constexpr double kWidestLinePx = 64;
+    static constexpr std::int64_t kTriangles = 0, kPoints = 1, kLines = 2;
     Blob positions;     ///< float[3] per vertex
     Blob normals;       ///< float[3] per vertex, unit length; empty: faceted
     Blob colors;        ///< uint8[4] per vertex, sRGB + alpha, multiplied with the material; empty: white
     Blob texcoords;     ///< float[2] per vertex, origin at the image's upper left as in glTF; empty: none
-    Blob indices;       ///< uint32[3] per triangle, counter-clockwise seen from outside; none where it is points
+    Blob indices;       ///< uint32[3] per triangle, counter-clockwise seen from outside; uint32[2] per line; none of points
     ObjectId material;  ///< a Material; none: the default material
-    /// kPoints: each vertex is a point, shaded by its normal where there are some, else as a ball.
+    /// kPoints: each vertex is a point, shaded by its normal where there are some, else as a ball. kLines: drawn in the
+    /// base colour, whatever the light; nobody picks them or collides with them.
     std::int64_t primitive = kTriangles;
     /// Of each point, in the geometry's own coordinates. 0: unknown; they are shown with `shownRadius` of
     /// common/geometry/Points.h.
     double pointRadius = 0;
-    Blob texcoords1;  ///< as texcoords: a second set, for images that ask for it
+    float lineWidth = 1;  ///< of lines: pixels of the screen
+    Blob texcoords1;      ///< as texcoords: a second set, for images that ask for it
 };
 template <>
 inline constexpr auto kDescription<Geometry> =
@@ -33,9 +36,10 @@ inline constexpr auto kDescription<Geometry> =
              field<&Geometry::indices>(5, "indices").affects(Effect::kShape),
              field<&Geometry::material>(6, "material").to<Material>().affects(Effect::kLook),
              field<&Geometry::primitive>(7, "primitive")
-                 .oneOf({{Geometry::kTriangles, "triangles"}, {Geometry::kPoints, "points"}})
+                 .oneOf({{Geometry::kTriangles, "triangles"}, {Geometry::kPoints, "points"}, {Geometry::kLines, "lines"}})
                  .affects(Effect::kShape),
              field<&Geometry::pointRadius>(8, "pointRadius").between(0, 1e12).affects(Effect::kShape),
-             field<&Geometry::texcoords1>(9, "texcoords1").affects(Effect::kLook));
+             field<&Geometry::texcoords1>(9, "texcoords1").affects(Effect::kLook),
+             field<&Geometry::lineWidth>(10, "lineWidth").unit(Unit::kPixel).between(0.1, Geometry::kWidestLinePx).affects(Effect::kLook));
 
 }  // namespace tessera

@@ -14,15 +14,17 @@ constexpr DrawableType kDrawables[] = {
     {.type = typeOf<Geometry>(),
      .arrays = [](const void* core) -> MeshArrays {
          const Geometry& g = geometry(core);
-         const bool points = g.primitive == Geometry::kPoints;
+         const bool points = g.primitive == Geometry::kPoints, lines = g.primitive == Geometry::kLines;
          return {.positions = g.positions,
                  .normals = g.normals,
                  .colors = g.colors,
                  .texcoords = g.texcoords,
-                 .indices = g.indices,
+                 .indices = lines ? Blob() : g.indices,
                  .texcoords1 = g.texcoords1,
-                 .primitive = points ? Primitive::kPoints : Primitive::kTriangles,
-                 .pointRadius = points ? g.pointRadius : 0.0};
+                 .lines = lines ? g.indices : Blob(),
+                 .primitive = points ? Primitive::kPoints : lines ? Primitive::kLines : Primitive::kTriangles,
+                 .pointRadius = points ? g.pointRadius : 0.0,
+                 .lineWidth = lines ? g.lineWidth : 0.0f};
      },
      .material = [](const void* core) { return geometry(core).material; }},
 };
@@ -42,21 +44,21 @@ Drawable drawableOf(const Object& core) {
 
 MeshKey keyOf(const MeshArrays& arrays) {
     return {.arrays = {arrays.positions.id(), arrays.normals.id(), arrays.colors.id(), arrays.texcoords.id(),
-                       arrays.indices.id(), arrays.texcoords1.id()},
+                       arrays.indices.id(), arrays.texcoords1.id(), arrays.lines.id()},
             .primitive = arrays.primitive,
             .pointRadius = arrays.pointRadius};
 }
 
 bool Drawable::resident() const {
     const MeshArrays all = arrays();
-    for (const Blob* blob : {&all.positions, &all.normals, &all.colors, &all.texcoords, &all.indices, &all.texcoords1})
+    for (const Blob* blob : {&all.positions, &all.normals, &all.colors, &all.texcoords, &all.indices, &all.texcoords1, &all.lines})
         if (!blob->empty() && !blob->resident()) return false;
     return true;
 }
 
 std::vector<MeshOrigin> originsOf(const MeshArrays& arrays) {
     const std::array<const Blob*, kMeshArrays> blobs = {&arrays.positions, &arrays.normals, &arrays.colors, &arrays.texcoords,
-                                              &arrays.indices, &arrays.texcoords1};
+                                              &arrays.indices, &arrays.texcoords1, &arrays.lines};
     std::vector<MeshOrigin> origins;
     MeshOrigin origin{.key = keyOf(arrays), .changed = {}};
     // Each array as it is, or some edits back, so many of all arrays together: they need not have been edited together.
@@ -81,7 +83,7 @@ std::vector<MeshOrigin> originsOf(const MeshArrays& arrays) {
 
 Expected<void> Drawable::check(const MeshKey& sound) const {
     const MeshArrays all = arrays();
-    if (all.positions.empty() && all.indices.empty()) return {};
+    if (all.positions.empty() && all.indices.empty() && all.lines.empty()) return {};
     if (sound != MeshKey() && resident()) {
         MeshKey same = keyOf(all);
         same.pointRadius = sound.pointRadius;  // the table of types bounds it

@@ -38,7 +38,7 @@ struct MeshOrigin {
 /// What a type of drawable says of itself; the functions take one of its objects. A new drawable is one entry in Drawable.cpp.
 struct DrawableType {
     ObjectType type;
-    /// Its surface, triangles or points: handles on arrays, not yet checked (checkMesh). What a picture, a pick and a
+    /// Its surface (triangles or points) or its lines: handles on arrays, not yet checked (checkMesh). What a picture, a pick and a
     /// collision share. `trianglesOfPoints` makes triangles of points for whoever knows nothing else.
     MeshArrays (*arrays)(const void*);
     /// A Material, or none.

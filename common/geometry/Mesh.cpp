@@ -57,6 +57,27 @@ Expected<void> checkPoints(const MeshArrays& arrays, std::size_t points, const M
     return {};
 }
 
+Expected<void> checkLines(const MeshArrays& arrays, const MeshLimits& limits) {
+    const Expected<std::size_t> lines = elementCount(arrays.lines, 2 * sizeof(std::uint32_t), "line indices");
+    if (!lines) return tl::unexpected(lines.error());
+    if (*lines > limits.maxLines)
+        return fail(ErrorCode::kLimit, fmt::format("{} lines, at most {} are allowed", *lines, limits.maxLines));
+    const bool areLines = arrays.primitive == Primitive::kLines;
+    if (areLines && arrays.indices.sizeBytes() > 0)
+        return fail(ErrorCode::kBadInput, "lines have no triangle indices: leave the array out");
+    if (!areLines && *lines > 0) return fail(ErrorCode::kBadInput, "only lines have line indices");
+    return {};
+}
+
+Expected<void> checkIndices(std::span<const std::uint32_t> indices, std::size_t each, std::string_view what,
+                            std::size_t vertices) {
+    for (std::size_t i = 0; i < indices.size(); ++i)
+        if (indices[i] >= vertices)
+            return fail(ErrorCode::kBadInput, fmt::format("{} {} names vertex {}, but there are {} vertices", what,
+                                                          i / each, indices[i], vertices));
+    return {};
+}
+
 }  // namespace
 
 Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits) {
@@ -73,6 +94,7 @@ Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits) {
                     fmt::format("{} triangles, at most {} are allowed", *triangles, limits.maxTriangles));
     }
     if (auto ok = checkPoints(arrays, *vertices, limits); !ok) return ok;
+    if (auto ok = checkLines(arrays, limits); !ok) return ok;
     if (auto ok = checkPerVertex(arrays.normals, 3 * sizeof(float), "normals", *vertices); !ok) return ok;
     if (auto ok = checkPerVertex(arrays.colors, 4, "colours", *vertices); !ok) return ok;
     for (const Blob* texcoords : {&arrays.texcoords, &arrays.texcoords1})
@@ -83,14 +105,8 @@ Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits) {
     for (const Blob* texcoords : {&arrays.texcoords, &arrays.texcoords1})
         if (auto ok = checkFinite(texcoords->as<float>(), 2, "texture coordinates"); !ok) return ok;
 
-    const std::span<const std::uint32_t> indices = arrays.indices.as<std::uint32_t>();
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-        if (indices[i] >= *vertices) {
-            return fail(ErrorCode::kBadInput, fmt::format("triangle {} names vertex {}, but there are {} vertices",
-                                                          i / 3, indices[i], *vertices));
-        }
-    }
-    return {};
+    if (auto ok = checkIndices(arrays.indices.as<std::uint32_t>(), 3, "triangle", *vertices); !ok) return ok;
+    return checkIndices(arrays.lines.as<std::uint32_t>(), 2, "line", *vertices);
 }
 
 ByteRange elementsOf(const ByteRange& bytes, std::size_t elementBytes) {
@@ -107,10 +123,13 @@ bool soundWithin(const MeshArrays& arrays, const MeshRanges& ranges) {
         return std::ranges::all_of(within(blob.as<float>(), bytes), [](float number) { return std::isfinite(number); });
     };
     const std::size_t vertices = arrays.positions.sizeBytes() / (3 * sizeof(float));
+    const auto known = [&](const Blob& blob, const ByteRange& bytes) {
+        return std::ranges::all_of(within(blob.as<std::uint32_t>(), bytes),
+                                   [&](std::uint32_t vertex) { return vertex < vertices; });
+    };
     return finite(arrays.positions, ranges[0]) && finite(arrays.normals, ranges[1]) && finite(arrays.texcoords, ranges[3]) &&
            finite(arrays.texcoords1, ranges[5]) &&
-           std::ranges::all_of(within(arrays.indices.as<std::uint32_t>(), ranges[4]),
-                               [&](std::uint32_t vertex) { return vertex < vertices; });
+           known(arrays.indices, ranges[4]) && known(arrays.lines, ranges[6]);
 }
 
 Box boundsOf(std::span<const float> positions) {
@@ -175,8 +194,10 @@ MeshArrays MeshData::toArrays() const {
             .texcoords = blob(texcoords),
             .indices = blob(indices),
             .texcoords1 = blob(texcoords1),
+            .lines = blob(lines),
             .primitive = primitive,
-            .pointRadius = pointRadius};
+            .pointRadius = pointRadius,
+            .lineWidth = primitive == Primitive::kLines ? lineWidth : 0};
 }
 
 void MeshData::append(const MeshData& other, const Affine3d& place) {

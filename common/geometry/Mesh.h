@@ -13,26 +13,30 @@
 
 namespace tessera {
 
-enum class Primitive : std::uint8_t { kTriangles, kPoints };
+enum class Primitive : std::uint8_t { kTriangles, kPoints, kLines };
 
 /// What a Geometry core holds (see common/cores/Geometry.h for the layouts), not yet checked.
 struct MeshArrays {
     Blob positions, normals, colors, texcoords, indices, texcoords1;
+    Blob lines;  ///< uint32[2] per line, of kLines alone: so that they are no surface to whoever looks at `indices`
     Primitive primitive = Primitive::kTriangles;
     double pointRadius = 0;  ///< of points
+    float lineWidth = 0;     ///< of lines, in pixels
 };
 
-inline constexpr std::size_t kMeshArrays = 6;
+/// The blobs of MeshArrays.
+inline constexpr std::size_t kMeshArrays = 7;
 
 struct MeshLimits {
     std::size_t maxVertices = 64'000'000;
     std::size_t maxTriangles = 64'000'000;
+    std::size_t maxLines = 16'000'000;  ///< as triangles that are drawn two each
     std::size_t maxPoints = 8'000'000;  ///< as triangles (Points.h) as many as maxTriangles
     double maxPointRadius = 1e12;
 };
 
 /// Says what is wrong: a size that is not a whole number of elements, arrays of different vertex counts, an index out
-/// of range (which), a position that is not finite, an absent blob, points with indices or with a negative radius.
+/// of range (which), a position that is not finite, an absent blob, points or lines with indices of triangles, points with a negative radius.
 /// Costs one pass.
 [[nodiscard]] Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits = {});
 
@@ -58,7 +62,7 @@ using MeshRanges = std::array<ByteRange, kMeshArrays>;
 [[nodiscard]] std::optional<std::array<Vec3f, 3>> cornersOf(const MeshArrays& arrays, std::uint32_t triangle,
                                                             double shownRadius);
 
-/// A mesh under construction: counter-clockwise triangles seen from outside, or points.
+/// A mesh under construction: counter-clockwise triangles seen from outside, lines, or points.
 struct MeshData {
     std::vector<float> positions;   ///< xyz
     std::vector<float> normals;     ///< xyz, or empty
@@ -66,11 +70,16 @@ struct MeshData {
     std::vector<float> texcoords1;  ///< a second set, or empty
     std::vector<std::uint8_t> colors;  ///< rgba, or empty
     std::vector<std::uint32_t> indices;
+    std::vector<std::uint32_t> lines;  ///< two each; of kLines alone
     Primitive primitive = Primitive::kTriangles;
     double pointRadius = 0;  ///< of points
+    float lineWidth = 1;     ///< of lines, in pixels
 
     /// Nothing to be seen.
-    [[nodiscard]] bool empty() const { return primitive == Primitive::kPoints ? positions.empty() : indices.empty(); }
+    [[nodiscard]] bool empty() const {
+        if (primitive == Primitive::kPoints) return positions.empty();
+        return primitive == Primitive::kLines ? lines.empty() : indices.empty();
+    }
     [[nodiscard]] MeshArrays toArrays() const;
     /// Of triangles alone.
     void append(const MeshData& other, const Affine3d& place);

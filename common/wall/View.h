@@ -45,7 +45,8 @@ struct ScreenCamera {
 [[nodiscard]] ScreenCamera tileCamera(const Wall& wall, const Tile& tile, const View& view, const ClipRange& range = {});
 
 /// Frustum of one tile in world coordinates, grown by `marginPx` on each side.
-[[nodiscard]] Frustum tileFrustum(const ScreenCamera& camera, const PixelRect& rect, double marginPx = 1.0);
+inline constexpr double kFrustumMarginPx = 1;
+[[nodiscard]] Frustum tileFrustum(const ScreenCamera& camera, const PixelRect& rect, double marginPx = kFrustumMarginPx);
 
 /// World-space ray of unit direction from the eye through the centre of a pixel of the mosaic of the wall's first screen, x
 /// from the left, y from the *top*, as in a picture: (0, 0) is the upper left pixel. Fails when no tile shows that pixel.

@@ -1,4 +1,5 @@
 // Whatever a culler leaves away, the picture stays the same to the last bit.
+#include <array>
 #include <memory>
 #include <random>
 #include <set>
@@ -70,6 +71,14 @@ Aspect makeTown(unsigned seed) {
         const double size = uniform(0.1, 0.9);
         scene.place(details[random() % details.size()], {uniform(-12, 12), uniform(-0.9, 1.5), uniform(-26, -1)},
                     rotation, {size, size, (i % 5 == 0 ? -1 : 1) * size});
+    }
+    // Lines: hairs and beams, along edges of blocks, past the eyes, and short ones that are wider than long.
+    for (int i = 0; i < 150; ++i) {
+        const Vec3d from(uniform(-12, 12), uniform(-1, 2), uniform(-26, 1));
+        const Vec3d way = Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)) * (i % 4 == 0 ? 8 : i % 4 == 1 ? 0.02 : 1);
+        const std::array<Vec3d, 2> ends{from, Vec3d(from + way)};
+        const float width = i % 3 == 0 ? 1.0f : static_cast<float>(uniform(0.5, 50));
+        scene.place(scene.add(makeLines(ends, width), colored(i % 5 == 0 ? 0.5f : 1.0f, false)), Vec3d::Zero());
     }
     // Meshes so large that they are drawn in parts, about the heads and behind them.
     MeshData ring = makeTorus(3, 0.3, 150, 40);

@@ -53,6 +53,14 @@ inline void addMappedThings(TestScene& scene) {
     coloured.baseColor = Vec4f(0.9f, 0.6f, 0.2f, 1);
     coloured.transmission = 0.8f;
     coloured.normalImage = mapped.normalImage;
+    for (int i = 0; i < 14; ++i) {
+        const double a = 0.45 * i;
+        const std::array<Vec3d, 2> ends{Vec3d(3 * std::cos(a), 2 * std::sin(a), -3), Vec3d(-3 * std::sin(2 * a), std::cos(a), 1.5 - i)};
+        scene.place(scene.add(makeLines(ends, i % 2 ? 1.0f : 3.0f + static_cast<float>(i)), scene.add(holes)), Vec3d::Zero());
+        Material plain;
+        plain.baseColor = Vec4f(0.9f, 0.2f + 0.05f * static_cast<float>(i), 0.1f, i % 3 ? 1 : 0.5f);
+        scene.place(scene.add(makeLines(ends, i % 2 ? 1.0f : 2.5f), scene.add(plain)), {0.1, 0.1, -0.5});
+    }
     const ObjectId looks[] = {scene.add(mapped), scene.add(holes), scene.add(lacquered), scene.add(coloured)};
     for (int i = 0; i < 12; ++i) {
         MeshData shape = i % 3 == 2 ? makeBox({0.5, 0.5, 0.5}) : makeSphere(0.3, 24);

@@ -23,7 +23,12 @@ public:
         if (!arrays.colors.empty()) set<Geometry>(id, fieldId<&Geometry::colors>, arrays.colors);
         if (!arrays.texcoords.empty()) set<Geometry>(id, fieldId<&Geometry::texcoords>, arrays.texcoords);
         if (!arrays.texcoords1.empty()) set<Geometry>(id, fieldId<&Geometry::texcoords1>, arrays.texcoords1);
-        set<Geometry>(id, fieldId<&Geometry::indices>, arrays.indices);
+        const bool lines = arrays.primitive == Primitive::kLines;
+        set<Geometry>(id, fieldId<&Geometry::indices>, lines ? arrays.lines : arrays.indices);
+        if (lines) {
+            set<Geometry>(id, fieldId<&Geometry::primitive>, Geometry::kLines);
+            set<Geometry>(id, fieldId<&Geometry::lineWidth>, arrays.lineWidth);
+        }
         if (arrays.primitive == Primitive::kPoints) {
             set<Geometry>(id, fieldId<&Geometry::primitive>, Geometry::kPoints);
             set<Geometry>(id, fieldId<&Geometry::pointRadius>, arrays.pointRadius);
@@ -141,6 +146,18 @@ private:
     mesh.normals = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
     mesh.texcoords = {0, repeats, repeats, repeats, repeats, 0, 0, 0};
     mesh.indices = {0, 1, 2, 0, 2, 3};
+    return mesh;
+}
+
+/// Lines from end to end, `width` pixels wide.
+[[nodiscard]] inline MeshData makeLines(std::span<const Vec3d> ends, float width) {
+    MeshData mesh;
+    mesh.primitive = Primitive::kLines;
+    mesh.lineWidth = width;
+    for (const Vec3d& end : ends) {
+        mesh.lines.push_back(static_cast<std::uint32_t>(mesh.positions.size() / 3));
+        for (const double value : end) mesh.positions.push_back(static_cast<float>(value));
+    }
     return mesh;
 }
 
