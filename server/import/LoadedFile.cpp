@@ -12,6 +12,7 @@
 #include "server/import/AssetFolders.h"
 #include "server/import/ChildProcess.h"
 #include "server/import/SceneFileCheck.h"
+#include "server/import/TableCores.h"
 
 namespace tessera {
 namespace {
@@ -105,6 +106,7 @@ Expected<MeshArrays> LoadedFile::mesh(const std::string& name) {
                                                      {&arrays.normals, message.normals_blob()},
                                                      {&arrays.colors, message.colors_blob()},
                                                      {&arrays.texcoords, message.texcoords_blob()},
+                                                     {&arrays.texcoords1, message.texcoords1_blob()},
                                                      {&arrays.indices, message.indices_blob()}};
     for (const auto& [target, number] : parts) {
         Expected<Blob> part = blob(number);
@@ -160,23 +162,10 @@ Expected<Transform> readTransform(const proto::scene::Transform& message) {
 }
 
 Expected<Material> readMaterial(const proto::scene::Material& message) {
-    Material material;
-    if (message.has_base_color()) {
-        const Expected<Vec3f> color = readColor(message.base_color());
-        if (!color) return tl::unexpected(color.error());
-        const float alpha = message.base_color().has_a() ? message.base_color().a() : 1.0f;
-        if (!std::isfinite(alpha)) return badNumber("a material");
-        material.baseColor << *color, std::clamp(alpha, 0.0f, 1.0f);
-    }
-    const Expected<Vec3f> emissive = readColor(message.emissive());
-    if (!emissive) return tl::unexpected(emissive.error());
-    material.emissive = *emissive;
-    if (message.has_metallic()) material.metallic = message.metallic();
-    if (message.has_roughness()) material.roughness = message.roughness();
-    if (!std::isfinite(material.metallic) || !std::isfinite(material.roughness)) return badNumber("a material");
-    material.metallic = std::clamp(material.metallic, 0.0f, 1.0f);
-    material.roughness = std::clamp(material.roughness, 0.0f, 1.0f);
-    material.doubleSided = message.double_sided();
+    Expected<Material> material = readTableObject<Material>(message);
+    if (!material) return material;
+    for (float* share : {&material->baseColor.w(), &material->metallic, &material->roughness})
+        *share = std::clamp(*share, 0.0f, 1.0f);
     return material;
 }
 

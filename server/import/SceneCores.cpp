@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "common/scene/Text.h"
 #include "server/import/CollisionCores.h"
 #include "server/import/SceneAssembly.h"
 #include "server/import/TableCores.h"
@@ -14,6 +15,20 @@ namespace {
 constexpr std::uint32_t kMaxImageSide = 16384;
 
 using Content = proto::scene::Node::ContentCase;
+
+// One number in code, on the wire and in files.
+using ImageMessage = proto::scene::Image;
+using MaterialMessage = proto::scene::Material;
+static_assert(MaterialMessage::AUTO_ALPHA == Material::kAutoAlpha && MaterialMessage::OPAQUE == Material::kOpaque &&
+              MaterialMessage::MASK == Material::kMask && MaterialMessage::BLEND == Material::kBlend);
+static_assert(ImageMessage::REPEAT == Image::kRepeat && ImageMessage::CLAMP == Image::kClamp &&
+              ImageMessage::MIRROR == Image::kMirror);
+static_assert(ImageMessage::LINEAR == Image::kLinear && ImageMessage::NEAREST == Image::kNearest);
+static_assert(ImageMessage::TRILINEAR == Image::kTrilinear && ImageMessage::NEAREST_ALONE == Image::kNearestAlone &&
+              ImageMessage::LINEAR_ALONE == Image::kLinearAlone &&
+              ImageMessage::NEAREST_MIPMAP_NEAREST == Image::kNearestOfNearest &&
+              ImageMessage::LINEAR_MIPMAP_NEAREST == Image::kLinearOfNearest &&
+              ImageMessage::NEAREST_MIPMAP_LINEAR == Image::kNearestOfTwo);
 
 }  // namespace
 
@@ -103,10 +118,10 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
         }
         default:
             if (const TypeInfo* type = tableTypeOf(node)) {
-                const Expected<TableCore> core = readTableCore(node, *type);
-                if (!core) return tl::unexpected(core.error());
+                const Expected<TableFields> fields = readTableFields(contentOf(node), *type);
+                if (!fields) return tl::unexpected(fields.error());
                 const ObjectId id = createObject(type->freshObject());
-                for (const auto& [field, value] : core->fields) builder_.set(id, type->type, field, value);
+                for (const auto& [field, value] : *fields) builder_.set(id, type->type, field, value);
                 return id;
             }
             return fail(ErrorCode::kBadInput, "it is not in plain form (shapes are made into meshes by the reader)");
@@ -129,6 +144,7 @@ Expected<LoadedFile::GeometryCore> SceneAssembly::geometryCore(LoadedFile& file,
     value.normals = std::move(arrays->normals);
     value.colors = std::move(arrays->colors);
     value.texcoords = std::move(arrays->texcoords);
+    value.texcoords1 = std::move(arrays->texcoords1);
     value.indices = std::move(arrays->indices);
     value.material = spot.paint;
     if (!spot.paint && !name.empty()) {
@@ -149,10 +165,15 @@ Expected<ObjectId> SceneAssembly::materialCore(LoadedFile& file, const std::stri
         return fail(ErrorCode::kBadInput, fmt::format("there is no material '{}'", readName(name, "")));
     Expected<Material> material = readMaterial(*found->second);
     if (!material) return failWith(fmt::format("material '{}'", readName(name, "")), material.error());
-    if (const std::string& image = found->second->base_color_image(); !image.empty()) {
+    const google::protobuf::Message& message = *found->second;
+    for (const FieldEntry& field : findType(Material::kType)->fields) {
+        if (!field.holdsRefs()) continue;
+        const auto* said = message.GetDescriptor()->FindFieldByName(snakeCase(field.name));
+        const std::string image = message.GetReflection()->GetString(message, said);
+        if (image.empty()) continue;
         const Expected<ObjectId> core = imageCore(file, image);
         if (!core) return core;
-        material->baseColorImage = *core;
+        field.store(&*material, *core);
     }
     return file.materialCores[name] = create(*material);
 }
@@ -170,11 +191,10 @@ Expected<ObjectId> SceneAssembly::imageCore(LoadedFile& file, const std::string&
         pixels->sizeBytes() != width * height * 4)
         return fail(ErrorCode::kBadInput, fmt::format("image '{}': {} bytes are not {} × {} pixels", readName(name, ""),
                                                       pixels->sizeBytes(), width, height));
-    Image image;
-    image.pixels = *pixels;
-    image.widthPx = static_cast<std::int64_t>(width);
-    image.heightPx = static_cast<std::int64_t>(height);
-    return file.imageCores[name] = create(image);
+    Expected<Image> image = readTableObject<Image>(message);
+    if (!image) return failWith(fmt::format("image '{}'", readName(name, "")), image.error());
+    image->pixels = *pixels;
+    return file.imageCores[name] = create(*image);
 }
 
 }  // namespace tessera

@@ -23,6 +23,7 @@ struct Said {
 };
 
 Said findSaid(const Message& message, const FieldInfo& field) {
+    if (field.holdsRefs()) return {};
     const std::string name = snakeCase(field.name);
     const auto& descriptor = *message.GetDescriptor();
     if (field.measuredIn == Unit::kRadian && field.width == 1)
@@ -40,6 +41,12 @@ FieldValue packed(const FieldInfo& field, std::initializer_list<double> numbers)
     return values;
 }
 
+/// A vector's third number, where the field has two.
+Expected<void> checkThird(const FieldInfo& field, bool said) {
+    if (field.width > 2 || !said) return {};
+    return fail(ErrorCode::kBadInput, "it has an x and a y alone");
+}
+
 FieldValue numbersOf(const FieldInfo& field, std::initializer_list<double> numbers) {
     return field.kind == FieldKind::kFloat ? packed<Floats>(field, numbers) : packed<Doubles>(field, numbers);
 }
@@ -50,11 +57,15 @@ Expected<FieldValue> readMessage(const Message& value, const FieldInfo& field) {
         if (!rgb) return tl::unexpected(rgb.error());
         return numbersOf(field, {rgb->x(), rgb->y(), rgb->z(), color->has_a() ? color->a() : 1.0});
     }
-    if (const auto* vector = dynamic_cast<const proto::scene::Vector*>(&value))
+    if (const auto* vector = dynamic_cast<const proto::scene::Vector*>(&value)) {
+        if (Expected<void> good = checkThird(field, vector->z() != 0); !good) return tl::unexpected(good.error());
         return numbersOf(field, {vector->x(), vector->y(), vector->z()});
-    if (const auto* factors = dynamic_cast<const proto::scene::Factors*>(&value))
+    }
+    if (const auto* factors = dynamic_cast<const proto::scene::Factors*>(&value)) {
+        if (Expected<void> good = checkThird(field, factors->has_z()); !good) return tl::unexpected(good.error());
         return numbersOf(field, {factors->has_x() ? factors->x() : 1.0, factors->has_y() ? factors->y() : 1.0,
                                  factors->has_z() ? factors->z() : 1.0});
+    }
     if (const auto* rotation = dynamic_cast<const proto::scene::Rotation*>(&value)) {
         const Expected<Quatd> turn = readRotation(*rotation);
         if (!turn) return tl::unexpected(turn.error());
@@ -71,6 +82,10 @@ Expected<FieldValue> readField(const Message& message, const Said& said, const F
             return readMessage(reflection.GetMessage(message, said.field), field);
         case FieldDescriptor::CPPTYPE_BOOL:
             return reflection.GetBool(message, said.field);
+        case FieldDescriptor::CPPTYPE_ENUM:
+            return std::int64_t{reflection.GetEnumValue(message, said.field)};
+        case FieldDescriptor::CPPTYPE_UINT32:
+            return std::int64_t{reflection.GetUInt32(message, said.field)};
         case FieldDescriptor::CPPTYPE_INT64:
             return reflection.GetInt64(message, said.field);
         case FieldDescriptor::CPPTYPE_FLOAT:
@@ -90,18 +105,21 @@ const TypeInfo* tableTypeOf(const proto::scene::Node& node) {
     return content && content->message_type() ? findType(content->message_type()->name()) : nullptr;
 }
 
-Expected<TableCore> readTableCore(const proto::scene::Node& node, const TypeInfo& type) {
-    const Message& message = node.GetReflection()->GetMessage(node, contentField(node));
-    TableCore core{.type = &type, .fields = {}};
+const Message& contentOf(const proto::scene::Node& node) {
+    return node.GetReflection()->GetMessage(node, contentField(node));
+}
+
+Expected<TableFields> readTableFields(const Message& message, const TypeInfo& type) {
+    TableFields fields;
     for (const FieldEntry& field : type.fields) {
         const Said said = findSaid(message, field);
         if (!said.field || !message.GetReflection()->HasField(message, said.field)) continue;
         Expected<FieldValue> value = readField(message, said, field);
         if (!value) return failWith(std::string(said.field->name()), value.error());
         if (Expected<void> good = checkValue(field, *value); !good) return tl::unexpected(good.error());
-        core.fields.emplace_back(field.id, std::move(*value));
+        fields.emplace_back(field.id, std::move(*value));
     }
-    return core;
+    return fields;
 }
 
 }  // namespace tessera

@@ -1,6 +1,8 @@
-/// Content of a scene file that follows from the table of types: a message is called like its type, its fields like the type's
+/// What of a scene file follows from the table of types: a message is called like its type, its fields like the type's
 /// in snake_case.
 #pragma once
+
+#include <google/protobuf/message.h>
 
 #include <utility>
 #include <vector>
@@ -10,17 +12,28 @@
 
 namespace tessera {
 
-/// A core as a file says it: only the fields that are there.
-struct TableCore {
-    const TypeInfo* type = nullptr;
-    std::vector<std::pair<FieldId, FieldValue>> fields;
-};
+/// An object as a file says it: only the fields that are there.
+using TableFields = std::vector<std::pair<FieldId, FieldValue>>;
 
 /// The type that a node's content is called like, or null.
 [[nodiscard]] const TypeInfo* tableTypeOf(const proto::scene::Node& node);
 
-/// Reads a content whose type is in the table. Numbers are bounded by their fields' bounds; a colour, a vector, factors and a
-/// rotation have their usual messages; angles stand in degrees as `…_deg`. References are left out: names are resolved later.
-[[nodiscard]] Expected<TableCore> readTableCore(const proto::scene::Node& node, const TypeInfo& type);
+/// The content of a node whose type is in the table.
+[[nodiscard]] const google::protobuf::Message& contentOf(const proto::scene::Node& node);
+
+/// Numbers are bounded by their fields' bounds; a colour, a vector, factors and a rotation have their usual messages; angles
+/// stand in degrees as `…_deg`. References are left out: names are resolved later.
+[[nodiscard]] Expected<TableFields> readTableFields(const google::protobuf::Message& message, const TypeInfo& type);
+
+/// The same as a struct; what the message does not say is as in a fresh one.
+template <typename T>
+[[nodiscard]] Expected<T> readTableObject(const google::protobuf::Message& message) {
+    const TypeInfo& type = *findType(T::kType);
+    const Expected<TableFields> fields = readTableFields(message, type);
+    if (!fields) return tl::unexpected(fields.error());
+    T object;
+    for (const auto& [field, value] : *fields) findField(type, field)->store(&object, value);
+    return object;
+}
 
 }  // namespace tessera

@@ -1,8 +1,6 @@
 // OBJ, PLY, STL and the many others, by assimp.
 
-#include <assimp/GltfMaterial.h>
 #include <assimp/config.h>
-#include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
@@ -10,15 +8,13 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
-#include <cstring>
-#include <map>
 #include <numeric>
 #include <set>
 #include <span>
 
 #include "server/import/reader/AssimpFiles.h"
+#include "server/import/reader/AssimpMaterials.h"
 #include "server/import/reader/FolderFiles.h"
-#include "server/import/reader/ImageDecoder.h"
 #include "server/import/reader/ReadScene.h"
 
 namespace tessera {
@@ -37,10 +33,31 @@ bool isBarePoints(const aiMesh& mesh) {
     return mesh.mNumFaces == 0 && mesh.mNumVertices > 0 && mesh.mPrimitiveTypes == aiPrimitiveType_POINT;
 }
 
+/// As often as nodes place them.
+std::size_t lineCount(const aiScene& scene) {
+    std::vector<std::size_t> lines(scene.mNumMeshes);
+    for (unsigned i = 0; i < scene.mNumMeshes; ++i) {
+        const std::span faces(scene.mMeshes[i]->mFaces, scene.mMeshes[i]->mNumFaces);
+        lines[i] = static_cast<std::size_t>(
+            std::count_if(faces.begin(), faces.end(), [](const aiFace& face) { return face.mNumIndices == 2; }));
+    }
+    std::size_t count = 0;
+    std::vector<const aiNode*> open = {scene.mRootNode};
+    while (!open.empty()) {
+        const aiNode* node = open.back();
+        open.pop_back();
+        if (node == nullptr) continue;
+        for (unsigned i = 0; i < node->mNumMeshes; ++i)
+            if (node->mMeshes[i] < lines.size()) count += lines[node->mMeshes[i]];
+        open.insert(open.end(), node->mChildren, node->mChildren + node->mNumChildren);
+    }
+    return count;
+}
+
 class AssimpConverter {
 public:
     AssimpConverter(const aiScene& scene, const FolderFiles& files, const ReadLimits& limits, bool sidesUnknown)
-        : source_(scene), files_(files), limits_(limits), sidesUnknown_(sidesUnknown) {}
+        : source_(scene), limits_(limits), materials_(scene, files, limits, sidesUnknown, scene_) {}
 
     Expected<PlainScene> convert() {
         if (source_.mNumCameras > 0) scene_.note("cameras of this format are left out");
@@ -60,6 +77,7 @@ public:
                    !done) {
             return tl::unexpected(done.error());
         }
+        materials_.finish();
         return std::move(scene_);
     }
 
@@ -79,7 +97,7 @@ private:
             proto::scene::Node* child = placed->add_node();
             child->set_name(nameOf(source_.mMeshes[mesh]->mName, "part"));
             child->mutable_geometry()->set_mesh(fmt::format("mesh {}", mesh));
-            child->mutable_geometry()->set_material(materialName(source_.mMeshes[mesh]->mMaterialIndex));
+            child->mutable_geometry()->set_material(materials_.name(source_.mMeshes[mesh]->mMaterialIndex));
         }
         for (unsigned i = 0; i < node.mNumChildren; ++i)
             if (Expected<void> done = convertNode(
@@ -124,10 +142,12 @@ private:
             data.positions.insert(data.positions.end(), {p.x, p.y, p.z});
         }
         if (data.empty()) return;
+        noteLeftOut(mesh);
         if (mesh.HasNormals()) appendNormals(mesh, vertices, data);
-        if (mesh.HasTextureCoords(0))
-            for (const unsigned v : vertices)
-                data.texcoords.insert(data.texcoords.end(), {mesh.mTextureCoords[0][v].x, mesh.mTextureCoords[0][v].y});
+        for (const auto& [set, texcoords] : {std::pair(0u, &data.texcoords), std::pair(1u, &data.texcoords1)})
+            if (mesh.HasTextureCoords(set))
+                for (const unsigned v : vertices)
+                    texcoords->insert(texcoords->end(), {mesh.mTextureCoords[set][v].x, mesh.mTextureCoords[set][v].y});
         if (mesh.HasVertexColors(0))
             for (const unsigned v : vertices) {
                 const aiColor4D& c = mesh.mColors[0][v];
@@ -137,6 +157,12 @@ private:
             }
         usable_.insert(index);
         scene_.addModelMesh(fmt::format("mesh {}", index), std::move(data), limits_);
+    }
+
+    void noteLeftOut(const aiMesh& mesh) {
+        if (mesh.HasVertexColors(1)) scene_.note("vertex colours beyond the first set are left out");
+        if (mesh.mNumBones > 0) scene_.note("skins are shown at rest");
+        if (mesh.mNumAnimMeshes > 0) scene_.note("morph targets are shown at rest");
     }
 
     /// Files hold normals of length zero or none; such a vertex gets some unit vector.
@@ -149,89 +175,11 @@ private:
         }
     }
 
-    std::string materialName(unsigned index) {
-        if (index >= source_.mNumMaterials) return {};
-        std::string name = fmt::format("material {}", index);
-        if (!materials_.insert(index).second) return name;
-        const aiMaterial& material = *source_.mMaterials[index];
-        proto::scene::Material* message = scene_.file.add_material();
-        message->set_name(name);
-        message->set_double_sided(sidesUnknown_);
-        int twoSided = 0;
-        if (material.Get(AI_MATKEY_TWOSIDED, twoSided) == aiReturn_SUCCESS && twoSided != 0)
-            message->set_double_sided(true);
-        aiString given;
-        material.Get(AI_MATKEY_NAME, given);
-        if (std::strcmp(given.C_Str(), AI_DEFAULT_MATERIAL_NAME) == 0) return name;
-
-        aiColor4D color(0.8f, 0.8f, 0.8f, 1.0f);
-        if (material.Get(AI_MATKEY_BASE_COLOR, color) != aiReturn_SUCCESS) material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
-        float opacity = 1.0f;
-        material.Get(AI_MATKEY_OPACITY, opacity);
-        // Exporters that mix up "d" and "Tr" would make everything vanish.
-        if (!(opacity > 0.0f)) opacity = 1.0f;
-        message->mutable_base_color()->set_r(color.r);
-        message->mutable_base_color()->set_g(color.g);
-        message->mutable_base_color()->set_b(color.b);
-        message->mutable_base_color()->set_a(std::min(opacity, 1.0f));
-        aiColor3D emissive(0.0f, 0.0f, 0.0f);
-        if (material.Get(AI_MATKEY_COLOR_EMISSIVE, emissive) == aiReturn_SUCCESS) {
-            message->mutable_emissive()->set_r(emissive.r);
-            message->mutable_emissive()->set_g(emissive.g);
-            message->mutable_emissive()->set_b(emissive.b);
-        }
-        float number = 0.0f;
-        if (material.Get(AI_MATKEY_METALLIC_FACTOR, number) == aiReturn_SUCCESS) message->set_metallic(number);
-        if (material.Get(AI_MATKEY_ROUGHNESS_FACTOR, number) == aiReturn_SUCCESS)
-            message->set_roughness(number);
-        else if (material.Get(AI_MATKEY_SHININESS, number) == aiReturn_SUCCESS && number > 0.0f)
-            // The Blinn-Phong exponent whose highlight is about as wide (Karis 2013: n = 2 / alpha² - 2, alpha =
-            // roughness²).
-            message->set_roughness(std::clamp(std::pow(2.0f / (number + 2.0f), 0.25f), 0.05f, 1.0f));
-        aiString texture;
-        if (material.GetTexture(aiTextureType_BASE_COLOR, 0, &texture) == aiReturn_SUCCESS ||
-            material.GetTexture(aiTextureType_DIFFUSE, 0, &texture) == aiReturn_SUCCESS)
-            message->set_base_color_image(imageName(texture));
-        return name;
-    }
-
-    std::string imageName(const aiString& texture) {
-        const std::string file = texture.C_Str();
-        if (const auto known = images_.find(file); known != images_.end()) return known->second;
-        std::string& name = images_[file];
-        Expected<DecodedImage> image = loadImage(file);
-        if (!image) {
-            scene_.note(fmt::format("texture {} is left out: {}", file, image.error().message));
-            return name;
-        }
-        if (image->halved)
-            scene_.note(fmt::format("texture {} was reduced to {} × {} pixels", file, image->widthPx, image->heightPx));
-        name = fmt::format("image {}", images_.size());
-        scene_.addImage(name, image->widthPx, image->heightPx, std::move(image->rgba));
-        return name;
-    }
-
-    Expected<DecodedImage> loadImage(const std::string& file) {
-        const aiTexture* embedded = source_.GetEmbeddedTexture(file.c_str());
-        if (embedded == nullptr) {
-            std::string slashes = file;
-            std::replace(slashes.begin(), slashes.end(), '\\', '/');
-            const Expected<Bytes> bytes = files_.read(slashes);
-            if (!bytes) return tl::unexpected(bytes.error());
-            return decodeImage(*bytes, limits_.maxImageSide);
-        }
-        if (embedded->mHeight != 0) return fail(ErrorCode::kUnsupported, "it is stored as bare pixels");
-        const auto* data = reinterpret_cast<const std::byte*>(embedded->pcData);
-        return decodeImage(ByteSpan(data, embedded->mWidth), limits_.maxImageSide);
-    }
-
     const aiScene& source_;
-    const FolderFiles& files_;
     const ReadLimits& limits_;
-    bool sidesUnknown_;
     PlainScene scene_;
-    std::set<unsigned> usable_, materials_;
-    std::map<std::string, std::string> images_;
+    AssimpMaterials materials_;
+    std::set<unsigned> usable_;
     std::size_t nodes_ = 0;
 };
 
@@ -262,10 +210,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     const bool bare = scene != nullptr && scene->mNumMeshes > 0 &&
                       std::all_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,
                                   [](const aiMesh* mesh) { return isBarePoints(*mesh); });
-    const bool lines =
-        scene != nullptr && std::any_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes, [](const aiMesh* mesh) {
-            return (mesh->mPrimitiveTypes & aiPrimitiveType_LINE) != 0;
-        });
+    const std::size_t lines = scene != nullptr ? lineCount(*scene) : 0;
     const unsigned ofFaces =
         toTriangles | aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices | aiProcess_ValidateDataStructure;
     if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_FlipUVs | (bare ? 0u : ofFaces));
@@ -280,7 +225,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     Expected<PlainScene> converted = AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0).convert();
-    if (converted && lines) converted->note("lines are left out");
+    if (converted && lines > 0) converted->note(fmt::format("{} lines are left out", lines));
     return converted;
 }
 

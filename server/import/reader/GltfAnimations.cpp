@@ -97,7 +97,10 @@ Expected<void> GltfReader::readAnimation() {
                              : channel.target_path == "rotation"  ? &node.rotation
                              : channel.target_path == "scale"     ? &node.scale
                                                                   : nullptr;
-        if (slot == nullptr) continue;
+        if (slot == nullptr) {
+            scene_.note(fmt::format("animated {} are left out", channel.target_path));
+            continue;
+        }
         const tinygltf::AnimationSampler& sampler = animation.samplers[static_cast<std::size_t>(channel.sampler)];
         Track& track = tracks[i];
         track.width = channel.target_path == "rotation" ? 4 : 3;
@@ -123,7 +126,11 @@ Expected<void> GltfReader::readAnimation() {
     for (const auto& [index, node] : byNode) {
         const tinygltf::Node& target = model_.nodes[static_cast<std::size_t>(index)];
         const std::vector<double> times = keyTimes(node);
-        if (times.empty() || times.size() > 3 * kMaxKeysPerNode || !target.matrix.empty()) continue;
+        if (times.empty()) continue;
+        if (times.size() > 3 * kMaxKeysPerNode || !target.matrix.empty()) {
+            scene_.note(fmt::format("the animation of {} is left out", nodeName(index)));
+            continue;
+        }
         const Affine3d rest = localTransform(target);
         const Vec3d restScale =
             target.scale.size() == 3 ? Vec3d(target.scale[0], target.scale[1], target.scale[2]) : Vec3d(Vec3d::Ones());

@@ -1,24 +1,97 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+
 #include "server/import/reader/GltfReader.h"
-#include "server/import/reader/ImageDecoder.h"
 
 namespace tessera {
 namespace {
 
-float factor(const std::vector<double>& values, std::size_t index, float otherwise) {
-    return index < values.size() ? static_cast<float>(values[index]) : otherwise;
+constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
+
+const tinygltf::Value* extension(const tinygltf::Material& material, const char* name) {
+    const auto found = material.extensions.find(name);
+    return found == material.extensions.end() || !found->second.IsObject() ? nullptr : &found->second;
 }
 
-/// A number in an extension's object, e.g. KHR_materials_emissive_strength.
-double extensionNumber(const tinygltf::ExtensionMap& extensions, const char* extension, const char* key,
-                       double otherwise) {
-    const auto found = extensions.find(extension);
-    if (found == extensions.end() || !found->second.Has(key) || !found->second.Get(key).IsNumber()) return otherwise;
-    return found->second.Get(key).GetNumberAsDouble();
+float number(const tinygltf::Value& object, const char* key, double otherwise) {
+    return static_cast<float>(gltfNumber(object, key, otherwise));
+}
+
+float share(double value) {
+    return static_cast<float>(std::clamp(value, 0.0, 1.0));
+}
+
+/// Whether an extension has a texture of this kind.
+bool hasTexture(const tinygltf::Value& object, const char* key) {
+    return object.Has(key) && GltfTextureUse(object.Get(key)).texture >= 0;
+}
+
+void setColor(const std::array<double, 4>& color, proto::scene::Color& message) {
+    message.set_r(static_cast<float>(color[0]));
+    message.set_g(static_cast<float>(color[1]));
+    message.set_b(static_cast<float>(color[2]));
+    message.set_a(static_cast<float>(color[3]));
+}
+
+/// glTF 2.0, "Alpha Coverage": of opaque materials alpha says nothing.
+void setAlpha(const tinygltf::Material& material, proto::scene::Material& message) {
+    if (material.alphaMode == "BLEND") {
+        message.set_alpha_mode(proto::scene::Material::BLEND);
+    } else if (material.alphaMode == "MASK") {
+        message.set_alpha_mode(proto::scene::Material::MASK);
+        message.set_alpha_cutoff(static_cast<float>(std::clamp(material.alphaCutoff, 0.0, 1e6)));
+    } else {
+        message.set_alpha_mode(proto::scene::Material::OPAQUE);
+        message.mutable_base_color()->set_a(1.0f);
+    }
+}
+
+void setEmissive(const tinygltf::Material& material, proto::scene::Color& message) {
+    const tinygltf::Value* strong = extension(material, "KHR_materials_emissive_strength");
+    const double strength = strong != nullptr ? gltfNumber(*strong, "emissiveStrength", 1.0) : 1.0;
+    std::array<double, 4> color{0, 0, 0, 1};
+    for (std::size_t i = 0; i < 3 && i < material.emissiveFactor.size(); ++i) color[i] = material.emissiveFactor[i] * strength;
+    setColor(color, message);
 }
 
 }  // namespace
+
+void GltfReader::setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, proto::scene::Material& message) {
+    std::array<double, 4> color{1, 1, 1, 1};
+    std::copy_n(pbr.baseColorFactor.begin(), std::min<std::size_t>(4, pbr.baseColorFactor.size()), color.begin());
+    setColor(color, *message.mutable_base_color());
+    message.set_metallic(share(pbr.metallicFactor));
+    message.set_roughness(share(pbr.roughnessFactor));
+    message.set_base_color_image(imageName(pbr.baseColorTexture));
+    message.set_metallic_roughness_image(imageName(pbr.metallicRoughnessTexture));
+}
+
+/// KHR_materials_pbrSpecularGlossiness, archived: what is left of it is a plastic of the diffuse colour.
+void GltfReader::setSpecularGlossiness(const tinygltf::Value& old, proto::scene::Material& message) {
+    scene_.note(fmt::format("{} is shown as a surface of its diffuse colour without metal{}", kSpecularGlossiness,
+                            hasTexture(old, "specularGlossinessTexture") ? "; its other texture is left out" : ""));
+    std::array<double, 4> color{};
+    for (std::size_t i = 0; i < 4; ++i) color[i] = gltfElement(old, "diffuseFactor", static_cast<int>(i), 1.0);
+    setColor(color, *message.mutable_base_color());
+    message.set_metallic(0);
+    message.set_roughness(share(1.0 - gltfNumber(old, "glossinessFactor", 1.0)));
+    if (old.Has("diffuseTexture")) message.set_base_color_image(imageName(GltfTextureUse(old.Get("diffuseTexture"))));
+}
+
+void GltfReader::setCoatAndTransmission(const tinygltf::Material& material, proto::scene::Material& message) {
+    if (const tinygltf::Value* coat = extension(material, "KHR_materials_clearcoat")) {
+        message.set_clearcoat(share(number(*coat, "clearcoatFactor", 0)));
+        message.set_clearcoat_roughness(share(number(*coat, "clearcoatRoughnessFactor", 0)));
+        for (const char* texture : {"clearcoatTexture", "clearcoatRoughnessTexture", "clearcoatNormalTexture"})
+            if (hasTexture(*coat, texture)) scene_.note(fmt::format("{} is left out", texture));
+    }
+    if (const tinygltf::Value* glass = extension(material, "KHR_materials_transmission")) {
+        message.set_transmission(share(number(*glass, "transmissionFactor", 0)));
+        if (hasTexture(*glass, "transmissionTexture")) scene_.note("transmissionTexture is left out");
+    }
+}
 
 Expected<std::string> GltfReader::materialName(int index) {
     if (index < 0) return std::string();
@@ -28,83 +101,25 @@ Expected<std::string> GltfReader::materialName(int index) {
     if (!materials_.insert(index).second) return name;
 
     const tinygltf::Material& material = model_.materials[static_cast<std::size_t>(index)];
-    const tinygltf::PbrMetallicRoughness& pbr = material.pbrMetallicRoughness;
-    const std::string image = imageName(pbr.baseColorTexture.index);
-    Vec2d roughnessAndMetal(pbr.roughnessFactor, pbr.metallicFactor);
-    if (pbr.metallicRoughnessTexture.index >= 0) {
-        scene_.note("metal and roughness textures are averaged");
-        roughnessAndMetal = roughnessAndMetal.cwiseProduct(meanRoughnessAndMetal(pbr.metallicRoughnessTexture.index));
-    }
-
-    proto::scene::Material* message = scene_.file.add_material();
-    message->set_name(name);
-    proto::scene::Color* color = message->mutable_base_color();
-    color->set_r(factor(pbr.baseColorFactor, 0, 1.0f));
-    color->set_g(factor(pbr.baseColorFactor, 1, 1.0f));
-    color->set_b(factor(pbr.baseColorFactor, 2, 1.0f));
-    // Alpha counts for blended materials only (glTF 2.0, "Alpha Coverage").
-    if (material.alphaMode == "BLEND") color->set_a(factor(pbr.baseColorFactor, 3, 1.0f));
-    if (material.alphaMode == "MASK") scene_.note("cut-out materials are drawn whole");
-    message->set_roughness(static_cast<float>(roughnessAndMetal.x()));
-    message->set_metallic(static_cast<float>(roughnessAndMetal.y()));
-    message->set_base_color_image(image);
-    message->set_double_sided(material.doubleSided);
-    if (material.emissiveTexture.index >= 0) {
-        // The factor alone would make all of it glow.
-        scene_.note("emissive textures are left out");
-    } else if (!material.emissiveFactor.empty()) {
-        const auto strength = static_cast<float>(
-            extensionNumber(material.extensions, "KHR_materials_emissive_strength", "emissiveStrength", 1.0));
-        message->mutable_emissive()->set_r(factor(material.emissiveFactor, 0, 0.0f) * strength);
-        message->mutable_emissive()->set_g(factor(material.emissiveFactor, 1, 0.0f) * strength);
-        message->mutable_emissive()->set_b(factor(material.emissiveFactor, 2, 0.0f) * strength);
-    }
+    for (const auto& [used, value] : material.extensions) noteExtension(used);
+    proto::scene::Material message;
+    message.set_name(name);
+    if (const tinygltf::Value* old = extension(material, kSpecularGlossiness))
+        setSpecularGlossiness(*old, message);
+    else
+        setMetalRoughness(material.pbrMetallicRoughness, message);
+    setAlpha(material, message);
+    message.set_double_sided(material.doubleSided);
+    message.set_normal_image(imageName(material.normalTexture));
+    message.set_normal_scale(static_cast<float>(std::clamp(material.normalTexture.scale, -1e3, 1e3)));
+    message.set_occlusion_image(imageName(material.occlusionTexture));
+    message.set_occlusion_strength(share(material.occlusionTexture.strength));
+    message.set_emissive_image(imageName(material.emissiveTexture));
+    setEmissive(material, *message.mutable_emissive());
+    message.set_unlit(material.extensions.count("KHR_materials_unlit") > 0);
+    setCoatAndTransmission(material, message);
+    *scene_.file.add_material() = std::move(message);
     return name;
-}
-
-namespace {
-
-/// The image of a texture, or -1.
-int textureSource(const tinygltf::Model& model, int texture) {
-    if (texture < 0 || static_cast<std::size_t>(texture) >= model.textures.size()) return -1;
-    const int source = model.textures[static_cast<std::size_t>(texture)].source;
-    return source >= 0 && static_cast<std::size_t>(source) < model.images.size() ? source : -1;
-}
-
-}  // namespace
-
-std::string GltfReader::imageName(int texture) {
-    const int source = textureSource(model_, texture);
-    if (source < 0) {
-        if (texture >= 0) scene_.note("a texture without a readable image is left out");
-        return {};
-    }
-    if (const auto known = images_.find(source); known != images_.end()) return known->second;
-    std::string& name = images_[source];
-    // The image loader below kept the file's own bytes; only textures in use are decoded.
-    const std::vector<unsigned char>& encoded = model_.images[static_cast<std::size_t>(source)].image;
-    Expected<DecodedImage> image = decodeImage(std::as_bytes(std::span(encoded)), limits_.maxImageSide);
-    if (!image) {
-        scene_.note(fmt::format("image {} is left out: {}", source, image.error().message));
-        return name;
-    }
-    if (image->halved)
-        scene_.note(fmt::format("image {} was reduced to {} × {} pixels", source, image->widthPx, image->heightPx));
-    name = fmt::format("image {}", source);
-    scene_.addImage(name, image->widthPx, image->heightPx, std::move(image->rgba));
-    return name;
-}
-
-Vec2d GltfReader::meanRoughnessAndMetal(int texture) {
-    const int source = textureSource(model_, texture);
-    if (source < 0) return Vec2d::Ones();
-    const std::vector<unsigned char>& encoded = model_.images[static_cast<std::size_t>(source)].image;
-    const Expected<DecodedImage> image = decodeImage(std::as_bytes(std::span(encoded)), limits_.maxImageSide);
-    if (!image) return Vec2d::Ones();
-    Vec2d sum = Vec2d::Zero();
-    for (std::size_t i = 0; i + 4 <= image->rgba.size(); i += 4)
-        sum += Vec2d(std::to_integer<int>(image->rgba[i + 1]), std::to_integer<int>(image->rgba[i + 2]));
-    return sum / (255.0 * static_cast<double>(image->rgba.size() / 4));
 }
 
 }  // namespace tessera

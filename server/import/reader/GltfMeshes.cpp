@@ -20,6 +20,20 @@ std::uint8_t toSrgbByte(float linear) {
     return static_cast<std::uint8_t>(std::lround(encoded * 255.0f));
 }
 
+bool isLines(const tinygltf::Primitive& primitive) {
+    return primitive.mode == TINYGLTF_MODE_LINE || primitive.mode == TINYGLTF_MODE_LINE_LOOP ||
+           primitive.mode == TINYGLTF_MODE_LINE_STRIP;
+}
+
+std::size_t lineCount(const tinygltf::Primitive& primitive, const GltfAccessors& accessors) {
+    const std::size_t vertices =
+        accessors.count(primitive.indices >= 0 ? primitive.indices : attribute(primitive, "POSITION"));
+    if (vertices < 2) return 0;
+    return primitive.mode == TINYGLTF_MODE_LINE         ? vertices / 2
+           : primitive.mode == TINYGLTF_MODE_LINE_STRIP ? vertices - 1
+                                                        : vertices;
+}
+
 void normalise(std::vector<float>& normals) {
     for (std::size_t i = 0; i + 3 <= normals.size(); i += 3) {
         Vec3f normal(normals[i], normals[i + 1], normals[i + 2]);
@@ -50,9 +64,15 @@ MeshData pickedVertices(const MeshData& from, const std::vector<std::uint32_t>& 
         append(from.positions, to.positions, vertex, 3);
         append(from.normals, to.normals, vertex, 3);
         append(from.texcoords, to.texcoords, vertex, 2);
+        append(from.texcoords1, to.texcoords1, vertex, 2);
         append(from.colors, to.colors, vertex, 4);
     }
     return to;
+}
+
+/// How far each morph target is gone to: a node may say otherwise than its mesh.
+const std::vector<double>& weightsOf(const tinygltf::Node& node, const tinygltf::Mesh& mesh) {
+    return node.weights.empty() ? mesh.weights : node.weights;
 }
 
 /// Adds weight · delta where the target has the attribute with the same number of vertices.
@@ -70,12 +90,33 @@ Expected<void> addTarget(const GltfAccessors& accessors, const std::map<std::str
 
 }  // namespace
 
-bool GltfReader::isLeftOut(const tinygltf::Primitive& primitive) {
-    const bool lines = primitive.mode == TINYGLTF_MODE_LINE || primitive.mode == TINYGLTF_MODE_LINE_LOOP ||
-                       primitive.mode == TINYGLTF_MODE_LINE_STRIP;
-    if (!lines && attribute(primitive, "POSITION") >= 0) return false;
-    scene_.note("lines and meshes without positions are left out");
-    return true;
+bool GltfReader::isLeftOut(const tinygltf::Primitive& primitive) const {
+    return isLines(primitive) || attribute(primitive, "POSITION") < 0;
+}
+
+void GltfReader::countLeftOut(int mesh) {
+    if (static_cast<std::size_t>(mesh) >= model_.meshes.size()) return;
+    for (const tinygltf::Primitive& primitive : model_.meshes[static_cast<std::size_t>(mesh)].primitives) {
+        if (attribute(primitive, "POSITION") < 0)
+            ++withoutPositions_;
+        else if (isLines(primitive))
+            lines_ += lineCount(primitive, accessors_);
+    }
+}
+
+void GltfReader::noteLeftOut() {
+    if (lines_ > 0) scene_.note(fmt::format("{} lines are left out", lines_));
+    if (withoutPositions_ > 0)
+        scene_.note(fmt::format("{} parts of meshes without positions are left out", withoutPositions_));
+}
+
+void GltfReader::noteAttributes(const tinygltf::Primitive& primitive) {
+    static const std::set<std::string> understood = {"POSITION",   "NORMAL",  "TANGENT",  "TEXCOORD_0",
+                                                     "TEXCOORD_1", "COLOR_0", "JOINTS_0", "WEIGHTS_0"};
+    for (const auto& [name, accessor] : primitive.attributes)  // a leading underscore: an application's own
+        if (understood.count(name) == 0 && !name.starts_with('_'))
+            scene_.note(fmt::format("the attribute {} of vertices is left out", name));
+    for (const auto& [name, value] : primitive.extensions) noteExtension(name);
 }
 
 Expected<std::vector<std::uint32_t>> GltfReader::vertexOrder(const tinygltf::Primitive& primitive,
@@ -135,6 +176,9 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
     Expected<std::vector<float>> texcoords = optional("TEXCOORD_0", 2, 0.0f);
     if (!texcoords) return tl::unexpected(texcoords.error());
     data.texcoords = std::move(*texcoords);
+    Expected<std::vector<float>> texcoords1 = optional("TEXCOORD_1", 2, 0.0f);
+    if (!texcoords1) return tl::unexpected(texcoords1.error());
+    data.texcoords1 = std::move(*texcoords1);
     const Expected<std::vector<float>> colors = optional("COLOR_0", 4, 1.0f);
     if (!colors) return tl::unexpected(colors.error());
     data.colors.resize(colors->size());
@@ -143,11 +187,13 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
                              ? static_cast<std::uint8_t>(std::lround(std::clamp((*colors)[i], 0.0f, 1.0f) * 255.0f))
                              : toSrgbByte((*colors)[i]);
 
-    for (std::size_t i = 0; i < primitive.targets.size() && i < mesh.weights.size(); ++i) {
-        if (mesh.weights[i] == 0.0) continue;
+    noteAttributes(primitive);
+    const std::vector<double>& weights = weightsOf(node, mesh);
+    for (std::size_t i = 0; i < primitive.targets.size() && i < weights.size(); ++i) {
+        if (weights[i] == 0.0) continue;
         for (const auto& [name, values] : {std::pair<const char*, std::vector<float>*>{"POSITION", &data.positions},
                                            std::pair<const char*, std::vector<float>*>{"NORMAL", &data.normals}})
-            if (Expected<void> done = addTarget(accessors_, primitive.targets[i], name, mesh.weights[i], *values);
+            if (Expected<void> done = addTarget(accessors_, primitive.targets[i], name, weights[i], *values);
                 !done)
                 return tl::unexpected(done.error());
     }
@@ -172,13 +218,13 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
 
 Expected<std::vector<GltfReader::Part>> GltfReader::meshParts(const tinygltf::Node& node) {
     const int index = node.mesh;
-    const double nodeRadius = radiusIn(node.extras);
-    if (const auto known = parts_.find({index, nodeRadius}); known != parts_.end()) return known->second;
+    const MeshUse use{index, radiusIn(node.extras), node.weights};
+    if (const auto known = parts_.find(use); known != parts_.end()) return known->second;
     if (static_cast<std::size_t>(index) >= model_.meshes.size())
         return fail(ErrorCode::kBadInput, fmt::format("mesh {} does not exist", index));
     const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(index)];
-    std::vector<Part>& parts = parts_[{index, nodeRadius}];
-    const std::string suffix = nodeRadius > 0 ? fmt::format(" of radius {}", nodeRadius) : "";
+    const std::size_t number = parts_.size();
+    std::vector<Part>& parts = parts_[use];
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
         const tinygltf::Primitive& source = mesh.primitives[i];
         if (isLeftOut(source)) continue;
@@ -188,7 +234,7 @@ Expected<std::vector<GltfReader::Part>> GltfReader::meshParts(const tinygltf::No
         if (data->empty()) continue;
         Expected<std::string> material = materialName(source.material);
         if (!material) return tl::unexpected(material.error());
-        Part part{fmt::format("mesh {}.{}{}", index, i, suffix), std::move(*material), boundsOf(data->positions)};
+        Part part{fmt::format("mesh {}.{}", number, i), std::move(*material), boundsOf(data->positions)};
         scene_.addModelMesh(part.mesh, std::move(*data), limits_);
         parts.push_back(std::move(part));
     }
@@ -223,7 +269,11 @@ Expected<std::vector<GltfReader::Part>> GltfReader::skinnedParts(int nodeIndex) 
     std::vector<Part> parts;
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
         const tinygltf::Primitive& source = mesh.primitives[i];
-        if (isLeftOut(source) || attribute(source, "JOINTS_0") < 0 || attribute(source, "WEIGHTS_0") < 0) continue;
+        if (isLeftOut(source)) continue;
+        if (attribute(source, "JOINTS_0") < 0 || attribute(source, "WEIGHTS_0") < 0) {
+            scene_.note("parts of meshes that have a skin, but no joints, are left out");
+            continue;
+        }
         if (source.mode == TINYGLTF_MODE_POINTS) {
             scene_.note("points that have a skin are left out");
             continue;

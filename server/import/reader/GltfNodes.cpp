@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "server/import/reader/GltfReader.h"
 #include "server/import/reader/ReadScene.h"
@@ -13,10 +14,25 @@ namespace {
 /// The front screen of the walls that Tessera ships, in metres: what a camera's field of view is fitted to.
 constexpr double kWindowHeight = 1.8, kWindowCenterY = 1.5, kEyeDistance = 2.4;
 
+float coneDegrees(double radians) {
+    return static_cast<float>(std::clamp(radians * 180.0 / std::numbers::pi, 0.0, 90.0));
+}
+
 /// Extensions that a file may insist on and still be shown well enough.
-constexpr std::array<std::string_view, 3> kUnderstood = {"KHR_lights_punctual", "KHR_mesh_quantization",
-                                                         "KHR_texture_transform"};
+constexpr std::array<std::string_view, 8> kUnderstood = {"KHR_lights_punctual",
+                                                         "KHR_mesh_quantization",
+                                                         "KHR_texture_transform",
+                                                         "KHR_materials_unlit",
+                                                         "KHR_materials_emissive_strength",
+                                                         "KHR_materials_clearcoat",
+                                                         "KHR_materials_transmission",
+                                                         "KHR_materials_pbrSpecularGlossiness"};
+/// Of these a file may insist on any: without it a surface looks otherwise, but is there.
 constexpr std::string_view kMaterialExtensions = "KHR_materials_";
+
+bool isUnderstood(std::string_view extension) {
+    return std::find(kUnderstood.begin(), kUnderstood.end(), extension) != kUnderstood.end();
+}
 
 template <int N>
 Eigen::Matrix<double, N, 1> vectorFrom(const std::vector<double>& values,
@@ -61,6 +77,8 @@ Expected<void> GltfReader::walk(int index, const Affine3d& world_T_parent, std::
         return fail(ErrorCode::kBadInput, fmt::format("node {} has a transform that is not finite", index));
     if (!world_.emplace(index, world_T_node).second)
         return fail(ErrorCode::kBadInput, fmt::format("node {} has two parents, or is its own ancestor", index));
+    for (const auto& [name, value] : node.extensions) noteExtension(name);
+    if (node.mesh >= 0) countLeftOut(node.mesh);
     if (node.mesh >= 0 && node.skin < 0) {
         const Expected<std::vector<Part>> parts = meshParts(node);
         if (!parts) return tl::unexpected(parts.error());
@@ -105,17 +123,18 @@ Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::
 /// whatever d is. A narrower one brings the eye nearer, so d is where the scene begins: what lies beyond the window is
 /// seen at a wider angle than in the file, and nothing is cut off. For a wider one d is the scene's middle.
 void GltfReader::addCamera(int index, const Affine3d& world_T_node, proto::scene::Node& node) {
-    if (static_cast<std::size_t>(index) >= model_.cameras.size()) return;
+    const auto leaveOut = [&] { scene_.note(fmt::format("camera {} is left out: it can show nothing", index)); };
+    if (static_cast<std::size_t>(index) >= model_.cameras.size()) return leaveOut();
     const tinygltf::Camera& camera = model_.cameras[static_cast<std::size_t>(index)];
     const double nodeScale = std::cbrt(std::abs(world_T_node.linear().determinant()));
-    if (!(nodeScale > 1e-12)) return;
+    if (!(nodeScale > 1e-12)) return leaveOut();
     const Vec3d forward = -world_T_node.linear().col(2).normalized();
     const Vec3d eye = world_T_node.translation();
     double distance = bounds_.empty() ? 0.0 : (bounds_.center() - eye).dot(forward);
     double height = 0.0;
     if (camera.type == "perspective") {
         const double fov = camera.perspective.yfov;
-        if (!(fov > 0.0 && fov < EIGEN_PI)) return;
+        if (!(fov > 0.0 && fov < EIGEN_PI)) return leaveOut();
         const double perDistance = 2.0 * std::tan(fov / 2.0);
         if (distance > 0.0 && perDistance < kWindowHeight / kEyeDistance) {
             const double reach = 0.5 * bounds_.size().dot(forward.cwiseAbs());  // of the box along the line of sight
@@ -130,7 +149,7 @@ void GltfReader::addCamera(int index, const Affine3d& world_T_node, proto::scene
         scene_.note("an orthographic camera is shown in perspective");
     }
     const double worldScale = height / kWindowHeight;
-    if (!(worldScale > 1e-9 && worldScale < 1e12)) return;
+    if (!(worldScale > 1e-9 && worldScale < 1e12)) return leaveOut();
     proto::scene::Node* wall = node.add_node();
     wall->set_name(camera.name.empty() ? fmt::format("camera {}", index) : camera.name);
     const Vec3d windowCenter = Vec3d(0.0, 0.0, -distance);
@@ -140,7 +159,8 @@ void GltfReader::addCamera(int index, const Affine3d& world_T_node, proto::scene
 }
 
 void GltfReader::addLight(int index, proto::scene::Node& node) {
-    if (index < 0 || static_cast<std::size_t>(index) >= model_.lights.size()) return;
+    if (index < 0 || static_cast<std::size_t>(index) >= model_.lights.size())
+        return scene_.note(fmt::format("light {} does not exist", index));
     const tinygltf::Light& light = model_.lights[static_cast<std::size_t>(index)];
     proto::scene::Node* child = node.add_node();
     child->set_name(light.name.empty() ? fmt::format("light {}", index) : light.name);
@@ -148,8 +168,14 @@ void GltfReader::addLight(int index, proto::scene::Node& node) {
     if (light.type == "directional") {
         color = child->mutable_directional_light()->mutable_color();
         child->mutable_directional_light()->set_intensity(static_cast<float>(light.intensity));
+    } else if (light.type == "spot") {
+        proto::scene::SpotLight& spot = *child->mutable_spot_light();
+        color = spot.mutable_color();
+        spot.set_intensity(static_cast<float>(light.intensity));
+        spot.set_range(static_cast<float>(light.range));
+        spot.set_inner_angle_deg(coneDegrees(light.spot.innerConeAngle));
+        spot.set_outer_angle_deg(coneDegrees(light.spot.outerConeAngle));
     } else {
-        if (light.type == "spot") scene_.note("spot lights shine all around");
         color = child->mutable_point_light()->mutable_color();
         child->mutable_point_light()->set_intensity(static_cast<float>(light.intensity));
         child->mutable_point_light()->set_range(static_cast<float>(light.range));
@@ -160,14 +186,18 @@ void GltfReader::addLight(int index, proto::scene::Node& node) {
     color->set_b(hasColor ? static_cast<float>(light.color[2]) : 1.0f);
 }
 
+void GltfReader::noteExtension(const std::string& name) {
+    if (!isUnderstood(name)) scene_.note(fmt::format("the glTF extension {} is left out", name));
+}
+
 Expected<PlainScene> GltfReader::read() {
     for (const std::string& extension : model_.extensionsRequired) {
-        const bool understood = std::find(kUnderstood.begin(), kUnderstood.end(), extension) != kUnderstood.end() ||
-                                extension.compare(0, kMaterialExtensions.size(), kMaterialExtensions) == 0;
-        if (!understood)
+        if (!isUnderstood(extension) && !extension.starts_with(kMaterialExtensions))
             return fail(ErrorCode::kUnsupported,
                         fmt::format("it cannot be shown without the glTF extension {}", extension));
     }
+    for (const std::string& extension : model_.extensionsUsed) noteExtension(extension);
+    if (model_.scenes.size() > 1) scene_.note("of several scenes, the file's own choice is shown");
     // The scene the file names, else its first, else every node that nobody holds.
     std::vector<int> roots;
     if (model_.scenes.empty()) {
@@ -203,6 +233,8 @@ Expected<PlainScene> GltfReader::read() {
             child->mutable_geometry()->set_material((*parts)[i].material);
         }
     }
+    noteLeftOut();
+    pictures_.finish();
     return std::move(scene_);
 }
 

@@ -6,19 +6,42 @@
 #include <map>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "common/math/Box.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/GltfAccessors.h"
+#include "server/import/reader/Pictures.h"
 #include "server/import/reader/PlainScene.h"
 
 namespace tessera {
 
+/// A number in an object of an extension, or of an array in it.
+[[nodiscard]] double gltfNumber(const tinygltf::Value& object, const char* key, double otherwise);
+[[nodiscard]] double gltfElement(const tinygltf::Value& object, const char* key, int index, double otherwise);
+
+/// How a material takes a texture; no texture: -1.
+struct GltfTextureUse {
+    static constexpr const char* kTextureTransform = "KHR_texture_transform";
+    int texture = -1;
+    int texcoordSet = 0;
+    const tinygltf::Value* transform = nullptr;
+
+    /// What a material says; `Info`: one of tinygltf's three.
+    template <typename Info>
+    GltfTextureUse(const Info& info) : texture(info.index), texcoordSet(info.texCoord) {
+        const auto found = info.extensions.find(kTextureTransform);
+        if (found != info.extensions.end()) transform = &found->second;
+    }
+    /// What an extension says.
+    explicit GltfTextureUse(const tinygltf::Value& info);
+};
+
 class GltfReader {
 public:
     GltfReader(const tinygltf::Model& model, const FolderFiles& files, const ReadLimits& limits)
-        : model_(model), files_(files), limits_(limits), accessors_(model) {}
+        : model_(model), files_(files), limits_(limits), accessors_(model), pictures_(scene_, limits) {}
 
     [[nodiscard]] Expected<PlainScene> read();
 
@@ -36,6 +59,8 @@ private:
     void addCamera(int camera, const Affine3d& world_T_node, proto::scene::Node& node);
     void addLight(int light, proto::scene::Node& node);
     [[nodiscard]] std::string nodeName(int index) const;
+    /// Of what is not shown here.
+    void noteExtension(const std::string& name);
 
     // GltfMeshes.cpp
     /// Of the node's mesh.
@@ -44,8 +69,12 @@ private:
                                  const tinygltf::Primitive& primitive);
     /// The indices of a primitive, or one for each of its vertices.
     Expected<std::vector<std::uint32_t>> vertexOrder(const tinygltf::Primitive& primitive, std::size_t vertices);
-    /// With a note.
-    bool isLeftOut(const tinygltf::Primitive& primitive);
+    /// Lines, and what has no positions.
+    [[nodiscard]] bool isLeftOut(const tinygltf::Primitive& primitive) const;
+    /// Of a mesh that a node places.
+    void countLeftOut(int mesh);
+    void noteLeftOut();
+    void noteAttributes(const tinygltf::Primitive& primitive);
     Expected<std::vector<std::uint32_t>> triangles(const tinygltf::Primitive& primitive, std::size_t vertices);
     /// The skin's pose in the file as a mesh in world coordinates (glTF 2.0, "Skins": the node's own transform does
     /// not count).
@@ -53,10 +82,13 @@ private:
 
     // GltfMaterials.cpp
     Expected<std::string> materialName(int material);
+    void setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, proto::scene::Material& message);
+    void setSpecularGlossiness(const tinygltf::Value& old, proto::scene::Material& message);
+    void setCoatAndTransmission(const tinygltf::Material& material, proto::scene::Material& message);
+
+    // GltfTextures.cpp
     /// The name of the image of a texture, or empty with a note where it can't be had.
-    std::string imageName(int texture);
-    /// Mean of a texture's green and blue channels: roughness and metal where there is no texture for them.
-    Vec2d meanRoughnessAndMetal(int texture);
+    std::string imageName(const GltfTextureUse& use);
 
     // GltfAnimations.cpp
     Expected<void> readAnimation();
@@ -66,13 +98,18 @@ private:
     const ReadLimits& limits_;
     GltfAccessors accessors_;
     PlainScene scene_;
+    Pictures pictures_;
 
-    std::map<std::pair<int, double>, std::vector<Part>> parts_;  ///< by mesh, and the radius that its node says
+    /// A mesh, and what a node says of it: the radius of points, weights of morph targets.
+    using MeshUse = std::tuple<int, double, std::vector<double>>;
+    std::map<MeshUse, std::vector<Part>> parts_;
     std::set<int> materials_;
-    std::map<int, std::string> images_;            ///< by image; empty: unusable
+    /// By image, and what the Image message says besides; empty: unusable.
+    std::map<std::pair<int, std::string>, std::string> images_;
     std::map<int, Affine3d> world_;                ///< world_T_node of the nodes in the scene
     std::map<int, proto::scene::Motion> motions_;  ///< by node
     Box bounds_;
+    std::size_t lines_ = 0, withoutPositions_ = 0;  ///< as placed; left out
 };
 
 /// parent_T_node of a glTF node.

@@ -6,9 +6,7 @@
 #include <limits>
 
 namespace tessera {
-namespace {
 
-/// Averages 2 × 2 pixels; an odd last row or column is dropped.
 void halve(DecodedImage& image) {
     const int width = std::max(1, image.widthPx / 2), height = std::max(1, image.heightPx / 2);
     Bytes small(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
@@ -32,8 +30,6 @@ void halve(DecodedImage& image) {
     image.rgba = std::move(small);
     image.halved = true;
 }
-
-}  // namespace
 
 Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx) {
     if (encoded.empty() || encoded.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))

@@ -12,6 +12,9 @@ struct DecodedImage {
     bool halved = false;  ///< it was larger than allowed and was averaged down
 };
 
+/// Averages 2 × 2 pixels; an odd last row or column is dropped.
+void halve(DecodedImage& image);
+
 [[nodiscard]] Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx);
 
 }  // namespace tessera

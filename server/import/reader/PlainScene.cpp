@@ -41,6 +41,7 @@ void PlainScene::addMesh(const std::string& name, MeshData mesh) {
     message->set_positions_blob(addBlob(bytesOf(mesh.positions)));
     message->set_normals_blob(addBlob(bytesOf(mesh.normals)));
     message->set_texcoords_blob(addBlob(bytesOf(mesh.texcoords)));
+    message->set_texcoords1_blob(addBlob(bytesOf(mesh.texcoords1)));
     message->set_colors_blob(addBlob(bytesOf(mesh.colors)));
     message->set_indices_blob(addBlob(bytesOf(mesh.indices)));
 }
@@ -55,14 +56,6 @@ void PlainScene::addModelMesh(const std::string& name, MeshData mesh, const Read
     if (!limits.verbatim && sound && mesh.indices.size() >= 3 * kLarge)
         mesh.indices = inSpatialOrder(mesh.positions, mesh.indices);
     addMesh(name, std::move(mesh));
-}
-
-void PlainScene::addImage(const std::string& name, int widthPx, int heightPx, Bytes rgba) {
-    proto::scene::Image* message = file.add_image();
-    message->set_name(name);
-    message->set_width_px(static_cast<std::uint32_t>(widthPx));
-    message->set_height_px(static_cast<std::uint32_t>(heightPx));
-    message->set_pixels_blob(addBlob(std::move(rgba)));
 }
 
 void setTransform(proto::scene::Transform& message, const Vec3d& translation, const Quatd& rotation,

@@ -18,6 +18,7 @@ struct ReadLimits {
     std::size_t maxNodes = limits::kMaxObjects;
     std::size_t maxDepth = 255;
     int maxImageSide = 4096;  ///< pixels; larger images are halved until they fit
+    std::size_t maxImageBytes = std::size_t{1} << 29;  ///< of all images, decoded
     bool verbatim = false;  ///< see ImportOptions
 };
 
@@ -34,7 +35,6 @@ struct PlainScene {
     void addMesh(const std::string& name, MeshData mesh);
     /// Of a model file, whose order means nothing: triangles of a large mesh in spatial order, unless it is read verbatim.
     void addModelMesh(const std::string& name, MeshData mesh, const ReadLimits& limits);
-    void addImage(const std::string& name, int widthPx, int heightPx, Bytes rgba);
 };
 
 void setTransform(proto::scene::Transform& message, const Vec3d& translation, const Quatd& rotation,

@@ -121,15 +121,14 @@ Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const P
         blob = std::string();
     }
     for (int i = 0; i < file.material_size(); ++i) {
-        const std::string& image = file.material(i).base_color_image();
-        if (!image.empty())
-            if (Expected<void> known = checkName(images_, image, "image"); !known)
-                return failAt(where("material", i).place(), known.error());
+        if (Expected<void> known = checkNames(file.material(i)); !known)
+            return failAt(where("material", i).place(), known.error());
         *scene_.file.add_material() = file.material(i);
     }
     for (int i = 0; i < file.image_size(); ++i)
         if (Expected<void> done = expandImage(file.image(i)); !done)
             return failAt(where("image", i).place(), done.error());
+    pictures_.finish();
     for (int i = 0; i < file.mesh_size(); ++i)
         if (Expected<void> done = expandMesh(file.mesh(i)); !done)
             return failAt(where("mesh", i).place(), done.error());
@@ -148,6 +147,19 @@ Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const P
         if (Expected<void> done = expandNode(file.node(i), where("node", i), {}, *scene_.file.mutable_node()); !done)
             return tl::unexpected(done.error());
     return std::move(scene_);
+}
+
+Expected<void> SceneExpander::checkNames(const proto::scene::Material& material) const {
+    const google::protobuf::Descriptor& type = *material.GetDescriptor();
+    for (int i = 0; i < type.field_count(); ++i) {
+        const FieldDescriptor& field = *type.field(i);
+        if (field.number() == proto::scene::Material::kNameFieldNumber || field.cpp_type() != FieldDescriptor::CPPTYPE_STRING)
+            continue;
+        const std::string image = material.GetReflection()->GetString(material, &field);
+        if (image.empty()) continue;
+        if (Expected<void> known = checkName(images_, image, "image"); !known) return known;
+    }
+    return {};
 }
 
 Expected<void> SceneExpander::expandNode(const proto::scene::Node& node, const Where& where, const Context& context,
@@ -257,6 +269,7 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
         copy->clear_position();
         copy->clear_normal();
         copy->clear_texcoord();
+        copy->clear_texcoord1();
         copy->clear_color();
         copy->clear_index();
         return {};
@@ -265,6 +278,7 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
     data.positions.assign(mesh.position().begin(), mesh.position().end());
     data.normals.assign(mesh.normal().begin(), mesh.normal().end());
     data.texcoords.assign(mesh.texcoord().begin(), mesh.texcoord().end());
+    data.texcoords1.assign(mesh.texcoord1().begin(), mesh.texcoord1().end());
     data.indices.assign(mesh.index().begin(), mesh.index().end());
     const std::size_t vertices = data.positions.size() / 3;
     if (data.positions.empty() || data.positions.size() % 3 != 0)
@@ -286,10 +300,11 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
                         fmt::format("mesh '{}': index {} of {} vertices", mesh.name(), index, vertices));
     if ((!data.normals.empty() && data.normals.size() != vertices * 3) ||
         (!data.texcoords.empty() && data.texcoords.size() != vertices * 2) ||
+        (!data.texcoords1.empty() && data.texcoords1.size() != vertices * 2) ||
         (mesh.color_size() != 0 && static_cast<std::size_t>(mesh.color_size()) != vertices))
         return fail(
             ErrorCode::kBadInput,
-            fmt::format("mesh '{}': normal, texcoord or color do not match its {} vertices", mesh.name(), vertices));
+            fmt::format("mesh '{}': normal, texcoord, texcoord1 or color do not match its {} vertices", mesh.name(), vertices));
     for (const std::uint32_t color : mesh.color())
         for (int shift = 24; shift >= 0; shift -= 8) data.colors.push_back(static_cast<std::uint8_t>(color >> shift));
     scene_.addMesh(mesh.name(), std::move(data));
@@ -303,14 +318,17 @@ Expected<void> SceneExpander::expandImage(const proto::scene::Image& image) {
     }
     if (image.uri().front() == '/')
         return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", image.uri()));
-    const Expected<Bytes> bytes = files_.read(image.uri());
-    if (!bytes) return tl::unexpected(bytes.error());
-    Expected<DecodedImage> decoded = decodeImage(*bytes, limits_.maxImageSide);
-    if (!decoded) return failWith(fmt::format("'{}'", image.uri()), decoded.error());
-    if (decoded->halved)
-        scene_.note(
-            fmt::format("'{}' was reduced to {} × {} pixels", image.uri(), decoded->widthPx, decoded->heightPx));
-    scene_.addImage(image.name(), decoded->widthPx, decoded->heightPx, std::move(decoded->rgba));
+    const Expected<proto::scene::Image*> added =
+        pictures_.addImage(image.name(), fmt::format("'{}'", image.uri()), [&]() -> Expected<DecodedImage> {
+            const Expected<Bytes> bytes = files_.read(image.uri());
+            if (!bytes) return tl::unexpected(bytes.error());
+            Expected<DecodedImage> decoded = decodeImage(*bytes, limits_.maxImageSide);
+            if (!decoded) return failWith(fmt::format("'{}'", image.uri()), decoded.error());
+            return decoded;
+        });
+    if (!added) return tl::unexpected(added.error());
+    **added = image;
+    (*added)->clear_uri();
     return {};
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "server/import/reader/FolderFiles.h"
+#include "server/import/reader/Pictures.h"
 #include "server/import/reader/PlainScene.h"
 
 namespace tessera {
@@ -18,7 +19,8 @@ public:
     using Places = google::protobuf::TextFormat::ParseInfoTree;
 
     /// `places` is null for a binary file.
-    SceneExpander(const FolderFiles& files, const ReadLimits& limits) : files_(files), limits_(limits) {}
+    SceneExpander(const FolderFiles& files, const ReadLimits& limits)
+        : files_(files), limits_(limits), pictures_(scene_, limits) {}
 
     [[nodiscard]] Expected<PlainScene> expand(proto::scene::SceneFile file, const Places* places);
 
@@ -45,6 +47,8 @@ private:
     Expected<std::string> shapeMesh(const proto::scene::Node& node);
     Expected<void> expandMesh(const proto::scene::Mesh& mesh);
     Expected<void> expandImage(const proto::scene::Image& image);
+    /// Its images.
+    Expected<void> checkNames(const proto::scene::Material& material) const;
     /// What a newer version added to the authors' messages cannot be expanded: it is named in a note, and left out.
     void nameLater(proto::scene::SceneFile& file);
     template <typename Items>
@@ -55,6 +59,7 @@ private:
     const FolderFiles& files_;
     const ReadLimits& limits_;
     PlainScene scene_;
+    Pictures pictures_;
     std::set<std::string> materials_, images_, meshes_, definitions_;
     std::map<std::string, std::string> shapes_;  ///< serialised shape → mesh
     std::size_t nodes_ = 0;

@@ -121,21 +121,25 @@ TEST(GltfCamera, ShowsAtTheScenesMiddleWhatTheFilesCameraShows) {
     EXPECT_LT((world_T_wall * Vec3d(0, 1.5, 0)).norm(), 1e-6) << "the window's middle is the scene's";
 }
 
-TEST(GltfLights, AreDirectionalPointAndSpotAsPoint) {
+TEST(GltfLights, AreDirectionalPointAndSpot) {
     GltfText gltf;
     const int positions = gltf.floats(kSquare, "VEC3", 3);
     const ImportedScene scene = imported(gltf.text(fmt::format(
         R"("extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[
-        {{"type":"directional","intensity":2,"color":[1,0.5,0]}},{{"type":"point","range":4}},{{"type":"spot","spot":{{}}}}]}}}},
+        {{"type":"directional","intensity":2,"color":[1,0.5,0]}},{{"type":"point","range":4}},{{"type":"spot","range":2,"spot":{{"innerConeAngle":0.25,"outerConeAngle":0.5}}}}]}}}},
         "scenes":[{{"nodes":[0,1,2]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
         "nodes":[{{"name":"a","mesh":0,"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}},
         {{"name":"b","extensions":{{"KHR_lights_punctual":{{"light":1}}}}}},{{"name":"c","extensions":{{"KHR_lights_punctual":{{"light":2}}}}}}])",
         positions)));
-    EXPECT_EQ(scene.notes.size(), 1u);
+    EXPECT_TRUE(scene.notes.empty());
     const ImportedAspect aspect{ImportedScene(scene)};
     EXPECT_EQ(aspect.core<DirectionalLight>("/model/a/light 0")->color, Vec3f(1, 0.5f, 0));
     EXPECT_FLOAT_EQ(aspect.core<PointLight>("/model/b/light 1")->range, 4.0f);
-    EXPECT_NE(aspect.core<PointLight>("/model/c/light 2"), nullptr);
+    const auto* spot = aspect.core<SpotLight>("/model/c/light 2");
+    ASSERT_NE(spot, nullptr);
+    EXPECT_FLOAT_EQ(spot->range, 2.0f);
+    EXPECT_FLOAT_EQ(spot->innerAngle, 0.25f);
+    EXPECT_FLOAT_EQ(spot->outerAngle, 0.5f);
 }
 
 TEST(GltfMaterial, KeepsFactorsAndBlendsOnlyWhereAsked) {

@@ -1,0 +1,193 @@
+#include "server/import/reader/AssimpMaterials.h"
+
+#include <assimp/GltfMaterial.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace tessera {
+namespace {
+
+using proto::scene::Image;
+
+std::string textureFile(const aiMaterial& material, aiTextureType kind) {
+    aiString file;
+    return material.GetTexture(kind, 0, &file) == aiReturn_SUCCESS ? file.C_Str() : "";
+}
+
+Image::Wrap mapModeOf(int mode) {
+    return mode == aiTextureMapMode_Mirror  ? Image::MIRROR
+           : mode == aiTextureMapMode_Wrap ? Image::REPEAT
+                                           : Image::CLAMP;  // a decal, too: what is around it is none of its pixels
+}
+
+template <typename T>
+T property(const aiMaterial& material, const char* key, unsigned kind, unsigned index, T otherwise) {
+    T value = otherwise;
+    return material.Get(key, kind, index, value) == aiReturn_SUCCESS ? value : otherwise;
+}
+
+/// Assimp's origin is the lower left corner of the picture, ours the upper left one; its v moves were turned around with the
+/// coordinates themselves, its v scales were not.
+void setTextureTransform(const aiUVTransform& transform, Image& image) {
+    const double scaleV = transform.mScaling.y;
+    const double offsetU = transform.mTranslation.x, offsetV = 1.0 - scaleV + transform.mTranslation.y;
+    if (offsetU != 0 || offsetV != 0) {
+        image.mutable_offset()->set_x(offsetU);
+        image.mutable_offset()->set_y(offsetV);
+    }
+    if (transform.mScaling.x != 1 || scaleV != 1) {
+        image.mutable_scale()->set_x(transform.mScaling.x);
+        image.mutable_scale()->set_y(scaleV);
+    }
+}
+
+bool isBlack(const proto::scene::Color& color) {
+    return color.r() == 0 && color.g() == 0 && color.b() == 0;
+}
+
+}  // namespace
+
+std::string AssimpMaterials::name(unsigned index) {
+    if (index >= source_.mNumMaterials) return {};
+    std::string name = fmt::format("material {}", index);
+    if (!materials_.insert(index).second) return name;
+    const aiMaterial& material = *source_.mMaterials[index];
+    proto::scene::Material message;
+    message.set_name(name);
+    message.set_double_sided(sidesUnknown_ || property(material, AI_MATKEY_TWOSIDED, 0) != 0);
+    aiString given;
+    material.Get(AI_MATKEY_NAME, given);
+    if (std::strcmp(given.C_Str(), AI_DEFAULT_MATERIAL_NAME) != 0) {
+        setColors(material, message);
+        setTextures(material, message);
+    }
+    *scene_.file.add_material() = std::move(message);
+    return name;
+}
+
+void AssimpMaterials::setColors(const aiMaterial& material, proto::scene::Material& message) {
+    aiColor4D color(0.8f, 0.8f, 0.8f, 1.0f);
+    if (material.Get(AI_MATKEY_BASE_COLOR, color) != aiReturn_SUCCESS) material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
+    float opacity = property(material, AI_MATKEY_OPACITY, 1.0f);
+    // Exporters that mix up "d" and "Tr" would make everything vanish.
+    if (!(opacity > 0.0f)) opacity = 1.0f;
+    message.mutable_base_color()->set_r(color.r);
+    message.mutable_base_color()->set_g(color.g);
+    message.mutable_base_color()->set_b(color.b);
+    message.mutable_base_color()->set_a(std::min(opacity, 1.0f));
+    if (opacity < 1.0f) message.set_alpha_mode(proto::scene::Material::BLEND);
+    aiColor3D emissive(0.0f, 0.0f, 0.0f);
+    if (material.Get(AI_MATKEY_COLOR_EMISSIVE, emissive) == aiReturn_SUCCESS) {
+        message.mutable_emissive()->set_r(emissive.r);
+        message.mutable_emissive()->set_g(emissive.g);
+        message.mutable_emissive()->set_b(emissive.b);
+    }
+    float number = 0.0f;
+    if (material.Get(AI_MATKEY_METALLIC_FACTOR, number) == aiReturn_SUCCESS) message.set_metallic(number);
+    if (material.Get(AI_MATKEY_ROUGHNESS_FACTOR, number) == aiReturn_SUCCESS)
+        message.set_roughness(number);
+    else if (material.Get(AI_MATKEY_SHININESS, number) == aiReturn_SUCCESS && number > 0.0f)
+        // The Blinn-Phong exponent whose highlight is about as wide (Karis 2013: n = 2 / alpha² - 2, alpha =
+        // roughness²).
+        message.set_roughness(std::clamp(std::pow(2.0f / (number + 2.0f), 0.25f), 0.05f, 1.0f));
+}
+
+void AssimpMaterials::setTextures(const aiMaterial& material, proto::scene::Material& message) {
+    std::set<aiTextureType> taken;
+    message.set_base_color_image(image(material, {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}, taken));
+    message.set_normal_image(image(material, {aiTextureType_NORMALS, aiTextureType_NORMAL_CAMERA}, taken));
+    message.set_occlusion_image(image(material, {aiTextureType_AMBIENT_OCCLUSION}, taken));
+    message.set_emissive_image(image(material, {aiTextureType_EMISSIVE, aiTextureType_EMISSION_COLOR}, taken));
+    // Where a texture glows, files leave the colour beside it black, and would have it dark here.
+    if (!message.emissive_image().empty() && isBlack(message.emissive()))
+        for (const auto set : {&proto::scene::Color::set_r, &proto::scene::Color::set_g, &proto::scene::Color::set_b})
+            (message.mutable_emissive()->*set)(1.0f);
+    // One picture for both is glTF's; two would have to be made one.
+    if (textureFile(material, aiTextureType_METALNESS) == textureFile(material, aiTextureType_DIFFUSE_ROUGHNESS)) {
+        message.set_metallic_roughness_image(image(material, {aiTextureType_METALNESS}, taken));
+        taken.insert(aiTextureType_DIFFUSE_ROUGHNESS);
+    }
+    // A picture that is colour and opacity at once says the latter by its alpha.
+    const std::string opacity = textureFile(material, aiTextureType_OPACITY);
+    for (const aiTextureType base : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}) {
+        const int flags = property(material, _AI_MATKEY_TEXFLAGS_BASE, base, 0, 0);
+        const bool same = !opacity.empty() && opacity == textureFile(material, base);
+        if (same) taken.insert(aiTextureType_OPACITY);
+        if (taken.count(base) > 0 && (same || (flags & aiTextureFlags_UseAlpha) != 0))
+            message.set_alpha_mode(proto::scene::Material::BLEND);
+    }
+    noteOthers(material, taken);
+}
+
+void AssimpMaterials::noteOthers(const aiMaterial& material, const std::set<aiTextureType>& taken) {
+    for (int i = 1; i <= AI_TEXTURE_TYPE_MAX; ++i) {
+        const auto kind = static_cast<aiTextureType>(i);
+        const unsigned shown = taken.count(kind) > 0 ? 1 : 0;
+        if (material.GetTextureCount(kind) > shown)
+            scene_.note(fmt::format("textures of kind {} are left out{}", aiTextureTypeToString(kind),
+                                    shown > 0 ? " beyond the first" : ""));
+    }
+}
+
+std::string AssimpMaterials::image(const aiMaterial& material, std::initializer_list<aiTextureType> kinds,
+                                   std::set<aiTextureType>& taken) {
+    for (const aiTextureType kind : kinds) {
+        const std::string file = textureFile(material, kind);
+        if (file.empty()) continue;
+        taken.insert(kind);
+        const std::optional<Image> wanted = look(material, kind);
+        if (!wanted) return {};
+        std::string& name = images_[{file, wanted->SerializeAsString()}];
+        if (!name.empty()) return name;
+        const std::string picture = fmt::format("texture {}", file);
+        const Expected<Image*> added = pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture,
+                                                          [&] { return decode(file); });
+        if (!added) {
+            scene_.note(fmt::format("{} is left out: {}", picture, added.error().message));
+            return {};
+        }
+        name = (*added)->name();
+        (*added)->MergeFrom(*wanted);
+        return name;
+    }
+    return {};
+}
+
+std::optional<Image> AssimpMaterials::look(const aiMaterial& material, aiTextureType kind) {
+    Image image;
+    const int set = property(material, _AI_MATKEY_UVWSRC_BASE, kind, 0, 0);
+    if (set != 0 && set != 1) {
+        scene_.note(fmt::format("textures at texture coordinates {} are left out", set));
+        return std::nullopt;
+    }
+    if (property(material, _AI_MATKEY_MAPPING_BASE, kind, 0, int{aiTextureMapping_UV}) != aiTextureMapping_UV)
+        scene_.note("a texture that is projected is shown by the mesh's own texture coordinates");
+    image.set_texcoord_set(set);
+    image.set_wrap_u(mapModeOf(property(material, _AI_MATKEY_MAPPINGMODE_U_BASE, kind, 0, int{aiTextureMapMode_Wrap})));
+    image.set_wrap_v(mapModeOf(property(material, _AI_MATKEY_MAPPINGMODE_V_BASE, kind, 0, int{aiTextureMapMode_Wrap})));
+    aiUVTransform transform;
+    if (material.Get(_AI_MATKEY_UVTRANSFORM_BASE, kind, 0, transform) == aiReturn_SUCCESS) {
+        if (transform.mRotation != 0) scene_.note("turned textures are shown as if they were not");
+        setTextureTransform(transform, image);
+    }
+    return image;
+}
+
+Expected<DecodedImage> AssimpMaterials::decode(const std::string& file) const {
+    const aiTexture* embedded = source_.GetEmbeddedTexture(file.c_str());
+    if (embedded == nullptr) {
+        std::string slashes = file;
+        std::replace(slashes.begin(), slashes.end(), '\\', '/');
+        const Expected<Bytes> bytes = files_.read(slashes);
+        if (!bytes) return tl::unexpected(bytes.error());
+        return decodeImage(*bytes, limits_.maxImageSide);
+    }
+    const auto* data = reinterpret_cast<const std::byte*>(embedded->pcData);
+    if (embedded->mHeight == 0) return decodeImage(ByteSpan(data, embedded->mWidth), limits_.maxImageSide);
+    return fail(ErrorCode::kUnsupported, "it is stored as bare pixels");
+}
+
+}  // namespace tessera

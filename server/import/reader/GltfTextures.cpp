@@ -1,0 +1,131 @@
+// Textures: an image, its sampler, its texture coordinates and its place on them become one Image of ours.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "server/import/reader/GltfReader.h"
+
+namespace tessera {
+namespace {
+
+using proto::scene::Image;
+
+/// The image of a texture, or -1.
+int textureSource(const tinygltf::Model& model, int texture) {
+    if (texture < 0 || static_cast<std::size_t>(texture) >= model.textures.size()) return -1;
+    const int source = model.textures[static_cast<std::size_t>(texture)].source;
+    return source >= 0 && static_cast<std::size_t>(source) < model.images.size() ? source : -1;
+}
+
+Image::Wrap wrapOf(int wrap) {
+    switch (wrap) {
+        case TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE:
+            return Image::CLAMP;
+        case TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT:
+            return Image::MIRROR;
+        default:
+            return Image::REPEAT;
+    }
+}
+
+Image::Minification minificationOf(int filter) {
+    switch (filter) {
+        case TINYGLTF_TEXTURE_FILTER_NEAREST:
+            return Image::NEAREST_ALONE;
+        case TINYGLTF_TEXTURE_FILTER_LINEAR:
+            return Image::LINEAR_ALONE;
+        case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_NEAREST:
+            return Image::NEAREST_MIPMAP_NEAREST;
+        case TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_NEAREST:
+            return Image::LINEAR_MIPMAP_NEAREST;
+        case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_LINEAR:
+            return Image::NEAREST_MIPMAP_LINEAR;
+        default:
+            return Image::TRILINEAR;
+    }
+}
+
+void setSampler(const tinygltf::Sampler& sampler, Image& image) {
+    image.set_wrap_u(wrapOf(sampler.wrapS));
+    image.set_wrap_v(wrapOf(sampler.wrapT));
+    if (sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST) image.set_magnification(Image::NEAREST);
+    image.set_minification(minificationOf(sampler.minFilter));
+}
+
+int integerIn(const tinygltf::Value& object, const char* key, int otherwise) {
+    return static_cast<int>(std::clamp(gltfNumber(object, key, otherwise), -1.0, 1e9));
+}
+
+/// KHR_texture_transform, whose rotation is counter-clockwise as ours.
+void setPlace(const tinygltf::Value& transform, Image& image) {
+    image.set_texcoord_set(integerIn(transform, "texCoord", static_cast<int>(image.texcoord_set())));
+    const Vec2d offset(gltfElement(transform, "offset", 0, 0), gltfElement(transform, "offset", 1, 0));
+    const Vec2d scale(gltfElement(transform, "scale", 0, 1), gltfElement(transform, "scale", 1, 1));
+    if (offset != Vec2d::Zero()) {
+        image.mutable_offset()->set_x(offset.x());
+        image.mutable_offset()->set_y(offset.y());
+    }
+    if (scale != Vec2d::Ones()) {
+        image.mutable_scale()->set_x(scale.x());
+        image.mutable_scale()->set_y(scale.y());
+    }
+    image.set_rotation_deg(static_cast<float>(gltfNumber(transform, "rotation", 0) * 180 / std::numbers::pi));
+}
+
+}  // namespace
+
+double gltfNumber(const tinygltf::Value& object, const char* key, double otherwise) {
+    return object.IsObject() && object.Has(key) && object.Get(key).IsNumber() ? object.Get(key).GetNumberAsDouble() : otherwise;
+}
+
+double gltfElement(const tinygltf::Value& object, const char* key, int index, double otherwise) {
+    if (!object.IsObject() || !object.Has(key)) return otherwise;
+    const tinygltf::Value& array = object.Get(key);
+    if (!array.IsArray() || static_cast<std::size_t>(index) >= array.ArrayLen() || !array.Get(index).IsNumber()) return otherwise;
+    return array.Get(index).GetNumberAsDouble();
+}
+
+GltfTextureUse::GltfTextureUse(const tinygltf::Value& info)
+    : texture(integerIn(info, "index", -1)), texcoordSet(integerIn(info, "texCoord", 0)) {
+    if (info.IsObject() && info.Has("extensions") && info.Get("extensions").Has(kTextureTransform))
+        transform = &info.Get("extensions").Get(kTextureTransform);
+}
+
+std::string GltfReader::imageName(const GltfTextureUse& use) {
+    if (use.texture < 0) return {};
+    const int source = textureSource(model_, use.texture);
+    if (source < 0) {
+        scene_.note("a texture without a readable image is left out");
+        return {};
+    }
+    Image look;
+    const int sampler = model_.textures[static_cast<std::size_t>(use.texture)].sampler;
+    if (sampler >= 0 && static_cast<std::size_t>(sampler) < model_.samplers.size())
+        setSampler(model_.samplers[static_cast<std::size_t>(sampler)], look);
+    look.set_texcoord_set(use.texcoordSet);
+    if (use.transform != nullptr) setPlace(*use.transform, look);
+    if (look.texcoord_set() != 0 && look.texcoord_set() != 1) {
+        scene_.note(fmt::format("textures at TEXCOORD_{} are left out", look.texcoord_set()));
+        return {};
+    }
+    std::string& name = images_[{source, look.SerializeAsString()}];
+    if (!name.empty()) return name;
+    const std::string picture = fmt::format("image {}", source);
+    const Expected<Image*> image =
+        pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture, [&]() -> Expected<DecodedImage> {
+            // The image loader kept the file's own bytes; only textures in use are decoded.
+            const std::vector<unsigned char>& encoded = model_.images[static_cast<std::size_t>(source)].image;
+            return decodeImage(std::as_bytes(std::span(encoded)), limits_.maxImageSide);
+        });
+    if (!image) {
+        scene_.note(fmt::format("{} is left out: {}", picture, image.error().message));
+        return {};
+    }
+    name = (*image)->name();
+    (*image)->MergeFrom(look);
+    return name;
+}
+
+}  // namespace tessera
