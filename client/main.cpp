@@ -14,7 +14,7 @@ namespace {
 using namespace tessera;
 
 struct Arguments {
-    std::string server, host, output, surface = "osmesa", culler = "masked", cache, inject;
+    std::string server, host, output, surface = "osmesa", culler, cache, inject;
     bool keepFrames = false;
     int threads = -1;
 };
@@ -39,13 +39,17 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
     if (auto good = checkName(arguments.host); !good) return good;
     const auto server = parseAddress(arguments.server);
     if (!server) return failWith("--server", server.error());
-    const auto culler = parseCuller(arguments.culler);
-    if (!culler) return failWith("--culler", culler.error());
+    std::optional<CullerKind> culler;
+    if (!arguments.culler.empty()) {
+        const auto parsed = parseCuller(arguments.culler);
+        if (!parsed) return failWith("--culler", parsed.error());
+        culler = *parsed;
+    }
     HostOptions options{.server = *server,
                         .name = arguments.host,
                         .output = arguments.output,
                         .surface = arguments.surface,
-                        .culler = *culler,
+                        .culler = culler,
                         .cache = arguments.cache,
                         .keepFrames = arguments.keepFrames};
     if (!arguments.inject.empty()) {
@@ -71,7 +75,7 @@ int main(int argc, char** argv) {
     app.add_option("--output", arguments.output, "Keep images below DIR/tiles")->type_name("DIR");
     app.add_flag("--keep-frames", arguments.keepFrames, "Write every shown image, not only the last");
     app.add_option("--surface", arguments.surface, "What draws: osmesa (default), or\nnone: follow the scene without drawing")->type_name("NAME");
-    app.add_option("--culler", arguments.culler, "none, frustum or masked (masked)")->type_name("K");
+    app.add_option("--culler", arguments.culler, "none, frustum, masked or auto (the wall's, else auto)")->type_name("K");
     app.add_option("--cache", arguments.cache, "Keep meshes and images in DIR/NAME")->type_name("DIR");
     app.add_option("--threads", arguments.threads,
                    "Draw threads beside the main one (0 with\na server on loopback, else cores - 1)")

@@ -13,6 +13,8 @@ namespace {
 constexpr double kNsPerTriangle = 60;
 constexpr double kNsPerPixel = 1.2;
 constexpr double kNsPerOccluder = 500;
+constexpr double kNsPerResetPixel = 0.3;
+constexpr double kNsPerTest = 300;
 constexpr double kNsPerDrawnTriangle = 130;
 constexpr double kNsPerDrawnItem = 2000;
 /// Occluders may cost this share of what drawing everything in the frustum would.
@@ -55,37 +57,44 @@ double noiseOf(const RenderScene::Impl& scene, const TileProjection& tile, const
     return tile.noise(item.reach, scene.places[item.place].world_T_node.translation());
 }
 
+double drawingNs(const SceneItem& item) {
+    return kNsPerDrawnItem + kNsPerDrawnTriangle * static_cast<double>(item.mesh->triangles);
+}
+
 Mat4d clipFromItem(const RenderScene::Impl& scene, const TileProjection& tile, const SceneItem& item) {
     return tile.clip_T_world() * scene.places[item.place].world_T_node.matrix();
 }
 
 }  // namespace
 
-void MaskedCuller::cull(const RenderScene::Impl& scene, const ScreenCamera& camera, const PixelRect& pixels,
-                        std::vector<std::uint32_t>& items) {
+CullingWork MaskedCuller::cull(const RenderScene::Impl& scene, const ScreenCamera& camera, const PixelRect& pixels,
+                               std::vector<std::uint32_t>& items) {
     const double reach = scene.widestLineReachPx();
     const TileProjection tile(camera, pixels, reach);
-    if (!tile.usable() || items.empty()) return;
+    work_ = {};
+    if (!tile.usable() || items.empty()) return work_;
     if (rebuilds_ != scene.rebuilds) {
         rebuilds_ = scene.rebuilds;
         hiddenBefore_.clear();
     }
     hiddenBefore_.resize(scene.items.size(), false);
     buffer_.reset(pixels.width, pixels.height);
+    work_.spentNs += kNsPerResetPixel * pixels.width * pixels.height;
     drawOccluders(scene, tile, items);
     keepVisible(scene, tile, tileFrustum(camera, pixels, kFrustumMarginPx + reach), items);
+    return work_;
 }
 
 void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProjection& tile,
                                  const std::vector<std::uint32_t>& items) {
     candidates_.clear();
-    double drawingNs = 0;
+    double allNs = 0;
     DepthHistogram depths;
     for (const std::uint32_t i : items) {
         const SceneItem& item = scene.items[i];
         const double w = tile.clip_T_world().row(3).dot(scene.boxes[i].center().homogeneous());
-        const double drawn = kNsPerDrawnItem + kNsPerDrawnTriangle * static_cast<double>(item.mesh->triangles);
-        drawingNs += drawn;
+        const double drawn = drawingNs(item);
+        allNs += drawn;
         depths.add(w, drawn);
         if (hiddenBefore_[i] || !item.occludes || item.mesh->triangles > OccluderMesh::kMaxTriangles) continue;
         // Cheaper than a footprint, and enough for the many that are small.
@@ -111,7 +120,7 @@ void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProje
         return a.benefit != b.benefit ? a.benefit > b.benefit : tie(a, b);
     });
 
-    double budget = std::max(kLeastBudgetNs, kShareOfDrawing * drawingNs);
+    double budget = std::max(kLeastBudgetNs, kShareOfDrawing * allNs);
     std::uint64_t prepared = 0;
     for (std::size_t begin = 0; begin < candidates_.size() && budget > 0;) {
         // As many as the budget has room for, front to back: what is hidden by then costs nothing and leaves room for
@@ -137,6 +146,7 @@ void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProje
             const OccluderMesh* mesh = item.mesh->occluder();
             if (!mesh) continue;
             budget -= candidate.cost;
+            work_.spentNs += candidate.cost;
             rasteriser_.add(*mesh,
                             {.clip_T_mesh = clipFromItem(scene, tile, item),
                              .mirrored = item.mirrored,
@@ -148,7 +158,10 @@ void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProje
 
 void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProjection& tile, const Frustum& frustum,
                                std::vector<std::uint32_t>& items) {
-    for (const std::uint32_t i : items) hiddenBefore_[i] = true;
+    for (const std::uint32_t i : items) {
+        hiddenBefore_[i] = true;
+        work_.savedNs += drawingNs(scene.items[i]);
+    }
     items.clear();
     const double reach = scene.reaches.bound();
     struct Open {
@@ -162,6 +175,7 @@ void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProject
         const BoxTree::Node& node = scene.tree.node(index);
         const Frustum::Result result = frustum.classify(node.box, mask);
         if (result.outside) continue;
+        work_.spentNs += kNsPerTest;
         const double noise = tile.noise(reach, node.box);
         if (buffer_.hides(tile.footprint(tile.clip_T_world(), node.box, noise))) continue;
         if (!node.leaf) {
@@ -172,10 +186,12 @@ void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProject
         for (const std::uint32_t i : node.items()) {
             if (frustum.classify(scene.boxes[i], result.undecided).outside) continue;
             const SceneItem& item = scene.items[i];
+            work_.spentNs += kNsPerTest;
             const Footprint footprint =
                 tile.footprint(clipFromItem(scene, tile, item), item.mesh->bounds, noiseOf(scene, tile, item));
             if (buffer_.hides(footprint)) continue;
             hiddenBefore_[i] = false;
+            work_.savedNs -= drawingNs(item);
             items.push_back(i);
         }
     }

@@ -1,7 +1,5 @@
 #include "client/render/RenderAction.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <tuple>
 
@@ -11,13 +9,6 @@
 namespace tessera {
 
 namespace {
-
-struct NamedCuller {
-    std::string_view name;
-    CullerKind kind;
-};
-constexpr NamedCuller kCullers[] = {
-    {"none", CullerKind::kNone}, {"frustum", CullerKind::kFrustum}, {"masked", CullerKind::kMasked}};
 
 /// An item's place in the one draw order. Node ids are unique, so the order is total.
 struct Ranked {
@@ -59,25 +50,35 @@ void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, st
     }
 }
 
+/// When to look for what is hidden. Where a look has not paid, the next one comes after a pause of twice as many frames:
+/// in a scene that hides nothing that costs a hundredth of one look a frame.
+class LookingHabit {
+public:
+    /// `items`: in the frustum now. Where there are far more than at the last look, it is another sight.
+    bool looks(std::size_t items) {
+        if (items > 2 * itemsThen_ + 16) pause_ = left_ = 0;
+        if (left_ == 0) return true;
+        --left_;
+        return false;
+    }
+    void looked(std::size_t items, const CullingWork& work) {
+        itemsThen_ = items;
+        pause_ = work.savedNs > work.spentNs ? 0 : std::min(2 * pause_ + 1, kLongestPause);
+        left_ = pause_;
+    }
+
+private:
+    static constexpr unsigned kLongestPause = 127;
+    std::size_t itemsThen_ = 0;
+    unsigned pause_ = 0, left_ = 0;  ///< frames
+};
+
 }  // namespace
 
-Expected<CullerKind> parseCuller(std::string_view name) {
-    for (const NamedCuller& culler : kCullers) {
-        if (culler.name == name) return culler.kind;
-    }
-    return fail(ErrorCode::kUsage, fmt::format("there is no culler '{}': use none, frustum or masked", name));
-}
-
-std::string_view nameOf(CullerKind kind) {
-    for (const NamedCuller& culler : kCullers) {
-        if (culler.kind == kind) return culler.name;
-    }
-    return "unknown";
-}
-
 struct RenderAction::Impl {
-    CullerKind kind = CullerKind::kMasked;
+    CullerKind kind = CullerKind::kAuto;
     MaskedCuller masked;
+    LookingHabit habit;
     std::vector<std::uint32_t> items;
     std::vector<Ranked> opaque, transparent;
 
@@ -104,7 +105,9 @@ DrawList RenderAction::run(const RenderScene& scene, const ScreenCamera& camera,
     }
     CullCounts count;
     count.inFrustum = items.size();
-    if (impl_->kind == CullerKind::kMasked) impl_->masked.cull(all, camera, pixels, items);
+    count.looked = impl_->kind == CullerKind::kMasked ||
+                   (impl_->kind == CullerKind::kAuto && impl_->habit.looks(count.inFrustum));
+    if (count.looked) impl_->habit.looked(count.inFrustum, impl_->masked.cull(all, camera, pixels, items));
     count.drawn = items.size();
     for (const std::uint32_t item : items) count.trianglesDrawn += all.items[item].mesh->triangles;
     if (counts) *counts = count;

@@ -2,18 +2,13 @@
 #pragma once
 
 #include <memory>
-#include <string_view>
 
 #include "client/render/DrawList.h"
-#include "common/base/Error.h"
 #include "common/scene/Aspect.h"
+#include "common/wall/Culler.h"
 #include "common/wall/View.h"
 
 namespace tessera {
-
-enum class CullerKind : std::uint8_t { kNone, kFrustum, kMasked };
-[[nodiscard]] Expected<CullerKind> parseCuller(std::string_view name);
-[[nodiscard]] std::string_view nameOf(CullerKind kind);
 
 /// Numbers that tell states of a scene apart, as far as a picture shows them; only whether they are equal means anything.
 struct SceneVersion {
@@ -45,10 +40,12 @@ struct CullCounts {
     std::uint64_t inFrustum = 0;  ///< items that passed the frustum test (culler `none`: all)
     std::uint64_t drawn = 0;      ///< items in the draw list
     std::uint64_t trianglesDrawn = 0;
+    bool looked = false;  ///< for what is hidden
 };
 
 /// Culls and orders for one tile. Conservative: what leaves no pixel may be left away, what leaves one never is. Best
-/// one per tile: `masked` remembers what was hidden the last time, which speeds it up and changes no picture.
+/// one per tile: `masked` remembers what was hidden the last time, `auto` whether looking for it paid; both change the speed
+/// alone.
 class RenderAction {
 public:
     explicit RenderAction(CullerKind kind);

@@ -1,6 +1,8 @@
 /// A whole render host: two threads of our own around one surface.
 #pragma once
 
+#include <optional>
+
 #include "client/replica/RenderHost.h"
 #include "client/replica/ServerLink.h"
 
@@ -11,7 +13,7 @@ struct HostOptions {
     std::string name;
     std::string output;
     std::string surface = "osmesa";  ///< "none": it takes part in every frame and draws nothing
-    CullerKind culler = CullerKind::kMasked;
+    std::optional<CullerKind> culler;  ///< none: the wall's
     std::string cache;  ///< folder; empty: none
     bool keepFrames = false;
     Injection injection;

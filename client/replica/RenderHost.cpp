@@ -90,7 +90,7 @@ Expected<void> RenderHost::useWall(Wall wall) {
     std::vector<std::unique_ptr<TileState>> before = std::move(tiles_);
     tiles_.clear();
     for (Tile& tile : tilesOf(wall_, options_.name)) {
-        auto state = std::make_unique<TileState>(std::move(tile), options_.culler);
+        auto state = std::make_unique<TileState>(std::move(tile), options_.culler.value_or(wall_.culler));
         for (auto& old : before) {
             if (!old || old->tile.name != state->tile.name || old->tile.rect.width != state->tile.rect.width ||
                 old->tile.rect.height != state->tile.rect.height)

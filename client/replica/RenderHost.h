@@ -20,7 +20,7 @@ namespace tessera {
 struct RenderHostOptions {
     std::string name;    ///< of the host in the wall
     std::string output;  ///< folder of `tiles/`; empty: nothing is written
-    CullerKind culler = CullerKind::kMasked;
+    std::optional<CullerKind> culler;  ///< none: the wall's
     bool keepFrames = false;  ///< every shown image as PNG, not only the last
     Injection injection;
 };

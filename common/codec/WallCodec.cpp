@@ -103,6 +103,7 @@ proto::Wall messageOf(const Wall& wall) {
     proto::Wall message;
     message.set_name(wall.name);
     message.set_samples(wall.samples);
+    message.set_culler(std::string(nameOf(wall.culler)));
     for (const Screen& screen : wall.screens) {
         proto::Wall::Screen& to = *message.add_screens();
         to.set_name(screen.name);
@@ -168,6 +169,11 @@ tl::expected<Wall, WallFault> wallOf(const proto::Wall& message) {
         return tl::unexpected(
             WallFault{.part = part, .index = static_cast<std::size_t>(index), .tile = 0, .message = std::move(text)});
     };
+    if (!message.culler().empty()) {
+        const auto culler = parseCuller(message.culler());
+        if (!culler) return fault(WallFault::Part::kWall, 0, culler.error().message);
+        wall.culler = *culler;
+    }
     // Enumerations are open in proto3: a number may stand for nothing.
     if (!proto::Wall::LateFrame_IsValid(message.sync().late_frame())) {
         return fault(WallFault::Part::kSync, 0,

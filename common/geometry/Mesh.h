@@ -85,7 +85,8 @@ struct MeshData {
     void append(const MeshData& other, const Affine3d& place);
 };
 
-/// Shapes stand on their own centre; lengths in scene units.
+/// Shapes stand on their own centre; lengths in scene units. Texture coordinates go once around, and once over each flat
+/// face; on pipes they repeat along it.
 [[nodiscard]] MeshData makeBox(const Vec3d& size);
 /// Along +Y, closed by caps.
 [[nodiscard]] MeshData makeCylinder(double radius, double height, int segments);

@@ -8,9 +8,11 @@ namespace tessera {
 
 namespace {
 
-std::uint32_t addVertex(MeshData& mesh, const Vec3d& position, const Vec3d& normal) {
+/// `uv`: v points down, so that a picture stands upright on a shape that is seen from outside with +Y up.
+std::uint32_t addVertex(MeshData& mesh, const Vec3d& position, const Vec3d& normal, const Vec2d& uv) {
     for (int axis = 0; axis < 3; ++axis) mesh.positions.push_back(static_cast<float>(position[axis]));
     for (int axis = 0; axis < 3; ++axis) mesh.normals.push_back(static_cast<float>(normal[axis]));
+    for (int axis = 0; axis < 2; ++axis) mesh.texcoords.push_back(static_cast<float>(uv[axis]));
     return static_cast<std::uint32_t>(mesh.positions.size() / 3 - 1);
 }
 
@@ -36,8 +38,9 @@ void addWallAroundY(MeshData& mesh, double radius, double height, int segments, 
     std::uint32_t previous = 0;
     for (int i = 0; i <= segments; ++i) {
         const Vec3d out = aroundY(i, segments);
-        const std::uint32_t below = addVertex(mesh, radius * out - half, facing * out);
-        addVertex(mesh, radius * out + half, facing * out);
+        const double u = facing * i / segments;
+        const std::uint32_t below = addVertex(mesh, radius * out - half, facing * out, {u, 1});
+        addVertex(mesh, radius * out + half, facing * out, {u, 0});
         if (i > 0 && facing > 0) addQuad(mesh, previous, below, below + 1, previous + 1);
         if (i > 0 && facing < 0) addQuad(mesh, below, previous, previous + 1, below + 1);
         previous = below;
@@ -48,12 +51,16 @@ void addWallAroundY(MeshData& mesh, double radius, double height, int segments, 
 void addRingAcrossY(MeshData& mesh, double outer, double inner, double y, int segments, double facing) {
     const Vec3d normal(0, facing, 0);
     const Vec3d height(0, y, 0);
-    const std::uint32_t center = inner > 0 ? 0 : addVertex(mesh, height, normal);
+    const auto uvOf = [&](const Vec3d& at) {
+        return Vec2d(0.5 + 0.5 * at.x() / outer, 0.5 + 0.5 * facing * at.z() / outer);
+    };
+    const std::uint32_t center = inner > 0 ? 0 : addVertex(mesh, height, normal, {0.5, 0.5});
     std::uint32_t previousOuter = 0, previousInner = 0;
     for (int i = 0; i <= segments; ++i) {
         const Vec3d out = aroundY(i, segments);
-        const std::uint32_t onOuter = addVertex(mesh, outer * out + height, normal);
-        const std::uint32_t onInner = inner > 0 ? addVertex(mesh, inner * out + height, normal) : center;
+        const std::uint32_t onOuter = addVertex(mesh, outer * out + height, normal, uvOf(outer * out));
+        const std::uint32_t onInner =
+            inner > 0 ? addVertex(mesh, inner * out + height, normal, uvOf(inner * out)) : center;
         if (i > 0 && inner > 0) {
             if (facing > 0) addQuad(mesh, previousOuter, onOuter, onInner, previousInner);
             if (facing < 0) addQuad(mesh, onOuter, previousOuter, previousInner, onInner);
@@ -88,8 +95,11 @@ MeshData makeBox(const Vec3d& size) {
             const Vec3d normal = side * Vec3d::Unit(axis);
             const Vec3d u = Vec3d::Unit((axis + 1) % 3);
             const Vec3d v = side * Vec3d::Unit((axis + 2) % 3);
+            const Vec3d up = axis == 1 ? Vec3d(-side * Vec3d::UnitZ()) : Vec3d::UnitY(), right = up.cross(normal);
             const auto corner = [&](double su, double sv) {
-                return addVertex(mesh, half.cwiseProduct(normal + su * u + sv * v), normal);
+                const Vec3d on = su * u + sv * v;
+                return addVertex(mesh, half.cwiseProduct(normal + on), normal,
+                                 {0.5 + 0.5 * right.dot(on), 0.5 - 0.5 * up.dot(on)});
             };
             const std::uint32_t a = corner(-1, -1), b = corner(1, -1), c = corner(1, 1), d = corner(-1, 1);
             addQuad(mesh, a, b, c, d);
@@ -127,7 +137,7 @@ MeshData makeSphere(double radius, int segments) {
             Vec3d out = std::cos(latitude) * aroundY(i, segments) + std::sin(latitude) * Vec3d::UnitY();
             // The poles exactly on the axis: cos(pi / 2) is not quite 0.
             if (ring == 0 || ring == rings) out = Vec3d(0, ring == 0 ? -1 : 1, 0);
-            addVertex(mesh, radius * out, out);
+            addVertex(mesh, radius * out, out, {static_cast<double>(i) / segments, 1 - static_cast<double>(ring) / rings});
         }
     }
     const auto at = [&](int ring, int i) { return static_cast<std::uint32_t>(ring * (segments + 1) + i); };
@@ -150,7 +160,8 @@ MeshData makeTorus(double ringRadius, double pipeRadius, int ringSegments, int p
         for (int j = 0; j <= pipeSegments; ++j) {
             const double angle = 2 * std::numbers::pi * (j % pipeSegments) / pipeSegments;
             const Vec3d normal = std::cos(angle) * out + std::sin(angle) * Vec3d::UnitY();
-            addVertex(mesh, ringRadius * out + pipeRadius * normal, normal);
+            addVertex(mesh, ringRadius * out + pipeRadius * normal, normal,
+                      {static_cast<double>(i) / ringSegments, 1 - static_cast<double>(j) / pipeSegments});
         }
     }
     const std::uint32_t stride = static_cast<std::uint32_t>(pipeSegments) + 1;
@@ -190,6 +201,9 @@ MeshData makePipe(std::span<const Vec3d> path, double radius, int segments) {
         return points[joint] + radius * (out - direction * (out.dot(plane) / direction.dot(plane)));
     };
 
+    // As dense along the pipe as around it.
+    const double girth = 2 * std::numbers::pi * radius;
+    double along = 0;
     for (std::size_t s = 0; s < directions.size(); ++s) {
         const Vec3d& direction = directions[s];
         if (s > 0) {
@@ -202,7 +216,8 @@ MeshData makePipe(std::span<const Vec3d> path, double radius, int segments) {
         for (const std::size_t joint : {s, s + 1}) {
             for (int i = 0; i <= segments; ++i) {
                 const Vec3d out = offset(i, direction);
-                addVertex(mesh, mitred(joint, direction, out), out);
+                const Vec3d at = mitred(joint, direction, out);
+                addVertex(mesh, at, out, {static_cast<double>(i) / segments, -(along + (at - points[s]).dot(direction)) / girth});
             }
         }
         addBand(mesh, rings[0], rings[1], segments);
@@ -211,13 +226,16 @@ MeshData makePipe(std::span<const Vec3d> path, double radius, int segments) {
             if (!ends[end]) continue;
             const Vec3d& at = points[end == 0 ? s : s + 1];
             const Vec3d normal = end == 0 ? Vec3d(-direction) : direction;
-            const std::uint32_t center = addVertex(mesh, at, normal);
+            const std::uint32_t center = addVertex(mesh, at, normal, {0.5, 0.5});
             for (int i = 0; i <= segments; ++i) {
-                const std::uint32_t here = addVertex(mesh, at + radius * offset(i, direction), normal);
+                const double angle = 2 * std::numbers::pi * i / segments;
+                const std::uint32_t here = addVertex(mesh, at + radius * offset(i, direction), normal,
+                                                     {0.5 + 0.5 * std::cos(angle), 0.5 - 0.5 * std::sin(angle)});
                 if (i > 0 && end == 1) addTriangle(mesh, here - 1, here, center);
                 if (i > 0 && end == 0) addTriangle(mesh, here, here - 1, center);
             }
         }
+        along += (points[s + 1] - points[s]).norm();
     }
     return mesh;
 }

@@ -12,6 +12,7 @@
 #include "common/base/Error.h"
 #include "common/base/SyncPolicy.h"
 #include "common/math/Types.h"
+#include "common/wall/Culler.h"
 
 namespace tessera {
 
@@ -66,7 +67,8 @@ struct Wall {
     std::vector<User> users;
     std::vector<WallHost> hosts;
     SyncPolicy sync;
-    int samples = 4;  ///< per pixel: 1 or 4
+    int samples = 4;                         ///< per pixel: 1 or 4
+    CullerKind culler = CullerKind::kAuto;  ///< of hosts that are not told another one
 
     [[nodiscard]] const Screen* findScreen(std::string_view name) const;
     [[nodiscard]] const User* findUser(std::string_view name) const;

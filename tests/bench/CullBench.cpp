@@ -5,8 +5,11 @@
 #include <time.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <fstream>
+#include <functional>
+#include <memory>
 #include <random>
 #include <set>
 #include <string>
@@ -60,56 +63,65 @@ struct Row {
     std::string unit;
 };
 
+/// Things at places, without a hierarchy.
+class SceneWriter {
+public:
+    ObjectId geometry(const MeshData& mesh) {
+        const ObjectId id{next_++};
+        const MeshArrays arrays = mesh.toArrays();
+        list_.create(id, typeOf<Geometry>());
+        list_.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(arrays.positions));
+        list_.set(id, typeOf<Geometry>(), fieldId<&Geometry::normals>, toValue(arrays.normals));
+        list_.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(arrays.indices));
+        return id;
+    }
+    void put(ObjectId core, const Vec3d& at, const Vec3d& size) {
+        const ObjectId place{next_++}, outer{next_++}, inner{next_++};
+        list_.create(place, typeOf<Transform>());
+        list_.set(place, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(at));
+        list_.set(place, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(size));
+        list_.create(outer, typeOf<Node>());
+        list_.set(outer, typeOf<Node>(), fieldId<&Node::core>, toValue(place));
+        list_.place(outer, kRootNode);
+        list_.create(inner, typeOf<Node>());
+        list_.set(inner, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
+        list_.place(inner, outer);
+    }
+    Stage stage(std::string name) {
+        Stage made;
+        made.name = std::move(name);
+        orExit(made.aspect.apply(list_.take()).map([] { return 0; }));
+        return made;
+    }
+
+private:
+    ChangeListBuilder list_;
+    std::uint64_t next_ = 2;
+};
+
 /// 576 houses that are boxes, 20 things of 512 triangles around each: 12,096 items.
 Stage makeCity(int frames) {
     std::mt19937 random(1);
     const auto uniform = [&](double from, double to) {
         return std::uniform_real_distribution<double>(from, to)(random);
     };
-    ChangeListBuilder list;
-    std::uint64_t next = 2;
-    const auto geometry = [&](const MeshData& mesh) {
-        const ObjectId id{next++};
-        const MeshArrays arrays = mesh.toArrays();
-        list.create(id, typeOf<Geometry>());
-        list.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(arrays.positions));
-        list.set(id, typeOf<Geometry>(), fieldId<&Geometry::normals>, toValue(arrays.normals));
-        list.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(arrays.indices));
-        return id;
-    };
-    const auto put = [&](ObjectId core, const Vec3d& at, const Vec3d& size) {
-        const ObjectId place{next++};
-        const ObjectId outer{next++};
-        const ObjectId inner{next++};
-        list.create(place, typeOf<Transform>());
-        list.set(place, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(at));
-        list.set(place, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(size));
-        list.create(outer, typeOf<Node>());
-        list.set(outer, typeOf<Node>(), fieldId<&Node::core>, toValue(place));
-        list.place(outer, kRootNode);
-        list.create(inner, typeOf<Node>());
-        list.set(inner, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
-        list.place(inner, outer);
-    };
-    const ObjectId house = geometry(makeBox({1, 1, 1}));
-    const ObjectId thing = geometry(makeTorus(0.7, 0.3, 16, 16));
+    SceneWriter scene;
+    const ObjectId house = scene.geometry(makeBox({1, 1, 1}));
+    const ObjectId thing = scene.geometry(makeTorus(0.7, 0.3, 16, 16));
     for (int x = -12; x < 12; ++x) {
         for (int z = -12; z < 12; ++z) {
             const Vec3d corner(24.0 * x + 12, 0, 24.0 * z + 12);
             const double height = uniform(8, 40);
-            put(house, corner + Vec3d(0, height / 2, 0), {16, height, 16});
+            scene.put(house, corner + Vec3d(0, height / 2, 0), {16, height, 16});
             for (int i = 0; i < 20; ++i) {
                 const double along = uniform(-11, 11);
                 const double off = (random() % 2 ? 1 : -1) * uniform(9, 11);
-                put(thing, corner + (i % 2 ? Vec3d(along, uniform(0.3, 5), off) : Vec3d(off, uniform(0.3, 5), along)),
+                scene.put(thing, corner + (i % 2 ? Vec3d(along, uniform(0.3, 5), off) : Vec3d(off, uniform(0.3, 5), along)),
                     Vec3d::Constant(uniform(0.3, 1)));
             }
         }
     }
-    Stage stage;
-    stage.name = "city";
-    const auto applied = stage.aspect.apply(list.take());
-    if (!applied) std::fprintf(stderr, "bench_cull: %s\n", applied.error().message.c_str());
+    Stage stage = scene.stage("city");
     for (int i = 0; i < frames; ++i) {
         View view;
         const double t = static_cast<double>(i) / frames;
@@ -121,23 +133,30 @@ Stage makeCity(int frames) {
     return stage;
 }
 
+/// A field: 8,000 things on the ground, nothing before another one but by chance.
+Stage makeField(int frames) {
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> anywhere(-60, 60);
+    SceneWriter scene;
+    const ObjectId thing = scene.geometry(makeTorus(0.7, 0.3, 12, 10));
+    for (int i = 0; i < 8'000; ++i) scene.put(thing, {anywhere(random), 0.2, anywhere(random)}, Vec3d::Constant(0.25));
+    Stage stage = scene.stage("open field");
+    for (int i = 0; i < frames; ++i) {
+        View view;
+        view.position = {0, 9, 60.0 - 40.0 * i / frames};
+        view.orientation = Quatd(Eigen::AngleAxisd(-0.35, Vec3d::UnitX()));
+        stage.views.push_back(view);
+    }
+    return stage;
+}
+
 /// One mesh of 864,000 triangles, a ring that the camera goes along near its surface.
 Stage makeRing(int frames) {
     MeshData mesh = makeTorus(3, 1, 1200, 360);
     mesh.indices = inSpatialOrder(mesh.positions, mesh.indices);
-    const MeshArrays arrays = mesh.toArrays();
-    ChangeListBuilder list;
-    const ObjectId ring{2}, node{3};
-    list.create(ring, typeOf<Geometry>());
-    list.set(ring, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(arrays.positions));
-    list.set(ring, typeOf<Geometry>(), fieldId<&Geometry::normals>, toValue(arrays.normals));
-    list.set(ring, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(arrays.indices));
-    list.create(node, typeOf<Node>());
-    list.set(node, typeOf<Node>(), fieldId<&Node::core>, toValue(ring));
-    list.place(node, kRootNode);
-    Stage stage;
-    stage.name = "ring of 864,000 triangles, close up";
-    orExit(stage.aspect.apply(list.take()).map([] { return 0; }));
+    SceneWriter scene;
+    scene.put(scene.geometry(mesh), Vec3d::Zero(), Vec3d::Ones());
+    Stage stage = scene.stage("ring of 864,000 triangles, close up");
     for (int i = 0; i < frames; ++i) {
         View view;
         const double angle = 6.28 * i / frames;
@@ -238,7 +257,9 @@ void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
     static_cast<void>(orExit(renderer.draw(stage.aspect, none.run(all, start, {0, 0, width, height}, nullptr), start,
                                            {0, 0, width, height})));
 
-    Totals byFrustum, byMask, byOracle;
+    std::vector<std::unique_ptr<RenderAction>> autos;  // one per tile: it remembers whether it paid
+    for (int tile = 0; tile < 4; ++tile) autos.push_back(std::make_unique<RenderAction>(CullerKind::kAuto));
+    Totals byFrustum, byMask, byAuto, byOracle;
     double tiles = 0;
     for (const View& view : stage.views) {
         const ScreenCamera camera = screenCamera(screen, user, Eye::kCenter, view);
@@ -259,6 +280,7 @@ void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
                 return list;
             };
             one(masked, byMask);
+            one(*autos[static_cast<std::size_t>(tile)], byAuto);
             DrawList list = one(frustum, byFrustum);
             const auto ids = orExit(renderer.drawNodeIds(stage.aspect, list, camera, rect));
             const std::set<std::uint64_t> visible(ids.begin(), ids.end());
@@ -284,6 +306,8 @@ void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
                     byFrustum.frameMs() / tiles, "ms"});
     rows.push_back(
         {stage.name + ": tile, cull and draw", "oracle", byMask.frameMs() / tiles, byOracle.drawMs / tiles, "ms"});
+    rows.push_back({stage.name + ": tile by auto", "frustum only", byAuto.frameMs() / tiles, byFrustum.frameMs() / tiles, "ms"});
+    rows.push_back({stage.name + ": tile by auto", "oracle", byAuto.frameMs() / tiles, byOracle.drawMs / tiles, "ms"});
     rows.push_back({stage.name + ": cull", "drawing what is left", byMask.cullMs / tiles, byMask.drawMs / tiles, "ms"});
     rows.push_back({stage.name + ": share left away", "what is invisible", 1 - share(byMask.drawn, byMask.inFrustum),
                     1 - share(byOracle.drawn, byMask.inFrustum), "of the frustum"});
@@ -303,9 +327,11 @@ int bench(int argc, char** argv) {
     }
     const auto surface = orExit(makeSurface("osmesa"));
     std::vector<Row> rows;
-    for (const bool city : {true, false}) {
+    for (const auto& make : std::array<std::function<Stage()>, 3>{
+             [&] { return makeCity(frames); }, [&] { return loadScene("engine hall", hall, assets, frames); },
+             [&] { return makeField(10 * frames); }}) {
         const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
-        Stage stage = city ? makeCity(frames) : loadScene("engine hall", hall, assets, frames);
+        Stage stage = make();
         measure(stage, *renderer, rows);
     }
     {

@@ -17,7 +17,7 @@
 namespace {
 
 const std::vector<std::string> kGroups{"convex",  "plant", "rest",       "touch",      "interests", "deform",
-                                       "threads", "pour",  "pour-1000",  "pour-10000", "sleep", "pairs"};
+                                       "threads", "pour",  "pour-large", "pour-1000",  "pour-10000", "sleep", "pairs"};
 
 [[noreturn]] void stop(const std::string& why) {
     std::fprintf(stderr, "bench_pipeline: %s\n", why.c_str());
@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
     if (options.wants("touch")) tessera::touchRows(options, table);
     if (options.wants("interests")) tessera::interestRows(options, table);
     if (options.wants("deform")) tessera::deformRows(options, table);
-    if (options.wants("pour")) tessera::pourRows(options, table);
+    tessera::pourRows(options, table);
     for (const char* const scene : {"pour-1000", "pour-10000"})
         if (options.wants(scene)) tessera::fileRows(scene, options, table);
     if (options.wants("sleep")) tessera::sleepRows(options, table);

@@ -129,8 +129,8 @@ void pour(std::size_t count, const PipelineOptions& options, CollisionTable& tab
 }  // namespace
 
 void pourRows(const PipelineOptions& options, CollisionTable& table) {
-    pour(options.quick ? 100 : 1'000, options, table);
-    pour(options.quick ? 300 : 10'000, options, table);
+    if (options.wants("pour")) pour(options.quick ? 100 : 1'000, options, table);
+    if (options.asksFor("pour-large")) pour(options.quick ? 300 : 10'000, options, table);
 }
 
 }  // namespace tessera

@@ -17,6 +17,8 @@ struct PipelineOptions {
     bool quick = false;          ///< fewer bodies, fewer frames: to see that all works
     std::set<std::string> only;  ///< groups of rows; empty: all
     std::string plant, parts;    ///< a folder of models that stay; a model whose parts move
+    /// By name alone: what takes an hour.
+    [[nodiscard]] bool asksFor(const std::string& group) const { return only.count(group) > 0; }
     [[nodiscard]] bool wants(const std::string& group) const { return only.empty() || only.count(group) > 0; }
 };
 
@@ -33,7 +35,7 @@ void interestRows(const PipelineOptions& options, CollisionTable& table);
 /// Ten balls that deform in a plant, timed within the frame: beside the same ten in a hall of a thousandth of the faces. A
 /// cloth of which one row of vertices moves: beside one that moves as a whole.
 void deformRows(const PipelineOptions& options, CollisionTable& table);
-/// Free bodies poured into a bin: beside Bullet's dynamics world.
+/// Free bodies poured into a bin, a thousand and, where it is asked for, ten thousand: beside Bullet's dynamics world.
 void pourRows(const PipelineOptions& options, CollisionTable& table);
 
 /// A shipped scene of free bodies (pour-1000, pour-10000): beside Bullet's dynamics world.

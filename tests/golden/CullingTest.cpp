@@ -13,7 +13,7 @@
 namespace tessera::test {
 namespace {
 
-constexpr CullerKind kKinds[] = {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked};
+constexpr CullerKind kKinds[] = {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked, CullerKind::kAuto};
 
 struct CullingStage {
     std::unique_ptr<Surface> surface = makeSurface("osmesa").value();

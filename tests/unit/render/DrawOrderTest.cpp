@@ -5,7 +5,7 @@
 namespace tessera {
 namespace {
 
-constexpr CullerKind kKinds[] = {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked};
+constexpr CullerKind kKinds[] = {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked, CullerKind::kAuto};
 
 /// Boxes all around the eye, some of them several times in the very same place, some transparent.
 void fill(TestScene& scene, int count, unsigned seed) {
