@@ -10,7 +10,9 @@
 #include "common/math/Box.h"
 #include "server/collision/mesh/ElementaryMotion.h"
 #include "server/collision/mesh/Predicates.h"
+#include "server/collision/query/ImpactKernelTable.h"
 #include "server/collision/query/ImpactSearch.h"
+#include "server/collision/query/StraightLeaf.h"
 #include "server/collision/query/TimeOfImpact.h"
 #include "server/collision/tree/TreeStorage.h"
 
@@ -63,6 +65,7 @@ public:
     /// No coordinate is larger on the way.
     [[nodiscard]] double largest() const { return largest_; }
     [[nodiscard]] ChildRef child(Slot slot) const { return storage_.children[slot]; }
+    [[nodiscard]] std::size_t leafCount() const { return storage_.leafCount(); }
     [[nodiscard]] const MovingBox& box(Slot slot) const { return boxes_[slot]; }
     [[nodiscard]] Triangle start(std::uint32_t face) const { return mesh_.triangle(face); }
     [[nodiscard]] Triangle end(std::uint32_t face) const {
@@ -84,7 +87,22 @@ public:
         return std::span(storage_.leafFaces).subspan(((leaf & ~kLeafBit) >> 2) * kLeafFaces, (leaf & 3) + 1);
     }
 
+    /// A leaf's triangles as they begin and as they end.
+    void gather(ChildRef leaf, kernel::StraightLeaf& out) const {
+        gather(leaf, [&](std::uint32_t face) { return start(face); }, out.start);
+        gather(leaf, [&](std::uint32_t face) { return end(face); }, out.end);
+    }
+    /// As they are at a moment, for what looks at the start alone.
+    void gatherAt(ChildRef leaf, double t, kernel::StraightLeaf& out) const {
+        gather(leaf, [&](std::uint32_t face) { return at(face, t); }, out.start);
+    }
+
 private:
+    template <typename Placed>
+    void gather(ChildRef leaf, const Placed& placed, double* rows) const {
+        const std::span<const std::uint32_t> all = faces(leaf);
+        for (std::size_t i = 0; i < kLeafFaces; ++i) setTriangle(rows, i, placed(all[i < all.size() ? i : 0]));
+    }
     MovingBox fit(std::size_t node) {
         MovingBox all;
         for (std::size_t slot = node * kWidth; slot < (node + 1) * kWidth; ++slot) {
@@ -144,10 +162,11 @@ double gapBetween(const Box& a, const Box& b) {
 class DeformingSearch {
 public:
     DeformingSearch(const DeformingBody& a, const DeformingBody& b, double tolerance, QueryWork& work)
-        : a_(a), b_(b), work_(work) {
+        : a_(a), b_(b), work_(work), leavesA_(a.leafCount()), leavesB_(b.leafCount()), planes_(b.leafCount()) {
         // Of every coordinate of a corner between its ends, wherever that is computed.
         slack_ = 16 * exact::kRounding * (a.largest() + b.largest());
         tolerance_ = tolerance > 8 * slack_ ? tolerance : 8 * slack_;
+        margin_ = (tolerance_ + 64 * slack_) * (1 + 1e-9);
     }
 
     Impact run() {
@@ -206,47 +225,28 @@ private:
             .hit;
     }
 
-    /// On which side of A, along a direction, B lies farther off than the tolerance and whatever rounding leaves open;
-    /// 0: on none.
-    [[nodiscard]] int sideAlong(const Vec3d& n, double wide, const Triangle& a, const Triangle& b) const {
-        const double a1 = n.dot(a[1] - a[0]), a2 = n.dot(a[2] - a[0]);
-        const double b0 = n.dot(b[0] - a[0]), b1 = n.dot(b[1] - a[0]), b2 = n.dot(b[2] - a[0]);
-        if (std::min({b0, b1, b2}) - std::max({0.0, a1, a2}) > wide) return 1;
-        return std::min({0.0, a1, a2}) - std::max({b0, b1, b2}) > wide ? -1 : 0;
+    /// A part of A lies on one side of the planes that the faces of a leaf of B are in as they begin, farther off than the
+    /// tolerance, all along (or only looked at then). So none of its faces ever hits one of those.
+    [[nodiscard]] bool besidePlanes(const MovingBox& part, ChildRef leafB) {
+        kernel::StraightBox box;
+        for (int i = 0; i < 3; ++i) {
+            double *const centre = box.centre[i], *const half = box.half[i];
+            centre[0] = 0.5 * (part.start.lower[i] + part.start.upper[i]);
+            centre[1] = 0.5 * (part.end.lower[i] + part.end.upper[i]);
+            half[0] = 0.5 * (part.start.upper[i] - part.start.lower[i]);
+            half[1] = 0.5 * (part.end.upper[i] - part.end.lower[i]);
+        }
+        return kernels_.besidePlanes(planesOf(leafB), box, !startOnly_);
     }
 
-    /// A part of A lies on one side of the plane that a face of B is in as it begins, farther off than the tolerance, all
-    /// along (or only looked at then). So none of its faces ever hits that one.
-    [[nodiscard]] bool besidePlane(const MovingBox& part, std::uint32_t face) const {
-        const Triangle b = b_.start(face), end = startOnly_ ? b : b_.end(face);
-        const Vec3d n = (b[1] - b[0]).cross(b[2] - b[0]), size = n.cwiseAbs();
-        const double margin = (tolerance_ + 64 * slack_) * (1 + 1e-9) * n.norm();
-        const auto side = [&](const Box& box, const Triangle& t) {
-            const double middle = n.dot(0.5 * (box.lower + box.upper) - t[0]), half = 0.5 * size.dot(box.upper - box.lower) + margin;
-            const double p = n.dot(t[1] - t[0]), q = n.dot(t[2] - t[0]);
-            return middle - half > std::max({0.0, p, q}) ? 1 : middle + half < std::min({0.0, p, q}) ? -1 : 0;
-        };
-        const int before = side(part.start, b);
-        return before != 0 && (startOnly_ || side(part.end, end) == before);
-    }
-
-    /// Some direction that is square to a face or to two edges at the start shows the two apart then; `throughout`: to the
-    /// end too, for between two gaps along one direction that gap is never less than the smaller one.
-    [[nodiscard]] bool apart(const Item& item, bool throughout) const {
-        const Triangle a = a_.start(item.a), b = b_.start(item.b);
-        const Triangle aEnd = throughout ? a_.end(item.a) : a, bEnd = throughout ? b_.end(item.b) : b;
-        const double margin = (tolerance_ + 64 * slack_) * (1 + 1e-9);
-        const auto shows = [&](const Vec3d& n) {
-            const double wide = margin * n.norm();
-            const int side = sideAlong(n, wide, a, b);
-            return side != 0 && (!throughout || sideAlong(n, wide, aEnd, bEnd) == side);
-        };
-        const std::array<Vec3d, 3> alongA{a[1] - a[0], a[2] - a[1], a[0] - a[2]}, alongB{b[1] - b[0], b[2] - b[1], b[0] - b[2]};
-        if (shows(alongA[0].cross(alongA[1])) || shows(alongB[0].cross(alongB[1]))) return true;
-        for (const Vec3d& x : alongA)
-            for (const Vec3d& y : alongB)
-                if (shows(x.cross(y))) return true;
-        return false;
+    const kernel::LeafPlanes& planesOf(ChildRef leafB) {
+        return planes_.of(leafB, [&](kernel::LeafPlanes& out) {
+            const std::span<const std::uint32_t> faces = b_.faces(leafB);
+            for (std::size_t i = 0; i < kLeafFaces; ++i) {
+                const std::uint32_t face = faces[i < faces.size() ? i : 0];
+                setPlane(out, i, b_.start(face), b_.end(face), margin_);
+            }
+        });
     }
 
     /// Nothing later than this is looked at.
@@ -260,25 +260,38 @@ private:
     void open(const Item& item) {
         const ChildRef refA = a_.child(item.a), refB = b_.child(item.b);
         if ((refA & refB & kLeafBit) != 0) {
-            for (const std::uint32_t faceB : b_.faces(refB)) {
-                if (besidePlane(a_.box(item.a), faceB)) continue;
-                for (const std::uint32_t faceA : a_.faces(refA)) {
-                    ++work_.triangleTests;
-                    Item pair{.t = item.t, .a = faceA, .b = faceB, .faces = true};
-                    pair.t = freeUntil(a_.boxOf(faceA), b_.boxOf(faceB), 2 * slack_, pair.t);
-                    // Those that are apart all along never hit.
-                    if (pair.t <= latest() && !apart(pair, !startOnly_)) search_.push(pair);
-                }
-            }
+            // Those that are apart all along never hit.
+            eachMeeting(refA, refB, [&](std::uint32_t faceA, std::uint32_t faceB) {
+                Item pair{.t = item.t, .a = faceA, .b = faceB, .faces = true};
+                pair.t = freeUntil(a_.boxOf(faceA), b_.boxOf(faceB), 2 * slack_, pair.t);
+                if (pair.t <= latest()) search_.push(pair);
+            });
             return;
         }
         eachPart(item.a, item.b, [&](Slot slotA, Slot slotB) {
+            const double t = freeUntil(a_.box(slotA), b_.box(slotB), 2 * slack_, item.t);
+            if (t > latest()) return;
             const ChildRef partB = b_.child(slotB);
-            if ((partB & kLeafBit) != 0 &&
-                std::ranges::all_of(b_.faces(partB), [&](std::uint32_t face) { return besidePlane(a_.box(slotA), face); }))
-                return;
-            push(a_.box(slotA), b_.box(slotB), {.t = item.t, .a = slotA, .b = slotB, .depth = item.depth + 1});
+            if ((partB & kLeafBit) != 0 && besidePlanes(a_.box(slotA), partB)) return;
+            search_.push({.t = t, .a = slotA, .b = slotB, .depth = item.depth + 1});
         });
+    }
+
+    /// found(face of A, face of B) for the pairs of two leaves that no direction shows apart all along (or as they begin,
+    /// where only that is looked at).
+    template <typename Found>
+    void eachMeeting(ChildRef refA, ChildRef refB, Found&& found) {
+        const kernel::StraightLeaf& a = leavesA_.of(refA, [&](kernel::StraightLeaf& out) { a_.gather(refA, out); });
+        const kernel::StraightLeaf& b = leavesB_.of(refB, [&](kernel::StraightLeaf& out) { b_.gather(refB, out); });
+        work_.triangleTests += a_.faces(refA).size() * b_.faces(refB).size();
+        eachPair(refA, refB, (startOnly_ ? kernels_.meetingAtStart : kernels_.meetingOnTheWay)(a, b, margin_), found);
+    }
+    template <typename Found>
+    void eachPair(ChildRef refA, ChildRef refB, std::uint32_t bits, Found&& found) {
+        const auto facesA = a_.faces(refA), facesB = b_.faces(refB);
+        for (std::size_t i = 0; i < facesA.size(); ++i)
+            for (std::size_t j = 0; j < facesB.size(); ++j)
+                if ((bits >> (kLeafFaces * i + j) & 1u) != 0) found(facesA[i], facesB[j]);
     }
 
     /// The children of the larger of two with the other.
@@ -345,10 +358,11 @@ private:
                 eachPart(task.a, task.b, [&](Slot a, Slot b) { tasks.push_back({a, b}); });
                 continue;
             }
-            for (const std::uint32_t faceA : a_.faces(refA))
-                for (const std::uint32_t faceB : b_.faces(refB))
-                    if (gapBetween(a_.boxOf(faceA).at(item.t), b_.boxOf(faceB).at(item.t)) <= least + 2 * slack_)
-                        offer(faceA, faceB);
+            kernel::StraightLeaf a, b;
+            a_.gatherAt(refA, item.t, a);
+            b_.gatherAt(refB, item.t, b);
+            // Where faces are long, boxes meet of which no two are near.
+            eachPair(refA, refB, kernels_.meetingAtStart(a, b, (least + 64 * slack_) * (1 + 1e-9)), offer);
         }
         out.hit = true;
         out.t = item.t;
@@ -366,9 +380,13 @@ private:
     }
 
     const DeformingBody &a_, &b_;
+    const kernel::ImpactKernels& kernels_ = kernel::impactKernels();
     QueryWork& work_;
     double slack_ = 0, tolerance_ = 0;
+    double margin_ = 0;  ///< of a gap along a direction that shows two faces apart
     bool startOnly_ = false;    ///< what is apart then is not looked at
+    PerLeaf<kernel::StraightLeaf> leavesA_, leavesB_;
+    PerLeaf<kernel::LeafPlanes> planes_;  ///< of B
     double earliest_ = kNever;  ///< of the pairs that have been decided
     ImpactSearch search_;
 };

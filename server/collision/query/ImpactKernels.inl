@@ -275,6 +275,84 @@ void leafTimes(const float* cornersA, const float* cornersB, const ImpactFrame& 
     store(times, longest.time());
 }
 
+// Triangles whose corners go straight, in double: eight pairs at once, two of A with four of B.
+
+using W3 = Vector3<D>;
+
+/// Eight pairs of triangles at one moment, seen from A's first corner.
+struct EightPairs {
+    W3 a1, a2, b0, b1, b2;
+
+    TESSERA_INLINE EightPairs(const double* a, const double* b) {
+        const auto ofA = [&](unsigned i) {
+            const double* const row = a + 3 * i * kLeafFaces;
+            return W3{spreadTwo(row), spreadTwo(row + kLeafFaces), spreadTwo(row + 2 * kLeafFaces)};
+        };
+        const auto ofB = [&](unsigned i) {
+            const double* const row = b + 3 * i * kLeafFaces;
+            return W3{repeatFour(row), repeatFour(row + kLeafFaces), repeatFour(row + 2 * kLeafFaces)};
+        };
+        const W3 origin = ofA(0);
+        a1 = ofA(1) - origin;
+        a2 = ofA(2) - origin;
+        b0 = ofB(0) - origin;
+        b1 = ofB(1) - origin;
+        b2 = ofB(2) - origin;
+    }
+    /// Where B lies beyond A along a direction, and where before it, farther off than that.
+    TESSERA_INLINE void sides(const W3& n, D wide, Bits& beyond, Bits& before) const {
+        const D p = dot(n, a1), q = dot(n, a2), r0 = dot(n, b0), r1 = dot(n, b1), r2 = dot(n, b2), zero = splatDouble(0);
+        beyond = greater(min(min(r0, r1), r2) - max(max(p, q), zero), wide);
+        before = greater(min(min(p, q), zero) - max(max(r0, r1), r2), wide);
+    }
+};
+
+template <bool kThroughout>
+TESSERA_INLINE Bits eightMeeting(const double* startA, const double* startB, const double* endA, const double* endB, double margin) {
+    const EightPairs start(startA, startB), end(kThroughout ? endA : startA, kThroughout ? endB : startB);
+    Bits left = 0xffu;
+    const auto look = [&](const W3& n) {
+        // No smaller than the direction's length.
+        const D wide = taxicab(n) * margin;
+        Bits beyond, before;
+        start.sides(n, wide, beyond, before);
+        if constexpr (kThroughout) {
+            Bits beyondThen, beforeThen;
+            end.sides(n, wide, beyondThen, beforeThen);
+            beyond &= beyondThen;
+            before &= beforeThen;
+        }
+        left &= ~(beyond | before);
+    };
+    const W3 alongA[3] = {start.a1, start.a2 - start.a1, start.a2};
+    const W3 alongB[3] = {start.b1 - start.b0, start.b2 - start.b1, start.b0 - start.b2};
+    look(cross(alongA[0], alongA[1]));
+    look(cross(alongB[0], alongB[1]));
+    for (unsigned i = 0; i < 3 && left != 0; ++i)
+        for (unsigned j = 0; j < 3; ++j) look(cross(alongA[i], alongB[j]));
+    return left;
+}
+
+template <bool kThroughout>
+std::uint32_t meeting(const StraightLeaf& a, const StraightLeaf& b, double margin) {
+    const Bits low = eightMeeting<kThroughout>(a.start, b.start, a.end, b.end, margin);
+    return low | eightMeeting<kThroughout>(a.start + 2, b.start, a.end + 2, b.end, margin) << 8;
+}
+
+bool besidePlanes(const LeafPlanes& planes, const StraightBox& box, bool throughout) {
+    D middle = splatDouble(0), half = middle;
+    for (unsigned i = 0; i < 3; ++i) {
+        middle = middle + loadDouble(planes.normal[i]) * (spreadTwo(box.centre[i]) - loadDouble(planes.corner[i]));
+        half = half + loadDouble(planes.size[i]) * spreadTwo(box.half[i]);
+    }
+    Bits beyond = greater(middle - half, loadDouble(planes.high)), before = greater(loadDouble(planes.low), middle + half);
+    if (throughout) {
+        beyond &= beyond >> kLeafFaces;
+        before &= before >> kLeafFaces;
+    }
+    return ((beyond | before) & 0xfu) == 0xfu;
+}
+
 }  // namespace
 
 extern const ImpactKernels kImpact;
@@ -285,6 +363,9 @@ const ImpactKernels kImpact = {
      {&nodeTimes<SphereBox, false>, &nodeTimes<ObbBox, false>, &nodeTimes<DopBox<6>, false>,
       &nodeTimes<DopBox<14>, false>, &nodeTimes<DopBox<18>, false>, &nodeTimes<DopBox<26>, false>}},
     &leafTimes,
+    &meeting<true>,
+    &meeting<false>,
+    &besidePlanes,
 };
 
 }  // namespace tessera::kernel::TESSERA_KERNELS

@@ -173,12 +173,14 @@ private:
         std::vector<std::uint32_t> faces, indices;
         std::vector<double> otherStart;
         std::vector<Vec3d> otherEnd;
+        const bool still = !other.deforms() && other0.matrix() == other1.matrix();
         for (const std::uint32_t face : facesThatMayMeet(other, other0, other1, swept)) {
-            Triangle from = other.at(face, 0), to = other.at(face, 1);
+            Triangle from = transformed(other0, other.at(face, 0)), to = from;
+            if (!still) to = transformed(other1, other.at(face, 1));
             Box box;
             for (std::size_t i = 0; i < 3; ++i) {
-                box.extend(from[i] = other0 * from[i]);
-                box.extend(to[i] = other1 * to[i]);
+                box.extend(from[i]);
+                box.extend(to[i]);
             }
             if (!box.overlaps(swept)) continue;
             faces.push_back(face);
@@ -191,7 +193,8 @@ private:
         if (faces.empty()) return {};
         Expected<TriangleMesh> mesh = TriangleMesh::make(std::span<const double>(otherStart), indices);
         if (!mesh) return unknownFrom(0);
-        const TriangleTree near(*std::move(mesh), {.volume = base.shape().volume()});
+        // Only its division is looked at, and these boxes are the quickest to fit.
+        const TriangleTree near(*std::move(mesh), {.volume = VolumeKind::kAabb});
         const ImpactOptions options{.tolerance = tolerance};
         Impact found = baseIsA ? timeOfImpact(base.tree(), baseEnd, near, otherEnd, work_, options)
                                : timeOfImpact(near, otherEnd, base.tree(), baseEnd, work_, options);

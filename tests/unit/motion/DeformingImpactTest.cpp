@@ -124,6 +124,38 @@ TEST(DeformingImpact, IsNeverMissedAndNeverLate) {
     EXPECT_GT(misses, 30);
 }
 
+/// Long faces all about a ball, so that the boxes of nearly all pairs meet: what is nearest when the first two are within the
+/// tolerance is found, and not by measuring every pair.
+TEST(DeformingImpact, AmongLongFacesTheNearestPairIsFoundWithoutMeasuringAll) {
+    constexpr unsigned kSeed = 44;
+    std::mt19937 random(kSeed);
+    std::normal_distribution<double> n;
+    const Body ball = bodies::sphere(1, 8, 12);
+    const std::size_t pairs = 168 * 96;
+    for (int i = 0; i < 12; ++i) {
+        // With the larger one several are within it at once.
+        const double tolerance = i % 2 == 0 ? 1e-4 : 0.05;
+        Body cage;
+        for (int f = 0; f < 96; ++f) {
+            const Vec3d normal = Vec3d(n(random), n(random), n(random)).normalized(), along = normal.unitOrthogonal();
+            const Vec3d middle = (1.01 + 0.1 * std::abs(n(random))) * normal;
+            const std::uint32_t a = cage.vertex(middle - 20 * along), b = cage.vertex(middle + 20 * along),
+                                c = cage.vertex(middle + 0.3 * normal.cross(along));
+            cage.face(a, b, c);
+        }
+        const std::vector<Vec3d> swollen = displaced(ball, [](const Vec3d& p) -> Vec3d { return 1.2 * p; });
+        QueryWork work;
+        const Impact found = timeOfImpact(ball.tree(), swollen, cage.tree(), positionsOf(cage), work, {.tolerance = tolerance});
+        ASSERT_TRUE(found.hit && found.complete) << "seed " << kSeed << ", trial " << i;
+        const std::vector<Triangle> a = facesAt(ball, swollen, found.t), b = facesAt(cage, positionsOf(cage), found.t);
+        const double least = bodies::distance(a, b);
+        ASSERT_LE(least, tolerance) << "seed " << kSeed << ", trial " << i;
+        ASSERT_NEAR(found.distance, least, 1e-12) << "seed " << kSeed << ", trial " << i;
+        ASSERT_NEAR(nearestPoints(a[found.faces.a], b[found.faces.b]).distance, least, 1e-12) << "seed " << kSeed << ", trial " << i;
+        EXPECT_LT(work.triangleTests, pairs);
+    }
+}
+
 TEST(DeformingImpact, TouchingAtTheStartIsAtZero) {
     const Body sheet = bodies::grid(8, 1.0);
     const auto along = [](const Vec3d& way) { return [way](const Vec3d& p) -> Vec3d { return p + way; }; };

@@ -24,6 +24,7 @@ TESSERA_INLINE F max(F a, F b) { return reinterpret_cast<F>(_mm512_maskz_max_ps(
 TESSERA_INLINE F min(F a, F b) { return reinterpret_cast<F>(_mm512_maskz_min_ps(0xffff, reinterpret_cast<__m512>(a), reinterpret_cast<__m512>(b))); }
 TESSERA_INLINE F sqrt(F a) { return reinterpret_cast<F>(_mm512_maskz_sqrt_ps(0xffff, reinterpret_cast<__m512>(a))); }
 TESSERA_INLINE D max(D a, D b) { return reinterpret_cast<D>(_mm512_maskz_max_pd(0xff, reinterpret_cast<__m512d>(a), reinterpret_cast<__m512d>(b))); }
+TESSERA_INLINE D min(D a, D b) { return reinterpret_cast<D>(_mm512_maskz_min_pd(0xff, reinterpret_cast<__m512d>(a), reinterpret_cast<__m512d>(b))); }
 TESSERA_INLINE Bits greater(F a, F b) {
     return _mm512_cmp_ps_mask(reinterpret_cast<__m512>(a), reinterpret_cast<__m512>(b), _CMP_GT_OQ);
 }
@@ -57,6 +58,12 @@ TESSERA_INLINE F loadBytes(const std::uint8_t* p) {
 }
 /// abcd -> abcdabcdabcdabcd
 TESSERA_INLINE F repeat(F4 x) { return reinterpret_cast<F>(_mm512_maskz_broadcast_f32x4(0xffff, reinterpret_cast<__m128>(x))); }
+/// ab -> aaaabbbb
+TESSERA_INLINE D spreadTwo(const double* p) {
+    return reinterpret_cast<D>(_mm512_maskz_insertf64x4(0xff, _mm512_castpd256_pd512(_mm256_set1_pd(p[0])), _mm256_set1_pd(p[1]), 1));
+}
+/// abcd -> abcdabcd
+TESSERA_INLINE D repeatFour(const double* p) { return reinterpret_cast<D>(_mm512_maskz_broadcast_f64x4(0xff, _mm256_loadu_pd(p))); }
 
 #elif defined(__AVX2__)
 typedef float FloatPart __attribute__((vector_size(32)));
@@ -69,6 +76,7 @@ TESSERA_INLINE FloatPart max(FloatPart a, FloatPart b) { return _mm256_max_ps(a,
 TESSERA_INLINE FloatPart min(FloatPart a, FloatPart b) { return _mm256_min_ps(a, b); }
 TESSERA_INLINE FloatPart sqrt(FloatPart a) { return _mm256_sqrt_ps(a); }
 TESSERA_INLINE DoublePart max(DoublePart a, DoublePart b) { return _mm256_max_pd(a, b); }
+TESSERA_INLINE DoublePart min(DoublePart a, DoublePart b) { return _mm256_min_pd(a, b); }
 TESSERA_INLINE Bits greater(FloatPart a, FloatPart b) { return static_cast<Bits>(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_GT_OQ))); }
 TESSERA_INLINE Bits greater(DoublePart a, DoublePart b) { return static_cast<Bits>(_mm256_movemask_pd(_mm256_cmp_pd(a, b, _CMP_GT_OQ))); }
 TESSERA_INLINE DoublePart pick(DoublePart test, DoublePart whereNegative, DoublePart otherwise) {
@@ -87,6 +95,11 @@ TESSERA_INLINE F repeat(F4 x) {
     const FloatPart both = __builtin_shufflevector(x, x, 0, 1, 2, 3, 0, 1, 2, 3);
     return {both, both};
 }
+TESSERA_INLINE D spreadTwo(const double* p) { return {_mm256_set1_pd(p[0]), _mm256_set1_pd(p[1])}; }
+TESSERA_INLINE D repeatFour(const double* p) {
+    const DoublePart all = _mm256_loadu_pd(p);
+    return {all, all};
+}
 
 #else
 typedef F4 FloatPart;
@@ -99,6 +112,7 @@ TESSERA_INLINE FloatPart max(FloatPart a, FloatPart b) { return _mm_max_ps(a, b)
 TESSERA_INLINE FloatPart min(FloatPart a, FloatPart b) { return _mm_min_ps(a, b); }
 TESSERA_INLINE FloatPart sqrt(FloatPart a) { return _mm_sqrt_ps(a); }
 TESSERA_INLINE DoublePart max(DoublePart a, DoublePart b) { return _mm_max_pd(a, b); }
+TESSERA_INLINE DoublePart min(DoublePart a, DoublePart b) { return _mm_min_pd(a, b); }
 TESSERA_INLINE Bits greater(FloatPart a, FloatPart b) { return static_cast<Bits>(_mm_movemask_ps(_mm_cmpgt_ps(a, b))); }
 TESSERA_INLINE Bits greater(DoublePart a, DoublePart b) { return static_cast<Bits>(_mm_movemask_pd(_mm_cmpgt_pd(a, b))); }
 TESSERA_INLINE DoublePart pick(DoublePart test, DoublePart whereNegative, DoublePart otherwise) {
@@ -114,6 +128,14 @@ TESSERA_INLINE F loadBytes(const std::uint8_t* p) {
     return {{part(bytes), part(_mm_srli_si128(bytes, 4))}, {part(_mm_srli_si128(bytes, 8)), part(_mm_srli_si128(bytes, 12))}};
 }
 TESSERA_INLINE F repeat(F4 x) { return {{x, x}, {x, x}}; }
+TESSERA_INLINE D spreadTwo(const double* p) {
+    const DoublePart a = _mm_set1_pd(p[0]), b = _mm_set1_pd(p[1]);
+    return {{a, a}, {b, b}};
+}
+TESSERA_INLINE D repeatFour(const double* p) {
+    const DoublePart ab = _mm_loadu_pd(p), cd = _mm_loadu_pd(p + 2);
+    return {{ab, cd}, {ab, cd}};
+}
 #endif
 
 #if !defined(__AVX512F__)
