@@ -37,7 +37,7 @@ struct ShapeChoice {
 /// smaller one tells distances faster as a tree.
 inline constexpr std::size_t kAutomaticFieldFaces = 100'000;
 /// Measured: server/collision/pairwise/README.md.
-inline constexpr VolumeKind kAutomaticVolume = VolumeKind::kObb, kAutomaticDeformingVolume = VolumeKind::kObb;
+inline constexpr VolumeKind kAutomaticVolume = VolumeKind::kObb, kAutomaticDeformingVolume = VolumeKind::kDop14;
 
 /// Read by any number of threads; changed (`move`) by its owner alone, while nobody reads. Trees are made when they are
 /// first asked for, by whichever thread asks.
