@@ -47,6 +47,41 @@ TEST(Touching, EveryVolumeAndSplitFindsWhatBruteForceFindsUnderEveryMap) {
     }
 }
 
+TriangleMesh moved(const TriangleMesh& mesh, const Affine3d& map) {
+    std::vector<double> positions;
+    for (const Vec3d p : mesh.positions()) {
+        const Vec3d there = map * p;
+        positions.insert(positions.end(), {there.x(), there.y(), there.z()});
+    }
+    return *TriangleMesh::make(std::span<const double>(positions), mesh.indices());
+}
+
+/// Sheets that lie on each other, nearly or quite: of their leaves, which are flat, none is taken for apart that is not.
+TEST(Touching, FlatLeavesThatLieOnEachOtherAreToldApartRightly) {
+    std::size_t touching = 0;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        Random random(seed);
+        const double height = seed % 2 ? 0 : 2e-6 * static_cast<double>(seed);
+        const TriangleMesh ma = roughGround(random, 14, 0.3, height), mb = roughGround(random, 11, 0.35, height);
+        const Affine3d turn = composeTransform(inCube(random, 2), anyRotation(random), Vec3d::Ones());
+        for (const double lift : {0.0, 1e-7, 1e-5, 1e-3})
+            for (const double tilt : {0.0, 1e-6}) {
+                const Affine3d above = composeTransform({0.05, lift, -0.1}, Quatd(Eigen::AngleAxisd(tilt, Vec3d::UnitX())), Vec3d::Ones());
+                // Flat against the axes, and not.
+                for (const bool turned : {false, true}) {
+                    const TriangleMesh inA = turned ? moved(ma, turn) : ma, inB = turned ? moved(mb, turn) : mb;
+                    const Affine3d map = turned ? Affine3d(turn * above * turn.inverse()) : above;
+                    const std::vector<FacePair> truth = bruteForce(inA, inB, map);
+                    touching += truth.size();
+                    for (const VolumeKind volume : {VolumeKind::kObb, VolumeKind::kDop18})
+                        expectTouching(TriangleTree(inA, {volume}), TriangleTree(inB, {volume}), map, truth,
+                                       seedOf(seed) + ", lift " + std::to_string(lift) + ", tilt " + std::to_string(tilt));
+                }
+            }
+    }
+    EXPECT_GT(touching, 5'000u);
+}
+
 /// Whoever builds trees decides about their kinds one by one, and nobody keeps two of them from meeting.
 TEST(Touching, TreesOfTwoKindsFindWhatBruteForceFinds) {
     Workers two(2);

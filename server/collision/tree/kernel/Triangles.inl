@@ -39,10 +39,51 @@ TESSERA_INLINE void boxAlong(unsigned axis, F4 a, F4 b, F4 c, Boxes4& boxes) {
     boxes.high[axis] = max(max(a, b), c);
 }
 
+/// Between two planes across the mean normal of a leaf of B, in A's frame. Leaves are flat mostly, and of two that lie close
+/// to each other this parts most that k-DOPs along other directions do not, before their triangles are looked at.
+struct LeafSlab {
+    F4 normal[3], low, high;
+
+    LeafSlab() = default;
+    /// `at(i)`: row i of the leaf's corners. Positions are wrong by at most `slack`, dot products by less than that; what is
+    /// added is for products that underflow.
+    template <typename Row>
+    TESSERA_INLINE LeafSlab(const Row& at, float slack) {
+        const auto edge = [&](unsigned corner, unsigned axis) { return at(corner + axis) - at(axis); };
+        float size = 0;
+        for (unsigned axis = 0; axis < 3; ++axis) {
+            const unsigned y = (axis + 1) % 3, z = (axis + 2) % 3;
+            const F4 square = edge(3, y) * edge(6, z) - edge(3, z) * edge(6, y);
+            const float mean = (square[0] + square[2]) + (square[1] + square[3]);
+            normal[axis] = F4{} + mean;
+            size += mean < 0 ? -mean : mean;
+        }
+        const F4 p = along(at, 0), q = along(at, 3), r = along(at, 6);
+        F4 least = min(min(p, q), r), most = max(max(p, q), r);
+        least = min(least, __builtin_shufflevector(least, least, 2, 3, 0, 1));
+        most = max(most, __builtin_shufflevector(most, most, 2, 3, 0, 1));
+        const float wide = size * (4 * slack) + 1e-30f;
+        low = min(least, __builtin_shufflevector(least, least, 1, 0, 3, 2)) - wide;
+        high = max(most, __builtin_shufflevector(most, most, 1, 0, 3, 2)) + wide;
+    }
+    template <typename Row>
+    TESSERA_INLINE F4 along(const Row& at, unsigned corner) const {
+        return normal[0] * at(corner) + normal[1] * at(corner + 1) + normal[2] * at(corner + 2);
+    }
+    /// A leaf of A is on one side of it.
+    TESSERA_INLINE bool apartFrom(const float* leafA) const {
+        const auto row = [&](unsigned i) { return load4(leafA + i * kLeafFaces); };
+        const F4 p = along(row, 0), q = along(row, 3), r = along(row, 6);
+        return allGreater(min(min(p, q), r), high) || allGreater(low, max(max(p, q), r));
+    }
+    TESSERA_INLINE static bool allGreater(F4 a, F4 b) { return _mm_movemask_ps(_mm_cmpgt_ps(a, b)) == 0xf; }
+};
+
 /// A leaf of B in A's frame: its corners and their boxes, repeated for the four triangles of a leaf of A.
 struct PlacedLeaf {
     alignas(16) float rows[kLeafRows * kLeafFaces];
     V3 low, high;
+    LeafSlab slab;
 
     void place(const float* leaf, const PairFrame& f, F slack) {
         const auto row = [&](unsigned i) { return load4(leaf + i * kLeafFaces); };
@@ -60,6 +101,7 @@ struct PlacedLeaf {
         high = V3{repeat(boxes.high[0]), repeat(boxes.high[1]), repeat(boxes.high[2])};
         low = {low.x - slack, low.y - slack, low.z - slack};
         high = {high.x + slack, high.y + slack, high.z + slack};
+        slab = LeafSlab([&](unsigned i) { return load4(rows + i * kLeafFaces); }, f.slack);
     }
     T3 corners() const {
         const auto row = [&](unsigned i) { return repeat(load4(rows + i * kLeafFaces)); };
@@ -69,6 +111,7 @@ struct PlacedLeaf {
 
 /// Bit 4 i + j: triangle i of A's leaf may meet triangle j of B's.
 inline Bits mayMeet(const float* leafA, unsigned countA, const PlacedLeaf& b, unsigned countB, F slack) {
+    if (b.slab.apartFrom(leafA)) return 0;
     const auto row = [&](unsigned i) { return load4(leafA + i * kLeafFaces); };
     Boxes4 boxes;
     for (unsigned axis = 0; axis < 3; ++axis) boxAlong(axis, row(axis), row(axis + 3), row(axis + 6), boxes);
