@@ -84,8 +84,8 @@ TEST_P(Looks, AreAsTheyWere) {
 }
 
 INSTANTIATE_TEST_SUITE_P(OfShippedScenes, Looks,
-                         testing::Values("engine-hall", "engine-apart", "chess", "hall-by-hand", "scan", "pour-1000",
-                                         "pour-10000"),
+                         testing::Values("engine-hall", "engine-apart", "chess", "hall-by-hand", "scan", "materials",
+                                         "pour-1000", "pour-10000"),
                          [](const testing::TestParamInfo<const char*>& scene) {
                              std::string name = scene.param;
                              std::erase(name, '-');
