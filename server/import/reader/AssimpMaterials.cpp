@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <span>
 
 namespace tessera {
 namespace {
@@ -42,6 +43,15 @@ void setTextureTransform(const aiUVTransform& transform, Image& image) {
         image.mutable_scale()->set_x(transform.mScaling.x);
         image.mutable_scale()->set_y(scaleV);
     }
+}
+
+DecodedImage barePixels(const aiTexture& texture) {
+    DecodedImage image;
+    image.widthPx = static_cast<int>(texture.mWidth);
+    image.heightPx = static_cast<int>(texture.mHeight);
+    for (const aiTexel& texel : std::span(texture.pcData, std::size_t{texture.mWidth} * texture.mHeight))
+        for (const unsigned char part : {texel.r, texel.g, texel.b, texel.a}) image.rgba.push_back(std::byte{part});
+    return image;
 }
 
 bool isBlack(const proto::scene::Color& color) {
@@ -187,7 +197,9 @@ Expected<DecodedImage> AssimpMaterials::decode(const std::string& file) const {
     }
     const auto* data = reinterpret_cast<const std::byte*>(embedded->pcData);
     if (embedded->mHeight == 0) return decodeImage(ByteSpan(data, embedded->mWidth), limits_.maxImageSide);
-    return fail(ErrorCode::kUnsupported, "it is stored as bare pixels");
+    DecodedImage image = barePixels(*embedded);
+    while (image.widthPx > limits_.maxImageSide || image.heightPx > limits_.maxImageSide) halve(image);
+    return image;
 }
 
 }  // namespace tessera

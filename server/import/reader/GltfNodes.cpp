@@ -34,6 +34,13 @@ bool isUnderstood(std::string_view extension) {
     return std::find(kUnderstood.begin(), kUnderstood.end(), extension) != kUnderstood.end();
 }
 
+Expected<void> checkRequired(const tinygltf::Model& model) {
+    for (const std::string& extension : model.extensionsRequired)
+        if (!isUnderstood(extension) && !extension.starts_with(kMaterialExtensions))
+            return fail(ErrorCode::kUnsupported, fmt::format("it cannot be shown without the glTF extension {}", extension));
+    return {};
+}
+
 template <int N>
 Eigen::Matrix<double, N, 1> vectorFrom(const std::vector<double>& values,
                                        const Eigen::Matrix<double, N, 1>& otherwise) {
@@ -191,11 +198,7 @@ void GltfReader::noteExtension(const std::string& name) {
 }
 
 Expected<PlainScene> GltfReader::read() {
-    for (const std::string& extension : model_.extensionsRequired) {
-        if (!isUnderstood(extension) && !extension.starts_with(kMaterialExtensions))
-            return fail(ErrorCode::kUnsupported,
-                        fmt::format("it cannot be shown without the glTF extension {}", extension));
-    }
+    if (Expected<void> shown = checkRequired(model_); !shown) return tl::unexpected(shown.error());
     for (const std::string& extension : model_.extensionsUsed) noteExtension(extension);
     if (model_.scenes.size() > 1) scene_.note("of several scenes, the file's own choice is shown");
     // The scene the file names, else its first, else every node that nobody holds.
@@ -301,6 +304,8 @@ Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits)
             : loader.LoadASCIIFromString(&model, &error, &warning, reinterpret_cast<const char*>(bytes->data()), size,
                                          files.folder());
     if (!done) {
+        // Such an extension may be why it makes no sense.
+        if (Expected<void> shown = checkRequired(model); !shown) return tl::unexpected(shown.error());
         std::string reason = firstWords(error);
         if (!access.refusal.empty()) reason = access.refusal + (reason.empty() ? "" : " (" + reason + ")");
         return fail(ErrorCode::kBadInput, "it is not valid glTF: " + (reason.empty() ? "no reason given" : reason));
@@ -314,6 +319,8 @@ Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits)
         scene->note(fmt::format("it says that it is glTF {}; it was read as 2.0", model.asset.version));
     }
     if (scene && !access.refusal.empty()) scene->note(access.refusal + "; left out");
+    // What it read nevertheless lacks the part that it complains of.
+    if (scene && !error.empty()) scene->note("parts are not valid glTF and left out: " + firstWords(error));
     return scene;
 }
 

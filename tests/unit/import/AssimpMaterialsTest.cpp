@@ -17,7 +17,7 @@ struct Painted {
     [[nodiscard]] const Geometry* geometry() const { return allOf<Geometry>(*aspect).at(0); }
 };
 
-Painted imported(const Scratch& scratch, const std::string& name, const std::string& text) {
+Painted importedPaint(const Scratch& scratch, const std::string& name, const std::string& text) {
     scratch.write("red.tga", pictureOf({{255, 0, 0, 0}, {255, 0, 0, 255}}));
     scratch.write("one.tga", pictureOf({{1, 2, 3, 255}}));
     Expected<ImportedScene> scene = importScene(scratch.write(name, text), kRootNode, importOptions());
@@ -35,7 +35,7 @@ Painted imported(const Scratch& scratch, const std::string& name, const std::str
 Painted painted(const std::string& material) {
     const Scratch scratch;
     scratch.write("paint.mtl", "newmtl paint\nKd 1 1 1\n" + material);
-    return imported(scratch, "model.obj",
+    return importedPaint(scratch, "model.obj",
                     "mtllib paint.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl paint\nf 1/1 2/2 3/3\n");
 }
 
@@ -107,7 +107,7 @@ std::string collada(const std::string& texcoord, const std::string& placement) {
 
 TEST(ColladaMaterial, TakesTheSecondTextureCoordinatesAndHowAPictureGoesOn) {
     const Scratch scratch;
-    const Painted painted = imported(
+    const Painted painted = importedPaint(
         scratch, "model.dae", collada("UVSET1", "<wrapU>1</wrapU><mirrorU>1</mirrorU><wrapV>0</wrapV>"));
     const Image* image = painted.image(painted.material.baseColorImage);
     ASSERT_NE(image, nullptr);
@@ -121,7 +121,7 @@ TEST(ColladaMaterial, TakesTheSecondTextureCoordinatesAndHowAPictureGoesOn) {
 
 TEST(ColladaMaterial, PlacesAPictureWhereItSaysSo) {
     const Scratch scratch;
-    const Painted painted = imported(
+    const Painted painted = importedPaint(
         scratch, "model.dae",
         collada("UVSET0", "<repeatU>2</repeatU><repeatV>4</repeatV><offsetU>0.25</offsetU><offsetV>0.5</offsetV>"));
     const Image* image = painted.image(painted.material.baseColorImage);

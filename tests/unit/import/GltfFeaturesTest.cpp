@@ -204,6 +204,15 @@ TEST(GltfExtension, ThatIsRequiredAndUnknownIsNamed) {
         << scene.error().message;
 }
 
+TEST(GltfExtension, ThatIsRequiredIsNamedThoughTheRestMakesNoSenseWithoutIt) {
+    const std::string path = std::string(kDebianModels) + "/glTF2/draco/2CylinderEngine.gltf";
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing (Debian package assimp-testmodels)";
+    const Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+    ASSERT_FALSE(scene);
+    EXPECT_NE(scene.error().message.find("without the glTF extension KHR_draco_mesh_compression"), std::string::npos)
+        << scene.error().message;
+}
+
 TEST(ObjImport, TakesMaterialsFromTheLibraryBesideIt) {
     const Scratch scratch;
     scratch.write("paint.mtl", "newmtl red\nKd 0.9 0.1 0.2\nNs 98\nd 0.5\n");

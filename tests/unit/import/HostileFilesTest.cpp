@@ -214,7 +214,8 @@ TEST(HostileScene, BinaryGarbageAndEmptyMessageBombsAreRefused) {
 
 TEST(HostileObj, HasNoTrianglesOrAMaterialFileElsewhere) {
     const Scratch scratch;
-    expectError(scratch.write("lines.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n"), ErrorCode::kBadInput, "");
+    expectError(scratch.write("lines.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n"), ErrorCode::kUnsupported,
+                "there is nothing in it but 1 lines");
     scratch.write("out.mtl", "newmtl m\nKd 1 0 0\n");
     // A material library outside of the folder is not there, the model itself is.
     const Expected<ImportedScene> scene =

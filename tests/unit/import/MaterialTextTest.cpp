@@ -24,14 +24,14 @@ constexpr const char* kEverything = R"(
            texcoord: [0, 0, 1, 0, 0, 1] texcoord1: [0, 0, 2, 0, 0, 2] }
     node { name: "n" geometry { mesh: "t" material: "m" } })";
 
-Expected<ImportedScene> importText(const std::string& text) {
+Expected<ImportedScene> importWithPicture(const std::string& text) {
     const Scratch scratch;
     scratch.write("a.tga", pictureOf({{255, 0, 0, 255}, {0, 255, 0, 0}}));
     return importScene(scratch.write("scene.tsct", text), kRootNode, importOptions());
 }
 
 TEST(MaterialText, SaysEveryField) {
-    Expected<ImportedScene> scene = importText(kEverything);
+    Expected<ImportedScene> scene = importWithPicture(kEverything);
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_TRUE(scene->notes.empty());
     const ImportedAspect aspect(std::move(*scene));
@@ -72,7 +72,7 @@ void expectFresh(const T& object) {
 }
 
 TEST(MaterialText, LeavesWhatItDoesNotSayAsInAFreshOne) {
-    Expected<ImportedScene> scene = importText(R"(
+    Expected<ImportedScene> scene = importWithPicture(R"(
         image { name: "a" uri: "a.tga" } material { name: "m" base_color_image: "a" }
         node { material: "m" box { size { x: 1 y: 1 z: 1 } } })");
     ASSERT_TRUE(scene) << messageOf(scene);
@@ -87,7 +87,7 @@ TEST(MaterialText, LeavesWhatItDoesNotSayAsInAFreshOne) {
 }
 
 TEST(MaterialText, SavedAndReadBackIsTheSame) {
-    Expected<ImportedScene> scene = importText(kEverything);
+    Expected<ImportedScene> scene = importWithPicture(kEverything);
     ASSERT_TRUE(scene) << messageOf(scene);
     const ImportedAspect aspect(std::move(*scene));
     const Scratch scratch;
@@ -110,7 +110,7 @@ class MaterialTextError : public testing::TestWithParam<Wrong> {};
 
 TEST_P(MaterialTextError, SaysWhatIsWrong) {
     const std::string shown = std::string(GetParam().text) + "\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }";
-    const Expected<ImportedScene> scene = importText(shown);
+    const Expected<ImportedScene> scene = importWithPicture(shown);
     ASSERT_FALSE(scene);
     EXPECT_NE(scene.error().message.find(GetParam().message), std::string::npos) << scene.error().message;
 }
