@@ -121,6 +121,34 @@ TEST(GltfCamera, ShowsAtTheScenesMiddleWhatTheFilesCameraShows) {
     EXPECT_LT((world_T_wall * Vec3d(0, 1.5, 0)).norm(), 1e-6) << "the window's middle is the scene's";
 }
 
+TEST(GltfCamera, ThatCanShowNothingIsNamed) {
+    GltfText gltf;
+    const int positions = gltf.floats(kSquare, "VEC3", 3);
+    const ImportedScene scene = imported(gltf.text(fmt::format(
+        R"("scenes":[{{"nodes":[0]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
+        "cameras":[{{"type":"perspective","perspective":{{"yfov":4,"znear":0.1}}}}],"nodes":[{{"mesh":0,"camera":0}}])",
+        positions)));
+    EXPECT_FALSE(scene.hasCamera);
+    ASSERT_EQ(scene.notes.size(), 1u);
+    EXPECT_NE(scene.notes[0].find("camera 0 is left out"), std::string::npos) << scene.notes[0];
+}
+
+TEST(GltfMorph, StandsAsItsNodeSaysElseAsItsMesh) {
+    GltfText gltf;
+    const int positions = gltf.floats(kSquare, "VEC3", 3);
+    const int moves = gltf.floats({0, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0}, "VEC3", 3);
+    const ImportedAspect aspect(imported(gltf.text(fmt::format(
+        R"("scenes":[{{"nodes":[0,1,2]}}],"nodes":[{{"name":"a","mesh":0}},{{"name":"b","mesh":0,"weights":[1]}},{{"name":"c","mesh":0}}],
+        "meshes":[{{"weights":[0.5],"primitives":[{{"attributes":{{"POSITION":{}}},"targets":[{{"POSITION":{}}}]}}]}}])",
+        positions, moves))));
+    const auto height = [&](const char* node) {
+        return aspect.core<Geometry>(fmt::format("/model/{}/part 0", node))->positions.as<float>()[2];
+    };
+    EXPECT_FLOAT_EQ(height("a"), 4);
+    EXPECT_FLOAT_EQ(height("b"), 8);
+    EXPECT_FLOAT_EQ(height("c"), 4);
+}
+
 TEST(GltfLights, AreDirectionalPointAndSpot) {
     GltfText gltf;
     const int positions = gltf.floats(kSquare, "VEC3", 3);
