@@ -200,7 +200,7 @@ TEST(Laws, AFollowerWithoutArraysHasTheHashOfEveryFrame) {
         }
         EXPECT_EQ(follower.objectCount(), 1u);
     });
-    EXPECT_GT(ranges, 800u);
+    EXPECT_GT(ranges, 500u);
 }
 
 TEST(Laws, TheHashDoesNotDependOnHistory) {
