@@ -11,17 +11,17 @@
 namespace tessera {
 namespace {
 
-using proto::scene::Image;
+using ImageMessage = proto::scene::Image;
 
 std::string textureFile(const aiMaterial& material, aiTextureType kind) {
     aiString file;
     return material.GetTexture(kind, 0, &file) == aiReturn_SUCCESS ? file.C_Str() : "";
 }
 
-Image::Wrap mapModeOf(int mode) {
-    return mode == aiTextureMapMode_Mirror  ? Image::MIRROR
-           : mode == aiTextureMapMode_Wrap ? Image::REPEAT
-                                           : Image::CLAMP;  // a decal, too: what is around it is none of its pixels
+ImageMessage::Wrap mapModeOf(int mode) {
+    return mode == aiTextureMapMode_Mirror  ? ImageMessage::MIRROR
+           : mode == aiTextureMapMode_Wrap ? ImageMessage::REPEAT
+                                           : ImageMessage::CLAMP;  // a decal, too: what is around it is none of its pixels
 }
 
 template <typename T>
@@ -32,7 +32,7 @@ T property(const aiMaterial& material, const char* key, unsigned kind, unsigned 
 
 /// Assimp's origin is the lower left corner of the picture, ours the upper left one; its v moves were turned around with the
 /// coordinates themselves, its v scales were not.
-void setTextureTransform(const aiUVTransform& transform, Image& image) {
+void setTextureTransform(const aiUVTransform& transform, ImageMessage& image) {
     const double scaleV = transform.mScaling.y;
     const double offsetU = transform.mTranslation.x, offsetV = 1.0 - scaleV + transform.mTranslation.y;
     if (offsetU != 0 || offsetV != 0) {
@@ -148,12 +148,12 @@ std::string AssimpMaterials::image(const aiMaterial& material, std::initializer_
         const std::string file = textureFile(material, kind);
         if (file.empty()) continue;
         taken.insert(kind);
-        const std::optional<Image> wanted = look(material, kind);
+        const std::optional<ImageMessage> wanted = look(material, kind);
         if (!wanted) return {};
         std::string& name = images_[{file, wanted->SerializeAsString()}];
         if (!name.empty()) return name;
         const std::string picture = fmt::format("texture {}", file);
-        const Expected<Image*> added = pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture,
+        const Expected<ImageMessage*> added = pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture,
                                                           [&] { return decode(file); });
         if (!added) {
             scene_.note(fmt::format("{} is left out: {}", picture, added.error().message));
@@ -166,8 +166,8 @@ std::string AssimpMaterials::image(const aiMaterial& material, std::initializer_
     return {};
 }
 
-std::optional<Image> AssimpMaterials::look(const aiMaterial& material, aiTextureType kind) {
-    Image image;
+std::optional<ImageMessage> AssimpMaterials::look(const aiMaterial& material, aiTextureType kind) {
+    ImageMessage image;
     const int set = property(material, _AI_MATKEY_UVWSRC_BASE, kind, 0, 0);
     if (set != 0 && set != 1) {
         scene_.note(fmt::format("textures at texture coordinates {} are left out", set));

@@ -211,14 +211,15 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
                       std::all_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,
                                   [](const aiMesh* mesh) { return isBarePoints(*mesh); });
     const std::size_t lines = scene != nullptr ? lineCount(*scene) : 0;
-    const unsigned ofFaces =
-        toTriangles | aiProcess_GenSmoothNormals | aiProcess_GenUVCoords | aiProcess_JoinIdenticalVertices | aiProcess_ValidateDataStructure;
+    const unsigned ofFaces = toTriangles | aiProcess_GenSmoothNormals | aiProcess_GenUVCoords |
+                             aiProcess_JoinIdenticalVertices | aiProcess_ValidateDataStructure;
     if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_FlipUVs | (bare ? 0u : ofFaces));
     if (scene == nullptr || scene->mRootNode == nullptr) {
         const std::string reason = firstLine(importer.GetErrorString());
         if (reason.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
         if (lines > 0 && reason == "No meshes remaining")
-            return fail(ErrorCode::kUnsupported, fmt::format("there is nothing in it but {} lines, which are not drawn", lines));
+            return fail(ErrorCode::kUnsupported,
+                        fmt::format("there is nothing in it but {} lines, which are not drawn", lines));
         return fail(ErrorCode::kBadInput, "it cannot be read: " + (reason.empty() ? "no reason given" : reason));
     }
     // Of these formats none says whether a face has a back.

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "server/import/reader/GltfReader.h"
-#include "server/import/reader/ReadScene.h"
 
 namespace tessera {
 namespace {
@@ -32,13 +31,6 @@ constexpr std::string_view kMaterialExtensions = "KHR_materials_";
 
 bool isUnderstood(std::string_view extension) {
     return std::find(kUnderstood.begin(), kUnderstood.end(), extension) != kUnderstood.end();
-}
-
-Expected<void> checkRequired(const tinygltf::Model& model) {
-    for (const std::string& extension : model.extensionsRequired)
-        if (!isUnderstood(extension) && !extension.starts_with(kMaterialExtensions))
-            return fail(ErrorCode::kUnsupported, fmt::format("it cannot be shown without the glTF extension {}", extension));
-    return {};
 }
 
 template <int N>
@@ -193,6 +185,13 @@ void GltfReader::addLight(int index, proto::scene::Node& node) {
     color->set_b(hasColor ? static_cast<float>(light.color[2]) : 1.0f);
 }
 
+Expected<void> checkRequired(const tinygltf::Model& model) {
+    for (const std::string& extension : model.extensionsRequired)
+        if (!isUnderstood(extension) && !extension.starts_with(kMaterialExtensions))
+            return fail(ErrorCode::kUnsupported, fmt::format("it cannot be shown without the glTF extension {}", extension));
+    return {};
+}
+
 void GltfReader::noteExtension(const std::string& name) {
     if (!isUnderstood(name)) scene_.note(fmt::format("the glTF extension {} is left out", name));
 }
@@ -239,89 +238,6 @@ Expected<PlainScene> GltfReader::read() {
     noteLeftOut();
     pictures_.finish();
     return std::move(scene_);
-}
-
-namespace {
-
-struct FileAccess {
-    const FolderFiles& files;
-    std::string refusal;  ///< the first file that was not to be had
-};
-
-bool keepEncoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes,
-                 int size, void*) {
-    image->image.assign(bytes, bytes + size);
-    return true;
-}
-
-bool fileExists(const std::string& name, void* user) {
-    auto& access = *static_cast<FileAccess*>(user);
-    const Expected<std::string> path = access.files.resolve(name);
-    if (!path && access.refusal.empty()) access.refusal = path.error().message;
-    return path.has_value();
-}
-
-bool readWhole(std::vector<unsigned char>* out, std::string* error, const std::string& name, void* user) {
-    auto& access = *static_cast<FileAccess*>(user);
-    const Expected<Bytes> bytes = access.files.read(name);
-    if (!bytes) {
-        if (access.refusal.empty()) access.refusal = bytes.error().message;
-        if (error != nullptr) *error += bytes.error().message + "\n";
-        return false;
-    }
-    const auto* data = reinterpret_cast<const unsigned char*>(bytes->data());
-    out->assign(data, data + bytes->size());
-    return true;
-}
-
-std::string firstWords(std::string text) {
-    while (!text.empty() && (text.front() == '\n' || text.front() == ' ')) text.erase(0, 1);
-    text = text.substr(0, std::min(text.find('\n'), std::size_t{400}));
-    while (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.pop_back();
-    return text;
-}
-
-}  // namespace
-
-Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits) {
-    const Expected<Bytes> bytes = readOrdinaryFile(path, std::min<std::size_t>(limits.maxFileBytes, 0x7fffffff));
-    if (!bytes) return fail(bytes.error().code, "the file " + bytes.error().message);
-    const FolderFiles files(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
-    FileAccess access{files, {}};
-    tinygltf::TinyGLTF loader;
-    loader.SetImageLoader(&keepEncoded, nullptr);
-    loader.SetFsCallbacks(
-        {&fileExists, [](const std::string& name, void*) { return name; }, &readWhole,
-         [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; }, &access});
-    tinygltf::Model model;
-    std::string error, warning;
-    const auto size = static_cast<unsigned>(bytes->size());
-    const bool binary = asText(*bytes).substr(0, 4) == "glTF";
-    const bool done =
-        binary
-            ? loader.LoadBinaryFromMemory(&model, &error, &warning,
-                                          reinterpret_cast<const unsigned char*>(bytes->data()), size, files.folder())
-            : loader.LoadASCIIFromString(&model, &error, &warning, reinterpret_cast<const char*>(bytes->data()), size,
-                                         files.folder());
-    if (!done) {
-        // Such an extension may be why it makes no sense.
-        if (Expected<void> shown = checkRequired(model); !shown) return tl::unexpected(shown.error());
-        std::string reason = firstWords(error);
-        if (!access.refusal.empty()) reason = access.refusal + (reason.empty() ? "" : " (" + reason + ")");
-        return fail(ErrorCode::kBadInput, "it is not valid glTF: " + (reason.empty() ? "no reason given" : reason));
-    }
-    GltfReader reader(model, files, limits);
-    Expected<PlainScene> scene = reader.read();
-    if (scene && model.asset.version.compare(0, 2, "2.") != 0) {
-        // Many files that say 1.1 are 2.0 in all but name; the others come out empty.
-        if (scene->file.node().empty())
-            return fail(ErrorCode::kUnsupported, fmt::format("it is glTF {}; 2.0 is read here", model.asset.version));
-        scene->note(fmt::format("it says that it is glTF {}; it was read as 2.0", model.asset.version));
-    }
-    if (scene && !access.refusal.empty()) scene->note(access.refusal + "; left out");
-    // What it read nevertheless lacks the part that it complains of.
-    if (scene && !error.empty()) scene->note("parts are not valid glTF and left out: " + firstWords(error));
-    return scene;
 }
 
 }  // namespace tessera

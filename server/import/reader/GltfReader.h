@@ -112,6 +112,9 @@ private:
     std::size_t lines_ = 0, withoutPositions_ = 0;  ///< as placed; left out
 };
 
+/// Refuses a model that insists on what is not shown here.
+[[nodiscard]] Expected<void> checkRequired(const tinygltf::Model& model);
+
 /// parent_T_node of a glTF node.
 [[nodiscard]] Affine3d localTransform(const tinygltf::Node& node);
 

@@ -10,7 +10,7 @@
 namespace tessera {
 namespace {
 
-using proto::scene::Image;
+using ImageMessage = proto::scene::Image;
 
 /// The image of a texture, or -1.
 int textureSource(const tinygltf::Model& model, int texture) {
@@ -19,38 +19,38 @@ int textureSource(const tinygltf::Model& model, int texture) {
     return source >= 0 && static_cast<std::size_t>(source) < model.images.size() ? source : -1;
 }
 
-Image::Wrap wrapOf(int wrap) {
+ImageMessage::Wrap wrapOf(int wrap) {
     switch (wrap) {
         case TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE:
-            return Image::CLAMP;
+            return ImageMessage::CLAMP;
         case TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT:
-            return Image::MIRROR;
+            return ImageMessage::MIRROR;
         default:
-            return Image::REPEAT;
+            return ImageMessage::REPEAT;
     }
 }
 
-Image::Minification minificationOf(int filter) {
+ImageMessage::Minification minificationOf(int filter) {
     switch (filter) {
         case TINYGLTF_TEXTURE_FILTER_NEAREST:
-            return Image::NEAREST_ALONE;
+            return ImageMessage::NEAREST_ALONE;
         case TINYGLTF_TEXTURE_FILTER_LINEAR:
-            return Image::LINEAR_ALONE;
+            return ImageMessage::LINEAR_ALONE;
         case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_NEAREST:
-            return Image::NEAREST_MIPMAP_NEAREST;
+            return ImageMessage::NEAREST_MIPMAP_NEAREST;
         case TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_NEAREST:
-            return Image::LINEAR_MIPMAP_NEAREST;
+            return ImageMessage::LINEAR_MIPMAP_NEAREST;
         case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_LINEAR:
-            return Image::NEAREST_MIPMAP_LINEAR;
+            return ImageMessage::NEAREST_MIPMAP_LINEAR;
         default:
-            return Image::TRILINEAR;
+            return ImageMessage::TRILINEAR;
     }
 }
 
-void setSampler(const tinygltf::Sampler& sampler, Image& image) {
+void setSampler(const tinygltf::Sampler& sampler, ImageMessage& image) {
     image.set_wrap_u(wrapOf(sampler.wrapS));
     image.set_wrap_v(wrapOf(sampler.wrapT));
-    if (sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST) image.set_magnification(Image::NEAREST);
+    if (sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST) image.set_magnification(ImageMessage::NEAREST);
     image.set_minification(minificationOf(sampler.minFilter));
 }
 
@@ -59,7 +59,7 @@ int integerIn(const tinygltf::Value& object, const char* key, int otherwise) {
 }
 
 /// KHR_texture_transform, whose rotation is counter-clockwise as ours.
-void setPlace(const tinygltf::Value& transform, Image& image) {
+void setPlace(const tinygltf::Value& transform, ImageMessage& image) {
     image.set_texcoord_set(integerIn(transform, "texCoord", static_cast<int>(image.texcoord_set())));
     const Vec2d offset(gltfElement(transform, "offset", 0, 0), gltfElement(transform, "offset", 1, 0));
     const Vec2d scale(gltfElement(transform, "scale", 0, 1), gltfElement(transform, "scale", 1, 1));
@@ -83,8 +83,8 @@ double gltfNumber(const tinygltf::Value& object, const char* key, double otherwi
 double gltfElement(const tinygltf::Value& object, const char* key, int index, double otherwise) {
     if (!object.IsObject() || !object.Has(key)) return otherwise;
     const tinygltf::Value& array = object.Get(key);
-    if (!array.IsArray() || static_cast<std::size_t>(index) >= array.ArrayLen() || !array.Get(index).IsNumber()) return otherwise;
-    return array.Get(index).GetNumberAsDouble();
+    if (!array.IsArray() || static_cast<std::size_t>(index) >= array.ArrayLen()) return otherwise;
+    return array.Get(index).IsNumber() ? array.Get(index).GetNumberAsDouble() : otherwise;
 }
 
 GltfTextureUse::GltfTextureUse(const tinygltf::Value& info)
@@ -100,7 +100,7 @@ std::string GltfReader::imageName(const GltfTextureUse& use) {
         scene_.note("a texture without a readable image is left out");
         return {};
     }
-    Image look;
+    ImageMessage look;
     const int sampler = model_.textures[static_cast<std::size_t>(use.texture)].sampler;
     if (sampler >= 0 && static_cast<std::size_t>(sampler) < model_.samplers.size())
         setSampler(model_.samplers[static_cast<std::size_t>(sampler)], look);
@@ -113,7 +113,7 @@ std::string GltfReader::imageName(const GltfTextureUse& use) {
     std::string& name = images_[{source, look.SerializeAsString()}];
     if (!name.empty()) return name;
     const std::string picture = fmt::format("image {}", source);
-    const Expected<Image*> image =
+    const Expected<ImageMessage*> image =
         pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture, [&]() -> Expected<DecodedImage> {
             // The image loader kept the file's own bytes; only textures in use are decoded.
             const std::vector<unsigned char>& encoded = model_.images[static_cast<std::size_t>(source)].image;

@@ -101,6 +101,14 @@ TEST(MaterialText, SavedAndReadBackIsTheSame) {
     }
 }
 
+TEST(MaterialText, IsInThePrintedSchemaAsWrittenAndAsSaved) {
+    const std::string schema = sceneSchemaText();
+    for (const char* written : {"AlphaMode alpha_mode", "string emissive_image", "Minification minification", "repeated float texcoord1"})
+        EXPECT_NE(schema.find(written), std::string::npos) << written;
+    for (const char* saved : {"ALPHA_MODE_MASK", "occlusion_strength", "MINIFICATION_TRILINEAR", "texcoords1"})
+        EXPECT_NE(schema.find(saved), std::string::npos) << saved;
+}
+
 struct Wrong {
     const char* text;
     const char* message;
