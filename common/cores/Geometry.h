@@ -9,7 +9,7 @@ namespace tessera {
 /// All arrays are blobs; optional ones may be empty. `common/geometry/Mesh.h` checks and views them.
 struct Geometry {
     static constexpr ObjectType kType{4};
-    static constexpr double kWidestLinePx = 64;
+    static constexpr double kThinnestLinePx = 0.1, kWidestLinePx = 64;
     static constexpr std::int64_t kTriangles = 0, kPoints = 1, kLines = 2;
     Blob positions;     ///< float[3] per vertex
     Blob normals;       ///< float[3] per vertex, unit length; empty: faceted
@@ -40,6 +40,6 @@ inline constexpr auto kDescription<Geometry> =
                  .affects(Effect::kShape),
              field<&Geometry::pointRadius>(8, "pointRadius").between(0, 1e12).affects(Effect::kShape),
              field<&Geometry::texcoords1>(9, "texcoords1").affects(Effect::kLook),
-             field<&Geometry::lineWidth>(10, "lineWidth").unit(Unit::kPixel).between(0.1, Geometry::kWidestLinePx).affects(Effect::kLook));
+             field<&Geometry::lineWidth>(10, "lineWidth").unit(Unit::kPixel).between(Geometry::kThinnestLinePx, Geometry::kWidestLinePx).affects(Effect::kLook));
 
 }  // namespace tessera

@@ -1,5 +1,6 @@
 #include "server/import/LoadedFile.h"
 
+#include <utility>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -116,6 +117,14 @@ Expected<MeshArrays> LoadedFile::mesh(const std::string& name) {
     if (message.primitive() == proto::scene::Mesh::POINTS) {
         arrays.primitive = Primitive::kPoints;
         arrays.pointRadius = message.point_radius();
+    } else if (message.primitive() == proto::scene::Mesh::LINES) {
+        arrays.primitive = Primitive::kLines;
+        arrays.lines = std::exchange(arrays.indices, {});
+        arrays.lineWidth = message.line_width() == 0 ? 1 : message.line_width();
+        if (!(arrays.lineWidth >= Geometry::kThinnestLinePx && arrays.lineWidth <= Geometry::kWidestLinePx))
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("mesh '{}': line_width is {}: it has to be from {} to {} pixels", readName(name, ""),
+                                    arrays.lineWidth, Geometry::kThinnestLinePx, Geometry::kWidestLinePx));
     }
     if (Expected<void> checked = checkMesh(arrays); !checked)
         return failWith(fmt::format("mesh '{}'", readName(name, "")), checked.error());

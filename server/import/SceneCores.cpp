@@ -138,14 +138,18 @@ Expected<LoadedFile::GeometryCore> SceneAssembly::geometryCore(LoadedFile& file,
     if (!arrays) return tl::unexpected(arrays.error());
     core.triangles = triangleCount(*arrays);
     Geometry value;
-    value.primitive = arrays->primitive == Primitive::kPoints ? Geometry::kPoints : Geometry::kTriangles;
+    const bool lines = arrays->primitive == Primitive::kLines;
+    value.primitive = lines                                         ? Geometry::kLines
+                      : arrays->primitive == Primitive::kPoints ? Geometry::kPoints
+                                                                : Geometry::kTriangles;
+    if (lines) value.lineWidth = arrays->lineWidth;
     value.pointRadius = arrays->pointRadius;
     value.positions = std::move(arrays->positions);
     value.normals = std::move(arrays->normals);
     value.colors = std::move(arrays->colors);
     value.texcoords = std::move(arrays->texcoords);
     value.texcoords1 = std::move(arrays->texcoords1);
-    value.indices = std::move(arrays->indices);
+    value.indices = lines ? std::move(arrays->lines) : std::move(arrays->indices);
     value.material = spot.paint;
     if (!spot.paint && !name.empty()) {
         const Expected<ObjectId> material = materialCore(file, name);

@@ -33,27 +33,6 @@ bool isBarePoints(const aiMesh& mesh) {
     return mesh.mNumFaces == 0 && mesh.mNumVertices > 0 && mesh.mPrimitiveTypes == aiPrimitiveType_POINT;
 }
 
-/// As often as nodes place them.
-std::size_t lineCount(const aiScene& scene) {
-    std::vector<std::size_t> lines(scene.mNumMeshes);
-    for (unsigned i = 0; i < scene.mNumMeshes; ++i) {
-        const std::span faces(scene.mMeshes[i]->mFaces, scene.mMeshes[i]->mNumFaces);
-        lines[i] = static_cast<std::size_t>(
-            std::count_if(faces.begin(), faces.end(), [](const aiFace& face) { return face.mNumIndices == 2; }));
-    }
-    std::size_t count = 0;
-    std::vector<const aiNode*> open = {scene.mRootNode};
-    while (!open.empty()) {
-        const aiNode* node = open.back();
-        open.pop_back();
-        if (node == nullptr) continue;
-        for (unsigned i = 0; i < node->mNumMeshes; ++i)
-            if (node->mMeshes[i] < lines.size()) count += lines[node->mMeshes[i]];
-        open.insert(open.end(), node->mChildren, node->mChildren + node->mNumChildren);
-    }
-    return count;
-}
-
 class AssimpConverter {
 public:
     AssimpConverter(const aiScene& scene, const FolderFiles& files, const ReadLimits& limits, bool sidesUnknown)
@@ -122,16 +101,24 @@ private:
         MeshData data;
         data.indices.reserve(std::size_t{3} * mesh.mNumFaces);
         std::vector<unsigned> vertices;  // of the mesh, in the order of ours
-        // Lines have fewer corners; polygons come here only where fans are wanted.
+        // Polygons come here only where fans are wanted.
         for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
             if (mesh.mFaces[f].mNumIndices == 1) vertices.push_back(mesh.mFaces[f].mIndices[0]);
+            if (mesh.mFaces[f].mNumIndices == 2)
+                data.lines.insert(data.lines.end(), {mesh.mFaces[f].mIndices[0], mesh.mFaces[f].mIndices[1]});
             for (unsigned i = 2; i < mesh.mFaces[f].mNumIndices; ++i) {
                 const unsigned* corners = mesh.mFaces[f].mIndices;
                 data.indices.insert(data.indices.end(), {corners[0], corners[i - 1], corners[i]});
             }
         }
         if (mesh.mVertices == nullptr) return;
-        const bool facesOfPoints = data.indices.empty() && !vertices.empty();
+        const bool facesOfPoints = data.indices.empty() && data.lines.empty() && !vertices.empty();
+        if (data.indices.empty() && !data.lines.empty()) {
+            data.primitive = Primitive::kLines;
+        } else if (!data.lines.empty()) {  // as the file has it, unsorted
+            scene_.note(fmt::format("{} lines among triangles are left out", data.lines.size() / 2));
+            data.lines.clear();
+        }
         if (facesOfPoints || isBarePoints(mesh)) data.primitive = Primitive::kPoints;
         if (!facesOfPoints) {
             vertices.resize(mesh.mNumVertices);
@@ -143,7 +130,7 @@ private:
         }
         if (data.empty()) return;
         noteLeftOut(mesh);
-        if (mesh.HasNormals()) appendNormals(mesh, vertices, data);
+        if (mesh.HasNormals() && data.primitive != Primitive::kLines) appendNormals(mesh, vertices, data);
         for (const auto& [set, texcoords] : {std::pair(0u, &data.texcoords), std::pair(1u, &data.texcoords1)})
             if (mesh.HasTextureCoords(set))
                 for (const unsigned v : vertices)
@@ -201,7 +188,6 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
                     fmt::format("nothing here reads files that end in '{}' (glTF, OBJ, PLY, STL and .tsct are read)",
                                 extension));
     importer.SetIOHandler(new FolderIo(files));  // the importer owns and deletes it
-    importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_LINE);
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60.0f);
     // Sorting by type would put a mesh's triangles before its polygons, and assimp's triangles of a polygon are ears.
     const unsigned toTriangles = limits.verbatim ? 0u : aiProcess_Triangulate | aiProcess_SortByPType;
@@ -210,16 +196,12 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     const bool bare = scene != nullptr && scene->mNumMeshes > 0 &&
                       std::all_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,
                                   [](const aiMesh* mesh) { return isBarePoints(*mesh); });
-    const std::size_t lines = scene != nullptr ? lineCount(*scene) : 0;
     const unsigned ofFaces = toTriangles | aiProcess_GenSmoothNormals | aiProcess_GenUVCoords |
                              aiProcess_JoinIdenticalVertices | aiProcess_ValidateDataStructure;
     if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_FlipUVs | (bare ? 0u : ofFaces));
     if (scene == nullptr || scene->mRootNode == nullptr) {
         const std::string reason = firstLine(importer.GetErrorString());
         if (reason.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
-        if (lines > 0 && reason == "No meshes remaining")
-            return fail(ErrorCode::kUnsupported,
-                        fmt::format("there is nothing in it but {} lines, which are not drawn", lines));
         return fail(ErrorCode::kBadInput, "it cannot be read: " + (reason.empty() ? "no reason given" : reason));
     }
     // Of these formats none says whether a face has a back.
@@ -227,9 +209,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     std::string lower = extension;
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    Expected<PlainScene> converted = AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0).convert();
-    if (converted && lines > 0) converted->note(fmt::format("{} lines are left out", lines));
-    return converted;
+    return AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0).convert();
 }
 
 }  // namespace tessera

@@ -25,13 +25,14 @@ bool isLines(const tinygltf::Primitive& primitive) {
            primitive.mode == TINYGLTF_MODE_LINE_STRIP;
 }
 
-std::size_t lineCount(const tinygltf::Primitive& primitive, const GltfAccessors& accessors) {
-    const std::size_t vertices =
-        accessors.count(primitive.indices >= 0 ? primitive.indices : attribute(primitive, "POSITION"));
-    if (vertices < 2) return 0;
-    return primitive.mode == TINYGLTF_MODE_LINE         ? vertices / 2
-           : primitive.mode == TINYGLTF_MODE_LINE_STRIP ? vertices - 1
-                                                        : vertices;
+/// Two vertices a line.
+std::vector<std::uint32_t> linesOf(const tinygltf::Primitive& primitive, const std::vector<std::uint32_t>& order) {
+    const bool single = primitive.mode == TINYGLTF_MODE_LINE;
+    std::vector<std::uint32_t> lines;
+    for (std::size_t i = 0; i + 1 < order.size(); i += single ? 2 : 1) lines.insert(lines.end(), {order[i], order[i + 1]});
+    if (primitive.mode == TINYGLTF_MODE_LINE_LOOP && order.size() > 1)
+        lines.insert(lines.end(), {order.back(), order.front()});
+    return lines;
 }
 
 void normalise(std::vector<float>& normals) {
@@ -91,21 +92,17 @@ Expected<void> addTarget(const GltfAccessors& accessors, const std::map<std::str
 }  // namespace
 
 bool GltfReader::isLeftOut(const tinygltf::Primitive& primitive) const {
-    return isLines(primitive) || attribute(primitive, "POSITION") < 0;
+    return attribute(primitive, "POSITION") < 0;
 }
 
 void GltfReader::countLeftOut(int mesh) {
     if (static_cast<std::size_t>(mesh) >= model_.meshes.size()) return;
     for (const tinygltf::Primitive& primitive : model_.meshes[static_cast<std::size_t>(mesh)].primitives) {
-        if (attribute(primitive, "POSITION") < 0)
-            ++withoutPositions_;
-        else if (isLines(primitive))
-            lines_ += lineCount(primitive, accessors_);
+        if (isLeftOut(primitive)) ++withoutPositions_;
     }
 }
 
 void GltfReader::noteLeftOut() {
-    if (lines_ > 0) scene_.note(fmt::format("{} lines are left out", lines_));
     if (withoutPositions_ > 0)
         scene_.note(fmt::format("{} parts of meshes without positions are left out", withoutPositions_));
 }
@@ -208,6 +205,14 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
         data.primitive = Primitive::kPoints;
         for (const tinygltf::Value* extras : {&primitive.extras, &node.extras, &mesh.extras})
             if (data.pointRadius == 0) data.pointRadius = radiusIn(*extras);
+        return data;
+    }
+    if (isLines(primitive)) {
+        const Expected<std::vector<std::uint32_t>> order = vertexOrder(primitive, vertices);
+        if (!order) return tl::unexpected(order.error());
+        data.primitive = Primitive::kLines;
+        data.lines = linesOf(primitive, *order);
+        data.normals.clear();
         return data;
     }
     Expected<std::vector<std::uint32_t>> indices = triangles(primitive, vertices);

@@ -109,7 +109,7 @@ private:
     std::map<int, Affine3d> world_;                ///< world_T_node of the nodes in the scene
     std::map<int, proto::scene::Motion> motions_;  ///< by node
     Box bounds_;
-    std::size_t lines_ = 0, withoutPositions_ = 0;  ///< as placed; left out
+    std::size_t withoutPositions_ = 0;  ///< as placed; left out
 };
 
 /// Refuses a model that insists on what is not shown here.

@@ -35,6 +35,9 @@ void PlainScene::addMesh(const std::string& name, MeshData mesh) {
     if (mesh.primitive == Primitive::kPoints) {
         message->set_primitive(proto::scene::Mesh::POINTS);
         message->set_point_radius(mesh.pointRadius > 0 ? mesh.pointRadius : 0.5 * spacingOf(mesh.positions));
+    } else if (mesh.primitive == Primitive::kLines) {
+        message->set_primitive(proto::scene::Mesh::LINES);
+        message->set_line_width(mesh.lineWidth);
     } else if (mesh.normals.empty()) {
         computeNormals(mesh);
     }
@@ -43,7 +46,7 @@ void PlainScene::addMesh(const std::string& name, MeshData mesh) {
     message->set_texcoords_blob(addBlob(bytesOf(mesh.texcoords)));
     message->set_texcoords1_blob(addBlob(bytesOf(mesh.texcoords1)));
     message->set_colors_blob(addBlob(bytesOf(mesh.colors)));
-    message->set_indices_blob(addBlob(bytesOf(mesh.indices)));
+    message->set_indices_blob(addBlob(bytesOf(mesh.primitive == Primitive::kLines ? mesh.lines : mesh.indices)));
 }
 
 void PlainScene::addModelMesh(const std::string& name, MeshData mesh, const ReadLimits& limits) {

@@ -1,5 +1,6 @@
 #include "server/import/reader/SceneExpander.h"
 
+#include <utility>
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/unknown_field_set.h>
@@ -291,6 +292,11 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
             return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': points have no index", mesh.name()));
         if (!(data.pointRadius >= 0))
             return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': point_radius must not be negative", mesh.name()));
+    } else if (mesh.primitive() == proto::scene::Mesh::LINES) {
+        data.primitive = Primitive::kLines;
+        if (mesh.line_width() != 0) data.lineWidth = mesh.line_width();
+        if (data.indices.empty() || data.indices.size() % 2 != 0)
+            return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': index needs two numbers per line", mesh.name()));
     } else if (data.indices.empty() || data.indices.size() % 3 != 0)
         return fail(ErrorCode::kBadInput,
                     fmt::format("mesh '{}': index needs three numbers per triangle", mesh.name()));
@@ -305,6 +311,7 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
         return fail(
             ErrorCode::kBadInput,
             fmt::format("mesh '{}': normal, texcoord, texcoord1 or color do not match its {} vertices", mesh.name(), vertices));
+    if (data.primitive == Primitive::kLines) data.lines = std::exchange(data.indices, {});
     for (const std::uint32_t color : mesh.color())
         for (int shift = 24; shift >= 0; shift -= 8) data.colors.push_back(static_cast<std::uint8_t>(color >> shift));
     scene_.addMesh(mesh.name(), std::move(data));

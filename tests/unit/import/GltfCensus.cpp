@@ -134,7 +134,7 @@ private:
         census_.lines += lines;
         census_.triangles += triangles;
         census_.points += mode == 0 ? n : 0;
-        if (lines > 0 || n == 0) return;
+        if (n == 0) return;
         if (primitive.contains("material")) materials_.insert(primitive["material"].get<int>());
         for (const auto& [name, accessor] : attributes.items()) {
             ++census_.parts[name];

@@ -78,6 +78,8 @@ FileCensus sceneCensus(const ImportedAspect& aspect) {
     action.on<Geometry>([&](const Visit&, const Geometry& geometry) {
         if (geometry.primitive == Geometry::kPoints)
             census.points += geometry.positions.sizeBytes() / 12;
+        else if (geometry.primitive == Geometry::kLines)
+            census.lines += geometry.indices.sizeBytes() / 8;
         else
             census.triangles += geometry.indices.sizeBytes() / 12;
         const std::pair<const char*, const Blob*> attributes[] = {{"POSITION", &geometry.positions},
@@ -108,7 +110,7 @@ void expectNothingLost(const FileCensus& file, const ImportedScene& scene) {
     const FileCensus shown = sceneCensus(aspect);
     EXPECT_EQ(shown.triangles, file.triangles);
     EXPECT_EQ(shown.points, file.points);
-    EXPECT_TRUE(file.lines == 0 || hasNote(scene, fmt::format("{} lines are left out", file.lines))) << file.lines << " lines";
+    EXPECT_EQ(shown.lines, file.lines);
     for (const std::string& name : file.toBeNamed) EXPECT_TRUE(hasNote(scene, name)) << name;
     const auto unnamed = std::count_if(file.pictures.begin(), file.pictures.end(),
                                        [&](const std::string& picture) { return !hasNote(scene, picture); });
