@@ -54,6 +54,16 @@ DecodedImage barePixels(const aiTexture& texture) {
     return image;
 }
 
+/// The red of one picture into a channel of another one of any size.
+void setChannel(const DecodedImage& from, std::size_t channel, DecodedImage& to) {
+    const auto width = static_cast<std::size_t>(to.widthPx), height = static_cast<std::size_t>(to.heightPx);
+    const auto fromWidth = static_cast<std::size_t>(from.widthPx), fromHeight = static_cast<std::size_t>(from.heightPx);
+    for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < width; ++x)
+            to.rgba[4 * (y * width + x) + channel] =
+                from.rgba[4 * (y * fromHeight / height * fromWidth + x * fromWidth / width)];
+}
+
 bool isBlack(const proto::scene::Color& color) {
     return color.r() == 0 && color.g() == 0 && color.b() == 0;
 }
@@ -115,11 +125,7 @@ void AssimpMaterials::setTextures(const aiMaterial& material, proto::scene::Mate
     if (!message.emissive_image().empty() && isBlack(message.emissive()))
         for (const auto set : {&proto::scene::Color::set_r, &proto::scene::Color::set_g, &proto::scene::Color::set_b})
             (message.mutable_emissive()->*set)(1.0f);
-    // One picture for both is glTF's; two would have to be made one.
-    if (textureFile(material, aiTextureType_METALNESS) == textureFile(material, aiTextureType_DIFFUSE_ROUGHNESS)) {
-        message.set_metallic_roughness_image(image(material, {aiTextureType_METALNESS}, taken));
-        taken.insert(aiTextureType_DIFFUSE_ROUGHNESS);
-    }
+    setMetalRoughness(material, message, taken);
     // A picture that is colour and opacity at once says the latter by its alpha.
     const std::string opacity = textureFile(material, aiTextureType_OPACITY);
     for (const aiTextureType base : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}) {
@@ -130,6 +136,26 @@ void AssimpMaterials::setTextures(const aiMaterial& material, proto::scene::Mate
             message.set_alpha_mode(proto::scene::Material::BLEND);
     }
     noteOthers(material, taken);
+}
+
+void AssimpMaterials::setMetalRoughness(const aiMaterial& material, proto::scene::Material& message,
+                                        std::set<aiTextureType>& taken) {
+    const std::string metal = textureFile(material, aiTextureType_METALNESS);
+    const std::string roughness = textureFile(material, aiTextureType_DIFFUSE_ROUGHNESS);
+    if (metal.empty() && roughness.empty()) return;
+    taken.insert({aiTextureType_METALNESS, aiTextureType_DIFFUSE_ROUGHNESS});
+    // One picture for both is laid out as glTF's; two become such a one, by the coordinates of the first.
+    const std::optional<ImageMessage> wanted =
+        look(material, metal.empty() ? aiTextureType_DIFFUSE_ROUGHNESS : aiTextureType_METALNESS);
+    if (!wanted) return;
+    message.set_metallic_roughness_image(
+        metal == roughness ? imageOf("texture " + metal, *wanted, [&] { return decode(metal); })
+                           : imageOf(fmt::format("the texture of metal '{}' and roughness '{}'", metal, roughness), *wanted,
+                                     [&] { return decodePacked(metal, roughness); }));
+    if (message.metallic_roughness_image().empty()) return;
+    // The numbers multiply the picture. Where files say none, or 0, they mean the picture alone.
+    if (!metal.empty() && message.metallic() == 0) message.set_metallic(1);
+    if (!roughness.empty() && property(material, AI_MATKEY_ROUGHNESS_FACTOR, 0.0f) == 0) message.set_roughness(1);
 }
 
 void AssimpMaterials::noteOthers(const aiMaterial& material, const std::set<aiTextureType>& taken) {
@@ -149,21 +175,23 @@ std::string AssimpMaterials::image(const aiMaterial& material, std::initializer_
         if (file.empty()) continue;
         taken.insert(kind);
         const std::optional<ImageMessage> wanted = look(material, kind);
-        if (!wanted) return {};
-        std::string& name = images_[{file, wanted->SerializeAsString()}];
-        if (!name.empty()) return name;
-        const std::string picture = fmt::format("texture {}", file);
-        const Expected<ImageMessage*> added = pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture,
-                                                          [&] { return decode(file); });
-        if (!added) {
-            scene_.note(fmt::format("{} is left out: {}", picture, added.error().message));
-            return {};
-        }
-        name = (*added)->name();
-        (*added)->MergeFrom(*wanted);
-        return name;
+        return wanted ? imageOf("texture " + file, *wanted, [&] { return decode(file); }) : "";
     }
     return {};
+}
+
+std::string AssimpMaterials::imageOf(const std::string& picture, const ImageMessage& wanted,
+                                     const std::function<Expected<DecodedImage>()>& decode) {
+    std::string& name = images_[{picture, wanted.SerializeAsString()}];
+    if (!name.empty()) return name;
+    const Expected<ImageMessage*> added = pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture, decode);
+    if (!added) {
+        scene_.note(fmt::format("{} is left out: {}", picture, added.error().message));
+        return {};
+    }
+    name = (*added)->name();
+    (*added)->MergeFrom(wanted);
+    return name;
 }
 
 std::optional<ImageMessage> AssimpMaterials::look(const aiMaterial& material, aiTextureType kind) {
@@ -200,6 +228,23 @@ Expected<DecodedImage> AssimpMaterials::decode(const std::string& file) const {
     DecodedImage image = barePixels(*embedded);
     while (image.widthPx > limits_.maxImageSide || image.heightPx > limits_.maxImageSide) halve(image);
     return image;
+}
+
+Expected<DecodedImage> AssimpMaterials::decodePacked(const std::string& metal, const std::string& roughness) const {
+    DecodedImage packed;
+    std::vector<std::pair<std::size_t, DecodedImage>> parts;  // by channel: glTF's green and blue
+    for (const auto& [channel, file] : {std::pair<std::size_t, const std::string&>(1, roughness), {2, metal}}) {
+        if (file.empty()) continue;
+        Expected<DecodedImage> part = decode(file);
+        if (!part) return part;
+        packed.widthPx = std::max(packed.widthPx, part->widthPx);
+        packed.heightPx = std::max(packed.heightPx, part->heightPx);
+        packed.halved = packed.halved || part->halved;
+        parts.emplace_back(channel, std::move(*part));
+    }
+    packed.rgba.assign(static_cast<std::size_t>(packed.widthPx) * static_cast<std::size_t>(packed.heightPx) * 4, std::byte{255});
+    for (const auto& [channel, part] : parts) setChannel(part, channel, packed);
+    return packed;
 }
 
 }  // namespace tessera

@@ -31,13 +31,19 @@ public:
 private:
     void setColors(const aiMaterial& material, proto::scene::Material& message);
     void setTextures(const aiMaterial& material, proto::scene::Material& message);
+    void setMetalRoughness(const aiMaterial& material, proto::scene::Material& message, std::set<aiTextureType>& taken);
     /// Names each kind of texture that is none of these.
     void noteOthers(const aiMaterial& material, const std::set<aiTextureType>& taken);
     /// The Image of the first of these kinds that the material has; empty with a note where it can't be had.
     std::string image(const aiMaterial& material, std::initializer_list<aiTextureType> kinds, std::set<aiTextureType>& taken);
+    /// The Image that shows a picture so; empty with a note where it can't be had.
+    std::string imageOf(const std::string& picture, const proto::scene::Image& wanted,
+                        const std::function<Expected<DecodedImage>()>& decode);
     /// How the texture is taken; nothing, with a note, where that cannot be shown.
     std::optional<proto::scene::Image> look(const aiMaterial& material, aiTextureType kind);
     Expected<DecodedImage> decode(const std::string& file) const;
+    /// Metal and roughness as glTF packs them; either may be missing.
+    Expected<DecodedImage> decodePacked(const std::string& metal, const std::string& roughness) const;
 
     const aiScene& source_;
     const FolderFiles& files_;
@@ -46,7 +52,7 @@ private:
     PlainScene& scene_;
     Pictures pictures_;
     std::set<unsigned> materials_;
-    std::map<std::pair<std::string, std::string>, std::string> images_;  ///< by file, and what the message says besides
+    std::map<std::pair<std::string, std::string>, std::string> images_;  ///< by picture, and what the message says besides
 };
 
 }  // namespace tessera

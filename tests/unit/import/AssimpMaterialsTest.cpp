@@ -68,6 +68,25 @@ TEST(ObjMaterial, TakesNormalAndEmissivePicturesAndNamesTheOthers) {
     EXPECT_EQ(painted("map_Ke one.tga\nKe 0 0.5 0\n").material.emissive, Vec3f(0, 0.5f, 0));
 }
 
+TEST(ObjMaterial, PacksMetalAndRoughnessIntoOnePicture) {
+    const Painted iron = painted("map_Pr red.tga\nmap_Pm one.tga\n");
+    const Image* packed = iron.image(iron.material.metallicRoughnessImage);
+    ASSERT_NE(packed, nullptr);
+    const auto pixels = packed->pixels.as<std::uint8_t>();
+    EXPECT_EQ(std::vector<std::uint8_t>(pixels.begin(), pixels.end()), (std::vector<std::uint8_t>{255, 255, 1, 255, 255, 255, 1, 255}))
+        << "green: the red of map_Pr; blue: that of map_Pm, in the size of the larger";
+    EXPECT_FLOAT_EQ(iron.material.metallic, 1);
+    EXPECT_FLOAT_EQ(iron.material.roughness, 1);
+    EXPECT_TRUE(iron.scene.notes.empty()) << iron.scene.notes.front();
+    const Painted rough = painted("map_Pr one.tga\nPm 0.5\n");
+    ASSERT_NE(rough.image(rough.material.metallicRoughnessImage), nullptr);
+    EXPECT_EQ(rough.image(rough.material.metallicRoughnessImage)->pixels.as<std::uint8_t>()[1], 1);
+    EXPECT_EQ(rough.image(rough.material.metallicRoughnessImage)->pixels.as<std::uint8_t>()[2], 255);
+    EXPECT_FLOAT_EQ(rough.material.metallic, 0.5f);
+    const Painted both = painted("map_Pr red.tga\nmap_Pm red.tga\n");
+    EXPECT_EQ(both.image(both.material.metallicRoughnessImage)->pixels.as<std::uint8_t>()[1], 0) << "as it is";
+}
+
 TEST(ObjMaterial, ClampsAPictureWhereItSaysSo) {
     const Painted repeated = painted("map_Kd red.tga\n"), clamped = painted("map_Kd -clamp on red.tga\n");
     EXPECT_EQ(repeated.image(repeated.material.baseColorImage)->wrapU, Image::kRepeat);
