@@ -133,12 +133,12 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
         if (!node) return failWith(path, node.error());
         spot = Spot{(*node)->id, *node, *node, 1, true};
     }
-    const std::uint64_t trianglesBefore = result_.triangles;
+    const std::size_t drawnBefore = drawn_;
     importing_ = {*canonical};
     const Expected<void> done = placeFile(**file, spot);
     if (!done) return done;
-    if (!(*file)->isScene && result_.triangles == trianglesBefore)
-        return fail(ErrorCode::kBadInput, path + ": there are no triangles in it");
+    if (!(*file)->isScene && drawn_ == drawnBefore)
+        return fail(ErrorCode::kBadInput, path + ": there is nothing in it that can be drawn");
     for (const Placed* child : top->children) result_.tops.push_back(child->id);
     return {};
 }

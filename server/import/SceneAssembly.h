@@ -102,6 +102,7 @@ private:
     ImportedScene result_;
     std::uint64_t nextId_;
     std::size_t written_ = 0;  ///< nodes that nobody saved
+    std::size_t drawn_ = 0;    ///< places of geometries in model files
     std::map<std::string, std::unique_ptr<LoadedFile>> files_;  ///< by canonical path
     std::vector<std::unique_ptr<Placed>> placed_;
     std::vector<PendingRef> pending_;

@@ -42,6 +42,7 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             const Expected<LoadedFile::GeometryCore> core = geometryCore(file, node.geometry(), spot);
             if (!core) return tl::unexpected(core.error());
             result_.triangles += core->triangles;
+            ++drawn_;
             return core->id;
         }
         case Content::kDirectionalLight: {
