@@ -50,27 +50,29 @@ void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, st
     }
 }
 
-/// When to look for what is hidden. Where a look has not paid, the next one comes after a pause of twice as many frames:
-/// in a scene that hides nothing that costs a hundredth of one look a frame.
+/// When to look for what is hidden. Where some looks one after the other have not paid, the next one comes after a pause, and
+/// after ever longer ones: in a scene that hides nothing that costs a hundredth of one look a frame.
 class LookingHabit {
 public:
     /// `items`: in the frustum now. Where there are far more than at the last look, it is another sight.
     bool looks(std::size_t items) {
-        if (items > 2 * itemsThen_ + 16) pause_ = left_ = 0;
+        if (items > 2 * itemsThen_ + 16) left_ = inVain_ = 0;
         if (left_ == 0) return true;
         --left_;
         return false;
     }
     void looked(std::size_t items, const CullingWork& work) {
         itemsThen_ = items;
-        pause_ = work.savedNs > work.spentNs ? 0 : std::min(2 * pause_ + 1, kLongestPause);
-        left_ = pause_;
+        inVain_ = work.savedNs > work.spentNs ? 0 : inVain_ + 1;
+        left_ = inVain_ < kPatience ? 0 : (1u << std::min(inVain_ - kPatience, kLongestPause)) - 1;
     }
 
 private:
-    static constexpr unsigned kLongestPause = 127;
+    static constexpr unsigned kPatience = 3;      ///< looks: the first ones find meshes that are not yet ready to hide things
+    static constexpr unsigned kLongestPause = 7;  ///< 127 frames
     std::size_t itemsThen_ = 0;
-    unsigned pause_ = 0, left_ = 0;  ///< frames
+    unsigned inVain_ = 0;  ///< looks, the last ones
+    unsigned left_ = 0;    ///< frames until the next
 };
 
 }  // namespace

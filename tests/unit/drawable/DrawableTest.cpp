@@ -54,7 +54,8 @@ TEST(Drawable, SaysWhatDoesNotFitOrIsNotHere) {
 }
 
 TEST(Drawable, KnowsTheMeshesThatRangesLedFrom) {
-    const MeshArrays first = makeBox({2, 4, 6}).toArrays();
+    MeshArrays first = makeBox({2, 4, 6}).toArrays();
+    first.texcoords = {};
     const auto with = [](const Blob& blob, std::uint64_t offset, std::span<const float> numbers) {
         return *blob.withRange(offset, std::as_bytes(numbers));
     };
