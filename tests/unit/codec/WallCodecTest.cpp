@@ -56,6 +56,7 @@ TEST(WallText, ReadsTheDocumentedExample) {
     EXPECT_EQ(wall->hosts[1].tiles[0].column, 1);
     EXPECT_EQ(wall->sync, SyncPolicy());
     EXPECT_EQ(wall->samples, 4);
+    EXPECT_EQ(wall->culler, CullerKind::kAuto);
 }
 
 TEST(WallText, ReadsWhatTheExampleLeavesOut) {
@@ -63,10 +64,14 @@ TEST(WallText, ReadsWhatTheExampleLeavesOut) {
         replaced(kExample, "late_frame: WAIT", "late_frame: HOLD late_after_ms: 40 start_deadline_ms: 900");
     text = replaced(text, "eye_separation_m: 0.065", "eye_separation_m: 0.07 orientation { w: 0.7 y: 0.7 }");
     text = replaced(text, "tile_width_px: 960", "column_widths_px: [900, 901] bezel_x_px: 3");
-    const Expected<Wall> wall = parseWall("name: \"lab\" samples: 1\n" + text, "f");
+    const Expected<Wall> wall = parseWall("name: \"lab\" samples: 1 culler: \"masked\"\n" + text, "f");
     ASSERT_TRUE(wall) << wall.error().message;
     EXPECT_EQ(wall->name, "lab");
     EXPECT_EQ(wall->samples, 1);
+    EXPECT_EQ(wall->culler, CullerKind::kMasked);
+    const Expected<Wall> wrong = parseWall("culler: \"magic\"\n" + text, "f");
+    ASSERT_FALSE(wrong);
+    EXPECT_NE(wrong.error().message.find("there is no culler 'magic'"), std::string::npos) << wrong.error().message;
     EXPECT_EQ(wall->sync.lateFrame, LateFramePolicy::kHold);
     EXPECT_EQ(wall->sync.lateAfter.count(), 40);
     EXPECT_EQ(wall->sync.startDeadline.count(), 900);
@@ -179,6 +184,7 @@ TEST(WallText, AnswersEveryTruncationAndFlippedByteWithAMessage) {
 Wall variedWall() {
     Wall wall = *parseWall(kExample, "varied");
     wall.samples = 1;
+    wall.culler = CullerKind::kFrustum;
     wall.screens[0].grid.columnWidthsPx = {101, 100};
     wall.screens[0].grid.tileWidthPx = 101;
     wall.screens[0].grid.bezelXPx = 7;
@@ -204,6 +210,7 @@ TEST(WallBytes, BringEverythingBack) {
     EXPECT_EQ(encodeWall(*back), encodeWall(wall));
     EXPECT_EQ(back->name, "varied");
     EXPECT_EQ(back->samples, 1);
+    EXPECT_EQ(back->culler, CullerKind::kFrustum);
     EXPECT_EQ(back->sync, wall.sync);
     EXPECT_EQ(back->screens[0].upperLeft, wall.screens[0].upperLeft) << "to the last bit: cameras depend on it";
     EXPECT_EQ(back->screens[0].grid.columnWidthsPx, wall.screens[0].grid.columnWidthsPx);
