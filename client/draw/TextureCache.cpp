@@ -62,12 +62,13 @@ GLuint TextureCache::sampler(const Image& image) {
 }
 
 GLuint TextureCache::find(const Image& image, ImageUse use) {
+    // First: what is drawn must not depend on whether another image of the same pixels is here, with the size they have.
+    if (!hasItsSize(image)) return 0;
     const Key key{.pixels = image.pixels.id(), .widthPx = image.widthPx, .use = use};
     if (const auto it = textures_.find(key); it != textures_.end()) {
         it->second.lastDraw = draw_;
         return it->second.name;
     }
-    if (!hasItsSize(image)) return 0;
     const auto widthPx = static_cast<GLsizei>(image.widthPx);
     const auto heightPx = static_cast<GLsizei>(image.heightPx);
     const auto levels = static_cast<GLsizei>(std::bit_width(static_cast<unsigned>(std::max(widthPx, heightPx))));

@@ -18,7 +18,7 @@ struct Geometry {
     Blob indices;       ///< uint32[3] per triangle, counter-clockwise seen from outside; uint32[2] per line; none of points
     ObjectId material;  ///< a Material; none: the default material
     /// kPoints: each vertex is a point, shaded by its normal where there are some, else as a ball. kLines: drawn in the
-    /// base colour, whatever the light; nobody picks them or collides with them.
+    /// base colour (image and vertex colours too), whatever the light; nobody picks them or collides with them.
     std::int64_t primitive = kTriangles;
     /// Of each point, in the geometry's own coordinates. 0: unknown; they are shown with `shownRadius` of
     /// common/geometry/Points.h.

@@ -118,9 +118,13 @@ SceneAssembly::Placed* SceneAssembly::placed(ObjectId id, std::string name, Plac
 }
 
 Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
-    const Expected<std::string> canonical = ordinaryFile(path, options_.maxFileBytes);
+    const bool isAsset = path.starts_with(kAssetScheme);
+    const Expected<std::string> found =
+        isAsset ? findAsset(std::string_view(path).substr(kAssetScheme.size()), options_.assetFolders) : path;
+    if (!found) return failWith(path, found.error());
+    const Expected<std::string> canonical = ordinaryFile(*found, options_.maxFileBytes);
     if (!canonical) return failWith(path, canonical.error());
-    if (options_.resolved && *canonical != path) return failWith(path, replaced());
+    if ((options_.resolved || isAsset) && *canonical != *found) return failWith(path, replaced());
     Expected<LoadedFile*> file = load(*canonical, path);
     if (!file) return tl::unexpected(file.error());
 

@@ -155,6 +155,8 @@ Expected<std::vector<std::uint32_t>> GltfReader::triangles(const tinygltf::Primi
 
 Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinygltf::Mesh& mesh,
                                          const tinygltf::Primitive& primitive) {
+    if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
+        return fail(ErrorCode::kBadInput, fmt::format("its mode is {}: 0 to 6 are known", primitive.mode));
     MeshData data;
     Expected<std::vector<float>> positions = accessors_.floats(attribute(primitive, "POSITION"), 3);
     if (!positions) return tl::unexpected(positions.error());

@@ -11,8 +11,6 @@ namespace {
 
 using test::makeLines;
 
-constexpr double kWidthMetres = 3.2;
-
 /// Pixels of the picture from the middle, y up; what is behind the eye is cut off at the near plane.
 struct OnScreen {
     Vec2d from, to;

@@ -516,5 +516,23 @@ TEST_F(MaterialTest, AnImageThatIsNotThereIsWhiteAndCounted) {
     }
 }
 
+TEST_F(MaterialTest, AnImageOfAWrongSizeIsWhiteBesideOneOfTheSamePixels) {
+    for (const std::int64_t height : {0, 1, 4}) {
+        TestScene scene = lit(Vec3d::UnitZ());
+        const Image right = plain({255, 0, 0, 255});
+        Image wrong = right;
+        wrong.heightPx = height;
+        Material red = of({1, 1, 1}), white = red;
+        red.baseColorImage = scene.add(right);
+        white.baseColorImage = scene.add(wrong);
+        scene.place(scene.add(makeSheet(1.6, 3.2), scene.add(red)), {-0.8, 0, -0.001});
+        scene.place(scene.add(makeSheet(1.6, 3.2), scene.add(white)), {0.8, 0, -0.002});
+        const Picture picture = draw(scene);
+        EXPECT_LT(pixel(picture, 16, 32).g, 30);
+        EXPECT_GT(pixel(picture, 48, 32).g, 100) << height;
+        EXPECT_EQ(renderer_->lastCounts().untextured, 1u);
+    }
+}
+
 }  // namespace
 }  // namespace tessera

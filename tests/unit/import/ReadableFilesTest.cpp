@@ -58,5 +58,15 @@ TEST_F(ReadableFiles, AreNoOthersWhateverTheWay) {
     EXPECT_NE(ask("models/a.obj").error().message.find("may read assets alone"), std::string::npos);
 }
 
+TEST(Assets, AreLoadedByTheirNameAlone) {
+    if (!std::filesystem::exists(kEngine)) GTEST_SKIP() << "models are missing (Debian package assimp-testmodels)";
+    const std::string name = std::filesystem::path(kEngine).lexically_relative(kDebianModels).string();
+    const Expected<ImportedScene> scene = importScene("asset://" + name, kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_GT(scene->triangles, 10'000u);
+    for (const char* wrong : {"asset://none.glb", "asset://../passwd"})
+        EXPECT_FALSE(importScene(wrong, kRootNode, importOptions())) << wrong;
+}
+
 }  // namespace
 }  // namespace tessera
