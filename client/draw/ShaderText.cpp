@@ -184,6 +184,10 @@ Surface surface() {
 #endif
     return s;
 }
+#ifdef MASKED
+// What is as opaque as the cutoff is there; less than a step of an image's alpha is rounding.
+float aboveCutoff(Surface s) { return s.base.a - strengths.z + 1e-4; }
+#endif
 )";
 
 // 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations for independent unit
@@ -225,11 +229,12 @@ void main() {
 #endif
 #endif
 #ifdef MASKED
-    // As many samples as the share of the pixel above the cutoff, were alpha a straight slope: an edge without steps.
-    float above = s.base.a - strengths.z;
+    float above = aboveCutoff(s);
 #if SAMPLES > 1
-    float slope = max(fwidth(s.base.a), 1e-4);
-    int covered = int(clamp(above / slope + 0.5, 0.0, 1.0) * float(SAMPLES) + 0.5);
+    // As many samples as the share of the pixel above the cutoff, were alpha a straight slope: an edge without steps.
+    float slope = fwidth(s.base.a);
+    float share = slope > 1e-4 ? clamp(above / slope + 0.5, 0.0, 1.0) : step(0.0, above);
+    int covered = int(share * float(SAMPLES) + 0.5);
     if (covered == 0) discard;
     // Samples that lie across from each other first.
     gl_SampleMask[0] = covered == 1 ? 1 : covered == 2 ? 9 : covered == 3 ? 11 : 15;
@@ -586,7 +591,7 @@ const char kNodeIdFragment[] = R"(
 layout(location = 0) out uvec2 outNode;
 void main() {
 #ifdef MASKED
-    if (surface().base.a < strengths.z) discard;
+    if (aboveCutoff(surface()) < 0.0) discard;
 #endif
     outNode = nodeAndMaterial.xy;
 }

@@ -130,7 +130,9 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     bool transparent = core->transmission > 0 || (thin && (blends || core->alphaMode == Material::kAutoAlpha));
     // An image is looked through only where that decides something.
     const bool ignored = core->alphaMode == Material::kOpaque;
-    const bool opaque = !transparent && (ignored || (!thin && (use.image == kNone || imageOpaque(aspect, use.image))));
+    // A cutoff above 1 leaves nothing; at 1 rounding may.
+    const bool cut = core->alphaMode == Material::kMask && core->alphaCutoff > 0.99f;
+    const bool opaque = !transparent && !cut && (ignored || (!thin && (use.image == kNone || imageOpaque(aspect, use.image))));
     transparent = transparent || (blends && !opaque);
     const bool another = transparent != use.transparent || blends != use.blends || opaque != use.opaque ||
                          detailed != use.detailed || coated != use.coated;

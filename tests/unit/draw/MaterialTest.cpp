@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 #include <set>
+#include <tuple>
 
 #include "tests/unit/draw/RendererStage.h"
 
@@ -408,6 +409,22 @@ TEST_F(MaterialTest, AlphaMeansWhatItsModeSays) {
         expectNear(halfRight, mixed(0.5 * 179 / 255.0));
         const auto [autoLeft, autoRight] = shown(Material::kAutoAlpha, 0.5f, 1);
         expectNear(autoLeft, red);
+    }
+}
+
+TEST_F(MaterialTest, WhatIsAsOpaqueAsTheCutoffIsThere) {
+    for (const int samples : {1, 4}) {
+        restart({.samples = samples});
+        for (const auto& [own, cutoff, there] :
+             {std::tuple(1.0f, 1.0f, true), {0.5f, 0.5f, true}, {0.5f, 0.51f, false}, {1.0f, 1.5f, false}, {0.0f, 0.0f, true}}) {
+            TestScene scene;
+            scene.setDark(Vec3f(0, 0.5f, 0));
+            Material material = unlit({0.5f, 0, 0});
+            material.baseColor.w() = own;
+            material.alphaMode = Material::kMask;
+            material.alphaCutoff = cutoff;
+            expectNear(middleOf(scene, material), expectedOf(there ? Vec3f(0.5f, 0, 0) : Vec3f(0, 0.5f, 0)));
+        }
     }
 }
 
