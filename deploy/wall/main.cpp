@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "common/base/Version.h"
+#include "common/wall/Culler.h"
 #include "deploy/wall/Launch.h"
 
 int main(int argc, char** argv) {
@@ -29,7 +30,12 @@ int main(int argc, char** argv) {
         ->type_name("N")
         ->check(CLI::IsMember({1, 4}));
     app.add_option("--camera", options.camera, "Node of the camera to use")->type_name("C");
-    app.add_option("--culler", options.culler, "none, frustum, masked or auto (the wall's, else auto)")->type_name("K");
+    app.add_option("--culler", options.culler, "none, frustum, masked or auto (the wall's, else auto)")
+        ->type_name("K")
+        ->check([](const std::string& name) {
+            const auto culler = tessera::parseCuller(name);
+            return culler ? std::string() : culler.error().message;
+        });
     app.add_option("--output", options.output, "Folder for pictures and report (out)")->type_name("DIR");
     app.add_option("--assets", options.assets, "Folders for asset://NAME")->type_name("DIR");
     app.add_option("--record", options.record, "Record the server, for tessera-replay")->type_name("FILE");

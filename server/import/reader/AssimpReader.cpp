@@ -13,6 +13,7 @@
 #include <span>
 
 #include "server/import/reader/AssimpFiles.h"
+#include "server/import/reader/ObjMaterials.h"
 #include "server/import/reader/AssimpMaterials.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ReadScene.h"
@@ -209,7 +210,9 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     std::string lower = extension;
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0).convert();
+    Expected<PlainScene> converted = AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0).convert();
+    if (converted && lower == ".obj") noteObjMaterials(path, files, *converted);
+    return converted;
 }
 
 }  // namespace tessera

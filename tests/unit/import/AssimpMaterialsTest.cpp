@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "tests/unit/import/Picture.h"
 
 namespace tessera {
@@ -122,6 +124,23 @@ std::string collada(const std::string& texcoord, const std::string& placement) {
         <scene><instance_visual_scene url="#vs"/></scene></COLLADA>)",
         texcoord, placement, source("p", "0 0 0 1 0 0 0 1 0", 3, "XYZ"), source("t0", "0 0 1 0 0 1", 2, "ST"),
         source("t1", "0 0 0.5 0 0 0.5", 2, "ST"));
+}
+
+TEST(ObjMaterial, SaysWhichLibrariesAndMaterialsAreNotThereAndWhatOfAnImageIsNotRead) {
+    const Scratch scratch;
+    scratch.write("there.mtl", "newmtl red\nKd 1 0 0\n map_Kd -s 2 2 1 -o .5 .5 0 one.tga\n");
+    const Painted painted = importedPaint(scratch, "model.obj",
+                                          "mtllib there.mtl\nmtllib gone.mtl\nmtllib ../out.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n"
+                                          "usemtl nope\nf 1 2 3\nusemtl red\nf 3 2 1\n");
+    const auto& notes = painted.scene.notes;
+    const auto says = [&](const char* what) {
+        return std::count_if(notes.begin(), notes.end(), [&](const std::string& note) { return note.find(what) != note.npos; });
+    };
+    EXPECT_EQ(says("the material library gone.mtl is left out"), 1);
+    EXPECT_EQ(says("the material library ../out.mtl is left out"), 1);
+    EXPECT_EQ(says("there is no material 'nope'"), 1);
+    EXPECT_EQ(says("scale, offset and turbulence of images are left out"), 1);
+    EXPECT_EQ(says("'red'") + says("there.mtl"), 0);
 }
 
 TEST(ColladaMaterial, TakesTheSecondTextureCoordinatesAndHowAPictureGoesOn) {

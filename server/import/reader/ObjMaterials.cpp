@@ -1,0 +1,59 @@
+#include "server/import/reader/ObjMaterials.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <functional>
+#include <set>
+#include <string_view>
+
+namespace tessera {
+namespace {
+
+/// A word and the trimmed rest of each line that has both.
+void forLines(const std::string& path, const std::function<void(std::string_view, std::string_view)>& visit) {
+    std::ifstream file(path);
+    for (std::string line; std::getline(file, line);) {
+        constexpr const char* kSpace = " \t\r";
+        const std::string_view all = line;
+        const std::size_t start = all.find_first_not_of(kSpace);
+        const std::size_t gap = all.find_first_of(kSpace, start);
+        const std::size_t rest = all.find_first_not_of(kSpace, gap);
+        if (start == all.npos || gap == all.npos || rest == all.npos) continue;
+        visit(all.substr(start, gap - start), all.substr(rest, all.find_last_not_of(kSpace) + 1 - rest));
+    }
+}
+
+}  // namespace
+
+void noteObjMaterials(const std::string& path, const FolderFiles& files, PlainScene& scene) {
+    constexpr std::size_t kNamed = 8;  // of many the first ones
+    std::set<std::string> libraries, used, defined;
+    forLines(path, [&](std::string_view word, std::string_view rest) {
+        if (word == "mtllib") libraries.emplace(rest);
+        if (word == "usemtl") used.emplace(rest);
+    });
+    bool moved = false;
+    std::size_t missing = 0;
+    for (const std::string& library : libraries) {
+        const Expected<std::string> found = files.resolve(library);
+        if (!found) {
+            if (++missing <= kNamed) scene.note(fmt::format("the material library {} is left out: {}", library, found.error().message));
+            continue;
+        }
+        forLines(*found, [&](std::string_view word, std::string_view rest) {
+            if (word == "newmtl") defined.emplace(rest);
+            for (const char* option : {"-s ", "-o ", "-t "})
+                moved = moved || (word.starts_with("map_") && (" " + std::string(rest)).find(std::string(" ") + option) != std::string::npos);
+        });
+    }
+    if (moved) scene.note("scale, offset and turbulence of images are left out");
+    // A file without a library says nothing of looks, whatever names it uses.
+    if (libraries.empty()) used.clear();
+    std::size_t unknown = 0;
+    for (const std::string& name : used)
+        if (!defined.contains(name) && ++unknown <= kNamed) scene.note(fmt::format("there is no material '{}'", name));
+    if (unknown > kNamed) scene.note(fmt::format("{} more materials are not there", unknown - kNamed));
+}
+
+}  // namespace tessera
