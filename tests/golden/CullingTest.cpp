@@ -45,6 +45,18 @@ Aspect makeTown(unsigned seed) {
         details.push_back(scene.add(makeSheet(1, 1), material));
     }
     details.push_back(scene.add(makeBox({1, 1, 1}), colored(0.5f, false)));
+    // Walls and balls with holes.
+    std::vector<std::uint8_t> lattice;
+    for (int i = 0; i < 16 * 16; ++i) {
+        const bool hole = i % 4 < 2 && i / 16 % 4 < 2;
+        lattice.insert(lattice.end(), {200, 180, 90, static_cast<std::uint8_t>(hole ? 0 : 255)});
+    }
+    Material holes;
+    holes.alphaMode = Material::kMask;
+    holes.baseColorImage = scene.addImage(Blob::of(std::span<const std::uint8_t>(lattice)), 16, 16);
+    const ObjectId open = scene.add(holes);
+    blocks.push_back(scene.add(makeBox({1, 1, 1}), open));
+    details.push_back(scene.add(makeSphere(0.5, 14), open));
     MeshData scan = *pointsOnSurface(makeSphere(0.4, 14), 0.15);
     scan.pointRadius = 0.1;
     details.push_back(scene.add(scan, colored(1, false)));

@@ -504,6 +504,28 @@ TEST_F(RendererTest, MemoryStaysNearTheBudgetHoweverManyMeshesPassBy) {
     EXPECT_EQ(draw(sceneOf(0), camera), first) << "what gave way comes back";
 }
 
+TEST_F(RendererTest, OfImagesThoseGoThatWereNotDrawnForLongest) {
+    constexpr std::size_t kImageBytes = 64 * 64 * 4 / 3 * 4;
+    restart({.samples = 1, .textureBudgetBytes = kImageBytes * 28 / 10});
+    const auto drawWith = [&](int image) {
+        std::vector<std::uint8_t> pixels(64 * 64 * 4, static_cast<std::uint8_t>(image));
+        TestScene scene;
+        Material material;
+        if (image > 0) material.baseColorImage = scene.addImage(Blob::of(std::span<const std::uint8_t>(pixels)), 64, 64);
+        scene.place(scene.add(makeSheet(1, 1), scene.add(material)), {0, 0, -1});
+        (void)draw(scene);
+        return renderer_->residentBytes();
+    };
+    const std::size_t mesh = drawWith(0);
+    const auto images = [&](int image) { return (drawWith(image) - mesh + kImageBytes / 2) / kImageBytes; };
+    EXPECT_EQ(images(1), 1u);
+    EXPECT_EQ(images(2), 2u);
+    EXPECT_EQ(images(3), 3u) << "what a draw needs is there";
+    EXPECT_EQ(images(3), 2u) << "the first one went";
+    EXPECT_EQ(images(2), 2u) << "it was still here";
+    EXPECT_EQ(images(1), 3u) << "it was not";
+}
+
 TEST_F(RendererTest, ProbeIsTheSameEveryTimeAndDependsOnTheSamples) {
     const auto once = renderer_->pixelProbe();
     ASSERT_TRUE(once) << once.error().message;

@@ -1,4 +1,5 @@
-// Every model that is at hand: what was counted in the file is in the scene, or a note speaks of it; what is refused says why.
+// All models at hand. Of glTF 2, OBJ, OFF, PLY and STL what was counted in the file is in the scene, or a note speaks of it;
+// of other formats something is shown, or a note speaks. What is refused says why.
 
 #include <fmt/format.h>
 
