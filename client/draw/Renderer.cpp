@@ -37,6 +37,11 @@ Expected<void> checkRect(const ScreenCamera& camera, const PixelRect& r) {
     return {};
 }
 
+/// From the origin to the farthest corner.
+double reachOf(const Box& box, const Vec3d& origin) {
+    return (box.upper - origin).cwiseAbs().cwiseMax((box.lower - origin).cwiseAbs()).norm();
+}
+
 Picture toPicture(const std::vector<std::uint8_t>& rgba, int widthPx, int heightPx) {
     Picture picture{.widthPx = widthPx, .heightPx = heightPx, .rgb = {}};
     const auto width = static_cast<std::size_t>(widthPx);
@@ -174,6 +179,11 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
                                          TileBuffers& buffers) {
     scissor = grownToGrid(cell.inCell);
     if (auto room = buffers.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room) return room;
+    const ClusterSight sight(screen, cell.onScreen,
+                             {.x = cell.onScreen.x - cell.inCell.x,
+                              .y = cell.onScreen.y - cell.inCell.y,
+                              .width = kCellWidthPx,
+                              .height = kCellHeightPx});
     const Frustum frustum = tileFrustum(screen, cell.onScreen);
     const Frustum aroundLines = tileFrustum(screen, cell.onScreen, kFrustumMarginPx + calls.widestLineReachPx());
     inCell.clear();
@@ -184,8 +194,13 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
         const Box& box = call.item->box;
         const Frustum& shown = call.item->lineWidth > 0 ? aroundLines : frustum;
         const Frustum::Result result = box.empty() ? Frustum::Result{} : shown.classify(box, Frustum::kAllPlanes);
-        if (!result.outside && result.undecided != 0 && !call.item->clusters.empty())
-            runsInFrustum(call.item->clusters, all, frustum, call.item->world_T_item, runs);
+        if (!result.outside && !call.item->clusters.empty())
+            sight.appendRuns({.clusters = call.item->clusters,
+                              .triangles = all,
+                              .hidden = list.hiddenOf(*call.item),
+                              .backFacesShown = calls.lookOf(call).doubleSided,
+                              .reach = reachOf(box, call.item->world_T_item.translation())},
+                             call.item->world_T_item, runs);
         else if (!result.outside)
             runs.push_back({0, all});
         inCell.push_back({first, static_cast<std::uint32_t>(runs.size())});

@@ -27,6 +27,8 @@ struct DrawItem {
     Box box = {};           ///< in the world, around all of it; empty: not known
     /// Of its mesh, where that is large; valid until the scene is updated. Empty: it is drawn as a whole.
     std::span<const MeshCluster> clusters = {};
+    static constexpr std::uint32_t kNoneHidden = 0xffffffffu;
+    std::uint32_t hiddenFrom = kNoneHidden;  ///< in the list's `hiddenClusters`
 };
 
 /// How far, in pixels, lines of this width stand out beside and beyond the lines themselves: their ends are square.
@@ -47,12 +49,18 @@ struct LightItem {
 struct DrawList {
     std::vector<DrawItem> opaque;       ///< front to back
     std::vector<DrawItem> transparent;  ///< back to front
+    std::vector<std::uint64_t> hiddenClusters;  ///< a bit per cluster of those items that have some; left away
     std::vector<LightItem> lights;      ///< in document order, at most kMaxLights
     Environment environment;
     // Of the scene, the same on every tile: a pixel may be computed otherwise where one of them is set.
     bool detailed = false;  ///< images of some material say more than its colour and its normals
     bool coated = false;    ///< some material has lacquer
     static constexpr std::size_t kMaxLights = 16;
+
+    [[nodiscard]] ClusterBits hiddenOf(const DrawItem& item) const {
+        if (item.hiddenFrom == DrawItem::kNoneHidden) return {};
+        return ClusterBits(hiddenClusters).subspan(item.hiddenFrom, wordsFor(item.clusters.size()));
+    }
 };
 
 /// Whether the lists name the same things in the same places, to the bit: they draw the same picture then, as long as

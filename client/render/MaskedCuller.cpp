@@ -72,12 +72,14 @@ CullingWork MaskedCuller::cull(const RenderScene::Impl& scene, const ScreenCamer
     const double reach = scene.widestLineReachPx();
     const TileProjection tile(camera, pixels, reach);
     work_ = {};
+    forget();
     if (!tile.usable() || items.empty()) return work_;
     if (rebuilds_ != scene.rebuilds) {
         rebuilds_ = scene.rebuilds;
         hiddenBefore_.clear();
     }
     hiddenBefore_.resize(scene.items.size(), false);
+    hiddenFrom_.assign(scene.items.size(), DrawItem::kNoneHidden);
     buffer_.reset(pixels.width, pixels.height);
     work_.spentNs += kNsPerResetPixel * pixels.width * pixels.height;
     drawOccluders(scene, tile, items);
@@ -187,14 +189,37 @@ void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProject
             if (frustum.classify(scene.boxes[i], result.undecided).outside) continue;
             const SceneItem& item = scene.items[i];
             work_.spentNs += kNsPerTest;
-            const Footprint footprint =
-                tile.footprint(clipFromItem(scene, tile, item), item.mesh->bounds, noiseOf(scene, tile, item));
-            if (buffer_.hides(footprint)) continue;
+            const Mat4d clip_T_item = clipFromItem(scene, tile, item);
+            const double itemNoise = noiseOf(scene, tile, item);
+            if (buffer_.hides(tile.footprint(clip_T_item, item.mesh->bounds, itemNoise))) continue;
+            if (!keepVisibleClusters(tile, item, i, clip_T_item, itemNoise)) continue;
             hiddenBefore_[i] = false;
             work_.savedNs -= drawingNs(item);
             items.push_back(i);
         }
     }
+}
+
+bool MaskedCuller::keepVisibleClusters(const TileProjection& tile, const SceneItem& item, std::uint32_t index,
+                                       const Mat4d& clip_T_item, double noise) {
+    const std::vector<MeshCluster>& clusters = item.mesh->clusters;
+    if (clusters.empty()) return true;
+    const std::size_t first = hiddenClusters_.size();
+    hiddenClusters_.resize(first + wordsFor(clusters.size()));
+    std::size_t hidden = 0;
+    for (std::size_t k = 0; k < clusters.size(); ++k) {
+        work_.spentNs += kNsPerTest;
+        if (!buffer_.hides(tile.footprint(clip_T_item, clusters[k].box(), noise))) continue;
+        hiddenClusters_[first + k / 64] |= std::uint64_t{1} << k % 64;
+        ++hidden;
+    }
+    if (hidden == 0) {
+        hiddenClusters_.resize(first);
+        return true;
+    }
+    work_.savedNs += kNsPerDrawnTriangle * static_cast<double>(hidden * MeshCluster::kTriangles);
+    hiddenFrom_[index] = static_cast<std::uint32_t>(first);
+    return hidden < clusters.size();
 }
 
 }  // namespace tessera

@@ -27,6 +27,16 @@ public:
     /// `items`: what passed the frustum test; what is hidden is taken out.
     CullingWork cull(const RenderScene::Impl& scene, const ScreenCamera& camera, const PixelRect& pixels,
                      std::vector<std::uint32_t>& items);
+    /// Of an item that `cull` has left: where its clusters' bits begin in `hiddenClusters`, see DrawItem.
+    [[nodiscard]] std::uint32_t hiddenFrom(std::uint32_t item) const {
+        return item < hiddenFrom_.size() ? hiddenFrom_[item] : DrawItem::kNoneHidden;
+    }
+    [[nodiscard]] const std::vector<std::uint64_t>& hiddenClusters() const { return hiddenClusters_; }
+    /// What was found is not true of another sight.
+    void forget() {
+        hiddenFrom_.clear();
+        hiddenClusters_.clear();
+    }
 
 private:
     struct Candidate {
@@ -41,10 +51,16 @@ private:
     void keepVisible(const RenderScene::Impl& scene, const TileProjection& tile, const Frustum& frustum,
                      std::vector<std::uint32_t>& items);
 
+    /// Whether any cluster of a large mesh is left.
+    [[nodiscard]] bool keepVisibleClusters(const TileProjection& tile, const SceneItem& item, std::uint32_t index,
+                                           const Mat4d& clip_T_item, double noise);
+
     OcclusionBuffer buffer_;
     OccluderRasteriser rasteriser_;
     std::vector<Candidate> candidates_;
     std::vector<bool> hiddenBefore_;  ///< by item
+    std::vector<std::uint32_t> hiddenFrom_;  ///< by item
+    std::vector<std::uint64_t> hiddenClusters_;
     CullingWork work_;
     std::uint64_t rebuilds_ = 0;      ///< of the scene that the items were those of
 };

@@ -10,8 +10,6 @@ namespace {
 
 /// No vertex may be displaced by more: the near end of an occluder is cut off where it would be.
 constexpr double kWorstDisplacementPx = 0.1;
-/// Nor is any triangle of use that is so flat that a grid of 1/256 pixel decides how it lies.
-constexpr double kFlattestPx = 0.02;
 /// A float counts sixteenths of a pixel up to here. What lies farther outside is left out.
 constexpr double kUtmostPx = 500'000;
 /// A patch that is smaller hides nothing worth the work.
@@ -60,7 +58,7 @@ void OccluderRasteriser::project(const OccluderMesh& mesh, const Placed& placed,
         nearestVertex = std::max(nearestVertex, 1 / w);
     }
     // So high that a displacement of its corners changes neither a triangle's facing nor much of its slope.
-    flattest_ = std::max(kFlattestPx, 8 * noise_ * tile.pixelsPerMetre() * nearestVertex);
+    flattest_ = tile.flattestPx(noise_, nearestVertex);
 }
 
 ScreenPoint OccluderRasteriser::clipEdge(const OccluderMesh::Point& from, const OccluderMesh::Point& to) const {

@@ -109,7 +109,10 @@ DrawList RenderAction::run(const RenderScene& scene, const ScreenCamera& camera,
     count.inFrustum = items.size();
     count.looked = impl_->kind == CullerKind::kMasked ||
                    (impl_->kind == CullerKind::kAuto && impl_->habit.looks(count.inFrustum));
-    if (count.looked) impl_->habit.looked(count.inFrustum, impl_->masked.cull(all, camera, pixels, items));
+    if (count.looked)
+        impl_->habit.looked(count.inFrustum, impl_->masked.cull(all, camera, pixels, items));
+    else
+        impl_->masked.forget();
     count.drawn = items.size();
     for (const std::uint32_t item : items) count.trianglesDrawn += all.items[item].mesh->triangles;
     if (counts) *counts = count;
@@ -149,12 +152,14 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
             if (kind == CullerKind::kNone) continue;
             drawn.box = scene.boxes[ranked.item];
             drawn.clusters = item.mesh->clusters;
+            drawn.hiddenFrom = masked.hiddenFrom(ranked.item);
         }
         return result;
     };
     DrawList result;
     result.opaque = drawItems(opaque);
     result.transparent = drawItems(transparent);
+    result.hiddenClusters = masked.hiddenClusters();
     result.lights = scene.lights;
     result.environment = scene.environment;
     result.detailed = scene.detailedItems > 0;

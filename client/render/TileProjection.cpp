@@ -59,6 +59,7 @@ TileProjection::TileProjection(const ScreenCamera& camera, const PixelRect& pixe
 
     const Mat4d& p = camera.clip_T_eye;
     pixelsPerMetre_ = std::max(halfWidth_ * p.row(0).head<3>().norm(), halfHeight_ * p.row(1).head<3>().norm());
+    leastPixelsPerMetre_ = std::min(halfWidth_ * std::abs(p(0, 0)), halfHeight_ * std::abs(p(1, 1)));
     // w = -z and clip z = a z + b, so normalised depth is -a + b / w.
     const double a = p(2, 2);
     const double b = p(2, 3);

@@ -42,7 +42,8 @@ public:
     [[nodiscard]] const Mat4d& clip_T_world() const { return clip_T_world_; }
     [[nodiscard]] double nearMetres() const { return near_; }
     [[nodiscard]] double farMetres() const { return far_; }
-    [[nodiscard]] double pixelsPerMetre() const { return pixelsPerMetre_; }  ///< at 1 m
+    [[nodiscard]] double pixelsPerMetre() const { return pixelsPerMetre_; }            ///< at 1 m, at the most
+    [[nodiscard]] double leastPixelsPerMetre() const { return leastPixelsPerMetre_; }  ///< across or up, at 1 m
     [[nodiscard]] double metresPerUnit() const { return metresPerUnit_; }
     /// Farther than any pixel of the screen is from its corner: planes of attributes are rounded there.
     [[nodiscard]] double screenReachPx() const { return screenReach_; }
@@ -66,6 +67,12 @@ public:
         return inverseDepth * (1 + 2 * noise / depthSlope_) + depthNoise_;
     }
 
+    /// Of triangles no nearer than this inverse depth: what is higher than so many pixels shows the side that it has without
+    /// rounding, whatever a grid of 1/256 pixel and single precision do to its corners.
+    [[nodiscard]] double flattestPx(double noise, double inverseDepth) const {
+        return std::max(kFlattestPx, 8 * noise * pixelsPerMetre_ * inverseDepth);
+    }
+
     [[nodiscard]] Footprint footprint(const Mat4d& clip_T_box, const Box& box, double noise) const;
     /// What the box covers of the tile, in pixels; exact but for rounding.
     [[nodiscard]] double coveredPx(const Mat4d& clip_T_box, const Box& box) const;
@@ -73,6 +80,7 @@ public:
 private:
     /// Four products and their sum, matrices rounded before: eight half units in the last place, doubled.
     static constexpr double kRounding = 1.0 / (1 << 20);
+    static constexpr double kFlattestPx = 0.02;
 
     bool usable_ = false;
     int width_ = 0, height_ = 0;
@@ -81,7 +89,7 @@ private:
     double near_ = 0, far_ = 0;
     double depthSlope_ = 1;  ///< of normalised depth over inverse depth
     double depthNoise_ = 0;  ///< in inverse depth: what a 32-bit depth buffer and its interpolation round off
-    double pixelsPerMetre_ = 0, metresPerUnit_ = 1, screenReach_ = 0, margin_ = 0;
+    double pixelsPerMetre_ = 0, leastPixelsPerMetre_ = 0, metresPerUnit_ = 1, screenReach_ = 0, margin_ = 0;
     Vec3d eye_;
 };
 
