@@ -28,6 +28,12 @@ bool readsSurface(const ProgramKind& kind) {
     return kind.use == Use::kSurface || kind.use == Use::kBlend || (kind.use == Use::kNodeIds && kind.masked);
 }
 
+/// What is drawn over the whole screen lies there: where the depth test compares it with what kClassify has written.
+const char* screenDepthOf(ProgramKind::Use use) {
+    using Use = ProgramKind::Use;
+    return use == Use::kLightRest ? "0.9" : use == Use::kLight ? "0.6" : "0.5";
+}
+
 /// Version, switches and blocks: the same in front of both stages.
 std::string headOf(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
@@ -43,6 +49,9 @@ std::string headOf(const ProgramKind& kind) {
     define(kind.detail, "DETAIL");
     define(kind.coated, "COATED");
     define(kind.use == Use::kLightRest, "REST");
+    define(kind.use == Use::kLightOne, "ONE_SURFACE");
+    define(kind.use == Use::kClassify, "BACKGROUND");
+    head += fmt::format("#define SCREEN_DEPTH {}\n", screenDepthOf(kind.use));
     if (kind.look) head += fmt::format("#define MAPS {}\n", kind.maps);
     head += fmt::format("#define SAMPLES {}\n#define FOR_EACH_LIGHT", kind.samples);
     for (std::size_t i = 0; i < kind.lightCount; ++i)
@@ -59,6 +68,9 @@ std::string fragmentOf(const ProgramKind& kind) {
     switch (kind.use) {
         case Use::kSurface:
             return std::string(shader_text::kSurface) + shader_text::kPackFragment;
+        case Use::kClassify:
+            return std::string(shader_text::kReadSurface) + shader_text::kClassifyFragment;
+        case Use::kLightOne:
         case Use::kLight:
         case Use::kLightRest:
             return std::string(shader_text::kLighting) + shader_text::kReadSurface + shader_text::kLightFragment;
@@ -76,10 +88,24 @@ std::string fragmentOf(const ProgramKind& kind) {
     return {};
 }
 
-bool coversScreen(ProgramKind::Use use) {
+std::string vertexOf(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
-    return use == Use::kLight || use == Use::kLightRest || use == Use::kCopy || use == Use::kSpread ||
-           use == Use::kResolve;
+    switch (kind.use) {
+        case Use::kSurface:
+        case Use::kBlend:
+        case Use::kNodeIds:
+            return shader_text::kMeshVertex;
+        case Use::kClassify:
+            return std::string(shader_text::kLighting) + shader_text::kScreenVertex;
+        case Use::kLightOne:
+        case Use::kLight:
+        case Use::kLightRest:
+        case Use::kCopy:
+        case Use::kSpread:
+        case Use::kResolve:
+            return shader_text::kScreenVertex;
+    }
+    return {};
 }
 
 }  // namespace
@@ -87,7 +113,7 @@ bool coversScreen(ProgramKind::Use use) {
 Expected<Program> Program::create(const GlFunctions& gl, const ProgramKind& kind) {
     const std::string head = headOf(kind);
     const auto vertex = compile(
-        gl, GL_VERTEX_SHADER, head + (coversScreen(kind.use) ? shader_text::kScreenVertex : shader_text::kMeshVertex));
+        gl, GL_VERTEX_SHADER, head + vertexOf(kind));
     if (!vertex) return tl::unexpected(vertex.error());
     const auto fragment = compile(gl, GL_FRAGMENT_SHADER, head + fragmentOf(kind));
     if (!fragment) {

@@ -75,8 +75,10 @@ inline constexpr std::size_t kMaxMaterials = 1 << 14;
 struct ProgramKind {
     enum class Use : std::uint8_t {
         kSurface,  ///< first pass of what is solid
-        kLight,    ///< second pass
-        kLightRest,
+        kClassify,   ///< second pass: the background, and what is to be done in each pixel
+        kLightOne,   ///< pixels whose samples all show the same
+        kLight,      ///< the others
+        kLightRest,  ///< and what else there is in them
         kBlend,  ///< what is transparent
         kCopy,   ///< before it: the picture into all samples, the rest into those that show it
         kSpread,

@@ -250,13 +250,14 @@ Expected<void> Renderer::Impl::useProgram(const ProgramKind& kind) {
 ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
     using Use = ProgramKind::Use;
     ProgramKind kind{.use = use};
-    const bool lights = use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
+    const bool lightsSurfaces = use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest;
+    const bool lights = lightsSurfaces || use == Use::kBlend;
     if (lights) {
         kind.coated = scene.coated;
         kind.lightCount = scene.lightCount;
         kind.spots = scene.spots;
     }
-    if (use == Use::kSurface || use == Use::kLight || use == Use::kLightRest) kind.detail = scene.detail;
+    if (use == Use::kSurface || use == Use::kClassify || lightsSurfaces) kind.detail = scene.detail;
     if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kCopy)
         kind.samples = options.samples;
     return kind;
@@ -338,17 +339,22 @@ Expected<void> Renderer::Impl::drawOverScreen(const ProgramKind& kind) {
 /// Each pixel is lit once, however many surfaces were drawn into it, and once more where its samples show different
 /// ones. Where something will be blended over the picture each sample gets the colour that it shows.
 Expected<void> Renderer::Impl::lightSurfaces() {
+    using Use = ProgramKind::Use;
     const auto framebuffer = tile.picture();
     if (!framebuffer) return tl::unexpected(framebuffer.error());
     gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
     bindSurfaces();
     gl.DepthFunc(GL_ALWAYS);
-    if (auto drawn = drawOverScreen(kindOf(ProgramKind::Use::kLight)); !drawn || options.samples == 1) return drawn;
-    const bool perSample = blends();
+    if (auto sorted = drawOverScreen(kindOf(Use::kClassify)); !sorted) return sorted;
     gl.DepthMask(GL_FALSE);
+    gl.DepthFunc(GL_EQUAL);
+    if (auto lit = drawOverScreen(kindOf(Use::kLightOne)); !lit || options.samples == 1) return lit;
+    gl.DepthFunc(GL_LESS);
+    if (auto lit = drawOverScreen(kindOf(Use::kLight)); !lit) return lit;
+    const bool perSample = blends();
     if (perSample)
         if (auto copied = copyToSamples(); !copied) return copied;
-    const ProgramKind kind = kindOf(ProgramKind::Use::kLightRest);
+    const ProgramKind kind = kindOf(Use::kLightRest);
     bindSurfaces();
     gl.DepthFunc(GL_LESS);
     if (perSample) {
@@ -381,6 +387,7 @@ Expected<void> Renderer::Impl::copyToSamples() {
     if (!framebuffer) return tl::unexpected(framebuffer.error());
     gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
     gl.BindTextureUnit(0, tile.pictureTexture());
+    gl.DepthFunc(GL_ALWAYS);
     return drawOverScreen(kindOf(ProgramKind::Use::kCopy));
 }
 

@@ -379,9 +379,16 @@ vec3 encodeSrgb(vec3 c) {
 )";
 
 const char kScreenVertex[] = R"(
+#ifdef BACKGROUND
+layout(binding = 2) uniform samplerBuffer materials;
+flat out vec3 background;
+#endif
 void main() {
+#ifdef BACKGROUND
+    background = encodeSrgb(toneMap(texelFetch(materials, 0).rgb));
+#endif
     vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
-    gl_Position = vec4(corner, 0.5, 1.0);
+    gl_Position = vec4(corner, SCREEN_DEPTH, 1.0);
 }
 )";
 
@@ -421,6 +428,43 @@ bool sameSurface(uint material, vec3 n, uint otherMaterial, vec3 otherN) {
 }
 )";
 
+// Sorts pixels by the work that they are: a software rasteriser has no jumps, but the depth test leaves out blocks of
+// sixteen pixels with which a pass has nothing to do. The background is finished here. 0.5: all samples show the same;
+// 0.75: one surface, its normal or colour differs; 1: may be several, see sameSurface.
+const char kClassifyFragment[] = R"(
+flat in vec3 background;
+layout(location = 0) out vec4 outColor;
+
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    uvec2 first = texelFetch(surfaces, at, 0).xy;
+    uvec2 all = first, differ = uvec2(0u);
+    bvec2 apart = bvec2(false);
+#if SAMPLES > 1
+    uvec2 oct = uvec2(first.x, first.x >> 13u) & 8191u;
+#ifdef DETAIL
+    uvec2 detail = texelFetch(details, at, 0).xy;
+#endif
+    for (int i = 1; i < SAMPLES; ++i) {
+        uvec2 other = texelFetch(surfaces, at, i).xy;
+        uvec2 bits = other ^ first;
+        all |= other;
+        differ |= bits;
+#ifdef DETAIL
+        differ |= texelFetch(details, at, i).xy ^ detail;
+#endif
+        // A twentieth of the octahedron's map is at most 15 degrees.
+        uvec2 otherOct = uvec2(other.x, other.x >> 13u) & 8191u;
+        apart = bvec2(uvec2(apart) | uvec2(greaterThan(max(oct, otherOct) - min(oct, otherOct), uvec2(400u))) |
+                      uvec2(bits.x >> 26u, bits.y >> 24u));
+    }
+#endif
+    float work = (differ.x | differ.y) == 0u ? 0.5 : any(apart) ? 1.0 : 0.75;
+    gl_FragDepth = (all.x | all.y) == 0u ? 0.0 : work;
+    outColor = vec4(background, 1.0);
+}
+)";
+
 const char kLightFragment[] = R"(
 #if SAMPLES > 1
 layout(binding = 1) uniform sampler2DMS depths;
@@ -442,7 +486,7 @@ void main() {
     uvec2 detail = texelFetch(details, at, 0).xy;
     vec3 emitted = emissiveOf(detail.x), bytes = bytesOf(detail.y);
 #endif
-#if SAMPLES > 1
+#if SAMPLES > 1 && !defined(ONE_SURFACE)
     // One surface is lit once, with the means of its samples. What else there is in the pixel is lit, as one, in a second
     // pass over such pixels only.
     vec3 sumN = n, sumBase = base, restN = vec3(0.0), restBase = vec3(0.0);
@@ -498,8 +542,6 @@ void main() {
     emitted = sumEmitted / count;
     bytes = sumBytes / count;
 #endif
-    // Tells the second pass, by the depth test, where it has something to do.
-    gl_FragDepth = restCount > 0.0 ? 1.0 : 0.0;
 #endif
 #endif
     float depth = texelFetch(depths, at, sampleOf).x;

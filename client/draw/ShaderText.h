@@ -21,6 +21,7 @@ extern const char kScreenVertex[];
 /// What the first pass has packed. SAMPLES, DETAIL.
 extern const char kReadSurface[];
 /// Second pass, after these two: light on what the samples of a pixel show. SAMPLES; REST for the surfaces of a pixel beside its first.
+extern const char kClassifyFragment[];
 extern const char kLightFragment[];
 /// What is transparent: surface and light in one.
 extern const char kBlendFragment[];
