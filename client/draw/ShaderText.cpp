@@ -460,6 +460,11 @@ void main() {
     }
 #endif
     float work = (differ.x | differ.y) == 0u ? 0.5 : any(apart) ? 1.0 : 0.75;
+    // What has to be gone through anyway takes its neighbours along.
+    float mixed = work > 0.5 ? 1.0 : 0.0;
+    mixed += abs(dFdxFine(mixed));
+    mixed += abs(dFdyFine(mixed));
+    work = mixed > 0.0 ? max(work, 0.75) : work;
     gl_FragDepth = (all.x | all.y) == 0u ? 0.0 : work;
     outColor = vec4(background, 1.0);
 }

@@ -1,14 +1,8 @@
-#include <fcntl.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -17,60 +11,14 @@
 
 #include "tests/bench/SceneRows.h"
 #include "tests/bench/SceneTree.h"
+#include "tests/bench/SideProcess.h"
 
 namespace tessera::bench {
 namespace {
 
-/// A side in its own process.
-class SideProcess {
-public:
-    explicit SideProcess(std::vector<std::string> command) : name_(command.front()) {
-        int to[2], from[2];
-        // Closed in the other side: an end that it held open would keep this one waiting for the end of its input.
-        if (pipe2(to, O_CLOEXEC) != 0 || pipe2(from, O_CLOEXEC) != 0) std::abort();
-        std::vector<char*> words;
-        for (std::string& word : command) words.push_back(word.data());
-        words.push_back(nullptr);
-        std::fflush(stdout);
-        pid_ = fork();
-        if (pid_ == 0) {
-            prctl(PR_SET_PDEATHSIG, SIGKILL);
-            dup2(to[0], 0);
-            dup2(from[1], 1);
-            execv(words[0], words.data());
-            _exit(127);
-        }
-        close(to[0]);
-        close(from[1]);
-        to_ = fdopen(to[1], "w");
-        from_ = fdopen(from[0], "r");
-    }
-    ~SideProcess() {
-        std::fclose(to_);  // the side ends with its input
-        std::fclose(from_);
-        waitpid(pid_, nullptr, 0);
-    }
-    SideProcess(const SideProcess&) = delete;
-    SideProcess& operator=(const SideProcess&) = delete;
-
-    struct Answer {
-        double taken = 0, sum = 0, saying = 0;
-    };
-    Answer ask(const char* what) {
-        Answer answer;
-        const bool told = std::fprintf(to_, "%s\n", what) > 0 && std::fflush(to_) == 0;
-        if (!told || std::fscanf(from_, "%lf %lf %lf", &answer.taken, &answer.sum, &answer.saying) != 3) {
-            std::fprintf(stderr, "bench_scene: %s did not answer '%s'\n", name_.c_str(), what);
-            std::exit(1);
-        }
-        return answer;
-    }
-
-private:
-    std::string name_;
-    pid_t pid_ = -1;
-    std::FILE* to_ = nullptr;
-    std::FILE* from_ = nullptr;
+struct Answer {
+    explicit Answer(const std::vector<double>& numbers) : taken(numbers[0]), sum(numbers[1]), saying(numbers[2]) {}
+    double taken, sum, saying;
 };
 
 struct Taken {
@@ -98,11 +46,11 @@ void treeRows(SceneTable& table, const SceneOptions& options) {
         std::optional<SideProcess> theirs;
         if (both) theirs.emplace(std::vector<std::string>{peer, std::to_string(options.many)});
         const auto ask = [&](const char* what, bool counts = true) {
-            const SideProcess::Answer our = ours.ask(what);
+            const Answer our(ours.ask(what, 3));
             if (counts) taken[what].ours.push_back(our.taken);
             if (counts) taken[what + std::string(" list")].ours.push_back(our.saying);
             if (!theirs) return;
-            const SideProcess::Answer their = theirs->ask(what);
+            const Answer their(theirs->ask(what, 3));
             if (counts) taken[what].theirs.push_back(their.taken);
             if (std::abs(our.sum - their.sum) > 1e-9 * std::abs(their.sum))
                 table.complain(fmt::format("{}: the sums of all world translations are {:.17g} and {:.17g}", what,
@@ -114,8 +62,8 @@ void treeRows(SceneTable& table, const SceneOptions& options) {
             ask(what, false);
             for (int i = 0; i < repeats; ++i) ask(what);
         }
-        (void)ours.ask("change-kept");  // the first one makes what is kept
-        for (int i = 0; i < repeats; ++i) taken["change-kept"].ours.push_back(ours.ask("change-kept").taken);
+        (void)ours.ask("change-kept", 3);  // the first one makes what is kept
+        for (int i = 0; i < repeats; ++i) taken["change-kept"].ours.push_back(ours.ask("change-kept", 3)[0]);
     }
     // OpenSceneGraph keeps no world matrices: the frame's traversal is what it has to set against those that we keep.
     taken["change-kept"].theirs = taken["change-traverse"].theirs;
