@@ -76,38 +76,61 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
                         TextureCache& textures) {
     calls_.clear();
     items_.clear();
+    sortedIndices_.clear();
+    parts_.clear();
     materials_.clear();
     materialIndices_.clear();
     widestLineReachPx_ = 0;
     looks_.clear();
     lookBlocks_.clear();
     for (auto& indices : lookIndices_) indices.clear();
-    counts_ = {.items = list.opaque.size() + list.transparent.size()};
+    counts_ = {.items = list.opaque.size()};
     materials_.push_back({.emissiveAndRoughness = four(list.environment.background, 1), .metallicLitAndCoat = {}});
     meshes.beginDraw();
     textures.beginDraw();
-    collect(aspect, list.opaque, camera, meshes, textures);
+    for (const DrawItem& item : list.opaque) collect(aspect, item, camera, meshes, textures);
     opaqueCount_ = calls_.size();
-    collect(aspect, list.transparent, camera, meshes, textures);
-}
-
-void DrawCalls::collect(const Aspect& aspect, const std::vector<DrawItem>& items, const ScreenCamera& camera,
-                        MeshBuffers& meshes, TextureCache& textures) {
-    for (const DrawItem& item : items) {
-        const Drawable drawable = drawableOf(aspect, item.geometry);
-        const std::optional<MeshRange> mesh = drawable ? meshes.find(drawable) : std::nullopt;
-        if (!mesh) {
-            ++counts_.skipped;
+    for (const DrawItem& item : list.transparent) {
+        if (item.sortedCount == 0) {
+            ++counts_.items;
+            collect(aspect, item, camera, meshes, textures);
             continue;
         }
-        if (mesh->indexCount == 0) continue;
-        const std::uint32_t index = look(aspect, item.material, item.lineWidth > 0, textures);
-        const DrawLook& look = looks_[index];
-        if (look.incomplete) ++counts_.untextured;
-        widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
-        calls_.push_back({.mesh = *mesh, .look = index, .mirrored = item.mirrored, .item = &item});
-        items_.push_back(makeItem(item, *look.material, look.materialIndex, mesh->hasNormals, camera));
+        const auto [seen, isNew] = parts_.try_emplace(item.node);
+        counts_.items += isNew;
+        if (isNew && collect(aspect, item, camera, meshes, textures)) {
+            seen->second = {calls_.back(), drawableOf(aspect, item.geometry).arrays().indices};
+            calls_.pop_back();
+        }
+        if (seen->second.indices.empty()) continue;
+        calls_.push_back(seen->second.call);
+        DrawCall& call = calls_.back();
+        call.item = &item;
+        call.firstSorted = static_cast<std::uint32_t>(sortedIndices_.size());
+        call.sortedCount = 3 * item.sortedCount;
+        const std::span<const std::uint32_t> indices = seen->second.indices.as<std::uint32_t>();
+        for (const std::uint32_t t : std::span(list.sortedTriangles).subspan(item.sortedFrom, item.sortedCount))
+            sortedIndices_.insert(sortedIndices_.end(), &indices[3 * std::size_t{t}], &indices[3 * std::size_t{t}] + 3);
     }
+}
+
+bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
+                        TextureCache& textures) {
+    const Drawable drawable = drawableOf(aspect, item.geometry);
+    const std::optional<MeshRange> mesh = drawable ? meshes.find(drawable) : std::nullopt;
+    if (!mesh) ++counts_.skipped;
+    if (!mesh || mesh->indexCount == 0) return false;
+    const std::uint32_t index = look(aspect, item.material, item.lineWidth > 0, textures);
+    const DrawLook& look = looks_[index];
+    if (look.incomplete) ++counts_.untextured;
+    widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
+    calls_.push_back({.mesh = *mesh,
+                      .block = static_cast<std::uint32_t>(items_.size()),
+                      .look = index,
+                      .mirrored = item.mirrored,
+                      .item = &item});
+    items_.push_back(makeItem(item, *look.material, look.materialIndex, mesh->hasNormals, camera));
+    return true;
 }
 
 std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, bool lines, TextureCache& textures) {

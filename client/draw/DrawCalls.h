@@ -28,10 +28,12 @@ struct DrawLook {
     const Material* material = nullptr;
 };
 
-/// One draw call. Its ItemBlock has the same index.
+/// One draw call.
 struct DrawCall {
     MeshRange mesh;
+    std::uint32_t block = 0;  ///< its ItemBlock
     std::uint32_t look = 0;
+    std::uint32_t firstSorted = 0, sortedCount = 0;  ///< these of the sorted indices, where there are some, not the mesh's
     bool mirrored = false;
     const DrawItem* item = nullptr;  ///< of the list that is drawn
 };
@@ -47,6 +49,8 @@ public:
     /// Calls from here on are transparent.
     [[nodiscard]] std::size_t opaqueCount() const { return opaqueCount_; }
     [[nodiscard]] const std::vector<ItemBlock>& items() const { return items_; }
+    /// Of calls that draw some of their mesh's triangles, in an order of their own.
+    [[nodiscard]] const std::vector<std::uint32_t>& sortedIndices() const { return sortedIndices_; }
     [[nodiscard]] const DrawLook& lookOf(const DrawCall& call) const { return looks_[call.look]; }
     [[nodiscard]] const std::vector<DrawLook>& looks() const { return looks_; }
     [[nodiscard]] const std::vector<LookBlock>& lookBlocks() const { return lookBlocks_; }
@@ -59,13 +63,21 @@ private:
     struct TexelsLess {
         bool operator()(const MaterialTexels& a, const MaterialTexels& b) const;
     };
-    void collect(const Aspect& aspect, const std::vector<DrawItem>& items, const ScreenCamera& camera,
-                 MeshBuffers& meshes, TextureCache& textures);
+    /// False: nothing of it can be drawn.
+    bool collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
+                 TextureCache& textures);
     std::uint32_t look(const Aspect& aspect, ObjectId material, bool lines, TextureCache& textures);
     std::uint32_t materialIndex(const Material& material, bool unlit);
 
     std::vector<DrawCall> calls_;
     std::vector<ItemBlock> items_;
+    std::vector<std::uint32_t> sortedIndices_;
+    /// Of a node that comes several times.
+    struct Part {
+        DrawCall call;
+        Blob indices;
+    };
+    std::unordered_map<ObjectId, Part> parts_;
     std::vector<DrawLook> looks_;
     std::vector<LookBlock> lookBlocks_;
     std::array<std::unordered_map<ObjectId, std::uint32_t>, 2> lookIndices_;  ///< of surfaces, of lines

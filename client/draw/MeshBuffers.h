@@ -43,6 +43,7 @@ public:
     /// not looked at again: the same arrays will never be better).
     [[nodiscard]] std::optional<MeshRange> find(const Drawable& drawable);
 
+    [[nodiscard]] GLuint indexBuffer() const { return indices_.name; }
     [[nodiscard]] std::size_t residentBytes() const;
     /// Given to GL since this began.
     [[nodiscard]] std::uint64_t uploadedBytes() const { return uploadedBytes_; }

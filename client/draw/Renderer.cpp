@@ -93,7 +93,7 @@ struct Renderer::Impl {
     RendererOptions options;
     std::map<ProgramKind, Program> programs;  ///< made when first needed
     GLuint vertexArray = 0, emptyArray = 0;
-    GLuint itemBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
+    GLuint itemBuffer = 0, sortedBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
     TileBuffers tile, ids;
@@ -123,7 +123,7 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
       ids(gl, 1) {
     gl.CreateVertexArrays(1, &vertexArray);
     gl.CreateVertexArrays(1, &emptyArray);
-    for (GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer}) gl.CreateBuffers(1, buffer);
+    for (GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.CreateBuffers(1, buffer);
     gl.NamedBufferData(frameBuffer, sizeof(FrameBlock), nullptr, GL_STREAM_DRAW);
     gl.CreateTextures(GL_TEXTURE_BUFFER, 1, &materialTexture);
 
@@ -145,7 +145,7 @@ Renderer::Impl::~Impl() {
     if (!surface.makeCurrent()) return;
     gl.DeleteVertexArrays(1, &vertexArray);
     gl.DeleteVertexArrays(1, &emptyArray);
-    for (const GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer}) gl.DeleteBuffers(1, buffer);
+    for (const GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.DeleteBuffers(1, buffer);
     gl.DeleteTextures(1, &materialTexture);
 }
 
@@ -170,6 +170,7 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
         upload(itemBuffer, calls.items());
         upload(lookBuffer, calls.lookBlocks());
     }
+    if (!calls.sortedIndices().empty()) upload(sortedBuffer, calls.sortedIndices());
     upload(materialBuffer, calls.materials());
     gl.TextureBuffer(materialTexture, GL_RGBA32F, materialBuffer);
     return {};
@@ -190,11 +191,11 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     runs.clear();
     for (const DrawCall& call : calls.calls()) {
         const auto first = static_cast<std::uint32_t>(runs.size());
-        const std::uint32_t all = call.mesh.indexCount / 3;
+        const std::uint32_t all = (call.sortedCount > 0 ? call.sortedCount : call.mesh.indexCount) / 3;
         const Box& box = call.item->box;
         const Frustum& shown = call.item->lineWidth > 0 ? aroundLines : frustum;
         const Frustum::Result result = box.empty() ? Frustum::Result{} : shown.classify(box, Frustum::kAllPlanes);
-        if (!result.outside && !call.item->clusters.empty())
+        if (!result.outside && !call.item->clusters.empty() && call.sortedCount == 0)
             sight.appendRuns({.clusters = call.item->clusters,
                               .triangles = all,
                               .hidden = list.hiddenOf(*call.item),
@@ -284,6 +285,7 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
 Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, ProgramKind::Use use) {
     gl.BindVertexArray(vertexArray);
     const DrawCall* before = nullptr;
+    std::optional<bool> sortedBound;  // which indices the vertex array has
     ProgramKind kind;
     for (std::size_t i = first; i < last; ++i) {
         const Span& span = inCell[i];
@@ -300,14 +302,18 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
             look.doubleSided ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
         if (!before || before->mirrored != call.mirrored) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
         before = &call;
-        gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer, static_cast<GLintptr>(i * sizeof(ItemBlock)),
+        gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer, static_cast<GLintptr>(call.block * sizeof(ItemBlock)),
                            sizeof(ItemBlock));
+        const bool sorted = call.sortedCount > 0;
+        if (sorted != sortedBound) gl.VertexArrayElementBuffer(vertexArray, sorted ? sortedBuffer : meshes->indexBuffer());
+        sortedBound = sorted;
+        const std::size_t firstIndex = sorted ? call.firstSorted : call.mesh.firstIndex;
         counts.clear();
         offsets.clear();
         for (std::uint32_t k = span.first; k < span.end; ++k) {
             counts.push_back(static_cast<GLsizei>(3 * runs[k].count));
             offsets.push_back(reinterpret_cast<const void*>(
-                (std::size_t{call.mesh.firstIndex} + 3 * std::size_t{runs[k].first}) * sizeof(std::uint32_t)));
+                (firstIndex + 3 * std::size_t{runs[k].first}) * sizeof(std::uint32_t)));
             triangles += runs[k].count;
         }
         baseVertices.assign(counts.size(), call.mesh.baseVertex);

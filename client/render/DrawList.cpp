@@ -14,7 +14,7 @@ bool sameBits(const Matrix& a, const Matrix& b) {
 
 bool same(const DrawItem& a, const DrawItem& b) {
     return a.node == b.node && a.geometry == b.geometry && a.material == b.material && a.mirrored == b.mirrored &&
-           a.lineWidth == b.lineWidth && sameBits(a.world_T_item.matrix(), b.world_T_item.matrix());
+           a.lineWidth == b.lineWidth && a.sortedFrom == b.sortedFrom && a.sortedCount == b.sortedCount && sameBits(a.world_T_item.matrix(), b.world_T_item.matrix());
 }
 
 bool same(const LightItem& a, const LightItem& b) {
@@ -31,7 +31,8 @@ bool same(const std::vector<Item>& a, const std::vector<Item>& b) {
 }  // namespace
 
 bool drawAlike(const DrawList& a, const DrawList& b) {
-    return same(a.opaque, b.opaque) && same(a.transparent, b.transparent) && same(a.lights, b.lights) &&
+    return same(a.opaque, b.opaque) && same(a.transparent, b.transparent) &&
+           a.sortedTriangles == b.sortedTriangles && same(a.lights, b.lights) &&
            sameBits(a.environment.sky, b.environment.sky) && sameBits(a.environment.ground, b.environment.ground) &&
            sameBits(a.environment.background, b.environment.background) && a.detailed == b.detailed &&
            a.coated == b.coated;

@@ -29,6 +29,7 @@ struct DrawItem {
     std::span<const MeshCluster> clusters = {};
     static constexpr std::uint32_t kNoneHidden = 0xffffffffu;
     std::uint32_t hiddenFrom = kNoneHidden;  ///< in the list's `hiddenClusters`
+    std::uint32_t sortedFrom = 0, sortedCount = 0;  ///< these of the list's `sortedTriangles` alone; 0: all
 };
 
 /// How far, in pixels, lines of this width stand out beside and beyond the lines themselves: their ends are square.
@@ -48,7 +49,8 @@ struct LightItem {
 
 struct DrawList {
     std::vector<DrawItem> opaque;       ///< front to back
-    std::vector<DrawItem> transparent;  ///< back to front
+    std::vector<DrawItem> transparent;  ///< back to front; one whose triangles lie among others' several times
+    std::vector<std::uint32_t> sortedTriangles;  ///< of transparent items: their numbers in the item's mesh
     std::vector<std::uint64_t> hiddenClusters;  ///< a bit per cluster of those items that have some; left away
     std::vector<LightItem> lights;      ///< in document order, at most kMaxLights
     Environment environment;

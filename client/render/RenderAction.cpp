@@ -5,6 +5,7 @@
 
 #include "client/render/MaskedCuller.h"
 #include "client/render/SceneItems.h"
+#include "client/render/TransparentOrder.h"
 
 namespace tessera {
 
@@ -20,10 +21,6 @@ struct Ranked {
 bool nearerFirst(const Ranked& a, const Ranked& b) {
     return std::tie(a.depth, a.node) < std::tie(b.depth, b.node);
 }
-bool fartherFirst(const Ranked& a, const Ranked& b) {
-    return std::tie(b.depth, a.node) < std::tie(a.depth, b.node);
-}
-
 /// Items whose box is not wholly outside; what a box is inside of is not tested again below it.
 void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found) {
     if (scene.tree.empty()) return;
@@ -83,9 +80,12 @@ struct RenderAction::Impl {
     LookingHabit habit;
     std::vector<std::uint32_t> items;
     std::vector<Ranked> opaque, transparent;
+    TransparentOrder transparentOrder;
+    std::vector<TransparentOrder::Item> transparentItems;
 
     void rank(const RenderScene::Impl& scene, const ScreenCamera& camera);
-    [[nodiscard]] DrawList list(const RenderScene::Impl& scene) const;
+    [[nodiscard]] DrawItem drawItem(const RenderScene::Impl& scene, std::uint32_t item) const;
+    [[nodiscard]] DrawList list(const RenderScene::Impl& scene, const ScreenCamera& camera);
 };
 
 RenderAction::RenderAction(CullerKind kind) : impl_(std::make_unique<Impl>()) {
@@ -118,7 +118,7 @@ DrawList RenderAction::run(const RenderScene& scene, const ScreenCamera& camera,
     if (counts) *counts = count;
 
     impl_->rank(all, camera);
-    return impl_->list(all);
+    return impl_->list(all, camera);
 }
 
 // The order looks at the screen's camera and the item alone: not at the tile, the culler or what else is there.
@@ -133,33 +133,33 @@ void RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera
         (item.transparent ? transparent : opaque).push_back(ranked);
     }
     std::sort(opaque.begin(), opaque.end(), nearerFirst);
-    std::sort(transparent.begin(), transparent.end(), fartherFirst);
 }
 
-DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
-    const auto drawItems = [&](const std::vector<Ranked>& ranking) {
-        std::vector<DrawItem> result;
-        result.reserve(ranking.size());
-        for (const Ranked& ranked : ranking) {
-            const SceneItem& item = scene.items[ranked.item];
-            DrawItem& drawn = result.emplace_back(DrawItem{.node = item.node,
-                                                           .geometry = item.geometry,
-                                                           .material = item.material,
-                                                           .world_T_item = scene.places[item.place].world_T_node,
-                                                           .mirrored = item.mirrored,
-                                                           .lineWidth = item.lineWidth});
-            // `none` leaves nothing away anywhere: what others are compared with.
-            if (kind == CullerKind::kNone) continue;
-            drawn.box = scene.boxes[ranked.item];
-            drawn.clusters = item.mesh->clusters;
-            drawn.hiddenFrom = masked.hiddenFrom(ranked.item);
-        }
-        return result;
-    };
+DrawItem RenderAction::Impl::drawItem(const RenderScene::Impl& scene, std::uint32_t index) const {
+    const SceneItem& item = scene.items[index];
+    DrawItem drawn{.node = item.node,
+                   .geometry = item.geometry,
+                   .material = item.material,
+                   .world_T_item = scene.places[item.place].world_T_node,
+                   .mirrored = item.mirrored,
+                   .lineWidth = item.lineWidth};
+    // `none` leaves nothing away anywhere: what others are compared with.
+    if (kind == CullerKind::kNone) return drawn;
+    drawn.box = scene.boxes[index];
+    drawn.clusters = item.mesh->clusters;
+    drawn.hiddenFrom = masked.hiddenFrom(index);
+    return drawn;
+}
+
+DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCamera& camera) {
     DrawList result;
-    result.opaque = drawItems(opaque);
-    result.transparent = drawItems(transparent);
     result.hiddenClusters = masked.hiddenClusters();
+    result.opaque.reserve(opaque.size());
+    for (const Ranked& ranked : opaque) result.opaque.push_back(drawItem(scene, ranked.item));
+    transparentItems.clear();
+    for (const Ranked& ranked : transparent)
+        transparentItems.push_back({drawItem(scene, ranked.item), &scene.items[ranked.item], ranked.depth});
+    transparentOrder.append(scene, camera, transparentItems, result);
     result.lights = scene.lights;
     result.environment = scene.environment;
     result.detailed = scene.detailedItems > 0;

@@ -84,6 +84,7 @@ struct RenderScene::Impl {
     std::vector<LightItem> lights;
     Environment environment;
     std::size_t detailedItems = 0, coatedItems = 0;
+    std::uint64_t transparentTriangles = 0;
     /// Items by the reach of their lines, see `lineReachPx`.
     std::array<std::size_t, kWidestReachPx + 1> linesByReach{};
     /// Of all items, in pixels; 0 without lines.

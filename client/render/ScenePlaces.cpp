@@ -222,6 +222,7 @@ void RenderScene::Impl::freeItem(ScenePlace& place) {
 
 void RenderScene::Impl::countLooks(const SceneItem& item, int sign) {
     if (item.detailed) detailedItems += static_cast<std::size_t>(sign);
+    if (item.transparent && item.mesh) transparentTriangles += static_cast<std::uint64_t>(sign) * item.mesh->triangles;
     if (item.coated) coatedItems += static_cast<std::size_t>(sign);
     if (item.lineWidth > 0) linesByReach[std::min(kWidestReachPx, static_cast<std::size_t>(lineReachPx(item.lineWidth)))] += static_cast<std::size_t>(sign);
 }

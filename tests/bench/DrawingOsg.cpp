@@ -72,10 +72,12 @@ int serve(int argc, char** argv) {
     const bool queries = argc > 1 && std::strcmp(argv[1], "queries") == 0;
     const int frames = argc > 2 ? std::atoi(argv[2]) : 1;
     osg::ref_ptr<osg::GraphicsContext::Traits> traits = new osg::GraphicsContext::Traits;
+    traits->readDISPLAY();
+    traits->setUndefinedScreenDetailsToDefaultScreen();
     traits->width = 1920;
     traits->height = 1080;
-    traits->samples = 4;
-    traits->sampleBuffers = 1;
+    traits->samples = argc > 3 ? static_cast<unsigned>(std::atoi(argv[3])) : 4;
+    traits->sampleBuffers = traits->samples > 0 ? 1 : 0;
     traits->doubleBuffer = true;
     traits->vsync = false;
     const osg::ref_ptr<osg::GraphicsContext> window = osg::GraphicsContext::createGraphicsContext(traits);

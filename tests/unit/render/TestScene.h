@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+#include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "client/render/RenderAction.h"
 #include "common/geometry/Mesh.h"
@@ -108,10 +111,28 @@ struct TestCamera {
     }
 };
 
+/// Each once, where it comes first.
 [[nodiscard]] inline std::vector<ObjectId> nodesOf(const std::vector<DrawItem>& items) {
     std::vector<ObjectId> ids;
-    for (const DrawItem& item : items) ids.push_back(item.node);
+    std::set<ObjectId> known;
+    for (const DrawItem& item : items)
+        if (known.insert(item.node).second) ids.push_back(item.node);
     return ids;
+}
+/// What is transparent, triangle by triangle; of what is drawn as a whole no triangle is named.
+struct DrawnPart {
+    ObjectId node;
+    std::optional<std::uint32_t> triangle;
+    bool operator==(const DrawnPart&) const = default;
+};
+[[nodiscard]] inline std::vector<DrawnPart> transparentParts(const DrawList& list) {
+    std::vector<DrawnPart> parts;
+    for (const DrawItem& item : list.transparent) {
+        if (item.sortedCount == 0) parts.push_back({item.node, std::nullopt});
+        for (std::uint32_t i = 0; i < item.sortedCount; ++i)
+            parts.push_back({item.node, list.sortedTriangles[item.sortedFrom + i]});
+    }
+    return parts;
 }
 [[nodiscard]] inline std::vector<ObjectId> nodesOf(const DrawList& list) {
     std::vector<ObjectId> ids = nodesOf(list.opaque);
@@ -125,10 +146,11 @@ struct TestCamera {
 }
 
 /// Whether `part` is `whole` with some elements left away.
-[[nodiscard]] inline bool isSubsequence(const std::vector<ObjectId>& part, const std::vector<ObjectId>& whole) {
+template <typename T>
+[[nodiscard]] bool isSubsequence(const std::vector<T>& part, const std::vector<T>& whole) {
     std::size_t next = 0;
-    for (const ObjectId id : whole) {
-        if (next < part.size() && part[next] == id) ++next;
+    for (const T& element : whole) {
+        if (next < part.size() && part[next] == element) ++next;
     }
     return next == part.size();
 }
