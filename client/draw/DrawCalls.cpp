@@ -30,8 +30,7 @@ Mat4d reversedDepth(const Mat4d& clip_T_eye) {
 
 ItemBlock makeItem(const DrawItem& item, const Material& material, std::uint32_t materialIndex, bool hasNormals,
                    const ScreenCamera& camera) {
-    const Affine3d eye_T_item = camera.eye_T_world * item.world_T_item;
-    const Mat3d m = eye_T_item.linear();
+    const Mat3d m = (camera.eye_T_world * item.world_T_item).linear();
     // The matrix of cofactors is the inverse transpose times the determinant, and exists where the inverse does not.
     Mat3d cofactors;
     cofactors.row(0) = m.row(1).cross(m.row(2));
@@ -40,15 +39,10 @@ ItemBlock makeItem(const DrawItem& item, const Material& material, std::uint32_t
     const double largest = cofactors.cwiseAbs().maxCoeff();
     if (largest > 0) cofactors /= m.determinant() < 0 ? -largest : largest;
 
-    ItemBlock block{};
-    for (int r = 0; r < 3; ++r) {
-        const auto row = static_cast<std::size_t>(r);
-        for (int c = 0; c < 3; ++c) {
-            block.eye_T_item[row][static_cast<std::size_t>(c)] = static_cast<float>(m(r, c));
-            block.normalRows[row][static_cast<std::size_t>(c)] = static_cast<float>(cofactors(r, c));
-        }
-        block.eye_T_item[row][3] = static_cast<float>(eye_T_item.translation()(r));
-    }
+    ItemBlock block{.eye_T_item = eyeRowsOf(item, camera)};
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c)
+            block.normalRows[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = static_cast<float>(cofactors(r, c));
     block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
     block.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f));
     block.metallicAndFaceted = {material.metallic, hasNormals ? 0.0f : 1.0f, item.lineWidth, 0};
@@ -185,6 +179,15 @@ std::uint32_t DrawCalls::materialIndex(const Material& material, bool unlit) {
     }
     materials_.push_back(texels);
     return it->second;
+}
+
+std::array<std::array<float, 4>, 3> eyeRowsOf(const DrawItem& item, const ScreenCamera& camera) {
+    const Affine3d eye_T_item = camera.eye_T_world * item.world_T_item;
+    std::array<std::array<float, 4>, 3> rows;
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 4; ++c)
+            rows[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = static_cast<float>(eye_T_item(r, c));
+    return rows;
 }
 
 FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {

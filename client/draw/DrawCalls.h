@@ -88,6 +88,8 @@ private:
     DrawCounts counts_;
 };
 
+/// From an item to the eye, composed in double, then rounded: the same numbers wherever it is drawn.
+[[nodiscard]] std::array<std::array<float, 4>, 3> eyeRowsOf(const DrawItem& item, const ScreenCamera& camera);
 [[nodiscard]] FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera);
 
 }  // namespace tessera

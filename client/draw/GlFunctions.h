@@ -11,6 +11,7 @@ namespace tessera {
 /// X(name without "gl", name in capitals as in PFNGL…PROC).
 #define TESSERA_GL_FUNCTIONS(X)                                                 \
     X(AttachShader, ATTACHSHADER)                                               \
+    X(BeginQuery, BEGINQUERY)                                                   \
     X(BindBufferBase, BINDBUFFERBASE)                                           \
     X(BindBufferRange, BINDBUFFERRANGE)                                         \
     X(BindFramebuffer, BINDFRAMEBUFFER)                                         \
@@ -27,6 +28,7 @@ namespace tessera {
     X(CreateBuffers, CREATEBUFFERS)                                             \
     X(CreateFramebuffers, CREATEFRAMEBUFFERS)                                   \
     X(CreateProgram, CREATEPROGRAM)                                             \
+    X(CreateQueries, CREATEQUERIES)                                             \
     X(CreateRenderbuffers, CREATERENDERBUFFERS)                                 \
     X(CreateSamplers, CREATESAMPLERS)                                           \
     X(CreateShader, CREATESHADER)                                               \
@@ -36,6 +38,7 @@ namespace tessera {
     X(DeleteBuffers, DELETEBUFFERS)                                             \
     X(DeleteFramebuffers, DELETEFRAMEBUFFERS)                                   \
     X(DeleteProgram, DELETEPROGRAM)                                             \
+    X(DeleteQueries, DELETEQUERIES)                                             \
     X(DeleteRenderbuffers, DELETERENDERBUFFERS)                                 \
     X(DeleteSamplers, DELETESAMPLERS)                                           \
     X(DeleteShader, DELETESHADER)                                               \
@@ -47,12 +50,14 @@ namespace tessera {
     X(DrawArrays, DRAWARRAYS)                                                   \
     X(Enable, ENABLE)                                                           \
     X(EnableVertexArrayAttrib, ENABLEVERTEXARRAYATTRIB)                         \
+    X(EndQuery, ENDQUERY)                                                       \
     X(FrontFace, FRONTFACE)                                                     \
     X(GenerateTextureMipmap, GENERATETEXTUREMIPMAP)                             \
     X(GetError, GETERROR)                                                       \
     X(GetIntegerv, GETINTEGERV)                                                 \
     X(GetProgramInfoLog, GETPROGRAMINFOLOG)                                     \
     X(GetProgramiv, GETPROGRAMIV)                                               \
+    X(GetQueryObjectuiv, GETQUERYOBJECTUIV)                                     \
     X(GetShaderInfoLog, GETSHADERINFOLOG)                                       \
     X(GetShaderiv, GETSHADERIV)                                                 \
     X(LinkProgram, LINKPROGRAM)                                                 \

@@ -84,6 +84,11 @@ std::string fragmentOf(const ProgramKind& kind) {
             return shader_text::kResolveFragment;
         case Use::kNodeIds:
             return (kind.masked ? shader_text::kSurface : "") + std::string(shader_text::kNodeIdFragment);
+        case Use::kDepth:
+        case Use::kPlates:
+            return shader_text::kDepthFragment;
+        case Use::kFarthest:
+            return shader_text::kFarthestFragment;
     }
     return {};
 }
@@ -94,6 +99,7 @@ std::string vertexOf(const ProgramKind& kind) {
         case Use::kSurface:
         case Use::kBlend:
         case Use::kNodeIds:
+        case Use::kDepth:
             return shader_text::kMeshVertex;
         case Use::kClassify:
             return std::string(shader_text::kLighting) + shader_text::kScreenVertex;
@@ -103,7 +109,10 @@ std::string vertexOf(const ProgramKind& kind) {
         case Use::kCopy:
         case Use::kSpread:
         case Use::kResolve:
+        case Use::kFarthest:
             return shader_text::kScreenVertex;
+        case Use::kPlates:
+            return shader_text::kPlateVertex;
     }
     return {};
 }
@@ -112,8 +121,7 @@ std::string vertexOf(const ProgramKind& kind) {
 
 Expected<Program> Program::create(const GlFunctions& gl, const ProgramKind& kind) {
     const std::string head = headOf(kind);
-    const auto vertex = compile(
-        gl, GL_VERTEX_SHADER, head + vertexOf(kind));
+    const auto vertex = compile(gl, GL_VERTEX_SHADER, head + vertexOf(kind));
     if (!vertex) return tl::unexpected(vertex.error());
     const auto fragment = compile(gl, GL_FRAGMENT_SHADER, head + fragmentOf(kind));
     if (!fragment) {

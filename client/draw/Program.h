@@ -84,6 +84,9 @@ struct ProgramKind {
         kSpread,
         kResolve,  ///< after it: samples to the picture
         kNodeIds,
+        kDepth,     ///< of what cullers hide things with
+        kPlates,    ///< what they ask for
+        kFarthest,  ///< of a pixel's samples
     } use = Use::kSurface;
     // Of what draws items.
     std::uint8_t maps = 0;  ///< bits of ImageMap

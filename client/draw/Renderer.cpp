@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <map>
 
+#include "client/draw/DepthQueries.h"
 #include "client/draw/DrawCalls.h"
 #include "client/draw/ScreenCells.h"
 #include "client/draw/TileBuffers.h"
@@ -97,6 +98,7 @@ struct Renderer::Impl {
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
     TileBuffers tile, ids;
+    std::unique_ptr<DepthQueries> depths;  ///< made when a culler asks
 
     // Of the list being drawn.
     DrawCalls calls;
@@ -143,6 +145,7 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
 Renderer::Impl::~Impl() {
     // A context that cannot be made current takes its objects with it when it goes.
     if (!surface.makeCurrent()) return;
+    depths.reset();
     gl.DeleteVertexArrays(1, &vertexArray);
     gl.DeleteVertexArrays(1, &emptyArray);
     for (const GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.DeleteBuffers(1, buffer);
@@ -499,6 +502,17 @@ Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect,
     return nodes;
 }
 
+VisibilityDevice& Renderer::visibility(const Aspect& aspect) {
+    Impl& d = *impl_;
+    if (!d.depths) {
+        // Where that fails, the first depth buffer says so.
+        static_cast<void>(d.surface.makeCurrent());
+        d.depths = std::make_unique<DepthQueries>(d.surface, d.gl, *d.meshes, d.vertexArray, d.options.samples);
+    }
+    d.depths->use(aspect);
+    return *d.depths;
+}
+
 DrawCounts Renderer::lastCounts() const {
     DrawCounts counts = impl_->calls.counts();
     counts.triangles = impl_->triangles;
@@ -509,7 +523,7 @@ std::size_t Renderer::residentBytes() const {
 }
 
 std::size_t Renderer::bufferBytes() const {
-    return impl_->tile.bytes() + impl_->ids.bytes();
+    return impl_->tile.bytes() + impl_->ids.bytes() + (impl_->depths ? impl_->depths->bytes() : 0);
 }
 
 std::uint64_t Renderer::uploadedMeshBytes() const {

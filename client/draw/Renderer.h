@@ -7,6 +7,7 @@
 #include "client/draw/Surface.h"
 #include "client/image/Picture.h"
 #include "client/render/DrawList.h"
+#include "client/render/VisibilityDevice.h"
 #include "common/scene/Aspect.h"
 #include "common/wall/View.h"
 
@@ -42,6 +43,9 @@ public:
     /// of cullers; slow. Transparent items hide what is behind them here: leave them out of the list to see that.
     [[nodiscard]] Expected<std::vector<std::uint64_t>> drawNodeIds(const Aspect& aspect, const DrawList& list,
                                                                    const ScreenCamera& camera, const PixelRect& rect);
+    /// Whom cullers ask what is hidden, by the depths that pictures of this aspect will have. Valid until the renderer goes, with
+    /// this aspect until the next call.
+    [[nodiscard]] VisibilityDevice& visibility(const Aspect& aspect);
     /// Hash of a small lit test image: hosts with different ones cannot share a wall seam-exactly.
     [[nodiscard]] Expected<std::uint64_t> pixelProbe();
     /// Of the last `draw` or `drawNodeIds`.

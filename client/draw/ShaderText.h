@@ -32,5 +32,12 @@ extern const char kSpreadFragment[];
 extern const char kResolveFragment[];
 /// MASKED: after kSurface.
 extern const char kNodeIdFragment[];
+// DepthShaderText.cpp: what cullers ask.
+/// Nothing but depth.
+extern const char kDepthFragment[];
+/// Corners in clip space.
+extern const char kPlateVertex[];
+/// The farthest depth of each pixel's samples. SAMPLES.
+extern const char kFarthestFragment[];
 
 }  // namespace tessera::shader_text

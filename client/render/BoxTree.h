@@ -36,6 +36,8 @@ public:
     void follow(std::span<const Box> boxes, std::span<const std::uint32_t> changed);
 
     [[nodiscard]] bool empty() const { return nodes_.empty(); }
+    /// Nodes are numbered below this.
+    [[nodiscard]] std::size_t slots() const { return nodes_.size(); }
     static constexpr std::uint32_t kRoot = 0;
     [[nodiscard]] const Node& node(std::uint32_t index) const { return nodes_[index]; }
     [[nodiscard]] Box bounds() const { return empty() ? Box() : nodes_[kRoot].box; }

@@ -1,9 +1,12 @@
 #include "client/render/RenderAction.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <tuple>
 
 #include "client/render/MaskedCuller.h"
+#include "client/render/PartCuller.h"
 #include "client/render/SceneItems.h"
 #include "client/render/TransparentOrder.h"
 
@@ -78,11 +81,16 @@ struct RenderAction::Impl {
     CullerKind kind = CullerKind::kAuto;
     MaskedCuller masked;
     LookingHabit habit;
+    std::vector<std::unique_ptr<PartCuller>> parts;  ///< of the tile, where the renderer is asked
+    std::vector<std::uint32_t> visible;
     std::vector<std::uint32_t> items;
     std::vector<Ranked> opaque, transparent;
     TransparentOrder transparentOrder;
     std::vector<TransparentOrder::Item> transparentItems;
 
+    /// Keeps of `items` what the renderer does not say is hidden.
+    [[nodiscard]] Expected<void> askRenderer(const RenderScene::Impl& scene, const ScreenCamera& camera,
+                                             const PixelRect& pixels, VisibilityDevice& device, CullCounts& count);
     void rank(const RenderScene::Impl& scene, const ScreenCamera& camera);
     [[nodiscard]] DrawItem drawItem(const RenderScene::Impl& scene, std::uint32_t item) const;
     [[nodiscard]] DrawList list(const RenderScene::Impl& scene, const ScreenCamera& camera);
@@ -95,6 +103,16 @@ RenderAction::~RenderAction() = default;
 
 DrawList RenderAction::run(const RenderScene& scene, const ScreenCamera& camera, const PixelRect& pixels,
                            CullCounts* counts) {
+    TESSERA_CHECK(!asksRenderer(impl_->kind), "this culler asks the renderer: run it with one");
+    return *run(scene, camera, pixels, nullptr, counts);
+}
+
+Expected<DrawList> RenderAction::run(const RenderScene& scene, const ScreenCamera& camera, const PixelRect& pixels,
+                                     VisibilityDevice* device, CullCounts* counts) {
+    const bool asks = asksRenderer(impl_->kind);
+    if (asks && !device)
+        return fail(ErrorCode::kUnsupported,
+                    fmt::format("the culler '{}' asks the renderer what is hidden, and there is none here", nameOf(impl_->kind)));
     const RenderScene::Impl& all = scene.impl();
     std::vector<std::uint32_t>& items = impl_->items;
     items.clear();
@@ -107,18 +125,45 @@ DrawList RenderAction::run(const RenderScene& scene, const ScreenCamera& camera,
     }
     CullCounts count;
     count.inFrustum = items.size();
-    count.looked = impl_->kind == CullerKind::kMasked ||
+    count.looked = asks || impl_->kind == CullerKind::kMasked ||
                    (impl_->kind == CullerKind::kAuto && impl_->habit.looks(count.inFrustum));
-    if (count.looked)
+    // What was found hidden is not true of another sight.
+    impl_->masked.forget();
+    if (asks) {
+        if (auto asked = impl_->askRenderer(all, camera, pixels, *device, count); !asked)
+            return tl::unexpected(asked.error());
+    } else if (count.looked) {
         impl_->habit.looked(count.inFrustum, impl_->masked.cull(all, camera, pixels, items));
-    else
-        impl_->masked.forget();
+    }
     count.drawn = items.size();
     for (const std::uint32_t item : items) count.trianglesDrawn += all.items[item].mesh->triangles;
     if (counts) *counts = count;
 
     impl_->rank(all, camera);
     return impl_->list(all, camera);
+}
+
+Expected<void> RenderAction::Impl::askRenderer(const RenderScene::Impl& scene, const ScreenCamera& camera,
+                                               const PixelRect& pixels, VisibilityDevice& device, CullCounts& count) {
+    const std::vector<VisibilityDevice::Part> partsNow = device.partsOf(camera, pixels);
+    while (parts.size() < partsNow.size()) parts.push_back(makePartCuller(kind));
+    visible.clear();
+    DeviceWork work;
+    for (std::size_t i = 0; i < partsNow.size(); ++i) {
+        const PartView view(scene, partsNow[i]);
+        // Nothing is known of other projections: all that is in the frustum stays.
+        if (!view.usable()) return {};
+        if (auto begun = device.begin(partsNow[i]); !begun) return begun;
+        if (auto culled = parts[i]->cull(view, device, visible, work); !culled) return culled;
+    }
+    // What several parts show is drawn once.
+    std::sort(visible.begin(), visible.end());
+    visible.erase(std::unique(visible.begin(), visible.end()), visible.end());
+    items.swap(visible);
+    count.queries = work.queries;
+    count.waits = work.waits;
+    count.depthTriangles = work.depthTriangles;
+    return {};
 }
 
 // The order looks at the screen's camera and the item alone: not at the tile, the culler or what else is there.

@@ -12,15 +12,17 @@ Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene
     if (seenAlike && version.scene == version_.scene) return painted;
 
     const TimePoint begin = clockNow();
-    DrawList list = action_.run(scene, camera, rect_, &painted.counts);
-    const TimePoint culled = clockNow();
-    painted.cull = culled - begin;
+    auto culled = action_.run(scene, camera, rect_, asks_ ? &renderer.visibility(aspect) : nullptr, &painted.counts);
+    if (!culled) return tl::unexpected(culled.error());
+    DrawList list = std::move(*culled);
+    const TimePoint afterCull = clockNow();
+    painted.cull = afterCull - begin;
     if (!seenAlike || !drawAlike(list, list_)) {
         auto picture = renderer.draw(aspect, list, camera, rect_);
         if (!picture) return tl::unexpected(picture.error());
         painted.picture = std::make_shared<const Picture>(std::move(*picture));
         painted.again = false;
-        painted.draw = clockNow() - culled;
+        painted.draw = clockNow() - afterCull;
         painted.skipped = renderer.lastCounts().skipped;
     }
     last_ = painted;

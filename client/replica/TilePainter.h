@@ -24,7 +24,7 @@ struct PaintedTile {
 class TilePainter {
 public:
     /// `rect`: the tile in the pixels of its screen.
-    TilePainter(PixelRect rect, CullerKind culler) : rect_(rect), action_(culler) {}
+    TilePainter(PixelRect rect, CullerKind culler) : rect_(rect), asks_(asksRenderer(culler)), action_(culler) {}
 
     /// Errors are the renderer's.
     [[nodiscard]] Expected<PaintedTile> paint(const Aspect& aspect, const RenderScene& scene, Renderer& renderer,
@@ -32,6 +32,7 @@ public:
 
 private:
     PixelRect rect_;
+    bool asks_;  ///< the culler, the renderer
     RenderAction action_;
     // What the last picture was made from; none yet: no picture.
     PaintedTile last_;

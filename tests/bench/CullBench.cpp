@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <memory>
 #include <random>
 #include <set>
@@ -124,10 +125,11 @@ Stage makeCity(int frames) {
     Stage stage = scene.stage("city");
     for (int i = 0; i < frames; ++i) {
         View view;
-        const double t = static_cast<double>(i) / frames;
-        // Down a street, looking about.
-        view.position = {0, 0.5, 200 - 300 * t};
-        view.orientation = Quatd(Eigen::AngleAxisd(0.5 * std::sin(6 * t), Vec3d::UnitY()));
+        // Down a street, looking about: now and then ten frames as they come at 15 m/s, so that one in ten is a new sight.
+        const double t = static_cast<double>(i / 10 * 10) / frames;
+        const double metres = 300 * t + 0.25 * (i % 10);
+        view.position = {0, 0.5, 200 - metres};
+        view.orientation = Quatd(Eigen::AngleAxisd(0.5 * std::sin(metres / 50), Vec3d::UnitY()));
         stage.views.push_back(view);
     }
     return stage;
@@ -240,7 +242,7 @@ Stage loadScene(const std::string& name, const std::string& path, const std::vec
 
 struct Totals {
     double cullMs = 0, drawMs = 0;
-    std::uint64_t inFrustum = 0, drawn = 0, triangles = 0;
+    std::uint64_t inFrustum = 0, drawn = 0, triangles = 0, queries = 0, waits = 0, depthTriangles = 0;
     [[nodiscard]] double frameMs() const { return cullMs + drawMs; }
 };
 
@@ -253,68 +255,78 @@ void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
     const int height = screen.grid.tileHeightPx;
     // Meshes are uploaded and made ready for hiding before anything counts.
     const ScreenCamera start = screenCamera(screen, user, Eye::kCenter, stage.views.front());
-    RenderAction none(CullerKind::kNone), frustum(CullerKind::kFrustum);
+    RenderAction none(CullerKind::kNone);
     static_cast<void>(orExit(renderer.draw(stage.aspect, none.run(all, start, {0, 0, width, height}, nullptr), start,
                                            {0, 0, width, height})));
 
+    std::vector<CullerKind> kinds(kAllCullers.begin(), kAllCullers.end());
+    std::erase(kinds, CullerKind::kNone);
     // One per tile, as hosts have them: they remember what was hidden, and whether looking for it paid.
-    std::vector<std::unique_ptr<RenderAction>> masks, autos;
-    for (int tile = 0; tile < 4; ++tile) {
-        masks.push_back(std::make_unique<RenderAction>(CullerKind::kMasked));
-        autos.push_back(std::make_unique<RenderAction>(CullerKind::kAuto));
-    }
-    Totals byFrustum, byMask, byAuto, byOracle;
+    std::map<std::pair<CullerKind, int>, RenderAction> actions;
+    for (const CullerKind kind : kinds)
+        for (int tile = 0; tile < 4; ++tile) actions.try_emplace({kind, tile}, kind);
+    std::map<CullerKind, Totals> totals;
+    Totals byOracle;
     double tiles = 0;
     for (const View& view : stage.views) {
         const ScreenCamera camera = screenCamera(screen, user, Eye::kCenter, view);
         for (int tile = 0; tile < 4; ++tile) {
             const PixelRect rect{tile % 2 * width, tile / 2 * height, width, height};
             ++tiles;
-            const auto one = [&](RenderAction& action, Totals& totals) {
+            DrawList inFrustum;
+            for (const CullerKind kind : kinds) {
+                Totals& total = totals[kind];
                 CullCounts counts;
                 const double start1 = processorMs();
-                DrawList list = action.run(all, camera, rect, &counts);
-                totals.cullMs += processorMs() - start1;
+                DrawList list =
+                    orExit(actions.at({kind, tile}).run(all, camera, rect, &renderer.visibility(stage.aspect), &counts));
+                total.cullMs += processorMs() - start1;
                 const double start2 = processorMs();
                 static_cast<void>(orExit(renderer.draw(stage.aspect, list, camera, rect)));
-                totals.drawMs += processorMs() - start2;
-                totals.inFrustum += counts.inFrustum;
-                totals.drawn += counts.drawn;
-                totals.triangles += counts.trianglesDrawn;
-                return list;
-            };
-            one(*masks[static_cast<std::size_t>(tile)], byMask);
-            one(*autos[static_cast<std::size_t>(tile)], byAuto);
-            DrawList list = one(frustum, byFrustum);
-            const auto ids = orExit(renderer.drawNodeIds(stage.aspect, list, camera, rect));
+                total.drawMs += processorMs() - start2;
+                total.inFrustum += counts.inFrustum;
+                total.drawn += counts.drawn;
+                total.triangles += counts.trianglesDrawn;
+                total.queries += counts.queries;
+                total.waits += counts.waits;
+                total.depthTriangles += counts.depthTriangles;
+                if (kind == CullerKind::kFrustum) inFrustum = std::move(list);
+            }
+            const auto ids = orExit(renderer.drawNodeIds(stage.aspect, inFrustum, camera, rect));
             const std::set<std::uint64_t> visible(ids.begin(), ids.end());
-            std::erase_if(list.opaque, [&](const DrawItem& item) { return !visible.contains(item.node.value); });
-            std::erase_if(list.transparent, [&](const DrawItem& item) { return !visible.contains(item.node.value); });
+            std::erase_if(inFrustum.opaque, [&](const DrawItem& item) { return !visible.contains(item.node.value); });
+            std::erase_if(inFrustum.transparent, [&](const DrawItem& item) { return !visible.contains(item.node.value); });
             const double start3 = processorMs();
-            static_cast<void>(orExit(renderer.draw(stage.aspect, list, camera, rect)));
+            static_cast<void>(orExit(renderer.draw(stage.aspect, inFrustum, camera, rect)));
             byOracle.drawMs += processorMs() - start3;
-            byOracle.drawn += list.opaque.size() + list.transparent.size();
+            byOracle.drawn += inFrustum.opaque.size() + inFrustum.transparent.size();
         }
     }
+    const Totals& byFrustum = totals.at(CullerKind::kFrustum);
+    const auto perTile = [&](auto value) { return static_cast<double>(value) / tiles; };
+    std::printf("%s: per tile %.0f in the frustum, %.0f visible; drawn by the oracle in %.2f ms\n", stage.name.c_str(),
+                perTile(byFrustum.inFrustum), perTile(byOracle.drawn), byOracle.drawMs / tiles);
+    std::printf("  %-13s %8s %8s %9s %8s %6s %9s %9s   per tile, ms of processor time\n", "culler", "drawn", "triang.",
+                "queries", "waits", "depth", "cull", "draw");
+    for (const auto& [kind, total] : totals)
+        std::printf("  %-13s %8.0f %8.0f %9.1f %8.1f %6.0f %9.2f %9.2f\n", std::string(nameOf(kind)).c_str(),
+                    perTile(total.drawn), perTile(total.triangles), perTile(total.queries), perTile(total.waits),
+                    perTile(total.depthTriangles), total.cullMs / tiles, total.drawMs / tiles);
     const auto share = [](std::uint64_t part, std::uint64_t whole) {
         return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
     };
-    std::printf("%s: per tile %.0f in the frustum, %.0f drawn, %.0f visible; %.0f of %.0f triangles drawn\n",
-                stage.name.c_str(), static_cast<double>(byMask.inFrustum) / tiles,
-                static_cast<double>(byMask.drawn) / tiles, static_cast<double>(byOracle.drawn) / tiles,
-                static_cast<double>(byMask.triangles) / tiles, static_cast<double>(byFrustum.triangles) / tiles);
-    std::printf("  per tile, ms of processor time: cull %.2f (frustum only %.2f), draw %.2f (frustum only %.2f, oracle %.2f)\n",
-                byMask.cullMs / tiles, byFrustum.cullMs / tiles, byMask.drawMs / tiles, byFrustum.drawMs / tiles,
-                byOracle.drawMs / tiles);
-    rows.push_back({stage.name + ": tile, cull and draw", "frustum only", byMask.frameMs() / tiles,
-                    byFrustum.frameMs() / tiles, "ms"});
-    rows.push_back(
-        {stage.name + ": tile, cull and draw", "oracle", byMask.frameMs() / tiles, byOracle.drawMs / tiles, "ms"});
-    rows.push_back({stage.name + ": tile by auto", "frustum only", byAuto.frameMs() / tiles, byFrustum.frameMs() / tiles, "ms"});
-    rows.push_back({stage.name + ": tile by auto", "oracle", byAuto.frameMs() / tiles, byOracle.drawMs / tiles, "ms"});
-    rows.push_back({stage.name + ": cull", "drawing what is left", byMask.cullMs / tiles, byMask.drawMs / tiles, "ms"});
-    rows.push_back({stage.name + ": share left away", "what is invisible", 1 - share(byMask.drawn, byMask.inFrustum),
-                    1 - share(byOracle.drawn, byMask.inFrustum), "of the frustum"});
+    for (const auto& [kind, total] : totals) {
+        if (kind == CullerKind::kFrustum) continue;
+        const std::string name = fmt::format("{}: tile by {}", stage.name, nameOf(kind));
+        rows.push_back({name, "frustum only", total.frameMs() / tiles, byFrustum.frameMs() / tiles, "ms"});
+        rows.push_back({name, "oracle", total.frameMs() / tiles, byOracle.drawMs / tiles, "ms"});
+        rows.push_back({fmt::format("{}: share left away by {}", stage.name, nameOf(kind)), "what is invisible",
+                        1 - share(total.drawn, total.inFrustum), 1 - share(byOracle.drawn, total.inFrustum), "of the frustum"});
+    }
+    const Totals& coherent = totals.at(CullerKind::kQueries);
+    const Totals& waiting = totals.at(CullerKind::kQueriesWait);
+    rows.push_back({stage.name + ": cull by queries", "queries-wait", coherent.cullMs / tiles, waiting.cullMs / tiles, "ms"});
+    rows.push_back({stage.name + ": tile by queries", "queries-wait", coherent.frameMs() / tiles, waiting.frameMs() / tiles, "ms"});
 }
 
 int bench(int argc, char** argv) {

@@ -1,0 +1,246 @@
+#include "client/render/CoherentCuller.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera {
+
+namespace {
+
+/// Asked together at most: of what is known, and of what never was looked at. Those are best asked for when what stands before
+/// them has been drawn, so few at a time.
+constexpr std::size_t kMostPending = 512;
+constexpr std::size_t kMostStrangers = 16;
+/// Questions that are under way while the next ones are gathered.
+constexpr std::size_t kMostUnderWay = 2;
+/// What is seen is asked for again after 1 to this many frames.
+constexpr std::uint32_t kLongestTrust = 10;
+/// A question is about the boxes within a node where they cover at most this much of what the node covers.
+constexpr double kTighter = 0.8;
+
+constexpr auto kFartherBox = [](const auto& a, const auto& b) { return a.sight.nearest < b.sight.nearest; };
+
+/// How likely what has been hidden so many times in a row stays so (CHC++, equation 3: fitted by its authors).
+double staysHidden(std::uint32_t hiddenFor) {
+    return 0.99 - 0.7 * std::exp(-static_cast<double>(hiddenFor));
+}
+
+}  // namespace
+
+CoherentCuller::Frame CoherentCuller::someFramesOn(std::uint32_t index) const {
+    // Steele, Lea, Flood 2014: the mixing step of SplitMix.
+    std::uint64_t mixed = (std::uint64_t{index} << 32 | frame_) * 0x9e3779b97f4a7c15ull;
+    mixed = (mixed ^ (mixed >> 30)) * 0xbf58476d1ce4e5b9ull;
+    mixed = (mixed ^ (mixed >> 27)) * 0x94d049bb133111ebull;
+    return frame_ + 1 + static_cast<Frame>((mixed >> 33) % kLongestTrust);
+}
+
+void CoherentCuller::push(const Box& box) {
+    nearestFirst_.push_back(box);
+    std::push_heap(nearestFirst_.begin(), nearestFirst_.end(), kFartherBox);
+}
+
+/// The nearest of what is known so far: seen without a question, opened without one, or to be asked for.
+void CoherentCuller::take(const PartView& view, const Box& box, DeviceWork& work) {
+    const Memory& memory = memoryOf(box);
+    const bool before = memory.seen + 1 == frame_;
+    const bool certain = box.sight.fate == BoxSight::Fate::kTooNear;
+    if (box.isItem && (certain || before)) {
+        see(view, box, work);
+        if (!certain && memory.trusted < frame_) {
+            Box again = box;
+            again.again = again.alone = true;
+            again.openedIn = static_cast<std::uint32_t>(seen_.size() - 1);
+            pending_.push_back(again);
+        }
+    } else if (!box.isItem && (certain || before || memory.trusted >= frame_)) {
+        open(view, box, false);
+    } else {
+        strangers_ += memory.hiddenFor == 0;
+        pending_.push_back(box);
+    }
+}
+
+void CoherentCuller::open(const PartView& view, const Box& node, bool asked) {
+    const auto place = static_cast<std::uint32_t>(opened_.size());
+    opened_.push_back({node.index, node.openedIn, asked, false});
+    view.forEachBelow(node.index, node.sight.undecided, [&](const BoxSight& sight, std::uint32_t index, bool isItem) {
+        push({.sight = sight, .index = index, .openedIn = place, .isItem = isItem});
+    });
+}
+
+void CoherentCuller::see(const PartView& view, const Box& item, DeviceWork& work) {
+    seen_.push_back({item.index, item.openedIn, false});
+    if (!view.worthHidingWith(item.index, item.sight)) return;
+    draws_.add(view, item.index);
+    work.depthTriangles += view.triangles(item.index);
+}
+
+/// Groups of what has been hidden about as long, each as large as pays: benefit is the number of questions saved, cost one
+/// question, and all of them again if anything shows (CHC++, section 4.2).
+void CoherentCuller::group() {
+    groups_.clear();
+    std::vector<Box> together;
+    for (const Box& box : pending_) {
+        if (box.alone)
+            groups_.push_back({box});
+        else
+            together.push_back(box);
+    }
+    std::stable_sort(together.begin(), together.end(),
+                     [&](const Box& a, const Box& b) { return memoryOf(a).hiddenFor > memoryOf(b).hiddenFor; });
+    for (std::size_t first = 0; first < together.size();) {
+        double allStay = 1, bestWorth = 0;
+        std::size_t best = 1;
+        for (std::size_t size = 1; first + size <= together.size(); ++size) {
+            allStay *= staysHidden(memoryOf(together[first + size - 1]).hiddenFor);
+            const double worth = static_cast<double>(size) / (1 + (1 - allStay) * static_cast<double>(size));
+            if (worth < bestWorth) break;
+            bestWorth = worth;
+            best = size;
+        }
+        groups_.emplace_back(together.begin() + static_cast<std::ptrdiff_t>(first),
+                             together.begin() + static_cast<std::ptrdiff_t>(first + best));
+        first += best;
+    }
+    pending_.clear();
+    strangers_ = 0;
+}
+
+void CoherentCuller::addPlates(const PartView& view, const Box& box) {
+    const std::size_t before = plates_.size();
+    if (!box.isItem) {
+        double area = 0;
+        bool tooNear = false;
+        view.forEachBelow(box.index, box.sight.undecided, [&](const BoxSight& sight, std::uint32_t, bool) {
+            tooNear = tooNear || sight.fate == BoxSight::Fate::kTooNear;
+            plates_.push_back(sight.plate);
+            area += sight.plate.areaPx();
+        });
+        if (!tooNear && plates_.size() > before && area <= kTighter * box.sight.plate.areaPx()) return;
+        plates_.resize(before);
+    }
+    plates_.push_back(box.sight.plate);
+}
+
+Expected<void> CoherentCuller::ask(const PartView& view, VisibilityDevice& device, DeviceWork& work) {
+    if (auto drawn = draws_.draw(device); !drawn) return drawn;
+    if (pending_.empty()) return {};
+    group();
+    plates_.clear();
+    sizes_.clear();
+    for (const auto& boxes : groups_) {
+        const std::size_t before = plates_.size();
+        for (const Box& box : boxes) addPlates(view, box);
+        sizes_.push_back(static_cast<std::uint32_t>(plates_.size() - before));
+    }
+    const auto first = device.ask(plates_, sizes_);
+    if (!first) return tl::unexpected(first.error());
+    work.queries += groups_.size();
+    std::vector<Question> questions;
+    for (std::size_t i = 0; i < groups_.size(); ++i)
+        questions.push_back({*first + static_cast<VisibilityDevice::Ticket>(i), std::move(groups_[i])});
+    asked_.push_back(std::move(questions));
+    return {};
+}
+
+Expected<void> CoherentCuller::takeAnswers(const PartView& view, VisibilityDevice& device, DeviceWork& work) {
+    const std::vector<Question> questions = std::move(asked_.front());
+    asked_.pop_front();
+    ++work.waits;
+    for (const Question& question : questions) {
+        const auto shows = device.answer(question.ticket);
+        if (!shows) return tl::unexpected(shows.error());
+        if (*shows && question.boxes.size() == 1) {
+            shown(view, question.boxes.front(), work);
+        } else if (*shows) {
+            for (Box box : question.boxes) {
+                box.alone = true;
+                pending_.push_back(box);
+            }
+        } else {
+            for (const Box& box : question.boxes) {
+                if (box.again) seen_[box.openedIn].hidden = true;
+                Memory& memory = memoryOf(box);
+                ++memory.hiddenFor;
+                memory.trusted = 0;
+            }
+        }
+    }
+    return {};
+}
+
+void CoherentCuller::shown(const PartView& view, const Box& box, DeviceWork& work) {
+    Memory& memory = memoryOf(box);
+    memory.hiddenFor = 0;
+    if (box.again) {
+        memory.trusted = someFramesOn(box.index);
+    } else if (box.isItem) {
+        memory.trusted = someFramesOn(box.index);
+        see(view, box, work);
+    } else {
+        open(view, box, true);
+    }
+}
+
+/// From the leaves up: who holds something that is seen.
+void CoherentCuller::finish(std::vector<std::uint32_t>& visible) {
+    for (const Seen& seen : seen_) {
+        if (seen.hidden) continue;
+        visible.push_back(seen.item);
+        items_[seen.item].seen = frame_;
+        if (seen.openedIn != kNone) opened_[seen.openedIn].anythingSeen = true;
+    }
+    for (std::size_t i = opened_.size(); i-- > 0;) {
+        const Opened& node = opened_[i];
+        Memory& memory = nodes_[node.node];
+        if (node.anythingSeen) {
+            memory.seen = frame_;
+            memory.hiddenFor = 0;
+            if (node.openedIn != kNone) opened_[node.openedIn].anythingSeen = true;
+        } else if (node.asked) {
+            // Its box shows and nothing in it does: the question is not worth asking each time.
+            memory.trusted = someFramesOn(node.node);
+        }
+    }
+}
+
+Expected<void> CoherentCuller::cull(const PartView& view, VisibilityDevice& device, std::vector<std::uint32_t>& visible,
+                                    DeviceWork& work) {
+    ++frame_;
+    if (rebuilds_ != view.rebuilds()) {
+        rebuilds_ = view.rebuilds();
+        nodes_.clear();
+        items_.clear();
+    }
+    nodes_.resize(view.tree().slots());
+    items_.resize(view.itemSlots());
+    nearestFirst_.clear();
+    pending_.clear();
+    asked_.clear();
+    opened_.clear();
+    seen_.clear();
+    draws_.forget();
+    strangers_ = 0;
+    if (view.tree().empty()) return {};
+    const BoxSight all = view.node(BoxTree::kRoot, Frustum::kAllPlanes);
+    if (all.fate == BoxSight::Fate::kBeside) return {};
+    push({.sight = all, .index = BoxTree::kRoot});
+    while (!nearestFirst_.empty() || !pending_.empty() || !asked_.empty()) {
+        while (!nearestFirst_.empty() && pending_.size() < kMostPending && strangers_ < kMostStrangers) {
+            std::pop_heap(nearestFirst_.begin(), nearestFirst_.end(), kFartherBox);
+            const Box box = nearestFirst_.back();
+            nearestFirst_.pop_back();
+            take(view, box, work);
+        }
+        if (auto done = ask(view, device, work); !done) return done;
+        if (nearestFirst_.empty() || asked_.size() >= kMostUnderWay) {
+            if (asked_.empty()) continue;
+            if (auto taken = takeAnswers(view, device, work); !taken) return taken;
+        }
+    }
+    finish(visible);
+    return {};
+}
+
+}  // namespace tessera
