@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tessera {
 
@@ -10,15 +11,22 @@ namespace {
 /// Asked together at most: of what is known, and of what never was looked at. Those are best asked for when what stands before
 /// them has been drawn, so few at a time.
 constexpr std::size_t kMostPending = 512;
-constexpr std::size_t kMostStrangers = 16;
+constexpr std::size_t kMostStrangers = 40;
 /// Questions that are under way while the next ones are gathered.
 constexpr std::size_t kMostUnderWay = 2;
 /// What is seen is asked for again after 1 to this many frames.
 constexpr std::uint32_t kLongestTrust = 10;
-/// A question is about the boxes within a node where they cover at most this much of what the node covers.
-constexpr double kTighter = 0.8;
+/// What a question costs, by the pixels of its plates and by itself, and drawing a picture's items (measured on two cores, four
+/// samples; see README.md). Only the ratios matter, and only for speed; a GPU's are about the same, each a hundredth of it.
+constexpr double kPixelNs = 4;
+constexpr double kPlateNs = 2'000;
+constexpr double kQuestionNs = 20'000;
+constexpr double kPictureTriangleNs = 130;
+constexpr double kPictureItemNs = 2'000;
+/// How far below a node its question looks for boxes that cover less.
+constexpr int kLevelsBelow = 1;
 
-constexpr auto kFartherBox = [](const auto& a, const auto& b) { return a.sight.nearest < b.sight.nearest; };
+constexpr auto kAskedLater = [](const auto& a, const auto& b) { return a.sight.nearest < b.sight.nearest; };
 
 /// How likely what has been hidden so many times in a row stays so (CHC++, equation 3: fitted by its authors).
 double staysHidden(std::uint32_t hiddenFor) {
@@ -37,7 +45,13 @@ CoherentCuller::Frame CoherentCuller::someFramesOn(std::uint32_t index) const {
 
 void CoherentCuller::push(const Box& box) {
     nearestFirst_.push_back(box);
-    std::push_heap(nearestFirst_.begin(), nearestFirst_.end(), kFartherBox);
+    std::push_heap(nearestFirst_.begin(), nearestFirst_.end(), kAskedLater);
+}
+
+/// Asking for what is drawn as fast is no gain (Guthe, Balázs, Klein 2006).
+bool CoherentCuller::paysAsking(const PartView& view, const Box& item) {
+    return kQuestionNs + kPixelNs * item.sight.plate.areaPx() <
+           kPictureItemNs + kPictureTriangleNs * static_cast<double>(view.triangles(item.index));
 }
 
 /// The nearest of what is known so far: seen without a question, opened without one, or to be asked for.
@@ -45,9 +59,10 @@ void CoherentCuller::take(const PartView& view, const Box& box, DeviceWork& work
     const Memory& memory = memoryOf(box);
     const bool before = memory.seen + 1 == frame_;
     const bool certain = box.sight.fate == BoxSight::Fate::kTooNear;
-    if (box.isItem && (certain || before)) {
-        see(view, box, work);
-        if (!certain && memory.trusted < frame_) {
+    const bool asks = !certain && (!box.isItem || paysAsking(view, box));
+    if (box.isItem && (!asks || before)) {
+        see(view, box, certain || asks, work);
+        if (asks && memory.trusted < frame_) {
             Box again = box;
             again.again = again.alone = true;
             again.openedIn = static_cast<std::uint32_t>(seen_.size() - 1);
@@ -69,8 +84,8 @@ void CoherentCuller::open(const PartView& view, const Box& node, bool asked) {
     });
 }
 
-void CoherentCuller::see(const PartView& view, const Box& item, DeviceWork& work) {
-    seen_.push_back({item.index, item.openedIn, false});
+void CoherentCuller::see(const PartView& view, const Box& item, bool known, DeviceWork& work) {
+    seen_.push_back({item.index, item.openedIn, known, false});
     if (!view.worthHidingWith(item.index, item.sight)) return;
     draws_.add(view, item.index);
     work.depthTriangles += view.triangles(item.index);
@@ -78,86 +93,102 @@ void CoherentCuller::see(const PartView& view, const Box& item, DeviceWork& work
 
 /// Groups of what has been hidden about as long, each as large as pays: benefit is the number of questions saved, cost one
 /// question, and all of them again if anything shows (CHC++, section 4.2).
-void CoherentCuller::group() {
-    groups_.clear();
+std::vector<CoherentCuller::Question> CoherentCuller::group() {
+    std::vector<Question> questions;
     std::vector<Box> together;
     for (const Box& box : pending_) {
-        if (box.alone)
-            groups_.push_back({box});
+        if (box.alone || memoryOf(box).hiddenFor == 0)
+            questions.push_back({.boxes = {box}});
         else
             together.push_back(box);
     }
     std::stable_sort(together.begin(), together.end(),
                      [&](const Box& a, const Box& b) { return memoryOf(a).hiddenFor > memoryOf(b).hiddenFor; });
     for (std::size_t first = 0; first < together.size();) {
-        double allStay = 1, bestWorth = 0;
+        double allStay = staysHidden(memoryOf(together[first]).hiddenFor), bestWorth = 1;
         std::size_t best = 1;
-        for (std::size_t size = 1; first + size <= together.size(); ++size) {
+        for (std::size_t size = 2; first + size <= together.size(); ++size) {
             allStay *= staysHidden(memoryOf(together[first + size - 1]).hiddenFor);
             const double worth = static_cast<double>(size) / (1 + (1 - allStay) * static_cast<double>(size));
             if (worth < bestWorth) break;
             bestWorth = worth;
             best = size;
         }
-        groups_.emplace_back(together.begin() + static_cast<std::ptrdiff_t>(first),
-                             together.begin() + static_cast<std::ptrdiff_t>(first + best));
+        questions.push_back({.boxes = {together.begin() + static_cast<std::ptrdiff_t>(first),
+                                       together.begin() + static_cast<std::ptrdiff_t>(first + best)}});
         first += best;
     }
     pending_.clear();
     strangers_ = 0;
+    return questions;
 }
 
-void CoherentCuller::addPlates(const PartView& view, const Box& box) {
+/// The box's own plate, or those of what lies in it, whichever are drawn faster. Returns their cost.
+double CoherentCuller::addPlates(const PartView& view, const Box& box, int levels) {
     const std::size_t before = plates_.size();
-    if (!box.isItem) {
-        double area = 0;
-        bool tooNear = false;
-        view.forEachBelow(box.index, box.sight.undecided, [&](const BoxSight& sight, std::uint32_t, bool) {
-            tooNear = tooNear || sight.fate == BoxSight::Fate::kTooNear;
-            plates_.push_back(sight.plate);
-            area += sight.plate.areaPx();
+    const double own = kPlateNs + kPixelNs * box.sight.plate.areaPx();
+    if (!box.isItem && levels > 0) {
+        double below = 0;
+        view.forEachBelow(box.index, box.sight.undecided, [&](const BoxSight& sight, std::uint32_t index, bool isItem) {
+            // What is too near has no plate; what holds it has none either, but for rounding.
+            below += sight.fate == BoxSight::Fate::kTooNear
+                         ? std::numeric_limits<double>::infinity()
+                         : addPlates(view, {.sight = sight, .index = index, .isItem = isItem}, levels - 1);
         });
-        if (!tooNear && plates_.size() > before && area <= kTighter * box.sight.plate.areaPx()) return;
+        if (plates_.size() > before && below < own) return below;
         plates_.resize(before);
     }
     plates_.push_back(box.sight.plate);
+    return own;
 }
 
 Expected<void> CoherentCuller::ask(const PartView& view, VisibilityDevice& device, DeviceWork& work) {
     if (auto drawn = draws_.draw(device); !drawn) return drawn;
     if (pending_.empty()) return {};
-    group();
-    plates_.clear();
-    sizes_.clear();
-    for (const auto& boxes : groups_) {
-        const std::size_t before = plates_.size();
-        for (const Box& box : boxes) addPlates(view, box);
-        sizes_.push_back(static_cast<std::uint32_t>(plates_.size() - before));
+    std::vector<Question> questions = group();
+    std::vector<PlateCuts::Asked> asked;
+    for (std::size_t i = 0; i < questions.size(); ++i) {
+        for (const Box& box : questions[i].boxes) {
+            plates_.clear();
+            addPlates(view, box, kLevelsBelow);
+            const bool cuts = !box.alone && memoryOf(box).hiddenFor > 0;
+            for (const VisibilityDevice::Plate& plate : plates_)
+                asked.push_back({.plate = plate, .question = static_cast<std::uint32_t>(i), .cuts = cuts});
+        }
     }
-    const auto first = device.ask(plates_, sizes_);
+    cuts_.cut(std::move(asked), questions.size());
+    const auto first = device.ask(cuts_.plates(), cuts_.sizes());
     if (!first) return tl::unexpected(first.error());
-    work.queries += groups_.size();
-    std::vector<Question> questions;
-    for (std::size_t i = 0; i < groups_.size(); ++i)
-        questions.push_back({*first + static_cast<VisibilityDevice::Ticket>(i), std::move(groups_[i])});
+    for (std::size_t i = 0; i < questions.size(); ++i) {
+        questions[i].ticket = *first + static_cast<VisibilityDevice::Ticket>(i);
+        questions[i].restsOn = cuts_.restsOn(i);
+    }
+    work.queries += questions.size();
     asked_.push_back(std::move(questions));
     return {};
 }
 
 Expected<void> CoherentCuller::takeAnswers(const PartView& view, VisibilityDevice& device, DeviceWork& work) {
-    const std::vector<Question> questions = std::move(asked_.front());
+    std::vector<Question> questions = std::move(asked_.front());
     asked_.pop_front();
     ++work.waits;
-    for (const Question& question : questions) {
+    for (Question& question : questions) {
         const auto shows = device.answer(question.ticket);
         if (!shows) return tl::unexpected(shows.error());
-        if (*shows && question.boxes.size() == 1) {
+        question.shows = *shows;
+    }
+    for (const Question& question : questions) {
+        const bool unproven = std::any_of(question.restsOn.begin(), question.restsOn.end(),
+                                          [&](std::uint32_t other) { return questions[other].shows; });
+        if (question.shows && question.boxes.size() == 1) {
             shown(view, question.boxes.front(), work);
-        } else if (*shows) {
+        } else if (question.shows) {
             for (Box box : question.boxes) {
                 box.alone = true;
                 pending_.push_back(box);
             }
+        } else if (unproven) {
+            pending_.insert(pending_.end(), question.boxes.begin(), question.boxes.end());
         } else {
             for (const Box& box : question.boxes) {
                 if (box.again) seen_[box.openedIn].hidden = true;
@@ -177,7 +208,7 @@ void CoherentCuller::shown(const PartView& view, const Box& box, DeviceWork& wor
         memory.trusted = someFramesOn(box.index);
     } else if (box.isItem) {
         memory.trusted = someFramesOn(box.index);
-        see(view, box, work);
+        see(view, box, true, work);
     } else {
         open(view, box, true);
     }
@@ -188,6 +219,7 @@ void CoherentCuller::finish(std::vector<std::uint32_t>& visible) {
     for (const Seen& seen : seen_) {
         if (seen.hidden) continue;
         visible.push_back(seen.item);
+        if (!seen.known) continue;
         items_[seen.item].seen = frame_;
         if (seen.openedIn != kNone) opened_[seen.openedIn].anythingSeen = true;
     }
@@ -228,7 +260,7 @@ Expected<void> CoherentCuller::cull(const PartView& view, VisibilityDevice& devi
     push({.sight = all, .index = BoxTree::kRoot});
     while (!nearestFirst_.empty() || !pending_.empty() || !asked_.empty()) {
         while (!nearestFirst_.empty() && pending_.size() < kMostPending && strangers_ < kMostStrangers) {
-            std::pop_heap(nearestFirst_.begin(), nearestFirst_.end(), kFartherBox);
+            std::pop_heap(nearestFirst_.begin(), nearestFirst_.end(), kAskedLater);
             const Box box = nearestFirst_.back();
             nearestFirst_.pop_back();
             take(view, box, work);

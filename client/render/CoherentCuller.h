@@ -4,13 +4,15 @@
 #include <deque>
 
 #include "client/render/PartCuller.h"
+#include "client/render/PlateCuts.h"
 
 namespace tessera {
 
 /// The thesis' way, queries organised in the traversal (Fünfzig 2007), with CHC++'s economy (Mattausch, Bittner, Wimmer
 /// 2008): what was seen in the frame before is drawn for depth without a question and asked for again now and then; what was
 /// hidden is asked for in groups, the larger the longer all in them have been hidden; a node of which nothing showed counts
-/// as hidden itself; a node's question is about what lies in it where that covers less. Answers are waited for when there is
+/// as hidden itself; a node's question is about what lies in it where that covers less, and about no pixel that a nearer box
+/// is asked for which was hidden, too. Answers are waited for when there is
 /// nothing else to do.
 ///
 /// Unlike there, who is hidden is decided in the frame itself: what is remembered says what is asked and when, never what
@@ -44,22 +46,26 @@ private:
     };
     struct Seen {
         std::uint32_t item, openedIn;
+        bool known;   ///< not only because asking would cost more than drawing it
         bool hidden;  ///< found out later
     };
     struct Question {
-        VisibilityDevice::Ticket ticket;
         std::vector<Box> boxes;
+        std::vector<std::uint32_t> restsOn;  ///< others of the same batch
+        VisibilityDevice::Ticket ticket = 0;
+        bool shows = false;
     };
 
     [[nodiscard]] Memory& memoryOf(const Box& box) { return box.isItem ? items_[box.index] : nodes_[box.index]; }
     [[nodiscard]] Frame someFramesOn(std::uint32_t index) const;
+    [[nodiscard]] static bool paysAsking(const PartView& view, const Box& item);
     void push(const Box& box);
     void take(const PartView& view, const Box& box, DeviceWork& work);
     void open(const PartView& view, const Box& node, bool asked);
-    void see(const PartView& view, const Box& item, DeviceWork& work);
+    void see(const PartView& view, const Box& item, bool known, DeviceWork& work);
     [[nodiscard]] Expected<void> ask(const PartView& view, VisibilityDevice& device, DeviceWork& work);
-    void group();
-    void addPlates(const PartView& view, const Box& box);
+    [[nodiscard]] std::vector<Question> group();
+    double addPlates(const PartView& view, const Box& box, int levels);
     [[nodiscard]] Expected<void> takeAnswers(const PartView& view, VisibilityDevice& device, DeviceWork& work);
     void shown(const PartView& view, const Box& box, DeviceWork& work);
     void finish(std::vector<std::uint32_t>& visible);
@@ -76,9 +82,8 @@ private:
     std::vector<Opened> opened_;
     std::vector<Seen> seen_;
     DepthDraws draws_;
-    std::vector<std::vector<Box>> groups_;
     std::vector<VisibilityDevice::Plate> plates_;
-    std::vector<std::uint32_t> sizes_;
+    PlateCuts cuts_;
 };
 
 }  // namespace tessera

@@ -125,9 +125,9 @@ Stage makeCity(int frames) {
     Stage stage = scene.stage("city");
     for (int i = 0; i < frames; ++i) {
         View view;
-        // Down a street, looking about: now and then ten frames as they come at 15 m/s, so that one in ten is a new sight.
-        const double t = static_cast<double>(i / 10 * 10) / frames;
-        const double metres = 300 * t + 0.25 * (i % 10);
+        // Down a street, looking about: now and then twenty frames as they come at 15 m/s, so that one in twenty is a new sight.
+        const double t = static_cast<double>(i / 20 * 20) / frames;
+        const double metres = 300 * t + 0.25 * (i % 20);
         view.position = {0, 0.5, 200 - metres};
         view.orientation = Quatd(Eigen::AngleAxisd(0.5 * std::sin(metres / 50), Vec3d::UnitY()));
         stage.views.push_back(view);
@@ -312,6 +312,7 @@ void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
         std::printf("  %-13s %8.0f %8.0f %9.1f %8.1f %6.0f %9.2f %9.2f\n", std::string(nameOf(kind)).c_str(),
                     perTile(total.drawn), perTile(total.triangles), perTile(total.queries), perTile(total.waits),
                     perTile(total.depthTriangles), total.cullMs / tiles, total.drawMs / tiles);
+    std::fflush(stdout);
     const auto share = [](std::uint64_t part, std::uint64_t whole) {
         return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
     };
@@ -333,24 +334,29 @@ int bench(int argc, char** argv) {
     std::string json;
     std::string hall = TESSERA_SOURCE_DIR "/deploy/scenes/engine-hall.tsct";
     std::vector<std::string> assets{"/usr/share/assimp/models/glTF2", "/usr/share/assimp/models"};
+    std::string only;
     int frames = 8;
     for (int i = 1; i + 1 < argc; i += 2) {
         const std::string option = argv[i];
         if (option == "--json") json = argv[i + 1];
         if (option == "--hall") hall = argv[i + 1];
         if (option == "--assets") assets.insert(assets.begin(), argv[i + 1]);
+        if (option == "--only") only = argv[i + 1];
         if (option == "--frames") frames = std::max(1, std::atoi(argv[i + 1]));
     }
     const auto surface = orExit(makeSurface("osmesa"));
     std::vector<Row> rows;
-    for (const auto& make : std::array<std::function<Stage()>, 3>{
-             [&] { return makeCity(5 * frames); }, [&] { return loadScene("engine hall", hall, assets, frames); },
-             [&] { return makeField(5 * frames); }}) {
+    const std::array<std::pair<std::string, std::function<Stage()>>, 3> stages{
+        {{"city", [&] { return makeCity(5 * frames); }},
+         {"hall", [&] { return loadScene("engine hall", hall, assets, frames); }},
+         {"field", [&] { return makeField(5 * frames); }}}};
+    for (const auto& [name, make] : stages) {
+        if (!only.empty() && only != name) continue;
         const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
         Stage stage = make();
         measure(stage, *renderer, rows);
     }
-    {
+    if (only.empty() || only == "ring") {
         const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
         Stage ring = makeRing(frames);
         measureParts(ring, *renderer, rows);
