@@ -60,7 +60,10 @@ void CoherentCuller::take(const PartView& view, const Box& box, DeviceWork& work
     const bool before = memory.seen + 1 == frame_;
     const bool certain = box.sight.fate == BoxSight::Fate::kTooNear;
     const bool asks = !certain && (!box.isItem || paysAsking(view, box));
-    if (box.isItem && (!asks || before)) {
+    // What covers more than all that was drawn is not hidden, most likely (OpenSG 2 tells by this what it draws untested).
+    if (asks && !before && memory.hiddenFor == 0 && box.sight.plate.areaPx() > covered_ * view.areaPx()) {
+        shown(view, box, work);
+    } else if (box.isItem && (!asks || before)) {
         see(view, box, certain || asks, work);
         if (asks && memory.trusted < frame_) {
             Box again = box;
@@ -78,7 +81,7 @@ void CoherentCuller::take(const PartView& view, const Box& box, DeviceWork& work
 
 void CoherentCuller::open(const PartView& view, const Box& node, bool asked) {
     const auto place = static_cast<std::uint32_t>(opened_.size());
-    opened_.push_back({node.index, node.openedIn, asked, false});
+    opened_.push_back({node.index, node.openedIn, asked, false, false});
     view.forEachBelow(node.index, node.sight.undecided, [&](const BoxSight& sight, std::uint32_t index, bool isItem) {
         push({.sight = sight, .index = index, .openedIn = place, .isItem = isItem});
     });
@@ -87,6 +90,7 @@ void CoherentCuller::open(const PartView& view, const Box& node, bool asked) {
 void CoherentCuller::see(const PartView& view, const Box& item, bool known, DeviceWork& work) {
     seen_.push_back({item.index, item.openedIn, known, false});
     if (!view.worthHidingWith(item.index, item.sight)) return;
+    if (item.sight.fate == BoxSight::Fate::kAsk) covered_ += (1 - covered_) * item.sight.plate.areaPx() / view.areaPx();
     draws_.add(view, item.index);
     work.depthTriangles += view.triangles(item.index);
 }
@@ -219,14 +223,17 @@ void CoherentCuller::finish(std::vector<std::uint32_t>& visible) {
     for (const Seen& seen : seen_) {
         if (seen.hidden) continue;
         visible.push_back(seen.item);
-        if (!seen.known) continue;
-        items_[seen.item].seen = frame_;
-        if (seen.openedIn != kNone) opened_[seen.openedIn].anythingSeen = true;
+        if (seen.known) items_[seen.item].seen = frame_;
+        if (seen.openedIn == kNone) continue;
+        Opened& in = opened_[seen.openedIn];
+        (seen.known ? in.anythingSeen : in.anythingUnasked) = true;
     }
     for (std::size_t i = opened_.size(); i-- > 0;) {
         const Opened& node = opened_[i];
         Memory& memory = nodes_[node.node];
-        if (node.anythingSeen) {
+        // What was not asked for itself is taken for what its node showed, until that is asked again.
+        if (node.anythingUnasked && node.asked) memory.trusted = someFramesOn(node.node) + kLongestTrust;
+        if (node.anythingSeen || (node.anythingUnasked && memory.trusted >= frame_)) {
             memory.seen = frame_;
             memory.hiddenFor = 0;
             if (node.openedIn != kNone) opened_[node.openedIn].anythingSeen = true;
@@ -254,6 +261,7 @@ Expected<void> CoherentCuller::cull(const PartView& view, VisibilityDevice& devi
     seen_.clear();
     draws_.forget();
     strangers_ = 0;
+    covered_ = 0;
     if (view.tree().empty()) return {};
     const BoxSight all = view.node(BoxTree::kRoot, Frustum::kAllPlanes);
     if (all.fate == BoxSight::Fate::kBeside) return {};

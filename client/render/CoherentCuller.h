@@ -43,6 +43,7 @@ private:
     struct Opened {
         std::uint32_t node, openedIn;
         bool asked, anythingSeen;
+        bool anythingUnasked;  ///< drawn because that costs less than a question: maybe seen
     };
     struct Seen {
         std::uint32_t item, openedIn;
@@ -78,6 +79,7 @@ private:
     std::vector<Box> nearestFirst_;  ///< a heap
     std::vector<Box> pending_;       ///< to be asked for
     std::size_t strangers_ = 0;      ///< of these the ones of which nothing is known
+    double covered_ = 0;             ///< roughly: share of the part that is drawn for depth
     std::deque<std::vector<Question>> asked_;
     std::vector<Opened> opened_;
     std::vector<Seen> seen_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <tuple>
 
 #include "client/render/MaskedCuller.h"
@@ -156,10 +157,13 @@ Expected<void> RenderAction::Impl::askRenderer(const RenderScene::Impl& scene, c
         if (auto begun = device.begin(partsNow[i]); !begun) return begun;
         if (auto culled = parts[i]->cull(view, device, visible, work); !culled) return culled;
     }
-    // What several parts show is drawn once.
+    // What several parts show is drawn once; what the whole tile's frustum leaves out has no pixel in any part.
     std::sort(visible.begin(), visible.end());
     visible.erase(std::unique(visible.begin(), visible.end()), visible.end());
-    items.swap(visible);
+    std::sort(items.begin(), items.end());
+    std::vector<std::uint32_t> kept;
+    std::set_intersection(items.begin(), items.end(), visible.begin(), visible.end(), std::back_inserter(kept));
+    items.swap(kept);
     count.queries = work.queries;
     count.waits = work.waits;
     count.depthTriangles = work.depthTriangles;

@@ -21,7 +21,9 @@ struct Stage {
 inline Picture drawPart(Stage& stage, const Aspect& aspect, const RenderScene& scene, CullerKind culler,
                  const ScreenCamera& camera, const PixelRect& rect) {
     RenderAction action(culler);
-    auto picture = stage.renderer->draw(aspect, action.run(scene, camera, rect, nullptr), camera, rect);
+    const auto list = action.run(scene, camera, rect, &stage.renderer->visibility(aspect), nullptr);
+    EXPECT_TRUE(list) << list.error().message;
+    auto picture = stage.renderer->draw(aspect, list ? *list : DrawList(), camera, rect);
     EXPECT_TRUE(picture) << picture.error().message;
     return picture ? *picture : Picture::filled(rect.width, rect.height, 255, 0, 255);
 }

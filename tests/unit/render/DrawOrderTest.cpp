@@ -5,7 +5,6 @@
 namespace tessera {
 namespace {
 
-constexpr CullerKind kKinds[] = {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked, CullerKind::kAuto};
 
 /// Boxes all around the eye, some of them several times in the very same place, some transparent.
 void fill(TestScene& scene, int count, unsigned seed) {
@@ -22,11 +21,12 @@ void fill(TestScene& scene, int count, unsigned seed) {
 }
 
 TEST(CullerNames, GoThereAndBackAndUnknownOnesAreRefused) {
-    for (const CullerKind kind : kKinds) EXPECT_EQ(parseCuller(nameOf(kind)).value(), kind);
+    for (const CullerKind kind : kAllCullers) EXPECT_EQ(parseCuller(nameOf(kind)).value(), kind);
     const auto unknown = parseCuller("magic");
     ASSERT_FALSE(unknown);
     EXPECT_EQ(unknown.error().code, ErrorCode::kUsage);
-    EXPECT_NE(unknown.error().message.find("masked"), std::string::npos);
+    for (const CullerKind kind : kAllCullers)
+        EXPECT_NE(unknown.error().message.find(nameOf(kind)), std::string::npos) << unknown.error().message;
 }
 
 TEST(DrawOrder, OpaqueFrontToBackTransparentBackToFrontTiesByNode) {
@@ -93,11 +93,12 @@ TEST(DrawOrder, EveryTileAndCullerDrawsASubsequenceOfOneOrder) {
         const ScreenCamera view = camera.camera(eye);
         const DrawList whole = RenderAction(CullerKind::kNone).run(all, view, camera.tile(), nullptr);
         ASSERT_GT(whole.opaque.size(), 300u);
-        for (const CullerKind kind : kKinds) {
+        for (const CullerKind kind : kAllCullers) {
             RenderAction action(kind);
             for (int column = 0; column < 3; ++column) {
                 for (int row = 0; row < 2; ++row) {
-                    const DrawList part = action.run(all, view, camera.tile(column, row), nullptr);
+                    DepthFake device(scene.aspect);
+                    const DrawList part = action.run(all, view, camera.tile(column, row), &device, nullptr).value();
                     EXPECT_TRUE(isSubsequence(nodesOf(part.opaque), nodesOf(whole.opaque)));
                     EXPECT_TRUE(isSubsequence(transparentParts(part), transparentParts(whole)));
                 }
@@ -118,7 +119,8 @@ TEST(FrustumCulling, KeepsExactlyTheBoxesThatAreNotBehindAPlane) {
     for (int column = 0; column < 2; ++column) {
         for (int row = 0; row < 2; ++row) {
             CullCounts counts;
-            const DrawList part = action.run(all, view, camera.tile(column, row), &counts);
+            DepthFake device(scene.aspect);
+            const DrawList part = action.run(all, view, camera.tile(column, row), &device, &counts).value();
             const Frustum frustum = tileFrustum(view, camera.tile(column, row));
             std::vector<ObjectId> expected;
             for (const DrawItem& item : whole.opaque) {

@@ -31,9 +31,9 @@ TEST(RenderScene, AnEmptySceneHasNoItemsNoBoundsAndTheDefaultLight) {
     RenderScene all;
     all.update(scene.aspect, nullptr);
     EXPECT_TRUE(all.bounds().empty());
-    for (const CullerKind kind : {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked, CullerKind::kAuto}) {
+    for (const CullerKind kind : kAllCullers) {
         CullCounts counts;
-        const DrawList list = RenderAction(kind).run(all, TestCamera().camera(), TestCamera().tile(), &counts);
+        const DrawList list = cull(scene, kind, TestCamera(), &counts);
         EXPECT_TRUE(nodesOf(list).empty());
         EXPECT_FALSE(list.lights.empty());
         EXPECT_EQ(counts.drawn, 0u);
@@ -168,7 +168,7 @@ TEST(RenderScene, MeshesThatCannotBeDrawnAreLeftOut) {
     scene.put(scene.geometry(makeBox({1, 1, 1})), {0, 0, -5}, Quatd::Identity(), Vec3d::Constant(1e200));
     const ObjectId whole = scene.box({0, 0, -5}, {1, 1, 1});
     scene.apply();
-    for (const CullerKind kind : {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked, CullerKind::kAuto})
+    for (const CullerKind kind : kAllCullers)
         EXPECT_EQ(nodesOf(cull(scene, kind, TestCamera())), std::vector<ObjectId>{whole});
 }
 

@@ -13,6 +13,7 @@
 #include "common/geometry/Mesh.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
+#include "tests/unit/render/DepthFake.h"
 
 namespace tessera {
 
@@ -159,7 +160,10 @@ template <typename T>
                                    CullCounts* counts = nullptr) {
     RenderScene all;
     all.update(scene.aspect, nullptr);
-    return RenderAction(kind).run(all, camera.camera(), camera.tile(), counts);
+    DepthFake device(scene.aspect);
+    auto list = RenderAction(kind).run(all, camera.camera(), camera.tile(), &device, counts);
+    EXPECT_TRUE(list);
+    return list ? *list : DrawList();
 }
 
 }  // namespace tessera
