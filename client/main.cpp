@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
     app.add_option("--output", arguments.output, "Keep images below DIR/tiles")->type_name("DIR");
     app.add_flag("--keep-frames", arguments.keepFrames, "Write every shown image, not only the last");
     app.add_option("--surface", arguments.surface, "What draws: osmesa (default), or\nnone: follow the scene without drawing")->type_name("NAME");
-    app.add_option("--culler", arguments.culler, "none, frustum, masked or auto (the wall's, else auto)")->type_name("K");
+    app.add_option("--culler", arguments.culler, cullerNames() + " (the wall's, else auto)")->type_name("K");
     app.add_option("--cache", arguments.cache, "Keep meshes and images in DIR/NAME")->type_name("DIR");
     app.add_option("--threads", arguments.threads,
                    "Draw threads beside the main one (0 with\na server on loopback, else cores - 1)")

@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
         ->type_name("N")
         ->check(CLI::IsMember({1, 4}));
     app.add_option("--camera", options.camera, "Node of the camera to use")->type_name("C");
-    app.add_option("--culler", options.culler, "none, frustum, masked or auto (the wall's, else auto)")
+    app.add_option("--culler", options.culler, tessera::cullerNames() + " (the wall's, else auto)")
         ->type_name("K")
         ->check([](const std::string& name) {
             const auto culler = tessera::parseCuller(name);

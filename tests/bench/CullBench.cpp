@@ -1,4 +1,4 @@
-/// What the masked culler saves, and what it costs: whole frames (cull + draw) against frustum culling only, and
+/// What each culler saves, and what it costs: whole frames (cull + draw) against frustum culling only, and
 /// against an oracle that knows for free which items leave a pixel, in the same run, in turns. A 2×2 wall of 960×540
 /// tiles.
 #include <fmt/format.h>

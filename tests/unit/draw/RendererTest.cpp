@@ -454,13 +454,15 @@ TEST_F(RendererTest, OfALargeMeshOnlyWhatTheTileMayShowIsDrawn) {
     const ScreenCamera camera = cameraOf(640, 640);
     const PixelRect corner{.x = 400, .y = 400, .width = 100, .height = 100};
     const auto drawn = [&](CullerKind kind) {
-        auto picture = renderer_->draw(aspect, RenderAction(kind).run(all, camera, corner, nullptr), camera, corner);
+        const auto list = RenderAction(kind).run(all, camera, corner, &renderer_->visibility(aspect), nullptr);
+        auto picture = renderer_->draw(aspect, list.value(), camera, corner);
         EXPECT_TRUE(picture);
         return std::pair{std::move(*picture), renderer_->lastCounts().triangles};
     };
     const auto [expected, everything] = drawn(CullerKind::kNone);
     EXPECT_EQ(everything, ring.indices.size() / 3);
-    for (const CullerKind kind : {CullerKind::kFrustum, CullerKind::kMasked}) {
+    for (const CullerKind kind : kAllCullers) {
+        if (kind == CullerKind::kNone) continue;
         const auto [picture, triangles] = drawn(kind);
         EXPECT_TRUE(picture == expected);
         EXPECT_LT(4 * triangles, everything);
