@@ -30,6 +30,8 @@ public:
     [[nodiscard]] std::uint32_t previous(std::uint32_t bracket) const { return entries_[bracket].previous; }
     /// Of two places of one row.
     [[nodiscard]] bool before(std::uint32_t a, std::uint32_t b) const { return label(open(a)) < label(open(b)); }
+    /// Grows along the row. Another one after every change of the order.
+    [[nodiscard]] std::uint64_t rank(std::uint32_t place) const { return label(open(place)); }
     /// Whether a place is the other or stands above it.
     [[nodiscard]] bool holds(std::uint32_t above, std::uint32_t place) const {
         return label(open(above)) <= label(open(place)) && label(open(place)) < label(close(above));

@@ -74,6 +74,8 @@ public:
     [[nodiscard]] bool before(std::uint32_t partA, std::uint32_t partB) const {
         return tree_.order().before(parts_[partA].place, parts_[partB].place);
     }
+    /// Grows in document order. Good until the scene changes.
+    [[nodiscard]] std::uint64_t rank(std::uint32_t part) const { return tree_.order().rank(parts_[part].place); }
     /// Of two places: whether one is the other or above it.
     [[nodiscard]] bool holds(std::uint32_t above, std::uint32_t place) const {
         return tree_.order().holds(above, place);

@@ -164,8 +164,23 @@ bool PairMemory::before(std::uint32_t x, std::uint32_t y, const ObjectHandler& h
 }
 
 void PairMemory::sort(std::vector<std::uint32_t>& pairs, const ObjectHandler& handler) const {
-    const auto inOrder = [&](std::uint32_t x, std::uint32_t y) { return before(x, y, handler); };
-    if (!std::is_sorted(pairs.begin(), pairs.end(), inOrder)) std::sort(pairs.begin(), pairs.end(), inOrder);
+    // Where the ends stand is looked up once each, not at every comparison.
+    struct Placed {
+        std::uint64_t first = 0, second = 0;
+        std::uint32_t pair = 0;
+    };
+    std::vector<Placed> placed;
+    placed.reserve(pairs.size());
+    for (const std::uint32_t pair : pairs) {
+        const auto [first, second] = std::minmax({handler.rank(states_[pair].a), handler.rank(states_[pair].b)});
+        placed.push_back({first, second, pair});
+    }
+    const auto inOrder = [](const Placed& x, const Placed& y) {
+        return x.first != y.first ? x.first < y.first : x.second < y.second;
+    };
+    if (std::is_sorted(placed.begin(), placed.end(), inOrder)) return;
+    std::sort(placed.begin(), placed.end(), inOrder);
+    std::ranges::transform(placed, pairs.begin(), &Placed::pair);
 }
 
 void PairMemory::tell(std::uint32_t pair, bool yes) {
