@@ -17,7 +17,6 @@ constexpr double kSameDirection = 0.999;
 class SideFinder {
 public:
     explicit SideFinder(const ConvexHull& hull) : faces_(hull.faces()), vertices_(hull.vertices()) {
-        findNeighbours();
         tolerance_ = kFlatness * hull.bounds().size().norm();
         normals_.resize(faces_.size());
         areas_.resize(faces_.size());
@@ -27,6 +26,7 @@ public:
             areas_[f] = n.norm();
             normals_[f] = areas_[f] > 0 ? Vec3d(n / areas_[f]) : Vec3d::Zero();
         }
+        findNeighbours();
     }
 
     /// Per triangle its side; sides are numbered from 0.
@@ -82,10 +82,16 @@ private:
         across_.assign(faces_.size(), {kNone, kNone, kNone});
         for (const HalfEdge& e : edges) {
             const std::uint64_t wanted = key(e.to, e.from);
-            const auto twin =
-                std::lower_bound(edges.begin(), edges.end(), wanted,
-                                 [&](const HalfEdge& x, std::uint64_t k) { return key(x.from, x.to) < k; });
-            if (twin != edges.end() && key(twin->from, twin->to) == wanted) across_[e.face][e.corner] = twin->face;
+            auto twin = std::lower_bound(edges.begin(), edges.end(), wanted,
+                                         [&](const HalfEdge& x, std::uint64_t k) { return key(x.from, x.to) < k; });
+            // Both sides of what is flat have the edge: the one that looks the same way goes on across it.
+            double best = -2;
+            for (; twin != edges.end() && key(twin->from, twin->to) == wanted; ++twin) {
+                const double alike = normals_[twin->face].dot(normals_[e.face]);
+                if (!(alike > best)) continue;
+                best = alike;
+                across_[e.face][e.corner] = twin->face;
+            }
         }
     }
 
