@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "common/math/Types.h"
@@ -13,6 +14,13 @@ struct ContactPoint {
     Vec3d position;  ///< world, midway between the two surfaces
     Vec3d normal;    ///< world, unit length, from A to B
     double gap = 0;  ///< along it; below 0 they overlap
+};
+
+/// A face that may be met, and by how much some direction parts it from who looks, as the frame begins; below 0: they
+/// overlap by that.
+struct NearFace {
+    std::uint32_t face = 0;
+    double gap = 0;
 };
 
 inline constexpr std::size_t kMostPoints = 4;    ///< of one normal direction

@@ -12,6 +12,7 @@ namespace tessera::rigid {
 namespace {
 
 constexpr std::array<std::uint32_t, 3> kOutline{0, 1, 2};
+constexpr std::uint32_t kNoFace = ~std::uint32_t{0};
 /// Faces that turn by less (sine) at their common edge go on smoothly.
 constexpr double kSmooth = 0.05;
 /// By how much (cosine) a direction may leave the arc between two faces' normals.
@@ -28,10 +29,16 @@ struct Across {
 class FaceContact {
 public:
     FaceContact(const PlacedSolid& solid, const PlacedSurface& surface, const FaceQuery& query, ClipScratch& scratch,
-                std::vector<ContactPoint>& out)
-        : solid_(solid), surface_(surface), query_(query), scratch_(scratch), out_(out) {}
+                std::vector<NearFace>& within, std::vector<ContactPoint>& out)
+        : solid_(solid), surface_(surface), query_(query), scratch_(scratch), within_(within), out_(out) {
+        scratch.heights.resize(solid.corners.size());
+        // Of a flat one the directions outwards come after the two sides.
+        const std::size_t normals = solid.sides.size() + (solid.shape->flat ? solid.shape->edges.size() : 0);
+        scratch.across.resize(normals);
+        scratch.acrossOf.assign(normals, kNoFace);
+    }
 
-    void find(std::uint32_t face, double& nearest) {
+    void find(std::uint32_t face) {
         face_ = face;
         for (unsigned i = 0; i < 3; ++i) t_[i] = surface_.world * surface_.mesh->corner(face_, i);
         const Vec3d area = (t_[1] - t_[0]).cross(t_[2] - t_[0]);
@@ -45,11 +52,12 @@ public:
         normal_ = front_ ? winding_ : Vec3d(-winding_);
         // Most faces near a fast body are not in its way: a ball around it tells.
         if (outOfReach(std::abs(height) - solid_.radius, normal_)) return;
+        nearest_ = nearestOnTriangle({t_[0], t_[1], t_[2]}, solid_.centre);
         // Slivers: where on them is nearest cannot be told well.
         if (length > 1e-3 * longest && besideReach()) return;
         offset_ = normal_.dot(t_[0]);
         if (!findAxis()) return;
-        nearest = std::min(nearest, kind_ == Kind::kFace ? faceGap_ : gap_);
+        within_.push_back({face_, kind_ == Kind::kFace ? faceGap_ : gap_});
         if (kind_ == Kind::kFace)
             touchFace(faceGap_);
         else
@@ -65,7 +73,7 @@ private:
     }
 
     [[nodiscard]] bool besideReach() const {
-        const Vec3d away = solid_.centre - nearestOnTriangle({t_[0], t_[1], t_[2]}, solid_.centre);
+        const Vec3d away = solid_.centre - nearest_;
         const double distance = away.norm();
         if (distance > solid_.radius && besideWay(away)) return true;
         return distance > solid_.radius && outOfReach(distance - solid_.radius, away / distance);
@@ -86,14 +94,23 @@ private:
     /// False: out of reach.
     bool findAxis() {
         faceGap_ = std::numeric_limits<double>::infinity();
-        for (const Vec3d& c : solid_.corners) faceGap_ = std::min(faceGap_, normal_.dot(c) - offset_);
+        std::size_t lowest = 0;
+        for (std::size_t i = 0; i < solid_.corners.size(); ++i) {
+            scratch_.heights[i] = normal_.dot(solid_.corners[i]) - offset_;
+            if (!(scratch_.heights[i] < faceGap_)) continue;
+            faceGap_ = scratch_.heights[i];
+            lowest = i;
+        }
         if (outOfReach(faceGap_, normal_)) return false;
         // The side that kept the face before away mostly does so again: they are neighbours.
         if (lastSide_ < solid_.sides.size() && parts(solid_.sides[lastSide_])) return false;
         kind_ = Kind::kFace;
         gap_ = faceGap_ + query_.fine;
+        const double reach = std::min(query_.margin, query_.slack);
         for (std::uint32_t s = 0; s < solid_.sides.size(); ++s) {
             const PlacedSide& side = solid_.sides[s];
+            // No triangle is farther beyond a side than one of its points.
+            if (side.normal.dot(nearest_) - side.offset <= std::min(gap_, reach)) continue;
             const double gap = gapBeyond(side);
             if (outOfReach(gap, -side.normal)) {
                 lastSide_ = s;
@@ -108,20 +125,40 @@ private:
         double least = gap_ + (kind_ == Kind::kSide ? query_.fine : 0);
         const double low = std::max(query_.margin, 0.0);
         std::array<Vec3d, 3> along, outwards, crossed;
+        std::array<bool, 3> may;
         for (unsigned i = 0; i < 3; ++i) {
             along[i] = t_[(i + 1) % 3] - t_[i];
             outwards[i] = along[i].cross(winding_).normalized();
             crossed[i] = normal_.cross(outwards[i]);
+            may[i] = mostOverRim(faceGap_, outwards[i].dot(solid_.corners[lowest] - t_[i])) > least;
         }
+        if (!may[0] && !may[1] && !may[2]) return true;
+        // Edges share their sides.
+        const auto acrossRims = [&](std::uint32_t k, const Vec3d& n) -> const std::array<double, 3>& {
+            std::array<double, 3>& out = scratch_.across[k];
+            if (scratch_.acrossOf[k] != face_) {
+                scratch_.acrossOf[k] = face_;
+                out = {n.dot(crossed[0]), n.dot(crossed[1]), n.dot(crossed[2])};
+            }
+            return out;
+        };
+        const SolidShape& shape = *solid_.shape;
+        const auto sides = static_cast<std::uint32_t>(solid_.sides.size());
         for (std::uint32_t e = 0; e < solid_.edges.size(); ++e) {
-            const PlacedEdge& edge = solid_.edges[e];
+            const std::uint32_t of = shape.flat ? e / 2 : e;
+            const SolidShape::Edge& ends = shape.edges[of];
             // Only edges that come down to the face's plane, or as near as it matters, can meet its rim.
-            if (normal_.dot(edge.from) + std::min(normal_.dot(edge.along), 0.0) - offset_ > low) continue;
-            const double a1 = normal_.dot(edge.crossed);
+            if (std::min(scratch_.heights[ends.from], scratch_.heights[ends.to]) > low) continue;
+            const PlacedEdge& edge = solid_.edges[e];
+            const std::array<double, 3>&first =
+                                         acrossRims(shape.flat && e % 2 == 1 ? sides + of : ends.left, edge.first),
+                                     &second =
+                                         acrossRims(shape.flat && e % 2 == 0 ? sides + of : ends.right, edge.second);
             for (unsigned i = 0; i < 3; ++i) {
-                const double b1 = edge.first.dot(crossed[i]), b2 = edge.second.dot(crossed[i]);
+                if (!may[i]) continue;
+                const double b1 = first[i], b2 = second[i];
                 if (!(b1 * b2 < 0)) continue;
-                const double a2 = outwards[i].dot(edge.crossed);
+                const double a1 = normal_.dot(edge.crossed), a2 = outwards[i].dot(edge.crossed);
                 if (!(a1 * a2 < 0 && b1 * a2 < 0)) continue;
                 Vec3d n = along[i].cross(edge.along);
                 const double square = n.squaredNorm();
@@ -141,6 +178,12 @@ private:
         return true;
     }
 
+    /// Along directions between the face's normal and the one outwards over a rim a corner so high above the face's
+    /// plane and so far outside the rim is no farther from the rim than this: nor is the solid.
+    static double mostOverRim(double height, double outside) {
+        if (height > 0 && outside > 0) return std::sqrt(height * height + outside * outside);
+        return std::max(height, outside);
+    }
     [[nodiscard]] double gapBeyond(const PlacedSide& side) const {
         return std::min({side.normal.dot(t_[0]), side.normal.dot(t_[1]), side.normal.dot(t_[2])}) - side.offset;
     }
@@ -286,12 +329,14 @@ private:
     const PlacedSurface& surface_;
     const FaceQuery& query_;
     ClipScratch& scratch_;
+    std::vector<NearFace>& within_;
     std::vector<ContactPoint>& out_;
 
     std::uint32_t face_ = 0;
     std::array<Vec3d, 3> t_;
     Vec3d winding_ = Vec3d::Zero(), normal_ = Vec3d::Zero(), axis_ = Vec3d::Zero();
     bool front_ = true;
+    Vec3d nearest_ = Vec3d::Zero();  ///< of the triangle's points, to the solid's centre; of a sliver one of them
     double offset_ = 0, faceGap_ = 0, gap_ = 0;
     Kind kind_ = Kind::kFace;
     std::uint32_t side_ = 0, edge_ = 0;
@@ -302,11 +347,12 @@ private:
 }  // namespace
 
 void contactsWithFaces(const PlacedSolid& solid, const PlacedSurface& surface, std::span<const std::uint32_t> faces,
-                       const FaceQuery& query, ClipScratch& scratch, double& nearest, std::vector<ContactPoint>& out) {
+                       const FaceQuery& query, ClipScratch& scratch, std::vector<NearFace>& within,
+                       std::vector<ContactPoint>& out) {
     if (solid.sides.empty()) return;
     const std::size_t first = out.size();
-    FaceContact contact(solid, surface, query, scratch, out);
-    for (const std::uint32_t face : faces) contact.find(face, nearest);
+    FaceContact contact(solid, surface, query, scratch, within, out);
+    for (const std::uint32_t face : faces) contact.find(face);
     reduceContacts(out, first, query.near);
 }
 

@@ -32,9 +32,10 @@ struct FaceQuery {
 
 /// Appends points. Triangles have two sides; the one on which the solid's centre lies counts. Where triangles go on
 /// smoothly across an edge, the edge itself is no obstacle; a ridge is one for directions between its faces' normals.
-/// Triangles without area meet nothing. `nearest` falls to the least gap of a triangle within reach, whether it gave
-/// points or not.
+/// Triangles without area meet nothing. `within`: appended are the triangles within reach, whether they gave points or
+/// not; all others are parted by more than the lesser of margin and slack.
 void contactsWithFaces(const PlacedSolid& solid, const PlacedSurface& surface, std::span<const std::uint32_t> faces,
-                       const FaceQuery& query, ClipScratch& scratch, double& nearest, std::vector<ContactPoint>& out);
+                       const FaceQuery& query, ClipScratch& scratch, std::vector<NearFace>& within,
+                       std::vector<ContactPoint>& out);
 
 }  // namespace tessera::rigid

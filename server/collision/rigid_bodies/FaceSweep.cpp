@@ -137,17 +137,19 @@ private:
 /// A solid among the faces of a surface.
 class FaceSweep {
 public:
-    FaceSweep(const SweptPart& solid, const SweptPart& faces, bool solidIsA, std::span<const ContactPoint> known,
+    FaceSweep(const SweptPart& solid, const SweptPart& faces, bool solidIsA, const KnownGap& known, double way,
               double allowed, SweepScratch& scratch, QueryWork& work)
         : solid_(solid),
           faces_(faces),
           solidIsA_(solidIsA),
+          known_(known),
+          way_(way),
           allowed_(allowed),
           scratch_(scratch),
           work_(work),
           farSolid_(farthestOf(solid)) {
         scratch.axes.clear();
-        for (const ContactPoint& p : known) {
+        for (const ContactPoint& p : known.points) {
             const Vec3d normal = solidIsA ? Vec3d(-p.normal) : p.normal;
             const auto same = [&](const PlacedSide& axis) { return axis.normal.dot(normal) > kSameAxis; };
             if (std::ranges::none_of(scratch.axes, same)) scratch.axes.push_back({normal, 0});
@@ -156,8 +158,14 @@ public:
 
     SweepHit find() {
         SweepHit out;
-        // Faces that are not near enough to be looked at are as far away as may be sunk in.
-        out.room = 2 * allowed_;
+        const bool allKnown = way_ <= known_.slack;
+        if (allKnown) {
+            out.room = nearByAll();
+            if (scratch_.faces.empty()) return out;
+        } else {
+            // Faces that are not near enough to be looked at are as far away as may be sunk in.
+            out.room = 2 * allowed_;
+        }
         const Affine3d& world = faces_.part->given->world;
         const Affine3d back = world.inverse();
         const BodyPath &path = *solid_.path, &ground = *faces_.path;
@@ -169,18 +177,20 @@ public:
         const int count = static_cast<int>(std::clamp(pieces, 1.0, kMostPieces));
         for (int piece = 0; piece < count; ++piece) {
             const double from = piece / double(count), to = (piece + 1) / double(count), part = to - from;
-            Box box = ballBox(placeAt(from));
-            box.extend(ballBox(placeAt(to)));
-            double slack = path.arc(farSolid_, part) + allowed_;
-            // Turning with the ground adds what an arc of it leaves its chord, and what both together do.
-            if (ground.rate > 0)
-                slack += part * part * ground.rate *
-                         (ground.rate * reachOfGround() + 2 * (path.moved - ground.moved).norm());
-            scratch_.faces.clear();
-            if (!facesNear(*faces_.part->given->tree, grown(box, slack).transformed(back), work_, scratch_.faces)) {
-                out.hit = true;
-                out.t = from;
-                return out;
+            if (!allKnown) {
+                Box box = ballBox(placeAt(from));
+                box.extend(ballBox(placeAt(to)));
+                double slack = path.arc(farSolid_, part) + allowed_;
+                // Turning with the ground adds what an arc of it leaves its chord, and what both together do.
+                if (ground.rate > 0)
+                    slack += part * part * ground.rate *
+                             (ground.rate * reachOfGround() + 2 * (path.moved - ground.moved).norm());
+                scratch_.faces.clear();
+                if (!facesNear(*faces_.part->given->tree, grown(box, slack).transformed(back), work_, scratch_.faces)) {
+                    out.hit = true;
+                    out.t = from;
+                    return out;
+                }
             }
             double first = to;
             std::optional<Passing> passing;
@@ -214,6 +224,20 @@ public:
     }
 
 private:
+    /// Those that may be met on a way that is no longer than what was looked at. How much nearer all others might come.
+    double nearByAll() {
+        double room = known_.slack - way_ + allowed_;
+        scratch_.faces.clear();
+        for (const NearFace& near : known_.faces) {
+            const double left = near.gap - way_ + allowed_;
+            if (left >= 0)
+                room = std::min(room, left);
+            else
+                scratch_.faces.push_back(near.face);
+        }
+        return room;
+    }
+
     [[nodiscard]] double reachOfGround() const {
         return (solid_.solid->centre - faces_.path->centre).norm() + solid_.path->moved.norm() + solid_.solid->radius;
     }
@@ -266,6 +290,8 @@ private:
 
     const SweptPart &solid_, &faces_;
     bool solidIsA_;
+    const KnownGap& known_;
+    double way_;
     double allowed_;
     SweepScratch& scratch_;
     QueryWork& work_;
@@ -274,9 +300,9 @@ private:
 
 }  // namespace
 
-SweepHit sweepAmongFaces(const SweptPart& solid, const SweptPart& faces, bool solidIsA,
-                         std::span<const ContactPoint> known, double allowed, SweepScratch& scratch, QueryWork& work) {
-    return FaceSweep(solid, faces, solidIsA, known, allowed, scratch, work).find();
+SweepHit sweepAmongFaces(const SweptPart& solid, const SweptPart& faces, bool solidIsA, const KnownGap& known,
+                         double way, double allowed, SweepScratch& scratch, QueryWork& work) {
+    return FaceSweep(solid, faces, solidIsA, known, way, allowed, scratch, work).find();
 }
 
 }  // namespace tessera::rigid

@@ -5,10 +5,11 @@
 
 namespace tessera::rigid {
 
-/// As `sweep`. `solid` has one, of `faces` the tree is looked at; they may get `allowed` deep. `known`: points that
-/// hold them as the frame begins; what they rest on, they mostly go on resting on.
+/// As `sweep`. `solid` has one, of `faces` the tree is looked at, unless all that can be met are known already; they
+/// may get `allowed` deep. `known`: its points hold them as the frame begins; what they rest on, they mostly go on
+/// resting on. `way`: they come no nearer to each other than by this.
 [[nodiscard]] SweepHit sweepAmongFaces(const SweptPart& solid, const SweptPart& faces, bool solidIsA,
-                                       std::span<const ContactPoint> known, double allowed, SweepScratch& scratch,
+                                       const KnownGap& known, double way, double allowed, SweepScratch& scratch,
                                        QueryWork& work);
 
 }  // namespace tessera::rigid

@@ -100,6 +100,7 @@ void NarrowPhase::find(std::span<FrameEncounter> encounters, QueryWork& work) {
         runTasks(options_.workers, tasks, [&](std::size_t t) {
             EncounterBatch& batch = batches_[first + t];
             batch.points.clear();
+            batch.within.clear();
             batch.each.clear();
             for (std::size_t i = t * kPerTask; i < std::min(some.size(), (t + 1) * kPerTask); ++i) {
                 QueryWork own;
@@ -154,6 +155,8 @@ void NarrowPhase::look(FrameEncounter& e, EncounterBatch& batch, QueryWork& work
     const FramePart &a = frame_->parts[e.partA], &b = frame_->parts[e.partB];
     const FrameBody &bodyA = frame_->bodies[a.body], &bodyB = frame_->bodies[b.body];
     e.firstPoint = static_cast<std::uint32_t>(batch.points.size());
+    e.firstFace = static_cast<std::uint32_t>(batch.within.size());
+    e.faces = 0;
     const double size = std::min(bodyA.size, bodyB.size), fine = kFine * slopOf(bodyA, bodyB);
     // No farther than both may go; and as far as they go towards each other, if nobody else meddles.
     const auto own = [](const FrameBody& body) { return body.free || body.moving ? body.reach : 0; };
@@ -211,7 +214,10 @@ bool NarrowPhase::solidWithFaces(std::uint32_t solidPart, std::uint32_t facePart
     if (!back.matrix().allFinite() || !facesNear(*of.given->tree, box.transformed(back), work, batch.faces))
         return false;
     const PlacedSurface surface{&of.given->tree->mesh(), of.surface->topology.get(), of.given->world};
-    contactsWithFaces(solid, surface, batch.faces, query, batch.scratch, e.nearest, batch.points);
+    contactsWithFaces(solid, surface, batch.faces, query, batch.scratch, batch.within, batch.points);
+    e.faces = static_cast<std::uint32_t>(batch.within.size()) - e.firstFace;
+    for (std::size_t i = e.firstFace; i < batch.within.size(); ++i)
+        e.nearest = std::min(e.nearest, batch.within[i].gap);
     return true;
 }
 

@@ -20,6 +20,7 @@ struct FrameEncounter {
     bool known = false;
     std::uint32_t batch = 0;
     std::uint32_t firstPoint = 0, points = 0;  ///< in the batch
+    std::uint32_t firstFace = 0, faces = 0;    ///< of a solid and faces: those within reach; in the batch
     SolidGap parted;                           ///< of two solids, as the frame begins
     double nearest = 0;  ///< of a solid and faces: no face is nearer, or this is how far was looked
     double slack = 0;    ///< of others: how far was looked in every direction
@@ -28,6 +29,7 @@ struct FrameEncounter {
 /// Encounters that are looked at in one task, and what they gave. Kept from frame to frame for its memory.
 struct EncounterBatch {
     std::vector<ContactPoint> points;
+    std::vector<NearFace> within;
     std::vector<std::uint32_t> faces;  ///< of one encounter at a time
     ClipScratch scratch;
     QueryWork work;
@@ -53,6 +55,9 @@ public:
 
     [[nodiscard]] std::span<const ContactPoint> pointsOf(const FrameEncounter& e) const {
         return std::span(batches_[e.batch].points).subspan(e.firstPoint, e.points);
+    }
+    [[nodiscard]] std::span<const NearFace> facesOf(const FrameEncounter& e) const {
+        return std::span(batches_[e.batch].within).subspan(e.firstFace, e.faces);
     }
     [[nodiscard]] const PlacedSolid& solid(std::uint32_t part) const { return solids_[part]; }
     /// The length that rests in each other: slop of the smaller of two bodies.

@@ -58,8 +58,13 @@ std::vector<PathGuard::Hit> PathGuard::find(const FrameBodies& frame, const Narr
             const FrameBody &bodyA = frame.bodies[a.body], &bodyB = frame.bodies[b.body];
             const SweptPart sweptA{&paths[a.body], &a, solidA.shape != nullptr ? &solidA : nullptr, bodyA.size};
             const SweptPart sweptB{&paths[b.body], &b, solidB.shape != nullptr ? &solidB : nullptr, bodyB.size};
-            const KnownGap known{e.parted.gap, e.parted.normal,    e.slack,
-                                 e.nearest,    narrow.pointsOf(e), narrow.slopOf(bodyA, bodyB)};
+            const KnownGap known{e.parted.gap,
+                                 e.parted.normal,
+                                 e.slack,
+                                 e.nearest,
+                                 narrow.facesOf(e),
+                                 narrow.pointsOf(e),
+                                 narrow.slopOf(bodyA, bodyB)};
             QueryWork some;
             some.limit = maxTests;
             SweepHit hit = sweep(sweptA, sweptB, known, own.scratch, some);

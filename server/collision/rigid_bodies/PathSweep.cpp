@@ -95,6 +95,15 @@ SweepHit sweep(const SweptPart& a, const SweptPart& b, const KnownGap& known, Sw
         const double allowed = allowedDepth(a, b);
         out.room = known.gap - way + allowed;
         if (out.room >= 0) return out;
+        // Along the axis that parts them now they come nearer by this at most.
+        if (!known.normal.isZero(0)) {
+            const double closes = std::max(known.normal.dot(a.path->moved - b.path->moved), 0.0);
+            const double room = known.gap - closes - a.path->rate * farA - b.path->rate * farB + allowed;
+            if (room >= 0) {
+                out.room = room;
+                return out;
+            }
+        }
         SolidSweep sweep(a, *a.solid, farA, b, *b.solid, farB, allowed, scratch, work);
         out.hit = sweep.find(0, 1, out.t, {known.gap, known.normal});
         if (!out.hit) {
@@ -111,7 +120,7 @@ SweepHit sweep(const SweptPart& a, const SweptPart& b, const KnownGap& known, Sw
         if (solid.solid->sides.empty()) return out;
         out.room = std::min(known.slack - way, known.nearest - way + allowed);
         if (out.room >= 0) return out;
-        return sweepAmongFaces(solid, faces, a.solid != nullptr, known.points, allowed, scratch, work);
+        return sweepAmongFaces(solid, faces, a.solid != nullptr, known, way, allowed, scratch, work);
     }
     if (way <= kUnseen * known.slop || (known.points.empty() && way <= known.slack)) return out;
     return sweepSurfaces(a, b, known, work);

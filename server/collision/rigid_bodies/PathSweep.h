@@ -28,10 +28,11 @@ struct SweptPart {
 
 /// What the narrow phase knows of them as the frame begins.
 struct KnownGap {
-    double gap = 0;                ///< solids: at least this, along `normal`
-    Vec3d normal = Vec3d::Zero();  ///< from A to B
-    double slack = 0;              ///< others: so far was looked in every direction,
-    double nearest = 0;            ///< and no face is nearer than this
+    double gap = 0;                   ///< solids: at least this, along `normal`
+    Vec3d normal = Vec3d::Zero();     ///< from A to B
+    double slack = 0;                 ///< others: so far was looked in every direction,
+    double nearest = 0;               ///< and no face is nearer than this
+    std::span<const NearFace> faces;  ///< of a solid among faces: all that are not farther than `slack`
     std::span<const ContactPoint> points;
     double slop = 0;  ///< so deep they rest in each other
 };

@@ -248,7 +248,8 @@ void RigidBodyStage::State::makePoints() {
         }
     }
     unsolved = solver;
-    unsolvedPoints = points;
+    pointStarts.clear();
+    for (const SolverPoint& p : points) pointStarts.push_back({p.impulse, p.rubbing[0], p.rubbing[1]});
 }
 
 /// What all points of an encounter have in common.
@@ -295,6 +296,7 @@ std::vector<bool> RigidBodyStage::State::solve(const std::vector<bool>* touched)
         firstBody[i + 1] += firstBody[i];
         firstPoint[i + 1] += firstPoint[i];
     }
+    islandSize.resize(count);
     std::vector<bool> again(islandCount, touched == nullptr), changed(count, false);
     for (std::uint32_t i = 0; i < count; ++i)
         if (touched != nullptr && (*touched)[i]) again[island[i]] = true;
@@ -302,6 +304,7 @@ std::vector<bool> RigidBodyStage::State::solve(const std::vector<bool>* touched)
         if (island[i] != kNobody && again[island[i]]) {
             changed[i] = true;
             solver[i] = unsolved[i];
+            islandSize[i] = firstBody[island[i] + 1] - firstBody[island[i]];
         }
     bodies.resize(firstBody.back());
     order.resize(points.size());
@@ -313,7 +316,10 @@ std::vector<bool> RigidBodyStage::State::solve(const std::vector<bool>* touched)
     for (std::uint32_t i = 0; i < points.size(); ++i) {
         const std::uint32_t at = nextPoint[islandOf(points[i])]++;
         order[i] = at;
-        sorted[at] = again[islandOf(points[i])] ? unsolvedPoints[i] : points[i];
+        if (!again[islandOf(points[i])]) continue;
+        SolverPoint& p = sorted[at] = points[i];
+        p.impulse = pointStarts[i][0];
+        for (int k = 0; k < 2; ++k) p.rubbing[k] = pointStarts[i][k + 1];
     }
     std::vector<std::uint32_t> tasks(1, 0);
     std::size_t load = 0;
@@ -340,7 +346,8 @@ std::vector<bool> RigidBodyStage::State::solve(const std::vector<bool>* touched)
     } else {
         workers->run(tasks.size() - 1, std::cref(task));
     }
-    for (std::uint32_t i = 0; i < points.size(); ++i) points[i] = sorted[order[i]];
+    for (std::uint32_t i = 0; i < points.size(); ++i)
+        if (again[islandOf(points[i])]) points[i] = sorted[order[i]];
     return changed;
 }
 

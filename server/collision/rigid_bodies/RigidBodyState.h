@@ -1,6 +1,7 @@
 /// What a stage remembers, and the steps of a frame; for the files of this folder.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -46,7 +47,10 @@ struct RigidBodyStage::State {
     std::vector<rigid::PointMemory> woken;
     std::vector<rigid::PairMemory> wokenPairs;
     std::vector<rigid::SolverBody> solver, unsolved;
-    std::vector<rigid::SolverPoint> points, unsolvedPoints, sorted;
+    std::vector<rigid::SolverPoint> points, sorted;
+    using PointStart = std::array<double, 3>;
+    std::vector<PointStart> pointStarts;    ///< impulse and rubbing that the points start from
+    std::vector<std::uint32_t> islandSize;  ///< per body, as it was solved last
     rigid::PathGuard pathGuard;
     std::vector<rigid::BodyPath> paths;
     std::vector<std::uint32_t> pointEncounter, order;

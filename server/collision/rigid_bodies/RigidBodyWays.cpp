@@ -1,4 +1,6 @@
 /// Nothing gets through anything on its way: what is done with what the guard finds.
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "server/collision/rigid_bodies/RigidBodyState.h"
@@ -11,6 +13,9 @@ namespace {
 
 /// How often islands are solved again with the points that sweeps have found, before ways are cut.
 constexpr int kGuardRounds = 3;
+/// Bodies: larger islands once. What does not settle then is squeezed between things that do not give way, mostly, and
+/// would not settle in three rounds either.
+constexpr std::uint32_t kLargeIsland = 200;
 
 }  // namespace
 
@@ -28,63 +33,65 @@ void RigidBodyStage::State::makePaths(const std::vector<bool>& of) {
     }
 }
 
-/// Points that a sweep has found, among those of their encounters.
+/// Points that a sweep has found, behind those of their encounters.
 void RigidBodyStage::State::addPoints(std::span<const PathGuard::Hit> hits) {
-    std::vector<SolverPoint> all, allUnsolved;
-    std::vector<std::uint32_t> ofEncounter;
-    std::size_t p = 0;
-    const auto upTo = [&](std::uint32_t encounter) {
-        for (; p < points.size() && pointEncounter[p] <= encounter; ++p) {
-            all.push_back(points[p]);
-            allUnsolved.push_back(unsolvedPoints[p]);
-            ofEncounter.push_back(pointEncounter[p]);
+    std::size_t from = points.size(), to = from;
+    for (const PathGuard::Hit& hit : hits) to += hit.found.points.size();
+    points.resize(to);
+    pointStarts.resize(to, PointStart{0, 0, 0});
+    pointEncounter.resize(to);
+    // From behind, so that each is moved once at most.
+    for (std::size_t h = hits.size(); h-- > 0 && to > from;) {
+        const PathGuard::Hit& hit = hits[h];
+        for (; from > 0 && pointEncounter[from - 1] > hit.encounter; --from) {
+            --to;
+            points[to] = points[from - 1];
+            pointStarts[to] = pointStarts[from - 1];
+            pointEncounter[to] = pointEncounter[from - 1];
         }
-    };
-    for (const PathGuard::Hit& hit : hits) {
-        upTo(hit.encounter);
         const FrameEncounter& e = looked[hit.encounter];
         const FrameBody &a = bodyOf(e.partA), &b = bodyOf(e.partB);
-        const double slop = narrow.slopOf(a, b);
         SolverPoint point = pointFor(e);
-        for (const SweepPoint& from : hit.found.points) {
-            setNormal(point, from.normal);
-            point.armA = from.onA - a.mass.centre;
-            point.armB = from.onB - b.mass.centre;
-            point.gap = from.gap + slop;
-            all.push_back(point);
-            allUnsolved.push_back(point);
-            ofEncounter.push_back(hit.encounter);
+        to -= hit.found.points.size();
+        for (std::size_t i = 0; i < hit.found.points.size(); ++i) {
+            const SweepPoint& found = hit.found.points[i];
+            setNormal(point, found.normal);
+            point.armA = found.onA - a.mass.centre;
+            point.armB = found.onB - b.mass.centre;
+            point.gap = found.gap + narrow.slopOf(a, b);
+            points[to + i] = point;
+            pointStarts[to + i] = PointStart{0, 0, 0};
+            pointEncounter[to + i] = hit.encounter;
         }
     }
-    upTo(kNobody);
-    points = std::move(all);
-    unsolvedPoints = std::move(allUnsolved);
-    pointEncounter = std::move(ofEncounter);
 }
 
 /// Nothing gets through anything, also where the points that were foreseen did not hold it.
 void RigidBodyStage::State::goSafely() {
-    std::vector<bool> changed(solver.size(), true), moves(solver.size());
-    for (std::size_t i = 0; i < solver.size(); ++i) {
+    const std::size_t count = solver.size();
+    std::vector<bool> changed(count, true), moves(count), settled(count, false);
+    for (std::size_t i = 0; i < count; ++i) {
         moves[i] = solver[i].inverseMass > 0;
         limitReach(i);
     }
     makePaths(changed);
     pathGuard.begin();
+    std::vector<PathGuard::Hit> left;
+    const auto anyOf = [&](const std::vector<bool>& bodies, const PathGuard::Hit& hit) {
+        const FrameEncounter& e = looked[hit.encounter];
+        return bodies[frame.parts[e.partA].body] || bodies[frame.parts[e.partB].body];
+    };
     for (int round = 0;; ++round) {
         std::vector<PathGuard::Hit> hits =
             pathGuard.find(frame, narrow, looked, paths, changed, options.maxTestsPerEncounter, workers);
-        if (hits.empty()) return;
-        if (round == kGuardRounds) {
-            pathGuard.cut(frame, narrow, looked, std::move(hits), paths, moves, options.maxTestsPerEncounter, workers);
-            for (std::size_t i = 0; i < solver.size(); ++i)
-                if (moves[i]) {
-                    solver[i].moved = paths[i].moved;
-                    solver[i].turned = paths[i].turned;
-                }
-            return;
-        }
-        std::vector<bool> touched(solver.size(), false);
+        std::erase_if(left, [&](const PathGuard::Hit& hit) { return anyOf(changed, hit); });
+        const auto rest = std::stable_partition(hits.begin(), hits.end(), [&](const PathGuard::Hit& hit) {
+            return round < kGuardRounds && !anyOf(settled, hit);
+        });
+        std::move(rest, hits.end(), std::back_inserter(left));
+        hits.erase(rest, hits.end());
+        if (hits.empty()) break;
+        std::vector<bool> touched(count, false);
         for (const PathGuard::Hit& hit : hits) {
             const FrameEncounter& e = looked[hit.encounter];
             for (const std::uint32_t part : {e.partA, e.partB})
@@ -92,10 +99,21 @@ void RigidBodyStage::State::goSafely() {
         }
         addPoints(hits);
         changed = solve(&touched);
-        for (std::size_t i = 0; i < solver.size(); ++i)
-            if (changed[i]) limitReach(i);
+        for (std::size_t i = 0; i < count; ++i) {
+            if (!changed[i]) continue;
+            limitReach(i);
+            if (islandSize[i] > kLargeIsland) settled[i] = true;
+        }
         makePaths(changed);
     }
+    if (left.empty()) return;
+    std::ranges::sort(left, {}, &PathGuard::Hit::encounter);
+    pathGuard.cut(frame, narrow, looked, std::move(left), paths, moves, options.maxTestsPerEncounter, workers);
+    for (std::size_t i = 0; i < count; ++i)
+        if (moves[i]) {
+            solver[i].moved = paths[i].moved;
+            solver[i].turned = paths[i].turned;
+        }
 }
 
 }  // namespace tessera

@@ -10,6 +10,8 @@ namespace {
 
 /// Above so many products the library's descent is cheaper than looking at all axes.
 constexpr std::size_t kMostProducts = 12'000;
+/// Of the radius: so far the triangles of a side may lie below its plane, and more.
+constexpr double kFlat = 1e-3;
 
 double gapBeyond(const PlacedSide& side, const PlacedSolid& other) {
     return lowest(other.corners, side.normal) - side.offset;
@@ -35,12 +37,24 @@ bool gapOfEdges(const PlacedEdge& a, const PlacedEdge& b, double& gap, Vec3d& no
     return true;
 }
 
-/// Edges that come as far along a direction.
-void reaching(const PlacedSolid& solid, const Vec3d& direction, double least, std::vector<std::uint32_t>& out) {
+/// How far the corners come along a direction, and the farthest.
+double heightsOf(const PlacedSolid& solid, const Vec3d& direction, std::vector<double>& heights) {
+    double most = -std::numeric_limits<double>::infinity();
+    heights.clear();
+    for (const Vec3d& c : solid.corners) {
+        heights.push_back(direction.dot(c));
+        most = std::max(most, heights.back());
+    }
+    return most;
+}
+
+/// Edges that come as far along the direction of the heights.
+void reaching(const PlacedSolid& solid, std::span<const double> heights, double least,
+              std::vector<std::uint32_t>& out) {
     out.clear();
     for (std::uint32_t e = 0; e < solid.edges.size(); ++e) {
-        const double from = direction.dot(solid.edges[e].from), along = direction.dot(solid.edges[e].along);
-        if (from + std::max(along, 0.0) >= least) out.push_back(e);
+        const SolidShape::Edge& ends = solid.shape->edges[solid.shape->flat ? e / 2 : e];
+        if (std::max(heights[ends.from], heights[ends.to]) >= least) out.push_back(e);
     }
 }
 
@@ -50,7 +64,13 @@ SolidAxis widestGap(const PlacedSolid& a, const PlacedSolid& b, double margin, d
                     ClipScratch& scratch) {
     SolidAxis best;
     best.gap = -std::numeric_limits<double>::infinity();
+    // No wider is what they are parted by along a side: of the other one a ball around its centre is inside.
+    double enough = -std::numeric_limits<double>::infinity();
+    const auto most = [&](const PlacedSide& plane, const PlacedSolid& other) {
+        return plane.normal.dot(other.centre) - other.inner + kFlat * other.radius - plane.offset;
+    };
     const auto side = [&](bool ofA, std::uint32_t s) {
+        if (most(ofA ? a.sides[s] : b.sides[s], ofA ? b : a) < std::max(best.gap, enough)) return;
         const double gap = ofA ? gapBeyond(a.sides[s], b) : gapBeyond(b.sides[s], a);
         const double better = best.kind == SolidAxis::Kind::kSideOfA && !ofA ? fine : 0;
         if (!(gap > best.gap + better)) return;
@@ -60,7 +80,15 @@ SolidAxis widestGap(const PlacedSolid& a, const PlacedSolid& b, double margin, d
     // What held them apart a frame ago mostly does so still.
     if (memory.kind == SolidAxis::Kind::kSideOfA && memory.a < a.sides.size()) side(true, memory.a);
     if (memory.kind == SolidAxis::Kind::kSideOfB && memory.b < b.sides.size()) side(false, memory.b);
+    if (memory.kind == SolidAxis::Kind::kEdges && memory.a < a.edges.size() && memory.b < b.edges.size()) {
+        SolidAxis edges{SolidAxis::Kind::kEdges, memory.a, memory.b, 0, {}};
+        const PlacedEdge &ofA = a.edges[memory.a], &ofB = b.edges[memory.b];
+        if (crossing(ofA, ofB) && gapOfEdges(ofA, ofB, edges.gap, edges.normal) && edges.gap > margin) return edges;
+    }
     if (best.gap > margin) return best;
+    // Which one it is must not depend on where it was looked for first.
+    enough = best.gap - fine;
+    best = {};
     best.gap = -std::numeric_limits<double>::infinity();
     for (std::uint32_t s = 0; s < a.sides.size(); ++s) {
         side(true, s);
@@ -71,8 +99,10 @@ SolidAxis widestGap(const PlacedSolid& a, const PlacedSolid& b, double margin, d
         if (best.gap > margin) return best;
     }
     // Where they are nearest, or deepest in each other, edges of both reach across the gap along any direction.
-    reaching(a, best.normal, lowest(b.corners, best.normal) - std::max(margin, 0.0), scratch.edgesA);
-    reaching(b, -best.normal, lowest(a.corners, -best.normal) - std::max(margin, 0.0), scratch.edgesB);
+    const double farthestA = heightsOf(a, best.normal, scratch.heights),
+                 farthestB = heightsOf(b, -best.normal, scratch.heightsOfOther), wide = std::max(margin, 0.0);
+    reaching(a, scratch.heights, -farthestB - wide, scratch.edgesA);
+    reaching(b, scratch.heightsOfOther, -farthestA - wide, scratch.edgesB);
     SolidAxis edges;
     edges.gap = -std::numeric_limits<double>::infinity();
     for (const std::uint32_t i : scratch.edgesA)

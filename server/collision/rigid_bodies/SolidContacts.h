@@ -1,6 +1,7 @@
 /// Contacts of two convex solids.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -31,6 +32,10 @@ struct SolidMemory {
 struct ClipScratch {
     std::vector<Vec3d> polygon, other;
     std::vector<std::uint32_t> edgesA, edgesB;
+    std::vector<double> heights, heightsOfOther;  ///< of corners, along some direction
+    // Of a solid over a triangle.
+    std::vector<std::array<double, 3>> across;  ///< of its sides' normals, along the triangle's rims
+    std::vector<std::uint32_t> acrossOf;        ///< of which triangle those are
 };
 
 /// A convex solid of the frame, as both queries want it.

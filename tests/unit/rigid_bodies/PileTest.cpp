@@ -1,4 +1,6 @@
 /// Stacks, piles, sleep.
+#include <map>
+
 #include "server/collision/convex/ConvexQuery.h"
 #include "tests/unit/rigid_bodies/World.h"
 
@@ -162,6 +164,50 @@ TEST(Pile, TwoHundredHullsComeToRestInABowl) {
         }
     }
     EXPECT_LT(deepest, 2.0) << "slops; " << most << " units";
+}
+
+/// More than are solved again as often as it takes: what does not settle is cut.
+TEST(Pile, ManyHullsThrownAtEachOtherGetNoDeeperThanTheyMay) {
+    const std::vector<Shape> shapes = mixedShapes();
+    const Shape plate = hullShape(boxPoints({8, 0.02, 8}));
+    World w;
+    w.gravity *= 10;
+    w.add(plate, Vec3d(0, 0, 0), 0);
+    std::mt19937_64 random(11);
+    std::uniform_real_distribution<double> u(-1, 1);
+    for (int i = 0; i < 250; ++i) {
+        const std::uint32_t body =
+            w.add(shapes[static_cast<std::size_t>(i) % shapes.size()],
+                  Vec3d(-1.2 + 0.5 * (i % 6) + 0.02 * u(random), 0.4 + 0.5 * (i / 36), -1.2 + 0.5 * (i / 6 % 6)), 1,
+                  Quatd(u(random), u(random), u(random), u(random)).normalized());
+        w.bodies[body].velocity = Vec3d(-10 * w.at(body).x(), -10 - 10 * w.at(body).y(), -10 * w.at(body).z());
+    }
+    std::map<std::pair<std::uint32_t, std::uint32_t>, double> before;
+    std::size_t pressed = 0;
+    for (int frame = 0; frame < 25; ++frame) {
+        std::vector<double> size;
+        for (std::uint32_t i = 0; i < w.bodies.size(); ++i) size.push_back(w.boxOf(i).size().norm());
+        w.step();
+        std::map<std::pair<std::uint32_t, std::uint32_t>, double> now;
+        for (std::uint32_t i = 0; i < w.bodies.size(); ++i) {
+            ASSERT_TRUE(i == 0 || w.at(i).y() > 0 || w.at(i).cwiseAbs().maxCoeff() > 3.8) << i << " in frame " << frame;
+            for (std::uint32_t j = i + 1; j < w.bodies.size(); ++j) {
+                if (!w.boxOf(i).overlaps(w.boxOf(j))) continue;
+                ConvexWork work;
+                const RigidPart &a = w.parts[i], &b = w.parts[j];
+                const double depth = hullDepth(*a.hull, *b.hull, a.world.inverse() * b.world, work).depth;
+                if (!(depth > 0)) continue;
+                now[{i, j}] = depth;
+                const double allowed = 0.01 * std::min(size[i], size[j]);
+                const auto old = before.find({i, j});
+                const double limit = std::max(allowed, old == before.end() ? 0 : old->second + 0.01 * allowed);
+                ASSERT_LE(depth, limit + 0.005 * allowed + 1e-9) << i << " and " << j << " in frame " << frame;
+                pressed += depth > 0.5 * allowed;
+            }
+        }
+        before = std::move(now);
+    }
+    EXPECT_GT(pressed, 100U);
 }
 
 /// A tall piece topples when its centre is beyond its foot, and does not before.

@@ -151,8 +151,8 @@ TEST(Sweep, SolidsGetNoDeeperThanItSays) {
         }
         Mover a(shapeA, worldA, wayA), b(shapeB, worldB, wayB);
         const HullDepth start = depthOf(a.hull(), worldA, b.hull(), worldB);
-        KnownGap known{-std::numeric_limits<double>::infinity(), Vec3d::Zero(), 0, 0, {}, 0};
-        if (seed % 2 == 0) known = {-start.depth - kRounding, worldA.linear() * start.normal, 0, 0, {}, 0};
+        KnownGap known{-std::numeric_limits<double>::infinity(), Vec3d::Zero(), 0, 0, {}, {}, 0};
+        if (seed % 2 == 0) known = {-start.depth - kRounding, worldA.linear() * start.normal, 0, 0, {}, {}, 0};
         const auto gap = [&](double t) { return -depthOf(a.hull(), a.at(t), b.hull(), b.at(t)).depth; };
         const double allowed = allowedDepth(a.swept(), b.swept());
         SweepScratch scratch;
@@ -210,7 +210,24 @@ TEST(Sweep, ASolidGetsNoDeeperIntoAnyFaceThanItSays) {
         std::vector<ContactPoint> points;
         for (std::uint64_t i = 0; i < seed % 4; ++i)
             points.push_back({world.translation(), inBall(random).normalized(), 0});
-        const KnownGap known{0, Vec3d::Zero(), 0, -std::numeric_limits<double>::infinity(), points, 0};
+        std::vector<ConvexHull> hulls;
+        for (std::uint32_t face = 0; face < faces.mesh().faceCount(); ++face) {
+            const Triangle t = faces.mesh().triangle(face);
+            hulls.push_back(*ConvexHull::make(std::vector<Vec3d>{t[0], t[1], t[2]}));
+        }
+        KnownGap known{0, Vec3d::Zero(), 0, -std::numeric_limits<double>::infinity(), {}, points, 0};
+        // Of some those that are near are known, to some way; others are not to be looked at.
+        std::vector<NearFace> near;
+        if (seed % 5 < 3) {
+            known.slack = between(random, 0.1, 1.5) * far;
+            known.nearest = known.slack;
+            for (std::uint32_t face = 0; face < hulls.size(); ++face) {
+                const double gap = -depthOf(solid.hull(), world, hulls[face], worldOfGround).depth - kRounding;
+                if (gap <= known.slack) near.push_back({face, gap - (seed % 2 == 0 ? 0 : 0.02)});
+                known.nearest = std::min(known.nearest, gap - 0.02);
+            }
+            known.faces = near;
+        }
         SweepScratch scratch;
         QueryWork work;
         const auto look = [&] {
@@ -220,11 +237,6 @@ TEST(Sweep, ASolidGetsNoDeeperIntoAnyFaceThanItSays) {
         const SweepHit hit = look();
         const double allowed = allowedDepth(solid.swept(), faces.swept());
         const std::string story = "seed " + std::to_string(seed);
-        std::vector<ConvexHull> hulls;
-        for (std::uint32_t face = 0; face < faces.mesh().faceCount(); ++face) {
-            const Triangle t = faces.mesh().triangle(face);
-            hulls.push_back(*ConvexHull::make(std::vector<Vec3d>{t[0], t[1], t[2]}));
-        }
         bool real = false;
         const auto all = [&](const std::string& when) {
             for (std::uint32_t face = 0; face < hulls.size(); ++face) {
