@@ -17,12 +17,12 @@ namespace tessera::rigid {
 /// momentum, whatever way it has turned meanwhile. At the end it is that of where it then is.
 struct SolverBody {
     Vec3d velocity = Vec3d::Zero(), spin = Vec3d::Zero();
-    double inverseMass = 0;                ///< 0: goes as its velocity says
+    double inverseMass = 0;       ///< 0: goes as its velocity says
+    Vec3d moved = Vec3d::Zero();  ///< of the centre, so far in the frame
+    Mat3d turn = Mat3d::Zero();   ///< rotation less identity; up to here passes read it
+    Quatd turned = Quatd::Identity();
     Mat3d inverseInertia = Mat3d::Zero();  ///< world, as the frame begins
     Mat3d inertia = Mat3d::Zero();         ///< its inverse
-    Vec3d moved = Vec3d::Zero();           ///< of the centre, so far in the frame
-    Quatd turned = Quatd::Identity();
-    Mat3d turn = Mat3d::Zero();  ///< rotation less identity
 };
 
 struct SolverPoint {

@@ -42,19 +42,19 @@ public:
         face_ = face;
         for (unsigned i = 0; i < 3; ++i) t_[i] = surface_.world * surface_.mesh->corner(face_, i);
         const Vec3d area = (t_[1] - t_[0]).cross(t_[2] - t_[0]);
-        const double length = area.norm();
+        const double square = area.squaredNorm();
         const double longest =
             std::max({(t_[1] - t_[0]).squaredNorm(), (t_[2] - t_[1]).squaredNorm(), (t_[0] - t_[2]).squaredNorm()});
-        if (!(length > 1e-10 * longest)) return;
-        winding_ = area / length;
+        if (!(square > 1e-20 * longest * longest)) return;
+        nearest_ = nearestOnTriangle({t_[0], t_[1], t_[2]}, solid_.centre);
+        // Most faces near a fast body are not in its way: a ball around it tells. Slivers: where on them is nearest
+        // cannot be told well.
+        if (square > 1e-6 * longest * longest && besideReach()) return;
+        winding_ = area / std::sqrt(square);
         const double height = winding_.dot(solid_.centre - t_[0]);
         front_ = height >= 0;
         normal_ = front_ ? winding_ : Vec3d(-winding_);
-        // Most faces near a fast body are not in its way: a ball around it tells.
         if (outOfReach(std::abs(height) - solid_.radius, normal_)) return;
-        nearest_ = nearestOnTriangle({t_[0], t_[1], t_[2]}, solid_.centre);
-        // Slivers: where on them is nearest cannot be told well.
-        if (length > 1e-3 * longest && besideReach()) return;
         offset_ = normal_.dot(t_[0]);
         if (!findAxis()) return;
         within_.push_back({face_, kind_ == Kind::kFace ? faceGap_ : gap_});

@@ -138,12 +138,13 @@ private:
 class FaceSweep {
 public:
     FaceSweep(const SweptPart& solid, const SweptPart& faces, bool solidIsA, const KnownGap& known, double way,
-              double allowed, SweepScratch& scratch, QueryWork& work)
+              double allowed, SweepScratch& scratch, QueryWork& work, bool wantPoints)
         : solid_(solid),
           faces_(faces),
           solidIsA_(solidIsA),
           known_(known),
           way_(way),
+          wantPoints_(wantPoints),
           allowed_(allowed),
           scratch_(scratch),
           work_(work),
@@ -209,6 +210,7 @@ public:
             }
             if (!out.hit) continue;
             out.t = first;
+            if (!wantPoints_) return out;
             const double deep = -allowed_ + kSameHit * allowed_;
             if (passing) passing.emplace(*solid_.solid, path, farSolid_, first, first, scratch_);
             for (const std::uint32_t face : scratch_.faces)
@@ -292,6 +294,7 @@ private:
     bool solidIsA_;
     const KnownGap& known_;
     double way_;
+    bool wantPoints_;
     double allowed_;
     SweepScratch& scratch_;
     QueryWork& work_;
@@ -301,8 +304,8 @@ private:
 }  // namespace
 
 SweepHit sweepAmongFaces(const SweptPart& solid, const SweptPart& faces, bool solidIsA, const KnownGap& known,
-                         double way, double allowed, SweepScratch& scratch, QueryWork& work) {
-    return FaceSweep(solid, faces, solidIsA, known, way, allowed, scratch, work).find();
+                         double way, double allowed, SweepScratch& scratch, QueryWork& work, bool wantPoints) {
+    return FaceSweep(solid, faces, solidIsA, known, way, allowed, scratch, work, wantPoints).find();
 }
 
 }  // namespace tessera::rigid

@@ -10,6 +10,6 @@ namespace tessera::rigid {
 /// resting on. `way`: they come no nearer to each other than by this.
 [[nodiscard]] SweepHit sweepAmongFaces(const SweptPart& solid, const SweptPart& faces, bool solidIsA,
                                        const KnownGap& known, double way, double allowed, SweepScratch& scratch,
-                                       QueryWork& work);
+                                       QueryWork& work, bool wantPoints);
 
 }  // namespace tessera::rigid

@@ -14,28 +14,28 @@ constexpr std::size_t kSweepsPerTask = 64;
 /// A cut that leaves less than this of a way leaves nothing. After so many rounds every cut does.
 constexpr double kLeastShare = 1e-3;
 constexpr double kUnknown = -1;
-constexpr int kSoftRounds = 12, kMostRounds = 200;
+constexpr int kSoftRounds = 5, kMostRounds = 200;
 
 }  // namespace
 
 std::vector<PathGuard::Hit> PathGuard::find(const FrameBodies& frame, const NarrowPhase& narrow,
                                             std::span<const FrameEncounter> encounters, std::span<const BodyPath> paths,
-                                            const std::vector<bool>& changed, std::uint64_t maxTests,
-                                            Workers* workers) {
+                                            const std::vector<bool>& changed, std::uint64_t maxTests, Workers* workers,
+                                            bool wantPoints) {
     const std::size_t count = (encounters.size() + kSweepsPerTask - 1) / kSweepsPerTask;
     if (tasks_.size() < count) tasks_.resize(count);
     // Most encounters are of bodies that cannot come near each other in the frame.
-    turning_.assign(frame.parts.size(), 0);
+    turning_.resize(frame.parts.size());
     strayed_.assign(frame.parts.size(), 0);
     const bool first = before_.empty();
     if (first) room_.assign(encounters.size(), kUnknown);
     for (std::size_t p = 0; p < frame.parts.size(); ++p) {
         const FramePart& part = frame.parts[p];
-        if (part.body == kNobody || part.surface == nullptr) continue;
+        if (part.body == kNobody || part.surface == nullptr || !changed[part.body]) continue;
         const PlacedSolid& solid = narrow.solid(static_cast<std::uint32_t>(p));
         const SweptPart swept{&paths[part.body], &part, solid.shape != nullptr ? &solid : nullptr, 0};
         turning_[p] = turningOf(swept);
-        if (!first && changed[part.body]) strayed_[p] = swept.path->strayedFrom(before_[part.body], farthestOf(swept));
+        if (!first) strayed_[p] = swept.path->strayedFrom(before_[part.body], farthestOf(swept));
     }
     before_.assign(paths.begin(), paths.end());
     const auto task = [&](std::size_t t) {
@@ -67,7 +67,7 @@ std::vector<PathGuard::Hit> PathGuard::find(const FrameBodies& frame, const Narr
                                  narrow.slopOf(bodyA, bodyB)};
             QueryWork some;
             some.limit = maxTests;
-            SweepHit hit = sweep(sweptA, sweptB, known, own.scratch, some);
+            SweepHit hit = sweep(sweptA, sweptB, known, own.scratch, some, wantPoints);
             if (!hit.hit) room_[i] = hit.room;
             if (hit.hit) own.hits.push_back({static_cast<std::uint32_t>(i), std::move(hit)});
         }
@@ -133,7 +133,7 @@ void PathGuard::cut(const FrameBodies& frame, const NarrowPhase& narrow, std::sp
             paths[i].cut(share[i] < kLeastShare || round >= kSoftRounds ? 0 : share[i]);
             changed[i] = true;
         }
-        hits = find(frame, narrow, encounters, paths, changed, maxTests, workers);
+        hits = find(frame, narrow, encounters, paths, changed, maxTests, workers, false);
     }
 }
 

@@ -28,9 +28,11 @@ public:
     /// `paths`: per body of the frame. `changed`: per body, whose way nobody has looked at yet. Hits ascend by
     /// encounter. Encounters that had more room than has been used since are not looked at again. `maxTests`: of each
     /// encounter; what is looked at is not counted elsewhere, for where there is much room depends on who was passed.
+    /// Without `wantPoints` hits have none.
     [[nodiscard]] std::vector<Hit> find(const FrameBodies& frame, const NarrowPhase& narrow,
                                         std::span<const FrameEncounter> encounters, std::span<const BodyPath> paths,
-                                        const std::vector<bool>& changed, std::uint64_t maxTests, Workers* workers);
+                                        const std::vector<bool>& changed, std::uint64_t maxTests, Workers* workers,
+                                        bool wantPoints = true);
 
     /// Cuts ways until nothing is met.
     void cut(const FrameBodies& frame, const NarrowPhase& narrow, std::span<const FrameEncounter> encounters,

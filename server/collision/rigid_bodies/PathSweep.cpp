@@ -85,7 +85,8 @@ double allowedDepth(const SweptPart& a, const SweptPart& b) {
     return out;
 }
 
-SweepHit sweep(const SweptPart& a, const SweptPart& b, const KnownGap& known, SweepScratch& scratch, QueryWork& work) {
+SweepHit sweep(const SweptPart& a, const SweptPart& b, const KnownGap& known, SweepScratch& scratch, QueryWork& work,
+               bool wantPoints) {
     SweepHit out;
     if (a.path->still() && b.path->still()) return out;
     const double farA = farthestOf(a), farB = farthestOf(b);
@@ -111,7 +112,7 @@ SweepHit sweep(const SweptPart& a, const SweptPart& b, const KnownGap& known, Sw
             out.room = sweep.room();
             return out;
         }
-        sweep.holds(out.t, std::numeric_limits<double>::infinity(), out.points);
+        if (wantPoints) sweep.holds(out.t, std::numeric_limits<double>::infinity(), out.points);
         return out;
     }
     if (a.solid != nullptr || b.solid != nullptr) {
@@ -120,7 +121,7 @@ SweepHit sweep(const SweptPart& a, const SweptPart& b, const KnownGap& known, Sw
         if (solid.solid->sides.empty()) return out;
         out.room = std::min(known.slack - way, known.nearest - way + allowed);
         if (out.room >= 0) return out;
-        return sweepAmongFaces(solid, faces, a.solid != nullptr, known, way, allowed, scratch, work);
+        return sweepAmongFaces(solid, faces, a.solid != nullptr, known, way, allowed, scratch, work, wantPoints);
     }
     if (way <= kUnseen * known.slop || (known.points.empty() && way <= known.slack)) return out;
     return sweepSurfaces(a, b, known, work);

@@ -78,8 +78,8 @@ struct SweepScratch {
 [[nodiscard]] double allowedDepth(const SweptPart& a, const SweptPart& b);
 
 /// What is twice as deep in each other as is allowed when the frame begins is let go. Exhausted work: a hit where it
-/// ended.
+/// ended. Without `wantPoints` a hit has no points.
 [[nodiscard]] SweepHit sweep(const SweptPart& a, const SweptPart& b, const KnownGap& known, SweepScratch& scratch,
-                             QueryWork& work);
+                             QueryWork& work, bool wantPoints = true);
 
 }  // namespace tessera::rigid

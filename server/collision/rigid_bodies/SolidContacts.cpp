@@ -26,15 +26,19 @@ bool crossing(const PlacedEdge& a, const PlacedEdge& b) {
     return a1 * a2 < 0 && b1 * a2 < 0;
 }
 
-bool gapOfEdges(const PlacedEdge& a, const PlacedEdge& b, double& gap, Vec3d& normal) {
+/// False: parallel, or the gap is no wider than `least`.
+bool gapOfEdges(const PlacedEdge& a, const PlacedEdge& b, double least, double& gap, Vec3d& normal) {
     Vec3d n = a.along.cross(b.along);
-    const double square = n.squaredNorm();
-    if (!(square > 1e-8 * a.along.squaredNorm() * b.along.squaredNorm())) return false;
-    n /= std::sqrt(square);
     if (n.dot(a.first + a.second) < 0) n = -n;
-    gap = n.dot(b.from - a.from);
-    normal = n;
-    return true;
+    const double wide = n.dot(b.from - a.from), square = n.squaredNorm();
+    // Most are told without a root.
+    if (least >= 0 && (wide <= 0 || wide * wide <= least * least * square)) return false;
+    if (least < 0 && wide < 0 && wide * wide >= least * least * square) return false;
+    if (!(square > 1e-8 * a.along.squaredNorm() * b.along.squaredNorm())) return false;
+    const double length = std::sqrt(square);
+    gap = wide / length;
+    normal = n / length;
+    return gap > least;
 }
 
 /// How far the corners come along a direction, and the farthest.
@@ -83,7 +87,7 @@ SolidAxis widestGap(const PlacedSolid& a, const PlacedSolid& b, double margin, d
     if (memory.kind == SolidAxis::Kind::kEdges && memory.a < a.edges.size() && memory.b < b.edges.size()) {
         SolidAxis edges{SolidAxis::Kind::kEdges, memory.a, memory.b, 0, {}};
         const PlacedEdge &ofA = a.edges[memory.a], &ofB = b.edges[memory.b];
-        if (crossing(ofA, ofB) && gapOfEdges(ofA, ofB, edges.gap, edges.normal) && edges.gap > margin) return edges;
+        if (crossing(ofA, ofB) && gapOfEdges(ofA, ofB, margin, edges.gap, edges.normal)) return edges;
     }
     if (best.gap > margin) return best;
     // Which one it is must not depend on where it was looked for first.
@@ -104,18 +108,17 @@ SolidAxis widestGap(const PlacedSolid& a, const PlacedSolid& b, double margin, d
     reaching(a, scratch.heights, -farthestB - wide, scratch.edgesA);
     reaching(b, scratch.heightsOfOther, -farthestA - wide, scratch.edgesB);
     SolidAxis edges;
-    edges.gap = -std::numeric_limits<double>::infinity();
+    edges.gap = best.gap + fine;
     for (const std::uint32_t i : scratch.edgesA)
         for (const std::uint32_t j : scratch.edgesB) {
             double gap = 0;
             Vec3d normal;
-            if (!crossing(a.edges[i], b.edges[j]) || !gapOfEdges(a.edges[i], b.edges[j], gap, normal) ||
-                !(gap > edges.gap))
+            if (!crossing(a.edges[i], b.edges[j]) || !gapOfEdges(a.edges[i], b.edges[j], edges.gap, gap, normal))
                 continue;
             edges = {SolidAxis::Kind::kEdges, i, j, gap, normal};
             if (gap > margin) return edges;
         }
-    return edges.gap > best.gap + fine ? edges : best;
+    return edges.kind == SolidAxis::Kind::kEdges ? edges : best;
 }
 
 bool manyAxes(const PlacedSolid& a, const PlacedSolid& b) {
