@@ -144,11 +144,10 @@ private:
         };
         const SolidShape& shape = *solid_.shape;
         const auto sides = static_cast<std::uint32_t>(solid_.sides.size());
-        for (std::uint32_t e = 0; e < solid_.edges.size(); ++e) {
+        listEdgesDownTo(low);
+        for (const std::uint32_t e : scratch_.edgesA) {
             const std::uint32_t of = shape.flat ? e / 2 : e;
             const SolidShape::Edge& ends = shape.edges[of];
-            // Only edges that come down to the face's plane, or as near as it matters, can meet its rim.
-            if (std::min(scratch_.heights[ends.from], scratch_.heights[ends.to]) > low) continue;
             const PlacedEdge& edge = solid_.edges[e];
             const std::array<double, 3>&first =
                                          acrossRims(shape.flat && e % 2 == 1 ? sides + of : ends.left, edge.first),
@@ -176,6 +175,23 @@ private:
             }
         }
         return true;
+    }
+
+    /// Only edges that come down to the face's plane, or as near as it matters, can meet its rim.
+    void listEdgesDownTo(double low) {
+        const SolidShape& shape = *solid_.shape;
+        const std::vector<double>& heights = scratch_.heights;
+        scratch_.edgesA.clear();
+        for (std::uint32_t c = 0; c < heights.size(); ++c) {
+            if (heights[c] > low) continue;
+            for (const std::uint32_t e : shape.edgesOf(c)) {
+                const std::uint32_t other = shape.edges[e].from == c ? shape.edges[e].to : shape.edges[e].from;
+                // It was that one's already.
+                if (other < c && heights[other] <= low) continue;
+                if (shape.flat) scratch_.edgesA.push_back(2 * e);
+                scratch_.edgesA.push_back(shape.flat ? 2 * e + 1 : e);
+            }
+        }
     }
 
     /// Along directions between the face's normal and the one outwards over a rim a corner so high above the face's

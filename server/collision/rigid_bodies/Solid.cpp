@@ -139,6 +139,19 @@ bool outline(const ConvexHull& hull, const SideFinder& finder, const std::vector
     return true;
 }
 
+/// Per corner, ascending.
+void listEdges(SolidShape& shape) {
+    shape.firstOfCorner.assign(shape.corners.size() + 1, 0);
+    for (const SolidShape::Edge& e : shape.edges)
+        for (const std::uint32_t corner : {e.from, e.to}) ++shape.firstOfCorner[corner + 1];
+    std::partial_sum(shape.firstOfCorner.begin(), shape.firstOfCorner.end(), shape.firstOfCorner.begin());
+    shape.edgesOfCorners.resize(2 * shape.edges.size());
+    std::vector<std::uint32_t> next(shape.firstOfCorner.begin(), shape.firstOfCorner.end() - 1);
+    for (std::uint32_t e = 0; e < shape.edges.size(); ++e)
+        for (const std::uint32_t corner : {shape.edges[e].from, shape.edges[e].to})
+            shape.edgesOfCorners[next[corner]++] = e;
+}
+
 /// Newell's: as good as the outline is flat.
 Vec3d areaVector(std::span<const std::uint32_t> outline, std::span<const Vec3d> corners) {
     Vec3d sum = Vec3d::Zero();
@@ -162,6 +175,7 @@ SolidShape solidShape(const ConvexHull& hull) {
         std::iota(side.begin(), side.end(), 0U);
         outline(hull, finder, side, out);
     }
+    listEdges(out);
     return out;
 }
 

@@ -23,9 +23,15 @@ struct SolidShape {
     std::vector<std::uint32_t> firstOfSide;  ///< into `outlines`; one more than there are sides
     std::vector<std::uint32_t> outlines;     ///< corners of each side in turn, counter-clockwise seen from outside
     std::vector<Edge> edges;
+    std::vector<std::uint32_t> firstOfCorner;  ///< into `edgesOfCorners`; one more than there are corners
+    std::vector<std::uint32_t> edgesOfCorners;
     bool flat = false;  ///< a polygon with two sides
 
     [[nodiscard]] std::size_t sides() const { return firstOfSide.size() - 1; }
+    [[nodiscard]] std::span<const std::uint32_t> edgesOf(std::size_t corner) const {
+        return std::span(edgesOfCorners)
+            .subspan(firstOfCorner[corner], firstOfCorner[corner + 1] - firstOfCorner[corner]);
+    }
     [[nodiscard]] std::span<const std::uint32_t> outline(std::size_t side) const {
         return std::span(outlines).subspan(firstOfSide[side], firstOfSide[side + 1] - firstOfSide[side]);
     }
