@@ -323,6 +323,7 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
         gl.MultiDrawElementsBaseVertex(GL_TRIANGLES, counts.data(), GL_UNSIGNED_INT, offsets.data(),
                                        static_cast<GLsizei>(counts.size()), baseVertices.data());
     }
+    if (sortedBound == true) gl.VertexArrayElementBuffer(vertexArray, meshes->indexBuffer());
     return {};
 }
 
