@@ -17,7 +17,7 @@ constexpr std::size_t kMostUnderWay = 2;
 /// What is seen is asked for again after 1 to this many frames.
 constexpr std::uint32_t kLongestTrust = 10;
 /// What a question costs, by the pixels of its plates and by itself, and drawing a picture's items (measured on two cores, four
-/// samples; see README.md). Only the ratios matter, and only for speed; a GPU's are about the same, each a hundredth of it.
+/// samples; see COSTS.md). Only the ratios matter, and only for speed; a GPU's are about the same, each a hundredth of it.
 constexpr double kPixelNs = 4;
 constexpr double kPlateNs = 2'000;
 constexpr double kQuestionNs = 20'000;

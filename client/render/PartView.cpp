@@ -8,7 +8,7 @@ namespace tessera {
 
 namespace {
 
-/// What covers less hides too little; and a triangle drawn for depth alone costs about what 20 pixels do (see README.md).
+/// What covers less, or so little by its triangles, hides too little for being drawn once more.
 constexpr double kLeastOccluderPx = 256;
 constexpr double kLeastPxPerTriangle = 8;
 
