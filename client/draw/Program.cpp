@@ -44,14 +44,8 @@ std::string headOf(const ProgramKind& kind) {
     define(kind.coated, "COATED");
     define(kind.use == Use::kLightRest, "REST");
     if (kind.look) head += fmt::format("#define MAPS {}\n", kind.maps);
-    head += fmt::format("#define SAMPLES {}\n#define FOR_EACH_LIGHT", kind.samples);
-    for (std::size_t i = 0; i < kind.lightCount; ++i)
-        head += kind.spots >> i & 1
-                    ? fmt::format(" addLight(lit, lights[{0}].place, lights[{0}].radiance * vec4(vec3(coneOf(lights[{0}], "
-                                  "lit.position)), 1.0));",
-                                  i)
-                    : fmt::format(" addLight(lit, lights[{0}].place, lights[{0}].radiance);", i);
-    return head + "\n" + shader_text::kBlocks;
+    head += fmt::format("#define SAMPLES {}\n#define LIGHTS {}\n", kind.samples, static_cast<int>(kind.lists));
+    return head + shader_text::kBlocks;
 }
 
 std::string fragmentOf(const ProgramKind& kind) {

@@ -10,21 +10,15 @@ namespace tessera {
 
 /// What all items of one draw share; std140.
 struct FrameBlock {
-    struct Light {
-        std::array<float, 4> place;     ///< eye space, metres: position and 1, or direction towards the light and 0
-        std::array<float, 4> radiance;  ///< rgb at one metre; w: 1 / range in metres, 0 for unlimited
-        /// Of a spot: its axis in eye space times s, and o, so that cos · s + o goes from 0 at the outer angle to 1 at the
-        /// inner one. Of others: 0 0 0 1.
-        std::array<float, 4> cone;
-    };
     std::array<float, 16> clip_T_eye;  ///< columns; depth 1 at the near plane, 0 at the far one
     std::array<float, 16> eye_T_clip;
     std::array<std::array<float, 4>, 3> world_R_eye;  ///< rows
     std::array<float, 4> sky, ground;
     std::array<float, 4> clipPerPixel;  ///< 2 / width, 2 / height
-    std::array<Light, 16> lights;
+    /// Scale and offset of LightClusters' slices; how many lights are everybody's, and that or 1.
+    std::array<float, 4> slices;
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 * 48);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16);
 
 /// One drawn item; std140, padded to the largest alignment that GL may ask for. A range of uniforms per draw call costs
 /// a microsecond, attributes or a storage buffer cost time per vertex.
@@ -71,6 +65,13 @@ struct MaterialTexels {
 };
 inline constexpr std::size_t kMaxMaterials = 1 << 14;
 
+/// Where a program looks for lights.
+enum class LightLists : std::uint8_t {
+    kNone,      ///< all that there are are everybody's
+    kClusters,  ///< in its cluster's list
+};
+inline constexpr std::array<LightLists, 2> kAllLightLists = {LightLists::kNone, LightLists::kClusters};
+
 /// What a program is for, and what distinguishes those for the same thing.
 struct ProgramKind {
     enum class Use : std::uint8_t {
@@ -92,9 +93,8 @@ struct ProgramKind {
     // Of whole scenes: the same on every tile.
     bool detail = false;         ///< images say more than colours and normals: 64 bits more of each sample
     bool coated = false;         ///< something has lacquer
+    LightLists lists = LightLists::kNone;
     int samples = 1;             ///< of those that read samples, or choose some
-    std::size_t lightCount = 0;  ///< a count that is not a constant would cost a read per lane and light
-    std::uint32_t spots = 0;     ///< bits: which of the lights have a cone
     auto operator<=>(const ProgramKind&) const = default;
 };
 

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
+#include <set>
 
 #include "client/draw/DrawCalls.h"
+#include "client/draw/LightBuffers.h"
 #include "client/draw/ScreenCells.h"
 #include "client/draw/TileBuffers.h"
 
@@ -16,8 +18,9 @@ namespace {
 /// A tile's scissor lies on this grid: it is the software rasteriser's own, and makes seams exact.
 constexpr int kGridPx = 64;
 
-// Texture units, as ShaderText.cpp has them: those of materials are no others', as a sampler stays bound to its unit.
-constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageMaps;
+// Texture units, as the shaders have them: those of materials are no others', as a sampler stays bound to its unit.
+constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageMaps,
+                 kLightUnit = kDetailUnit + 1, kListUnit = kLightUnit + 1;
 
 /// The tile's rectangle grown outwards to the grid.
 PixelRect grownToGrid(const PixelRect& r) {
@@ -35,6 +38,16 @@ Expected<void> checkRect(const ScreenCamera& camera, const PixelRect& r) {
                     fmt::format("a tile of {}x{} at {},{} does not lie on its screen of {}x{}", r.width, r.height, r.x,
                                 r.y, camera.pixels.width, camera.pixels.height));
     return {};
+}
+
+bool isLit(ProgramKind::Use use) {
+    using Use = ProgramKind::Use;
+    return use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
+}
+
+ProgramKind otherwiseLit(ProgramKind kind, LightLists lists) {
+    kind.lists = lists;
+    return kind;
 }
 
 Picture toPicture(const std::vector<std::uint8_t>& rgba, int widthPx, int heightPx) {
@@ -76,6 +89,8 @@ struct Renderer::Impl {
     [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind::Use use);
     void bindLook(std::uint32_t index, std::uint8_t maps);
     [[nodiscard]] Expected<void> drawOverScreen(const ProgramKind& kind);
+    /// Compiles, for all that is set now, what the next draw would need if the scene's lights were others.
+    [[nodiscard]] Expected<void> prepareForOtherLights(const ProgramKind& kind);
     [[nodiscard]] Expected<void> lightSurfaces();
     [[nodiscard]] Expected<void> copyToSamples();
     [[nodiscard]] Expected<void> blendTransparent();
@@ -87,11 +102,13 @@ struct Renderer::Impl {
     GlFunctions gl;
     RendererOptions options;
     std::map<ProgramKind, Program> programs;  ///< made when first needed
+    std::set<ProgramKind> prepared;           ///< `otherwiseLit`: made for all lights
     GLuint vertexArray = 0, emptyArray = 0;
     GLuint itemBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
     TileBuffers tile, ids;
+    LightBuffers lights;
 
     // Of the list being drawn.
     DrawCalls calls;
@@ -104,7 +121,7 @@ struct Renderer::Impl {
     std::vector<GLsizei> counts;
     std::vector<const void*> offsets;
     std::vector<GLint> baseVertices;
-    std::uint64_t triangles = 0;
+    std::uint64_t triangles = 0, lightsLeftOut = 0;
     PixelRect scissor;
     ProgramKind scene;  ///< what all programs of the list share
 };
@@ -115,7 +132,8 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
       options(o),
       textures(gl, o.textureBudgetBytes),
       tile(gl, o.samples),
-      ids(gl, 1) {
+      ids(gl, 1),
+      lights(gl) {
     gl.CreateVertexArrays(1, &vertexArray);
     gl.CreateVertexArrays(1, &emptyArray);
     for (GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer}) gl.CreateBuffers(1, buffer);
@@ -150,12 +168,10 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     if (auto current = surface.makeCurrent(); !current) return current;
     scene = {.detail = list.detailed,
              .coated = list.coated,
-             .samples = options.samples,
-             .lightCount = std::min(list.lights.size(), DrawList::kMaxLights)};
-    for (std::size_t i = 0; i < scene.lightCount; ++i)
-        if (list.lights[i].kind == LightItem::Kind::kSpot) scene.spots |= std::uint32_t{1} << i;
+             .samples = options.samples};
     calls.collect(aspect, list, camera, *meshes, textures);
     triangles = 0;
+    lightsLeftOut = list.lightsLeftOut;
 
     const auto upload = [this](GLuint buffer, const auto& values) {
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
@@ -167,6 +183,8 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     }
     upload(materialBuffer, calls.materials());
     gl.TextureBuffer(materialTexture, GL_RGBA32F, materialBuffer);
+    lights.clusters().setEverywhere(!options.clusterLights);
+    scene.lists = lights.begin(list.lights, camera);
     return {};
 }
 
@@ -191,7 +209,8 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
         inCell.push_back({first, static_cast<std::uint32_t>(runs.size())});
     }
 
-    const FrameBlock block = makeFrameBlock(list, cell.camera);
+    FrameBlock block = makeFrameBlock(list, cell.camera);
+    block.slices = lights.beginCell(cell.camera, scissor);
     gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer);
     // The whole cell's viewport for every tile that shares in it; only the scissor is the tile's own.
@@ -235,11 +254,9 @@ Expected<void> Renderer::Impl::useProgram(const ProgramKind& kind) {
 ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
     using Use = ProgramKind::Use;
     ProgramKind kind{.use = use};
-    const bool lights = use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
-    if (lights) {
+    if (isLit(use)) {
         kind.coated = scene.coated;
-        kind.lightCount = scene.lightCount;
-        kind.spots = scene.spots;
+        kind.lists = scene.lists;
     }
     if (use == Use::kSurface || use == Use::kLight || use == Use::kLightRest) kind.detail = scene.detail;
     if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kCopy)
@@ -275,7 +292,8 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
         const DrawCall& call = calls.calls()[i];
         const DrawLook& look = calls.lookOf(call);
         const ProgramKind wanted = kindOf(use, call);
-        if (!before || wanted != kind)
+        const bool another = !before || wanted != kind;
+        if (another)
             if (auto used = useProgram(wanted); !used) return used;
         if (wanted.look && (!before || !kind.look || kind.maps != wanted.maps || before->look != call.look))
             bindLook(call.look, wanted.maps);
@@ -286,6 +304,8 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
         before = &call;
         gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer, static_cast<GLintptr>(i * sizeof(ItemBlock)),
                            sizeof(ItemBlock));
+        if (another)
+            if (auto ready = prepareForOtherLights(kind); !ready) return ready;
         counts.clear();
         offsets.clear();
         for (std::uint32_t k = span.first; k < span.end; ++k) {
@@ -316,8 +336,23 @@ Expected<void> Renderer::Impl::drawOverScreen(const ProgramKind& kind) {
     if (auto used = useProgram(kind); !used) return used;
     gl.BindVertexArray(emptyArray);
     gl.Disable(GL_CULL_FACE);
+    if (auto ready = prepareForOtherLights(kind); !ready) return ready;
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
     return {};
+}
+
+/// A software rasteriser compiles when it first draws with a state: here into an empty rectangle.
+Expected<void> Renderer::Impl::prepareForOtherLights(const ProgramKind& kind) {
+    if (!isLit(kind.use)) return {};
+    if (!prepared.insert(otherwiseLit(kind, LightLists::kNone)).second) return {};
+    gl.Scissor(0, 0, 0, 0);
+    for (const LightLists lists : kAllLightLists) {
+        if (lists == kind.lists) continue;
+        if (auto used = useProgram(otherwiseLit(kind, lists)); !used) return used;
+        gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
+    return useProgram(kind);
 }
 
 /// Each pixel is lit once, however many surfaces were drawn into it, and once more where its samples show different
@@ -355,6 +390,7 @@ void Renderer::Impl::bindSurfaces() {
     gl.BindTextureUnit(1, tile.depthTexture());
     gl.BindTextureUnit(2, materialTexture);
     if (scene.detail) gl.BindTextureUnit(kDetailUnit, tile.detailTexture());
+    lights.bind(kLightUnit, kListUnit);
 }
 
 bool Renderer::Impl::blends() const {
@@ -474,6 +510,8 @@ Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect,
 DrawCounts Renderer::lastCounts() const {
     DrawCounts counts = impl_->calls.counts();
     counts.triangles = impl_->triangles;
+    counts.lightsLeftOut = impl_->lightsLeftOut;
+    counts.programs = impl_->programs.size();
     return counts;
 }
 std::size_t Renderer::residentBytes() const {

@@ -14,7 +14,7 @@ extern const char kSurface[];
 /// First pass of what is solid: material, colour and normal of each sample, packed into 64 bits; DETAIL: and into 64 more
 /// what images say besides. MASKED: by alpha. SAMPLES.
 extern const char kPackFragment[];
-/// Light: environment, lights, tone, encoding. Needs FOR_EACH_LIGHT. COATED: lacquer.
+/// Light: environment, lights of the cluster, tone, encoding. COATED: lacquer.
 extern const char kLighting[];
 /// A triangle around the whole screen.
 extern const char kScreenVertex[];

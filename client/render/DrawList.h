@@ -48,11 +48,12 @@ struct DrawList {
     std::vector<DrawItem> opaque;       ///< front to back
     std::vector<DrawItem> transparent;  ///< back to front
     std::vector<LightItem> lights;      ///< in document order, at most kMaxLights
+    std::uint64_t lightsLeftOut = 0;    ///< of the scene, beyond those
     Environment environment;
     // Of the scene, the same on every tile: a pixel may be computed otherwise where one of them is set.
     bool detailed = false;  ///< images of some material say more than its colour and its normals
     bool coated = false;    ///< some material has lacquer
-    static constexpr std::size_t kMaxLights = 16;
+    static constexpr std::size_t kMaxLights = 65536;
 };
 
 /// Whether the lists name the same things in the same places, to the bit: they draw the same picture then, as long as

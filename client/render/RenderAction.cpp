@@ -156,6 +156,7 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
     result.opaque = drawItems(opaque);
     result.transparent = drawItems(transparent);
     result.lights = scene.lights;
+    result.lightsLeftOut = scene.lightsLeftOut;
     result.environment = scene.environment;
     result.detailed = scene.detailedItems > 0;
     result.coated = scene.coatedItems > 0;

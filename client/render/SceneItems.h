@@ -82,6 +82,7 @@ struct RenderScene::Impl {
     BoxTree tree;
     ReachCounts reaches;
     std::vector<LightItem> lights;
+    std::uint64_t lightsLeftOut = 0;  ///< shown, and beyond DrawList::kMaxLights
     Environment environment;
     std::size_t detailedItems = 0, coatedItems = 0;
     /// Items by the reach of their lines, see `lineReachPx`.

@@ -72,10 +72,11 @@ public:
     }
     /// Angles in radians from the axis, which is `direction`.
     void addSpotLight(const Vec3d& position, const Vec3d& direction, const Vec3f& color, float intensity, float innerAngle,
-                      float outerAngle) {
+                      float outerAngle, float range = 0) {
         const ObjectId id = create<SpotLight>();
         set<SpotLight>(id, fieldId<&SpotLight::color>, color);
         set<SpotLight>(id, fieldId<&SpotLight::intensity>, intensity);
+        set<SpotLight>(id, fieldId<&SpotLight::range>, range);
         set<SpotLight>(id, fieldId<&SpotLight::innerAngle>, innerAngle);
         set<SpotLight>(id, fieldId<&SpotLight::outerAngle>, outerAngle);
         addNode(id, addTransform(position, Quatd::FromTwoVectors(-Vec3d::UnitZ(), direction)));
