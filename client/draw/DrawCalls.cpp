@@ -168,12 +168,15 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
     // Metres per world unit: a wall may stand in a world of any scale.
     const double scale = std::cbrt(std::abs(camera.eye_T_world.linear().determinant()));
     const Mat3d eye_R_world = camera.eye_T_world.linear() / (scale > 0 ? scale : 1.0);
+    const Mat3d world_R_eye =
+        Eigen::AngleAxisd(list.environment.image ? -list.environment.turn : 0.0, Vec3d::UnitY()).toRotationMatrix() *
+        eye_R_world.transpose();
     const Mat4d clip_T_eye = reversedDepth(camera.clip_T_eye);
     FrameBlock block{};
     block.clip_T_eye = columnsOf(clip_T_eye);
     block.eye_T_clip = columnsOf(clip_T_eye.inverse());
     for (int i = 0; i < 3; ++i) {
-        const Vec3d row = eye_R_world.col(i);
+        const Vec3d row = world_R_eye.row(i);
         block.world_R_eye[static_cast<std::size_t>(i)] = four(row.cast<float>(), 0);
     }
     block.sky = four(list.environment.sky, 0);

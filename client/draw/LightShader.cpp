@@ -8,6 +8,32 @@ namespace tessera::shader_text {
 // is taken into the light. A software rasteriser has no jumps (lanes are masked, not skipped): so there are no
 // branches.
 const char kLighting[] = R"(
+#ifdef ENVIRONMENT
+// The surroundings' picture, made soft (EnvironmentLight.h): sides and first rows of its maps are those of that file.
+layout(binding = 11) uniform sampler2D surroundings;
+vec2 onSquare(vec3 d) {
+    d /= abs(d.x) + abs(d.y) + abs(d.z);
+    vec2 folded = (1.0 - abs(d.zx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(d.xz, vec2(0.0)));
+    return (d.y >= 0.0 ? d.xz : folded) * 0.5 + 0.5;
+}
+vec3 mapOf(vec2 square, float level) {
+    float side = level < 0.5 ? 512.0 : level < 1.5 ? 128.0 : level < 2.5 ? 64.0 : 32.0;
+    float row = level < 0.5 ? 0.0 : level < 1.5 ? 514.0 : level < 2.5 ? 644.0 : 710.0 + 34.0 * (level - 3.0);
+    return textureLod(surroundings, (vec2(1.0, row + 1.0) + square * side) / vec2(514.0, 812.0), 0.0).rgb * surround[0].w;
+}
+vec3 environment(vec3 d, float roughness) {
+    vec2 square = onSquare(d);
+    float level = 5.0 * roughness, below = min(floor(level), 4.0);
+    return mix(mapOf(square, below), mapOf(square, below + 1.0), level - below);
+}
+vec3 ambient(vec3 n) {
+    vec3 d = vec3(dot(worldRow0.xyz, n), dot(worldRow1.xyz, n), dot(worldRow2.xyz, n));
+    vec3 sum = surround[0].rgb + surround[1].rgb * d.y + surround[2].rgb * d.z + surround[3].rgb * d.x;
+    sum += surround[4].rgb * (d.x * d.y) + surround[5].rgb * (d.y * d.z) + surround[6].rgb * (3.0 * d.z * d.z - 1.0);
+    return max(sum + surround[7].rgb * (d.x * d.z) + surround[8].rgb * (d.x * d.x - d.y * d.y), vec3(0.0));
+}
+#else
+vec3 ambient(vec3 n) { return mix(ground.rgb, sky.rgb, 0.5 + 0.5 * dot(n, worldRow1.xyz)); }
 // Radiance from a direction in the world: sky, horizon and ground, and three lamps as in a photographer's studio, so that
 // metal has something to reflect. A function of the direction alone; a rough surface sees it blurred.
 vec3 environment(vec3 d, float roughness) {
@@ -19,6 +45,7 @@ vec3 environment(vec3 d, float roughness) {
     vec3 lamps = smoothstep(vec3(0.90, 0.93, 0.95) - 0.7 * blur, vec3(0.90, 0.93, 0.95) + 0.06 * blur, toLamps);
     return c + sky.rgb * dot(lamps, vec3(2.2, 3.0, 1.6)) / (1.0 + 5.0 * roughness * roughness);
 }
+#endif
 
 // Integral of the specular lobe over a white environment (Karis 2014, "Physically based shading on mobile").
 vec3 environmentFactor(vec3 f0, float roughness, float nv) {
@@ -79,10 +106,15 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
     float nvRaw = dot(n, v);
     float nv = max(nvRaw, 1e-3);
     vec3 f0 = mix(vec3(0.04), base, metallic);
-    vec3 diffuse = occlusion * mix(ground.rgb, sky.rgb, 0.5 + 0.5 * dot(n, worldRow1.xyz));
+    vec3 diffuse = occlusion * ambient(n);
     vec3 r = 2.0 * nvRaw * n - v;
     vec3 rWorld = vec3(dot(worldRow0.xyz, r), dot(worldRow1.xyz, r), dot(worldRow2.xyz, r));
-    vec3 specular = occlusion * environmentFactor(f0, roughness, nv) * environment(rWorld, roughness);
+    vec3 mirrored = environmentFactor(f0, roughness, nv);
+    vec3 specular = occlusion * mirrored * environment(rWorld, roughness);
+#ifdef ENVIRONMENT
+    // A white thing in white surroundings is as white as they are.
+    diffuse *= 1.0 - mirrored;
+#endif
     float alpha = roughness * roughness;
     Lit lit;
     lit.position = position;

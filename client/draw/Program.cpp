@@ -42,6 +42,7 @@ std::string headOf(const ProgramKind& kind) {
     define(kind.masked, "MASKED");
     define(kind.detail, "DETAIL");
     define(kind.coated, "COATED");
+    define(kind.environment, "ENVIRONMENT");
     define(kind.use == Use::kLightRest, "REST");
     if (kind.look) head += fmt::format("#define MAPS {}\n", kind.maps);
     head += fmt::format("#define SAMPLES {}\n#define LIGHTS {}\n", kind.samples, static_cast<int>(kind.lists));

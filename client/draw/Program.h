@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "client/draw/EnvironmentTexture.h"
 #include "client/draw/GlFunctions.h"
 
 namespace tessera {
@@ -12,13 +13,15 @@ namespace tessera {
 struct FrameBlock {
     std::array<float, 16> clip_T_eye;  ///< columns; depth 1 at the near plane, 0 at the far one
     std::array<float, 16> eye_T_clip;
-    std::array<std::array<float, 4>, 3> world_R_eye;  ///< rows
+    /// Rows. Where the surroundings are a picture, turned as that is.
+    std::array<std::array<float, 4>, 3> world_R_eye;
     std::array<float, 4> sky, ground;
     std::array<float, 4> clipPerPixel;  ///< 2 / width, 2 / height
     /// Scale and offset of LightClusters' slices; how many lights are everybody's, and that or 1.
     std::array<float, 4> slices;
+    SurroundingsBlock surroundings;
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144);
 
 /// One drawn item; std140, padded to the largest alignment that GL may ask for. A range of uniforms per draw call costs
 /// a microsecond, attributes or a storage buffer cost time per vertex.
@@ -94,6 +97,7 @@ struct ProgramKind {
     bool detail = false;         ///< images say more than colours and normals: 64 bits more of each sample
     bool coated = false;         ///< something has lacquer
     LightLists lists = LightLists::kNone;
+    bool environment = false;  ///< light from everywhere is a picture's
     int samples = 1;             ///< of those that read samples, or choose some
     auto operator<=>(const ProgramKind&) const = default;
 };

@@ -20,7 +20,8 @@ constexpr int kGridPx = 64;
 
 // Texture units, as the shaders have them: those of materials are no others', as a sampler stays bound to its unit.
 constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageMaps,
-                 kLightUnit = kDetailUnit + 1, kListUnit = kLightUnit + 1;
+                 kLightUnit = kDetailUnit + 1, kListUnit = kLightUnit + 1,
+                 kSurroundingsUnit = kListUnit + 1;
 
 /// The tile's rectangle grown outwards to the grid.
 PixelRect grownToGrid(const PixelRect& r) {
@@ -45,8 +46,9 @@ bool isLit(ProgramKind::Use use) {
     return use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
 }
 
-ProgramKind otherwiseLit(ProgramKind kind, LightLists lists) {
+ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment) {
     kind.lists = lists;
+    kind.environment = environment;
     return kind;
 }
 
@@ -109,6 +111,7 @@ struct Renderer::Impl {
     TextureCache textures;
     TileBuffers tile, ids;
     LightBuffers lights;
+    EnvironmentTexture surroundings;
 
     // Of the list being drawn.
     DrawCalls calls;
@@ -133,7 +136,8 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
       textures(gl, o.textureBudgetBytes),
       tile(gl, o.samples),
       ids(gl, 1),
-      lights(gl) {
+      lights(gl),
+      surroundings(gl) {
     gl.CreateVertexArrays(1, &vertexArray);
     gl.CreateVertexArrays(1, &emptyArray);
     for (GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer}) gl.CreateBuffers(1, buffer);
@@ -185,6 +189,7 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     gl.TextureBuffer(materialTexture, GL_RGBA32F, materialBuffer);
     lights.clusters().setEverywhere(!options.clusterLights);
     scene.lists = lights.begin(list.lights, camera);
+    scene.environment = surroundings.begin(aspect, list.environment);
     return {};
 }
 
@@ -211,6 +216,7 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
 
     FrameBlock block = makeFrameBlock(list, cell.camera);
     block.slices = lights.beginCell(cell.camera, scissor);
+    block.surroundings = surroundings.block();
     gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer);
     // The whole cell's viewport for every tile that shares in it; only the scissor is the tile's own.
@@ -257,6 +263,7 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
     if (isLit(use)) {
         kind.coated = scene.coated;
         kind.lists = scene.lists;
+        kind.environment = scene.environment;
     }
     if (use == Use::kSurface || use == Use::kLight || use == Use::kLightRest) kind.detail = scene.detail;
     if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kCopy)
@@ -344,12 +351,15 @@ Expected<void> Renderer::Impl::drawOverScreen(const ProgramKind& kind) {
 /// A software rasteriser compiles when it first draws with a state: here into an empty rectangle.
 Expected<void> Renderer::Impl::prepareForOtherLights(const ProgramKind& kind) {
     if (!isLit(kind.use)) return {};
-    if (!prepared.insert(otherwiseLit(kind, LightLists::kNone)).second) return {};
+    if (!prepared.insert(otherwiseLit(kind, LightLists::kNone, false)).second) return {};
     gl.Scissor(0, 0, 0, 0);
     for (const LightLists lists : kAllLightLists) {
-        if (lists == kind.lists) continue;
-        if (auto used = useProgram(otherwiseLit(kind, lists)); !used) return used;
-        gl.DrawArrays(GL_TRIANGLES, 0, 3);
+        for (const bool environment : {false, true}) {
+            const ProgramKind other = otherwiseLit(kind, lists, environment);
+            if (other == kind) continue;
+            if (auto used = useProgram(other); !used) return used;
+            gl.DrawArrays(GL_TRIANGLES, 0, 3);
+        }
     }
     gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
     return useProgram(kind);
@@ -391,6 +401,7 @@ void Renderer::Impl::bindSurfaces() {
     gl.BindTextureUnit(2, materialTexture);
     if (scene.detail) gl.BindTextureUnit(kDetailUnit, tile.detailTexture());
     lights.bind(kLightUnit, kListUnit);
+    surroundings.bind(kSurroundingsUnit);
 }
 
 bool Renderer::Impl::blends() const {
@@ -511,6 +522,7 @@ DrawCounts Renderer::lastCounts() const {
     DrawCounts counts = impl_->calls.counts();
     counts.triangles = impl_->triangles;
     counts.lightsLeftOut = impl_->lightsLeftOut;
+    counts.trouble = impl_->surroundings.trouble();
     counts.programs = impl_->programs.size();
     return counts;
 }

@@ -143,6 +143,14 @@ void main() {
     // 1: light falls on it; 0: the background; -1: its colour is what is seen.
     float litness = metallicLitAndCoat.y;
     vec3 c = emissiveAndRoughness.rgb + max(litness, 0.0) * (lit.diffuse + lit.specular);
+#ifdef ENVIRONMENT
+    // Where nothing is.
+    bool seen = material == 0u && surround[1].w > 0.5;
+    vec3 away = eye.xyz / eye.w;
+    vec3 d = vec3(dot(worldRow0.xyz, away), dot(worldRow1.xyz, away), dot(worldRow2.xyz, away));
+    c = seen ? mapOf(onSquare(d), 0.0) : c;
+    litness = seen ? 0.0 : litness;
+#endif
     c = litness < 0.0 ? base : toneMap(c);
     outColor = vec4(encodeSrgb(c), share);
 }

@@ -11,6 +11,7 @@ layout(std140, binding = 0) uniform FrameBlock {
     vec4 sky, ground;
     vec4 clipPerPixel;
     vec4 slices;  // how depth makes slices (LightClusters.h); how many lights are everybody's
+    vec4 surround[9];  // EnvironmentTexture.h
 };
 layout(std140, binding = 1) uniform ItemBlock {
     vec4 eyeRow0, eyeRow1, eyeRow2;

@@ -33,7 +33,9 @@ bool same(const std::vector<Item>& a, const std::vector<Item>& b) {
 bool drawAlike(const DrawList& a, const DrawList& b) {
     return same(a.opaque, b.opaque) && same(a.transparent, b.transparent) && same(a.lights, b.lights) &&
            sameBits(a.environment.sky, b.environment.sky) && sameBits(a.environment.ground, b.environment.ground) &&
-           sameBits(a.environment.background, b.environment.background) && a.detailed == b.detailed &&
+           sameBits(a.environment.background, b.environment.background) && a.environment.image == b.environment.image &&
+           a.environment.strength == b.environment.strength && a.environment.turn == b.environment.turn &&
+           a.environment.showImage == b.environment.showImage && a.detailed == b.detailed &&
            a.coated == b.coated;
 }
 

@@ -22,6 +22,7 @@ Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene
         painted.again = false;
         painted.draw = clockNow() - culled;
         painted.skipped = renderer.lastCounts().skipped;
+        painted.trouble = renderer.lastCounts().trouble;
         painted.lightsLeftOut = renderer.lastCounts().lightsLeftOut;
     }
     last_ = painted;

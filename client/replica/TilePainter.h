@@ -16,6 +16,7 @@ struct PaintedTile {
     Duration cull{}, draw{};
     CullCounts counts;          ///< of what the picture shows
     std::uint64_t skipped = 0;  ///< items that cannot be drawn, of what it shows
+    std::string trouble;              ///< why the surroundings' image is not used
     std::uint64_t lightsLeftOut = 0;  ///< of the scene: more than can be drawn
 };
 

@@ -57,6 +57,11 @@ public:
         set<Environment>(id, fieldId<&Environment::background>, background);
         addNode(id);
     }
+    void addEnvironment(const Environment& environment) {
+        const ObjectId id = create<Environment>();
+        setAllFields(list_, id, Object::of(environment));
+        addNode(id);
+    }
     /// Only what is emitted can be seen: no ambient light, and a lamp without power, since a scene without lamps is
     /// given some.
     void setDark(const Vec3f& background = Vec3f::Zero()) {
