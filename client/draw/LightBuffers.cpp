@@ -3,6 +3,11 @@
 #include <algorithm>
 
 namespace tessera {
+namespace {
+
+constexpr std::size_t kTexelsOfView = 6;  ///< ShadowMaps::texels
+
+}  // namespace
 
 LightBuffers::LightBuffers(const GlFunctions& gl) : gl_(gl) {
     for (GLuint* buffer : {&lightBuffer_, &listBuffer_}) gl_.CreateBuffers(1, buffer);
@@ -18,18 +23,28 @@ LightBuffers::~LightBuffers() {
     for (const GLuint* buffer : {&lightBuffer_, &listBuffer_}) gl_.DeleteBuffers(1, buffer);
 }
 
-LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCamera& camera) {
-    clusters_.collect(lights, camera);
-    const std::vector<LightTexels>& texels = clusters_.lights();
-    gl_.NamedBufferData(lightBuffer_, static_cast<GLsizeiptr>(texels.size() * sizeof texels[0]), texels.data(),
+LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCamera& camera,
+                               std::span<const std::array<float, 4>> shadowViews) {
+    clusters_.collect(lights, camera, !shadowViews.empty());
+    texels_.clear();
+    const auto add = [&](const LightTexels& light) { texels_.insert(texels_.end(), {light.place, light.radiance, light.cone}); };
+    for (const LightTexels& light : clusters_.lights()) add(light);
+    const std::size_t shadowed = clusters_.shadowed().size();
+    for (std::size_t i = 0; i < shadowed; ++i) {
+        add(clusters_.shadowed()[i]);
+        const auto view = shadowViews.subspan(i * kTexelsOfView, kTexelsOfView);
+        texels_.insert(texels_.end(), view.begin(), view.end());
+    }
+    gl_.NamedBufferData(lightBuffer_, static_cast<GLsizeiptr>(texels_.size() * sizeof texels_[0]), texels_.data(),
                         GL_STREAM_DRAW);
     gl_.TextureBuffer(lightTexture_, GL_RGBA32F, lightBuffer_);
+    if (shadowed > 0) return LightLists::kShadows;
     return clusters_.hasLists() ? LightLists::kClusters : LightLists::kNone;
 }
 
 std::array<float, 4> LightBuffers::beginCell(const ScreenCamera& cell, const PixelRect& scissor) {
     const auto everywhere = static_cast<float>(clusters_.everywhere());
-    if (!clusters_.hasLists()) return {0, 0, everywhere, std::max(everywhere, 1.0f)};
+    if (!clusters_.hasLists() && clusters_.shadowed().empty()) return {0, 0, everywhere, std::max(everywhere, 1.0f)};
     clusters_.assign(cell, scissor);
     const std::vector<std::uint32_t>& lists = clusters_.lists();
     gl_.NamedBufferData(listBuffer_, static_cast<GLsizeiptr>(lists.size() * sizeof lists[0]), lists.data(),

@@ -16,7 +16,13 @@ public:
     LightBuffers(const LightBuffers&) = delete;
     LightBuffers& operator=(const LightBuffers&) = delete;
 
-    [[nodiscard]] LightLists begin(std::span<const LightItem> lights, const ScreenCamera& camera);
+    /// `shadowViews`: what ShadowMaps says of the lights with shadows; none: they have none.
+    [[nodiscard]] LightLists begin(std::span<const LightItem> lights, const ScreenCamera& camera,
+                                   std::span<const std::array<float, 4>> shadowViews);
+    /// Where shaders find the lights with shadows, in texels; how many there are.
+    [[nodiscard]] std::array<float, 2> shadowed() const {
+        return {static_cast<float>(3 * clusters_.lights().size()), static_cast<float>(clusters_.shadowed().size())};
+    }
     /// Uploads the cell's lists; what FrameBlock::slices says.
     [[nodiscard]] std::array<float, 4> beginCell(const ScreenCamera& cell, const PixelRect& scissor);
     void bind(GLuint lightUnit, GLuint listUnit) const;
@@ -25,6 +31,7 @@ public:
 private:
     const GlFunctions& gl_;
     LightClusters clusters_;
+    std::vector<std::array<float, 4>> texels_;
     GLuint lightBuffer_ = 0, listBuffer_ = 0, lightTexture_ = 0, listTexture_ = 0;
 };
 

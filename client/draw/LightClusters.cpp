@@ -38,7 +38,7 @@ std::array<float, 4> coneOf(const LightItem& light, const Mat3d& eye_R_world) {
 
 }  // namespace
 
-void LightClusters::collect(std::span<const LightItem> lights, const ScreenCamera& camera) {
+void LightClusters::collect(std::span<const LightItem> lights, const ScreenCamera& camera, bool shadowed) {
     lights = lights.first(std::min(lights.size(), DrawList::kMaxLights));
     lights_.clear();
     spheres_.clear();
@@ -48,19 +48,25 @@ void LightClusters::collect(std::span<const LightItem> lights, const ScreenCamer
     const auto hasRange = [](const LightItem& light) {
         return light.kind != LightItem::Kind::kDirectional && light.range > 0;
     };
-    for (const LightItem& light : lights) {
-        if (hasRange(light)) continue;
+    const auto texelsOf = [&](const LightItem& light) -> LightTexels {
         if (light.kind == LightItem::Kind::kDirectional) {
             const Vec3d towards = (eye_R_world * -light.direction).normalized();
-            lights_.push_back({asTexel(towards, 0), brightness(light.radiance, 1, 0), {0, 0, 0, 1}});
-        } else {
-            lights_.push_back({asTexel(camera.eye_T_world * light.position, 1),
-                               brightness(light.radiance, scale * scale, 0), coneOf(light, eye_R_world)});
+            return {asTexel(towards, 0), brightness(light.radiance, 1, 0), {0, 0, 0, 1}};
         }
+        return {asTexel(camera.eye_T_world * light.position, 1),
+                brightness(light.radiance, scale * scale, hasRange(light) ? 1 / (light.range * scale) : 0),
+                coneOf(light, eye_R_world)};
+    };
+    shadowed_.clear();
+    for (const LightItem& light : lights) {
+        if (shadowed && light.shadows)
+            shadowed_.push_back(texelsOf(light));
+        else if (!hasRange(light))
+            lights_.push_back(texelsOf(light));
     }
     everywhere_ = lights_.size();
     for (const LightItem& light : lights) {
-        if (!hasRange(light)) continue;
+        if (!hasRange(light) || (shadowed && light.shadows)) continue;
         const Vec3d place = camera.eye_T_world * light.position;
         const double range = light.range * scale;
         Sphere sphere{place, range, static_cast<std::uint32_t>(lights_.size())};
@@ -74,8 +80,7 @@ void LightClusters::collect(std::span<const LightItem> lights, const ScreenCamer
             sphere.radius += 2e-3 * range;
         }
         sphere.radius += kSizeMargin * range + kDistanceMargin * sphere.center.norm();
-        lights_.push_back({asTexel(place, 1), brightness(light.radiance, scale * scale, 1 / range),
-                           coneOf(light, eye_R_world)});
+        lights_.push_back(texelsOf(light));
         if (sphere.center.allFinite() && std::isfinite(sphere.radius)) spheres_.push_back(sphere);
     }
     lights_.push_back({{0, 0, 1, 0}, {0, 0, 0, 0}, {0, 0, 0, 1}});

@@ -31,10 +31,13 @@ public:
     static constexpr int kSidePx = 64, kSlices = 32;
 
     /// For a whole frame. Takes the first DrawList::kMaxLights.
-    void collect(std::span<const LightItem> lights, const ScreenCamera& camera);
+    /// Of those with shadows, if `shadowed`, there is a list of their own; otherwise they are lights as others.
+    void collect(std::span<const LightItem> lights, const ScreenCamera& camera, bool shadowed = false);
     /// For a cell, and of it the rectangle, in the cell's pixels, on multiples of kSidePx.
     void assign(const ScreenCamera& cell, const PixelRect& scissor);
 
+    /// Those with shadows, in the list's order. No cluster names them.
+    [[nodiscard]] const std::vector<LightTexels>& shadowed() const { return shadowed_; }
     /// Those without a range in the list's order, then the others in the list's order, then one that is dark.
     [[nodiscard]] const std::vector<LightTexels>& lights() const { return lights_; }
     /// How many of them are everybody's.
@@ -67,7 +70,7 @@ private:
     [[nodiscard]] bool fill();
     void shareOneList();
 
-    std::vector<LightTexels> lights_;
+    std::vector<LightTexels> lights_, shadowed_;
     std::vector<Sphere> spheres_;
     std::vector<std::uint32_t> visible_;  ///< of the spheres, in order: those that the rectangle may see
     std::vector<std::uint32_t> counts_, lists_;

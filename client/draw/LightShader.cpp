@@ -98,6 +98,30 @@ void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone) {
 #endif
 }
 
+#if LIGHTS == 2
+layout(binding = 12) uniform sampler2DShadow shadowMaps;
+// How much of a light arrives: `at` is the first texel of its view (ShadowMaps.h). Four taps of four pixels each. Looked for
+// a little above the surface, by pixels of the map, so that it does not shade itself (Holbert 2011, "Saying goodbye to
+// shadow acne"); beyond the map's edge everything arrives.
+float arrives(int at, vec3 position, vec3 n, vec3 towards) {
+    vec4 row0 = texelFetch(lightTexels, at), row1 = texelFetch(lightTexels, at + 1);
+    vec4 row2 = texelFetch(lightTexels, at + 2), row3 = texelFetch(lightTexels, at + 3);
+    vec2 size = texelFetch(lightTexels, at + 4).xy;
+    vec4 inside = texelFetch(lightTexels, at + 5);
+    float pixel = size.x + size.y * max(dot(row3, vec4(position, 1.0)), 0.0);
+    float slope = sqrt(max(1.0 - dot(n, towards) * dot(n, towards), 0.0));
+    vec4 p = vec4(position + pixel * ((0.5 + 1.5 * slope) * n + 1.0 * towards), 1.0);
+    float w = dot(row3, p);
+    vec3 q = vec3(dot(row0, p), dot(row1, p), dot(row2, p)) / max(w, 1e-6);
+    q.z = clamp(q.z, 0.0, 1.0);
+    vec2 tap = 0.75 * shadows.zw;
+    float sum = textureLod(shadowMaps, q + vec3(-tap.x, -tap.y, 0.0), 0.0) + textureLod(shadowMaps, q + vec3(tap.x, -tap.y, 0.0), 0.0) +
+                textureLod(shadowMaps, q + vec3(-tap.x, tap.y, 0.0), 0.0) + textureLod(shadowMaps, q + vec3(tap.x, tap.y, 0.0), 0.0);
+    bool known = w > 1e-6 && all(greaterThan(q.xy, inside.xy)) && all(lessThan(q.xy, inside.zw));
+    return known ? 0.25 * sum : 1.0;
+}
+#endif
+
 /// Diffusely and specularly reflected radiance towards the eye, for a surface with a unit normal in eye space.
 /// `occlusion`: the share of the surroundings' light that arrives. `coat`: of lacquer over it (KHR_materials_clearcoat), and
 /// its roughness.
@@ -131,6 +155,16 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
     lit.coatAlpha = coatRoughness * coatRoughness;
     lit.coatAlpha2 = lit.coatAlpha * lit.coatAlpha;
     lit.coat = occlusion * environmentFactor(vec3(0.04), coatRoughness, nv) * environment(rWorld, coatRoughness);
+#endif
+#if LIGHTS == 2
+    uint one = 0u;
+    do {
+        int at = int(shadows.x) + 9 * int(one);
+        vec4 place = texelFetch(lightTexels, at), radiance = texelFetch(lightTexels, at + 1);
+        vec3 towards = normalize(place.xyz - position * place.w);
+        radiance.rgb *= arrives(at + 3, position, n, towards);
+        addLight(lit, place, radiance, texelFetch(lightTexels, at + 2));
+    } while (++one < uint(shadows.y));
 #endif
     // One light at least (LightClusters.h): a loop without a test at its start, because a software rasteriser would go
     // through it once more, with nothing to do.

@@ -25,7 +25,7 @@ Expected<GLuint> compile(const GlFunctions& gl, GLenum stage, const std::string&
 
 bool readsSurface(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
-    return kind.use == Use::kSurface || kind.use == Use::kBlend || (kind.use == Use::kNodeIds && kind.masked);
+    return kind.use == Use::kSurface || kind.use == Use::kBlend || ((kind.use == Use::kNodeIds || kind.use == Use::kShadow) && kind.masked);
 }
 
 /// Version, switches and blocks: the same in front of both stages.
@@ -65,6 +65,8 @@ std::string fragmentOf(const ProgramKind& kind) {
             return std::string(shader_text::kReadSurface) + shader_text::kSpreadFragment;
         case Use::kResolve:
             return shader_text::kResolveFragment;
+        case Use::kShadow:
+            return (kind.masked ? shader_text::kSurface : "") + std::string(shader_text::kShadowFragment);
         case Use::kNodeIds:
             return (kind.masked ? shader_text::kSurface : "") + std::string(shader_text::kNodeIdFragment);
     }

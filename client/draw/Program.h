@@ -20,8 +20,9 @@ struct FrameBlock {
     /// Scale and offset of LightClusters' slices; how many lights are everybody's, and that or 1.
     std::array<float, 4> slices;
     SurroundingsBlock surroundings;
+    std::array<float, 4> shadows;  ///< LightBuffers::shadowed; the size of a pixel of ShadowMaps' texture, of all of it
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16);
 
 /// One drawn item; std140, padded to the largest alignment that GL may ask for. A range of uniforms per draw call costs
 /// a microsecond, attributes or a storage buffer cost time per vertex.
@@ -72,8 +73,10 @@ inline constexpr std::size_t kMaxMaterials = 1 << 14;
 enum class LightLists : std::uint8_t {
     kNone,      ///< all that there are are everybody's
     kClusters,  ///< in its cluster's list
+    kShadows,   ///< there, and among those that have shadows
 };
-inline constexpr std::array<LightLists, 2> kAllLightLists = {LightLists::kNone, LightLists::kClusters};
+inline constexpr std::array<LightLists, 3> kAllLightLists = {LightLists::kNone, LightLists::kClusters,
+                                                             LightLists::kShadows};
 
 /// What a program is for, and what distinguishes those for the same thing.
 struct ProgramKind {
@@ -86,6 +89,7 @@ struct ProgramKind {
         kSpread,
         kResolve,  ///< after it: samples to the picture
         kNodeIds,
+        kShadow,  ///< what a light sees: depth alone
     } use = Use::kSurface;
     // Of what draws items.
     std::uint8_t maps = 0;  ///< bits of ImageMap

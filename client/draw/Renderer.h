@@ -29,6 +29,7 @@ struct DrawCounts {
     std::uint64_t triangles = 0;   ///< given to GL, in each cell
     std::uint64_t untextured = 0;  ///< drawn without their image, which is absent or not of its size
     std::uint64_t lightsLeftOut = 0;  ///< beyond DrawList::kMaxLights
+    std::uint64_t shadowsLeftOut = 0; ///< lights that ask for shadows and get none (DrawList::shadowsLeftOut)
     std::string trouble;              ///< why the surroundings' image is not used; empty: it is, or there is none
     std::uint64_t programs = 0;       ///< compiled since the renderer was made
 };

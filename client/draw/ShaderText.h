@@ -31,5 +31,7 @@ extern const char kSpreadFragment[];
 extern const char kResolveFragment[];
 /// MASKED: after kSurface.
 extern const char kNodeIdFragment[];
+/// The same without any colour.
+extern const char kShadowFragment[];
 
 }  // namespace tessera::shader_text

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -42,18 +43,24 @@ struct LightItem {
     Vec3f radiance = Vec3f::Ones();     ///< colour × intensity
     float range = 0;
     float innerAngle = 0, outerAngle = 0;  ///< of a spot: radians from its axis
+    bool shadows = false;  ///< of one directional light and kMaxShadowSpots spots at most
 };
+
+struct ShadowCasters;  // ShadowCasters.h
 
 struct DrawList {
     std::vector<DrawItem> opaque;       ///< front to back
     std::vector<DrawItem> transparent;  ///< back to front
     std::vector<LightItem> lights;      ///< in document order, at most kMaxLights
     std::uint64_t lightsLeftOut = 0;    ///< of the scene, beyond those
+    std::uint64_t shadowsLeftOut = 0;   ///< lights that ask for shadows, beyond those that get some
+    /// Null: nobody has shadows. Another one as soon as anything in the scene is another.
+    std::shared_ptr<const ShadowCasters> casters;
     Environment environment;
     // Of the scene, the same on every tile: a pixel may be computed otherwise where one of them is set.
     bool detailed = false;  ///< images of some material say more than its colour and its normals
     bool coated = false;    ///< some material has lacquer
-    static constexpr std::size_t kMaxLights = 65536;
+    static constexpr std::size_t kMaxLights = 65536, kMaxShadowSpots = 8;
 };
 
 /// Whether the lists name the same things in the same places, to the bit: they draw the same picture then, as long as

@@ -24,32 +24,6 @@ bool fartherFirst(const Ranked& a, const Ranked& b) {
     return std::tie(b.depth, a.node) < std::tie(a.depth, b.node);
 }
 
-/// Items whose box is not wholly outside; what a box is inside of is not tested again below it.
-void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found) {
-    if (scene.tree.empty()) return;
-    struct Open {
-        std::uint32_t node;
-        Frustum::Mask mask;
-    };
-    std::vector<Open> open{{BoxTree::kRoot, Frustum::kAllPlanes}};
-    while (!open.empty()) {
-        const auto [index, mask] = open.back();
-        open.pop_back();
-        const BoxTree::Node& node = scene.tree.node(index);
-        const Frustum::Result result = mask == 0 ? Frustum::Result{} : frustum.classify(node.box, mask);
-        if (result.outside) continue;
-        if (!node.leaf) {
-            open.push_back({node.below[1], result.undecided});
-            open.push_back({node.below[0], result.undecided});
-            continue;
-        }
-        for (const std::uint32_t item : node.items()) {
-            if (result.undecided == 0 || !frustum.classify(scene.boxes[item], result.undecided).outside)
-                found.push_back(item);
-        }
-    }
-}
-
 /// When to look for what is hidden. Where some looks one after the other have not paid, the next one comes after a pause, and
 /// after ever longer ones: in a scene that hides nothing that costs a hundredth of one look a frame.
 class LookingHabit {
@@ -76,6 +50,32 @@ private:
 };
 
 }  // namespace
+
+// What a box is inside of is not tested again below it.
+void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found) {
+    if (scene.tree.empty()) return;
+    struct Open {
+        std::uint32_t node;
+        Frustum::Mask mask;
+    };
+    std::vector<Open> open{{BoxTree::kRoot, Frustum::kAllPlanes}};
+    while (!open.empty()) {
+        const auto [index, mask] = open.back();
+        open.pop_back();
+        const BoxTree::Node& node = scene.tree.node(index);
+        const Frustum::Result result = mask == 0 ? Frustum::Result{} : frustum.classify(node.box, mask);
+        if (result.outside) continue;
+        if (!node.leaf) {
+            open.push_back({node.below[1], result.undecided});
+            open.push_back({node.below[0], result.undecided});
+            continue;
+        }
+        for (const std::uint32_t item : node.items()) {
+            if (result.undecided == 0 || !frustum.classify(scene.boxes[item], result.undecided).outside)
+                found.push_back(item);
+        }
+    }
+}
 
 struct RenderAction::Impl {
     CullerKind kind = CullerKind::kAuto;
@@ -139,12 +139,7 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
         result.reserve(ranking.size());
         for (const Ranked& ranked : ranking) {
             const SceneItem& item = scene.items[ranked.item];
-            DrawItem& drawn = result.emplace_back(DrawItem{.node = item.node,
-                                                           .geometry = item.geometry,
-                                                           .material = item.material,
-                                                           .world_T_item = scene.places[item.place].world_T_node,
-                                                           .mirrored = item.mirrored,
-                                                           .lineWidth = item.lineWidth});
+            DrawItem& drawn = result.emplace_back(scene.drawItem(ranked.item));
             // `none` leaves nothing away anywhere: what others are compared with.
             if (kind == CullerKind::kNone) continue;
             drawn.box = scene.boxes[ranked.item];
@@ -157,6 +152,8 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
     result.transparent = drawItems(transparent);
     result.lights = scene.lights;
     result.lightsLeftOut = scene.lightsLeftOut;
+    result.shadowsLeftOut = scene.shadowsLeftOut;
+    result.casters = scene.shadowCasters();
     result.environment = scene.environment;
     result.detailed = scene.detailedItems > 0;
     result.coated = scene.coatedItems > 0;

@@ -242,6 +242,14 @@ void RenderScene::Impl::refreshLights() {
         lights.push_back(lightAt(place));
     }
     lightsLeftOut = shownLights_.size() - lights.size();
+    std::size_t suns = 0, spots = 0;
+    shadowsLeftOut = 0;
+    for (LightItem& light : lights) {
+        if (!light.shadows) continue;
+        const bool spot = light.kind == LightItem::Kind::kSpot;
+        light.shadows = spot ? ++spots <= DrawList::kMaxShadowSpots : ++suns <= 1;
+        if (!light.shadows) ++shadowsLeftOut;
+    }
     if (attachedLights_ == 0) lights = defaultLights();
     const auto first = shownEnvironments_.begin();
     ++work_;
@@ -261,6 +269,7 @@ LightItem RenderScene::Impl::lightAt(std::uint32_t slot) const {
     light.range = source.range;
     light.innerAngle = source.innerAngle;
     light.outerAngle = source.outerAngle;
+    light.shadows = source.shadows;
     return light;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <set>
 #include <unordered_map>
 #include <vector>
@@ -84,6 +85,11 @@ struct RenderScene::Impl {
     std::vector<LightItem> lights;
     std::uint64_t lightsLeftOut = 0;  ///< shown, and beyond DrawList::kMaxLights
     Environment environment;
+    std::uint64_t shadowsLeftOut = 0;
+    /// Null where no light has shadows. Made anew once for each version.
+    [[nodiscard]] std::shared_ptr<const ShadowCasters> shadowCasters() const;
+    /// Without its box and its clusters.
+    [[nodiscard]] DrawItem drawItem(std::uint32_t item) const;
     std::size_t detailedItems = 0, coatedItems = 0;
     /// Items by the reach of their lines, see `lineReachPx`.
     std::array<std::size_t, kWidestReachPx + 1> linesByReach{};
@@ -153,6 +159,8 @@ private:
     std::unordered_map<std::uint32_t, OrderedPlaces::iterator> standing_;
     std::size_t attachedLights_ = 0;  ///< hidden ones counted
     bool lightsStale_ = false;
+    mutable std::shared_ptr<const ShadowCasters> casters_;
+    mutable SceneVersion castersOf_;
 
     // Of the update that runs.
     std::vector<std::uint32_t> dirty_;
@@ -165,6 +173,9 @@ private:
     std::uint32_t update_ = 0;
     mutable std::uint64_t work_ = 0;
 };
+
+/// Appends the items whose box is not wholly outside.
+void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found);
 
 /// The light of a scene that brings none: three directional lights that are fixed in the world.
 [[nodiscard]] std::vector<LightItem> defaultLights();

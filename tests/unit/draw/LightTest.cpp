@@ -208,7 +208,7 @@ TEST_F(LightTest, OthersAreShownWithoutCompilingAnything) {
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
         std::uint64_t programs = 0;
-        for (int step = 0; step < 6; ++step) {
+        for (int step = 0; step < 7; ++step) {
             TestScene scene;
             Material gloss, glass;
             gloss.clearcoat = 1;
@@ -218,7 +218,8 @@ TEST_F(LightTest, OthersAreShownWithoutCompilingAnything) {
             if (step > 0) scene.addDirectionalLight(-Vec3d::UnitZ(), Vec3f::Ones(), 0.5f);
             for (int i = 0; step > 1 && i < step * step * step; ++i)
                 scene.addPointLight({0.1 * i, 1, 1}, Vec3f::Ones(), 0.1f, step > 2 ? 2.5f : 0);
-            if (step > 3) scene.addSpotLight({0, 2, 0}, -Vec3d::UnitY(), Vec3f::Ones(), 3, 0.2f, 0.6f, 5);
+            if (step > 3) scene.addSpotLight({0, 2, 0}, -Vec3d::UnitY(), Vec3f::Ones(), 3, 0.2f, 0.6f, 5, step > 4);
+            if (step == 6) scene.addDirectionalLight(-Vec3d::UnitY(), Vec3f::Ones(), 1, true);
             (void)draw(scene);
             if (step == 0) programs = renderer_->lastCounts().programs;
             EXPECT_EQ(renderer_->lastCounts().programs, programs) << "step " << step;
