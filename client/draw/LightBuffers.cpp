@@ -1,13 +1,10 @@
 #include "client/draw/LightBuffers.h"
 
+#include "client/draw/ShadowMaps.h"
+
 #include <algorithm>
 
 namespace tessera {
-namespace {
-
-constexpr std::size_t kTexelsOfView = 6;  ///< ShadowMaps::texels
-
-}  // namespace
 
 LightBuffers::LightBuffers(const GlFunctions& gl) : gl_(gl) {
     for (GLuint* buffer : {&lightBuffer_, &listBuffer_}) gl_.CreateBuffers(1, buffer);
@@ -32,7 +29,7 @@ LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCa
     const std::size_t shadowed = clusters_.shadowed().size();
     for (std::size_t i = 0; i < shadowed; ++i) {
         add(clusters_.shadowed()[i]);
-        const auto view = shadowViews.subspan(i * kTexelsOfView, kTexelsOfView);
+        const auto view = shadowViews.subspan(i * ShadowMaps::kTexels, ShadowMaps::kTexels);
         texels_.insert(texels_.end(), view.begin(), view.end());
     }
     gl_.NamedBufferData(lightBuffer_, static_cast<GLsizeiptr>(texels_.size() * sizeof texels_[0]), texels_.data(),

@@ -104,6 +104,13 @@ layout(binding = 12) uniform sampler2DShadow shadowMaps;
 // a little above the surface, by pixels of the map, so that it does not shade itself (Holbert 2011, "Saying goodbye to
 // shadow acne"); beyond the map's edge everything arrives.
 float arrives(int at, vec3 position, vec3 n, vec3 towards) {
+    // The second of its two views is the finer one, where it knows the place.
+    vec4 here = vec4(position, 1.0);
+    vec2 place = vec2(dot(texelFetch(lightTexels, at + 6), here), dot(texelFetch(lightTexels, at + 7), here)) /
+                 max(dot(texelFetch(lightTexels, at + 9), here), 1e-6);
+    vec4 fine = texelFetch(lightTexels, at + 11);
+    bool finely = all(greaterThan(place, mix(fine.xy, fine.zw, 0.01))) && all(lessThan(place, mix(fine.zw, fine.xy, 0.01)));
+    at += finely ? 6 : 0;
     vec4 row0 = texelFetch(lightTexels, at), row1 = texelFetch(lightTexels, at + 1);
     vec4 row2 = texelFetch(lightTexels, at + 2), row3 = texelFetch(lightTexels, at + 3);
     vec2 size = texelFetch(lightTexels, at + 4).xy;
@@ -159,7 +166,7 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
 #if LIGHTS == 2
     uint one = 0u;
     do {
-        int at = int(shadows.x) + 9 * int(one);
+        int at = int(shadows.x) + 15 * int(one);
         vec4 place = texelFetch(lightTexels, at), radiance = texelFetch(lightTexels, at + 1);
         vec3 towards = normalize(place.xyz - position * place.w);
         radiance.rgb *= arrives(at + 3, position, n, towards);

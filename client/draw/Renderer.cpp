@@ -82,7 +82,7 @@ struct Renderer::Impl {
                                            TileBuffers& buffers);
     /// What is to be drawn of a list, seen from here.
     void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera);
-    [[nodiscard]] Expected<void> drawShadows(const Aspect& aspect, const ShadowCasters& casters);
+    [[nodiscard]] Expected<void> drawShadows(const Aspect& aspect, std::size_t index);
     void setUp(const FrameBlock& block, const PixelRect& viewport, GLuint framebuffer);
     [[nodiscard]] Expected<void> drawCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell);
     /// Into rows of `rect`, from below.
@@ -182,10 +182,10 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     scene = {.detail = list.detailed,
              .coated = list.coated,
              .samples = options.samples};
-    const auto views = shadows.begin(list.casters);
-    if (!views) return tl::unexpected(views.error());
-    if (*views)
-        if (auto drawn = drawShadows(aspect, *list.casters); !drawn) return drawn;
+    const auto stale = shadows.begin(list.casters);
+    if (!stale) return tl::unexpected(stale.error());
+    for (const std::size_t view : *stale)
+        if (auto drawn = drawShadows(aspect, view); !drawn) return drawn;
     collect(aspect, list, camera);
     triangles = 0;
     lightsLeftOut = list.lightsLeftOut;
@@ -211,24 +211,22 @@ void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const S
 }
 
 /// Once for all tiles and frames that show the scene as it is now.
-Expected<void> Renderer::Impl::drawShadows(const Aspect& aspect, const ShadowCasters& casters) {
+Expected<void> Renderer::Impl::drawShadows(const Aspect& aspect, std::size_t index) {
+    const ShadowView& view = shadows.view(index);
     DrawList seen;
-    for (std::size_t i = 0; i < casters.views.size(); ++i) {
-        const ShadowView& view = casters.views[i];
-        seen.opaque = view.items;
-        collect(aspect, seen, view.camera);
-        inCell.clear();
-        runs.clear();
-        for (const DrawCall& call : calls.calls()) {
-            const auto first = static_cast<std::uint32_t>(runs.size());
-            runs.push_back({0, call.mesh.indexCount / 3});
-            inCell.push_back({first, first + 1});
-        }
-        scissor = shadows.place(i);
-        setUp(makeFrameBlock(seen, view.camera), scissor, shadows.framebuffer());
-        if (auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kShadow); !drawn) return drawn;
+    seen.opaque = view.items;
+    collect(aspect, seen, view.camera);
+    inCell.clear();
+    runs.clear();
+    for (const DrawCall& call : calls.calls()) {
+        const auto first = static_cast<std::uint32_t>(runs.size());
+        runs.push_back({0, call.mesh.indexCount / 3});
+        inCell.push_back({first, first + 1});
     }
-    shadows.drawn();
+    scissor = shadows.place(index);
+    setUp(makeFrameBlock(seen, view.camera), scissor, shadows.framebuffer());
+    if (auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kShadow); !drawn) return drawn;
+    shadows.setDrawn(index);
     return {};
 }
 

@@ -85,7 +85,7 @@ struct RenderAction::Impl {
     std::vector<Ranked> opaque, transparent;
 
     void rank(const RenderScene::Impl& scene, const ScreenCamera& camera);
-    [[nodiscard]] DrawList list(const RenderScene::Impl& scene) const;
+    [[nodiscard]] DrawList list(const RenderScene::Impl& scene, const ScreenCamera& camera) const;
 };
 
 RenderAction::RenderAction(CullerKind kind) : impl_(std::make_unique<Impl>()) {
@@ -115,7 +115,7 @@ DrawList RenderAction::run(const RenderScene& scene, const ScreenCamera& camera,
     if (counts) *counts = count;
 
     impl_->rank(all, camera);
-    return impl_->list(all);
+    return impl_->list(all, camera);
 }
 
 // The order looks at the screen's camera and the item alone: not at the tile, the culler or what else is there.
@@ -133,7 +133,7 @@ void RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera
     std::sort(transparent.begin(), transparent.end(), fartherFirst);
 }
 
-DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
+DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCamera& camera) const {
     const auto drawItems = [&](const std::vector<Ranked>& ranking) {
         std::vector<DrawItem> result;
         result.reserve(ranking.size());
@@ -153,7 +153,7 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene) const {
     result.lights = scene.lights;
     result.lightsLeftOut = scene.lightsLeftOut;
     result.shadowsLeftOut = scene.shadowsLeftOut;
-    result.casters = scene.shadowCasters();
+    result.casters = scene.shadowCasters(camera);
     result.environment = scene.environment;
     result.detailed = scene.detailedItems > 0;
     result.coated = scene.coatedItems > 0;

@@ -10,6 +10,7 @@
 #include "client/render/BoxTree.h"
 #include "client/render/RenderAction.h"
 #include "client/render/SceneEffects.h"
+#include "client/render/ShadowCasters.h"
 #include "client/render/SceneLooks.h"
 
 namespace tessera {
@@ -86,8 +87,8 @@ struct RenderScene::Impl {
     std::uint64_t lightsLeftOut = 0;  ///< shown, and beyond DrawList::kMaxLights
     Environment environment;
     std::uint64_t shadowsLeftOut = 0;
-    /// Null where no light has shadows. Made anew once for each version.
-    [[nodiscard]] std::shared_ptr<const ShadowCasters> shadowCasters() const;
+    /// For the tiles of a screen; null where no light has shadows. The one before, as long as nothing of it is another.
+    [[nodiscard]] std::shared_ptr<const ShadowCasters> shadowCasters(const ScreenCamera& screen) const;
     /// Without its box and its clusters.
     [[nodiscard]] DrawItem drawItem(std::uint32_t item) const;
     std::size_t detailedItems = 0, coatedItems = 0;
@@ -120,6 +121,9 @@ private:
     void finish();
     void refreshLights();
     [[nodiscard]] LightItem lightAt(std::uint32_t place) const;
+
+    // ShadowCasters.cpp
+    [[nodiscard]] std::shared_ptr<const ShadowView> shadowView(const ScreenCamera& camera, const std::shared_ptr<const ShadowView>& before) const;
 
     // ScenePlaces.cpp: what is to be known of a place, from its parent down.
     void settleAll(bool treeChanged);

@@ -1,6 +1,7 @@
 #include "client/render/ShadowCasters.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "client/render/SceneItems.h"
@@ -67,24 +68,59 @@ ScreenCamera shadowCamera(const LightItem& light, const Box& scene) {
     return light.kind == LightItem::Kind::kSpot ? spotCamera(light, scene) : sunCamera(light, scene);
 }
 
-std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters() const {
-    if (castersOf_ == version) return casters_;
-    castersOf_ = version;
-    casters_.reset();
-    const Box bounds = tree.bounds();
-    if (bounds.empty()) return casters_;
-    auto casters = std::make_shared<ShadowCasters>();
+std::optional<ScreenCamera> nearShadowCamera(const ScreenCamera& sun, const ScreenCamera& screen) {
+    // A ball around the eye and the corners of what it sees at that distance: of one size, however the eye turns.
+    const Affine3d world_T_eye = screen.eye_T_world.inverse();
+    const Mat4d eye_T_clip = screen.clip_T_eye.inverse();
+    std::array<Vec3d, 5> corners{world_T_eye.translation()};
+    Vec3d center = Vec3d::Zero();
+    for (std::size_t i = 0; i < 4; ++i) {
+        const Vec4d seen = eye_T_clip * Vec4d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, 0, 1);
+        const Vec3d towards = seen.head<3>() / seen.w();
+        corners[i + 1] = world_T_eye * Vec3d(towards * (kNearMetres / -towards.z()));
+        center += 0.25 * corners[i + 1];
+    }
+    center = 0.45 * corners[0] + 0.55 * center;
+    double radius = 0;
+    for (const Vec3d& corner : corners) radius = std::max(radius, (corner - center).norm());
+    const double side = roundedUp(2 * radius * 1.0001), step = side / 16, reach = 0.5 * side + 0.75 * step;
+    if (!(reach * sun.clip_T_eye(0, 0) < 0.7)) return std::nullopt;
+    ScreenCamera camera = sun;
+    Vec3d at = sun.eye_T_world.linear() * center;
+    for (int i = 0; i < 2; ++i) camera.eye_T_world.translation()[i] = -step * std::floor(at[i] / step + 0.5);
+    camera.clip_T_eye(0, 0) = camera.clip_T_eye(1, 1) = 1 / reach;
+    return camera;
+}
+
+/// The view as it was, where that is of the same scene and of the same camera.
+std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCamera& camera, const std::shared_ptr<const ShadowView>& before) const {
+    if (before && castersOf_ == version && drawAlike(camera, before->camera)) return before;
+    auto view = std::make_shared<ShadowView>(ShadowView{camera, {}});
     std::vector<std::uint32_t> found;
+    const PixelRect all{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
+    collectInFrustum(*this, tileFrustum(camera, all), found);
+    for (const std::uint32_t i : found)
+        if (!items[i].transparent && items[i].lineWidth == 0) view->items.push_back(drawItem(i));
+    return view;
+}
+
+std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const ScreenCamera& screen) const {
+    const Box bounds = tree.bounds();
+    const bool any = std::any_of(lights.begin(), lights.end(), [](const LightItem& light) { return light.shadows; });
+    if (!any || bounds.empty()) return casters_ = nullptr;
+    auto now = std::make_shared<ShadowCasters>();
+    const auto before = [&](std::size_t i) { return casters_ && i < casters_->views.size() ? casters_->views[i] : nullptr; };
     for (const LightItem& light : lights) {
         if (!light.shadows) continue;
-        ShadowView& view = casters->views.emplace_back(ShadowView{shadowCamera(light, bounds), {}});
-        found.clear();
-        collectInFrustum(*this, tileFrustum(view.camera, {.x = 0, .y = 0, .width = view.camera.pixels.width, .height = view.camera.pixels.height}),
-                         found);
-        for (const std::uint32_t i : found)
-            if (!items[i].transparent && items[i].lineWidth == 0) view.items.push_back(drawItem(i));
+        const ScreenCamera camera = shadowCamera(light, bounds);
+        if (light.kind == LightItem::Kind::kDirectional) {
+            now->nearOf = now->views.size();
+            if (const auto near = nearShadowCamera(camera, screen)) now->near = shadowView(*near, casters_ ? casters_->near : nullptr);
+        }
+        now->views.push_back(shadowView(camera, before(now->views.size())));
     }
-    if (!casters->views.empty()) casters_ = std::move(casters);
+    castersOf_ = version;
+    if (!casters_ || casters_->views != now->views || casters_->near != now->near) casters_ = std::move(now);
     return casters_;
 }
 
