@@ -81,6 +81,24 @@ bool coversScreen(ProgramKind::Use use) {
 
 }  // namespace
 
+bool isLit(ProgramKind::Use use) {
+    using Use = ProgramKind::Use;
+    return use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
+}
+
+ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment) {
+    kind.lists = lists;
+    kind.environment = environment;
+    return kind;
+}
+
+ProgramKind shadowOf(const ProgramKind& surface) {
+    ProgramKind kind{.use = ProgramKind::Use::kShadow, .masked = surface.masked};
+    if (surface.masked) kind.maps = surface.maps & bitOf(ImageMap::kBaseColor);
+    kind.look = surface.masked;
+    return kind;
+}
+
 Expected<Program> Program::create(const GlFunctions& gl, const ProgramKind& kind) {
     const std::string head = headOf(kind);
     const auto vertex = compile(

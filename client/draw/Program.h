@@ -106,6 +106,13 @@ struct ProgramKind {
     auto operator<=>(const ProgramKind&) const = default;
 };
 
+/// Whether light is computed in it.
+[[nodiscard]] bool isLit(ProgramKind::Use use);
+/// The same for other lights, or other surroundings.
+[[nodiscard]] ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment);
+/// Of a surface: what draws the same thing as a light sees it.
+[[nodiscard]] ProgramKind shadowOf(const ProgramKind& surface);
+
 /// One linked program; destroyed with the renderer, on the surface's thread.
 class Program {
 public:

@@ -42,17 +42,6 @@ Expected<void> checkRect(const ScreenCamera& camera, const PixelRect& r) {
     return {};
 }
 
-bool isLit(ProgramKind::Use use) {
-    using Use = ProgramKind::Use;
-    return use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
-}
-
-ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment) {
-    kind.lists = lists;
-    kind.environment = environment;
-    return kind;
-}
-
 Picture toPicture(const std::vector<std::uint8_t>& rgba, int widthPx, int heightPx) {
     Picture picture{.widthPx = widthPx, .heightPx = heightPx, .rgb = {}};
     const auto width = static_cast<std::size_t>(widthPx);
@@ -395,9 +384,7 @@ Expected<void> Renderer::Impl::drawOverScreen(const ProgramKind& kind) {
 }
 
 Expected<void> Renderer::Impl::prepareForShadows(const ProgramKind& kind) {
-    ProgramKind cast{.use = ProgramKind::Use::kShadow, .masked = kind.masked};
-    if (kind.masked) cast.maps = kind.maps & bitOf(ImageMap::kBaseColor);
-    cast.look = kind.masked;
+    const ProgramKind cast = shadowOf(kind);
     if (kind.lines || !prepared.insert(cast).second) return {};
     gl.BindFramebuffer(GL_FRAMEBUFFER, shadows.framebuffer());
     gl.Scissor(0, 0, 0, 0);
