@@ -194,40 +194,21 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
     // Metres per world unit: a wall may stand in a world of any scale.
     const double scale = std::cbrt(std::abs(camera.eye_T_world.linear().determinant()));
     const Mat3d eye_R_world = camera.eye_T_world.linear() / (scale > 0 ? scale : 1.0);
+    const Mat3d world_R_eye =
+        Eigen::AngleAxisd(list.environment.image ? -list.environment.turn : 0.0, Vec3d::UnitY()).toRotationMatrix() *
+        eye_R_world.transpose();
     const Mat4d clip_T_eye = reversedDepth(camera.clip_T_eye);
     FrameBlock block{};
     block.clip_T_eye = columnsOf(clip_T_eye);
     block.eye_T_clip = columnsOf(clip_T_eye.inverse());
     for (int i = 0; i < 3; ++i) {
-        const Vec3d row = eye_R_world.col(i);
+        const Vec3d row = world_R_eye.row(i);
         block.world_R_eye[static_cast<std::size_t>(i)] = four(row.cast<float>(), 0);
     }
     block.sky = four(list.environment.sky, 0);
     block.ground = four(list.environment.ground, 0);
     block.clipPerPixel = {2.0f / static_cast<float>(camera.pixels.width),
                           2.0f / static_cast<float>(camera.pixels.height), 0, 0};
-    for (std::size_t i = 0; i < std::min(list.lights.size(), DrawList::kMaxLights); ++i) {
-        const LightItem& light = list.lights[i];
-        if (light.kind == LightItem::Kind::kDirectional) {
-            const Vec3d towards = (eye_R_world * -light.direction).normalized();
-            block.lights[i] = {
-                .place = four(towards.cast<float>(), 0), .radiance = four(light.radiance, 0), .cone = {0, 0, 0, 1}};
-        } else {
-            const Vec3d position = camera.eye_T_world * light.position;
-            const Vec3f atOneMetre = light.radiance * static_cast<float>(scale * scale);
-            const float inverseRange = light.range > 0 ? static_cast<float>(1.0 / (light.range * scale)) : 0.0f;
-            block.lights[i] = {.place = four(position.cast<float>(), 1),
-                               .radiance = four(atOneMetre, inverseRange),
-                               .cone = {0, 0, 0, 1}};
-            if (light.kind == LightItem::Kind::kSpot) {
-                // As KHR_lights_punctual computes it; the difference is bounded, so that equal angles make an edge.
-                const double outer = std::cos(light.outerAngle);
-                const double slope = 1 / std::max(1e-3, std::cos(light.innerAngle) - outer);
-                const Vec3d axis = (eye_R_world * light.direction).normalized() * slope;
-                block.lights[i].cone = four(axis.cast<float>(), static_cast<float>(-outer * slope));
-            }
-        }
-    }
     return block;
 }
 

@@ -52,7 +52,7 @@ std::vector<MeshVertex> interleave(const VertexArrays& arrays, const ByteRange& 
 
 constexpr std::uint64_t kVerticesPerLine = 4, kIndicesPerLine = 6;
 
-/// Four vertices a line, as ShaderText.cpp wants them: each end twice, with the other end as its normal and the side in the
+/// Four vertices a line, as SurfaceShader.cpp wants them: each end twice, with the other end as its normal and the side in the
 /// second texture coordinate.
 std::vector<MeshVertex> cornersOfLines(const MeshArrays& arrays, std::span<const std::uint32_t> ends) {
     const std::vector<MeshVertex> vertices =

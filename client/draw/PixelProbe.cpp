@@ -1,8 +1,7 @@
 /// The small lit test image by which hosts find out whether their pixels are the same.
 ///
 /// Everything in it is written down as numbers: a mesh made with sine and cosine would compare the machines' C
-/// libraries. Every kind of program is used once, so that it is compiled before the first frame (the scene's number of
-/// lights excepted).
+/// libraries. Every kind of program is used once, so that it is compiled before the first frame.
 #include "client/draw/Renderer.h"
 #include "common/scene/FieldTable.h"
 

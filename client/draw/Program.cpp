@@ -25,7 +25,7 @@ Expected<GLuint> compile(const GlFunctions& gl, GLenum stage, const std::string&
 
 bool readsSurface(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
-    return kind.use == Use::kSurface || kind.use == Use::kBlend || (kind.use == Use::kNodeIds && kind.masked);
+    return kind.use == Use::kSurface || kind.use == Use::kBlend || ((kind.use == Use::kNodeIds || kind.use == Use::kShadow) && kind.masked);
 }
 
 /// What is drawn over the whole screen lies there: where the depth test compares it with what kClassify has written.
@@ -48,19 +48,14 @@ std::string headOf(const ProgramKind& kind) {
     define(kind.masked, "MASKED");
     define(kind.detail, "DETAIL");
     define(kind.coated, "COATED");
+    define(kind.environment, "ENVIRONMENT");
     define(kind.use == Use::kLightRest, "REST");
     define(kind.use == Use::kLightOne, "ONE_SURFACE");
     define(kind.use == Use::kClassify, "BACKGROUND");
     head += fmt::format("#define SCREEN_DEPTH {}\n", screenDepthOf(kind.use));
     if (kind.look) head += fmt::format("#define MAPS {}\n", kind.maps);
-    head += fmt::format("#define SAMPLES {}\n#define FOR_EACH_LIGHT", kind.samples);
-    for (std::size_t i = 0; i < kind.lightCount; ++i)
-        head += kind.spots >> i & 1
-                    ? fmt::format(" addLight(lit, lights[{0}].place, lights[{0}].radiance * vec4(vec3(coneOf(lights[{0}], "
-                                  "lit.position)), 1.0));",
-                                  i)
-                    : fmt::format(" addLight(lit, lights[{0}].place, lights[{0}].radiance);", i);
-    return head + "\n" + shader_text::kBlocks;
+    head += fmt::format("#define SAMPLES {}\n#define LIGHTS {}\n", kind.samples, static_cast<int>(kind.lists));
+    return head + shader_text::kBlocks;
 }
 
 std::string fragmentOf(const ProgramKind& kind) {
@@ -73,15 +68,17 @@ std::string fragmentOf(const ProgramKind& kind) {
         case Use::kLightOne:
         case Use::kLight:
         case Use::kLightRest:
-            return std::string(shader_text::kLighting) + shader_text::kReadSurface + shader_text::kLightFragment;
+            return std::string(shader_text::kLighting) + shader_text::kToneMapping + shader_text::kReadSurface + shader_text::kLightFragment;
         case Use::kBlend:
-            return std::string(shader_text::kLighting) + shader_text::kSurface + shader_text::kBlendFragment;
+            return std::string(shader_text::kLighting) + shader_text::kToneMapping + shader_text::kSurface + shader_text::kBlendFragment;
         case Use::kCopy:
             return shader_text::kCopyFragment;
         case Use::kSpread:
             return std::string(shader_text::kReadSurface) + shader_text::kSpreadFragment;
         case Use::kResolve:
             return shader_text::kResolveFragment;
+        case Use::kShadow:
+            return (kind.masked ? shader_text::kSurface : "") + std::string(shader_text::kShadowFragment);
         case Use::kNodeIds:
             return (kind.masked ? shader_text::kSurface : "") + std::string(shader_text::kNodeIdFragment);
         case Use::kDepth:
@@ -100,9 +97,10 @@ std::string vertexOf(const ProgramKind& kind) {
         case Use::kBlend:
         case Use::kNodeIds:
         case Use::kDepth:
+        case Use::kShadow:
             return shader_text::kMeshVertex;
         case Use::kClassify:
-            return std::string(shader_text::kLighting) + shader_text::kScreenVertex;
+            return std::string(shader_text::kToneMapping) + shader_text::kScreenVertex;
         case Use::kLightOne:
         case Use::kLight:
         case Use::kLightRest:
@@ -118,6 +116,24 @@ std::string vertexOf(const ProgramKind& kind) {
 }
 
 }  // namespace
+
+bool isLit(ProgramKind::Use use) {
+    using Use = ProgramKind::Use;
+    return use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
+}
+
+ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment) {
+    kind.lists = lists;
+    kind.environment = environment;
+    return kind;
+}
+
+ProgramKind shadowOf(const ProgramKind& surface) {
+    ProgramKind kind{.use = ProgramKind::Use::kShadow, .masked = surface.masked};
+    if (surface.masked) kind.maps = surface.maps & bitOf(ImageMap::kBaseColor);
+    kind.look = surface.masked;
+    return kind;
+}
 
 Expected<Program> Program::create(const GlFunctions& gl, const ProgramKind& kind) {
     const std::string head = headOf(kind);

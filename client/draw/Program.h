@@ -4,27 +4,25 @@
 #include <array>
 #include <string>
 
+#include "client/draw/EnvironmentTexture.h"
 #include "client/draw/GlFunctions.h"
 
 namespace tessera {
 
 /// What all items of one draw share; std140.
 struct FrameBlock {
-    struct Light {
-        std::array<float, 4> place;     ///< eye space, metres: position and 1, or direction towards the light and 0
-        std::array<float, 4> radiance;  ///< rgb at one metre; w: 1 / range in metres, 0 for unlimited
-        /// Of a spot: its axis in eye space times s, and o, so that cos · s + o goes from 0 at the outer angle to 1 at the
-        /// inner one. Of others: 0 0 0 1.
-        std::array<float, 4> cone;
-    };
     std::array<float, 16> clip_T_eye;  ///< columns; depth 1 at the near plane, 0 at the far one
     std::array<float, 16> eye_T_clip;
-    std::array<std::array<float, 4>, 3> world_R_eye;  ///< rows
+    /// Rows. Where the surroundings are a picture, turned as that is.
+    std::array<std::array<float, 4>, 3> world_R_eye;
     std::array<float, 4> sky, ground;
     std::array<float, 4> clipPerPixel;  ///< 2 / width, 2 / height
-    std::array<Light, 16> lights;
+    /// Scale and offset of LightClusters' slices; how many lights are everybody's, and that or 1.
+    std::array<float, 4> slices;
+    SurroundingsBlock surroundings;
+    std::array<float, 4> shadows;  ///< LightBuffers::shadowed; the size of a pixel of ShadowMaps' texture, of all of it
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 * 48);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16);
 
 /// One drawn item; std140, padded to the largest alignment that GL may ask for. A range of uniforms per draw call costs
 /// a microsecond, attributes or a storage buffer cost time per vertex.
@@ -71,6 +69,15 @@ struct MaterialTexels {
 };
 inline constexpr std::size_t kMaxMaterials = 1 << 14;
 
+/// Where a program looks for lights.
+enum class LightLists : std::uint8_t {
+    kNone,      ///< all that there are are everybody's
+    kClusters,  ///< in its cluster's list
+    kShadows,   ///< there, and among those that have shadows
+};
+inline constexpr std::array<LightLists, 3> kAllLightLists = {LightLists::kNone, LightLists::kClusters,
+                                                             LightLists::kShadows};
+
 /// What a program is for, and what distinguishes those for the same thing.
 struct ProgramKind {
     enum class Use : std::uint8_t {
@@ -87,6 +94,7 @@ struct ProgramKind {
         kDepth,     ///< of what cullers hide things with
         kPlates,    ///< what they ask for
         kFarthest,  ///< of a pixel's samples
+        kShadow,  ///< what a light sees: depth alone
     } use = Use::kSurface;
     // Of what draws items.
     std::uint8_t maps = 0;  ///< bits of ImageMap
@@ -97,11 +105,18 @@ struct ProgramKind {
     // Of whole scenes: the same on every tile.
     bool detail = false;         ///< images say more than colours and normals: 64 bits more of each sample
     bool coated = false;         ///< something has lacquer
+    LightLists lists = LightLists::kNone;
+    bool environment = false;  ///< light from everywhere is a picture's
     int samples = 1;             ///< of those that read samples, or choose some
-    std::size_t lightCount = 0;  ///< a count that is not a constant would cost a read per lane and light
-    std::uint32_t spots = 0;     ///< bits: which of the lights have a cone
     auto operator<=>(const ProgramKind&) const = default;
 };
+
+/// Whether light is computed in it.
+[[nodiscard]] bool isLit(ProgramKind::Use use);
+/// The same for other lights, or other surroundings.
+[[nodiscard]] ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment);
+/// Of a surface: what draws the same thing as a light sees it.
+[[nodiscard]] ProgramKind shadowOf(const ProgramKind& surface);
 
 /// One linked program; destroyed with the renderer, on the surface's thread.
 class Program {

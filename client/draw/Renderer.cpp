@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
+#include <set>
 
 #include "client/draw/DepthQueries.h"
 #include "client/draw/DrawCalls.h"
+#include "client/draw/LightBuffers.h"
 #include "client/draw/ScreenCells.h"
+#include "client/draw/ShadowMaps.h"
 #include "client/draw/TileBuffers.h"
 
 namespace tessera {
@@ -17,8 +20,10 @@ namespace {
 /// A tile's scissor lies on this grid: it is the software rasteriser's own, and makes seams exact.
 constexpr int kGridPx = 64;
 
-// Texture units, as ShaderText.cpp has them: those of materials are no others', as a sampler stays bound to its unit.
-constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageMaps;
+// Texture units, as the shaders have them: those of materials are no others', as a sampler stays bound to its unit.
+constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageMaps,
+                 kLightUnit = kDetailUnit + 1, kListUnit = kLightUnit + 1,
+                 kSurroundingsUnit = kListUnit + 1, kShadowUnit = kSurroundingsUnit + 1;
 
 /// The tile's rectangle grown outwards to the grid.
 PixelRect grownToGrid(const PixelRect& r) {
@@ -70,6 +75,10 @@ struct Renderer::Impl {
                                        const PixelRect& rect);
     [[nodiscard]] Expected<void> beginCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell,
                                            TileBuffers& buffers);
+    /// What is to be drawn of a list, seen from here.
+    void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera);
+    [[nodiscard]] Expected<void> drawShadows(const Aspect& aspect, std::size_t index);
+    void setUp(const FrameBlock& block, const PixelRect& viewport, GLuint framebuffer);
     [[nodiscard]] Expected<void> drawCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell);
     /// Into rows of `rect`, from below.
     void readBack(GLuint framebuffer, const CellPart& cell, const PixelRect& rect, GLenum format, GLenum type,
@@ -82,6 +91,9 @@ struct Renderer::Impl {
     [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind::Use use);
     void bindLook(std::uint32_t index, std::uint8_t maps);
     [[nodiscard]] Expected<void> drawOverScreen(const ProgramKind& kind);
+    /// Compiles, for all that is set now, what the next draw would need if the scene's lights were others.
+    [[nodiscard]] Expected<void> prepareForShadows(const ProgramKind& kind);
+    [[nodiscard]] Expected<void> prepareForOtherLights(const ProgramKind& kind);
     [[nodiscard]] Expected<void> lightSurfaces();
     [[nodiscard]] Expected<void> copyToSamples();
     [[nodiscard]] Expected<void> blendTransparent();
@@ -93,11 +105,15 @@ struct Renderer::Impl {
     GlFunctions gl;
     RendererOptions options;
     std::map<ProgramKind, Program> programs;  ///< made when first needed
+    std::set<ProgramKind> prepared;           ///< `otherwiseLit`: made for all lights
     GLuint vertexArray = 0, emptyArray = 0;
     GLuint itemBuffer = 0, sortedBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
     TileBuffers tile, ids;
+    LightBuffers lights;
+    EnvironmentTexture surroundings;
+    ShadowMaps shadows;
     std::unique_ptr<DepthQueries> depths;  ///< made when a culler asks
 
     // Of the list being drawn.
@@ -111,8 +127,9 @@ struct Renderer::Impl {
     std::vector<GLsizei> counts;
     std::vector<const void*> offsets;
     std::vector<GLint> baseVertices;
-    std::uint64_t triangles = 0;
+    std::uint64_t triangles = 0, lightsLeftOut = 0, shadowsLeftOut = 0;
     PixelRect scissor;
+    GLuint surfacesNow = 0;  ///< the framebuffer that `setUp` has bound
     ProgramKind scene;  ///< what all programs of the list share
 };
 
@@ -122,7 +139,10 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
       options(o),
       textures(gl, o.textureBudgetBytes),
       tile(gl, o.samples),
-      ids(gl, 1) {
+      ids(gl, 1),
+      lights(gl),
+      surroundings(gl),
+      shadows(gl) {
     gl.CreateVertexArrays(1, &vertexArray);
     gl.CreateVertexArrays(1, &emptyArray);
     for (GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.CreateBuffers(1, buffer);
@@ -158,13 +178,23 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     if (auto current = surface.makeCurrent(); !current) return current;
     scene = {.detail = list.detailed,
              .coated = list.coated,
-             .samples = options.samples,
-             .lightCount = std::min(list.lights.size(), DrawList::kMaxLights)};
-    for (std::size_t i = 0; i < scene.lightCount; ++i)
-        if (list.lights[i].kind == LightItem::Kind::kSpot) scene.spots |= std::uint32_t{1} << i;
-    calls.collect(aspect, list, camera, *meshes, textures);
+             .samples = options.samples};
+    const auto stale = shadows.begin(list.casters);
+    if (!stale) return tl::unexpected(stale.error());
+    for (const std::size_t view : *stale)
+        if (auto drawn = drawShadows(aspect, view); !drawn) return drawn;
+    collect(aspect, list, camera);
     triangles = 0;
+    lightsLeftOut = list.lightsLeftOut;
+    shadowsLeftOut = list.shadowsLeftOut;
+    lights.clusters().setEverywhere(!options.clusterLights);
+    scene.lists = lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : std::vector<std::array<float, 4>>());
+    scene.environment = surroundings.begin(aspect, list.environment);
+    return {};
+}
 
+void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera) {
+    calls.collect(aspect, list, camera, *meshes, textures);
     const auto upload = [this](GLuint buffer, const auto& values) {
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
                            GL_STREAM_DRAW);
@@ -176,7 +206,42 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     if (!calls.sortedIndices().empty()) upload(sortedBuffer, calls.sortedIndices());
     upload(materialBuffer, calls.materials());
     gl.TextureBuffer(materialTexture, GL_RGBA32F, materialBuffer);
+}
+
+/// Once for all tiles and frames that show the scene as it is now.
+Expected<void> Renderer::Impl::drawShadows(const Aspect& aspect, std::size_t index) {
+    const ShadowView& view = shadows.view(index);
+    DrawList seen;
+    seen.opaque = view.items;
+    collect(aspect, seen, view.camera);
+    inCell.clear();
+    runs.clear();
+    for (const DrawCall& call : calls.calls()) {
+        const auto first = static_cast<std::uint32_t>(runs.size());
+        runs.push_back({0, call.mesh.indexCount / 3});
+        inCell.push_back({first, first + 1});
+    }
+    scissor = shadows.place(index);
+    setUp(makeFrameBlock(seen, view.camera), scissor, shadows.framebuffer());
+    if (auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kShadow); !drawn) return drawn;
+    shadows.setDrawn(index);
     return {};
+}
+
+void Renderer::Impl::setUp(const FrameBlock& block, const PixelRect& viewport, GLuint framebuffer) {
+    gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer);
+    gl.Viewport(viewport.x, viewport.y, viewport.width, viewport.height);
+    gl.Enable(GL_SCISSOR_TEST);
+    gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
+    gl.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.DepthFunc(GL_GREATER);
+    gl.DepthMask(GL_TRUE);
+    gl.Disable(GL_BLEND);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, surfacesNow = framebuffer);
+    const float farthest = 0;
+    gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
 }
 
 Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell,
@@ -210,25 +275,18 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
         inCell.push_back({first, static_cast<std::uint32_t>(runs.size())});
     }
 
-    const FrameBlock block = makeFrameBlock(list, cell.camera);
-    gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer);
-    // The whole cell's viewport for every tile that shares in it; only the scissor is the tile's own.
-    gl.Viewport(0, 0, cell.camera.pixels.width, cell.camera.pixels.height);
-    gl.Enable(GL_SCISSOR_TEST);
-    gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
-    gl.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-    gl.Enable(GL_DEPTH_TEST);
-    gl.DepthFunc(GL_GREATER);
-    gl.DepthMask(GL_TRUE);
-    gl.Disable(GL_BLEND);
+    FrameBlock block = makeFrameBlock(list, cell.camera);
+    block.slices = lights.beginCell(cell.camera, scissor);
+    block.surroundings = surroundings.block();
+    const auto [from, count] = lights.shadowed();
+    const auto [pixelWidth, pixelHeight] = shadows.pixelSize();
+    block.shadows = {from, count, pixelWidth, pixelHeight};
     const bool detailed = scene.detail && &buffers == &tile;
     const auto framebuffer = detailed ? buffers.detailedSurfaces() : buffers.surfaces();
     if (!framebuffer) return tl::unexpected(framebuffer.error());
-    gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
-    const float farthest = 0;
+    // The whole cell's viewport for every tile that shares in it; only the scissor is the tile's own.
+    setUp(block, {.x = 0, .y = 0, .width = cell.camera.pixels.width, .height = cell.camera.pixels.height}, *framebuffer);
     const std::array<GLuint, 4> nothing{};
-    gl.ClearNamedFramebufferfv(*framebuffer, GL_DEPTH, 0, &farthest);
     for (GLint i = 0; i < (detailed ? 2 : 1); ++i)
         gl.ClearNamedFramebufferuiv(*framebuffer, GL_COLOR, i, nothing.data());
     return {};
@@ -255,14 +313,13 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
     using Use = ProgramKind::Use;
     ProgramKind kind{.use = use};
     const bool lightsSurfaces = use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest;
-    const bool lights = lightsSurfaces || use == Use::kBlend;
-    if (lights) {
+    if (isLit(use)) {
         kind.coated = scene.coated;
-        kind.lightCount = scene.lightCount;
-        kind.spots = scene.spots;
+        kind.lists = scene.lists;
+        kind.environment = scene.environment;
     }
     if (use == Use::kSurface || use == Use::kClassify || lightsSurfaces) kind.detail = scene.detail;
-    if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kCopy)
+    if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kShadow && use != Use::kCopy)
         kind.samples = options.samples;
     return kind;
 }
@@ -273,7 +330,7 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
     ProgramKind kind = kindOf(use);
     kind.lines = call.item->lineWidth > 0;
     kind.masked = look.masked && use != Use::kBlend;
-    if (use == Use::kNodeIds) {
+    if (use == Use::kNodeIds || use == Use::kShadow) {
         if (kind.masked) kind.maps = look.mapBits & bitOf(ImageMap::kBaseColor);
     } else {
         kind.maps = look.mapBits;
@@ -296,13 +353,16 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
         const DrawCall& call = calls.calls()[i];
         const DrawLook& look = calls.lookOf(call);
         const ProgramKind wanted = kindOf(use, call);
-        if (!before || wanted != kind)
+        const bool another = !before || wanted != kind;
+        if (another)
             if (auto used = useProgram(wanted); !used) return used;
         if (wanted.look && (!before || !kind.look || kind.maps != wanted.maps || before->look != call.look))
             bindLook(call.look, wanted.maps);
         kind = wanted;
+        // What turns its back to a light stands in its way all the same.
+        const bool bothSides = look.doubleSided || use == ProgramKind::Use::kShadow;
         if (!before || calls.lookOf(*before).doubleSided != look.doubleSided)
-            look.doubleSided ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
+            bothSides ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
         if (!before || before->mirrored != call.mirrored) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
         before = &call;
         gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer, static_cast<GLintptr>(call.block * sizeof(ItemBlock)),
@@ -311,6 +371,8 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
         if (sorted != sortedBound) gl.VertexArrayElementBuffer(vertexArray, sorted ? sortedBuffer : meshes->indexBuffer());
         sortedBound = sorted;
         const std::size_t firstIndex = sorted ? call.firstSorted : call.mesh.firstIndex;
+        if (another)
+            if (auto ready = prepareForOtherLights(kind); !ready) return ready;
         counts.clear();
         offsets.clear();
         for (std::uint32_t k = span.first; k < span.end; ++k) {
@@ -342,8 +404,39 @@ Expected<void> Renderer::Impl::drawOverScreen(const ProgramKind& kind) {
     if (auto used = useProgram(kind); !used) return used;
     gl.BindVertexArray(emptyArray);
     gl.Disable(GL_CULL_FACE);
+    if (auto ready = prepareForOtherLights(kind); !ready) return ready;
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
     return {};
+}
+
+Expected<void> Renderer::Impl::prepareForShadows(const ProgramKind& kind) {
+    const ProgramKind cast = shadowOf(kind);
+    if (kind.lines || !prepared.insert(cast).second) return {};
+    gl.BindFramebuffer(GL_FRAMEBUFFER, shadows.framebuffer());
+    gl.Scissor(0, 0, 0, 0);
+    if (auto used = useProgram(cast); !used) return used;
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, surfacesNow);
+    return useProgram(kind);
+}
+
+/// A software rasteriser compiles when it first draws with a state: here into an empty rectangle.
+Expected<void> Renderer::Impl::prepareForOtherLights(const ProgramKind& kind) {
+    if (kind.use == ProgramKind::Use::kSurface) return prepareForShadows(kind);
+    if (!isLit(kind.use)) return {};
+    if (!prepared.insert(otherwiseLit(kind, LightLists::kNone, false)).second) return {};
+    gl.Scissor(0, 0, 0, 0);
+    for (const LightLists lists : kAllLightLists) {
+        for (const bool environment : {false, true}) {
+            const ProgramKind other = otherwiseLit(kind, lists, environment);
+            if (other == kind) continue;
+            if (auto used = useProgram(other); !used) return used;
+            gl.DrawArrays(GL_TRIANGLES, 0, 3);
+        }
+    }
+    gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
+    return useProgram(kind);
 }
 
 /// Each pixel is lit once, however many surfaces were drawn into it, and once more where its samples show different
@@ -386,6 +479,9 @@ void Renderer::Impl::bindSurfaces() {
     gl.BindTextureUnit(1, tile.depthTexture());
     gl.BindTextureUnit(2, materialTexture);
     if (scene.detail) gl.BindTextureUnit(kDetailUnit, tile.detailTexture());
+    lights.bind(kLightUnit, kListUnit);
+    surroundings.bind(kSurroundingsUnit);
+    shadows.bind(kShadowUnit);
 }
 
 bool Renderer::Impl::blends() const {
@@ -517,6 +613,10 @@ VisibilityDevice& Renderer::visibility(const Aspect& aspect) {
 DrawCounts Renderer::lastCounts() const {
     DrawCounts counts = impl_->calls.counts();
     counts.triangles = impl_->triangles;
+    counts.lightsLeftOut = impl_->lightsLeftOut;
+    counts.shadowsLeftOut = impl_->shadowsLeftOut;
+    counts.trouble = impl_->surroundings.trouble();
+    counts.programs = impl_->programs.size();
     return counts;
 }
 std::size_t Renderer::residentBytes() const {
@@ -524,7 +624,7 @@ std::size_t Renderer::residentBytes() const {
 }
 
 std::size_t Renderer::bufferBytes() const {
-    return impl_->tile.bytes() + impl_->ids.bytes() + (impl_->depths ? impl_->depths->bytes() : 0);
+    return impl_->tile.bytes() + impl_->ids.bytes() + impl_->shadows.bytes() + (impl_->depths ? impl_->depths->bytes() : 0);
 }
 
 std::uint64_t Renderer::uploadedMeshBytes() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "client/draw/Surface.h"
@@ -18,6 +19,8 @@ struct RendererOptions {
     /// What is not drawn for a while gives way above these; what one frame needs is always there.
     std::size_t meshBudgetBytes = std::size_t{1} << 30;
     std::size_t textureBudgetBytes = std::size_t{1} << 30;
+    /// False: every pixel looks at every light. The same picture, to the bit, and slow: what clusters are tested against.
+    bool clusterLights = true;
 };
 
 /// What became of the last list drawn.
@@ -26,6 +29,10 @@ struct DrawCounts {
     std::uint64_t skipped = 0;     ///< geometry gone, its arrays absent, or refused by checkMesh
     std::uint64_t triangles = 0;   ///< given to GL, in each cell
     std::uint64_t untextured = 0;  ///< drawn without their image, which is absent or not of its size
+    std::uint64_t lightsLeftOut = 0;  ///< beyond DrawList::kMaxLights
+    std::uint64_t shadowsLeftOut = 0; ///< lights that ask for shadows and get none (DrawList::shadowsLeftOut)
+    std::string trouble;              ///< why the surroundings' image is not used; empty: it is, or there is none
+    std::uint64_t programs = 0;       ///< compiled since the renderer was made
 };
 
 /// GL resources of one surface; lives on the surface's thread.

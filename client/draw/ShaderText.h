@@ -14,14 +14,18 @@ extern const char kSurface[];
 /// First pass of what is solid: material, colour and normal of each sample, packed into 64 bits; DETAIL: and into 64 more
 /// what images say besides. MASKED: by alpha. SAMPLES.
 extern const char kPackFragment[];
-/// Light: environment, lights, tone, encoding. Needs FOR_EACH_LIGHT. COATED: lacquer.
+/// Light: environment, lights of the cluster. COATED: lacquer.
 extern const char kLighting[];
-/// A triangle around the whole screen.
+/// From radiance to what a screen shows.
+extern const char kToneMapping[];
+/// A triangle around the whole screen, at SCREEN_DEPTH. BACKGROUND: after kToneMapping, with its colour.
 extern const char kScreenVertex[];
 /// What the first pass has packed. SAMPLES, DETAIL.
 extern const char kReadSurface[];
-/// Second pass, after these two: light on what the samples of a pixel show. SAMPLES; REST for the surfaces of a pixel beside its first.
+/// Second pass, after kReadSurface: what is to be done in a pixel, as its depth. SAMPLES, DETAIL.
 extern const char kClassifyFragment[];
+/// After kLighting, kToneMapping, kReadSurface: light on what the samples of a pixel show. SAMPLES; ONE_SURFACE where they all
+/// show the same; REST for the surfaces of a pixel beside its first.
 extern const char kLightFragment[];
 /// What is transparent: surface and light in one.
 extern const char kBlendFragment[];
@@ -32,6 +36,8 @@ extern const char kSpreadFragment[];
 extern const char kResolveFragment[];
 /// MASKED: after kSurface.
 extern const char kNodeIdFragment[];
+/// The same without any colour.
+extern const char kShadowFragment[];
 // DepthShaderText.cpp: what cullers ask.
 /// Nothing but depth.
 extern const char kDepthFragment[];

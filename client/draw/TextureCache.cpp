@@ -11,7 +11,8 @@ namespace {
 constexpr std::int64_t kMaxTextureSidePx = 16384;
 
 bool hasItsSize(const Image& image) {
-    return image.pixels.resident() && image.widthPx > 0 && image.heightPx > 0 && image.widthPx <= kMaxTextureSidePx &&
+    // Shared exponents are for surroundings.
+    return image.encoding == Image::kSrgb && image.pixels.resident() && image.widthPx > 0 && image.heightPx > 0 && image.widthPx <= kMaxTextureSidePx &&
            image.heightPx <= kMaxTextureSidePx &&
            image.pixels.sizeBytes() == static_cast<std::uint64_t>(image.widthPx * image.heightPx) * 4;
 }

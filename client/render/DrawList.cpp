@@ -18,7 +18,7 @@ bool same(const DrawItem& a, const DrawItem& b) {
 }
 
 bool same(const LightItem& a, const LightItem& b) {
-    return a.kind == b.kind && a.range == b.range && a.innerAngle == b.innerAngle && a.outerAngle == b.outerAngle &&
+    return a.kind == b.kind && a.range == b.range && a.innerAngle == b.innerAngle && a.outerAngle == b.outerAngle && a.shadows == b.shadows &&
            sameBits(a.position, b.position) &&
            sameBits(a.direction, b.direction) && sameBits(a.radiance, b.radiance);
 }
@@ -31,10 +31,12 @@ bool same(const std::vector<Item>& a, const std::vector<Item>& b) {
 }  // namespace
 
 bool drawAlike(const DrawList& a, const DrawList& b) {
-    return same(a.opaque, b.opaque) && same(a.transparent, b.transparent) &&
+    return a.casters == b.casters && same(a.opaque, b.opaque) && same(a.transparent, b.transparent) &&
            a.sortedTriangles == b.sortedTriangles && same(a.lights, b.lights) &&
            sameBits(a.environment.sky, b.environment.sky) && sameBits(a.environment.ground, b.environment.ground) &&
-           sameBits(a.environment.background, b.environment.background) && a.detailed == b.detailed &&
+           sameBits(a.environment.background, b.environment.background) && a.environment.image == b.environment.image &&
+           a.environment.strength == b.environment.strength && a.environment.turn == b.environment.turn &&
+           a.environment.showImage == b.environment.showImage && a.detailed == b.detailed &&
            a.coated == b.coated;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -45,7 +46,10 @@ struct LightItem {
     Vec3f radiance = Vec3f::Ones();     ///< colour × intensity
     float range = 0;
     float innerAngle = 0, outerAngle = 0;  ///< of a spot: radians from its axis
+    bool shadows = false;  ///< of one directional light and kMaxShadowSpots spots at most
 };
+
+struct ShadowCasters;  // ShadowCasters.h
 
 struct DrawList {
     std::vector<DrawItem> opaque;       ///< front to back
@@ -53,11 +57,15 @@ struct DrawList {
     std::vector<std::uint32_t> sortedTriangles;  ///< of transparent items: their numbers in the item's mesh
     std::vector<std::uint64_t> hiddenClusters;  ///< a bit per cluster of those items that have some; left away
     std::vector<LightItem> lights;      ///< in document order, at most kMaxLights
+    std::uint64_t lightsLeftOut = 0;    ///< of the scene, beyond those
+    std::uint64_t shadowsLeftOut = 0;   ///< lights that ask for shadows, beyond those that get some
+    /// Null: nobody has shadows. Another one as soon as anything in the scene is another.
+    std::shared_ptr<const ShadowCasters> casters;
     Environment environment;
     // Of the scene, the same on every tile: a pixel may be computed otherwise where one of them is set.
     bool detailed = false;  ///< images of some material say more than its colour and its normals
     bool coated = false;    ///< some material has lacquer
-    static constexpr std::size_t kMaxLights = 16;
+    static constexpr std::size_t kMaxLights = 65536, kMaxShadowSpots = 8;
 
     [[nodiscard]] ClusterBits hiddenOf(const DrawItem& item) const {
         if (item.hiddenFrom == DrawItem::kNoneHidden) return {};

@@ -25,31 +25,6 @@ struct Ranked {
 bool nearerFirst(const Ranked& a, const Ranked& b) {
     return std::tie(a.depth, a.node) < std::tie(b.depth, b.node);
 }
-/// Items whose box is not wholly outside; what a box is inside of is not tested again below it.
-void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found) {
-    if (scene.tree.empty()) return;
-    struct Open {
-        std::uint32_t node;
-        Frustum::Mask mask;
-    };
-    std::vector<Open> open{{BoxTree::kRoot, Frustum::kAllPlanes}};
-    while (!open.empty()) {
-        const auto [index, mask] = open.back();
-        open.pop_back();
-        const BoxTree::Node& node = scene.tree.node(index);
-        const Frustum::Result result = mask == 0 ? Frustum::Result{} : frustum.classify(node.box, mask);
-        if (result.outside) continue;
-        if (!node.leaf) {
-            open.push_back({node.below[1], result.undecided});
-            open.push_back({node.below[0], result.undecided});
-            continue;
-        }
-        for (const std::uint32_t item : node.items()) {
-            if (result.undecided == 0 || !frustum.classify(scene.boxes[item], result.undecided).outside)
-                found.push_back(item);
-        }
-    }
-}
 
 /// When to look for what is hidden. Where some looks one after the other have not paid, the next one comes after a pause, and
 /// after ever longer ones: in a scene that hides nothing that costs a hundredth of one look a frame.
@@ -77,6 +52,32 @@ private:
 };
 
 }  // namespace
+
+// What a box is inside of is not tested again below it.
+void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found) {
+    if (scene.tree.empty()) return;
+    struct Open {
+        std::uint32_t node;
+        Frustum::Mask mask;
+    };
+    std::vector<Open> open{{BoxTree::kRoot, Frustum::kAllPlanes}};
+    while (!open.empty()) {
+        const auto [index, mask] = open.back();
+        open.pop_back();
+        const BoxTree::Node& node = scene.tree.node(index);
+        const Frustum::Result result = mask == 0 ? Frustum::Result{} : frustum.classify(node.box, mask);
+        if (result.outside) continue;
+        if (!node.leaf) {
+            open.push_back({node.below[1], result.undecided});
+            open.push_back({node.below[0], result.undecided});
+            continue;
+        }
+        for (const std::uint32_t item : node.items()) {
+            if (result.undecided == 0 || !frustum.classify(scene.boxes[item], result.undecided).outside)
+                found.push_back(item);
+        }
+    }
+}
 
 struct RenderAction::Impl {
     CullerKind kind = CullerKind::kAuto;
@@ -185,17 +186,11 @@ void RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera
 }
 
 DrawItem RenderAction::Impl::drawItem(const RenderScene::Impl& scene, std::uint32_t index) const {
-    const SceneItem& item = scene.items[index];
-    DrawItem drawn{.node = item.node,
-                   .geometry = item.geometry,
-                   .material = item.material,
-                   .world_T_item = scene.places[item.place].world_T_node,
-                   .mirrored = item.mirrored,
-                   .lineWidth = item.lineWidth};
+    DrawItem drawn = scene.drawItem(index);
     // `none` leaves nothing away anywhere: what others are compared with.
     if (kind == CullerKind::kNone) return drawn;
     drawn.box = scene.boxes[index];
-    drawn.clusters = item.mesh->clusters;
+    drawn.clusters = scene.items[index].mesh->clusters;
     drawn.hiddenFrom = masked.hiddenFrom(index);
     return drawn;
 }
@@ -210,6 +205,9 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCa
         transparentItems.push_back({drawItem(scene, ranked.item), &scene.items[ranked.item], ranked.depth});
     transparentOrder.append(scene, camera, transparentItems, result);
     result.lights = scene.lights;
+    result.lightsLeftOut = scene.lightsLeftOut;
+    result.shadowsLeftOut = scene.shadowsLeftOut;
+    result.casters = scene.shadowCasters(camera);
     result.environment = scene.environment;
     result.detailed = scene.detailedItems > 0;
     result.coated = scene.coatedItems > 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <set>
 #include <unordered_map>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "client/render/BoxTree.h"
 #include "client/render/RenderAction.h"
 #include "client/render/SceneEffects.h"
+#include "client/render/ShadowCasters.h"
 #include "client/render/SceneLooks.h"
 
 namespace tessera {
@@ -82,7 +84,13 @@ struct RenderScene::Impl {
     BoxTree tree;
     ReachCounts reaches;
     std::vector<LightItem> lights;
+    std::uint64_t lightsLeftOut = 0;  ///< shown, and beyond DrawList::kMaxLights
     Environment environment;
+    std::uint64_t shadowsLeftOut = 0;
+    /// For the tiles of a screen; null where no light has shadows. The one before, as long as nothing of it is another.
+    [[nodiscard]] std::shared_ptr<const ShadowCasters> shadowCasters(const ScreenCamera& screen) const;
+    /// Without its box and its clusters.
+    [[nodiscard]] DrawItem drawItem(std::uint32_t item) const;
     std::size_t detailedItems = 0, coatedItems = 0;
     std::uint64_t transparentTriangles = 0;
     /// Items by the reach of their lines, see `lineReachPx`.
@@ -114,6 +122,9 @@ private:
     void finish();
     void refreshLights();
     [[nodiscard]] LightItem lightAt(std::uint32_t place) const;
+
+    // ShadowCasters.cpp
+    [[nodiscard]] std::shared_ptr<const ShadowView> shadowView(const ScreenCamera& camera, const std::shared_ptr<const ShadowView>& before) const;
 
     // ScenePlaces.cpp: what is to be known of a place, from its parent down.
     void settleAll(bool treeChanged);
@@ -153,6 +164,8 @@ private:
     std::unordered_map<std::uint32_t, OrderedPlaces::iterator> standing_;
     std::size_t attachedLights_ = 0;  ///< hidden ones counted
     bool lightsStale_ = false;
+    mutable std::shared_ptr<const ShadowCasters> casters_;
+    mutable SceneVersion castersOf_;
 
     // Of the update that runs.
     std::vector<std::uint32_t> dirty_;
@@ -165,6 +178,9 @@ private:
     std::uint32_t update_ = 0;
     mutable std::uint64_t work_ = 0;
 };
+
+/// Appends the items whose box is not wholly outside.
+void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found);
 
 /// The light of a scene that brings none: three directional lights that are fixed in the world.
 [[nodiscard]] std::vector<LightItem> defaultLights();

@@ -168,7 +168,8 @@ bool RenderHost::on(const work::Draw& draw) {
     }
     sequence_ = draw.begin.list->sequence;
     std::vector<TileStats> stats;
-    std::uint64_t skipped = 0;
+    std::uint64_t skipped = 0, dark = 0;
+    std::string trouble;
     for (const auto& state : tiles_) {
         auto drawn = drawTile(*state, payload->view, frame);
         if (!drawn)
@@ -176,11 +177,19 @@ bool RenderHost::on(const work::Draw& draw) {
                            fmt::format("frame {}, tile {}: {}", frame.value, state->tile.name, drawn.error().message)});
         stats.push_back(std::move(*drawn));
         skipped += state->skipped;
+        dark = std::max(dark, state->lightsLeftOut);
+        if (!state->trouble.empty()) trouble = state->trouble;
     }
     if (skipped != skippedBefore_ && skipped > 0)
         log_.warning(fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame.value,
                                  skipped));
     skippedBefore_ = skipped;
+    if (dark != darkBefore_ && dark > 0)
+        log_.warning(fmt::format("frame {}: {} lights beyond the first {} are left out", frame.value, dark, DrawList::kMaxLights));
+    darkBefore_ = dark;
+    if (trouble != troubleBefore_ && !trouble.empty())
+        log_.warning(fmt::format("frame {}: {}; sky and ground stand in", frame.value, trouble));
+    troubleBefore_ = trouble;
     const ByteSlice encoded = encodeStats(stats);
     if (!draw.begin.list->changed() && std::ranges::all_of(tiles_, [](const auto& state) { return state->still; }))
         still_ = {.payload = draw.begin.payload, .stats = encoded};
@@ -198,6 +207,8 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
     ++state.painted;
     state.again += painted->again ? 1 : 0;
     state.skipped = painted->skipped;
+    state.trouble = painted->trouble;
+    state.lightsLeftOut = painted->lightsLeftOut;
     state.still = painted->again && painted->cull == Duration::zero();
     state.drawn = painted->picture;
     state.drawnFrame = frame;

@@ -54,6 +54,8 @@ private:
         std::optional<SharedFrameWriter> file;
         std::uint64_t painted = 0, again = 0;  ///< frames, and those of them that needed no new picture
         std::uint64_t skipped = 0;             ///< items that the picture lacks because they cannot be drawn
+        std::uint64_t lightsLeftOut = 0;
+        std::string trouble;
         bool still = false;                    ///< nothing that this tile's picture is made from has changed
     };
     /// A frame that had all its pictures already. One with the same payload and no list is the same, statistics and
@@ -108,6 +110,8 @@ private:
     std::optional<StillFrame> still_;  ///< the frame drawn last, if nothing has happened since
     std::vector<WaitingImages> waitingImages_;
     std::unique_ptr<PictureWriter> writer_;
+    std::string troubleBefore_;        ///< with the surroundings, in the frame before
+    std::uint64_t darkBefore_ = 0;     ///< lights left out in the frame before
     std::uint64_t skippedBefore_ = 0;  ///< items left away in the frame before: said once, not sixty times a second
 };
 

@@ -24,6 +24,8 @@ Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene
         painted.again = false;
         painted.draw = clockNow() - afterCull;
         painted.skipped = renderer.lastCounts().skipped;
+        painted.trouble = renderer.lastCounts().trouble;
+        painted.lightsLeftOut = renderer.lastCounts().lightsLeftOut;
     }
     last_ = painted;
     camera_ = camera;

@@ -16,6 +16,8 @@ struct PaintedTile {
     Duration cull{}, draw{};
     CullCounts counts;          ///< of what the picture shows
     std::uint64_t skipped = 0;  ///< items that cannot be drawn, of what it shows
+    std::string trouble;              ///< why the surroundings' image is not used
+    std::uint64_t lightsLeftOut = 0;  ///< of the scene: more than can be drawn
 };
 
 /// The picture before is right again when nothing that it was made from has changed: the scene (or, where that has,

@@ -11,15 +11,17 @@ struct DirectionalLight {
     static constexpr ObjectType kType{8};
     Vec3f color = Vec3f::Ones();  ///< linear RGB
     float intensity = 1.0f;
+    bool shadows = false;  ///< of the first that asks; others shine through everything
 
     [[nodiscard]] LightSource light() const {
-        return {.kind = LightSource::Kind::kDirectional, .radiance = color * intensity};
+        return {.kind = LightSource::Kind::kDirectional, .radiance = color * intensity, .shadows = shadows};
     }
 };
 template <>
 inline constexpr auto kDescription<DirectionalLight> =
     describe("DirectionalLight",
              field<&DirectionalLight::color>(1, "color").affects(Effect::kLight),
-             field<&DirectionalLight::intensity>(2, "intensity").affects(Effect::kLight));
+             field<&DirectionalLight::intensity>(2, "intensity").affects(Effect::kLight),
+             field<&DirectionalLight::shadows>(3, "shadows").affects(Effect::kLight));
 
 }  // namespace tessera

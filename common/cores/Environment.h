@@ -1,17 +1,25 @@
 /// The surroundings.
 #pragma once
 
+#include "common/cores/Image.h"
 #include "common/field/Field.h"
 
 namespace tessera {
 
-/// Light from everywhere, what is seen where nothing is, and gravity. The first one in document order is used.
+/// Light from everywhere, what is seen where nothing is, and gravity. The first one in document order is used. With an
+/// image all light from everywhere is the image's, and sky and ground give none.
 struct Environment {
     static constexpr ObjectType kType{12};
     Vec3f sky{0.30f, 0.33f, 0.38f};         ///< ambient radiance from +Y, linear RGB
     Vec3f ground{0.12f, 0.11f, 0.10f};      ///< ambient radiance from -Y
     Vec3f background{0.05f, 0.06f, 0.08f};  ///< linear colour of empty pixels
     Vec3d gravity = Vec3d::Zero();          ///< acceleration of free bodies
+    /// A picture of everything around, twice as wide as high (equirectangular): its middle lies along -Z, what is right of
+    /// that along +X, its upper edge along +Y. Best an Image of encoding rgbe; none: sky and ground.
+    ObjectId image;
+    float strength = 1.0f;   ///< of the image: radiance is what it says times this
+    float turn = 0.0f;       ///< of the image about +Y, counter-clockwise seen from above
+    bool showImage = false;  ///< where nothing is the image is seen, not `background`
 };
 template <>
 inline constexpr auto kDescription<Environment> =
@@ -19,6 +27,10 @@ inline constexpr auto kDescription<Environment> =
              field<&Environment::sky>(1, "sky").affects(Effect::kLight),
              field<&Environment::ground>(2, "ground").affects(Effect::kLight),
              field<&Environment::background>(3, "background").affects(Effect::kLight),
-             field<&Environment::gravity>(4, "gravity").unit(Unit::kWorldPerSecond2).between(-1e6, 1e6).affects(Effect::kTerms));
+             field<&Environment::gravity>(4, "gravity").unit(Unit::kWorldPerSecond2).between(-1e6, 1e6).affects(Effect::kTerms),
+             field<&Environment::image>(5, "image").to<Image>().affects(Effect::kLight),
+             field<&Environment::strength>(6, "strength").between(0, 1e6).affects(Effect::kLight),
+             field<&Environment::turn>(7, "turn").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLight),
+             field<&Environment::showImage>(8, "showImage").affects(Effect::kLight));
 
 }  // namespace tessera

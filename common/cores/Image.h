@@ -13,6 +13,7 @@ struct Image {
     static constexpr std::int64_t kLinear = 0, kNearest = 1;
     static constexpr std::int64_t kTrilinear = 0, kNearestAlone = 1, kLinearAlone = 2, kNearestOfNearest = 3,
                                   kLinearOfNearest = 4, kNearestOfTwo = 5;
+    static constexpr std::int64_t kSrgb = 0, kRgbe = 1;
     Blob pixels;  ///< uint8[4] RGBA per pixel, rows from the top; sRGB where a material takes colours from it
     std::int64_t widthPx = 0;
     std::int64_t heightPx = 0;
@@ -24,6 +25,9 @@ struct Image {
     /// then moved; all around its upper left corner.
     Vec2f offset = Vec2f::Zero(), scale = Vec2f::Ones();
     float rotation = 0;
+    /// What `pixels` are. Of rgbe: red, green, blue and the exponent that they share, as Radiance's pictures have them: linear
+    /// (c / 256) · 2^(e - 128), 0 where e is 0. For surroundings alone: a material shows no such image.
+    std::int64_t encoding = kSrgb;
 
     static constexpr double kMaxSidePx = 65536;
 };
@@ -53,7 +57,8 @@ inline constexpr auto kDescription<Image> =
              field<&Image::texcoordSet>(8, "texcoordSet").between(0, 1).affects(Effect::kLook),
              field<&Image::offset>(9, "offset").between(-1e6, 1e6).affects(Effect::kLook),
              field<&Image::scale>(10, "scale").between(-1e6, 1e6).affects(Effect::kLook),
-             field<&Image::rotation>(11, "rotation").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLook))
+             field<&Image::rotation>(11, "rotation").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLook),
+             field<&Image::encoding>(12, "encoding").oneOf({{Image::kSrgb, "srgb"}, {Image::kRgbe, "rgbe"}}).affects(Effect::kLook))
         .notACore();
 
 }  // namespace tessera

@@ -18,13 +18,15 @@ struct SpotLight {
     float range = 0.0f;           ///< no effect beyond. 0: unlimited
     float innerAngle = 0.0f;      ///< from the axis: full light up to here; at most the outer angle counts
     float outerAngle = static_cast<float>(std::numbers::pi / 4);  ///< from the axis: none beyond
+    bool shadows = false;         ///< of the first eight that ask; others shine through everything
 
     [[nodiscard]] LightSource light() const {
         return {.kind = LightSource::Kind::kSpot,
                 .radiance = color * intensity,
                 .range = range,
                 .innerAngle = std::min(innerAngle, outerAngle),
-                .outerAngle = outerAngle};
+                .outerAngle = outerAngle,
+                .shadows = shadows};
     }
 };
 template <>
@@ -34,6 +36,7 @@ inline constexpr auto kDescription<SpotLight> =
              field<&SpotLight::intensity>(2, "intensity").affects(Effect::kLight),
              field<&SpotLight::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight),
              field<&SpotLight::innerAngle>(4, "innerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),
-             field<&SpotLight::outerAngle>(5, "outerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight));
+             field<&SpotLight::outerAngle>(5, "outerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),
+             field<&SpotLight::shadows>(6, "shadows").affects(Effect::kLight));
 
 }  // namespace tessera

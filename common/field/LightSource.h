@@ -14,6 +14,7 @@ struct LightSource {
     float range = 0;                 ///< world units; 0: unlimited
     /// Of a spot: full light up to the inner angle from its axis, none beyond the outer one; radians.
     float innerAngle = 0, outerAngle = 0;
+    bool shadows = false;  ///< things stand in its way
 };
 
 }  // namespace tessera

@@ -1,5 +1,7 @@
 #include "server/import/LoadedFile.h"
 
+#include "server/import/TableCores.h"
+
 #include <utility>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -179,22 +181,11 @@ Expected<Material> readMaterial(const proto::scene::Material& message) {
 }
 
 Expected<Environment> readEnvironment(const proto::scene::Environment& message) {
-    Environment environment;
-    const std::pair<const proto::scene::Color*, Vec3f*> colors[] = {
-        {message.has_sky() ? &message.sky() : nullptr, &environment.sky},
-        {message.has_ground() ? &message.ground() : nullptr, &environment.ground},
-        {message.has_background() ? &message.background() : nullptr, &environment.background}};
-    for (const auto& [color, target] : colors) {
-        if (color == nullptr) continue;
-        const Expected<Vec3f> value = readColor(*color);
-        if (!value) return tl::unexpected(value.error());
-        *target = *value;
-    }
-    environment.gravity = Vec3d(message.gravity().x(), message.gravity().y(), message.gravity().z());
-    if (!(environment.gravity.cwiseAbs().maxCoeff() <= kStrongestGravity))
+    const Vec3d gravity(message.gravity().x(), message.gravity().y(), message.gravity().z());
+    if (!(gravity.cwiseAbs().maxCoeff() <= kStrongestGravity))
         return fail(ErrorCode::kBadInput, fmt::format("gravity's x, y and z must be between {} and {}",
                                                       -kStrongestGravity, kStrongestGravity));
-    return environment;
+    return readTableObject<Environment>(message);
 }
 
 Expected<Blob> readKeys(const proto::scene::Motion& message) {

@@ -56,6 +56,7 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             if (message.has_intensity()) light.intensity = message.intensity();
             if (!(light.intensity >= 0 && std::isfinite(light.intensity)))
                 return fail(ErrorCode::kBadInput, "a light's intensity must not be negative");
+            light.shadows = message.shadows();
             return create(light);
         }
         case Content::kPointLight: {
@@ -103,8 +104,18 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             return create(motion);
         }
         case Content::kEnvironment: {
-            const Expected<Environment> environment = readEnvironment(node.environment());
+            Expected<Environment> environment = readEnvironment(node.environment());
             if (!environment) return tl::unexpected(environment.error());
+            if (!node.environment().image().empty()) {
+                const Expected<ObjectId> image = imageCore(file, node.environment().image());
+                if (!image) return image;
+                const proto::scene::Image& said = *file.images.at(node.environment().image());
+                if (std::abs(double{said.width_px()} - 2.0 * said.height_px()) > said.height_px() / 8.0)
+                    return fail(ErrorCode::kBadInput, fmt::format("the surroundings' image '{}' of {} × {} pixels is not about twice "
+                                                                  "as wide as high",
+                                                                  node.environment().image(), said.width_px(), said.height_px()));
+                environment->image = *image;
+            }
             return create(*environment);
         }
         case Content::kInterest: {

@@ -74,8 +74,30 @@ inline void addMappedThings(TestScene& scene) {
     }
 }
 
-[[nodiscard]] inline Aspect makeSeamScene(bool coincident = true, bool mapped = false) {
+/// Surroundings that are a picture, a sun and spots with shadows, and many lights of short range.
+inline void addManyLights(TestScene& scene) {
+    std::vector<std::uint8_t> pixels;
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 128; ++x)
+            pixels.insert(pixels.end(), {static_cast<std::uint8_t>(60 + 2 * y), static_cast<std::uint8_t>(70 + x), static_cast<std::uint8_t>(200 - 2 * y),
+                                         static_cast<std::uint8_t>((x / 9 + y / 7) % 11 == 0 ? 131 : 127)});
+    Environment environment;
+    environment.image = scene.add(Image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = 128, .heightPx = 64, .encoding = Image::kRgbe});
+    environment.strength = 0.5f;
+    environment.turn = 0.7f;
+    environment.showImage = true;
+    scene.addEnvironment(environment);
+    scene.addDirectionalLight({-0.5, -0.7, -0.3}, {1, 0.95f, 0.8f}, 0.8f, true);
+    scene.addSpotLight({1.5, 3, 0}, {-0.3, -0.8, -0.5}, {0.6f, 0.8f, 1}, 9, 0.3f, 0.6f, 0, true);
+    scene.addSpotLight({-2, 2.5, -1}, {0.4, -0.8, -0.6}, {1, 0.6f, 0.5f}, 8, 0.2f, 0.7f, 12, true);
+    for (int i = 0; i < 90; ++i)
+        scene.addPointLight({3.5 * std::sin(2.4 * i), -0.8 + 0.03 * i, -0.5 - 0.16 * i}, {1, 0.3f + 0.007f * static_cast<float>(i), 0.4f}, 0.3f,
+                            0.5f + 0.1f * static_cast<float>(i % 9));
+}
+
+[[nodiscard]] inline Aspect makeSeamScene(bool coincident = true, bool mapped = false, bool lit = false) {
     TestScene scene;
+    if (lit) addManyLights(scene);
     if (mapped) addMappedThings(scene);
     std::vector<std::uint8_t> pixels;
     for (int y = 0; y < 64; ++y) {

@@ -49,7 +49,8 @@ struct Cut {
     Screen::Grid grid;
     int samples;
     Eye eye = Eye::kCenter;
-    bool mapped = false;  ///< with materials that say all by images
+    bool mapped = false;
+    bool lit = false;     ///< with surroundings, shadows, many lights
 };
 std::ostream& operator<<(std::ostream& out, const Cut& cut) {
     return out << cut.name;
@@ -61,7 +62,7 @@ TEST_P(Seams, AreNotThere) {
     const Cut& cut = GetParam();
     const Wall wall = makeWall(cut.grid, cut.eye);
     const ScreenCamera camera = cameraOf(wall, cut.eye);
-    const Aspect aspect = makeSeamScene(true, cut.mapped);
+    const Aspect aspect = makeSeamScene(true, cut.mapped, cut.lit);
     RenderScene scene;
     scene.update(aspect, nullptr);
     Stage stage(cut.samples);
@@ -105,6 +106,14 @@ INSTANTIATE_TEST_SUITE_P(
             Eye::kCenter,
             true},
         Cut{"MappedReal", {.columns = 2, .rows = 2, .tileWidthPx = 960, .tileHeightPx = 540}, 4, Eye::kLeft, true},
+        Cut{"Lit", {.columns = 2, .rows = 2, .tileWidthPx = 320, .tileHeightPx = 180}, 4, Eye::kCenter, true, true},
+        Cut{"LitOddOneSample",
+            {.columns = 3, .rows = 3, .columnWidthsPx = {101, 67, 203}, .rowHeightsPx = {63, 65, 129}},
+            1,
+            Eye::kCenter,
+            false,
+            true},
+        Cut{"LitReal", {.columns = 2, .rows = 2, .tileWidthPx = 960, .tileHeightPx = 540}, 4, Eye::kRight, false, true},
         Cut{"PowersOfTwo", {.columns = 2, .rows = 2, .tileWidthPx = 512, .tileHeightPx = 256}, 1}),
     [](const testing::TestParamInfo<Cut>& cut) { return cut.param.name; });
 

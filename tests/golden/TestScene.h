@@ -57,6 +57,11 @@ public:
         set<Environment>(id, fieldId<&Environment::background>, background);
         addNode(id);
     }
+    void addEnvironment(const Environment& environment) {
+        const ObjectId id = create<Environment>();
+        setAllFields(list_, id, Object::of(environment));
+        addNode(id);
+    }
     /// Only what is emitted can be seen: no ambient light, and a lamp without power, since a scene without lamps is
     /// given some.
     void setDark(const Vec3f& background = Vec3f::Zero()) {
@@ -72,10 +77,12 @@ public:
     }
     /// Angles in radians from the axis, which is `direction`.
     void addSpotLight(const Vec3d& position, const Vec3d& direction, const Vec3f& color, float intensity, float innerAngle,
-                      float outerAngle) {
+                      float outerAngle, float range = 0, bool shadows = false) {
         const ObjectId id = create<SpotLight>();
+        if (shadows) set<SpotLight>(id, fieldId<&SpotLight::shadows>, true);
         set<SpotLight>(id, fieldId<&SpotLight::color>, color);
         set<SpotLight>(id, fieldId<&SpotLight::intensity>, intensity);
+        set<SpotLight>(id, fieldId<&SpotLight::range>, range);
         set<SpotLight>(id, fieldId<&SpotLight::innerAngle>, innerAngle);
         set<SpotLight>(id, fieldId<&SpotLight::outerAngle>, outerAngle);
         addNode(id, addTransform(position, Quatd::FromTwoVectors(-Vec3d::UnitZ(), direction)));
@@ -89,8 +96,9 @@ public:
     /// A node whose children stand in the world, wherever it hangs itself.
     ObjectId addInverse(ObjectId parent) { return addNode(create<InverseTransform>(), parent); }
     /// Travels along `direction`.
-    void addDirectionalLight(const Vec3d& direction, const Vec3f& color, float intensity) {
+    void addDirectionalLight(const Vec3d& direction, const Vec3f& color, float intensity, bool shadows = false) {
         const ObjectId id = create<DirectionalLight>();
+        if (shadows) set<DirectionalLight>(id, fieldId<&DirectionalLight::shadows>, true);
         set<DirectionalLight>(id, fieldId<&DirectionalLight::color>, color);
         set<DirectionalLight>(id, fieldId<&DirectionalLight::intensity>, intensity);
         addNode(id, addTransform(Vec3d::Zero(), Quatd::FromTwoVectors(-Vec3d::UnitZ(), direction)));

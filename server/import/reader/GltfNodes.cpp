@@ -13,6 +13,9 @@ namespace {
 /// The front screen of the walls that Tessera ships, in metres: what a camera's field of view is fitted to.
 constexpr double kWindowHeight = 1.8, kWindowCenterY = 1.5, kEyeDistance = 2.4;
 
+/// Of lights: what points of a hundred metres' distance may need.
+constexpr double kDazzling = 1e4;
+
 float coneDegrees(double radians) {
     return static_cast<float>(std::clamp(radians * 180.0 / std::numbers::pi, 0.0, 90.0));
 }
@@ -161,6 +164,16 @@ void GltfReader::addLight(int index, proto::scene::Node& node) {
     if (index < 0 || static_cast<std::size_t>(index) >= model_.lights.size())
         return scene_.note(fmt::format("light {} does not exist", index));
     const tinygltf::Light& light = model_.lights[static_cast<std::size_t>(index)];
+    const bool known = light.type == "directional" || light.type == "spot" || light.type == "point";
+    if (!known) return scene_.note(fmt::format("light {} is left out: it is of the unknown type '{}'", index, light.type));
+    if (!(light.intensity >= 0 && light.range >= 0 && std::isfinite(light.intensity) && std::isfinite(light.range)))
+        return scene_.note(fmt::format("light {} is left out: its intensity or its range is no number from zero up", index));
+    // Lux, or candela at one metre; here 1 of either makes a white surface white, and there is no exposure.
+    if (light.intensity > kDazzling)
+        scene_.note(fmt::format("light {} is of {} {}: far beyond white, which is 1", index, light.intensity,
+                                light.type == "directional" ? "lx" : "cd"));
+    if (light.type == "spot" && !(light.spot.innerConeAngle < light.spot.outerConeAngle))
+        scene_.note(fmt::format("light {} has an inner cone that is not within its outer one: it has an edge", index));
     proto::scene::Node* child = node.add_node();
     child->set_name(light.name.empty() ? fmt::format("light {}", index) : light.name);
     proto::scene::Color* color = nullptr;

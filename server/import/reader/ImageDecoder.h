@@ -1,4 +1,4 @@
-/// PNG, JPEG and whatever else stb_image reads, to RGBA8.
+/// PNG, JPEG and whatever else stb_image reads, to RGBA8; Radiance pictures to RGBE.
 #pragma once
 
 #include "common/base/Bytes.h"
@@ -9,6 +9,7 @@ namespace tessera {
 struct DecodedImage {
     int widthPx = 0, heightPx = 0;
     Bytes rgba;           ///< rows from the top
+    bool rgbe = false;    ///< the fourth byte is the exponent of the other three (Image::encoding)
     bool halved = false;  ///< it was larger than allowed and was averaged down
 };
 

@@ -43,6 +43,7 @@ void Pictures::finish() {
             image->set_width_px(static_cast<std::uint32_t>(decoded.widthPx));
             image->set_height_px(static_cast<std::uint32_t>(decoded.heightPx));
             image->set_pixels_blob(blob);
+            if (decoded.rgbe) image->set_encoding(proto::scene::Image::RGBE);
         }
     }
 }

@@ -170,6 +170,31 @@ TEST(GltfLights, AreDirectionalPointAndSpot) {
     EXPECT_FLOAT_EQ(spot->outerAngle, 0.5f);
 }
 
+TEST(GltfLights, ThatAreLeftOutOrOddAreNamed) {
+    GltfText gltf;
+    const int positions = gltf.floats(kSquare, "VEC3", 3);
+    const ImportedScene scene = imported(gltf.text(fmt::format(
+        R"("extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[
+        {{"type":"area"}},{{"type":"point","intensity":-1}},{{"type":"directional","intensity":100000}},
+        {{"type":"spot","spot":{{"innerConeAngle":0.6,"outerConeAngle":0.5}}}}]}}}},
+        "scenes":[{{"nodes":[0,1,2,3]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
+        "nodes":[{{"name":"a","mesh":0,"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}},
+        {{"name":"b","extensions":{{"KHR_lights_punctual":{{"light":1}}}}}},{{"name":"c","extensions":{{"KHR_lights_punctual":{{"light":2}}}}}},
+        {{"name":"d","extensions":{{"KHR_lights_punctual":{{"light":3}}}}}}])",
+        positions)));
+    const auto noted = [&](std::string_view text) {
+        return std::any_of(scene.notes.begin(), scene.notes.end(), [&](const std::string& note) { return note.find(text) != std::string::npos; });
+    };
+    EXPECT_TRUE(noted("unknown type 'area'"));
+    EXPECT_TRUE(noted("light 1 is left out"));
+    EXPECT_TRUE(noted("100000 lx"));
+    EXPECT_TRUE(noted("light 3 has an inner cone"));
+    const ImportedAspect aspect{ImportedScene(scene)};
+    EXPECT_NE(aspect.core<DirectionalLight>("/model/c/light 2"), nullptr);
+    EXPECT_NE(aspect.core<SpotLight>("/model/d/light 3"), nullptr);
+    EXPECT_FALSE(findNode(*aspect, "/model/b/light 1"));
+}
+
 TEST(GltfMaterial, KeepsFactorsAndBlendsOnlyWhereAsked) {
     GltfText gltf;
     const int positions = gltf.floats(kSquare, "VEC3", 3);

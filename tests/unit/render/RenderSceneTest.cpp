@@ -92,7 +92,7 @@ TEST(RenderScene, AnOddNumberOfReflectionsMirrors) {
     EXPECT_FALSE(list.opaque[1].mirrored);
 }
 
-TEST(RenderScene, LightsComeInDocumentOrderTheFirstSixteenWithTheirNodesPlace) {
+TEST(RenderScene, LightsComeInDocumentOrderWithTheirNodesPlace) {
     TestScene scene;
     const Quatd turned(Eigen::AngleAxisd(0.5 * M_PI, Vec3d::UnitY()));
     for (int i = 0; i < 20; ++i) {
@@ -103,13 +103,23 @@ TEST(RenderScene, LightsComeInDocumentOrderTheFirstSixteenWithTheirNodesPlace) {
     }
     scene.apply();
     const DrawList list = cull(scene, kNone, TestCamera());
-    ASSERT_EQ(list.lights.size(), DrawList::kMaxLights);
+    ASSERT_EQ(list.lights.size(), 20u);
     EXPECT_EQ(list.lights[0].kind, LightItem::Kind::kDirectional);
     // Along -Z of the node: turned about +Y by a quarter that is the world's -X.
     EXPECT_TRUE(list.lights[0].direction.isApprox(-Vec3d::UnitX(), 1e-12));
     EXPECT_EQ(list.lights[5].kind, LightItem::Kind::kPoint);
     EXPECT_EQ(list.lights[5].position, Vec3d(5, 2, 3));
     EXPECT_EQ(list.lights[5].radiance, Vec3f::Constant(6));
+}
+
+TEST(RenderScene, LightsBeyondTheMostThatCanBeDrawnAreCounted) {
+    TestScene scene;
+    const ObjectId lamp = scene.create(typeOf<PointLight>());
+    for (std::size_t i = 0; i < DrawList::kMaxLights + 3; ++i) scene.node(lamp);
+    scene.apply();
+    const DrawList list = cull(scene, kNone, TestCamera());
+    EXPECT_EQ(list.lights.size(), DrawList::kMaxLights);
+    EXPECT_EQ(list.lightsLeftOut, 3u);
 }
 
 TEST(RenderScene, LightsThatAreSwitchedOffLeaveTheSceneDarkInsteadOfDefaultLit) {

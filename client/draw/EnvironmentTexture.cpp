@@ -1,0 +1,80 @@
+#include "client/draw/EnvironmentTexture.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+/// A show that fades between two surroundings does not compute them again and again.
+constexpr std::size_t kKept = 3;
+
+}  // namespace
+
+EnvironmentTexture::EnvironmentTexture(const GlFunctions& gl) : gl_(gl) {
+    // There from the start: programs are compiled for the format that is bound.
+    gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture_);
+    gl_.TextureStorage2D(texture_, 1, GL_RGBA16F, EnvironmentLight::kAtlasWidth, EnvironmentLight::kAtlasHeight);
+    gl_.CreateSamplers(1, &sampler_);
+    for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T}) gl_.SamplerParameteri(sampler_, wrap, GL_CLAMP_TO_EDGE);
+    for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+        gl_.SamplerParameteri(sampler_, filter, GL_LINEAR);
+}
+
+EnvironmentTexture::~EnvironmentTexture() {
+    gl_.DeleteTextures(1, &texture_);
+    gl_.DeleteSamplers(1, &sampler_);
+}
+
+const EnvironmentTexture::Known& EnvironmentTexture::know(const Image& image) {
+    const auto it = std::find_if(known_.begin(), known_.end(), [&](const auto& known) {
+        return known->pixels == image.pixels.id() && known->widthPx == image.widthPx && known->encoding == image.encoding;
+    });
+    std::unique_ptr<Known> found;
+    if (it != known_.end()) {
+        found = std::move(*it);
+        known_.erase(it);
+    } else {
+        found = std::make_unique<Known>(Known{image.pixels.id(), image.widthPx, image.encoding, EnvironmentLight::of(image)});
+    }
+    known_.push_front(std::move(found));
+    if (known_.size() > kKept) {
+        if (known_.back().get() == uploaded_) uploaded_ = nullptr;
+        known_.pop_back();
+    }
+    return *known_.front();
+}
+
+bool EnvironmentTexture::begin(const Aspect& aspect, const Environment& environment) {
+    trouble_.clear();
+    block_ = {};
+    if (!environment.image) return false;
+    const auto* image = aspect.get<Image>(environment.image);
+    if (!image || !image->pixels.resident()) {
+        trouble_ = "the surroundings' image is not here";
+        return false;
+    }
+    const Known& known = know(*image);
+    if (!known.light) {
+        trouble_ = known.light.error().message;
+        return false;
+    }
+    if (uploaded_ != &known)
+        gl_.TextureSubImage2D(texture_, 0, 0, 0, EnvironmentLight::kAtlasWidth, EnvironmentLight::kAtlasHeight, GL_RGBA,
+                              GL_FLOAT, known.light->atlas().data());
+    uploaded_ = &known;
+    for (std::size_t i = 0; i < block_.size(); ++i) {
+        const Vec3f value = known.light->harmonics()[i] * environment.strength;
+        block_[i] = {value.x(), value.y(), value.z(), 0};
+    }
+    block_[0][3] = environment.strength;
+    block_[1][3] = environment.showImage ? 1.0f : 0.0f;
+    return true;
+}
+
+void EnvironmentTexture::bind(GLuint unit) const {
+    gl_.BindTextureUnit(unit, texture_);
+    gl_.BindSampler(unit, sampler_);
+}
+
+}  // namespace tessera

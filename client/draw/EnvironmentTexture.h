@@ -1,0 +1,51 @@
+/// The surroundings' light, where shaders read it.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <memory>
+#include <string>
+
+#include "client/draw/EnvironmentLight.h"
+#include "client/draw/GlFunctions.h"
+#include "common/scene/Aspect.h"
+
+namespace tessera {
+
+/// What FrameBlock says of them: EnvironmentLight's harmonics times the strength; w of the first is the strength, of the
+/// second 1 where the picture is seen behind everything.
+using SurroundingsBlock = std::array<std::array<float, 4>, 9>;
+
+/// Keeps what it made of the last pictures. Belongs to the surface's thread.
+class EnvironmentTexture {
+public:
+    explicit EnvironmentTexture(const GlFunctions& gl);
+    /// The surface is current, or gone.
+    ~EnvironmentTexture();
+    EnvironmentTexture(const EnvironmentTexture&) = delete;
+    EnvironmentTexture& operator=(const EnvironmentTexture&) = delete;
+
+    /// For a frame. False: there is no image, or none that can be used; `trouble` says why. A picture that is new here takes
+    /// some tenths of a second.
+    [[nodiscard]] bool begin(const Aspect& aspect, const Environment& environment);
+    [[nodiscard]] const SurroundingsBlock& block() const { return block_; }
+    [[nodiscard]] const std::string& trouble() const { return trouble_; }
+    void bind(GLuint unit) const;
+
+private:
+    struct Known {
+        BlobId pixels;
+        std::int64_t widthPx, encoding;
+        Expected<EnvironmentLight> light;
+    };
+    [[nodiscard]] const Known& know(const Image& image);
+
+    const GlFunctions& gl_;
+    GLuint texture_ = 0, sampler_ = 0;
+    std::deque<std::unique_ptr<Known>> known_;  ///< the last one used first
+    const Known* uploaded_ = nullptr;
+    SurroundingsBlock block_{};
+    std::string trouble_;
+};
+
+}  // namespace tessera

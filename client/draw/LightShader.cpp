@@ -1,0 +1,259 @@
+// How light falls on a surface.
+#include "client/draw/ShaderText.h"
+
+namespace tessera::shader_text {
+
+// Metal-roughness as glTF 2.0 (appendix B) defines it: GGX distribution, Smith's visibility in Hammon's approximation
+// (2017), Schlick's Fresnel term. A light of radiance 1 that falls straight onto a white surface gives 1: the factor pi
+// is taken into the light. A software rasteriser has no jumps (lanes are masked, not skipped): so there are no
+// branches.
+const char kLighting[] = R"(
+#ifdef ENVIRONMENT
+// The surroundings' picture, made soft (EnvironmentLight.h): sides and first rows of its maps are those of that file.
+layout(binding = 11) uniform sampler2D surroundings;
+vec2 onSquare(vec3 d) {
+    d /= abs(d.x) + abs(d.y) + abs(d.z);
+    vec2 folded = (1.0 - abs(d.zx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(d.xz, vec2(0.0)));
+    return (d.y >= 0.0 ? d.xz : folded) * 0.5 + 0.5;
+}
+vec3 mapOf(vec2 square, float level) {
+    float side = level < 0.5 ? 512.0 : level < 1.5 ? 128.0 : level < 2.5 ? 64.0 : 32.0;
+    float row = level < 0.5 ? 0.0 : level < 1.5 ? 514.0 : level < 2.5 ? 644.0 : 710.0 + 34.0 * (level - 3.0);
+    return textureLod(surroundings, (vec2(1.0, row + 1.0) + square * side) / vec2(514.0, 812.0), 0.0).rgb * surround[0].w;
+}
+vec3 environment(vec3 d, float roughness) {
+    vec2 square = onSquare(d);
+    float level = 5.0 * roughness, below = min(floor(level), 4.0);
+    return mix(mapOf(square, below), mapOf(square, below + 1.0), level - below);
+}
+vec3 ambient(vec3 n) {
+    vec3 d = vec3(dot(worldRow0.xyz, n), dot(worldRow1.xyz, n), dot(worldRow2.xyz, n));
+    vec3 sum = surround[0].rgb + surround[1].rgb * d.y + surround[2].rgb * d.z + surround[3].rgb * d.x;
+    sum += surround[4].rgb * (d.x * d.y) + surround[5].rgb * (d.y * d.z) + surround[6].rgb * (3.0 * d.z * d.z - 1.0);
+    return max(sum + surround[7].rgb * (d.x * d.z) + surround[8].rgb * (d.x * d.x - d.y * d.y), vec3(0.0));
+}
+#else
+vec3 ambient(vec3 n) { return mix(ground.rgb, sky.rgb, 0.5 + 0.5 * dot(n, worldRow1.xyz)); }
+// Radiance from a direction in the world: sky, horizon and ground, and three lamps as in a photographer's studio, so that
+// metal has something to reflect. A function of the direction alone; a rough surface sees it blurred.
+vec3 environment(vec3 d, float roughness) {
+    float blur = 0.06 + 0.94 * roughness;
+    vec3 c = mix(ground.rgb, sky.rgb, smoothstep(-blur, blur, d.y));
+    float horizon = d.y / (0.18 + 0.6 * roughness);
+    c += 0.35 * sky.rgb / (1.0 + 4.0 * horizon * horizon);
+    vec3 toLamps = vec3(d.y, dot(d, vec3(0.64, 0.48, 0.60)), dot(d, vec3(-0.80, 0.36, 0.48)));
+    vec3 lamps = smoothstep(vec3(0.90, 0.93, 0.95) - 0.7 * blur, vec3(0.90, 0.93, 0.95) + 0.06 * blur, toLamps);
+    return c + sky.rgb * dot(lamps, vec3(2.2, 3.0, 1.6)) / (1.0 + 5.0 * roughness * roughness);
+}
+#endif
+
+// Integral of the specular lobe over a white environment (Karis 2014, "Physically based shading on mobile").
+vec3 environmentFactor(vec3 f0, float roughness, float nv) {
+    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+    float a = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
+    vec2 scaleAndBias = vec2(-1.04, 1.04) * a + r.zw;
+    return f0 * scaleAndBias.x + scaleAndBias.y;
+}
+
+struct Lit {
+    vec3 position, n, v, f0;
+    float nv, alpha, alpha2;
+    vec3 diffuse, specular;
+#ifdef COATED
+    float coatAlpha, coatAlpha2;
+    vec3 coat;  // what a whole layer of lacquer reflects
+#endif
+};
+
+layout(binding = 9) uniform samplerBuffer lightTexels;
+layout(binding = 10) uniform usamplerBuffer lightLists;
+
+void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone) {
+    vec3 l = place.xyz - lit.position * place.w;
+    float d2 = max(dot(l, l), 1e-8);
+    float invD = inversesqrt(d2);
+    l *= invD;
+    // Window of KHR_lights_punctual: the light is zero at its range. Of a directional light, place.w is 0.
+    float x2 = d2 * radiance.w * radiance.w;
+    float nl = clamp(dot(lit.n, l), 0.0, 1.0);
+    // Its cone: squared, so that it fades without an edge.
+    float inCone = clamp(cone.w - dot(l, cone.xyz), 0.0, 1.0);
+    float strength = inCone * inCone * nl * mix(1.0, invD * invD * max(1.0 - x2 * x2, 0.0), place.w);
+    // With h = (l + v) / |l + v|: |l + v|^2 = 2 + 2 l.v, so n.h and h.v need no vector h.
+    float lv = dot(l, lit.v);
+    float invH = inversesqrt(max(2.0 + 2.0 * lv, 1e-6));
+    float nh = min((nl + lit.nv) * invH, 1.0);
+    float grazing = 1.0 - min((1.0 + lv) * invH, 1.0);
+    float grazing2 = grazing * grazing;
+    vec3 fresnel = lit.f0 + (1.0 - lit.f0) * (grazing2 * grazing2 * grazing);
+    float q = nh * nh * (lit.alpha2 - 1.0) + 1.0;
+    float lobe = 0.5 * lit.alpha2 / max(q * q * mix(2.0 * nl * lit.nv, nl + lit.nv, lit.alpha), 1e-6);
+    vec3 arriving = radiance.rgb * strength;
+    lit.diffuse += arriving * (1.0 - fresnel);
+    lit.specular += arriving * min(lobe, 40.0) * fresnel;
+#ifdef COATED
+    q = nh * nh * (lit.coatAlpha2 - 1.0) + 1.0;
+    lobe = 0.5 * lit.coatAlpha2 / max(q * q * mix(2.0 * nl * lit.nv, nl + lit.nv, lit.coatAlpha), 1e-6);
+    lit.coat += arriving * min(lobe, 40.0) * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
+#endif
+}
+
+#if LIGHTS == 2
+layout(binding = 12) uniform sampler2DShadow shadowMaps;
+// How much of a light arrives: `at` is the first texel of its view (ShadowMaps.h). Four taps of four pixels each. Looked for
+// a little above the surface, by pixels of the map, so that it does not shade itself (Holbert 2011, "Saying goodbye to
+// shadow acne"); beyond the map's edge everything arrives.
+float arrives(int at, vec3 position, vec3 n, vec3 towards) {
+    // The second of its two views is the finer one, where it knows the place.
+    vec4 here = vec4(position, 1.0);
+    vec2 place = vec2(dot(texelFetch(lightTexels, at + 6), here), dot(texelFetch(lightTexels, at + 7), here)) /
+                 max(dot(texelFetch(lightTexels, at + 9), here), 1e-6);
+    vec4 fine = texelFetch(lightTexels, at + 11);
+    bool finely = all(greaterThan(place, mix(fine.xy, fine.zw, 0.01))) && all(lessThan(place, mix(fine.zw, fine.xy, 0.01)));
+    at += finely ? 6 : 0;
+    vec4 row0 = texelFetch(lightTexels, at), row1 = texelFetch(lightTexels, at + 1);
+    vec4 row2 = texelFetch(lightTexels, at + 2), row3 = texelFetch(lightTexels, at + 3);
+    vec2 size = texelFetch(lightTexels, at + 4).xy;
+    vec4 inside = texelFetch(lightTexels, at + 5);
+    float pixel = size.x + size.y * max(dot(row3, vec4(position, 1.0)), 0.0);
+    float slope = sqrt(max(1.0 - dot(n, towards) * dot(n, towards), 0.0));
+    vec4 p = vec4(position + pixel * ((0.5 + 1.5 * slope) * n + 1.0 * towards), 1.0);
+    float w = dot(row3, p);
+    vec3 q = vec3(dot(row0, p), dot(row1, p), dot(row2, p)) / max(w, 1e-6);
+    q.z = clamp(q.z, 0.0, 1.0);
+    vec2 tap = 0.75 * shadows.zw;
+    float sum = textureLod(shadowMaps, q + vec3(-tap.x, -tap.y, 0.0), 0.0) + textureLod(shadowMaps, q + vec3(tap.x, -tap.y, 0.0), 0.0) +
+                textureLod(shadowMaps, q + vec3(-tap.x, tap.y, 0.0), 0.0) + textureLod(shadowMaps, q + vec3(tap.x, tap.y, 0.0), 0.0);
+    bool known = w > 1e-6 && all(greaterThan(q.xy, inside.xy)) && all(lessThan(q.xy, inside.zw));
+    return known ? 0.25 * sum : 1.0;
+}
+#endif
+
+/// Diffusely and specularly reflected radiance towards the eye, for a surface with a unit normal in eye space.
+/// `occlusion`: the share of the surroundings' light that arrives. `coat`: of lacquer over it (KHR_materials_clearcoat), and
+/// its roughness.
+Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, float occlusion, vec2 coat) {
+    vec3 v = normalize(-position);
+    float nvRaw = dot(n, v);
+    float nv = max(nvRaw, 1e-3);
+    vec3 f0 = mix(vec3(0.04), base, metallic);
+    vec3 diffuse = occlusion * ambient(n);
+    vec3 r = 2.0 * nvRaw * n - v;
+    vec3 rWorld = vec3(dot(worldRow0.xyz, r), dot(worldRow1.xyz, r), dot(worldRow2.xyz, r));
+    vec3 mirrored = environmentFactor(f0, roughness, nv);
+    vec3 specular = occlusion * mirrored * environment(rWorld, roughness);
+#ifdef ENVIRONMENT
+    // A white thing in white surroundings is as white as they are.
+    diffuse *= 1.0 - mirrored;
+#endif
+    float alpha = roughness * roughness;
+    Lit lit;
+    lit.position = position;
+    lit.n = n;
+    lit.v = v;
+    lit.f0 = f0;
+    lit.nv = nv;
+    lit.alpha = alpha;
+    lit.alpha2 = alpha * alpha;
+    lit.diffuse = diffuse;
+    lit.specular = specular;
+#ifdef COATED
+    float coatRoughness = max(coat.y, 0.045);
+    lit.coatAlpha = coatRoughness * coatRoughness;
+    lit.coatAlpha2 = lit.coatAlpha * lit.coatAlpha;
+    lit.coat = occlusion * environmentFactor(vec3(0.04), coatRoughness, nv) * environment(rWorld, coatRoughness);
+#endif
+#if LIGHTS == 2
+    uint one = 0u;
+    do {
+        int at = int(shadows.x) + 15 * int(one);
+        vec4 place = texelFetch(lightTexels, at), radiance = texelFetch(lightTexels, at + 1);
+        vec3 towards = normalize(place.xyz - position * place.w);
+        radiance.rgb *= arrives(at + 3, position, n, towards);
+        addLight(lit, place, radiance, texelFetch(lightTexels, at + 2));
+    } while (++one < uint(shadows.y));
+#endif
+    // One light at least (LightClusters.h): a loop without a test at its start, because a software rasteriser would go
+    // through it once more, with nothing to do.
+    uint k = 0u;
+#if LIGHTS == 0
+    uint count = uint(slices.w);
+#else
+    int slice = int(clamp(log2(max(-position.z, 1e-30)) * slices.x + slices.y, 0.0, 31.0));
+    ivec2 column = ivec2(gl_FragCoord.xy) >> 6;
+    int cluster = 2 * ((slice * 9 + column.y) * 16 + column.x);
+    uint list = texelFetch(lightLists, cluster).x, count = texelFetch(lightLists, cluster + 1).x;
+    uint everywhere = uint(slices.z);
+#endif
+    do {
+#if LIGHTS == 0
+        int index = int(k);
+#else
+        int index = int(k < everywhere ? k : texelFetch(lightLists, int(k < everywhere ? 0u : list + k)).x);
+#endif
+        addLight(lit, texelFetch(lightTexels, 3 * index), texelFetch(lightTexels, 3 * index + 1),
+                 texelFetch(lightTexels, 3 * index + 2));
+    } while (++k < count);
+    lit.diffuse *= base * (1.0 - metallic);
+#ifdef COATED
+    // What the lacquer reflects towards the eye does not come from below it.
+    float grazing = 1.0 - nv;
+    float grazing2 = grazing * grazing;
+    float below = 1.0 - coat.x * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
+    lit.diffuse *= below;
+    lit.specular = lit.specular * below + coat.x * lit.coat;
+#endif
+    return lit;
+}
+)";
+
+const char kToneMapping[] = R"(
+// Khronos PBR Neutral (2024) without its toe: the identity up to 0.8, so that colours stay what they are; highlights fade
+// towards white.
+vec3 toneMap(vec3 c) {
+    float peak = max(max(c.r, c.g), c.b);
+    float newPeak = 1.0 - 0.04 / max(peak - 0.6, 0.2);
+    float whiter = 1.0 - 1.0 / (0.15 * (peak - newPeak) + 1.0);
+    vec3 bright = mix(c * (newPeak / max(peak, 0.8)), vec3(newPeak), whiter);
+    return peak <= 0.8 ? c : bright;
+}
+
+// sRGB's curve by square roots: a quarter of a step of 255 off at most, a third of the cost of pow.
+vec3 encodeSrgb(vec3 c) {
+    c = max(c, vec3(0.0));
+    vec3 s1 = sqrt(c);
+    vec3 s2 = sqrt(s1);
+    vec3 s3 = sqrt(s2);
+    vec3 curve = 0.662002687 * s1 + 0.684122060 * s2 - 0.323583601 * s3 - 0.0225411470 * c;
+    return mix(curve, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));
+}
+)";
+
+const char kBlendFragment[] = R"(
+layout(location = 0) out vec4 outColor;
+
+void main() {
+    Surface s = surface();
+    vec3 n = s.normal;
+    float length2 = dot(n, n);
+    n = length2 > 1e-30 ? n * inversesqrt(length2) : normalize(-vPosition);
+    vec2 coat = vec2(0.0);
+    float through = 0.0, unlit = 0.0;
+#ifdef MAPS
+    through = effects.x * (1.0 - s.metallic);
+    unlit = effects.y;
+    coat = effects.zw;
+#endif
+    Lit lit = light(vPosition, n, s.base.rgb, s.metallic, s.roughness, s.occlusion, coat);
+    // What light goes through takes the colour of what is behind it, as far as it has one of its own not.
+    float a = clamp(s.base.a, 0.0, 1.0) * (1.0 - through * max(max(s.base.r, s.base.g), s.base.b));
+    // What is transparent shows its highlights all the same.
+    float shine = min(max(max(lit.specular.r, lit.specular.g), lit.specular.b), 1.0) * (1.0 - unlit);
+    float outAlpha = a + (1.0 - a) * shine;
+    vec3 c = ((lit.diffuse * (1.0 - through) + s.emissive) * a + lit.specular) / max(outAlpha, 1e-3);
+    c = unlit > 0.5 ? s.base.rgb : toneMap(c);
+    outColor = vec4(encodeSrgb(c), outAlpha);
+}
+)";
+
+}  // namespace tessera::shader_text

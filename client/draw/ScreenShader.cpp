@@ -1,0 +1,244 @@
+// Passes over the whole screen: light on what the first pass has packed, and samples into pictures.
+#include "client/draw/ShaderText.h"
+
+namespace tessera::shader_text {
+
+const char kScreenVertex[] = R"(
+#ifdef BACKGROUND
+layout(binding = 2) uniform samplerBuffer materials;
+flat out vec3 background;
+#endif
+void main() {
+#ifdef BACKGROUND
+    background = encodeSrgb(toneMap(texelFetch(materials, 0).rgb));
+#endif
+    vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+    gl_Position = vec4(corner, SCREEN_DEPTH, 1.0);
+}
+)";
+
+const char kReadSurface[] = R"(
+#if SAMPLES > 1
+layout(binding = 0) uniform usampler2DMS surfaces;
+#else
+layout(binding = 0) uniform usampler2D surfaces;
+#endif
+
+vec3 normalOf(uint bits) {
+    vec2 oct = (vec2(uvec2(bits, bits >> 13u) & 8191u) - 4095.0) / 4095.0;
+    vec3 n = vec3(oct, 1.0 - abs(oct.x) - abs(oct.y));
+    float fold = max(-n.z, 0.0);
+    n.xy -= fold * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(n.xy, vec2(0.0)));
+    return normalize(n);
+}
+vec3 colorOf(uint bits) {
+    vec3 root = vec3(uvec3(bits, bits >> 8u, bits >> 16u) & 255u) / 255.0;
+    return root * root;
+}
+#ifdef DETAIL
+#if SAMPLES > 1
+layout(binding = 8) uniform usampler2DMS details;
+#else
+layout(binding = 8) uniform usampler2D details;
+#endif
+vec3 emissiveOf(uint bits) {
+    return vec3(uvec3(bits, bits >> 9u, bits >> 18u) & 511u) * exp2(float(int(bits >> 27u) - 24));
+}
+vec3 bytesOf(uint bits) { return vec3(uvec3(bits, bits >> 8u, bits >> 16u) & 255u) / 255.0; }
+#endif
+uint materialOf(uvec2 surface) { return (surface.x >> 26u) | ((surface.y >> 24u) << 6u); }
+// Samples of one material with about the same normal are one surface.
+bool sameSurface(uint material, vec3 n, uint otherMaterial, vec3 otherN) {
+    return otherMaterial == material && dot(otherN, n) > 0.85;
+}
+)";
+
+// Sorts pixels by the work that they are: a software rasteriser has no jumps, but the depth test leaves out blocks of
+// sixteen pixels with which a pass has nothing to do. The background is finished here. 0.5: all samples show the same;
+// 0.75: one surface, its normal or colour differs; 1: may be several, see sameSurface.
+const char kClassifyFragment[] = R"(
+flat in vec3 background;
+layout(location = 0) out vec4 outColor;
+
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    uvec2 first = texelFetch(surfaces, at, 0).xy;
+    uvec2 all = first, differ = uvec2(0u);
+    bvec2 apart = bvec2(false);
+#if SAMPLES > 1
+    uvec2 oct = uvec2(first.x, first.x >> 13u) & 8191u;
+#ifdef DETAIL
+    uvec2 detail = texelFetch(details, at, 0).xy;
+#endif
+    for (int i = 1; i < SAMPLES; ++i) {
+        uvec2 other = texelFetch(surfaces, at, i).xy;
+        uvec2 bits = other ^ first;
+        all |= other;
+        differ |= bits;
+#ifdef DETAIL
+        differ |= texelFetch(details, at, i).xy ^ detail;
+#endif
+        // A twentieth of the octahedron's map is at most 15 degrees.
+        uvec2 otherOct = uvec2(other.x, other.x >> 13u) & 8191u;
+        apart = bvec2(uvec2(apart) | uvec2(greaterThan(max(oct, otherOct) - min(oct, otherOct), uvec2(400u))) |
+                      uvec2(bits.x >> 26u, bits.y >> 24u));
+    }
+#endif
+    float work = (differ.x | differ.y) == 0u ? 0.5 : any(apart) ? 1.0 : 0.75;
+    // What has to be gone through anyway takes its neighbours along.
+    float mixed = work > 0.5 ? 1.0 : 0.0;
+    mixed += abs(dFdxFine(mixed));
+    mixed += abs(dFdyFine(mixed));
+    work = mixed > 0.0 ? max(work, 0.75) : work;
+    // A background that is a picture is a surface like others.
+    gl_FragDepth = (all.x | all.y) == 0u && surround[1].w < 0.5 ? 0.0 : work;
+    outColor = vec4(background, 1.0);
+}
+)";
+
+const char kLightFragment[] = R"(
+#if SAMPLES > 1
+layout(binding = 1) uniform sampler2DMS depths;
+#else
+layout(binding = 1) uniform sampler2D depths;
+#endif
+layout(binding = 2) uniform samplerBuffer materials;
+layout(location = 0) out vec4 outColor;
+
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    uvec2 surface = texelFetch(surfaces, at, 0).xy;
+    vec3 n = normalOf(surface.x);
+    vec3 base = colorOf(surface.y);
+    uint material = materialOf(surface);
+    int sampleOf = 0;
+    float share = 1.0;
+#ifdef DETAIL
+    uvec2 detail = texelFetch(details, at, 0).xy;
+    vec3 emitted = emissiveOf(detail.x), bytes = bytesOf(detail.y);
+#endif
+#if SAMPLES > 1 && !defined(ONE_SURFACE)
+    // One surface is lit once, with the means of its samples. What else there is in the pixel is lit, as one, in a second
+    // pass over such pixels only.
+    vec3 sumN = n, sumBase = base, restN = vec3(0.0), restBase = vec3(0.0);
+    float count = 1.0, restCount = 0.0;
+    uint restMaterial = material;
+    int restSample = 0;
+#ifdef DETAIL
+    vec3 sumEmitted = emitted, sumBytes = bytes, restEmitted = vec3(0.0), restBytes = vec3(0.0);
+    uint restDetail = 0u;
+#endif
+    for (int i = 1; i < SAMPLES; ++i) {
+        uvec2 other = texelFetch(surfaces, at, i).xy;
+        vec3 otherN = normalOf(other.x);
+        vec3 otherBase = colorOf(other.y);
+        uint otherMaterial = materialOf(other);
+        bool same = sameSurface(material, n, otherMaterial, otherN);
+        float weight = same ? 1.0 : 0.0;
+        sumN += weight * otherN;
+        sumBase += weight * otherBase;
+        count += weight;
+        bool first = !same && restCount == 0.0;
+        restMaterial = first ? otherMaterial : restMaterial;
+        restSample = first ? i : restSample;
+        restN += (1.0 - weight) * otherN;
+        restBase += (1.0 - weight) * otherBase;
+        restCount += 1.0 - weight;
+#ifdef DETAIL
+        uvec2 otherDetail = texelFetch(details, at, i).xy;
+        vec3 otherEmitted = emissiveOf(otherDetail.x), otherBytes = bytesOf(otherDetail.y);
+        restDetail = first ? otherDetail.y : restDetail;
+        sumEmitted += weight * otherEmitted;
+        sumBytes += weight * otherBytes;
+        restEmitted += (1.0 - weight) * otherEmitted;
+        restBytes += (1.0 - weight) * otherBytes;
+#endif
+    }
+#ifdef REST
+    float inverse = 1.0 / max(restCount, 1.0);
+    n = normalize(restN + vec3(0.0, 0.0, 1e-6));
+    base = restBase * inverse;
+    material = restMaterial;
+    sampleOf = restSample;
+    share = restCount / float(SAMPLES);
+#ifdef DETAIL
+    emitted = restEmitted * inverse;
+    bytes = restBytes * inverse;
+    detail.y = restDetail;
+#endif
+#else
+    n = normalize(sumN);
+    base = sumBase / count;
+#ifdef DETAIL
+    emitted = sumEmitted / count;
+    bytes = sumBytes / count;
+#endif
+#endif
+#endif
+    float depth = texelFetch(depths, at, sampleOf).x;
+    vec4 eye = eye_T_clip * vec4(gl_FragCoord.xy * clipPerPixel.xy - 1.0, depth, 1.0);
+    vec4 emissiveAndRoughness = texelFetch(materials, int(2u * material));
+    vec4 metallicLitAndCoat = texelFetch(materials, int(2u * material + 1u));
+    float occlusion = 1.0;
+#ifdef DETAIL
+    bool detailed = (detail.y & 0x80000000u) != 0u;
+    emissiveAndRoughness = detailed ? vec4(emitted, max(bytes.y, 0.045)) : emissiveAndRoughness;
+    metallicLitAndCoat.x = detailed ? bytes.x : metallicLitAndCoat.x;
+    occlusion = detailed ? bytes.z : 1.0;
+#endif
+    Lit lit = light(eye.xyz / eye.w, n, base, metallicLitAndCoat.x, emissiveAndRoughness.w, occlusion,
+                    metallicLitAndCoat.zw);
+    // 1: light falls on it; 0: the background; -1: its colour is what is seen.
+    float litness = metallicLitAndCoat.y;
+    vec3 c = emissiveAndRoughness.rgb + max(litness, 0.0) * (lit.diffuse + lit.specular);
+#ifdef ENVIRONMENT
+    // Where nothing is.
+    bool seen = material == 0u && surround[1].w > 0.5;
+    vec3 away = eye.xyz / eye.w;
+    vec3 d = vec3(dot(worldRow0.xyz, away), dot(worldRow1.xyz, away), dot(worldRow2.xyz, away));
+    c = seen ? mapOf(onSquare(d), 0.0) : c;
+    litness = seen ? 0.0 : litness;
+#endif
+    c = litness < 0.0 ? base : toneMap(c);
+    outColor = vec4(encodeSrgb(c), share);
+}
+)";
+
+const char kCopyFragment[] = R"(
+layout(binding = 0) uniform sampler2D picture;
+layout(location = 0) out vec4 outColor;
+void main() { outColor = vec4(texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb, 0.0); }
+)";
+
+const char kSpreadFragment[] = R"(
+layout(binding = 1) uniform sampler2D rest;
+layout(location = 0) out vec4 outColor;
+
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    vec4 color = texelFetch(rest, at, 0);
+    uvec2 first = texelFetch(surfaces, at, 0).xy;
+    vec3 n = normalOf(first.x);
+    int covered = 0;
+    for (int i = 1; i < SAMPLES; ++i) {
+        uvec2 other = texelFetch(surfaces, at, i).xy;
+        covered |= sameSurface(materialOf(first), n, materialOf(other), normalOf(other.x)) ? 0 : 1 << i;
+    }
+    gl_SampleMask[0] = color.a > 0.0 ? covered : 0;
+    outColor = vec4(color.rgb, 0.0);
+}
+)";
+
+const char kResolveFragment[] = R"(
+layout(binding = 0) uniform sampler2DMS blended;
+layout(location = 0) out vec4 outColor;
+
+void main() {
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < SAMPLES; ++i) sum += texelFetch(blended, ivec2(gl_FragCoord.xy), i);
+    if (sum.a == 0.0) discard;
+    outColor = vec4(sum.rgb / float(SAMPLES), 1.0);
+}
+)";
+
+}  // namespace tessera::shader_text

@@ -1,0 +1,264 @@
+// What items are: their vertices, their surface, and the first pass that packs it.
+#include "client/draw/ShaderText.h"
+
+namespace tessera::shader_text {
+
+const char kBlocks[] = R"(
+layout(std140, binding = 0) uniform FrameBlock {
+    mat4 clip_T_eye;
+    mat4 eye_T_clip;
+    vec4 worldRow0, worldRow1, worldRow2;
+    vec4 sky, ground;
+    vec4 clipPerPixel;
+    vec4 slices;  // how depth makes slices (LightClusters.h); how many lights are everybody's
+    vec4 surround[9];  // EnvironmentTexture.h
+    vec4 shadows;  // where lights with shadows are said, how many; 1 / width, 1 / height of their maps' texture
+};
+layout(std140, binding = 1) uniform ItemBlock {
+    vec4 eyeRow0, eyeRow1, eyeRow2;
+    vec4 normalRow0, normalRow1, normalRow2;
+    vec4 baseColor;
+    vec4 emissiveAndRoughness;
+    vec4 metallicAndFaceted;
+    uvec4 nodeAndMaterial;
+};
+#ifdef MAPS
+layout(std140, binding = 2) uniform LookBlock {
+    // Of each map: two rows that place it (u = row0.xyz * (u, v, 1)), and in row0.w which texture coordinates it takes.
+    vec4 place[10];
+    vec4 strengths;  // of normals, of occlusion; alpha's cutoff
+    vec4 effects;    // transmission, 1 for unlit, lacquer and its roughness
+};
+#endif
+)";
+
+const char kMeshVertex[] = R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 color;
+layout(location = 3) in vec2 texcoord;
+layout(location = 4) in vec2 texcoord1;
+
+invariant gl_Position;
+#ifdef SURFACE
+out vec3 vNormal;
+out vec4 vColor;
+#ifdef POSITION
+out vec3 vPosition;
+#endif
+#ifdef MAPS
+out vec4 vTexcoords;
+#endif
+#endif
+
+#ifdef LINES
+// A line is a strip of two triangles as wide as it is to be on the screen, with square ends. `normal` is its other end, the
+// second texture coordinate says to which side: of the other end the other way round.
+vec4 cornerOfLine(vec4 a) {
+    vec4 p = vec4(normal, 1.0);
+    vec4 b = clip_T_eye * vec4(dot(eyeRow0, p), dot(eyeRow1, p), dot(eyeRow2, p), 1.0);
+    // Up to the near plane, where depth is 1: what lies behind the eye has no place on the screen.
+    float beyondA = a.w - a.z, beyondB = b.w - b.z;
+    if (beyondA < 0.0 && beyondB < 0.0) return a;
+    vec4 cut = a + (b - a) * (beyondA / (beyondA - beyondB));
+    if (beyondA < 0.0) a = cut;
+    if (beyondB < 0.0) b = cut;
+    vec2 along = b.xy / (b.w * clipPerPixel.xy) - a.xy / (a.w * clipPerPixel.xy);
+    float size = length(along);
+    along = size > 1e-6 ? along / size : vec2(1.0, 0.0);
+    vec2 aside = texcoord1.x * vec2(-along.y, along.x);
+    a.xy += 0.5 * metallicAndFaceted.z * (aside - along) * clipPerPixel.xy * a.w;
+    return a;
+}
+#endif
+
+void main() {
+    vec4 p = vec4(position, 1.0);
+    vec3 eye = vec3(dot(eyeRow0, p), dot(eyeRow1, p), dot(eyeRow2, p));
+    gl_Position = clip_T_eye * vec4(eye, 1.0);
+#ifdef LINES
+    gl_Position = cornerOfLine(gl_Position);
+#endif
+#ifdef SURFACE
+    vNormal = vec3(dot(normalRow0.xyz, normal), dot(normalRow1.xyz, normal), dot(normalRow2.xyz, normal));
+    vColor = baseColor * color;
+#ifdef POSITION
+    vPosition = eye;
+#endif
+#ifdef MAPS
+#ifdef LINES
+    vTexcoords = texcoord.xyxy;
+#else
+    vTexcoords = vec4(texcoord, texcoord1);
+#endif
+#endif
+#endif
+}
+)";
+
+const char kSurface[] = R"(
+in vec3 vNormal;
+in vec4 vColor;
+#ifdef POSITION
+in vec3 vPosition;
+#endif
+#ifdef MAPS
+in vec4 vTexcoords;
+layout(binding = 3) uniform sampler2D baseColorImage;
+layout(binding = 4) uniform sampler2D metallicRoughnessImage;
+layout(binding = 5) uniform sampler2D normalImage;
+layout(binding = 6) uniform sampler2D occlusionImage;
+layout(binding = 7) uniform sampler2D emissiveImage;
+
+vec2 placed(int map) {
+    vec3 uv = vec3(place[2 * map].w > 0.5 ? vTexcoords.zw : vTexcoords.xy, 1.0);
+    return vec2(dot(place[2 * map].xyz, uv), dot(place[2 * map + 1].xyz, uv));
+}
+#endif
+
+struct Surface {
+    vec3 normal;  // as long as it comes
+    vec4 base;
+    float metallic, roughness, occlusion;
+    vec3 emissive;
+};
+
+#if defined(MAPS) && (MAPS & 4) != 0
+// Tangents from how position and texture coordinates change over the screen (Schueler 2013, "Followup: normal mapping
+// without precomputed tangents"), made orthogonal as glTF's own frame is: green points against v.
+vec3 mappedNormal(vec3 n, float facing) {
+    vec2 uv = placed(2);
+    vec3 p1 = dFdx(vPosition), p2 = dFdy(vPosition);
+    vec2 t1 = dFdx(uv), t2 = dFdy(uv);
+    vec3 across2 = cross(p2, n), across1 = cross(n, p1);
+    // On a face seen from behind the screen's axes are mirrored against it, which turns both around.
+    vec3 alongU = facing * (across2 * t1.x + across1 * t2.x), alongV = facing * (across2 * t1.y + across1 * t2.y);
+    float length2 = dot(alongU, alongU);
+    // Without texture coordinates there is no frame.
+    if (!(length2 > 1e-36)) return n;
+    vec3 t = alongU * inversesqrt(length2);
+    vec3 b = cross(n, t);
+    b *= dot(b, alongV) > 0.0 ? -1.0 : 1.0;
+    vec3 m = texture(normalImage, uv).xyz * 2.0 - 1.0;
+    m.xy *= strengths.x;
+    return t * m.x + b * m.y + n * m.z;
+}
+#endif
+
+// What the material and its images say of this pixel.
+Surface surface() {
+    Surface s;
+    float facing = gl_FrontFacing ? 1.0 : -1.0;
+#ifdef FACETED
+    // By construction the face's normal points to the eye.
+    s.normal = cross(dFdx(vPosition), dFdy(vPosition));
+#else
+    s.normal = facing * vNormal;
+#endif
+    s.base = vColor;
+    s.metallic = metallicAndFaceted.x;
+    s.roughness = emissiveAndRoughness.w;
+    s.occlusion = 1.0;
+    s.emissive = emissiveAndRoughness.rgb;
+#ifdef MAPS
+#if (MAPS & 1) != 0
+    s.base *= texture(baseColorImage, placed(0));
+#endif
+#if (MAPS & 2) != 0
+    vec4 metallicRoughness = texture(metallicRoughnessImage, placed(1));
+    s.metallic *= metallicRoughness.b;
+    s.roughness = max(s.roughness * metallicRoughness.g, 0.045);
+#endif
+#if (MAPS & 4) != 0
+    float size2 = dot(s.normal, s.normal);
+    if (size2 > 1e-30) s.normal = facing * mappedNormal(facing * s.normal * inversesqrt(size2), facing);
+#endif
+#if (MAPS & 8) != 0
+    s.occlusion = 1.0 + strengths.y * (texture(occlusionImage, placed(3)).r - 1.0);
+#endif
+#if (MAPS & 16) != 0
+    s.emissive *= texture(emissiveImage, placed(4)).rgb;
+#endif
+#endif
+    return s;
+}
+#ifdef MASKED
+// What is as opaque as the cutoff is there; less than a step of an image's alpha is rounding.
+float aboveCutoff(Surface s) { return s.base.a - strengths.z + 1e-4; }
+#endif
+)";
+
+// 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations for independent unit
+// vectors", 2014), 24 of colour (its square root), 14 of material. What images alone can say goes into 64 more:
+// emitted light with a common exponent of its three colours, a byte each of metal, roughness and occlusion.
+const char kPackFragment[] = R"(
+layout(location = 0) out uvec2 outSurface;
+#ifdef DETAIL
+layout(location = 1) out uvec2 outDetail;
+// As GL_RGB9_E5 (OpenGL 4.5, 8.5.2).
+uint sharedExponent(vec3 c) {
+    c = clamp(c, 0.0, 65408.0);
+    float largest = max(max(c.r, c.g), max(c.b, 1e-9));
+    int e = max(-16, int(floor(log2(largest)))) + 16;
+    if (floor(largest * exp2(float(24 - e)) + 0.5) > 511.0) ++e;
+    uvec3 m = uvec3(c * exp2(float(24 - e)) + 0.5);
+    return m.r | (m.g << 9u) | (m.b << 18u) | (uint(e) << 27u);
+}
+#endif
+
+void main() {
+    Surface s = surface();
+    vec3 n = s.normal;
+    // A normal of no length (degenerate triangles, zeros in a file) faces along the view.
+    float size = abs(n.x) + abs(n.y) + abs(n.z);
+    n = size > 1e-30 ? n / size : vec3(0.0, 0.0, 1.0);
+    vec2 folded = (1.0 - abs(n.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(n.xy, vec2(0.0)));
+    vec2 oct = n.z >= 0.0 ? n.xy : folded;
+    uvec2 octBits = uvec2(clamp(oct * 4095.0 + 4095.5, 0.0, 8191.0));
+    uvec3 c = uvec3(sqrt(clamp(s.base.rgb, 0.0, 1.0)) * 255.0 + 0.5);
+    uint material = nodeAndMaterial.z;
+    outSurface = uvec2(octBits.x | (octBits.y << 13u) | ((material & 63u) << 26u),
+                       c.r | (c.g << 8u) | (c.b << 16u) | ((material >> 6u) << 24u));
+#ifdef DETAIL
+    outDetail = uvec2(0u);
+#if defined(MAPS) && (MAPS & 26) != 0
+    uvec3 bytes = uvec3(clamp(vec3(s.metallic, s.roughness, s.occlusion), 0.0, 1.0) * 255.0 + 0.5);
+    outDetail = uvec2(sharedExponent(s.emissive), bytes.x | (bytes.y << 8u) | (bytes.z << 16u) | 0x80000000u);
+#endif
+#endif
+#ifdef MASKED
+    float above = aboveCutoff(s);
+#if SAMPLES > 1
+    // As many samples as the share of the pixel above the cutoff, were alpha a straight slope: an edge without steps.
+    float slope = fwidth(s.base.a);
+    float share = slope > 1e-4 ? clamp(above / slope + 0.5, 0.0, 1.0) : step(0.0, above);
+    int covered = int(share * float(SAMPLES) + 0.5);
+    if (covered == 0) discard;
+    // Samples that lie across from each other first.
+    gl_SampleMask[0] = covered == 1 ? 1 : covered == 2 ? 9 : covered == 3 ? 11 : 15;
+#else
+    if (above < 0.0) discard;
+#endif
+#endif
+}
+)";
+
+const char kNodeIdFragment[] = R"(
+layout(location = 0) out uvec2 outNode;
+void main() {
+#ifdef MASKED
+    if (aboveCutoff(surface()) < 0.0) discard;
+#endif
+    outNode = nodeAndMaterial.xy;
+}
+)";
+
+const char kShadowFragment[] = R"(
+void main() {
+#ifdef MASKED
+    if (aboveCutoff(surface()) < 0.0) discard;
+#endif
+}
+)";
+
+}  // namespace tessera::shader_text

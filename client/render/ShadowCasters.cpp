@@ -1,0 +1,137 @@
+#include "client/render/ShadowCasters.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "client/render/SceneItems.h"
+
+namespace tessera {
+namespace {
+
+/// A light's frame: it looks along -Z.
+Mat3d lookingAlong(const Vec3d& direction) {
+    const Vec3d z = -direction.normalized();
+    const Vec3d up = std::abs(z.y()) < 0.9 ? Vec3d::UnitY() : Vec3d::UnitX();
+    Mat3d light_R_world;
+    light_R_world.row(0) = up.cross(z).normalized();
+    light_R_world.row(1) = z.cross(light_R_world.row(0).transpose());
+    light_R_world.row(2) = z;
+    return light_R_world;
+}
+
+/// The next of a quarter octave's steps.
+double roundedUp(double size) {
+    return std::exp2(std::ceil(4 * std::log2(std::max(size, 1e-9))) / 4);
+}
+
+ScreenCamera sunCamera(const LightItem& light, const Box& scene) {
+    const Mat3d light_R_world = lookingAlong(light.direction);
+    const Vec3d half = 0.5 * (light_R_world.cwiseAbs() * scene.size());
+    Vec3d center = light_R_world * scene.center();
+    // One size both ways; the middle on its map's pixels, a few of which stay free around.
+    const double side = roundedUp(2 * std::max(half.x(), half.y()) * 1.02), step = side / 64;
+    center.x() = step * std::floor(center.x() / step + 0.5);
+    center.y() = step * std::floor(center.y() / step + 0.5);
+    const double reach = 0.5 * side + step, depth = roundedUp(half.z() * 1.05 + 1e-3 * side);
+    ScreenCamera camera{.eyeWorld = Vec3d::Zero(), .eye_T_world = Affine3d::Identity(), .clip_T_eye = Mat4d::Identity(),
+                        .pixels = {.width = kSunMapPx, .height = kSunMapPx}};
+    camera.eye_T_world.linear() = light_R_world;
+    camera.eye_T_world.translation() = -center - Vec3d(0, 0, depth);
+    camera.eyeWorld = light_R_world.transpose() * (center + Vec3d(0, 0, depth));
+    camera.clip_T_eye(0, 0) = camera.clip_T_eye(1, 1) = 1 / reach;
+    camera.clip_T_eye(2, 2) = -1 / depth;
+    camera.clip_T_eye(2, 3) = -1;
+    return camera;
+}
+
+ScreenCamera spotCamera(const LightItem& light, const Box& scene) {
+    constexpr double kWidest = 80 * M_PI / 180;
+    ScreenCamera camera{.eyeWorld = light.position, .eye_T_world = Affine3d::Identity(), .clip_T_eye = Mat4d::Zero(),
+                        .pixels = {.width = kSpotMapPx, .height = kSpotMapPx}};
+    camera.eye_T_world.linear() = lookingAlong(light.direction);
+    camera.eye_T_world.translation() = -(camera.eye_T_world.linear() * light.position);
+    const Vec3d farthest = (scene.upper - light.position).cwiseAbs().cwiseMax((scene.lower - light.position).cwiseAbs());
+    const double far = light.range > 0 ? std::min<double>(light.range, roundedUp(farthest.norm())) : roundedUp(farthest.norm());
+    const double near = 1e-3 * far;
+    const double slope = 1 / std::tan(std::clamp<double>(light.outerAngle * 1.02, 0.01, kWidest));
+    camera.clip_T_eye(0, 0) = camera.clip_T_eye(1, 1) = slope;
+    camera.clip_T_eye(2, 2) = -(far + near) / (far - near);
+    camera.clip_T_eye(2, 3) = -2 * far * near / (far - near);
+    camera.clip_T_eye(3, 2) = -1;
+    return camera;
+}
+
+}  // namespace
+
+ScreenCamera shadowCamera(const LightItem& light, const Box& scene) {
+    return light.kind == LightItem::Kind::kSpot ? spotCamera(light, scene) : sunCamera(light, scene);
+}
+
+std::optional<ScreenCamera> nearShadowCamera(const ScreenCamera& sun, const ScreenCamera& screen) {
+    // A ball around the eye and the corners of what it sees at that distance: of one size, however the eye turns.
+    const Affine3d world_T_eye = screen.eye_T_world.inverse();
+    const Mat4d eye_T_clip = screen.clip_T_eye.inverse();
+    std::array<Vec3d, 5> corners{world_T_eye.translation()};
+    Vec3d center = Vec3d::Zero();
+    for (std::size_t i = 0; i < 4; ++i) {
+        const Vec4d seen = eye_T_clip * Vec4d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, 0, 1);
+        const Vec3d towards = seen.head<3>() / seen.w();
+        corners[i + 1] = world_T_eye * Vec3d(towards * (kNearMetres / -towards.z()));
+        center += 0.25 * corners[i + 1];
+    }
+    center = 0.45 * corners[0] + 0.55 * center;
+    double radius = 0;
+    for (const Vec3d& corner : corners) radius = std::max(radius, (corner - center).norm());
+    const double side = roundedUp(2 * radius * 1.0001), step = side / 16, reach = 0.5 * side + 0.75 * step;
+    if (!(reach * sun.clip_T_eye(0, 0) < 0.7)) return std::nullopt;
+    ScreenCamera camera = sun;
+    Vec3d at = sun.eye_T_world.linear() * center;
+    for (int i = 0; i < 2; ++i) camera.eye_T_world.translation()[i] = -step * std::floor(at[i] / step + 0.5);
+    camera.clip_T_eye(0, 0) = camera.clip_T_eye(1, 1) = 1 / reach;
+    return camera;
+}
+
+/// The view as it was, where that is of the same scene and of the same camera.
+std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCamera& camera, const std::shared_ptr<const ShadowView>& before) const {
+    if (before && castersOf_ == version && drawAlike(camera, before->camera)) return before;
+    auto view = std::make_shared<ShadowView>(ShadowView{camera, {}});
+    std::vector<std::uint32_t> found;
+    const PixelRect all{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
+    collectInFrustum(*this, tileFrustum(camera, all), found);
+    for (const std::uint32_t i : found)
+        if (!items[i].transparent && items[i].lineWidth == 0) view->items.push_back(drawItem(i));
+    return view;
+}
+
+std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const ScreenCamera& screen) const {
+    const Box bounds = tree.bounds();
+    const bool any = std::any_of(lights.begin(), lights.end(), [](const LightItem& light) { return light.shadows; });
+    if (!any || bounds.empty()) return casters_ = nullptr;
+    auto now = std::make_shared<ShadowCasters>();
+    const auto before = [&](std::size_t i) { return casters_ && i < casters_->views.size() ? casters_->views[i] : nullptr; };
+    for (const LightItem& light : lights) {
+        if (!light.shadows) continue;
+        const ScreenCamera camera = shadowCamera(light, bounds);
+        if (light.kind == LightItem::Kind::kDirectional) {
+            now->nearOf = now->views.size();
+            if (const auto near = nearShadowCamera(camera, screen)) now->near = shadowView(*near, casters_ ? casters_->near : nullptr);
+        }
+        now->views.push_back(shadowView(camera, before(now->views.size())));
+    }
+    castersOf_ = version;
+    if (!casters_ || casters_->views != now->views || casters_->near != now->near) casters_ = std::move(now);
+    return casters_;
+}
+
+DrawItem RenderScene::Impl::drawItem(std::uint32_t index) const {
+    const SceneItem& item = items[index];
+    return {.node = item.node,
+            .geometry = item.geometry,
+            .material = item.material,
+            .world_T_item = places[item.place].world_T_node,
+            .mirrored = item.mirrored,
+            .lineWidth = item.lineWidth};
+}
+
+}  // namespace tessera
