@@ -1,0 +1,265 @@
+// What a list holds becomes draw calls, for one cell after the other, and for what a light sees.
+#include <fmt/format.h>
+
+#include "client/draw/RendererImpl.h"
+
+namespace tessera {
+namespace {
+
+/// A tile's scissor lies on this grid: it is the software rasteriser's own, and makes seams exact.
+constexpr int kGridPx = 64;
+
+/// The tile's rectangle grown outwards to the grid.
+PixelRect grownToGrid(const PixelRect& r) {
+    const int left = r.x / kGridPx * kGridPx;
+    const int bottom = r.y / kGridPx * kGridPx;
+    const int right = (r.x + r.width + kGridPx - 1) / kGridPx * kGridPx;
+    const int top = (r.y + r.height + kGridPx - 1) / kGridPx * kGridPx;
+    return {.x = left, .y = bottom, .width = right - left, .height = top - bottom};
+}
+
+Expected<void> checkRect(const ScreenCamera& camera, const PixelRect& r) {
+    if (r.x < 0 || r.y < 0 || r.width <= 0 || r.height <= 0 || r.width > camera.pixels.width - r.x ||
+        r.height > camera.pixels.height - r.y)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("a tile of {}x{} at {},{} does not lie on its screen of {}x{}", r.width, r.height, r.x,
+                                r.y, camera.pixels.width, camera.pixels.height));
+    return {};
+}
+
+/// From the origin to the farthest corner.
+double reachOf(const Box& box, const Vec3d& origin) {
+    return (box.upper - origin).cwiseAbs().cwiseMax((box.lower - origin).cwiseAbs()).norm();
+}
+
+}  // namespace
+
+Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
+                                     const PixelRect& rect) {
+    if (auto good = checkRect(camera, rect); !good) return good;
+    if (auto current = surface.makeCurrent(); !current) return current;
+    scene = {.detail = list.detailed,
+             .coated = list.coated,
+             .samples = options.samples};
+    const auto stale = shadows.begin(list.casters);
+    if (!stale) return tl::unexpected(stale.error());
+    for (const std::size_t view : *stale)
+        if (auto drawn = drawShadows(aspect, view); !drawn) return drawn;
+    collect(aspect, list, camera);
+    triangles = 0;
+    lightsLeftOut = list.lightsLeftOut;
+    shadowsLeftOut = list.shadowsLeftOut;
+    lights.clusters().setEverywhere(!options.clusterLights);
+    scene.lists = lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : std::vector<std::array<float, 4>>());
+    scene.environment = surroundings.begin(aspect, list.environment);
+    return {};
+}
+
+void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera) {
+    calls.collect(aspect, list, camera, *meshes, textures);
+    const auto upload = [this](GLuint buffer, const auto& values) {
+        gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
+                           GL_STREAM_DRAW);
+    };
+    if (!calls.items().empty()) {
+        upload(itemBuffer, calls.items());
+        upload(lookBuffer, calls.lookBlocks());
+    }
+    if (!calls.sortedIndices().empty()) upload(sortedBuffer, calls.sortedIndices());
+    upload(materialBuffer, calls.materials());
+    gl.TextureBuffer(materialTexture, GL_RGBA32F, materialBuffer);
+}
+
+/// Once for all tiles and frames that show the scene as it is now.
+Expected<void> Renderer::Impl::drawShadows(const Aspect& aspect, std::size_t index) {
+    const ShadowView& view = shadows.view(index);
+    DrawList seen;
+    seen.opaque = view.items;
+    collect(aspect, seen, view.camera);
+    inCell.clear();
+    runs.clear();
+    for (const DrawCall& call : calls.calls()) {
+        const auto first = static_cast<std::uint32_t>(runs.size());
+        runs.push_back({0, call.mesh.indexCount / 3});
+        inCell.push_back({first, first + 1});
+    }
+    scissor = shadows.place(index);
+    setUp(makeFrameBlock(seen, view.camera), scissor, shadows.framebuffer());
+    if (auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kShadow); !drawn) return drawn;
+    shadows.setDrawn(index);
+    return {};
+}
+
+void Renderer::Impl::setUp(const FrameBlock& block, const PixelRect& viewport, GLuint framebuffer) {
+    gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer);
+    gl.Viewport(viewport.x, viewport.y, viewport.width, viewport.height);
+    gl.Enable(GL_SCISSOR_TEST);
+    gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
+    gl.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.DepthFunc(GL_GREATER);
+    gl.DepthMask(GL_TRUE);
+    gl.Disable(GL_BLEND);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, surfacesNow = framebuffer);
+    const float farthest = 0;
+    gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
+}
+
+Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell,
+                                         TileBuffers& buffers) {
+    scissor = grownToGrid(cell.inCell);
+    if (auto room = buffers.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room) return room;
+    const ClusterSight sight(screen, cell.onScreen,
+                             {.x = cell.onScreen.x - cell.inCell.x,
+                              .y = cell.onScreen.y - cell.inCell.y,
+                              .width = kCellWidthPx,
+                              .height = kCellHeightPx});
+    const Frustum frustum = tileFrustum(screen, cell.onScreen);
+    const Frustum aroundLines = tileFrustum(screen, cell.onScreen, kFrustumMarginPx + calls.widestLineReachPx());
+    inCell.clear();
+    runs.clear();
+    for (const DrawCall& call : calls.calls()) {
+        const auto first = static_cast<std::uint32_t>(runs.size());
+        const std::uint32_t all = (call.sortedCount > 0 ? call.sortedCount : call.mesh.indexCount) / 3;
+        const Box& box = call.item->box;
+        const Frustum& shown = call.item->lineWidth > 0 ? aroundLines : frustum;
+        const Frustum::Result result = box.empty() ? Frustum::Result{} : shown.classify(box, Frustum::kAllPlanes);
+        if (!result.outside && !call.item->clusters.empty() && call.sortedCount == 0)
+            sight.appendRuns({.clusters = call.item->clusters,
+                              .triangles = all,
+                              .hidden = list.hiddenOf(*call.item),
+                              .backFacesShown = calls.lookOf(call).doubleSided,
+                              .reach = reachOf(box, call.item->world_T_item.translation())},
+                             call.item->world_T_item, runs);
+        else if (!result.outside)
+            runs.push_back({0, all});
+        inCell.push_back({first, static_cast<std::uint32_t>(runs.size())});
+    }
+
+    FrameBlock block = makeFrameBlock(list, cell.camera);
+    block.slices = lights.beginCell(cell.camera, scissor);
+    block.surroundings = surroundings.block();
+    const auto [from, count] = lights.shadowed();
+    const auto [pixelWidth, pixelHeight] = shadows.pixelSize();
+    block.shadows = {from, count, pixelWidth, pixelHeight};
+    const bool detailed = scene.detail && &buffers == &tile;
+    const auto framebuffer = detailed ? buffers.detailedSurfaces() : buffers.surfaces();
+    if (!framebuffer) return tl::unexpected(framebuffer.error());
+    // The whole cell's viewport for every tile that shares in it; only the scissor is the tile's own.
+    setUp(block, {.x = 0, .y = 0, .width = cell.camera.pixels.width, .height = cell.camera.pixels.height}, *framebuffer);
+    const std::array<GLuint, 4> nothing{};
+    for (GLint i = 0; i < (detailed ? 2 : 1); ++i)
+        gl.ClearNamedFramebufferuiv(*framebuffer, GL_COLOR, i, nothing.data());
+    return {};
+}
+
+Expected<GLuint> Renderer::Impl::program(const ProgramKind& kind) {
+    auto it = programs.find(kind);
+    if (it == programs.end()) {
+        auto made = Program::create(gl, kind);
+        if (!made) return tl::unexpected(made.error());
+        it = programs.emplace(kind, std::move(*made)).first;
+    }
+    return it->second.name();
+}
+
+Expected<void> Renderer::Impl::useProgram(const ProgramKind& kind) {
+    const auto name = program(kind);
+    if (!name) return tl::unexpected(name.error());
+    gl.UseProgram(*name);
+    return {};
+}
+
+ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
+    using Use = ProgramKind::Use;
+    ProgramKind kind{.use = use};
+    const bool lightsSurfaces = use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest;
+    if (isLit(use)) {
+        kind.coated = scene.coated;
+        kind.lists = scene.lists;
+        kind.environment = scene.environment;
+    }
+    if (use == Use::kSurface || use == Use::kClassify || lightsSurfaces) kind.detail = scene.detail;
+    if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kShadow && use != Use::kCopy)
+        kind.samples = options.samples;
+    return kind;
+}
+
+ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) const {
+    using Use = ProgramKind::Use;
+    const DrawLook& look = calls.lookOf(call);
+    ProgramKind kind = kindOf(use);
+    kind.lines = call.item->lineWidth > 0;
+    kind.masked = look.masked && use != Use::kBlend;
+    if (use == Use::kNodeIds || use == Use::kShadow) {
+        if (kind.masked) kind.maps = look.mapBits & bitOf(ImageMap::kBaseColor);
+    } else {
+        kind.maps = look.mapBits;
+        kind.faceted = !call.mesh.hasNormals;
+    }
+    kind.look = kind.maps != 0 || kind.masked || use == Use::kBlend;
+    if (use == Use::kSurface && kind.masked) kind.samples = options.samples;
+    return kind;
+}
+
+/// In the list's order, whatever changes of state that costs.
+Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, ProgramKind::Use use) {
+    gl.BindVertexArray(vertexArray);
+    const DrawCall* before = nullptr;
+    std::optional<bool> sortedBound;  // which indices the vertex array has
+    ProgramKind kind;
+    for (std::size_t i = first; i < last; ++i) {
+        const Span& span = inCell[i];
+        if (span.first == span.end) continue;
+        const DrawCall& call = calls.calls()[i];
+        const DrawLook& look = calls.lookOf(call);
+        const ProgramKind wanted = kindOf(use, call);
+        const bool another = !before || wanted != kind;
+        if (another)
+            if (auto used = useProgram(wanted); !used) return used;
+        if (wanted.look && (!before || !kind.look || kind.maps != wanted.maps || before->look != call.look))
+            bindLook(call.look, wanted.maps);
+        kind = wanted;
+        // What turns its back to a light stands in its way all the same.
+        const bool bothSides = look.doubleSided || use == ProgramKind::Use::kShadow;
+        if (!before || calls.lookOf(*before).doubleSided != look.doubleSided)
+            bothSides ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
+        if (!before || before->mirrored != call.mirrored) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
+        before = &call;
+        gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer, static_cast<GLintptr>(call.block * sizeof(ItemBlock)),
+                           sizeof(ItemBlock));
+        const bool sorted = call.sortedCount > 0;
+        if (sorted != sortedBound) gl.VertexArrayElementBuffer(vertexArray, sorted ? sortedBuffer : meshes->indexBuffer());
+        sortedBound = sorted;
+        const std::size_t firstIndex = sorted ? call.firstSorted : call.mesh.firstIndex;
+        if (another)
+            if (auto ready = prepareForOtherLights(kind); !ready) return ready;
+        counts.clear();
+        offsets.clear();
+        for (std::uint32_t k = span.first; k < span.end; ++k) {
+            counts.push_back(static_cast<GLsizei>(3 * runs[k].count));
+            offsets.push_back(reinterpret_cast<const void*>(
+                (firstIndex + 3 * std::size_t{runs[k].first}) * sizeof(std::uint32_t)));
+            triangles += runs[k].count;
+        }
+        baseVertices.assign(counts.size(), call.mesh.baseVertex);
+        gl.MultiDrawElementsBaseVertex(GL_TRIANGLES, counts.data(), GL_UNSIGNED_INT, offsets.data(),
+                                       static_cast<GLsizei>(counts.size()), baseVertices.data());
+    }
+    if (sortedBound == true) gl.VertexArrayElementBuffer(vertexArray, meshes->indexBuffer());
+    return {};
+}
+
+void Renderer::Impl::bindLook(std::uint32_t index, std::uint8_t maps) {
+    gl.BindBufferRange(GL_UNIFORM_BUFFER, 2, lookBuffer, static_cast<GLintptr>(index * sizeof(LookBlock)),
+                       sizeof(LookBlock));
+    const DrawLook& look = calls.looks()[index];
+    for (GLuint map = 0; map < kImageMaps; ++map) {
+        if ((maps >> map & 1) == 0) continue;
+        gl.BindTextureUnit(kFirstMapUnit + map, look.maps[map].texture);
+        gl.BindSampler(kFirstMapUnit + map, look.maps[map].sampler);
+    }
+}
+
+}  // namespace tessera
