@@ -202,7 +202,7 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCa
     for (const Ranked& ranked : opaque) result.opaque.push_back(drawItem(scene, ranked.item));
     transparentItems.clear();
     for (const Ranked& ranked : transparent)
-        transparentItems.push_back({drawItem(scene, ranked.item), &scene.items[ranked.item], ranked.depth});
+        transparentItems.push_back({drawItem(scene, ranked.item), ranked.item, ranked.depth});
     transparentOrder.append(scene, camera, transparentItems, result);
     result.lights = scene.lights;
     result.lightsLeftOut = scene.lightsLeftOut;

@@ -56,6 +56,8 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     boxes.clear();
     reaches = {};
     detailedItems = coatedItems = 0;
+    transparentTriangles = 0;
+    ++transparentChanges;
     linesByReach = {};
     users_.clear();
     looks_.clear();

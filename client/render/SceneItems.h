@@ -93,6 +93,7 @@ struct RenderScene::Impl {
     [[nodiscard]] DrawItem drawItem(std::uint32_t item) const;
     std::size_t detailedItems = 0, coatedItems = 0;
     std::uint64_t transparentTriangles = 0;
+    std::uint64_t transparentChanges = 0;  ///< grows whenever a transparent item comes, goes or moves
     /// Items by the reach of their lines, see `lineReachPx`.
     std::array<std::size_t, kWidestReachPx + 1> linesByReach{};
     /// Of all items, in pixels; 0 without lines.

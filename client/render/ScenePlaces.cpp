@@ -194,6 +194,7 @@ void RenderScene::Impl::placeItem(std::uint32_t index) {
     Box& box = boxes[index];
     const Affine3d& world_T_item = places[item.place].world_T_node;
     reaches.remove(item.reach);
+    transparentChanges += item.transparent;
     item.mirrored = world_T_item.linear().determinant() < 0;
     box = item.mesh->bounds.transformed(world_T_item);
     const Vec3d farthest = item.mesh->bounds.lower.cwiseAbs().cwiseMax(item.mesh->bounds.upper.cwiseAbs());
@@ -222,7 +223,10 @@ void RenderScene::Impl::freeItem(ScenePlace& place) {
 
 void RenderScene::Impl::countLooks(const SceneItem& item, int sign) {
     if (item.detailed) detailedItems += static_cast<std::size_t>(sign);
-    if (item.transparent && item.mesh) transparentTriangles += static_cast<std::uint64_t>(sign) * item.mesh->triangles;
+    if (item.transparent && item.mesh) {
+        transparentTriangles += static_cast<std::uint64_t>(sign) * item.mesh->triangles;
+        ++transparentChanges;
+    }
     if (item.coated) coatedItems += static_cast<std::size_t>(sign);
     if (item.lineWidth > 0) linesByReach[std::min(kWidestReachPx, static_cast<std::size_t>(lineReachPx(item.lineWidth)))] += static_cast<std::size_t>(sign);
 }

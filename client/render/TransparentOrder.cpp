@@ -1,24 +1,84 @@
 #include "client/render/TransparentOrder.h"
 
 #include <algorithm>
+#include <numeric>
 #include <tuple>
 
 namespace tessera {
 
+// A sweep along the axis on which they are spread most.
+void TransparentOrder::findGroups(const RenderScene::Impl& scene) {
+    changes_ = scene.transparentChanges;
+    groups_.clear();
+    groupOf_.assign(scene.items.size(), 0);
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t i = 0; i < scene.items.size(); ++i)
+        if (scene.items[i].transparent && !scene.boxes[i].empty()) order.push_back(i);
+    Vec3d sum = Vec3d::Zero(), squares = Vec3d::Zero();
+    for (const std::uint32_t i : order) {
+        const Vec3d middle = scene.boxes[i].center();
+        sum += middle;
+        squares += middle.cwiseProduct(middle);
+    }
+    int axis = 0;
+    (squares - sum.cwiseProduct(sum) / static_cast<double>(std::max<std::size_t>(1, order.size()))).maxCoeff(&axis);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return scene.boxes[a].lower[axis] < scene.boxes[b].lower[axis];
+    });
+    // By place in `order`: the one that it hangs together with, or itself.
+    std::vector<std::uint32_t> parents(order.size());
+    std::iota(parents.begin(), parents.end(), 0u);
+    const auto rootOf = [&](std::uint32_t at) {
+        while (parents[at] != at) at = parents[at] = parents[parents[at]];
+        return at;
+    };
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t k = 0; k < order.size(); ++k) {
+        const Box& box = scene.boxes[order[k]];
+        std::erase_if(open, [&](std::uint32_t other) { return scene.boxes[order[other]].upper[axis] < box.lower[axis]; });
+        for (const std::uint32_t other : open)
+            if (box.overlaps(scene.boxes[order[other]])) parents[rootOf(k)] = rootOf(other);
+        open.push_back(k);
+    }
+    std::vector<std::uint32_t> numbers(order.size(), 0xffffffffu);
+    for (std::uint32_t k = 0; k < order.size(); ++k) {
+        std::uint32_t& number = numbers[rootOf(k)];
+        const ObjectId node = scene.items[order[k]].node;
+        if (number == 0xffffffffu) {
+            number = static_cast<std::uint32_t>(groups_.size());
+            groups_.push_back({Box(), node});
+        }
+        groups_[number].box.extend(scene.boxes[order[k]]);
+        groups_[number].first = std::min(groups_[number].first, node);
+        groupOf_[order[k]] = number;
+    }
+}
+
 void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera& camera,
                               const std::vector<Item>& items, DrawList& list) {
+    if (items.empty()) return;
     pieces_.clear();
     const bool byTriangles = scene.transparentTriangles <= kMostTriangles;
+    if (byTriangles && (changes_ != scene.transparentChanges || groupOf_.size() != scene.items.size())) findGroups(scene);
+    const Vec3d axis = -camera.eye_T_world.linear().row(2).transpose();
+    const double offset = -camera.eye_T_world.translation().z();
     for (std::uint32_t i = 0; i < items.size(); ++i) {
         const Item& item = items[i];
-        if (byTriangles && item.item->mesh->primitive == Primitive::kTriangles)
-            addTriangles(item, i, camera, list.hiddenOf(item.drawn));
+        Piece piece{item.depth, item.drawn.node, item.depth, item.drawn.node, Piece::kWhole, i};
+        if (byTriangles) {
+            const Group& group = groups_[groupOf_[item.item]];
+            piece.groupDepth = axis.dot(group.box.center()) + offset;
+            piece.group = group.first;
+        }
+        if (byTriangles && scene.items[item.item].mesh->primitive == Primitive::kTriangles)
+            addTriangles(*scene.items[item.item].mesh, item, piece, camera, list.hiddenOf(item.drawn));
         else
-            pieces_.push_back({item.depth, item.drawn.node, Piece::kWhole, i});
+            pieces_.push_back(piece);
     }
     // Node ids are unique, so the order is total.
     std::sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) {
-        return std::tie(b.depth, a.node, a.triangle) < std::tie(a.depth, b.node, b.triangle);
+        return std::tie(b.groupDepth, a.group, b.depth, a.node, a.triangle) <
+               std::tie(a.groupDepth, b.group, a.depth, b.node, b.triangle);
     });
     for (std::size_t i = 0; i < pieces_.size();) {
         const std::uint32_t of = pieces_[i].item;
@@ -33,9 +93,8 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
     }
 }
 
-void TransparentOrder::addTriangles(const Item& item, std::uint32_t index, const ScreenCamera& camera,
+void TransparentOrder::addTriangles(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera,
                                     ClusterBits hidden) {
-    const RenderMesh& mesh = *item.item->mesh;
     const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
     const Vec3d axis = -eye_T_item.linear().row(2).transpose() / 3;
     const double offset = -eye_T_item.translation().z();
@@ -48,7 +107,9 @@ void TransparentOrder::addTriangles(const Item& item, std::uint32_t index, const
             const float* p = &positions[3 * std::size_t{indices[3 * std::size_t{t} + corner]}];
             sum += Vec3d(p[0], p[1], p[2]);
         }
-        pieces_.push_back({axis.dot(sum) + offset, item.drawn.node, t, index});
+        piece.depth = axis.dot(sum) + offset;
+        piece.triangle = t;
+        pieces_.push_back(piece);
     }
 }
 

@@ -74,6 +74,17 @@ TEST(DrawOrder, TrianglesOfGlassAreSortedTogetherUnlessTheyAreTooMany) {
             before = z;
         }
     }
+    // Apart they are two groups, each in its order.
+    TestScene apart;
+    const ObjectId thin = apart.material(0.5f);
+    const ObjectId one = apart.geometry(makeTorus(1, 0.3, 20, 12), thin);
+    const ObjectId left = apart.put(one, {-1.4, 0, -5}), right = apart.put(one, {1.4, 0, -6});
+    apart.apply();
+    const DrawList two = cull(apart, CullerKind::kFrustum, TestCamera());
+    EXPECT_EQ(nodesOf(two.transparent), (std::vector<ObjectId>{right, left}));
+    EXPECT_EQ(two.transparent.size(), 2u);
+    EXPECT_EQ(two.sortedTriangles.size(), 2u * 2 * 20 * 12);
+
     const ObjectId ball = scene.geometry(makeSphere(0.5, 200), glass);
     for (int i = 0; i < 6; ++i) scene.put(ball, {0.3 * i, 2, 100});
     scene.apply();
