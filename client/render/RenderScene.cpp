@@ -267,7 +267,9 @@ LightItem RenderScene::Impl::lightAt(std::uint32_t slot) const {
     const Object core = aspect_->find(place.core);
     const LightSource source = core.info().light(core.data());
     light.kind = source.kind;
-    light.radiance = source.radiance;
+    // Each factor may be large: their product stays a number that shaders can square.
+    constexpr float kUtmostRadiance = 1e18f;
+    for (int i = 0; i < 3; ++i) light.radiance[i] = std::clamp(source.radiance[i], -kUtmostRadiance, kUtmostRadiance);
     light.range = source.range;
     light.innerAngle = source.innerAngle;
     light.outerAngle = source.outerAngle;

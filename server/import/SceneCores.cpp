@@ -55,7 +55,7 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             }
             if (message.has_intensity()) light.intensity = message.intensity();
             if (!(light.intensity >= 0 && std::isfinite(light.intensity)))
-                return fail(ErrorCode::kBadInput, "a light's intensity must not be negative");
+                return fail(ErrorCode::kBadInput, "a light's intensity must be a number from zero up");
             light.shadows = message.shadows();
             return create(light);
         }
@@ -71,7 +71,7 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             light.range = message.range();
             if (!(light.intensity >= 0 && std::isfinite(light.intensity) && light.range >= 0 &&
                   std::isfinite(light.range)))
-                return fail(ErrorCode::kBadInput, "a light's intensity and range must not be negative");
+                return fail(ErrorCode::kBadInput, "a light's intensity and range must be numbers from zero up");
             return create(light);
         }
         case Content::kCamera: {

@@ -2,7 +2,6 @@
 /// against an oracle that knows for free which items leave a pixel, in the same run, in turns. A 2×2 wall of 960×540
 /// tiles.
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <array>
@@ -11,52 +10,15 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <random>
 #include <set>
 #include <string>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
-#include "common/geometry/Mesh.h"
-#include "common/geometry/TriangleOrder.h"
 #include "common/scene/Action.h"
-#include "common/scene/FieldTable.h"
 #include "server/import/Importer.h"
+#include "tests/bench/DrawingStage.h"
 
-namespace tessera {
+namespace tessera::bench {
 namespace {
-
-/// Processor time of all threads: what stays comparable when others use the machine, and what counts where each core has a
-/// tile of its own.
-double processorMs() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-}
-
-template <typename T>
-T orExit(Expected<T> value) {
-    if (value) return std::move(*value);
-    std::fprintf(stderr, "bench_cull: %s\n", value.error().message.c_str());
-    std::exit(exitCode(value.error().code));
-}
-
-struct Stage {
-    std::string name;
-    Aspect aspect;
-    std::vector<View> views;  ///< one per frame
-};
-
-Screen benchScreen() {
-    Screen screen;
-    screen.name = "front";
-    screen.lowerLeft = {-1.6, 0.6, 0};
-    screen.lowerRight = {1.6, 0.6, 0};
-    screen.upperLeft = {-1.6, 2.4, 0};
-    screen.grid.columns = 2;
-    screen.grid.rows = 2;
-    return screen;
-}
 
 struct Row {
     std::string name, peer;
@@ -64,68 +26,11 @@ struct Row {
     std::string unit;
 };
 
-/// Things at places, without a hierarchy.
-class SceneWriter {
-public:
-    ObjectId geometry(const MeshData& mesh) {
-        const ObjectId id{next_++};
-        const MeshArrays arrays = mesh.toArrays();
-        list_.create(id, typeOf<Geometry>());
-        list_.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(arrays.positions));
-        list_.set(id, typeOf<Geometry>(), fieldId<&Geometry::normals>, toValue(arrays.normals));
-        list_.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(arrays.indices));
-        return id;
-    }
-    void put(ObjectId core, const Vec3d& at, const Vec3d& size) {
-        const ObjectId place{next_++}, outer{next_++}, inner{next_++};
-        list_.create(place, typeOf<Transform>());
-        list_.set(place, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(at));
-        list_.set(place, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(size));
-        list_.create(outer, typeOf<Node>());
-        list_.set(outer, typeOf<Node>(), fieldId<&Node::core>, toValue(place));
-        list_.place(outer, kRootNode);
-        list_.create(inner, typeOf<Node>());
-        list_.set(inner, typeOf<Node>(), fieldId<&Node::core>, toValue(core));
-        list_.place(inner, outer);
-    }
-    Stage stage(std::string name) {
-        Stage made;
-        made.name = std::move(name);
-        orExit(made.aspect.apply(list_.take()).map([] { return 0; }));
-        return made;
-    }
-
-private:
-    ChangeListBuilder list_;
-    std::uint64_t next_ = 2;
-};
-
-/// 576 houses that are boxes, 20 things of 512 triangles around each: 12,096 items.
-Stage makeCity(int frames) {
-    std::mt19937 random(1);
-    const auto uniform = [&](double from, double to) {
-        return std::uniform_real_distribution<double>(from, to)(random);
-    };
-    SceneWriter scene;
-    const ObjectId house = scene.geometry(makeBox({1, 1, 1}));
-    const ObjectId thing = scene.geometry(makeTorus(0.7, 0.3, 16, 16));
-    for (int x = -12; x < 12; ++x) {
-        for (int z = -12; z < 12; ++z) {
-            const Vec3d corner(24.0 * x + 12, 0, 24.0 * z + 12);
-            const double height = uniform(8, 40);
-            scene.put(house, corner + Vec3d(0, height / 2, 0), {16, height, 16});
-            for (int i = 0; i < 20; ++i) {
-                const double along = uniform(-11, 11);
-                const double off = (random() % 2 ? 1 : -1) * uniform(9, 11);
-                scene.put(thing, corner + (i % 2 ? Vec3d(along, uniform(0.3, 5), off) : Vec3d(off, uniform(0.3, 5), along)),
-                    Vec3d::Constant(uniform(0.3, 1)));
-            }
-        }
-    }
-    Stage stage = scene.stage("city");
+/// Down a street, looking about: now and then twenty frames as they come at 15 m/s, so that one in twenty is a new sight.
+Stage makeStreet(int frames) {
+    Stage stage = cityStage("city", makeCity(), 0);
     for (int i = 0; i < frames; ++i) {
         View view;
-        // Down a street, looking about: now and then twenty frames as they come at 15 m/s, so that one in twenty is a new sight.
         const double t = static_cast<double>(i / 20 * 20) / frames;
         const double metres = 300 * t + 0.25 * (i % 20);
         view.position = {0, 0.5, 200 - metres};
@@ -133,75 +38,6 @@ Stage makeCity(int frames) {
         stage.views.push_back(view);
     }
     return stage;
-}
-
-/// A field: 8,000 things on the ground, nothing before another one but by chance.
-Stage makeField(int frames) {
-    std::mt19937 random(2);
-    std::uniform_real_distribution<double> anywhere(-60, 60);
-    SceneWriter scene;
-    const ObjectId thing = scene.geometry(makeTorus(0.7, 0.3, 12, 10));
-    for (int i = 0; i < 8'000; ++i) scene.put(thing, {anywhere(random), 0.2, anywhere(random)}, Vec3d::Constant(0.25));
-    Stage stage = scene.stage("open field");
-    for (int i = 0; i < frames; ++i) {
-        View view;
-        view.position = {0, 9, 60.0 - 40.0 * i / frames};
-        view.orientation = Quatd(Eigen::AngleAxisd(-0.35, Vec3d::UnitX()));
-        stage.views.push_back(view);
-    }
-    return stage;
-}
-
-/// One mesh of 864,000 triangles, a ring that the camera goes along near its surface.
-Stage makeRing(int frames) {
-    MeshData mesh = makeTorus(3, 1, 1200, 360);
-    mesh.indices = inSpatialOrder(mesh.positions, mesh.indices);
-    SceneWriter scene;
-    scene.put(scene.geometry(mesh), Vec3d::Zero(), Vec3d::Ones());
-    Stage stage = scene.stage("ring of 864,000 triangles, close up");
-    for (int i = 0; i < frames; ++i) {
-        View view;
-        const double angle = 6.28 * i / frames;
-        view.orientation = Quatd(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
-        view.position = view.orientation * Vec3d(4.6, -1, 1.5);
-        view.worldUnitsPerMetre = 0.5;
-        stage.views.push_back(view);
-    }
-    return stage;
-}
-
-/// In parts beside as a whole.
-void measureParts(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
-    const Screen screen = benchScreen();
-    const User user;
-    RenderScene all;
-    all.update(stage.aspect, nullptr);
-    const int width = screen.grid.tileWidthPx, height = screen.grid.tileHeightPx;
-    RenderAction masked(CullerKind::kMasked), none(CullerKind::kNone);
-    double inParts = 0, whole = 0;
-    std::uint64_t some = 0, every = 0;
-    const auto draw = [&](RenderAction& action, const View& view, const PixelRect& rect, double& ms,
-                          std::uint64_t& triangles) {
-        const ScreenCamera camera = screenCamera(screen, user, Eye::kCenter, view);
-        const double start = processorMs();
-        static_cast<void>(
-            orExit(renderer.draw(stage.aspect, action.run(all, camera, rect, nullptr), camera, rect)));
-        ms += processorMs() - start;
-        triangles += renderer.lastCounts().triangles;
-    };
-    double ignored = 0;
-    std::uint64_t uncounted = 0;
-    draw(none, stage.views.front(), {0, 0, width, height}, ignored, uncounted);
-    for (const View& view : stage.views)
-        for (int tile = 0; tile < 4; ++tile) {
-            const PixelRect rect{tile % 2 * width, tile / 2 * height, width, height};
-            draw(masked, view, rect, inParts, some);
-            draw(none, view, rect, whole, every);
-        }
-    const double tiles = 4.0 * static_cast<double>(stage.views.size());
-    std::printf("%s: per tile %.0f of %.0f triangles given to GL, in all cells\n", stage.name.c_str(),
-                static_cast<double>(some) / tiles, static_cast<double>(every) / tiles);
-    rows.push_back({stage.name, "drawing all", inParts / tiles, whole / tiles, "ms"});
 }
 
 /// The scene file, seen from its first enabled camera, which turns about.
@@ -213,7 +49,7 @@ Stage loadScene(const std::string& name, const std::string& path, const std::vec
     replaceIds(list, [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + 2} : id; });
     Stage stage;
     stage.name = name;
-    orExit(stage.aspect.apply(list).map([] { return 0; }));
+    static_cast<void>(orExit(stage.aspect.apply(list).map([] { return 0; })));
     View first;
     bool found = false;
     Action search;
@@ -347,19 +183,14 @@ int bench(int argc, char** argv) {
     const auto surface = orExit(makeSurface("osmesa"));
     std::vector<Row> rows;
     const std::array<std::pair<std::string, std::function<Stage()>>, 3> stages{
-        {{"city", [&] { return makeCity(5 * frames); }},
+        {{"city", [&] { return makeStreet(5 * frames); }},
          {"hall", [&] { return loadScene("engine hall", hall, assets, frames); }},
-         {"field", [&] { return makeField(5 * frames); }}}};
+         {"field", [&] { return fieldStage(5 * frames); }}}};
     for (const auto& [name, make] : stages) {
         if (!only.empty() && only != name) continue;
         const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
         Stage stage = make();
         measure(stage, *renderer, rows);
-    }
-    if (only.empty() || only == "ring") {
-        const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
-        Stage ring = makeRing(frames);
-        measureParts(ring, *renderer, rows);
     }
     std::printf("\n%-36s %-24s %10s %10s %8s\n", "case", "peer", "ours", "theirs", "ratio");
     std::string cases;
@@ -376,8 +207,8 @@ int bench(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::bench
 
 int main(int argc, char** argv) {
-    return tessera::bench(argc, argv);
+    return tessera::bench::bench(argc, argv);
 }

@@ -191,9 +191,10 @@ void osgRows(SceneTable& table, const DrawingOptions& options) {
 int bench(int argc, char** argv) {
     DrawingOptions options;
     options.program = std::filesystem::read_symlink("/proc/self/exe");
-    options.plant = std::string(std::getenv("TESSERA_TEST_DATA") ? std::getenv("TESSERA_TEST_DATA") : "") + "/plant";
-    options.scan = std::string(std::getenv("TESSERA_TEST_DATA") ? std::getenv("TESSERA_TEST_DATA") : "") +
-                   "/scan/stanford_bun_zipper.ply";
+    const char* named = std::getenv("TESSERA_TEST_DATA");
+    const std::string data = named ? named : TESSERA_SOURCE_DIR "/../shared/data";
+    options.plant = data + "/plant";
+    options.scan = data + "/scan/stanford_bun_zipper.ply";
     if (argc > 1 && std::strcmp(argv[1], "--first") == 0) return firstFrame();
     for (int i = 1; i + 1 < argc; i += 2) {
         const std::string option = argv[i];

@@ -15,6 +15,8 @@ constexpr double kWindowHeight = 1.8, kWindowCenterY = 1.5, kEyeDistance = 2.4;
 
 /// Of lights: what points of a hundred metres' distance may need.
 constexpr double kDazzling = 1e4;
+/// Beyond, numbers of a light mean nothing to a picture.
+constexpr double kUtmostLight = 1e15;
 
 float coneDegrees(double radians) {
     return static_cast<float>(std::clamp(radians * 180.0 / std::numbers::pi, 0.0, 90.0));
@@ -166,12 +168,20 @@ void GltfReader::addLight(int index, proto::scene::Node& node) {
     const tinygltf::Light& light = model_.lights[static_cast<std::size_t>(index)];
     const bool known = light.type == "directional" || light.type == "spot" || light.type == "point";
     if (!known) return scene_.note(fmt::format("light {} is left out: it is of the unknown type '{}'", index, light.type));
-    if (!(light.intensity >= 0 && light.range >= 0 && std::isfinite(light.intensity) && std::isfinite(light.range)))
-        return scene_.note(fmt::format("light {} is left out: its intensity or its range is no number from zero up", index));
+    const auto sound = [](double value) { return value >= 0 && value <= kUtmostLight; };
+    if (!sound(light.intensity) || !sound(light.range))
+        return scene_.note(fmt::format("light {} is left out: its intensity or its range is no number from 0 to {}", index,
+                                       kUtmostLight));
+    if (!light.color.empty() && (light.color.size() != 3 || !std::all_of(light.color.begin(), light.color.end(), sound)))
+        return scene_.note(fmt::format("light {} is left out: its colour is not three numbers from 0 to {}", index,
+                                       kUtmostLight));
     // Lux, or candela at one metre; here 1 of either makes a white surface white, and there is no exposure.
     if (light.intensity > kDazzling)
         scene_.note(fmt::format("light {} is of {} {}: far beyond white, which is 1", index, light.intensity,
                                 light.type == "directional" ? "lx" : "cd"));
+    const auto angle = [](double radians) { return radians >= 0 && radians <= 0.5 * std::numbers::pi + 1e-6; };
+    if (light.type == "spot" && !(angle(light.spot.innerConeAngle) && angle(light.spot.outerConeAngle)))
+        scene_.note(fmt::format("light {} has a cone beyond 0 to 90 degrees: the nearest is taken", index));
     if (light.type == "spot" && !(light.spot.innerConeAngle < light.spot.outerConeAngle))
         scene_.note(fmt::format("light {} has an inner cone that is not within its outer one: it has an edge", index));
     proto::scene::Node* child = node.add_node();
@@ -192,7 +202,7 @@ void GltfReader::addLight(int index, proto::scene::Node& node) {
         child->mutable_point_light()->set_intensity(static_cast<float>(light.intensity));
         child->mutable_point_light()->set_range(static_cast<float>(light.range));
     }
-    const bool hasColor = light.color.size() >= 3;
+    const bool hasColor = !light.color.empty();
     color->set_r(hasColor ? static_cast<float>(light.color[0]) : 1.0f);
     color->set_g(hasColor ? static_cast<float>(light.color[1]) : 1.0f);
     color->set_b(hasColor ? static_cast<float>(light.color[2]) : 1.0f);

@@ -176,11 +176,14 @@ TEST(GltfLights, ThatAreLeftOutOrOddAreNamed) {
     const ImportedScene scene = imported(gltf.text(fmt::format(
         R"("extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[
         {{"type":"area"}},{{"type":"point","intensity":-1}},{{"type":"directional","intensity":100000}},
-        {{"type":"spot","spot":{{"innerConeAngle":0.6,"outerConeAngle":0.5}}}}]}}}},
-        "scenes":[{{"nodes":[0,1,2,3]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
+        {{"type":"spot","spot":{{"innerConeAngle":0.6,"outerConeAngle":0.5}}}},{{"type":"point","color":[-1,2,3]}},
+        {{"type":"point","color":[1,2]}},{{"type":"point","intensity":1e39}},{{"type":"spot","spot":{{"outerConeAngle":3}}}}]}}}},
+        "scenes":[{{"nodes":[0,1,2,3,4,5,6,7]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
         "nodes":[{{"name":"a","mesh":0,"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}},
         {{"name":"b","extensions":{{"KHR_lights_punctual":{{"light":1}}}}}},{{"name":"c","extensions":{{"KHR_lights_punctual":{{"light":2}}}}}},
-        {{"name":"d","extensions":{{"KHR_lights_punctual":{{"light":3}}}}}}])",
+        {{"name":"d","extensions":{{"KHR_lights_punctual":{{"light":3}}}}}},{{"name":"e","extensions":{{"KHR_lights_punctual":{{"light":4}}}}}},
+        {{"name":"f","extensions":{{"KHR_lights_punctual":{{"light":5}}}}}},{{"name":"g","extensions":{{"KHR_lights_punctual":{{"light":6}}}}}},
+        {{"name":"h","extensions":{{"KHR_lights_punctual":{{"light":7}}}}}}])",
         positions)));
     const auto noted = [&](std::string_view text) {
         return std::any_of(scene.notes.begin(), scene.notes.end(), [&](const std::string& note) { return note.find(text) != std::string::npos; });
@@ -189,6 +192,10 @@ TEST(GltfLights, ThatAreLeftOutOrOddAreNamed) {
     EXPECT_TRUE(noted("light 1 is left out"));
     EXPECT_TRUE(noted("100000 lx"));
     EXPECT_TRUE(noted("light 3 has an inner cone"));
+    EXPECT_TRUE(noted("light 4 is left out: its colour"));
+    EXPECT_TRUE(noted("light 5 is left out: its colour"));
+    EXPECT_TRUE(noted("light 6 is left out: its intensity"));
+    EXPECT_TRUE(noted("light 7 has a cone beyond"));
     const ImportedAspect aspect{ImportedScene(scene)};
     EXPECT_NE(aspect.core<DirectionalLight>("/model/c/light 2"), nullptr);
     EXPECT_NE(aspect.core<SpotLight>("/model/d/light 3"), nullptr);

@@ -131,6 +131,18 @@ TEST(RenderScene, LightsThatAreSwitchedOffLeaveTheSceneDarkInsteadOfDefaultLit) 
     EXPECT_TRUE(cull(scene, kNone, TestCamera()).lights.empty());
 }
 
+TEST(RenderScene, LightsAreNumbersHoweverBrightTheirFactors) {
+    TestScene scene;
+    const ObjectId lamp = scene.create(typeOf<PointLight>());
+    scene.edit.set(lamp, typeOf<PointLight>(), fieldId<&PointLight::intensity>, toValue(1e30f));
+    scene.edit.set(lamp, typeOf<PointLight>(), fieldId<&PointLight::color>, toValue(Vec3f(1e30f, 0, 1)));
+    scene.node(lamp);
+    scene.apply();
+    const DrawList list = cull(scene, CullerKind::kNone, TestCamera());
+    ASSERT_EQ(list.lights.size(), 1u);
+    EXPECT_EQ(list.lights[0].radiance, Vec3f(1e18f, 0, 1e18f));
+}
+
 TEST(RenderScene, TheFirstEnvironmentInDocumentOrderIsUsed) {
     TestScene scene;
     for (const float value : {0.25f, 0.75f}) {
