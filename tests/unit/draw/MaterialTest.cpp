@@ -154,6 +154,36 @@ TEST_F(MaterialTest, EmissionIsAsBrightAsItIs) {
     }
 }
 
+// Samples of one surface whose material images differ: sorting pixels by whether their samples are alike must look at what
+// images say, too. Two triangles fill the picture, alike but for the light that an image lets them give.
+TEST_F(MaterialTest, APixelBetweenTwoEmissionsHasTheirMean) {
+    restart({.samples = 4});
+    const std::array<std::uint8_t, 8> halves{0, 0, 0, 255, 255, 255, 255, 255};
+    TestScene scene;
+    scene.setDark();
+    Material material;
+    material.baseColor = {0, 0, 0, 1};
+    material.emissive = Vec3f::Constant(0.5f);
+    material.emissiveImage = scene.addImage(Blob::of(std::span<const std::uint8_t>(halves)), 2, 1);
+    MeshData mesh;
+    mesh.positions = {-9, -8, 0, 9, -8, 0, 9, 10, 0, -9, -8, 0, 9, 10, 0, -9, 10, 0};
+    mesh.normals = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+    mesh.texcoords = {0.25f, 0.5f, 0.25f, 0.5f, 0.25f, 0.5f, 0.75f, 0.5f, 0.75f, 0.5f, 0.75f, 0.5f};
+    mesh.indices = {0, 1, 2, 3, 4, 5};
+    scene.place(scene.add(mesh, scene.add(material)), Vec3d::Zero());
+    const Picture picture = draw(scene.take(), cameraOf(kSidePx, kSidePx));
+    const int bright = expectedOf(Vec3f::Constant(0.5f)).r;
+    int dark = 0, lit = 0, between = 0;
+    for (std::size_t i = 0; i < picture.rgb.size(); i += 3) {
+        dark += picture.rgb[i] <= 1;
+        lit += picture.rgb[i] >= bright - 1;
+        between += picture.rgb[i] > 10 && picture.rgb[i] < bright - 10;
+    }
+    EXPECT_GT(dark, kSidePx * kSidePx / 4);
+    EXPECT_GT(lit, kSidePx * kSidePx / 8);
+    EXPECT_GT(between, kSidePx / 4) << "along the edge";
+}
+
 TEST_F(MaterialTest, OcclusionTakesTheSurroundingsLightAlone) {
     const auto shown = [&](float ambient, float lamp, int red, float strength) {
         TestScene scene;
