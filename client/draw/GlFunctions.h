@@ -51,6 +51,7 @@ namespace tessera {
     X(Enable, ENABLE)                                                           \
     X(EnableVertexArrayAttrib, ENABLEVERTEXARRAYATTRIB)                         \
     X(EndQuery, ENDQUERY)                                                       \
+    X(Finish, FINISH)                                                           \
     X(FrontFace, FRONTFACE)                                                     \
     X(GenerateTextureMipmap, GENERATETEXTUREMIPMAP)                             \
     X(GetError, GETERROR)                                                       \

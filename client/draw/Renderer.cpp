@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 
 #include "client/draw/RendererImpl.h"
@@ -9,25 +10,9 @@
 namespace tessera {
 namespace {
 
-Picture toPicture(const std::vector<std::uint8_t>& rgba, int widthPx, int heightPx) {
-    Picture picture{.widthPx = widthPx, .heightPx = heightPx, .rgb = {}};
-    const auto width = static_cast<std::size_t>(widthPx);
-    const auto height = static_cast<std::size_t>(heightPx);
-    picture.rgb.resize(3 * width * height);
-    std::uint8_t* out = picture.rgb.data();
-    for (std::size_t y = height; y-- > 0;) {
-        const std::uint8_t* in = rgba.data() + 4 * width * y;
-        for (std::size_t x = 0; x < width; ++x, in += 4, out += 3) {
-            out[0] = in[0];
-            out[1] = in[1];
-            out[2] = in[2];
-        }
-    }
-    return picture;
-}
+constexpr GLenum kPackInvert = 0x8758;
 
 }  // namespace
-
 Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions o)
     : surface(onSurface),
       gl(functions),
@@ -82,6 +67,10 @@ Expected<std::unique_ptr<Renderer>> Renderer::create(Surface& surface, RendererO
         return fail(ErrorCode::kUnsupported, fmt::format("the surface wants uniforms aligned to {} bytes", alignment));
     std::unique_ptr<Renderer> renderer(new Renderer);
     renderer->impl_ = std::make_unique<Impl>(surface, *gl, options);
+    // Mesa can turn rows upside down while it copies them (GL_MESA_pack_invert). Who cannot says so by an error.
+    if (auto good = gl->check("setting up"); !good) return tl::unexpected(good.error());
+    gl->PixelStorei(kPackInvert, 0);
+    renderer->impl_->readsFromTop = gl->check("asking for rows from the top").has_value();
     if (auto good = gl->check("setting up"); !good) return tl::unexpected(good.error());
     return renderer;
 }
@@ -98,17 +87,55 @@ void Renderer::Impl::readBack(GLuint framebuffer, const CellPart& cell, const Pi
                   static_cast<std::byte*>(rows) + bytesPerPixel * (below * width + left));
 }
 
+void Renderer::Impl::readColors(const CellPart& cell, const PixelRect& rect, const PixelRows& rows) {
+    const PixelRect& from = cell.inCell;
+    const int fromTop = rect.y + rect.height - (cell.onScreen.y + from.height);
+    std::uint8_t* const to =
+        rows.rgbx + rows.pitchBytes * static_cast<std::size_t>(fromTop) + 4 * static_cast<std::size_t>(cell.onScreen.x - rect.x);
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, tile.picture().value());
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
+    gl.PixelStorei(GL_PACK_ROW_LENGTH, static_cast<GLint>(rows.pitchBytes / 4));
+    if (readsFromTop) gl.PixelStorei(kPackInvert, 1);
+    gl.ReadPixels(from.x, from.y, from.width, from.height, GL_RGBA, GL_UNSIGNED_BYTE, to);
+    if (readsFromTop) return gl.PixelStorei(kPackInvert, 0);
+    const auto row = [&](int y) { return to + rows.pitchBytes * static_cast<std::size_t>(y); };
+    for (int y = 0; 2 * y < from.height - 1; ++y)
+        std::swap_ranges(row(y), row(y) + 4 * static_cast<std::size_t>(from.width), row(from.height - 1 - y));
+}
+
+Expected<void> Renderer::Impl::drawCells(const DrawList& list, const ScreenCamera& camera, const PixelRect& rect,
+                                         const PixelRows& rows) {
+    readBackTime = {};
+    for (const CellPart& cell : cellsOf(camera, rect)) {
+        if (auto drawn = drawCell(list, camera, cell); !drawn) return drawn;
+        gl.Finish();  // what comes now would wait for it
+        const TimePoint finished = clockNow();
+        readColors(cell, rect, rows);
+        readBackTime += clockNow() - finished;
+    }
+    return gl.check("drawing a tile");
+}
+
+Expected<void> Renderer::drawInto(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
+                                  const PixelRect& rect, const PixelRows& rows) {
+    if (auto begun = impl_->begin(aspect, list, camera, rect); !begun) return begun;
+    TESSERA_CHECK(rows.pitchBytes % 4 == 0 && rows.pitchBytes >= 4 * static_cast<std::size_t>(rect.width),
+                  "rows have room for the rectangle");
+    return impl_->drawCells(list, camera, rect, rows);
+}
+
 Expected<Picture> Renderer::draw(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                  const PixelRect& rect) {
-    Impl& d = *impl_;
-    if (auto begun = d.begin(aspect, list, camera, rect); !begun) return tl::unexpected(begun.error());
-    std::vector<std::uint8_t> rgba(4 * static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height));
-    for (const CellPart& cell : cellsOf(camera, rect)) {
-        if (auto drawn = d.drawCell(list, camera, cell); !drawn) return tl::unexpected(drawn.error());
-        d.readBack(d.tile.picture().value(), cell, rect, GL_RGBA, GL_UNSIGNED_BYTE, 4, rgba.data());
-    }
-    if (auto good = d.gl.check("drawing a tile"); !good) return tl::unexpected(good.error());
-    return toPicture(rgba, rect.width, rect.height);
+    if (auto begun = impl_->begin(aspect, list, camera, rect); !begun) return tl::unexpected(begun.error());
+    const std::size_t pixels = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
+    std::vector<std::uint8_t>& rgbx = impl_->rgbx;
+    rgbx.resize(std::max(rgbx.size(), 4 * pixels));
+    const PixelRows rows{.rgbx = rgbx.data(), .pitchBytes = 4 * static_cast<std::size_t>(rect.width)};
+    if (auto drawn = impl_->drawCells(list, camera, rect, rows); !drawn) return tl::unexpected(drawn.error());
+    Picture picture{.widthPx = rect.width, .heightPx = rect.height, .rgb = {}};
+    picture.rgb.resize(3 * pixels);
+    dropAlpha(rgbx.data(), pixels, picture.rgb.data());
+    return picture;
 }
 
 Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect, const DrawList& list,
@@ -153,6 +180,7 @@ DrawCounts Renderer::lastCounts() const {
     counts.shadowsLeftOut = impl_->shadowsLeftOut;
     counts.trouble = impl_->surroundings.trouble();
     counts.programs = impl_->programs.size();
+    counts.readBack = impl_->readBackTime;
     return counts;
 }
 std::size_t Renderer::residentBytes() const {

@@ -9,6 +9,7 @@
 #include "client/image/Picture.h"
 #include "client/render/DrawList.h"
 #include "client/render/VisibilityDevice.h"
+#include "common/base/Clock.h"
 #include "common/scene/Aspect.h"
 #include "common/wall/View.h"
 
@@ -33,6 +34,7 @@ struct DrawCounts {
     std::uint64_t shadowsLeftOut = 0; ///< lights that ask for shadows and get none (DrawList::shadowsLeftOut)
     std::string trouble;              ///< why the surroundings' image is not used; empty: it is, or there is none
     std::uint64_t programs = 0;       ///< compiled since the renderer was made
+    Duration readBack{};              ///< from GL's finished pictures to the one that `draw` returns
 };
 
 /// GL resources of one surface; lives on the surface's thread.
@@ -46,6 +48,9 @@ public:
     /// and counted. kBadInput: the rectangle does not lie on the screen; kFailed: GL gave up.
     [[nodiscard]] Expected<Picture> draw(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                          const PixelRect& rect);
+    /// The same, straight to where it will be looked at: no copy in between.
+    [[nodiscard]] Expected<void> drawInto(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
+                                          const PixelRect& rect, const PixelRows& rows);
     /// Node ids of what is visible at each pixel (one sample at the centre; 0: nothing), rows from the top. The proof
     /// of cullers; slow. Transparent items hide what is behind them here: leave them out of the list to see that.
     [[nodiscard]] Expected<std::vector<std::uint64_t>> drawNodeIds(const Aspect& aspect, const DrawList& list,

@@ -35,9 +35,13 @@ struct Renderer::Impl {
     [[nodiscard]] Expected<void> drawShadows(const Aspect& aspect, std::size_t index);
     void setUp(const FrameBlock& block, const PixelRect& viewport, GLuint framebuffer);
     [[nodiscard]] Expected<void> drawCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell);
+    [[nodiscard]] Expected<void> drawCells(const DrawList& list, const ScreenCamera& camera, const PixelRect& rect,
+                                           const PixelRows& rows);
     /// Into rows of `rect`, from below.
     void readBack(GLuint framebuffer, const CellPart& cell, const PixelRect& rect, GLenum format, GLenum type,
                   std::size_t bytesPerPixel, void* rows);
+    /// The colours of a cell's picture, to where they belong in that of `rect`.
+    void readColors(const CellPart& cell, const PixelRect& rect, const PixelRows& rows);
     [[nodiscard]] Expected<GLuint> program(const ProgramKind& kind);
     [[nodiscard]] Expected<void> useProgram(const ProgramKind& kind);
     /// The program for something of this list; for one of its calls.
@@ -82,6 +86,9 @@ struct Renderer::Impl {
     std::vector<GLsizei> counts;
     std::vector<const void*> offsets;
     std::vector<GLint> baseVertices;
+    bool readsFromTop = false;       ///< GL hands rows out from the top
+    std::vector<std::uint8_t> rgbx;  ///< of `draw`
+    Duration readBackTime{};
     std::uint64_t triangles = 0, lightsLeftOut = 0, shadowsLeftOut = 0;
     PixelRect scissor;
     GLuint surfacesNow = 0;  ///< the framebuffer that `setUp` has bound

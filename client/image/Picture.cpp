@@ -18,6 +18,18 @@ Picture Picture::filled(int widthPx, int heightPx, std::uint8_t r, std::uint8_t 
     return picture;
 }
 
+void dropAlpha(const std::uint8_t* rgba, std::size_t count, std::uint8_t* rgb) {
+    std::size_t i = 0;
+    // Two pixels at a time; the two bytes too many are overwritten by the next ones, so that the last two pixels are left.
+    for (; i + 4 <= count; i += 2, rgba += 8, rgb += 6) {
+        std::uint64_t two = 0;
+        std::memcpy(&two, rgba, 8);
+        two = (two & 0xffffffu) | ((two >> 8) & 0xffffff000000u);
+        std::memcpy(rgb, &two, 8);
+    }
+    for (; i < count; ++i, rgba += 4, rgb += 3) std::memcpy(rgb, rgba, 3);
+}
+
 void paste(Picture& whole, const Picture& part, int xPx, int yPx) {
     const int left = std::max(0, -xPx);
     const int right = std::min(part.widthPx, whole.widthPx - xPx);

@@ -20,6 +20,15 @@ struct Picture {
     bool operator==(const Picture&) const = default;
 };
 
+/// Where pixels lie that somebody else keeps: four bytes each, red, green, blue (sRGB), and one that means nothing; rows from the top.
+struct PixelRows {
+    std::uint8_t* rgbx = nullptr;
+    std::size_t pitchBytes = 0;  ///< from one row to the next
+};
+
+/// The colours of `count` pixels of RGBA, 8 bit each, packed as a picture has them.
+void dropAlpha(const std::uint8_t* rgba, std::size_t count, std::uint8_t* rgb);
+
 /// PNG with the frame's number in a text chunk "frame". Fast compression.
 [[nodiscard]] Bytes encodePng(const Picture& picture, std::optional<std::uint64_t> frame);
 struct DecodedPng {

@@ -12,23 +12,24 @@
 #include <filesystem>
 #include <thread>
 #include <utility>
+#include <vector>
 
-#include "common/base/Hash.h"
 
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x32454d4152465354;  // "TSFRAME2" in memory
+constexpr std::uint64_t kMagic = 0x33454d4152465354;  // "TSFRAME3" in memory
 constexpr std::size_t kHeaderBytes = 4096;
 constexpr int kMaxFrameSidePx = 16384;
 constexpr int kReadAttempts = 200;
 
 struct Slot {
     std::uint64_t frame;
-    std::uint64_t checksum;  ///< of the pixels' hash, seeded with the frame number
+    std::uint64_t changes;  ///< odd: one is under way
+    bool operator==(const Slot&) const = default;
 };
 
-/// Start of the file. The pixels of slot i stand at kHeaderBytes + i * widthPx * heightPx * 3.
+/// Start of the file. The pixels of slot i stand at kHeaderBytes + i * widthPx * heightPx * 4, as PixelRows has them.
 struct Header {
     std::uint64_t magic;
     std::int32_t widthPx, heightPx;
@@ -37,17 +38,18 @@ struct Header {
 };
 static_assert(sizeof(Header) <= kHeaderBytes);
 
+std::size_t pixelsIn(int widthPx, int heightPx) {
+    return static_cast<std::size_t>(widthPx) * static_cast<std::size_t>(heightPx);
+}
 std::size_t slotBytes(int widthPx, int heightPx) {
-    return static_cast<std::size_t>(widthPx) * static_cast<std::size_t>(heightPx) * 3;
+    return 4 * pixelsIn(widthPx, heightPx);
 }
 
-std::uint64_t hashOf(const std::uint8_t* pixels, std::size_t bytes) {
-    return hash64(ByteSpan(reinterpret_cast<const std::byte*>(pixels), bytes), 0);
-}
-
-/// From the pixels' hash: a picture that stays is not read again for each frame that it is shown in.
-std::uint64_t checksumOf(std::uint64_t frame, std::uint64_t pixelHash) {
-    return hash64(ByteSpan(reinterpret_cast<const std::byte*>(&pixelHash), sizeof pixelHash), frame);
+Picture pictureFrom(const std::uint8_t* rgbx, int widthPx, int heightPx) {
+    Picture picture{.widthPx = widthPx, .heightPx = heightPx, .rgb = {}};
+    picture.rgb.resize(3 * pixelsIn(widthPx, heightPx));
+    dropAlpha(rgbx, pixelsIn(widthPx, heightPx), picture.rgb.data());
+    return picture;
 }
 
 class FileDescriptor {
@@ -127,7 +129,7 @@ SharedFrameWriter& SharedFrameWriter::operator=(SharedFrameWriter&& other) noexc
     widthPx_ = other.widthPx_;
     heightPx_ = other.heightPx_;
     prepared_ = std::exchange(other.prepared_, -1);
-    pixelHash_ = other.pixelHash_;
+    drawn_ = std::exchange(other.drawn_, -1);
     std::copy(std::begin(other.holdsIt_), std::end(other.holdsIt_), std::begin(holdsIt_));
     return *this;
 }
@@ -139,23 +141,46 @@ void SharedFrameWriter::close() {
     unnamed_.clear();
 }
 
-void SharedFrameWriter::prepare(std::uint64_t frame, const Picture& picture) {
-    TESSERA_CHECK(picture.widthPx == widthPx_ && picture.heightPx == heightPx_, "the picture has the size of its tile");
-    const std::size_t bytes = slotBytes(widthPx_, heightPx_);
+PixelRows SharedFrameWriter::begin() {
     const int slot = hiddenSlot();
-    pixelHash_ = hashOf(picture.rgb.data(), bytes);
-    std::memcpy(pixelsOf(slot), picture.rgb.data(), bytes);
+    if (drawn_ != slot) change(slot, true);
+    drawn_ = slot;
+    prepared_ = -1;
+    holdsIt_[slot] = false;
+    return {.rgbx = pixelsOf(slot), .pitchBytes = 4 * static_cast<std::size_t>(widthPx_)};
+}
+
+void SharedFrameWriter::prepared(std::uint64_t frame) {
+    TESSERA_CHECK(drawn_ >= 0, "a picture is begun before it is prepared");
+    const int slot = std::exchange(drawn_, -1);
     holdsIt_[slot] = true;
     holdsIt_[1 - slot] = false;
-    number(slot, frame);
+    reinterpret_cast<Header*>(memory_)->slots[slot].frame = frame;
+    change(slot, false);
+    prepared_ = slot;
+}
+
+void SharedFrameWriter::prepare(std::uint64_t frame, const Picture& picture) {
+    TESSERA_CHECK(picture.widthPx == widthPx_ && picture.heightPx == heightPx_, "the picture has the size of its tile");
+    std::uint8_t* out = begin().rgbx;
+    for (std::size_t i = 0; i < picture.rgb.size(); i += 3, out += 4) std::memcpy(out, picture.rgb.data() + i, 3);
+    prepared(frame);
 }
 
 void SharedFrameWriter::prepareAgain(std::uint64_t frame) {
     TESSERA_CHECK(holdsIt_[0] || holdsIt_[1], "a picture is prepared before it is prepared again");
     const int slot = hiddenSlot();
-    if (!holdsIt_[slot]) std::memcpy(pixelsOf(slot), pixelsOf(1 - slot), slotBytes(widthPx_, heightPx_));
-    holdsIt_[slot] = true;
-    number(slot, frame);
+    if (holdsIt_[slot]) return number(slot, frame);
+    const std::uint8_t* const from = pixelsOf(1 - slot);
+    std::memcpy(begin().rgbx, from, slotBytes(widthPx_, heightPx_));
+    const int other = 1 - slot;
+    prepared(frame);
+    holdsIt_[other] = true;
+}
+
+Picture SharedFrameWriter::picture() const {
+    TESSERA_CHECK(holdsIt_[0] || holdsIt_[1], "there is a picture");
+    return pictureFrom(pixelsOf(holdsIt_[0] ? 0 : 1), widthPx_, heightPx_);
 }
 
 int SharedFrameWriter::hiddenSlot() const {
@@ -164,13 +189,22 @@ int SharedFrameWriter::hiddenSlot() const {
     return shown == 0 ? 0 : static_cast<int>(1 - (shown & 1));
 }
 
-std::byte* SharedFrameWriter::pixelsOf(int slot) const {
-    return memory_ + kHeaderBytes + static_cast<std::size_t>(slot) * slotBytes(widthPx_, heightPx_);
+std::uint8_t* SharedFrameWriter::pixelsOf(int slot) const {
+    return reinterpret_cast<std::uint8_t*>(memory_) + kHeaderBytes + static_cast<std::size_t>(slot) * slotBytes(widthPx_, heightPx_);
+}
+
+/// Others see the count odd before anything else of the change, and even after all of it.
+void SharedFrameWriter::change(int slot, bool begins) {
+    std::atomic_ref changes(reinterpret_cast<Header*>(memory_)->slots[slot].changes);
+    if (!begins) return changes.store(changes.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+    changes.store(changes.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    std::atomic_thread_fence(std::memory_order_seq_cst);
 }
 
 void SharedFrameWriter::number(int slot, std::uint64_t frame) {
-    auto* header = reinterpret_cast<Header*>(memory_);
-    header->slots[slot] = {.frame = frame, .checksum = checksumOf(frame, pixelHash_)};
+    change(slot, true);
+    reinterpret_cast<Header*>(memory_)->slots[slot].frame = frame;
+    change(slot, false);
     prepared_ = slot;
 }
 
@@ -195,6 +229,7 @@ Expected<ShownImage> readSharedFrame(const std::string& path) {
         const bool missing = errno == ENOENT || errno == ENOTDIR;
         return fail(missing ? ErrorCode::kNotFound : ErrorCode::kFailed, path + ": " + std::strerror(errno));
     }
+    std::vector<std::uint8_t> rgbx;
     for (int attempt = 0; attempt < kReadAttempts; ++attempt) {
         if (attempt > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
         Header header{};
@@ -208,15 +243,15 @@ Expected<ShownImage> readSharedFrame(const std::string& path) {
             return fail(ErrorCode::kBadInput, path + ": the file is shorter than its pictures");
 
         const std::size_t slot = header.shown & 1;
-        ShownImage image{.frame = header.slots[slot].frame,
-                         .picture = {.widthPx = header.widthPx, .heightPx = header.heightPx, .rgb = {}}};
-        image.picture.rgb.resize(bytes);
-        if (!readAt(file.get(), image.picture.rgb.data(), bytes, kHeaderBytes + slot * bytes))
+        rgbx.resize(bytes);
+        Header after{};
+        if (!readAt(file.get(), rgbx.data(), bytes, kHeaderBytes + slot * bytes) || !readAt(file.get(), &after, sizeof after, 0))
             return fail(ErrorCode::kBadInput, path + ": the file is shorter than its pictures");
-        if (checksumOf(image.frame, hashOf(image.picture.rgb.data(), bytes)) == header.slots[slot].checksum)
-            return image;
+        if (header.slots[slot].changes % 2 == 0 && after.slots[slot] == header.slots[slot])
+            return ShownImage{.frame = header.slots[slot].frame,
+                              .picture = pictureFrom(rgbx.data(), header.widthPx, header.heightPx)};
     }
-    return fail(ErrorCode::kFailed, path + ": no whole picture in many attempts; the file is damaged");
+    return fail(ErrorCode::kFailed, path + ": no whole picture in many attempts: its writer is too quick, or the file damaged");
 }
 
 }  // namespace tessera

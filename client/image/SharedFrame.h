@@ -2,8 +2,8 @@
 ///
 /// A host keeps `tiles/TILE/shown.frame` mapped: a dead host's tile keeps its last image because the file outlives the
 /// process, however that ended. Two slots: the next image is laid into the one that is not shown, then one word flips.
-/// A reader that is overtaken twice while it copies finds a checksum that does not fit and tries again: it never
-/// returns a torn image.
+/// A slot counts its changes, odd while one is under way. A reader that is overtaken while it copies finds another
+/// count afterwards and tries again: it never returns a torn image.
 #pragma once
 
 #include <cstdint>
@@ -29,10 +29,16 @@ public:
     SharedFrameWriter(SharedFrameWriter&& other) noexcept;
     SharedFrameWriter& operator=(SharedFrameWriter&& other) noexcept;
 
-    /// Lays the picture into the slot that is not shown. Preparing again replaces what was prepared.
+    /// Where the next picture is to be drawn, into the slot that is not shown: what was prepared is lost. Then `prepared`.
+    [[nodiscard]] PixelRows begin();
+    /// All its pixels are there, and it is the picture of this frame.
+    void prepared(std::uint64_t frame);
+    /// Both of it, from a picture.
     void prepare(std::uint64_t frame, const Picture& picture);
     /// The picture prepared last is that of this frame too. From its second time in a row on, that takes a few words.
     void prepareAgain(std::uint64_t frame);
+    /// A copy of the picture shown last, or prepared and not shown yet. There must be one.
+    [[nodiscard]] Picture picture() const;
     /// Makes the prepared picture the one shown. A few nanoseconds, but for the first time, when the file gets its
     /// name.
     [[nodiscard]] Expected<void> show();
@@ -41,7 +47,8 @@ private:
     SharedFrameWriter() = default;
     void close();
     [[nodiscard]] int hiddenSlot() const;
-    [[nodiscard]] std::byte* pixelsOf(int slot) const;
+    [[nodiscard]] std::uint8_t* pixelsOf(int slot) const;
+    void change(int slot, bool begins);
     void number(int slot, std::uint64_t frame);
 
     std::string path_;
@@ -50,7 +57,7 @@ private:
     std::size_t mappedBytes_ = 0;
     int widthPx_ = 0, heightPx_ = 0;
     int prepared_ = -1;                 ///< slot, or none
-    std::uint64_t pixelHash_ = 0;       ///< of the picture prepared last
+    int drawn_ = -1;                    ///< slot that `begin` has given out, or none
     bool holdsIt_[2] = {false, false};  ///< the slots where that lies
 };
 

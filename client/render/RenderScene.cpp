@@ -51,6 +51,7 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     ++rebuilds;
     ++version.scene;
     ++version.contents;
+    ++itemChanges;
     places.clear();
     items.clear();
     boxes.clear();
@@ -98,6 +99,7 @@ void RenderScene::Impl::follow(const Aspect& aspect, const ChangeList& list) {
         if (const std::uint32_t place = places.find(id); place != kNone) removePlace(place);
     settleAll(!list.placements.empty());
 
+    if (!changedItems_.empty()) ++itemChanges;
     tree.follow(boxes, changedItems_);
     for (const std::uint32_t item : changedItems_) items[item].queued = false;
     changedItems_.clear();

@@ -100,6 +100,7 @@ struct RenderScene::Impl {
     [[nodiscard]] double widestLineReachPx() const;
     std::uint64_t rebuilds = 0;
     SceneVersion version;
+    std::uint64_t itemChanges = 0;  ///< updates in which any item came, went or moved
 
     void rebuild(const Aspect& aspect);
     void follow(const Aspect& aspect, const ChangeList& list);
@@ -166,7 +167,7 @@ private:
     std::size_t attachedLights_ = 0;  ///< hidden ones counted
     bool lightsStale_ = false;
     mutable std::shared_ptr<const ShadowCasters> casters_;
-    mutable SceneVersion castersOf_;
+    mutable std::uint64_t castersOfItems_ = 0, castersOfContents_ = 0;  ///< `itemChanges` and version.contents then
 
     // Of the update that runs.
     std::vector<std::uint32_t> dirty_;

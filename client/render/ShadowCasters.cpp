@@ -92,9 +92,10 @@ std::optional<ScreenCamera> nearShadowCamera(const ScreenCamera& sun, const Scre
     return camera;
 }
 
-/// The view as it was, where that is of the same scene and of the same camera.
+/// The view as it was, where that is of the same things and of the same camera. A light, a head or somebody's camera that moves is
+/// none of them.
 std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCamera& camera, const std::shared_ptr<const ShadowView>& before) const {
-    if (before && castersOf_ == version && drawAlike(camera, before->camera)) return before;
+    if (before && castersOfItems_ == itemChanges && castersOfContents_ == version.contents && drawAlike(camera, before->camera)) return before;
     auto view = std::make_shared<ShadowView>(ShadowView{camera, {}});
     std::vector<std::uint32_t> found;
     const PixelRect all{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
@@ -119,7 +120,8 @@ std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const Scre
         }
         now->views.push_back(shadowView(camera, before(now->views.size())));
     }
-    castersOf_ = version;
+    castersOfItems_ = itemChanges;
+    castersOfContents_ = version.contents;
     if (!casters_ || casters_->views != now->views || casters_->near != now->near) casters_ = std::move(now);
     return casters_;
 }

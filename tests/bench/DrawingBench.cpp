@@ -1,5 +1,6 @@
 /// Drawing: what is seen of large scenes, empty tiles, first frames, reading back; beside oracles, floors and peers in the same
-/// run. `--rows GROUP,…`: city, city-large, plant, scan, field, empty, read-back, first, osg. `--frames N`, `--plant FOLDER`,
+/// run. `--rows GROUP,…`: city, city-large, plant, scan, field, empty, first, osg, read-back,
+/// wall, one-process. `--frames N`, `--plant FOLDER`,
 /// `--scan FILE`, `--json FILE`.
 #include <fmt/format.h>
 
@@ -10,6 +11,7 @@
 #include <numeric>
 #include <optional>
 
+#include "tests/bench/DrawingRows.h"
 #include "tests/bench/DrawingStage.h"
 #include "tests/bench/SceneTable.h"
 #include "tests/bench/SideProcess.h"
@@ -230,6 +232,9 @@ int bench(int argc, char** argv) {
     if (wanted("empty")) emptyRows(table);
     if (wanted("first")) firstRows(table, options);
     if (wanted("osg")) osgRows(table, options);
+    if (wanted("read-back")) readBackRows(table);
+    if (wanted("wall")) bunnyWallRows(table, options.scan, std::filesystem::path(options.program).parent_path());
+    if (wanted("one-process")) oneProcessRows(table);
     table.summarise();
     if (!options.json.empty() && !table.writeJson(options.json)) {
         std::fprintf(stderr, "bench_drawing: cannot write %s\n", options.json.c_str());

@@ -59,21 +59,6 @@ private:
     std::uint64_t next_ = 2;
 };
 
-/// Of the files, all that has triangles.
-Expected<std::vector<Geometry>> readGeometries(const std::vector<std::string>& files) {
-    const auto imported = importScenes(
-        files, kRootNode, {.allowUnconfined = true, .importerProgram = TESSERA_BIN_DIR "/tessera-import"});
-    if (!imported) return tl::unexpected(imported.error());
-    ChangeList list = imported->list;
-    replaceIds(list, [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + 2} : id; });
-    Aspect aspect;
-    if (auto applied = aspect.apply(list); !applied) return tl::unexpected(applied.error());
-    std::vector<Geometry> found;
-    for (const ObjectId id : aspect.ids())
-        if (const auto* geometry = aspect.get<Geometry>(id)) found.push_back(*geometry);
-    return found;
-}
-
 /// Each triangle becomes four; corners in the middle of edges go off by a share of the edge's length, so that no two
 /// faces lie in one plane.
 MeshData divided(const MeshData& mesh, std::mt19937& random) {
@@ -107,6 +92,20 @@ MeshData divided(const MeshData& mesh, std::mt19937& random) {
 }
 
 }  // namespace
+
+Expected<std::vector<Geometry>> readGeometries(const std::vector<std::string>& files) {
+    const auto imported = importScenes(
+        files, kRootNode, {.allowUnconfined = true, .importerProgram = TESSERA_BIN_DIR "/tessera-import"});
+    if (!imported) return tl::unexpected(imported.error());
+    ChangeList list = imported->list;
+    replaceIds(list, [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + 2} : id; });
+    Aspect aspect;
+    if (auto applied = aspect.apply(list); !applied) return tl::unexpected(applied.error());
+    std::vector<Geometry> found;
+    for (const ObjectId id : aspect.ids())
+        if (const auto* geometry = aspect.get<Geometry>(id)) found.push_back(*geometry);
+    return found;
+}
 
 Stage cityStage(std::string name, const City& city, int frames) {
     SceneWriter scene;

@@ -44,6 +44,9 @@ struct Stage {
 /// A scanned mesh, each triangle divided into sixteen and roughened: a million triangles. The camera goes along it, close up.
 [[nodiscard]] Expected<Stage> scanStage(const std::string& file, int frames);
 
+/// Of the files, all that has triangles.
+[[nodiscard]] Expected<std::vector<Geometry>> readGeometries(const std::vector<std::string>& files);
+
 /// Three cullers in turns on the four tiles of the bench's screen, 4 samples; processor time.
 struct CullCost {
     std::vector<double> ours, all, oracle;  ///< ms per frame, of the four tiles together

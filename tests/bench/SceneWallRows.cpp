@@ -1,16 +1,14 @@
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <limits>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "tests/bench/SceneRows.h"
-#include "tests/integration/LiveWall.h"
+#include "tests/bench/WallReading.h"
 
 namespace tessera::bench {
 namespace {
@@ -34,31 +32,6 @@ std::string stillScene(std::uint64_t nodes) {
         row);
 }
 
-/// Seconds of processor time that a process has taken in all its threads so far.
-double processSeconds(pid_t pid) {
-    clockid_t clock = 0;
-    timespec t{};
-    if (clock_getcpuclockid(pid, &clock) != 0 || clock_gettime(clock, &t) != 0) return 0;
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-struct Reading {
-    std::chrono::steady_clock::time_point at;
-    std::int64_t frame = 0;  ///< that all tiles show
-    double server = 0, clients = 0;
-};
-
-Reading read(test::LiveWall& wall) {
-    Reading reading;
-    reading.at = std::chrono::steady_clock::now();
-    reading.server = processSeconds(wall.server().pid());
-    for (const std::string& host : test::kFourHosts) reading.clients += processSeconds(wall.client(host).pid());
-    reading.frame = std::numeric_limits<std::int64_t>::max();
-    for (const std::string& host : test::kFourHosts)
-        reading.frame = std::min(reading.frame, wall.shownFrame(test::tileOf(host)));
-    return reading;
-}
-
 void wallRow(SceneTable& table, std::uint64_t nodes, bool quick) {
     const test::TemporaryFolder folder;
     test::LiveWallOptions options;
@@ -77,9 +50,9 @@ void wallRow(SceneTable& table, std::uint64_t nodes, bool quick) {
             return;
         }
     std::this_thread::sleep_for(quick ? 1s : 3s);
-    const Reading before = read(wall);
+    const WallReading before = readWall(wall, test::kFourHosts, fourTiles());
     std::this_thread::sleep_for(quick ? 2s : 10s);
-    const Reading after = read(wall);
+    const WallReading after = readWall(wall, test::kFourHosts, fourTiles());
     (void)wall.finish();
 
     const double seconds = std::chrono::duration<double>(after.at - before.at).count();

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Writes evening.hdr: a sky after sunset over a dark plain, with a glow in the west and a few lit windows around."""
+"""Writes evening.hdr, a sky after sunset over a dark plain, with a glow in the west and a few lit windows around; and noon.hdr, a
+clear sky with clouds over a grey haze."""
 import math
 import os
 
 WIDTH, HEIGHT = 512, 256
 
 
-def radiance(x, y):
+def evening(x, y):
     round_, up = (x + 0.5) / WIDTH * 2 * math.pi - math.pi, 1 - 2 * (y + 0.5) / HEIGHT  # 0: along -Z; 1 up, -1 down
     if up < 0:
         ground = 0.03 + 0.05 * math.exp(up * 9)
@@ -22,7 +23,21 @@ def radiance(x, y):
     return tuple(color)
 
 
-def softened(x, y):
+def noon(x, y):
+    round_, up = (x + 0.5) / WIDTH * 2 * math.pi - math.pi, 1 - 2 * (y + 0.5) / HEIGHT
+    if up < 0:
+        return (0.42 + 0.2 * math.exp(up * 20), 0.43 + 0.22 * math.exp(up * 20), 0.44 + 0.26 * math.exp(up * 20))
+    haze = math.exp(-up * 4.5)
+    color = [clear + (pale - clear) * haze for clear, pale in zip((0.16, 0.34, 0.78), (0.78, 0.86, 0.95))]
+    # Clouds: waves of several lengths, which come together towards the horizon as on a ceiling.
+    far = 1 / (up + 0.18)
+    u, v = far * math.cos(round_), far * math.sin(round_)
+    height = sum(math.sin(k * u + 2.1 * k + math.sin(k * v)) * math.sin(0.8 * k * v + k) / k for k in (1, 2, 3.3, 5.1, 8.7))
+    cloud = min(1.0, max(0.0, 1.3 * height - 0.55)) * min(1, 6 * up)
+    return tuple(c + (1.05 - c) * 0.85 * cloud for c in color)
+
+
+def softened(radiance, x, y):
     """The mean around a pixel, in a tent two pixels wide: edges that a screen may show larger than they are here."""
     sums, weights = [0.0, 0.0, 0.0], 0.0
     for i in range(-3, 4):
@@ -59,14 +74,15 @@ def runs(row):
 
 
 def main():
-    out = bytearray(f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {HEIGHT} +X {WIDTH}\n".encode())
-    for y in range(HEIGHT):
-        row = [rgbe(softened(x, y)) for x in range(WIDTH)]
-        out += bytes([2, 2, WIDTH >> 8, WIDTH & 255])
-        for channel in range(4):
-            out += runs([pixel[channel] for pixel in row])
-    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "evening.hdr"), "wb") as file:
-        file.write(out)
+    for name, radiance in (("evening", evening), ("noon", noon)):
+        out = bytearray(f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {HEIGHT} +X {WIDTH}\n".encode())
+        for y in range(HEIGHT):
+            row = [rgbe(softened(radiance, x, y)) for x in range(WIDTH)]
+            out += bytes([2, 2, WIDTH >> 8, WIDTH & 255])
+            for channel in range(4):
+                out += runs([pixel[channel] for pixel in row])
+        with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), name + ".hdr"), "wb") as file:
+            file.write(out)
 
 
 main()

@@ -17,6 +17,17 @@ Picture noise(int widthPx, int heightPx, unsigned seed) {
     return picture;
 }
 
+TEST(Picture, DropsAlphaForAnyNumberOfPixels) {
+    std::mt19937 random(5);
+    for (std::size_t count = 0; count < 100; ++count) {
+        std::vector<std::uint8_t> rgba(4 * count), rgb(3 * count + 1, 171);
+        for (std::uint8_t& value : rgba) value = static_cast<std::uint8_t>(random());
+        dropAlpha(rgba.data(), count, rgb.data());
+        for (std::size_t i = 0; i < 3 * count; ++i) ASSERT_EQ(rgb[i], rgba[i / 3 * 4 + i % 3]) << count << " pixels";
+        EXPECT_EQ(rgb.back(), 171) << "nothing is written behind " << count << " pixels";
+    }
+}
+
 TEST(Png, BringsEveryPixelAndTheFrameNumberBack) {
     const Picture picture = noise(37, 11, 1);
     const auto decoded = decodePng(encodePng(picture, 119));
