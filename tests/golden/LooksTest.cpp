@@ -42,8 +42,8 @@ class Looks : public testing::TestWithParam<const char*> {};
 
 TEST_P(Looks, AreAsTheyWere) {
     const std::string name = GetParam();
-    const bool pours = name.starts_with("pour");
-    if (pours && !std::filesystem::exists(plantFolder())) GTEST_SKIP() << "the plant is missing (TESSERA_TEST_DATA)";
+    const bool hasPlant = name.starts_with("pour") || name == "plant";
+    if (hasPlant && !std::filesystem::exists(plantFolder())) GTEST_SKIP() << "the plant is missing (TESSERA_TEST_DATA)";
     if (name.starts_with("engine") && !std::filesystem::exists(kAssimpModels))
         GTEST_SKIP() << "models are missing (Debian package assimp-testmodels)";
     const Expected<Aspect> shipped = loadShipped(name);
@@ -84,8 +84,8 @@ TEST_P(Looks, AreAsTheyWere) {
 }
 
 INSTANTIATE_TEST_SUITE_P(OfShippedScenes, Looks,
-                         testing::Values("engine-hall", "engine-apart", "chess", "hall-by-hand", "scan", "materials", "lights",
-                                         "pour-1000", "pour-10000"),
+                         testing::Values("engine-hall", "engine-apart", "chess", "city", "hall-by-hand", "scan", "materials", "lights",
+                                         "plant", "pour-1000", "pour-10000"),
                          [](const testing::TestParamInfo<const char*>& scene) {
                              std::string name = scene.param;
                              std::erase(name, '-');
