@@ -12,9 +12,9 @@ constexpr std::size_t kKept = 3;
 }  // namespace
 
 EnvironmentTexture::EnvironmentTexture(const GlFunctions& gl) : gl_(gl) {
-    // There from the start: programs are compiled for the format that is bound.
-    gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture_);
-    gl_.TextureStorage2D(texture_, 1, GL_RGBA16F, EnvironmentLight::kAtlasWidth, EnvironmentLight::kAtlasHeight);
+    // There from the start, and small: programs are compiled for the format that is bound, and for sides that are no powers of
+    // two.
+    makeTexture(3, 3);
     gl_.CreateSamplers(1, &sampler_);
     for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T}) gl_.SamplerParameteri(sampler_, wrap, GL_CLAMP_TO_EDGE);
     for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
@@ -24,6 +24,13 @@ EnvironmentTexture::EnvironmentTexture(const GlFunctions& gl) : gl_(gl) {
 EnvironmentTexture::~EnvironmentTexture() {
     gl_.DeleteTextures(1, &texture_);
     gl_.DeleteSamplers(1, &sampler_);
+}
+
+void EnvironmentTexture::makeTexture(int widthPx, int heightPx) {
+    if (texture_) gl_.DeleteTextures(1, &texture_);
+    gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture_);
+    gl_.TextureStorage2D(texture_, 1, GL_RGBA16F, widthPx, heightPx);
+    widthPx_ = widthPx;
 }
 
 const EnvironmentTexture::Known& EnvironmentTexture::know(const Image& image) {
@@ -59,6 +66,7 @@ bool EnvironmentTexture::begin(const Aspect& aspect, const Environment& environm
         trouble_ = known.light.error().message;
         return false;
     }
+    if (widthPx_ != EnvironmentLight::kAtlasWidth) makeTexture(EnvironmentLight::kAtlasWidth, EnvironmentLight::kAtlasHeight);
     if (uploaded_ != &known)
         gl_.TextureSubImage2D(texture_, 0, 0, 0, EnvironmentLight::kAtlasWidth, EnvironmentLight::kAtlasHeight, GL_RGBA,
                               GL_FLOAT, known.light->atlas().data());

@@ -29,6 +29,8 @@ public:
     /// some tenths of a second.
     [[nodiscard]] bool begin(const Aspect& aspect, const Environment& environment);
     [[nodiscard]] const SurroundingsBlock& block() const { return block_; }
+    /// Whether the picture is seen behind everything.
+    [[nodiscard]] bool seen() const { return block_[1][3] > 0; }
     [[nodiscard]] const std::string& trouble() const { return trouble_; }
     void bind(GLuint unit) const;
 
@@ -39,9 +41,11 @@ private:
         Expected<EnvironmentLight> light;
     };
     [[nodiscard]] const Known& know(const Image& image);
+    void makeTexture(int widthPx, int heightPx);
 
     const GlFunctions& gl_;
     GLuint texture_ = 0, sampler_ = 0;
+    int widthPx_ = 0;  ///< of the texture
     std::deque<std::unique_ptr<Known>> known_;  ///< the last one used first
     const Known* uploaded_ = nullptr;
     SurroundingsBlock block_{};

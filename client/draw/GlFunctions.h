@@ -23,6 +23,7 @@ namespace tessera {
     X(ClearNamedFramebufferfv, CLEARNAMEDFRAMEBUFFERFV)                         \
     X(ClearNamedFramebufferuiv, CLEARNAMEDFRAMEBUFFERUIV)                       \
     X(ClipControl, CLIPCONTROL)                                                 \
+    X(ColorMask, COLORMASK)                                                     \
     X(CompileShader, COMPILESHADER)                                             \
     X(CopyNamedBufferSubData, COPYNAMEDBUFFERSUBDATA)                           \
     X(CreateBuffers, CREATEBUFFERS)                                             \

@@ -1,6 +1,9 @@
 // What a list holds becomes draw calls, for one cell after the other, and for what a light sees.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "client/draw/RendererImpl.h"
 
 namespace tessera {
@@ -8,13 +11,17 @@ namespace {
 
 /// A tile's scissor lies on this grid: it is the software rasteriser's own, and makes seams exact.
 constexpr int kGridPx = 64;
+/// Passes over the screen need whole pixels alone; whole stamps of the software rasteriser's, in which pixels know their
+/// neighbours.
+constexpr int kStampPx = 4;
+constexpr float kFarthest = 0;  ///< depth is reversed
 
-/// The tile's rectangle grown outwards to the grid.
-PixelRect grownToGrid(const PixelRect& r) {
-    const int left = r.x / kGridPx * kGridPx;
-    const int bottom = r.y / kGridPx * kGridPx;
-    const int right = (r.x + r.width + kGridPx - 1) / kGridPx * kGridPx;
-    const int top = (r.y + r.height + kGridPx - 1) / kGridPx * kGridPx;
+/// The tile's rectangle grown outwards to a grid.
+PixelRect grownTo(int grid, const PixelRect& r) {
+    const int left = r.x / grid * grid;
+    const int bottom = r.y / grid * grid;
+    const int right = (r.x + r.width + grid - 1) / grid * grid;
+    const int top = (r.y + r.height + grid - 1) / grid * grid;
     return {.x = left, .y = bottom, .width = right - left, .height = top - bottom};
 }
 
@@ -25,6 +32,22 @@ Expected<void> checkRect(const ScreenCamera& camera, const PixelRect& r) {
                     fmt::format("a tile of {}x{} at {},{} does not lie on its screen of {}x{}", r.width, r.height, r.x,
                                 r.y, camera.pixels.width, camera.pixels.height));
     return {};
+}
+
+/// What a screen shows of radiance where nothing else is, to the step of 255: kToneMapping's formulas. So it does not matter how
+/// a clear colour is rounded.
+Vec3d shownOf(const Vec3d& radiance) {
+    const double peak = radiance.maxCoeff();
+    Vec3d c = radiance;
+    if (peak > 0.8) {
+        const double newPeak = 1 - 0.04 / (peak - 0.6), whiter = 1 - 1 / (0.15 * (peak - newPeak) + 1);
+        c = (1 - whiter) * (newPeak / peak) * radiance + Vec3d::Constant(whiter * newPeak);
+    }
+    const auto encoded = [](double v) {
+        v = std::clamp(v, 0.0, 1.0);
+        return std::round(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055)) / 255;
+    };
+    return {encoded(c.x()), encoded(c.y()), encoded(c.z())};
 }
 
 /// From the origin to the farthest corner.
@@ -46,17 +69,21 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     for (const std::size_t view : *stale)
         if (auto drawn = drawShadows(aspect, view); !drawn) return drawn;
     collect(aspect, list, camera);
-    triangles = 0;
+    triangles = pixels = 0;
     lightsLeftOut = list.lightsLeftOut;
     shadowsLeftOut = list.shadowsLeftOut;
     lights.clusters().setEverywhere(!options.clusterLights);
     scene.lists = lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : std::vector<std::array<float, 4>>());
     scene.environment = surroundings.begin(aspect, list.environment);
+    const Vec3d seen = shownOf(list.environment.background.cast<double>());
+    background = {static_cast<float>(seen.x()), static_cast<float>(seen.y()), static_cast<float>(seen.z()), 1};
     return {};
 }
 
 void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera) {
     calls.collect(aspect, list, camera, *meshes, textures);
+    // Images of what was drawn before may be gone.
+    std::erase_if(kin, [](const Kin& k) { return k.what.second.maps != 0; });
     const auto upload = [this](GLuint buffer, const auto& values) {
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
                            GL_STREAM_DRAW);
@@ -84,15 +111,20 @@ Expected<void> Renderer::Impl::drawShadows(const Aspect& aspect, std::size_t ind
         inCell.push_back({first, first + 1});
     }
     scissor = shadows.place(index);
-    setUp(makeFrameBlock(seen, view.camera), scissor, shadows.framebuffer());
+    upload(makeFrameBlock(seen, view.camera));
+    setUp(scissor, shadows.framebuffer());
+    gl.ClearNamedFramebufferfv(shadows.framebuffer(), GL_DEPTH, 0, &kFarthest);
     if (auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kShadow); !drawn) return drawn;
     shadows.setDrawn(index);
     return {};
 }
 
-void Renderer::Impl::setUp(const FrameBlock& block, const PixelRect& viewport, GLuint framebuffer) {
+void Renderer::Impl::upload(const FrameBlock& block) {
     gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer);
+}
+
+void Renderer::Impl::setUp(const PixelRect& viewport, GLuint framebuffer) {
     gl.Viewport(viewport.x, viewport.y, viewport.width, viewport.height);
     gl.Enable(GL_SCISSOR_TEST);
     gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
@@ -100,15 +132,14 @@ void Renderer::Impl::setUp(const FrameBlock& block, const PixelRect& viewport, G
     gl.Enable(GL_DEPTH_TEST);
     gl.DepthFunc(GL_GREATER);
     gl.DepthMask(GL_TRUE);
+    gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     gl.Disable(GL_BLEND);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, surfacesNow = framebuffer);
-    const float farthest = 0;
-    gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
 }
 
 Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell,
                                          TileBuffers& buffers) {
-    scissor = grownToGrid(cell.inCell);
+    scissor = grownTo(kGridPx, cell.inCell);
     if (auto room = buffers.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room) return room;
     const ClusterSight sight(screen, cell.onScreen,
                              {.x = cell.onScreen.x - cell.inCell.x,
@@ -119,12 +150,16 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     const Frustum aroundLines = tileFrustum(screen, cell.onScreen, kFrustumMarginPx + calls.widestLineReachPx());
     inCell.clear();
     runs.clear();
+    const TileProjection projection(cell.camera, {.x = 0, .y = 0, .width = kCellWidthPx, .height = kCellHeightPx});
+    ScreenBlocks blocks(scissor), transparent(scissor);
+    const bool everywhere = &buffers != &tile || !options.leaveOutEmpty || !projection.usable() || surroundings.seen();
+    if (everywhere) blocks.addAll();
     for (const DrawCall& call : calls.calls()) {
         const auto first = static_cast<std::uint32_t>(runs.size());
         const std::uint32_t all = (call.sortedCount > 0 ? call.sortedCount : call.mesh.indexCount) / 3;
         const Box& box = call.item->box;
-        const Frustum& shown = call.item->lineWidth > 0 ? aroundLines : frustum;
-        const Frustum::Result result = box.empty() ? Frustum::Result{} : shown.classify(box, Frustum::kAllPlanes);
+        const Frustum& sides = call.item->lineWidth > 0 ? aroundLines : frustum;
+        const Frustum::Result result = box.empty() ? Frustum::Result{} : sides.classify(box, Frustum::kAllPlanes);
         if (!result.outside && !call.item->clusters.empty() && call.sortedCount == 0)
             sight.appendRuns({.clusters = call.item->clusters,
                               .triangles = all,
@@ -134,8 +169,22 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
                              call.item->world_T_item, runs);
         else if (!result.outside)
             runs.push_back({0, all});
+        const bool solid = inCell.size() < calls.opaqueCount();
         inCell.push_back({first, static_cast<std::uint32_t>(runs.size())});
+        ScreenBlocks& of = solid ? blocks : transparent;
+        if (first == runs.size() || of.full()) continue;
+        if (box.empty() || everywhere)
+            of.addAll();
+        else
+            of.add(projection.footprint(projection.clip_T_world(), box,
+                                        projection.noise(reachOf(box, call.item->world_T_item.translation()), box)),
+                   lineReachPx(call.item->lineWidth));
     }
+    blocks.add(transparent);
+    const PixelRect own = grownTo(kStampPx, cell.inCell);
+    shown = blocks.rectangles(own);
+    blending = transparent.rectangles(own);
+    for (const PixelRect& part : shown) pixels += static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(part.height);
 
     FrameBlock block = makeFrameBlock(list, cell.camera);
     block.slices = lights.beginCell(cell.camera, scissor);
@@ -147,27 +196,17 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     const auto framebuffer = detailed ? buffers.detailedSurfaces() : buffers.surfaces();
     if (!framebuffer) return tl::unexpected(framebuffer.error());
     // The whole cell's viewport for every tile that shares in it; only the scissor is the tile's own.
-    setUp(block, {.x = 0, .y = 0, .width = cell.camera.pixels.width, .height = cell.camera.pixels.height}, *framebuffer);
-    const std::array<GLuint, 4> nothing{};
-    for (GLint i = 0; i < (detailed ? 2 : 1); ++i)
-        gl.ClearNamedFramebufferuiv(*framebuffer, GL_COLOR, i, nothing.data());
-    return {};
-}
-
-Expected<GLuint> Renderer::Impl::program(const ProgramKind& kind) {
-    auto it = programs.find(kind);
-    if (it == programs.end()) {
-        auto made = Program::create(gl, kind);
-        if (!made) return tl::unexpected(made.error());
-        it = programs.emplace(kind, std::move(*made)).first;
+    const PixelRect viewport{.x = 0, .y = 0, .width = cell.camera.pixels.width, .height = cell.camera.pixels.height};
+    upload(block);
+    setUp(viewport, *framebuffer);
+    if (&buffers == &tile) {
+        if (auto cleared = clearSurfaces(*framebuffer); !cleared) return cleared;
+        setUp(viewport, *framebuffer);
+        return {};
     }
-    return it->second.name();
-}
-
-Expected<void> Renderer::Impl::useProgram(const ProgramKind& kind) {
-    const auto name = program(kind);
-    if (!name) return tl::unexpected(name.error());
-    gl.UseProgram(*name);
+    const std::array<GLuint, 4> nothing{};
+    gl.ClearNamedFramebufferuiv(*framebuffer, GL_COLOR, 0, nothing.data());
+    gl.ClearNamedFramebufferfv(*framebuffer, GL_DEPTH, 0, &kFarthest);
     return {};
 }
 
@@ -180,8 +219,9 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
         kind.lists = scene.lists;
         kind.environment = scene.environment;
     }
-    if (use == Use::kSurface || use == Use::kClassify || lightsSurfaces) kind.detail = scene.detail;
-    if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kShadow && use != Use::kCopy)
+    if (use == Use::kSurface || use == Use::kClear || use == Use::kClassify || lightsSurfaces) kind.detail = scene.detail;
+    if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kShadow &&
+        use != Use::kCopy && use != Use::kClear)
         kind.samples = options.samples;
     return kind;
 }
@@ -208,6 +248,8 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     gl.BindVertexArray(vertexArray);
     const DrawCall* before = nullptr;
     std::optional<bool> sortedBound;  // which indices the vertex array has
+    const bool ofPicture = use == ProgramKind::Use::kSurface || use == ProgramKind::Use::kBlend;
+    const Pass pass = use == ProgramKind::Use::kBlend ? Pass::kBlend : Pass::kSurfaces;
     ProgramKind kind;
     for (std::size_t i = first; i < last; ++i) {
         const Span& span = inCell[i];
@@ -233,8 +275,7 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
         if (sorted != sortedBound) gl.VertexArrayElementBuffer(vertexArray, sorted ? sortedBuffer : meshes->indexBuffer());
         sortedBound = sorted;
         const std::size_t firstIndex = sorted ? call.firstSorted : call.mesh.firstIndex;
-        if (another)
-            if (auto ready = prepareForOtherLights(kind); !ready) return ready;
+        if (another && ofPicture) met(pass, kind, call.look);
         counts.clear();
         offsets.clear();
         for (std::uint32_t k = span.first; k < span.end; ++k) {

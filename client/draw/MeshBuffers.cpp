@@ -12,7 +12,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kFirstCapacity = 64 * 1024;
+constexpr std::uint64_t kFirstCapacity = 8 * 1024;
 
 /// sRGB byte -> linear, 16 bit.
 std::array<std::uint16_t, 256> makeLinearTable() {

@@ -29,9 +29,13 @@ bool readsSurface(const ProgramKind& kind) {
 }
 
 /// What is drawn over the whole screen lies there: where the depth test compares it with what kClassify has written.
-const char* screenDepthOf(ProgramKind::Use use) {
+/// Of one sample there are no classes: where something is, its depth is above 0.
+const char* screenDepthOf(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
-    return use == Use::kLightRest ? "0.9" : use == Use::kLight ? "0.6" : "0.5";
+    if (kind.use == Use::kLightOne && kind.samples == 1)
+        return kind.environment ? "(surround[1].w > 0.5 ? 0.0 : 1e-30)" : "1e-30";
+    if (kind.use == Use::kClear) return "0.0";
+    return kind.use == Use::kLightRest ? "0.9" : kind.use == Use::kLight ? "0.6" : "0.5";
 }
 
 /// Version, switches and blocks: the same in front of both stages.
@@ -51,8 +55,7 @@ std::string headOf(const ProgramKind& kind) {
     define(kind.environment, "ENVIRONMENT");
     define(kind.use == Use::kLightRest, "REST");
     define(kind.use == Use::kLightOne, "ONE_SURFACE");
-    define(kind.use == Use::kClassify, "BACKGROUND");
-    head += fmt::format("#define SCREEN_DEPTH {}\n", screenDepthOf(kind.use));
+    head += fmt::format("#define SCREEN_DEPTH {}\n", screenDepthOf(kind));
     if (kind.look) head += fmt::format("#define MAPS {}\n", kind.maps);
     head += fmt::format("#define SAMPLES {}\n#define LIGHTS {}\n", kind.samples, static_cast<int>(kind.lists));
     return head + shader_text::kBlocks;
@@ -63,6 +66,8 @@ std::string fragmentOf(const ProgramKind& kind) {
     switch (kind.use) {
         case Use::kSurface:
             return std::string(shader_text::kSurface) + shader_text::kPackFragment;
+        case Use::kClear:
+            return shader_text::kClearFragment;
         case Use::kClassify:
             return std::string(shader_text::kReadSurface) + shader_text::kClassifyFragment;
         case Use::kLightOne:
@@ -99,8 +104,8 @@ std::string vertexOf(const ProgramKind& kind) {
         case Use::kDepth:
         case Use::kShadow:
             return shader_text::kMeshVertex;
+        case Use::kClear:
         case Use::kClassify:
-            return std::string(shader_text::kToneMapping) + shader_text::kScreenVertex;
         case Use::kLightOne:
         case Use::kLight:
         case Use::kLightRest:

@@ -82,7 +82,8 @@ inline constexpr std::array<LightLists, 3> kAllLightLists = {LightLists::kNone, 
 struct ProgramKind {
     enum class Use : std::uint8_t {
         kSurface,  ///< first pass of what is solid
-        kClassify,   ///< second pass: the background, and what is to be done in each pixel
+        kClear,      ///< before it: nothing, far away
+        kClassify,   ///< second pass, of several samples: what is to be done in each pixel
         kLightOne,   ///< pixels whose samples all show the same
         kLight,      ///< the others
         kLightRest,  ///< and what else there is in them

@@ -176,6 +176,7 @@ VisibilityDevice& Renderer::visibility(const Aspect& aspect) {
 DrawCounts Renderer::lastCounts() const {
     DrawCounts counts = impl_->calls.counts();
     counts.triangles = impl_->triangles;
+    counts.pixels = impl_->pixels;
     counts.lightsLeftOut = impl_->lightsLeftOut;
     counts.shadowsLeftOut = impl_->shadowsLeftOut;
     counts.trouble = impl_->surroundings.trouble();

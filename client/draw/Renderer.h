@@ -22,6 +22,8 @@ struct RendererOptions {
     std::size_t textureBudgetBytes = std::size_t{1} << 30;
     /// False: every pixel looks at every light. The same picture, to the bit, and slow: what clusters are tested against.
     bool clusterLights = true;
+    /// False: every pixel goes through every pass. The same picture, to the bit, and slow: what `ScreenBlocks` are tested against.
+    bool leaveOutEmpty = true;
 };
 
 /// What became of the last list drawn.
@@ -35,6 +37,7 @@ struct DrawCounts {
     std::string trouble;              ///< why the surroundings' image is not used; empty: it is, or there is none
     std::uint64_t programs = 0;       ///< compiled since the renderer was made
     Duration readBack{};              ///< from GL's finished pictures to the one that `draw` returns
+    std::uint64_t pixels = 0;         ///< in blocks that items may show in, in each cell: all others are surely background
 };
 
 /// GL resources of one surface; lives on the surface's thread.
@@ -55,6 +58,10 @@ public:
     /// of cullers; slow. Transparent items hide what is behind them here: leave them out of the list to see that.
     [[nodiscard]] Expected<std::vector<std::uint64_t>> drawNodeIds(const Aspect& aspect, const DrawList& list,
                                                                    const ScreenCamera& camera, const PixelRect& rect);
+    /// Makes one more thing that pictures may need if lights or surroundings become others than those of what was drawn last, a
+    /// program mostly; call it when nothing else is to do. It takes some milliseconds, where Mesa has it in no cache a tenth of
+    /// a second. What is needed before it was made is made by `draw`. False: nothing is left.
+    [[nodiscard]] bool prepare();
     /// Whom cullers ask what is hidden, by the depths that pictures of this aspect will have. Valid until the renderer goes, with
     /// this aspect until the next call.
     [[nodiscard]] VisibilityDevice& visibility(const Aspect& aspect);

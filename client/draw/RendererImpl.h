@@ -1,16 +1,19 @@
 /// The inside of a Renderer, for the files that it consists of: drawing a list (ListDrawing.cpp), light and what is transparent over
-/// the whole screen (ScreenPasses.cpp), and pictures of all cells (Renderer.cpp).
+/// parts of the screen (ScreenPasses.cpp), programs that may be needed (Programs.cpp), and pictures of all cells (Renderer.cpp).
 #pragma once
 
 #include <map>
 #include <memory>
 #include <set>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "client/draw/DepthQueries.h"
 #include "client/draw/DrawCalls.h"
 #include "client/draw/LightBuffers.h"
 #include "client/draw/Renderer.h"
+#include "client/draw/ScreenBlocks.h"
 #include "client/draw/ScreenCells.h"
 #include "client/draw/ShadowMaps.h"
 #include "client/draw/TileBuffers.h"
@@ -21,6 +24,22 @@ namespace tessera {
 inline constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageMaps,
                  kLightUnit = kDetailUnit + 1, kListUnit = kLightUnit + 1,
                  kSurroundingsUnit = kListUnit + 1, kShadowUnit = kSurroundingsUnit + 1;
+
+/// What GL is set to: a software rasteriser compiles a program anew for each that it is drawn with.
+enum class Pass : std::uint8_t {
+    kSurfaces,   ///< what is solid
+    kClear,      ///< see ProgramKind
+    kClassify,
+    kLightOne,
+    kLight,
+    kLightRest,
+    kRestAlone,  ///< the same into a picture of its own
+    kCopy,
+    kSpread,
+    kBlend,
+    kResolve,
+    kShadow,
+};
 
 struct Renderer::Impl {
     Impl(Surface& onSurface, GlFunctions functions, RendererOptions o);
@@ -33,7 +52,9 @@ struct Renderer::Impl {
     /// What is to be drawn of a list, seen from here.
     void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera);
     [[nodiscard]] Expected<void> drawShadows(const Aspect& aspect, std::size_t index);
-    void setUp(const FrameBlock& block, const PixelRect& viewport, GLuint framebuffer);
+    void upload(const FrameBlock& block);
+    /// For what is drawn first.
+    void setUp(const PixelRect& viewport, GLuint framebuffer);
     [[nodiscard]] Expected<void> drawCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell);
     [[nodiscard]] Expected<void> drawCells(const DrawList& list, const ScreenCamera& camera, const PixelRect& rect,
                                            const PixelRows& rows);
@@ -49,22 +70,33 @@ struct Renderer::Impl {
     [[nodiscard]] ProgramKind kindOf(ProgramKind::Use use, const DrawCall& call) const;
     [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind::Use use);
     void bindLook(std::uint32_t index, std::uint8_t maps);
-    [[nodiscard]] Expected<void> drawOverScreen(const ProgramKind& kind);
-    /// Compiles, for all that is set now, what the next draw would need if the scene's lights were others.
-    [[nodiscard]] Expected<void> prepareForShadows(const ProgramKind& kind);
-    [[nodiscard]] Expected<void> prepareForOtherLights(const ProgramKind& kind);
+    /// Sets what a pass needs but its program; `kSurfaces` sets `setUp`.
+    [[nodiscard]] Expected<void> enter(Pass pass);
+    /// The pass over these parts of the cell; where there are none, it is to be prepared.
+    [[nodiscard]] Expected<void> drawOver(Pass pass, std::span<const PixelRect> parts);
     [[nodiscard]] Expected<void> lightSurfaces();
-    [[nodiscard]] Expected<void> copyToSamples();
     [[nodiscard]] Expected<void> blendTransparent();
+    /// To nothing, far away: what is `shown` of the tile's.
+    [[nodiscard]] Expected<void> clearSurfaces(GLuint framebuffer);
+    /// Notes that a program was drawn with, in a pass: what other lights would draw in its place is to be made some time.
+    void met(Pass pass, const ProgramKind& kind, std::uint32_t look);
+    void expectKin(Pass pass, const ProgramKind& kind, std::uint32_t look);
+    void expect(Pass pass, const ProgramKind& kind, std::uint32_t look);
+    [[nodiscard]] Expected<void> make(Pass pass, const ProgramKind& kind, std::uint32_t look);
     void bindSurfaces();
-    /// Whether the cell may show anything transparent.
-    [[nodiscard]] bool blends() const;
 
     Surface& surface;
     GlFunctions gl;
     RendererOptions options;
     std::map<ProgramKind, Program> programs;  ///< made when first needed
-    std::set<ProgramKind> prepared;           ///< `otherwiseLit`: made for all lights
+    using Drawn = std::pair<Pass, ProgramKind>;
+    std::set<Drawn> drawnWith;                ///< compiled to the last
+    /// Not made yet, and for which of the list's looks.
+    struct Kin {
+        Drawn what;
+        std::uint32_t look = 0;
+    };
+    std::vector<Kin> kin;
     GLuint vertexArray = 0, emptyArray = 0;
     GLuint itemBuffer = 0, sortedBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
     std::unique_ptr<MeshBuffers> meshes;
@@ -89,9 +121,11 @@ struct Renderer::Impl {
     bool readsFromTop = false;       ///< GL hands rows out from the top
     std::vector<std::uint8_t> rgbx;  ///< of `draw`
     Duration readBackTime{};
-    std::uint64_t triangles = 0, lightsLeftOut = 0, shadowsLeftOut = 0;
+    std::uint64_t triangles = 0, pixels = 0, lightsLeftOut = 0, shadowsLeftOut = 0;
     PixelRect scissor;
-    GLuint surfacesNow = 0;  ///< the framebuffer that `setUp` has bound
+    /// Parts of the tile in this cell where items may be seen, and of those where transparent ones may.
+    std::vector<PixelRect> shown, blending;
+    std::array<float, 4> background{};  ///< as a screen shows it
     ProgramKind scene;  ///< what all programs of the list share
 };
 

@@ -2,86 +2,164 @@
 #include "client/draw/RendererImpl.h"
 
 namespace tessera {
+namespace {
+
+ProgramKind::Use useOf(Pass pass) {
+    using Use = ProgramKind::Use;
+    switch (pass) {
+        case Pass::kSurfaces:
+            return Use::kSurface;
+        case Pass::kClear:
+            return Use::kClear;
+        case Pass::kClassify:
+            return Use::kClassify;
+        case Pass::kLightOne:
+            return Use::kLightOne;
+        case Pass::kLight:
+            return Use::kLight;
+        case Pass::kLightRest:
+        case Pass::kRestAlone:
+            return Use::kLightRest;
+        case Pass::kCopy:
+            return Use::kCopy;
+        case Pass::kSpread:
+            return Use::kSpread;
+        case Pass::kBlend:
+            return Use::kBlend;
+        case Pass::kResolve:
+            return Use::kResolve;
+        case Pass::kShadow:
+            return Use::kShadow;
+    }
+    return Use::kSurface;
+}
+
+}  // namespace
 
 Expected<void> Renderer::Impl::drawCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell) {
     if (auto begun = beginCell(list, screen, cell, tile); !begun) return begun;
     if (auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kSurface); !drawn) return drawn;
     if (auto lit = lightSurfaces(); !lit) return lit;
-    return blends() ? blendTransparent() : Expected<void>();
+    return blendTransparent();
 }
 
-Expected<void> Renderer::Impl::drawOverScreen(const ProgramKind& kind) {
-    if (auto used = useProgram(kind); !used) return used;
-    gl.BindVertexArray(emptyArray);
-    gl.Disable(GL_CULL_FACE);
-    if (auto ready = prepareForOtherLights(kind); !ready) return ready;
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+Expected<void> Renderer::Impl::enter(Pass pass) {
+    const bool severalSamples = options.samples > 1;
+    Expected<GLuint> framebuffer = GLuint{0};
+    switch (pass) {
+        case Pass::kSurfaces:
+            return {};
+        case Pass::kClear:
+            framebuffer = scene.detail ? tile.detailedSurfaces() : tile.surfaces();
+            break;
+        case Pass::kClassify:
+        case Pass::kLight:
+        case Pass::kLightRest:
+        case Pass::kResolve:
+            framebuffer = tile.picture();
+            break;
+        case Pass::kLightOne:
+            // Of one sample the surfaces' own depth says where something is.
+            framebuffer = severalSamples ? tile.picture() : tile.blended();
+            break;
+        case Pass::kRestAlone:
+            framebuffer = tile.rest();
+            break;
+        case Pass::kCopy:
+        case Pass::kSpread:
+        case Pass::kBlend:
+            framebuffer = tile.blended();
+            break;
+        case Pass::kShadow:
+            framebuffer = shadows.framebuffer();
+            break;
+    }
+    if (!framebuffer) return tl::unexpected(framebuffer.error());
+    gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
+    if (pass == Pass::kClear) {
+        // What is drawn into is not read.
+        for (const GLuint unit : {GLuint{0}, GLuint{1}, kDetailUnit}) gl.BindTextureUnit(unit, 0);
+    } else
+        bindSurfaces();
+    if (pass == Pass::kCopy) gl.BindTextureUnit(0, tile.pictureTexture());
+    if (pass == Pass::kSpread) gl.BindTextureUnit(1, tile.restTexture());
+    if (pass == Pass::kResolve) gl.BindTextureUnit(0, tile.blendedTexture());
+    const bool writesDepth = pass == Pass::kClear || pass == Pass::kClassify || pass == Pass::kShadow;
+    gl.DepthMask(writesDepth ? GL_TRUE : GL_FALSE);
+    const GLboolean writesColor = pass == Pass::kClassify ? GL_FALSE : GL_TRUE;
+    gl.ColorMask(writesColor, writesColor, writesColor, writesColor);
+    const bool sorted = pass == Pass::kLight || pass == Pass::kLightRest || pass == Pass::kRestAlone;
+    gl.DepthFunc(sorted                                                 ? GL_LESS
+                 : pass == Pass::kLightOne                              ? severalSamples ? GL_EQUAL : GL_LEQUAL
+                 : pass == Pass::kBlend || pass == Pass::kShadow        ? GL_GREATER
+                                                                        : GL_ALWAYS);
+    const bool mixes = pass == Pass::kLightRest || pass == Pass::kBlend;
+    mixes ? gl.Enable(GL_BLEND) : gl.Disable(GL_BLEND);
+    // Alpha of what is transparent adds up from 0, so that it tells where anything was blended: the rest of the picture stays
+    // as it is, to the bit.
+    if (pass == Pass::kLightRest) gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    if (pass == Pass::kBlend) gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE);
     return {};
 }
 
-Expected<void> Renderer::Impl::prepareForShadows(const ProgramKind& kind) {
-    const ProgramKind cast = shadowOf(kind);
-    if (kind.lines || !prepared.insert(cast).second) return {};
-    gl.BindFramebuffer(GL_FRAMEBUFFER, shadows.framebuffer());
-    gl.Scissor(0, 0, 0, 0);
-    if (auto used = useProgram(cast); !used) return used;
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
-    gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, surfacesNow);
-    return useProgram(kind);
+Expected<void> Renderer::Impl::drawOver(Pass pass, std::span<const PixelRect> parts) {
+    const ProgramKind kind = kindOf(useOf(pass));
+    if (parts.empty()) {
+        if (!drawnWith.contains({pass, kind})) {
+            expect(pass, kind, 0);
+            expectKin(pass, kind, 0);
+        }
+        return {};
+    }
+    if (auto entered = enter(pass); !entered) return entered;
+    if (auto used = useProgram(kind); !used) return used;
+    gl.BindVertexArray(emptyArray);
+    gl.Disable(GL_CULL_FACE);
+    for (const PixelRect& part : parts) {
+        gl.Scissor(part.x, part.y, part.width, part.height);
+        gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    met(pass, kind, 0);
+    return {};
 }
 
-/// A software rasteriser compiles when it first draws with a state: here into an empty rectangle.
-Expected<void> Renderer::Impl::prepareForOtherLights(const ProgramKind& kind) {
-    if (kind.use == ProgramKind::Use::kSurface) return prepareForShadows(kind);
-    if (!isLit(kind.use)) return {};
-    if (!prepared.insert(otherwiseLit(kind, LightLists::kNone, false)).second) return {};
-    gl.Scissor(0, 0, 0, 0);
-    for (const LightLists lists : kAllLightLists) {
-        for (const bool environment : {false, true}) {
-            const ProgramKind other = otherwiseLit(kind, lists, environment);
-            if (other == kind) continue;
-            if (auto used = useProgram(other); !used) return used;
-            gl.DrawArrays(GL_TRIANGLES, 0, 3);
-        }
-    }
-    gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
-    return useProgram(kind);
+/// A framebuffer is cleared faster than parts of it are drawn over, where they are most of it.
+Expected<void> Renderer::Impl::clearSurfaces(GLuint framebuffer) {
+    std::int64_t pixels = 0;
+    for (const PixelRect& part : shown) pixels += std::int64_t{part.width} * part.height;
+    if (3 * pixels < 2 * std::int64_t{tile.widthPx()} * tile.heightPx()) return drawOver(Pass::kClear, shown);
+    if (auto expected = drawOver(Pass::kClear, {}); !expected) return expected;
+    const std::array<GLuint, 4> nothing{};
+    const float farthest = 0;
+    gl.Disable(GL_SCISSOR_TEST);
+    gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
+    for (GLint i = 0; i < (scene.detail ? 2 : 1); ++i) gl.ClearNamedFramebufferuiv(framebuffer, GL_COLOR, i, nothing.data());
+    gl.Enable(GL_SCISSOR_TEST);
+    return {};
 }
 
 /// Each pixel is lit once, however many surfaces were drawn into it, and once more where its samples show different
 /// ones. Where something will be blended over the picture each sample gets the colour that it shows.
 Expected<void> Renderer::Impl::lightSurfaces() {
-    using Use = ProgramKind::Use;
-    const auto framebuffer = tile.picture();
-    if (!framebuffer) return tl::unexpected(framebuffer.error());
-    gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
-    bindSurfaces();
-    gl.DepthFunc(GL_ALWAYS);
-    if (auto sorted = drawOverScreen(kindOf(Use::kClassify)); !sorted) return sorted;
-    gl.DepthMask(GL_FALSE);
-    gl.DepthFunc(GL_EQUAL);
-    if (auto lit = drawOverScreen(kindOf(Use::kLightOne)); !lit || options.samples == 1) return lit;
-    gl.DepthFunc(GL_LESS);
-    if (auto lit = drawOverScreen(kindOf(Use::kLight)); !lit) return lit;
-    const bool perSample = blends();
-    if (perSample)
-        if (auto copied = copyToSamples(); !copied) return copied;
-    const ProgramKind kind = kindOf(Use::kLightRest);
-    bindSurfaces();
-    gl.DepthFunc(GL_LESS);
-    if (perSample) {
+    const auto picture = tile.picture();
+    if (!picture) return tl::unexpected(picture.error());
+    gl.Disable(GL_SCISSOR_TEST);
+    gl.ClearNamedFramebufferfv(*picture, GL_COLOR, 0, background.data());
+    gl.Enable(GL_SCISSOR_TEST);
+    if (options.samples == 1) return drawOver(Pass::kLightOne, shown);
+    for (const Pass pass : {Pass::kClassify, Pass::kLightOne, Pass::kLight})
+        if (auto lit = drawOver(pass, shown); !lit) return lit;
+    if (auto copied = drawOver(Pass::kCopy, blending); !copied) return copied;
+    if (!blending.empty()) {
         const auto rest = tile.rest();
         if (!rest) return tl::unexpected(rest.error());
         const std::array<GLfloat, 4> nothing{};
+        gl.Disable(GL_SCISSOR_TEST);
         gl.ClearNamedFramebufferfv(*rest, GL_COLOR, 0, nothing.data());
-        gl.BindFramebuffer(GL_FRAMEBUFFER, *rest);
-        if (auto lit = drawOverScreen(kind); !lit) return lit;
+        gl.Enable(GL_SCISSOR_TEST);
     }
-    gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
-    gl.Enable(GL_BLEND);
-    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
-    return drawOverScreen(kind);
+    if (auto lit = drawOver(Pass::kRestAlone, blending); !lit) return lit;
+    return drawOver(Pass::kLightRest, shown);
 }
 
 void Renderer::Impl::bindSurfaces() {
@@ -94,44 +172,16 @@ void Renderer::Impl::bindSurfaces() {
     shadows.bind(kShadowUnit);
 }
 
-bool Renderer::Impl::blends() const {
-    return calls.opaqueCount() < inCell.size() && inCell.back().end > inCell[calls.opaqueCount()].first;
-}
-
-Expected<void> Renderer::Impl::copyToSamples() {
-    const auto framebuffer = tile.blended();
-    if (!framebuffer) return tl::unexpected(framebuffer.error());
-    gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
-    gl.BindTextureUnit(0, tile.pictureTexture());
-    gl.DepthFunc(GL_ALWAYS);
-    return drawOverScreen(kindOf(ProgramKind::Use::kCopy));
-}
-
-/// Alpha adds up from 0, so that it tells where anything was blended: the rest of the picture stays as it is, to the bit.
 Expected<void> Renderer::Impl::blendTransparent() {
-    const auto framebuffer = tile.blended();
-    if (!framebuffer) return tl::unexpected(framebuffer.error());
-    gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
-    gl.DepthMask(GL_FALSE);
-    if (options.samples > 1) {
-        gl.Disable(GL_BLEND);
-        gl.DepthFunc(GL_ALWAYS);
-        gl.BindTextureUnit(0, tile.surfaceTexture());
-        gl.BindTextureUnit(1, tile.restTexture());
-        if (auto spread = drawOverScreen(kindOf(ProgramKind::Use::kSpread)); !spread)
-            return spread;
+    const bool severalSamples = options.samples > 1;
+    if (severalSamples)
+        if (auto spread = drawOver(Pass::kSpread, blending); !spread) return spread;
+    if (!blending.empty()) {
+        if (auto entered = enter(Pass::kBlend); !entered) return entered;
+        gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
+        if (auto drawn = issue(calls.opaqueCount(), calls.calls().size(), ProgramKind::Use::kBlend); !drawn) return drawn;
     }
-    gl.DepthFunc(GL_GREATER);
-    gl.Enable(GL_BLEND);
-    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE);
-    if (auto drawn = issue(calls.opaqueCount(), calls.calls().size(), ProgramKind::Use::kBlend);
-        !drawn || options.samples == 1)
-        return drawn;
-    gl.BindFramebuffer(GL_FRAMEBUFFER, tile.picture().value());
-    gl.BindTextureUnit(0, tile.blendedTexture());
-    gl.Disable(GL_BLEND);
-    gl.DepthFunc(GL_ALWAYS);
-    return drawOverScreen(kindOf(ProgramKind::Use::kResolve));
+    return severalSamples ? drawOver(Pass::kResolve, blending) : Expected<void>();
 }
 
 }  // namespace tessera

@@ -4,16 +4,22 @@
 namespace tessera::shader_text {
 
 const char kScreenVertex[] = R"(
-#ifdef BACKGROUND
-layout(binding = 2) uniform samplerBuffer materials;
-flat out vec3 background;
-#endif
 void main() {
-#ifdef BACKGROUND
-    background = encodeSrgb(toneMap(texelFetch(materials, 0).rgb));
-#endif
     vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
     gl_Position = vec4(corner, SCREEN_DEPTH, 1.0);
+}
+)";
+
+const char kClearFragment[] = R"(
+layout(location = 0) out uvec2 outSurface;
+#ifdef DETAIL
+layout(location = 1) out uvec2 outDetail;
+#endif
+void main() {
+    outSurface = uvec2(0u);
+#ifdef DETAIL
+    outDetail = uvec2(0u);
+#endif
 }
 )";
 
@@ -54,18 +60,14 @@ bool sameSurface(uint material, vec3 n, uint otherMaterial, vec3 otherN) {
 )";
 
 // Sorts pixels by the work that they are: a software rasteriser has no jumps, but the depth test leaves out blocks of
-// sixteen pixels with which a pass has nothing to do. The background is finished here. 0.5: all samples show the same;
+// sixteen pixels with which a pass has nothing to do. 0: the background alone; 0.5: all samples show the same;
 // 0.75: one surface, its normal or colour differs; 1: may be several, see sameSurface.
 const char kClassifyFragment[] = R"(
-flat in vec3 background;
-layout(location = 0) out vec4 outColor;
-
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     uvec2 first = texelFetch(surfaces, at, 0).xy;
     uvec2 all = first, differ = uvec2(0u);
     bvec2 apart = bvec2(false);
-#if SAMPLES > 1
     uvec2 oct = uvec2(first.x, first.x >> 13u) & 8191u;
 #ifdef DETAIL
     uvec2 detail = texelFetch(details, at, 0).xy;
@@ -83,7 +85,6 @@ void main() {
         apart = bvec2(uvec2(apart) | uvec2(greaterThan(max(oct, otherOct) - min(oct, otherOct), uvec2(400u))) |
                       uvec2(bits.x >> 26u, bits.y >> 24u));
     }
-#endif
     float work = (differ.x | differ.y) == 0u ? 0.5 : any(apart) ? 1.0 : 0.75;
     // What has to be gone through anyway takes its neighbours along.
     float mixed = work > 0.5 ? 1.0 : 0.0;
@@ -92,7 +93,6 @@ void main() {
     work = mixed > 0.0 ? max(work, 0.75) : work;
     // A background that is a picture is a surface like others.
     gl_FragDepth = (all.x | all.y) == 0u && surround[1].w < 0.5 ? 0.0 : work;
-    outColor = vec4(background, 1.0);
 }
 )";
 

@@ -18,11 +18,13 @@ extern const char kPackFragment[];
 extern const char kLighting[];
 /// From radiance to what a screen shows.
 extern const char kToneMapping[];
-/// A triangle around the whole screen, at SCREEN_DEPTH. BACKGROUND: after kToneMapping, with its colour.
+/// A triangle around the whole screen, at SCREEN_DEPTH.
 extern const char kScreenVertex[];
 /// What the first pass has packed. SAMPLES, DETAIL.
 extern const char kReadSurface[];
-/// Second pass, after kReadSurface: what is to be done in a pixel, as its depth. SAMPLES, DETAIL.
+/// What the first pass begins with. DETAIL.
+extern const char kClearFragment[];
+/// Second pass, after kReadSurface, of several samples: what is to be done in a pixel, as its depth. DETAIL.
 extern const char kClassifyFragment[];
 /// After kLighting, kToneMapping, kReadSurface: light on what the samples of a pixel show. SAMPLES; ONE_SURFACE where they all
 /// show the same; REST for the surfaces of a pixel beside its first.

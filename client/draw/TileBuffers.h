@@ -19,6 +19,9 @@ public:
     /// Room for the pixels [0, widthPx) x [0, heightPx).
     [[nodiscard]] Expected<void> reach(int widthPx, int heightPx);
 
+    [[nodiscard]] int widthPx() const { return widthPx_; }
+    [[nodiscard]] int heightPx() const { return heightPx_; }
+
     /// Framebuffer of 2 x 32 bits unsigned and depth, and its two textures (of several samples, where there are).
     [[nodiscard]] GLuint surfaces() const { return surfaces_; }
     /// The same with 2 x 32 bits more as its second colour, and that one's texture.

@@ -51,10 +51,18 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
         log.flush();
         std::_Exit(1);
     });
-    bool going = true;
-    while (const auto next = work.pop()) {
+    bool going = true, unprepared = true;
+    while (true) {
+        // What may be needed some time is made while there is no work, a piece at a time.
+        const auto next = unprepared && !work.closed() ? work.tryPop() : work.pop();
+        if (!next && unprepared && !work.closed()) {
+            unprepared = host.prepare();
+            continue;
+        }
+        if (!next) break;
         // What is broken stays in hand: nobody else is to go on with it.
         if (going = going && host.perform(*next); going) work.done();
+        unprepared = going;
     }
     link->tell({Attempt{}, outcome::Ended{}});
     session.join();

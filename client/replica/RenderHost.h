@@ -40,6 +40,9 @@ public:
 
     /// Never throws and never refuses: what goes wrong is reported. False after Finish and when the host is broken.
     bool perform(const Work& work);
+    /// With nothing else to do: makes a piece of what drawing may need some time (Renderer::prepare). False: there is nothing.
+    /// Another thread may be in `again`: nothing of what that uses is touched.
+    bool prepare() { return renderer_ && renderer_->prepare(); }
     /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more.
     /// Nothing (and nothing done): `perform` it. On any thread, when no other is in the host.
     [[nodiscard]] std::optional<Outcome> again(const Work& work);

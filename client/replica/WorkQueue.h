@@ -30,6 +30,9 @@ public:
     // The taker's.
     /// Nothing when closed and empty.
     std::optional<Work> pop() { return channel_.pop(); }
+    /// Nothing, too, when there is none now.
+    std::optional<Work> tryPop() { return channel_.tryPop(); }
+    [[nodiscard]] bool closed() const { return channel_.closed(); }
     std::optional<Work> popFor(std::chrono::nanoseconds timeout) { return channel_.popFor(timeout); }
     /// What was popped last is done with.
     void done() { open_.fetch_sub(1, std::memory_order_release); }

@@ -214,6 +214,8 @@ TEST_F(EnvironmentTest, WithoutAUsableImageSkyAndGroundStandInAndTheReasonIsSaid
     };
     const Picture good = with(false);
     EXPECT_EQ(renderer_->lastCounts().trouble, "");
+    while (renderer_->prepare()) {
+    }
     const std::uint64_t programs = renderer_->lastCounts().programs;
     EXPECT_EQ(with(true), good);
     EXPECT_NE(renderer_->lastCounts().trouble.find("twice as wide"), std::string::npos);
