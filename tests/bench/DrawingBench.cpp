@@ -1,5 +1,5 @@
 /// Drawing: what is seen of large scenes, empty tiles, first frames, reading back; beside oracles, floors and peers in the same
-/// run. `--rows GROUP,…`: city, city-large, plant, scan, field, empty, read-back, first, osg. `--frames N`, `--plant FOLDER`,
+/// run. `--rows GROUP,…`: city, city-large, plant, scan, field, empty, read-back, first, wall, osg. `--frames N`, `--plant FOLDER`,
 /// `--scan FILE`, `--json FILE`.
 #include <fmt/format.h>
 
@@ -13,6 +13,7 @@
 #include "tests/bench/DrawingStage.h"
 #include "tests/bench/SceneTable.h"
 #include "tests/bench/SideProcess.h"
+#include "tests/bench/WallRow.h"
 
 namespace tessera::bench {
 namespace {
@@ -229,6 +230,7 @@ int bench(int argc, char** argv) {
     if (wanted("field")) besideRow(table, fieldStage(4 * options.frames), CullerKind::kFrustum, "frustum only", 1.02);
     if (wanted("empty")) emptyRows(table);
     if (wanted("first")) firstRows(table, options);
+    if (wanted("wall")) wallRows(table, options.program, 4 * options.frames, 3);
     if (wanted("osg")) osgRows(table, options);
     table.summarise();
     if (!options.json.empty() && !table.writeJson(options.json)) {
