@@ -14,7 +14,7 @@ namespace {
 using namespace tessera;
 
 struct Arguments {
-    std::string server, host, output, surface = "osmesa", culler, cache, inject;
+    std::string server, host, output, surface = "osmesa", culler, cache, inject, share = "auto";
     bool keepFrames = false;
     int threads = -1;
 };
@@ -29,10 +29,12 @@ Expected<void> checkName(const std::string& name) {
 }
 
 /// Several hosts of one wall on one machine share its cores; a machine of its own is all there for its host.
-void setDrawThreads(int wanted, const Address& server) {
-    if (wanted >= 0) return limitDrawThreads(wanted);
-    if (std::getenv("LP_NUM_THREADS")) return;
-    limitDrawThreads(server.isLoopback() ? 0 : static_cast<int>(std::thread::hardware_concurrency()) - 1);
+/// How many there will be beside the main one.
+int setDrawThreads(int wanted, const Address& server) {
+    if (const char* given = std::getenv("LP_NUM_THREADS"); given && wanted < 0) return std::atoi(given);
+    if (wanted < 0) wanted = server.isLoopback() ? 0 : static_cast<int>(std::thread::hardware_concurrency()) - 1;
+    limitDrawThreads(wanted);
+    return wanted;
 }
 
 Expected<void> serve(const Arguments& arguments, Log& log) {
@@ -57,7 +59,10 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
         if (!injection) return tl::unexpected(injection.error());
         options.injection = *injection;
     }
-    setDrawThreads(arguments.threads, *server);
+    const auto share = parseShareMode(arguments.share);
+    if (!share) return failWith("--share", share.error());
+    options.share = *share;
+    options.threads = static_cast<unsigned>(std::max(1, setDrawThreads(arguments.threads, *server)));
     return runHost(options, log);
 }
 
@@ -81,6 +86,9 @@ int main(int argc, char** argv) {
                    "Draw threads beside the main one (0 with\na server on loopback, else cores - 1)")
         ->type_name("N")
         ->check(CLI::Range(0, 256));
+    app.add_option("--share", arguments.share,
+                   "Parts of tiles with idle hosts on this machine:\nauto (default) or off")
+        ->type_name("S");
     // For tests of the rest of the wall; see client/replica/README.md.
     app.add_option("--inject", arguments.inject)->group("");
     try {

@@ -69,6 +69,17 @@ Expected<Answer> run(Application& application, const verb::Status&) {
     }
     if (!status->waitingFor.empty())
         answer.text += fmt::format("waiting for {}\n", fmt::join(status->waitingFor, ", "));
+    Json waits = Json::array();
+    for (const answer::TileWait& wait : status->waits) {
+        const double each = wait.ms / static_cast<double>(std::max<std::uint64_t>(1, wait.frames));
+        answer.text += fmt::format("waits   {} of host {} in {} of {} frames, {:.1f} ms each: {}\n", wait.tile, wait.host,
+                                   wait.frames, status->waitFrames, each, wait.reason);
+        waits.push_back({{"tile", wait.tile},
+                         {"host", wait.host},
+                         {"frames", wait.frames},
+                         {"ms", wait.ms},
+                         {"reason", wait.reason}});
+    }
     answer.text += fmt::format("scene   {} objects, {} nodes, state {}\n", status->objects, status->nodes,
                                toHex(status->stateHash));
     answer.text += fmt::format("undo    {} changes\nredo    {} changes\napplications  {}\n", status->undoDepth,
@@ -83,6 +94,8 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                    {"state_hash", toHex(status->stateHash)},
                    {"hosts", std::move(hosts)},
                    {"waiting_for", status->waitingFor},
+                   {"waits", std::move(waits)},
+                   {"wait_frames", status->waitFrames},
                    {"objects", status->objects},
                    {"nodes", status->nodes},
                    {"undo_depth", status->undoDepth},

@@ -1,5 +1,7 @@
 #include "client/replica/HostProgram.h"
 
+#include <sched.h>
+
 #include <cstdlib>
 
 namespace tessera {
@@ -7,6 +9,56 @@ namespace {
 
 constexpr std::size_t kMaxEvents = 4096;
 constexpr std::size_t kMaxWork = 1024;
+
+unsigned coresHere() {
+    cpu_set_t cores;
+    return ::sched_getaffinity(0, sizeof cores, &cores) == 0 ? static_cast<unsigned>(std::max(1, CPU_COUNT(&cores))) : 1;
+}
+
+/// What this host shares with its neighbours: its board, and a thread that hears them call.
+class Neighbourhood {
+public:
+    Neighbourhood(Board made, SharingOptions options, Log& log) : board_(std::move(made)), sharing_(options, board_, log) {}
+    ~Neighbourhood() { stop(); }
+
+    [[nodiscard]] std::string place() const { return board_.place(); }
+    [[nodiscard]] PartSharing& sharing() { return sharing_; }
+
+    /// `called` is said on a thread of its own, once until `heard`.
+    void listen(std::function<void()> called) {
+        listener_ = std::thread([this, say = std::move(called)] {
+            for (std::uint32_t seen = board_.calls(); !stopping_;) {
+                board_.waitForCall(seen, std::chrono::seconds(1));
+                const std::uint32_t now = board_.calls();
+                if (std::exchange(seen, now) != now && !stopping_ && !said_.exchange(true)) say();
+            }
+        });
+    }
+    void heard() { said_ = false; }
+    void stop() {
+        stopping_ = true;
+        board_.callMyself();
+        if (listener_.joinable()) listener_.join();
+    }
+
+private:
+    Board board_;
+    PartSharing sharing_;
+    std::atomic<bool> said_ = false, stopping_ = false;
+    std::thread listener_;
+};
+
+/// Null where parts are not to be shared, or cannot be.
+std::unique_ptr<Neighbourhood> makeNeighbourhood(const HostOptions& options, Log& log) {
+    if (options.share == ShareMode::kOff || options.surface == "none" || machineIdentity().empty()) return nullptr;
+    auto board = Board::create();
+    if (!board) {
+        log.warning(board.error().message);
+        return nullptr;
+    }
+    return std::make_unique<Neighbourhood>(
+        std::move(*board), SharingOptions{.mode = options.share, .cores = coresHere(), .threadsEach = options.threads}, log);
+}
 
 }  // namespace
 
@@ -23,11 +75,14 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
         if (!made) return tl::unexpected(made.error());
         surface = std::move(*made);
     }
+    const std::unique_ptr<Neighbourhood> neighbourhood = makeNeighbourhood(options, log);
     RenderHost host({.name = options.name,
                      .output = options.output,
                      .culler = options.culler,
                      .keepFrames = options.keepFrames,
-                     .injection = options.injection},
+                     .injection = options.injection,
+                     .sharing = neighbourhood ? &neighbourhood->sharing() : nullptr,
+                     .workWaits = [&] { return work.more(); }},
                     surface.get(), store, log, [&](Outcome outcome) { link->tell(std::move(outcome)); });
     const auto probe = host.probe();
     if (!probe) return failWith(surface->description(), probe.error());
@@ -41,8 +96,11 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
     link = std::make_unique<ServerLink>(ServerLinkOptions{.server = options.server,
                                                           .name = options.name,
                                                           .pixelProbe = *probe,
+                                                          .machine = neighbourhood ? machineIdentity() : "",
+                                                          .board = neighbourhood ? neighbourhood->place() : "",
                                                           .atOnce = [&](const Work& next) { return host.again(next); }},
                                         shelf, cache.get(), events, work, log);
+    if (neighbourhood) neighbourhood->listen([&] { link->tell({Attempt{}, outcome::Called{}}); });
     HostEnd end;
     std::thread session([&] {
         end = link->run();
@@ -60,12 +118,14 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
             continue;
         }
         if (!next) break;
+        if (neighbourhood && std::holds_alternative<work::Help>(next->what)) neighbourhood->heard();
         // What is broken stays in hand: nobody else is to go on with it.
         if (going = going && host.perform(*next); going) work.done();
         unprepared = going;
     }
     link->tell({Attempt{}, outcome::Ended{}});
     session.join();
+    if (neighbourhood) neighbourhood->stop();
     if (end.over) return {};
     return tl::unexpected(end.error);
 }

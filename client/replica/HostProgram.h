@@ -17,6 +17,8 @@ struct HostOptions {
     std::string cache;  ///< folder; empty: none
     bool keepFrames = false;
     Injection injection;
+    ShareMode share = ShareMode::kAuto;  ///< of parts of pictures, with hosts on this machine
+    unsigned threads = 1;                ///< that drawing keeps busy
     /// Blobs that no scene names any more, kept in case one does again.
     std::uint64_t blobBudgetBytes = std::uint64_t{1} << 30;
     std::uint64_t cacheBudgetBytes = std::uint64_t{4} << 30;

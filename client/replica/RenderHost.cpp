@@ -29,12 +29,16 @@ Expected<std::uint64_t> RenderHost::probe() {
     auto renderer = Renderer::create(*surface_, {.samples = samples_});
     if (!renderer) return tl::unexpected(renderer.error());
     renderer_ = std::move(*renderer);
-    return renderer_->pixelProbe();
+    auto probe = renderer_->pixelProbe();
+    if (probe) probe_ = *probe;
+    return probe;
 }
 
 bool RenderHost::perform(const Work& work) {
     attempt_ = work.attempt;
-    if (!std::holds_alternative<work::Show>(work.what)) still_.reset();
+    const bool leavesPictures = std::holds_alternative<work::Show>(work.what) ||
+                                std::holds_alternative<work::Help>(work.what) || std::holds_alternative<work::Meet>(work.what);
+    if (!leavesPictures) still_.reset();
     return std::visit([this](const auto& what) { return on(what); }, work.what);
 }
 
@@ -74,7 +78,45 @@ bool RenderHost::on(const work::Configure& configure) {
     auto wall = decodeWall(configure.configuration);
     if (!wall) return broken({wall.error().code, "the server's wall: " + wall.error().message});
     if (auto used = useWall(std::move(*wall)); !used) return broken(used.error());
+    configuration_ = hash64(configure.configuration.bytes());
+    if (options_.sharing) options_.sharing->useWall(wall_, options_.name);
     return true;
+}
+
+bool RenderHost::on(const work::Meet& meet) {
+    if (options_.sharing) options_.sharing->meet(meet.neighbours.boards);
+    return true;
+}
+
+bool RenderHost::on(const work::Help&) {
+    helpNeighbours();
+    return true;
+}
+
+/// As long as nothing else is to be done.
+void RenderHost::helpNeighbours() {
+    if (!options_.sharing || !renderer_) return;
+    const TimePoint before = clockNow();
+    std::uint64_t helped = 0;
+    while ((!options_.workWaits || !options_.workWaits()) && options_.sharing->help(*renderer_, aspect_, scene_)) ++helped;
+    if (helped == 0) return;
+    helped_ += helped;
+    helping_ += clockNow() - before;
+}
+
+/// Of all that a picture of this frame depends on but its rectangle and its eye.
+Hash128 RenderHost::digestOf(const message::Begin& begin) const {
+    Bytes bytes;
+    const auto add = [&](std::uint64_t number) {
+        const auto* from = reinterpret_cast<const std::byte*>(&number);
+        bytes.insert(bytes.end(), from, from + sizeof number);
+    };
+    for (const std::uint64_t number :
+         {begin.frame.value, sequence_.value, aspect_.stateHash().value, probe_, configuration_})
+        add(number);
+    const ByteSpan payload = begin.payload.bytes();
+    bytes.insert(bytes.end(), payload.begin(), payload.end());
+    return hash128(bytes);
 }
 
 Expected<void> RenderHost::useWall(Wall wall) {
@@ -106,6 +148,7 @@ Expected<void> RenderHost::useWall(Wall wall) {
 }
 
 bool RenderHost::on(const work::ApplySnapshot& apply) {
+    if (options_.sharing) options_.sharing->forget();
     if (auto applied = applySnapshot(*apply.snapshot.list); !applied) {
         tell(outcome::ApplyFailed{"the snapshot: " + applied.error().message});
         return true;
@@ -116,6 +159,7 @@ bool RenderHost::on(const work::ApplySnapshot& apply) {
 }
 
 bool RenderHost::on(const work::ApplyChanges& apply) {
+    if (options_.sharing) options_.sharing->forget();
     if (auto applied = applyList(*apply.changes.list); !applied) {
         tell(outcome::ApplyFailed{
             fmt::format("list {}: {}", apply.changes.list->sequence.value, applied.error().message)});
@@ -154,6 +198,7 @@ void RenderHost::follow(const ChangeList* list) {
 
 bool RenderHost::on(const work::Draw& draw) {
     const FrameNumber frame = draw.begin.frame;
+    const TimePoint begun = clockNow();
     injectBefore(frame);
     if (options_.injection.at(Injection::Kind::kDrawFail, frame.value))
         return broken({ErrorCode::kFailed, fmt::format("frame {}: an error injected by --inject", frame.value)});
@@ -162,12 +207,20 @@ bool RenderHost::on(const work::Draw& draw) {
         tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame.value, payload.error().message)});
         return true;
     }
+    HostStats stats;
+    const TimePoint applying = clockNow();
+    const Duration queuedBefore = queue_.waited();
     if (auto applied = applyList(*draw.begin.list); !applied) {
         tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame.value, applied.error().message)});
         return true;
     }
     sequence_ = draw.begin.list->sequence;
-    std::vector<TileStats> stats;
+    stats.applyMs = toMilliseconds(clockNow() - applying);
+    stats.applyQueuedMs = toMilliseconds(queue_.waited() - queuedBefore);
+    stats.helpedParts = std::exchange(helped_, 0);
+    stats.helpMs = toMilliseconds(std::exchange(helping_, Duration::zero()));
+    const bool shares = options_.sharing && surface_;
+    if (shares) options_.sharing->begin(frame, digestOf(draw.begin), payload->view);
     std::uint64_t skipped = 0, dark = 0;
     std::string trouble;
     for (const auto& state : tiles_) {
@@ -175,7 +228,7 @@ bool RenderHost::on(const work::Draw& draw) {
         if (!drawn)
             return broken({drawn.error().code,
                            fmt::format("frame {}, tile {}: {}", frame.value, state->tile.name, drawn.error().message)});
-        stats.push_back(std::move(*drawn));
+        stats.tiles.push_back(std::move(*drawn));
         skipped += state->skipped;
         dark = std::max(dark, state->lightsLeftOut);
         if (!state->trouble.empty()) trouble = state->trouble;
@@ -190,10 +243,13 @@ bool RenderHost::on(const work::Draw& draw) {
     if (trouble != troubleBefore_ && !trouble.empty())
         log_.warning(fmt::format("frame {}: {}; sky and ground stand in", frame.value, trouble));
     troubleBefore_ = trouble;
+    if (shares) options_.sharing->end();
+    stats.workMs = toMilliseconds(clockNow() - begun);
     const ByteSlice encoded = encodeStats(stats);
-    if (!draw.begin.list->changed() && std::ranges::all_of(tiles_, [](const auto& state) { return state->still; }))
+    if (!draw.begin.list->changed() && stats.helpedParts == 0 && std::ranges::all_of(tiles_, [](const auto& state) { return state->still; }))
         still_ = {.payload = draw.begin.payload, .stats = encoded};
     tell(outcome::Drawn{frame, aspect_.stateHash(), encoded});
+    helpNeighbours();
     return true;
 }
 
@@ -202,7 +258,12 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
         state.still = true;
         return TileStats{.tile = state.tile.name};
     }
-    auto painted = state.painter.paint(aspect_, scene_, *renderer_, tileCamera(wall_, state.tile, view));
+    const ScreenCamera camera = tileCamera(wall_, state.tile, view);
+    PartCounts parts;
+    auto painted = state.painter.paint(aspect_, scene_, *renderer_, camera, queue_, [&](const DrawList& list) {
+        return options_.sharing ? options_.sharing->draw(*renderer_, aspect_, list, camera, state.tile, parts)
+                                : renderer_->draw(aspect_, list, camera, state.tile.rect);
+    });
     if (!painted) return tl::unexpected(painted.error());
     ++state.painted;
     state.again += painted->again ? 1 : 0;
@@ -212,6 +273,7 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
     state.still = painted->again && painted->cull == Duration::zero();
     state.drawn = painted->picture;
     state.drawnFrame = frame;
+    const TimePoint painting = clockNow();
     if (!options_.output.empty()) {
         const bool isNew = !state.file;
         if (isNew) {
@@ -231,7 +293,16 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
                      .drawMs = toMilliseconds(painted->draw),
                      .inFrustum = painted->counts.inFrustum,
                      .drawn = painted->counts.drawn,
-                     .trianglesDrawn = painted->counts.trianglesDrawn};
+                     .trianglesDrawn = painted->counts.trianglesDrawn,
+                     .queries = painted->counts.queries,
+                     .waits = painted->counts.waits,
+                     .depthTriangles = painted->counts.depthTriangles,
+                     .handOverMs = options_.output.empty() ? 0 : toMilliseconds(clockNow() - painting),
+                     .cullQueuedMs = toMilliseconds(painted->cullQueued),
+                     .drawQueuedMs = toMilliseconds(painted->drawQueued),
+                     .parts = parts.parts,
+                     .partsHelped = parts.helped,
+                     .partsTwice = parts.twice};
 }
 
 bool RenderHost::on(const work::Show& show) {

@@ -9,6 +9,7 @@
 
 #include "client/image/SharedFrame.h"
 #include "client/replica/Injection.h"
+#include "client/replica/PartSharing.h"
 #include "client/replica/PictureWriter.h"
 #include "client/replica/TilePainter.h"
 #include "client/replica/Work.h"
@@ -23,6 +24,9 @@ struct RenderHostOptions {
     std::optional<CullerKind> culler;  ///< none: the wall's
     bool keepFrames = false;  ///< every shown image as PNG, not only the last
     Injection injection;
+    PartSharing* sharing = nullptr;  ///< with neighbours; null: no parts are shared
+    /// Whether other work waits; while it does no neighbour is helped. May be empty.
+    std::function<bool()> workWaits = {};
 };
 
 /// Applies, draws and shows, one piece of work at a time. Lives on the thread of its surface. Knows no socket and no
@@ -80,6 +84,8 @@ private:
     bool on(const work::Describe& describe);
     bool on(const work::SendImages& images);
     bool on(const work::Finish& finish);
+    bool on(const work::Meet& meet);
+    bool on(const work::Help& help);
 
     [[nodiscard]] Expected<void> useWall(Wall wall);
     [[nodiscard]] Expected<void> applySnapshot(const CommittedList& committed);
@@ -87,6 +93,8 @@ private:
     [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, FrameNumber frame);
     [[nodiscard]] Expected<void> showTile(TileState& state);
     void follow(const ChangeList* list);
+    [[nodiscard]] Hash128 digestOf(const message::Begin& begin) const;
+    void helpNeighbours();
     void injectBefore(FrameNumber frame);
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
@@ -101,9 +109,13 @@ private:
     const BlobStore& blobs_;
     Log& log_;
     std::function<void(Outcome)> report_;
+    ProcessorQueue queue_;  ///< the draw thread's
 
     Attempt attempt_;
     Sequence sequence_;  ///< of the replica
+    std::uint64_t probe_ = 0, configuration_ = 0;  ///< of the pixels; of the wall's bytes
+    std::uint64_t helped_ = 0;                     ///< parts drawn for neighbours since the last frame
+    Duration helping_{};
     Wall wall_;
     Aspect aspect_;
     RenderScene scene_;

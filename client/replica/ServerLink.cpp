@@ -79,6 +79,8 @@ void ServerLink::dial() {
                                                                    .schema = schemaHash(),
                                                                    .pixelProbe = options_.pixelProbe,
                                                                    .seenEpoch = seenEpoch_,
+                                                                   .machine = options_.machine,
+                                                                   .board = options_.board,
                                                                    .openContent = decodeSnapshot});
     session_->resume(std::exchange(fetchedParts_, {}));
     blobs_.forEach([this](const Blob& blob) { session_->holdBlob(blob.id()); });
@@ -122,6 +124,8 @@ void ServerLink::on(const Outcome& outcome) {
         hangUp("cannot draw");
         if (end_ && end_->over) end_ = HostEnd{.error = broken->error};  // it was to write its last pictures
         end({.error = broken->error});
+    } else if (std::holds_alternative<outcome::Called>(outcome.what)) {
+        if (!end_) give(work::Help{});
     } else if (session_ && outcome.attempt == attempt_) {
         answer(outcome);
     }

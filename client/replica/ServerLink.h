@@ -23,6 +23,7 @@ struct ServerLinkOptions {
     Address server;
     std::string name;  ///< of the host in the wall
     std::uint64_t pixelProbe = 0;
+    std::string machine, board;  ///< for neighbours (message::Hello)
     std::chrono::milliseconds connectTimeout{2'000};
     std::chrono::milliseconds firstPause{50}, longestPause{1'000};
     /// How long the draw thread may take to finish once all is over.

@@ -3,26 +3,30 @@
 namespace tessera {
 
 Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene& scene, Renderer& renderer,
-                                         const ScreenCamera& camera) {
+                                         const ScreenCamera& camera, const ProcessorQueue& queue, const DrawPicture& draw) {
     const SceneVersion version = scene.version();
     const bool seenAlike = last_.picture && version.contents == version_.contents && drawAlike(camera, camera_);
     PaintedTile painted = last_;
     painted.again = true;
-    painted.cull = painted.draw = {};
+    painted.cull = painted.draw = painted.cullQueued = painted.drawQueued = {};
     if (seenAlike && version.scene == version_.scene) return painted;
 
     const TimePoint begin = clockNow();
+    const Duration queuedBefore = queue.waited();
     auto culled = action_.run(scene, camera, rect_, asks_ ? &renderer.visibility(aspect) : nullptr, &painted.counts);
     if (!culled) return tl::unexpected(culled.error());
     DrawList list = std::move(*culled);
     const TimePoint afterCull = clockNow();
+    const Duration queuedToCull = queue.waited();
     painted.cull = afterCull - begin;
+    painted.cullQueued = queuedToCull - queuedBefore;
     if (!seenAlike || !drawAlike(list, list_)) {
-        auto picture = renderer.draw(aspect, list, camera, rect_);
+        auto picture = draw(list);
         if (!picture) return tl::unexpected(picture.error());
         painted.picture = std::make_shared<const Picture>(std::move(*picture));
         painted.again = false;
         painted.draw = clockNow() - afterCull;
+        painted.drawQueued = queue.waited() - queuedToCull;
         painted.skipped = renderer.lastCounts().skipped;
         painted.trouble = renderer.lastCounts().trouble;
         painted.lightsLeftOut = renderer.lastCounts().lightsLeftOut;

@@ -1,10 +1,12 @@
 /// Makes one tile's pictures, and makes none where the last one would come out again.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "client/draw/Renderer.h"
 #include "client/render/RenderAction.h"
+#include "client/replica/ProcessorQueue.h"
 #include "common/base/Clock.h"
 
 namespace tessera {
@@ -14,6 +16,7 @@ struct PaintedTile {
     std::shared_ptr<const Picture> picture;
     bool again = false;  ///< the picture before, which shows this frame too
     Duration cull{}, draw{};
+    Duration cullQueued{}, drawQueued{};  ///< of these, the thread waited for a processor
     CullCounts counts;          ///< of what the picture shows
     std::uint64_t skipped = 0;  ///< items that cannot be drawn, of what it shows
     std::string trouble;              ///< why the surroundings' image is not used
@@ -28,9 +31,11 @@ public:
     /// `rect`: the tile in the pixels of its screen.
     TilePainter(PixelRect rect, CullerKind culler) : rect_(rect), asks_(asksRenderer(culler)), action_(culler) {}
 
-    /// Errors are the renderer's.
+    /// Errors are the renderer's, and those of `draw`, which makes the tile's picture of a list. `queue`: the calling
+    /// thread's.
+    using DrawPicture = std::function<Expected<Picture>(const DrawList&)>;
     [[nodiscard]] Expected<PaintedTile> paint(const Aspect& aspect, const RenderScene& scene, Renderer& renderer,
-                                              const ScreenCamera& camera);
+                                              const ScreenCamera& camera, const ProcessorQueue& queue, const DrawPicture& draw);
 
 private:
     PixelRect rect_;

@@ -22,6 +22,10 @@ using Show = client_action::Show;
 using Describe = client_action::DescribeState;
 /// Answered by one Image per tile, at once or when a frame that is late enough is shown.
 using SendImages = client_action::SendImages;
+/// Who else is on this machine; not answered.
+using Meet = client_action::MeetNeighbours;
+/// A neighbour may want help with its picture; not answered.
+struct Help {};
 /// The show is over: write what is shown. The last piece of work.
 struct Finish {};
 }  // namespace work
@@ -29,7 +33,7 @@ struct Finish {};
 struct Work {
     Attempt attempt;
     std::variant<work::Configure, work::ApplySnapshot, work::ApplyChanges, work::Draw, work::Show, work::Describe,
-                 work::SendImages, work::Finish>
+                 work::SendImages, work::Finish, work::Meet, work::Help>
         what;
 };
 
@@ -56,6 +60,8 @@ struct Described {
 struct Image {
     message::TileImage image;
 };
+/// A neighbour has called: from whoever waits for that, in no connection's name. Answer with Help.
+struct Called {};
 /// This host cannot draw: it leaves.
 struct Broken {
     Error error;
@@ -67,7 +73,7 @@ struct Ended {};
 struct Outcome {
     Attempt attempt;
     std::variant<outcome::Applied, outcome::ApplyFailed, outcome::Drawn, outcome::Shown, outcome::Described,
-                 outcome::Image, outcome::Broken, outcome::Ended>
+                 outcome::Image, outcome::Broken, outcome::Ended, outcome::Called>
         what;
 };
 

@@ -34,6 +34,8 @@ public:
     std::optional<Work> tryPop() { return channel_.tryPop(); }
     [[nodiscard]] bool closed() const { return channel_.closed(); }
     std::optional<Work> popFor(std::chrono::nanoseconds timeout) { return channel_.popFor(timeout); }
+    /// While one is in hand: another one waits.
+    [[nodiscard]] bool more() const { return open_.load(std::memory_order_relaxed) > 1; }
     /// What was popped last is done with.
     void done() { open_.fetch_sub(1, std::memory_order_release); }
 

@@ -92,6 +92,7 @@ private:
     void carryOut(const client_action::Show&) {}
     void carryOut(const client_action::DescribeState&) {}
     void carryOut(const client_action::SendImages&) {}
+    void carryOut(const client_action::MeetNeighbours&) {}
     /// What follows from it is pending.
     void apply(bool whole, const CommittedListPtr& committed, Sequence current);
     void open(ChannelKind channel);

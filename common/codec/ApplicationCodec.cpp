@@ -336,6 +336,15 @@ Bytes join(const answer::Status& a, pb::AnswerHead& head) {
     out.set_applications(a.applications);
     out.set_journal(a.journal);
     out.set_journal_trouble(a.journalTrouble);
+    for (const answer::TileWait& wait : a.waits) {
+        pb::TileWait& to = *out.add_waits();
+        to.set_tile(wait.tile);
+        to.set_host(wait.host);
+        to.set_frames(wait.frames);
+        to.set_ms(wait.ms);
+        to.set_reason(wait.reason);
+    }
+    out.set_wait_frames(a.waitFrames);
     return joinParts(head, {});
 }
 Bytes join(const answer::Loaded& a, pb::AnswerHead& head) {
@@ -405,6 +414,11 @@ answer::Status unpackStatus(const pb::Status& head, ApplicationUnpacker& in) {
     out.applications = head.applications();
     out.journal = in.text(head.journal());
     out.journalTrouble = in.text(head.journal_trouble());
+    if (in.within(static_cast<std::size_t>(head.waits_size()), in.limits().maxHosts, "waits"))
+        for (const pb::TileWait& wait : head.waits())
+            out.waits.push_back(
+                {in.text(wait.tile()), in.text(wait.host()), wait.frames(), in.finite(wait.ms()), in.text(wait.reason())});
+    out.waitFrames = head.wait_frames();
     return out;
 }
 

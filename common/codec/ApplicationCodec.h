@@ -120,6 +120,13 @@ struct HostInfo {
     FrameNumber lastShown;
     double roundTripMs = 0;
 };
+/// A tile that the others waited for, of late (512 frames at most).
+struct TileWait {
+    std::string tile, host;
+    std::uint64_t frames = 0;
+    double ms = 0;       ///< altogether
+    std::string reason;  ///< what it spent more time on than they did, most of all; words of report.json
+};
 struct Status {
     std::string wallName;
     Epoch epoch;
@@ -131,6 +138,8 @@ struct Status {
     std::uint64_t objects = 0, nodes = 0, undoDepth = 0, redoDepth = 0, applications = 0;
     std::string journal;         ///< the server's folder; empty: what is done does not survive it
     std::string journalTrouble;  ///< why nothing is written at present, and no edit is taken; empty: all is well
+    std::vector<TileWait> waits;  ///< those waited for longest first
+    std::uint64_t waitFrames = 0;  ///< frames that `waits` looks at
 };
 struct Loaded {
     ObjectId node;  ///< the new node that holds the file's content

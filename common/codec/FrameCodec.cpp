@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/codec/Parts.h"
@@ -125,9 +126,14 @@ Expected<FramePayload> decodeFrame(ByteSpan bytes) {
     return payload;
 }
 
-Bytes encodeStats(const std::vector<TileStats>& stats) {
+Bytes encodeStats(const HostStats& stats) {
     proto::frame::StatsHead head;
-    for (const TileStats& tile : stats) {
+    head.set_work_ms(stats.workMs);
+    head.set_apply_ms(stats.applyMs);
+    head.set_apply_queued_ms(stats.applyQueuedMs);
+    head.set_helped_parts(stats.helpedParts);
+    head.set_help_ms(stats.helpMs);
+    for (const TileStats& tile : stats.tiles) {
         proto::frame::TileStats& to = *head.add_tiles();
         to.set_tile(tile.tile);
         to.set_cull_ms(tile.cullMs);
@@ -135,11 +141,20 @@ Bytes encodeStats(const std::vector<TileStats>& stats) {
         to.set_in_frustum(tile.inFrustum);
         to.set_drawn(tile.drawn);
         to.set_triangles_drawn(tile.trianglesDrawn);
+        to.set_queries(tile.queries);
+        to.set_waits(tile.waits);
+        to.set_depth_triangles(tile.depthTriangles);
+        to.set_hand_over_ms(tile.handOverMs);
+        to.set_cull_queued_ms(tile.cullQueuedMs);
+        to.set_draw_queued_ms(tile.drawQueuedMs);
+        to.set_parts(tile.parts);
+        to.set_parts_helped(tile.partsHelped);
+        to.set_parts_twice(tile.partsTwice);
     }
     return joinParts(head, {});
 }
 
-Expected<std::vector<TileStats>> decodeStats(ByteSpan bytes) {
+Expected<HostStats> decodeStats(ByteSpan bytes) {
     const auto split = splitParts(bytes, kMaxFrameHeadBytes, 0);
     if (!split) return failWith("statistics", split.error());
     proto::frame::StatsHead head;
@@ -147,16 +162,38 @@ Expected<std::vector<TileStats>> decodeStats(ByteSpan bytes) {
         return badFrame("statistics: their head is damaged");
     if (static_cast<std::size_t>(head.tiles_size()) > kMaxTiles)
         return badFrame(fmt::format("statistics: {} tiles", head.tiles_size()));
-    std::vector<TileStats> stats;
+    // They end up in a report: NaN would make it unreadable.
+    const auto areTimes = [](std::initializer_list<double> times) {
+        return std::ranges::all_of(times, [](double ms) { return ms >= 0 && std::isfinite(ms); });
+    };
+    const auto noTime = [] { return badFrame("statistics: a time is not a number of milliseconds"); };
+    if (!areTimes({head.work_ms(), head.apply_ms(), head.apply_queued_ms(), head.help_ms()})) return noTime();
+    HostStats stats{.tiles = {},
+                    .workMs = head.work_ms(),
+                    .applyMs = head.apply_ms(),
+                    .applyQueuedMs = head.apply_queued_ms(),
+                    .helpedParts = head.helped_parts(),
+                    .helpMs = head.help_ms()};
     for (const proto::frame::TileStats& from : head.tiles()) {
         if (from.tile().size() > kMaxNameBytes)
             return badFrame(fmt::format("statistics: a tile's name of {} bytes", from.tile().size()));
-        // They end up in a report: NaN would make it unreadable.
-        if (!(from.cull_ms() >= 0 && std::isfinite(from.cull_ms()) && from.draw_ms() >= 0 &&
-              std::isfinite(from.draw_ms())))
-            return badFrame("statistics: a time is not a number of milliseconds");
-        stats.push_back(
-            {from.tile(), from.cull_ms(), from.draw_ms(), from.in_frustum(), from.drawn(), from.triangles_drawn()});
+        if (!areTimes({from.cull_ms(), from.draw_ms(), from.hand_over_ms(), from.cull_queued_ms(), from.draw_queued_ms()}))
+            return noTime();
+        stats.tiles.push_back({.tile = from.tile(),
+                               .cullMs = from.cull_ms(),
+                               .drawMs = from.draw_ms(),
+                               .inFrustum = from.in_frustum(),
+                               .drawn = from.drawn(),
+                               .trianglesDrawn = from.triangles_drawn(),
+                               .queries = from.queries(),
+                               .waits = from.waits(),
+                               .depthTriangles = from.depth_triangles(),
+                               .handOverMs = from.hand_over_ms(),
+                               .cullQueuedMs = from.cull_queued_ms(),
+                               .drawQueuedMs = from.draw_queued_ms(),
+                               .parts = from.parts(),
+                               .partsHelped = from.parts_helped(),
+                               .partsTwice = from.parts_twice()});
     }
     return stats;
 }

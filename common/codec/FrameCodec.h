@@ -35,9 +35,24 @@ struct TileStats {
     std::uint64_t inFrustum = 0;  ///< draw items in the tile's frustum
     std::uint64_t drawn = 0;      ///< of those, not found hidden
     std::uint64_t trianglesDrawn = 0;
+    // Of cullers that ask the renderer: questions, times that one waited for an answer, triangles drawn for depth alone.
+    std::uint64_t queries = 0, waits = 0, depthTriangles = 0;
+    double handOverMs = 0;                     ///< the picture laid where it is shown from
+    double cullQueuedMs = 0, drawQueuedMs = 0;  ///< of the times above: ready to run, and no processor was free
+    // That the picture was divided into (0: it was not), of them neighbours drew, and were drawn here and there.
+    std::uint64_t parts = 0, partsHelped = 0, partsTwice = 0;
     bool operator==(const TileStats&) const = default;
 };
-[[nodiscard]] Bytes encodeStats(const std::vector<TileStats>& stats);
-[[nodiscard]] Expected<std::vector<TileStats>> decodeStats(ByteSpan bytes);
+/// One host's work on one frame, all on its draw thread. Durations by its own clock: hosts' clocks differ.
+struct HostStats {
+    std::vector<TileStats> tiles;
+    double workMs = 0;  ///< from taking the frame in hand to the last picture
+    double applyMs = 0, applyQueuedMs = 0;  ///< the list applied to the replica; of that, as above
+    std::uint64_t helpedParts = 0;  ///< of neighbours' pictures, drawn here after the frame before
+    double helpMs = 0;              ///< that took; no part of `workMs`
+    bool operator==(const HostStats&) const = default;
+};
+[[nodiscard]] Bytes encodeStats(const HostStats& stats);
+[[nodiscard]] Expected<HostStats> decodeStats(ByteSpan bytes);
 
 }  // namespace tessera

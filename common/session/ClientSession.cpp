@@ -77,6 +77,7 @@ struct ClientSession::Impl {
     void on(const message::ImageRequest& images, TimePoint) { out.push_back(client_action::SendImages{images}); }
     void on(const message::Reply& reply, TimePoint) { out.push_back(client_action::ReplyReceived{reply}); }
     void on(const message::Notice& notice, TimePoint) { out.push_back(client_action::NoticeReceived{notice}); }
+    void on(const message::Neighbours& hosts, TimePoint) { out.push_back(client_action::MeetNeighbours{hosts}); }
     void enqueue(StepMessage message);
     [[nodiscard]] bool want(const std::vector<BlobInfo>& blobs);
     [[nodiscard]] bool allHeld(const std::vector<BlobInfo>& blobs, std::size_t& held) const;
@@ -152,7 +153,9 @@ void ClientSession::Impl::opened(ChannelKind channel, TimePoint now) {
                          .pixelProbe = config.pixelProbe,
                          .wantBlobs = config.wantBlobs,
                          .follows = config.follows,
-                         .seenEpoch = config.seenEpoch};
+                         .seenEpoch = config.seenEpoch,
+                         .machine = config.machine,
+                         .board = config.board};
     send(channel, hello);
     if (channel == ChannelKind::kControl) {
         stage = Stage::kGreeting;

@@ -21,6 +21,7 @@ struct ClientSessionConfig {
     std::uint64_t pixelProbe = 0;
     /// The highest epoch in which a server of this wall has welcomed this process; a lower one is left again.
     Epoch seenEpoch;
+    std::string machine, board;  ///< hosts: see message::Hello
     bool wantBlobs = true;
     bool follows = true;  ///< false: an application that only asks; it is sent neither snapshot nor lists
     std::size_t maxBlobBytes = limits::kMaxBlobBytes;  ///< one blob; refused before memory is taken
@@ -84,6 +85,10 @@ struct DescribeState {
 struct SendImages {
     message::ImageRequest request;
 };
+/// These hosts are on this machine; no others are.
+struct MeetNeighbours {
+    message::Neighbours neighbours;
+};
 struct ReplyReceived {
     message::Reply reply;
 };
@@ -107,7 +112,8 @@ using ClientAction =
     std::variant<client_action::Send, client_action::OpenBulk, client_action::Configured, client_action::ApplySnapshot,
                  client_action::ApplyChanges, client_action::Draw, client_action::Show, client_action::StoreBlob,
                  client_action::DescribeState, client_action::SendImages, client_action::ReplyReceived,
-                 client_action::NoticeReceived, client_action::Disconnect, client_action::Finish>;
+                 client_action::NoticeReceived, client_action::Disconnect, client_action::Finish,
+                 client_action::MeetNeighbours>;
 using ClientActions = std::vector<ClientAction>;
 
 /// Pure state machine for one connection to a server (make a new one for each attempt; known blobs are handed over).

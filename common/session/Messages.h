@@ -81,6 +81,8 @@ struct Hello {
     bool wantBlobs = true;         ///< applications may follow without bulk data
     bool follows = true;           ///< applications may ask without being sent the scene and its lists
     Epoch seenEpoch;               ///< hosts: the highest in which a server of this wall has welcomed this process
+    std::string machine;           ///< hosts: equal where two can reach each other's memory; empty: nobody's neighbour
+    std::string board;             ///< and where neighbours find this one's board (client/share)
 
     static constexpr MessageInfo kInfo{
         2, "Hello", Party::kPeers, Party::kServer, OnChannel::kBoth, SaidWhen::kFirst, kTexts};
@@ -90,7 +92,8 @@ struct Hello {
                           field::text(5, "name", &Hello::name), field::fixed(7, "pixel_probe", &Hello::pixelProbe),
                           field::varint(8, "want_blobs", &Hello::wantBlobs),
                           field::varint(9, "follows", &Hello::follows), field::hash(10, "token", &Hello::token),
-                          field::fixed(12, "seen_epoch", &Hello::seenEpoch));
+                          field::fixed(12, "seen_epoch", &Hello::seenEpoch),
+                          field::text(13, "machine", &Hello::machine), field::text(14, "board", &Hello::board));
     }
 };
 /// The replica stands at `sequence` with all its blobs; a host can enter the barrier.
@@ -354,6 +357,16 @@ struct Over {
     static constexpr auto fields() { return std::tuple(field::reason(1, "reason", &Over::reason)); }
 };
 
+/// Hosts on the same machine as the one that is told, all of them: "HOST BOARD" a line, as their Hellos said it. Said when
+/// that has changed.
+struct Neighbours {
+    std::string boards;
+
+    static constexpr MessageInfo kInfo{
+        24, "Neighbours", Party::kServer, Party::kHosts, OnChannel::kControl, SaidWhen::kLater, kTexts};
+    static constexpr auto fields() { return std::tuple(field::text(1, "boards", &Neighbours::boards)); }
+};
+
 template <Described M>
 [[nodiscard]] bool operator==(const M& a, const M& b) {
     return sameFields(a, b);
@@ -365,7 +378,8 @@ using Message = std::variant<message::Heartbeat, message::Hello, message::Synced
                              message::BlobsHeld, message::BlobRequest, message::HashAnswer, message::TileImage,
                              message::Request, message::Welcome, message::Refused, message::Snapshot, message::Changes,
                              message::Begin, message::Swap, message::BlobNotice, message::BlobChunk, message::HashQuery,
-                             message::ImageRequest, message::Reply, message::Notice, message::Over>;
+                             message::ImageRequest, message::Reply, message::Notice, message::Over,
+                             message::Neighbours>;
 /// One message for several peers is one object: it is encoded once.
 using MessagePtr = std::shared_ptr<const Message>;
 

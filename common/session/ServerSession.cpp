@@ -149,6 +149,7 @@ bool ServerSession::Impl::raiseEpoch(const std::string& host, Epoch seen, TimePo
     if (!seen.next()) return false;
     const Epoch before = std::exchange(config.epoch, seen.next());
     out.push_back(server_action::EpochRaised{before, config.epoch, host});
+    for (Host& one : hosts) one.machine.clear();  // they start over, and say it again
     std::vector<ConnectionId> welcomed;
     for (const auto& [id, peer] : peers)
         if (peer.stage == Peer::Stage::kControl) welcomed.push_back(id);
@@ -212,9 +213,33 @@ void ServerSession::Impl::admitHost(Peer& peer, Host& host, const message::Hello
     host.mismatched = false;
     host.queriesOpen = 0;
     host.roundTrip = {};
+    host.machine = hello.machine;
+    host.board = hello.board;
+    host.toldNeighbours.clear();
     welcome(peer, now);
     comparePixels(host, hello.pixelProbe);
+    tellNeighbours(host.machine);
     askSnapshot(peer);
+}
+
+void ServerSession::Impl::tellNeighbours(const std::string& machine) {
+    constexpr std::size_t kMostNeighbours = 64, kLongest = 128;  // of a line; bounds what one machine's hosts cost
+    if (machine.empty()) return;
+    const auto there = [&](const Host& host) {
+        return host.connection && host.machine == machine && !host.board.empty() &&
+               host.name.size() + host.board.size() < kLongest && host.board.find('\n') == std::string::npos;
+    };
+    for (Host& host : hosts) {
+        if (!there(host)) continue;
+        message::Neighbours neighbours;
+        std::size_t count = 0;
+        for (const Host& other : hosts)
+            if (&other != &host && there(other) && count++ < kMostNeighbours)
+                neighbours.boards += other.name + " " + other.board + "\n";
+        if (neighbours.boards == host.toldNeighbours) continue;
+        host.toldNeighbours = neighbours.boards;
+        send(host.connection, std::move(neighbours));
+    }
 }
 
 void ServerSession::Impl::welcome(Peer& peer, TimePoint now) {
@@ -266,6 +291,7 @@ void ServerSession::Impl::lose(Host& host, FaultKind kind, const std::string& de
     host.connection = {};
     host.synced = false;
     host.mismatched = false;
+    tellNeighbours(host.machine);
 }
 
 void ServerSession::Impl::close(Peer& peer, const std::string& reason) {

@@ -117,6 +117,7 @@ struct FrameReleased {
     Duration barrierTime{};  ///< first Ready to release
     Duration frameTime{};    ///< Begin to release
     std::string lastHost;    ///< whom it waited for
+    SwapBarrier::Wait wait;  ///< and how long the others did
 };
 struct FrameStats {
     std::string host;

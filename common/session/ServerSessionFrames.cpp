@@ -254,7 +254,8 @@ void ServerSession::Impl::settle(TimePoint now) {
         for (std::string& name : heldByMismatch) outcome.held.push_back(std::move(name));
         heldByMismatch.clear();
         out.push_back(server_action::FrameReleased{outcome.frame, std::move(outcome.show), std::move(outcome.held),
-                                                   outcome.barrierTime, outcome.frameTime, outcome.lastHost});
+                                                   outcome.barrierTime, outcome.frameTime, outcome.lastHost,
+                                                   std::move(outcome.wait)});
     }
     for (const std::string& name : outcome.stalled) {
         Host& host = *findHost(name);

@@ -87,6 +87,8 @@ struct ServerSession::Impl {
         std::size_t queriesOpen = 0;
         Duration roundTrip{};
         std::uint64_t pixelProbe = 0;
+        std::string machine, board;     ///< as its Hello said
+        std::string toldNeighbours;     ///< the last, on this connection
 
         [[nodiscard]] bool inBarrier() const { return state == HostState::kLive || state == HostState::kLate; }
         [[nodiscard]] bool mayEnter() const { return state == HostState::kSyncing && synced && owedBlobs.empty(); }
@@ -118,6 +120,8 @@ struct ServerSession::Impl {
     [[nodiscard]] bool raiseEpoch(const std::string& host, Epoch seen, TimePoint now);
     void refuse(Peer& peer, ErrorCode code, std::string reason, bool retry);
     void comparePixels(Host& host, std::uint64_t probe);
+    /// Tells the hosts of this machine who else is there, where that has changed.
+    void tellNeighbours(const std::string& machine);
     void finish(const std::string& reason);
 
     // ServerSessionMessages.cpp: what welcomed peers say. A message that is for servers and has no `on` does not

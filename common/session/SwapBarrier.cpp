@@ -110,6 +110,7 @@ void SwapBarrier::release(TimePoint now, Outcome& outcome) {
     outcome.frame = openFrame();
     outcome.frameTime = std::max(Duration::zero(), now - begun_);
     outcome.lastHost = lastHost_;
+    outcome.wait = waitForLast(now);
     if (count(Progress::kDone) > 0) {
         outcome.barrierTime = std::max(Duration::zero(), now - firstReady());
         if (recentFrames_.size() == kRecentFrames) recentFrames_.erase(recentFrames_.begin());
@@ -124,6 +125,24 @@ void SwapBarrier::release(TimePoint now, Outcome& outcome) {
         }
     }
     open_ = false;
+}
+
+SwapBarrier::Wait SwapBarrier::waitForLast(TimePoint now) const {
+    const auto drawn = [&](const auto& item) { return item.second.progress == Progress::kDone; };
+    const auto last = members_.find(lastHost_);
+    Wait wait{.drew = last != members_.end() && drawn(*last)};
+    const Member* before = nullptr;
+    for (const auto& item : members_) {
+        if (!drawn(item) || item.first == lastHost_ || (before && before->readyAt >= item.second.readyAt)) continue;
+        before = &item.second;
+        wait.before = item.first;
+    }
+    if (!before) return wait;
+    const TimePoint until = wait.drew ? last->second.readyAt : now;
+    wait.took = std::max(Duration::zero(), until - begun_);
+    wait.beforeTook = std::clamp(before->readyAt - begun_, Duration::zero(), wait.took);
+    wait.alone = wait.took - wait.beforeTook;
+    return wait;
 }
 
 TimePoint SwapBarrier::nextDeadline() const {

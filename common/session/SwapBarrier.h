@@ -39,6 +39,13 @@ public:
     /// to draw, or one from a host that is not in the barrier, is a protocol error.
     [[nodiscard]] Expected<void> ready(const std::string& host, FrameNumber frame, TimePoint now);
 
+    /// What the others waited for: of the frame's last host, and of the one before it. Times are the caller's.
+    struct Wait {
+        bool drew = false;   ///< the last one said Ready; else it left, or was left behind
+        std::string before;  ///< who was ready before it, the others all by then; empty: nobody waited
+        Duration alone{};    ///< from then on
+        Duration took{}, beforeTook{};  ///< Begin to Ready of either; their difference is `alone`
+    };
     struct Outcome {
         bool released = false;  ///< the open frame is complete: tell `show` to swap
         FrameNumber frame;
@@ -49,6 +56,7 @@ public:
         Duration barrierTime{};            ///< first ready to release
         Duration frameTime{};              ///< begin to release
         std::string lastHost;              ///< the last one waited for; empty when nobody drew
+        Wait wait;                         ///< for it
     };
     /// Call after every event and whenever the clock passes `nextDeadline()`.
     [[nodiscard]] Outcome poll(TimePoint now) { return poll(now, now); }
@@ -84,6 +92,7 @@ private:
     };
     [[nodiscard]] std::size_t count(Progress progress) const;
     [[nodiscard]] TimePoint firstReady() const;
+    [[nodiscard]] Wait waitForLast(TimePoint now) const;
     void removeStalled(TimePoint now, Outcome& outcome);
     void leaveLateBehind(TimePoint now, Outcome& outcome);
     void release(TimePoint now, Outcome& outcome);

@@ -95,6 +95,7 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
 
     run.clientArguments = {"--output", options.output};
     if (!options.culler.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--culler", options.culler});
+    if (!options.share.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--share", options.share});
     if (options.keepFrames) run.clientArguments.push_back("--keep-frames");
     if (std::getenv("LP_NUM_THREADS") == nullptr)
         run.clientEnvironment.emplace_back("LP_NUM_THREADS", drawThreads(wall.hosts.size()));
@@ -174,6 +175,22 @@ Expected<void> writePictures(const Wall& wall, const std::string& output, const 
     return isStereo(wall) ? both(Eye::kRight, "wall-right") : Expected<void>();
 }
 
+/// Which tile the others waited for longest. Nothing where the report does not say so.
+void sayWaits(const nlohmann::json& report, Console& console) {
+    const nlohmann::json::json_pointer first("/sync/waits/0");
+    if (!report.contains(first) || !report[first].is_object()) return;
+    const nlohmann::json& worst = report[first];
+    for (const char* name : {"tile", "host", "reason"})
+        if (!worst.contains(name) || !worst[name].is_string()) return;
+    for (const char* name : {"frames", "ms"})
+        if (!worst.contains(name) || !worst[name].is_number()) return;
+    const auto frames = worst["frames"].get<std::uint64_t>();
+    console.note(fmt::format("waited longest for tile {} of host {}: in {} frames, {:.1f} ms each; reason: {}",
+                             worst["tile"].get<std::string>(), worst["host"].get<std::string>(), frames,
+                             worst["ms"].get<double>() / static_cast<double>(std::max<std::uint64_t>(1, frames)),
+                             worst["reason"].get<std::string>()));
+}
+
 /// The server's report is there and can be read; a word on what is in it.
 Expected<void> sayReport(const std::string& path, Console& console) {
     const Expected<Bytes> bytes = readFile(path, kLargestReport);
@@ -190,6 +207,7 @@ Expected<void> sayReport(const std::string& path, Console& console) {
         text += fmt::format(", {:.1f} ms each (median)", times["p50"].get<double>());
     if (faults.is_array()) text += fmt::format(", {} {}", faults.size(), faults.size() == 1 ? "fault" : "faults");
     console.note(text);
+    sayWaits(report, console);
     return {};
 }
 

@@ -36,6 +36,10 @@ int main(int argc, char** argv) {
             const auto culler = tessera::parseCuller(name);
             return culler ? std::string() : culler.error().message;
         });
+    // "always" is for tests: every tile is divided, whether that pays or not.
+    app.add_option("--share", options.share, "Parts of tiles with idle clients: auto or off (auto)")
+        ->type_name("S")
+        ->check(CLI::IsMember({"auto", "off", "always"}).description(""));
     app.add_option("--output", options.output, "Folder for pictures and report (out)")->type_name("DIR");
     app.add_option("--assets", options.assets, "Folders for asset://NAME")->type_name("DIR");
     app.add_option("--record", options.record, "Record the server, for tessera-replay")->type_name("FILE");

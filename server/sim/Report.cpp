@@ -18,6 +18,22 @@ Json toJson(const Series& series) {
     return {{"p50", series.quantile(0.5)}, {"p99", series.quantile(0.99)}, {"max", series.quantile(1.0)}};
 }
 
+Json toJson(const std::vector<WaitStatistics::Row>& rows) {
+    Json waits = Json::array();
+    for (const WaitStatistics::Row& row : rows) {
+        Json why = Json::object();
+        for (std::size_t i = 0; i < kWaitReasons; ++i) why[std::string(nameOf(static_cast<WaitReason>(i)))] = row.why[i];
+        waits.push_back({{"tile", row.tile},
+                         {"host", row.host},
+                         {"frames", row.frames},
+                         {"ms", row.ms},
+                         {"longest_ms", row.longestMs},
+                         {"reason", std::string(nameOf(row.reason()))},
+                         {"why_ms", std::move(why)}});
+    }
+    return waits;
+}
+
 }  // namespace
 
 double Series::quantile(double share) const {
@@ -45,7 +61,7 @@ SceneCounts countScene(const Aspect& scene) {
     return counts;
 }
 
-Report::Report(const Wall& wall, std::string scene) : wall_(wall), scene_(std::move(scene)) {
+Report::Report(const Wall& wall, std::string scene) : wall_(wall), scene_(std::move(scene)), waits_(wall) {
     for (const Tile& tile : layoutTiles(wall)) tiles_.push_back({.tile = tile.name, .host = tile.host});
 }
 
@@ -60,6 +76,7 @@ void Report::frameCommitted(const FrameResult& frame) {
 }
 
 void Report::released(const server_action::FrameReleased& action) {
+    waits_.released(action);
     const std::set<std::string> shown(action.shown.begin(), action.shown.end());
     for (TileRow& row : tiles_) ++(shown.contains(row.host) ? row.shown : row.missed);
     if (shown.empty()) return;
@@ -72,9 +89,15 @@ void Report::released(const server_action::FrameReleased& action) {
 }
 
 void Report::stats(const server_action::FrameStats& action) {
-    const Expected<std::vector<TileStats>> decoded = decodeStats(action.stats);
+    const Expected<HostStats> decoded = decodeStats(action.stats);
     if (!decoded) return;
-    for (const TileStats& tile : *decoded) {
+    waits_.ready(action.host, action.frame, *decoded);
+    if (decoded->helpedParts > 0) {
+        Help& help = helped_[action.host];
+        help.parts += decoded->helpedParts;
+        help.ms += decoded->helpMs;
+    }
+    for (const TileStats& tile : decoded->tiles) {
         const auto row = std::ranges::find_if(
             tiles_, [&](const TileRow& r) { return r.tile == tile.tile && r.host == action.host; });
         if (row == tiles_.end()) continue;
@@ -82,9 +105,11 @@ void Report::stats(const server_action::FrameStats& action) {
             row->cullMs.add(tile.cullMs);
             row->drawMs.add(tile.drawMs);
         }
-        row->inFrustum = tile.inFrustum;
-        row->drawn = tile.drawn;
-        row->trianglesDrawn = tile.trianglesDrawn;
+        row->last = tile;
+        row->divided += tile.parts > 0 ? 1 : 0;
+        row->parts += tile.parts;
+        row->partsHelped += tile.partsHelped;
+        row->partsTwice += tile.partsTwice;
     }
 }
 
@@ -149,6 +174,15 @@ void Report::journal(const std::string& folder, std::uint64_t bytes, const std::
     journal_ = {.folder = folder, .bytes = bytes, .trouble = trouble ? trouble->message : std::string()};
 }
 
+void Report::describeWaits(answer::Status& status) const {
+    constexpr std::size_t kMostRows = 64;
+    status.waitFrames = waits_.recentFrames();
+    for (const WaitStatistics::Row& row : waits_.recent()) {
+        if (status.waits.size() == kMostRows) break;
+        status.waits.push_back({row.tile, row.host, row.frames, row.ms, std::string(nameOf(row.reason()))});
+    }
+}
+
 std::string Report::toJson(const Aspect& scene) const {
     const SceneCounts counts = countScene(scene);
     Series spread = swapSpreadMs_;
@@ -167,7 +201,10 @@ std::string Report::toJson(const Aspect& scene) const {
     report["sync"] = {{"barrier_ms", tessera::toJson(barrierMs_)},
                       {"swap_spread_ms", tessera::toJson(spread)},
                       {"worst_skew_frames", worstSkew_},
-                      {"waited_for", waitedFor_}};
+                      {"waited_for", waitedFor_},
+                      {"waits", tessera::toJson(waits_.all())}};
+    report["helped"] = Json::object();
+    for (const auto& [host, help] : helped_) report["helped"][host] = {{"parts", help.parts}, {"ms", help.ms}};
     report["replication"] = {{"lists", lists_},
                              {"changes", changes_},
                              {"bytes", bytes_},
@@ -183,9 +220,16 @@ std::string Report::toJson(const Aspect& scene) const {
                                    {"missed", row.missed},
                                    {"cull_ms", tessera::toJson(row.cullMs)},
                                    {"draw_ms", tessera::toJson(row.drawMs)},
-                                   {"in_frustum", row.inFrustum},
-                                   {"drawn", row.drawn},
-                                   {"triangles_drawn", row.trianglesDrawn}});
+                                   {"in_frustum", row.last.inFrustum},
+                                   {"drawn", row.last.drawn},
+                                   {"triangles_drawn", row.last.trianglesDrawn},
+                                   {"queries", row.last.queries},
+                                   {"query_waits", row.last.waits},
+                                   {"depth_triangles", row.last.depthTriangles},
+                                   {"divided", row.divided},
+                                   {"parts", row.parts},
+                                   {"parts_helped", row.partsHelped},
+                                   {"parts_twice", row.partsTwice}});
     report["faults_left_out"] = faultsLeftOut_;
     report["faults"] = Json::array();
     for (const FaultRow& row : faults_) {

@@ -6,9 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "common/codec/ApplicationCodec.h"
 #include "common/codec/FrameCodec.h"
 #include "common/session/ServerSession.h"
 #include "server/sim/CollisionReport.h"
+#include "server/sim/WaitStatistics.h"
 #include "server/sim/frame/Simulation.h"
 
 namespace tessera {
@@ -56,6 +58,8 @@ public:
     void journal(const std::string& folder, std::uint64_t bytes, const std::optional<Error>& trouble);
 
     [[nodiscard]] std::uint64_t framesShown() const { return framesShown_; }
+    /// The newest frames' waits, for who asks while the wall runs.
+    void describeWaits(answer::Status& status) const;
     [[nodiscard]] std::string toJson(const Aspect& scene) const;
 
 private:
@@ -63,7 +67,8 @@ private:
         std::string tile, host;
         std::uint64_t shown = 0, missed = 0;
         Series cullMs, drawMs;
-        std::uint64_t inFrustum = 0, drawn = 0, trianglesDrawn = 0;  ///< of the last frame
+        TileStats last;  ///< of the last frame
+        std::uint64_t divided = 0, parts = 0, partsHelped = 0, partsTwice = 0;  ///< frames; over the run
     };
     struct FaultRow {
         FrameNumber frame;
@@ -80,6 +85,12 @@ private:
     std::map<std::string, std::uint64_t> lastShown_;
     std::map<std::uint64_t, std::pair<std::int64_t, std::int64_t>> swapInstants_;  ///< frame → first, last
     std::map<std::string, std::uint64_t> waitedFor_;
+    WaitStatistics waits_;
+    struct Help {
+        std::uint64_t parts = 0;
+        double ms = 0;
+    };
+    std::map<std::string, Help> helped_;  ///< by host: what it drew for its neighbours
     Series frameMs_, barrierMs_, swapSpreadMs_, collisionMs_;
     std::uint64_t framesShown_ = 0, worstSkew_ = 0;
     std::uint64_t lists_ = 0, changes_ = 0, bytes_ = 0, mismatches_ = 0, resnapshots_ = 0;

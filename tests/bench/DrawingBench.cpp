@@ -1,7 +1,6 @@
 /// Drawing: what is seen of large scenes, empty tiles, first frames, reading back; beside oracles, floors and peers in the same
-/// run. `--rows GROUP,…`: city, city-large, plant, scan, field, empty, first, osg, read-back,
-/// wall, one-process. `--frames N`, `--plant FOLDER`,
-/// `--scan FILE`, `--json FILE`.
+/// run. `--rows GROUP,…`: city, city-large, plant, scan, field, empty, first, osg, read-back, wall, bunny, one-process.
+/// `--frames N`, `--plant FOLDER`, `--scan FILE`, `--json FILE`.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -15,6 +14,7 @@
 #include "tests/bench/DrawingStage.h"
 #include "tests/bench/SceneTable.h"
 #include "tests/bench/SideProcess.h"
+#include "tests/bench/WallRow.h"
 
 namespace tessera::bench {
 namespace {
@@ -231,9 +231,10 @@ int bench(int argc, char** argv) {
     if (wanted("field")) besideRow(table, fieldStage(4 * options.frames), CullerKind::kFrustum, "frustum only", 1.02);
     if (wanted("empty")) emptyRows(table);
     if (wanted("first")) firstRows(table, options);
+    if (wanted("wall")) wallRows(table, options.program, 4 * options.frames, 3);
     if (wanted("osg")) osgRows(table, options);
     if (wanted("read-back")) readBackRows(table);
-    if (wanted("wall")) bunnyWallRows(table, options.scan, std::filesystem::path(options.program).parent_path());
+    if (wanted("bunny")) bunnyWallRows(table, options.scan, std::filesystem::path(options.program).parent_path());
     if (wanted("one-process")) oneProcessRows(table);
     table.summarise();
     if (!options.json.empty() && !table.writeJson(options.json)) {

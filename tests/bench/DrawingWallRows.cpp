@@ -54,12 +54,12 @@ std::string turningCamera() {
         kBunny.x(), kBunny.y(), kBunny.z(), keys, -1.7 * kScale, kDistance - 2.4 * kScale, kScale);
 }
 
-struct WallCost {
+struct TurnCost {
     double frameMs = 0, processorMs = 0;  ///< a frame; of the clients together
 };
 
 /// Mean of whole turns of the camera, after one.
-std::optional<WallCost> measureWall(SceneTable& table, const std::string& wallText, const std::vector<std::string>& hosts,
+std::optional<TurnCost> measureWall(SceneTable& table, const std::string& wallText, const std::vector<std::string>& hosts,
                                     const std::string& scene, int turns, const std::vector<std::string>& client = {}) {
     const test::TemporaryFolder folder;
     test::LiveWallOptions options;
@@ -90,7 +90,7 @@ std::optional<WallCost> measureWall(SceneTable& table, const std::string& wallTe
         table.complain("a wall stands still:\n" + wall.logs());
         return std::nullopt;
     }
-    return WallCost{1e3 * std::chrono::duration<double>(after.at - before.at).count() / frames,
+    return TurnCost{1e3 * std::chrono::duration<double>(after.at - before.at).count() / frames,
                     1e3 * (after.clients - before.clients) / frames};
 }
 

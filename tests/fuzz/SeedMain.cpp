@@ -64,7 +64,7 @@ std::vector<Message> messages() {
             begin->list = share(std::move(committed));
             begin->payload = Bytes(view);
         }
-        if (auto* ready = std::get_if<message::Ready>(&message)) ready->stats = encodeStats({{"front-0-0", 1, 2, 3, 4, 5}});
+        if (auto* ready = std::get_if<message::Ready>(&message)) ready->stats = encodeStats({{{"front-0-0", 1, 2, 3, 4, 5}}, 6, 7, 8});
         if (auto* request = std::get_if<message::Request>(&message)) request->body = encodeRequest(request::GetStatus{});
         if (auto* welcome = std::get_if<message::Welcome>(&message)) welcome->configuration = encodeWall(test::wallOfOne());
     }

@@ -53,6 +53,9 @@ TEST_F(Control, StatusNamesTheHostsAndTheFrame) {
     const json status = ask({"status"});
     EXPECT_EQ(status["hosts"].size(), 4u);
     for (const json& host : status["hosts"]) EXPECT_EQ(host["state"], "live") << status.dump(2);
+    ASSERT_FALSE(status["waits"].empty()) << status.dump(2);
+    EXPECT_GT(status["wait_frames"], 0);
+    EXPECT_FALSE(status["waits"][0]["reason"].get<std::string>().empty());
     const Outcome plain = wall_.ctl({"status"});
     EXPECT_EQ(plain.exitCode, 0);
     for (const std::string& host : kFourHosts) EXPECT_NE(plain.output.find(host), std::string::npos) << plain.output;

@@ -122,6 +122,24 @@ TEST_F(Faults, AHungDrawThreadIsFoundBehindItsHeartbeats) {
     EXPECT_EQ((*fault)["frame"], 20);
 }
 
+TEST_F(Faults, ASlowHostIsNamedWithTheReason) {
+    LiveWall wall({.server = {"--frames", "40"}});
+    ASSERT_FALSE(wall.address().empty()) << wall.server().output();
+    for (const std::string& host : kFourHosts)
+        wall.startClient(host, host == "lower-right" ? std::vector<std::string>{"--inject", "draw-slow@20:1500"}
+                                                     : std::vector<std::string>{});
+    const json report = wall.waitForEnd(60s);
+    ASSERT_FALSE(report["sync"]["waits"].empty()) << report.dump(2);
+    const json& worst = report["sync"]["waits"][0];
+    EXPECT_EQ(worst["host"], "lower-right") << report["sync"].dump(2);
+    EXPECT_EQ(worst["tile"], tileOf("lower-right"));
+    EXPECT_EQ(worst["reason"], "stood_still") << worst.dump(2);
+    EXPECT_GT(worst["longest_ms"], 500);
+    std::uint64_t frames = 0;
+    for (const json& row : report["sync"]["waits"]) frames += row["frames"].get<std::uint64_t>();
+    EXPECT_EQ(frames, 40u) << "each frame has one that was waited for";
+}
+
 TEST_F(Faults, ALateHostEntersAtANamedFrame) {
     const TemporaryFolder folder;
     LiveWall wall({.wall = wallWithSync(folder, "late_frame: WAIT start_deadline_ms: 1500 lost_after_ms: 4000")});

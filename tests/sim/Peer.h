@@ -98,6 +98,7 @@ private:
     void on(const client_action::SendImages& action);
     void on(const client_action::ReplyReceived&) { ++replies_; }
     void on(const client_action::NoticeReceived&) {}
+    void on(const client_action::MeetNeighbours&) {}
     void on(const client_action::Disconnect& action);
     void on(const client_action::Finish& action);
     /// A job of the draw thread; `done` runs on the session's thread afterwards.

@@ -115,6 +115,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
     status.applications = applications_.size();
     status.journal = around_.journal;
     if (const std::optional<Error> why = editsRefused()) status.journalTrouble = why->message;
+    if (around_.describeWaits) around_.describeWaits(status);
     return answer(asker, ApplicationAnswer(std::move(status)));
 }
 

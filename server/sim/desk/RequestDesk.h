@@ -49,6 +49,8 @@ public:
         std::string journal = {};  ///< its folder; empty: there is none
         /// Why no edit is taken at present; empty: none is ever refused for that.
         std::function<std::optional<Error>()> editsRefused = {};
+        /// Fills in which tiles the wall waits for; empty: nobody knows.
+        std::function<void(answer::Status&)> describeWaits = {};
     };
 
     RequestDesk(const Surroundings& around, const Limits& limits);

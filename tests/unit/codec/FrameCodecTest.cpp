@@ -64,16 +64,27 @@ TEST(FrameCodec, RefusesEveryTruncation) {
 }
 
 TEST(FrameCodec, CarriesStatistics) {
-    const std::vector<TileStats> stats = {{"front-0-1", 0.25, 12.5, 100, 80, 75'730}, {"floor-0-0", 0, 0, 0, 0, 0}};
+    const HostStats stats{{{"front-0-1", 0.25, 12.5, 100, 80, 75'730, 7, 3, 900, 0.5, 0.125, 4, 8, 3, 1}, {"floor-0-0"}}, 20, 1.5, 0.75, 5, 9.5};
     EXPECT_EQ(decodeStats(encodeStats(stats)).value(), stats);
-    EXPECT_TRUE(decodeStats(encodeStats({}))->empty());
+    EXPECT_EQ(decodeStats(encodeStats({})).value(), HostStats());
 }
 
 TEST(FrameCodec, RefusesStatisticsThatWouldSpoilAReport) {
-    EXPECT_FALSE(decodeStats(encodeStats({{"t", NAN, 0, 0, 0, 0}})));
-    EXPECT_FALSE(decodeStats(encodeStats({{"t", 0, -1, 0, 0, 0}})));
-    EXPECT_FALSE(decodeStats(encodeStats({{std::string(300, 't'), 0, 0, 0, 0, 0}})));
-    EXPECT_FALSE(decodeStats(encodeStats(std::vector<TileStats>(2000))));
+    for (const double none : {-1.0, double{NAN}, double{INFINITY}}) {
+        for (double TileStats::* time : {&TileStats::cullMs, &TileStats::drawMs, &TileStats::handOverMs, &TileStats::cullQueuedMs,
+                                         &TileStats::drawQueuedMs}) {
+            HostStats stats{{{"t"}}};
+            stats.tiles[0].*time = none;
+            EXPECT_FALSE(decodeStats(encodeStats(stats))) << none;
+        }
+        for (double HostStats::* time : {&HostStats::workMs, &HostStats::applyMs, &HostStats::applyQueuedMs, &HostStats::helpMs}) {
+            HostStats stats;
+            stats.*time = none;
+            EXPECT_FALSE(decodeStats(encodeStats(stats))) << none;
+        }
+    }
+    EXPECT_FALSE(decodeStats(encodeStats({{{std::string(300, 't')}}})));
+    EXPECT_FALSE(decodeStats(encodeStats({std::vector<TileStats>(2000)})));
     EXPECT_FALSE(decodeStats({}));
 }
 

@@ -177,6 +177,8 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
     status.applications = 19;
     status.journal = "/var/lib/wall";
     status.journalTrouble = "no space left";
+    status.waits = {{"front-1-0", "lower-right", 61, 250.5, "draw"}};
+    status.waitFrames = 120;
     const ObjectId placeholder{kFirstPlaceholder + 5};
     return {
         answer::Done{},

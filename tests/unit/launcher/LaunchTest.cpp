@@ -61,7 +61,7 @@ protected:
         program("tessera-server", R"(
             report=; while [ $# -gt 0 ]; do [ "$1" = --report ] && report=$2; echo "$1" >>$S/server.args; shift; done
             echo 'tessera-server: listening on 127.0.0.1:4711'
-            done_well() { echo '{"frames":3,"frame_ms":{"p50":12.5},"faults":[]}' >$report; exit 0; }
+            done_well() { echo '{"frames":3,"frame_ms":{"p50":12.5},"faults":[],"sync":{"waits":[{"tile":"front-1-0","host":"b","frames":2,"ms":9,"reason":"draw"}]}}' >$report; exit 0; }
             )" + server);
         program("tessera-client",
                 "host=$4; echo \"$@\" >>$S/client.args\nput() { mkdir -p $S/out/tiles/$1; cp $S/$2.png "
@@ -104,10 +104,12 @@ TEST_F(Launching, LeavesTheMosaicAndWhatAVisitorSees) {
     EXPECT_EQ(pixel(bezels, 0, 4), kDark) << "the frame between the rows";
     EXPECT_EQ(pixel(bezels, 10, 3), kWhite);
     EXPECT_SAID("3 frames, 12.5 ms each (median), 0 faults\n");
+    EXPECT_SAID("waited longest for tile front-1-0 of host b: in 2 frames, 4.5 ms each; reason: draw\n");
 }
 
 TEST_F(Launching, HandsItsOptionsOn) {
     options_.culler = "frustum";
+    options_.share = "off";
     options_.camera = "view 2";
     options_.assets = {"/models"};
     options_.samples = 1;
@@ -123,7 +125,7 @@ TEST_F(Launching, HandsItsOptionsOn) {
         EXPECT_NE(server.find(expected), std::string::npos) << expected << server;
     }
     const std::string client = read(folder_ / "client.args");
-    EXPECT_NE(client.find("--host lower --output " + options_.output + " --culler frustum --keep-frames\n"),
+    EXPECT_NE(client.find("--host lower --output " + options_.output + " --culler frustum --share off --keep-frames\n"),
               std::string::npos)
         << client;
 }

@@ -87,7 +87,7 @@ protected:
         EXPECT_TRUE(performOrAgain(work::Show{number}));
         EXPECT_TRUE(next<outcome::Shown>());
         if (!drawn || !decodeStats(drawn->stats)) return {};
-        return decodeStats(drawn->stats)->front();
+        return decodeStats(drawn->stats)->tiles.front();
     }
     void drawAndShow(FrameNumber frame) {
         ASSERT_TRUE(perform(work::Draw{beginOf(frame)}));
@@ -127,11 +127,15 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     EXPECT_EQ(drawn->stateHash, scene.stateHash());
     const auto stats = decodeStats(drawn->stats);
     ASSERT_TRUE(stats);
-    ASSERT_EQ(stats->size(), 1u);
-    EXPECT_EQ(stats->front().tile, "front-0-0");
-    EXPECT_EQ(stats->front().drawn, 1u);
-    EXPECT_GT(stats->front().trianglesDrawn, 500u);
-    EXPECT_GT(stats->front().drawMs, 0);
+    ASSERT_EQ(stats->tiles.size(), 1u);
+    const TileStats& tile = stats->tiles.front();
+    EXPECT_EQ(tile.tile, "front-0-0");
+    EXPECT_EQ(tile.drawn, 1u);
+    EXPECT_GT(tile.trianglesDrawn, 500u);
+    EXPECT_GT(tile.drawMs, 0);
+    EXPECT_GT(stats->applyMs, 0);
+    EXPECT_GE(stats->workMs, stats->applyMs + tile.cullMs + tile.drawMs) << "its parts lie in it";
+    EXPECT_GE(stats->applyMs, stats->applyQueuedMs);
 }
 
 TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChanges) {
@@ -209,7 +213,7 @@ TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
         const auto& said = std::get<outcome::Drawn>(drawn->what);
         EXPECT_EQ(said.frame, FrameNumber(number));
         EXPECT_EQ(said.stateHash, scene.stateHash());
-        EXPECT_EQ(decodeStats(said.stats)->front(), second);
+        EXPECT_EQ(decodeStats(said.stats)->tiles.front(), second);
         EXPECT_EQ(shown().frame, number - 1) << "not before Show";
         const auto swapped = again(work::Show{FrameNumber(number)});
         ASSERT_TRUE(swapped);

@@ -497,5 +497,41 @@ TEST(ServerJoin, NamesHostsWhosePixelsDiffer) {
     EXPECT_EQ(differ[0].reference, "a");
 }
 
+TEST(ServerJoin, HostsOfOneMachineAreToldOfEachOther) {
+    ServerSessionConfig config = twoHosts();
+    config.hosts = {"a", "b", "c", "d"};
+    ServerFixture s(config);
+    const auto come = [&](const std::string& name, const std::string& machine, const std::string& board) {
+        const ConnectionId connection = s.open();
+        message::Hello hello = s.greeting(name);
+        hello.machine = machine;
+        hello.board = board;
+        s.say(connection, hello);
+        return connection;
+    };
+    const auto told = [&](ConnectionId connection) {
+        std::vector<std::string> boards;
+        for (const message::Neighbours& said : s.sent<message::Neighbours>(connection)) boards.push_back(said.boards);
+        s.forget();
+        return boards;
+    };
+    const ConnectionId a = come("a", "here", "1/3");
+    EXPECT_TRUE(told(a).empty()) << "it is alone";
+    const ConnectionId c = come("c", "there", "1/3");
+    EXPECT_TRUE(told(c).empty()) << "on another machine";
+    const ConnectionId d = come("d", "", "4/3");
+    EXPECT_TRUE(told(d).empty());
+    ConnectionId b = come("b", "here", "2/3");
+    EXPECT_EQ(s.sent<message::Neighbours>(b), std::vector{message::Neighbours{"a 1/3\n"}});
+    EXPECT_EQ(told(a), std::vector<std::string>{"b 2/3\n"});
+    s.drop(b);
+    EXPECT_EQ(told(a), std::vector<std::string>{""}) << "it is gone";
+    b = come("b", "here", "a line\nand another");
+    EXPECT_TRUE(told(a).empty()) << "what would read as two";
+    s.drop(b);
+    b = come("b", "here", std::string(1000, 'x'));
+    EXPECT_TRUE(told(a).empty()) << "too long to be a place";
+}
+
 }  // namespace
 }  // namespace tessera

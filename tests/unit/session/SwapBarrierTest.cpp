@@ -52,6 +52,38 @@ TEST(SwapBarrier, ReleasesAFrameOnceEverybodyHasDrawnIt) {
     EXPECT_EQ(outcome.lastHost, "b");
 }
 
+TEST(SwapBarrier, SaysHowLongAllOthersWaitedForTheLast) {
+    SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a", "b", "c"});
+    (void)barrier.begin(0_frame, at(0ms));
+    ASSERT_TRUE(barrier.ready("b", 0_frame, at(10ms)));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(25ms)));
+    ASSERT_TRUE(barrier.ready("c", 0_frame, at(40ms)));
+    SwapBarrier::Outcome outcome = barrier.poll(at(41ms));
+    EXPECT_EQ(outcome.lastHost, "c");
+    EXPECT_TRUE(outcome.wait.drew);
+    EXPECT_EQ(outcome.wait.before, "a");
+    EXPECT_EQ(outcome.wait.took, 40ms);
+    EXPECT_EQ(outcome.wait.beforeTook, 25ms);
+    EXPECT_EQ(outcome.wait.alone, 15ms);
+
+    (void)barrier.begin(1_frame, at(50ms));
+    ASSERT_TRUE(barrier.ready("a", 1_frame, at(60ms)));
+    ASSERT_TRUE(barrier.ready("b", 1_frame, at(62ms)));
+    barrier.leave("c");
+    outcome = barrier.poll(at(70ms));
+    EXPECT_EQ(outcome.lastHost, "c");
+    EXPECT_FALSE(outcome.wait.drew) << "it is gone";
+    EXPECT_EQ(outcome.wait.before, "b");
+    EXPECT_EQ(outcome.wait.alone, 8ms);
+
+    barrier.leave("b");
+    (void)barrier.begin(2_frame, at(80ms));
+    ASSERT_TRUE(barrier.ready("a", 2_frame, at(90ms)));
+    outcome = barrier.poll(at(90ms));
+    EXPECT_TRUE(outcome.wait.before.empty()) << "nobody waits for the only one";
+    EXPECT_EQ(outcome.wait.alone, 0ms);
+}
+
 TEST(SwapBarrier, ReleasesEachFrameOnce) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a"});
     wholeFrame(barrier, 0ms, 5ms);

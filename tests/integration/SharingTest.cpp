@@ -1,0 +1,144 @@
+/// Real hosts that draw parts of each other's tiles, while some of them are stopped and killed in the middle.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <random>
+#include <thread>
+
+#include "client/image/Picture.h"
+#include "tests/integration/LiveWall.h"
+
+namespace tessera::test {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+/// Tiles by frame number, as --keep-frames leaves them.
+class Sharing : public testing::Test {
+protected:
+    static Bytes tile(const LiveWall& wall, const std::string& host, int frame) {
+        char name[32];
+        std::snprintf(name, sizeof name, "/%06d.png", frame);
+        const auto bytes = readFile(wall.output() + "/tiles/" + tileOf(host) + name, 100 << 20);
+        return bytes ? *bytes : Bytes();
+    }
+    /// All frames of all hosts, drawn alone.
+    static std::unique_ptr<LiveWall> drawnAlone(int frames) {
+        auto wall = std::make_unique<LiveWall>(options(frames));
+        for (const std::string& host : kFourHosts) wall->startClient(host, {"--keep-frames", "--share", "off"});
+        const json report = wall->waitForEnd(120s);
+        EXPECT_EQ(report["frames"], frames) << wall->logs();
+        return wall;
+    }
+    static std::uint64_t sumOf(const json& report, const std::string& field) {
+        std::uint64_t sum = 0;
+        for (const json& row : report["tiles"]) sum += row[field].get<std::uint64_t>();
+        return sum;
+    }
+    static LiveWallOptions options(int frames) {
+        return {.size = "640x400", .server = {"--frames", std::to_string(frames)}};
+    }
+};
+
+TEST_F(Sharing, EachFrameOfEachTileIsTheOneThatItsHostDrawsAlone) {
+    constexpr int kFrames = 30;
+    const auto alone = drawnAlone(kFrames);
+    LiveWall wall(options(kFrames));
+    for (const std::string& host : kFourHosts) wall.startClient(host, {"--keep-frames", "--share", "always"});
+    const json report = wall.waitForEnd(120s);
+    ASSERT_EQ(report["frames"], kFrames) << wall.logs();
+    EXPECT_TRUE(report["faults"].empty()) << report["faults"].dump();
+    // Tiles in which nothing changes are not drawn again.
+    EXPECT_GT(sumOf(report, "divided"), static_cast<std::uint64_t>(kFrames)) << report["tiles"].dump(2);
+    EXPECT_GT(sumOf(report, "parts_helped"), 0u) << report["tiles"].dump(2);
+    for (const std::string& host : kFourHosts)
+        for (int frame = 0; frame < kFrames; ++frame) {
+            const Bytes expected = tile(*alone, host, frame);
+            ASSERT_FALSE(expected.empty()) << host << " " << frame;
+            ASSERT_TRUE(tile(wall, host, frame) == expected) << host << " " << frame;
+        }
+}
+
+/// Two screens at an angle, both eyes, two tiles for one host: the last picture of each tile.
+TEST_F(Sharing, EyesCornersAndSeveralTilesOfAHostComeOutAsDrawnAlone) {
+    const TemporaryFolder folder;
+    const std::string wall = folder.write("corner.wall", R"(
+screens { name: "front" lower_left { x: -1.2 y: 0 z: 0 } lower_right { x: 1.2 y: 0 z: 0 } upper_left { x: -1.2 y: 2.4 z: 0 }
+  grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 300 } }
+screens { name: "left" lower_left { x: -1.2 y: 0 z: 2.4 } lower_right { x: -1.2 y: 0 z: 0 } upper_left { x: -1.2 y: 2.4 z: 2.4 }
+  grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 300 } }
+users { name: "viewer" position { x: 0 y: 1.7 z: 1.4 } }
+hosts { name: "both" tiles { screen: "front" column: 0 row: 0 eye: LEFT user: "viewer" }
+  tiles { screen: "front" column: 0 row: 0 eye: RIGHT user: "viewer" } }
+hosts { name: "side" tiles { screen: "left" column: 0 row: 0 eye: LEFT user: "viewer" } }
+hosts { name: "other" tiles { screen: "left" column: 0 row: 0 eye: RIGHT user: "viewer" } }
+)");
+    std::map<std::string, json> reports;
+    for (const char* share : {"off", "always"}) {
+        const std::string out = folder.path() + "/" + share;
+        const Outcome outcome =
+            run(folder.path(),
+                {program("tessera-wall"), "--wall", wall, "--scene", std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct",
+                 "--frames", "15", "--keep-frames", "--share", share, "--output", out},
+                120s);
+        ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
+        reports[share] = json::parse(readText(out + "/report.json"));
+    }
+    EXPECT_GT(sumOf(reports["always"], "parts_helped"), 0u) << reports["always"]["tiles"].dump(2);
+    EXPECT_EQ(sumOf(reports["off"], "divided"), 0u);
+    ASSERT_EQ(reports["off"]["tiles"].size(), 4u);
+    for (const json& row : reports["off"]["tiles"])
+        for (const char* frame : {"/000000.png", "/000007.png", "/000014.png"}) {
+            const std::string file = "/tiles/" + row["tile"].get<std::string>() + frame;
+            const std::string alone = readText(folder.path() + "/off" + file);
+            ASSERT_FALSE(alone.empty()) << file;
+            EXPECT_TRUE(readText(folder.path() + "/always" + file) == alone) << file;
+        }
+}
+
+TEST_F(Sharing, HostsThatAreStoppedAndKilledInTheMiddleSpoilNoPictureOfTheOthers) {
+    const unsigned seed = std::getenv("TESSERA_SEED") ? static_cast<unsigned>(std::stoul(std::getenv("TESSERA_SEED"))) : 1;
+    SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/integration --gtest_filter=Sharing.Hosts*");
+    constexpr int kFrames = 150;
+    const auto alone = drawnAlone(kFrames);
+    LiveWall wall(options(kFrames));
+    const std::vector<std::string> words = {"--keep-frames", "--share", "always"};
+    for (const std::string& host : kFourHosts) wall.startClient(host, words);
+    std::mt19937 random(seed);
+    const auto below = [&](int n) { return std::uniform_int_distribution<>(0, n - 1)(random); };
+    const std::string steady = kFourHosts[0];
+    ASSERT_TRUE(wall.waitForFrame(tileOf(steady), 3, 60s)) << wall.logs();
+    for (int trouble = 0; trouble < 8 && wall.shownFrame(tileOf(steady)) < kFrames - 20; ++trouble) {
+        const std::string host = kFourHosts[static_cast<std::size_t>(1 + below(3))];
+        std::this_thread::sleep_for(std::chrono::milliseconds(below(60)));  // any instant of a frame
+        if (below(2)) {
+            wall.client(host).signal(SIGSTOP);
+            std::this_thread::sleep_for(std::chrono::milliseconds(below(600)));
+            wall.client(host).signal(SIGCONT);
+        } else {
+            wall.client(host).signal(SIGKILL);
+            (void)wall.client(host).waitForExit(5s);
+            wall.startClient(host, words);
+        }
+        const std::int64_t now = wall.shownFrame(tileOf(steady));
+        ASSERT_TRUE(wall.waitForFrame(tileOf(steady), std::min<std::int64_t>(now + 6, kFrames - 1), 30s)) << wall.logs();
+    }
+    const json report = wall.waitForEnd(120s);
+    ASSERT_EQ(report["frames"], kFrames) << wall.logs();
+    EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0) << report["faults"].dump(2);
+    EXPECT_GT(sumOf(report, "parts_helped"), 0u) << report["tiles"].dump(2);
+    int compared = 0;
+    for (const std::string& host : kFourHosts)
+        for (int frame = 0; frame < kFrames; ++frame) {
+            const Bytes shown = tile(wall, host, frame);
+            if (shown.empty() && host != steady) continue;  // it was away
+            ASSERT_TRUE(shown == tile(*alone, host, frame)) << host << " " << frame;
+            ++compared;
+        }
+    EXPECT_GT(compared, 2 * kFrames);
+}
+
+}  // namespace
+}  // namespace tessera::test
