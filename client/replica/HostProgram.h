@@ -15,6 +15,7 @@ struct HostOptions {
     std::string surface = "osmesa";  ///< "none": it takes part in every frame and draws nothing
     std::optional<CullerKind> culler;  ///< none: the wall's
     std::string cache;  ///< folder; empty: none
+    bool shareArrays = true;  ///< with the other hosts of this machine
     bool keepFrames = false;
     Injection injection;
     /// Blobs that no scene names any more, kept in case one does again.
