@@ -1,5 +1,6 @@
 #include "client/replica/HostProgram.h"
 
+#include <fmt/format.h>
 #include <sched.h>
 
 #include <cstdlib>
@@ -88,10 +89,12 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
     if (!probe) return failWith(surface->description(), probe.error());
 
     BlobShelf shelf(store, options.blobBudgetBytes);
+    std::unique_ptr<SharedArrays> arrays;
+    if (options.share != ShareMode::kOff) arrays = std::make_unique<SharedArrays>(log);
     std::unique_ptr<DiskCache> cache;
     if (!options.cache.empty()) {
         cache = std::make_unique<DiskCache>(options.cache, options.name, options.cacheBudgetBytes, log);
-        cache->load([&](Blob blob) { shelf.put(std::move(blob)); });
+        cache->load([&](Blob blob) { shelf.put(arrays ? arrays->share(std::move(blob)) : std::move(blob)); });
     }
     link = std::make_unique<ServerLink>(ServerLinkOptions{.server = options.server,
                                                           .name = options.name,
@@ -99,7 +102,7 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
                                                           .machine = neighbourhood ? machineIdentity() : "",
                                                           .board = neighbourhood ? neighbourhood->place() : "",
                                                           .atOnce = [&](const Work& next) { return host.again(next); }},
-                                        shelf, cache.get(), events, work, log);
+                                        shelf, cache.get(), arrays.get(), events, work, log);
     if (neighbourhood) neighbourhood->listen([&] { link->tell({Attempt{}, outcome::Called{}}); });
     HostEnd end;
     std::thread session([&] {
@@ -126,6 +129,10 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
     link->tell({Attempt{}, outcome::Ended{}});
     session.join();
     if (neighbourhood) neighbourhood->stop();
+    if (arrays && arrays->counts().own + arrays->counts().found > 0)
+        log.info(fmt::format("arrays: {} of {} MB lie in memory that other hosts here may share, {} of {} MB were found there",
+                             arrays->counts().own, arrays->counts().ownBytes / 1'000'000, arrays->counts().found,
+                             arrays->counts().foundBytes / 1'000'000));
     if (end.over) return {};
     return tl::unexpected(end.error);
 }

@@ -17,7 +17,7 @@ struct HostOptions {
     std::string cache;  ///< folder; empty: none
     bool keepFrames = false;
     Injection injection;
-    ShareMode share = ShareMode::kAuto;  ///< of parts of pictures, with hosts on this machine
+    ShareMode share = ShareMode::kAuto;  ///< of arrays and of parts of pictures, with hosts on this machine
     unsigned threads = 1;                ///< that drawing keeps busy
     /// Blobs that no scene names any more, kept in case one does again.
     std::uint64_t blobBudgetBytes = std::uint64_t{1} << 30;

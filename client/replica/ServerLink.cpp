@@ -1,6 +1,7 @@
 #include "client/replica/ServerLink.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <deque>
@@ -16,11 +17,12 @@ using namespace std::chrono_literals;
 
 }  // namespace
 
-ServerLink::ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, Channel<Event>& events,
+ServerLink::ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, SharedArrays* arrays, Channel<Event>& events,
                        WorkQueue& work, Log& log)
     : options_(std::move(options)),
       blobs_(blobs),
       cache_(cache),
+      arrays_(arrays),
       events_(events),
       work_(work),
       log_(log),
@@ -81,7 +83,9 @@ void ServerLink::dial() {
                                                                    .seenEpoch = seenEpoch_,
                                                                    .machine = options_.machine,
                                                                    .board = options_.board,
-                                                                   .openContent = decodeSnapshot});
+                                                                   .openContent = decodeSnapshot,
+                                                                   .elsewhere = elsewhere(),
+                                                                   .firstShare = static_cast<double>(::getpid() % 64) / 64});
     session_->resume(std::exchange(fetchedParts_, {}));
     blobs_.forEach([this](const Blob& blob) { session_->holdBlob(blob.id()); });
     links_[ChannelKind::kControl] = transport_->connect(options_.server, options_.connectTimeout);
@@ -179,9 +183,15 @@ void ServerLink::carryOut(client_action::Configured&& configured) {
     give(std::move(configured));
 }
 
-void ServerLink::carryOut(client_action::StoreBlob&& blob) {
-    blobs_.put(blob.blob);
-    if (cache_) cache_->store(blob.blob);
+void ServerLink::carryOut(client_action::StoreBlob&& stored) {
+    const Blob blob = arrays_ ? arrays_->share(std::move(stored.blob)) : std::move(stored.blob);
+    blobs_.put(blob);
+    if (cache_) cache_->store(blob);
+}
+
+std::function<Blob(const BlobInfo&)> ServerLink::elsewhere() {
+    if (!arrays_) return nullptr;
+    return [this](const BlobInfo& wanted) { return arrays_->find(wanted); };
 }
 
 void ServerLink::carryOut(client_action::Disconnect&& broken) {

@@ -11,6 +11,7 @@
 
 #include "client/replica/BlobShelf.h"
 #include "client/replica/DiskCache.h"
+#include "client/replica/SharedArrays.h"
 #include "client/replica/WorkQueue.h"
 #include "common/base/Channel.h"
 #include "common/base/Log.h"
@@ -46,8 +47,8 @@ public:
     using Event = std::variant<LinkEvent, Outcome>;
 
     /// `events` carries what the network and the draw thread say (by `tell`); `work` goes to the draw thread, but for
-    /// what `atOnce` does.
-    ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, Channel<Event>& events,
+    /// what `atOnce` does. `cache` and `arrays` may be null.
+    ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, SharedArrays* arrays, Channel<Event>& events,
                WorkQueue& work, Log& log);
 
     /// From any thread: what the draw thread says, while `run` runs or after it.
@@ -78,6 +79,8 @@ private:
     void carryOut(DrawThreads&& work) {
         give(std::forward<DrawThreads>(work));
     }
+    /// Where blobs are looked for before they are fetched; empty: nowhere.
+    [[nodiscard]] std::function<Blob(const BlobInfo&)> elsewhere();
     void hangUp(const std::string& reason);
     void retryLater(const std::string& reason);
     void end(HostEnd end);
@@ -89,6 +92,7 @@ private:
     ServerLinkOptions options_;
     BlobShelf& blobs_;
     DiskCache* cache_;
+    SharedArrays* arrays_;
     Channel<Event>& events_;
     WorkQueue& work_;
     Log& log_;

@@ -401,7 +401,7 @@ Expected<answer::Committed> Application::propose(const ChangeList& list, std::ui
     if (auto here = impl_->sceneIsHere(); !here) return tl::unexpected(here.error());
     request::Propose proposal{encodeChangeList(list), {}, gesture};
     for (const Blob& blob : blobsOf(list))
-        if (blob.resident()) proposal.blobs.push_back(blob.shared());
+        if (blob.resident()) proposal.blobs.push_back(blob.slice());
     return impl_->settled(impl_->askFor<answer::Committed>(proposal));
 }
 

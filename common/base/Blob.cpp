@@ -30,14 +30,26 @@ BlobId blobIdOf(ByteSpan bytes) {
     return idFrom(bytes, leavesOf(bytes));
 }
 
-Blob::Blob(Bytes bytes) {
-    auto content = std::make_shared<Content>();
-    content->bytes = std::move(bytes);
-    content->sizeBytes = content->bytes.size();
-    content->resident = true;
-    content->leaves = leavesOf(content->bytes);
-    content->id = idFrom(content->bytes, content->leaves);
-    *this = Blob(std::shared_ptr<const Content>(std::move(content)));
+Blob::Blob(Bytes bytes) : Blob(std::make_shared<const Content>(contentOf(std::move(bytes)))) {}
+
+Blob::Blob(std::shared_ptr<const void> owner, ByteSpan bytes)
+    : Blob(std::make_shared<const Content>(contentOf(ByteSlice(std::move(owner), bytes)))) {}
+
+Blob::Content Blob::contentOf(ByteSlice bytes) {
+    Content content;
+    content.sizeBytes = bytes.size();
+    content.resident = true;
+    content.leaves = leavesOf(bytes);
+    content.id = idFrom(bytes, content.leaves);
+    content.bytes = std::move(bytes);
+    return content;
+}
+
+Blob Blob::movedTo(std::shared_ptr<const void> owner, ByteSpan sameBytes) const {
+    TESSERA_CHECK(resident() && sameBytes.size() == sizeBytes(), "a blob that moves takes its bytes along");
+    auto content = std::make_shared<Content>(*content_);
+    content->bytes = ByteSlice(std::move(owner), sameBytes);
+    return Blob(std::shared_ptr<const Content>(std::move(content)));
 }
 
 Expected<Blob> Blob::withRange(std::uint64_t offset, ByteSpan bytes) const {
@@ -46,7 +58,9 @@ Expected<Blob> Blob::withRange(std::uint64_t offset, ByteSpan bytes) const {
         return fail(ErrorCode::kBadInput, "the range [" + std::to_string(offset) + ", +" + std::to_string(bytes.size()) +
                                               ") does not lie in an array of " + std::to_string(sizeBytes()) + " bytes");
     auto content = std::make_shared<Content>(*content_);
-    std::memcpy(content->bytes.data() + offset, bytes.data(), bytes.size());
+    Bytes changed(this->bytes().begin(), this->bytes().end());
+    std::memcpy(changed.data() + offset, bytes.data(), bytes.size());
+    content->bytes = std::move(changed);
     const ByteSpan all = content->bytes;
     if (!content->leaves.empty())
         for (std::size_t leaf = offset / kBlobLeafBytes; leaf * kBlobLeafBytes < offset + bytes.size(); ++leaf) {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/Bytes.h"
+#include "common/base/ByteSlice.h"
 #include "common/base/Error.h"
 #include "common/base/Hash.h"
 
@@ -39,6 +39,10 @@ public:
         if (!bytes.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
         return Blob(std::move(bytes));
     }
+    /// Bytes that lie where somebody else has put them, which never change while `owner` lives. Hashes them.
+    Blob(std::shared_ptr<const void> owner, ByteSpan bytes);
+    /// The same blob with its bytes, which the caller has copied there, in another place. Hashes nothing.
+    [[nodiscard]] Blob movedTo(std::shared_ptr<const void> owner, ByteSpan sameBytes) const;
     [[nodiscard]] static Blob absent(BlobId id, std::uint64_t sizeBytes);
     /// The same with other bytes from `offset` on. Copies all of them, hashes the leaves that change. Refused where the range
     /// does not lie inside, or the bytes are not here.
@@ -63,7 +67,7 @@ public:
     /// Nobody else holds a handle on these bytes.
     [[nodiscard]] bool soleHandle() const { return content_.use_count() == 1; }
     /// The bytes; an empty span where the blob is empty or absent. Storage is aligned for any scalar type.
-    [[nodiscard]] ByteSpan bytes() const { return content_ ? ByteSpan(content_->bytes) : ByteSpan(); }
+    [[nodiscard]] ByteSpan bytes() const { return content_ ? content_->bytes.bytes() : ByteSpan(); }
     /// The bytes as values of T; a tail shorter than one T is left off.
     template <typename T>
     requires std::is_trivially_copyable_v<T>
@@ -71,9 +75,8 @@ public:
         const ByteSpan all = bytes();
         return {reinterpret_cast<const T*>(all.data()), all.size() / sizeof(T)};
     }
-    [[nodiscard]] SharedBytes shared() const {
-        return resident() ? SharedBytes(content_, &content_->bytes) : SharedBytes();
-    }
+    /// The bytes with what keeps them alive.
+    [[nodiscard]] ByteSlice slice() const { return content_ ? content_->bytes : ByteSlice(); }
 
     /// Two handles are equal when they name the same content, resident or not.
     bool operator==(const Blob& other) const { return id() == other.id(); }
@@ -84,11 +87,12 @@ private:
         BlobId id;
         std::uint64_t sizeBytes = 0;
         bool resident = false;
-        Bytes bytes;
+        ByteSlice bytes;
         std::vector<Hash128> leaves;  ///< their hashes, where there are several
         std::vector<Origin> origins;
     };
     static constexpr BlobId kNoId{};
+    [[nodiscard]] static Content contentOf(ByteSlice bytes);
     explicit Blob(std::shared_ptr<const Content> content) : content_(std::move(content)) {}
 
     std::shared_ptr<const Content> content_;  ///< null: empty

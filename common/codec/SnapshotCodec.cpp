@@ -34,7 +34,7 @@ Expected<CommittedListPtr> decodeSnapshot(const Blob& content) {
     if (!blobs) return tl::unexpected(blobs.error());
     return share(CommittedList{.sequence = Sequence(head->varint(kSequence)),
                                .stateHash = StateHash(head->fixed(kStateHash)),
-                               .encoded = ByteSlice(content.shared(), split->parts[0]),
+                               .encoded = content.slice().slice(split->parts[0]),
                                .blobs = std::move(*blobs)});
 }
 

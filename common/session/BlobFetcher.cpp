@@ -6,6 +6,7 @@ namespace tessera {
 
 Expected<std::vector<Blob>> BlobFetcher::want(const std::vector<BlobInfo>& blobs) {
     std::vector<Blob> complete;
+    const std::size_t before = order_.size();
     for (const BlobInfo& blob : blobs) {
         if (held_.contains(blob.id) || fetches_.contains(blob.id)) continue;
         if (blob.sizeBytes > limits_.maxBlobBytes)
@@ -20,19 +21,42 @@ Expected<std::vector<Blob>> BlobFetcher::want(const std::vector<BlobInfo>& blobs
             held_.insert(blob.id);
             continue;
         }
+        if (Blob found = lookElsewhere(blob); !found.empty()) {
+            held_.insert(blob.id);
+            complete.push_back(std::move(found));
+            continue;
+        }
         Fetch& fetch = fetches_[blob.id];
         if (auto part = parts_.extract(blob.id); part && part.mapped().sizeBytes == blob.sizeBytes)
             fetch = std::move(part.mapped());
         fetch.sizeBytes = blob.sizeBytes;
         order_.push_back(blob.id);
     }
+    if (limits_.elsewhere) {
+        const auto first = order_.begin() + static_cast<std::ptrdiff_t>(before);
+        const auto wanted = static_cast<double>(order_.end() - first);
+        std::rotate(first, first + static_cast<std::ptrdiff_t>(std::clamp(limits_.firstShare, 0.0, 1.0) * wanted), order_.end());
+    }
     return complete;
+}
+
+Blob BlobFetcher::lookElsewhere(const BlobInfo& blob) const {
+    return limits_.elsewhere ? limits_.elsewhere(blob) : Blob();
 }
 
 std::vector<message::BlobRequest> BlobFetcher::requests() {
     std::vector<message::BlobRequest> wanted;
     while (!order_.empty() && inFlight_.size() < limits_.chunksInFlight) {
         Fetch& fetch = fetches_.at(order_.front());
+        if (fetch.asked == 0) {
+            if (Blob found = lookElsewhere({order_.front(), fetch.sizeBytes}); !found.empty()) {
+                held_.insert(order_.front());
+                fetches_.erase(order_.front());
+                order_.pop_front();
+                found_.push_back(std::move(found));
+                continue;
+            }
+        }
         const auto length =
             static_cast<std::uint32_t>(std::min<std::uint64_t>(limits_.chunkBytes, fetch.sizeBytes - fetch.asked));
         const message::BlobRequest request{order_.front(), fetch.asked, length};

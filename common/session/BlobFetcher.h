@@ -2,9 +2,11 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <optional>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "common/base/Limits.h"
@@ -16,22 +18,30 @@ struct FetchLimits {
     std::size_t maxBlobBytes = limits::kMaxBlobBytes;
     std::uint32_t chunkBytes = 256 * 1024;
     std::uint32_t chunksInFlight = 8;
+    /// Where else a blob may be had whole: looked at when it is wanted, and once more before its first chunk is asked for. May be
+    /// empty. What it gives has been proved to be that blob.
+    std::function<Blob(const BlobInfo&)> elsewhere = {};
+    /// Which of many that are wanted at once is fetched first, 0 to 1: those who find with each other what one of them has
+    /// fetched begin at different places.
+    double firstShare = 0;
 };
 
 /// Pure state machine. Memory grows with what has arrived, not with what was announced.
 class BlobFetcher {
 public:
-    explicit BlobFetcher(FetchLimits limits) : limits_(limits) {}
+    explicit BlobFetcher(FetchLimits limits) : limits_(std::move(limits)) {}
 
     void hold(const BlobId& id) { held_.insert(id); }
     void drop(const BlobId& id) { held_.erase(id); }
     [[nodiscard]] bool holds(const BlobId& id) const { return held_.contains(id); }
 
     /// First come, first fetched; what is held or wanted already costs nothing. Returns the blobs that need no fetch:
-    /// those without bytes. kLimit: a blob larger than allowed.
+    /// those without bytes, and those found elsewhere. kLimit: a blob larger than allowed.
     [[nodiscard]] Expected<std::vector<Blob>> want(const std::vector<BlobInfo>& blobs);
     /// What to ask for now. Only while the bulk connection is open.
     [[nodiscard]] std::vector<message::BlobRequest> requests();
+    /// What `requests` has found elsewhere instead of asking for it.
+    [[nodiscard]] std::vector<Blob> takeFound() { return std::exchange(found_, {}); }
     /// Whether chunks are under way.
     [[nodiscard]] bool waiting() const { return !inFlight_.empty(); }
     /// A blob, when this chunk was its last. Chunks may come in any order, but only those asked for.
@@ -54,6 +64,7 @@ public:
     void forgetParts() { parts_.clear(); }
 
 private:
+    [[nodiscard]] Blob lookElsewhere(const BlobInfo& blob) const;
 
     FetchLimits limits_;
     std::unordered_set<BlobId> held_;
@@ -61,6 +72,7 @@ private:
     Parts parts_;               ///< of an earlier connection, not wanted yet
     std::deque<BlobId> order_;  ///< of those not wholly asked for
     std::vector<message::BlobRequest> inFlight_;
+    std::vector<Blob> found_;
 };
 
 }  // namespace tessera

@@ -52,7 +52,7 @@ struct ClientSession::Impl {
     };
 
     explicit Impl(ClientSessionConfig c)
-        : config(std::move(c)), fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight}) {}
+        : config(std::move(c)), fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight, config.elsewhere, config.firstShare}) {}
 
     void opened(ChannelKind channel, TimePoint now);
     void received(ChannelKind channel, Epoch said, const Message& message, TimePoint now);
@@ -297,6 +297,7 @@ void ClientSession::Impl::enqueue(StepMessage message) {
         const Expected<std::vector<Blob>> wanted = fetcher.want({snapshot->content});
         if (!wanted)
             return disconnect(wanted.error().message, wanted.error().code != ErrorCode::kLimit, wanted.error().code);
+        if (!wanted->empty()) return opened(wanted->front());
         return fetch();
     }
     // The one in front is no backlog, however large it is: it may be a whole scene that waits for its blobs.
@@ -363,6 +364,14 @@ void ClientSession::Impl::fetch() {
     if (bulk != Bulk::kOpen) return;
     if (!fetcher.waiting()) bulkProgress = std::max(bulkProgress, lastByte);
     for (const message::BlobRequest& wanted : fetcher.requests()) send(ChannelKind::kBulk, wanted);
+    std::vector<Blob> found = fetcher.takeFound();
+    if (found.empty()) return;
+    for (Blob& blob : found)
+        if (!isContent(blob.id())) out.push_back(client_action::StoreBlob{blob});
+    reportHeld();
+    for (const Blob& blob : found)
+        if (isContent(blob.id())) opened(blob);
+    pump();
 }
 
 void ClientSession::Impl::reportHeld() {

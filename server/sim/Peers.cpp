@@ -100,7 +100,7 @@ message::BlobChunk Peers::chunkFor(const message::BlobRequest& request) const {
     chunk.totalBytes = blob.sizeBytes();
     const std::uint64_t length =
         std::min<std::uint64_t>({request.length, kMaxChunkBytes, blob.sizeBytes() - request.offset});
-    chunk.bytes = ByteSlice(blob.shared(), blob.bytes().subspan(request.offset, length));
+    chunk.bytes = blob.slice().slice(blob.bytes().subspan(request.offset, length));
     return chunk;
 }
 

@@ -46,14 +46,31 @@ TEST(Blob, GivesItsBytesBackAsValues) {
     EXPECT_EQ(Blob().as<double>().size(), 0u);
 }
 
+TEST(Blob, LiesWhereSomebodyElseHasPutIt) {
+    auto memory = std::make_shared<const Bytes>(bytesOf("elsewhere"));
+    const std::weak_ptr<const Bytes> watched = memory;
+    const Blob own(bytesOf("elsewhere"));
+    Blob there(memory, ByteSpan(*memory)), moved = own.movedTo(memory, ByteSpan(*memory));
+    EXPECT_EQ(there.id(), own.id());
+    EXPECT_EQ(moved.id(), own.id());
+    EXPECT_EQ(moved.bytes().data(), memory->data()) << "no copy";
+    memory.reset();
+    const auto changed = there.withRange(4, bytesOf("_"));
+    ASSERT_TRUE(changed);
+    EXPECT_EQ(changed->id(), Blob(bytesOf("else_here")).id());
+    EXPECT_EQ(there.id(), blobIdOf(there.bytes())) << "what lies there stays as it is";
+    there = moved = {};
+    EXPECT_TRUE(watched.expired()) << "what nobody holds is let go";
+}
+
 TEST(BlobStore, FindsWhatSomebodyHolds) {
     BlobStore store;
     const Blob first = store.add(Blob(bytesOf("mesh")));
     const Blob found = store.find(first.id());
     EXPECT_TRUE(found.resident());
-    EXPECT_EQ(found.shared(), first.shared()) << "the same bytes, not a copy";
+    EXPECT_EQ(found.bytes().data(), first.bytes().data()) << "the same bytes, not a copy";
     const Blob again = store.add(Blob(bytesOf("mesh")));
-    EXPECT_EQ(again.shared(), first.shared()) << "equal content is kept once";
+    EXPECT_EQ(again.bytes().data(), first.bytes().data()) << "equal content is kept once";
 }
 
 TEST(BlobStore, KeepsNothingAliveItself) {
@@ -97,7 +114,7 @@ TEST(BlobStore, IsUsedByManyThreads) {
         }
     }
     for (std::size_t i = 0; i < 500; ++i) {
-        for (const std::vector<Blob>& one : results) EXPECT_EQ(one[i].shared(), results[0][i].shared());
+        for (const std::vector<Blob>& one : results) EXPECT_EQ(one[i].bytes().data(), results[0][i].bytes().data());
     }
 }
 

@@ -36,7 +36,7 @@ TEST(ChangeCodec, SharesTheBytesOfABlobThatIsHere) {
     const auto decoded = decodeChangeList(encodeChangeList(richList(blob)), store);
     for (const FieldColumn& column : decoded->columns)
         if (const auto* blobs = std::get_if<std::vector<Blob>>(&column.values)) {
-            EXPECT_EQ(blobs->at(0).shared(), blob.shared());
+            EXPECT_EQ(blobs->at(0).bytes().data(), blob.bytes().data());
             EXPECT_TRUE(blobs->at(1).empty());
         }
 }

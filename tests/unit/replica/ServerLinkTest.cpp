@@ -68,7 +68,7 @@ protected:
                                                                .pixelProbe = 42,
                                                                .finishDeadline = finishDeadline,
                                                                .atOnce = atOnce_},
-                                             shelf_, nullptr, events_, work_, log_);
+                                             shelf_, nullptr, nullptr, events_, work_, log_);
         thread_ = std::thread([this] { end_ = link_->run(); });
     }
     void TearDown() override {

@@ -179,7 +179,7 @@ TEST(ClientSession, ADeadBulkConnectionEndsTheConnectionThoughTheOtherOneLives) 
 
 TEST(ClientSession, DamagedMissingOrUnaskedChunksEndTheConnection) {
     const Blob blob(content(80, 1));
-    const SharedBytes right = blob.shared();
+    const ByteSlice right = blob.slice();
     const SharedBytes wrong = share(content(80, 2));
     const std::vector<message::BlobChunk> bad{{blob.id(), 0, 80, wrong}, {blob.id(), 0, 0, nullptr},
                                               {blob.id(), 0, 81, right}, {blob.id(), 0, 80, share(content(79, 1))},
@@ -466,6 +466,39 @@ TEST(BlobFetcher, AnEmptyBlobNeedsNoFetch) {
     EXPECT_TRUE(fetcher.holds(empty.id()));
     EXPECT_TRUE(fetcher.requests().empty());
     EXPECT_FALSE(fetcher.want({{blobOf("x").id, 0}}));
+}
+
+TEST(BlobFetcher, AsksForNothingThatIsFoundElsewhere) {
+    const Blob early(content(45, 1)), late(content(45, 2)), never(content(45, 3));
+    std::vector<Blob> there = {early};
+    BlobFetcher fetcher({.chunkBytes = 100, .chunksInFlight = 1, .elsewhere = [&](const BlobInfo& wanted) {
+        for (const Blob& blob : there)
+            if (blob.id() == wanted.id) return blob;
+        return Blob();
+    }});
+    EXPECT_EQ(*fetcher.want({infoOf(never), infoOf(early), infoOf(late)}), std::vector{early});
+    const auto first = fetcher.requests();
+    ASSERT_EQ(first.size(), 1u);
+    EXPECT_EQ(first[0].id, never.id());
+    EXPECT_TRUE(fetcher.takeFound().empty());
+    there.push_back(late);  // somebody has it before its turn comes
+    ASSERT_TRUE(fetcher.chunk({never.id(), 0, 45, never.slice()}));
+    EXPECT_TRUE(fetcher.requests().empty());
+    EXPECT_EQ(fetcher.takeFound(), std::vector{late});
+    EXPECT_TRUE(fetcher.holds(late.id()) && fetcher.holds(early.id()));
+}
+
+TEST(BlobFetcher, ThoseWhoFindEachOthersBlobsBeginAtDifferentPlaces) {
+    std::vector<BlobInfo> wanted;
+    for (int i = 0; i < 8; ++i) wanted.push_back(infoOf(Blob(content(45, static_cast<unsigned>(i)))));
+    for (const double share : {0.0, 0.25, 0.5, 0.99, 1.0, -3.0, 7.0}) {
+        BlobFetcher fetcher({.chunksInFlight = 100, .elsewhere = [](const BlobInfo&) { return Blob(); }, .firstShare = share});
+        ASSERT_TRUE(fetcher.want(wanted));
+        const auto asked = fetcher.requests();
+        ASSERT_EQ(asked.size(), wanted.size()) << share;
+        const std::size_t first = share == 0.25 ? 2 : share == 0.5 ? 4 : share == 0.99 ? 7 : 0;
+        for (std::size_t i = 0; i < asked.size(); ++i) EXPECT_EQ(asked[i].id, wanted[(first + i) % 8].id) << share;
+    }
 }
 
 TEST(BlobFetcher, FetchesAgainWhatWasLetGo) {

@@ -8,7 +8,7 @@ namespace {
 ClientSessionConfig opening(ClientSessionConfig config, std::vector<BlobInfo> named = {}) {
     config.openContent = [named](const Blob& blob) -> Expected<CommittedListPtr> {
         if (blob.sizeBytes() % 2 == 1) return fail(ErrorCode::kBadInput, "odd");
-        return listAt(5_seq, named, ByteSlice(blob.shared()));
+        return listAt(5_seq, named, blob.slice());
     };
     return config;
 }
@@ -25,7 +25,7 @@ TEST(ClientSession, ALargeSnapshotIsFetchedAndThenWhatItNames) {
     ASSERT_EQ(c.actions<client_action::StoreBlob>().size(), 1u) << "the scene is no part of itself";
     EXPECT_EQ(c.actions<client_action::StoreBlob>()[0].blob, mesh);
     ASSERT_EQ(c.actions<client_action::ApplySnapshot>().size(), 1u);
-    EXPECT_EQ(c.actions<client_action::ApplySnapshot>()[0].snapshot.list->encoded, ByteSlice(scene.shared()));
+    EXPECT_EQ(c.actions<client_action::ApplySnapshot>()[0].snapshot.list->encoded, scene.slice());
     EXPECT_TRUE(c.actions<client_action::ApplyChanges>().empty());
     c.take(c.session.applied(5_seq, hashAfter(5_seq)));
     EXPECT_EQ(c.actions<client_action::ApplyChanges>().size(), 1u);
@@ -66,7 +66,7 @@ TEST(ClientSession, TheNextConnectionGoesOnWithWhatThisOneHadFetched) {
     first.bulkOpen();
     first.hear(message::Snapshot{listAt(5_seq), infoOf(scene)});
     for (const std::uint64_t at : {0u, 100u})
-        first.hear(message::BlobChunk{scene.id(), at, 450, ByteSlice(scene.shared(), scene.bytes().subspan(at, 100))},
+        first.hear(message::BlobChunk{scene.id(), at, 450, scene.slice().slice(scene.bytes().subspan(at, 100))},
                    ChannelKind::kBulk);
     ClientFixture second(opening(ClientFixture::named()));
     second.session.resume(first.session.takeParts());

@@ -1,0 +1,287 @@
+/// Arrays in memory that hosts of one machine have in common: found, proved, let go of, and never believed.
+#include "client/replica/SharedArrays.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+#include <random>
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kBytes = 300'000;
+
+Bytes noise(unsigned seed, std::size_t bytes = kBytes) {
+    std::mt19937 random(seed);
+    Bytes made(bytes);
+    for (std::byte& b : made) b = static_cast<std::byte>(random());
+    return made;
+}
+BlobInfo infoOf(const Blob& blob) {
+    return {blob.id(), blob.sizeBytes()};
+}
+
+/// Another process, that does something, says so, and then does something else until its end, or waits for that.
+class Neighbour {
+public:
+    explicit Neighbour(const std::function<void()>& work, const std::function<void()>& forEver = [] { pause(); }) {
+        int ready[2];
+        if (pipe(ready) != 0) std::abort();
+        const pid_t parent = getpid();
+        pid_ = fork();
+        if (pid_ == 0) {
+            prctl(PR_SET_PDEATHSIG, SIGKILL);
+            if (getppid() != parent) _exit(0);
+            work();
+            (void)!write(ready[1], "x", 1);
+            for (;;) forEver();
+        }
+        char said = 0;
+        close(ready[1]);
+        ready_ = read(ready[0], &said, 1) == 1;
+        close(ready[0]);
+    }
+    ~Neighbour() { end(); }
+    void end() {
+        if (pid_ > 0) {
+            kill(pid_, SIGKILL);
+            waitpid(pid_, nullptr, 0);
+        }
+        pid_ = -1;
+    }
+    [[nodiscard]] pid_t pid() const { return pid_; }
+    [[nodiscard]] bool ready() const { return ready_; }
+
+private:
+    pid_t pid_ = -1;
+    bool ready_ = false;
+};
+
+SharedArrays looksAt(Log& log, pid_t neighbour) {
+    return SharedArrays(log, [neighbour] { return std::vector<pid_t>{neighbour}; });
+}
+
+/// The file in memory that holds these bytes.
+ino_t placeOf(const Blob& blob) {
+    std::FILE* maps = std::fopen("/proc/self/maps", "r");
+    char line[512];
+    ino_t found = 0;
+    while (maps && std::fgets(line, sizeof line, maps)) {
+        unsigned long from = 0, to = 0, node = 0;
+        if (std::sscanf(line, "%lx-%lx %*s %*s %*s %lu", &from, &to, &node) != 3) continue;
+        const auto at = reinterpret_cast<unsigned long>(blob.bytes().data());
+        if (from <= at && at < to) found = node;
+    }
+    if (maps) std::fclose(maps);
+    return found;
+}
+
+TEST(SharedArrays, AreFoundWithANeighbourAndOutliveIt) {
+    Log log("test");
+    const Blob own(noise(1));
+    Neighbour neighbour([&] {
+        static SharedArrays shared(log, [] { return std::vector<pid_t>{}; });
+        static Blob kept = shared.share(Blob(noise(1)));
+    });
+    ASSERT_TRUE(neighbour.ready());
+    SharedArrays others = looksAt(log, neighbour.pid());
+    EXPECT_TRUE(others.find(infoOf(Blob(noise(2)))).empty()) << "what it does not have";
+    const Blob there = others.find(infoOf(own));
+    ASSERT_TRUE(there.resident());
+    EXPECT_EQ(there.id(), own.id());
+    const Blob again = others.share(Blob(noise(1)));
+    EXPECT_EQ(placeOf(again), placeOf(there)) << "once in memory";
+    EXPECT_NE(placeOf(there), 0u);
+    EXPECT_EQ(others.counts().found, 2u);
+    EXPECT_EQ(others.counts().own, 0u);
+    neighbour.end();
+    EXPECT_EQ(blobIdOf(there.bytes()), own.id()) << "the memory lives as long as anybody maps it";
+}
+
+TEST(SharedArrays, AreHandedOnByThoseWhoFoundThem) {
+    Log log("test");
+    Neighbour first([&] {
+        static SharedArrays shared(log, [] { return std::vector<pid_t>{}; });
+        static Blob kept = shared.share(Blob(noise(1)));
+    });
+    Neighbour second([&, pid = first.pid()] {
+        static SharedArrays shared(log, [pid] { return std::vector<pid_t>{pid}; });
+        static Blob kept = shared.find(infoOf(Blob(noise(1))));
+    });
+    ASSERT_TRUE(first.ready() && second.ready());
+    first.end();
+    SharedArrays arrays = looksAt(log, second.pid());
+    EXPECT_TRUE(arrays.find(infoOf(Blob(noise(1)))).resident());
+}
+
+TEST(SharedArrays, SmallAbsentAndEmptyBlobsStayWhereTheyAre) {
+    Log log("test");
+    SharedArrays arrays(log, [] { return std::vector<pid_t>{}; });
+    const Blob small(noise(1, SharedArrays::kLeastBytes - 1)), absent = Blob::absent(small.id(), kBytes);
+    EXPECT_EQ(arrays.share(small).bytes().data(), small.bytes().data());
+    EXPECT_FALSE(arrays.share(absent).resident());
+    EXPECT_TRUE(arrays.share(Blob()).empty());
+    EXPECT_EQ(arrays.counts().own, 0u);
+}
+
+TEST(SharedArrays, LetGoOfWhatNobodyHolds) {
+    Log log("test");
+    SharedArrays arrays(log, [] { return std::vector<pid_t>{}; });
+    const auto open = [] {
+        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
+    };
+    const auto before = open();
+    // More than there is room for at a time: places are used again.
+    for (unsigned i = 0; i < SharedArrays::kMostArrays + 100; ++i) {
+        const Blob blob = arrays.share(Blob(Bytes(SharedArrays::kLeastBytes, static_cast<std::byte>(i))));
+        ASSERT_EQ(arrays.counts().own, i + 1);
+    }
+    EXPECT_EQ(open(), before);
+}
+
+TEST(SharedArrays, WhereTheyHaveNoRoomBlobsStayWhereTheyAre) {
+    Log log("test");
+    Neighbour full([&] {
+        rlimit few{.rlim_cur = 64, .rlim_max = 64};
+        setrlimit(RLIMIT_NOFILE, &few);
+        SharedArrays arrays(log, [] { return std::vector<pid_t>{}; });
+        std::vector<Blob> held;
+        for (unsigned i = 0; i < 100; ++i) {
+            held.push_back(arrays.share(Blob(noise(i, SharedArrays::kLeastBytes))));
+            if (blobIdOf(held.back().bytes()) != blobIdOf(noise(i, SharedArrays::kLeastBytes))) _exit(1);
+        }
+        if (arrays.counts().own != 32) _exit(2);  // half of the files that may be open
+        const int another = open("/dev/null", O_RDONLY);
+        if (another < 0) _exit(3);
+    });
+    EXPECT_TRUE(full.ready());
+}
+
+TEST(SharedArrays, TwoThatHaveTheSameAtOnceEndWithOne) {
+    Log log("test");
+    constexpr unsigned kBlobs = 100;
+    // Memory that both write the places of their blobs into.
+    auto* const places = static_cast<std::uint64_t*>(
+        mmap(nullptr, 3 * kBlobs * sizeof(std::uint64_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+    const auto race = [&](unsigned which) {
+        SharedArrays arrays(log);
+        std::vector<Blob> held;
+        for (unsigned i = 0; i < kBlobs; ++i) {
+            // In step, so that each blob is a race.
+            __atomic_add_fetch(&places[2 * kBlobs + i], 1, __ATOMIC_SEQ_CST);
+            while (__atomic_load_n(&places[2 * kBlobs + i], __ATOMIC_SEQ_CST) < 2) sched_yield();
+            held.push_back(arrays.share(Blob(noise(i, SharedArrays::kLeastBytes))));
+            __atomic_store_n(&places[which * kBlobs + i], placeOf(held.back()), __ATOMIC_SEQ_CST);
+        }
+        for (;;) pause();
+    };
+    {
+        const Neighbour one([] {}, [&] { race(0); }), other([] {}, [&] { race(1); });
+        const auto done = [&] {
+            return __atomic_load_n(&places[kBlobs - 1], __ATOMIC_SEQ_CST) != 0 && __atomic_load_n(&places[2 * kBlobs - 1], __ATOMIC_SEQ_CST) != 0;
+        };
+        for (int i = 0; i < 3000 && !done(); ++i) usleep(10'000);
+        EXPECT_TRUE(done());
+    }
+    int twice = 0;
+    for (unsigned i = 0; i < kBlobs; ++i) twice += places[i] != places[kBlobs + i] ? 1 : 0;
+    // One of the two may have been kept from running for longer than anybody waits: seldom.
+    EXPECT_LE(twice, 4);
+    munmap(places, 3 * kBlobs * sizeof(std::uint64_t));
+}
+
+/// Lays a directory into a process by hand, as a hostile neighbour would.
+void pretend(const BlobInfo& info, std::uint64_t file, std::size_t directoryBytes, int seals, const char* name = "tessera-arrays-1") {
+    const int directory = memfd_create(name, MFD_ALLOW_SEALING);
+    if (ftruncate(directory, static_cast<off_t>(directoryBytes)) != 0) _exit(1);
+    const std::uint64_t entry[4] = {info.id.low, info.id.high, info.sizeBytes, file + 1};
+    if (pwrite(directory, entry, sizeof entry, 0) != sizeof entry) _exit(1);
+    if (seals) fcntl(directory, F_ADD_SEALS, seals);
+}
+
+TEST(SharedArrays, BelieveNothingThatANeighbourSays) {
+    Log log("test");
+    constexpr std::size_t kDirectory = 32 * SharedArrays::kMostArrays;
+    constexpr int kShrink = F_SEAL_SHRINK;
+    const Blob wanted(noise(7));
+    const BlobInfo info = infoOf(wanted);
+    const auto memory = [](const Bytes& bytes, int seals, const char* name = "tessera-array") {
+        const int file = memfd_create(name, MFD_ALLOW_SEALING);
+        if (write(file, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) _exit(1);
+        if (seals) fcntl(file, F_ADD_SEALS, seals);
+        return static_cast<std::uint64_t>(file);
+    };
+    constexpr int kAll = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE;
+    const std::vector<std::pair<std::string, std::function<void()>>> lies = {
+        {"bytes that are others", [&] { pretend(info, memory(noise(8), kAll), kDirectory, kShrink); }},
+        {"one byte less", [&] { pretend(info, memory(noise(7, kBytes - 1), kAll), kDirectory, kShrink); }},
+        {"bytes that may still change", [&] { pretend(info, memory(noise(7), F_SEAL_SHRINK | F_SEAL_GROW), kDirectory, kShrink); }},
+        {"bytes that may go away", [&] { pretend(info, memory(noise(7), 0), kDirectory, kShrink); }},
+        {"memory of another name", [&] { pretend(info, memory(noise(7), kAll, "other"), kDirectory, kShrink); }},
+        {"a pipe", [&] {
+             int ends[2];
+             if (pipe(ends) != 0) _exit(1);
+             pretend(info, static_cast<std::uint64_t>(ends[0]), kDirectory, kShrink);
+         }},
+        {"a folder", [&] { pretend(info, static_cast<std::uint64_t>(open("/", O_RDONLY)), kDirectory, kShrink); }},
+        {"no file at all", [&] { pretend(info, 987, kDirectory, kShrink); }},
+        {"a number beyond any file's", [&] { pretend(info, ~std::uint64_t{1}, kDirectory, kShrink); }},
+        {"a directory that may become shorter", [&] { pretend(info, memory(noise(7), kAll), kDirectory, 0); }},
+        {"a directory that is too short", [&] { pretend(info, memory(noise(7), kAll), 4096, kShrink); }},
+        {"a directory of another layout", [&] { pretend(info, memory(noise(7), kAll), kDirectory, kShrink, "tessera-arrays-0"); }},
+    };
+    for (const auto& [what, lie] : lies) {
+        Neighbour neighbour(lie);
+        ASSERT_TRUE(neighbour.ready()) << what;
+        SharedArrays arrays = looksAt(log, neighbour.pid());
+        EXPECT_TRUE(arrays.find(info).empty()) << what;
+    }
+    // The same by hand without a lie, so that what is refused above is refused for its lie.
+    Neighbour honest([&] { pretend(info, memory(noise(7), kAll), kDirectory, kShrink); });
+    SharedArrays arrays = looksAt(log, honest.pid());
+    EXPECT_TRUE(arrays.find(info).resident());
+}
+
+TEST(SharedArrays, ANeighbourThatWritesNonsenseAllTheTimeHarmsNobody) {
+    Log log("test");
+    const Blob wanted(noise(7));
+    std::uint64_t* words = nullptr;
+    constexpr std::size_t kDirectory = 32 * SharedArrays::kMostArrays;
+    std::mt19937 random(3);
+    Neighbour wild(
+        [&] {
+            const int directory = memfd_create("tessera-arrays-1", MFD_ALLOW_SEALING);
+            if (ftruncate(directory, kDirectory) != 0) _exit(1);
+            fcntl(directory, F_ADD_SEALS, F_SEAL_SHRINK);
+            words = static_cast<std::uint64_t*>(mmap(nullptr, kDirectory, PROT_READ | PROT_WRITE, MAP_SHARED, directory, 0));
+        },
+        [&] {
+            const std::size_t at = random() % (kDirectory / 32) * 4;
+            words[at] = wanted.id().low;
+            words[at + 1] = wanted.id().high;
+            words[at + 2] = random() % 2 ? wanted.sizeBytes() : random();
+            words[at + 3] = random() % 16;
+        });
+    SharedArrays arrays = looksAt(log, wild.pid());
+    for (int i = 0; i < 60; ++i) ASSERT_TRUE(arrays.find(infoOf(wanted)).empty());
+}
+
+TEST(SharedArrays, ProcessesOfThisProgramAreThoseThatRunIt) {
+    Neighbour same([] {});
+    const std::vector<pid_t> found = processesOfThisProgram();
+    EXPECT_NE(std::find(found.begin(), found.end(), same.pid()), found.end());
+    EXPECT_EQ(std::find(found.begin(), found.end(), getpid()), found.end()) << "not ourselves";
+    EXPECT_EQ(std::find(found.begin(), found.end(), getppid()), found.end()) << "who started us runs another program";
+}
+
+}  // namespace
+}  // namespace tessera
