@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "client/draw/ScreenCells.h"
 
 namespace tessera {
@@ -60,38 +62,37 @@ Expected<void> DepthQueries::begin(const Part& part) {
 }
 
 Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
-    struct Call {
-        MeshRange mesh;
-        bool mirrored, doubleSided;
-    };
-    std::vector<Call> calls;
-    items_.clear();
+    calls_.clear();
     for (const DrawItem& item : items) {
         const Drawable drawable = drawableOf(*aspect_, item.geometry);
         const std::optional<MeshRange> mesh = drawable ? meshes_.find(drawable) : std::nullopt;
         if (!mesh || mesh->indexCount == 0) continue;
         const auto* material = item.material ? aspect_->get<Material>(item.material) : nullptr;
-        calls.push_back({*mesh, item.mirrored, (material ? *material : Material()).doubleSided != 0});
-        items_.push_back({.eye_T_item = eyeRowsOf(item, part_->camera)});
+        calls_.push_back({*mesh, item.mirrored, (material ? *material : Material()).doubleSided != 0, &item});
     }
-    if (calls.empty()) return {};
-    gl_.NamedBufferData(itemBuffer_, static_cast<GLsizeiptr>(items_.size() * sizeof(ItemBlock)), items_.data(),
+    if (calls_.empty()) return {};
+    // Depths are the same in any order: instances of one mesh stand together.
+    std::stable_sort(calls_.begin(), calls_.end(), [](const Call& a, const Call& b) { return a.state() < b.state(); });
+    records_.clear();
+    for (const Call& call : calls_) records_.push_back(recordOf(*call.item, part_->camera));
+    gl_.NamedBufferData(itemBuffer_, static_cast<GLsizeiptr>(records_.size() * sizeof(ItemRecord)), records_.data(),
                         GL_STREAM_DRAW);
+    gl_.VertexArrayVertexBuffer(meshArray_, kItemBinding, itemBuffer_, 0, sizeof(ItemRecord));
     if (auto used = useProgram(ProgramKind::Use::kDepth); !used) return used;
     gl_.BindFramebuffer(GL_FRAMEBUFFER, depthFramebuffer_);
     gl_.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer_);
     gl_.BindVertexArray(meshArray_);
     gl_.DepthFunc(GL_GREATER);
     gl_.DepthMask(GL_TRUE);
-    for (std::size_t i = 0; i < calls.size(); ++i) {
-        const Call& call = calls[i];
+    for (std::size_t i = 0, next = 0; i < calls_.size(); i = next) {
+        const Call& call = calls_[i];
+        for (next = i + 1; next < calls_.size() && calls_[next].state() == call.state();) ++next;
         call.doubleSided ? gl_.Disable(GL_CULL_FACE) : gl_.Enable(GL_CULL_FACE);
         gl_.FrontFace(call.mirrored ? GL_CW : GL_CCW);
-        gl_.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer_, static_cast<GLintptr>(i * sizeof(ItemBlock)),
-                            sizeof(ItemBlock));
-        const auto count = static_cast<GLsizei>(call.mesh.indexCount);
-        const auto* offset = reinterpret_cast<const void*>(std::size_t{call.mesh.firstIndex} * sizeof(std::uint32_t));
-        gl_.MultiDrawElementsBaseVertex(GL_TRIANGLES, &count, GL_UNSIGNED_INT, &offset, 1, &call.mesh.baseVertex);
+        gl_.DrawElementsInstancedBaseVertexBaseInstance(
+            GL_TRIANGLES, static_cast<GLsizei>(call.mesh.indexCount), GL_UNSIGNED_INT,
+            reinterpret_cast<const void*>(std::size_t{call.mesh.firstIndex} * sizeof(std::uint32_t)),
+            static_cast<GLsizei>(next - i), call.mesh.baseVertex, static_cast<GLuint>(i));
     }
     return gl_.check("drawing depths");
 }

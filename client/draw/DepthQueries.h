@@ -3,6 +3,8 @@
 
 #include <map>
 #include <optional>
+#include <tuple>
+#include <vector>
 
 #include "client/draw/DrawCalls.h"
 #include "client/draw/MeshBuffers.h"
@@ -56,7 +58,15 @@ private:
     std::optional<Part> part_;
     std::vector<GLuint> queries_;  ///< by ticket; more than are in use
     std::size_t asked_ = 0;
-    std::vector<ItemBlock> items_;
+    struct Call {
+        MeshRange mesh;
+        bool mirrored, doubleSided;
+        const DrawItem* item;
+        /// Calls with the same one differ in their place alone.
+        [[nodiscard]] auto state() const { return std::tuple(doubleSided, mirrored, mesh.firstIndex, mesh.baseVertex); }
+    };
+    std::vector<Call> calls_;
+    std::vector<ItemRecord> records_;
     std::vector<std::array<float, 3>> corners_;
     std::vector<float> read_;
 };

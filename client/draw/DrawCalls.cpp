@@ -28,29 +28,6 @@ Mat4d reversedDepth(const Mat4d& clip_T_eye) {
     return m;
 }
 
-ItemBlock makeItem(const DrawItem& item, const Material& material, std::uint32_t materialIndex, bool hasNormals,
-                   const ScreenCamera& camera) {
-    const Mat3d m = (camera.eye_T_world * item.world_T_item).linear();
-    // The matrix of cofactors is the inverse transpose times the determinant, and exists where the inverse does not.
-    Mat3d cofactors;
-    cofactors.row(0) = m.row(1).cross(m.row(2));
-    cofactors.row(1) = m.row(2).cross(m.row(0));
-    cofactors.row(2) = m.row(0).cross(m.row(1));
-    const double largest = cofactors.cwiseAbs().maxCoeff();
-    if (largest > 0) cofactors /= m.determinant() < 0 ? -largest : largest;
-
-    ItemBlock block{.eye_T_item = eyeRowsOf(item, camera)};
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c)
-            block.normalRows[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = static_cast<float>(cofactors(r, c));
-    block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
-    block.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f));
-    block.metallicAndFaceted = {material.metallic, hasNormals ? 0.0f : 1.0f, item.lineWidth, 0};
-    block.nodeAndMaterial = {static_cast<std::uint32_t>(item.node.value),
-                             static_cast<std::uint32_t>(item.node.value >> 32), materialIndex, 0};
-    return block;
-}
-
 /// KHR_texture_transform: moved · turned · scaled.
 LookBlock::Placed placeOf(const Image& image) {
     const float c = std::cos(image.rotation), s = std::sin(image.rotation);
@@ -61,6 +38,14 @@ LookBlock::Placed placeOf(const Image& image) {
 
 }  // namespace
 
+std::array<std::pair<ObjectId, ImageUse>, kImageMaps> imagesOf(const Material& material) {
+    return {{{material.baseColorImage, ImageUse::kColor},
+             {material.metallicRoughnessImage, ImageUse::kNumbers},
+             {material.normalImage, ImageUse::kNumbers},
+             {material.occlusionImage, ImageUse::kNumbers},
+             {material.emissiveImage, ImageUse::kColor}}};
+}
+
 bool DrawCalls::TexelsLess::operator()(const MaterialTexels& a, const MaterialTexels& b) const {
     return std::tie(a.emissiveAndRoughness, a.metallicLitAndCoat) <
            std::tie(b.emissiveAndRoughness, b.metallicLitAndCoat);
@@ -69,7 +54,8 @@ bool DrawCalls::TexelsLess::operator()(const MaterialTexels& a, const MaterialTe
 void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera, MeshBuffers& meshes,
                         TextureCache& textures) {
     calls_.clear();
-    items_.clear();
+    records_.clear();
+    blocks_.clear();
     sortedIndices_.clear();
     parts_.clear();
     materials_.clear();
@@ -119,11 +105,13 @@ bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const Screen
     if (look.incomplete) ++counts_.untextured;
     widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
     calls_.push_back({.mesh = *mesh,
-                      .block = static_cast<std::uint32_t>(items_.size()),
+                      .record = static_cast<std::uint32_t>(records_.size()),
+                      .block = static_cast<std::uint32_t>(blocks_.size()),
                       .look = index,
                       .mirrored = item.mirrored,
                       .item = &item});
-    items_.push_back(makeItem(item, *look.material, look.materialIndex, mesh->hasNormals, camera));
+    records_.push_back(tessera::recordOf(item, camera));
+    if (isLarge(calls_.back())) blocks_.push_back({records_.back()});
     return true;
 }
 
@@ -133,17 +121,13 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, bool lines, Tex
     static const Material kDefault;
     const auto* own = id ? aspect.get<Material>(id) : nullptr;
     const Material& material = own ? *own : kDefault;
-    DrawLook look{.masked = material.alphaMode == Material::kMask,
-                  .doubleSided = material.doubleSided || lines,
-                  .materialIndex = materialIndex(material, material.unlit || lines),
-                  .material = &material};
+    DrawLook look{.masked = material.alphaMode == Material::kMask, .doubleSided = material.doubleSided || lines};
     LookBlock block{};
-    const std::array<std::pair<ObjectId, ImageUse>, kImageMaps> images = {
-        {{material.baseColorImage, ImageUse::kColor},
-         {material.metallicRoughnessImage, ImageUse::kNumbers},
-         {material.normalImage, ImageUse::kNumbers},
-         {material.occlusionImage, ImageUse::kNumbers},
-         {material.emissiveImage, ImageUse::kColor}}};
+    block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
+    block.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f));
+    block.metallic[0] = material.metallic;
+    block.material[0] = materialIndex(material, material.unlit || lines);
+    const auto images = imagesOf(material);
     for (std::size_t i = 0; i < kImageMaps; ++i) {
         const auto& [imageId, use] = images[i];
         // Lines have their base colour alone.
@@ -181,13 +165,27 @@ std::uint32_t DrawCalls::materialIndex(const Material& material, bool unlit) {
     return it->second;
 }
 
-std::array<std::array<float, 4>, 3> eyeRowsOf(const DrawItem& item, const ScreenCamera& camera) {
+ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera) {
     const Affine3d eye_T_item = camera.eye_T_world * item.world_T_item;
-    std::array<std::array<float, 4>, 3> rows;
+    const Mat3d m = eye_T_item.linear();
+    // The matrix of cofactors is the inverse transpose times the determinant, and exists where the inverse does not.
+    Mat3d cofactors;
+    cofactors.row(0) = m.row(1).cross(m.row(2));
+    cofactors.row(1) = m.row(2).cross(m.row(0));
+    cofactors.row(2) = m.row(0).cross(m.row(1));
+    const double largest = cofactors.cwiseAbs().maxCoeff();
+    if (largest > 0) cofactors /= m.determinant() < 0 ? -largest : largest;
+
+    ItemRecord record{};
     for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 4; ++c)
-            rows[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = static_cast<float>(eye_T_item(r, c));
-    return rows;
+        for (int c = 0; c < 4; ++c) {
+            const auto row = static_cast<std::size_t>(r), column = static_cast<std::size_t>(c);
+            record.eye_T_item[row][column] = static_cast<float>(eye_T_item(r, c));
+            if (c < 3) record.normalRows[row][column] = static_cast<float>(cofactors(r, c));
+        }
+    record.sizes[0] = item.lineWidth;
+    record.node = {static_cast<std::uint32_t>(item.node.value), static_cast<std::uint32_t>(item.node.value >> 32)};
+    return record;
 }
 
 FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <map>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "client/draw/MeshBuffers.h"
@@ -23,15 +24,14 @@ struct DrawLook {
     std::uint8_t mapBits = 0;  ///< of ImageMap: those that are there
     bool masked = false;
     bool doubleSided = false;
-    bool incomplete = false;          ///< it has an image that is not here
-    std::uint32_t materialIndex = 0;  ///< for the light pass
-    const Material* material = nullptr;
+    bool incomplete = false;  ///< it has an image that is not here
 };
 
-/// One draw call.
+/// One item, or a part of one. Neighbours may become one call of GL.
 struct DrawCall {
     MeshRange mesh;
-    std::uint32_t block = 0;  ///< its ItemBlock
+    std::uint32_t record = 0;  ///< its ItemRecord
+    std::uint32_t block = 0;   ///< its ItemBlock, where it is large
     std::uint32_t look = 0;
     std::uint32_t firstSorted = 0, sortedCount = 0;  ///< these of the sorted indices, where there are some, not the mesh's
     bool mirrored = false;
@@ -48,7 +48,13 @@ public:
     [[nodiscard]] const std::vector<DrawCall>& calls() const { return calls_; }
     /// Calls from here on are transparent.
     [[nodiscard]] std::size_t opaqueCount() const { return opaqueCount_; }
-    [[nodiscard]] const std::vector<ItemBlock>& items() const { return items_; }
+    [[nodiscard]] static bool isLarge(const DrawCall& call) { return call.mesh.indexCount > 3 * kLargeMeshTriangles; }
+    [[nodiscard]] const std::vector<ItemBlock>& blocks() const { return blocks_; }
+    [[nodiscard]] const ItemRecord& recordOf(const DrawCall& call) const { return records_[call.record]; }
+    /// The same mesh, whole, in the same state: as instances of one call they are what they are one after the other.
+    [[nodiscard]] static bool sameButPlace(const DrawCall& a, const DrawCall& b) {
+        return a.look == b.look && a.mirrored == b.mirrored && a.mesh == b.mesh && a.sortedCount == 0 && b.sortedCount == 0;
+    }
     /// Of calls that draw some of their mesh's triangles, in an order of their own.
     [[nodiscard]] const std::vector<std::uint32_t>& sortedIndices() const { return sortedIndices_; }
     [[nodiscard]] const DrawLook& lookOf(const DrawCall& call) const { return looks_[call.look]; }
@@ -70,7 +76,8 @@ private:
     std::uint32_t materialIndex(const Material& material, bool unlit);
 
     std::vector<DrawCall> calls_;
-    std::vector<ItemBlock> items_;
+    std::vector<ItemRecord> records_;
+    std::vector<ItemBlock> blocks_;
     std::vector<std::uint32_t> sortedIndices_;
     /// Of a node that comes several times.
     struct Part {
@@ -88,8 +95,10 @@ private:
     DrawCounts counts_;
 };
 
+/// Its images, in the order of ImageMap.
+[[nodiscard]] std::array<std::pair<ObjectId, ImageUse>, kImageMaps> imagesOf(const Material& material);
 /// From an item to the eye, composed in double, then rounded: the same numbers wherever it is drawn.
-[[nodiscard]] std::array<std::array<float, 4>, 3> eyeRowsOf(const DrawItem& item, const ScreenCamera& camera);
+[[nodiscard]] ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera);
 [[nodiscard]] FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera);
 
 }  // namespace tessera

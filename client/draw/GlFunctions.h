@@ -49,6 +49,7 @@ namespace tessera {
     X(DepthMask, DEPTHMASK)                                                     \
     X(Disable, DISABLE)                                                         \
     X(DrawArrays, DRAWARRAYS)                                                   \
+    X(DrawElementsInstancedBaseVertexBaseInstance, DRAWELEMENTSINSTANCEDBASEVERTEXBASEINSTANCE) \
     X(Enable, ENABLE)                                                           \
     X(EnableVertexArrayAttrib, ENABLEVERTEXARRAYATTRIB)                         \
     X(EndQuery, ENDQUERY)                                                       \
@@ -83,6 +84,8 @@ namespace tessera {
     X(UseProgram, USEPROGRAM)                                                   \
     X(VertexArrayAttribBinding, VERTEXARRAYATTRIBBINDING)                       \
     X(VertexArrayAttribFormat, VERTEXARRAYATTRIBFORMAT)                         \
+    X(VertexArrayAttribIFormat, VERTEXARRAYATTRIBIFORMAT)                       \
+    X(VertexArrayBindingDivisor, VERTEXARRAYBINDINGDIVISOR)                     \
     X(VertexArrayElementBuffer, VERTEXARRAYELEMENTBUFFER)                       \
     X(VertexArrayVertexBuffer, VERTEXARRAYVERTEXBUFFER)                         \
     X(Viewport, VIEWPORT)

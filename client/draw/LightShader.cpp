@@ -240,9 +240,9 @@ void main() {
     vec2 coat = vec2(0.0);
     float through = 0.0, unlit = 0.0;
 #ifdef MAPS
-    through = effects.x * (1.0 - s.metallic);
-    unlit = effects.y;
-    coat = effects.zw;
+    through = look.effects.x * (1.0 - s.metallic);
+    unlit = look.effects.y;
+    coat = look.effects.zw;
 #endif
     Lit lit = light(vPosition, n, s.base.rgb, s.metallic, s.roughness, s.occlusion, coat);
     // What light goes through takes the colour of what is behind it, as far as it has one of its own not.

@@ -69,7 +69,7 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     for (const std::size_t view : *stale)
         if (auto drawn = drawShadows(aspect, view); !drawn) return drawn;
     collect(aspect, list, camera);
-    triangles = pixels = 0;
+    triangles = glCalls = states = pixels = 0;
     lightsLeftOut = list.lightsLeftOut;
     shadowsLeftOut = list.shadowsLeftOut;
     lights.clusters().setEverywhere(!options.clusterLights);
@@ -88,10 +88,8 @@ void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const S
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
                            GL_STREAM_DRAW);
     };
-    if (!calls.items().empty()) {
-        upload(itemBuffer, calls.items());
-        upload(lookBuffer, calls.lookBlocks());
-    }
+    if (!calls.calls().empty()) upload(lookBuffer, calls.lookBlocks());
+    if (!calls.blocks().empty()) upload(blockBuffer, calls.blocks());
     if (!calls.sortedIndices().empty()) upload(sortedBuffer, calls.sortedIndices());
     upload(materialBuffer, calls.materials());
     gl.TextureBuffer(materialTexture, GL_RGBA32F, materialBuffer);
@@ -238,62 +236,109 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
         kind.maps = look.mapBits;
         kind.faceted = !call.mesh.hasNormals;
     }
+    kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
     kind.look = kind.maps != 0 || kind.masked || use == Use::kBlend;
     if (use == Use::kSurface && kind.masked) kind.samples = options.samples;
     return kind;
 }
 
-/// In the list's order, whatever changes of state that costs.
+/// In the list's order. Neighbours of one mesh and one state are instances of one call: GL draws these in their order.
 Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, ProgramKind::Use use) {
-    gl.BindVertexArray(vertexArray);
-    const DrawCall* before = nullptr;
-    std::optional<bool> sortedBound;  // which indices the vertex array has
-    const bool ofPicture = use == ProgramKind::Use::kSurface || use == ProgramKind::Use::kBlend;
-    const Pass pass = use == ProgramKind::Use::kBlend ? Pass::kBlend : Pass::kSurfaces;
-    ProgramKind kind;
+    inPass.clear();
+    records.clear();
     for (std::size_t i = first; i < last; ++i) {
-        const Span& span = inCell[i];
-        if (span.first == span.end) continue;
-        const DrawCall& call = calls.calls()[i];
-        const DrawLook& look = calls.lookOf(call);
-        const ProgramKind wanted = kindOf(use, call);
-        const bool another = !before || wanted != kind;
-        if (another)
-            if (auto used = useProgram(wanted); !used) return used;
-        if (wanted.look && (!before || !kind.look || kind.maps != wanted.maps || before->look != call.look))
-            bindLook(call.look, wanted.maps);
-        kind = wanted;
-        // What turns its back to a light stands in its way all the same.
-        const bool bothSides = look.doubleSided || use == ProgramKind::Use::kShadow;
-        if (!before || calls.lookOf(*before).doubleSided != look.doubleSided)
-            bothSides ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
-        if (!before || before->mirrored != call.mirrored) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
+        if (inCell[i].first == inCell[i].end) continue;
+        inPass.push_back(static_cast<std::uint32_t>(i));
+        records.push_back(calls.recordOf(calls.calls()[i]));
+    }
+    if (inPass.empty()) return {};
+    gl.NamedBufferData(itemBuffer, static_cast<GLsizeiptr>(records.size() * sizeof(ItemRecord)), records.data(), GL_STREAM_DRAW);
+    gl.VertexArrayVertexBuffer(vertexArray, kItemBinding, itemBuffer, 0, sizeof(ItemRecord));
+    gl.BindVertexArray(vertexArray);
+    recordsFrom = 0;
+    sortedBound.reset();
+    const auto oneRun = [this](std::uint32_t call) { return inCell[call].end - inCell[call].first == 1; };
+    const DrawCall* before = nullptr;
+    for (std::size_t i = 0, next = 0; i < inPass.size(); i = next) {
+        const DrawCall& call = calls.calls()[inPass[i]];
+        if (auto set = setState(call, before, use); !set) return set;
         before = &call;
-        gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, itemBuffer, static_cast<GLintptr>(call.block * sizeof(ItemBlock)),
-                           sizeof(ItemBlock));
-        const bool sorted = call.sortedCount > 0;
-        if (sorted != sortedBound) gl.VertexArrayElementBuffer(vertexArray, sorted ? sortedBuffer : meshes->indexBuffer());
-        sortedBound = sorted;
-        const std::size_t firstIndex = sorted ? call.firstSorted : call.mesh.firstIndex;
-        if (another && ofPicture) met(pass, kind, call.look);
-        counts.clear();
-        offsets.clear();
-        for (std::uint32_t k = span.first; k < span.end; ++k) {
-            counts.push_back(static_cast<GLsizei>(3 * runs[k].count));
-            offsets.push_back(reinterpret_cast<const void*>(
-                (firstIndex + 3 * std::size_t{runs[k].first}) * sizeof(std::uint32_t)));
-            triangles += runs[k].count;
-        }
-        baseVertices.assign(counts.size(), call.mesh.baseVertex);
-        gl.MultiDrawElementsBaseVertex(GL_TRIANGLES, counts.data(), GL_UNSIGNED_INT, offsets.data(),
-                                       static_cast<GLsizei>(counts.size()), baseVertices.data());
+        next = i + 1;
+        while (!kindNow.large && oneRun(inPass[i]) && next < inPass.size() && oneRun(inPass[next]) &&
+               runs[inCell[inPass[next]].first] == runs[inCell[inPass[i]].first] &&
+               DrawCalls::sameButPlace(call, calls.calls()[inPass[next]]))
+            ++next;
+        drawInstances(i, next - i);
     }
     if (sortedBound == true) gl.VertexArrayElementBuffer(vertexArray, meshes->indexBuffer());
     return {};
 }
 
+Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* before, ProgramKind::Use use) {
+    const DrawLook& look = calls.lookOf(call);
+    const ProgramKind wanted = kindOf(use, call);
+    const bool anotherProgram = !before || wanted != kindNow, anotherLook = !before || before->look != call.look;
+    // What turns its back to a light stands in its way all the same.
+    const auto bothSides = [use](const DrawLook& of) { return of.doubleSided || use == ProgramKind::Use::kShadow; };
+    const bool otherSides = !before || bothSides(calls.lookOf(*before)) != bothSides(look);
+    const bool otherFront = !before || before->mirrored != call.mirrored;
+    if (anotherProgram)
+        if (auto used = useProgram(wanted); !used) return used;
+    if (wanted.look && (anotherLook || !kindNow.look || kindNow.maps != wanted.maps)) bindLook(call.look, wanted.maps);
+    kindNow = wanted;
+    if (otherSides) bothSides(look) ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
+    if (otherFront) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
+    if (wanted.large)
+        gl.BindBufferRange(GL_UNIFORM_BUFFER, 2, blockBuffer, static_cast<GLintptr>(call.block * sizeof(ItemBlock)),
+                           sizeof(ItemBlock));
+    states += anotherProgram || anotherLook || otherSides || otherFront;
+    using Use = ProgramKind::Use;
+    if (anotherProgram && (use == Use::kSurface || use == Use::kBlend))
+        met(use == Use::kBlend ? Pass::kBlend : Pass::kSurfaces, wanted, call.look);
+    return {};
+}
+
+void Renderer::Impl::drawInstances(std::size_t firstRecord, std::size_t instances) {
+    const std::uint32_t index = inPass[firstRecord];
+    const DrawCall& call = calls.calls()[index];
+    const Span& span = inCell[index];
+    const bool sorted = call.sortedCount > 0;
+    if (sorted != sortedBound) gl.VertexArrayElementBuffer(vertexArray, sorted ? sortedBuffer : meshes->indexBuffer());
+    sortedBound = sorted;
+    const std::size_t firstIndex = sorted ? call.firstSorted : call.mesh.firstIndex;
+    const auto offsetOf = [&](const TriangleRun& run) {
+        return reinterpret_cast<const void*>((firstIndex + 3 * std::size_t{run.first}) * sizeof(std::uint32_t));
+    };
+    // Several runs in one call know no first instance: their record is bound instead.
+    const bool severalRuns = span.end - span.first > 1;
+    if (const std::size_t wanted = severalRuns ? firstRecord : 0; !kindNow.large && wanted != recordsFrom) {
+        gl.VertexArrayVertexBuffer(vertexArray, kItemBinding, itemBuffer, static_cast<GLintptr>(wanted * sizeof(ItemRecord)),
+                                   sizeof(ItemRecord));
+        recordsFrom = wanted;
+    }
+    ++glCalls;
+    if (!severalRuns) {
+        const TriangleRun& run = runs[span.first];
+        triangles += run.count * instances;
+        gl.DrawElementsInstancedBaseVertexBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(3 * run.count), GL_UNSIGNED_INT,
+                                                       offsetOf(run), static_cast<GLsizei>(instances), call.mesh.baseVertex,
+                                                       static_cast<GLuint>(firstRecord));
+        return;
+    }
+    counts.clear();
+    offsets.clear();
+    for (std::uint32_t k = span.first; k < span.end; ++k) {
+        counts.push_back(static_cast<GLsizei>(3 * runs[k].count));
+        offsets.push_back(offsetOf(runs[k]));
+        triangles += runs[k].count;
+    }
+    baseVertices.assign(counts.size(), call.mesh.baseVertex);
+    gl.MultiDrawElementsBaseVertex(GL_TRIANGLES, counts.data(), GL_UNSIGNED_INT, offsets.data(),
+                                   static_cast<GLsizei>(counts.size()), baseVertices.data());
+}
+
 void Renderer::Impl::bindLook(std::uint32_t index, std::uint8_t maps) {
-    gl.BindBufferRange(GL_UNIFORM_BUFFER, 2, lookBuffer, static_cast<GLintptr>(index * sizeof(LookBlock)),
+    gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, lookBuffer, static_cast<GLintptr>(index * sizeof(LookBlock)),
                        sizeof(LookBlock));
     const DrawLook& look = calls.looks()[index];
     for (GLuint map = 0; map < kImageMaps; ++map) {

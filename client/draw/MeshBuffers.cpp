@@ -71,6 +71,22 @@ std::vector<MeshVertex> cornersOfLines(const MeshArrays& arrays, std::span<const
     return corners;
 }
 
+struct GlSize {
+    std::uint64_t vertices, indices;
+    [[nodiscard]] std::size_t bytes() const { return vertices * sizeof(MeshVertex) + indices * sizeof(std::uint32_t); }
+};
+/// What a mesh takes.
+GlSize sizeOf(const MeshArrays& arrays) {
+    const std::uint64_t count = arrays.positions.sizeBytes() / (3 * sizeof(float));
+    const std::uint64_t lines = arrays.lines.sizeBytes() / (2 * sizeof(std::uint32_t));
+    switch (arrays.primitive) {
+        case Primitive::kLines: return {lines * kVerticesPerLine, lines * kIndicesPerLine};
+        case Primitive::kPoints: return {count * kVerticesPerPoint, count * 3 * kFacesPerPoint};
+        case Primitive::kTriangles: break;
+    }
+    return {count, 3 * triangleCount(arrays)};
+}
+
 /// Octahedra take many times what their points take: so many points at a time.
 void forSlices(const ByteRange& points, const std::function<void(const ByteRange&)>& visit) {
     constexpr std::uint64_t kPointsAtOnce = 65536;
@@ -89,8 +105,8 @@ MeshBuffers::~MeshBuffers() {
 }
 
 void MeshBuffers::beginDraw() {
+    clock_.beginDraw();
     if (residentBytes() > budgetBytes_) makeRoom();
-    ++draw_;
 }
 
 std::size_t MeshBuffers::residentBytes() const {
@@ -103,45 +119,94 @@ std::optional<MeshRange> MeshBuffers::find(const Drawable& drawable) {
     if (it == meshes_.end()) {
         if (!drawable.resident()) return std::nullopt;
         const MeshArrays arrays = drawable.arrays();
-        it = takeOver(key, arrays) ? meshes_.find(key) : meshes_.emplace(key, upload(arrays)).first;
+        it = takeOver(key, arrays) ? meshes_.find(key) : meshes_.emplace(key, allocate(arrays)).first;
+        if (gone_.contains(key)) it->second.uses = UseClock::recall(gone_, key);
     }
-    it->second.lastDraw = draw_;
-    if (it->second.refused) return std::nullopt;
-    return it->second.range;
+    Mesh& mesh = it->second;
+    clock_.use(mesh.uses);
+    if (mesh.refused) return std::nullopt;
+    if (mesh.written < mesh.toWrite) writeOn(drawable.arrays(), mesh, ~std::size_t{0});
+    return mesh.range;
 }
 
-MeshBuffers::Mesh MeshBuffers::upload(const MeshArrays& arrays) {
+std::optional<std::size_t> MeshBuffers::prepare(const Drawable& drawable, std::size_t bytes) {
+    const MeshKey key = drawable.key();
+    auto it = meshes_.find(key);
+    if (it == meshes_.end()) {
+        if (!drawable.resident()) return 0;
+        const MeshArrays arrays = drawable.arrays();
+        // What goes on changing takes a place over when it is drawn.
+        for (const MeshOrigin& origin : originsOf(arrays))
+            if (meshes_.contains(origin.key)) return 0;
+        if (residentBytes() + sizeOf(arrays).bytes() > budgetBytes_) return std::nullopt;
+        it = meshes_.emplace(key, allocate(arrays)).first;
+        it->second.uses.lastDraw = clock_.draw();
+    }
+    const std::uint64_t before = uploadedBytes_;
+    if (it->second.written < it->second.toWrite) writeOn(drawable.arrays(), it->second, bytes);
+    return uploadedBytes_ - before;
+}
+
+void MeshBuffers::expect(std::uint64_t vertices, std::uint64_t indices) {
+    const auto reserve = [this](Buffer& buffer, std::uint64_t more, std::size_t elementBytes) {
+        const std::uint64_t most = budgetBytes_ / elementBytes, wanted = std::min(most, buffer.ranges.used() + more);
+        if (wanted > buffer.ranges.capacity()) grow(buffer, wanted, elementBytes);
+    };
+    reserve(vertices_, vertices, sizeof(MeshVertex));
+    reserve(indices_, indices, sizeof(std::uint32_t));
+}
+
+MeshBuffers::Mesh MeshBuffers::allocate(const MeshArrays& arrays) {
     Mesh mesh;
     if (!checkMesh(arrays)) {
         mesh.refused = true;
         return mesh;
     }
-    const std::uint64_t count = arrays.positions.as<float>().size() / 3;
+    const GlSize size = sizeOf(arrays);
     const bool points = arrays.primitive == Primitive::kPoints, lines = arrays.primitive == Primitive::kLines;
-    const std::uint64_t lineCount = arrays.lines.as<std::uint32_t>().size() / 2;
-    mesh.vertexCount = points ? count * kVerticesPerPoint : lines ? lineCount * kVerticesPerLine : count;
+    const std::uint64_t count = arrays.positions.as<float>().size() / 3;
+    mesh.vertexCount = size.vertices;
     mesh.pointRadius = points ? shownRadius(arrays) : 0;
-    const std::uint64_t indexCount = lines ? lineCount * kIndicesPerLine : 3 * triangleCount(arrays);
-    const std::uint64_t baseVertex = place(vertices_, mesh.vertexCount, sizeof(MeshVertex));
-    const std::uint64_t firstIndex = place(indices_, indexCount, sizeof(std::uint32_t));
+    mesh.toWrite = lines ? 1 : points ? 2 * count : size.vertices + size.indices;
+    const std::uint64_t baseVertex = place(vertices_, size.vertices, sizeof(MeshVertex));
+    const std::uint64_t firstIndex = place(indices_, size.indices, sizeof(std::uint32_t));
     mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstIndex),
-                  .indexCount = static_cast<std::uint32_t>(indexCount),
+                  .indexCount = static_cast<std::uint32_t>(size.indices),
                   .baseVertex = static_cast<std::int32_t>(baseVertex),
                   .hasNormals = points || lines || !arrays.normals.empty()};
-    if (lines) {
-        writeLines(arrays, mesh);
-        return mesh;
-    }
-    writeVertices(arrays, mesh, {0, count});
-    writeIndices(arrays, mesh, {0, points ? count : indexCount});
     return mesh;
+}
+
+void MeshBuffers::writeOn(const MeshArrays& arrays, Mesh& mesh, std::size_t bytes) {
+    if (arrays.primitive == Primitive::kLines) {
+        writeLines(arrays, mesh);
+        mesh.written = mesh.toWrite;
+        return;
+    }
+    const bool points = arrays.primitive == Primitive::kPoints;
+    const std::uint64_t begun = mesh.written, first = arrays.positions.as<float>().size() / 3;
+    const std::uint64_t vertexBytes = sizeof(MeshVertex) * (points ? kVerticesPerPoint : 1);
+    const std::uint64_t indexBytes = sizeof(std::uint32_t) * (points ? 3 * kFacesPerPoint : 1);
+    if (mesh.written < first) {
+        const std::uint64_t end = std::min(first, mesh.written + std::max<std::uint64_t>(1, bytes / vertexBytes));
+        writeVertices(arrays, mesh, {mesh.written, end});
+        bytes -= std::min<std::size_t>(bytes, (end - mesh.written) * vertexBytes);
+        mesh.written = end;
+    }
+    const bool any = mesh.written > begun;
+    if (mesh.written >= first && mesh.written < mesh.toWrite && (!any || bytes >= indexBytes)) {
+        const std::uint64_t end = std::min(mesh.toWrite, mesh.written + std::max<std::uint64_t>(1, bytes / indexBytes));
+        writeIndices(arrays, mesh, {mesh.written - first, end - first});
+        mesh.written = end;
+    }
 }
 
 bool MeshBuffers::takeOver(const MeshKey& key, const MeshArrays& arrays) {
     if (arrays.primitive == Primitive::kLines) return false;
     for (const MeshOrigin& origin : originsOf(arrays)) {
         const auto known = meshes_.find(origin.key);
-        if (known == meshes_.end() || known->second.refused || known->second.lastDraw == draw_ ||
+        if (known == meshes_.end() || known->second.refused || clock_.usedNow(known->second.uses) ||
+            known->second.written < known->second.toWrite ||
             !soundWithin(arrays, origin.changed))
             continue;
         // Points of no radius of their own change theirs with the box around them.
@@ -214,20 +279,23 @@ void MeshBuffers::writeIndices(const MeshArrays& arrays, const Mesh& mesh, const
 std::uint64_t MeshBuffers::place(Buffer& buffer, std::uint64_t count, std::size_t elementBytes) {
     if (const auto start = buffer.ranges.allocate(count)) return *start;
     const std::uint64_t old = buffer.ranges.capacity();
-    const std::uint64_t capacity = std::max({kFirstCapacity, 2 * old, old + count});
+    grow(buffer, std::max({kFirstCapacity, 2 * old, old + count}), elementBytes);
+    const auto start = buffer.ranges.allocate(count);
+    TESSERA_CHECK(start, "the grown buffer has room");
+    return *start;
+}
+
+void MeshBuffers::grow(Buffer& buffer, std::uint64_t capacity, std::size_t elementBytes) {
     GLuint larger = 0;
     gl_.CreateBuffers(1, &larger);
     gl_.NamedBufferData(larger, static_cast<GLsizeiptr>(capacity * elementBytes), nullptr, GL_STATIC_DRAW);
     if (buffer.name) {
-        gl_.CopyNamedBufferSubData(buffer.name, larger, 0, 0, static_cast<GLsizeiptr>(old * elementBytes));
+        gl_.CopyNamedBufferSubData(buffer.name, larger, 0, 0, static_cast<GLsizeiptr>(buffer.ranges.capacity() * elementBytes));
         gl_.DeleteBuffers(1, &buffer.name);
     }
     buffer.name = larger;
     buffer.ranges.grow(capacity);
     rebind();
-    const auto start = buffer.ranges.allocate(count);
-    TESSERA_CHECK(start, "the grown buffer has room");
-    return *start;
 }
 
 void MeshBuffers::rebind() {
@@ -236,17 +304,11 @@ void MeshBuffers::rebind() {
 }
 
 void MeshBuffers::makeRoom() {
-    // Least recently drawn first, until three quarters of the budget are left, so that this does not happen every
-    // frame.
-    std::vector<std::pair<std::uint64_t, const MeshKey*>> byAge;
-    byAge.reserve(meshes_.size());
-    for (const auto& [key, mesh] : meshes_)
-        if (mesh.lastDraw != draw_) byAge.emplace_back(mesh.lastDraw, &key);
-    std::sort(byAge.begin(), byAge.end());
-    for (const auto& [age, key] : byAge) {
-        if (residentBytes() <= budgetBytes_ / 4 * 3) return;
-        const auto it = meshes_.find(*key);
+    for (const auto& candidate : clock_.lastNeededFirst(meshes_)) {
+        if (residentBytes() <= UseClock::roomFor(candidate, budgetBytes_)) return;
+        const auto it = meshes_.find(*candidate.key);
         const Mesh& mesh = it->second;
+        clock_.remember(gone_, *candidate.key, mesh.uses);
         vertices_.ranges.release(static_cast<std::uint64_t>(mesh.range.baseVertex), mesh.vertexCount);
         indices_.ranges.release(mesh.range.firstIndex, mesh.range.indexCount);
         meshes_.erase(it);

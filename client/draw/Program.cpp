@@ -49,10 +49,12 @@ std::string headOf(const ProgramKind& kind) {
     define(kind.faceted, "FACETED");
     define(kind.faceted || kind.use == Use::kBlend || (kind.maps & bitOf(ImageMap::kNormal)) != 0, "POSITION");
     define(kind.lines, "LINES");
+    define(kind.large, "LARGE");
     define(kind.masked, "MASKED");
     define(kind.detail, "DETAIL");
     define(kind.coated, "COATED");
     define(kind.environment, "ENVIRONMENT");
+    define(kind.use == Use::kNodeIds, "NODE");
     define(kind.use == Use::kLightRest, "REST");
     define(kind.use == Use::kLightOne, "ONE_SURFACE");
     head += fmt::format("#define SCREEN_DEPTH {}\n", screenDepthOf(kind));

@@ -24,19 +24,28 @@ struct FrameBlock {
 };
 static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16);
 
-/// One drawn item; std140, padded to the largest alignment that GL may ask for. A range of uniforms per draw call costs
-/// a microsecond, attributes or a storage buffer cost time per vertex.
-struct ItemBlock {
+/// One drawn item: vertex attributes that advance by instance, so that neighbours of one mesh and one state are one call, and
+/// those of one state change nothing between their calls. On llvmpipe that saves about 10 µs an item and costs 15 ns a vertex:
+/// the surfaces of large meshes have it as a uniform block, an ItemBlock.
+struct ItemRecord {
     std::array<std::array<float, 4>, 3> eye_T_item;  ///< rows
     /// Rows of the inverse transpose of eye_T_item's linear part, up to a positive factor.
     std::array<std::array<float, 4>, 3> normalRows;
-    std::array<float, 4> baseColor;
-    std::array<float, 4> emissiveAndRoughness;
-    std::array<float, 4> metallicAndFaceted;       ///< z: width of lines in pixels; w unused
-    std::array<std::uint32_t, 4> nodeAndMaterial;  ///< low and high word of the node's id, material, unused
-    std::array<float, 24> padding;
+    std::array<float, 2> sizes{};         ///< width of lines in pixels; unused
+    std::array<std::uint32_t, 2> node{};  ///< low and high word of its id
+};
+static_assert(sizeof(ItemRecord) == 112);
+inline constexpr std::uint32_t kLargeMeshTriangles = 1024;
+/// std140, of the largest alignment that GL may ask for.
+struct ItemBlock {
+    ItemRecord record;
+    std::array<float, 36> padding{};
 };
 static_assert(sizeof(ItemBlock) == 256);
+/// Their attributes follow those of vertices: six rows, sizes, node.
+inline constexpr GLuint kFirstItemAttribute = 5, kItemSizes = kFirstItemAttribute + 6, kItemNode = kItemSizes + 1;
+/// Where the vertex array of meshes takes vertices from, and records.
+inline constexpr GLuint kVertexBinding = 0, kItemBinding = 1;
 
 /// The images that a material may have; bits of ProgramKind::maps, and their order in a LookBlock.
 enum class ImageMap : std::uint8_t { kBaseColor, kMetallicRoughness, kNormal, kOcclusion, kEmissive };
@@ -48,15 +57,18 @@ inline constexpr std::size_t kImageMaps = 5;
 inline constexpr std::uint8_t kDetailMaps =
     bitOf(ImageMap::kMetallicRoughness) | bitOf(ImageMap::kOcclusion) | bitOf(ImageMap::kEmissive);
 
-/// What the surfaces of one material share; std140.
+/// What the surfaces of one material share; std140, of the largest alignment that GL may ask for.
 struct LookBlock {
     struct Placed {
         std::array<float, 4> u{1, 0, 0, 0}, v{0, 1, 0, 0};  ///< xyz · (u, v, 1); u[3]: 1 for the second texture coordinates
     };
+    std::array<float, 4> baseColor;
+    std::array<float, 4> emissiveAndRoughness;
+    std::array<float, 4> metallic;            ///< x
+    std::array<std::uint32_t, 4> material{};  ///< x: for the light pass
     std::array<Placed, kImageMaps> places;
     std::array<float, 4> strengths;  ///< of normals, of occlusion; alpha's cutoff; unused
     std::array<float, 4> effects;    ///< transmission; 1 for unlit; lacquer and its roughness
-    std::array<float, 16> padding;
 };
 static_assert(sizeof(LookBlock) == 256);
 
@@ -99,10 +111,11 @@ struct ProgramKind {
     } use = Use::kSurface;
     // Of what draws items.
     std::uint8_t maps = 0;  ///< bits of ImageMap
-    bool look = false;      ///< has a LookBlock
+    bool look = false;      ///< reads images, or what they are read with
     bool faceted = false;
     bool lines = false;
     bool masked = false;  ///< what alpha leaves away is not there
+    bool large = false;   ///< its item is a uniform block
     // Of whole scenes: the same on every tile.
     bool detail = false;         ///< images say more than colours and normals: 64 bits more of each sample
     bool coated = false;         ///< something has lacquer

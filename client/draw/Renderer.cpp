@@ -25,20 +25,32 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
       shadows(gl) {
     gl.CreateVertexArrays(1, &vertexArray);
     gl.CreateVertexArrays(1, &emptyArray);
-    for (GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.CreateBuffers(1, buffer);
+    for (GLuint* buffer : {&itemBuffer, &blockBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.CreateBuffers(1, buffer);
     gl.NamedBufferData(frameBuffer, sizeof(FrameBlock), nullptr, GL_STREAM_DRAW);
     gl.CreateTextures(GL_TEXTURE_BUFFER, 1, &materialTexture);
 
-    const auto attribute = [&](GLuint location, GLint width, GLenum type, GLboolean normalised, std::size_t offset) {
+    const auto enable = [&](GLuint location, GLuint binding) {
         gl.EnableVertexArrayAttrib(vertexArray, location);
+        gl.VertexArrayAttribBinding(vertexArray, location, binding);
+    };
+    const auto attribute = [&](GLuint location, GLint width, GLenum type, GLboolean normalised, std::size_t offset) {
         gl.VertexArrayAttribFormat(vertexArray, location, width, type, normalised, static_cast<GLuint>(offset));
-        gl.VertexArrayAttribBinding(vertexArray, location, 0);
+        enable(location, kVertexBinding);
     };
     attribute(0, 3, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, position));
     attribute(1, 3, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, normal));
     attribute(2, 4, GL_UNSIGNED_SHORT, GL_TRUE, offsetof(MeshVertex, color));
     attribute(3, 2, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, texcoord));
     attribute(4, 2, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, texcoord1));
+    for (GLuint row = 0; row < 6; ++row) {
+        gl.VertexArrayAttribFormat(vertexArray, kFirstItemAttribute + row, 4, GL_FLOAT, GL_FALSE, row * 4 * sizeof(float));
+        enable(kFirstItemAttribute + row, kItemBinding);
+    }
+    gl.VertexArrayAttribFormat(vertexArray, kItemSizes, 2, GL_FLOAT, GL_FALSE, offsetof(ItemRecord, sizes));
+    enable(kItemSizes, kItemBinding);
+    gl.VertexArrayAttribIFormat(vertexArray, kItemNode, 2, GL_UNSIGNED_INT, offsetof(ItemRecord, node));
+    enable(kItemNode, kItemBinding);
+    gl.VertexArrayBindingDivisor(vertexArray, kItemBinding, 1);
     meshes = std::make_unique<MeshBuffers>(gl, vertexArray, options.meshBudgetBytes);
 }
 
@@ -48,7 +60,7 @@ Renderer::Impl::~Impl() {
     depths.reset();
     gl.DeleteVertexArrays(1, &vertexArray);
     gl.DeleteVertexArrays(1, &emptyArray);
-    for (const GLuint* buffer : {&itemBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.DeleteBuffers(1, buffer);
+    for (const GLuint* buffer : {&itemBuffer, &blockBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.DeleteBuffers(1, buffer);
     gl.DeleteTextures(1, &materialTexture);
 }
 
@@ -63,7 +75,7 @@ Expected<std::unique_ptr<Renderer>> Renderer::create(Surface& surface, RendererO
     if (!gl) return failWith(surface.description(), gl.error());
     GLint alignment = 0;
     gl->GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
-    if (alignment <= 0 || sizeof(ItemBlock) % static_cast<std::size_t>(alignment) != 0)
+    if (alignment <= 0 || 256 % alignment != 0)
         return fail(ErrorCode::kUnsupported, fmt::format("the surface wants uniforms aligned to {} bytes", alignment));
     std::unique_ptr<Renderer> renderer(new Renderer);
     renderer->impl_ = std::make_unique<Impl>(surface, *gl, options);
@@ -177,6 +189,8 @@ DrawCounts Renderer::lastCounts() const {
     DrawCounts counts = impl_->calls.counts();
     counts.triangles = impl_->triangles;
     counts.pixels = impl_->pixels;
+    counts.glCalls = impl_->glCalls;
+    counts.states = impl_->states;
     counts.lightsLeftOut = impl_->lightsLeftOut;
     counts.shadowsLeftOut = impl_->shadowsLeftOut;
     counts.trouble = impl_->surroundings.trouble();
@@ -194,6 +208,40 @@ std::size_t Renderer::bufferBytes() const {
 
 std::uint64_t Renderer::uploadedMeshBytes() const {
     return impl_->meshes->uploadedBytes();
+}
+
+std::uint64_t Renderer::uploadedTextureBytes() const {
+    return impl_->textures.uploadedBytes();
+}
+
+void Renderer::beginFrame() {
+    impl_->meshes->beginFrame();
+    impl_->textures.beginFrame();
+}
+
+Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id, ObjectId materialId, std::size_t bytes) {
+    Impl& d = *impl_;
+    if (auto current = d.surface.makeCurrent(); !current) return tl::unexpected(current.error());
+    Prepared prepared;
+    const auto add = [&](const std::optional<std::size_t>& uploaded) {
+        prepared.bytes += uploaded.value_or(0);
+        prepared.full = prepared.full || !uploaded;
+    };
+    if (const Drawable drawable = drawableOf(aspect, id)) add(d.meshes->prepare(drawable, bytes));
+    const auto* material = materialId ? aspect.get<Material>(materialId) : nullptr;
+    if (material && prepared.bytes == 0)
+        for (const auto& [imageId, use] : imagesOf(*material)) {
+            const auto* image = imageId && prepared.bytes == 0 ? aspect.get<Image>(imageId) : nullptr;
+            if (image) add(d.textures.prepare(*image, use));
+        }
+    if (auto good = d.gl.check("uploading ahead"); !good) return tl::unexpected(good.error());
+    return prepared;
+}
+
+Expected<void> Renderer::expectMeshes(std::uint64_t vertices, std::uint64_t indices) {
+    if (auto current = impl_->surface.makeCurrent(); !current) return current;
+    impl_->meshes->expect(vertices, indices);
+    return impl_->gl.check("making room ahead");
 }
 
 }  // namespace tessera

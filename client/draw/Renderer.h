@@ -17,7 +17,7 @@ namespace tessera {
 
 struct RendererOptions {
     int samples = 4;  ///< per pixel: 1 or 4
-    /// What is not drawn for a while gives way above these; what one frame needs is always there.
+    /// Above these gives way what is not drawn, then what is needed again last (UseClock.h); what one draw needs is always there.
     std::size_t meshBudgetBytes = std::size_t{1} << 30;
     std::size_t textureBudgetBytes = std::size_t{1} << 30;
     /// False: every pixel looks at every light. The same picture, to the bit, and slow: what clusters are tested against.
@@ -31,6 +31,8 @@ struct DrawCounts {
     std::uint64_t items = 0;
     std::uint64_t skipped = 0;     ///< geometry gone, its arrays absent, or refused by checkMesh
     std::uint64_t triangles = 0;   ///< given to GL, in each cell
+    std::uint64_t glCalls = 0;     ///< that draw items, in each cell and pass; one may draw many
+    std::uint64_t states = 0;      ///< program, material or sides were others than those before, in each cell and pass
     std::uint64_t untextured = 0;  ///< drawn without their image, which is absent or not of its size
     std::uint64_t lightsLeftOut = 0;  ///< beyond DrawList::kMaxLights
     std::uint64_t shadowsLeftOut = 0; ///< lights that ask for shadows and get none (DrawList::shadowsLeftOut)
@@ -46,6 +48,18 @@ public:
     [[nodiscard]] static Expected<std::unique_ptr<Renderer>> create(Surface& surface, RendererOptions options);
     ~Renderer();
 
+    /// Says that another frame begins, of one draw or several: so that budgets know what belongs together (UseClock.h). Where
+    /// nobody says so each draw is a frame.
+    void beginFrame();
+    /// Brings to GL, ahead of need, what this drawable (of this material) needs of mesh and images: about `bytes` of the mesh, or
+    /// one image. Pictures do not depend on it, and nothing is thrown out for it.
+    struct Prepared {
+        std::size_t bytes = 0;  ///< uploaded; 0: all of it is there, or cannot be
+        bool full = false;      ///< a budget has no room for the rest
+    };
+    [[nodiscard]] Expected<Prepared> prepare(const Aspect& aspect, ObjectId drawable, ObjectId material, std::size_t bytes);
+    /// Makes room in one step for meshes of so many vertices and indices, as far as the budget goes.
+    [[nodiscard]] Expected<void> expectMeshes(std::uint64_t vertices, std::uint64_t indices);
     /// Draws the part `rect` of the screen's picture, cell by cell (ScreenCells.h). The aspect gives geometry, materials and images by id; meshes and
     /// textures are cached by content. Returns when the image is complete in memory. What cannot be drawn is left away
     /// and counted. kBadInput: the rectangle does not lie on the screen; kFailed: GL gave up.
@@ -75,6 +89,8 @@ public:
     [[nodiscard]] std::size_t bufferBytes() const;
     /// Of meshes, given to GL since this began.
     [[nodiscard]] std::uint64_t uploadedMeshBytes() const;
+    /// The same of images, with their mipmaps.
+    [[nodiscard]] std::uint64_t uploadedTextureBytes() const;
 
 private:
     Renderer();

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <utility>
@@ -69,6 +70,10 @@ struct Renderer::Impl {
     [[nodiscard]] ProgramKind kindOf(ProgramKind::Use use) const;
     [[nodiscard]] ProgramKind kindOf(ProgramKind::Use use, const DrawCall& call) const;
     [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind::Use use);
+    /// Program, material and sides for a call, where they are not what they were for the one before (or null).
+    [[nodiscard]] Expected<void> setState(const DrawCall& call, const DrawCall* before, ProgramKind::Use use);
+    /// So many records from here on, of one mesh.
+    void drawInstances(std::size_t firstRecord, std::size_t instances);
     void bindLook(std::uint32_t index, std::uint8_t maps);
     /// Sets what a pass needs but its program; `kSurfaces` sets `setUp`.
     [[nodiscard]] Expected<void> enter(Pass pass);
@@ -98,7 +103,7 @@ struct Renderer::Impl {
     };
     std::vector<Kin> kin;
     GLuint vertexArray = 0, emptyArray = 0;
-    GLuint itemBuffer = 0, sortedBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
+    GLuint itemBuffer = 0, blockBuffer = 0, sortedBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
     TileBuffers tile, ids;
@@ -115,13 +120,19 @@ struct Renderer::Impl {
     };
     std::vector<Span> inCell;
     std::vector<TriangleRun> runs;
+    // Of the pass: calls that the cell may show, and their records, in order.
+    std::vector<std::uint32_t> inPass;
+    std::vector<ItemRecord> records;
+    ProgramKind kindNow;
+    std::optional<bool> sortedBound;  ///< which indices the vertex array has
+    std::size_t recordsFrom = 0;      ///< the record that the vertex array has first
     std::vector<GLsizei> counts;
     std::vector<const void*> offsets;
     std::vector<GLint> baseVertices;
     bool readsFromTop = false;       ///< GL hands rows out from the top
     std::vector<std::uint8_t> rgbx;  ///< of `draw`
     Duration readBackTime{};
-    std::uint64_t triangles = 0, pixels = 0, lightsLeftOut = 0, shadowsLeftOut = 0;
+    std::uint64_t triangles = 0, glCalls = 0, states = 0, pixels = 0, lightsLeftOut = 0, shadowsLeftOut = 0;
     PixelRect scissor;
     /// Parts of the tile in this cell where items may be seen, and of those where transparent ones may.
     std::vector<PixelRect> shown, blending;

@@ -14,22 +14,16 @@ layout(std140, binding = 0) uniform FrameBlock {
     vec4 surround[9];  // EnvironmentTexture.h
     vec4 shadows;  // where lights with shadows are said, how many; 1 / width, 1 / height of their maps' texture
 };
-layout(std140, binding = 1) uniform ItemBlock {
-    vec4 eyeRow0, eyeRow1, eyeRow2;
-    vec4 normalRow0, normalRow1, normalRow2;
+layout(std140, binding = 1) uniform LookBlock {
     vec4 baseColor;
     vec4 emissiveAndRoughness;
-    vec4 metallicAndFaceted;
-    uvec4 nodeAndMaterial;
-};
-#ifdef MAPS
-layout(std140, binding = 2) uniform LookBlock {
+    vec4 metallic;
+    uvec4 material;  // for the light pass
     // Of each map: two rows that place it (u = row0.xyz * (u, v, 1)), and in row0.w which texture coordinates it takes.
     vec4 place[10];
     vec4 strengths;  // of normals, of occlusion; alpha's cutoff
     vec4 effects;    // transmission, 1 for unlit, lacquer and its roughness
-};
-#endif
+} look;
 )";
 
 const char kMeshVertex[] = R"(
@@ -38,7 +32,28 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 color;
 layout(location = 3) in vec2 texcoord;
 layout(location = 4) in vec2 texcoord1;
+// Of the item: Program.h, ItemRecord.
+#ifdef LARGE
+layout(std140, binding = 2) uniform ItemBlock {
+    vec4 eyeRow0, eyeRow1, eyeRow2;
+    vec4 normalRow0, normalRow1, normalRow2;
+    vec2 sizes;
+    uvec2 node;
+};
+#else
+layout(location = 5) in vec4 eyeRow0;
+layout(location = 6) in vec4 eyeRow1;
+layout(location = 7) in vec4 eyeRow2;
+layout(location = 8) in vec4 normalRow0;
+layout(location = 9) in vec4 normalRow1;
+layout(location = 10) in vec4 normalRow2;
+layout(location = 11) in vec2 sizes;
+layout(location = 12) in uvec2 node;
+#endif
 
+#ifdef NODE
+flat out uvec2 vNode;
+#endif
 invariant gl_Position;
 #ifdef SURFACE
 out vec3 vNormal;
@@ -67,7 +82,7 @@ vec4 cornerOfLine(vec4 a) {
     float size = length(along);
     along = size > 1e-6 ? along / size : vec2(1.0, 0.0);
     vec2 aside = texcoord1.x * vec2(-along.y, along.x);
-    a.xy += 0.5 * metallicAndFaceted.z * (aside - along) * clipPerPixel.xy * a.w;
+    a.xy += 0.5 * sizes.x * (aside - along) * clipPerPixel.xy * a.w;
     return a;
 }
 #endif
@@ -79,9 +94,12 @@ void main() {
 #ifdef LINES
     gl_Position = cornerOfLine(gl_Position);
 #endif
+#ifdef NODE
+    vNode = node;
+#endif
 #ifdef SURFACE
     vNormal = vec3(dot(normalRow0.xyz, normal), dot(normalRow1.xyz, normal), dot(normalRow2.xyz, normal));
-    vColor = baseColor * color;
+    vColor = look.baseColor * color;
 #ifdef POSITION
     vPosition = eye;
 #endif
@@ -111,8 +129,8 @@ layout(binding = 6) uniform sampler2D occlusionImage;
 layout(binding = 7) uniform sampler2D emissiveImage;
 
 vec2 placed(int map) {
-    vec3 uv = vec3(place[2 * map].w > 0.5 ? vTexcoords.zw : vTexcoords.xy, 1.0);
-    return vec2(dot(place[2 * map].xyz, uv), dot(place[2 * map + 1].xyz, uv));
+    vec3 uv = vec3(look.place[2 * map].w > 0.5 ? vTexcoords.zw : vTexcoords.xy, 1.0);
+    return vec2(dot(look.place[2 * map].xyz, uv), dot(look.place[2 * map + 1].xyz, uv));
 }
 #endif
 
@@ -140,7 +158,7 @@ vec3 mappedNormal(vec3 n, float facing) {
     vec3 b = cross(n, t);
     b *= dot(b, alongV) > 0.0 ? -1.0 : 1.0;
     vec3 m = texture(normalImage, uv).xyz * 2.0 - 1.0;
-    m.xy *= strengths.x;
+    m.xy *= look.strengths.x;
     return t * m.x + b * m.y + n * m.z;
 }
 #endif
@@ -156,10 +174,10 @@ Surface surface() {
     s.normal = facing * vNormal;
 #endif
     s.base = vColor;
-    s.metallic = metallicAndFaceted.x;
-    s.roughness = emissiveAndRoughness.w;
+    s.metallic = look.metallic.x;
+    s.roughness = look.emissiveAndRoughness.w;
     s.occlusion = 1.0;
-    s.emissive = emissiveAndRoughness.rgb;
+    s.emissive = look.emissiveAndRoughness.rgb;
 #ifdef MAPS
 #if (MAPS & 1) != 0
     s.base *= texture(baseColorImage, placed(0));
@@ -174,7 +192,7 @@ Surface surface() {
     if (size2 > 1e-30) s.normal = facing * mappedNormal(facing * s.normal * inversesqrt(size2), facing);
 #endif
 #if (MAPS & 8) != 0
-    s.occlusion = 1.0 + strengths.y * (texture(occlusionImage, placed(3)).r - 1.0);
+    s.occlusion = 1.0 + look.strengths.y * (texture(occlusionImage, placed(3)).r - 1.0);
 #endif
 #if (MAPS & 16) != 0
     s.emissive *= texture(emissiveImage, placed(4)).rgb;
@@ -184,7 +202,7 @@ Surface surface() {
 }
 #ifdef MASKED
 // What is as opaque as the cutoff is there; less than a step of an image's alpha is rounding.
-float aboveCutoff(Surface s) { return s.base.a - strengths.z + 1e-4; }
+float aboveCutoff(Surface s) { return s.base.a - look.strengths.z + 1e-4; }
 #endif
 )";
 
@@ -216,7 +234,7 @@ void main() {
     vec2 oct = n.z >= 0.0 ? n.xy : folded;
     uvec2 octBits = uvec2(clamp(oct * 4095.0 + 4095.5, 0.0, 8191.0));
     uvec3 c = uvec3(sqrt(clamp(s.base.rgb, 0.0, 1.0)) * 255.0 + 0.5);
-    uint material = nodeAndMaterial.z;
+    uint material = look.material.x;
     outSurface = uvec2(octBits.x | (octBits.y << 13u) | ((material & 63u) << 26u),
                        c.r | (c.g << 8u) | (c.b << 16u) | ((material >> 6u) << 24u));
 #ifdef DETAIL
@@ -244,12 +262,13 @@ void main() {
 )";
 
 const char kNodeIdFragment[] = R"(
+flat in uvec2 vNode;
 layout(location = 0) out uvec2 outNode;
 void main() {
 #ifdef MASKED
     if (aboveCutoff(surface()) < 0.0) discard;
 #endif
-    outNode = nodeAndMaterial.xy;
+    outNode = vNode;
 }
 )";
 

@@ -17,6 +17,11 @@ bool hasItsSize(const Image& image) {
            image.pixels.sizeBytes() == static_cast<std::uint64_t>(image.widthPx * image.heightPx) * 4;
 }
 
+/// With its mipmaps.
+std::size_t bytesOf(const Image& image) {
+    return image.pixels.sizeBytes() / 3 * 4;
+}
+
 }  // namespace
 
 TextureCache::~TextureCache() {
@@ -26,21 +31,16 @@ TextureCache::~TextureCache() {
 }
 
 void TextureCache::beginDraw() {
-    if (bytes_ > budgetBytes_) {
-        // Until three quarters of the budget are left, so that this does not happen every frame.
-        std::vector<std::pair<std::uint64_t, const Key*>> byAge;
-        for (const auto& [key, texture] : textures_)
-            if (texture.lastDraw != draw_) byAge.emplace_back(texture.lastDraw, &key);
-        std::sort(byAge.begin(), byAge.end());
-        for (const auto& [age, key] : byAge) {
-            if (bytes_ <= budgetBytes_ / 4 * 3) break;
-            const auto it = textures_.find(*key);
-            gl_.DeleteTextures(1, &it->second.name);
-            bytes_ -= it->second.bytes;
-            textures_.erase(it);
-        }
+    clock_.beginDraw();
+    if (bytes_ <= budgetBytes_) return;
+    for (const auto& candidate : clock_.lastNeededFirst(textures_)) {
+        if (bytes_ <= UseClock::roomFor(candidate, budgetBytes_)) return;
+        const auto it = textures_.find(*candidate.key);
+        clock_.remember(gone_, *candidate.key, it->second.uses);
+        gl_.DeleteTextures(1, &it->second.name);
+        bytes_ -= it->second.bytes;
+        textures_.erase(it);
     }
-    ++draw_;
 }
 
 GLuint TextureCache::sampler(const Image& image) {
@@ -65,22 +65,36 @@ GLuint TextureCache::sampler(const Image& image) {
 GLuint TextureCache::find(const Image& image, ImageUse use) {
     // First: what is drawn must not depend on whether another image of the same pixels is here, with the size they have.
     if (!hasItsSize(image)) return 0;
-    const Key key{.pixels = image.pixels.id(), .widthPx = image.widthPx, .use = use};
-    if (const auto it = textures_.find(key); it != textures_.end()) {
-        it->second.lastDraw = draw_;
-        return it->second.name;
-    }
+    const Key key = keyOf(image, use);
+    const auto known = textures_.find(key);
+    Texture& texture = known != textures_.end() ? known->second : upload(image, key);
+    clock_.use(texture.uses);
+    return texture.name;
+}
+
+std::optional<std::size_t> TextureCache::prepare(const Image& image, ImageUse use) {
+    if (!hasItsSize(image)) return 0;
+    const Key key = keyOf(image, use);
+    if (textures_.contains(key)) return 0;
+    if (bytes_ + bytesOf(image) > budgetBytes_) return std::nullopt;
+    Texture& texture = upload(image, key);
+    texture.uses.lastDraw = clock_.draw();
+    return texture.bytes;
+}
+
+TextureCache::Texture& TextureCache::upload(const Image& image, const Key& key) {
     const auto widthPx = static_cast<GLsizei>(image.widthPx);
     const auto heightPx = static_cast<GLsizei>(image.heightPx);
     const auto levels = static_cast<GLsizei>(std::bit_width(static_cast<unsigned>(std::max(widthPx, heightPx))));
-    Texture texture{.bytes = image.pixels.sizeBytes() / 3 * 4, .lastDraw = draw_};
+    Texture texture{.bytes = bytesOf(image), .uses = UseClock::recall(gone_, key)};
     gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture.name);
-    gl_.TextureStorage2D(texture.name, levels, use == ImageUse::kColor ? GL_SRGB8_ALPHA8 : GL_RGBA8, widthPx, heightPx);
+    gl_.TextureStorage2D(texture.name, levels, key.use == ImageUse::kColor ? GL_SRGB8_ALPHA8 : GL_RGBA8, widthPx, heightPx);
     gl_.TextureSubImage2D(texture.name, 0, 0, 0, widthPx, heightPx, GL_RGBA, GL_UNSIGNED_BYTE,
                           image.pixels.bytes().data());
     gl_.GenerateTextureMipmap(texture.name);
     bytes_ += texture.bytes;
-    return textures_.emplace(key, texture).first->second.name;
+    uploadedBytes_ += texture.bytes;
+    return textures_.emplace(key, texture).first->second;
 }
 
 }  // namespace tessera

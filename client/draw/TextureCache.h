@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <unordered_map>
 
 #include "client/draw/GlFunctions.h"
+#include "client/draw/UseClock.h"
 #include "common/scene/Cores.h"
 
 namespace tessera {
@@ -16,8 +18,7 @@ enum class ImageUse : std::uint8_t {
     kNumbers,  ///< linear
 };
 
-/// Textures that have not been drawn for longest are dropped once the budget is exceeded; what one draw needs is never
-/// dropped in that draw.
+/// Once the budget is exceeded textures make room as UseClock says; what one draw needs is never dropped in it.
 class TextureCache {
 public:
     TextureCache(const GlFunctions& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {}
@@ -25,13 +26,19 @@ public:
     TextureCache(const TextureCache&) = delete;
     TextureCache& operator=(const TextureCache&) = delete;
 
+    void beginFrame() { clock_.beginFrame(); }
     void beginDraw();
     /// 0: the image's bytes are absent or do not have its size; what it belongs to is then drawn as if it had none.
     [[nodiscard]] GLuint find(const Image& image, ImageUse use);
+    /// Uploads ahead of need, whole. Throws nothing out. What was uploaded: 0 when it is there, or cannot be; nothing: the budget
+    /// has no room for it.
+    [[nodiscard]] std::optional<std::size_t> prepare(const Image& image, ImageUse use);
     /// How the image wants to be read: wrapping and filters.
     [[nodiscard]] GLuint sampler(const Image& image);
 
     [[nodiscard]] std::size_t residentBytes() const { return bytes_; }
+    /// Given to GL since this began, with mipmaps.
+    [[nodiscard]] std::uint64_t uploadedBytes() const { return uploadedBytes_; }
 
 private:
     struct Key {
@@ -49,7 +56,7 @@ private:
     struct Texture {
         GLuint name = 0;
         std::size_t bytes = 0;
-        std::uint64_t lastDraw = 0;
+        UseClock::Uses uses;
     };
 
     const GlFunctions& gl_;
@@ -57,7 +64,14 @@ private:
     std::size_t bytes_ = 0;
     std::unordered_map<Key, Texture, KeyHash> textures_;
     std::array<GLuint, 3 * 3 * 2 * 6> samplers_{};  ///< made when first needed
-    std::uint64_t draw_ = 0;
+    [[nodiscard]] static Key keyOf(const Image& image, ImageUse use) {
+        return {.pixels = image.pixels.id(), .widthPx = image.widthPx, .use = use};
+    }
+    Texture& upload(const Image& image, const Key& key);
+
+    UseClock clock_;
+    std::unordered_map<Key, UseClock::Uses, KeyHash> gone_;
+    std::uint64_t uploadedBytes_ = 0;
 };
 
 }  // namespace tessera

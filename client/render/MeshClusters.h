@@ -33,6 +33,7 @@ struct MeshCluster {
 
 struct TriangleRun {
     std::uint32_t first = 0, count = 0;
+    bool operator==(const TriangleRun&) const = default;
 };
 
 /// One bit per cluster; empty: none is.

@@ -15,16 +15,18 @@ namespace tessera {
 
 namespace {
 
-/// An item's place in the one draw order. Node ids are unique, so the order is total.
+/// An item's place in the one draw order (DrawSorting.h). Node ids are unique, so the order is total.
 struct Ranked {
     double depth;
     ObjectId node;
     std::uint32_t item;
-};
+    // Nothing where the sorting does not ask.
+    std::int32_t band = 0;
+    std::uint32_t state = 0;
+    ObjectId material, geometry;
 
-bool nearerFirst(const Ranked& a, const Ranked& b) {
-    return std::tie(a.depth, a.node) < std::tie(b.depth, b.node);
-}
+    [[nodiscard]] auto place() const { return std::tie(band, state, material, geometry, depth, node); }
+};
 
 /// When to look for what is hidden. Where some looks one after the other have not paid, the next one comes after a pause, and
 /// after ever longer ones: in a scene that hides nothing that costs a hundredth of one look a frame.
@@ -81,6 +83,7 @@ void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, st
 
 struct RenderAction::Impl {
     CullerKind kind = CullerKind::kAuto;
+    DrawSorting sorting = kDefaultSorting;
     MaskedCuller masked;
     LookingHabit habit;
     std::vector<std::unique_ptr<PartCuller>> parts;  ///< of the tile, where the renderer is asked
@@ -98,8 +101,9 @@ struct RenderAction::Impl {
     [[nodiscard]] DrawList list(const RenderScene::Impl& scene, const ScreenCamera& camera);
 };
 
-RenderAction::RenderAction(CullerKind kind) : impl_(std::make_unique<Impl>()) {
+RenderAction::RenderAction(CullerKind kind, DrawSorting sorting) : impl_(std::make_unique<Impl>()) {
     impl_->kind = kind;
+    impl_->sorting = sorting;
 }
 RenderAction::~RenderAction() = default;
 
@@ -179,10 +183,16 @@ void RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera
     const double offset = -camera.eye_T_world.translation().z();
     for (const std::uint32_t i : items) {
         const SceneItem& item = scene.items[i];
-        const Ranked ranked{axis.dot(scene.boxes[i].center()) + offset, item.node, i};
+        Ranked ranked{.depth = axis.dot(scene.boxes[i].center()) + offset, .node = item.node, .item = i};
+        if (sorting == DrawSorting::kBoth) ranked.band = depthBand(ranked.depth);
+        if (sorting != DrawSorting::kDepth) {
+            ranked.state = 2u * item.state + item.mirrored;
+            ranked.material = item.material;
+            ranked.geometry = item.geometry;
+        }
         (item.transparent ? transparent : opaque).push_back(ranked);
     }
-    std::sort(opaque.begin(), opaque.end(), nearerFirst);
+    std::sort(opaque.begin(), opaque.end(), [](const Ranked& a, const Ranked& b) { return a.place() < b.place(); });
 }
 
 DrawItem RenderAction::Impl::drawItem(const RenderScene::Impl& scene, std::uint32_t index) const {

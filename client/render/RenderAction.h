@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "client/render/DrawList.h"
+#include "client/render/DrawSorting.h"
 #include "client/render/VisibilityDevice.h"
 #include "common/scene/Aspect.h"
 #include "common/wall/Culler.h"
@@ -48,11 +49,15 @@ struct CullCounts {
     std::uint64_t depthTriangles = 0;  ///< drawn for depth alone
 };
 
+/// What is fastest (COSTS.md). All tiles of a screen must have the same one.
+inline constexpr DrawSorting kDefaultSorting = DrawSorting::kBoth;
+
 /// Culls and orders for one tile. Conservative: what leaves no pixel may be left away, what leaves one never is. Best
 /// one per tile: all but `none` and `frustum` remember something of the frames before, which changes the speed alone.
 class RenderAction {
 public:
-    explicit RenderAction(CullerKind kind);
+    /// Another sorting than the default is for measuring: `./deploy/run-bench sorting`.
+    explicit RenderAction(CullerKind kind, DrawSorting sorting = kDefaultSorting);
     ~RenderAction();
     /// `pixels` is the tile's rectangle in the pixels of its whole screen. Not for cullers that ask the renderer.
     [[nodiscard]] DrawList run(const RenderScene& scene, const ScreenCamera& camera, const PixelRect& pixels,

@@ -25,6 +25,7 @@ struct SceneItem {
     bool occludes = false;  ///< opaque in every pixel it covers
     bool detailed = false, coated = false;  ///< see SceneLook
     float lineWidth = 0;                    ///< see SceneLook
+    std::uint16_t state = 0;                ///< see SceneLook
     bool queued = false;                    ///< named in `changedItems`
     double reach = 0;       ///< at least the distance of any vertex from the mesh's own origin, in world units
 };

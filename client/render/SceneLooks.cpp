@@ -22,7 +22,9 @@ SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
         look.occludes = look.occludes && material.opaque;
         look.detailed = material.detailed;
         look.coated = material.coated;
+        look.state = material.state;
     }
+    if (use.mesh) look.state = static_cast<std::uint16_t>(4 * look.state + static_cast<unsigned>(use.mesh->primitive));
     return look;
 }
 
@@ -134,13 +136,19 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     const bool cut = core->alphaMode == Material::kMask && core->alphaCutoff > 0.99f;
     const bool opaque = !transparent && !cut && (ignored || (!thin && (use.image == kNone || imageOpaque(aspect, use.image))));
     transparent = transparent || (blends && !opaque);
+    std::uint16_t state = 0;
+    for (const bool bit : {bool(core->baseColorImage), bool(core->metallicRoughnessImage), bool(core->normalImage),
+                           bool(core->occlusionImage), bool(core->emissiveImage), core->alphaMode == Material::kMask,
+                           core->doubleSided != 0})
+        state = static_cast<std::uint16_t>(2 * state + bit);
     const bool another = transparent != use.transparent || blends != use.blends || opaque != use.opaque ||
-                         detailed != use.detailed || coated != use.coated;
+                         detailed != use.detailed || coated != use.coated || state != use.state;
     use.transparent = transparent;
     use.blends = blends;
     use.opaque = opaque;
     use.detailed = detailed;
     use.coated = coated;
+    use.state = state;
     return another;
 }
 

@@ -17,6 +17,7 @@ struct SceneLook {
     bool detailed = false;  ///< images say more than colour and normals
     bool coated = false;    ///< has lacquer
     float lineWidth = 0;    ///< pixels; 0: no lines
+    std::uint16_t state = 0;  ///< where it differs, a renderer must be told more than another material
 };
 
 /// Drawable cores, the materials that they name, and the images that those name.
@@ -50,6 +51,7 @@ private:
         bool blends = false;  ///< transparent where a vertex colour is
         bool opaque = true;   ///< and its image too
         bool detailed = false, coated = false;
+        std::uint16_t state = 0;  ///< which images it has, whether alpha cuts it, its sides
         std::uint32_t image = kNone;
         std::uint32_t firstDrawable = kNone;
         SlotLink ofImage;

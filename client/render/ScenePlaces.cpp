@@ -185,6 +185,7 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.detailed = look.detailed;
     item.coated = look.coated;
     item.lineWidth = look.lineWidth;
+    item.state = look.state;
     countLooks(item, 1);
     if (isNew || moved || otherMesh) placeItem(place.item);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 #include "client/render/SceneItems.h"
 
@@ -102,6 +103,10 @@ std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCame
     collectInFrustum(*this, tileFrustum(camera, all), found);
     for (const std::uint32_t i : found)
         if (!items[i].transparent && items[i].lineWidth == 0) view->items.push_back(drawItem(i));
+    // What shares mesh and material stands together, so that it is one call.
+    std::sort(view->items.begin(), view->items.end(), [](const DrawItem& a, const DrawItem& b) {
+        return std::tie(a.material, a.geometry, a.mirrored, a.node) < std::tie(b.material, b.geometry, b.mirrored, b.node);
+    });
     return view;
 }
 

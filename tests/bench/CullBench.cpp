@@ -13,9 +13,8 @@
 #include <set>
 #include <string>
 
-#include "common/scene/Action.h"
-#include "server/import/Importer.h"
 #include "tests/bench/DrawingStage.h"
+#include "tests/bench/FileStage.h"
 
 namespace tessera::bench {
 namespace {
@@ -35,42 +34,6 @@ Stage makeStreet(int frames) {
         const double metres = 300 * t + 0.25 * (i % 20);
         view.position = {0, 0.5, 200 - metres};
         view.orientation = Quatd(Eigen::AngleAxisd(0.5 * std::sin(metres / 50), Vec3d::UnitY()));
-        stage.views.push_back(view);
-    }
-    return stage;
-}
-
-/// The scene file, seen from its first enabled camera, which turns about.
-Stage loadScene(const std::string& name, const std::string& path, const std::vector<std::string>& assets, int frames) {
-    const ImportedScene imported = orExit(importScene(
-        path, kRootNode,
-        {.assetFolders = assets, .allowUnconfined = true, .importerProgram = TESSERA_BIN_DIR "/tessera-import"}));
-    ChangeList list = imported.list;
-    replaceIds(list, [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + 2} : id; });
-    Stage stage;
-    stage.name = name;
-    static_cast<void>(orExit(stage.aspect.apply(list).map([] { return 0; })));
-    View first;
-    bool found = false;
-    Action search;
-    search.on<Camera>([&](const Visit& visit, const Camera& camera) {
-        if (!found && camera.enabled != 0) {
-            found = true;
-            first.position = visit.world_T_node.translation();
-            first.orientation = Quatd(visit.world_T_node.rotation());
-            first.worldUnitsPerMetre = camera.worldUnitsPerMetre;
-        }
-        return Descend::kInto;
-    });
-    search.run(stage.aspect);
-    if (!found) {
-        std::fprintf(stderr, "bench_cull: %s has no camera\n", path.c_str());
-        std::exit(3);
-    }
-    for (int i = 0; i < frames; ++i) {
-        View view = first;
-        const double angle = 0.8 * std::sin(6.28 * i / frames);
-        view.orientation = first.orientation * Quatd(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
         stage.views.push_back(view);
     }
     return stage;
@@ -184,7 +147,7 @@ int bench(int argc, char** argv) {
     std::vector<Row> rows;
     const std::array<std::pair<std::string, std::function<Stage()>>, 3> stages{
         {{"city", [&] { return makeStreet(5 * frames); }},
-         {"hall", [&] { return loadScene("engine hall", hall, assets, frames); }},
+         {"hall", [&] { return fileStage("engine hall", hall, assets, frames); }},
          {"field", [&] { return fieldStage(5 * frames); }}}};
     for (const auto& [name, make] : stages) {
         if (!only.empty() && only != name) continue;

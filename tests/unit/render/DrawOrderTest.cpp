@@ -1,4 +1,6 @@
+#include <cmath>
 #include <random>
+#include <tuple>
 
 #include "tests/unit/render/TestScene.h"
 
@@ -93,7 +95,68 @@ TEST(DrawOrder, TrianglesOfGlassAreSortedTogetherUnlessTheyAreTooMany) {
     EXPECT_EQ(many.transparent.size(), 2u);
 }
 
-TEST(DrawOrder, EveryTileAndCullerDrawsASubsequenceOfOneOrder) {
+TEST(DrawOrder, BandsAreHalfAnOctaveAndGrowWithTheDepth) {
+    EXPECT_EQ(depthBand(-5), depthBand(0));
+    EXPECT_EQ(depthBand(std::nan("")), depthBand(0));
+    EXPECT_EQ(depthBand(1), depthBand(1.41));
+    EXPECT_EQ(depthBand(1) + 1, depthBand(1.42));
+    EXPECT_EQ(depthBand(1) + 2, depthBand(2));
+    EXPECT_EQ(depthBand(1), depthBand(2e9) - 61);
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> exponent(-20, 60);
+    for (int i = 0; i < 10'000; ++i) {
+        const double near = std::exp2(exponent(random)), far = near * std::exp2(std::abs(exponent(random)) / 60);
+        ASSERT_LE(depthBand(near), depthBand(far)) << near << ' ' << far;
+        ASSERT_LE(depthBand(0), depthBand(near)) << near;
+    }
+}
+
+TEST(DrawOrder, EachSortingIsWhatItsNameSays) {
+    TestScene scene;
+    std::mt19937 random(8);
+    std::uniform_real_distribution<double> place(-8, 8);
+    std::vector<ObjectId> cores;
+    for (int i = 0; i < 6; ++i) cores.push_back(scene.geometry(makeBox({1, 1, 1}), i < 4 ? scene.material(1) : ObjectId{}));
+    for (int i = 0; i < 300; ++i) scene.put(cores[random() % cores.size()], {place(random), place(random), -12 + place(random)});
+    scene.apply();
+    const TestCamera camera;
+    const auto depthOf = [&](const DrawItem& item) { return -(camera.camera().eye_T_world * item.world_T_item.translation()).z(); };
+    const auto stateOf = [](const DrawItem& item) { return std::tuple(item.material, item.geometry); };
+    RenderScene all;
+    all.update(scene.aspect, nullptr);
+    for (const DrawSorting sorting : kAllDrawSortings) {
+        const DrawList list = RenderAction(CullerKind::kNone, sorting).run(all, camera.camera(), camera.tile(), nullptr);
+        ASSERT_EQ(list.opaque.size(), 300u);
+        std::size_t states = 1, bands = 1;
+        for (std::size_t i = 1; i < list.opaque.size(); ++i) {
+            const DrawItem& a = list.opaque[i - 1];
+            const DrawItem& b = list.opaque[i];
+            const bool sameState = stateOf(a) == stateOf(b), sameBand = depthBand(depthOf(a)) == depthBand(depthOf(b));
+            states += !sameState;
+            bands += !sameBand;
+            if (sorting == DrawSorting::kDepth || (sameState && (sorting == DrawSorting::kState || sameBand))) {
+                ASSERT_LE(depthOf(a), depthOf(b) + 1e-9) << nameOf(sorting);
+            }
+            if (sorting == DrawSorting::kBoth) {
+                ASSERT_LE(depthBand(depthOf(a)), depthBand(depthOf(b)));
+            }
+        }
+        if (sorting == DrawSorting::kState) {
+            EXPECT_EQ(states, cores.size());
+        } else if (sorting == DrawSorting::kBoth) {
+            EXPECT_LE(states, bands * cores.size());
+            EXPECT_GT(bands, 4u);
+        } else {
+            EXPECT_GT(states, 150u);
+        }
+    }
+}
+
+class SortedDrawOrder : public testing::TestWithParam<DrawSorting> {};
+INSTANTIATE_TEST_SUITE_P(All, SortedDrawOrder, testing::ValuesIn(kAllDrawSortings),
+                         [](const auto& of) { return std::string(nameOf(of.param)); });
+
+TEST_P(SortedDrawOrder, EveryTileAndCullerDrawsASubsequenceOfOneOrder) {
     TestScene scene;
     fill(scene, 300, 3);
     TestCamera camera(160, 100, 3, 2);
@@ -102,10 +165,10 @@ TEST(DrawOrder, EveryTileAndCullerDrawsASubsequenceOfOneOrder) {
     all.update(scene.aspect, nullptr);
     for (const Eye eye : {Eye::kCenter, Eye::kLeft, Eye::kRight}) {
         const ScreenCamera view = camera.camera(eye);
-        const DrawList whole = RenderAction(CullerKind::kNone).run(all, view, camera.tile(), nullptr);
+        const DrawList whole = RenderAction(CullerKind::kNone, GetParam()).run(all, view, camera.tile(), nullptr);
         ASSERT_GT(whole.opaque.size(), 300u);
         for (const CullerKind kind : kAllCullers) {
-            RenderAction action(kind);
+            RenderAction action(kind, GetParam());
             for (int column = 0; column < 3; ++column) {
                 for (int row = 0; row < 2; ++row) {
                     DepthFake device(scene.aspect);

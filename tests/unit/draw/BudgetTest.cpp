@@ -1,0 +1,194 @@
+/// What is uploaded when: several tiles under one budget, and what comes ahead of need. All by counts of bytes.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+
+#include "client/draw/UploadAhead.h"
+#include "tests/unit/draw/RendererStage.h"
+
+namespace tessera {
+namespace {
+
+class BudgetTest : public RendererTest {
+protected:
+    /// A wall of four tiles side by side; a ball of its own, with an image of its own, before each of them, `variant` of it.
+    static Aspect rowOfBalls(int variant, bool images) {
+        TestScene scene;
+        scene.setDark();
+        for (int i = 0; i < 4; ++i) {
+            Material material = unlit(Vec3f::Constant(0.5f));
+            if (images) {
+                std::vector<std::uint8_t> pixels(64 * 64 * 4, static_cast<std::uint8_t>(17 * i + variant));
+                material.baseColorImage = scene.addImage(Blob::of(std::span<const std::uint8_t>(pixels)), 64, 64);
+            }
+            scene.place(scene.add(makeSphere(0.2 + 0.001 * (4 * variant + i), 24), scene.add(material)), {-1.2 + 0.8 * i, 0, 0});
+        }
+        return scene.take();
+    }
+    struct Bytes {
+        std::uint64_t meshes = 0, images = 0;
+    };
+    /// One frame: the four tiles.
+    Bytes frame(const Aspect& aspect) {
+        const ScreenCamera camera = cameraOf(256, 64);
+        RenderScene scene;
+        scene.update(aspect, nullptr);
+        const Bytes before{renderer_->uploadedMeshBytes(), renderer_->uploadedTextureBytes()};
+        renderer_->beginFrame();
+        for (int tile = 0; tile < 4; ++tile) {
+            const PixelRect rect{.x = 64 * tile, .y = 0, .width = 64, .height = 64};
+            const DrawList list = RenderAction(CullerKind::kFrustum).run(scene, camera, rect, nullptr);
+            EXPECT_EQ(list.opaque.size(), 1u);
+            EXPECT_TRUE(renderer_->draw(aspect, list, camera, rect));
+        }
+        return {renderer_->uploadedMeshBytes() - before.meshes, renderer_->uploadedTextureBytes() - before.images};
+    }
+    /// Of one ball, of one image.
+    Bytes ofOne() {
+        restart({.samples = 1});
+        const Bytes four = frame(rowOfBalls(0, true));
+        return {four.meshes / 4, four.images / 4};
+    }
+};
+
+TEST_F(BudgetTest, WhatOneFrameNeedsStaysWhereAllOfItFits) {
+    const Bytes one = ofOne();
+    // Room for the four, and no more than half of another one's.
+    restart({.samples = 1, .meshBudgetBytes = one.meshes * 9 / 2, .textureBudgetBytes = one.images * 9 / 2});
+    for (int variant = 0; variant < 4; ++variant) {
+        const Aspect aspect = rowOfBalls(variant, true);
+        (void)frame(aspect);
+        // What was drawn before has given way by then, and nothing that the frame needs.
+        for (int i = 0; i < 3; ++i) {
+            const Bytes again = frame(aspect);
+            EXPECT_EQ(again.meshes, 0u) << variant;
+            EXPECT_EQ(again.images, 0u) << variant;
+        }
+    }
+}
+
+TEST_F(BudgetTest, TilesInTurnUploadAsLittleAsCanBe) {
+    const Bytes one = ofOne();
+    for (const std::uint64_t room : {1u, 2u, 3u}) {
+        restart({.samples = 1, .meshBudgetBytes = one.meshes * room + one.meshes / 2, .textureBudgetBytes = one.images * room + one.images / 2});
+        const Aspect aspect = rowOfBalls(0, true);
+        for (int i = 0; i < 4; ++i) (void)frame(aspect);
+        // `room` of them are there when a tile begins: it may find its own among them. By last use it never would.
+        Bytes sum;
+        constexpr int kFrames = 12;
+        for (int i = 0; i < kFrames; ++i) {
+            const Bytes bytes = frame(aspect);
+            sum.meshes += bytes.meshes;
+            sum.images += bytes.images;
+        }
+        EXPECT_LE(sum.meshes, kFrames * (4 - room) * one.meshes + one.meshes) << room;
+        EXPECT_LE(sum.images, kFrames * (4 - room) * one.images + one.images) << room;
+        EXPECT_GT(sum.meshes, 0u);
+    }
+}
+
+/// Triangles, lines and points of many sizes all around, some with images, some shared.
+Aspect allAround(unsigned seed) {
+    std::mt19937 random(seed);
+    const auto any = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+    TestScene scene;
+    for (int i = 0; i < 40; ++i) {
+        Material material;
+        material.baseColor = Vec4f(static_cast<float>(any(0, 1)), 0.5f, 0.5f, i % 9 ? 1 : 0.5f);
+        if (i % 3 == 0) {
+            std::vector<std::uint8_t> pixels(32 * 32 * 4, static_cast<std::uint8_t>(64 + 3 * i));
+            material.baseColorImage = scene.addImage(Blob::of(std::span<const std::uint8_t>(pixels)), 32, 32);
+        }
+        MeshData mesh = makeSphere(0.3 + 0.01 * i, 8 + static_cast<int>(random() % 60));
+        if (i % 5 == 1) {
+            mesh.primitive = Primitive::kPoints;
+            mesh.indices.clear();
+            mesh.pointRadius = i % 2 ? 0.02 : 0;
+        } else if (i % 5 == 2) {
+            const std::array<Vec3d, 2> ends{Vec3d(-0.3, 0, 0), Vec3d(0.3, 0.001 * i, 0)};
+            mesh = test::makeLines(ends, 3);
+        }
+        const ObjectId core = scene.add(mesh, scene.add(material));
+        for (int k = 0; k < 3; ++k) scene.place(core, {any(-8, 8), any(-2, 2), any(-8, 12)});
+    }
+    scene.addDirectionalLight({0.3, -0.6, -0.7}, Vec3f::Ones(), 1.5f);
+    return scene.take();
+}
+
+// A failing seed: TESSERA_SEED=N build/bin/unit_draw --gtest_filter='BudgetTest.WhatComes*'.
+TEST_F(BudgetTest, WhatComesAheadOfNeedIsThereAndChangesNoPicture) {
+    const char* one = std::getenv("TESSERA_SEED");
+    const unsigned from = one ? static_cast<unsigned>(std::atoi(one)) : 0;
+    for (unsigned seed = from; seed < from + (one ? 1 : 6); ++seed) {
+        SCOPED_TRACE(seed);
+        const Aspect aspect = allAround(seed);
+        RenderScene scene;
+        scene.update(aspect, nullptr);
+        const auto at = [&](double turn) {
+            View view;
+            view.orientation = Quatd(Eigen::AngleAxisd(turn, Vec3d::UnitY()));
+            return cameraOf(160, 120, {0, 0, 2.4}, 3.2, view);
+        };
+        const auto draw = [&](double turn) {
+            const DrawList list = RenderAction(CullerKind::kFrustum).run(scene, at(turn), whole(at(turn)), nullptr);
+            return renderer_->draw(aspect, list, at(turn), whole(at(turn))).value();
+        };
+        const auto uploaded = [&] { return renderer_->uploadedMeshBytes() + renderer_->uploadedTextureBytes(); };
+        restart({.samples = 1});
+        std::vector<Picture> expected;
+        std::vector<std::uint64_t> needed;
+        for (const double turn : {0.0, 1.5, 3.0, 4.5}) {
+            const std::uint64_t before = uploaded();
+            expected.push_back(draw(turn));
+            needed.push_back(uploaded() - before);
+        }
+        EXPECT_GT(needed[1] + needed[2] + needed[3], 100'000u) << "turning around shows nothing new";
+        for (const bool interrupted : {false, true}) {
+            restart({.samples = 1});
+            EXPECT_EQ(draw(0), expected[0]);
+            UploadAhead ahead;
+            const std::size_t slice = 1000 + 7001 * (seed % 3);
+            int steps = 0;
+            for (bool more = true; more && steps < 100'000; ++steps) {
+                const std::uint64_t before = uploaded();
+                more = ahead.step(*renderer_, aspect, scene, at(0).eyeWorld, slice).value();
+                // One image, one mesh of lines, one element more.
+                EXPECT_LE(uploaded() - before, slice + 32 * 32 * 4 / 3 * 4 + 1000);
+                if (interrupted && steps == 20) EXPECT_EQ(draw(1.5), expected[1]) << "in the middle of it";
+            }
+            EXPECT_GT(steps, 20);
+            EXPECT_FALSE(ahead.step(*renderer_, aspect, scene, at(0).eyeWorld, slice).value());
+            const std::uint64_t before = uploaded();
+            EXPECT_EQ(draw(1.5), expected[1]);
+            EXPECT_EQ(draw(3.0), expected[2]);
+            EXPECT_EQ(draw(4.5), expected[3]);
+            EXPECT_EQ(uploaded(), before) << "all was there";
+        }
+    }
+}
+
+TEST_F(BudgetTest, NothingIsThrownOutForWhatComesAhead) {
+    const Aspect aspect = allAround(3);
+    RenderScene scene;
+    scene.update(aspect, nullptr);
+    const ScreenCamera camera = cameraOf(160, 120);
+    const auto draw = [&] {
+        const DrawList list = RenderAction(CullerKind::kFrustum).run(scene, camera, whole(camera), nullptr);
+        return renderer_->draw(aspect, list, camera, whole(camera)).value();
+    };
+    (void)draw();
+    const std::size_t needed = renderer_->residentBytes();
+    restart({.samples = 1, .meshBudgetBytes = needed + needed / 4, .textureBudgetBytes = needed + needed / 4});
+    const Picture expected = draw();
+    UploadAhead ahead;
+    for (int i = 0; i < 10'000 && ahead.step(*renderer_, aspect, scene, camera.eyeWorld, 10'000).value(); ++i) {}
+    EXPECT_GT(renderer_->residentBytes(), needed);
+    EXPECT_LE(renderer_->residentBytes(), 2 * (needed + needed / 4));
+    const std::uint64_t before = renderer_->uploadedMeshBytes() + renderer_->uploadedTextureBytes();
+    EXPECT_EQ(draw(), expected);
+    EXPECT_EQ(renderer_->uploadedMeshBytes() + renderer_->uploadedTextureBytes(), before);
+}
+
+}  // namespace
+}  // namespace tessera
