@@ -51,10 +51,19 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
         log.flush();
         std::_Exit(1);
     });
-    bool going = true;
-    while (const auto next = work.pop()) {
+    // Where nothing has come in hand for a moment there is time for what may be needed later.
+    constexpr std::chrono::milliseconds kMoment(2);
+    bool going = true, ahead = false;
+    while (true) {
+        const auto next = ahead ? work.popFor(kMoment) : work.pop();
+        if (!next && !ahead) break;
+        if (!next) {
+            ahead = host.workAhead();
+            continue;
+        }
         // What is broken stays in hand: nobody else is to go on with it.
         if (going = going && host.perform(*next); going) work.done();
+        ahead = going;
     }
     link->tell({Attempt{}, outcome::Ended{}});
     session.join();

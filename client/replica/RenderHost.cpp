@@ -38,6 +38,13 @@ bool RenderHost::perform(const Work& work) {
     return std::visit([this](const auto& what) { return on(what); }, work.what);
 }
 
+bool RenderHost::workAhead() {
+    if (!renderer_ || !eye_) return false;
+    const auto more = uploads_.step(*renderer_, aspect_, scene_, *eye_);
+    if (!more) log_.warning("uploads ahead of need: " + more.error().message);
+    return more.value_or(false);
+}
+
 std::optional<Outcome> RenderHost::again(const Work& work) {
     if (const auto* draw = std::get_if<work::Draw>(&work.what)) return drawAgain(work, draw->begin);
     if (const auto* show = std::get_if<work::Show>(&work.what)) return showAgain(work, show->frame);
@@ -81,6 +88,7 @@ Expected<void> RenderHost::useWall(Wall wall) {
     wall_ = std::move(wall);
     if (surface_ && (samples_ != wall_.samples || !renderer_)) {
         samples_ = wall_.samples;
+        uploads_ = {};
         renderer_.reset();
         auto renderer = Renderer::create(*surface_, {.samples = samples_});
         if (!renderer) return tl::unexpected(renderer.error());
@@ -170,6 +178,7 @@ bool RenderHost::on(const work::Draw& draw) {
     std::vector<TileStats> stats;
     std::uint64_t skipped = 0, dark = 0;
     std::string trouble;
+    if (renderer_) renderer_->beginFrame();
     for (const auto& state : tiles_) {
         auto drawn = drawTile(*state, payload->view, frame);
         if (!drawn)
@@ -202,7 +211,9 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
         state.still = true;
         return TileStats{.tile = state.tile.name};
     }
-    auto painted = state.painter.paint(aspect_, scene_, *renderer_, tileCamera(wall_, state.tile, view));
+    const ScreenCamera camera = tileCamera(wall_, state.tile, view);
+    eye_ = camera.eyeWorld;
+    auto painted = state.painter.paint(aspect_, scene_, *renderer_, camera);
     if (!painted) return tl::unexpected(painted.error());
     ++state.painted;
     state.again += painted->again ? 1 : 0;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "client/draw/UploadAhead.h"
 #include "client/image/SharedFrame.h"
 #include "client/replica/Injection.h"
 #include "client/replica/PictureWriter.h"
@@ -40,6 +41,9 @@ public:
 
     /// Never throws and never refuses: what goes wrong is reported. False after Finish and when the host is broken.
     bool perform(const Work& work);
+    /// A slice of what may be done while no work is in hand: uploads ahead of need. False: nothing is left. On the thread of
+    /// the surface; `again` may run beside it.
+    [[nodiscard]] bool workAhead();
     /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more.
     /// Nothing (and nothing done): `perform` it. On any thread, when no other is in the host.
     [[nodiscard]] std::optional<Outcome> again(const Work& work);
@@ -105,6 +109,8 @@ private:
     Aspect aspect_;
     RenderScene scene_;
     std::unique_ptr<Renderer> renderer_;
+    UploadAhead uploads_;
+    std::optional<Vec3d> eye_;  ///< in the world, of the tile drawn last
     int samples_ = 0;
     std::vector<std::unique_ptr<TileState>> tiles_;
     std::optional<StillFrame> still_;  ///< the frame drawn last, if nothing has happened since
