@@ -112,19 +112,20 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
         log.flush();
         std::_Exit(1);
     });
-    bool going = true, unprepared = true;
+    // Where nothing has come in hand for a moment there is time for what may be needed later.
+    constexpr std::chrono::milliseconds kMoment(2);
+    bool going = true, ahead = false;
     while (true) {
-        // What may be needed some time is made while there is no work, a piece at a time.
-        const auto next = unprepared && !work.closed() ? work.tryPop() : work.pop();
-        if (!next && unprepared && !work.closed()) {
-            unprepared = host.prepare();
+        const auto next = ahead ? work.popFor(kMoment) : work.pop();
+        if (!next && !ahead) break;
+        if (!next) {
+            ahead = host.workAhead();
             continue;
         }
-        if (!next) break;
         if (neighbourhood && std::holds_alternative<work::Help>(next->what)) neighbourhood->heard();
         // What is broken stays in hand: nobody else is to go on with it.
         if (going = going && host.perform(*next); going) work.done();
-        unprepared = going;
+        ahead = going;
     }
     link->tell({Attempt{}, outcome::Ended{}});
     session.join();

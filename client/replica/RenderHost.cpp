@@ -42,6 +42,15 @@ bool RenderHost::perform(const Work& work) {
     return std::visit([this](const auto& what) { return on(what); }, work.what);
 }
 
+bool RenderHost::workAhead() {
+    if (!renderer_) return false;
+    if (renderer_->prepare()) return true;
+    if (!eye_) return false;
+    const auto more = uploads_.step(*renderer_, aspect_, scene_, *eye_);
+    if (!more) log_.warning("uploads ahead of need: " + more.error().message);
+    return more.value_or(false);
+}
+
 std::optional<Outcome> RenderHost::again(const Work& work) {
     if (const auto* draw = std::get_if<work::Draw>(&work.what)) return drawAgain(work, draw->begin);
     if (const auto* show = std::get_if<work::Show>(&work.what)) return showAgain(work, show->frame);
@@ -123,6 +132,7 @@ Expected<void> RenderHost::useWall(Wall wall) {
     wall_ = std::move(wall);
     if (surface_ && (samples_ != wall_.samples || !renderer_)) {
         samples_ = wall_.samples;
+        uploads_ = {};
         renderer_.reset();
         auto renderer = Renderer::create(*surface_, {.samples = samples_});
         if (!renderer) return tl::unexpected(renderer.error());
@@ -223,6 +233,7 @@ bool RenderHost::on(const work::Draw& draw) {
     if (shares) options_.sharing->begin(frame, digestOf(draw.begin), payload->view);
     std::uint64_t skipped = 0, dark = 0;
     std::string trouble;
+    if (renderer_) renderer_->beginFrame();
     for (const auto& state : tiles_) {
         auto drawn = drawTile(*state, payload->view, frame);
         if (!drawn)
@@ -259,6 +270,7 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
         return TileStats{.tile = state.tile.name};
     }
     const ScreenCamera camera = tileCamera(wall_, state.tile, view);
+    eye_ = camera.eyeWorld;
     PartCounts parts;
     auto painted = state.painter.paint(aspect_, scene_, *renderer_, camera, queue_, [&](const DrawList& list) {
         return options_.sharing ? options_.sharing->draw(*renderer_, aspect_, list, camera, state.tile, parts)

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "client/draw/UploadAhead.h"
 #include "client/image/SharedFrame.h"
 #include "client/replica/Injection.h"
 #include "client/replica/PartSharing.h"
@@ -44,9 +45,9 @@ public:
 
     /// Never throws and never refuses: what goes wrong is reported. False after Finish and when the host is broken.
     bool perform(const Work& work);
-    /// With nothing else to do: makes a piece of what drawing may need some time (Renderer::prepare). False: there is nothing.
-    /// Another thread may be in `again`: nothing of what that uses is touched.
-    bool prepare() { return renderer_ && renderer_->prepare(); }
+    /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads.
+    /// False: nothing is left. On the thread of the surface; `again` may run beside it.
+    [[nodiscard]] bool workAhead();
     /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more.
     /// Nothing (and nothing done): `perform` it. On any thread, when no other is in the host.
     [[nodiscard]] std::optional<Outcome> again(const Work& work);
@@ -120,6 +121,8 @@ private:
     Aspect aspect_;
     RenderScene scene_;
     std::unique_ptr<Renderer> renderer_;
+    UploadAhead uploads_;
+    std::optional<Vec3d> eye_;  ///< in the world, of the tile drawn last
     int samples_ = 0;
     std::vector<std::unique_ptr<TileState>> tiles_;
     std::optional<StillFrame> still_;  ///< the frame drawn last, if nothing has happened since

@@ -138,6 +138,24 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     EXPECT_GE(stats->applyMs, stats->applyQueuedMs);
 }
 
+TEST_F(RenderHostTest, WorksAheadUntilNothingIsLeftAndShowsTheSame) {
+    start();
+    EXPECT_FALSE(host_->workAhead()) << "nothing is drawn yet";
+    test::TestScene made;
+    for (int i = 0; i < 30; ++i) made.place(made.add(makeSphere(0.5 + 0.01 * i, 90)), {-0.6, 1.5, i % 2 ? -3 : 6});
+    Aspect scene = made.take();
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    ASSERT_TRUE(next<outcome::Applied>());
+    (void)frame(0_frame);
+    int slices = 0;
+    while (host_->workAhead() && slices < 1000) ++slices;
+    EXPECT_GT(slices, 3);
+    EXPECT_LT(slices, 1000);
+    const TileStats stats = frame(1_frame);
+    EXPECT_EQ(stats.drawMs, 0) << "the picture before is still right";
+    EXPECT_FALSE(host_->workAhead());
+}
+
 TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChanges) {
     start({.output = folder_.path()});
     test::TestScene made;
