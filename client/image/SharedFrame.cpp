@@ -178,9 +178,9 @@ void SharedFrameWriter::prepareAgain(std::uint64_t frame) {
     holdsIt_[other] = true;
 }
 
-Picture SharedFrameWriter::picture() const {
-    TESSERA_CHECK(holdsIt_[0] || holdsIt_[1], "there is a picture");
-    return pictureFrom(pixelsOf(holdsIt_[0] ? 0 : 1), widthPx_, heightPx_);
+Picture SharedFrameWriter::shownPicture() const {
+    TESSERA_CHECK(reinterpret_cast<const Header*>(memory_)->shown != 0, "a picture has been shown");
+    return pictureFrom(pixelsOf(1 - hiddenSlot()), widthPx_, heightPx_);
 }
 
 int SharedFrameWriter::hiddenSlot() const {

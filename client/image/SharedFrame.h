@@ -37,8 +37,8 @@ public:
     void prepare(std::uint64_t frame, const Picture& picture);
     /// The picture prepared last is that of this frame too. From its second time in a row on, that takes a few words.
     void prepareAgain(std::uint64_t frame);
-    /// A copy of the picture shown last, or prepared and not shown yet. There must be one.
-    [[nodiscard]] Picture picture() const;
+    /// A copy of the picture shown last. There must be one.
+    [[nodiscard]] Picture shownPicture() const;
     /// Makes the prepared picture the one shown. A few nanoseconds, but for the first time, when the file gets its
     /// name.
     [[nodiscard]] Expected<void> show();

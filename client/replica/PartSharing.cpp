@@ -154,10 +154,10 @@ bool PartSharing::divides() const {
 }
 
 Expected<Picture> PartSharing::draw(Renderer& renderer, const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
-                                    const Tile& tile, PartCounts& counts) {
+                                    const Tile& tile, const std::function<Expected<Picture>()>& whole, PartCounts& counts) {
     Assembly assembly{.tile = tile, .drawHere = [&](const PixelRect& rect) { return renderer.draw(aspect, list, camera, rect); }};
     if (divides()) assembly.parts = partsOf(tile);
-    if (assembly.parts.size() < 2) return assembly.drawHere(tile.rect);
+    if (assembly.parts.size() < 2) return whole();
 
     struct Withdrawal {
         Board& board;

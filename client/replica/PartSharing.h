@@ -63,9 +63,10 @@ public:
     /// The replica is no longer what it was.
     void forget() { digest_ = {}; }
 
-    /// The tile's picture, as Renderer::draw makes it, errors too.
+    /// The tile's picture, as Renderer::draw makes it, errors too; by `whole` where it is not divided.
     [[nodiscard]] Expected<Picture> draw(Renderer& renderer, const Aspect& aspect, const DrawList& list,
-                                         const ScreenCamera& camera, const Tile& tile, PartCounts& counts);
+                                         const ScreenCamera& camera, const Tile& tile,
+                                         const std::function<Expected<Picture>()>& whole, PartCounts& counts);
     /// Draws one part for a neighbour. False: nobody wants one that this host can draw, or no processor is free.
     bool help(Renderer& renderer, const Aspect& aspect, const RenderScene& scene);
 

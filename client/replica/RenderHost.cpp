@@ -271,10 +271,12 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
     }
     const ScreenCamera camera = tileCamera(wall_, state.tile, view);
     eye_ = camera.eyeWorld;
+    if (auto ready = openFile(state); !ready) return tl::unexpected(ready.error());
     PartCounts parts;
+    Duration readBack{};
     auto painted = state.painter.paint(aspect_, scene_, *renderer_, camera, queue_, [&](const DrawList& list) {
-        return options_.sharing ? options_.sharing->draw(*renderer_, aspect_, list, camera, state.tile, parts)
-                                : renderer_->draw(aspect_, list, camera, state.tile.rect);
+        const auto whole = [&] { return drawWhole(state, list, camera, readBack); };
+        return options_.sharing ? options_.sharing->draw(*renderer_, aspect_, list, camera, state.tile, whole, parts) : whole();
     });
     if (!painted) return tl::unexpected(painted.error());
     ++state.painted;
@@ -286,17 +288,11 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
     state.drawn = painted->picture;
     state.drawnFrame = frame;
     const TimePoint painting = clockNow();
-    if (!options_.output.empty()) {
-        const bool isNew = !state.file;
-        if (isNew) {
-            auto file =
-                SharedFrameWriter::create(fmt::format("{}/tiles/{}/shown.frame", options_.output, state.tile.name),
-                                          state.tile.rect.width, state.tile.rect.height);
-            if (!file) return tl::unexpected(file.error());
-            state.file = std::move(*file);
-        }
-        if (painted->again && !isNew)
+    if (state.file) {
+        if (painted->again)
             state.file->prepareAgain(frame.value);
+        else if (liesInFile(*state.drawn))
+            state.file->prepared(frame.value);
         else
             state.file->prepare(frame.value, *state.drawn);
     }
@@ -309,12 +305,37 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
                      .queries = painted->counts.queries,
                      .waits = painted->counts.waits,
                      .depthTriangles = painted->counts.depthTriangles,
-                     .handOverMs = options_.output.empty() ? 0 : toMilliseconds(clockNow() - painting),
+                     .handOverMs = toMilliseconds(readBack + (state.file ? clockNow() - painting : Duration::zero())),
                      .cullQueuedMs = toMilliseconds(painted->cullQueued),
                      .drawQueuedMs = toMilliseconds(painted->drawQueued),
                      .parts = parts.parts,
                      .partsHelped = parts.helped,
                      .partsTwice = parts.twice};
+}
+
+/// Where the tile's pictures will be shown, before the first of them is drawn.
+Expected<void> RenderHost::openFile(TileState& state) const {
+    if (state.file || options_.output.empty()) return {};
+    auto file = SharedFrameWriter::create(fmt::format("{}/tiles/{}/shown.frame", options_.output, state.tile.name),
+                                          state.tile.rect.width, state.tile.rect.height);
+    if (!file) return tl::unexpected(file.error());
+    state.file = std::move(*file);
+    return {};
+}
+
+/// Straight to where it will be shown, where there is such a place: that picture has no pixels of its own.
+Expected<Picture> RenderHost::drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera, Duration& readBack) {
+    const PixelRect& rect = state.tile.rect;
+    if (!state.file) return renderer_->draw(aspect_, list, camera, rect);
+    if (auto drawn = renderer_->drawInto(aspect_, list, camera, rect, state.file->begin()); !drawn)
+        return tl::unexpected(drawn.error());
+    readBack = renderer_->lastCounts().readBack;
+    return Picture{.widthPx = rect.width, .heightPx = rect.height, .rgb = {}};
+}
+
+/// What the tile shows, with its pixels.
+std::shared_ptr<const Picture> RenderHost::shownBy(const TileState& state) {
+    return liesInFile(*state.shown) ? std::make_shared<const Picture>(state.file->shownPicture()) : state.shown;
 }
 
 bool RenderHost::on(const work::Show& show) {
@@ -337,7 +358,7 @@ Expected<void> RenderHost::showTile(TileState& state) {
     if (state.file)
         if (auto shown = state.file->show(); !shown) return shown;
     if (options_.keepFrames && !options_.output.empty())
-        writer_->writePng(pngPath(state), state.shown, state.shownFrame.value);
+        writer_->writePng(pngPath(state), shownBy(state), state.shownFrame.value);
     return {};
 }
 
@@ -377,7 +398,7 @@ void RenderHost::sendImages(const WaitingImages& waiting) {
         message::TileImage image{
             .request = waiting.request.request, .frame = state->shownFrame, .tile = state->tile.name};
         writer_->encodePng(
-            state->shown, state->shownFrame.value,
+            shownBy(*state), state->shownFrame.value,
             [report = report_, attempt = waiting.attempt, image = std::move(image)](SharedBytes png) mutable {
                 image.png = std::move(png);
                 report({attempt, outcome::Image{std::move(image)}});
@@ -391,7 +412,7 @@ bool RenderHost::on(const work::Finish&) {
                               state->painted, state->again));
     if (!options_.keepFrames && !options_.output.empty())
         for (const auto& state : tiles_)
-            if (state->shown) writer_->writePng(pngPath(*state), state->shown, state->shownFrame.value);
+            if (state->shown) writer_->writePng(pngPath(*state), shownBy(*state), state->shownFrame.value);
     if (!writer_->finish()) return broken({ErrorCode::kFailed, "not every picture could be written"});
     return false;
 }

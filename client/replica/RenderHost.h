@@ -57,6 +57,7 @@ private:
         TileState(Tile t, CullerKind culler) : tile(std::move(t)), painter(tile.rect, culler) {}
         Tile tile;
         TilePainter painter;
+        /// Without pixels (`liesInFile`) where those are in `file` alone.
         std::shared_ptr<const Picture> drawn, shown;
         FrameNumber drawnFrame, shownFrame;
         std::optional<SharedFrameWriter> file;
@@ -92,6 +93,10 @@ private:
     [[nodiscard]] Expected<void> applySnapshot(const CommittedList& committed);
     [[nodiscard]] Expected<void> applyList(const CommittedList& committed);
     [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, FrameNumber frame);
+    [[nodiscard]] Expected<void> openFile(TileState& state) const;
+    [[nodiscard]] Expected<Picture> drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera, Duration& readBack);
+    [[nodiscard]] static bool liesInFile(const Picture& picture) { return picture.rgb.empty(); }
+    [[nodiscard]] static std::shared_ptr<const Picture> shownBy(const TileState& state);
     [[nodiscard]] Expected<void> showTile(TileState& state);
     void follow(const ChangeList* list);
     [[nodiscard]] Hash128 digestOf(const message::Begin& begin) const;

@@ -81,6 +81,32 @@ TEST(SharedFrame, ShowsAPictureAgainUnderItsNewNumber) {
     EXPECT_EQ(readSharedFrame(path)->picture, pictureOf(9));
 }
 
+TEST(SharedFrame, IsDrawnIntoWithoutShowingIt) {
+    const test::TestFolder folder;
+    const std::string path = folder / "shown.frame";
+    auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
+    ASSERT_TRUE(writer);
+    showFrame(*writer, 1);
+    const auto draw = [&](std::uint64_t frame, int untilRow) {
+        const PixelRows rows = writer->begin();
+        ASSERT_GE(rows.pitchBytes, 4u * kWidthPx);
+        for (int y = 0; y < untilRow; ++y)
+            for (int x = 0; x < kWidthPx; ++x)
+                std::fill_n(rows.rgbx + static_cast<std::size_t>(y) * rows.pitchBytes + 4 * static_cast<std::size_t>(x), 3,
+                            static_cast<std::uint8_t>(frame % 251));
+    };
+    draw(2, 75);
+    EXPECT_EQ(readSharedFrame(path)->picture, pictureOf(1)) << "half a picture is nobody's";
+    draw(3, kHeightPx);  // begun again
+    writer->prepared(3);
+    EXPECT_EQ(readSharedFrame(path)->frame, 1u);
+    EXPECT_EQ(writer->shownPicture(), pictureOf(1));
+    ASSERT_TRUE(writer->show());
+    EXPECT_EQ(readSharedFrame(path)->frame, 3u);
+    EXPECT_EQ(readSharedFrame(path)->picture, pictureOf(3));
+    EXPECT_EQ(writer->shownPicture(), pictureOf(3));
+}
+
 TEST(SharedFrame, OutlivesAWriterKilledAtAnyInstant) {
     const test::TestFolder folder;
     const std::string path = folder / "shown.frame";

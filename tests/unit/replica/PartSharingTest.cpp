@@ -79,7 +79,7 @@ struct DrawingSide {
         const ScreenCamera camera = tileCamera(wall, tile, viewOf(frame));
         const DrawList list = RenderAction(CullerKind::kFrustum).run(scene, camera, tile.rect, nullptr);
         sharing.begin(frame, digestOf(frame), viewOf(frame));
-        auto picture = sharing.draw(*renderer, aspect, list, camera, tile, counts);
+        auto picture = sharing.draw(*renderer, aspect, list, camera, tile, [&] { return renderer->draw(aspect, list, camera, tile.rect); }, counts);
         sharing.end();
         return picture.value();
     }
