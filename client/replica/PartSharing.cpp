@@ -3,19 +3,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 
 namespace tessera {
 namespace {
 
 constexpr int kGridPx = 64;
-/// Of a picture that is divided. What is left when the others are done, a few per cent of it, is shared out in these; the
-/// owner draws many at once before (see drawFree).
-constexpr std::size_t kPartsOfATile = 32;
-static_assert(kPartsOfATile <= board::kMostParts);
-/// Idle time beside a frame that is worth dividing the next one: what the parts cost, several times.
-constexpr std::chrono::milliseconds kWorthwhile{4};
-/// Frames in a row that were divided and nobody helped.
-constexpr unsigned kPatience = 4, kLongestPause = 256;
+/// Of a picture that is divided, at most, and what one should take: each costs the list and some geometry once more.
+constexpr std::size_t kMostPartsOfATile = 32;
+static_assert(kMostPartsOfATile <= board::kMostParts);
+constexpr std::chrono::milliseconds kPartShouldTake{4};
+/// Frames that are compared: divided ones with undivided ones. So many good comparisons, then it is looked again how long
+/// undivided ones take.
+constexpr std::size_t kCompared = 3;
+/// Divided frames that do not count: neighbours take up meshes, images and programs that they have not had.
+constexpr unsigned kWarmUp = 3;
+/// Of a frame, time that lies idle beside it: pieces make its processor time 5 to 8 % longer in dense scenes, and half of
+/// this is gained.
+constexpr Duration::rep kIdleShare = 6;
+constexpr unsigned kGoodTrials = 16, kLongestPause = 256;
 
 std::size_t pixelsOf(const PixelRect& rect) {
     return static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
@@ -137,8 +143,7 @@ void PartSharing::begin(FrameNumber frame, const Hash128& digest, const View& vi
     view_ = view;
     begun_ = clockNow();
     frameCounts_ = {};
-    frameOwn_ = 0;
-    frameOwnTook_ = {};
+    drew_ = false;
     board_.is(Activity::kDrawing);
 }
 
@@ -156,28 +161,36 @@ bool PartSharing::divides() const {
 Expected<Picture> PartSharing::draw(Renderer& renderer, const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                     const Tile& tile, const std::function<Expected<Picture>()>& whole, PartCounts& counts) {
     Assembly assembly{.tile = tile, .drawHere = [&](const PixelRect& rect) { return renderer.draw(aspect, list, camera, rect); }};
-    if (divides()) assembly.parts = partsOf(tile);
-    if (assembly.parts.size() < 2) return whole();
+    const auto index = static_cast<std::uint32_t>(std::ranges::find(tiles_, tile.name, &Tile::name) - tiles_.begin());
+    drew_ = true;
+    if (divides()) assembly.parts = partsOf(tile, index);
+    if (assembly.parts.size() < 2) {
+        const TimePoint before = clockNow();
+        auto picture = whole();
+        wholeTook_[index] = clockNow() - before;
+        return picture;
+    }
 
     struct Withdrawal {
         Board& board;
         ~Withdrawal() { board.withdraw(); }
     } const withdrawal{board_};
-    const auto index = static_cast<std::uint32_t>(std::ranges::find(tiles_, tile.name, &Tile::name) - tiles_.begin());
     board_.post(digest_, index, assembly.parts);
     callIdle();
     if (auto done = assemble(assembly, counts); !done) return tl::unexpected(done.error());
     frameCounts_.parts += counts.parts;
     frameCounts_.helped += counts.helped;
     frameCounts_.twice += counts.twice;
-    frameOwn_ += assembly.own;
-    frameOwnTook_ += assembly.ownTook;
     return std::move(assembly.whole);
 }
 
 /// None where they are too large to be handed over.
-std::vector<PixelRect> PartSharing::partsOf(const Tile& tile) const {
-    std::vector<PixelRect> parts = cutIntoParts(tile.rect, kPartsOfATile);
+std::vector<PixelRect> PartSharing::partsOf(const Tile& tile, std::uint32_t index) const {
+    std::size_t count = kMostPartsOfATile;
+    const auto took = wholeTook_.find(index);
+    if (options_.mode == ShareMode::kAuto && took != wholeTook_.end())
+        count = std::clamp<std::size_t>(std::bit_floor(static_cast<std::size_t>(took->second / kPartShouldTake)), 2, count);
+    std::vector<PixelRect> parts = cutIntoParts(tile.rect, count);
     const bool fit = std::ranges::all_of(parts, [](const PixelRect& part) { return 3 * pixelsOf(part) <= board::kSlotBytes; });
     return fit ? parts : std::vector<PixelRect>();
 }
@@ -211,12 +224,13 @@ Expected<void> PartSharing::assemble(Assembly& assembly, PartCounts& counts) {
     return {};
 }
 
-/// Takes and draws what is free, from the front: a quarter of it at once and, as it gets less, ever smaller pieces, so
-/// that what is left at any time can be shared out and little is spent on small pieces while nobody helps (guided
-/// self-scheduling: Polychronopoulos and Kuck 1987).
+/// Takes and draws what is free, from the front: half of its share of what is missing at once, so ever smaller pieces. What is
+/// left at any time can be shared out, though nobody knows what it costs, and little is spent on small pieces while nobody
+/// helps (factoring: Hummel, Schonberg and Flynn 1992).
 Expected<void> PartSharing::drawFree(Assembly& assembly, PartCounts& counts) {
+    const std::size_t sharers = 1 + std::clamp<std::size_t>(std::min(neighbours_.size(), room() - 1), 1, 7);
     for (std::size_t first = 0; first < assembly.parts.size();) {
-        const std::size_t share = std::max<std::size_t>(1, assembly.missing / 4);
+        const std::size_t share = std::max<std::size_t>(1, assembly.missing / (2 * sharers));
         std::size_t end = first;
         while (end < assembly.parts.size() && end - first < share && !assembly.there[end] && board_.take(end)) ++end;
         if (end == first) {
@@ -328,6 +342,11 @@ bool PartSharing::help(Renderer& renderer, const Aspect& aspect, const RenderSce
     return false;
 }
 
+/// Hosts that can draw at once, each on processors of its own.
+std::size_t PartSharing::room() const {
+    return std::max<std::size_t>(1, options_.cores / std::max(1u, options_.threadsEach));
+}
+
 /// How long, until now, a processor and a neighbour had nothing to do, as far as the hosts of this wall tell.
 Duration PartSharing::idleBeside(TimePoint now) const {
     std::vector<TimePoint> ready;
@@ -336,36 +355,47 @@ Duration PartSharing::idleBeside(TimePoint now) const {
     std::ranges::sort(ready);
     // With n hosts and room for c of them a processor is free once fewer than c draw: when n + 1 - c are ready.
     const std::size_t hosts = neighbours_.size() + 1;
-    const std::size_t room = std::max<std::size_t>(1, options_.cores / std::max(1u, options_.threadsEach));
-    const std::size_t wanted = hosts + 1 > room ? hosts + 1 - room : 1;
+    const std::size_t wanted = hosts + 1 > room() ? hosts + 1 - room() : 1;
     return wanted <= ready.size() ? now - ready[wanted - 1] : Duration::zero();
 }
 
-/// Divided once a frame shows that time lay idle beside it; no longer once nobody has helped for some frames, and then not
-/// again for ever longer.
+/// Frames are divided once some show that time lay idle beside them, and as long as that makes them shorter.
 void PartSharing::judge(TimePoint now) {
-    if (options_.mode != ShareMode::kAuto) return;
-    if (!pays_) {
-        if (pause_ > 0) {
-            --pause_;
-            return;
-        }
-        pays_ = idleBeside(now) > std::max<Duration>(kWorthwhile, (now - begun_) / 12);
-        inVain_ = 0;
+    if (options_.mode != ShareMode::kAuto || !drew_) return;
+    if (frameCounts_.parts > 0) {
+        if (++divided_ <= kWarmUp) return;
+        trial_.took += now - begun_;
+        trial_.counts.helped += frameCounts_.helped;
+        trial_.counts.twice += frameCounts_.twice;
+        if (++trial_.frames == kCompared) judgeTrial();
         return;
     }
-    if (frameCounts_.parts == 0) return;  // nothing was drawn
-    // What others drew was worth the smaller pieces.
-    const Duration lent = static_cast<Duration::rep>(frameCounts_.helped) * frameOwnTook_ /
-                          static_cast<Duration::rep>(std::max<std::size_t>(1, frameOwn_));
-    if (frameCounts_.helped > frameCounts_.twice && lent > kWorthwhile / 2) {
-        inVain_ = 0;
-        nextPause_ = 4;
-    } else if (++inVain_ >= kPatience) {
-        pays_ = false;
+    if (alone_.size() == kCompared) alone_.erase(alone_.begin());
+    alone_.push_back(now - begun_);
+    trial_ = {};
+    divided_ = 0;
+    if (pause_ > 0)
+        --pause_;
+    else
+        pays_ = alone_.size() == kCompared && idleBeside(now) > std::max<Duration>(options_.worthwhile, (now - begun_) / kIdleShare);
+}
+
+void PartSharing::judgeTrial() {
+    const Trial trial = std::exchange(trial_, {});
+    std::vector<Duration> alone = alone_;
+    std::ranges::sort(alone);
+    const Duration before = alone[alone.size() / 2];
+    const bool shorter = trial.took / static_cast<Duration::rep>(kCompared) < before - before / 32;  // more than chance, mostly
+    if (shorter && trial.counts.helped > trial.counts.twice) {
+        nextPause_ = 8;
+        if (++goodTrials_ < kGoodTrials) return;
+    } else {
         pause_ = nextPause_;
         nextPause_ = std::min(2 * nextPause_, kLongestPause);
     }
+    goodTrials_ = 0;
+    pays_ = false;
+    alone_.clear();
 }
 
 }  // namespace tessera

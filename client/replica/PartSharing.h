@@ -32,6 +32,9 @@ struct SharingOptions {
     ShareMode mode = ShareMode::kAuto;
     unsigned cores = 1;       ///< of this machine, for all its hosts
     unsigned threadsEach = 1;  ///< that a host's drawing keeps busy
+    /// Idle time beside a frame that may be worth dividing the next one: half of it is gained, and pieces cost a millisecond or
+    /// two each.
+    std::chrono::milliseconds worthwhile{12};
 };
 
 /// What became of one picture.
@@ -45,8 +48,8 @@ struct PartCounts {
 /// screen, where cells and scissors lie (client/draw), so that no pixel is drawn for two. Fewer where it is small.
 [[nodiscard]] std::vector<PixelRect> cutIntoParts(const PixelRect& tile, std::size_t count);
 
-/// Belongs to the draw thread. Neighbours may be stopped, killed or mad at any instant: the owner waits for nobody longer
-/// than its own parts took on average.
+/// Belongs to the draw thread. Neighbours may be stopped, killed or mad at any instant: once its own parts are done, the owner
+/// waits for theirs twice as long as one took here on average, and then draws them itself.
 class PartSharing {
 public:
     PartSharing(SharingOptions options, Board& board, Log& log) : options_(options), board_(board), log_(log) {}
@@ -86,7 +89,7 @@ private:
         std::size_t missing = 0, own = 0;
         Duration ownTook = {};
     };
-    [[nodiscard]] std::vector<PixelRect> partsOf(const Tile& tile) const;
+    [[nodiscard]] std::vector<PixelRect> partsOf(const Tile& tile, std::uint32_t index) const;
     [[nodiscard]] Expected<void> assemble(Assembly& assembly, PartCounts& counts);
     [[nodiscard]] Expected<void> drawFree(Assembly& assembly, PartCounts& counts);
     [[nodiscard]] static Expected<void> drawRun(Assembly& assembly, std::size_t first, std::size_t count);
@@ -95,8 +98,10 @@ private:
     [[nodiscard]] const Tile* wantedTile(const Posting& posting) const;
     [[nodiscard]] bool processorFree() const;
     void callIdle();
+    [[nodiscard]] std::size_t room() const;
     [[nodiscard]] Duration idleBeside(TimePoint now) const;
     void judge(TimePoint now);
+    void judgeTrial();
 
     SharingOptions options_;
     Board& board_;
@@ -111,12 +116,20 @@ private:
     FrameNumber frame_;
     View view_;
     TimePoint begun_{};
+    std::map<std::uint32_t, Duration> wholeTook_;  ///< the tile's picture, when it was drawn here alone last
+
     // What the last frames say about dividing the next one.
     bool pays_ = false;
+    bool drew_ = false;           ///< in this frame
     PartCounts frameCounts_;
-    std::size_t frameOwn_ = 0;  ///< parts that were drawn here, and how long that took
-    Duration frameOwnTook_{};
-    unsigned inVain_ = 0, pause_ = 0, nextPause_ = 4;  ///< frames
+    std::vector<Duration> alone_;  ///< what the last undivided frames took
+    struct Trial {
+        Duration took{};
+        PartCounts counts;
+        unsigned frames = 0;
+    } trial_;                     ///< of divided ones
+    unsigned goodTrials_ = 0, divided_ = 0;  ///< divided: frames in a row
+    unsigned pause_ = 0, nextPause_ = 8;  ///< frames
 };
 
 }  // namespace tessera

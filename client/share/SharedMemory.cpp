@@ -104,7 +104,11 @@ std::string OwnMemory::place() const {
 Expected<OthersMemory> OthersMemory::open(std::string_view place, std::size_t headBytes, std::size_t restBytes) {
     const std::string path = pathOf(place);
     if (path.empty()) return fail(ErrorCode::kBadInput, "'" + std::string(place) + "' is no place of shared memory");
-    // Never waits: what stands there now may be anything, a pipe too.
+    // What stands there may be anything; to open a device or a pipe is to do something.
+    struct stat before {};
+    if (::stat(path.c_str(), &before) != 0) return fail(ErrorCode::kNotFound, path + ": " + std::strerror(errno));
+    if (!S_ISREG(before.st_mode) || static_cast<std::size_t>(before.st_size) != headBytes + restBytes)
+        return fail(ErrorCode::kBadInput, path + ": not the board of a Tessera host");
     const FileHandle handle{::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)};
     if (handle.file < 0) return fail(ErrorCode::kNotFound, path + ": " + std::strerror(errno));
     // Memory of ordinary pages (not of huge ones, which may be missing when they are touched) whose size nobody can change.

@@ -207,7 +207,7 @@ TEST(PartSharing, ANeighbourThatHangsLiesOrGivesBackCostsNoPicture) {
 }
 
 TEST(PartSharing, DividesWhereTimeLiesIdleAndStopsWhereNobodyHelps) {
-    Owner owner({.mode = ShareMode::kAuto, .cores = 2});
+    Owner owner({.mode = ShareMode::kAuto, .cores = 2, .worthwhile = 1ms});
     Board board = Board::create().value();
     owner.sharing.meet("right " + board.place() + "\n");
     const auto partsOf = [&](FrameNumber frame) {
@@ -215,16 +215,18 @@ TEST(PartSharing, DividesWhereTimeLiesIdleAndStopsWhereNobodyHelps) {
         EXPECT_TRUE(owner.shared(owner.sharing, owner.tile, frame, counts) == owner.whole(owner.tile, frame));
         return counts.parts;
     };
-    EXPECT_EQ(partsOf(0_frame), 0u);
-    EXPECT_EQ(partsOf(1_frame), 0u) << "the neighbour was not ready either";
-    board.ready(2, clockNow());
-    EXPECT_EQ(partsOf(2_frame), 0u);
-    std::uint64_t frame = 3;
-    for (; partsOf(FrameNumber(frame)) > 0; ++frame) ASSERT_LT(frame, 20u) << "nobody helps";
-    EXPECT_GT(frame, 3u) << "it was idle for a whole frame";
-    board.ready(frame + 1, clockNow());
-    EXPECT_EQ(partsOf(FrameNumber(frame + 1)), 0u);
-    EXPECT_EQ(partsOf(FrameNumber(frame + 2)), 0u) << "not again at once";
+    std::uint64_t frame = 0;
+    for (; frame < 6; ++frame) EXPECT_EQ(partsOf(FrameNumber(frame)), 0u) << "the neighbour is not ready either";
+    const auto partsBesideIdle = [&] {
+        board.ready(++frame, clockNow());
+        return partsOf(FrameNumber(frame));
+    };
+    EXPECT_EQ(partsBesideIdle(), 0u) << "nobody knew";
+    EXPECT_GT(partsBesideIdle(), 1u);
+    for (int divided = 1; partsBesideIdle() > 0; ++divided) ASSERT_LT(divided, 9) << "nobody helps";
+    for (int i = 0; i < 6; ++i) EXPECT_EQ(partsBesideIdle(), 0u) << "not again at once";
+    int pause = 0;
+    while (partsBesideIdle() == 0) ASSERT_LT(++pause, 20) << "but some time";
 }
 
 TEST(PartSharing, HelpsOnlyWithTheSameFrameAndAProcessorToSpare) {

@@ -117,6 +117,28 @@ TEST_F(ServerLinkTest, SaysWhoItIsAndEndsWhenTheServerIsOver) {
     EXPECT_TRUE(waitForEnd().over);
 }
 
+TEST_F(ServerLinkTest, SaysWhereItsBoardLiesAndHandsNeighboursAndTheirCallsOn) {
+    link_ = std::make_unique<ServerLink>(
+        ServerLinkOptions{.server = server_.address(), .name = "left", .machine = "here", .board = "1/3"}, shelf_, nullptr,
+        events_, work_, log_);
+    thread_ = std::thread([this] { end_ = link_->run(); });
+    const auto hello = server_.hear<message::Hello>();
+    ASSERT_TRUE(hello);
+    EXPECT_EQ(hello->second.machine, "here");
+    EXPECT_EQ(hello->second.board, "1/3");
+    server_.say(hello->first, message::Welcome{.epoch = 1_epoch, .token = {5, 6}});
+    server_.say(hello->first, message::Neighbours{"right 2/3\n"});
+    ASSERT_TRUE(std::holds_alternative<work::Configure>(work_.popFor(kPatience).value().what));
+    const auto met = work_.popFor(kPatience);
+    ASSERT_TRUE(met && std::holds_alternative<work::Meet>(met->what)) << "after the wall, which has their names";
+    EXPECT_EQ(std::get<work::Meet>(met->what).neighbours.boards, "right 2/3\n");
+    link_->tell(Outcome{Attempt{}, outcome::Called{}});
+    const auto called = work_.popFor(kPatience);
+    EXPECT_TRUE(called && std::holds_alternative<work::Help>(called->what));
+    server_.say(hello->first, message::Over{"over"});
+    EXPECT_TRUE(waitForEnd().over);
+}
+
 TEST_F(ServerLinkTest, TellsARestartedServerTheHighestEpochAndLeavesALowerOne) {
     start();
     const auto join = [&](Epoch epoch) {

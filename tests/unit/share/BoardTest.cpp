@@ -160,6 +160,10 @@ TEST(Board, NothingElseIsTakenForOne) {
     EXPECT_NE(refused(at(plain)), "opened");
     ::close(plain);
     EXPECT_NE(refused(at(plain)).find("No such file"), std::string::npos);
+    int pipes[2];
+    ASSERT_EQ(::pipe(pipes), 0);
+    EXPECT_NE(refused(at(pipes[0])).find("not the board"), std::string::npos);
+    for (const int end : pipes) ::close(end);
     const std::size_t bytes = board::kHeadBytes + board::kSlots * board::kSlotBytes;
     const auto memory = [&](unsigned flags, std::size_t size, int seals) {
         const int file = ::memfd_create("other", flags);
