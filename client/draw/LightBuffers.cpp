@@ -3,6 +3,7 @@
 #include "client/draw/ShadowMaps.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace tessera {
 
@@ -36,7 +37,22 @@ LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCa
                         GL_STREAM_DRAW);
     gl_.TextureBuffer(lightTexture_, GL_RGBA32F, lightBuffer_);
     if (shadowed > 0) return LightLists::kShadows;
-    return clusters_.hasLists() ? LightLists::kClusters : LightLists::kNone;
+    if (clusters_.hasLists()) return LightLists::kClusters;
+    if (!findSuns()) return LightLists::kNone;
+    return clusters_.everywhere() <= 1 ? LightLists::kSun : LightLists::kSuns;
+}
+
+bool LightBuffers::findSuns() {
+    suns_ = {};
+    if (clusters_.everywhere() > suns_.size()) return false;
+    for (std::size_t i = 0; i < clusters_.everywhere(); ++i) {
+        const LightTexels& light = clusters_.lights()[i];
+        const auto [x, y, z, w] = light.place;
+        if (w != 0) return false;
+        const float length = std::sqrt(std::max(x * x + y * y + z * z, 1e-8f));
+        suns_[i] = {.towards = {x / length, y / length, z / length, 0}, .radiance = light.radiance};
+    }
+    return true;
 }
 
 std::array<float, 4> LightBuffers::beginCell(const ScreenCamera& cell, const PixelRect& scissor) {

@@ -23,14 +23,20 @@ public:
     [[nodiscard]] std::array<float, 2> shadowed() const {
         return {static_cast<float>(3 * clusters_.lights().size()), static_cast<float>(clusters_.shadowed().size())};
     }
+    /// Where `begin` said kSun or kSuns: they; those that there are not are dark.
+    [[nodiscard]] const std::array<Sun, kMostSuns>& suns() const { return suns_; }
     /// Uploads the cell's lists; what FrameBlock::slices says.
     [[nodiscard]] std::array<float, 4> beginCell(const ScreenCamera& cell, const PixelRect& scissor);
     void bind(GLuint lightUnit, GLuint listUnit) const;
     [[nodiscard]] LightClusters& clusters() { return clusters_; }
 
 private:
+    /// False: there are others, or more.
+    [[nodiscard]] bool findSuns();
+
     const GlFunctions& gl_;
     LightClusters clusters_;
+    std::array<Sun, kMostSuns> suns_{};
     std::vector<std::array<float, 4>> texels_;
     GLuint lightBuffer_ = 0, listBuffer_ = 0, lightTexture_ = 0, listTexture_ = 0;
 };

@@ -37,13 +37,18 @@ vec3 ambient(vec3 n) { return mix(ground.rgb, sky.rgb, 0.5 + 0.5 * dot(n, worldR
 // Radiance from a direction in the world: sky, horizon and ground, and three lamps as in a photographer's studio, so that
 // metal has something to reflect. A function of the direction alone; a rough surface sees it blurred.
 vec3 environment(vec3 d, float roughness) {
-    float blur = 0.06 + 0.94 * roughness;
-    vec3 c = mix(ground.rgb, sky.rgb, smoothstep(-blur, blur, d.y));
-    float horizon = d.y / (0.18 + 0.6 * roughness);
-    c += 0.35 * sky.rgb / (1.0 + 4.0 * horizon * horizon);
+    float blur = 0.06 + 0.94 * roughness, breadth = 0.18 + 0.6 * roughness;
+    float breadth2 = breadth * breadth, horizon = breadth2 + 4.0 * d.y * d.y, dimming = 1.0 + 5.0 * roughness * roughness;
+    // One division for three.
+    float all = 1.0 / (blur * horizon * dimming);
+    float invBlur = all * horizon * dimming;
+    float up = clamp(0.5 + 0.5 * d.y * invBlur, 0.0, 1.0);
+    vec3 c = mix(ground.rgb, sky.rgb, up * up * (3.0 - 2.0 * up));
     vec3 toLamps = vec3(d.y, dot(d, vec3(0.64, 0.48, 0.60)), dot(d, vec3(-0.80, 0.36, 0.48)));
-    vec3 lamps = smoothstep(vec3(0.90, 0.93, 0.95) - 0.7 * blur, vec3(0.90, 0.93, 0.95) + 0.06 * blur, toLamps);
-    return c + sky.rgb * dot(lamps, vec3(2.2, 3.0, 1.6)) / (1.0 + 5.0 * roughness * roughness);
+    // Steps from 0.7 blur below to 0.06 blur above where each lamp's edge is.
+    vec3 lamps = clamp((toLamps - vec3(0.90, 0.93, 0.95)) * (invBlur / 0.76) + 0.7 / 0.76, 0.0, 1.0);
+    lamps *= lamps * (3.0 - 2.0 * lamps);
+    return c + sky.rgb * (0.35 * breadth2 * (all * blur * dimming) + dot(lamps, vec3(2.2, 3.0, 1.6)) * (all * blur * horizon));
 }
 #endif
 
@@ -68,17 +73,9 @@ struct Lit {
 layout(binding = 9) uniform samplerBuffer lightTexels;
 layout(binding = 10) uniform usamplerBuffer lightLists;
 
-void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone) {
-    vec3 l = place.xyz - lit.position * place.w;
-    float d2 = max(dot(l, l), 1e-8);
-    float invD = inversesqrt(d2);
-    l *= invD;
-    // Window of KHR_lights_punctual: the light is zero at its range. Of a directional light, place.w is 0.
-    float x2 = d2 * radiance.w * radiance.w;
+// Light that comes from l, of length 1.
+void addRay(inout Lit lit, vec3 l, vec3 radiance) {
     float nl = clamp(dot(lit.n, l), 0.0, 1.0);
-    // Its cone: squared, so that it fades without an edge.
-    float inCone = clamp(cone.w - dot(l, cone.xyz), 0.0, 1.0);
-    float strength = inCone * inCone * nl * mix(1.0, invD * invD * max(1.0 - x2 * x2, 0.0), place.w);
     // With h = (l + v) / |l + v|: |l + v|^2 = 2 + 2 l.v, so n.h and h.v need no vector h.
     float lv = dot(l, lit.v);
     float invH = inversesqrt(max(2.0 + 2.0 * lv, 1e-6));
@@ -88,7 +85,7 @@ void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone) {
     vec3 fresnel = lit.f0 + (1.0 - lit.f0) * (grazing2 * grazing2 * grazing);
     float q = nh * nh * (lit.alpha2 - 1.0) + 1.0;
     float lobe = 0.5 * lit.alpha2 / max(q * q * mix(2.0 * nl * lit.nv, nl + lit.nv, lit.alpha), 1e-6);
-    vec3 arriving = radiance.rgb * strength;
+    vec3 arriving = radiance * nl;
     lit.diffuse += arriving * (1.0 - fresnel);
     lit.specular += arriving * min(lobe, 40.0) * fresnel;
 #ifdef COATED
@@ -96,6 +93,19 @@ void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone) {
     lobe = 0.5 * lit.coatAlpha2 / max(q * q * mix(2.0 * nl * lit.nv, nl + lit.nv, lit.coatAlpha), 1e-6);
     lit.coat += arriving * min(lobe, 40.0) * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
 #endif
+}
+
+void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone) {
+    vec3 l = place.xyz - lit.position * place.w;
+    float d2 = max(dot(l, l), 1e-8);
+    float invD = inversesqrt(d2);
+    l *= invD;
+    // Window of KHR_lights_punctual: the light is zero at its range. Of a directional light, place.w is 0.
+    float x2 = d2 * radiance.w * radiance.w;
+    // Its cone: squared, so that it fades without an edge.
+    float inCone = clamp(cone.w - dot(l, cone.xyz), 0.0, 1.0);
+    float strength = inCone * inCone * mix(1.0, invD * invD * max(1.0 - x2 * x2, 0.0), place.w);
+    addRay(lit, l, radiance.rgb * strength);
 }
 
 #if LIGHTS == 2
@@ -173,6 +183,13 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
         addLight(lit, place, radiance, texelFetch(lightTexels, at + 2));
     } while (++one < uint(shadows.y));
 #endif
+#if LIGHTS >= 3
+    addRay(lit, suns[0].xyz, suns[1].rgb);
+#if LIGHTS == 4
+    addRay(lit, suns[2].xyz, suns[3].rgb);
+    addRay(lit, suns[4].xyz, suns[5].rgb);
+#endif
+#else
     // One light at least (LightClusters.h): a loop without a test at its start, because a software rasteriser would go
     // through it once more, with nothing to do.
     uint k = 0u;
@@ -194,6 +211,7 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
         addLight(lit, texelFetch(lightTexels, 3 * index), texelFetch(lightTexels, 3 * index + 1),
                  texelFetch(lightTexels, 3 * index + 2));
     } while (++k < count);
+#endif
     lit.diffuse *= base * (1.0 - metallic);
 #ifdef COATED
     // What the lacquer reflects towards the eye does not come from below it.
@@ -211,10 +229,14 @@ const char kToneMapping[] = R"(
 // Khronos PBR Neutral (2024) without its toe: the identity up to 0.8, so that colours stay what they are; highlights fade
 // towards white.
 vec3 toneMap(vec3 c) {
-    float peak = max(max(c.r, c.g), c.b);
-    float newPeak = 1.0 - 0.04 / max(peak - 0.6, 0.2);
-    float whiter = 1.0 - 1.0 / (0.15 * (peak - newPeak) + 1.0);
-    vec3 bright = mix(c * (newPeak / max(peak, 0.8)), vec3(newPeak), whiter);
+    float peak = min(max(max(c.r, c.g), c.b), 1e8);
+    // newPeak = 1 - 0.04 / a; whiter = 1 - 1 / (0.15 (peak - newPeak) + 1): one division for three.
+    float a = max(peak - 0.6, 0.2), bounded = max(peak, 0.8);
+    float b = a * (0.85 + 0.15 * peak) + 0.006;
+    float all = 1.0 / (a * b * bounded);
+    float newPeak = 1.0 - 0.04 * all * b * bounded;
+    float whiter = 1.0 - a * (a * bounded) * all;
+    vec3 bright = mix(c * (newPeak * a * b * all), vec3(newPeak), whiter);
     return peak <= 0.8 ? c : bright;
 }
 

@@ -190,6 +190,7 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     const auto [from, count] = lights.shadowed();
     const auto [pixelWidth, pixelHeight] = shadows.pixelSize();
     block.shadows = {from, count, pixelWidth, pixelHeight};
+    block.suns = lights.suns();
     const bool detailed = scene.detail && &buffers == &tile;
     const auto framebuffer = detailed ? buffers.detailedSurfaces() : buffers.surfaces();
     if (!framebuffer) return tl::unexpected(framebuffer.error());

@@ -175,7 +175,12 @@ void main() {
 #endif
 #endif
 #endif
+#if LIGHTS >= 3
+    // What is infinitely far away shines the same everywhere: only which way one looks counts.
+    float depth = 0.5;
+#else
     float depth = texelFetch(depths, at, sampleOf).x;
+#endif
     vec4 eye = eye_T_clip * vec4(gl_FragCoord.xy * clipPerPixel.xy - 1.0, depth, 1.0);
     vec4 emissiveAndRoughness = texelFetch(materials, int(2u * material));
     vec4 metallicLitAndCoat = texelFetch(materials, int(2u * material + 1u));

@@ -13,6 +13,7 @@ layout(std140, binding = 0) uniform FrameBlock {
     vec4 slices;  // how depth makes slices (LightClusters.h); how many lights are everybody's
     vec4 surround[9];  // EnvironmentTexture.h
     vec4 shadows;  // where lights with shadows are said, how many; 1 / width, 1 / height of their maps' texture
+    vec4 suns[6];  // towards each, its radiance
 };
 layout(std140, binding = 1) uniform LookBlock {
     vec4 baseColor;

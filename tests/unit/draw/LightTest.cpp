@@ -163,6 +163,37 @@ TEST_F(LightTest, AHundredWeakLightsAreOneStrongOne) {
     }
 }
 
+/// What is infinitely far away has a way of its own as long as nothing else is there: a dark lamp somewhere takes it away.
+TEST_F(LightTest, SunsShineAloneAsAmongOthers) {
+    Random random(seedOr(11));
+    int lit = 0;
+    for (const int samples : {1, 4}) {
+        restart({.samples = samples});
+        for (int suns = 1; suns <= 5; ++suns) {
+            std::array<Picture, 2> pictures;
+            std::vector<Vec3d> ways;
+            for (int i = 0; i < suns; ++i) ways.push_back(random.in(1) + Vec3d(0, -0.2, -0.3));
+            for (const bool lamp : {false, true}) {
+                TestScene scene;
+                Material gloss, glass;
+                gloss.roughness = 0.3f;
+                gloss.clearcoat = suns % 2 ? 0.7f : 0.0f;
+                glass.baseColor = Vec4f(0.4f, 0.6f, 0.7f, 0.4f);
+                scene.place(scene.add(makeSphere(0.8, 24), scene.add(gloss)), {-0.7, 0, -1});
+                scene.place(scene.add(makeSphere(0.5, 24), scene.add(glass)), {0.8, 0, -0.8});
+                for (const Vec3d& way : ways) scene.addDirectionalLight(way, Vec3f(1, 0.8f, 0.6f), 0.7f);
+                if (lamp) scene.addPointLight({0, 0, 1}, Vec3f::Ones(), 0);
+                pictures[lamp] = draw(scene);
+            }
+            for (std::size_t i = 0; i < pictures[0].rgb.size(); ++i) {
+                ASSERT_NEAR(pictures[0].rgb[i], pictures[1].rgb[i], 1) << "byte " << i << ", " << suns << " suns";
+                lit += pictures[0].rgb[i] > 150;
+            }
+        }
+    }
+    EXPECT_GT(lit, 5000) << "pictures of darkness prove nothing";
+}
+
 /// KHR_lights_punctual in double, beside a directional light of that strength.
 TEST_F(LightTest, PointsAndSpotsFallOffAsGltfSays) {
     Random random(seedOr(3));
@@ -216,7 +247,7 @@ TEST_F(LightTest, OthersAreShownWithoutCompilingAnythingOnceAllIsPrepared) {
             glass.baseColor = Vec4f(0.4f, 0.6f, 0.7f, 0.4f);
             scene.place(scene.add(makeSphere(0.5, 12), scene.add(gloss)), {0, 0, -1});
             scene.place(scene.add(makeSheet(2, 2), scene.add(glass)), {0, 0, 0});
-            if (step > 0) scene.addDirectionalLight(-Vec3d::UnitZ(), Vec3f::Ones(), 0.5f);
+            for (int i = 0; i < step; ++i) scene.addDirectionalLight(Vec3d(0.1 * i, 0, -1), Vec3f::Ones(), 0.5f);
             for (int i = 0; step > 1 && i < step * step * step; ++i)
                 scene.addPointLight({0.1 * i, 1, 1}, Vec3f::Ones(), 0.1f, step > 2 ? 2.5f : 0);
             if (step > 3) scene.addSpotLight({0, 2, 0}, -Vec3d::UnitY(), Vec3f::Ones(), 3, 0.2f, 0.6f, 5, step > 4);
