@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
         ->type_name("N")
         ->check(CLI::Range(0, 256));
     app.add_option("--share", arguments.share,
-                   "Parts of tiles with idle hosts on this machine:\nauto (default) or off")
+                   "Arrays, and parts of tiles, with hosts on this\nmachine: auto (default) or off")
         ->type_name("S");
     // For tests of the rest of the wall; see client/replica/README.md.
     app.add_option("--inject", arguments.inject)->group("");

@@ -11,7 +11,7 @@
 
 #include "client/replica/BlobShelf.h"
 #include "client/replica/DiskCache.h"
-#include "client/replica/SharedArrays.h"
+#include "client/share/SharedArrays.h"
 #include "client/replica/WorkQueue.h"
 #include "common/base/Channel.h"
 #include "common/base/Log.h"

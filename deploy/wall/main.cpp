@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
             return culler ? std::string() : culler.error().message;
         });
     // "always" is for tests: every tile is divided, whether that pays or not.
-    app.add_option("--share", options.share, "Parts of tiles with idle clients: auto or off (auto)")
+    app.add_option("--share", options.share, "Clients share arrays and parts of tiles: auto or off (auto)")
         ->type_name("S")
         ->check(CLI::IsMember({"auto", "off", "always"}).description(""));
     app.add_option("--output", options.output, "Folder for pictures and report (out)")->type_name("DIR");

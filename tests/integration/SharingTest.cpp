@@ -1,9 +1,13 @@
-/// Real hosts that draw parts of each other's tiles, while some of them are stopped and killed in the middle.
+/// Real hosts that draw parts of each other's tiles, while some of them are stopped and killed in the middle; arrays that they have
+/// in common.
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "client/image/Picture.h"
@@ -138,6 +142,60 @@ TEST_F(Sharing, HostsThatAreStoppedAndKilledInTheMiddleSpoilNoPictureOfTheOthers
             ++compared;
         }
     EXPECT_GT(compared, 2 * kFrames);
+}
+
+/// Of each process' arrays in memory in common: the places where they lie.
+std::set<std::uint64_t> placesOf(pid_t process) {
+    std::set<std::uint64_t> places;
+    std::ifstream maps("/proc/" + std::to_string(process) + "/maps");
+    for (std::string line; std::getline(maps, line);) {
+        unsigned long node = 0;
+        if (line.find("/memfd:tessera-array ") != std::string::npos &&
+            std::sscanf(line.c_str(), "%*s %*s %*s %*s %lu", &node) == 1)
+            places.insert(node);
+    }
+    return places;
+}
+
+/// Twelve balls of 130,000 triangles that differ a little: 36 large arrays.
+TEST_F(Sharing, ArraysLieOnceInTheMemoryOfAMachineAndAreFetchedOnce) {
+    const TemporaryFolder folder;
+    std::string scene = "node { transform { translation { z: -9 } }\n";
+    for (int i = 0; i < 12; ++i)
+        scene += "  node { transform { translation { x: " + std::to_string(i - 6) + " } } sphere { radius: 0.4 segments: " +
+                 std::to_string(256 + i) + " } }\n";
+    LiveWallOptions options{.scene = folder.write("balls.tsct", scene + "}\n"), .size = "320x200", .server = {"--rate", "20"}};
+    for (const bool shared : {true, false}) {
+        LiveWall wall(options);
+        for (const std::string& host : kFourHosts)
+            wall.startClient(host, shared ? std::vector<std::string>{} : std::vector<std::string>{"--share", "off"});
+        for (const std::string& host : kFourHosts) ASSERT_TRUE(wall.waitForFrame(tileOf(host), 2, 60s)) << wall.logs();
+        std::set<std::uint64_t> all;
+        std::size_t arrays = 0;
+        for (const std::string& host : kFourHosts) {
+            const std::set<std::uint64_t> places = placesOf(wall.client(host).pid());
+            arrays = std::max(arrays, places.size());
+            all.insert(places.begin(), places.end());
+        }
+        // One who joins finds them all, the others' ends or not.
+        if (shared) {
+            EXPECT_GE(arrays, 24u);
+            // Two hosts that are done at the same instant may both keep an array where one of them is kept from running.
+            EXPECT_LE(all.size(), arrays + 2) << "each array is there once";
+            wall.client(kFourHosts[0]).signal(SIGKILL);
+            ASSERT_TRUE(wall.client(kFourHosts[0]).waitForExit(10s));
+            wall.startClient(kFourHosts[0]);
+            ASSERT_TRUE(wall.waitForFrame(tileOf(kFourHosts[0]), wall.shownFrame(tileOf(kFourHosts[1])) + 2, 60s)) << wall.logs();
+            std::set<std::uint64_t> found = placesOf(wall.client(kFourHosts[0]).pid());
+            EXPECT_GE(found.size(), arrays - 1);
+            std::erase_if(found, [&](std::uint64_t place) { return all.contains(place); });
+            EXPECT_TRUE(found.empty()) << "who comes back takes what is there";
+        } else {
+            EXPECT_TRUE(all.empty());
+        }
+        const json report = wall.finish();
+        EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0) << report["faults"].dump(2);
+    }
 }
 
 }  // namespace

@@ -107,7 +107,9 @@ TEST(PartSharing, PartsCoverTheTileAndMeetOnTheGrid) {
         const auto parts = cutIntoParts(tile, count);
         ASSERT_GE(parts.size(), 1u);
         ASSERT_LE(parts.size(), count);
-        if (tile.width > 1'100 && tile.height > 1'100) ASSERT_EQ(parts.size(), count);
+        if (tile.width > 1'100 && tile.height > 1'100) {
+            ASSERT_EQ(parts.size(), count);
+        }
         std::int64_t pixels = 0;
         for (const PixelRect& part : parts) {
             ASSERT_GT(part.width, 0);

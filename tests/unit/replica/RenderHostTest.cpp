@@ -142,7 +142,7 @@ TEST_F(RenderHostTest, WorksAheadUntilNothingIsLeftAndShowsTheSame) {
     start();
     EXPECT_FALSE(host_->workAhead()) << "nothing is drawn yet";
     test::TestScene made;
-    for (int i = 0; i < 30; ++i) made.place(made.add(makeSphere(0.5 + 0.01 * i, 90)), {-0.6, 1.5, i % 2 ? -3 : 6});
+    for (int i = 0; i < 30; ++i) made.place(made.add(makeSphere(0.5 + 0.01 * i, 90)), {-0.6, 1.5, i % 2 ? -3.0 : 6.0});
     Aspect scene = made.take();
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     ASSERT_TRUE(next<outcome::Applied>());

@@ -119,7 +119,7 @@ TEST_F(ServerLinkTest, SaysWhoItIsAndEndsWhenTheServerIsOver) {
 
 TEST_F(ServerLinkTest, SaysWhereItsBoardLiesAndHandsNeighboursAndTheirCallsOn) {
     link_ = std::make_unique<ServerLink>(
-        ServerLinkOptions{.server = server_.address(), .name = "left", .machine = "here", .board = "1/3"}, shelf_, nullptr,
+        ServerLinkOptions{.server = server_.address(), .name = "left", .machine = "here", .board = "1/3"}, shelf_, nullptr, nullptr,
         events_, work_, log_);
     thread_ = std::thread([this] { end_ = link_->run(); });
     const auto hello = server_.hear<message::Hello>();

@@ -168,7 +168,9 @@ TEST(Board, NothingElseIsTakenForOne) {
     const auto memory = [&](unsigned flags, std::size_t size, int seals) {
         const int file = ::memfd_create("other", flags);
         EXPECT_EQ(::ftruncate(file, static_cast<off_t>(size)), 0);
-        if (seals) EXPECT_EQ(::fcntl(file, F_ADD_SEALS, seals), 0);
+        if (seals) {
+            EXPECT_EQ(::fcntl(file, F_ADD_SEALS, seals), 0);
+        }
         const std::string said = refused(at(file));
         ::close(file);
         return said;
@@ -211,7 +213,9 @@ TEST(Board, SurvivesANeighbourThatWritesAnything) {
                     ASSERT_GE(part.x, 0);
                     ASSERT_LE(3ull * static_cast<unsigned>(part.width) * static_cast<unsigned>(part.height), board::kSlotBytes);
                 }
-                if (const auto part = hosts.seenByHelper.takeLast(*posting, kHelper)) ASSERT_LT(*part, posting->parts.size());
+                if (const auto part = hosts.seenByHelper.takeLast(*posting, kHelper)) {
+                    ASSERT_LT(*part, posting->parts.size());
+                }
             }
         for (std::size_t part = 0; part < board::kMostParts; ++part)
             if (hosts.owner.take(part)) {

@@ -1,10 +1,12 @@
-#include "client/replica/SharedArrays.h"
+#include "client/share/SharedArrays.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <linux/magic.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -22,17 +24,13 @@ constexpr const char* kDirectoryName = "tessera-arrays-1";  // the number is tha
 constexpr const char* kArrayName = "tessera-array";
 constexpr int kSealed = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE;
 
-/// What a process says of one of its arrays, read by others while it is written: believed by nobody.
-struct Entry {
-    std::uint64_t low = 0, high = 0, sizeBytes = 0;
-    std::uint64_t file = 0;  ///< 0: free; else its number + kFirstFile
-};
 constexpr std::uint64_t kFree = 0, kFirstFile = 1;
+constexpr std::size_t kEntryBytes = 32;
 /// A process that has just begun has nothing yet, and takes longer than this to have something.
 constexpr auto kMeetEvery = 100ms;
 /// For a neighbour to see that we have what it has just put there, too.
 constexpr auto kSettle = 20ms;
-constexpr std::size_t kDirectoryBytes = SharedArrays::kMostArrays * sizeof(Entry);
+constexpr std::size_t kDirectoryBytes = SharedArrays::kMostArrays * kEntryBytes;
 
 std::uint64_t load(const std::uint64_t& word) {
     return __atomic_load_n(&word, __ATOMIC_ACQUIRE);
@@ -64,15 +62,16 @@ std::string linkOf(pid_t process, const std::string& file) {
 bool leadsTo(const std::string& link, const std::string& name) {
     std::error_code error;
     const std::string target = std::filesystem::read_symlink(link, error).string();
-    return !error && target.starts_with("/memfd:" + name);
+    return !error && target.starts_with("/memfd:") && target.compare(7, name.size(), name) == 0;
 }
 
-/// A file in memory of exactly this size, which nobody can change any more.
-bool isSealed(int file, std::uint64_t bytes) {
+/// A file in memory of exactly this size, of ordinary pages (huge ones may be missing when they are touched), with these seals.
+bool isSealed(int file, std::uint64_t bytes, int wanted) {
     struct stat status {};
+    struct statfs system {};
     const int seals = ::fcntl(file, F_GET_SEALS);
-    return seals >= 0 && (seals & kSealed) == kSealed && ::fstat(file, &status) == 0 && S_ISREG(status.st_mode) &&
-           static_cast<std::uint64_t>(status.st_size) == bytes;
+    return seals >= 0 && (seals & wanted) == wanted && ::fstatfs(file, &system) == 0 && system.f_type == TMPFS_MAGIC &&
+           ::fstat(file, &status) == 0 && S_ISREG(status.st_mode) && static_cast<std::uint64_t>(status.st_size) == bytes;
 }
 
 bool writeAll(int file, ByteSpan bytes) {
@@ -101,10 +100,17 @@ std::size_t filesAllowed() {
 
 }  // namespace
 
+/// What a process says of one of its arrays, read by others while it is written: believed by nobody.
+struct SharedArrays::Entry {
+    std::uint64_t low = 0, high = 0, sizeBytes = 0;
+    std::uint64_t file = 0;  ///< 0: free; else its number + kFirstFile
+};
+
 /// Ours, that others read. Entries are given out on one thread and given back on any.
 class SharedArrays::Directory {
 public:
     [[nodiscard]] static std::shared_ptr<Directory> make() {
+        static_assert(sizeof(Entry) == kEntryBytes);
         File file(::memfd_create(kDirectoryName, MFD_CLOEXEC | MFD_ALLOW_SEALING));
         if (file.get() < 0 || ::ftruncate(file.get(), kDirectoryBytes) != 0 ||
             ::fcntl(file.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) != 0)
@@ -151,18 +157,13 @@ private:
 /// A neighbour's.
 class SharedArrays::OtherDirectory {
 public:
-    /// `named`: its number in the process, for whoever looks there.
     [[nodiscard]] static std::unique_ptr<OtherDirectory> open(pid_t process) {
         std::error_code error;
         std::filesystem::directory_iterator it(fmt::format("/proc/{}/fd", process), error), end;
         for (; !error && it != end; it.increment(error)) {
             if (!leadsTo(it->path().string(), kDirectoryName)) continue;
             const File file(::open(it->path().c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-            struct stat status {};
-            const int seals = file.get() < 0 ? -1 : ::fcntl(file.get(), F_GET_SEALS);
-            if (seals < 0 || !(seals & F_SEAL_SHRINK) || ::fstat(file.get(), &status) != 0 ||
-                status.st_size != static_cast<off_t>(kDirectoryBytes))
-                continue;
+            if (file.get() < 0 || !isSealed(file.get(), kDirectoryBytes, F_SEAL_SHRINK)) continue;
             void* memory = ::mmap(nullptr, kDirectoryBytes, PROT_READ, MAP_SHARED, file.get(), 0);
             if (memory == MAP_FAILED) continue;
             auto other = std::make_unique<OtherDirectory>();
@@ -190,7 +191,7 @@ public:
             const std::string link = linkOf(process_, std::to_string(named - kFirstFile));
             if (!leadsTo(link, kArrayName)) continue;
             File file(::open(link.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-            if (file.get() >= 0 && isSealed(file.get(), wanted.sizeBytes)) return file.release();
+            if (file.get() >= 0 && isSealed(file.get(), wanted.sizeBytes, kSealed)) return file.release();
         }
         return -1;
     }

@@ -49,6 +49,7 @@ public:
     [[nodiscard]] const Counts& counts() const { return counts_; }
 
 private:
+    struct Entry;
     class Directory;
     class OtherDirectory;
     [[nodiscard]] Blob keep(int file, const BlobInfo& info, const Blob* known);

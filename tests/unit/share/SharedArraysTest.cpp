@@ -1,5 +1,5 @@
 /// Arrays in memory that hosts of one machine have in common: found, proved, let go of, and never believed.
-#include "client/replica/SharedArrays.h"
+#include "client/share/SharedArrays.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
