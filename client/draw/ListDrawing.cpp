@@ -285,7 +285,7 @@ Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* be
     const bool otherFront = !before || before->mirrored != call.mirrored;
     if (anotherProgram)
         if (auto used = useProgram(wanted); !used) return used;
-    if (wanted.look && (anotherLook || !kindNow.look || kindNow.maps != wanted.maps)) bindLook(call.look, wanted.maps);
+    if (anotherLook || kindNow.maps != wanted.maps) bindLook(call.look, wanted.maps);
     kindNow = wanted;
     if (otherSides) bothSides(look) ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
     if (otherFront) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);

@@ -47,7 +47,7 @@ Expected<void> Renderer::Impl::make(Pass pass, const ProgramKind& kind, std::uin
     if (auto entered = enter(pass); !entered) return entered;
     gl.Scissor(0, 0, 0, 0);
     if (auto used = useProgram(kind); !used) return used;
-    if (kind.look && look < calls.looks().size()) bindLook(look, kind.maps);
+    if (look < calls.looks().size()) bindLook(look, kind.maps);
     gl.BindVertexArray(pass == Pass::kBlend || pass == Pass::kShadow ? vertexArray : emptyArray);
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
     return {};
