@@ -60,7 +60,6 @@ std::optional<Outcome> RenderHost::again(const Work& work) {
 std::optional<Outcome> RenderHost::drawAgain(const Work& work, const message::Begin& begin) {
     if (!still_ || begin.list->changed() || !(begin.payload == still_->payload)) return std::nullopt;
     if (options_.injection.frame == begin.frame.value) return std::nullopt;  // for the draw thread, as all of them
-    still_->repeated = true;
     sequence_ = begin.list->sequence;
     for (const auto& state : tiles_) {
         ++state->painted;
@@ -73,8 +72,9 @@ std::optional<Outcome> RenderHost::drawAgain(const Work& work, const message::Be
 }
 
 std::optional<Outcome> RenderHost::showAgain(const Work& work, FrameNumber frame) {
-    // The disk may be behind with the pictures that are kept; who waits for an image gets it from the draw thread.
-    if (!still_ || !still_->repeated || options_.keepFrames || !waitingImages_.empty()) return std::nullopt;
+    // A wall shows at the pace of its last host: none is late because it works ahead. The disk may be behind with the pictures
+    // that are kept, and with the first of all, whose file gets its name; who waits for an image gets it from the draw thread.
+    if (options_.keepFrames || !waitingImages_.empty()) return std::nullopt;
     if (!std::ranges::all_of(tiles_, [&](const auto& state) { return state->shown || !surface_; })) return std::nullopt;
     for (const auto& state : tiles_)
         if (auto shown = showTile(*state); !shown) return Outcome{work.attempt, outcome::Broken{shown.error()}};

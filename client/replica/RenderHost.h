@@ -48,8 +48,8 @@ public:
     /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads.
     /// False: nothing is left. On the thread of the surface; `again` may run beside it.
     [[nodiscard]] bool workAhead();
-    /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more.
-    /// Nothing (and nothing done): `perform` it. On any thread, when no other is in the host.
+    /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more, and showing what
+    /// is drawn. Nothing (and nothing done): `perform` it. On any thread, while no other is in the host, or in `workAhead`.
     [[nodiscard]] std::optional<Outcome> again(const Work& work);
 
 private:
@@ -71,7 +71,6 @@ private:
     /// all.
     struct StillFrame {
         ByteSlice payload, stats;
-        bool repeated = false;  ///< by `again`: its pictures lie where it takes a few words to show them
     };
     struct WaitingImages {
         Attempt attempt;

@@ -211,6 +211,29 @@ TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChange
     EXPECT_GT(frame(FrameNumber(12), {}, view).drawMs, 0);
 }
 
+/// A host that works ahead of need is not late with showing: somebody else flips the word.
+TEST_F(RenderHostTest, ShowsAtOnceWhatIsDrawn) {
+    start({.output = folder_.path()});
+    Aspect scene = makeBall();
+    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
+    ASSERT_TRUE(next<outcome::Applied>());
+    const auto shown = [&] { return readSharedFrame(folder_ / "tiles/front-0-0/shown.frame").value(); };
+    (void)frame(FrameNumber(0));
+    const Picture before = shown().picture;
+    View view;
+    view.position = {0.3, 0, 0};
+    ASSERT_TRUE(perform(work::Draw{beginOf(1_frame, {}, view)}));
+    ASSERT_TRUE(next<outcome::Drawn>());
+    EXPECT_EQ(shown().picture, before);
+    while (host_->workAhead()) {
+    }
+    const auto swapped = host_->again({Attempt{3}, work::Show{1_frame}});
+    ASSERT_TRUE(swapped);
+    EXPECT_EQ(std::get<outcome::Shown>(swapped->what).frame, 1_frame);
+    EXPECT_EQ(shown().frame, 1u);
+    EXPECT_NE(shown().picture, before);
+}
+
 TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
     start({.output = folder_.path()});
     Aspect scene = makeBall();
