@@ -284,6 +284,10 @@ void PartSharing::collect(Assembly& assembly, PartCounts& counts) const {
     }
 }
 
+bool PartSharing::neighboursDraw() const {
+    return std::ranges::any_of(neighbours_, [](const Neighbour& n) { return n.board->activity() == Activity::kDrawing; });
+}
+
 void PartSharing::callIdle() {
     for (Neighbour& neighbour : neighbours_)
         if (neighbour.board->activity() == Activity::kIdle) neighbour.board->call();

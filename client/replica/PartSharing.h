@@ -70,6 +70,8 @@ public:
     [[nodiscard]] Expected<Picture> draw(Renderer& renderer, const Aspect& aspect, const DrawList& list,
                                          const ScreenCamera& camera, const Tile& tile,
                                          const std::function<Expected<Picture>()>& whole, PartCounts& counts);
+    /// Some neighbour is at its own tiles.
+    [[nodiscard]] bool neighboursDraw() const;
     /// Draws one part for a neighbour. False: nobody wants one that this host can draw, or no processor is free.
     bool help(Renderer& renderer, const Aspect& aspect, const RenderScene& scene);
 

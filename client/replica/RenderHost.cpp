@@ -44,6 +44,14 @@ bool RenderHost::perform(const Work& work) {
 
 bool RenderHost::workAhead() {
     if (!renderer_) return false;
+    const TimePoint begin = clockNow();
+    if (begin < nextAhead_ && options_.sharing && options_.sharing->neighboursDraw()) return true;
+    const bool more = aheadSlice();
+    nextAhead_ = clockNow() + kPausesAhead * (clockNow() - begin);
+    return more;
+}
+
+bool RenderHost::aheadSlice() {
     if (renderer_->prepare()) return true;
     if (!eye_) return false;
     const auto more = uploads_.step(*renderer_, aspect_, scene_, *eye_);

@@ -92,6 +92,7 @@ private:
     [[nodiscard]] Expected<void> applySnapshot(const CommittedList& committed);
     [[nodiscard]] Expected<void> applyList(const CommittedList& committed);
     [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, FrameNumber frame);
+    bool aheadSlice();
     [[nodiscard]] Expected<void> openFile(TileState& state) const;
     [[nodiscard]] Expected<Picture> drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera, Duration& readBack);
     [[nodiscard]] static bool liesInFile(const Picture& picture) { return picture.rgb.empty(); }
@@ -100,6 +101,8 @@ private:
     void follow(const ChangeList* list);
     [[nodiscard]] Hash128 digestOf(const message::Begin& begin) const;
     void helpNeighbours();
+    /// While neighbours draw on the same processors, work ahead of need takes a twentieth of the time.
+    static constexpr int kPausesAhead = 19;
     void injectBefore(FrameNumber frame);
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
@@ -129,6 +132,7 @@ private:
     std::optional<Vec3d> eye_;  ///< in the world, of the tile drawn last
     int samples_ = 0;
     std::vector<std::unique_ptr<TileState>> tiles_;
+    TimePoint nextAhead_{};  ///< where neighbours draw meanwhile
     std::optional<StillFrame> still_;  ///< the frame drawn last, if nothing has happened since
     std::vector<WaitingImages> waitingImages_;
     std::unique_ptr<PictureWriter> writer_;

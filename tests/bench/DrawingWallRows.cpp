@@ -66,7 +66,7 @@ std::optional<TurnCost> measureWall(SceneTable& table, const std::string& wallTe
     options.wall = folder.write("square.wall", wallText);
     options.scene = scene;
     options.size.clear();
-    options.server = {"--scene", folder.write("camera.tsct", turningCamera()), "--camera", "camera"};
+    options.server = {"--scene", folder.write("camera.tsct", turningCamera()), "--assets", "/usr/share/assimp/models"};
     test::LiveWall wall(options);
     if (wall.address().empty()) {
         table.complain("the server of a wall did not listen:\n" + wall.logs());
