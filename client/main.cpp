@@ -16,7 +16,7 @@ using namespace tessera;
 struct Arguments {
     std::string server, host, output, surface = "osmesa", culler, cache, inject, share = "auto";
     bool keepFrames = false;
-    int threads = -1;
+    int threads = -1, device = -1;
 };
 
 /// The name becomes that of a folder, before the server has said whether it knows it.
@@ -51,6 +51,7 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
                         .name = arguments.host,
                         .output = arguments.output,
                         .surface = arguments.surface,
+                        .device = arguments.device < 0 ? std::nullopt : std::optional(arguments.device),
                         .culler = culler,
                         .cache = arguments.cache,
                         .keepFrames = arguments.keepFrames};
@@ -79,7 +80,10 @@ int main(int argc, char** argv) {
     app.add_option("--host", arguments.host, "Name of this host in the wall")->type_name("NAME")->required();
     app.add_option("--output", arguments.output, "Keep images below DIR/tiles")->type_name("DIR");
     app.add_flag("--keep-frames", arguments.keepFrames, "Write every shown image, not only the last");
-    app.add_option("--surface", arguments.surface, "What draws: osmesa (default), or\nnone: follow the scene without drawing")->type_name("NAME");
+    app.add_option("--surface", arguments.surface, "What draws: osmesa (default), egl, or\nnone: follow the scene without drawing")->type_name("NAME");
+    app.add_option("--device", arguments.device, "Of egl: the device to draw on, counted from 0\n(the first GPU, else Mesa's software)")
+        ->type_name("N")
+        ->check(CLI::Range(0, 63));
     app.add_option("--culler", arguments.culler, cullerNames() + " (the wall's, else auto)")->type_name("K");
     app.add_option("--cache", arguments.cache, "Keep meshes and images in DIR/NAME")->type_name("DIR");
     app.add_option("--threads", arguments.threads,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -20,8 +21,18 @@ public:
     [[nodiscard]] virtual std::string description() const = 0;
 };
 
-/// "osmesa". Other names: kUnsupported, naming those that this build has.
-[[nodiscard]] Expected<std::unique_ptr<Surface>> makeSurface(std::string_view name);
+struct SurfaceOptions {
+    /// Of "egl": which of the machine's devices, counted from 0. Nothing: the first GPU, else Mesa's software.
+    std::optional<int> device;
+};
+
+/// "osmesa": Mesa's software, without a window system. "egl": a GPU, or Mesa's software, without a window. Each loads its
+/// library when it is asked for. Other names, no library, no such device, a driver below OpenGL 4.5: kUnsupported, saying
+/// what there is.
+[[nodiscard]] Expected<std::unique_ptr<Surface>> makeSurface(std::string_view name, const SurfaceOptions& options = {});
+
+/// The names above, for messages: "osmesa, egl".
+[[nodiscard]] std::string surfaceNames();
 
 /// How many threads of its own a software surface may draw with; 0: everything on the caller's. The pixels do not
 /// depend on it. Counts when called before the process' first surface is made and before it has other threads.

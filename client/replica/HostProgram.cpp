@@ -72,7 +72,7 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
 
     std::unique_ptr<Surface> surface;
     if (options.surface != "none") {
-        auto made = makeSurface(options.surface);
+        auto made = makeSurface(options.surface, {.device = options.device});
         if (!made) return tl::unexpected(made.error());
         surface = std::move(*made);
     }

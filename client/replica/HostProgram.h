@@ -13,6 +13,7 @@ struct HostOptions {
     std::string name;
     std::string output;
     std::string surface = "osmesa";  ///< "none": it takes part in every frame and draws nothing
+    std::optional<int> device;       ///< of the surface "egl"
     std::optional<CullerKind> culler;  ///< none: the wall's
     std::string cache;  ///< folder; empty: none
     bool keepFrames = false;

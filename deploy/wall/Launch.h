@@ -20,6 +20,8 @@ struct LaunchOptions {
     int samples = 0;     ///< 0: the wall's own
     std::string camera;  ///< empty: the scene's, else the default one
     std::string culler;  ///< empty: the clients' default
+    std::string surface;  ///< of the clients; empty: their default
+    int device = -1;      ///< of the clients' surface; below 0: their default
     std::string share;   ///< of the clients; empty: their default
     std::string record;  ///< the server's recording; empty: none
     std::string journal;  ///< the server's; empty: none

@@ -36,6 +36,12 @@ int main(int argc, char** argv) {
             const auto culler = tessera::parseCuller(name);
             return culler ? std::string() : culler.error().message;
         });
+    app.add_option("--surface", options.surface, "What draws: osmesa (default) or egl")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"osmesa", "egl"}));
+    app.add_option("--device", options.device, "Of egl: the device, counted from 0 (the first GPU,\nelse Mesa's software)")
+        ->type_name("N")
+        ->check(CLI::Range(0, 63));
     // "always" is for tests: every tile is divided, whether that pays or not.
     app.add_option("--share", options.share, "Clients share arrays and parts of tiles: auto or off (auto)")
         ->type_name("S")

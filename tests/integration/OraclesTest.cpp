@@ -81,6 +81,21 @@ TEST_F(Oracles, EveryCullerDrawsTheSamePictureAndTheSameArgumentsDrawItAgain) {
     EXPECT_TRUE(none == picture("again"));
 }
 
+TEST_F(Oracles, EglOnMesasSoftwareDrawsTheBytesThatOsmesaDraws) {
+    draw("osmesa", "2x2", {"--size", "642x362"});
+    // Its first device is the software one where there is no GPU. What a GPU draws is compared with itself alone.
+    const nlohmann::json report = draw("egl", "2x2", {"--size", "642x362", "--surface", "egl"});
+    const Picture drawn = picture("egl");
+    expectContent(drawn);
+    EXPECT_TRUE(report["faults"].empty()) << report["faults"];
+    draw("alone", "1x1", {"--size", "642x362", "--surface", "egl"});
+    EXPECT_TRUE(drawn == picture("alone"));
+    const Outcome client = run(folder_.path(), {program("tessera-client"), "--server", "127.0.0.1:1", "--host", "x", "--surface", "egl", "--device", "63"}, 20s);
+    EXPECT_EQ(client.exitCode, 1) << client.output;
+    const bool software = client.output.find("0: Mesa's software") != std::string::npos;
+    if (software) EXPECT_TRUE(drawn == picture("osmesa"));
+}
+
 TEST_F(Oracles, BezelTilesAreCropsOfOnePictureThatGoesOnBehindThem) {
     draw("bezels", "3x1-bezels");
     const Expected<Wall> wall = loadWall(std::string(TESSERA_SOURCE_DIR) + "/deploy/walls/3x1-bezels.wall");
