@@ -1,7 +1,11 @@
 /// tessera-client: one render host.
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <filesystem>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -15,7 +19,8 @@ using namespace tessera;
 
 struct Arguments {
     std::string server, host, output, surface = "osmesa", culler, cache, inject, share = "auto";
-    bool keepFrames = false;
+    std::vector<std::string> monitors;
+    bool keepFrames = false, window = false, fullScreen = false, vsync = false;
     int threads = -1, device = -1;
 };
 
@@ -36,6 +41,34 @@ int setDrawThreads(int wanted, const Address& server) {
     limitDrawThreads(wanted);
     return wanted;
 }
+
+/// A folder of this process alone, in memory where there is room: the pictures that its windows show.
+class OwnFolder {
+public:
+    static Expected<OwnFolder> make() {
+        for (const std::string& in : {std::string("/dev/shm"), std::filesystem::temp_directory_path().string()}) {
+            OwnFolder folder;
+            folder.path_ = in + "/tessera-XXXXXX";
+            if (::mkdtemp(folder.path_.data())) return folder;
+            folder.path_.clear();
+        }
+        return fail(ErrorCode::kFailed, fmt::format("no folder for the pictures of --window can be made ({}); --output names one", std::strerror(errno)));
+    }
+    ~OwnFolder() {
+        std::error_code ignored;
+        if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+    }
+    OwnFolder(OwnFolder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+    OwnFolder& operator=(OwnFolder&& other) noexcept {
+        std::swap(path_, other.path_);
+        return *this;
+    }
+    [[nodiscard]] const std::string& path() const { return path_; }
+
+private:
+    OwnFolder() = default;
+    std::string path_;
+};
 
 Expected<void> serve(const Arguments& arguments, Log& log) {
     if (auto good = checkName(arguments.host); !good) return good;
@@ -64,6 +97,25 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
     if (!share) return failWith("--share", share.error());
     options.share = *share;
     options.threads = static_cast<unsigned>(std::max(1, setDrawThreads(arguments.threads, *server)));
+    std::optional<OwnFolder> own;
+    if (options.window = arguments.window; options.window) {
+        if (options.surface == "none") return fail(ErrorCode::kUsage, "--window shows pictures, and --surface none draws none");
+        if (options.output.empty()) {
+            auto made = OwnFolder::make();
+            if (!made) return tl::unexpected(made.error());
+            own = std::move(*made);
+            options.output = own->path();
+        }
+        std::error_code error;
+        const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+        options.windows = {.program = (self.parent_path() / "tessera-window").string(),
+                           .output = options.output,
+                           .fullScreen = arguments.fullScreen,
+                           .monitors = arguments.monitors,
+                           .vsync = arguments.vsync};
+        if (!std::filesystem::exists(options.windows.program, error))
+            return fail(ErrorCode::kNotFound, options.windows.program + " is missing: it is looked for beside this program");
+    }
     return runHost(options, log);
 }
 
@@ -93,6 +145,11 @@ int main(int argc, char** argv) {
     app.add_option("--share", arguments.share,
                    "Arrays, and parts of tiles, with hosts on this\nmachine: auto (default) or off")
         ->type_name("S");
+    app.add_option("--window", arguments.monitors, "Show each tile on this machine; on the monitors M,\nby number or name, first tile first")
+        ->type_name("[M...]")
+        ->expected(0, 64);
+    app.add_flag("--full-screen", arguments.fullScreen, "Windows take their whole monitor");
+    app.add_flag("--vsync", arguments.vsync, "Windows in step with the monitor, by the\ngraphics driver");
     // For tests of the rest of the wall; see client/replica/README.md.
     app.add_option("--inject", arguments.inject)->group("");
     try {
@@ -103,6 +160,12 @@ int main(int argc, char** argv) {
         return app.exit(e);
     } catch (const CLI::ParseError& e) {
         fmt::print(stderr, "tessera-client: {}; see --help\n", e.what());
+        return exitCode(ErrorCode::kUsage);
+    }
+    arguments.window = app.count("--window") > 0;
+    std::erase(arguments.monitors, std::string());
+    if (!arguments.window && (arguments.fullScreen || arguments.vsync)) {
+        fmt::print(stderr, "tessera-client: --full-screen and --vsync say how a --window is; see --help\n");
         return exitCode(ErrorCode::kUsage);
     }
     Log log("tessera-client[" + arguments.host + "]");

@@ -1,15 +1,20 @@
 #include "client/image/SharedFrame.h"
 
 #include <fcntl.h>
+#include <linux/futex.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <climits>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
+#include <functional>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -35,6 +40,7 @@ struct Header {
     std::int32_t widthPx, heightPx;
     std::uint64_t shown;  ///< 0: nothing yet; else (times shown << 1) | slot
     Slot slots[2];
+    std::int64_t shownAtNs[2];  ///< CLOCK_MONOTONIC, when the slot became the shown one
 };
 static_assert(sizeof(Header) <= kHeaderBytes);
 
@@ -52,20 +58,6 @@ Picture pictureFrom(const std::uint8_t* rgbx, int widthPx, int heightPx) {
     return picture;
 }
 
-class FileDescriptor {
-public:
-    explicit FileDescriptor(int fd) : fd_(fd) {}
-    ~FileDescriptor() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    FileDescriptor(const FileDescriptor&) = delete;
-    FileDescriptor& operator=(const FileDescriptor&) = delete;
-    [[nodiscard]] int get() const { return fd_; }
-
-private:
-    int fd_;
-};
-
 bool readAt(int fd, void* to, std::size_t bytes, std::size_t offset) {
     auto* out = static_cast<std::byte*>(to);
     while (bytes > 0) {
@@ -79,6 +71,44 @@ bool readAt(int fd, void* to, std::size_t bytes, std::size_t offset) {
     return true;
 }
 
+std::int64_t monotonicNs() {
+    timespec now{};
+    ::clock_gettime(CLOCK_MONOTONIC, &now);
+    return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+/// The word by which readers of other processes are woken: the half of `shown` that changes with each picture.
+std::uint32_t* wakingWord(Header* header) {
+    return reinterpret_cast<std::uint32_t*>(&header->shown);
+}
+
+/// `rgbx` gets the pixels, without gaps between rows.
+struct WholeFrame {
+    Header header{};
+    std::size_t slot = 0;
+};
+Expected<WholeFrame> readWhole(int file, const std::string& path, const std::function<std::uint8_t*(const Header&)>& roomFor) {
+    for (int attempt = 0; attempt < kReadAttempts; ++attempt) {
+        if (attempt > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        Header header{};
+        if (!readAt(file, &header, sizeof header, 0) || header.magic != kMagic || header.widthPx <= 0 || header.heightPx <= 0 ||
+            header.widthPx > kMaxFrameSidePx || header.heightPx > kMaxFrameSidePx)
+            return fail(ErrorCode::kBadInput, path + ": not the shown image of a Tessera host");
+        if (header.shown == 0) return fail(ErrorCode::kNotFound, path + ": no image has been shown yet");
+        const std::size_t bytes = slotBytes(header.widthPx, header.heightPx);
+        struct stat status {};
+        if (::fstat(file, &status) != 0 || static_cast<std::size_t>(status.st_size) < kHeaderBytes + 2 * bytes)
+            return fail(ErrorCode::kBadInput, path + ": the file is shorter than its pictures");
+
+        const std::size_t slot = header.shown & 1;
+        Header after{};
+        if (!readAt(file, roomFor(header), bytes, kHeaderBytes + slot * bytes) || !readAt(file, &after, sizeof after, 0))
+            return fail(ErrorCode::kBadInput, path + ": the file is shorter than its pictures");
+        if (header.slots[slot].changes % 2 == 0 && after.slots[slot] == header.slots[slot]) return WholeFrame{header, slot};
+    }
+    return fail(ErrorCode::kFailed, path + ": no whole picture in many attempts: its writer is too quick, or the file damaged");
+}
+
 }  // namespace
 
 Expected<SharedFrameWriter> SharedFrameWriter::create(const std::string& path, int widthPx, int heightPx) {
@@ -90,7 +120,7 @@ Expected<SharedFrameWriter> SharedFrameWriter::create(const std::string& path, i
     SharedFrameWriter writer;
     writer.path_ = path;
     std::string name = path + ".XXXXXX";
-    const FileDescriptor file(::mkostemp(name.data(), O_CLOEXEC));
+    const FileHandle file(::mkostemp(name.data(), O_CLOEXEC));
     if (file.get() < 0)
         return fail(ErrorCode::kFailed, path + ": cannot make the file of the shown image: " + std::strerror(errno));
     writer.unnamed_ = name;
@@ -213,8 +243,10 @@ Expected<void> SharedFrameWriter::show() {
     auto* header = reinterpret_cast<Header*>(memory_);
     std::atomic_ref shown(header->shown);
     const std::uint64_t times = (shown.load(std::memory_order_relaxed) >> 1) + 1;
+    std::atomic_ref(header->shownAtNs[prepared_]).store(monotonicNs(), std::memory_order_relaxed);
     shown.store((times << 1) | static_cast<std::uint64_t>(prepared_), std::memory_order_release);
     prepared_ = -1;
+    ::syscall(SYS_futex, wakingWord(header), FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
     if (unnamed_.empty()) return {};
     if (::rename(unnamed_.c_str(), path_.c_str()) != 0)
         return fail(ErrorCode::kFailed, path_ + ": cannot put the shown image in place: " + std::strerror(errno));
@@ -224,34 +256,78 @@ Expected<void> SharedFrameWriter::show() {
 
 Expected<ShownImage> readSharedFrame(const std::string& path) {
     // Read, not mapped: a file that is cut short under our hands is a short read, where a mapping would be a SIGBUS.
-    const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    const FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
     if (file.get() < 0) {
         const bool missing = errno == ENOENT || errno == ENOTDIR;
         return fail(missing ? ErrorCode::kNotFound : ErrorCode::kFailed, path + ": " + std::strerror(errno));
     }
     std::vector<std::uint8_t> rgbx;
-    for (int attempt = 0; attempt < kReadAttempts; ++attempt) {
-        if (attempt > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        Header header{};
-        if (!readAt(file.get(), &header, sizeof header, 0) || header.magic != kMagic || header.widthPx <= 0 ||
-            header.heightPx <= 0 || header.widthPx > kMaxFrameSidePx || header.heightPx > kMaxFrameSidePx)
-            return fail(ErrorCode::kBadInput, path + ": not the shown image of a Tessera host");
-        if (header.shown == 0) return fail(ErrorCode::kNotFound, path + ": no image has been shown yet");
-        const std::size_t bytes = slotBytes(header.widthPx, header.heightPx);
-        struct stat status {};
-        if (::fstat(file.get(), &status) != 0 || static_cast<std::size_t>(status.st_size) < kHeaderBytes + 2 * bytes)
-            return fail(ErrorCode::kBadInput, path + ": the file is shorter than its pictures");
+    const auto whole = readWhole(file.get(), path, [&](const Header& header) {
+        rgbx.resize(slotBytes(header.widthPx, header.heightPx));
+        return rgbx.data();
+    });
+    if (!whole) return tl::unexpected(whole.error());
+    return ShownImage{.frame = whole->header.slots[whole->slot].frame,
+                      .picture = pictureFrom(rgbx.data(), whole->header.widthPx, whole->header.heightPx)};
+}
 
-        const std::size_t slot = header.shown & 1;
-        rgbx.resize(bytes);
-        Header after{};
-        if (!readAt(file.get(), rgbx.data(), bytes, kHeaderBytes + slot * bytes) || !readAt(file.get(), &after, sizeof after, 0))
-            return fail(ErrorCode::kBadInput, path + ": the file is shorter than its pictures");
-        if (header.slots[slot].changes % 2 == 0 && after.slots[slot] == header.slots[slot])
-            return ShownImage{.frame = header.slots[slot].frame,
-                              .picture = pictureFrom(rgbx.data(), header.widthPx, header.heightPx)};
+SharedFrameReader::SharedFrameReader(SharedFrameReader&& other) noexcept
+    : path_(std::move(other.path_)), file_(std::move(other.file_)), header_(std::exchange(other.header_, nullptr)), rgbx_(std::move(other.rgbx_)) {}
+
+SharedFrameReader& SharedFrameReader::operator=(SharedFrameReader&& other) noexcept {
+    std::swap(path_, other.path_);
+    std::swap(file_, other.file_);
+    std::swap(header_, other.header_);
+    std::swap(rgbx_, other.rgbx_);
+    return *this;
+}
+
+SharedFrameReader::~SharedFrameReader() {
+    if (header_) ::munmap(header_, kHeaderBytes);
+}
+
+Expected<SharedFrameReader> SharedFrameReader::open(const std::string& path) {
+    SharedFrameReader reader;
+    reader.path_ = path;
+    reader.file_ = FileHandle(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (reader.file_.get() < 0) {
+        const bool missing = errno == ENOENT || errno == ENOTDIR;
+        return fail(missing ? ErrorCode::kNotFound : ErrorCode::kFailed, path + ": " + std::strerror(errno));
     }
-    return fail(ErrorCode::kFailed, path + ": no whole picture in many attempts: its writer is too quick, or the file damaged");
+    if (auto first = reader.read(); !first) return tl::unexpected(first.error());
+    void* const memory = ::mmap(nullptr, kHeaderBytes, PROT_READ, MAP_SHARED, reader.file_.get(), 0);
+    if (memory == MAP_FAILED) return fail(ErrorCode::kFailed, path + ": cannot be mapped: " + std::strerror(errno));
+    reader.header_ = memory;
+    return reader;
+}
+
+Expected<SharedFrameReader::Frame> SharedFrameReader::read() {
+    const auto whole = readWhole(file_.get(), path_, [&](const Header& header) {
+        rgbx_.resize(slotBytes(header.widthPx, header.heightPx));
+        return rgbx_.data();
+    });
+    if (!whole) return tl::unexpected(whole.error());
+    return Frame{.number = whole->header.slots[whole->slot].frame,
+                 .times = whole->header.shown >> 1,
+                 .shownAtNs = whole->header.shownAtNs[whole->slot],
+                 .widthPx = whole->header.widthPx,
+                 .heightPx = whole->header.heightPx,
+                 .rgbx = rgbx_.data()};
+}
+
+bool SharedFrameReader::waitForOther(std::uint64_t times, std::chrono::milliseconds atMost) const {
+    auto* const header = static_cast<Header*>(header_);
+    const timespec patience{static_cast<time_t>(atMost.count() / 1000), static_cast<long>(atMost.count() % 1000 * 1'000'000)};
+    const std::uint64_t shown = std::atomic_ref(header->shown).load(std::memory_order_acquire);
+    if (shown >> 1 != times) return true;
+    ::syscall(SYS_futex, wakingWord(header), FUTEX_WAIT, static_cast<std::uint32_t>(shown), &patience, nullptr, 0);
+    return std::atomic_ref(header->shown).load(std::memory_order_acquire) >> 1 != times;
+}
+
+bool SharedFrameReader::replaced() const {
+    struct stat mine {}, named {};
+    return ::fstat(file_.get(), &mine) == 0 && ::stat(path_.c_str(), &named) == 0 &&
+           (mine.st_ino != named.st_ino || mine.st_dev != named.st_dev);
 }
 
 }  // namespace tessera

@@ -6,10 +6,13 @@
 /// count afterwards and tries again: it never returns a torn image.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "client/image/Picture.h"
+#include "common/base/FileHandle.h"
 
 namespace tessera {
 
@@ -64,5 +67,36 @@ private:
 /// The image shown now. kNotFound: no host has shown anything there yet; kBadInput: not such a file; kFailed: the
 /// writer was quicker than the reader many times over.
 [[nodiscard]] Expected<ShownImage> readSharedFrame(const std::string& path);
+
+/// Follows one shared frame file, picture by picture. One thread; any number of readers per file, each in any process.
+class SharedFrameReader {
+public:
+    struct Frame {
+        std::uint64_t number = 0;
+        std::uint64_t times = 0;     ///< how many pictures had been shown in this file, this one included
+        std::int64_t shownAtNs = 0;  ///< CLOCK_MONOTONIC of the machine: when its host made it the shown one
+        int widthPx = 0, heightPx = 0;
+        const std::uint8_t* rgbx = nullptr;  ///< rows from the top without gaps; until the next `read`
+    };
+    /// Errors as of `readSharedFrame`.
+    [[nodiscard]] static Expected<SharedFrameReader> open(const std::string& path);
+    ~SharedFrameReader();
+    SharedFrameReader(SharedFrameReader&& other) noexcept;
+    SharedFrameReader& operator=(SharedFrameReader&& other) noexcept;
+
+    /// A whole copy of the picture shown now.
+    [[nodiscard]] Expected<Frame> read();
+    /// Sleeps until another picture is shown than the one that was the `times`th, or the time is over: false.
+    [[nodiscard]] bool waitForOther(std::uint64_t times, std::chrono::milliseconds atMost) const;
+    /// Another writer's file has this name now: it is to be opened anew.
+    [[nodiscard]] bool replaced() const;
+
+private:
+    SharedFrameReader() = default;
+    std::string path_;
+    FileHandle file_;
+    void* header_ = nullptr;
+    std::vector<std::uint8_t> rgbx_;
+};
 
 }  // namespace tessera

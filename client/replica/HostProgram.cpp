@@ -77,13 +77,16 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
         surface = std::move(*made);
     }
     const std::unique_ptr<Neighbourhood> neighbourhood = makeNeighbourhood(options, log);
+    std::optional<TileWindows> windows;
+    if (options.window) windows.emplace(options.windows, log);
     RenderHost host({.name = options.name,
                      .output = options.output,
                      .culler = options.culler,
                      .keepFrames = options.keepFrames,
                      .injection = options.injection,
                      .sharing = neighbourhood ? &neighbourhood->sharing() : nullptr,
-                     .workWaits = [&] { return work.more(); }},
+                     .workWaits = [&] { return work.more(); },
+                     .windows = windows ? &*windows : nullptr},
                     surface.get(), store, log, [&](Outcome outcome) { link->tell(std::move(outcome)); });
     const auto probe = host.probe();
     if (!probe) return failWith(surface->description(), probe.error());
@@ -125,6 +128,7 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
         if (neighbourhood && std::holds_alternative<work::Help>(next->what)) neighbourhood->heard();
         // What is broken stays in hand: nobody else is to go on with it.
         if (going = going && host.perform(*next); going) work.done();
+        if (windows) windows->look();
         ahead = going;
     }
     link->tell({Attempt{}, outcome::Ended{}});

@@ -5,6 +5,7 @@
 
 #include "client/replica/RenderHost.h"
 #include "client/replica/ServerLink.h"
+#include "client/replica/TileWindows.h"
 
 namespace tessera {
 
@@ -15,6 +16,8 @@ struct HostOptions {
     std::string surface = "osmesa";  ///< "none": it takes part in every frame and draws nothing
     std::optional<int> device;       ///< of the surface "egl"
     std::optional<CullerKind> culler;  ///< none: the wall's
+    bool window = false;  ///< each tile is shown on a monitor of this machine, by a tessera-window
+    TileWindowsOptions windows;
     std::string cache;  ///< folder; empty: none
     bool keepFrames = false;
     Injection injection;

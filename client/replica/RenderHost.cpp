@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "client/replica/TileWindows.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
@@ -162,6 +163,7 @@ Expected<void> RenderHost::useWall(Wall wall) {
         }
         tiles_.push_back(std::move(state));
     }
+    if (options_.windows) options_.windows->follow(wall_, tilesOf(wall_, options_.name));
     return {};
 }
 

@@ -19,6 +19,8 @@
 
 namespace tessera {
 
+class TileWindows;
+
 struct RenderHostOptions {
     std::string name;    ///< of the host in the wall
     std::string output;  ///< folder of `tiles/`; empty: nothing is written
@@ -28,6 +30,8 @@ struct RenderHostOptions {
     PartSharing* sharing = nullptr;  ///< with neighbours; null: no parts are shared
     /// Whether other work waits; while it does no neighbour is helped. May be empty.
     std::function<bool()> workWaits = {};
+    /// Shows the tiles on monitors; null: nobody does.
+    TileWindows* windows = nullptr;
 };
 
 /// Applies, draws and shows, one piece of work at a time. Lives on the thread of its surface. Knows no socket and no

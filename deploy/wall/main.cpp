@@ -42,6 +42,7 @@ int main(int argc, char** argv) {
     app.add_option("--device", options.device, "Of egl: the device, counted from 0 (the first GPU,\nelse Mesa's software)")
         ->type_name("N")
         ->check(CLI::Range(0, 63));
+    app.add_flag("--window", options.window, "Show the tiles in windows of this machine");
     // "always" is for tests: every tile is divided, whether that pays or not.
     app.add_option("--share", options.share, "Clients share arrays and parts of tiles: auto or off (auto)")
         ->type_name("S")

@@ -1,0 +1,281 @@
+#include "client/window/TileWindow.h"
+
+#include <SDL2/SDL.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <thread>
+#include <vector>
+
+#include "client/image/SharedFrame.h"
+
+namespace tessera {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// How often a file that is not there yet, or whose host is silent, is looked for anew.
+constexpr milliseconds kLook(100);
+
+std::int64_t nowNs() {
+    timespec now{};
+    ::clock_gettime(CLOCK_MONOTONIC, &now);
+    return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+tl::unexpected<Error> refuse(ErrorCode code, const std::string& what) {
+    return fail(code, fmt::format("{}: {}", what, SDL_GetError()));
+}
+
+class Video {
+public:
+    static Expected<std::unique_ptr<Video>> start() {
+        // Nothing of the desktop is to change because a wall is shown, and no film is to be dimmed.
+        SDL_SetHint(SDL_HINT_VIDEO_X11_NET_WM_BYPASS_COMPOSITOR, "0");
+        SDL_SetHint(SDL_HINT_VIDEO_MINIMIZE_ON_FOCUS_LOSS, "0");
+        if (SDL_Init(SDL_INIT_VIDEO) != 0)
+            return refuse(ErrorCode::kUnsupported, "no display to open a window on (is DISPLAY or WAYLAND_DISPLAY set?)");
+        std::unique_ptr<Video> video(new Video);
+        // SDL's last resorts show nothing to anybody. Who wants one of them says so.
+        const std::string driver = SDL_GetCurrentVideoDriver();
+        if (!std::getenv("SDL_VIDEODRIVER") && (driver == "dummy" || driver == "offscreen" || driver == "evdev"))
+            return fail(ErrorCode::kUnsupported, "no display to open a window on (is DISPLAY or WAYLAND_DISPLAY set?)");
+        return video;
+    }
+    ~Video() { SDL_Quit(); }
+    Video(const Video&) = delete;
+    Video& operator=(const Video&) = delete;
+
+    [[nodiscard]] static std::vector<Monitor> monitors() {
+        std::vector<Monitor> found;
+        for (int i = 0; i < SDL_GetNumVideoDisplays(); ++i) {
+            SDL_Rect all{}, usable{};
+            SDL_DisplayMode mode{};
+            if (SDL_GetDisplayBounds(i, &all) != 0) continue;
+            if (SDL_GetDisplayUsableBounds(i, &usable) != 0) usable = all;
+            const char* const name = SDL_GetDisplayName(i);
+            found.push_back({.name = name ? name : "",
+                             .all = {all.x, all.y, all.w, all.h},
+                             .usable = {usable.x, usable.y, usable.w, usable.h},
+                             .refreshHz = SDL_GetDesktopDisplayMode(i, &mode) == 0 ? mode.refresh_rate : 0});
+        }
+        return found;
+    }
+
+private:
+    Video() = default;
+};
+
+template <auto destroy>
+struct Destroyer {
+    template <typename T>
+    void operator()(T* thing) const {
+        destroy(thing);
+    }
+};
+using WindowPtr = std::unique_ptr<SDL_Window, Destroyer<SDL_DestroyWindow>>;
+using RendererPtr = std::unique_ptr<SDL_Renderer, Destroyer<SDL_DestroyRenderer>>;
+using TexturePtr = std::unique_ptr<SDL_Texture, Destroyer<SDL_DestroyTexture>>;
+using SurfacePtr = std::unique_ptr<SDL_Surface, Destroyer<SDL_FreeSurface>>;
+
+SDL_Rect rectOf(const DesktopRect& r) {
+    return {r.x, r.y, r.width, r.height};
+}
+
+/// Bytes R, G, B, unused.
+constexpr Uint32 kPictureFormat = SDL_BYTEORDER == SDL_LIL_ENDIAN ? SDL_PIXELFORMAT_XBGR8888 : SDL_PIXELFORMAT_RGBX8888;
+
+/// The window itself, and how a picture gets into it.
+class Pane {
+public:
+    static Expected<Pane> open(const WindowOptions& options, const std::vector<Monitor>& monitors) {
+        std::size_t monitor = 0;
+        if (!options.monitor.empty()) {
+            const auto found = findMonitor(monitors, options.monitor);
+            if (!found) return tl::unexpected(found.error());
+            monitor = *found;
+        }
+        const Monitor& on = monitors[monitor];
+        DesktopRect place = on.all;
+        if (!options.fullScreen)
+            place = placeOnDesktop(options.part.value_or(PlacedPart{{0, 0, 960, 540}, 960, 540}), on.usable);
+        const Uint32 flags = options.fullScreen ? SDL_WINDOW_FULLSCREEN_DESKTOP | SDL_WINDOW_BORDERLESS
+                                                : options.part ? SDL_WINDOW_BORDERLESS : static_cast<Uint32>(SDL_WINDOW_RESIZABLE);
+        Pane pane;
+        pane.window_.reset(SDL_CreateWindow(options.title.c_str(), place.x, place.y, place.width, place.height, flags));
+        if (!pane.window_) return refuse(ErrorCode::kUnsupported, "no window can be opened");
+        if (options.fullScreen) SDL_ShowCursor(SDL_DISABLE);
+        if (!options.vsync) return pane;
+        pane.renderer_.reset(SDL_CreateRenderer(pane.window_.get(), -1, SDL_RENDERER_ACCELERATED | SDL_RENDERER_PRESENTVSYNC));
+        if (!pane.renderer_) return refuse(ErrorCode::kUnsupported, "no driver here shows a window in step with the monitor (--vsync)");
+        return pane;
+    }
+
+    /// Black where there is no picture.
+    Expected<void> show(const SharedFrameReader::Frame* frame) {
+        return renderer_ ? showRendered(frame) : showPlain(frame);
+    }
+
+private:
+    Pane() = default;
+
+    Expected<void> showPlain(const SharedFrameReader::Frame* frame) {
+        SDL_Surface* const target = SDL_GetWindowSurface(window_.get());
+        if (!target) return refuse(ErrorCode::kUnsupported, "the window cannot be drawn into");
+        const DesktopRect place = frame ? fitted(frame->widthPx, frame->heightPx, target->w, target->h) : DesktopRect{};
+        if (!frame || place.width != target->w || place.height != target->h)
+            SDL_FillRect(target, nullptr, SDL_MapRGB(target->format, 0, 0, 0));
+        if (frame) {
+            const SurfacePtr picture(SDL_CreateRGBSurfaceWithFormatFrom(const_cast<std::uint8_t*>(frame->rgbx), frame->widthPx, frame->heightPx,
+                                                                        32, 4 * frame->widthPx, kPictureFormat));
+            if (!picture) return refuse(ErrorCode::kFailed, "a picture cannot be taken over");
+            SDL_SetSurfaceBlendMode(picture.get(), SDL_BLENDMODE_NONE);
+            SDL_Rect to = rectOf(place);
+            int failed = 0;
+            if (place.width == frame->widthPx && place.height == frame->heightPx) {
+                failed = SDL_BlitSurface(picture.get(), nullptr, target, &to);
+            } else {
+                // Soft stretching wants one format.
+                const SurfacePtr same(SDL_ConvertSurface(picture.get(), target->format, 0));
+                failed = same ? SDL_SoftStretchLinear(same.get(), nullptr, target, &to) : -1;
+                if (failed != 0) failed = SDL_BlitScaled(picture.get(), nullptr, target, &to);
+            }
+            if (failed != 0) return refuse(ErrorCode::kFailed, "a picture cannot be drawn into the window");
+        }
+        if (SDL_UpdateWindowSurface(window_.get()) != 0) return refuse(ErrorCode::kFailed, "the window cannot be shown");
+        return {};
+    }
+
+    Expected<void> showRendered(const SharedFrameReader::Frame* frame) {
+        SDL_RenderSetViewport(renderer_.get(), nullptr);
+        SDL_SetRenderDrawColor(renderer_.get(), 0, 0, 0, 255);
+        SDL_RenderClear(renderer_.get());
+        if (frame) {
+            if (!texture_ || textureWidthPx_ != frame->widthPx || textureHeightPx_ != frame->heightPx) {
+                SDL_SetHint(SDL_HINT_RENDER_SCALE_QUALITY, "linear");
+                texture_.reset(SDL_CreateTexture(renderer_.get(), kPictureFormat, SDL_TEXTUREACCESS_STREAMING, frame->widthPx, frame->heightPx));
+                if (!texture_) return refuse(ErrorCode::kUnsupported, "the driver has no room for the picture");
+                SDL_SetTextureBlendMode(texture_.get(), SDL_BLENDMODE_NONE);
+                textureWidthPx_ = frame->widthPx;
+                textureHeightPx_ = frame->heightPx;
+            }
+            int width = 0, height = 0;
+            SDL_GetRendererOutputSize(renderer_.get(), &width, &height);
+            const SDL_Rect to = rectOf(fitted(frame->widthPx, frame->heightPx, width, height));
+            if (SDL_UpdateTexture(texture_.get(), nullptr, frame->rgbx, 4 * frame->widthPx) != 0 ||
+                SDL_RenderCopy(renderer_.get(), texture_.get(), nullptr, &to) != 0)
+                return refuse(ErrorCode::kFailed, "a picture cannot be drawn into the window");
+        }
+        SDL_RenderPresent(renderer_.get());
+        return {};
+    }
+
+    WindowPtr window_;
+    RendererPtr renderer_;  ///< before the window it goes
+    TexturePtr texture_;
+    int textureWidthPx_ = 0, textureHeightPx_ = 0;
+};
+
+/// Follows the file in a thread of its own and calls the window's, by an event, when there is another picture.
+class Follower {
+public:
+    Follower(std::string path, Uint32 event) : path_(std::move(path)), event_(event), thread_([this] { run(); }) {}
+    ~Follower() {
+        over_ = true;
+        taken();
+        thread_.join();
+    }
+    /// The picture that the event was about: until `taken`.
+    [[nodiscard]] const SharedFrameReader::Frame& frame() const { return frame_; }
+    void taken() {
+        taken_ = true;
+        taken_.notify_one();
+    }
+    /// The same picture once more, within kLook.
+    void again() { again_ = true; }
+
+private:
+    void run() {
+        while (!over_) {
+            if (auto reader = SharedFrameReader::open(path_))
+                follow(*reader);
+            else
+                std::this_thread::sleep_for(kLook);
+        }
+    }
+    void follow(SharedFrameReader& reader) {
+        std::uint64_t last = 0;
+        while (!over_) {
+            if (!reader.waitForOther(last, kLook) && !again_.exchange(false)) {
+                if (reader.replaced()) return;
+                continue;
+            }
+            const auto frame = reader.read();
+            if (!frame) return std::this_thread::sleep_for(kLook);
+            last = frame->times;
+            frame_ = *frame;
+            taken_ = false;
+            SDL_Event call{};
+            call.type = event_;
+            if (SDL_PushEvent(&call) == 1 && !over_) taken_.wait(false);
+        }
+    }
+
+    std::string path_;
+    Uint32 event_;
+    SharedFrameReader::Frame frame_;
+    std::atomic<bool> over_ = false, taken_ = false, again_ = false;
+    std::thread thread_;
+};
+
+}  // namespace
+
+Expected<std::vector<Monitor>> monitorsHere() {
+    const auto video = Video::start();
+    if (!video) return tl::unexpected(video.error());
+    return Video::monitors();
+}
+
+Expected<void> runWindow(const WindowOptions& options) {
+    std::unique_ptr<std::FILE, Destroyer<std::fclose>> log;
+    if (!options.log.empty()) {
+        log.reset(std::fopen(options.log.c_str(), "we"));
+        if (!log) return fail(ErrorCode::kFailed, options.log + ": cannot be written");
+    }
+    const auto video = Video::start();
+    if (!video) return tl::unexpected(video.error());
+    const std::vector<Monitor> monitors = Video::monitors();
+    if (monitors.empty()) return fail(ErrorCode::kUnsupported, "the desktop has no monitor");
+    auto pane = Pane::open(options, monitors);
+    if (!pane) return tl::unexpected(pane.error());
+    if (auto black = pane->show(nullptr); !black) return black;
+
+    const Uint32 another = SDL_RegisterEvents(1);
+    Follower follower(options.frameFile, another);
+    SDL_Event event{};
+    while (SDL_WaitEvent(&event) == 1) {
+        if (event.type == SDL_QUIT) return {};
+        if (event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_ESCAPE) return {};
+        if (event.type == SDL_WINDOWEVENT) {
+            if (event.window.event == SDL_WINDOWEVENT_CLOSE) return {};
+            if (event.window.event == SDL_WINDOWEVENT_EXPOSED || event.window.event == SDL_WINDOWEVENT_SIZE_CHANGED) follower.again();
+        }
+        if (event.type != another) continue;
+        const SharedFrameReader::Frame frame = follower.frame();
+        auto shown = pane->show(&frame);
+        if (log) {
+            fmt::print(log.get(), "{} {} {}\n", frame.number, frame.shownAtNs, nowNs());
+            std::fflush(log.get());
+        }
+        follower.taken();
+        if (!shown) return shown;
+    }
+    return refuse(ErrorCode::kFailed, "the window's events ended");
+}
+
+}  // namespace tessera

@@ -1,0 +1,64 @@
+/// tessera-window: shows one tile's picture on a monitor.
+#include <csignal>
+#include <cstdio>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "client/window/TileWindow.h"
+#include "common/base/Version.h"
+
+int main(int argc, char** argv) {
+    using namespace tessera;
+    WindowOptions options;
+    options.title = "Tessera";
+    std::vector<int> part;
+    bool monitors = false;
+    int parent = 0;
+    CLI::App app("Shows what a tessera-client shows of one tile, on a monitor of this\nmachine. Escape, or closing the window, ends it.",
+                 "tessera-window");
+    app.set_version_flag("--version", versionText("tessera-window"));
+    auto* const file = app.add_option("file", options.frameFile, "OUTPUT/tiles/TILE/shown.frame of the client")->type_name("FILE");
+    app.add_option("--title", options.title, "Of the window")->type_name("TEXT");
+    app.add_option("--monitor", options.monitor, "Its number or name (the first one)")->type_name("M");
+    app.add_flag("--full-screen", options.fullScreen, "All of that monitor");
+    app.add_flag("--vsync", options.vsync, "In step with the monitor, by the graphics driver");
+    app.add_option("--part", part, "No full screen: the tile's place in its screen,\nand the screen's size, in pixels from the upper left")
+        ->type_name("X Y W H SCREEN_W SCREEN_H")
+        ->expected(6)
+        ->check(CLI::Range(0, 1 << 20));
+    app.add_option("--log", options.log, "A line per picture: frame, shown by its host,\nstood in the window (ns, CLOCK_MONOTONIC)")->type_name("FILE");
+    app.add_flag("--monitors", monitors, "Says which monitors there are")->excludes(file);
+    // Of the client that starts windows: they do not outlive it.
+    app.add_option("--parent", parent)->group("");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::CallForHelp& e) {
+        return app.exit(e);
+    } catch (const CLI::CallForVersion& e) {
+        return app.exit(e);
+    } catch (const CLI::ParseError& e) {
+        fmt::print(stderr, "tessera-window: {}; see --help\n", e.what());
+        return exitCode(ErrorCode::kUsage);
+    }
+    if (parent > 0 && (::prctl(PR_SET_PDEATHSIG, SIGTERM) != 0 || ::getppid() != parent)) return 0;
+    const auto end = [](const Expected<void>& done) {
+        if (done) return 0;
+        fmt::print(stderr, "tessera-window: {}\n", done.error().message);
+        return exitCode(done.error().code);
+    };
+    if (monitors) {
+        const auto found = monitorsHere();
+        if (found) fmt::print("{}", describe(*found));
+        return end(found.map([](const auto&) {}));
+    }
+    if (options.frameFile.empty()) return end(fail(ErrorCode::kUsage, "whose picture? FILE is missing; see --help"));
+    if (!part.empty()) {
+        options.part = PlacedPart{{part[0], part[1], part[2], part[3]}, part[4], part[5]};
+        if (part[2] < 1 || part[3] < 1 || part[0] + part[2] > part[4] || part[1] + part[3] > part[5])
+            return end(fail(ErrorCode::kUsage, "--part does not lie on its screen"));
+    }
+    return end(runWindow(options));
+}
