@@ -128,7 +128,6 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
         if (neighbourhood && std::holds_alternative<work::Help>(next->what)) neighbourhood->heard();
         // What is broken stays in hand: nobody else is to go on with it.
         if (going = going && host.perform(*next); going) work.done();
-        if (windows) windows->look();
         ahead = going;
     }
     link->tell({Attempt{}, outcome::Ended{}});

@@ -1,32 +1,100 @@
 #include "client/replica/TileWindows.h"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <thread>
+
+#include "common/base/FileHandle.h"
 
 namespace tessera {
 
+class TileWindows::Window {
+public:
+    static Expected<std::unique_ptr<Window>> start(std::string tile, std::vector<std::string> arguments, Log& log) {
+        std::vector<char*> words;
+        for (std::string& argument : arguments) words.push_back(argument.data());
+        words.push_back(nullptr);
+        // What this process has blocked for its threads is not blocked there.
+        posix_spawnattr_t attributes;
+        posix_spawnattr_init(&attributes);
+        sigset_t none;
+        sigemptyset(&none);
+        posix_spawnattr_setsigmask(&attributes, &none);
+        posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+        pid_t process = 0;
+        const int error = ::posix_spawn(&process, words[0], nullptr, &attributes, words.data(), environ);
+        posix_spawnattr_destroy(&attributes);
+        if (error != 0) return fail(ErrorCode::kFailed, fmt::format("{}: {}", arguments[0], std::strerror(error)));
+        return std::unique_ptr<Window>(new Window(std::move(tile), std::move(arguments), process, log));
+    }
+    /// One that does not answer is killed after a second.
+    ~Window() {
+        ending_ = true;
+        send(SIGTERM);
+        pollfd over{.fd = handle_.get(), .events = POLLIN, .revents = 0};
+        if (handle_.get() < 0 || ::poll(&over, 1, 1000) == 0) send(SIGKILL);
+        watcher_.join();
+    }
+    [[nodiscard]] const std::vector<std::string>& arguments() const { return arguments_; }
+
+private:
+    Window(std::string tile, std::vector<std::string> arguments, pid_t process, Log& log)
+        : tile_(std::move(tile)),
+          arguments_(std::move(arguments)),
+          process_(process),
+          handle_(static_cast<int>(::syscall(SYS_pidfd_open, process, 0))),
+          log_(log),
+          watcher_([this] { watch(); }) {}
+
+    /// By the handle where there is one: the number may be another process' by now.
+    void send(int signal) const {
+        if (handle_.get() >= 0)
+            ::syscall(SYS_pidfd_send_signal, handle_.get(), signal, nullptr, 0);
+        else
+            ::kill(process_, signal);
+    }
+    void watch() {
+        siginfo_t end{};
+        while (::waitid(P_PID, static_cast<id_t>(process_), &end, WEXITED) != 0 && errno == EINTR) {
+        }
+        if (ending_) return;
+        if (end.si_code == CLD_EXITED && end.si_status == 0)
+            return log_.info(fmt::format("the window of tile {} was closed; the tile is drawn as before", tile_));
+        log_.warning(fmt::format("tile {} has no window any more: tessera-window {} {}; the tile is drawn as before", tile_,
+                                 end.si_code == CLD_EXITED ? "ended with exit code" : "was killed by signal", end.si_status));
+    }
+
+    std::string tile_;
+    std::vector<std::string> arguments_;
+    pid_t process_;
+    FileHandle handle_;  ///< of the process; none on kernels before 5.3
+    Log& log_;
+    std::atomic<bool> ending_ = false;
+    std::thread watcher_;
+};
+
 TileWindows::TileWindows(TileWindowsOptions options, Log& log) : options_(std::move(options)), log_(log) {}
 
-TileWindows::~TileWindows() {
-    for (Window& window : windows_) end(window);
-}
+TileWindows::~TileWindows() = default;
 
 void TileWindows::follow(const Wall& wall, const std::vector<Tile>& tiles) {
-    std::vector<Window> before = std::move(windows_);
+    std::vector<std::unique_ptr<Window>> before = std::move(windows_);
     windows_.clear();
     for (std::size_t i = 0; i < tiles.size(); ++i) {
         const Tile& tile = tiles[i];
-        Window window{.tile = tile.name,
-                      .arguments = {options_.program, fmt::format("{}/tiles/{}/shown.frame", options_.output, tile.name), "--title",
-                                    "Tessera " + tile.name, "--parent", std::to_string(::getpid())}};
-        const auto add = [&](std::initializer_list<std::string> more) { window.arguments.insert(window.arguments.end(), more); };
+        std::vector<std::string> arguments = {options_.program, fmt::format("{}/tiles/{}/shown.frame", options_.output, tile.name),
+                                              "--title", "Tessera " + tile.name, "--parent", std::to_string(::getpid())};
+        const auto add = [&](std::initializer_list<std::string> more) { arguments.insert(arguments.end(), more); };
         if (options_.vsync) add({"--vsync"});
         if (i < options_.monitors.size()) add({"--monitor", options_.monitors[i]});
         if (options_.fullScreen)
@@ -36,65 +104,17 @@ void TileWindows::follow(const Wall& wall, const std::vector<Tile>& tiles) {
             add({"--part", std::to_string(tile.rect.x), std::to_string(all.height - tile.rect.y - tile.rect.height),
                  std::to_string(tile.rect.width), std::to_string(tile.rect.height), std::to_string(all.width), std::to_string(all.height)});
         }
-        const auto same = std::ranges::find_if(before, [&](const Window& old) { return old.arguments == window.arguments; });
+        const auto same = std::ranges::find_if(before, [&](const auto& old) { return old && old->arguments() == arguments; });
         if (same != before.end()) {
-            window.process = std::exchange(same->process, 0);
-        } else if (const auto started = start(window.arguments)) {
-            window.process = *started;
-        } else {
-            log_.warning(fmt::format("tile {} has no window: {}", tile.name, started.error().message));
+            windows_.push_back(std::move(*same));
+            continue;
         }
-        windows_.push_back(std::move(window));
-    }
-    for (Window& old : before) end(old);
-}
-
-void TileWindows::look() {
-    for (Window& window : windows_) {
-        int status = 0;
-        if (window.process == 0 || ::waitpid(window.process, &status, WNOHANG) != window.process) continue;
-        window.process = 0;
-        if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
-            log_.info(fmt::format("the window of tile {} was closed; the tile is drawn as before", window.tile));
+        auto started = Window::start(tile.name, std::move(arguments), log_);
+        if (started)
+            windows_.push_back(std::move(*started));
         else
-            log_.warning(fmt::format("tile {} has no window any more: {} {}; the tile is drawn as before", window.tile,
-                                     WIFEXITED(status) ? "tessera-window ended with exit code" : "tessera-window was killed by signal",
-                                     WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status)));
+            log_.warning(fmt::format("tile {} has no window: {}", tile.name, started.error().message));
     }
-}
-
-Expected<pid_t> TileWindows::start(const std::vector<std::string>& arguments) const {
-    std::vector<char*> words;
-    for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
-    words.push_back(nullptr);
-    // What this process has blocked for its threads is not blocked there.
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    sigset_t none;
-    sigemptyset(&none);
-    posix_spawnattr_setsigmask(&attributes, &none);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-    pid_t process = 0;
-    const int error = ::posix_spawn(&process, options_.program.c_str(), nullptr, &attributes, words.data(), environ);
-    posix_spawnattr_destroy(&attributes);
-    if (error != 0) return fail(ErrorCode::kFailed, fmt::format("{}: {}", options_.program, std::strerror(error)));
-    return process;
-}
-
-/// A window that does not answer is killed after a second.
-void TileWindows::end(Window& window) {
-    if (window.process == 0) return;
-    ::kill(window.process, SIGTERM);
-    for (int i = 0; i < 100; ++i) {
-        if (::waitpid(window.process, nullptr, WNOHANG) != 0) {
-            window.process = 0;
-            return;
-        }
-        ::usleep(10'000);
-    }
-    ::kill(window.process, SIGKILL);
-    ::waitpid(window.process, nullptr, 0);
-    window.process = 0;
 }
 
 }  // namespace tessera

@@ -4,8 +4,7 @@
 /// that goes away is to cost its window alone.
 #pragma once
 
-#include <sys/types.h>
-
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,7 +22,7 @@ struct TileWindowsOptions {
     bool vsync = false;
 };
 
-/// One thread: the process' main one. A window does not outlive it.
+/// One thread, the process' main one: a window does not outlive it. What a window lacks, or that it was closed, goes to the log.
 class TileWindows {
 public:
     TileWindows(TileWindowsOptions options, Log& log);
@@ -33,21 +32,14 @@ public:
 
     /// Opens those of these tiles that have none, closes those of others.
     void follow(const Wall& wall, const std::vector<Tile>& tiles);
-    /// Says which were closed or could not be opened; a few hundred nanoseconds each.
-    void look();
 
 private:
-    struct Window {
-        std::string tile;
-        std::vector<std::string> arguments;
-        pid_t process = 0;  ///< 0: it has ended
-    };
-    [[nodiscard]] Expected<pid_t> start(const std::vector<std::string>& arguments) const;
-    void end(Window& window);
+    /// One process, and a thread that waits for its end and says why it has none any more.
+    class Window;
 
     TileWindowsOptions options_;
     Log& log_;
-    std::vector<Window> windows_;
+    std::vector<std::unique_ptr<Window>> windows_;
 };
 
 }  // namespace tessera

@@ -69,12 +69,12 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     std::vector<std::string>& s = run.serverArguments;
     s = {"--wall",    wallPath,
          "--listen",  "127.0.0.1:0",
-         "--frames",  std::to_string(options.frames),
          "--report",  options.output + "/report.json",
          "--progress"};
     const auto add = [&](const std::string& option, const std::string& value) {
         if (!value.empty()) s.insert(s.end(), {option, value});
     };
+    add("--frames", options.frames != 0 ? std::to_string(options.frames) : "");
     for (const std::string& scene : options.scenes) add("--scene", scene);
     for (const std::string& folder : options.assets) add("--assets", folder);
     // Who is shown a scene may load what lies beside it.
@@ -226,8 +226,8 @@ void makeFilm(const LaunchOptions& options, const Wall& wall, const TileImages& 
     if (!written) console.warning(fmt::format("no {}/wall.mp4: {}", options.output, written.error().message));
 }
 
-int judge(const WallRunResult& run, Console& console) {
-    if (run.interrupted) {
+int judge(const WallRunResult& run, bool untilStopped, Console& console) {
+    if (run.interrupted && !(untilStopped && run.server.good())) {
         console.error("stopped before all frames were shown");
         return exitCode(ErrorCode::kFailed);
     }
@@ -255,7 +255,7 @@ int launch(const LaunchOptions& options, Signals& signals, Console& console) {
 
     const Expected<WallRunResult> run = runWall(*runSetup, signals, console);
     if (!run) return failed(run.error());
-    const int code = judge(*run, console);
+    const int code = judge(*run, options.frames == 0, console);
 
     const Expected<LastImages> last = LastImages::read(tiles, images);
     if (!last) return code != 0 ? code : failed(last.error());

@@ -15,7 +15,7 @@ namespace tessera {
 struct LaunchOptions {
     std::string wall = "2x2";
     std::vector<std::string> scenes;
-    std::uint64_t frames = 120;
+    std::uint64_t frames = 120;  ///< 0: until it is stopped
     std::string size;    ///< empty: the wall's own
     int samples = 0;     ///< 0: the wall's own
     std::string camera;  ///< empty: the scene's, else the default one

@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
         ->type_name("S")
         ->required()
         ->check(named);
-    app.add_option("--frames", options.frames, "Frames to show (120)")
+    auto* const frames = app.add_option("--frames", options.frames, "Frames to show (120; with --window until stopped)")
         ->type_name("N")
         ->check(CLI::Range(1, 100'000'000));
     app.add_option("--size", options.size, "Visible pixels of the whole wall")->type_name("WxH");
@@ -70,6 +70,7 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "tessera-wall: {}; see --help\n", e.what());
         return exitCode(ErrorCode::kUsage);
     }
+    if (options.window && frames->empty()) options.frames = 0;
     options.executable = std::filesystem::read_symlink("/proc/self/exe").string();
     Console console = Console::standard();
     Expected<Signals> signals = Signals::take();

@@ -15,7 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-const std::string kYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
+const std::string kYardScene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
 
 /// An X server whose screen lies in a file in the format of xwd (X11/XWDFile.h: 25 numbers, most significant byte first, a name,
 /// colours, rows).
@@ -76,7 +76,7 @@ protected:
     }
     /// The whole wall, drawn without windows, in the middle of a black desktop.
     Picture expected(int widthPx, int heightPx, const std::string& size) {
-        const Outcome drawn = run(folder_.path(), {program("tessera-wall"), "--wall", "2x2", "--scene", kYard, "--frames", "60", "--size", size, "--output", folder_.path() + "/plain"}, 120s);
+        const Outcome drawn = run(folder_.path(), {program("tessera-wall"), "--wall", "2x2", "--scene", kYardScene, "--frames", "60", "--size", size, "--output", folder_.path() + "/plain"}, 120s);
         EXPECT_EQ(drawn.exitCode, 0) << drawn.output;
         const Picture wall = picture("plain/wall.png");
         Picture desktop = Picture::filled(widthPx, heightPx, 0, 0, 0);
@@ -84,7 +84,7 @@ protected:
         return desktop;
     }
     std::vector<std::string> wallOn(const std::string& display, std::vector<std::string> more) const {
-        std::vector<std::string> command = {"/usr/bin/env", "DISPLAY=" + display, program("tessera-wall"), "--wall", "2x2", "--scene", kYard, "--output", folder_.path() + "/out", "--window"};
+        std::vector<std::string> command = {"/usr/bin/env", "DISPLAY=" + display, program("tessera-wall"), "--wall", "2x2", "--scene", kYardScene, "--output", folder_.path() + "/out", "--window"};
         command.insert(command.end(), more.begin(), more.end());
         return command;
     }
@@ -95,7 +95,7 @@ TEST_F(Windows, OfAWallAreItsPicturePixelByPixelAndEndWithIt) {
     Desktop desktop(folder_.path(), 800, 600);
     ASSERT_FALSE(desktop.display().empty()) << desktop.server().output();
     const Picture wanted = expected(800, 600, "640x360");
-    Process wall(folder_.path(), "wall", wallOn(desktop.display(), {"--size", "640x360", "--frames", "100000000"}));
+    Process wall(folder_.path(), "wall", wallOn(desktop.display(), {"--size", "640x360"}));
     EXPECT_TRUE(desktop.waitFor(wanted, 60s)) << wall.output();
     wall.signal(SIGINT);
     EXPECT_EQ(wall.waitForExit(30s), 0) << wall.output();
@@ -106,7 +106,7 @@ TEST_F(Windows, ThatLoseTheirDisplayCostTheWallNothing) {
     auto desktop = std::make_unique<Desktop>(folder_.path(), 800, 600);
     ASSERT_FALSE(desktop->display().empty());
     const Picture wanted = expected(800, 600, "640x360");
-    Process wall(folder_.path(), "wall", wallOn(desktop->display(), {"--size", "640x360", "--frames", "100000000"}));
+    Process wall(folder_.path(), "wall", wallOn(desktop->display(), {"--size", "640x360"}));
     EXPECT_TRUE(desktop->waitFor(wanted, 60s)) << wall.output();
     desktop.reset();
     EXPECT_TRUE(wall.waitForText("has no window any more", 30s)) << wall.output();
