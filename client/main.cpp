@@ -18,7 +18,7 @@ namespace {
 using namespace tessera;
 
 struct Arguments {
-    std::string server, host, output, surface = "osmesa", culler, cache, inject, share = "auto";
+    std::string server, host, output, surface = "osmesa", culler, cache, inject, share = "auto", windowLog;
     std::vector<std::string> monitors;
     bool keepFrames = false, window = false, fullScreen = false, vsync = false;
     int threads = -1, device = -1;
@@ -112,7 +112,8 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
                            .output = options.output,
                            .fullScreen = arguments.fullScreen,
                            .monitors = arguments.monitors,
-                           .vsync = arguments.vsync};
+                           .vsync = arguments.vsync,
+                           .logFolder = arguments.windowLog};
         if (!std::filesystem::exists(options.windows.program, error))
             return fail(ErrorCode::kNotFound, options.windows.program + " is missing: it is looked for beside this program");
     }
@@ -152,6 +153,7 @@ int main(int argc, char** argv) {
     app.add_flag("--vsync", arguments.vsync, "Windows in step with the monitor, by the\ngraphics driver");
     // For tests of the rest of the wall; see client/replica/README.md.
     app.add_option("--inject", arguments.inject)->group("");
+    app.add_option("--window-log", arguments.windowLog)->group("");
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp& e) {

@@ -96,6 +96,7 @@ void TileWindows::follow(const Wall& wall, const std::vector<Tile>& tiles) {
                                               "--title", "Tessera " + tile.name, "--parent", std::to_string(::getpid())};
         const auto add = [&](std::initializer_list<std::string> more) { arguments.insert(arguments.end(), more); };
         if (options_.vsync) add({"--vsync"});
+        if (!options_.logFolder.empty()) add({"--log", fmt::format("{}/{}.log", options_.logFolder, tile.name)});
         if (i < options_.monitors.size()) add({"--monitor", options_.monitors[i]});
         if (options_.fullScreen)
             add({"--full-screen"});

@@ -20,6 +20,7 @@ struct TileWindowsOptions {
     bool fullScreen = false;
     std::vector<std::string> monitors;  ///< of the first tile, the second …; fewer: plain windows, where the tile lies on its screen
     bool vsync = false;
+    std::string logFolder;  ///< of measurements: TILE.log, a line per picture (client/window/TileWindow.h); empty: none
 };
 
 /// One thread, the process' main one: a window does not outlive it. What a window lacks, or that it was closed, goes to the log.

@@ -96,6 +96,7 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     run.clientArguments = {"--output", options.output};
     if (!options.culler.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--culler", options.culler});
     if (options.window) run.clientArguments.emplace_back("--window");
+    if (!options.windowLog.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--window-log", options.windowLog});
     if (!options.surface.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--surface", options.surface});
     if (options.device >= 0) run.clientArguments.insert(run.clientArguments.end(), {"--device", std::to_string(options.device)});
     if (!options.share.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--share", options.share});

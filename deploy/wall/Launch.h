@@ -21,6 +21,7 @@ struct LaunchOptions {
     std::string camera;  ///< empty: the scene's, else the default one
     std::string culler;  ///< empty: the clients' default
     std::string surface;  ///< of the clients; empty: their default
+    std::string windowLog;  ///< folder of the windows' measurements; empty: none
     bool window = false;  ///< of the clients, on this machine's monitors
     int device = -1;      ///< of the clients' surface; below 0: their default
     std::string share;   ///< of the clients; empty: their default

@@ -43,6 +43,8 @@ int main(int argc, char** argv) {
         ->type_name("N")
         ->check(CLI::Range(0, 63));
     app.add_flag("--window", options.window, "Show the tiles in windows of this machine");
+    // For measurements (run-bench screen).
+    app.add_option("--window-log", options.windowLog)->group("");
     // "always" is for tests: every tile is divided, whether that pays or not.
     app.add_option("--share", options.share, "Clients share arrays and parts of tiles: auto or off (auto)")
         ->type_name("S")
