@@ -1,4 +1,5 @@
 /// tessera-client: one render host.
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <thread>
@@ -101,6 +102,8 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "tessera-client: {}; see --help\n", e.what());
         return exitCode(ErrorCode::kUsage);
     }
+    // A file larger than the system lets it be is an error of the call that makes it, and what wants it does without.
+    std::signal(SIGXFSZ, SIG_IGN);
     Log log("tessera-client[" + arguments.host + "]");
     const auto served = serve(arguments, log);
     if (served) return 0;
