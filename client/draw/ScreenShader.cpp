@@ -3,9 +3,42 @@
 
 namespace tessera::shader_text {
 
+// llvmpipe of Mesa 22 fetches each number of a uniform block once for every pixel, one after the other; what comes from
+// a vertex and is not interpolated it reads once for all. A triangle around the screen has three vertices.
+const char kPassedFrame[] = R"(
+PASSED mat4 eye_T_clip;
+PASSED vec4 worldRow0, worldRow1, worldRow2, sky, ground, clipPerPixel;
+#ifdef ENVIRONMENT
+PASSED vec4 surround[9];
+#endif
+#if LIGHTS >= 3
+PASSED vec4 suns[6];
+#else
+PASSED vec4 slices, shadows;
+#endif
+)";
+
 const char kScreenVertex[] = R"(
 void main() {
     vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+#ifdef FRAME_PASSED_ON
+    eye_T_clip = frame.eye_T_clip;
+    worldRow0 = frame.worldRow0;
+    worldRow1 = frame.worldRow1;
+    worldRow2 = frame.worldRow2;
+    sky = frame.sky;
+    ground = frame.ground;
+    clipPerPixel = frame.clipPerPixel;
+#ifdef ENVIRONMENT
+    surround = frame.surround;
+#endif
+#if LIGHTS >= 3
+    suns = frame.suns;
+#else
+    slices = frame.slices;
+    shadows = frame.shadows;
+#endif
+#endif
     gl_Position = vec4(corner, SCREEN_DEPTH, 1.0);
 }
 )";

@@ -14,7 +14,11 @@ layout(std140, binding = 0) uniform FrameBlock {
     vec4 surround[9];  // EnvironmentTexture.h
     vec4 shadows;  // where lights with shadows are said, how many; 1 / width, 1 / height of their maps' texture
     vec4 suns[6];  // towards each, its radiance
-};
+}
+#ifdef FRAME_PASSED_ON
+frame
+#endif
+;
 layout(std140, binding = 1) uniform LookBlock {
     vec4 baseColor;
     vec4 emissiveAndRoughness;
