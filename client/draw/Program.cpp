@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "client/draw/ShaderText.h"
@@ -56,6 +58,7 @@ std::string headOf(const ProgramKind& kind) {
     define(kind.lines, "LINES");
     define(kind.large, "LARGE");
     define(kind.masked, "MASKED");
+    define(kind.plain, "PLAIN");
     define(kind.detail, "DETAIL");
     define(kind.coated, "COATED");
     define(kind.environment, "ENVIRONMENT");
@@ -135,6 +138,13 @@ std::string vertexOf(const ProgramKind& kind) {
 bool isLit(ProgramKind::Use use) {
     using Use = ProgramKind::Use;
     return use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
+}
+
+std::array<std::uint32_t, 2> packedMaterial(std::uint32_t material, const std::array<float, 4>& color) {
+    std::array<std::uint32_t, 2> packed = {(material & 63u) << 26u, (material >> 6u) << 24u};
+    for (std::size_t i = 0; i < 3; ++i)
+        packed[1] |= static_cast<std::uint32_t>(std::sqrt(std::clamp(color[i], 0.0f, 1.0f)) * 255.0f + 0.5f) << (8 * i);
+    return packed;
 }
 
 ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment) {
