@@ -71,6 +71,9 @@ layout(binding = 0) uniform usampler2DMS surfaces;
 layout(binding = 0) uniform usampler2DRect surfaces;
 #endif
 
+// All before anything is done with one: a processor waits for them together.
+#define FETCH_SAMPLES(of) for (int i = 0; i < SAMPLES; ++i) of[i] = SAMPLE(surfaces, i).xy;
+
 vec3 normalOf(uint bits) {
     vec2 oct = vec2(uvec2(bits, bits >> 13u) & 8191u) * (1.0 / 4095.0) - 1.0;
     vec3 n = vec3(oct, 1.0 - abs(oct.x) - abs(oct.y));
@@ -106,7 +109,9 @@ bool sameSurface(uint material, vec3 n, uint otherMaterial, vec3 otherN) {
 const char kClassifyFragment[] = R"(
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    uvec2 first = SAMPLE(surfaces, 0).xy;
+    uvec2 of[SAMPLES];
+    FETCH_SAMPLES(of)
+    uvec2 first = of[0];
     uvec2 all = first, differ = uvec2(0u);
     bvec2 apart = bvec2(false);
     uvec2 oct = uvec2(first.x, first.x >> 13u) & 8191u;
@@ -114,7 +119,7 @@ void main() {
     uvec2 detail = SAMPLE(details, 0).xy;
 #endif
     for (int i = 1; i < SAMPLES; ++i) {
-        uvec2 other = SAMPLE(surfaces, i).xy;
+        uvec2 other = of[i];
         uvec2 bits = other ^ first;
         all |= other;
         differ |= bits;
@@ -148,7 +153,13 @@ layout(location = 0) out vec4 outColor;
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
+#if SAMPLES > 1 && !defined(ONE_SURFACE)
+    uvec2 of[SAMPLES];
+    FETCH_SAMPLES(of)
+    uvec2 surface = of[0];
+#else
     uvec2 surface = SAMPLE(surfaces, 0).xy;
+#endif
     vec3 n = normalOf(surface.x);
     vec3 base = colorOf(surface.y);
     uint material = materialOf(surface);
@@ -170,7 +181,7 @@ void main() {
     uint restDetail = 0u;
 #endif
     for (int i = 1; i < SAMPLES; ++i) {
-        uvec2 other = SAMPLE(surfaces, i).xy;
+        uvec2 other = of[i];
         vec3 otherN = normalOf(other.x);
         vec3 otherBase = colorOf(other.y);
         uint otherMaterial = materialOf(other);
