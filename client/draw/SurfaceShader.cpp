@@ -72,6 +72,7 @@ out vec3 vPosition;
 #endif
 #ifdef MAPS
 out vec4 vTexcoords;
+flat out vec4 vPlace[10];  // as it is in the block: for a pixel numbers of a block are dear, see kPassedFrame
 #endif
 #endif
 
@@ -117,6 +118,7 @@ void main() {
     vPosition = eye;
 #endif
 #ifdef MAPS
+    vPlace = look.place;
 #ifdef LINES
     vTexcoords = texcoord.xyxy;
 #else
@@ -140,6 +142,7 @@ in vec3 vPosition;
 #endif
 #ifdef MAPS
 in vec4 vTexcoords;
+flat in vec4 vPlace[10];
 layout(binding = 3) uniform sampler2D baseColorImage;
 layout(binding = 4) uniform sampler2D metallicRoughnessImage;
 layout(binding = 5) uniform sampler2D normalImage;
@@ -147,8 +150,8 @@ layout(binding = 6) uniform sampler2D occlusionImage;
 layout(binding = 7) uniform sampler2D emissiveImage;
 
 vec2 placed(int map) {
-    vec3 uv = vec3(look.place[2 * map].w > 0.5 ? vTexcoords.zw : vTexcoords.xy, 1.0);
-    return vec2(dot(look.place[2 * map].xyz, uv), dot(look.place[2 * map + 1].xyz, uv));
+    vec3 uv = vec3(vPlace[2 * map].w > 0.5 ? vTexcoords.zw : vTexcoords.xy, 1.0);
+    return vec2(dot(vPlace[2 * map].xyz, uv), dot(vPlace[2 * map + 1].xyz, uv));
 }
 #endif
 
