@@ -127,6 +127,9 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, bool lines, Tex
     block.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f));
     block.metallic[0] = material.metallic;
     block.material[0] = materialIndex(material, material.unlit || lines);
+    const auto packed = packedMaterial(block.material[0], block.baseColor);
+    block.material[1] = packed[0];
+    block.material[2] = packed[1];
     const auto images = imagesOf(material);
     for (std::size_t i = 0; i < kImageMaps; ++i) {
         const auto& [imageId, use] = images[i];

@@ -238,6 +238,7 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
         kind.faceted = !call.mesh.hasNormals;
     }
     kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
+    kind.plain = use == Use::kSurface && kind.maps == 0 && !kind.masked && !call.mesh.hasColors;
     kind.look = kind.maps != 0 || kind.masked || use == Use::kBlend;
     if (use == Use::kSurface && kind.masked) kind.samples = options.samples;
     return kind;

@@ -173,7 +173,8 @@ MeshBuffers::Mesh MeshBuffers::allocate(const MeshArrays& arrays) {
     mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstIndex),
                   .indexCount = static_cast<std::uint32_t>(size.indices),
                   .baseVertex = static_cast<std::int32_t>(baseVertex),
-                  .hasNormals = points || lines || !arrays.normals.empty()};
+                  .hasNormals = points || lines || !arrays.normals.empty(),
+                  .hasColors = !arrays.colors.empty()};
     return mesh;
 }
 

@@ -26,7 +26,7 @@ static_assert(sizeof(MeshVertex) == 48);
 struct MeshRange {
     std::uint32_t firstIndex = 0, indexCount = 0;
     std::int32_t baseVertex = 0;
-    bool hasNormals = false;
+    bool hasNormals = false, hasColors = false;
     bool operator==(const MeshRange&) const = default;
 };
 

@@ -73,12 +73,16 @@ struct LookBlock {
     std::array<float, 4> baseColor;
     std::array<float, 4> emissiveAndRoughness;
     std::array<float, 4> metallic;            ///< x
-    std::array<std::uint32_t, 4> material{};  ///< x: for the light pass
+    std::array<std::uint32_t, 4> material{};  ///< x: for the light pass; y, z: see packedMaterial
     std::array<Placed, kImageMaps> places;
     std::array<float, 4> strengths;  ///< of normals, of occlusion; alpha's cutoff; unused
     std::array<float, 4> effects;    ///< transmission; 1 for unlit; lacquer and its roughness
 };
 static_assert(sizeof(LookBlock) == 256);
+
+/// Of the 64 bits of a surface (SurfaceShader.cpp) those that its material alone decides: all but its normal's, where it is of one
+/// colour.
+[[nodiscard]] std::array<std::uint32_t, 2> packedMaterial(std::uint32_t material, const std::array<float, 4>& color);
 
 /// What the light pass reads of a material: two texels. Material 0 is the background.
 struct MaterialTexels {
@@ -126,6 +130,7 @@ struct ProgramKind {
     bool lines = false;
     bool masked = false;  ///< what alpha leaves away is not there
     bool large = false;   ///< its item is a uniform block
+    bool plain = false;   ///< of one colour, the material's
     // Of whole scenes: the same on every tile.
     bool detail = false;         ///< images say more than colours and normals: 64 bits more of each sample
     bool coated = false;         ///< something has lacquer

@@ -30,6 +30,7 @@ inline constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageM
 enum class Pass : std::uint8_t {
     kSurfaces,   ///< what is solid
     kClear,      ///< see ProgramKind
+    kClearDepth,  ///< the same without colours
     kClassify,
     kLightOne,
     kLight,

@@ -19,8 +19,10 @@ extern const char kPackFragment[];
 extern const char kLighting[];
 /// From radiance to what a screen shows.
 extern const char kToneMapping[];
-/// A triangle around the whole screen, at SCREEN_DEPTH.
+/// A triangle around the whole screen, at SCREEN_DEPTH; with FRAME_PASSED_ON it hands the frame's block on.
 extern const char kScreenVertex[];
+/// The frame's block as that comes from it, before both stages: PASSED is `flat out`, `flat in`.
+extern const char kPassedFrame[];
 /// What the first pass has packed. SAMPLES, DETAIL.
 extern const char kReadSurface[];
 /// What the first pass begins with. DETAIL.

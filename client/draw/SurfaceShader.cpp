@@ -14,12 +14,16 @@ layout(std140, binding = 0) uniform FrameBlock {
     vec4 surround[9];  // EnvironmentTexture.h
     vec4 shadows;  // where lights with shadows are said, how many; 1 / width, 1 / height of their maps' texture
     vec4 suns[6];  // towards each, its radiance
-};
+}
+#ifdef FRAME_PASSED_ON
+frame
+#endif
+;
 layout(std140, binding = 1) uniform LookBlock {
     vec4 baseColor;
     vec4 emissiveAndRoughness;
     vec4 metallic;
-    uvec4 material;  // for the light pass
+    uvec4 material;  // for the light pass: which, and what it alone says of a surface
     // Of each map: two rows that place it (u = row0.xyz * (u, v, 1)), and in row0.w which texture coordinates it takes.
     vec4 place[10];
     vec4 strengths;  // of normals, of occlusion; alpha's cutoff
@@ -58,12 +62,17 @@ flat out uvec2 vNode;
 invariant gl_Position;
 #ifdef SURFACE
 out vec3 vNormal;
+#ifdef PLAIN
+flat out uvec2 vMaterial;
+#else
 out vec4 vColor;
+#endif
 #ifdef POSITION
 out vec3 vPosition;
 #endif
 #ifdef MAPS
 out vec4 vTexcoords;
+flat out vec4 vPlace[10];  // as it is in the block: for a pixel numbers of a block are dear, see kPassedFrame
 #endif
 #endif
 
@@ -100,11 +109,16 @@ void main() {
 #endif
 #ifdef SURFACE
     vNormal = vec3(dot(normalRow0.xyz, normal), dot(normalRow1.xyz, normal), dot(normalRow2.xyz, normal));
+#ifdef PLAIN
+    vMaterial = look.material.yz;
+#else
     vColor = look.baseColor * color;
+#endif
 #ifdef POSITION
     vPosition = eye;
 #endif
 #ifdef MAPS
+    vPlace = look.place;
 #ifdef LINES
     vTexcoords = texcoord.xyxy;
 #else
@@ -117,12 +131,18 @@ void main() {
 
 const char kSurface[] = R"(
 in vec3 vNormal;
+#ifdef PLAIN
+flat in uvec2 vMaterial;
+const vec4 vColor = vec4(1.0);
+#else
 in vec4 vColor;
+#endif
 #ifdef POSITION
 in vec3 vPosition;
 #endif
 #ifdef MAPS
 in vec4 vTexcoords;
+flat in vec4 vPlace[10];
 layout(binding = 3) uniform sampler2D baseColorImage;
 layout(binding = 4) uniform sampler2D metallicRoughnessImage;
 layout(binding = 5) uniform sampler2D normalImage;
@@ -130,8 +150,8 @@ layout(binding = 6) uniform sampler2D occlusionImage;
 layout(binding = 7) uniform sampler2D emissiveImage;
 
 vec2 placed(int map) {
-    vec3 uv = vec3(look.place[2 * map].w > 0.5 ? vTexcoords.zw : vTexcoords.xy, 1.0);
-    return vec2(dot(look.place[2 * map].xyz, uv), dot(look.place[2 * map + 1].xyz, uv));
+    vec3 uv = vec3(vPlace[2 * map].w > 0.5 ? vTexcoords.zw : vTexcoords.xy, 1.0);
+    return vec2(dot(vPlace[2 * map].xyz, uv), dot(vPlace[2 * map + 1].xyz, uv));
 }
 #endif
 
@@ -230,14 +250,18 @@ void main() {
     vec3 n = s.normal;
     // A normal of no length (degenerate triangles, zeros in a file) faces along the view.
     float size = abs(n.x) + abs(n.y) + abs(n.z);
-    n = size > 1e-30 ? n / size : vec3(0.0, 0.0, 1.0);
+    n = size > 1e-30 ? n * (1.0 / size) : vec3(0.0, 0.0, 1.0);
     vec2 folded = (1.0 - abs(n.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(n.xy, vec2(0.0)));
     vec2 oct = n.z >= 0.0 ? n.xy : folded;
     uvec2 octBits = uvec2(clamp(oct * 4095.0 + 4095.5, 0.0, 8191.0));
+    uint normalBits = octBits.x | (octBits.y << 13u);
+#ifdef PLAIN
+    outSurface = uvec2(normalBits | vMaterial.x, vMaterial.y);
+#else
     uvec3 c = uvec3(sqrt(clamp(s.base.rgb, 0.0, 1.0)) * 255.0 + 0.5);
     uint material = look.material.x;
-    outSurface = uvec2(octBits.x | (octBits.y << 13u) | ((material & 63u) << 26u),
-                       c.r | (c.g << 8u) | (c.b << 16u) | ((material >> 6u) << 24u));
+    outSurface = uvec2(normalBits | ((material & 63u) << 26u), c.r | (c.g << 8u) | (c.b << 16u) | ((material >> 6u) << 24u));
+#endif
 #ifdef DETAIL
     outDetail = uvec2(0u);
 #if defined(MAPS) && (MAPS & 26) != 0

@@ -76,14 +76,12 @@ void besideRow(SceneTable& table, Stage stage, CullerKind other, const std::stri
                .remark = fmt::format("{} of {} triangles given to GL", cost.triangles, cost.allTriangles)});
 }
 
-/// A tile that shows nothing, and its way out, beside a copy of as many bytes.
-void emptyRows(SceneTable& table) {
-    table.begin("a tile of 960x540, 4 samples");
-    Aspect nothing;
+/// A tile of 960x540, and its way out, beside a copy of as many bytes.
+void tileRow(SceneTable& table, const std::string& name, const Aspect& aspect, int samples, const std::string& remark) {
     RenderScene scene;
-    scene.update(nothing, nullptr);
+    scene.update(aspect, nullptr);
     const auto surface = orExit(makeSurface("osmesa"));
-    const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
+    const auto renderer = orExit(Renderer::create(*surface, {.samples = samples}));
     RenderAction action(CullerKind::kAuto);
     const ScreenCamera camera = screenCamera(benchScreen(), User(), Eye::kCenter, View());
     const PixelRect rect{.x = 0, .y = 0, .width = 960, .height = 540};
@@ -93,18 +91,29 @@ void emptyRows(SceneTable& table) {
     for (int i = 0; i < 60; ++i) {
         double start = processorMs();
         static_cast<void>(
-            orExit(renderer->draw(nothing, action.run(scene, camera, rect, nullptr), camera, rect)));
+            orExit(renderer->draw(aspect, action.run(scene, camera, rect, nullptr), camera, rect)));
         if (i >= 10) ours.push_back(processorMs() - start);
         start = processorMs();
         std::memcpy(to.data(), from.data() + (to[static_cast<std::size_t>(i)] & 0), to.size());
         if (i >= 10) copies.push_back(processorMs() - start);
     }
-    table.add({.operation = "an empty tile",
+    table.add({.operation = name + (samples == 1 ? ", one sample" : ", 4 samples"),
                .peer = "a copy of its pixels",
                .ours = medianOf(ours),
                .theirs = medianOf(copies),
                .unit = "ms",
-               .remark = "processor time; 45 ms when the limit of half was set, on another machine"});
+               .remark = "processor time" + remark});
+}
+
+/// One that shows nothing, and one full of a single face.
+void emptyRows(SceneTable& table) {
+    table.begin("a tile of 960x540");
+    tileRow(table, "an empty tile", Aspect(), 4, "; 45 ms when the limit of half was set, on another machine");
+    City city;
+    city.meshes = {makeBox({1, 1, 1})};
+    city.places = {{0, {0, 1.5, -3}, {40, 40, 1}}};
+    const Stage stage = cityStage("one face", city, 1);
+    for (const int samples : {1, 4}) tileRow(table, "full of one face", stage.aspect, samples, "");
 }
 
 /// From a program's start to the pixels of its first lit frame: this program, started with --first.
