@@ -254,6 +254,7 @@ void OccluderRasteriser::addPatch(const OccluderMesh& mesh, const Patch& patch, 
                       .nearest = patch.nearest}))
         return;
     work.triangles += patch.count;
+    marks_.beginPatch(patch.lowerY, patch.upperY, patch.nearest, buffer);
 
     const std::span<const std::uint32_t> members = std::span(ordered_).subspan(patch.first, patch.count);
     const std::span<const OccluderMesh::Triangle> triangles = mesh.triangles();
