@@ -16,6 +16,7 @@ public:
 
     struct Place {
         bool shown = false;   ///< on the tile, and not turned away as a whole
+        double facing = 0;    ///< share of its triangles that face the eye, as far as can be told
         double areaPx = 0;    ///< of the tile that it covers; 0 where it reaches the near plane
         double farthest = 0;  ///< metres
     };
@@ -23,15 +24,19 @@ public:
         const Vec3d centre = cluster.centre.cast<double>(), half = cluster.half.cast<double>();
         const Vec3d away = centre - eye_;
         const double along = cluster.axis.cast<double>().dot(away), squared = away.squaredNorm();
+        const double across = std::sqrt(std::max(0.0, squared - along * along)) * static_cast<double>(cluster.sine);
+        const double radius = half.norm();
+        double facing = 0.5;
         // Where nothing is known of its normals its cosine is below 0.
-        if (cluster.cosine > 0 && along * static_cast<double>(cluster.cosine) -
-                                          std::sqrt(std::max(0.0, squared - along * along)) * static_cast<double>(cluster.sine) >
-                                      half.norm())
-            return {};
+        if (cluster.cosine > 0) {
+            const double behind = along * static_cast<double>(cluster.cosine);
+            if (behind - across > radius) return {};
+            if (behind + across < -radius) facing = 1;
+        }
         const Vec3d middle = rows_ * centre + offset_;
         const double deep = forward_.dot(half);
         if (middle.z() + deep <= nearest_) return {};
-        if (middle.z() - deep <= nearest_) return {.shown = true, .areaPx = 0, .farthest = middle.z() + deep};
+        if (middle.z() - deep <= nearest_) return {.shown = true, .facing = facing, .areaPx = 0, .farthest = middle.z() + deep};
         // Around the middle's pixel, to the first order.
         const double inverse = 1 / middle.z();
         const double x = middle.x() * inverse, y = middle.y() * inverse;
@@ -40,7 +45,7 @@ public:
         const double width = std::min(widthPx_, x + reachX) - std::max(0.0, x - reachX);
         const double height = std::min(heightPx_, y + reachY) - std::max(0.0, y - reachY);
         if (!(width > 0 && height > 0)) return {};
-        return {.shown = true, .areaPx = kFilled * width * height, .farthest = middle.z() + deep};
+        return {.shown = true, .facing = facing, .areaPx = kFilled * width * height, .farthest = middle.z() + deep};
     }
 
 private:

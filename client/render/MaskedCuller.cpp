@@ -11,9 +11,9 @@ namespace {
 constexpr double kShareOfDrawing = 0.04;
 /// Up to here small occluders are drawn without asking what they may save.
 constexpr double kLeastBudgetNs = 200'000;
-/// How many times its cost an occluder is to save: at first, when all is counted that lies beyond it, and then, when most of
-/// what is left is seen and cannot be hidden by anything.
-constexpr double kFirstRatio = 8, kSecondRatio = 8;
+/// How many times its cost an occluder is to be expected to save: some of what lies beyond is seen beside it, or hidden by
+/// others as well. 4 to 8 cost the same in the hall and in the city; less hides little more.
+constexpr double kRatio = 6;
 /// Meshes are made ready for hiding at most at this rate, so that a scene that has just been loaded does not make one
 /// frame wait for all of them.
 constexpr std::uint64_t kPreparedTrianglesPerFrame = 200'000;
@@ -40,12 +40,12 @@ CullingWork MaskedCuller::cull(const RenderScene::Impl& scene, const ScreenCamer
     choice_.weigh(items, true);
     look.budgetNs = std::max(kLeastBudgetNs, kShareOfDrawing * choice_.totalNs());
     all_ = items;
-    choice_.propose(items, kFirstRatio, kLeastBudgetNs, [this](std::uint32_t i) { return !hiddenBefore_[i]; });
-    if (drawOccluders(look, kFirstRatio))
+    choice_.propose(items, kRatio, kLeastBudgetNs, [this](std::uint32_t i) { return !hiddenBefore_[i]; });
+    if (drawOccluders(look))
         keepVisible(look, tileFrustum(camera, pixels, kFrustumMarginPx + reach), items);
     choice_.weigh(items, false);
-    choice_.propose(items, kSecondRatio, kLeastBudgetNs - look.spentNs, [this](std::uint32_t i) { return !tried_[i]; });
-    if (drawOccluders(look, kSecondRatio)) std::erase_if(items, [&](std::uint32_t i) { return hides(look, i); });
+    choice_.propose(items, kRatio, kLeastBudgetNs - look.spentNs, [this](std::uint32_t i) { return !tried_[i]; });
+    if (drawOccluders(look)) std::erase_if(items, [&](std::uint32_t i) { return hides(look, i); });
     if (look.drawn) std::erase_if(items, [&](std::uint32_t i) { return !keepVisibleClusters(look, i); });
 
     for (const std::uint32_t i : all_) {
@@ -60,23 +60,23 @@ CullingWork MaskedCuller::cull(const RenderScene::Impl& scene, const ScreenCamer
     return work_;
 }
 
-bool MaskedCuller::drawOccluders(Look& look, double ratio) {
+bool MaskedCuller::drawOccluders(Look& look) {
     const double before = look.budgetNs;
     const std::span<const OccluderChoice::Candidate> candidates = choice_.candidates();
     for (std::size_t begin = 0; begin < candidates.size() && look.budgetNs > 0;) {
         // What is hidden by the time that its turn comes costs nothing and leaves room for more.
         for (const std::size_t end = choice_.nextBatch(begin, look.budgetNs); begin < end; ++begin)
-            drawOccluder(look, candidates[begin], ratio);
+            drawOccluder(look, candidates[begin]);
     }
     return look.budgetNs < before;
 }
 
-void MaskedCuller::drawOccluder(Look& look, const OccluderChoice::Candidate& candidate, double ratio) {
+void MaskedCuller::drawOccluder(Look& look, const OccluderChoice::Candidate& candidate) {
     const SceneItem& item = look.scene.items[candidate.item];
     if (look.drawn && buffer_.hides(candidate.footprint)) return;
     double cost = candidate.cost;
     if (candidate.inParts) {
-        cost = choice_.worthyClusters(candidate.item, ratio, parts_);
+        cost = choice_.worthyParts(candidate.item, kRatio, parts_);
         if (parts_.empty()) return;
     }
     if (!item.mesh->occluderReady()) {
@@ -95,7 +95,7 @@ void MaskedCuller::drawOccluder(Look& look, const OccluderChoice::Candidate& can
                                             .noise = noiseOf(look.scene, look.tile, item)};
     runs_.clear();
     if (candidate.inParts) {
-        for (const std::uint32_t cluster : parts_) runs_.push_back(mesh->cluster(cluster));
+        for (const OccluderChoice::Part& part : parts_) runs_.push_back(mesh->cluster(part.cluster));
     } else {
         runs_.push_back(mesh->all());
     }
@@ -157,13 +157,17 @@ bool MaskedCuller::keepVisibleClusters(const Look& look, std::uint32_t index) {
         return true;
     };
     // First those that would be drawn otherwise. The others are of interest only where none of these is left.
-    choice_.shownClusters(index, parts_);
-    for (const std::uint32_t k : parts_) shown += !test(k);
+    choice_.shownParts(index, parts_);
+    double savedNs = 0;
+    for (const OccluderChoice::Part& part : parts_) {
+        if (test(part.cluster)) savedNs += part.facing * CullingCosts::kDrawnCluster;
+        else ++shown;
+    }
     if (shown > 0) {
-        work_.savedNs += CullingCosts::kDrawnCluster * static_cast<double>(hidden);
+        work_.savedNs += savedNs;
     } else {
         for (std::size_t k = 0, next = 0; k < clusters.size() && shown == 0; ++k) {
-            if (next < parts_.size() && parts_[next] == k) ++next;
+            if (next < parts_.size() && parts_[next].cluster == k) ++next;
             else shown += !test(k);
         }
     }

@@ -50,9 +50,9 @@ private:
         bool drawn = false;                ///< any occluder; the buffer is then this look's
     };
 
-    /// Candidates of the choice that may save `ratio` times what they cost. False: none was drawn.
-    bool drawOccluders(Look& look, double ratio);
-    void drawOccluder(Look& look, const OccluderChoice::Candidate& candidate, double ratio);
+    /// The candidates of the choice. False: none was drawn.
+    bool drawOccluders(Look& look);
+    void drawOccluder(Look& look, const OccluderChoice::Candidate& candidate);
     /// All that is in the frustum and not hidden.
     void keepVisible(const Look& look, const Frustum& frustum, std::vector<std::uint32_t>& items);
     [[nodiscard]] bool hides(const Look& look, std::uint32_t item);
@@ -65,7 +65,7 @@ private:
     std::vector<bool> hiddenBefore_;  ///< by item
     std::vector<bool> tried_;         ///< by item: as an occluder, in this look
     std::vector<std::uint32_t> all_;  ///< items in the frustum
-    std::vector<std::uint32_t> parts_;  ///< clusters of a mesh
+    std::vector<OccluderChoice::Part> parts_;  ///< clusters of a mesh
     std::vector<OccluderMesh::Run> runs_;
     std::vector<std::uint32_t> hiddenFrom_;  ///< by item
     std::vector<std::uint64_t> hiddenClusters_;

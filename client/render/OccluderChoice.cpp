@@ -56,7 +56,7 @@ double OccluderChoice::shownNs(const SceneItem& item) {
     if (clusters.empty())
         return CullingCosts::kDrawnItem + CullingCosts::kDrawnTriangle * static_cast<double>(item.mesh->triangles);
     double ns = CullingCosts::kDrawnItem;
-    forEachShown(item, [&](std::uint32_t, const ClusterGlance::Place&) { ns += CullingCosts::kDrawnCluster; });
+    forEachShown(item, [&](std::uint32_t, const ClusterGlance::Place& place) { ns += place.facing * CullingCosts::kDrawnCluster; });
     return ns;
 }
 
@@ -121,18 +121,18 @@ std::size_t OccluderChoice::nextBatch(std::size_t begin, double budgetNs) {
     return end;
 }
 
-void OccluderChoice::shownClusters(std::uint32_t item, std::vector<std::uint32_t>& clusters) {
-    clusters.clear();
-    forEachShown(scene_->items[item], [&](std::uint32_t k, const ClusterGlance::Place&) { clusters.push_back(k); });
+void OccluderChoice::shownParts(std::uint32_t item, std::vector<Part>& parts) {
+    parts.clear();
+    forEachShown(scene_->items[item], [&](std::uint32_t k, const ClusterGlance::Place& place) { parts.push_back({k, place.facing}); });
 }
 
-double OccluderChoice::worthyClusters(std::uint32_t item, double ratio, std::vector<std::uint32_t>& clusters) {
-    clusters.clear();
+double OccluderChoice::worthyParts(std::uint32_t item, double ratio, std::vector<Part>& parts) {
+    parts.clear();
     double ns = CullingCosts::kOccluder;
     forEachShown(scene_->items[item], [&](std::uint32_t k, const ClusterGlance::Place& place) {
         const double cost = CullingCosts::kClusterOccluder + CullingCosts::kPixel * place.areaPx;
         if (place.areaPx * worthOfPixel(place.farthest) < ratio * cost) return;
-        clusters.push_back(k);
+        parts.push_back({k, place.facing});
         ns += cost;
     });
     return ns;

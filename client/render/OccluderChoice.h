@@ -37,6 +37,11 @@ public:
         Footprint footprint;
     };
 
+    struct Part {
+        std::uint32_t cluster;
+        double facing;  ///< see ClusterGlance
+    };
+
     /// A look at a tile begins. All of it must live until the look ends.
     void begin(const RenderScene::Impl& scene, const TileProjection& tile, const Vec3d& eyeWorld);
     /// What drawing these costs, and where that lies in depth. For the first time of a look `anew`.
@@ -63,8 +68,8 @@ public:
 
     /// Of a large mesh, ascending: those that are shown; those of them that may save at least `ratio` times what they cost,
     /// and what they cost, in ns.
-    void shownClusters(std::uint32_t item, std::vector<std::uint32_t>& clusters);
-    [[nodiscard]] double worthyClusters(std::uint32_t item, double ratio, std::vector<std::uint32_t>& clusters);
+    void shownParts(std::uint32_t item, std::vector<Part>& parts);
+    [[nodiscard]] double worthyParts(std::uint32_t item, double ratio, std::vector<Part>& parts);
 
 private:
     /// How much of what is drawn lies beyond a depth, roughly: by octaves in eighths.
