@@ -16,7 +16,7 @@ bool allOpaque(ByteSpan rgba) {
 const OccluderMesh* RenderMesh::occluder() const {
     if (!occluderBuilt_) {
         occluderBuilt_ = true;
-        if (primitive == Primitive::kTriangles && triangles <= OccluderMesh::kMaxTriangles) {
+        if (primitive == Primitive::kTriangles && triangles <= OccluderMesh::mostTriangles(!clusters.empty())) {
             occluder_ = std::make_unique<OccluderMesh>(positions.as<float>(), indices.as<std::uint32_t>());
         }
     }
