@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "client/draw/DrawForms.h"
 #include "client/draw/ShaderText.h"
 
 namespace tessera {
@@ -48,7 +49,7 @@ std::string headOf(const ProgramKind& kind) {
     define(readsSurface(kind), "SURFACE");
     define(kind.faceted, "FACETED");
     define(kind.faceted || kind.use == Use::kBlend || (kind.maps & bitOf(ImageMap::kNormal)) != 0, "POSITION");
-    define(kind.lines, "LINES");
+    head += fmt::format("#define {} {}\n", formOf(kind.items).define, kind.pointParts);
     define(kind.large, "LARGE");
     define(kind.masked, "MASKED");
     define(kind.detail, "DETAIL");
@@ -136,7 +137,7 @@ ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment) {
 }
 
 ProgramKind shadowOf(const ProgramKind& surface) {
-    ProgramKind kind{.use = ProgramKind::Use::kShadow, .masked = surface.masked};
+    ProgramKind kind{.use = ProgramKind::Use::kShadow, .items = surface.items, .pointParts = surface.pointParts, .masked = surface.masked};
     if (surface.masked) kind.maps = surface.maps & bitOf(ImageMap::kBaseColor);
     kind.look = surface.masked;
     return kind;
