@@ -109,6 +109,13 @@ TEST(RadiancePictures, WhatIsCutOffOrDamagedIsRefusedAndNothingElseHappens) {
     EXPECT_NE(why("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n....").find("xyze"), std::string::npos);
     EXPECT_NE(why("#?RGBE\n\n+X 1 -Y 1\n....").find("+X 1 -Y 1"), std::string::npos);
     EXPECT_NE(why("#?RGBE\n\n-Y 99999 +X 99999\n....").find("99999"), std::string::npos);
+    // By what its header says, whatever follows it: in a run's bytes this would be a gigabyte.
+    const std::string large = why(headOf(32767, 8192) + std::string(1 << 20, '\2'));
+    EXPECT_NE(large.find("of 32767 × 8192 pixels"), std::string::npos) << large;
+    for (const char* size : {"-Y -5 +X 3", "-Y 5 +X -3", "-Y +5 +X 3", "-Y 5 +X", "-Y 5 +X 3 2"}) {
+        const std::string said = why(fmt::format("#?RGBE\n\n{}\n....", size));
+        EXPECT_NE(said.find(fmt::format("'{}'", size)), std::string::npos) << said;
+    }
     EXPECT_NE(why("#?RGBE\nEXPOSURE=0\n\n-Y 1 +X 1\n....").find("exposure"), std::string::npos);
 }
 
