@@ -255,6 +255,89 @@ TEST_F(PointTest, OfAnotherRadiusShareTheMemory) {
     }
 }
 
+// Ranges of each of their arrays, as a renderer shows them that has seen the points before and one that has not.
+TEST_F(PointTest, OfWhichRangesChangeUploadThoseAndLookAsNew) {
+    random_.seed(12);
+    constexpr std::size_t kCount = 400, kTexels = 3;
+    MeshData points{.primitive = Primitive::kPoints, .pointRadius = 0.06};
+    const auto fill = [&](std::vector<float>& to, std::size_t width) {
+        for (std::size_t i = 0; i < width * kCount; ++i) to.push_back(static_cast<float>(between(-1, 1)));
+    };
+    fill(points.positions, 3);
+    fill(points.normals, 3);
+    fill(points.texcoords, 2);
+    fill(points.texcoords1, 2);
+    for (std::size_t i = 0; i < 4 * kCount; ++i) points.colors.push_back(static_cast<std::uint8_t>(random_() | 3));
+    TestScene built;
+    std::vector<std::uint8_t> pixels;
+    for (int i = 0; i < 64; ++i) pixels.insert(pixels.end(), {static_cast<std::uint8_t>(4 * i), static_cast<std::uint8_t>(255 - 3 * i), 90, 255});
+    Image image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = 8, .heightPx = 8};
+    Material painted;
+    painted.baseColorImage = built.add(image);
+    image.texcoordSet = 1;
+    painted.emissiveImage = built.add(image);
+    painted.emissive = Vec3f::Constant(0.3f);
+    const ObjectId core = built.add(points, built.add(painted));
+    built.place(core, {0, 0, -2.5});
+    Aspect aspect = built.take();
+    const ScreenCamera camera = cameraOf(120, 90);
+    RenderScene scene;
+    scene.update(aspect, nullptr);
+    const auto drawNow = [&](Renderer& renderer) {
+        return renderer.draw(aspect, RenderAction(CullerKind::kFrustum).run(scene, camera, whole(camera), nullptr), camera, whole(camera)).value();
+    };
+    Picture last = drawNow(*renderer_);
+    const std::pair<FieldId, std::size_t> fields[] = {{fieldId<&Geometry::positions>, 3}, {fieldId<&Geometry::normals>, 3},
+                                                      {fieldId<&Geometry::texcoords>, 2}, {fieldId<&Geometry::texcoords1>, 2}};
+    int seen = 0;
+    for (std::size_t turn = 0; turn < 20; ++turn) {
+        const std::size_t count = 30 + below(100);
+        std::size_t first = 0, numbers = 4;  // in the array that is edited; colours are bytes
+        ChangeListBuilder edits;
+        if (turn % 5 == 4) {
+            std::vector<std::uint8_t> bytes(count);
+            for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_());
+            first = below(4 * kCount - count);
+            edits.setRange(core, typeOf<Geometry>(), fieldId<&Geometry::colors>, first, Blob::of(std::span<const std::uint8_t>(bytes)));
+        } else {
+            const auto& [field, width] = fields[turn % 5];
+            std::vector<float> values(count);
+            for (float& value : values) value = static_cast<float>(between(-1, 1));
+            numbers = width;
+            first = below(width * kCount - count);
+            edits.setRange(core, typeOf<Geometry>(), field, first * sizeof(float), Blob::of(std::span<const float>(values)));
+        }
+        const ChangeList list = edits.take();
+        ASSERT_TRUE(aspect.apply(list));
+        scene.update(aspect, &list);
+        const std::uint64_t before = renderer_->uploadedMeshBytes();
+        const Picture now = drawNow(*renderer_);
+        const std::size_t touched = (first + count - 1) / numbers - first / numbers + 1;
+        EXPECT_EQ(renderer_->uploadedMeshBytes() - before, touched * kTexels * kBytesPerTexel) << turn;
+        auto surface = makeSurface("osmesa").value();
+        ASSERT_EQ(now, drawNow(*Renderer::create(*surface, {.samples = 1}).value())) << turn;
+        seen += now != last;
+        last = now;
+    }
+    EXPECT_GT(seen, 15);
+}
+
+TEST_F(PointTest, ThatAreSaidToBeSomethingElseAreLeftOutAndCounted) {
+    TestScene scene;
+    scene.setDark();
+    scene.place(scene.add(MeshData{.positions = {0, 0, 0}, .primitive = Primitive::kPoints, .pointRadius = 1}, scene.add(unlit({0.5f, 0, 0}))), {0, 0, -2});
+    const Aspect aspect = scene.take();
+    const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
+    DrawList list = listOf(aspect, camera);
+    for (const DrawKindRow& row : kDrawKinds) {
+        list.opaque.at(0).kind = row.kind;
+        const auto picture = renderer_->draw(aspect, list, camera, whole(camera));
+        ASSERT_TRUE(picture) << picture.error().message;
+        EXPECT_EQ(renderer_->lastCounts().skipped, row.kind == DrawKind::kPoints ? 0u : 1u);
+        EXPECT_EQ(center(*picture).r > 0, row.kind == DrawKind::kPoints);
+    }
+}
+
 // GL fetches from a texture of so many texels and no more: what has no room is left out and said, and the rest is drawn.
 TEST_F(PointTest, BeyondWhatGlCanFetchAreLeftOut) {
     ASSERT_TRUE(surface_->makeCurrent());
