@@ -214,16 +214,16 @@ TEST(GltfLights, WhoseNumbersAreNoNumbersAreNamed) {
                  {R"({"type":"point"})", "\"0\"", "the light of a is left out"},
                  {R"({"type":"point"})", "0.5", "the light of a is left out"},
                  {R"({"type":"point","intensity":5,"range":4.5,"color":[1,0,0.5]})", "0", ""}};
-    for (const auto& [light, node, why] : cases) {
+    for (const auto& wrong : cases) {
         GltfText gltf;
         const int positions = gltf.floats(kSquare, "VEC3", 3);
         const ImportedScene scene = imported(gltf.text(fmt::format(
             R"("extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[{}]}}}},
             "scenes":[{{"nodes":[0]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
             "nodes":[{{"name":"a","mesh":0,"extensions":{{"KHR_lights_punctual":{{"light":{}}}}}}}])",
-            light, positions, node)));
-        const bool named = std::any_of(scene.notes.begin(), scene.notes.end(), [&](const std::string& note) { return note.find(why) != std::string::npos; });
-        EXPECT_EQ(named, *why != 0) << light << ": " << fmt::format("{}", fmt::join(scene.notes, "; "));
+            wrong.light, positions, wrong.node)));
+        const bool named = std::any_of(scene.notes.begin(), scene.notes.end(), [&](const std::string& note) { return note.find(wrong.why) != std::string::npos; });
+        EXPECT_EQ(named, *wrong.why != 0) << wrong.light << ": " << fmt::format("{}", fmt::join(scene.notes, "; "));
     }
 }
 
