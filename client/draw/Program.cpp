@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "client/draw/DrawForms.h"
 #include "client/draw/ShaderText.h"
 
 namespace tessera {
@@ -55,7 +56,7 @@ std::string headOf(const ProgramKind& kind) {
     define(readsSurface(kind), "SURFACE");
     define(kind.faceted, "FACETED");
     define(kind.faceted || kind.use == Use::kBlend || (kind.maps & bitOf(ImageMap::kNormal)) != 0, "POSITION");
-    define(kind.lines, "LINES");
+    head += fmt::format("#define {} {}\n", formOf(kind.items).define, kind.pointParts);
     define(kind.large, "LARGE");
     define(kind.masked, "MASKED");
     define(kind.plain, "PLAIN");
@@ -154,7 +155,7 @@ ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment) {
 }
 
 ProgramKind shadowOf(const ProgramKind& surface) {
-    ProgramKind kind{.use = ProgramKind::Use::kShadow, .masked = surface.masked};
+    ProgramKind kind{.use = ProgramKind::Use::kShadow, .items = surface.items, .pointParts = surface.pointParts, .masked = surface.masked};
     if (surface.masked) kind.maps = surface.maps & bitOf(ImageMap::kBaseColor);
     kind.look = surface.masked;
     return kind;

@@ -6,6 +6,7 @@
 
 #include "client/draw/EnvironmentTexture.h"
 #include "client/draw/GlFunctions.h"
+#include "client/render/DrawKinds.h"
 
 namespace tessera {
 
@@ -39,7 +40,7 @@ struct ItemRecord {
     std::array<std::array<float, 4>, 3> eye_T_item;  ///< rows
     /// Rows of the inverse transpose of eye_T_item's linear part, up to a positive factor.
     std::array<std::array<float, 4>, 3> normalRows;
-    std::array<float, 2> sizes{};         ///< width of lines in pixels; unused
+    std::array<std::uint32_t, 2> size{};  ///< bits: the width of lines in pixels; the radius of points, a double
     std::array<std::uint32_t, 2> node{};  ///< low and high word of its id
 };
 static_assert(sizeof(ItemRecord) == 112);
@@ -50,8 +51,8 @@ struct ItemBlock {
     std::array<float, 36> padding{};
 };
 static_assert(sizeof(ItemBlock) == 256);
-/// Their attributes follow those of vertices: six rows, sizes, node.
-inline constexpr GLuint kFirstItemAttribute = 5, kItemSizes = kFirstItemAttribute + 6, kItemNode = kItemSizes + 1;
+/// Their attributes follow those of vertices: six rows, size, node.
+inline constexpr GLuint kFirstItemAttribute = 5, kItemSize = kFirstItemAttribute + 6, kItemNode = kItemSize + 1;
 /// Where the vertex array of meshes takes vertices from, and records.
 inline constexpr GLuint kVertexBinding = 0, kItemBinding = 1;
 
@@ -127,7 +128,8 @@ struct ProgramKind {
     std::uint8_t maps = 0;  ///< bits of ImageMap
     bool look = false;      ///< reads images, or what they are read with
     bool faceted = false;
-    bool lines = false;
+    DrawKind items = DrawKind::kTriangles;
+    std::uint8_t pointParts = 0;  ///< of points (DrawForms.h)
     bool masked = false;  ///< what alpha leaves away is not there
     bool large = false;   ///< its item is a uniform block
     bool plain = false;   ///< of one colour, the material's

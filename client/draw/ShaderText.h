@@ -6,7 +6,7 @@ namespace tessera::shader_text {
 /// Uniform blocks: what a frame and what a material is.
 extern const char kBlocks[];
 /// Vertex shader of everything with a mesh. One text for all programs and all tiles, its position invariant:
-/// coordinates, and so seams, are the same in each of them. SURFACE, POSITION, MAPS, NODE say what it passes on, LARGE
+/// coordinates, and so seams, are the same in each of them. TRIANGLES, POINTS, LINES: what it makes them of; SURFACE, POSITION, MAPS, NODE say what it passes on, LARGE
 /// where it has its item from.
 extern const char kMeshVertex[];
 /// What a material and its images say of a pixel: `Surface surface()`, for all that follow. MAPS (bits: which images, see

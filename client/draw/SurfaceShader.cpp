@@ -32,17 +32,19 @@ layout(std140, binding = 1) uniform LookBlock {
 )";
 
 const char kMeshVertex[] = R"(
+#ifndef POINTS
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 color;
 layout(location = 3) in vec2 texcoord;
 layout(location = 4) in vec2 texcoord1;
+#endif
 // Of the item: Program.h, ItemRecord.
 #ifdef LARGE
 layout(std140, binding = 2) uniform ItemBlock {
     vec4 eyeRow0, eyeRow1, eyeRow2;
     vec4 normalRow0, normalRow1, normalRow2;
-    vec2 sizes;
+    uvec2 itemSize;
     uvec2 node;
 };
 #else
@@ -52,7 +54,7 @@ layout(location = 7) in vec4 eyeRow2;
 layout(location = 8) in vec4 normalRow0;
 layout(location = 9) in vec4 normalRow1;
 layout(location = 10) in vec4 normalRow2;
-layout(location = 11) in vec2 sizes;
+layout(location = 11) in uvec2 itemSize;
 layout(location = 12) in uvec2 node;
 #endif
 
@@ -92,12 +94,56 @@ vec4 cornerOfLine(vec4 a) {
     float size = length(along);
     along = size > 1e-6 ? along / size : vec2(1.0, 0.0);
     vec2 aside = texcoord1.x * vec2(-along.y, along.x);
-    a.xy += 0.5 * sizes.x * (aside - along) * clipPerPixel.xy * a.w;
+    a.xy += 0.5 * uintBitsToFloat(itemSize.x) * (aside - along) * clipPerPixel.xy * a.w;
     return a;
 }
 #endif
 
+#ifdef POINTS
+// Nothing of a point is an attribute: its vertices are fetched by their number, eight of them a point, of which six are the
+// corners of its octahedron, as Points.h makes them. POINTS says what points have besides positions (DrawForms.h).
+layout(binding = 13) uniform usamplerBuffer points;
+layout(binding = 14) uniform samplerBuffer linearOf;  // an sRGB byte's
+vec3 position, normal;
+vec4 color = vec4(1.0);
+vec2 texcoord = vec2(0.0), texcoord1 = vec2(0.0);
+
+void fetchCorner() {
+    int at = (gl_VertexID >> 3) * (1 + ((POINTS >> 1) & 1) + ((POINTS >> 2) & 1)), corner = gl_VertexID & 7;
+    uvec4 point = texelFetch(points, at);
+    position = uintBitsToFloat(point.xyz);
+    bvec3 axis = equal(ivec3(corner >> 1), ivec3(0, 1, 2));
+    bool back = (corner & 1) != 0;
+    // The sum is rounded once, and stays within what a float holds.
+    const float most = uintBitsToFloat(0x7f7fffffu);
+    double radius = packDouble2x32(itemSize);
+    double along = double(axis.x ? position.x : axis.y ? position.y : position.z) + (back ? -radius : radius);
+    position = mix(position, vec3(clamp(float(along), -most, most)), axis);
+#ifdef SURFACE
+#if (POINTS & 2) != 0
+    normal = uintBitsToFloat(texelFetch(points, at + 1).xyz);
+#else
+    normal = mix(vec3(0.0), vec3(back ? -1.0 : 1.0), axis);
+#endif
+#if (POINTS & 1) != 0
+    uvec4 bytes = (uvec4(point.w) >> uvec4(0, 8, 16, 24)) & 255u;
+    ivec3 at8 = ivec3(bytes.rgb);
+    color = vec4(texelFetch(linearOf, at8.r).r, texelFetch(linearOf, at8.g).r, texelFetch(linearOf, at8.b).r,
+                 float(257u * bytes.a) * (1.0 / 65535.0));
+#endif
+#if (POINTS & 4) != 0
+    vec4 both = uintBitsToFloat(texelFetch(points, at + 1 + ((POINTS >> 1) & 1)));
+    texcoord = both.xy;
+    texcoord1 = both.zw;
+#endif
+#endif
+}
+#endif
+
 void main() {
+#ifdef POINTS
+    fetchCorner();
+#endif
     vec4 p = vec4(position, 1.0);
     vec3 eye = vec3(dot(eyeRow0, p), dot(eyeRow1, p), dot(eyeRow2, p));
     gl_Position = clip_T_eye * vec4(eye, 1.0);

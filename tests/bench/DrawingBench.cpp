@@ -1,5 +1,6 @@
 /// Drawing: what is seen of large scenes, empty tiles, first frames, reading back; beside oracles, floors and peers in the same
-/// run. `--rows GROUP,…`: city, city-large, plant, scan, field, empty, first, osg, read-back, wall, bunny, one-process.
+/// run. `--rows GROUP,…`: city, city-large, plant, scan, field, points, empty, first, osg, read-back, wall, bunny,
+/// one-process.
 /// `--frames N`, `--each 1` (a line for each frame and tile), `--plant FOLDER`, `--scan FILE`, `--json FILE`.
 #include <fmt/format.h>
 
@@ -247,6 +248,7 @@ int bench(int argc, char** argv) {
             besideRow(table, std::move(stage), options, CullerKind::kNone, "drawing all", 1 / 1.5);
         });
     if (wanted("field")) besideRow(table, fieldStage(4 * options.frames), options, CullerKind::kFrustum, "frustum only", 1.02);
+    if (wanted("points")) pointRows(table, options.frames);
     if (wanted("empty")) emptyRows(table);
     if (wanted("first")) firstRows(table, options);
     if (wanted("wall")) wallRows(table, options.program, 4 * options.frames, 3);
