@@ -1,5 +1,6 @@
 /// tessera-client: one render host.
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -170,6 +171,8 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "tessera-client: --full-screen and --vsync say how a --window is; see --help\n");
         return exitCode(ErrorCode::kUsage);
     }
+    // A file larger than the system lets it be is an error of the call that makes it, and what wants it does without.
+    std::signal(SIGXFSZ, SIG_IGN);
     Log log("tessera-client[" + arguments.host + "]");
     const auto served = serve(arguments, log);
     if (served) return 0;

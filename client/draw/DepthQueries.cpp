@@ -66,7 +66,7 @@ Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
     for (const DrawItem& item : items) {
         const Drawable drawable = drawableOf(*aspect_, item.geometry);
         const std::optional<MeshRange> mesh = drawable ? meshes_.find(drawable) : std::nullopt;
-        if (!mesh || mesh->indexCount == 0) continue;
+        if (!mesh || mesh->kind != item.kind || mesh->indexCount == 0) continue;
         const auto* material = item.material ? aspect_->get<Material>(item.material) : nullptr;
         calls_.push_back({*mesh, item.mirrored, (material ? *material : Material()).doubleSided != 0, &item});
     }
@@ -78,7 +78,6 @@ Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
     gl_.NamedBufferData(itemBuffer_, static_cast<GLsizeiptr>(records_.size() * sizeof(ItemRecord)), records_.data(),
                         GL_STREAM_DRAW);
     gl_.VertexArrayVertexBuffer(meshArray_, kItemBinding, itemBuffer_, 0, sizeof(ItemRecord));
-    if (auto used = useProgram(ProgramKind::Use::kDepth); !used) return used;
     gl_.BindFramebuffer(GL_FRAMEBUFFER, depthFramebuffer_);
     gl_.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer_);
     gl_.BindVertexArray(meshArray_);
@@ -87,12 +86,13 @@ Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
     for (std::size_t i = 0, next = 0; i < calls_.size(); i = next) {
         const Call& call = calls_[i];
         for (next = i + 1; next < calls_.size() && calls_[next].state() == call.state();) ++next;
+        const MeshRange* before = i > 0 ? &calls_[i - 1].mesh : nullptr;
+        if (!before || before->kind != call.mesh.kind || before->pointParts != call.mesh.pointParts)
+            if (auto used = useProgram({.use = ProgramKind::Use::kDepth, .items = call.mesh.kind, .pointParts = call.mesh.pointParts}); !used)
+                return used;
         call.doubleSided ? gl_.Disable(GL_CULL_FACE) : gl_.Enable(GL_CULL_FACE);
         gl_.FrontFace(call.mirrored ? GL_CW : GL_CCW);
-        gl_.DrawElementsInstancedBaseVertexBaseInstance(
-            GL_TRIANGLES, static_cast<GLsizei>(call.mesh.indexCount), GL_UNSIGNED_INT,
-            reinterpret_cast<const void*>(std::size_t{call.mesh.firstIndex} * sizeof(std::uint32_t)),
-            static_cast<GLsizei>(next - i), call.mesh.baseVertex, static_cast<GLuint>(i));
+        meshes_.draw(call.mesh, 0, call.mesh.indexCount / 3, i, next - i);
     }
     return gl_.check("drawing depths");
 }
@@ -125,7 +125,7 @@ Expected<VisibilityDevice::Ticket> DepthQueries::ask(std::span<const Plate> plat
     }
     gl_.NamedBufferData(plateBuffer_, static_cast<GLsizeiptr>(corners_.size() * sizeof(corners_[0])), corners_.data(),
                         GL_STREAM_DRAW);
-    if (auto used = useProgram(ProgramKind::Use::kPlates); !used) return tl::unexpected(used.error());
+    if (auto used = useProgram({.use = ProgramKind::Use::kPlates}); !used) return tl::unexpected(used.error());
     gl_.BindFramebuffer(GL_FRAMEBUFFER, depthFramebuffer_);
     gl_.BindVertexArray(plateArray_);
     gl_.Disable(GL_CULL_FACE);
@@ -164,7 +164,7 @@ Expected<std::span<const float>> DepthQueries::farthest() {
 }
 
 Expected<void> DepthQueries::gatherSamples() {
-    if (auto used = useProgram(ProgramKind::Use::kFarthest); !used) return used;
+    if (auto used = useProgram({.use = ProgramKind::Use::kFarthest}); !used) return used;
     gl_.BindFramebuffer(GL_FRAMEBUFFER, farthestFramebuffer_);
     gl_.BindTextureUnit(0, depth_);
     gl_.BindVertexArray(emptyArray_);
@@ -175,14 +175,17 @@ Expected<void> DepthQueries::gatherSamples() {
     return {};
 }
 
-Expected<void> DepthQueries::useProgram(ProgramKind::Use use) {
-    auto it = programs_.find(use);
+Expected<void> DepthQueries::useProgram(const ProgramKind& kind) {
+    auto it = programs_.find(kind);
     if (it == programs_.end()) {
-        auto made = Program::create(gl_, {.use = use, .samples = samples_});
+        ProgramKind sampled = kind;
+        sampled.samples = samples_;
+        auto made = Program::create(gl_, sampled);
         if (!made) return tl::unexpected(made.error());
-        it = programs_.emplace(use, std::move(*made)).first;
+        it = programs_.emplace(kind, std::move(*made)).first;
     }
     gl_.UseProgram(it->second.name());
+    meshes_.bindFor(kind.items);
     return {};
 }
 

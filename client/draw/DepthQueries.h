@@ -39,7 +39,7 @@ private:
     [[nodiscard]] Expected<void> reach(int widthPx, int heightPx);
     [[nodiscard]] Expected<void> checkFramebuffer(GLuint framebuffer) const;
     void destroyBuffers();
-    [[nodiscard]] Expected<void> useProgram(ProgramKind::Use use);
+    [[nodiscard]] Expected<void> useProgram(const ProgramKind& kind);
     [[nodiscard]] Expected<void> gatherSamples();
 
     Surface& surface_;
@@ -49,7 +49,7 @@ private:
     GLuint plateBuffer_ = 0, itemBuffer_ = 0, frameBuffer_ = 0;
     int samples_;
     const Aspect* aspect_ = nullptr;
-    std::map<ProgramKind::Use, Program> programs_;
+    std::map<ProgramKind, Program> programs_;
 
     int widthPx_ = 0, heightPx_ = 0;
     GLuint depth_ = 0, depthFramebuffer_ = 0;
@@ -63,7 +63,7 @@ private:
         bool mirrored, doubleSided;
         const DrawItem* item;
         /// Calls with the same one differ in their place alone.
-        [[nodiscard]] auto state() const { return std::tuple(doubleSided, mirrored, mesh.firstIndex, mesh.baseVertex); }
+        [[nodiscard]] auto state() const { return std::tuple(mesh.kind, mesh.pointParts, doubleSided, mirrored, mesh.firstIndex, mesh.baseVertex); }
     };
     std::vector<Call> calls_;
     std::vector<ItemRecord> records_;

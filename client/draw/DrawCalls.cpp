@@ -98,9 +98,10 @@ bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const Screen
                         TextureCache& textures) {
     const Drawable drawable = drawableOf(aspect, item.geometry);
     const std::optional<MeshRange> mesh = drawable ? meshes.find(drawable) : std::nullopt;
-    if (!mesh) ++counts_.skipped;
-    if (!mesh || mesh->indexCount == 0) return false;
-    const std::uint32_t index = look(aspect, item.material, item.lineWidth > 0, textures);
+    const bool fits = mesh && mesh->kind == item.kind;
+    if (!fits) ++counts_.skipped;
+    if (!fits || mesh->indexCount == 0) return false;
+    const std::uint32_t index = look(aspect, item.material, rowOf(item.kind).surface, textures);
     const DrawLook& look = looks_[index];
     if (look.incomplete) ++counts_.untextured;
     widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
@@ -115,23 +116,26 @@ bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const Screen
     return true;
 }
 
-std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, bool lines, TextureCache& textures) {
-    const auto [known, isNew] = lookIndices_[lines].try_emplace(id, static_cast<std::uint32_t>(looks_.size()));
+std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, bool surface, TextureCache& textures) {
+    const auto [known, isNew] = lookIndices_[surface].try_emplace(id, static_cast<std::uint32_t>(looks_.size()));
     if (!isNew) return known->second;
     static const Material kDefault;
     const auto* own = id ? aspect.get<Material>(id) : nullptr;
     const Material& material = own ? *own : kDefault;
-    DrawLook look{.masked = material.alphaMode == Material::kMask, .doubleSided = material.doubleSided || lines};
+    DrawLook look{.masked = material.alphaMode == Material::kMask, .doubleSided = material.doubleSided || !surface};
     LookBlock block{};
     block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
     block.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f));
     block.metallic[0] = material.metallic;
-    block.material[0] = materialIndex(material, material.unlit || lines);
+    block.material[0] = materialIndex(material, material.unlit || !surface);
+    const auto packed = packedMaterial(block.material[0], block.baseColor);
+    block.material[1] = packed[0];
+    block.material[2] = packed[1];
     const auto images = imagesOf(material);
     for (std::size_t i = 0; i < kImageMaps; ++i) {
         const auto& [imageId, use] = images[i];
-        // Lines have their base colour alone.
-        if (!imageId || (lines && i > 0)) continue;
+        // Without a surface there is a base colour alone.
+        if (!imageId || (!surface && i > 0)) continue;
         const auto* image = aspect.get<Image>(imageId);
         const GLuint texture = image ? textures.find(*image, use) : 0;
         if (texture == 0) {
@@ -143,7 +147,7 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, bool lines, Tex
         block.places[i] = placeOf(*image);
     }
     block.strengths = {material.normalScale, material.occlusionStrength, material.alphaCutoff, 0};
-    block.effects = {material.transmission, material.unlit || lines ? 1.0f : 0.0f, material.clearcoat, material.clearcoatRoughness};
+    block.effects = {material.transmission, material.unlit || !surface ? 1.0f : 0.0f, material.clearcoat, material.clearcoatRoughness};
     looks_.push_back(look);
     lookBlocks_.push_back(block);
     return known->second;
@@ -183,7 +187,7 @@ ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera) {
             record.eye_T_item[row][column] = static_cast<float>(eye_T_item(r, c));
             if (c < 3) record.normalRows[row][column] = static_cast<float>(cofactors(r, c));
         }
-    record.sizes[0] = item.lineWidth;
+    record.size = formOf(item.kind).size(item);
     record.node = {static_cast<std::uint32_t>(item.node.value), static_cast<std::uint32_t>(item.node.value >> 32)};
     return record;
 }

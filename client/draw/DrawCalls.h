@@ -72,7 +72,7 @@ private:
     /// False: nothing of it can be drawn.
     bool collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
                  TextureCache& textures);
-    std::uint32_t look(const Aspect& aspect, ObjectId material, bool lines, TextureCache& textures);
+    std::uint32_t look(const Aspect& aspect, ObjectId material, bool surface, TextureCache& textures);
     std::uint32_t materialIndex(const Material& material, bool unlit);
 
     std::vector<DrawCall> calls_;
@@ -87,7 +87,7 @@ private:
     std::unordered_map<ObjectId, Part> parts_;
     std::vector<DrawLook> looks_;
     std::vector<LookBlock> lookBlocks_;
-    std::array<std::unordered_map<ObjectId, std::uint32_t>, 2> lookIndices_;  ///< of surfaces, of lines
+    std::array<std::unordered_map<ObjectId, std::uint32_t>, 2> lookIndices_;  ///< of what has no surface, of what has one
     std::size_t opaqueCount_ = 0;
     double widestLineReachPx_ = 0;
     std::vector<MaterialTexels> materials_;

@@ -156,7 +156,7 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
         const auto first = static_cast<std::uint32_t>(runs.size());
         const std::uint32_t all = (call.sortedCount > 0 ? call.sortedCount : call.mesh.indexCount) / 3;
         const Box& box = call.item->box;
-        const Frustum& sides = call.item->lineWidth > 0 ? aroundLines : frustum;
+        const Frustum& sides = rowOf(call.item->kind).standsOut ? aroundLines : frustum;
         const Frustum::Result result = box.empty() ? Frustum::Result{} : sides.classify(box, Frustum::kAllPlanes);
         if (!result.outside && !call.item->clusters.empty() && call.sortedCount == 0)
             sight.appendRuns({.clusters = call.item->clusters,
@@ -229,7 +229,8 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
     using Use = ProgramKind::Use;
     const DrawLook& look = calls.lookOf(call);
     ProgramKind kind = kindOf(use);
-    kind.lines = call.item->lineWidth > 0;
+    kind.items = call.mesh.kind;
+    kind.pointParts = call.mesh.pointParts;
     kind.masked = look.masked && use != Use::kBlend;
     if (use == Use::kNodeIds || use == Use::kShadow) {
         if (kind.masked) kind.maps = look.mapBits & bitOf(ImageMap::kBaseColor);
@@ -238,6 +239,7 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
         kind.faceted = !call.mesh.hasNormals;
     }
     kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
+    kind.plain = use == Use::kSurface && kind.maps == 0 && !kind.masked && !call.mesh.hasColors;
     kind.look = kind.maps != 0 || kind.masked || use == Use::kBlend;
     if (use == Use::kSurface && kind.masked) kind.samples = options.samples;
     return kind;
@@ -257,7 +259,6 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     gl.VertexArrayVertexBuffer(vertexArray, kItemBinding, itemBuffer, 0, sizeof(ItemRecord));
     gl.BindVertexArray(vertexArray);
     recordsFrom = 0;
-    sortedBound.reset();
     const auto oneRun = [this](std::uint32_t call) { return inCell[call].end - inCell[call].first == 1; };
     const DrawCall* before = nullptr;
     for (std::size_t i = 0, next = 0; i < inPass.size(); i = next) {
@@ -271,7 +272,6 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
             ++next;
         drawInstances(i, next - i);
     }
-    if (sortedBound == true) gl.VertexArrayElementBuffer(vertexArray, meshes->indexBuffer());
     return {};
 }
 
@@ -304,12 +304,6 @@ void Renderer::Impl::drawInstances(std::size_t firstRecord, std::size_t instance
     const DrawCall& call = calls.calls()[index];
     const Span& span = inCell[index];
     const bool sorted = call.sortedCount > 0;
-    if (sorted != sortedBound) gl.VertexArrayElementBuffer(vertexArray, sorted ? sortedBuffer : meshes->indexBuffer());
-    sortedBound = sorted;
-    const std::size_t firstIndex = sorted ? call.firstSorted : call.mesh.firstIndex;
-    const auto offsetOf = [&](const TriangleRun& run) {
-        return reinterpret_cast<const void*>((firstIndex + 3 * std::size_t{run.first}) * sizeof(std::uint32_t));
-    };
     // Several runs in one call know no first instance: their record is bound instead.
     const bool severalRuns = span.end - span.first > 1;
     if (const std::size_t wanted = severalRuns ? firstRecord : 0; !kindNow.large && wanted != recordsFrom) {
@@ -317,20 +311,28 @@ void Renderer::Impl::drawInstances(std::size_t firstRecord, std::size_t instance
                                    sizeof(ItemRecord));
         recordsFrom = wanted;
     }
-    ++glCalls;
     if (!severalRuns) {
         const TriangleRun& run = runs[span.first];
         triangles += run.count * instances;
-        gl.DrawElementsInstancedBaseVertexBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(3 * run.count), GL_UNSIGNED_INT,
-                                                       offsetOf(run), static_cast<GLsizei>(instances), call.mesh.baseVertex,
-                                                       static_cast<GLuint>(firstRecord));
+        if (!sorted) {
+            glCalls += meshes->draw(call.mesh, run.first, run.count, firstRecord, instances);
+            return;
+        }
+        ++glCalls;
+        meshes->bindElements(sortedBuffer);
+        gl.DrawElementsInstancedBaseVertexBaseInstance(
+            GL_TRIANGLES, static_cast<GLsizei>(3 * run.count), GL_UNSIGNED_INT,
+            reinterpret_cast<const void*>((call.firstSorted + 3 * std::size_t{run.first}) * sizeof(std::uint32_t)),
+            static_cast<GLsizei>(instances), call.mesh.baseVertex, static_cast<GLuint>(firstRecord));
         return;
     }
+    ++glCalls;
+    meshes->bindElements(meshes->indexBuffer());
     counts.clear();
     offsets.clear();
     for (std::uint32_t k = span.first; k < span.end; ++k) {
         counts.push_back(static_cast<GLsizei>(3 * runs[k].count));
-        offsets.push_back(offsetOf(runs[k]));
+        offsets.push_back(reinterpret_cast<const void*>((call.mesh.firstIndex + 3 * std::size_t{runs[k].first}) * sizeof(std::uint32_t)));
         triangles += runs[k].count;
     }
     baseVertices.assign(counts.size(), call.mesh.baseVertex);

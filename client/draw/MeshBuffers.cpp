@@ -1,107 +1,37 @@
 #include "client/draw/MeshBuffers.h"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
-
-#include "common/geometry/Points.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::uint64_t kFirstCapacity = 8 * 1024;
 
-/// sRGB byte -> linear, 16 bit.
-std::array<std::uint16_t, 256> makeLinearTable() {
-    std::array<std::uint16_t, 256> table{};
-    for (std::size_t i = 0; i < table.size(); ++i) {
-        const double s = static_cast<double>(i) / 255.0;
-        const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-        table[i] = static_cast<std::uint16_t>(std::lround(linear * 65535.0));
-    }
-    return table;
-}
-
-struct VertexArrays {
-    std::span<const float> positions, normals, texcoords, texcoords1;
-    std::span<const std::uint8_t> colors;
-};
-
-std::vector<MeshVertex> interleave(const VertexArrays& arrays, const ByteRange& which) {
-    static const std::array<std::uint16_t, 256> kLinear = makeLinearTable();
-    const auto& [positions, normals, texcoords, texcoords1, colors] = arrays;
-    std::vector<MeshVertex> vertices(which.end - which.begin);
-    for (std::size_t i = which.begin; i < which.end; ++i) {
-        MeshVertex& v = vertices[i - which.begin];
-        v.position = {positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]};
-        v.normal = {0, 0, 0};
-        if (!normals.empty()) v.normal = {normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]};
-        v.color = {0xffff, 0xffff, 0xffff, 0xffff};
-        if (!colors.empty())
-            v.color = {kLinear[colors[4 * i]], kLinear[colors[4 * i + 1]], kLinear[colors[4 * i + 2]],
-                       static_cast<std::uint16_t>(colors[4 * i + 3] * 257)};
-        v.texcoord = v.texcoord1 = {0, 0};
-        if (!texcoords.empty()) v.texcoord = {texcoords[2 * i], texcoords[2 * i + 1]};
-        if (!texcoords1.empty()) v.texcoord1 = {texcoords1[2 * i], texcoords1[2 * i + 1]};
-    }
-    return vertices;
-}
-
-constexpr std::uint64_t kVerticesPerLine = 4, kIndicesPerLine = 6;
-
-/// Four vertices a line, as SurfaceShader.cpp wants them: each end twice, with the other end as its normal and the side in the
-/// second texture coordinate.
-std::vector<MeshVertex> cornersOfLines(const MeshArrays& arrays, std::span<const std::uint32_t> ends) {
-    const std::vector<MeshVertex> vertices =
-        interleave({arrays.positions.as<float>(), {}, arrays.texcoords.as<float>(), {}, arrays.colors.as<std::uint8_t>()},
-                   {0, arrays.positions.as<float>().size() / 3});
-    std::vector<MeshVertex> corners;
-    corners.reserve(2 * ends.size());
-    for (std::size_t i = 0; i + 1 < ends.size(); i += 2)
-        for (const std::size_t end : {i, i + 1})
-            for (const float side : {1.0f, -1.0f}) {
-                MeshVertex corner = vertices[ends[end]];
-                corner.normal = vertices[ends[end ^ 1]].position;
-                corner.texcoord1 = {side, 0};
-                corners.push_back(corner);
-            }
-    return corners;
-}
-
-struct GlSize {
-    std::uint64_t vertices, indices;
-    [[nodiscard]] std::size_t bytes() const { return vertices * sizeof(MeshVertex) + indices * sizeof(std::uint32_t); }
-};
-/// What a mesh takes.
-GlSize sizeOf(const MeshArrays& arrays) {
-    const std::uint64_t count = arrays.positions.sizeBytes() / (3 * sizeof(float));
-    const std::uint64_t lines = arrays.lines.sizeBytes() / (2 * sizeof(std::uint32_t));
-    switch (arrays.primitive) {
-        case Primitive::kLines: return {lines * kVerticesPerLine, lines * kIndicesPerLine};
-        case Primitive::kPoints: return {count * kVerticesPerPoint, count * 3 * kFacesPerPoint};
-        case Primitive::kTriangles: break;
-    }
-    return {count, 3 * triangleCount(arrays)};
-}
-
-/// Octahedra take many times what their points take: so many points at a time.
-void forSlices(const ByteRange& points, const std::function<void(const ByteRange&)>& visit) {
-    constexpr std::uint64_t kPointsAtOnce = 65536;
-    for (std::uint64_t first = points.begin; first < points.end; first += kPointsAtOnce)
-        visit({first, std::min(first + kPointsAtOnce, points.end)});
+/// What lies in GL is the same whatever the radius of points is.
+MeshKey withoutRadius(MeshKey key) {
+    key.pointRadius = 0;
+    return key;
 }
 
 }  // namespace
 
 MeshBuffers::MeshBuffers(const GlFunctions& gl, GLuint vertexArray, std::size_t budgetBytes)
-    : gl_(gl), vertexArray_(vertexArray), budgetBytes_(budgetBytes) {}
+    : gl_(gl), vertexArray_(vertexArray), budgetBytes_(budgetBytes) {
+    // As many texels as a texture has, and as vertices have numbers.
+    GLint most = 0;
+    gl_.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
+    mostTexels_ = std::min<std::uint64_t>(most > 0 ? static_cast<std::uint64_t>(most) : 0,
+                                          std::uint64_t{std::numeric_limits<std::int32_t>::max()} / kNumbersPerPoint);
+}
 
 MeshBuffers::~MeshBuffers() {
-    gl_.DeleteBuffers(1, &vertices_.name);
-    gl_.DeleteBuffers(1, &indices_.name);
+    for (const Buffer& buffer : buffers_) gl_.DeleteBuffers(1, &buffer.name);
+    for (const GLuint* buffer : {&sharedIndices_, &linearBuffer_}) gl_.DeleteBuffers(1, buffer);
+    for (const GLuint* texture : {&pointTexture_, &linearTexture_}) gl_.DeleteTextures(1, texture);
 }
 
 void MeshBuffers::beginDraw() {
@@ -110,16 +40,24 @@ void MeshBuffers::beginDraw() {
 }
 
 std::size_t MeshBuffers::residentBytes() const {
-    return vertices_.ranges.used() * sizeof(MeshVertex) + indices_.ranges.used() * sizeof(std::uint32_t);
+    MeshSize used;
+    for (std::size_t i = 0; i < kMeshStores; ++i) used.elements[i] = buffers_[i].ranges.used();
+    return used.bytes();
 }
 
 std::optional<MeshRange> MeshBuffers::find(const Drawable& drawable) {
-    const MeshKey key = drawable.key();
+    const MeshKey key = withoutRadius(drawable.key());
     auto it = meshes_.find(key);
     if (it == meshes_.end()) {
         if (!drawable.resident()) return std::nullopt;
         const MeshArrays arrays = drawable.arrays();
-        it = takeOver(key, arrays) ? meshes_.find(key) : meshes_.emplace(key, allocate(arrays)).first;
+        if (takeOver(key, arrays)) {
+            it = meshes_.find(key);
+        } else {
+            const std::optional<Mesh> made = allocate(arrays);
+            if (!made) return std::nullopt;
+            it = meshes_.emplace(key, *made).first;
+        }
         if (gone_.contains(key)) it->second.uses = UseClock::recall(gone_, key);
     }
     Mesh& mesh = it->second;
@@ -130,16 +68,18 @@ std::optional<MeshRange> MeshBuffers::find(const Drawable& drawable) {
 }
 
 std::optional<std::size_t> MeshBuffers::prepare(const Drawable& drawable, std::size_t bytes) {
-    const MeshKey key = drawable.key();
+    const MeshKey key = withoutRadius(drawable.key());
     auto it = meshes_.find(key);
     if (it == meshes_.end()) {
         if (!drawable.resident()) return 0;
         const MeshArrays arrays = drawable.arrays();
         // What goes on changing takes a place over when it is drawn.
         for (const MeshOrigin& origin : originsOf(arrays))
-            if (meshes_.contains(origin.key)) return 0;
+            if (meshes_.contains(withoutRadius(origin.key))) return 0;
         if (residentBytes() + sizeOf(arrays).bytes() > budgetBytes_) return std::nullopt;
-        it = meshes_.emplace(key, allocate(arrays)).first;
+        const std::optional<Mesh> made = allocate(arrays);
+        if (!made) return 0;
+        it = meshes_.emplace(key, *made).first;
         it->second.uses.lastDraw = clock_.draw();
     }
     const std::uint64_t before = uploadedBytes_;
@@ -147,170 +87,200 @@ std::optional<std::size_t> MeshBuffers::prepare(const Drawable& drawable, std::s
     return uploadedBytes_ - before;
 }
 
-void MeshBuffers::expect(std::uint64_t vertices, std::uint64_t indices) {
-    const auto reserve = [this](Buffer& buffer, std::uint64_t more, std::size_t elementBytes) {
-        const std::uint64_t most = budgetBytes_ / elementBytes, wanted = std::min(most, buffer.ranges.used() + more);
-        if (wanted > buffer.ranges.capacity()) grow(buffer, wanted, elementBytes);
-    };
-    reserve(vertices_, vertices, sizeof(MeshVertex));
-    reserve(indices_, indices, sizeof(std::uint32_t));
+void MeshBuffers::expect(const MeshSize& more) {
+    for (std::size_t i = 0; i < kMeshStores; ++i) {
+        const auto store = static_cast<MeshStore>(i);
+        const std::uint64_t most = std::min<std::uint64_t>(budgetBytes_ / elementBytes(store), mostOf(store));
+        const std::uint64_t wanted = std::min(most, buffers_[i].ranges.used() + more.elements[i]);
+        if (wanted > buffers_[i].ranges.capacity()) grow(store, wanted);
+    }
 }
 
-MeshBuffers::Mesh MeshBuffers::allocate(const MeshArrays& arrays) {
+std::uint64_t MeshBuffers::mostOf(MeshStore store) const {
+    return store == MeshStore::kTexels ? mostTexels_ : std::numeric_limits<std::uint64_t>::max();
+}
+
+std::optional<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays) {
     Mesh mesh;
     if (!checkMesh(arrays)) {
         mesh.refused = true;
         return mesh;
     }
-    const GlSize size = sizeOf(arrays);
-    const bool points = arrays.primitive == Primitive::kPoints, lines = arrays.primitive == Primitive::kLines;
-    const std::uint64_t count = arrays.positions.as<float>().size() / 3;
-    mesh.vertexCount = size.vertices;
-    mesh.pointRadius = points ? shownRadius(arrays) : 0;
-    mesh.toWrite = lines ? 1 : points ? 2 * count : size.vertices + size.indices;
-    const std::uint64_t baseVertex = place(vertices_, size.vertices, sizeof(MeshVertex));
-    const std::uint64_t firstIndex = place(indices_, size.indices, sizeof(std::uint32_t));
-    mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstIndex),
-                  .indexCount = static_cast<std::uint32_t>(size.indices),
-                  .baseVertex = static_cast<std::int32_t>(baseVertex),
-                  .hasNormals = points || lines || !arrays.normals.empty()};
+    const DrawForm& form = formOf(kindOf(arrays.primitive));
+    for (const MeshPart& part : form.parts(arrays)) {
+        // What is fetched by its number lies at a multiple of its size.
+        const std::uint64_t multipleOf = part.store == MeshStore::kTexels ? part.elementsPerUnit : 1;
+        if (!place(part.store, part.elements(), multipleOf, mesh.places[static_cast<std::size_t>(part.store)])) {
+            release(mesh);
+            return std::nullopt;
+        }
+        mesh.toWrite += part.units;
+    }
+    const auto firstOf = [&mesh](MeshStore store) { return mesh.places[static_cast<std::size_t>(store)].first; };
+    const MeshPart first = form.parts(arrays)[0];
+    mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstOf(MeshStore::kIndices)),
+                  .indexCount = static_cast<std::uint32_t>(sizeOf(arrays).elements[static_cast<std::size_t>(MeshStore::kIndices)]),
+                  .baseVertex = static_cast<std::int32_t>(firstOf(MeshStore::kVertices)),
+                  .hasNormals = form.normals || !arrays.normals.empty(),
+                  .hasColors = !arrays.colors.empty(),
+                  .kind = form.kind,
+                  .pointParts = pointPartsOf(arrays)};
+    if (form.fetched) {
+        mesh.range.indexCount = static_cast<std::uint32_t>(first.units * kIndicesPerPoint);
+        mesh.range.baseVertex = static_cast<std::int32_t>(firstOf(MeshStore::kTexels) / first.elementsPerUnit * kNumbersPerPoint);
+        makeSharedByPoints();
+    }
     return mesh;
 }
 
 void MeshBuffers::writeOn(const MeshArrays& arrays, Mesh& mesh, std::size_t bytes) {
-    if (arrays.primitive == Primitive::kLines) {
-        writeLines(arrays, mesh);
-        mesh.written = mesh.toWrite;
-        return;
-    }
-    const bool points = arrays.primitive == Primitive::kPoints;
-    const std::uint64_t begun = mesh.written, first = arrays.positions.as<float>().size() / 3;
-    const std::uint64_t vertexBytes = sizeof(MeshVertex) * (points ? kVerticesPerPoint : 1);
-    const std::uint64_t indexBytes = sizeof(std::uint32_t) * (points ? 3 * kFacesPerPoint : 1);
-    if (mesh.written < first) {
-        const std::uint64_t end = std::min(first, mesh.written + std::max<std::uint64_t>(1, bytes / vertexBytes));
-        writeVertices(arrays, mesh, {mesh.written, end});
-        bytes -= std::min<std::size_t>(bytes, (end - mesh.written) * vertexBytes);
-        mesh.written = end;
-    }
-    const bool any = mesh.written > begun;
-    if (mesh.written >= first && mesh.written < mesh.toWrite && (!any || bytes >= indexBytes)) {
-        const std::uint64_t end = std::min(mesh.toWrite, mesh.written + std::max<std::uint64_t>(1, bytes / indexBytes));
-        writeIndices(arrays, mesh, {mesh.written - first, end - first});
-        mesh.written = end;
+    std::uint64_t before = 0;
+    bool any = false;
+    for (const MeshPart& part : formOf(mesh.range.kind).parts(arrays)) {
+        const std::uint64_t end = before + part.units;
+        if (mesh.written < end && (!any || bytes >= part.unitBytes())) {
+            const std::uint64_t upTo = std::min(end, mesh.written + std::max<std::uint64_t>(1, bytes / part.unitBytes()));
+            write(arrays, mesh, part, {mesh.written - before, upTo - before});
+            bytes -= std::min<std::size_t>(bytes, (upTo - mesh.written) * part.unitBytes());
+            mesh.written = upTo;
+            any = true;
+        }
+        if (mesh.written < end) return;
+        before = end;
     }
 }
 
 bool MeshBuffers::takeOver(const MeshKey& key, const MeshArrays& arrays) {
-    if (arrays.primitive == Primitive::kLines) return false;
+    const DrawForm& form = formOf(kindOf(arrays.primitive));
+    if (form.follows.empty()) return false;
     for (const MeshOrigin& origin : originsOf(arrays)) {
-        const auto known = meshes_.find(origin.key);
+        const auto known = meshes_.find(withoutRadius(origin.key));
         if (known == meshes_.end() || known->second.refused || clock_.usedNow(known->second.uses) ||
-            known->second.written < known->second.toWrite ||
-            !soundWithin(arrays, origin.changed))
+            known->second.written < known->second.toWrite || !soundWithin(arrays, origin.changed))
             continue;
-        // Points of no radius of their own change theirs with the box around them.
-        if (arrays.primitive == Primitive::kPoints && shownRadius(arrays) != known->second.pointRadius) continue;
         auto mesh = meshes_.extract(known);
         mesh.key() = key;
-        // By array, in the order of MeshArrays.
-        constexpr std::array<std::pair<std::size_t, std::size_t>, 5> kVertexBytes = {
-            {{0, 3 * sizeof(float)}, {1, 3 * sizeof(float)}, {2, 4}, {3, 2 * sizeof(float)}, {5, 2 * sizeof(float)}}};
-        for (const auto& [array, bytes] : kVertexBytes)
-            writeVertices(arrays, mesh.mapped(), elementsOf(origin.changed[array], bytes));
-        writeIndices(arrays, mesh.mapped(), elementsOf(origin.changed[4], sizeof(std::uint32_t)));
+        for (const DrawForm::Follows& array : form.follows)
+            for (const MeshPart& part : form.parts(arrays))
+                if (part.store == array.store)
+                    write(arrays, mesh.mapped(), part, elementsOf(origin.changed[array.array], array.bytesPerUnit));
         meshes_.insert(std::move(mesh));
         return true;
     }
     return false;
 }
 
-void MeshBuffers::writeVertices(const MeshArrays& arrays, const Mesh& mesh, const ByteRange& which) {
-    const auto write = [&](std::uint64_t first, const std::vector<MeshVertex>& made) {
-        first += static_cast<std::uint64_t>(mesh.range.baseVertex);
-        gl_.NamedBufferSubData(vertices_.name, static_cast<GLintptr>(first * sizeof(MeshVertex)),
-                               static_cast<GLsizeiptr>(made.size() * sizeof(MeshVertex)), made.data());
-        uploadedBytes_ += made.size() * sizeof(MeshVertex);
-    };
-    if (which.empty()) return;
-    if (arrays.primitive == Primitive::kTriangles)
-        return write(which.begin, interleave({arrays.positions.as<float>(), arrays.normals.as<float>(),
-                                              arrays.texcoords.as<float>(), arrays.texcoords1.as<float>(),
-                                              arrays.colors.as<std::uint8_t>()},
-                                             which));
-    forSlices(which, [&](const ByteRange& slice) {
-        const MeshData made = trianglesOfPoints(arrays, mesh.pointRadius, slice);
-        write(slice.begin * kVerticesPerPoint,
-              interleave({made.positions, made.normals, made.texcoords, made.texcoords1, made.colors},
-                         {0, made.positions.size() / 3}));
+void MeshBuffers::write(const MeshArrays& arrays, const Mesh& mesh, const MeshPart& part, const ByteRange& units) {
+    if (units.empty()) return;
+    std::uint64_t at = mesh.places[static_cast<std::size_t>(part.store)].first * elementBytes(part.store) + units.begin * part.unitBytes();
+    formOf(mesh.range.kind).write(arrays, part.store, units, [&](ByteSpan made) {
+        gl_.NamedBufferSubData(buffer(part.store).name, static_cast<GLintptr>(at), static_cast<GLsizeiptr>(made.size()), made.data());
+        at += made.size();
+        uploadedBytes_ += made.size();
     });
 }
 
-void MeshBuffers::writeLines(const MeshArrays& arrays, const Mesh& mesh) {
-    const std::span<const std::uint32_t> ends = arrays.lines.as<std::uint32_t>();
-    const std::vector<MeshVertex> corners = cornersOfLines(arrays, ends);
-    std::vector<std::uint32_t> indices;
-    indices.reserve(kIndicesPerLine * ends.size() / 2);
-    for (std::uint32_t first = 0; first + 3 < corners.size(); first += kVerticesPerLine)
-        for (const std::uint32_t corner : {0, 1, 2, 0, 2, 3}) indices.push_back(first + corner);
-    const auto write = [&](GLuint buffer, std::uint64_t first, const auto& values) {
-        const std::size_t bytes = values.size() * sizeof(values[0]);
-        gl_.NamedBufferSubData(buffer, static_cast<GLintptr>(first * sizeof(values[0])), static_cast<GLsizeiptr>(bytes),
-                               values.data());
-        uploadedBytes_ += bytes;
-    };
-    write(vertices_.name, static_cast<std::uint64_t>(mesh.range.baseVertex), corners);
-    write(indices_.name, mesh.range.firstIndex, indices);
+bool MeshBuffers::place(MeshStore store, std::uint64_t count, std::uint64_t multipleOf, Place& place) {
+    if (count == 0) return true;
+    Buffer& in = buffer(store);
+    const std::uint64_t wanted = count + multipleOf - 1;
+    std::optional<std::uint64_t> start = in.ranges.allocate(wanted);
+    if (!start) {
+        const std::uint64_t old = in.ranges.capacity(), most = mostOf(store);
+        const std::uint64_t larger = std::min(most, std::max({kFirstCapacity, 2 * old, old + wanted}));
+        if (larger > old && wanted <= most) grow(store, larger);
+        start = in.ranges.allocate(wanted);
+        if (!start) return false;
+    }
+    place = {.taken = *start, .takenCount = wanted, .first = (*start + multipleOf - 1) / multipleOf * multipleOf};
+    return true;
 }
 
-void MeshBuffers::writeIndices(const MeshArrays& arrays, const Mesh& mesh, const ByteRange& which) {
-    const auto write = [&](std::uint64_t first, std::span<const std::uint32_t> made) {
-        first += mesh.range.firstIndex;
-        gl_.NamedBufferSubData(indices_.name, static_cast<GLintptr>(first * sizeof(std::uint32_t)),
-                               static_cast<GLsizeiptr>(made.size_bytes()), made.data());
-        uploadedBytes_ += made.size_bytes();
-    };
-    if (which.empty()) return;
-    if (arrays.primitive == Primitive::kTriangles)
-        return write(which.begin, arrays.indices.as<std::uint32_t>().subspan(which.begin, which.end - which.begin));
-    forSlices(which, [&](const ByteRange& slice) { write(3 * kFacesPerPoint * slice.begin, indicesOfPoints(slice)); });
+void MeshBuffers::release(const Mesh& mesh) {
+    for (std::size_t i = 0; i < kMeshStores; ++i) buffers_[i].ranges.release(mesh.places[i].taken, mesh.places[i].takenCount);
 }
 
-std::uint64_t MeshBuffers::place(Buffer& buffer, std::uint64_t count, std::size_t elementBytes) {
-    if (const auto start = buffer.ranges.allocate(count)) return *start;
-    const std::uint64_t old = buffer.ranges.capacity();
-    grow(buffer, std::max({kFirstCapacity, 2 * old, old + count}), elementBytes);
-    const auto start = buffer.ranges.allocate(count);
-    TESSERA_CHECK(start, "the grown buffer has room");
-    return *start;
-}
-
-void MeshBuffers::grow(Buffer& buffer, std::uint64_t capacity, std::size_t elementBytes) {
+void MeshBuffers::grow(MeshStore store, std::uint64_t capacity) {
+    Buffer& grown = buffer(store);
+    const std::size_t bytesEach = elementBytes(store);
     GLuint larger = 0;
     gl_.CreateBuffers(1, &larger);
-    gl_.NamedBufferData(larger, static_cast<GLsizeiptr>(capacity * elementBytes), nullptr, GL_STATIC_DRAW);
-    if (buffer.name) {
-        gl_.CopyNamedBufferSubData(buffer.name, larger, 0, 0, static_cast<GLsizeiptr>(buffer.ranges.capacity() * elementBytes));
-        gl_.DeleteBuffers(1, &buffer.name);
+    gl_.NamedBufferData(larger, static_cast<GLsizeiptr>(capacity * bytesEach), nullptr, GL_STATIC_DRAW);
+    if (grown.name) {
+        gl_.CopyNamedBufferSubData(grown.name, larger, 0, 0, static_cast<GLsizeiptr>(grown.ranges.capacity() * bytesEach));
+        gl_.DeleteBuffers(1, &grown.name);
     }
-    buffer.name = larger;
-    buffer.ranges.grow(capacity);
+    grown.name = larger;
+    grown.ranges.grow(capacity);
     rebind();
 }
 
 void MeshBuffers::rebind() {
-    if (vertices_.name) gl_.VertexArrayVertexBuffer(vertexArray_, 0, vertices_.name, 0, sizeof(MeshVertex));
-    if (indices_.name) gl_.VertexArrayElementBuffer(vertexArray_, indices_.name);
+    if (const GLuint vertices = buffer(MeshStore::kVertices).name)
+        gl_.VertexArrayVertexBuffer(vertexArray_, 0, vertices, 0, sizeof(MeshVertex));
+    if (const GLuint texels = buffer(MeshStore::kTexels).name) {
+        if (!pointTexture_) gl_.CreateTextures(GL_TEXTURE_BUFFER, 1, &pointTexture_);
+        gl_.TextureBuffer(pointTexture_, GL_RGBA32UI, texels);
+    }
+    // The vertex array may have had one that is gone.
+    elementsBound_ = 0;
+}
+
+void MeshBuffers::makeSharedByPoints() {
+    if (sharedIndices_) return;
+    const auto fill = [this](GLuint& buffer, const auto& values) {
+        gl_.CreateBuffers(1, &buffer);
+        gl_.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(), GL_STATIC_DRAW);
+    };
+    fill(sharedIndices_, sharedPointIndices());
+    fill(linearBuffer_, linearNumbers());
+    gl_.CreateTextures(GL_TEXTURE_BUFFER, 1, &linearTexture_);
+    gl_.TextureBuffer(linearTexture_, GL_R32F, linearBuffer_);
+}
+
+void MeshBuffers::bindFor(DrawKind kind) {
+    if (!formOf(kind).fetched) return;
+    gl_.BindTextureUnit(kPointUnit, pointTexture_);
+    gl_.BindTextureUnit(kLinearUnit, linearTexture_);
+}
+
+void MeshBuffers::bindElements(GLuint buffer) {
+    if (buffer != elementsBound_) gl_.VertexArrayElementBuffer(vertexArray_, buffer);
+    elementsBound_ = buffer;
+}
+
+std::uint64_t MeshBuffers::draw(const MeshRange& mesh, std::size_t firstTriangle, std::size_t triangles, std::size_t firstRecord,
+                                std::size_t instances) {
+    const auto issue = [this](std::size_t count, GLenum type, std::size_t offset, std::size_t times, std::int64_t base, std::size_t record) {
+        gl_.DrawElementsInstancedBaseVertexBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(count), type, reinterpret_cast<const void*>(offset),
+                                                        static_cast<GLsizei>(times), static_cast<GLint>(base), static_cast<GLuint>(record));
+    };
+    if (!formOf(mesh.kind).fetched) {
+        bindElements(indexBuffer());
+        issue(3 * triangles, GL_UNSIGNED_INT, (mesh.firstIndex + 3 * firstTriangle) * sizeof(std::uint32_t), instances, mesh.baseVertex, firstRecord);
+        return 1;
+    }
+    bindElements(sharedIndices_);
+    const std::uint64_t points = mesh.indexCount / kIndicesPerPoint;
+    if (points <= kPointsAtOnce) {
+        issue(mesh.indexCount, GL_UNSIGNED_SHORT, 0, instances, mesh.baseVertex, firstRecord);
+        return 1;
+    }
+    // One instance after the other, whole: as they are drawn one by one.
+    std::uint64_t calls = 0;
+    for (std::size_t i = 0; i < instances; ++i)
+        for (std::uint64_t first = 0; first < points; first += kPointsAtOnce, ++calls)
+            issue(kIndicesPerPoint * std::min<std::uint64_t>(kPointsAtOnce, points - first), GL_UNSIGNED_SHORT, 0, 1,
+                  mesh.baseVertex + static_cast<std::int64_t>(kNumbersPerPoint * first), firstRecord + i);
+    return calls;
 }
 
 void MeshBuffers::makeRoom() {
     for (const auto& candidate : clock_.lastNeededFirst(meshes_)) {
         if (residentBytes() <= UseClock::roomFor(candidate, budgetBytes_)) return;
         const auto it = meshes_.find(*candidate.key);
-        const Mesh& mesh = it->second;
-        clock_.remember(gone_, *candidate.key, mesh.uses);
-        vertices_.ranges.release(static_cast<std::uint64_t>(mesh.range.baseVertex), mesh.vertexCount);
-        indices_.ranges.release(mesh.range.firstIndex, mesh.range.indexCount);
+        clock_.remember(gone_, *candidate.key, it->second.uses);
+        release(it->second);
         meshes_.erase(it);
     }
 }

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "client/draw/DrawForms.h"
 #include "client/draw/ShaderText.h"
 
 namespace tessera {
@@ -33,9 +36,14 @@ bool readsSurface(const ProgramKind& kind) {
 const char* screenDepthOf(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
     if (kind.use == Use::kLightOne && kind.samples == 1)
-        return kind.environment ? "(surround[1].w > 0.5 ? 0.0 : 1e-30)" : "1e-30";
+        return kind.environment ? "(frame.surround[1].w > 0.5 ? 0.0 : 1e-30)" : "1e-30";
     if (kind.use == Use::kClear) return "0.0";
     return kind.use == Use::kLightRest ? "0.9" : kind.use == Use::kLight ? "0.6" : "0.5";
+}
+
+/// Passes that light what the first one has packed.
+bool lightsScreen(const ProgramKind& kind) {
+    return isLit(kind.use) && kind.use != ProgramKind::Use::kBlend;
 }
 
 /// Version, switches and blocks: the same in front of both stages.
@@ -48,9 +56,10 @@ std::string headOf(const ProgramKind& kind) {
     define(readsSurface(kind), "SURFACE");
     define(kind.faceted, "FACETED");
     define(kind.faceted || kind.use == Use::kBlend || (kind.maps & bitOf(ImageMap::kNormal)) != 0, "POSITION");
-    define(kind.lines, "LINES");
+    head += fmt::format("#define {} {}\n", formOf(kind.items).define, kind.pointParts);
     define(kind.large, "LARGE");
     define(kind.masked, "MASKED");
+    define(kind.plain, "PLAIN");
     define(kind.detail, "DETAIL");
     define(kind.coated, "COATED");
     define(kind.environment, "ENVIRONMENT");
@@ -60,6 +69,7 @@ std::string headOf(const ProgramKind& kind) {
     head += fmt::format("#define SCREEN_DEPTH {}\n", screenDepthOf(kind));
     if (kind.look) head += fmt::format("#define MAPS {}\n", kind.maps);
     head += fmt::format("#define SAMPLES {}\n#define LIGHTS {}\n", kind.samples, static_cast<int>(kind.lists));
+    define(lightsScreen(kind), "FRAME_PASSED_ON");
     return head + shader_text::kBlocks;
 }
 
@@ -75,7 +85,8 @@ std::string fragmentOf(const ProgramKind& kind) {
         case Use::kLightOne:
         case Use::kLight:
         case Use::kLightRest:
-            return std::string(shader_text::kLighting) + shader_text::kToneMapping + shader_text::kReadSurface + shader_text::kLightFragment;
+            return std::string("#define PASSED flat in\n") + shader_text::kPassedFrame + shader_text::kLighting +
+                   shader_text::kToneMapping + shader_text::kReadSurface + shader_text::kLightFragment;
         case Use::kBlend:
             return std::string(shader_text::kLighting) + shader_text::kToneMapping + shader_text::kSurface + shader_text::kBlendFragment;
         case Use::kCopy:
@@ -106,11 +117,12 @@ std::string vertexOf(const ProgramKind& kind) {
         case Use::kDepth:
         case Use::kShadow:
             return shader_text::kMeshVertex;
-        case Use::kClear:
-        case Use::kClassify:
         case Use::kLightOne:
         case Use::kLight:
         case Use::kLightRest:
+            return std::string("#define PASSED flat out\n") + shader_text::kPassedFrame + shader_text::kScreenVertex;
+        case Use::kClear:
+        case Use::kClassify:
         case Use::kCopy:
         case Use::kSpread:
         case Use::kResolve:
@@ -129,6 +141,13 @@ bool isLit(ProgramKind::Use use) {
     return use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
 }
 
+std::array<std::uint32_t, 2> packedMaterial(std::uint32_t material, const std::array<float, 4>& color) {
+    std::array<std::uint32_t, 2> packed = {(material & 63u) << 26u, (material >> 6u) << 24u};
+    for (std::size_t i = 0; i < 3; ++i)
+        packed[1] |= static_cast<std::uint32_t>(std::sqrt(std::clamp(color[i], 0.0f, 1.0f)) * 255.0f + 0.5f) << (8 * i);
+    return packed;
+}
+
 ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment) {
     kind.lists = lists;
     kind.environment = environment;
@@ -136,7 +155,7 @@ ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment) {
 }
 
 ProgramKind shadowOf(const ProgramKind& surface) {
-    ProgramKind kind{.use = ProgramKind::Use::kShadow, .masked = surface.masked};
+    ProgramKind kind{.use = ProgramKind::Use::kShadow, .items = surface.items, .pointParts = surface.pointParts, .masked = surface.masked};
     if (surface.masked) kind.maps = surface.maps & bitOf(ImageMap::kBaseColor);
     kind.look = surface.masked;
     return kind;

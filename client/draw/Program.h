@@ -6,6 +6,7 @@
 
 #include "client/draw/EnvironmentTexture.h"
 #include "client/draw/GlFunctions.h"
+#include "client/render/DrawKinds.h"
 
 namespace tessera {
 
@@ -39,7 +40,7 @@ struct ItemRecord {
     std::array<std::array<float, 4>, 3> eye_T_item;  ///< rows
     /// Rows of the inverse transpose of eye_T_item's linear part, up to a positive factor.
     std::array<std::array<float, 4>, 3> normalRows;
-    std::array<float, 2> sizes{};         ///< width of lines in pixels; unused
+    std::array<std::uint32_t, 2> size{};  ///< bits: the width of lines in pixels; the radius of points, a double
     std::array<std::uint32_t, 2> node{};  ///< low and high word of its id
 };
 static_assert(sizeof(ItemRecord) == 112);
@@ -50,8 +51,8 @@ struct ItemBlock {
     std::array<float, 36> padding{};
 };
 static_assert(sizeof(ItemBlock) == 256);
-/// Their attributes follow those of vertices: six rows, sizes, node.
-inline constexpr GLuint kFirstItemAttribute = 5, kItemSizes = kFirstItemAttribute + 6, kItemNode = kItemSizes + 1;
+/// Their attributes follow those of vertices: six rows, size, node.
+inline constexpr GLuint kFirstItemAttribute = 5, kItemSize = kFirstItemAttribute + 6, kItemNode = kItemSize + 1;
 /// Where the vertex array of meshes takes vertices from, and records.
 inline constexpr GLuint kVertexBinding = 0, kItemBinding = 1;
 
@@ -73,12 +74,16 @@ struct LookBlock {
     std::array<float, 4> baseColor;
     std::array<float, 4> emissiveAndRoughness;
     std::array<float, 4> metallic;            ///< x
-    std::array<std::uint32_t, 4> material{};  ///< x: for the light pass
+    std::array<std::uint32_t, 4> material{};  ///< x: for the light pass; y, z: see packedMaterial
     std::array<Placed, kImageMaps> places;
     std::array<float, 4> strengths;  ///< of normals, of occlusion; alpha's cutoff; unused
     std::array<float, 4> effects;    ///< transmission; 1 for unlit; lacquer and its roughness
 };
 static_assert(sizeof(LookBlock) == 256);
+
+/// Of the 64 bits of a surface (SurfaceShader.cpp) those that its material alone decides: all but its normal's, where it is of one
+/// colour.
+[[nodiscard]] std::array<std::uint32_t, 2> packedMaterial(std::uint32_t material, const std::array<float, 4>& color);
 
 /// What the light pass reads of a material: two texels. Material 0 is the background.
 struct MaterialTexels {
@@ -123,9 +128,11 @@ struct ProgramKind {
     std::uint8_t maps = 0;  ///< bits of ImageMap
     bool look = false;      ///< reads images, or what they are read with
     bool faceted = false;
-    bool lines = false;
+    DrawKind items = DrawKind::kTriangles;
+    std::uint8_t pointParts = 0;  ///< of points (DrawForms.h)
     bool masked = false;  ///< what alpha leaves away is not there
     bool large = false;   ///< its item is a uniform block
+    bool plain = false;   ///< of one colour, the material's
     // Of whole scenes: the same on every tile.
     bool detail = false;         ///< images say more than colours and normals: 64 bits more of each sample
     bool coated = false;         ///< something has lacquer

@@ -19,6 +19,7 @@ Expected<void> Renderer::Impl::useProgram(const ProgramKind& kind) {
     const auto name = program(kind);
     if (!name) return tl::unexpected(name.error());
     gl.UseProgram(*name);
+    meshes->bindFor(kind.items);
     return {};
 }
 
@@ -36,7 +37,7 @@ void Renderer::Impl::met(Pass pass, const ProgramKind& kind, std::uint32_t look)
 }
 
 void Renderer::Impl::expectKin(Pass pass, const ProgramKind& kind, std::uint32_t look) {
-    if (pass == Pass::kSurfaces && !kind.lines) expect(Pass::kShadow, shadowOf(kind), look);
+    if (pass == Pass::kSurfaces && rowOf(kind.items).castsShadows) expect(Pass::kShadow, shadowOf(kind), look);
     if (!isLit(kind.use)) return;
     for (const bool environment : {kind.environment, !kind.environment})
         for (const LightLists lists : kAllLightLists) expect(pass, otherwiseLit(kind, lists, environment), look);

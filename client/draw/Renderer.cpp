@@ -46,8 +46,8 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
         gl.VertexArrayAttribFormat(vertexArray, kFirstItemAttribute + row, 4, GL_FLOAT, GL_FALSE, row * 4 * sizeof(float));
         enable(kFirstItemAttribute + row, kItemBinding);
     }
-    gl.VertexArrayAttribFormat(vertexArray, kItemSizes, 2, GL_FLOAT, GL_FALSE, offsetof(ItemRecord, sizes));
-    enable(kItemSizes, kItemBinding);
+    gl.VertexArrayAttribIFormat(vertexArray, kItemSize, 2, GL_UNSIGNED_INT, offsetof(ItemRecord, size));
+    enable(kItemSize, kItemBinding);
     gl.VertexArrayAttribIFormat(vertexArray, kItemNode, 2, GL_UNSIGNED_INT, offsetof(ItemRecord, node));
     enable(kItemNode, kItemBinding);
     gl.VertexArrayBindingDivisor(vertexArray, kItemBinding, 1);
@@ -238,9 +238,9 @@ Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id
     return prepared;
 }
 
-Expected<void> Renderer::expectMeshes(std::uint64_t vertices, std::uint64_t indices) {
+Expected<void> Renderer::expectMeshes(const MeshSize& more) {
     if (auto current = impl_->surface.makeCurrent(); !current) return current;
-    impl_->meshes->expect(vertices, indices);
+    impl_->meshes->expect(more);
     return impl_->gl.check("making room ahead");
 }
 

@@ -15,6 +15,8 @@
 
 namespace tessera {
 
+struct MeshSize;
+
 struct RendererOptions {
     int samples = 4;  ///< per pixel: 1 or 4
     /// Above these gives way what is not drawn, then what is needed again last (UseClock.h); what one draw needs is always there.
@@ -58,8 +60,8 @@ public:
         bool full = false;      ///< a budget has no room for the rest
     };
     [[nodiscard]] Expected<Prepared> prepare(const Aspect& aspect, ObjectId drawable, ObjectId material, std::size_t bytes);
-    /// Makes room in one step for meshes of so many vertices and indices, as far as the budget goes.
-    [[nodiscard]] Expected<void> expectMeshes(std::uint64_t vertices, std::uint64_t indices);
+    /// Makes room in one step for meshes that take so much (DrawForms.h), as far as the budget goes.
+    [[nodiscard]] Expected<void> expectMeshes(const MeshSize& more);
     /// Draws the part `rect` of the screen's picture, cell by cell (ScreenCells.h). The aspect gives geometry, materials and images by id; meshes and
     /// textures are cached by content. Returns when the image is complete in memory. What cannot be drawn is left away
     /// and counted. kBadInput: the rectangle does not lie on the screen; kFailed: GL gave up.

@@ -25,11 +25,13 @@ namespace tessera {
 inline constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageMaps,
                  kLightUnit = kDetailUnit + 1, kListUnit = kLightUnit + 1,
                  kSurroundingsUnit = kListUnit + 1, kShadowUnit = kSurroundingsUnit + 1;
+static_assert(kShadowUnit < kPointUnit);
 
 /// What GL is set to: a software rasteriser compiles a program anew for each that it is drawn with.
 enum class Pass : std::uint8_t {
     kSurfaces,   ///< what is solid
     kClear,      ///< see ProgramKind
+    kClearDepth,  ///< the same without colours
     kClassify,
     kLightOne,
     kLight,
@@ -124,7 +126,6 @@ struct Renderer::Impl {
     std::vector<std::uint32_t> inPass;
     std::vector<ItemRecord> records;
     ProgramKind kindNow;
-    std::optional<bool> sortedBound;  ///< which indices the vertex array has
     std::size_t recordsFrom = 0;      ///< the record that the vertex array has first
     std::vector<GLsizei> counts;
     std::vector<const void*> offsets;

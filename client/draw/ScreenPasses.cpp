@@ -10,6 +10,7 @@ ProgramKind::Use useOf(Pass pass) {
         case Pass::kSurfaces:
             return Use::kSurface;
         case Pass::kClear:
+        case Pass::kClearDepth:
             return Use::kClear;
         case Pass::kClassify:
             return Use::kClassify;
@@ -50,6 +51,7 @@ Expected<void> Renderer::Impl::enter(Pass pass) {
         case Pass::kSurfaces:
             return {};
         case Pass::kClear:
+        case Pass::kClearDepth:
             framebuffer = scene.detail ? tile.detailedSurfaces() : tile.surfaces();
             break;
         case Pass::kClassify:
@@ -76,7 +78,8 @@ Expected<void> Renderer::Impl::enter(Pass pass) {
     }
     if (!framebuffer) return tl::unexpected(framebuffer.error());
     gl.BindFramebuffer(GL_FRAMEBUFFER, *framebuffer);
-    if (pass == Pass::kClear) {
+    const bool clears = pass == Pass::kClear || pass == Pass::kClearDepth;
+    if (clears) {
         // What is drawn into is not read.
         for (const GLuint unit : {GLuint{0}, GLuint{1}, kDetailUnit}) gl.BindTextureUnit(unit, 0);
     } else
@@ -84,9 +87,9 @@ Expected<void> Renderer::Impl::enter(Pass pass) {
     if (pass == Pass::kCopy) gl.BindTextureUnit(0, tile.pictureTexture());
     if (pass == Pass::kSpread) gl.BindTextureUnit(1, tile.restTexture());
     if (pass == Pass::kResolve) gl.BindTextureUnit(0, tile.blendedTexture());
-    const bool writesDepth = pass == Pass::kClear || pass == Pass::kClassify || pass == Pass::kShadow;
+    const bool writesDepth = clears || pass == Pass::kClassify || pass == Pass::kShadow;
     gl.DepthMask(writesDepth ? GL_TRUE : GL_FALSE);
-    const GLboolean writesColor = pass == Pass::kClassify ? GL_FALSE : GL_TRUE;
+    const GLboolean writesColor = pass == Pass::kClassify || pass == Pass::kClearDepth ? GL_FALSE : GL_TRUE;
     gl.ColorMask(writesColor, writesColor, writesColor, writesColor);
     const bool sorted = pass == Pass::kLight || pass == Pass::kLightRest || pass == Pass::kRestAlone;
     gl.DepthFunc(sorted                                                 ? GL_LESS
@@ -123,17 +126,23 @@ Expected<void> Renderer::Impl::drawOver(Pass pass, std::span<const PixelRect> pa
     return {};
 }
 
-/// A framebuffer is cleared faster than parts of it are drawn over, where they are most of it.
+/// A framebuffer is cleared faster than parts of it are drawn over, where they are most of it. Of one sample a surface is read
+/// only where its depth says that there is one; unless the background is a picture, which is lit as surfaces are.
 Expected<void> Renderer::Impl::clearSurfaces(GLuint framebuffer) {
     std::int64_t pixels = 0;
     for (const PixelRect& part : shown) pixels += std::int64_t{part.width} * part.height;
-    if (3 * pixels < 2 * std::int64_t{tile.widthPx()} * tile.heightPx()) return drawOver(Pass::kClear, shown);
-    if (auto expected = drawOver(Pass::kClear, {}); !expected) return expected;
+    const bool depthAlone = options.samples == 1 && !surroundings.seen();
+    const Pass wanted = depthAlone ? Pass::kClearDepth : Pass::kClear;
+    if (options.samples == 1)
+        if (auto expected = drawOver(depthAlone ? Pass::kClear : Pass::kClearDepth, {}); !expected) return expected;
+    if (3 * pixels < 2 * std::int64_t{tile.widthPx()} * tile.heightPx()) return drawOver(wanted, shown);
+    if (auto expected = drawOver(wanted, {}); !expected) return expected;
     const std::array<GLuint, 4> nothing{};
     const float farthest = 0;
     gl.Disable(GL_SCISSOR_TEST);
     gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
-    for (GLint i = 0; i < (scene.detail ? 2 : 1); ++i) gl.ClearNamedFramebufferuiv(framebuffer, GL_COLOR, i, nothing.data());
+    const GLint colors = depthAlone ? 0 : scene.detail ? 2 : 1;
+    for (GLint i = 0; i < colors; ++i) gl.ClearNamedFramebufferuiv(framebuffer, GL_COLOR, i, nothing.data());
     gl.Enable(GL_SCISSOR_TEST);
     return {};
 }

@@ -3,9 +3,47 @@
 
 namespace tessera::shader_text {
 
+// llvmpipe of Mesa 22 fetches each number of a uniform block once for every pixel, one after the other; what comes from
+// a vertex and is not interpolated it reads once for all. A triangle around the screen has three vertices.
+const char kPassedFrame[] = R"(
+PASSED vec4 worldRow0, worldRow1, worldRow2, sky, ground;
+#ifdef ENVIRONMENT
+PASSED vec4 surround[9];
+#endif
+#if LIGHTS >= 3
+PASSED vec4 suns[6], toCorner, acrossPixel, upPixel;  // the way to a place in the picture, of any length
+#else
+PASSED vec4 slices, shadows, clipPerPixel;
+PASSED mat4 eye_T_clip;
+#endif
+)";
+
 const char kScreenVertex[] = R"(
 void main() {
     vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+#ifdef FRAME_PASSED_ON
+    worldRow0 = frame.worldRow0;
+    worldRow1 = frame.worldRow1;
+    worldRow2 = frame.worldRow2;
+    sky = frame.sky;
+    ground = frame.ground;
+#ifdef ENVIRONMENT
+    surround = frame.surround;
+#endif
+#if LIGHTS >= 3
+    suns = frame.suns;
+    const mat4 m = frame.eye_T_clip;
+    // At half the depth range: all of it is before the eye.
+    acrossPixel = m[0] * frame.clipPerPixel.x;
+    upPixel = m[1] * frame.clipPerPixel.y;
+    toCorner = 0.5 * m[2] + m[3] - m[0] - m[1];
+#else
+    eye_T_clip = frame.eye_T_clip;
+    clipPerPixel = frame.clipPerPixel;
+    slices = frame.slices;
+    shadows = frame.shadows;
+#endif
+#endif
     gl_Position = vec4(corner, SCREEN_DEPTH, 1.0);
 }
 )";
@@ -24,28 +62,34 @@ void main() {
 )";
 
 const char kReadSurface[] = R"(
+// Of one sample there are textures without levels: to look for a level costs llvmpipe more than to fetch.
 #if SAMPLES > 1
+#define SAMPLE(of, i) texelFetch(of, at, i)
 layout(binding = 0) uniform usampler2DMS surfaces;
 #else
-layout(binding = 0) uniform usampler2D surfaces;
+#define SAMPLE(of, i) texelFetch(of, at)
+layout(binding = 0) uniform usampler2DRect surfaces;
 #endif
 
+// All before anything is done with one: a processor waits for them together.
+#define FETCH_SAMPLES(of) for (int i = 0; i < SAMPLES; ++i) of[i] = SAMPLE(surfaces, i).xy;
+
 vec3 normalOf(uint bits) {
-    vec2 oct = (vec2(uvec2(bits, bits >> 13u) & 8191u) - 4095.0) / 4095.0;
+    vec2 oct = vec2(uvec2(bits, bits >> 13u) & 8191u) * (1.0 / 4095.0) - 1.0;
     vec3 n = vec3(oct, 1.0 - abs(oct.x) - abs(oct.y));
     float fold = max(-n.z, 0.0);
-    n.xy -= fold * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(n.xy, vec2(0.0)));
+    n.xy = mix(n.xy + fold, n.xy - fold, greaterThanEqual(n.xy, vec2(0.0)));
     return normalize(n);
 }
 vec3 colorOf(uint bits) {
-    vec3 root = vec3(uvec3(bits, bits >> 8u, bits >> 16u) & 255u) / 255.0;
-    return root * root;
+    vec3 root = vec3(uvec3(bits, bits >> 8u, bits >> 16u) & 255u);
+    return root * root * (1.0 / 65025.0);
 }
 #ifdef DETAIL
 #if SAMPLES > 1
 layout(binding = 8) uniform usampler2DMS details;
 #else
-layout(binding = 8) uniform usampler2D details;
+layout(binding = 8) uniform usampler2DRect details;
 #endif
 vec3 emissiveOf(uint bits) {
     return vec3(uvec3(bits, bits >> 9u, bits >> 18u) & 511u) * exp2(float(int(bits >> 27u) - 24));
@@ -65,20 +109,22 @@ bool sameSurface(uint material, vec3 n, uint otherMaterial, vec3 otherN) {
 const char kClassifyFragment[] = R"(
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    uvec2 first = texelFetch(surfaces, at, 0).xy;
+    uvec2 of[SAMPLES];
+    FETCH_SAMPLES(of)
+    uvec2 first = of[0];
     uvec2 all = first, differ = uvec2(0u);
     bvec2 apart = bvec2(false);
     uvec2 oct = uvec2(first.x, first.x >> 13u) & 8191u;
 #ifdef DETAIL
-    uvec2 detail = texelFetch(details, at, 0).xy;
+    uvec2 detail = SAMPLE(details, 0).xy;
 #endif
     for (int i = 1; i < SAMPLES; ++i) {
-        uvec2 other = texelFetch(surfaces, at, i).xy;
+        uvec2 other = of[i];
         uvec2 bits = other ^ first;
         all |= other;
         differ |= bits;
 #ifdef DETAIL
-        differ |= texelFetch(details, at, i).xy ^ detail;
+        differ |= SAMPLE(details, i).xy ^ detail;
 #endif
         // A twentieth of the octahedron's map is at most 15 degrees.
         uvec2 otherOct = uvec2(other.x, other.x >> 13u) & 8191u;
@@ -100,21 +146,27 @@ const char kLightFragment[] = R"(
 #if SAMPLES > 1
 layout(binding = 1) uniform sampler2DMS depths;
 #else
-layout(binding = 1) uniform sampler2D depths;
+layout(binding = 1) uniform sampler2DRect depths;
 #endif
 layout(binding = 2) uniform samplerBuffer materials;
 layout(location = 0) out vec4 outColor;
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    uvec2 surface = texelFetch(surfaces, at, 0).xy;
+#if SAMPLES > 1 && !defined(ONE_SURFACE)
+    uvec2 of[SAMPLES];
+    FETCH_SAMPLES(of)
+    uvec2 surface = of[0];
+#else
+    uvec2 surface = SAMPLE(surfaces, 0).xy;
+#endif
     vec3 n = normalOf(surface.x);
     vec3 base = colorOf(surface.y);
     uint material = materialOf(surface);
     int sampleOf = 0;
     float share = 1.0;
 #ifdef DETAIL
-    uvec2 detail = texelFetch(details, at, 0).xy;
+    uvec2 detail = SAMPLE(details, 0).xy;
     vec3 emitted = emissiveOf(detail.x), bytes = bytesOf(detail.y);
 #endif
 #if SAMPLES > 1 && !defined(ONE_SURFACE)
@@ -129,7 +181,7 @@ void main() {
     uint restDetail = 0u;
 #endif
     for (int i = 1; i < SAMPLES; ++i) {
-        uvec2 other = texelFetch(surfaces, at, i).xy;
+        uvec2 other = of[i];
         vec3 otherN = normalOf(other.x);
         vec3 otherBase = colorOf(other.y);
         uint otherMaterial = materialOf(other);
@@ -145,7 +197,7 @@ void main() {
         restBase += (1.0 - weight) * otherBase;
         restCount += 1.0 - weight;
 #ifdef DETAIL
-        uvec2 otherDetail = texelFetch(details, at, i).xy;
+        uvec2 otherDetail = SAMPLE(details, i).xy;
         vec3 otherEmitted = emissiveOf(otherDetail.x), otherBytes = bytesOf(otherDetail.y);
         restDetail = first ? otherDetail.y : restDetail;
         sumEmitted += weight * otherEmitted;
@@ -177,11 +229,12 @@ void main() {
 #endif
 #if LIGHTS >= 3
     // What is infinitely far away shines the same everywhere: only which way one looks counts.
-    float depth = 0.5;
+    vec3 position = toCorner.xyz + gl_FragCoord.x * acrossPixel.xyz + gl_FragCoord.y * upPixel.xyz;
 #else
-    float depth = texelFetch(depths, at, sampleOf).x;
-#endif
+    float depth = SAMPLE(depths, sampleOf).x;
     vec4 eye = eye_T_clip * vec4(gl_FragCoord.xy * clipPerPixel.xy - 1.0, depth, 1.0);
+    vec3 position = eye.xyz / eye.w;
+#endif
     vec4 emissiveAndRoughness = texelFetch(materials, int(2u * material));
     vec4 metallicLitAndCoat = texelFetch(materials, int(2u * material + 1u));
     float occlusion = 1.0;
@@ -191,7 +244,7 @@ void main() {
     metallicLitAndCoat.x = detailed ? bytes.x : metallicLitAndCoat.x;
     occlusion = detailed ? bytes.z : 1.0;
 #endif
-    Lit lit = light(eye.xyz / eye.w, n, base, metallicLitAndCoat.x, emissiveAndRoughness.w, occlusion,
+    Lit lit = light(position, n, base, metallicLitAndCoat.x, emissiveAndRoughness.w, occlusion,
                     metallicLitAndCoat.zw);
     // 1: light falls on it; 0: the background; -1: its colour is what is seen.
     float litness = metallicLitAndCoat.y;
@@ -199,8 +252,7 @@ void main() {
 #ifdef ENVIRONMENT
     // Where nothing is.
     bool seen = material == 0u && surround[1].w > 0.5;
-    vec3 away = eye.xyz / eye.w;
-    vec3 d = vec3(dot(worldRow0.xyz, away), dot(worldRow1.xyz, away), dot(worldRow2.xyz, away));
+    vec3 d = vec3(dot(worldRow0.xyz, position), dot(worldRow1.xyz, position), dot(worldRow2.xyz, position));
     c = seen ? mapOf(onSquare(d), 0.0) : c;
     litness = seen ? 0.0 : litness;
 #endif
@@ -210,23 +262,23 @@ void main() {
 )";
 
 const char kCopyFragment[] = R"(
-layout(binding = 0) uniform sampler2D picture;
+layout(binding = 0) uniform sampler2DRect picture;
 layout(location = 0) out vec4 outColor;
-void main() { outColor = vec4(texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb, 0.0); }
+void main() { outColor = vec4(texelFetch(picture, ivec2(gl_FragCoord.xy)).rgb, 0.0); }
 )";
 
 const char kSpreadFragment[] = R"(
-layout(binding = 1) uniform sampler2D rest;
+layout(binding = 1) uniform sampler2DRect rest;
 layout(location = 0) out vec4 outColor;
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    vec4 color = texelFetch(rest, at, 0);
-    uvec2 first = texelFetch(surfaces, at, 0).xy;
+    vec4 color = texelFetch(rest, at);
+    uvec2 first = SAMPLE(surfaces, 0).xy;
     vec3 n = normalOf(first.x);
     int covered = 0;
     for (int i = 1; i < SAMPLES; ++i) {
-        uvec2 other = texelFetch(surfaces, at, i).xy;
+        uvec2 other = SAMPLE(surfaces, i).xy;
         covered |= sameSurface(materialOf(first), n, materialOf(other), normalOf(other.x)) ? 0 : 1 << i;
     }
     gl_SampleMask[0] = color.a > 0.0 ? covered : 0;

@@ -6,7 +6,7 @@ namespace tessera::shader_text {
 /// Uniform blocks: what a frame and what a material is.
 extern const char kBlocks[];
 /// Vertex shader of everything with a mesh. One text for all programs and all tiles, its position invariant:
-/// coordinates, and so seams, are the same in each of them. SURFACE, POSITION, MAPS, NODE say what it passes on, LARGE
+/// coordinates, and so seams, are the same in each of them. TRIANGLES, POINTS, LINES: what it makes them of; SURFACE, POSITION, MAPS, NODE say what it passes on, LARGE
 /// where it has its item from.
 extern const char kMeshVertex[];
 /// What a material and its images say of a pixel: `Surface surface()`, for all that follow. MAPS (bits: which images, see
@@ -19,8 +19,10 @@ extern const char kPackFragment[];
 extern const char kLighting[];
 /// From radiance to what a screen shows.
 extern const char kToneMapping[];
-/// A triangle around the whole screen, at SCREEN_DEPTH.
+/// A triangle around the whole screen, at SCREEN_DEPTH; with FRAME_PASSED_ON it hands the frame's block on.
 extern const char kScreenVertex[];
+/// The frame's block as that comes from it, before both stages: PASSED is `flat out`, `flat in`.
+extern const char kPassedFrame[];
 /// What the first pass has packed. SAMPLES, DETAIL.
 extern const char kReadSurface[];
 /// What the first pass begins with. DETAIL.

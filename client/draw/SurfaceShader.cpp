@@ -14,12 +14,16 @@ layout(std140, binding = 0) uniform FrameBlock {
     vec4 surround[9];  // EnvironmentTexture.h
     vec4 shadows;  // where lights with shadows are said, how many; 1 / width, 1 / height of their maps' texture
     vec4 suns[6];  // towards each, its radiance
-};
+}
+#ifdef FRAME_PASSED_ON
+frame
+#endif
+;
 layout(std140, binding = 1) uniform LookBlock {
     vec4 baseColor;
     vec4 emissiveAndRoughness;
     vec4 metallic;
-    uvec4 material;  // for the light pass
+    uvec4 material;  // for the light pass: which, and what it alone says of a surface
     // Of each map: two rows that place it (u = row0.xyz * (u, v, 1)), and in row0.w which texture coordinates it takes.
     vec4 place[10];
     vec4 strengths;  // of normals, of occlusion; alpha's cutoff
@@ -28,17 +32,19 @@ layout(std140, binding = 1) uniform LookBlock {
 )";
 
 const char kMeshVertex[] = R"(
+#ifndef POINTS
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 color;
 layout(location = 3) in vec2 texcoord;
 layout(location = 4) in vec2 texcoord1;
+#endif
 // Of the item: Program.h, ItemRecord.
 #ifdef LARGE
 layout(std140, binding = 2) uniform ItemBlock {
     vec4 eyeRow0, eyeRow1, eyeRow2;
     vec4 normalRow0, normalRow1, normalRow2;
-    vec2 sizes;
+    uvec2 itemSize;
     uvec2 node;
 };
 #else
@@ -48,7 +54,7 @@ layout(location = 7) in vec4 eyeRow2;
 layout(location = 8) in vec4 normalRow0;
 layout(location = 9) in vec4 normalRow1;
 layout(location = 10) in vec4 normalRow2;
-layout(location = 11) in vec2 sizes;
+layout(location = 11) in uvec2 itemSize;
 layout(location = 12) in uvec2 node;
 #endif
 
@@ -58,12 +64,17 @@ flat out uvec2 vNode;
 invariant gl_Position;
 #ifdef SURFACE
 out vec3 vNormal;
+#ifdef PLAIN
+flat out uvec2 vMaterial;
+#else
 out vec4 vColor;
+#endif
 #ifdef POSITION
 out vec3 vPosition;
 #endif
 #ifdef MAPS
 out vec4 vTexcoords;
+flat out vec4 vPlace[10];  // as it is in the block: for a pixel numbers of a block are dear, see kPassedFrame
 #endif
 #endif
 
@@ -83,12 +94,56 @@ vec4 cornerOfLine(vec4 a) {
     float size = length(along);
     along = size > 1e-6 ? along / size : vec2(1.0, 0.0);
     vec2 aside = texcoord1.x * vec2(-along.y, along.x);
-    a.xy += 0.5 * sizes.x * (aside - along) * clipPerPixel.xy * a.w;
+    a.xy += 0.5 * uintBitsToFloat(itemSize.x) * (aside - along) * clipPerPixel.xy * a.w;
     return a;
 }
 #endif
 
+#ifdef POINTS
+// Nothing of a point is an attribute: its vertices are fetched by their number, eight of them a point, of which six are the
+// corners of its octahedron, as Points.h makes them. POINTS says what points have besides positions (DrawForms.h).
+layout(binding = 13) uniform usamplerBuffer points;
+layout(binding = 14) uniform samplerBuffer linearOf;  // an sRGB byte's
+vec3 position, normal;
+vec4 color = vec4(1.0);
+vec2 texcoord = vec2(0.0), texcoord1 = vec2(0.0);
+
+void fetchCorner() {
+    int at = (gl_VertexID >> 3) * (1 + ((POINTS >> 1) & 1) + ((POINTS >> 2) & 1)), corner = gl_VertexID & 7;
+    uvec4 point = texelFetch(points, at);
+    position = uintBitsToFloat(point.xyz);
+    bvec3 axis = equal(ivec3(corner >> 1), ivec3(0, 1, 2));
+    bool back = (corner & 1) != 0;
+    // The sum is rounded once, and stays within what a float holds.
+    const float most = uintBitsToFloat(0x7f7fffffu);
+    double radius = packDouble2x32(itemSize);
+    double along = double(axis.x ? position.x : axis.y ? position.y : position.z) + (back ? -radius : radius);
+    position = mix(position, vec3(clamp(float(along), -most, most)), axis);
+#ifdef SURFACE
+#if (POINTS & 2) != 0
+    normal = uintBitsToFloat(texelFetch(points, at + 1).xyz);
+#else
+    normal = mix(vec3(0.0), vec3(back ? -1.0 : 1.0), axis);
+#endif
+#if (POINTS & 1) != 0
+    uvec4 bytes = (uvec4(point.w) >> uvec4(0, 8, 16, 24)) & 255u;
+    ivec3 at8 = ivec3(bytes.rgb);
+    color = vec4(texelFetch(linearOf, at8.r).r, texelFetch(linearOf, at8.g).r, texelFetch(linearOf, at8.b).r,
+                 float(257u * bytes.a) * (1.0 / 65535.0));
+#endif
+#if (POINTS & 4) != 0
+    vec4 both = uintBitsToFloat(texelFetch(points, at + 1 + ((POINTS >> 1) & 1)));
+    texcoord = both.xy;
+    texcoord1 = both.zw;
+#endif
+#endif
+}
+#endif
+
 void main() {
+#ifdef POINTS
+    fetchCorner();
+#endif
     vec4 p = vec4(position, 1.0);
     vec3 eye = vec3(dot(eyeRow0, p), dot(eyeRow1, p), dot(eyeRow2, p));
     gl_Position = clip_T_eye * vec4(eye, 1.0);
@@ -100,11 +155,16 @@ void main() {
 #endif
 #ifdef SURFACE
     vNormal = vec3(dot(normalRow0.xyz, normal), dot(normalRow1.xyz, normal), dot(normalRow2.xyz, normal));
+#ifdef PLAIN
+    vMaterial = look.material.yz;
+#else
     vColor = look.baseColor * color;
+#endif
 #ifdef POSITION
     vPosition = eye;
 #endif
 #ifdef MAPS
+    vPlace = look.place;
 #ifdef LINES
     vTexcoords = texcoord.xyxy;
 #else
@@ -117,12 +177,18 @@ void main() {
 
 const char kSurface[] = R"(
 in vec3 vNormal;
+#ifdef PLAIN
+flat in uvec2 vMaterial;
+const vec4 vColor = vec4(1.0);
+#else
 in vec4 vColor;
+#endif
 #ifdef POSITION
 in vec3 vPosition;
 #endif
 #ifdef MAPS
 in vec4 vTexcoords;
+flat in vec4 vPlace[10];
 layout(binding = 3) uniform sampler2D baseColorImage;
 layout(binding = 4) uniform sampler2D metallicRoughnessImage;
 layout(binding = 5) uniform sampler2D normalImage;
@@ -130,8 +196,8 @@ layout(binding = 6) uniform sampler2D occlusionImage;
 layout(binding = 7) uniform sampler2D emissiveImage;
 
 vec2 placed(int map) {
-    vec3 uv = vec3(look.place[2 * map].w > 0.5 ? vTexcoords.zw : vTexcoords.xy, 1.0);
-    return vec2(dot(look.place[2 * map].xyz, uv), dot(look.place[2 * map + 1].xyz, uv));
+    vec3 uv = vec3(vPlace[2 * map].w > 0.5 ? vTexcoords.zw : vTexcoords.xy, 1.0);
+    return vec2(dot(vPlace[2 * map].xyz, uv), dot(vPlace[2 * map + 1].xyz, uv));
 }
 #endif
 
@@ -230,14 +296,18 @@ void main() {
     vec3 n = s.normal;
     // A normal of no length (degenerate triangles, zeros in a file) faces along the view.
     float size = abs(n.x) + abs(n.y) + abs(n.z);
-    n = size > 1e-30 ? n / size : vec3(0.0, 0.0, 1.0);
+    n = size > 1e-30 ? n * (1.0 / size) : vec3(0.0, 0.0, 1.0);
     vec2 folded = (1.0 - abs(n.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(n.xy, vec2(0.0)));
     vec2 oct = n.z >= 0.0 ? n.xy : folded;
     uvec2 octBits = uvec2(clamp(oct * 4095.0 + 4095.5, 0.0, 8191.0));
+    uint normalBits = octBits.x | (octBits.y << 13u);
+#ifdef PLAIN
+    outSurface = uvec2(normalBits | vMaterial.x, vMaterial.y);
+#else
     uvec3 c = uvec3(sqrt(clamp(s.base.rgb, 0.0, 1.0)) * 255.0 + 0.5);
     uint material = look.material.x;
-    outSurface = uvec2(octBits.x | (octBits.y << 13u) | ((material & 63u) << 26u),
-                       c.r | (c.g << 8u) | (c.b << 16u) | ((material >> 6u) << 24u));
+    outSurface = uvec2(normalBits | ((material & 63u) << 26u), c.r | (c.g << 8u) | (c.b << 16u) | ((material >> 6u) << 24u));
+#endif
 #ifdef DETAIL
     outDetail = uvec2(0u);
 #if defined(MAPS) && (MAPS & 26) != 0

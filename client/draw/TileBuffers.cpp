@@ -86,7 +86,7 @@ GLuint TileBuffers::makeTexture(GLenum format, int samples) const {
         gl_.TextureStorage2DMultisample(texture, samples, format, widthPx_, heightPx_, GL_TRUE);
         return texture;
     }
-    gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture);
+    gl_.CreateTextures(GL_TEXTURE_RECTANGLE, 1, &texture);
     gl_.TextureStorage2D(texture, 1, format, widthPx_, heightPx_);
     gl_.TextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     gl_.TextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);

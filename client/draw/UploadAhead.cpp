@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <unordered_set>
 
+#include "client/draw/DrawForms.h"
 #include "common/drawable/Drawable.h"
 
 namespace tessera {
@@ -19,17 +20,15 @@ Expected<bool> UploadAhead::step(Renderer& renderer, const Aspect& aspect, const
         contents_ = contentsOf(scene, eyeWorld);
         std::reverse(contents_.begin(), contents_.end());
         if (contents_.empty()) return false;
-        std::uint64_t vertices = 0, indices = 0;
+        MeshSize size;
         std::unordered_set<BlobId> counted;
         for (const SceneContent& content : contents_) {
             const Drawable drawable = drawableOf(aspect, content.geometry);
             if (!drawable) continue;
             const MeshArrays arrays = drawable.arrays();
-            if (arrays.primitive != Primitive::kTriangles || !counted.insert(arrays.positions.id()).second) continue;
-            vertices += arrays.positions.sizeBytes() / (3 * sizeof(float));
-            indices += arrays.indices.sizeBytes() / sizeof(std::uint32_t);
+            if (counted.insert(arrays.positions.id()).second) size += sizeOf(arrays);
         }
-        if (auto room = renderer.expectMeshes(vertices, indices); !room) return tl::unexpected(room.error());
+        if (auto room = renderer.expectMeshes(size); !room) return tl::unexpected(room.error());
         return true;
     }
     while (!contents_.empty()) {

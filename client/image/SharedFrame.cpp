@@ -119,17 +119,23 @@ Expected<SharedFrameWriter> SharedFrameWriter::create(const std::string& path, i
 
     SharedFrameWriter writer;
     writer.path_ = path;
-    std::string name = path + ".XXXXXX";
-    const FileHandle file(::mkostemp(name.data(), O_CLOEXEC));
-    if (file.get() < 0)
+    // Without a name until the first image is shown: a writer that is killed before leaves nothing behind. Where the file system
+    // has no such files, under a name that the next writer takes over.
+    writer.next_ = path + ".next";
+    ::unlink(writer.next_.c_str());
+    std::string folder = std::filesystem::path(path).parent_path();
+    if (folder.empty()) folder = ".";
+    writer.unnamed_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0644);
+    const FileHandle named(writer.unnamed_ >= 0 ? -1 : ::open(writer.next_.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0644));
+    const int file = writer.unnamed_ >= 0 ? writer.unnamed_ : named.get();
+    if (file < 0)
         return fail(ErrorCode::kFailed, path + ": cannot make the file of the shown image: " + std::strerror(errno));
-    writer.unnamed_ = name;
     const std::size_t bytes = kHeaderBytes + 2 * slotBytes(widthPx, heightPx);
     // Taking the blocks now turns a full disk into an error here; without them it would be a SIGBUS in a frame.
-    if (const int error = ::posix_fallocate(file.get(), 0, static_cast<off_t>(bytes)); error != 0)
+    if (const int error = ::posix_fallocate(file, 0, static_cast<off_t>(bytes)); error != 0)
         return fail(ErrorCode::kFailed, path + ": no room for the shown image: " + std::strerror(error));
-    ::fchmod(file.get(), 0644);
-    void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file.get(), 0);
+    ::fchmod(file, 0644);
+    void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
     if (memory == MAP_FAILED)
         return fail(ErrorCode::kFailed, path + ": cannot map the file of the shown image: " + std::strerror(errno));
     writer.memory_ = static_cast<std::byte*>(memory);
@@ -153,7 +159,8 @@ SharedFrameWriter& SharedFrameWriter::operator=(SharedFrameWriter&& other) noexc
     if (this == &other) return *this;
     close();
     path_ = std::move(other.path_);
-    unnamed_ = std::exchange(other.unnamed_, {});
+    next_ = std::exchange(other.next_, {});
+    unnamed_ = std::exchange(other.unnamed_, -1);
     memory_ = std::exchange(other.memory_, nullptr);
     mappedBytes_ = std::exchange(other.mappedBytes_, 0);
     widthPx_ = other.widthPx_;
@@ -167,8 +174,9 @@ SharedFrameWriter& SharedFrameWriter::operator=(SharedFrameWriter&& other) noexc
 void SharedFrameWriter::close() {
     if (memory_) ::munmap(memory_, mappedBytes_);
     memory_ = nullptr;
-    if (!unnamed_.empty()) ::unlink(unnamed_.c_str());
-    unnamed_.clear();
+    if (unnamed_ >= 0) ::close(std::exchange(unnamed_, -1));
+    if (!next_.empty()) ::unlink(next_.c_str());
+    next_.clear();
 }
 
 PixelRows SharedFrameWriter::begin() {
@@ -247,10 +255,13 @@ Expected<void> SharedFrameWriter::show() {
     shown.store((times << 1) | static_cast<std::uint64_t>(prepared_), std::memory_order_release);
     prepared_ = -1;
     ::syscall(SYS_futex, wakingWord(header), FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
-    if (unnamed_.empty()) return {};
-    if (::rename(unnamed_.c_str(), path_.c_str()) != 0)
+    if (next_.empty()) return {};
+    const std::string itself = "/proc/self/fd/" + std::to_string(unnamed_);
+    if ((unnamed_ >= 0 && ::linkat(AT_FDCWD, itself.c_str(), AT_FDCWD, next_.c_str(), AT_SYMLINK_FOLLOW) != 0) ||
+        ::rename(next_.c_str(), path_.c_str()) != 0)
         return fail(ErrorCode::kFailed, path_ + ": cannot put the shown image in place: " + std::strerror(errno));
-    unnamed_.clear();
+    if (unnamed_ >= 0) ::close(std::exchange(unnamed_, -1));
+    next_.clear();
     return {};
 }
 

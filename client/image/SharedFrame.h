@@ -55,7 +55,8 @@ private:
     void number(int slot, std::uint64_t frame);
 
     std::string path_;
-    std::string unnamed_;  ///< where the file lies until the first image is shown; then empty
+    std::string next_;   ///< its name just before the first image is shown; then empty
+    int unnamed_ = -1;   ///< until then; none where the file system has no files without a name
     std::byte* memory_ = nullptr;
     std::size_t mappedBytes_ = 0;
     int widthPx_ = 0, heightPx_ = 0;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "client/render/DrawKinds.h"
 #include "client/render/MeshClusters.h"
 #include "common/base/Blob.h"
 #include "common/math/Box.h"
@@ -24,7 +25,9 @@ struct DrawItem {
     ObjectId material;
     Affine3d world_T_item;
     bool mirrored = false;  ///< odd number of reflections: front faces are clockwise
-    float lineWidth = 0;    ///< pixels, where it is lines; else 0
+    DrawKind kind = DrawKind::kTriangles;
+    float lineWidth = 0;     ///< pixels, where it is lines; else 0
+    double pointRadius = 0;  ///< of points as they are shown, in the item's units (shownRadius); else 0
     Box box = {};           ///< in the world, around all of it; empty: not known
     /// Of its mesh, where that is large; valid until the scene is updated. Empty: it is drawn as a whole.
     std::span<const MeshCluster> clusters = {};

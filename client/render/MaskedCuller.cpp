@@ -1,69 +1,22 @@
 #include "client/render/MaskedCuller.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace tessera {
 
 namespace {
 
-/// What this culler costs, and what drawing costs on two cores (measured; see README.md). Only their ratio matters, and
-/// only for speed.
-constexpr double kNsPerTriangle = 60;
-constexpr double kNsPerPixel = 1.2;
-constexpr double kNsPerOccluder = 500;
-constexpr double kNsPerResetPixel = 0.3;
-constexpr double kNsPerTest = 300;
-constexpr double kNsPerDrawnTriangle = 130;
-constexpr double kNsPerDrawnItem = 2000;
 /// Occluders may cost this share of what drawing everything in the frustum would.
 constexpr double kShareOfDrawing = 0.04;
+/// Up to here small occluders are drawn without asking what they may save.
 constexpr double kLeastBudgetNs = 200'000;
-/// What covers less hides too little.
-constexpr double kLeastOccluderPx = 400;
-/// What has nothing beyond its far end may yet hide what stands beside it.
-constexpr double kLeastWorth = 0.02;
+/// How many times its cost an occluder is to be expected to save: some of what lies beyond is seen beside it, or hidden by
+/// others as well. 4 to 8 cost the same in the hall and in the city; less hides little more.
+constexpr double kRatio = 6;
 /// Meshes are made ready for hiding at most at this rate, so that a scene that has just been loaded does not make one
 /// frame wait for all of them.
 constexpr std::uint64_t kPreparedTrianglesPerFrame = 200'000;
-
-/// How much of what is drawn lies beyond a depth, roughly: by octaves in eighths.
-class DepthHistogram {
-public:
-    void add(double depth, double weight) {
-        weights_[bin(depth)] += weight;
-        total_ += weight;
-    }
-    /// Call when all is added.
-    void accumulate() {
-        for (std::size_t i = kBins - 1; i-- > 0;) weights_[i] += weights_[i + 1];
-    }
-    [[nodiscard]] double shareBeyond(double depth) const {
-        const std::size_t next = bin(depth) + 1;
-        return next < kBins && total_ > 0 ? weights_[next] / total_ : 0;
-    }
-
-private:
-    static constexpr std::size_t kBins = 256;
-    static std::size_t bin(double depth) {
-        return static_cast<std::size_t>(std::clamp(8 * (std::log2(std::max(depth, 1e-9)) + 10), 0.0, kBins - 1.0));
-    }
-    std::array<double, kBins> weights_{};
-    double total_ = 0;
-};
-
-double noiseOf(const RenderScene::Impl& scene, const TileProjection& tile, const SceneItem& item) {
-    return tile.noise(item.reach, scene.places[item.place].world_T_node.translation());
-}
-
-double drawingNs(const SceneItem& item) {
-    return kNsPerDrawnItem + kNsPerDrawnTriangle * static_cast<double>(item.mesh->triangles);
-}
-
-Mat4d clipFromItem(const RenderScene::Impl& scene, const TileProjection& tile, const SceneItem& item) {
-    return tile.clip_T_world() * scene.places[item.place].world_T_node.matrix();
-}
 
 }  // namespace
 
@@ -79,93 +32,83 @@ CullingWork MaskedCuller::cull(const RenderScene::Impl& scene, const ScreenCamer
         hiddenBefore_.clear();
     }
     hiddenBefore_.resize(scene.items.size(), false);
+    tried_.assign(scene.items.size(), false);
     hiddenFrom_.assign(scene.items.size(), DrawItem::kNoneHidden);
-    buffer_.reset(pixels.width, pixels.height);
-    work_.spentNs += kNsPerResetPixel * pixels.width * pixels.height;
-    drawOccluders(scene, tile, items);
-    keepVisible(scene, tile, tileFrustum(camera, pixels, kFrustumMarginPx + reach), items);
+
+    Look look{.scene = scene, .tile = tile};
+    choice_.begin(scene, tile, camera.eyeWorld);
+    choice_.weigh(items, true);
+    look.budgetNs = std::max(kLeastBudgetNs, kShareOfDrawing * choice_.totalNs());
+    all_ = items;
+    choice_.propose(items, kRatio, kLeastBudgetNs, [this](std::uint32_t i) { return !hiddenBefore_[i]; });
+    if (drawOccluders(look))
+        keepVisible(look, tileFrustum(camera, pixels, kFrustumMarginPx + reach), items);
+    choice_.weigh(items, false);
+    choice_.propose(items, kRatio, kLeastBudgetNs - look.spentNs, [this](std::uint32_t i) { return !tried_[i]; });
+    if (drawOccluders(look)) std::erase_if(items, [&](std::uint32_t i) { return hides(look, i); });
+    if (look.drawn) std::erase_if(items, [&](std::uint32_t i) { return !keepVisibleClusters(look, i); });
+
+    for (const std::uint32_t i : all_) {
+        hiddenBefore_[i] = true;
+        work_.savedNs += choice_.drawingNs(i);
+    }
+    for (const std::uint32_t i : items) {
+        hiddenBefore_[i] = false;
+        work_.savedNs -= choice_.drawingNs(i);
+    }
+    work_.spentNs += choice_.spentNs();
     return work_;
 }
 
-void MaskedCuller::drawOccluders(const RenderScene::Impl& scene, const TileProjection& tile,
-                                 const std::vector<std::uint32_t>& items) {
-    candidates_.clear();
-    double allNs = 0;
-    DepthHistogram depths;
-    for (const std::uint32_t i : items) {
-        const SceneItem& item = scene.items[i];
-        const double w = tile.clip_T_world().row(3).dot(scene.boxes[i].center().homogeneous());
-        const double drawn = drawingNs(item);
-        allNs += drawn;
-        depths.add(w, drawn);
-        if (hiddenBefore_[i] || !item.occludes || item.mesh->triangles > OccluderMesh::kMaxTriangles) continue;
-        // Cheaper than a footprint, and enough for the many that are small.
-        const double reach = scene.boxes[i].size().norm();
-        const double reachPx = reach * tile.metresPerUnit() * tile.pixelsPerMetre();
-        if (w > reach * tile.metresPerUnit() && reachPx * reachPx < kLeastOccluderPx * w * w) continue;
-        const Mat4d clip_T_item = clipFromItem(scene, tile, item);
-        const double area = tile.coveredPx(clip_T_item, item.mesh->bounds);
-        if (area < kLeastOccluderPx) continue;
-        const Footprint footprint = tile.footprint(clip_T_item, item.mesh->bounds, noiseOf(scene, tile, item));
-        const double cost =
-            kNsPerOccluder + kNsPerTriangle * static_cast<double>(item.mesh->triangles) + kNsPerPixel * area;
-        candidates_.push_back({i, cost, area / cost, footprint});
+bool MaskedCuller::drawOccluders(Look& look) {
+    const double before = look.budgetNs;
+    const std::span<const OccluderChoice::Candidate> candidates = choice_.candidates();
+    for (std::size_t begin = 0; begin < candidates.size() && look.budgetNs > 0;) {
+        // What is hidden by the time that its turn comes costs nothing and leaves room for more.
+        for (const std::size_t end = choice_.nextBatch(begin, look.budgetNs); begin < end; ++begin)
+            drawOccluder(look, candidates[begin]);
     }
-    depths.accumulate();
-    for (Candidate& candidate : candidates_)
-        candidate.benefit *= kLeastWorth + depths.shareBeyond(candidate.footprint.farthest);
-    // Ties by node, so that the choice is the same on every run, whatever the scene has been through.
-    const auto tie = [&scene](const Candidate& a, const Candidate& b) {
-        return scene.items[a.item].node < scene.items[b.item].node;
-    };
-    std::sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
-        return a.benefit != b.benefit ? a.benefit > b.benefit : tie(a, b);
-    });
-
-    double budget = std::max(kLeastBudgetNs, kShareOfDrawing * allNs);
-    std::uint64_t prepared = 0;
-    for (std::size_t begin = 0; begin < candidates_.size() && budget > 0;) {
-        // As many as the budget has room for, front to back: what is hidden by then costs nothing and leaves room for
-        // more.
-        std::size_t end = begin;
-        for (double sum = 0; end < candidates_.size() && (end == begin || sum + candidates_[end].cost <= budget); ++end)
-            sum += candidates_[end].cost;
-        const auto batch = candidates_.begin();
-        std::sort(batch + static_cast<std::ptrdiff_t>(begin), batch + static_cast<std::ptrdiff_t>(end),
-                  [&](const Candidate& a, const Candidate& b) {
-                      if (a.footprint.nearPlane != b.footprint.nearPlane) return a.footprint.nearPlane;
-                      return a.footprint.nearest != b.footprint.nearest ? a.footprint.nearest > b.footprint.nearest
-                                                                        : tie(a, b);
-                  });
-        for (; begin < end; ++begin) {
-            const Candidate& candidate = candidates_[begin];
-            if (buffer_.hides(candidate.footprint)) continue;
-            const SceneItem& item = scene.items[candidate.item];
-            if (!item.mesh->occluderReady()) {
-                if (prepared > 0 && prepared + item.mesh->triangles > kPreparedTrianglesPerFrame) continue;
-                prepared += item.mesh->triangles;
-            }
-            const OccluderMesh* mesh = item.mesh->occluder();
-            if (!mesh) continue;
-            budget -= candidate.cost;
-            work_.spentNs += candidate.cost;
-            rasteriser_.add(*mesh,
-                            {.clip_T_mesh = clipFromItem(scene, tile, item),
-                             .mirrored = item.mirrored,
-                             .noise = noiseOf(scene, tile, item)},
-                            tile, buffer_);
-        }
-    }
+    return look.budgetNs < before;
 }
 
-void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProjection& tile, const Frustum& frustum,
-                               std::vector<std::uint32_t>& items) {
-    for (const std::uint32_t i : items) {
-        hiddenBefore_[i] = true;
-        work_.savedNs += drawingNs(scene.items[i]);
+void MaskedCuller::drawOccluder(Look& look, const OccluderChoice::Candidate& candidate) {
+    const SceneItem& item = look.scene.items[candidate.item];
+    if (look.drawn && buffer_.hides(candidate.footprint)) return;
+    double cost = candidate.cost;
+    if (candidate.inParts) {
+        cost = choice_.worthyParts(candidate.item, kRatio, parts_);
+        if (parts_.empty()) return;
     }
+    if (!item.mesh->occluderReady()) {
+        if (look.preparedTriangles > 0 && look.preparedTriangles + item.mesh->triangles > kPreparedTrianglesPerFrame) return;
+        look.preparedTriangles += item.mesh->triangles;
+    }
+    const OccluderMesh* mesh = item.mesh->occluder();
+    if (!mesh) return;
+    if (!look.drawn) {
+        buffer_.reset(look.tile.widthPx(), look.tile.heightPx());
+        work_.spentNs += CullingCosts::kResetPixel * look.tile.widthPx() * look.tile.heightPx();
+        look.drawn = true;
+    }
+    const OccluderRasteriser::Placed placed{.clip_T_mesh = clipFromItem(look.scene, look.tile, item),
+                                            .mirrored = item.mirrored,
+                                            .noise = noiseOf(look.scene, look.tile, item)};
+    runs_.clear();
+    if (candidate.inParts) {
+        for (const OccluderChoice::Part& part : parts_) runs_.push_back(mesh->cluster(part.cluster));
+    } else {
+        runs_.push_back(mesh->all());
+    }
+    rasteriser_.add(*mesh, runs_, placed, look.tile, buffer_);
+    tried_[candidate.item] = true;
+    look.budgetNs -= cost;
+    look.spentNs += cost;
+    work_.spentNs += cost;
+}
+
+void MaskedCuller::keepVisible(const Look& look, const Frustum& frustum, std::vector<std::uint32_t>& items) {
     items.clear();
-    const double reach = scene.reaches.bound();
+    const double reach = look.scene.reaches.bound();
     struct Open {
         std::uint32_t node;
         Frustum::Mask mask;
@@ -174,52 +117,66 @@ void MaskedCuller::keepVisible(const RenderScene::Impl& scene, const TileProject
     while (!open.empty()) {
         const auto [index, mask] = open.back();
         open.pop_back();
-        const BoxTree::Node& node = scene.tree.node(index);
+        const BoxTree::Node& node = look.scene.tree.node(index);
         const Frustum::Result result = frustum.classify(node.box, mask);
         if (result.outside) continue;
-        work_.spentNs += kNsPerTest;
-        const double noise = tile.noise(reach, node.box);
-        if (buffer_.hides(tile.footprint(tile.clip_T_world(), node.box, noise))) continue;
+        work_.spentNs += CullingCosts::kTest;
+        const double noise = look.tile.noise(reach, node.box);
+        if (buffer_.hides(look.tile.footprint(look.tile.clip_T_world(), node.box, noise))) continue;
         if (!node.leaf) {
             open.push_back({node.below[1], result.undecided});
             open.push_back({node.below[0], result.undecided});
             continue;
         }
-        for (const std::uint32_t i : node.items()) {
-            if (frustum.classify(scene.boxes[i], result.undecided).outside) continue;
-            const SceneItem& item = scene.items[i];
-            work_.spentNs += kNsPerTest;
-            const Mat4d clip_T_item = clipFromItem(scene, tile, item);
-            const double itemNoise = noiseOf(scene, tile, item);
-            if (buffer_.hides(tile.footprint(clip_T_item, item.mesh->bounds, itemNoise))) continue;
-            if (!keepVisibleClusters(tile, item, i, clip_T_item, itemNoise)) continue;
-            hiddenBefore_[i] = false;
-            work_.savedNs -= drawingNs(item);
-            items.push_back(i);
-        }
+        for (const std::uint32_t i : node.items())
+            if (!frustum.classify(look.scene.boxes[i], result.undecided).outside && !hides(look, i)) items.push_back(i);
     }
 }
 
-bool MaskedCuller::keepVisibleClusters(const TileProjection& tile, const SceneItem& item, std::uint32_t index,
-                                       const Mat4d& clip_T_item, double noise) {
+bool MaskedCuller::hides(const Look& look, std::uint32_t index) {
+    const SceneItem& item = look.scene.items[index];
+    work_.spentNs += CullingCosts::kTest;
+    return buffer_.hides(look.tile.footprint(clipFromItem(look.scene, look.tile, item), item.mesh->bounds,
+                                             noiseOf(look.scene, look.tile, item)));
+}
+
+bool MaskedCuller::keepVisibleClusters(const Look& look, std::uint32_t index) {
+    const SceneItem& item = look.scene.items[index];
     const std::vector<MeshCluster>& clusters = item.mesh->clusters;
     if (clusters.empty()) return true;
+    const Mat4d clip_T_item = clipFromItem(look.scene, look.tile, item);
+    const double noise = noiseOf(look.scene, look.tile, item);
     const std::size_t first = hiddenClusters_.size();
     hiddenClusters_.resize(first + wordsFor(clusters.size()));
-    std::size_t hidden = 0;
-    for (std::size_t k = 0; k < clusters.size(); ++k) {
-        work_.spentNs += kNsPerTest;
-        if (!buffer_.hides(tile.footprint(clip_T_item, clusters[k].box(), noise))) continue;
+    std::size_t hidden = 0, shown = 0;
+    const auto test = [&](std::size_t k) {
+        work_.spentNs += CullingCosts::kTest;
+        if (!buffer_.hides(look.tile.footprint(clip_T_item, clusters[k].box(), noise))) return false;
         hiddenClusters_[first + k / 64] |= std::uint64_t{1} << k % 64;
         ++hidden;
+        return true;
+    };
+    // First those that would be drawn otherwise. The others are of interest only where none of these is left.
+    choice_.shownParts(index, parts_);
+    double savedNs = 0;
+    for (const OccluderChoice::Part& part : parts_) {
+        if (test(part.cluster)) savedNs += part.facing * CullingCosts::kDrawnCluster;
+        else ++shown;
+    }
+    if (shown > 0) {
+        work_.savedNs += savedNs;
+    } else {
+        for (std::size_t k = 0, next = 0; k < clusters.size() && shown == 0; ++k) {
+            if (next < parts_.size() && parts_[next].cluster == k) ++next;
+            else shown += !test(k);
+        }
     }
     if (hidden == 0) {
         hiddenClusters_.resize(first);
         return true;
     }
-    work_.savedNs += kNsPerDrawnTriangle * static_cast<double>(hidden * MeshCluster::kTriangles);
     hiddenFrom_[index] = static_cast<std::uint32_t>(first);
-    return hidden < clusters.size();
+    return shown > 0;
 }
 
 }  // namespace tessera

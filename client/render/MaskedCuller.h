@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "client/render/OccluderChoice.h"
 #include "client/render/OccluderRasteriser.h"
 #include "client/render/OcclusionBuffer.h"
 #include "client/render/SceneItems.h"
@@ -17,11 +18,12 @@ struct CullingWork {
 
 /// After Hasselgren et al. 2016 in its idea (depth in software, coarse depth over it), not in its layout.
 ///
-/// All occluders come first, then all tests: so the answer does not depend on an order. Hiding is strict: a hidden
-/// occluder is hidden by what stays, so that leaving it away uncovers nothing.
+/// Rounds of occluders first, then tests: so the answer does not depend on an order. Hiding is strict: a hidden occluder is
+/// hidden by what stays, so that leaving it away uncovers nothing.
 ///
-/// What was hidden the last time is not tried as an occluder: that is all that is remembered, and it touches speed
-/// alone.
+/// What was hidden the last time is not tried as an occluder in the first round: that is all that is remembered, and it
+/// touches speed alone. After a leap it is the wrong thing to leave out; so what is left then, and is worth it for what
+/// else is left, has a second round. Of large meshes those parts are drawn that hide more than they cost.
 class MaskedCuller {
 public:
     /// `items`: what passed the frustum test; what is hidden is taken out.
@@ -39,26 +41,32 @@ public:
     }
 
 private:
-    struct Candidate {
-        std::uint32_t item;
-        double cost;     ///< estimated, ns
-        double benefit;  ///< pixels per ns, times the share of the work that lies beyond
-        Footprint footprint;
+    /// Of one call of `cull`.
+    struct Look {
+        const RenderScene::Impl& scene;
+        const TileProjection& tile;
+        double budgetNs = 0, spentNs = 0;  ///< for occluders
+        std::uint64_t preparedTriangles = 0;
+        bool drawn = false;                ///< any occluder; the buffer is then this look's
     };
 
-    void drawOccluders(const RenderScene::Impl& scene, const TileProjection& tile,
-                       const std::vector<std::uint32_t>& items);
-    void keepVisible(const RenderScene::Impl& scene, const TileProjection& tile, const Frustum& frustum,
-                     std::vector<std::uint32_t>& items);
-
+    /// The candidates of the choice. False: none was drawn.
+    bool drawOccluders(Look& look);
+    void drawOccluder(Look& look, const OccluderChoice::Candidate& candidate);
+    /// All that is in the frustum and not hidden.
+    void keepVisible(const Look& look, const Frustum& frustum, std::vector<std::uint32_t>& items);
+    [[nodiscard]] bool hides(const Look& look, std::uint32_t item);
     /// Whether any cluster of a large mesh is left.
-    [[nodiscard]] bool keepVisibleClusters(const TileProjection& tile, const SceneItem& item, std::uint32_t index,
-                                           const Mat4d& clip_T_item, double noise);
+    [[nodiscard]] bool keepVisibleClusters(const Look& look, std::uint32_t item);
 
+    OccluderChoice choice_;
     OcclusionBuffer buffer_;
     OccluderRasteriser rasteriser_;
-    std::vector<Candidate> candidates_;
     std::vector<bool> hiddenBefore_;  ///< by item
+    std::vector<bool> tried_;         ///< by item: as an occluder, in this look
+    std::vector<std::uint32_t> all_;  ///< items in the frustum
+    std::vector<OccluderChoice::Part> parts_;  ///< clusters of a mesh
+    std::vector<OccluderMesh::Run> runs_;
     std::vector<std::uint32_t> hiddenFrom_;  ///< by item
     std::vector<std::uint64_t> hiddenClusters_;
     CullingWork work_;

@@ -16,7 +16,7 @@ bool allOpaque(ByteSpan rgba) {
 const OccluderMesh* RenderMesh::occluder() const {
     if (!occluderBuilt_) {
         occluderBuilt_ = true;
-        if (primitive == Primitive::kTriangles && triangles <= OccluderMesh::kMaxTriangles) {
+        if (rowOf(kind).ownTriangles && triangles <= OccluderMesh::mostTriangles(!clusters.empty())) {
             occluder_ = std::make_unique<OccluderMesh>(positions.as<float>(), indices.as<std::uint32_t>());
         }
     }
@@ -33,7 +33,7 @@ const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
     mesh.key_ = it->first;
     mesh.positions = arrays.positions;
     mesh.indices = arrays.indices;
-    mesh.primitive = arrays.primitive;
+    mesh.kind = kindOf(arrays.primitive);
     mesh.pointRadius = arrays.pointRadius;
     if (!prepareFromOrigin(mesh, arrays)) prepare(mesh, arrays);
     return &mesh;
@@ -47,7 +47,7 @@ void MeshCache::prepare(RenderMesh& mesh, const MeshArrays& arrays) {
     mesh.triangles = triangleCount(arrays);
     mesh.lines = arrays.lines.sizeBytes() / (2 * sizeof(std::uint32_t));
     mesh.opaque = allOpaque(arrays.colors.bytes());
-    if (mesh.primitive == Primitive::kTriangles)
+    if (rowOf(mesh.kind).ownTriangles)
         mesh.clusters = clustersOf(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
 }
 
@@ -61,6 +61,7 @@ bool MeshCache::prepareFromOrigin(RenderMesh& mesh, const MeshArrays& arrays) {
         mesh.opaque = origin.changed[2].empty() ? before.opaque : allOpaque(arrays.colors.bytes());
         mesh.boxes_ = before.boxes_;
         mesh.bounds = before.bounds;
+        mesh.shownRadius = before.shownRadius;
         if (!origin.changed[0].empty()) mesh.boundVertices(elementsOf(origin.changed[0], 3 * sizeof(float)));
         return true;
     }
@@ -74,7 +75,9 @@ void RenderMesh::boundVertices(const ByteRange& vertices) {
         boxes_[i] = boundsOf(numbers.subspan(i * perBox, std::min(perBox, numbers.size() - i * perBox)));
     bounds = Box();
     for (const Box& box : boxes_) bounds.extend(box);
-    if (primitive == Primitive::kPoints) bounds = boundsOfPoints(bounds, pointRadius);
+    if (kind != DrawKind::kPoints) return;
+    shownRadius = tessera::shownRadius(pointRadius, bounds);
+    bounds = boundsOfPoints(bounds, pointRadius);
 }
 
 void MeshCache::release(const RenderMesh* mesh) {

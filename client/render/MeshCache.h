@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "client/render/DrawKinds.h"
 #include "client/render/MeshClusters.h"
 #include "client/render/OccluderMesh.h"
 #include "common/drawable/Drawable.h"
@@ -19,8 +20,8 @@ struct RenderMesh {
     std::uint64_t lines = 0;
     bool opaque = true;  ///< no vertex colour with alpha below 1
     Blob positions, indices;
-    Primitive primitive = Primitive::kTriangles;
-    double pointRadius = 0;
+    DrawKind kind = DrawKind::kTriangles;
+    double pointRadius = 0, shownRadius = 0;  ///< of points: as said, and as shown; else 0
     /// None of what has come by edits of ranges: it may go on changing.
     std::vector<MeshCluster> clusters;
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "client/render/MeshClusters.h"
+
 namespace tessera {
 
 namespace {
@@ -33,8 +35,9 @@ std::vector<std::uint32_t> weld(std::span<const float> positions, std::vector<Oc
     return welded;
 }
 
+/// Of those that begin or end at one vertex and go to or come from a higher one.
 struct HalfEdge {
-    std::uint64_t edge;  ///< lower vertex, higher vertex
+    std::uint32_t higher;
     std::uint32_t triangle;
     std::uint8_t corner;
     bool forwards;  ///< from the lower to the higher vertex
@@ -45,33 +48,47 @@ struct HalfEdge {
 OccluderMesh::OccluderMesh(std::span<const float> positions, std::span<const std::uint32_t> indices) {
     const std::vector<std::uint32_t> welded = weld(positions, points_);
     triangles_.reserve(indices.size() / 3);
+    clusterStarts_.reserve(indices.size() / (3 * MeshCluster::kTriangles) + 2);
     for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+        if (i % (3 * MeshCluster::kTriangles) == 0) clusterStarts_.push_back(static_cast<std::uint32_t>(triangles_.size()));
         const std::array<std::uint32_t, 3> v{welded[indices[i]], welded[indices[i + 1]], welded[indices[i + 2]]};
         // A triangle with two equal corners covers nothing; its neighbours meet each other.
         if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
         triangles_.push_back({v, {kNone, kNone, kNone}});
     }
+    clusterStarts_.push_back(static_cast<std::uint32_t>(triangles_.size()));
+    findNeighbours();
+}
 
-    std::vector<HalfEdge> edges;
-    edges.reserve(3 * triangles_.size());
-    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-        for (std::uint8_t corner = 0; corner < 3; ++corner) {
-            const std::uint32_t a = triangles_[t].vertex[corner];
-            const std::uint32_t b = triangles_[t].vertex[(corner + 1u) % 3];
-            edges.push_back({std::uint64_t{std::min(a, b)} << 32 | std::max(a, b), t, corner, a < b});
-        }
-    }
-    std::sort(edges.begin(), edges.end(), [](const HalfEdge& x, const HalfEdge& y) {
-        return x.edge != y.edge ? x.edge < y.edge : x.triangle < y.triangle;
+// Edges are put together by their lower vertex: one pass that counts, one that fills, and each vertex has few.
+void OccluderMesh::findNeighbours() {
+    std::vector<std::uint32_t> ends(points_.size() + 1, 0);
+    const auto forEachEdge = [this](const auto& f) {
+        for (std::uint32_t t = 0; t < triangles_.size(); ++t)
+            for (std::uint8_t corner = 0; corner < 3; ++corner)
+                f(t, corner, triangles_[t].vertex[corner], triangles_[t].vertex[(corner + 1u) % 3]);
+    };
+    forEachEdge([&](std::uint32_t, std::uint8_t, std::uint32_t a, std::uint32_t b) { ++ends[std::min(a, b) + 1]; });
+    for (std::size_t v = 1; v < ends.size(); ++v) ends[v] += ends[v - 1];
+    std::vector<HalfEdge> edges(3 * triangles_.size());
+    // From now on `ends[v]` is where the next one of v goes; when all are there, the end of them.
+    forEachEdge([&](std::uint32_t t, std::uint8_t corner, std::uint32_t a, std::uint32_t b) {
+        edges[ends[std::min(a, b)]++] = {std::max(a, b), t, corner, a < b};
     });
-    for (std::size_t i = 0; i < edges.size();) {
-        std::size_t end = i + 1;
-        while (end < edges.size() && edges[end].edge == edges[i].edge) ++end;
-        if (end == i + 2 && edges[i].forwards != edges[i + 1].forwards) {
-            triangles_[edges[i].triangle].behind[edges[i].corner] = edges[i + 1].triangle;
-            triangles_[edges[i + 1].triangle].behind[edges[i + 1].corner] = edges[i].triangle;
+    for (std::size_t v = 0, begin = 0; v < points_.size(); begin = ends[v++]) {
+        const std::span<HalfEdge> of = std::span(edges).subspan(begin, ends[v] - begin);
+        std::sort(of.begin(), of.end(), [](const HalfEdge& x, const HalfEdge& y) {
+            return x.higher != y.higher ? x.higher < y.higher : x.triangle < y.triangle;
+        });
+        for (std::size_t i = 0; i < of.size();) {
+            std::size_t end = i + 1;
+            while (end < of.size() && of[end].higher == of[i].higher) ++end;
+            if (end == i + 2 && of[i].forwards != of[i + 1].forwards) {
+                triangles_[of[i].triangle].behind[of[i].corner] = of[i + 1].triangle;
+                triangles_[of[i + 1].triangle].behind[of[i + 1].corner] = of[i].triangle;
+            }
+            i = end;
         }
-        i = end;
     }
 }
 

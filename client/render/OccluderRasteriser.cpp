@@ -17,8 +17,21 @@ constexpr float kLeastExtentPx = 4;
 
 }  // namespace
 
+template <typename F>
+void OccluderRasteriser::forEachTriangle(F&& f) const {
+    for (const OccluderMesh::Run& run : runs_)
+        for (std::uint32_t t = run.first; t < run.end; ++t) f(t);
+}
+
 OccluderRasteriser::Work OccluderRasteriser::add(const OccluderMesh& mesh, const Placed& placed,
                                                  const TileProjection& tile, OcclusionBuffer& buffer) {
+    const OccluderMesh::Run all = mesh.all();
+    return add(mesh, std::span(&all, 1), placed, tile, buffer);
+}
+
+OccluderRasteriser::Work OccluderRasteriser::add(const OccluderMesh& mesh, std::span<const OccluderMesh::Run> runs,
+                                                 const Placed& placed, const TileProjection& tile,
+                                                 OcclusionBuffer& buffer) {
     tile_ = &tile;
     clip_T_mesh_ = placed.clip_T_mesh;
     noise_ = placed.noise;
@@ -27,38 +40,68 @@ OccluderRasteriser::Work OccluderRasteriser::add(const OccluderMesh& mesh, const
     farthest_ = 0.999 * tile.farMetres() - noise_;
     Work work;
     if (!(nearest_ < farthest_ && marks_.begin(tile, noise_, buffer))) return work;
+    runs_ = runs;
+    if (sides_.size() < mesh.triangles().size()) {
+        sides_.resize(mesh.triangles().size(), Side::kOut);
+        parents_.resize(mesh.triangles().size());
+        patchOf_.resize(mesh.triangles().size());
+    }
     project(mesh, placed, tile);
     findSides(mesh, placed);
     findPatches(mesh);
     for (const Patch& patch : patches_) addPatch(mesh, patch, buffer, work);
+    forEachTriangle([this](std::uint32_t t) { sides_[t] = Side::kOut; });
+    runs_ = {};
     return work;
 }
 
 void OccluderRasteriser::project(const OccluderMesh& mesh, const Placed& placed, const TileProjection& tile) {
     const std::span<const OccluderMesh::Point> source = mesh.points();
-    points_.resize(source.size());
-    fates_.resize(source.size());
-    const Mat4d& m = placed.clip_T_mesh;
-    double nearestVertex = 0;  // as inverse depth
-    for (std::size_t i = 0; i < source.size(); ++i) {
-        const double px = source[i][0];
-        const double py = source[i][1];
-        const double pz = source[i][2];
-        const double w = m(3, 0) * px + m(3, 1) * py + m(3, 2) * pz + m(3, 3);
-        if (!(w >= nearest_)) {
-            fates_[i] = Fate::kTooNear;
-            nearestVertex = 1 / nearest_;
-            continue;
+    if (points_.size() < source.size()) {
+        points_.resize(source.size());
+        fates_.resize(source.size());
+        projectedFor_.resize(source.size(), 0);
+    }
+    // A copy: the compiler cannot know that nothing written below is it.
+    const Mat4d m = placed.clip_T_mesh;
+    nearestVertex_ = 0;
+    if (runs_.size() == 1 && runs_[0].first == 0 && runs_[0].end == mesh.triangles().size()) {
+        for (std::size_t i = 0; i < source.size(); ++i) projectPoint(source[i], i, m, tile);
+    } else {
+        if (++call_ == 0) {
+            std::fill(projectedFor_.begin(), projectedFor_.end(), 0u);
+            call_ = 1;
         }
-        const double x = tile.xPx(m(0, 0) * px + m(0, 1) * py + m(0, 2) * pz + m(0, 3), w);
-        const double y = tile.yPx(m(1, 0) * px + m(1, 1) * py + m(1, 2) * pz + m(1, 3), w);
-        const bool usable = w <= farthest_ && std::abs(x) < kUtmostPx && std::abs(y) < kUtmostPx;
-        fates_[i] = usable ? Fate::kUsable : Fate::kUnusable;
-        points_[i] = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(1 / w)};
-        nearestVertex = std::max(nearestVertex, 1 / w);
+        const std::span<const OccluderMesh::Triangle> triangles = mesh.triangles();
+        forEachTriangle([&](std::uint32_t t) {
+            for (const std::uint32_t v : triangles[t].vertex) {
+                if (projectedFor_[v] == call_) continue;
+                projectedFor_[v] = call_;
+                projectPoint(source[v], v, m, tile);
+            }
+        });
     }
     // So high that a displacement of its corners changes neither a triangle's facing nor much of its slope.
-    flattest_ = tile.flattestPx(noise_, nearestVertex);
+    flattest_ = tile.flattestPx(noise_, nearestVertex_);
+}
+
+void OccluderRasteriser::projectPoint(const OccluderMesh::Point& point, std::size_t index, const Mat4d& m,
+                                      const TileProjection& tile) {
+    const double px = point[0];
+    const double py = point[1];
+    const double pz = point[2];
+    const double w = m(3, 0) * px + m(3, 1) * py + m(3, 2) * pz + m(3, 3);
+    if (!(w >= nearest_)) {
+        fates_[index] = Fate::kTooNear;
+        nearestVertex_ = 1 / nearest_;
+        return;
+    }
+    const double x = tile.xPx(m(0, 0) * px + m(0, 1) * py + m(0, 2) * pz + m(0, 3), w);
+    const double y = tile.yPx(m(1, 0) * px + m(1, 1) * py + m(1, 2) * pz + m(1, 3), w);
+    const bool usable = w <= farthest_ && std::abs(x) < kUtmostPx && std::abs(y) < kUtmostPx;
+    fates_[index] = usable ? Fate::kUsable : Fate::kUnusable;
+    points_[index] = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(1 / w)};
+    nearestVertex_ = std::max(nearestVertex_, 1 / w);
 }
 
 ScreenPoint OccluderRasteriser::clipEdge(const OccluderMesh::Point& from, const OccluderMesh::Point& to) const {
@@ -118,8 +161,7 @@ bool OccluderRasteriser::facesFront(const Polygon& polygon, bool mirrored) const
 
 void OccluderRasteriser::findSides(const OccluderMesh& mesh, const Placed& placed) {
     const std::span<const OccluderMesh::Triangle> triangles = mesh.triangles();
-    sides_.resize(triangles.size());
-    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    forEachTriangle([&](std::uint32_t t) {
         const auto& v = triangles[t].vertex;
         const Fate fates[3] = {fates_[v[0]], fates_[v[1]], fates_[v[2]]};
         int tooNear = 0;
@@ -128,15 +170,14 @@ void OccluderRasteriser::findSides(const OccluderMesh& mesh, const Placed& place
             tooNear += fate == Fate::kTooNear;
             unusable = unusable || fate == Fate::kUnusable;
         }
-        sides_[t] = Side::kOut;
-        if (unusable || tooNear == 3) continue;
+        if (unusable || tooNear == 3) return;
         if (tooNear > 0) {
             if (facesFront(polygonOf(mesh, t), placed.mirrored)) sides_[t] = Side::kFrontClipped;
-            continue;
+            return;
         }
         const Polygon polygon{.corners = {points_[v[0]], points_[v[1]], points_[v[2]]}, .size = 3};
         if (facesFront(polygon, placed.mirrored)) sides_[t] = Side::kFront;
-    }
+    });
 }
 
 std::uint32_t OccluderRasteriser::rootOf(std::uint32_t triangle) {
@@ -149,24 +190,22 @@ std::uint32_t OccluderRasteriser::rootOf(std::uint32_t triangle) {
 
 void OccluderRasteriser::findPatches(const OccluderMesh& mesh) {
     const std::span<const OccluderMesh::Triangle> triangles = mesh.triangles();
-    const auto count = static_cast<std::uint32_t>(triangles.size());
-    parents_.resize(count);
-    for (std::uint32_t t = 0; t < count; ++t) parents_[t] = t;
-    for (std::uint32_t t = 0; t < count; ++t) {
-        if (sides_[t] == Side::kOut) continue;
+    forEachTriangle([this](std::uint32_t t) { parents_[t] = t; });
+    forEachTriangle([&](std::uint32_t t) {
+        if (sides_[t] == Side::kOut) return;
         for (const std::uint32_t other : triangles[t].behind) {
             if (other == OccluderMesh::kNone || other > t || sides_[other] == Side::kOut) continue;
             const std::uint32_t a = rootOf(t);
             const std::uint32_t b = rootOf(other);
             parents_[std::max(a, b)] = std::min(a, b);
         }
-    }
+    });
     // A root is the lowest triangle of its patch, so it is met first.
     patches_.clear();
-    patchOf_.assign(count, OccluderMesh::kNone);
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    for (std::uint32_t t = 0; t < count; ++t) {
-        if (sides_[t] == Side::kOut) continue;
+    forEachTriangle([&](std::uint32_t t) {
+        patchOf_[t] = OccluderMesh::kNone;
+        if (sides_[t] == Side::kOut) return;
         const std::uint32_t root = rootOf(t);
         if (root == t) {
             patchOf_[t] = static_cast<std::uint32_t>(patches_.size());
@@ -188,7 +227,7 @@ void OccluderRasteriser::findPatches(const OccluderMesh& mesh) {
             const Polygon polygon = polygonOf(mesh, t);
             for (int i = 0; i < polygon.size; ++i) extend(polygon.corners[i]);
         }
-    }
+    });
     std::uint32_t total = 0;
     for (Patch& patch : patches_) {
         patch.first = total;
@@ -196,11 +235,11 @@ void OccluderRasteriser::findPatches(const OccluderMesh& mesh) {
         patch.count = 0;
     }
     ordered_.resize(total);
-    for (std::uint32_t t = 0; t < count; ++t) {
-        if (patchOf_[t] == OccluderMesh::kNone) continue;
+    forEachTriangle([this](std::uint32_t t) {
+        if (patchOf_[t] == OccluderMesh::kNone) return;
         Patch& patch = patches_[patchOf_[t]];
         ordered_[patch.first + patch.count++] = t;
-    }
+    });
 }
 
 void OccluderRasteriser::addPatch(const OccluderMesh& mesh, const Patch& patch, OcclusionBuffer& buffer, Work& work) {
@@ -215,6 +254,7 @@ void OccluderRasteriser::addPatch(const OccluderMesh& mesh, const Patch& patch, 
                       .nearest = patch.nearest}))
         return;
     work.triangles += patch.count;
+    marks_.beginPatch(patch.lowerY, patch.upperY, patch.nearest, buffer);
 
     const std::span<const std::uint32_t> members = std::span(ordered_).subspan(patch.first, patch.count);
     const std::span<const OccluderMesh::Triangle> triangles = mesh.triangles();

@@ -17,7 +17,8 @@
 ///   nothing is displaced by more than the margins; so each sample lies in at least one front-facing triangle.
 ///
 /// A mesh with holes, cracks or T-junctions thus hides less, never too much. Patches do not disturb one another: a
-/// detail inside a housing does not cut it open.
+/// detail inside a housing does not cut it open. Where only runs of a mesh's triangles are taken, its patches end where
+/// they do: the same holds for the part as for a mesh of its own.
 #pragma once
 
 #include <cstdint>
@@ -43,8 +44,10 @@ public:
         std::uint64_t triangles = 0;  ///< rasterised
         std::uint64_t pixels = 0;     ///< of the blocks that patches touched
     };
-    /// Adds to the buffer what the mesh hides.
+    /// Adds to the buffer what the mesh hides, or these runs of its triangles alone: ascending, and none meets another.
     Work add(const OccluderMesh& mesh, const Placed& placed, const TileProjection& tile, OcclusionBuffer& buffer);
+    Work add(const OccluderMesh& mesh, std::span<const OccluderMesh::Run> runs, const Placed& placed,
+             const TileProjection& tile, OcclusionBuffer& buffer);
 
 private:
     enum class Fate : std::uint8_t { kUsable, kTooNear, kUnusable };
@@ -61,7 +64,10 @@ private:
         float lowerX, lowerY, upperX, upperY, nearest;
     };
 
+    template <typename F>
+    void forEachTriangle(F&& f) const;
     void project(const OccluderMesh& mesh, const Placed& placed, const TileProjection& tile);
+    void projectPoint(const OccluderMesh::Point& point, std::size_t index, const Mat4d& m, const TileProjection& tile);
     void findSides(const OccluderMesh& mesh, const Placed& placed);
     void findPatches(const OccluderMesh& mesh);
     void addPatch(const OccluderMesh& mesh, const Patch& patch, OcclusionBuffer& buffer, Work& work);
@@ -76,8 +82,13 @@ private:
     double farthest_ = 0;
     double noise_ = 0;
     double flattest_ = 0;  ///< triangles lower than this are left out, pixels
+    double nearestVertex_ = 0;                 ///< as inverse depth
+    std::span<const OccluderMesh::Run> runs_;  ///< while `add` runs
+    // Of points and triangles that are in no run nothing is known but that their side is kOut.
     std::vector<ScreenPoint> points_;
     std::vector<Fate> fates_;
+    std::vector<std::uint32_t> projectedFor_;  ///< by point: the call that last did, where not all are
+    std::uint32_t call_ = 0;
     std::vector<Side> sides_;
     std::vector<std::uint32_t> parents_;
     std::vector<std::uint32_t> patchOf_;

@@ -27,6 +27,11 @@ public:
     /// Whether nothing of the footprint can be seen. True also for a footprint beside the tile.
     [[nodiscard]] bool hides(const Footprint& footprint) const;
 
+    /// The weakest pixel of each block of a row of blocks.
+    [[nodiscard]] std::span<const float> blocksOf(int blockRow) const {
+        const auto columns = static_cast<std::size_t>(stride_ / kBlock);
+        return std::span(blocks_).subspan(static_cast<std::size_t>(blockRow) * columns, columns);
+    }
     [[nodiscard]] float at(int x, int y) const { return pixels_[index(x, y)]; }
     [[nodiscard]] int widthPx() const { return width_; }
     [[nodiscard]] int heightPx() const { return height_; }

@@ -77,13 +77,7 @@ bool PartView::worthHidingWith(std::uint32_t index, const BoxSight& sight) const
 }
 
 DrawItem PartView::drawItem(std::uint32_t index) const {
-    const SceneItem& item = scene_.items[index];
-    return {.node = item.node,
-            .geometry = item.geometry,
-            .material = item.material,
-            .world_T_item = scene_.places[item.place].world_T_node,
-            .mirrored = item.mirrored,
-            .lineWidth = item.lineWidth};
+    return scene_.drawItem(index);
 }
 
 }  // namespace tessera

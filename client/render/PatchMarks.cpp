@@ -17,26 +17,38 @@ constexpr double kPlaneRounding = 1.0 / (1 << 21);
 using Floats4 = float __attribute__((vector_size(16)));
 using Ints4 = std::int32_t __attribute__((vector_size(16)));
 
+Floats4 loadFloats(const float* from) {
+    Floats4 value;
+    std::memcpy(&value, from, sizeof value);
+    return value;
+}
+
 /// Lowers values[from..to] to max(base + step * x, least). `values` is a row of whole blocks.
 void lowerRow(float* values, int from, int to, float base, float step, float least) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const Floats4 leasts = {least, least, least, least};
-    const Floats4 infinities = {kInfinity, kInfinity, kInfinity, kInfinity};
-    const auto choose = [](const Ints4& mask, const Floats4& a, const Floats4& b) {
-        return reinterpret_cast<Floats4>((reinterpret_cast<Ints4>(a) & mask) | (reinterpret_cast<Ints4>(b) & ~mask));
+    const Ints4 lanes = {0, 1, 2, 3};
+    const auto depthAt = [&](int x) {
+        const Floats4 depth = __builtin_convertvector(lanes + x, Floats4) * step + base;
+        return depth < leasts ? leasts : depth;
     };
-    for (int x = from & ~3; x <= to; x += 4) {
-        const Ints4 pixel = {x, x + 1, x + 2, x + 3};
-        const Ints4 inside = (pixel >= from) & (pixel <= to);
-        const Floats4 at = __builtin_convertvector(pixel, Floats4);
-        Floats4 depth = at * step + base;
-        depth = choose(depth < leasts, leasts, depth);
-        depth = choose(inside, depth, infinities);
-        Floats4 value;
-        std::memcpy(&value, values + x, sizeof value);
-        value = choose(depth < value, depth, value);
-        std::memcpy(values + x, &value, sizeof value);
+    const auto lower = [&](int x, Floats4 depth) {
+        const Floats4 value = loadFloats(values + x);
+        depth = depth < value ? depth : value;
+        std::memcpy(values + x, &depth, sizeof depth);
+    };
+    const auto lowerWithin = [&](int x) {
+        const Floats4 infinities = {kInfinity, kInfinity, kInfinity, kInfinity};
+        const Ints4 pixel = lanes + x;
+        lower(x, ((pixel >= from) & (pixel <= to)) ? depthAt(x) : infinities);
+    };
+    int x = from & ~3;
+    if (x < from || x + 3 > to) {
+        lowerWithin(x);
+        x += 4;
     }
+    for (; x + 3 <= to; x += 4) lower(x, depthAt(x));
+    if (x <= to) lowerWithin(x);
 }
 
 }  // namespace
@@ -51,8 +63,25 @@ bool PatchMarks::begin(const TileProjection& tile, double noise, const Occlusion
         values_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_),
                        std::numeric_limits<float>::infinity());
         touched_.assign(static_cast<std::size_t>(rows_ / OcclusionBuffer::kBlock), {});
+        open_.assign(touched_.size(), {});
     }
     return shrink_ > 0.5;
+}
+
+// A block whose weakest pixel hides what is as near as the patch's nearest point learns nothing from the patch.
+void PatchMarks::beginPatch(float lowerY, float upperY, float nearest, const OcclusionBuffer& buffer) {
+    const int last = static_cast<int>(open_.size()) - 1;
+    const auto blockRow = [&](float y) {
+        return static_cast<int>(std::clamp<double>(y / OcclusionBuffer::kBlock, 0, last));
+    };
+    const int columns = columns_ / OcclusionBuffer::kBlock;
+    for (int row = blockRow(lowerY - 1); row <= blockRow(upperY + 1); ++row) {
+        const std::span<const float> weakest = buffer.blocksOf(row);
+        int from = 0, to = columns - 1;
+        while (from <= to && weakest[static_cast<std::size_t>(from)] >= nearest) ++from;
+        while (to > from && weakest[static_cast<std::size_t>(to)] >= nearest) --to;
+        open_[static_cast<std::size_t>(row)] = {from * OcclusionBuffer::kBlock, to * OcclusionBuffer::kBlock + OcclusionBuffer::kBlock - 1};
+    }
 }
 
 /// Over the spans found last.
@@ -60,8 +89,9 @@ template <typename F>
 void PatchMarks::forEachTouchedRow(F&& f) {
     float* row = values_.data() + static_cast<std::ptrdiff_t>(spans_.firstRow()) * columns_;
     for (int y = spans_.firstRow(); y < spans_.endRow(); ++y, row += columns_) {
-        const int from = spans_.from(y);
-        const int to = spans_.to(y);
+        const Touched& open = open_[static_cast<std::size_t>(y / OcclusionBuffer::kBlock)];
+        const int from = std::max(spans_.from(y), open.from);
+        const int to = std::min(spans_.to(y), open.to);
         if (from > to) continue;
         Touched& touched = touched_[static_cast<std::size_t>(y / OcclusionBuffer::kBlock)];
         touched.from = std::min(touched.from, from);

@@ -24,6 +24,9 @@ public:
 
     /// For patches of one mesh, with this noise (see TileProjection). False where noise leaves nothing of depth.
     [[nodiscard]] bool begin(const TileProjection& tile, double noise, const OcclusionBuffer& buffer);
+    /// The next patch: what rows of blocks it may reach, and its greatest inverse depth. Blocks at either end of a row where
+    /// all that it could say is known already are left out.
+    void beginPatch(float lowerY, float upperY, float nearest, const OcclusionBuffer& buffer);
     /// Three or four corners in one plane.
     void mark(std::span<const ScreenPoint> corners);
     void unmark(const ScreenPoint& from, const ScreenPoint& to);
@@ -45,6 +48,7 @@ private:
     /// Least inverse depth by pixel of the tile; between patches infinite everywhere.
     std::vector<float> values_;
     std::vector<Touched> touched_;  ///< by row of blocks: where the patch has written
+    std::vector<Touched> open_;     ///< by row of blocks: the pixels where it may
     RowSpans spans_;
 };
 

@@ -24,6 +24,7 @@ struct SceneItem {
     bool transparent = false;
     bool occludes = false;  ///< opaque in every pixel it covers
     bool detailed = false, coated = false;  ///< see SceneLook
+    DrawKind kind = DrawKind::kTriangles;   ///< see SceneLook
     float lineWidth = 0;                    ///< see SceneLook
     std::uint16_t state = 0;                ///< see SceneLook
     bool queued = false;                    ///< named in `changedItems`

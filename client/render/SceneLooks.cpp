@@ -15,7 +15,8 @@ SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
     }
     const DrawableUse& use = drawables_[slot];
     SceneLook look{.mesh = use.mesh, .material = use.materialId, .lineWidth = use.lineWidth};
-    look.occludes = use.mesh && use.mesh->opaque && use.mesh->triangles > 0;
+    if (use.mesh) look.kind = use.mesh->kind;
+    look.occludes = use.mesh && use.mesh->opaque && rowOf(look.kind).hides && use.mesh->triangles > 0;
     if (use.material != kNone) {
         const MaterialUse& material = materials_[use.material];
         look.transparent = material.transparent || (material.blends && use.mesh && !use.mesh->opaque);
@@ -24,7 +25,7 @@ SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
         look.coated = material.coated;
         look.state = material.state;
     }
-    if (use.mesh) look.state = static_cast<std::uint16_t>(4 * look.state + static_cast<unsigned>(use.mesh->primitive));
+    if (use.mesh) look.state = static_cast<std::uint16_t>(4 * look.state + static_cast<unsigned>(look.kind));
     return look;
 }
 

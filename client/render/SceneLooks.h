@@ -16,7 +16,8 @@ struct SceneLook {
     bool occludes = false;  ///< opaque in every pixel it covers
     bool detailed = false;  ///< images say more than colour and normals
     bool coated = false;    ///< has lacquer
-    float lineWidth = 0;    ///< pixels; 0: no lines
+    DrawKind kind = DrawKind::kTriangles;
+    float lineWidth = 0;      ///< pixels, of lines
     std::uint16_t state = 0;  ///< where it differs, a renderer must be told more than another material
 };
 

@@ -184,6 +184,7 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.occludes = look.occludes;
     item.detailed = look.detailed;
     item.coated = look.coated;
+    item.kind = look.kind;
     item.lineWidth = look.lineWidth;
     item.state = look.state;
     countLooks(item, 1);
@@ -229,7 +230,8 @@ void RenderScene::Impl::countLooks(const SceneItem& item, int sign) {
         ++transparentChanges;
     }
     if (item.coated) coatedItems += static_cast<std::size_t>(sign);
-    if (item.lineWidth > 0) linesByReach[std::min(kWidestReachPx, static_cast<std::size_t>(lineReachPx(item.lineWidth)))] += static_cast<std::size_t>(sign);
+    if (rowOf(item.kind).standsOut)
+        linesByReach[std::min(kWidestReachPx, static_cast<std::size_t>(lineReachPx(item.lineWidth)))] += static_cast<std::size_t>(sign);
 }
 
 double RenderScene::Impl::widestLineReachPx() const {

@@ -102,7 +102,7 @@ std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCame
     const PixelRect all{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
     collectInFrustum(*this, tileFrustum(camera, all), found);
     for (const std::uint32_t i : found)
-        if (!items[i].transparent && items[i].lineWidth == 0) view->items.push_back(drawItem(i));
+        if (!items[i].transparent && rowOf(items[i].kind).castsShadows) view->items.push_back(drawItem(i));
     // What shares mesh and material stands together, so that it is one call.
     std::sort(view->items.begin(), view->items.end(), [](const DrawItem& a, const DrawItem& b) {
         return std::tie(a.material, a.geometry, a.mirrored, a.node) < std::tie(b.material, b.geometry, b.mirrored, b.node);
@@ -138,7 +138,9 @@ DrawItem RenderScene::Impl::drawItem(std::uint32_t index) const {
             .material = item.material,
             .world_T_item = places[item.place].world_T_node,
             .mirrored = item.mirrored,
-            .lineWidth = item.lineWidth};
+            .kind = item.kind,
+            .lineWidth = item.lineWidth,
+            .pointRadius = item.mesh->shownRadius};
 }
 
 }  // namespace tessera

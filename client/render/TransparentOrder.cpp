@@ -70,7 +70,7 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
             piece.groupDepth = axis.dot(group.box.center()) + offset;
             piece.group = group.first;
         }
-        if (byTriangles && scene.items[item.item].mesh->primitive == Primitive::kTriangles)
+        if (byTriangles && rowOf(scene.items[item.item].kind).ownTriangles)
             addTriangles(*scene.items[item.item].mesh, item, piece, camera, list.hiddenOf(item.drawn));
         else
             pieces_.push_back(piece);

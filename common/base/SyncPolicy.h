@@ -16,6 +16,8 @@ enum class LateFramePolicy : std::uint8_t {
 struct SyncPolicy {
     LateFramePolicy lateFrame = LateFramePolicy::kWait;
     std::chrono::milliseconds frameDeadline{10'000};
+    /// Instead, if it is longer, until a first frame has been drawn: programs are compiled and meshes uploaded in it.
+    std::chrono::milliseconds firstFrameDeadline{60'000};
     /// Hold and drop: how long the others wait for a late host before they go on, from the first host's Ready.
     std::chrono::milliseconds lateAfter{100};
     std::chrono::milliseconds heartbeat{100};

@@ -82,6 +82,7 @@ SyncPolicy readSync(const proto::Wall::Sync& from) {
             sync.lateFrame = LateFramePolicy::kWait;
     }
     if (from.has_frame_deadline_ms()) sync.frameDeadline = ms(from.frame_deadline_ms());
+    if (from.has_first_frame_deadline_ms()) sync.firstFrameDeadline = ms(from.first_frame_deadline_ms());
     if (from.has_late_after_ms()) sync.lateAfter = ms(from.late_after_ms());
     if (from.has_heartbeat_ms()) sync.heartbeat = ms(from.heartbeat_ms());
     if (from.has_lost_after_ms()) sync.lostAfter = ms(from.lost_after_ms());
@@ -152,6 +153,7 @@ proto::Wall messageOf(const Wall& wall) {
                         : wall.sync.lateFrame == LateFramePolicy::kDrop ? proto::Wall::DROP
                                                                         : proto::Wall::WAIT);
     sync.set_frame_deadline_ms(wall.sync.frameDeadline.count());
+    sync.set_first_frame_deadline_ms(wall.sync.firstFrameDeadline.count());
     sync.set_late_after_ms(wall.sync.lateAfter.count());
     sync.set_heartbeat_ms(wall.sync.heartbeat.count());
     sync.set_lost_after_ms(wall.sync.lostAfter.count());

@@ -20,8 +20,8 @@ struct DirectionalLight {
 template <>
 inline constexpr auto kDescription<DirectionalLight> =
     describe("DirectionalLight",
-             field<&DirectionalLight::color>(1, "color").affects(Effect::kLight),
-             field<&DirectionalLight::intensity>(2, "intensity").affects(Effect::kLight),
+             field<&DirectionalLight::color>(1, "color").atLeast(0).affects(Effect::kLight),
+             field<&DirectionalLight::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
              field<&DirectionalLight::shadows>(3, "shadows").affects(Effect::kLight));
 
 }  // namespace tessera

@@ -24,9 +24,9 @@ struct Environment {
 template <>
 inline constexpr auto kDescription<Environment> =
     describe("Environment",
-             field<&Environment::sky>(1, "sky").affects(Effect::kLight),
-             field<&Environment::ground>(2, "ground").affects(Effect::kLight),
-             field<&Environment::background>(3, "background").affects(Effect::kLight),
+             field<&Environment::sky>(1, "sky").atLeast(0).affects(Effect::kLight),
+             field<&Environment::ground>(2, "ground").atLeast(0).affects(Effect::kLight),
+             field<&Environment::background>(3, "background").atLeast(0).affects(Effect::kLight),
              field<&Environment::gravity>(4, "gravity").unit(Unit::kWorldPerSecond2).between(-1e6, 1e6).affects(Effect::kTerms),
              field<&Environment::image>(5, "image").to<Image>().affects(Effect::kLight),
              field<&Environment::strength>(6, "strength").between(0, 1e6).affects(Effect::kLight),

@@ -18,8 +18,8 @@ struct PointLight {
 template <>
 inline constexpr auto kDescription<PointLight> =
     describe("PointLight",
-             field<&PointLight::color>(1, "color").affects(Effect::kLight),
-             field<&PointLight::intensity>(2, "intensity").affects(Effect::kLight),
-             field<&PointLight::range>(3, "range").unit(Unit::kWorld).affects(Effect::kLight));
+             field<&PointLight::color>(1, "color").atLeast(0).affects(Effect::kLight),
+             field<&PointLight::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
+             field<&PointLight::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight));
 
 }  // namespace tessera

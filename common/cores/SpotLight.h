@@ -32,8 +32,8 @@ struct SpotLight {
 template <>
 inline constexpr auto kDescription<SpotLight> =
     describe("SpotLight",
-             field<&SpotLight::color>(1, "color").affects(Effect::kLight),
-             field<&SpotLight::intensity>(2, "intensity").affects(Effect::kLight),
+             field<&SpotLight::color>(1, "color").atLeast(0).affects(Effect::kLight),
+             field<&SpotLight::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
              field<&SpotLight::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight),
              field<&SpotLight::innerAngle>(4, "innerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),
              field<&SpotLight::outerAngle>(5, "outerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),

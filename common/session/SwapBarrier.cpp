@@ -171,7 +171,7 @@ bool SwapBarrier::contains(const std::string& host) const {
 }
 
 Duration SwapBarrier::frameDeadline() const {
-    if (recentFrames_.empty()) return policy_.frameDeadline;
+    if (recentFrames_.empty()) return std::max(policy_.frameDeadline, policy_.firstFrameDeadline);
     std::vector<Duration> sorted = recentFrames_;
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());

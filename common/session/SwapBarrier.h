@@ -20,7 +20,8 @@ namespace tessera {
 /// waited for. Under hold it stays a member and takes part in the first frame that begins after its Ready; under drop
 /// that Ready ends its membership, and the owner enters it again once it has caught up. A host that draws one frame for
 /// longer than the frame deadline has stalled and is out, whatever the policy. The frame deadline is
-/// `SyncPolicy::frameDeadline`, but never under three times the median of the recent frames.
+/// `SyncPolicy::frameDeadline`, but never under three times the median of the recent frames; `firstFrameDeadline` until one has
+/// been drawn.
 class SwapBarrier {
 public:
     /// `first`: the number of the first frame.

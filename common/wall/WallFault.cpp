@@ -332,6 +332,7 @@ private:
         const auto say = [&](std::string text) { return found(Part::kSync, 0, std::move(text)); };
         constexpr std::chrono::milliseconds kLongest = std::chrono::hours(1);
         const std::pair<std::string_view, std::chrono::milliseconds> times[] = {{"frame_deadline_ms", s.frameDeadline},
+                                                                                {"first_frame_deadline_ms", s.firstFrameDeadline},
                                                                                 {"late_after_ms", s.lateAfter},
                                                                                 {"heartbeat_ms", s.heartbeat},
                                                                                 {"lost_after_ms", s.lostAfter},

@@ -45,35 +45,6 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             ++drawn_;
             return core->id;
         }
-        case Content::kDirectionalLight: {
-            const proto::scene::DirectionalLight& message = node.directional_light();
-            DirectionalLight light;
-            if (message.has_color()) {
-                const Expected<Vec3f> color = readColor(message.color());
-                if (!color) return tl::unexpected(color.error());
-                light.color = *color;
-            }
-            if (message.has_intensity()) light.intensity = message.intensity();
-            if (!(light.intensity >= 0 && std::isfinite(light.intensity)))
-                return fail(ErrorCode::kBadInput, "a light's intensity must be a number from zero up");
-            light.shadows = message.shadows();
-            return create(light);
-        }
-        case Content::kPointLight: {
-            const proto::scene::PointLight& message = node.point_light();
-            PointLight light;
-            if (message.has_color()) {
-                const Expected<Vec3f> color = readColor(message.color());
-                if (!color) return tl::unexpected(color.error());
-                light.color = *color;
-            }
-            if (message.has_intensity()) light.intensity = message.intensity();
-            light.range = message.range();
-            if (!(light.intensity >= 0 && std::isfinite(light.intensity) && light.range >= 0 &&
-                  std::isfinite(light.range)))
-                return fail(ErrorCode::kBadInput, "a light's intensity and range must be numbers from zero up");
-            return create(light);
-        }
         case Content::kCamera: {
             Camera camera;
             if (node.camera().has_world_units_per_metre())

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "common/scene/Text.h"
@@ -55,6 +56,8 @@ Expected<FieldValue> readMessage(const Message& value, const FieldInfo& field) {
     if (const auto* color = dynamic_cast<const proto::scene::Color*>(&value)) {
         const Expected<Vec3f> rgb = readColor(*color);
         if (!rgb) return tl::unexpected(rgb.error());
+        // Below what its field may be it is refused as it stands, not brought up to nothing as others are.
+        if (std::min({color->r(), color->g(), color->b()}) < field.least) return numbersOf(field, {color->r(), color->g(), color->b()});
         return numbersOf(field, {rgb->x(), rgb->y(), rgb->z(), color->has_a() ? color->a() : 1.0});
     }
     if (const auto* vector = dynamic_cast<const proto::scene::Vector*>(&value)) {

@@ -309,10 +309,13 @@ Expected<void> FrameLoop::Impl::end() {
     if (!options.reportPath.empty())
         if (Expected<void> written = writeReport(options.reportPath, report.toJson(simulation.scene())); !written)
             return written;
-    if (options.frames > 0 && report.framesShown() == 0)
-        return fail(ErrorCode::kFailed, stopping ? "stopped before a frame was shown"
-                                                 : fmt::format("no frame was shown; hosts that never came: {}",
-                                                               join(peers.session().missing())));
+    if (options.frames > 0 && report.framesShown() == 0) {
+        const std::vector<std::string> missing = peers.session().missing();
+        return fail(ErrorCode::kFailed,
+                    stopping          ? "stopped before a frame was shown"
+                    : missing.empty() ? "no frame was shown: all hosts came, and none had drawn one before its deadline or its end"
+                                      : fmt::format("no frame was shown; hosts that never came: {}", join(missing)));
+    }
     return {};
 }
 

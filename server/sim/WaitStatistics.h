@@ -22,8 +22,8 @@ enum class WaitReason : std::uint8_t {
     kDraw,        ///< uploads, compiling and the read-back included: a software rasteriser draws when it is read
     kHandOver,    ///< the picture laid where it is shown from
     kProcessor,   ///< no processor was free
-    kStoodStill,  ///< the rest of its time: it slept, was stopped, or its disk was slow
-    kNetwork,     ///< the way there and back, both programs' queues included
+    kStoodStill,  ///< the rest of its work: it slept, or its disk was slow. Stopped (SIGSTOP) while it draws it draws for long
+    kNetwork,     ///< there and back, both queues included: of a host that is stopped before it looks, too
     kGone,        ///< it left the barrier, or was left behind: nobody knows
 };
 inline constexpr std::size_t kWaitReasons = 8;

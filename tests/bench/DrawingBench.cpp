@@ -1,6 +1,7 @@
 /// Drawing: what is seen of large scenes, empty tiles, first frames, reading back; beside oracles, floors and peers in the same
-/// run. `--rows GROUP,…`: city, city-large, plant, scan, field, empty, first, osg, read-back, wall, bunny, one-process.
-/// `--frames N`, `--plant FOLDER`, `--scan FILE`, `--json FILE`.
+/// run. `--rows GROUP,…`: city, city-large, plant, scan, field, points, empty, first, osg, read-back, wall, bunny,
+/// one-process.
+/// `--frames N`, `--each 1` (a line for each frame and tile), `--plant FOLDER`, `--scan FILE`, `--json FILE`.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -23,6 +24,7 @@ struct DrawingOptions {
     std::string json, rows, program;
     std::string plant, scan;
     int frames = 12;
+    bool each = false;
 };
 
 double meanOf(const std::vector<double>& values) {
@@ -34,13 +36,18 @@ double wallMs() {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-void cullRows(SceneTable& table, Stage stage, double atMost, double worst) {
+double shareOf(std::uint64_t part, std::uint64_t whole) {
+    return static_cast<double>(part) / static_cast<double>(std::max<std::uint64_t>(1, whole));
+}
+
+void cullRows(SceneTable& table, Stage stage, const DrawingOptions& options, double atMost, double worst) {
     table.begin(stage.name);
-    const CullCost cost = measureCulling(stage, CullerKind::kAuto, CullerKind::kFrustum, true);
+    const CullCost cost = measureCulling(stage, CullerKind::kAuto, CullerKind::kFrustum, true, options.each);
     const std::string remark =
-        fmt::format("per tile {:.0f} in the frustum, {:.0f} drawn, {:.0f} visible; triangles {:.3f} of the frustum's",
-                    cost.inFrustum, cost.drawn, cost.visible,
-                    static_cast<double>(cost.triangles) / static_cast<double>(std::max<std::uint64_t>(1, cost.allTriangles)));
+        fmt::format("per tile {:.0f} in the frustum, {:.0f} drawn, {:.0f} visible; triangles {:.3f} of the frustum's, the "
+                    "oracle's {:.3f}; culling {:.1f} ms",
+                    cost.inFrustum, cost.drawn, cost.visible, shareOf(cost.triangles, cost.allTriangles),
+                    shareOf(cost.oracleTriangles, cost.allTriangles), cost.cullMs);
     // Means: what a long way costs. A frame in which much comes into sight counts as it is.
     table.add({.operation = stage.name + ": a frame by auto",
                .peer = "oracle: what has a visible pixel",
@@ -64,26 +71,26 @@ void cullRows(SceneTable& table, Stage stage, double atMost, double worst) {
 }
 
 /// Beside another culler alone.
-void besideRow(SceneTable& table, Stage stage, CullerKind other, const std::string& peer, double atMost) {
+void besideRow(SceneTable& table, Stage stage, const DrawingOptions& options, CullerKind other, const std::string& peer,
+               double atMost) {
     table.begin(stage.name);
-    const CullCost cost = measureCulling(stage, CullerKind::kAuto, other, false);
+    const CullCost cost = measureCulling(stage, CullerKind::kAuto, other, false, options.each);
     table.add({.operation = stage.name + ": a frame by auto",
                .peer = peer,
                .ours = plain(meanOf(cost.ours)),
                .theirs = plain(meanOf(cost.all)),
                .unit = "ms",
                .atMost = atMost,
-               .remark = fmt::format("{} of {} triangles given to GL", cost.triangles, cost.allTriangles)});
+               .remark = fmt::format("{} of {} triangles given to GL; culling {:.1f} ms", cost.triangles,
+                                     cost.allTriangles, cost.cullMs)});
 }
 
-/// A tile that shows nothing, and its way out, beside a copy of as many bytes.
-void emptyRows(SceneTable& table) {
-    table.begin("a tile of 960x540, 4 samples");
-    Aspect nothing;
+/// A tile of 960x540, and its way out, beside a copy of as many bytes.
+void tileRow(SceneTable& table, const std::string& name, const Aspect& aspect, int samples, const std::string& remark) {
     RenderScene scene;
-    scene.update(nothing, nullptr);
+    scene.update(aspect, nullptr);
     const auto surface = orExit(makeSurface("osmesa"));
-    const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
+    const auto renderer = orExit(Renderer::create(*surface, {.samples = samples}));
     RenderAction action(CullerKind::kAuto);
     const ScreenCamera camera = screenCamera(benchScreen(), User(), Eye::kCenter, View());
     const PixelRect rect{.x = 0, .y = 0, .width = 960, .height = 540};
@@ -93,18 +100,29 @@ void emptyRows(SceneTable& table) {
     for (int i = 0; i < 60; ++i) {
         double start = processorMs();
         static_cast<void>(
-            orExit(renderer->draw(nothing, action.run(scene, camera, rect, nullptr), camera, rect)));
+            orExit(renderer->draw(aspect, action.run(scene, camera, rect, nullptr), camera, rect)));
         if (i >= 10) ours.push_back(processorMs() - start);
         start = processorMs();
         std::memcpy(to.data(), from.data() + (to[static_cast<std::size_t>(i)] & 0), to.size());
         if (i >= 10) copies.push_back(processorMs() - start);
     }
-    table.add({.operation = "an empty tile",
+    table.add({.operation = name + (samples == 1 ? ", one sample" : ", 4 samples"),
                .peer = "a copy of its pixels",
                .ours = medianOf(ours),
                .theirs = medianOf(copies),
                .unit = "ms",
-               .remark = "processor time; 45 ms when the limit of half was set, on another machine"});
+               .remark = "processor time" + remark});
+}
+
+/// One that shows nothing, and one full of a single face.
+void emptyRows(SceneTable& table) {
+    table.begin("a tile of 960x540");
+    tileRow(table, "an empty tile", Aspect(), 4, "; 45 ms when the limit of half was set, on another machine");
+    City city;
+    city.meshes = {makeBox({1, 1, 1})};
+    city.places = {{0, {0, 1.5, -3}, {40, 40, 1}}};
+    const Stage stage = cityStage("one face", city, 1);
+    for (const int samples : {1, 4}) tileRow(table, "full of one face", stage.aspect, samples, "");
 }
 
 /// From a program's start to the pixels of its first lit frame: this program, started with --first.
@@ -204,6 +222,7 @@ int bench(int argc, char** argv) {
         else if (option == "--rows") options.rows = argv[i + 1];
         else if (option == "--plant") options.plant = argv[i + 1];
         else if (option == "--scan") options.scan = argv[i + 1];
+        else if (option == "--each") options.each = std::atoi(argv[i + 1]) != 0;
         else if (option == "--frames") options.frames = std::max(1, std::atoi(argv[i + 1]));
         else {
             std::fprintf(stderr, "bench_drawing: unknown option %s\n", argv[i]);
@@ -219,16 +238,17 @@ int bench(int argc, char** argv) {
         if (stage) then(std::move(*stage));
         else table.skip(stage.error().message);
     };
-    if (wanted("city")) cullRows(table, cityStage("city, 5.9 M triangles", makeCity(), options.frames), 1.1, 0);
+    if (wanted("city")) cullRows(table, cityStage("city, 5.9 M triangles", makeCity(), options.frames), options, 1.1, 0);
     if (wanted("city-large"))
-        cullRows(table, cityStage("city, 22.9 M triangles", makeCity(32, 31), options.frames), 1.1, 0);
+        cullRows(table, cityStage("city, 22.9 M triangles", makeCity(32, 31), options.frames), options, 1.1, 0);
     if (wanted("plant"))
-        orSkip(plantStage(options.plant, options.frames), [&](Stage stage) { cullRows(table, std::move(stage), 1.3, 3); });
+        orSkip(plantStage(options.plant, options.frames), [&](Stage stage) { cullRows(table, std::move(stage), options, 1.3, 3); });
     if (wanted("scan"))
         orSkip(scanStage(options.scan, options.frames), [&](Stage stage) {
-            besideRow(table, std::move(stage), CullerKind::kNone, "drawing all", 1 / 1.5);
+            besideRow(table, std::move(stage), options, CullerKind::kNone, "drawing all", 1 / 1.5);
         });
-    if (wanted("field")) besideRow(table, fieldStage(4 * options.frames), CullerKind::kFrustum, "frustum only", 1.02);
+    if (wanted("field")) besideRow(table, fieldStage(4 * options.frames), options, CullerKind::kFrustum, "frustum only", 1.02);
+    if (wanted("points")) pointRows(table, options.frames);
     if (wanted("empty")) emptyRows(table);
     if (wanted("first")) firstRows(table, options);
     if (wanted("wall")) wallRows(table, options.program, 4 * options.frames, 3);

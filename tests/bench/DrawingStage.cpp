@@ -202,7 +202,7 @@ Expected<Stage> scanStage(const std::string& file, int frames) {
     return stage;
 }
 
-CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool withOracle) {
+CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool withOracle, bool tellEach) {
     const Screen screen = benchScreen();
     const auto surface = orExit(makeSurface("osmesa"));
     const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
@@ -220,32 +220,53 @@ CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool with
         double ourMs = 0, allMs = 0, oracleMs = 0;
         for (int tile = 0; tile < 4; ++tile) {
             const PixelRect rect{tile % 2 * width, tile / 2 * height, width, height};
-            const auto one = [&](RenderAction& action, double& ms, CullCounts* count) {
+            double cullMs = 0;
+            const auto drawn = [&](const DrawList& list) {
+                static_cast<void>(orExit(renderer->draw(stage.aspect, list, camera, rect)));
+                return renderer->lastCounts().triangles;
+            };
+            const auto one = [&](RenderAction& action, double& ms, CullCounts* count, std::uint64_t& triangles) {
                 const double start = processorMs();
                 DrawList list = action.run(scene, camera, rect, count);
-                static_cast<void>(orExit(renderer->draw(stage.aspect, list, camera, rect)));
+                cullMs = processorMs() - start;
+                triangles = drawn(list);
                 ms += processorMs() - start;
                 return list;
             };
             CullCounts count;
-            one(*actions[static_cast<std::size_t>(tile)], ourMs, &count);
-            if (counts) cost.triangles += renderer->lastCounts().triangles;
-            DrawList list = one(other, allMs, nullptr);
-            if (counts) cost.allTriangles += renderer->lastCounts().triangles;
+            std::uint64_t ourTriangles = 0, allTriangles = 0, oracleTriangles = 0;
+            const double before = ourMs;
+            one(*actions[static_cast<std::size_t>(tile)], ourMs, &count, ourTriangles);
+            const double ourCullMs = cullMs, ourTileMs = ourMs - before;
+            DrawList list = one(other, allMs, nullptr, allTriangles);
+            double oracleTileMs = 0;
             if (withOracle) {
                 const auto ids = orExit(renderer->drawNodeIds(stage.aspect, list, camera, rect));
                 const std::set<std::uint64_t> seen(ids.begin(), ids.end());
                 std::erase_if(list.opaque, [&](const DrawItem& item) { return !seen.contains(item.node.value); });
                 std::erase_if(list.transparent, [&](const DrawItem& item) { return !seen.contains(item.node.value); });
                 const double start = processorMs();
-                static_cast<void>(orExit(renderer->draw(stage.aspect, list, camera, rect)));
-                oracleMs += processorMs() - start;
+                oracleTriangles = drawn(list);
+                oracleTileMs = processorMs() - start;
+                oracleMs += oracleTileMs;
             }
             if (!counts) continue;
+            const std::size_t visible = list.opaque.size() + list.transparent.size();
+            if (tellEach)
+                std::printf("  frame %2zu tile %d: %5llu in the frustum, %5llu drawn%s, %5zu visible; %8llu, %8llu, %8llu triangles "
+                            "of ours, the oracle, all; %6.1f ms, %5.1f of them culling, oracle %6.1f\n",
+                            cost.ours.size(), tile, static_cast<unsigned long long>(count.inFrustum),
+                            static_cast<unsigned long long>(count.drawn), count.looked ? "" : " (did not look)", visible,
+                            static_cast<unsigned long long>(ourTriangles), static_cast<unsigned long long>(oracleTriangles),
+                            static_cast<unsigned long long>(allTriangles), ourTileMs, ourCullMs, oracleTileMs);
             ++tiles;
             cost.inFrustum += static_cast<double>(count.inFrustum);
             cost.drawn += static_cast<double>(count.drawn);
-            cost.visible += static_cast<double>(list.opaque.size() + list.transparent.size());
+            cost.visible += static_cast<double>(visible);
+            cost.cullMs += ourCullMs;
+            cost.triangles += ourTriangles;
+            cost.allTriangles += allTriangles;
+            cost.oracleTriangles += oracleTriangles;
         }
         if (!counts) return;
         cost.ours.push_back(ourMs);
@@ -258,6 +279,7 @@ CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool with
     cost.inFrustum /= tiles;
     cost.drawn /= tiles;
     cost.visible /= tiles;
+    cost.cullMs /= static_cast<double>(stage.views.size());
     return cost;
 }
 

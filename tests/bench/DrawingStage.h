@@ -51,9 +51,11 @@ struct Stage {
 struct CullCost {
     std::vector<double> ours, all, oracle;  ///< ms per frame, of the four tiles together
     double visible = 0, drawn = 0, inFrustum = 0;  ///< items, means per tile
-    std::uint64_t triangles = 0, allTriangles = 0;  ///< given to GL, in all
+    double cullMs = 0;                             ///< of `ours`, mean of a frame
+    std::uint64_t triangles = 0, allTriangles = 0, oracleTriangles = 0;  ///< given to GL, in all
 };
-/// `ours` beside `all`, and beside the items that leave a pixel, known for nothing.
-[[nodiscard]] CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool withOracle);
+/// `ours` beside `all`, and beside the items that leave a pixel, known for nothing. `tellEach`: prints a line for each
+/// frame and tile.
+[[nodiscard]] CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool withOracle, bool tellEach = false);
 
 }  // namespace tessera::bench

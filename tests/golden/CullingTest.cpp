@@ -63,6 +63,16 @@ Aspect makeTown(unsigned seed) {
     MeshData scan = *pointsOnSurface(makeSphere(0.4, 14), 0.15);
     scan.pointRadius = 0.1;
     details.push_back(scene.add(scan, colored(1, false)));
+    // Clouds: of colours, some of them clear; of balls large enough to hide things, and too small to be seen; glass; with holes.
+    for (int i = 0; i < 7; ++i) {
+        MeshData cloud{.primitive = Primitive::kPoints, .pointRadius = std::array{0.02, 0.25, 1e-5, 0.4, 0.08, 0.0, 0.6}[static_cast<std::size_t>(i)]};
+        for (int k = 0, count = i % 3 ? 25 : 2; k < count; ++k) {
+            for (int axis = 0; axis < 3; ++axis) cloud.positions.push_back(static_cast<float>(uniform(-0.5, 0.5)));
+            if (i % 2) cloud.colors.insert(cloud.colors.end(), {static_cast<std::uint8_t>(random()), 200, 90, static_cast<std::uint8_t>(i == 5 && k % 3 ? 90 : 255)});
+            if (i == 4) cloud.normals.insert(cloud.normals.end(), {0, 0.6f, 0.8f});
+        }
+        details.push_back(scene.add(cloud, i == 2 ? open : colored(i == 1 || i == 5 ? 0.5f : 1.0f, i == 3)));
+    }
     scene.place(blocks[0], {0, -1.05, -15}, Quatd::Identity(), {60, 0.1, 60});
     for (int x = -6; x <= 6; ++x) {
         for (int z = 0; z < 12; ++z) {
@@ -95,6 +105,16 @@ Aspect makeTown(unsigned seed) {
         const float width = i % 3 == 0 ? 1.0f : static_cast<float>(uniform(0.5, 50));
         scene.place(scene.add(makeLines(ends, width), colored(i % 5 == 0 ? 0.5f : 1.0f, false)), Vec3d::Zero());
     }
+    // Points past the eyes, through the near plane; and so many that they do not go to GL in one piece.
+    for (int i = 0; i < 12; ++i) {
+        MeshData near{.primitive = Primitive::kPoints, .pointRadius = uniform(0.01, 1.5)};
+        for (int k = 0; k < 9; ++k) near.positions.push_back(static_cast<float>(uniform(-2, 2)));
+        scene.place(scene.add(near, colored(i % 4 ? 1 : 0.5f, i % 3 == 0)), {uniform(-2, 2), uniform(-0.5, 0.8), uniform(-4, 2)});
+    }
+    MeshData dust{.primitive = Primitive::kPoints, .pointRadius = 0.01};
+    for (int i = 0; i < (seed % 2 ? 9000 : 500); ++i)
+        for (const double reach : {10.0, 1.0, 12.0}) dust.positions.push_back(static_cast<float>(uniform(-reach, reach)));
+    scene.place(scene.add(dust, colored(1, false)), {0, 0.5, -13});
     // Meshes so large that they are drawn in parts, about the heads and behind them.
     MeshData ring = makeTorus(3, 0.3, 150, 40);
     ring.indices = inSpatialOrder(ring.positions, ring.indices);

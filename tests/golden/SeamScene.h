@@ -158,6 +158,19 @@ inline void addManyLights(TestScene& scene) {
     MeshData scan = *pointsOnSurface(makeSphere(0.7, 24), 0.03);
     scan.pointRadius = 0.012;
     scene.place(scene.add(scan, gold), {-1.1, 0.7, -2.6});
+    // Others: of colours, some of them clear, over the wall; of glass; large ones, and through the near plane.
+    for (int i = 0; i < 5; ++i) {
+        MeshData cloud{.primitive = Primitive::kPoints, .pointRadius = std::array{0.006, 0.02, 0.15, 0.5, 0.0}[static_cast<std::size_t>(i)]};
+        for (int k = 0, count = i == 0 ? 9000 : i == 4 ? 300 : 40; k < count; ++k) {
+            const double a = 2.399963 * k, r = (i == 3 ? 3.0 : 1.5) * std::sqrt((k + 0.5) / count);
+            for (const double value : {r * std::cos(a), r * std::sin(a), 0.4 * std::sin(0.37 * k)}) cloud.positions.push_back(static_cast<float>(value));
+            const auto shade = static_cast<std::uint8_t>(7 * k);
+            if (i % 2 == 0) cloud.colors.insert(cloud.colors.end(), {shade, 120, 220, static_cast<std::uint8_t>(i == 2 && k % 2 ? 100 : 255)});
+        }
+        Material paint = material(0.9f, 0.8f, 0.6f, 0, 0.6f, i == 1 ? 0.5f : 1);
+        if (i == 2) paint.alphaMode = Material::kBlend;
+        scene.place(scene.add(cloud, scene.add(paint)), {0.5 - 0.4 * i, 0.2 * i, i == 3 ? 1.2 : -2.0 - i}, Quatd(Eigen::AngleAxisd(0.4 * i, Vec3d::UnitX())));
+    }
 
     scene.addDirectionalLight({0.4, -0.8, -0.5}, {1, 0.95f, 0.9f}, 0.7f);
     scene.addPointLight({-2, 2, -3}, {1, 0.7f, 0.5f}, 3, 9);

@@ -158,6 +158,17 @@ std::set<std::uint64_t> placesOf(pid_t process) {
 }
 
 /// Twelve balls of 130,000 triangles that differ a little: 36 large arrays.
+TEST_F(Sharing, WhereFilesMayNotBeLargeHostsDrawAlone) {
+    const TemporaryFolder folder;
+    // In blocks of 1,024 bytes: less than a board takes, more than a tile's pictures.
+    const Outcome drawn = run(folder.path(), {"/bin/bash", "-c", "ulimit -f 20000; exec \"$0\" \"$@\"", program("tessera-wall"), "--wall", "2x2", "--scene",
+                                              std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct", "--frames", "5", "--size",
+                                              "320x180", "--output", folder.path() + "/out"}, 120s);
+    EXPECT_EQ(drawn.exitCode, 0) << drawn.output;
+    EXPECT_NE(drawn.output.find(", 0 faults"), std::string::npos) << drawn.output;
+    EXPECT_NE(drawn.output.find("warning"), std::string::npos) << "what is gone without is said\n" << drawn.output;
+}
+
 TEST_F(Sharing, ArraysLieOnceInTheMemoryOfAMachineAndAreFetchedOnce) {
     const TemporaryFolder folder;
     std::string scene = "node { transform { translation { z: -9 } }\n";

@@ -13,6 +13,7 @@ OwnerConfig Cluster::ownerConfig(const ClusterConfig& config) {
     for (std::size_t i = 0; i < config.hosts; ++i) owner.session.hosts.push_back(hostName(i));
     owner.session.sync.lateFrame = config.lateFrame;
     owner.session.sync.frameDeadline = 600ms;
+    owner.session.sync.firstFrameDeadline = 600ms;
     owner.session.sync.heartbeat = 50ms;
     owner.session.sync.lostAfter = 250ms;
     owner.session.sync.lateAfter = 30ms;

@@ -45,6 +45,26 @@ Eigen::Matrix<double, N, 1> vectorFrom(const std::vector<double>& values,
     return Eigen::Map<const Eigen::Matrix<double, N, 1>>(values.data());
 }
 
+/// What tinygltf passes over as if it were not there, as it is of another JSON type than glTF's; nothing: there is no such.
+std::string oddTypeOfLight(const tinygltf::Model& model, int index) {
+    const auto extension = model.extensions.find("KHR_lights_punctual");
+    if (extension == model.extensions.end() || !extension->second.Has("lights") || !extension->second.Get("lights").IsArray()) return {};
+    const tinygltf::Value& light = extension->second.Get("lights").Get(index);
+    const auto oddNumber = [](const tinygltf::Value& of, const char* name) { return of.Has(name) && !of.Get(name).IsNumber(); };
+    for (const char* name : {"intensity", "range"})
+        if (oddNumber(light, name)) return fmt::format("{} is no number", name);
+    if (light.Has("color")) {
+        const tinygltf::Value& color = light.Get("color");
+        bool good = color.IsArray() && color.ArrayLen() == 3;
+        for (std::size_t i = 0; good && i < 3; ++i) good = color.Get(static_cast<int>(i)).IsNumber();
+        if (!good) return "colour is not three numbers";
+    }
+    if (!light.Has("spot")) return {};
+    for (const char* name : {"innerConeAngle", "outerConeAngle"})
+        if (oddNumber(light.Get("spot"), name)) return fmt::format("spot's {} is no number", name);
+    return {};
+}
+
 }  // namespace
 
 Affine3d localTransform(const tinygltf::Node& node) {
@@ -113,9 +133,13 @@ Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::
         }
     }
     if (node.camera >= 0) addCamera(node.camera, world_.at(index), *placed);
-    if (const auto light = node.extensions.find("KHR_lights_punctual");
-        light != node.extensions.end() && light->second.Has("light") && light->second.Get("light").IsNumber())
-        addLight(light->second.Get("light").GetNumberAsInt(), *placed);
+    if (const auto light = node.extensions.find("KHR_lights_punctual"); light != node.extensions.end() && light->second.Has("light")) {
+        const tinygltf::Value& number = light->second.Get("light");
+        if (number.IsNumber() && number.GetNumberAsDouble() == number.GetNumberAsInt())
+            addLight(number.GetNumberAsInt(), *placed);
+        else
+            scene_.note(fmt::format("the light of {} is left out: its number is no whole number", nodeName(index)));
+    }
     for (const int child : node.children)
         if (Expected<void> done = addNode(child, [placed] { return placed->add_node(); }); !done) return done;
     return {};
@@ -168,6 +192,8 @@ void GltfReader::addLight(int index, proto::scene::Node& node) {
     const tinygltf::Light& light = model_.lights[static_cast<std::size_t>(index)];
     const bool known = light.type == "directional" || light.type == "spot" || light.type == "point";
     if (!known) return scene_.note(fmt::format("light {} is left out: it is of the unknown type '{}'", index, light.type));
+    if (const std::string odd = oddTypeOfLight(model_, index); !odd.empty())
+        return scene_.note(fmt::format("light {} is left out: its {}", index, odd));
     const auto sound = [](double value) { return value >= 0 && value <= kUtmostLight; };
     if (!sound(light.intensity) || !sound(light.range))
         return scene_.note(fmt::format("light {} is left out: its intensity or its range is no number from 0 to {}", index,

@@ -12,7 +12,8 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMaxSide = 32768, kMaxPixels = std::size_t{1} << 28;
+/// Of the sizes that there are: a panorama of 16,384 × 8,192 can be read.
+constexpr std::size_t kMaxSide = 32768, kMaxPixels = std::size_t{1} << 27;
 
 tl::unexpected<Error> damaged(std::string_view why) {
     return fail(ErrorCode::kBadInput, fmt::format("a Radiance picture (.hdr) {}", why));
@@ -124,12 +125,14 @@ Expected<DecodedImage> decodeRadiance(ByteSpan bytes) {
     }
     if (!(exposure > 1e-30 && exposure < 1e30)) return damaged("with an exposure that is no number above zero");
     const std::string size = source.line();
-    std::size_t width = 0, height = 0;
+    // Digits alone: a number of scanf's may have a sign.
+    char heightText[6] = {}, widthText[6] = {};
     int used = 0;
-    if (std::sscanf(size.c_str(), "-Y %5zu +X %5zu%n", &height, &width, &used) != 2 || static_cast<std::size_t>(used) != size.size())
+    if (std::sscanf(size.c_str(), "-Y %5[0-9] +X %5[0-9]%n", heightText, widthText, &used) != 2 || static_cast<std::size_t>(used) != size.size())
         return damaged(fmt::format("whose size is '{}': '-Y HEIGHT +X WIDTH' can be read", size.substr(0, 60)));
+    const std::size_t width = std::strtoul(widthText, nullptr, 10), height = std::strtoul(heightText, nullptr, 10);
     if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide || width * height > kMaxPixels)
-        return damaged(fmt::format("of {} × {} pixels", width, height));
+        return damaged(fmt::format("of {} × {} pixels: up to {} a side and {} in all can be read", width, height, kMaxSide, kMaxPixels));
     // No row of runs is shorter than this: nothing is promised memory for bytes that are not there.
     if (bytes.size() < height * 8 && bytes.size() < height * width * 4) return damaged("that is cut off");
     DecodedImage image{.widthPx = static_cast<int>(width), .heightPx = static_cast<int>(height), .rgba = Bytes(width * height * 4), .rgbe = true};

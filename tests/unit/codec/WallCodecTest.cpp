@@ -196,6 +196,7 @@ Wall variedWall() {
     wall.hosts[0].tiles[1].eye = Eye::kRight;
     wall.sync = {.lateFrame = LateFramePolicy::kDrop,
                  .frameDeadline = std::chrono::milliseconds(777),
+                 .firstFrameDeadline = std::chrono::milliseconds(8888),
                  .lateAfter = std::chrono::milliseconds(33),
                  .heartbeat = std::chrono::milliseconds(11),
                  .lostAfter = std::chrono::milliseconds(99),

@@ -153,7 +153,7 @@ TEST_F(BudgetTest, WhatComesAheadOfNeedIsThereAndChangesNoPicture) {
             for (bool more = true; more && steps < 100'000; ++steps) {
                 const std::uint64_t before = uploaded();
                 more = ahead.step(*renderer_, aspect, scene, at(0).eyeWorld, slice).value();
-                // One image, one mesh of lines, one element more.
+                // One image, one element more.
                 EXPECT_LE(uploaded() - before, slice + 32 * 32 * 4 / 3 * 4 + 1000);
                 if (interrupted && steps == 20) EXPECT_EQ(draw(1.5), expected[1]) << "in the middle of it";
             }

@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "tests/unit/TestFolder.h"
@@ -197,6 +199,31 @@ TEST(SharedFrame, RefusesFilesThatAreSomethingElse) {
     bytes->resize(bytes->size() - 1);
     ASSERT_TRUE(writeFile(folder / "cut", *bytes));
     EXPECT_EQ(readSharedFrame(folder / "cut").error().code, ErrorCode::kBadInput);
+}
+
+TEST(SharedFrame, AWriterThatIsKilledBeforeItsFirstImageLeavesNothing) {
+    const test::TestFolder folder;
+    const std::string path = folder / "shown.frame";
+    for (int i = 0; i < 5; ++i) {
+        const pid_t writer = ::fork();
+        if (writer == 0) {
+            auto made = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
+            if (!made) ::_exit(1);
+            made->prepare(1, pictureOf(1));
+            ::kill(::getpid(), SIGKILL);
+        }
+        int status = 0;
+        ASSERT_EQ(::waitpid(writer, &status, 0), writer);
+        EXPECT_TRUE(WIFSIGNALED(status));
+    }
+    EXPECT_TRUE(std::filesystem::is_empty(std::filesystem::path(path).parent_path()));
+    // One that is killed between two names, as an older writer may have been.
+    ASSERT_TRUE(std::ofstream(path + ".next") << "nonsense");
+    auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
+    ASSERT_TRUE(writer) << writer.error().message;
+    showFrame(*writer, 4);
+    EXPECT_EQ(readSharedFrame(path)->frame, 4u);
+    EXPECT_FALSE(std::filesystem::exists(path + ".next"));
 }
 
 TEST(SharedFrame, SaysWhereItCannotWrite) {

@@ -202,6 +202,31 @@ TEST(GltfLights, ThatAreLeftOutOrOddAreNamed) {
     EXPECT_FALSE(findNode(*aspect, "/model/b/light 1"));
 }
 
+TEST(GltfLights, WhoseNumbersAreNoNumbersAreNamed) {
+    const struct {
+        const char *light, *node, *why;
+    } cases[] = {{R"({"type":"point","intensity":"5"})", "0", "light 0 is left out: its intensity is no number"},
+                 {R"({"type":"point","range":[4]})", "0", "light 0 is left out: its range is no number"},
+                 {R"({"type":"directional","color":"red"})", "0", "light 0 is left out: its colour is not three numbers"},
+                 {R"({"type":"directional","color":[1,"1",1]})", "0", "light 0 is left out: its colour is not three numbers"},
+                 {R"({"type":"spot","spot":{"outerConeAngle":true}})", "0", "light 0 is left out: its spot's outerConeAngle is no number"},
+                 {R"({"type":"spot","spot":{"innerConeAngle":"wide"}})", "0", "light 0 is left out: its spot's innerConeAngle is no number"},
+                 {R"({"type":"point"})", "\"0\"", "the light of a is left out"},
+                 {R"({"type":"point"})", "0.5", "the light of a is left out"},
+                 {R"({"type":"point","intensity":5,"range":4.5,"color":[1,0,0.5]})", "0", ""}};
+    for (const auto& wrong : cases) {
+        GltfText gltf;
+        const int positions = gltf.floats(kSquare, "VEC3", 3);
+        const ImportedScene scene = imported(gltf.text(fmt::format(
+            R"("extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[{}]}}}},
+            "scenes":[{{"nodes":[0]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
+            "nodes":[{{"name":"a","mesh":0,"extensions":{{"KHR_lights_punctual":{{"light":{}}}}}}}])",
+            wrong.light, positions, wrong.node)));
+        const bool named = std::any_of(scene.notes.begin(), scene.notes.end(), [&](const std::string& note) { return note.find(wrong.why) != std::string::npos; });
+        EXPECT_EQ(named, *wrong.why != 0) << wrong.light << ": " << fmt::format("{}", fmt::join(scene.notes, "; "));
+    }
+}
+
 TEST(GltfMaterial, KeepsFactorsAndBlendsOnlyWhereAsked) {
     GltfText gltf;
     const int positions = gltf.floats(kSquare, "VEC3", 3);

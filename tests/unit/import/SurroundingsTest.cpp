@@ -109,6 +109,13 @@ TEST(RadiancePictures, WhatIsCutOffOrDamagedIsRefusedAndNothingElseHappens) {
     EXPECT_NE(why("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n....").find("xyze"), std::string::npos);
     EXPECT_NE(why("#?RGBE\n\n+X 1 -Y 1\n....").find("+X 1 -Y 1"), std::string::npos);
     EXPECT_NE(why("#?RGBE\n\n-Y 99999 +X 99999\n....").find("99999"), std::string::npos);
+    // By what its header says, whatever follows it: in a run's bytes this would be a gigabyte.
+    const std::string large = why(headOf(32767, 8192) + std::string(1 << 20, '\2'));
+    EXPECT_NE(large.find("of 32767 × 8192 pixels"), std::string::npos) << large;
+    for (const char* size : {"-Y -5 +X 3", "-Y 5 +X -3", "-Y +5 +X 3", "-Y 5 +X", "-Y 5 +X 3 2"}) {
+        const std::string said = why(fmt::format("#?RGBE\n\n{}\n....", size));
+        EXPECT_NE(said.find(fmt::format("'{}'", size)), std::string::npos) << said;
+    }
     EXPECT_NE(why("#?RGBE\nEXPOSURE=0\n\n-Y 1 +X 1\n....").find("exposure"), std::string::npos);
 }
 
@@ -168,6 +175,34 @@ TEST(Surroundings, SayWhatIsWrongWithTheirImage) {
     EXPECT_NE(error(kText).find("twice as wide as high"), std::string::npos) << error(kText);
     EXPECT_NE(error("node { environment { image: \"nowhere\" } }").find("there is no image 'nowhere'"), std::string::npos);
     EXPECT_NE(error("node { environment { strength: -1 } }").find("strength"), std::string::npos);
+}
+
+// Light that takes light away is none: in a text, and in an edit.
+TEST(Surroundings, AndLightsBelowNothingAreRefused) {
+    const std::pair<const char*, const char*> cases[] = {{"directional_light { color { r: 1 g: -0.5 } }", "color must be at least 0, not -0.5"},
+                                                         {"directional_light { intensity: -2 }", "intensity must be at least 0, not -2"},
+                                                         {"point_light { color { b: -1e-9 } }", "color must be at least 0"},
+                                                         {"point_light { intensity: -1 }", "intensity must be at least 0, not -1"},
+                                                         {"point_light { range: -1 }", "range must be at least 0, not -1"},
+                                                         {"spot_light { color { r: -3 } }", "color must be at least 0, not -3"},
+                                                         {"spot_light { intensity: -1 }", "intensity must be at least 0, not -1"},
+                                                         {"environment { sky { r: -1 } }", "sky must be at least 0, not -1"},
+                                                         {"environment { ground { g: -1 } }", "ground must be at least 0, not -1"},
+                                                         {"environment { background { b: -1 } }", "background must be at least 0, not -1"}};
+    const Scratch scratch;
+    for (const auto& [core, why] : cases) {
+        const std::string path = scratch.write("scene.tsct", fmt::format("node {{ name: \"x\" {} }}", core));
+        const Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+        ASSERT_FALSE(scene) << core;
+        EXPECT_NE(scene.error().message.find(why), std::string::npos) << core << ": " << scene.error().message;
+    }
+    Aspect aspect;
+    ChangeListBuilder list;
+    list.create(ObjectId{2}, typeOf<PointLight>());
+    list.set(ObjectId{2}, typeOf<PointLight>(), fieldId<&PointLight::color>, toValue(Vec3f(1, -1, 0)));
+    const auto applied = aspect.apply(list.take());
+    ASSERT_FALSE(applied);
+    EXPECT_NE(applied.error().message.find("-1 is less than 0"), std::string::npos) << applied.error().message;
 }
 
 }  // namespace

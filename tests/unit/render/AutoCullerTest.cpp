@@ -1,6 +1,10 @@
 /// The culler `auto`: looks for what is hidden where that pays, rarely where it does not.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
+#include "common/geometry/TriangleOrder.h"
 #include "tests/unit/render/TestScene.h"
 
 namespace tessera {
@@ -54,6 +58,26 @@ TEST(AutoCuller, OneThingAloneIsNotLookedBehind) {
     scene.apply();
     RenderAction action(CullerKind::kAuto);
     EXPECT_LE(looksOf(action, scene, 500), 15);
+}
+
+// What is behind a closed mesh's front is its own back, which drawing leaves away by itself.
+TEST(AutoCuller, OneLargeClosedMeshCloseUpIsNotLookedBehind) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> u(-1, 1);
+    for (int round = 0; round < 12; ++round) {
+        TestScene scene;
+        MeshData mesh = makeSphere(1, 120 + 60 * (round % 4));
+        for (std::size_t k = 0; k < mesh.positions.size(); k += 3) {
+            const auto scale = static_cast<float>(1 + 0.05 * std::sin(7 * mesh.positions[k]) + 0.0005 * u(random));
+            for (std::size_t axis = 0; axis < 3; ++axis) mesh.positions[k + axis] *= scale;
+        }
+        mesh.indices = inSpatialOrder(mesh.positions, mesh.indices);
+        scene.put(scene.geometry(mesh), {0.3 * u(random), 0.3 * u(random), -1.8 - std::abs(u(random))},
+                  Quatd(u(random), u(random), u(random), u(random)).normalized());
+        scene.apply();
+        RenderAction action(CullerKind::kAuto);
+        EXPECT_LE(looksOf(action, scene, 300), 12) << "round " << round;
+    }
 }
 
 }  // namespace

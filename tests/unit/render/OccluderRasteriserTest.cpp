@@ -5,6 +5,7 @@
 #include <map>
 #include <random>
 
+#include "client/render/MeshClusters.h"
 #include "tests/unit/render/TestScene.h"
 
 namespace tessera {
@@ -109,6 +110,60 @@ TEST(OccluderRasteriser, WhereItMarksAPixelTheWholePixelIsCoveredAtLeastThatNear
     // And it does mark, not much farther away than the surface is.
     EXPECT_GT(marked, 3000);
     EXPECT_GT(depthKept / marked, 0.85);
+}
+
+// The same for parts of a large mesh, beside those triangles alone: one rasteriser for all, so that what is left of a call
+// before would show.
+TEST(OccluderRasteriser, PartsOfAMeshMarkWhatTheyCoverByThemselves) {
+    std::mt19937 random(11);
+    const auto uniform = [&](double from, double to) {
+        return std::uniform_real_distribution<double>(from, to)(random);
+    };
+    const TestCamera camera(53, 37);
+    const TileProjection tile(camera.camera(), camera.tile());
+    OcclusionBuffer buffer, again;
+    OccluderRasteriser rasteriser;
+    const MeshData meshes[] = {makeSphere(0.9, 40), makeTorus(0.6, 0.35, 40, 30), makeTube(0.6, 0.4, 1, 200)};
+    int marked = 0;
+    for (int round = 0; round < 120; ++round) {
+        const MeshData& mesh = meshes[static_cast<std::size_t>(round) % 3];
+        const OccluderMesh occluder(mesh.positions, mesh.indices);
+        const std::size_t clusters = (mesh.indices.size() / 3 + MeshCluster::kTriangles - 1) / MeshCluster::kTriangles;
+        std::vector<OccluderMesh::Run> runs;
+        MeshData part = mesh;
+        part.indices.clear();
+        for (std::size_t k = 0; k < clusters; ++k) {
+            if (random() % 3 == 0) continue;
+            runs.push_back(occluder.cluster(k));
+            const std::size_t first = 3 * MeshCluster::kTriangles * k;
+            const std::size_t end = std::min(first + 3 * MeshCluster::kTriangles, mesh.indices.size());
+            part.indices.insert(part.indices.end(), mesh.indices.begin() + static_cast<std::ptrdiff_t>(first),
+                                mesh.indices.begin() + static_cast<std::ptrdiff_t>(end));
+        }
+        Affine3d place = Affine3d::Identity();
+        place.translate(Vec3d(uniform(-0.5, 0.5), uniform(-0.4, 0.4), round % 3 == 0 ? uniform(-1, 0.5) : uniform(-3, -1)));
+        place.rotate(Quatd(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized());
+        const Mat4d clip_T_mesh = tile.clip_T_world() * place.matrix();
+        const OccluderRasteriser::Placed placed{.clip_T_mesh = clip_T_mesh, .mirrored = false, .noise = 1e-6};
+        buffer.reset(tile.widthPx(), tile.heightPx());
+        rasteriser.add(occluder, runs, placed, tile, buffer);
+        // As if the part were a mesh of its own.
+        again.reset(tile.widthPx(), tile.heightPx());
+        OccluderRasteriser().add(OccluderMesh(part.positions, part.indices), placed, tile, again);
+        const SloppyRenderer renderer(tile, part, clip_T_mesh, 1e-6, random);
+        for (int py = 0; py < tile.heightPx(); ++py) {
+            for (int px = 0; px < tile.widthPx(); ++px) {
+                ASSERT_EQ(buffer.at(px, py), again.at(px, py)) << "round " << round << " pixel " << px << "," << py;
+                const double hidesFrom = buffer.at(px, py);
+                if (hidesFrom == 0 || random() % 8 != 0) continue;
+                ++marked;
+                for (int sample = 0; sample < 4; ++sample)
+                    ASSERT_GE(renderer.nearestAt(Vec2d(px + uniform(0, 1), py + uniform(0, 1))), hidesFrom)
+                        << "round " << round << " pixel " << px << "," << py;
+            }
+        }
+    }
+    EXPECT_GT(marked, 1000);
 }
 
 }  // namespace

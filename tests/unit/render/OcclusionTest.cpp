@@ -59,6 +59,27 @@ TEST(OccluderMesh, EdgesOfOneOrThreeTrianglesOrOfReversedOnesAreBorders) {
     EXPECT_EQ(bordersOf({0, 1, 2, 1, 0, 3, 0, 1, 1}), 4);  // a triangle without area between them
 }
 
+TEST(OccluderMesh, ClustersAreThoseOfTheIndicesWithoutWhatHasNoArea) {
+    MeshData mesh = makeSphere(1, 40);
+    // Two of the second cluster and all of the fourth become points.
+    for (const std::size_t t : {300u, 301u}) mesh.indices[3 * t] = mesh.indices[3 * t + 1];
+    for (std::size_t t = 768; t < 1024; ++t) mesh.indices[3 * t] = mesh.indices[3 * t + 1];
+    const OccluderMesh whole(makeSphere(1, 40).positions, makeSphere(1, 40).indices);
+    const OccluderMesh occluder(mesh.positions, mesh.indices);
+    const std::size_t clusters = (mesh.indices.size() / 3 + 255) / 256;
+    const auto sizeOf = [](OccluderMesh::Run run) { return run.end - run.first; };
+    std::uint32_t end = 0;
+    for (std::size_t k = 0; k < clusters; ++k) {
+        EXPECT_EQ(occluder.cluster(k).first, end) << k;
+        end = occluder.cluster(k).end;
+        const std::uint32_t before = sizeOf(whole.cluster(k));
+        EXPECT_LE(sizeOf(occluder.cluster(k)), k == 3 ? 0 : before);
+        if (k != 1 && k != 3) EXPECT_EQ(sizeOf(occluder.cluster(k)), before);
+    }
+    EXPECT_EQ(sizeOf(occluder.cluster(1)), sizeOf(whole.cluster(1)) - 2);
+    EXPECT_EQ(end, occluder.all().end);
+}
+
 TEST(Masked, ABoxHidesWhatIsBehindIt) {
     TestScene scene;
     const ObjectId wall = scene.box({0, 0, -5}, {4, 4, 1});

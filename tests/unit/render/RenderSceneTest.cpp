@@ -9,6 +9,7 @@ const CullerKind kNone = CullerKind::kNone;
 
 bool sameItem(const DrawItem& a, const DrawItem& b) {
     return a.node == b.node && a.geometry == b.geometry && a.material == b.material && a.mirrored == b.mirrored &&
+           a.kind == b.kind && a.lineWidth == b.lineWidth && a.pointRadius == b.pointRadius &&
            a.world_T_item.matrix() == b.world_T_item.matrix();
 }
 

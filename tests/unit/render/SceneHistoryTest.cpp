@@ -6,6 +6,7 @@
 #include <random>
 
 #include "client/render/SceneItems.h"
+#include "common/geometry/Points.h"
 #include "common/scene/Action.h"
 #include "tests/unit/render/TestScene.h"
 
@@ -140,6 +141,8 @@ void expectAsTraversed(const RenderScene& scene, const Aspect& aspect) {
         const Affine3d& world = all.places[item->second->place].world_T_node;
         EXPECT_EQ(std::memcmp(world.data(), visit.world_T_node.data(), 16 * sizeof(double)), 0);
         EXPECT_EQ(item->second->material, geometry.material);
+        EXPECT_EQ(item->second->kind, points ? DrawKind::kPoints : DrawKind::kTriangles);
+        EXPECT_EQ(item->second->mesh->shownRadius, points ? shownRadius(arrays) : 0.0);
         const auto* material = aspect.get<Material>(geometry.material);
         EXPECT_EQ(item->second->transparent, material && isTransparent(aspect, *material, geometry));
         return Descend::kInto;

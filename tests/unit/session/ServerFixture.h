@@ -33,6 +33,7 @@ inline ServerSessionConfig twoHosts() {
     config.sync.heartbeat = 50ms;
     config.sync.lostAfter = 250ms;
     config.sync.frameDeadline = 1'000ms;
+    config.sync.firstFrameDeadline = 1'000ms;
     config.sync.lateAfter = 100ms;
     config.configuration = textBytes("the wall");
     return config;

@@ -18,6 +18,7 @@ SyncPolicy policy(LateFramePolicy late) {
     SyncPolicy p;
     p.lateFrame = late;
     p.frameDeadline = 1'000ms;
+    p.firstFrameDeadline = 1'000ms;
     p.lateAfter = 100ms;
     return p;
 }
@@ -182,6 +183,24 @@ TEST(SwapBarrier, TheDeadlineIsNeverUnderThreeTimesTheUsualFrame) {
     barrier.begin(5_frame, at(10s));
     EXPECT_FALSE(barrier.poll(at(12'399ms)).released);
     EXPECT_EQ(barrier.poll(at(12'400ms)).stalled, (Names{"a", "b"}));
+}
+
+TEST(SwapBarrier, TheFirstFrameHasADeadlineOfItsOwnUntilAllHaveDrawnOne) {
+    SyncPolicy policy;
+    policy.frameDeadline = 1'000ms;
+    policy.firstFrameDeadline = 5'000ms;
+    SwapBarrier barrier(policy);
+    for (const char* host : {"a", "b"}) barrier.enter(host);
+    barrier.begin(0_frame, at(0ms));
+    EXPECT_TRUE(barrier.ready("a", 0_frame, at(100ms)));
+    EXPECT_FALSE(barrier.poll(at(4'999ms)).released);
+    EXPECT_EQ(barrier.nextDeadline(), at(5'000ms));
+    EXPECT_TRUE(barrier.ready("b", 0_frame, at(4'999ms)));
+    EXPECT_TRUE(barrier.poll(at(4'999ms)).released);
+    // Three times the usual frame, which that one was.
+    EXPECT_EQ(barrier.frameDeadline(), 3 * 4'999ms);
+    policy.frameDeadline = 9'000ms;
+    EXPECT_EQ(SwapBarrier(policy).frameDeadline(), 9'000ms) << "the longer of the two";
 }
 
 TEST(SwapBarrier, OneLongFrameDoesNotStretchTheDeadline) {

@@ -214,6 +214,7 @@ TEST(WallFaults, FindsTimesThatMakeNoSense) {
     EXPECT_SAYS(sync([](SyncPolicy& s) { s.heartbeat = 0ms; }), "heartbeat_ms is 0");
     EXPECT_SAYS(sync([](SyncPolicy& s) { s.frameDeadline = -1ms; }), "frame_deadline_ms is -1");
     EXPECT_SAYS(sync([](SyncPolicy& s) { s.startDeadline = 0ms; }), "start_deadline_ms");
+    EXPECT_SAYS(sync([](SyncPolicy& s) { s.firstFrameDeadline = 0ms; }), "first_frame_deadline_ms is 0");
     EXPECT_SAYS(sync([](SyncPolicy& s) { s.frameDeadline = 100h; }), "frame_deadline_ms");
     const WallFault late = sync([](SyncPolicy& s) {
         s.lateFrame = LateFramePolicy::kHold;

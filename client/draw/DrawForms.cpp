@@ -1,0 +1,246 @@
+#include "client/draw/DrawForms.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "common/geometry/Points.h"
+
+namespace tessera {
+namespace {
+
+/// What is made of arrays on its way to GL: so many units at a time.
+constexpr std::uint64_t kUnitsAtOnce = 65536;
+
+/// sRGB byte -> linear, 16 bit.
+const std::array<std::uint16_t, 256>& linearTable() {
+    static const auto kTable = [] {
+        std::array<std::uint16_t, 256> table{};
+        for (std::size_t i = 0; i < table.size(); ++i) {
+            const double s = static_cast<double>(i) / 255.0;
+            const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+            table[i] = static_cast<std::uint16_t>(std::lround(linear * 65535.0));
+        }
+        return table;
+    }();
+    return kTable;
+}
+
+std::uint64_t countOf(const MeshArrays& arrays) {
+    return arrays.positions.sizeBytes() / (3 * sizeof(float));
+}
+
+/// The arrays of vertices, as numbers.
+struct VertexArrays {
+    explicit VertexArrays(const MeshArrays& arrays)
+        : positions(arrays.positions.as<float>()),
+          normals(arrays.normals.as<float>()),
+          texcoords(arrays.texcoords.as<float>()),
+          texcoords1(arrays.texcoords1.as<float>()),
+          colors(arrays.colors.as<std::uint8_t>()) {}
+    std::span<const float> positions, normals, texcoords, texcoords1;
+    std::span<const std::uint8_t> colors;
+
+    [[nodiscard]] MeshVertex vertex(std::size_t i) const {
+        MeshVertex v{.position = {positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]},
+                     .normal = {0, 0, 0},
+                     .color = {0xffff, 0xffff, 0xffff, 0xffff},
+                     .texcoord = {0, 0},
+                     .texcoord1 = {0, 0}};
+        const auto& linear = linearTable();
+        if (!normals.empty()) v.normal = {normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]};
+        if (!colors.empty())
+            v.color = {linear[colors[4 * i]], linear[colors[4 * i + 1]], linear[colors[4 * i + 2]],
+                       static_cast<std::uint16_t>(colors[4 * i + 3] * 257)};
+        if (!texcoords.empty()) v.texcoord = {texcoords[2 * i], texcoords[2 * i + 1]};
+        if (!texcoords1.empty()) v.texcoord1 = {texcoords1[2 * i], texcoords1[2 * i + 1]};
+        return v;
+    }
+};
+
+/// Told in pieces of kUnitsAtOnce; `append(elements, unit)` makes those of one.
+template <typename Element, typename F>
+void tellUnits(const ByteRange& units, const std::function<void(ByteSpan)>& tell, F&& append) {
+    std::vector<Element> elements;
+    for (std::uint64_t first = units.begin; first < units.end; first += kUnitsAtOnce) {
+        elements.clear();
+        for (std::uint64_t i = first; i < std::min(first + kUnitsAtOnce, units.end); ++i) append(elements, i);
+        tell(std::as_bytes(std::span(elements)));
+    }
+}
+
+// ---- triangles: vertices and indices as they come ------------------------------------------------------------------
+
+std::array<MeshPart, 2> partsOfTriangles(const MeshArrays& arrays) {
+    return {{{MeshStore::kVertices, countOf(arrays), 1}, {MeshStore::kIndices, 3 * triangleCount(arrays), 1}}};
+}
+
+void writeTriangles(const MeshArrays& arrays, MeshStore store, const ByteRange& units, const std::function<void(ByteSpan)>& tell) {
+    if (store == MeshStore::kIndices)
+        return tell(std::as_bytes(arrays.indices.as<std::uint32_t>().subspan(units.begin, units.end - units.begin)));
+    const VertexArrays vertices(arrays);
+    tellUnits<MeshVertex>(units, tell, [&](auto& to, std::uint64_t i) { to.push_back(vertices.vertex(i)); });
+}
+
+constexpr DrawForm::Follows kTrianglesFollow[] = {{0, 3 * sizeof(float), MeshStore::kVertices},
+                                                  {1, 3 * sizeof(float), MeshStore::kVertices},
+                                                  {2, 4, MeshStore::kVertices},
+                                                  {3, 2 * sizeof(float), MeshStore::kVertices},
+                                                  {5, 2 * sizeof(float), MeshStore::kVertices},
+                                                  {4, sizeof(std::uint32_t), MeshStore::kIndices}};
+
+// ---- lines: four vertices each, of two triangles -------------------------------------------------------------------
+
+std::array<MeshPart, 2> partsOfLines(const MeshArrays& arrays) {
+    const std::uint64_t lines = arrays.lines.sizeBytes() / (2 * sizeof(std::uint32_t));
+    return {{{MeshStore::kVertices, lines, 4}, {MeshStore::kIndices, lines, 6}}};
+}
+
+/// As SurfaceShader.cpp wants them: each end twice, with the other end as its normal and the side in the second texture
+/// coordinate.
+void writeLines(const MeshArrays& arrays, MeshStore store, const ByteRange& units, const std::function<void(ByteSpan)>& tell) {
+    if (store == MeshStore::kIndices)
+        return tellUnits<std::uint32_t>(units, tell, [](auto& to, std::uint64_t line) {
+            for (const std::uint32_t corner : {0, 1, 2, 0, 2, 3}) to.push_back(static_cast<std::uint32_t>(4 * line) + corner);
+        });
+    const VertexArrays vertices(arrays);
+    const std::span<const std::uint32_t> ends = arrays.lines.as<std::uint32_t>();
+    tellUnits<MeshVertex>(units, tell, [&](auto& to, std::uint64_t line) {
+        for (const std::size_t end : {2 * line, 2 * line + 1})
+            for (const float side : {1.0f, -1.0f}) {
+                MeshVertex corner = vertices.vertex(ends[end]);
+                corner.normal = vertices.vertex(ends[end ^ 1]).position;
+                corner.texcoord1 = {side, 0};
+                to.push_back(corner);
+            }
+    });
+}
+
+// ---- points: as they are, for the vertex shader to make octahedra of -----------------------------------------------
+
+std::uint64_t texelsPerPoint(std::uint8_t parts) {
+    return 1u + ((parts & kPointNormals) != 0) + ((parts & kPointTexcoords) != 0);
+}
+
+std::array<MeshPart, 2> partsOfPoints(const MeshArrays& arrays) {
+    return {{{MeshStore::kTexels, countOf(arrays), texelsPerPoint(pointPartsOf(arrays))}, {MeshStore::kIndices, 0, 1}}};
+}
+
+PointTexel texel(float x, float y, float z, std::uint32_t last) {
+    return {std::bit_cast<std::uint32_t>(x), std::bit_cast<std::uint32_t>(y), std::bit_cast<std::uint32_t>(z), last};
+}
+
+void writePoints(const MeshArrays& arrays, MeshStore, const ByteRange& units, const std::function<void(ByteSpan)>& tell) {
+    const VertexArrays points(arrays);
+    const std::uint8_t parts = pointPartsOf(arrays);
+    tellUnits<PointTexel>(units, tell, [&](auto& to, std::uint64_t i) {
+        std::uint32_t color = 0xffffffffu;
+        if (!points.colors.empty()) {
+            color = 0;
+            for (std::size_t k = 0; k < 4; ++k) color |= std::uint32_t{points.colors[4 * i + k]} << (8 * k);
+        }
+        to.push_back(texel(points.positions[3 * i], points.positions[3 * i + 1], points.positions[3 * i + 2], color));
+        if (parts & kPointNormals)
+            to.push_back(texel(points.normals[3 * i], points.normals[3 * i + 1], points.normals[3 * i + 2], 0));
+        if (parts & kPointTexcoords) {
+            const auto of = [i](std::span<const float> set, std::size_t k) { return set.empty() ? 0.0f : set[2 * i + k]; };
+            to.push_back(texel(of(points.texcoords, 0), of(points.texcoords, 1), of(points.texcoords1, 0),
+                               std::bit_cast<std::uint32_t>(of(points.texcoords1, 1))));
+        }
+    });
+}
+
+constexpr DrawForm::Follows kPointsFollow[] = {{0, 3 * sizeof(float), MeshStore::kTexels},
+                                               {1, 3 * sizeof(float), MeshStore::kTexels},
+                                               {2, 4, MeshStore::kTexels},
+                                               {3, 2 * sizeof(float), MeshStore::kTexels},
+                                               {5, 2 * sizeof(float), MeshStore::kTexels}};
+
+constexpr DrawForm kForms[] = {
+    {.kind = DrawKind::kTriangles,
+     .define = "TRIANGLES",
+     .parts = partsOfTriangles,
+     .write = writeTriangles,
+     .follows = kTrianglesFollow,
+     .normals = false,
+     .fetched = false,
+     .size = [](const DrawItem&) { return std::array<std::uint32_t, 2>{}; }},
+    {.kind = DrawKind::kPoints,
+     .define = "POINTS",
+     .parts = partsOfPoints,
+     .write = writePoints,
+     .follows = kPointsFollow,
+     .normals = true,
+     .fetched = true,
+     // All of it: corners come out as Points.h makes them.
+     .size = [](const DrawItem& item) {
+         const auto bits = std::bit_cast<std::uint64_t>(item.pointRadius);
+         return std::array{static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)};
+     }},
+    {.kind = DrawKind::kLines,
+     .define = "LINES",
+     .parts = partsOfLines,
+     .write = writeLines,
+     .follows = {},
+     .normals = true,
+     .fetched = false,
+     .size = [](const DrawItem& item) { return std::array{std::bit_cast<std::uint32_t>(item.lineWidth), 0u}; }},
+};
+static_assert([] {
+    for (const DrawKindRow& row : kDrawKinds)
+        if (kForms[static_cast<std::size_t>(row.kind)].kind != row.kind) return false;
+    return true;
+}());
+
+}  // namespace
+
+const DrawForm& formOf(DrawKind kind) {
+    return kForms[static_cast<std::size_t>(kind)];
+}
+
+std::size_t MeshSize::bytes() const {
+    std::size_t sum = 0;
+    for (std::size_t i = 0; i < kMeshStores; ++i) sum += elements[i] * elementBytes(static_cast<MeshStore>(i));
+    return sum;
+}
+
+MeshSize& MeshSize::operator+=(const MeshSize& other) {
+    for (std::size_t i = 0; i < kMeshStores; ++i) elements[i] += other.elements[i];
+    return *this;
+}
+
+MeshSize sizeOf(const MeshArrays& arrays) {
+    MeshSize size;
+    for (const MeshPart& part : formOf(kindOf(arrays.primitive)).parts(arrays))
+        size.elements[static_cast<std::size_t>(part.store)] += part.elements();
+    return size;
+}
+
+std::uint8_t pointPartsOf(const MeshArrays& arrays) {
+    if (arrays.primitive != Primitive::kPoints) return 0;
+    std::uint8_t parts = 0;
+    if (!arrays.colors.empty()) parts |= kPointColors;
+    if (!arrays.normals.empty()) parts |= kPointNormals;
+    if (!arrays.texcoords.empty() || !arrays.texcoords1.empty()) parts |= kPointTexcoords;
+    return parts;
+}
+
+std::vector<std::uint16_t> sharedPointIndices() {
+    const std::vector<std::uint32_t> one = indicesOfPoints({0, 1});
+    static_assert(kIndicesPerPoint == 3 * kFacesPerPoint && kNumbersPerPoint >= kVerticesPerPoint);
+    std::vector<std::uint16_t> indices;
+    indices.reserve(std::size_t{kPointsAtOnce} * kIndicesPerPoint);
+    for (std::uint32_t point = 0; point < kPointsAtOnce; ++point)
+        for (const std::uint32_t corner : one) indices.push_back(static_cast<std::uint16_t>(kNumbersPerPoint * point + corner));
+    return indices;
+}
+
+std::array<float, 256> linearNumbers() {
+    std::array<float, 256> numbers{};
+    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<float>(linearTable()[i]) * (1.0f / 65535.0f);
+    return numbers;
+}
+
+}  // namespace tessera

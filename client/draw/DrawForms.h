@@ -1,0 +1,89 @@
+/// How GL draws each kind of item: what of a mesh lies in which buffer, and what a vertex shader is told. A row each.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+
+#include "client/render/DrawList.h"
+#include "common/geometry/Mesh.h"
+
+namespace tessera {
+
+/// One vertex as the vertex array describes it to GL.
+struct MeshVertex {
+    std::array<float, 3> position;
+    std::array<float, 3> normal;         ///< zero: none, shaded by the face
+    std::array<std::uint16_t, 4> color;  ///< linear, normalised
+    std::array<float, 2> texcoord, texcoord1;
+};
+static_assert(sizeof(MeshVertex) == 48);
+
+/// Of points, which a vertex shader fetches by its number: position and colour (RGBA bytes, sRGB); then their normal, where they
+/// have some; then both texture coordinates, where they have any.
+using PointTexel = std::array<std::uint32_t, 4>;
+
+/// What points have besides positions: bits of MeshRange::pointParts.
+inline constexpr std::uint8_t kPointColors = 1, kPointNormals = 2, kPointTexcoords = 4;
+
+/// GL's buffers of meshes, each of one sort of element.
+enum class MeshStore : std::uint8_t { kVertices, kIndices, kTexels };
+inline constexpr std::size_t kMeshStores = 3;
+[[nodiscard]] constexpr std::size_t elementBytes(MeshStore store) {
+    constexpr std::array<std::size_t, kMeshStores> kBytes = {sizeof(MeshVertex), sizeof(std::uint32_t), sizeof(PointTexel)};
+    return kBytes[static_cast<std::size_t>(store)];
+}
+
+/// Elements in each of them.
+struct MeshSize {
+    std::array<std::uint64_t, kMeshStores> elements{};
+    [[nodiscard]] std::size_t bytes() const;
+    MeshSize& operator+=(const MeshSize& other);
+};
+
+/// So many units in one of the buffers, each of so many elements: what is written is whole units.
+struct MeshPart {
+    MeshStore store = MeshStore::kVertices;
+    std::uint64_t units = 0, elementsPerUnit = 1;
+    [[nodiscard]] std::uint64_t elements() const { return units * elementsPerUnit; }
+    [[nodiscard]] std::size_t unitBytes() const { return elementsPerUnit * elementBytes(store); }
+};
+
+/// The arrays that these are asked about have passed checkMesh, but where it says otherwise.
+struct DrawForm {
+    DrawKind kind;
+    const char* define;  ///< the vertex shader's word for it
+    /// How a mesh is written, one part after the other. Of any arrays.
+    std::array<MeshPart, 2> (*parts)(const MeshArrays&);
+    /// Tells the bytes of some units, in pieces.
+    void (*write)(const MeshArrays&, MeshStore, const ByteRange& units, const std::function<void(ByteSpan)>& tell);
+    /// An array, by its place in MeshArrays, of so many bytes a unit: who edits a range of it edits those units of a part.
+    struct Follows {
+        std::size_t array, bytesPerUnit;
+        MeshStore store;
+    };
+    std::span<const Follows> follows;  ///< none: ranges tell nothing, and meshes are written anew
+    bool normals;                      ///< there always are some, whatever the arrays say
+    /// Vertices are fetched by their number (see SurfaceShader.cpp), with indices that all such meshes share.
+    bool fetched;
+    /// ItemRecord::size.
+    std::array<std::uint32_t, 2> (*size)(const DrawItem&);
+};
+[[nodiscard]] const DrawForm& formOf(DrawKind kind);
+
+[[nodiscard]] MeshSize sizeOf(const MeshArrays& arrays);
+/// See kPointColors; 0 of others.
+[[nodiscard]] std::uint8_t pointPartsOf(const MeshArrays& arrays);
+
+/// Eight vertex numbers a point, of which six are its octahedron's corners: dividing by eight costs nothing.
+inline constexpr std::uint32_t kNumbersPerPoint = 8, kIndicesPerPoint = 24;
+/// So many points at a time: all that two bytes can number.
+inline constexpr std::uint32_t kPointsAtOnce = 65536 / kNumbersPerPoint;
+/// The indices of that many points, point by point, faces in the order of trianglesOfPoints.
+[[nodiscard]] std::vector<std::uint16_t> sharedPointIndices();
+/// sRGB bytes as linear numbers: those of MeshVertex::color, as GL makes numbers of them.
+[[nodiscard]] std::array<float, 256> linearNumbers();
+
+}  // namespace tessera
