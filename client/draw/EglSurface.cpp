@@ -102,7 +102,7 @@ std::string listOf(const std::vector<Device>& devices) {
 
 Expected<std::size_t> choose(const std::vector<Device>& devices, std::optional<int> wanted) {
     if (wanted && (*wanted < 0 || static_cast<std::size_t>(*wanted) >= devices.size()))
-        return fail(ErrorCode::kUnsupported, fmt::format("EGL has no device {}; {}", *wanted, listOf(devices)));
+        return fail(ErrorCode::kUnsupported, fmt::format("EGL has no device {}; devices: {}", *wanted, listOf(devices)));
     if (devices.empty()) return fail(ErrorCode::kUnsupported, "EGL has no device to draw on (Debian's libegl-mesa0 brings a software one)");
     if (wanted) return static_cast<std::size_t>(*wanted);
     for (std::size_t i = 0; i < devices.size(); ++i)
@@ -123,8 +123,8 @@ public:
     Expected<void> makeCurrent() override {
         // What is current is of the thread and of the API that is bound there.
         if (egl_.bindApi(EGL_OPENGL_API) && egl_.makeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) return {};
-        return fail(ErrorCode::kUnsupported, fmt::format("EGL on {} refused to make its context current (error 0x{:04x}{})", device_,
-                                                         egl_.error(), ": the GPU may be gone"));
+        return fail(ErrorCode::kUnsupported, fmt::format("EGL on {} refused to make its context current (error 0x{:04x}): the GPU may be gone", device_,
+                                                         egl_.error()));
     }
     void* procAddress(const char* name) const override { return reinterpret_cast<void*>(egl_.procAddress(name)); }
     std::string description() const override {
