@@ -129,13 +129,13 @@ Expected<void> Renderer::Impl::drawOver(Pass pass, std::span<const PixelRect> pa
 /// A framebuffer is cleared faster than parts of it are drawn over, where they are most of it. Of one sample a surface is read
 /// only where its depth says that there is one; unless the background is a picture, which is lit as surfaces are.
 Expected<void> Renderer::Impl::clearSurfaces(GLuint framebuffer) {
-    std::int64_t pixels = 0;
-    for (const PixelRect& part : shown) pixels += std::int64_t{part.width} * part.height;
+    std::int64_t covered = 0;
+    for (const PixelRect& part : shown) covered += std::int64_t{part.width} * part.height;
     const bool depthAlone = options.samples == 1 && !surroundings.seen();
     const Pass wanted = depthAlone ? Pass::kClearDepth : Pass::kClear;
     if (options.samples == 1)
         if (auto expected = drawOver(depthAlone ? Pass::kClear : Pass::kClearDepth, {}); !expected) return expected;
-    if (3 * pixels < 2 * std::int64_t{tile.widthPx()} * tile.heightPx()) return drawOver(wanted, shown);
+    if (3 * covered < 2 * std::int64_t{tile.widthPx()} * tile.heightPx()) return drawOver(wanted, shown);
     if (auto expected = drawOver(wanted, {}); !expected) return expected;
     const std::array<GLuint, 4> nothing{};
     const float farthest = 0;
