@@ -105,7 +105,7 @@ public:
         if (!options.fullScreen)
             place = placeOnDesktop(options.part.value_or(PlacedPart{{0, 0, 960, 540}, 960, 540}), on.usable);
         const Uint32 flags = options.fullScreen ? SDL_WINDOW_FULLSCREEN_DESKTOP | SDL_WINDOW_BORDERLESS
-                                                : options.part ? SDL_WINDOW_BORDERLESS : static_cast<Uint32>(SDL_WINDOW_RESIZABLE);
+                                                : static_cast<Uint32>(options.part ? SDL_WINDOW_BORDERLESS : SDL_WINDOW_RESIZABLE);
         Pane pane;
         pane.window_.reset(SDL_CreateWindow(options.title.c_str(), place.x, place.y, place.width, place.height, flags));
         if (!pane.window_) return refuse(ErrorCode::kUnsupported, "no window can be opened");
