@@ -79,18 +79,20 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
         const auto [seen, isNew] = parts_.try_emplace(item.node);
         counts_.items += isNew;
         if (isNew && collect(aspect, item, camera, meshes, textures)) {
-            seen->second = {calls_.back(), drawableOf(aspect, item.geometry).arrays().indices};
+            seen->second = {calls_.back(), drawableOf(aspect, item.geometry).arrays().indices, true};
             calls_.pop_back();
         }
-        if (seen->second.indices.empty()) continue;
+        if (!seen->second.there) continue;
         calls_.push_back(seen->second.call);
         DrawCall& call = calls_.back();
         call.item = &item;
         call.firstSorted = static_cast<std::uint32_t>(sortedIndices_.size());
         call.sortedCount = 3 * item.sortedCount;
         const std::span<const std::uint32_t> indices = seen->second.indices.as<std::uint32_t>();
-        for (const std::uint32_t t : std::span(list.sortedTriangles).subspan(item.sortedFrom, item.sortedCount))
-            sortedIndices_.insert(sortedIndices_.end(), &indices[3 * std::size_t{t}], &indices[3 * std::size_t{t}] + 3);
+        for (const std::uint32_t t : std::span(list.sortedTriangles).subspan(item.sortedFrom, item.sortedCount)) {
+            const std::array<std::uint32_t, 3> corners = cornersOf(item.kind, indices, t);
+            sortedIndices_.insert(sortedIndices_.end(), corners.begin(), corners.end());
+        }
     }
 }
 

@@ -83,6 +83,7 @@ private:
     struct Part {
         DrawCall call;
         Blob indices;
+        bool there = false;  ///< else it cannot be drawn
     };
     std::unordered_map<ObjectId, Part> parts_;
     std::vector<DrawLook> looks_;

@@ -237,6 +237,17 @@ std::vector<std::uint16_t> sharedPointIndices() {
     return indices;
 }
 
+std::array<std::uint32_t, 3> cornersOf(DrawKind kind, std::span<const std::uint32_t> indices, std::uint32_t triangle) {
+    if (kind != DrawKind::kPoints) {
+        const std::size_t at = 3 * std::size_t{triangle};
+        return {indices[at], indices[at + 1], indices[at + 2]};
+    }
+    static const std::vector<std::uint32_t> one = indicesOfPoints({0, 1});
+    const std::uint32_t first = kNumbersPerPoint * (triangle / kFacesPerPoint);
+    const std::size_t at = 3 * (triangle % kFacesPerPoint);
+    return {first + one[at], first + one[at + 1], first + one[at + 2]};
+}
+
 std::array<float, 256> linearNumbers() {
     std::array<float, 256> numbers{};
     for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<float>(linearTable()[i]) * (1.0f / 65535.0f);

@@ -83,6 +83,8 @@ inline constexpr std::uint32_t kNumbersPerPoint = 8, kIndicesPerPoint = 24;
 inline constexpr std::uint32_t kPointsAtOnce = 65536 / kNumbersPerPoint;
 /// The indices of that many points, point by point, faces in the order of trianglesOfPoints.
 [[nodiscard]] std::vector<std::uint16_t> sharedPointIndices();
+/// The vertices' numbers of one triangle of a mesh: by its own indices, or of the octahedra of points.
+[[nodiscard]] std::array<std::uint32_t, 3> cornersOf(DrawKind kind, std::span<const std::uint32_t> indices, std::uint32_t triangle);
 /// sRGB bytes as linear numbers: those of MeshVertex::color, as GL makes numbers of them.
 [[nodiscard]] std::array<float, 256> linearNumbers();
 

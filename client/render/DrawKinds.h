@@ -18,11 +18,11 @@ enum class DrawKind : std::uint8_t {
 
 struct DrawKindRow {
     DrawKind kind;
-    /// Its arrays are the triangles that are drawn: cut into clusters, made occluders of, sorted one by one where it is glass.
+    /// Its arrays are the triangles that are drawn: cut into clusters, made occluders of.
     bool ownTriangles;
     bool hides;         ///< nothing is seen through what it covers, as far as its material says
     bool castsShadows;
-    bool surface;       ///< has sides and is lit; else its base colour is what is seen, from everywhere
+    bool surface;       ///< has sides and is lit, its triangles sorted one by one where it is glass; else its base colour is what is seen, from everywhere
     bool standsOut;     ///< on the screen, beyond the box around it: see lineReachPx
 };
 

@@ -4,6 +4,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "common/geometry/Points.h"
+
 namespace tessera {
 
 // A sweep along the axis on which they are spread most.
@@ -70,7 +72,7 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
             piece.groupDepth = axis.dot(group.box.center()) + offset;
             piece.group = group.first;
         }
-        if (byTriangles && rowOf(scene.items[item.item].kind).ownTriangles)
+        if (byTriangles && rowOf(scene.items[item.item].kind).surface)
             addTriangles(*scene.items[item.item].mesh, item, piece, camera, list.hiddenOf(item.drawn));
         else
             pieces_.push_back(piece);
@@ -98,9 +100,16 @@ void TransparentOrder::addTriangles(const RenderMesh& mesh, const Item& item, Pi
     const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
     const Vec3d axis = -eye_T_item.linear().row(2).transpose() / 3;
     const double offset = -eye_T_item.translation().z();
-    const std::span<const float> positions = mesh.positions.as<float>();
-    const std::span<const std::uint32_t> indices = mesh.indices.as<std::uint32_t>();
-    for (std::uint32_t t = 0; t < mesh.triangles; ++t) {
+    std::span<const float> positions = mesh.positions.as<float>();
+    std::span<const std::uint32_t> indices = mesh.indices.as<std::uint32_t>();
+    MeshData octahedra;
+    if (mesh.kind == DrawKind::kPoints) {
+        octahedra = trianglesOfPoints({.positions = mesh.positions, .primitive = Primitive::kPoints}, mesh.shownRadius,
+                                      {0, positions.size() / 3});
+        positions = octahedra.positions;
+        indices = octahedra.indices;
+    }
+    for (std::uint32_t t = 0; t < indices.size() / 3; ++t) {
         if (hasBit(hidden, t / MeshCluster::kTriangles)) continue;
         Vec3d sum = Vec3d::Zero();
         for (std::size_t corner = 0; corner < 3; ++corner) {

@@ -131,6 +131,10 @@ protected:
             EXPECT_EQ(renderer_->lastCounts().triangles, given);
             EXPECT_EQ(renderer_->lastCounts().skipped, 0u);
             ASSERT_TRUE(picture->rgb == expected->rgb);
+            // What is glass comes in the order of its triangles' depths, as any other's does.
+            const auto itself = renderer_->draw(triangles, listOf(triangles, camera), camera, rect);
+            ASSERT_TRUE(itself) << itself.error().message;
+            ASSERT_TRUE(picture->rgb == itself->rgb);
             const std::vector<std::uint64_t> ids = renderer_->drawNodeIds(points, list, camera, rect).value();
             ASSERT_TRUE(ids == renderer_->drawNodeIds(triangles, asTriangles(list), camera, rect).value());
             for (const std::uint64_t id : ids) shown_ += id != 0;
