@@ -115,6 +115,16 @@ TEST_F(Windows, ThatLoseTheirDisplayCostTheWallNothing) {
     EXPECT_NE(wall.output().find(", 0 faults"), std::string::npos) << wall.output();
 }
 
+TEST_F(Windows, GoWithTheirHostsWhenThoseAreKilled) {
+    Desktop desktop(folder_.path(), 800, 600);
+    ASSERT_FALSE(desktop.display().empty());
+    const Picture wanted = expected(800, 600, "640x360");
+    Process wall(folder_.path(), "wall", wallOn(desktop.display(), {"--size", "640x360"}));
+    ASSERT_TRUE(desktop.waitFor(wanted, 60s)) << wall.output();
+    wall.signal(SIGKILL);  // which takes its clients along, by the same signal
+    EXPECT_TRUE(desktop.waitFor(Picture::filled(800, 600, 0, 0, 0), 20s));
+}
+
 TEST_F(Windows, SayWhatTheyLack) {
     const auto window = [&](const std::string& display, std::vector<std::string> words) {
         std::vector<std::string> command = {"/usr/bin/env", "-u", "WAYLAND_DISPLAY", "-u", "SDL_VIDEODRIVER", "DISPLAY=" + display, program("tessera-window")};

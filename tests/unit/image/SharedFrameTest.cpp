@@ -236,14 +236,18 @@ TEST(SharedFrame, SaysWhereItCannotWrite) {
     EXPECT_FALSE(SharedFrameWriter::create(folder / "x", 16385, 5));
 }
 
-TEST(SharedFrameReader, FollowsPictureByPicture) {
-    const test::TestFolder folder;
-    const std::string path = folder / "shown.frame";
-    EXPECT_EQ(SharedFrameReader::open(path).error().code, ErrorCode::kNotFound);
-    auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
-    ASSERT_TRUE(writer);
-    showFrame(*writer, 3);
-    auto reader = SharedFrameReader::open(path);
+class SharedFrameReaderTest : public testing::Test {
+protected:
+    SharedFrameWriter newWriter() { return SharedFrameWriter::create(path_, kWidthPx, kHeightPx).value(); }
+    const test::TestFolder folder_;
+    const std::string path_ = folder_ / "shown.frame";
+};
+
+TEST_F(SharedFrameReaderTest, FollowsPictureByPicture) {
+    EXPECT_EQ(SharedFrameReader::open(path_).error().code, ErrorCode::kNotFound);
+    SharedFrameWriter writer = newWriter();
+    showFrame(writer, 3);
+    auto reader = SharedFrameReader::open(path_);
     ASSERT_TRUE(reader) << reader.error().message;
     const auto first = reader->read();
     ASSERT_TRUE(first);
@@ -252,50 +256,43 @@ TEST(SharedFrameReader, FollowsPictureByPicture) {
     EXPECT_GT(first->shownAtNs, 0);
     EXPECT_FALSE(reader->waitForOther(first->times, std::chrono::milliseconds(20)));
     // Under the same number too, and when it is the same picture.
-    writer->prepareAgain(3);
-    ASSERT_TRUE(writer->show());
+    writer.prepareAgain(3);
+    ASSERT_TRUE(writer.show());
     EXPECT_TRUE(reader->waitForOther(first->times, std::chrono::seconds(10)));
     EXPECT_EQ(reader->read()->times, first->times + 1);
     EXPECT_GE(reader->read()->shownAtNs, first->shownAtNs);
 }
 
-TEST(SharedFrameReader, IsWokenByAPictureAndNotByTime) {
-    const test::TestFolder folder;
-    const std::string path = folder / "shown.frame";
-    auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
-    ASSERT_TRUE(writer);
-    showFrame(*writer, 1);
-    auto reader = SharedFrameReader::open(path);
-    ASSERT_TRUE(reader);
+TEST_F(SharedFrameReaderTest, IsWokenByAPictureAndNotByTime) {
+    SharedFrameWriter writer = newWriter();
+    showFrame(writer, 1);
+    auto reader = SharedFrameReader::open(path_);
+    ASSERT_TRUE(reader) << reader.error().message;
     // A sleeper that nobody woke would sleep for an hour each time.
     std::atomic<std::uint64_t> seen = reader->read()->times;
     std::thread sleeper([&] {
         while (seen < 50 && reader->waitForOther(seen, std::chrono::hours(1))) seen = reader->read()->times;
     });
     for (std::uint64_t frame = 2; frame <= 50; ++frame) {
-        showFrame(*writer, frame);
+        showFrame(writer, frame);
         while (seen < frame) std::this_thread::yield();
     }
     sleeper.join();
     EXPECT_EQ(seen, 50u);
 }
 
-TEST(SharedFrameReader, KnowsWhenItsFileIsAnothersAndReadsWhatTheFirstLeft) {
-    const test::TestFolder folder;
-    const std::string path = folder / "shown.frame";
-    auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
-    ASSERT_TRUE(writer);
-    showFrame(*writer, 1);
-    auto reader = SharedFrameReader::open(path);
-    ASSERT_TRUE(reader);
+TEST_F(SharedFrameReaderTest, KnowsWhenItsFileIsAnothersAndReadsWhatTheFirstLeft) {
+    SharedFrameWriter writer = newWriter();
+    showFrame(writer, 1);
+    auto reader = SharedFrameReader::open(path_);
+    ASSERT_TRUE(reader) << reader.error().message;
     EXPECT_FALSE(reader->replaced());
-    auto next = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
-    ASSERT_TRUE(next);
+    SharedFrameWriter next = newWriter();
     EXPECT_FALSE(reader->replaced());
-    showFrame(*next, 9);
+    showFrame(next, 9);
     EXPECT_TRUE(reader->replaced());
     EXPECT_EQ(reader->read()->number, 1u);
-    EXPECT_EQ(SharedFrameReader::open(path)->read()->number, 9u);
+    EXPECT_EQ(SharedFrameReader::open(path_)->read()->number, 9u);
 }
 
 }  // namespace
