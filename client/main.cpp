@@ -11,7 +11,9 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "client/replica/HostCheck.h"
 #include "client/replica/HostProgram.h"
+#include "client/replica/LifeLine.h"
 #include "common/base/Version.h"
 
 namespace {
@@ -22,7 +24,8 @@ struct Arguments {
     std::string server, host, output, surface = "osmesa", culler, cache, inject, share = "auto", windowLog;
     std::vector<std::string> monitors;
     bool keepFrames = false, window = false, fullScreen = false, vsync = false;
-    int threads = -1, device = -1;
+    bool check = false;
+    int threads = -1, device = -1, whileInput = 0;
 };
 
 /// The name becomes that of a folder, before the server has said whether it knows it.
@@ -71,6 +74,31 @@ private:
     std::string path_;
 };
 
+/// Where the program is that shows windows.
+std::string windowProgram() {
+    std::error_code error;
+    const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+    return (self.parent_path() / "tessera-window").string();
+}
+
+/// A line per fact and per thing that is lacking, for people and for tessera-wall --start.
+Expected<void> check(const Arguments& arguments) {
+    limitDrawThreads(0);
+    HostOptions options;
+    options.surface = arguments.surface;
+    if (arguments.device >= 0) options.device = arguments.device;
+    options.window = arguments.window;
+    options.windows.program = windowProgram();
+    options.windows.monitors = arguments.monitors;
+    const HostCheck found = checkHost(options);
+    fmt::print("{}\n", versionText("tessera-client"));
+    for (const std::string& fact : found.facts) fmt::print("check: {}\n", fact);
+    for (const std::string& lack : found.lacks) fmt::print("check: trouble {}\n", lack);
+    std::fflush(stdout);
+    if (found.lacks.empty()) return {};
+    return fail(ErrorCode::kUnsupported, "this machine cannot show what is asked for");
+}
+
 Expected<void> serve(const Arguments& arguments, Log& log) {
     if (auto good = checkName(arguments.host); !good) return good;
     const auto server = parseAddress(arguments.server);
@@ -107,16 +135,21 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
             own = std::move(*made);
             options.output = own->path();
         }
-        std::error_code error;
-        const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
-        options.windows = {.program = (self.parent_path() / "tessera-window").string(),
+        options.windows = {.program = windowProgram(),
                            .output = options.output,
                            .fullScreen = arguments.fullScreen,
                            .monitors = arguments.monitors,
                            .vsync = arguments.vsync,
                            .logFolder = arguments.windowLog};
+        std::error_code error;
         if (!std::filesystem::exists(options.windows.program, error))
             return fail(ErrorCode::kNotFound, options.windows.program + " is missing: it is looked for beside this program");
+    }
+    std::optional<LifeLine> lifeLine;
+    if (arguments.whileInput > 0) {
+        auto held = LifeLine::hold(std::chrono::seconds(arguments.whileInput), [&own] { own.reset(); }, log);
+        if (!held) return tl::unexpected(held.error());
+        lifeLine.emplace(std::move(*held));
     }
     return runHost(options, log);
 }
@@ -130,8 +163,8 @@ int main(int argc, char** argv) {
         "drawn it.",
         "tessera-client");
     app.set_version_flag("--version", versionText("tessera-client"));
-    app.add_option("--server", arguments.server, "Where the server listens")->type_name("ADDR:PORT")->required();
-    app.add_option("--host", arguments.host, "Name of this host in the wall")->type_name("NAME")->required();
+    app.add_option("--server", arguments.server, "Where the server listens")->type_name("ADDR:PORT");
+    app.add_option("--host", arguments.host, "Name of this host in the wall")->type_name("NAME");
     app.add_option("--output", arguments.output, "Keep images below DIR/tiles")->type_name("DIR");
     app.add_flag("--keep-frames", arguments.keepFrames, "Write every shown image, not only the last");
     app.add_option("--surface", arguments.surface, "What draws: osmesa (default), egl, or\nnone: follow the scene without drawing")->type_name("NAME");
@@ -152,6 +185,10 @@ int main(int argc, char** argv) {
         ->expected(0, 64);
     app.add_flag("--full-screen", arguments.fullScreen, "Windows take their whole monitor");
     app.add_flag("--vsync", arguments.vsync, "Windows in step with the monitor, by the\ngraphics driver");
+    app.add_option("--while-input", arguments.whileInput, "End when the standard input ends, or is silent for\nS seconds: so does tessera-wall --start end it")
+        ->type_name("S")
+        ->check(CLI::Range(1, 86'400));
+    app.add_flag("--check", arguments.check, "Say what this machine lacks for this, and end");
     // For tests of the rest of the wall; see client/replica/README.md.
     app.add_option("--inject", arguments.inject)->group("");
     app.add_option("--window-log", arguments.windowLog)->group("");
@@ -165,6 +202,11 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "tessera-client: {}; see --help\n", e.what());
         return exitCode(ErrorCode::kUsage);
     }
+    for (const char* needed : {"--server", "--host"}) {
+        if (arguments.check || app.count(needed) > 0) continue;
+        fmt::print(stderr, "tessera-client: {} is required; see --help\n", needed);
+        return exitCode(ErrorCode::kUsage);
+    }
     arguments.window = app.count("--window") > 0;
     std::erase(arguments.monitors, std::string());
     if (!arguments.window && (arguments.fullScreen || arguments.vsync)) {
@@ -173,8 +215,8 @@ int main(int argc, char** argv) {
     }
     // A file larger than the system lets it be is an error of the call that makes it, and what wants it does without.
     std::signal(SIGXFSZ, SIG_IGN);
-    Log log("tessera-client[" + arguments.host + "]");
-    const auto served = serve(arguments, log);
+    Log log(arguments.check ? "tessera-client" : "tessera-client[" + arguments.host + "]");
+    const auto served = arguments.check ? check(arguments) : serve(arguments, log);
     if (served) return 0;
     Log("tessera-client").error(served.error().message);
     return exitCode(served.error().code);

@@ -1,6 +1,8 @@
 /// tessera-server: the authority over one scene and one wall.
+#include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <thread>
 
@@ -30,7 +32,9 @@ struct Arguments {
     std::string record;
     std::string journal;
     unsigned threads = 1;
+    bool noInput = false;
     bool progress = false;
+    bool testPicture = false;
     bool allowUnconfined = false;
 };
 
@@ -71,6 +75,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.recordPath = arguments.record;
     options.journalPath = arguments.journal;
     options.threads = arguments.threads;
+    if (arguments.testPicture) options.showing = Showing::kTestPicture;
+    options.takesInput = !arguments.noInput;
     options.onListening = [](const Address& bound) {
         fmt::print("tessera-server: listening on {}\n", toString(bound));
         std::fflush(stdout);
@@ -120,7 +126,8 @@ int main(int argc, char** argv) {
     app.add_option("--frames", arguments.frames, "Stop after N frames")->type_name("N");
     app.add_option("--rate", arguments.rate, "Frames per second at most; 0: no limit")
         ->type_name("HZ")
-        ->check(CLI::Range(0.0, 1000.0));
+        ->check(CLI::Range(0.0, 1000.0))
+        ->check([](const std::string& text) { return std::isnan(std::strtod(text.c_str(), nullptr)) ? "not a number" : ""; });
     app.add_option("--size", arguments.size, "Visible pixels of the whole wall")->type_name("WxH");
     app.add_option("--samples", arguments.samples, "Samples per pixel: 1 or 4")
         ->type_name("N")
@@ -134,6 +141,8 @@ int main(int argc, char** argv) {
     app.add_option("--threads", arguments.threads, "Of the collision pipeline (1)")
         ->type_name("N")
         ->check(CLI::Range(1, 256));
+    app.add_flag("--test-picture", arguments.testPicture, "Show the test picture at first (tessera-ctl show)");
+    app.add_flag("--no-input", arguments.noInput, "Nobody flies: windows and applications move the\nview by `view` alone");
     app.add_flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
     app.add_flag("--allow-unconfined-import", arguments.allowUnconfined,
                  "Import even where the child cannot\nbe confined");

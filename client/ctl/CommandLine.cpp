@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 
 #include "client/ctl/FieldText.h"
+#include "client/ctl/NumberText.h"
 #include "client/ctl/TypesText.h"
 #include "common/base/Version.h"
 #include "common/scenefile/SceneFile.h"
@@ -15,6 +18,11 @@
 namespace tessera {
 
 namespace {
+
+/// Ranges let it through.
+std::string isNumber(const std::string& text) {
+    return std::isnan(std::strtod(text.c_str(), nullptr)) ? "not a number" : "";
+}
 
 /// What CLI11 fills in; the values of all verbs side by side.
 struct Words {
@@ -36,23 +44,21 @@ struct Words {
     double scale = 1;
     std::vector<std::string> head;
     bool reset = false;
+    std::string navigateWhat, navigateWhere;
+    std::uint32_t bookmark = 0;
+    bool keep = false;
     verb::Contacts contacts;
-    std::string show;
+    std::string show, picture;
+    bool count = false;
     verb::Respond respond;
     std::string decision;
     std::vector<double> respondTo;
+    verb::PlayTracker play;
+    std::string playProtocol = "dtrack";
 };
 
 Vec3d vector3(const std::vector<double>& v) {
     return {v[0], v[1], v[2]};
-}
-
-Expected<double> number(const std::string& text, std::string_view what) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-        return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not a number", what, text));
-    return value;
 }
 
 Expected<Quatd> quaternion(const std::vector<double>& wxyz, std::string_view option) {
@@ -69,7 +75,7 @@ Expected<Quatd> axisRotation(const std::vector<std::string>& words) {
     if (words[0] == "z") axis = Vec3d::UnitZ();
     if (axis.isZero())
         return fail(ErrorCode::kUsage, fmt::format("--rotate: \"{}\" is no axis; write x, y or z", words[0]));
-    const Expected<double> degrees = number(words[1], "--rotate");
+    const Expected<double> degrees = finiteNumber(words[1], "--rotate");
     if (!degrees) return tl::unexpected(degrees.error());
     return Quatd(Eigen::AngleAxisd(*degrees * std::numbers::pi / 180.0, axis));
 }
@@ -121,7 +127,7 @@ Expected<Verb> viewVerb(const Words& words, bool scaleGiven) {
         view.user = words.head[0];
         Vec3d head;
         for (int i = 0; i < 3; ++i) {
-            const Expected<double> value = number(words.head[static_cast<std::size_t>(i) + 1], "--head");
+            const Expected<double> value = finiteNumber(words.head[static_cast<std::size_t>(i) + 1], "--head");
             if (!value) return tl::unexpected(value.error());
             head[i] = *value;
         }
@@ -130,6 +136,30 @@ Expected<Verb> viewVerb(const Words& words, bool scaleGiven) {
     if (!view.position && !view.orientation && !view.worldUnitsPerMetre && !view.head && !view.reset)
         return fail(ErrorCode::kUsage, "view: say what to change; see tessera-ctl view --help");
     return verb::View{view};
+}
+
+request::Navigate bookmarkWish(std::uint32_t number, bool keep) {
+    using Deed = request::Navigate::Deed;
+    return {.deed = keep ? Deed::kKeepBookmark : Deed::kGoToBookmark, .bookmark = number};
+}
+
+Expected<Verb> navigateVerb(const Words& words) {
+    using Deed = request::Navigate::Deed;
+    const auto refuse = [](std::string why) { return fail(ErrorCode::kUsage, "navigate: " + why); };
+    const std::string& what = words.navigateWhat;
+    const std::string& where = words.navigateWhere;
+    if (what == "fit") return verb::Navigate{{.deed = Deed::kFit}, where};
+    if (what == "bookmark") {
+        std::uint32_t number = 0;
+        const auto [end, error] = std::from_chars(where.data(), where.data() + where.size(), number);
+        if (error != std::errc() || end != where.data() + where.size() || number < 1 || number > kBookmarks)
+            return refuse(fmt::format("\"{}\" is no bookmark; 1 to {} are", where, kBookmarks));
+        return verb::Navigate{bookmarkWish(number, false), {}};
+    }
+    if (!where.empty()) return refuse(fmt::format("{} takes nothing more", what));
+    if (what == "home") return verb::Navigate{{.deed = Deed::kHome}, {}};
+    if (const std::optional<NavigationMode> mode = parseNavigationMode(what)) return verb::Navigate{{.mode = mode}, {}};
+    return refuse(fmt::format("\"{}\" is nothing that can be asked for; write fly, orbit, walk, home, fit or bookmark", what));
 }
 
 Expected<Verb> contactsVerb(const Words& words, bool framesGiven) {
@@ -146,6 +176,12 @@ Expected<Verb> contactsVerb(const Words& words, bool framesGiven) {
         return refuse(fmt::format("--show takes points, normals, faces with commas between them, or none, not \"{}\"",
                                   words.show));
     return contacts;
+}
+
+Expected<Verb> showVerb(const Words& words) {
+    if (words.picture != "scene") return verb::Show{words.count ? Showing::kCountedTestPicture : Showing::kTestPicture};
+    if (words.count) return fail(ErrorCode::kUsage, "show: --count is for the test picture");
+    return verb::Show{};
 }
 
 Expected<Verb> respondVerb(const Words& words) {
@@ -193,7 +229,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     app.add_flag("--json", in.line.json, "Answer in JSON");
     app.add_option("--timeout", in.timeoutSeconds, "Seconds to wait for the server (10)")
         ->type_name("S")
-        ->check(CLI::Range(0.01, 86'400.0));
+        ->check(CLI::Range(0.01, 86'400.0))
+        ->check(isNumber);
     app.require_subcommand(1);
     app.fallthrough(false);
 
@@ -238,9 +275,37 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     view->add_option("--head", in.head, "A user's head, metres")->type_name("USER X Y Z")->expected(4);
     view->add_flag("--reset", in.reset, "Back to the scene's camera first");
 
+    const CLI::App* fly = app.add_subcommand("fly", "This terminal's keys fly the wall; ? lists them");
+
+    CLI::App* navigate = app.add_subcommand("navigate", "As a person at a window would: a mode, or a place");
+    navigate->add_option("WHAT", in.navigateWhat, "fly, orbit or walk; home; fit [NODE]; bookmark N")->required();
+    navigate->add_option("WHERE", in.navigateWhere, "Of fit a node (the whole scene), of bookmark 1 to 9");
+
+    CLI::App* bookmark = app.add_subcommand("bookmark", "Goes to a place that was kept, or keeps this one");
+    bookmark->add_option("N", in.bookmark, "1 to 9")->required()->check(CLI::Range(1, 9));
+    bookmark->add_flag("--keep", in.keep, "Where the wall stands now");
+
     CLI::App* pick = app.add_subcommand("pick", "What is under a pixel of the picture");
-    pick->add_option("X", in.pick.xPx, "From the left")->required();
-    pick->add_option("Y", in.pick.yPx, "From the top")->required();
+    const CLI::Option* pickX = pick->add_option("X", in.pick.xPx, "From the left");
+    const CLI::Option* pickY = pick->add_option("Y", in.pick.yPx, "From the top");
+    pick->add_option("--wand", in.pick.wand, "What this wand points at instead")->type_name("NAME");
+
+    const CLI::App* trackers = app.add_subcommand("trackers", "What the wall's trackers say, and how well");
+
+    CLI::App* play = app.add_subcommand("play-tracker", "Sends poses as a tracker would; needs no server");
+    play->add_option("TO", in.play.to, "HOST:PORT, where a wall's tracker listens")->required();
+    play->add_option("FILE", in.play.file, "Lines of TIME X Y Z [QW QX QY QZ], metres (a circle)");
+    play->add_option("--protocol", in.playProtocol, "dtrack or osc (dtrack)")->check(CLI::IsMember({"dtrack", "osc"}));
+    play->add_option("--sensor", in.play.sensor, "The body's number (0)")->type_name("N")->check(CLI::Range(0, 65535));
+    play->add_flag("--flystick", in.play.flystick, "A flystick instead of a body; DTrack");
+    play->add_option("--buttons", in.play.buttons, "Pressed, 1 + 2 + 4 …; with --flystick")
+        ->type_name("BITS")
+        ->check(CLI::Range(0, 255));
+    play->add_option("--rate", in.play.rateHz, "Poses a second (60)")->type_name("HZ")->check(CLI::Range(0.1, 1000.0))->check(isNumber);
+    play->add_option("--seconds", in.play.seconds, "So long (10); 0: until interrupted")
+        ->type_name("S")
+        ->check(CLI::Range(0.0, 1e6))
+        ->check(isNumber);
 
     CLI::App* contacts = app.add_subcommand("contacts", "What touches now");
     contacts->add_flag("--events", in.contacts.events, "Who began, goes on or ceased to touch");
@@ -260,6 +325,10 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     respond->add_option("DECISION", in.decision, "stop, pass or move")->required();
     respond->add_option("PLACE", in.respondTo, "Where to, with move")->type_name("X Y Z")->expected(0, 3);
 
+    CLI::App* picture = app.add_subcommand("show", "The scene, or the test picture, on all tiles");
+    picture->add_option("WHAT", in.picture, "scene or test-picture")->required()->check(CLI::IsMember({"scene", "test-picture"}).description(""));
+    picture->add_flag("--count", in.count, "With test-picture: the number of each frame");
+
     CLI::App* snapshot = app.add_subcommand("snapshot", "The wall as it is now, as a picture");
     snapshot->add_option("FILE", in.snapshot.file, "FILE.png to write")->required();
 
@@ -268,7 +337,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         ->required();
 
     try {
-        std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
+        std::vector<std::string> reversed = withPlainNumbers(words);
+        std::ranges::reverse(reversed);  // as CLI11 wants them
         app.parse(std::move(reversed));
     } catch (const CLI::CallForHelp&) {
         const auto chosen = app.get_subcommands();
@@ -282,7 +352,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     }
 
     if (types->parsed()) return HelpText{in.line.json ? typesJson() : typesText()};
-    if (in.line.server.empty()) return fail(ErrorCode::kUsage, "--server is required; see tessera-ctl --help");
+    if (in.line.server.empty() && !play->parsed())
+        return fail(ErrorCode::kUsage, "--server is required; see tessera-ctl --help");
 
     in.line.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(in.timeoutSeconds * 1000));
     const auto verb = [&]() -> Expected<Verb> {
@@ -295,10 +366,26 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         if (undo->parsed()) return verb::Undo{};
         if (redo->parsed()) return verb::Redo{};
         if (view->parsed()) return viewVerb(in, scale->count() > 0);
-        if (pick->parsed()) return in.pick;
+        if (pick->parsed()) {
+            const auto numbers = pickX->count() + pickY->count();
+            if (in.pick.wand.empty() ? numbers != 2 : numbers != 0)
+                return fail(ErrorCode::kUsage, "pick: say X and Y, or --wand NAME");
+            return in.pick;
+        }
+        if (trackers->parsed()) return verb::Trackers{};
+        if (play->parsed()) {
+            in.play.osc = in.playProtocol == "osc";
+            if (in.play.osc && in.play.flystick)
+                return fail(ErrorCode::kUsage, "play-tracker: --flystick is DTrack's; OSC has bodies here");
+            return in.play;
+        }
+        if (fly->parsed()) return verb::Fly{};
+        if (navigate->parsed()) return navigateVerb(in);
+        if (bookmark->parsed()) return verb::Navigate{bookmarkWish(in.bookmark, in.keep), {}};
         if (contacts->parsed()) return contactsVerb(in, frames->count() > 0);
         if (questions->parsed()) return verb::Questions{};
         if (respond->parsed()) return respondVerb(in);
+        if (picture->parsed()) return showVerb(in);
         if (save->parsed()) {
             // Before the scene is fetched, not after it.
             const Expected<SceneEncoding> encoding = sceneEncodingOf(in.save.file);

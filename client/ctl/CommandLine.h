@@ -39,8 +39,27 @@ struct Redo {};
 struct View {
     request::SetView view;
 };
+/// What a key at a window would ask for. `node`: of a fit; empty: the whole scene.
+struct Navigate {
+    request::Navigate wish;
+    std::string node;
+};
+/// The terminal's keys steer until one ends it.
+struct Fly {};
 struct Pick {
     double xPx = 0, yPx = 0;
+    std::string wand;  ///< what it points at, instead of a pixel
+};
+struct Trackers {};
+/// Sends datagrams as a tracker would; talks to no server.
+struct PlayTracker {
+    std::string to;    ///< HOST:PORT
+    std::string file;  ///< empty: a circle
+    bool osc = false;  ///< else DTrack
+    int sensor = 0;
+    bool flystick = false;
+    std::uint32_t buttons = 0;         ///< of the flystick
+    double rateHz = 60, seconds = 10;  ///< 0 s: until interrupted
 };
 /// What touches in the newest frame. `show`: draw it instead.
 struct Contacts {
@@ -58,6 +77,9 @@ struct Respond {
     request::Respond::Decision decision = request::Respond::Decision::kStop;
     Vec3d place = Vec3d::Zero();  ///< with kMove: translation
 };
+struct Show {
+    Showing showing = Showing::kScene;
+};
 struct Snapshot {
     std::string file;
 };
@@ -69,8 +91,8 @@ struct Save {
 }  // namespace verb
 
 using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo, verb::Redo,
-                          verb::View, verb::Pick, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
-                          verb::Save>;
+                           verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
+                           verb::Save, verb::Trackers, verb::PlayTracker, verb::Show>;
 
 struct CommandLine {
     std::string server;

@@ -6,16 +6,16 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
 
 #include "client/ctl/Answer.h"
+#include "client/ctl/NumberText.h"
 
 namespace tessera {
 
 namespace {
 
-template <typename Number>
-bool readNumber(const std::string& word, Number& value) {
+bool readWholeNumber(std::string_view word, std::int64_t& value) {
+    if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     return error == std::errc() && end == word.data() + word.size();
 }
@@ -31,26 +31,27 @@ Expected<FieldValue> parseNumbers(const FieldInfo& field, const std::vector<std:
     Values values;
     values.width = field.width;
     for (std::size_t i = 0; i < words.size(); ++i) {
-        double number = 0;
-        if (!readNumber(words[i], number) || !std::isfinite(number))
-            return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not a number", field.name, words[i]));
-        values.values[i] = static_cast<typename decltype(values.values)::value_type>(number);
+        const Expected<double> number = finiteNumber(words[i], field.name);
+        if (!number) return tl::unexpected(number.error());
+        values.values[i] = static_cast<typename decltype(values.values)::value_type>(*number);
     }
     return values;
 }
 
 Expected<FieldValue> parseMatrix(const FieldInfo& field, const std::vector<std::string>& words) {
     Matrix matrix;
-    for (std::size_t i = 0; i < words.size(); ++i)
-        if (!readNumber(words[i], matrix.values[i]) || !std::isfinite(matrix.values[i]))
-            return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not a number", field.name, words[i]));
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        const Expected<double> number = finiteNumber(words[i], field.name);
+        if (!number) return tl::unexpected(number.error());
+        matrix.values[i] = *number;
+    }
     return matrix;
 }
 
 Expected<FieldValue> parseInteger(const FieldInfo& field, const std::string& word) {
     if (const std::optional<std::int64_t> number = numberOfWord(field, word)) return *number;
     std::int64_t number = 0;
-    if (readNumber(word, number)) return number;
+    if (readWholeNumber(word, number)) return number;
     if (field.words().empty())
         return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not a whole number", field.name, word));
     std::vector<std::string_view> known;

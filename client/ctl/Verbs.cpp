@@ -7,9 +7,12 @@
 
 #include "client/ctl/CollisionVerbs.h"
 #include "client/ctl/FieldText.h"
+#include "client/ctl/FlyTerminal.h"
 #include "client/ctl/Mosaic.h"
+#include "client/ctl/PlayTracker.h"
 #include "client/ctl/SceneNames.h"
 #include "client/ctl/SceneTree.h"
+#include "client/ctl/TrackingVerbs.h"
 #include "client/image/Picture.h"
 #include "common/scenefile/SceneFile.h"
 
@@ -84,9 +87,13 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                                toHex(status->stateHash));
     answer.text += fmt::format("undo    {} changes\nredo    {} changes\napplications  {}\n", status->undoDepth,
                                status->redoDepth, status->applications);
+    answer.text += status->navigation.empty() ? std::string("flown   not here: the server takes no input\n")
+                                              : fmt::format("flown   {}{}{}\n", status->navigation, status->steering.empty() ? "" : ", by ",
+                                                            fmt::join(status->steering, ", "));
     if (!status->journal.empty())
         answer.text += fmt::format("journal {}{}{}\n", status->journal, status->journalTrouble.empty() ? "" : ": ",
                                    status->journalTrouble);
+    for (const std::string& line : status->trackers) answer.text += fmt::format("tracker {}\n", line);
     answer.json = {{"wall", status->wallName},
                    {"epoch", status->epoch.value},
                    {"frame", status->frame.value},
@@ -101,8 +108,11 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                    {"undo_depth", status->undoDepth},
                    {"redo_depth", status->redoDepth},
                    {"applications", status->applications},
+                   {"navigation", status->navigation},
+                   {"steering", status->steering},
                    {"journal", status->journal},
-                   {"journal_trouble", status->journalTrouble}};
+                   {"journal_trouble", status->journalTrouble},
+                   {"trackers", status->trackers}};
     return answer;
 }
 
@@ -218,8 +228,32 @@ Expected<Answer> run(Application& application, const verb::View& view) {
     return Answer{"the view has changed\n", {{"done", true}}, {}};
 }
 
+Expected<Answer> run(Application& application, const verb::Show& show) {
+    const Expected<void> done = application.show(show.showing);
+    if (!done) return tl::unexpected(done.error());
+    const std::string what = show.showing == Showing::kScene ? "scene" : "test-picture";
+    return Answer{fmt::format("all tiles show the {}\n", show.showing == Showing::kScene ? "scene" : "test picture"), {{"shown", what}}, {}};
+}
+
+Expected<Answer> run(Application& application, const verb::Navigate& navigate) {
+    request::Navigate wish = navigate.wish;
+    if (!navigate.node.empty()) {
+        const Expected<ObjectInfo> node = application.describeNode(navigate.node);
+        if (!node) return tl::unexpected(node.error());
+        wish.node = node->id;
+    }
+    const Expected<void> done = application.navigate(wish);
+    if (!done) return tl::unexpected(done.error());
+    using Deed = request::Navigate::Deed;
+    std::string text = wish.deed == Deed::kKeepBookmark ? fmt::format("bookmark {} is here\n", wish.bookmark)
+                       : wish.deed == Deed::kNone       ? fmt::format("the mode is {}\n", nameOf(*wish.mode))
+                                                        : "the wall is on its way\n";
+    return Answer{std::move(text), {{"done", true}}, {}};
+}
+
 Expected<Answer> run(Application& application, const verb::Pick& pick) {
-    const Expected<answer::Picked> picked = application.pick(pick.xPx, pick.yPx);
+    const Expected<answer::Picked> picked =
+        pick.wand.empty() ? application.pick(pick.xPx, pick.yPx) : application.pick(pick.wand);
     if (!picked) return tl::unexpected(picked.error());
     if (!picked->hit) return Answer{"nothing is there\n", {{"hit", false}}, {}};
     SceneNames names(application);
@@ -283,6 +317,9 @@ struct Runner {
     const Print& print;
 
     Expected<Answer> operator()(const verb::Contacts& wanted) const { return run(application, wanted, json, print); }
+    /// carryOut has done it without a server.
+    Expected<Answer> operator()(const verb::PlayTracker& played) const { return play(played); }
+    Expected<Answer> operator()(const verb::Fly&) const { return flyByTerminal(application, print); }
     Expected<Answer> operator()(const verb::Tree& tree) const { return run(application, tree, json); }
     template <typename Verb>
     Expected<Answer> operator()(const Verb& verb) const {
@@ -293,6 +330,7 @@ struct Runner {
 }  // namespace
 
 Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
+    if (const auto* played = std::get_if<verb::PlayTracker>(&line.verb)) return play(*played);
     Application::Options options;
     options.address = line.server;
     options.name = "tessera-ctl";

@@ -326,6 +326,12 @@ Expected<SharedFrameReader::Frame> SharedFrameReader::read() {
                  .rgbx = rgbx_.data()};
 }
 
+SharedFrameReader::Glance SharedFrameReader::glance() const {
+    auto* const header = static_cast<Header*>(header_);
+    const std::uint64_t shown = std::atomic_ref(header->shown).load(std::memory_order_acquire);
+    return {.number = std::atomic_ref(header->slots[shown & 1].frame).load(std::memory_order_relaxed), .times = shown >> 1};
+}
+
 bool SharedFrameReader::waitForOther(std::uint64_t times, std::chrono::milliseconds atMost) const {
     auto* const header = static_cast<Header*>(header_);
     const timespec patience{static_cast<time_t>(atMost.count() / 1000), static_cast<long>(atMost.count() % 1000 * 1'000'000)};

@@ -87,6 +87,11 @@ public:
 
     /// A whole copy of the picture shown now.
     [[nodiscard]] Expected<Frame> read();
+    /// Which picture is shown now, without a copy of it: the next `read` may give a later one.
+    struct Glance {
+        std::uint64_t number = 0, times = 0;  ///< as in Frame
+    };
+    [[nodiscard]] Glance glance() const;
     /// Sleeps until another picture is shown than the one that was the `times`th, or the time is over: false.
     [[nodiscard]] bool waitForOther(std::uint64_t times, std::chrono::milliseconds atMost) const;
     /// Another writer's file has this name now: it is to be opened anew.

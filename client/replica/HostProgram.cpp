@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sched.h>
+#include <sys/resource.h>
 
 #include <cstdlib>
 
@@ -49,6 +50,18 @@ private:
     std::thread listener_;
 };
 
+/// Memory of neighbours is mapped beside one's own, through files: where the system gives this process few addresses or files it
+/// does better alone, because what is missing then is missing anywhere, at the start of a thread for one.
+bool roomToShare(Log& log) {
+    constexpr rlim_t kAddresses = rlim_t{1} << 30, kFiles = 64;
+    rlimit addresses{}, files{};
+    if (::getrlimit(RLIMIT_AS, &addresses) != 0 || ::getrlimit(RLIMIT_NOFILE, &files) != 0) return true;
+    if (addresses.rlim_cur >= kAddresses && files.rlim_cur >= kFiles) return true;
+    log.info(fmt::format("this process may have {}: nothing is shared with hosts of this machine",
+                         files.rlim_cur < kFiles ? fmt::format("{} open files", files.rlim_cur) : fmt::format("{} MB of addresses", addresses.rlim_cur / 1'000'000)));
+    return false;
+}
+
 /// Null where parts are not to be shared, or cannot be.
 std::unique_ptr<Neighbourhood> makeNeighbourhood(const HostOptions& options, Log& log) {
     if (options.share == ShareMode::kOff || options.surface == "none" || machineIdentity().empty()) return nullptr;
@@ -63,7 +76,9 @@ std::unique_ptr<Neighbourhood> makeNeighbourhood(const HostOptions& options, Log
 
 }  // namespace
 
-Expected<void> runHost(const HostOptions& options, Log& log) {
+Expected<void> runHost(const HostOptions& wanted, Log& log) {
+    HostOptions options = wanted;
+    if (options.share != ShareMode::kOff && !roomToShare(log)) options.share = ShareMode::kOff;
     Channel<ServerLink::Event> events(kMaxEvents);
     WorkQueue work(kMaxWork);
     BlobStore store;
@@ -78,7 +93,7 @@ Expected<void> runHost(const HostOptions& options, Log& log) {
     }
     const std::unique_ptr<Neighbourhood> neighbourhood = makeNeighbourhood(options, log);
     std::optional<TileWindows> windows;
-    if (options.window) windows.emplace(options.windows, log);
+    if (options.window) windows.emplace(options.windows, log, [&](const InputState& state) { link->tell({Attempt{}, outcome::Input{state}}); });
     RenderHost host({.name = options.name,
                      .output = options.output,
                      .culler = options.culler,

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "client/replica/TileWindows.h"
+#include "client/testpicture/TestPicture.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
@@ -239,13 +240,14 @@ bool RenderHost::on(const work::Draw& draw) {
     stats.applyQueuedMs = toMilliseconds(queue_.waited() - queuedBefore);
     stats.helpedParts = std::exchange(helped_, 0);
     stats.helpMs = toMilliseconds(std::exchange(helping_, Duration::zero()));
-    const bool shares = options_.sharing && surface_;
+    const bool scene = payload->showing == Showing::kScene;
+    const bool shares = options_.sharing && surface_ && scene;
     if (shares) options_.sharing->begin(frame, digestOf(draw.begin), payload->view);
     std::uint64_t skipped = 0, dark = 0;
     std::string trouble;
     if (renderer_) renderer_->beginFrame();
     for (const auto& state : tiles_) {
-        auto drawn = drawTile(*state, payload->view, frame);
+        auto drawn = scene ? drawTile(*state, payload->view, frame) : drawTestPicture(*state, payload->showing, frame);
         if (!drawn)
             return broken({drawn.error().code,
                            fmt::format("frame {}, tile {}: {}", frame.value, state->tile.name, drawn.error().message)});
@@ -279,6 +281,7 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
         state.still = true;
         return TileStats{.tile = state.tile.name};
     }
+    if (std::exchange(state.test, nullptr)) state.painter.forget();  // what it has drawn is no longer where it was drawn to
     const ScreenCamera camera = tileCamera(wall_, state.tile, view);
     eye_ = camera.eyeWorld;
     if (auto ready = openFile(state); !ready) return tl::unexpected(ready.error());
@@ -321,6 +324,29 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
                      .parts = parts.parts,
                      .partsHelped = parts.helped,
                      .partsTwice = parts.twice};
+}
+
+/// Once, and again only where it counts frames.
+Expected<TileStats> RenderHost::drawTestPicture(TileState& state, Showing showing, FrameNumber frame) {
+    state.still = true;
+    if (!surface_) return TileStats{.tile = state.tile.name};
+    if (auto ready = openFile(state); !ready) return tl::unexpected(ready.error());
+    const bool counts = showing == Showing::kCountedTestPicture;
+    const bool again = state.test && !counts && !state.testCounts;
+    const TimePoint begin = clockNow();
+    if (!again) state.test = std::make_shared<const Picture>(testPicture(wall_, state.tile, {.frame = counts ? std::optional(frame.value) : std::nullopt}));
+    state.testCounts = counts;
+    state.still = again;
+    ++state.painted;
+    state.again += again ? 1 : 0;
+    state.drawn = state.test;
+    state.drawnFrame = frame;
+    const TimePoint drawn = clockNow();
+    if (state.file && again)
+        state.file->prepareAgain(frame.value);
+    else if (state.file)
+        state.file->prepare(frame.value, *state.drawn);
+    return TileStats{.tile = state.tile.name, .drawMs = toMilliseconds(drawn - begin), .handOverMs = toMilliseconds(clockNow() - drawn)};
 }
 
 /// Where the tile's pictures will be shown, before the first of them is drawn.

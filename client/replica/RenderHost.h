@@ -69,6 +69,8 @@ private:
         std::uint64_t skipped = 0;             ///< items that the picture lacks because they cannot be drawn
         std::uint64_t lightsLeftOut = 0;
         std::string trouble;
+        std::shared_ptr<const Picture> test;   ///< drawn last; null: the scene was
+        bool testCounts = false;
         bool still = false;                    ///< nothing that this tile's picture is made from has changed
     };
     /// A frame that had all its pictures already. One with the same payload and no list is the same, statistics and
@@ -96,6 +98,7 @@ private:
     [[nodiscard]] Expected<void> applySnapshot(const CommittedList& committed);
     [[nodiscard]] Expected<void> applyList(const CommittedList& committed);
     [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, FrameNumber frame);
+    [[nodiscard]] Expected<TileStats> drawTestPicture(TileState& state, Showing showing, FrameNumber frame);
     bool aheadSlice();
     [[nodiscard]] Expected<void> openFile(TileState& state) const;
     [[nodiscard]] Expected<Picture> drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera, Duration& readBack);

@@ -42,6 +42,7 @@ HostEnd ServerLink::run() {
         const TimePoint now = clockNow();
         if (session_ && now >= session_->nextDeadline()) carryOut(session_->advance(now));
         if (dialAt_ && now >= *dialAt_) dial();
+        sendInput(now);
         if (end_ && now >= giveUpAt_) {
             log_.error("the draw thread does not finish; giving it up");
             end_ = HostEnd{.error = {ErrorCode::kFailed, "the draw thread did not finish"}};
@@ -69,6 +70,7 @@ TimePoint ServerLink::nextDeadline() const {
     TimePoint next = TimePoint::max();
     if (session_) next = std::min(next, session_->nextDeadline());
     if (dialAt_) next = std::min(next, *dialAt_);
+    if (welcomed_ && !unsaid_.empty()) next = std::min(next, inputSaidAt_ + options_.inputEvery);
     if (end_) next = std::min(next, giveUpAt_);
     return next == TimePoint::max() ? clockNow() + 1s : next;
 }
@@ -130,9 +132,25 @@ void ServerLink::on(const Outcome& outcome) {
         end({.error = broken->error});
     } else if (std::holds_alternative<outcome::Called>(outcome.what)) {
         if (!end_) give(work::Help{});
+    } else if (const auto* input = std::get_if<outcome::Input>(&outcome.what)) {
+        take(input->state);
     } else if (session_ && outcome.attempt == attempt_) {
         answer(outcome);
     }
+}
+
+void ServerLink::take(const InputState& state) {
+    inputs_[state.source] = state;
+    unsaid_.insert(state.source);
+}
+
+void ServerLink::sendInput(TimePoint now) {
+    const auto link = links_.find(ChannelKind::kControl);
+    if (!welcomed_ || unsaid_.empty() || link == links_.end() || now < inputSaidAt_ + options_.inputEvery) return;
+    message::Input input;
+    for (const std::uint32_t source : std::exchange(unsaid_, {})) input.states.push_back(inputs_.at(source));
+    inputSaidAt_ = now;
+    carryOut(client_action::Send{ChannelKind::kControl, std::move(input)});
 }
 
 void ServerLink::answer(const Outcome& outcome) {
@@ -181,6 +199,9 @@ void ServerLink::carryOut(client_action::Configured&& configured) {
                           share(encodeMessage(life)));
     log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), configured.epoch.value));
     give(std::move(configured));
+    // A server that has not heard of these windows begins with how they are now.
+    welcomed_ = true;
+    for (const auto& [source, state] : inputs_) unsaid_.insert(source);
 }
 
 void ServerLink::carryOut(client_action::StoreBlob&& stored) {
@@ -208,6 +229,7 @@ void ServerLink::carryOut(client_action::Finish&& finished) {
 }
 
 void ServerLink::hangUp(const std::string& reason) {
+    welcomed_ = false;
     for (const auto& [channel, link] : links_) transport_->close(link, reason);
     links_.clear();
     if (session_) fetchedParts_ = session_->takeParts();

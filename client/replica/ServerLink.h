@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <variant>
 
@@ -26,6 +27,8 @@ struct ServerLinkOptions {
     std::uint64_t pixelProbe = 0;
     std::string machine, board;  ///< for neighbours (message::Hello)
     std::chrono::milliseconds connectTimeout{2'000};
+    /// At windows more may be done than a server wants to hear: states in between are left out.
+    std::chrono::milliseconds inputEvery{4};
     std::chrono::milliseconds firstPause{50}, longestPause{1'000};
     /// How long the draw thread may take to finish once all is over.
     std::chrono::milliseconds finishDeadline{15'000};
@@ -64,6 +67,8 @@ private:
     void on(const LinkEvent& event);
     void on(const Outcome& outcome);
     void answer(const Outcome& outcome);
+    void take(const InputState& state);
+    void sendInput(TimePoint now);
     void carryOut(ClientActions actions);
     void carryOut(client_action::Send&& send);
     void carryOut(client_action::OpenBulk&&);
@@ -102,6 +107,10 @@ private:
     BlobFetcher::Parts fetchedParts_;         ///< of blobs, by the attempt before
     std::map<ChannelKind, LinkId> links_;
     Epoch seenEpoch_;               ///< the highest so far
+    std::map<std::uint32_t, InputState> inputs_;  ///< the newest of each window
+    std::set<std::uint32_t> unsaid_;              ///< windows whose newest the server has not been told
+    bool welcomed_ = false;
+    TimePoint inputSaidAt_{};
     std::deque<Outcome> doneHere_;  ///< of work that was done at once, until it is answered
     std::optional<TimePoint> dialAt_;
     std::chrono::milliseconds pause_;

@@ -37,6 +37,9 @@ public:
     [[nodiscard]] Expected<PaintedTile> paint(const Aspect& aspect, const RenderScene& scene, Renderer& renderer,
                                               const ScreenCamera& camera, const ProcessorQueue& queue, const DrawPicture& draw);
 
+    /// The picture before is not there any more: the next one is drawn.
+    void forget() { last_ = {}; }
+
 private:
     PixelRect rect_;
     bool asks_;  ///< the culler, the renderer

@@ -1,26 +1,87 @@
 #include "client/replica/TileWindows.h"
 
 #include <fmt/format.h>
+#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <thread>
 
 #include "common/base/FileHandle.h"
+#include "common/base/Hash.h"
+#include "common/codec/WallCodec.h"
 
 namespace tessera {
 
+namespace {
+
+/// Where a window finds its end of the socket, and the wall whose output it shows, where it has them.
+constexpr int kWindowsInput = 3, kWallHandle = 4;
+
+/// A copy that is none of these, so that giving one does not overwrite the other.
+FileHandle apartFrom(int descriptor) {
+    return FileHandle(::fcntl(descriptor, F_DUPFD_CLOEXEC, kWallHandle + 1));
+}
+
+/// The wall's bytes as a file without a name.
+FileHandle fileOf(const Bytes& bytes) {
+    FileHandle file(::memfd_create("wall", MFD_CLOEXEC));
+    for (std::size_t done = 0; file.get() >= 0 && done < bytes.size();) {
+        const ssize_t n = ::write(file.get(), bytes.data() + done, bytes.size() - done);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return FileHandle(-1);
+        done += static_cast<std::size_t>(n);
+    }
+    return file;
+}
+
+/// The tile of the other eye that goes out with this one's.
+const Tile* partnerOf(const Tile& tile, const std::vector<Tile>& tiles) {
+    if (tile.eye == Eye::kCenter) return nullptr;
+    const auto at = std::ranges::find_if(tiles, [&](const Tile& other) {
+        const Tile& left = tile.eye == Eye::kLeft ? tile : other;
+        return other.eye != tile.eye && other.screen == tile.screen && other.column == tile.column && other.row == tile.row &&
+               left.output.stereo != StereoPacking::kNone;
+    });
+    return at == tiles.end() ? nullptr : &*at;
+}
+
+/// Width and height of the picture that a projector gets.
+std::array<int, 2> sizeOfOutput(const Tile& tile) {
+    const TileOutput& out = tile.output;
+    const int width = out.widthPx > 0 ? out.widthPx : tile.rect.width, height = out.heightPx > 0 ? out.heightPx : tile.rect.height;
+    return {out.stereo == StereoPacking::kSideBySideFull ? 2 * width : width, out.stereo == StereoPacking::kTopBottomFull ? 2 * height : height};
+}
+
+/// Where a window without a monitor of its own stands, and on what: from the upper left. Where projectors overlap, their windows stand side by side.
+std::array<int, 6> placeOf(const Tile& tile, const Screen& screen) {
+    const ScreenPixels all = screenPixels(screen);
+    const Screen::Grid& grid = screen.grid;
+    const bool apart = tile.output.blend || tile.output.blendPicture;
+    const int right = apart ? grid.overlapXPx : 0, up = apart ? grid.overlapYPx : 0;
+    const int width = all.width + (grid.columns - 1) * right, height = all.height + (grid.rows - 1) * up;
+    return {tile.rect.x + tile.column * right, height - tile.rect.y - tile.row * up - tile.rect.height, tile.rect.width, tile.rect.height, width, height};
+}
+
+}  // namespace
+
 class TileWindows::Window {
 public:
-    static Expected<std::unique_ptr<Window>> start(std::string tile, std::vector<std::string> arguments, Log& log) {
+    /// `wall`: what the window shall find at kWallHandle; below 0: nothing.
+    static Expected<std::unique_ptr<Window>> start(std::string tile, std::uint32_t number, std::vector<std::string> arguments, Hash128 wall, int wallFile,
+                                                   Log& log, const OnInput& onInput) {
         std::vector<char*> words;
         for (std::string& argument : arguments) words.push_back(argument.data());
         words.push_back(nullptr);
@@ -31,11 +92,23 @@ public:
         sigemptyset(&none);
         posix_spawnattr_setsigmask(&attributes, &none);
         posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+        posix_spawn_file_actions_t files;
+        posix_spawn_file_actions_init(&files);
+        FileHandle ours, theirs;
+        if (int ends[2]; onInput && ::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) == 0) {
+            ours = FileHandle(ends[0]);
+            theirs = apartFrom(ends[1]);
+            ::close(ends[1]);
+            posix_spawn_file_actions_adddup2(&files, theirs.get(), kWindowsInput);
+        }
+        const FileHandle wallApart = wallFile >= 0 ? apartFrom(wallFile) : FileHandle();
+        if (wallFile >= 0) posix_spawn_file_actions_adddup2(&files, wallApart.get(), kWallHandle);
         pid_t process = 0;
-        const int error = ::posix_spawn(&process, words[0], nullptr, &attributes, words.data(), environ);
+        const int error = ::posix_spawn(&process, words[0], &files, &attributes, words.data(), environ);
+        posix_spawn_file_actions_destroy(&files);
         posix_spawnattr_destroy(&attributes);
         if (error != 0) return fail(ErrorCode::kFailed, fmt::format("{}: {}", arguments[0], std::strerror(error)));
-        return std::unique_ptr<Window>(new Window(std::move(tile), std::move(arguments), process, log));
+        return std::unique_ptr<Window>(new Window(std::move(tile), number, std::move(arguments), wall, process, std::move(ours), log, onInput));
     }
     /// One that does not answer is killed after a second.
     ~Window() {
@@ -45,12 +118,20 @@ public:
         if (handle_.get() < 0 || ::poll(&over, 1, 1000) == 0) send(SIGKILL);
         watcher_.join();
     }
-    [[nodiscard]] const std::vector<std::string>& arguments() const { return arguments_; }
+    [[nodiscard]] std::uint32_t number() const { return number_; }
+    [[nodiscard]] bool isAs(std::uint32_t number, const std::vector<std::string>& arguments, Hash128 wall) const {
+        return number_ == number && arguments_ == arguments && wall_ == wall;
+    }
 
 private:
-    Window(std::string tile, std::vector<std::string> arguments, pid_t process, Log& log)
+    Window(std::string tile, std::uint32_t number, std::vector<std::string> arguments, Hash128 wall, pid_t process, FileHandle input, Log& log,
+           const OnInput& onInput)
         : tile_(std::move(tile)),
+          number_(number),
+          input_(std::move(input)),
+          onInput_(onInput),
           arguments_(std::move(arguments)),
+          wall_(wall),
           process_(process),
           handle_(static_cast<int>(::syscall(SYS_pidfd_open, process, 0))),
           log_(log),
@@ -63,7 +144,37 @@ private:
         else
             ::kill(process_, signal);
     }
+    /// Until the window ends, or says what no window says.
+    void listen() {
+        using Clock = std::chrono::steady_clock;
+        InputState last{.source = number_};
+        std::size_t heard = 0;
+        for (Clock::time_point second = Clock::now();;) {
+            // A byte more than a state has: what is longer is none.
+            std::array<std::byte, sizeof(InputState) + 1> bytes;
+            const ssize_t size = ::recv(input_.get(), bytes.data(), bytes.size(), 0);
+            if (size < 0 && errno == EINTR) continue;
+            if (size <= 0) break;
+            const Clock::time_point now = Clock::now();
+            if (now - second > std::chrono::seconds(1)) {
+                second = now;
+                heard = 0;
+            }
+            if (size != static_cast<ssize_t>(sizeof(InputState)) || ++heard > kMaxStatesPerSecond) {
+                log_.warning(fmt::format("the window of tile {} says {}: it is heard no longer", tile_,
+                                         size != static_cast<ssize_t>(sizeof(InputState)) ? "what is no input" : "more than hands can do"));
+                break;
+            }
+            std::memcpy(&last, bytes.data(), sizeof last);
+            last.source = number_;
+            onInput_(last);
+        }
+        input_.close();
+        last.release();
+        onInput_(last);
+    }
     void watch() {
+        if (input_.get() >= 0) listen();
         siginfo_t end{};
         while (::waitid(P_PID, static_cast<id_t>(process_), &end, WEXITED) != 0 && errno == EINTR) {
         }
@@ -75,7 +186,11 @@ private:
     }
 
     std::string tile_;
+    std::uint32_t number_;
+    FileHandle input_;  ///< none: it is not listened to
+    const OnInput& onInput_;
     std::vector<std::string> arguments_;
+    Hash128 wall_;
     pid_t process_;
     FileHandle handle_;  ///< of the process; none on kernels before 5.3
     Log& log_;
@@ -83,34 +198,53 @@ private:
     std::thread watcher_;
 };
 
-TileWindows::TileWindows(TileWindowsOptions options, Log& log) : options_(std::move(options)), log_(log) {}
+TileWindows::TileWindows(TileWindowsOptions options, Log& log, OnInput onInput)
+    : options_(std::move(options)), log_(log), onInput_(std::move(onInput)) {}
 
 TileWindows::~TileWindows() = default;
 
 void TileWindows::follow(const Wall& wall, const std::vector<Tile>& tiles) {
     std::vector<std::unique_ptr<Window>> before = std::move(windows_);
     windows_.clear();
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-        const Tile& tile = tiles[i];
-        std::vector<std::string> arguments = {options_.program, fmt::format("{}/tiles/{}/shown.frame", options_.output, tile.name),
-                                              "--title", "Tessera " + tile.name, "--parent", std::to_string(::getpid())};
+    const Bytes bytes = encodeWall(wall);
+    std::size_t index = 0;
+    for (const Tile& tile : tiles) {
+        const Tile* const partner = partnerOf(tile, tiles);
+        if (partner && tile.eye == Eye::kRight) continue;
+        const bool plain = tile.output.plain();
+        const auto fileOfTile = [&](const Tile& t) { return fmt::format("{}/tiles/{}/shown.frame", options_.output, t.name); };
+        std::vector<std::string> arguments = {options_.program, fileOfTile(tile)};
         const auto add = [&](std::initializer_list<std::string> more) { arguments.insert(arguments.end(), more); };
+        if (partner) add({fileOfTile(*partner)});
+        add({"--title", "Tessera " + tile.name, "--parent", std::to_string(::getpid())});
+        if (!plain) add({"--wall", fmt::format("/proc/self/fd/{}", kWallHandle), "--tile", tile.name});
+        if (onInput_) add({"--input", std::to_string(kWindowsInput)});
         if (options_.vsync) add({"--vsync"});
         if (!options_.logFolder.empty()) add({"--log", fmt::format("{}/{}.log", options_.logFolder, tile.name)});
-        if (i < options_.monitors.size()) add({"--monitor", options_.monitors[i]});
-        if (options_.fullScreen)
+        // The command line wins over the wall; a monitor that the wall names is this output's alone.
+        const bool told = index < options_.monitors.size(), named = !told && !tile.output.monitor.empty();
+        if (told || named) add({"--monitor", told ? options_.monitors[index] : tile.output.monitor});
+        ++index;
+        if (options_.fullScreen || named) {
             add({"--full-screen"});
-        else if (const Screen* const screen = wall.findScreen(tile.screen)) {
-            const ScreenPixels all = screenPixels(*screen);
-            add({"--part", std::to_string(tile.rect.x), std::to_string(all.height - tile.rect.y - tile.rect.height),
-                 std::to_string(tile.rect.width), std::to_string(tile.rect.height), std::to_string(all.width), std::to_string(all.height)});
+        } else if (const Screen* const screen = wall.findScreen(tile.screen)) {
+            std::array<int, 6> place = placeOf(tile, *screen);
+            // An output of another size than its tile stands by itself.
+            const auto size = plain ? std::array<int, 2>{tile.rect.width, tile.rect.height} : sizeOfOutput(tile);
+            if (size[0] != tile.rect.width || size[1] != tile.rect.height) place = {0, 0, size[0], size[1], size[0], size[1]};
+            add({"--part"});
+            for (const int number : place) add({std::to_string(number)});
         }
-        const auto same = std::ranges::find_if(before, [&](const auto& old) { return old && old->arguments() == arguments; });
+        const Hash128 key = plain ? Hash128{} : hash128(bytes);
+        const auto number = static_cast<std::uint32_t>(index - 1);
+        const auto same = std::ranges::find_if(before, [&](const auto& old) { return old && old->isAs(number, arguments, key); });
         if (same != before.end()) {
             windows_.push_back(std::move(*same));
             continue;
         }
-        auto started = Window::start(tile.name, std::move(arguments), log_);
+        const FileHandle file = plain ? FileHandle(-1) : fileOf(bytes);
+        auto started = plain || file.get() >= 0 ? Window::start(tile.name, number, std::move(arguments), key, file.get(), log_, onInput_)
+                                                : Expected<std::unique_ptr<Window>>(fail(ErrorCode::kFailed, "no memory for its output"));
         if (started)
             windows_.push_back(std::move(*started));
         else

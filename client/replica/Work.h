@@ -62,6 +62,10 @@ struct Image {
 };
 /// A neighbour has called: from whoever waits for that, in no connection's name. Answer with Help.
 struct Called {};
+/// What somebody does at one of this host's windows now: from whoever listens to that, in no connection's name.
+struct Input {
+    InputState state;
+};
 /// This host cannot draw: it leaves.
 struct Broken {
     Error error;
@@ -73,7 +77,7 @@ struct Ended {};
 struct Outcome {
     Attempt attempt;
     std::variant<outcome::Applied, outcome::ApplyFailed, outcome::Drawn, outcome::Shown, outcome::Described,
-                 outcome::Image, outcome::Broken, outcome::Ended, outcome::Called>
+                 outcome::Image, outcome::Broken, outcome::Ended, outcome::Called, outcome::Input>
         what;
 };
 

@@ -2,6 +2,7 @@
 
 #include <SDL2/SDL.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <array>
 #include <atomic>
@@ -10,9 +11,12 @@
 #include <cstdlib>
 #include <ctime>
 #include <thread>
+#include <utility>
 #include <vector>
 
-#include "client/image/SharedFrame.h"
+#include "client/output/ShownFrames.h"
+#include "client/window/StereoWindow.h"
+#include "client/window/WindowInput.h"
 
 namespace tessera {
 namespace {
@@ -90,6 +94,14 @@ SDL_Rect rectOf(const DesktopRect& r) {
 /// Bytes R, G, B, unused.
 constexpr Uint32 kPictureFormat = SDL_BYTEORDER == SDL_LIL_ENDIAN ? SDL_PIXELFORMAT_XBGR8888 : SDL_PIXELFORMAT_RGBX8888;
 
+/// A picture on its way into the window.
+struct PanePicture {
+    std::uint64_t number = 0;
+    std::int64_t shownAtNs = 0;
+    int widthPx = 0, heightPx = 0, pitchBytes = 0;
+    const std::uint8_t* rgbx = nullptr;
+};
+
 /// The window itself, and how a picture gets into it.
 class Pane {
 public:
@@ -104,9 +116,12 @@ public:
         DesktopRect place = on.all;
         if (!options.fullScreen)
             place = placeOnDesktop(options.part.value_or(PlacedPart{{0, 0, 960, 540}, 960, 540}), on.usable);
+        const bool stereo = options.output && options.output->packing() == StereoPacking::kQuadBuffered;
+        Pane pane;
+        if (stereo) pane.stereo_ = StereoWindow::open(options.title, place, options.fullScreen);
+        if (pane.stereo_) return pane;
         const Uint32 flags = options.fullScreen ? SDL_WINDOW_FULLSCREEN_DESKTOP | SDL_WINDOW_BORDERLESS
                                                 : static_cast<Uint32>(options.part ? SDL_WINDOW_BORDERLESS : SDL_WINDOW_RESIZABLE);
-        Pane pane;
         pane.window_.reset(SDL_CreateWindow(options.title.c_str(), place.x, place.y, place.width, place.height, flags));
         if (!pane.window_) return refuse(ErrorCode::kUnsupported, "no window can be opened");
         if (options.fullScreen) SDL_ShowCursor(SDL_DISABLE);
@@ -116,15 +131,17 @@ public:
         return pane;
     }
 
+    [[nodiscard]] bool showsBothEyes() const { return stereo_ != nullptr; }
     /// Black where there is no picture.
-    Expected<void> show(const SharedFrameReader::Frame* frame) {
+    Expected<void> show(const PanePicture* frame) {
+        if (stereo_) return stereo_->show(frame ? frame->rgbx : nullptr, frame ? frame->widthPx / 2 : 0, frame ? frame->heightPx : 0);
         return renderer_ ? showRendered(frame) : showPlain(frame);
     }
 
 private:
     Pane() = default;
 
-    Expected<void> showPlain(const SharedFrameReader::Frame* frame) {
+    Expected<void> showPlain(const PanePicture* frame) {
         SDL_Surface* const target = SDL_GetWindowSurface(window_.get());
         if (!target) return refuse(ErrorCode::kUnsupported, "the window cannot be drawn into");
         const DesktopRect place = frame ? fitted(frame->widthPx, frame->heightPx, target->w, target->h) : DesktopRect{};
@@ -132,7 +149,7 @@ private:
             SDL_FillRect(target, nullptr, SDL_MapRGB(target->format, 0, 0, 0));
         if (frame) {
             const SurfacePtr picture(SDL_CreateRGBSurfaceWithFormatFrom(const_cast<std::uint8_t*>(frame->rgbx), frame->widthPx, frame->heightPx,
-                                                                        32, 4 * frame->widthPx, kPictureFormat));
+                                                                        32, frame->pitchBytes, kPictureFormat));
             if (!picture) return refuse(ErrorCode::kFailed, "a picture cannot be taken over");
             SDL_SetSurfaceBlendMode(picture.get(), SDL_BLENDMODE_NONE);
             SDL_Rect to = rectOf(place);
@@ -151,7 +168,7 @@ private:
         return {};
     }
 
-    Expected<void> showRendered(const SharedFrameReader::Frame* frame) {
+    Expected<void> showRendered(const PanePicture* frame) {
         SDL_RenderSetViewport(renderer_.get(), nullptr);
         SDL_SetRenderDrawColor(renderer_.get(), 0, 0, 0, 255);
         SDL_RenderClear(renderer_.get());
@@ -167,7 +184,7 @@ private:
             int width = 0, height = 0;
             SDL_GetRendererOutputSize(renderer_.get(), &width, &height);
             const SDL_Rect to = rectOf(fitted(frame->widthPx, frame->heightPx, width, height));
-            if (SDL_UpdateTexture(texture_.get(), nullptr, frame->rgbx, 4 * frame->widthPx) != 0 ||
+            if (SDL_UpdateTexture(texture_.get(), nullptr, frame->rgbx, frame->pitchBytes) != 0 ||
                 SDL_RenderCopy(renderer_.get(), texture_.get(), nullptr, &to) != 0)
                 return refuse(ErrorCode::kFailed, "a picture cannot be drawn into the window");
         }
@@ -175,23 +192,26 @@ private:
         return {};
     }
 
+    std::unique_ptr<StereoWindow> stereo_;  ///< of a driver that shows both eyes; else the left one stands in the window
     WindowPtr window_;
     RendererPtr renderer_;  ///< before the window it goes
     TexturePtr texture_;
     int textureWidthPx_ = 0, textureHeightPx_ = 0;
 };
 
-/// Follows the file in a thread of its own and calls the window's, by an event, when there is another picture.
+/// Follows the files in a thread of its own and calls the window's, by an event, when there is another picture.
 class Follower {
 public:
-    Follower(std::string path, Uint32 event) : path_(std::move(path)), event_(event), thread_([this] { run(); }) {}
+    /// `bothEyes`: the window takes a quad-buffered output's two pictures; else it gets the left one.
+    Follower(std::vector<std::string> paths, std::optional<OutputMaker> output, bool bothEyes, Uint32 event)
+        : paths_(std::move(paths)), output_(std::move(output)), bothEyes_(bothEyes), event_(event), thread_([this] { run(); }) {}
     ~Follower() {
         over_ = true;
         taken();
         thread_.join();
     }
     /// The picture that the event was about: until `taken`.
-    [[nodiscard]] const SharedFrameReader::Frame& frame() const { return frame_; }
+    [[nodiscard]] const PanePicture& picture() const { return picture_; }
     void taken() {
         taken_ = true;
         taken_.notify_one();
@@ -202,33 +222,55 @@ public:
 private:
     void run() {
         while (!over_) {
-            if (auto reader = SharedFrameReader::open(path_))
-                follow(*reader);
+            if (auto files = ShownFrames::open(paths_))
+                follow(*files);
             else
                 std::this_thread::sleep_for(kLook);
         }
     }
-    void follow(SharedFrameReader& reader) {
-        std::uint64_t last = 0;
+    void follow(ShownFrames& files) {
         while (!over_) {
-            if (!reader.waitForOther(last, kLook) && !again_.exchange(false)) {
-                if (reader.replaced()) return;
+            const auto* frames = files.next(kLook);
+            if (!frames && again_.exchange(false)) frames = files.again();
+            if (!frames) {
+                if (files.replaced()) return;
                 continue;
             }
-            const auto frame = reader.read();
-            if (!frame) return std::this_thread::sleep_for(kLook);
-            last = frame->times;
-            frame_ = *frame;
+            if (!make(*frames)) continue;
             taken_ = false;
             SDL_Event call{};
             call.type = event_;
             if (SDL_PushEvent(&call) == 1 && !over_) taken_.wait(false);
         }
     }
+    /// False: not pictures of this output.
+    bool make(const std::vector<SharedFrameReader::Frame>& frames) {
+        const SharedFrameReader::Frame& first = frames.front();
+        picture_ = {first.number, first.shownAtNs, first.widthPx, first.heightPx, 4 * first.widthPx, first.rgbx};
+        if (!output_) return true;
+        const std::uint8_t* pictures[2] = {};
+        for (std::size_t i = 0; i < frames.size(); ++i) {
+            picture_.shownAtNs = std::max(picture_.shownAtNs, frames[i].shownAtNs);
+            pictures[i] = frames[i].rgbx;
+            if (frames[i].widthPx == output_->fromWidthPx() && frames[i].heightPx == output_->fromHeightPx()) continue;
+            if (!std::exchange(saidSize_, true))
+                fmt::print(stderr, "tessera-window: {} holds {} x {} pixels, and its tile has {} x {}\n", paths_[i], frames[i].widthPx, frames[i].heightPx,
+                           output_->fromWidthPx(), output_->fromHeightPx());
+            return false;
+        }
+        picture_.rgbx = output_->draw({pictures, frames.size()});
+        picture_.widthPx = output_->widthPx();
+        picture_.heightPx = output_->heightPx();
+        picture_.pitchBytes = 4 * picture_.widthPx;
+        if (output_->packing() == StereoPacking::kQuadBuffered && !bothEyes_) picture_.widthPx /= 2;
+        return true;
+    }
 
-    std::string path_;
+    std::vector<std::string> paths_;
+    std::optional<OutputMaker> output_;
+    bool bothEyes_, saidSize_ = false;
     Uint32 event_;
-    SharedFrameReader::Frame frame_;
+    PanePicture picture_;
     std::atomic<bool> over_ = false, taken_ = false, again_ = false;
     std::thread thread_;
 };
@@ -241,7 +283,7 @@ Expected<std::vector<Monitor>> monitorsHere() {
     return Video::monitors();
 }
 
-Expected<void> runWindow(const WindowOptions& options) {
+Expected<void> runWindow(WindowOptions options) {
     std::unique_ptr<std::FILE, Destroyer<std::fclose>> log;
     if (!options.log.empty()) {
         log.reset(std::fopen(options.log.c_str(), "we"));
@@ -249,6 +291,8 @@ Expected<void> runWindow(const WindowOptions& options) {
     }
     const auto video = Video::start();
     if (!video) return tl::unexpected(video.error());
+    // Xlib calls exit() when its server is gone, in the middle of anything and beside our other thread: no destructor runs then.
+    ::on_exit([](int status, void*) { std::fflush(nullptr), ::_exit(status); }, nullptr);
     const std::vector<Monitor> monitors = Video::monitors();
     if (monitors.empty()) return fail(ErrorCode::kUnsupported, "the desktop has no monitor");
     auto pane = Pane::open(options, monitors);
@@ -256,9 +300,18 @@ Expected<void> runWindow(const WindowOptions& options) {
     if (auto black = pane->show(nullptr); !black) return black;
 
     const Uint32 another = SDL_RegisterEvents(1);
-    Follower follower(options.frameFile, another);
+    Follower follower(std::move(options.frameFiles), std::move(options.output), pane->showsBothEyes(), another);
     SDL_Event event{};
-    while (SDL_WaitEvent(&event) == 1) {
+    WindowInput input;
+    InputPipe pipe(options.input);
+    pipe.say(input.state(), false);
+    for (;;) {
+        const bool patient = pipe.patienceMs() < 0;
+        const bool came = SDL_WaitEventTimeout(&event, pipe.patienceMs()) == 1;
+        if (!came && patient) break;
+        if (came && input.take(event)) fmt::print("{}", WindowInput::keys()), std::fflush(stdout);
+        pipe.say(input.state(), SDL_PollEvent(nullptr) == 1);
+        if (!came) continue;
         if (event.type == SDL_QUIT) return {};
         if (event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_ESCAPE) return {};
         if (event.type == SDL_WINDOWEVENT) {
@@ -266,10 +319,10 @@ Expected<void> runWindow(const WindowOptions& options) {
             if (event.window.event == SDL_WINDOWEVENT_EXPOSED || event.window.event == SDL_WINDOWEVENT_SIZE_CHANGED) follower.again();
         }
         if (event.type != another) continue;
-        const SharedFrameReader::Frame frame = follower.frame();
-        auto shown = pane->show(&frame);
+        const PanePicture picture = follower.picture();
+        auto shown = pane->show(&picture);
         if (log) {
-            fmt::print(log.get(), "{} {} {}\n", frame.number, frame.shownAtNs, nowNs());
+            fmt::print(log.get(), "{} {} {}\n", picture.number, picture.shownAtNs, nowNs());
             std::fflush(log.get());
         }
         follower.taken();

@@ -7,8 +7,25 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "client/image/Picture.h"
 #include "client/window/TileWindow.h"
 #include "common/base/Version.h"
+#include "common/codec/WallCodec.h"
+
+namespace tessera {
+namespace {
+
+/// What becomes of a tile's picture, by a wall as it travels.
+Expected<OutputMaker> outputIn(const std::string& wallFile, const std::string& tile) {
+    const Expected<Bytes> bytes = readFile(wallFile, kMaxWallWireBytes);
+    if (!bytes) return tl::unexpected(bytes.error());
+    const Expected<Wall> wall = decodeWall(*bytes);
+    if (!wall) return tl::unexpected(wall.error());
+    return OutputMaker::make(*wall, tile);
+}
+
+}  // namespace
+}  // namespace tessera
 
 int main(int argc, char** argv) {
     using namespace tessera;
@@ -20,7 +37,7 @@ int main(int argc, char** argv) {
     CLI::App app("Shows what a tessera-client shows of one tile, on a monitor of this\nmachine. Escape, or closing the window, ends it.",
                  "tessera-window");
     app.set_version_flag("--version", versionText("tessera-window"));
-    auto* const file = app.add_option("file", options.frameFile, "OUTPUT/tiles/TILE/shown.frame of the client")->type_name("FILE");
+    auto* const file = app.add_option("file", options.frameFiles, "OUTPUT/tiles/TILE/shown.frame of the client")->type_name("FILE")->expected(0, 2);
     app.add_option("--title", options.title, "Of the window")->type_name("TEXT");
     app.add_option("--monitor", options.monitor, "Its number or name (the first one)")->type_name("M");
     app.add_flag("--full-screen", options.fullScreen, "All of that monitor");
@@ -31,8 +48,13 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(0, 1 << 20));
     app.add_option("--log", options.log, "A line per picture: frame, shown by its host,\nstood in the window (ns, CLOCK_MONOTONIC)")->type_name("FILE");
     app.add_flag("--monitors", monitors, "Says which monitors there are")->excludes(file);
-    // Of the client that starts windows: they do not outlive it.
+    // Of the client that starts windows: the wall whose output this is, as bytes, and which; FILE is one of each of its tiles.
+    std::string wall, tile;
+    app.add_option("--wall", wall)->group("");
+    app.add_option("--tile", tile)->group("");
+    // They do not outlive it.
     app.add_option("--parent", parent)->group("");
+    app.add_option("--input", options.input)->group("");
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp& e) {
@@ -54,11 +76,18 @@ int main(int argc, char** argv) {
         if (found) fmt::print("{}", describe(*found));
         return end(found.map([](const auto&) {}));
     }
-    if (options.frameFile.empty()) return end(fail(ErrorCode::kUsage, "whose picture? FILE is missing; see --help"));
+    if (options.frameFiles.empty()) return end(fail(ErrorCode::kUsage, "whose picture? FILE is missing; see --help"));
     if (!part.empty()) {
         options.part = PlacedPart{{part[0], part[1], part[2], part[3]}, part[4], part[5]};
         if (part[2] < 1 || part[3] < 1 || part[0] + part[2] > part[4] || part[1] + part[3] > part[5])
             return end(fail(ErrorCode::kUsage, "--part does not lie on its screen"));
     }
-    return end(runWindow(options));
+    if (!wall.empty()) {
+        auto output = outputIn(wall, tile);
+        if (!output) return end(failWith("the output of tile " + tile, output.error()));
+        options.output = std::move(*output);
+    }
+    if (options.frameFiles.size() != (options.output ? options.output->tiles().size() : 1))
+        return end(fail(ErrorCode::kUsage, "one FILE is shown, or one of each tile of an output"));
+    return end(runWindow(std::move(options)));
 }

@@ -97,6 +97,7 @@ struct Application::Impl {
     std::function<void(const answer::Questions&)> questionsCallback;
     std::function<void(const answer::Picked&)> pickCallback;
     std::function<void(const notice::Frame&)> frameCallback;
+    std::function<void(const notice::Poses&)> posesCallback;
     std::function<void(const Error&)> lostCallback;
     std::function<void()> backCallback;
 };
@@ -237,6 +238,8 @@ void Application::Impl::tell(const ApplicationNotice& notice) {
         pass(distancesCallback, *distances);
     } else if (const auto* questions = std::get_if<answer::Questions>(&notice)) {
         pass(questionsCallback, *questions);
+    } else if (const auto* poses = std::get_if<notice::Poses>(&notice)) {
+        pass(posesCallback, *poses);
     }
 }
 
@@ -389,6 +392,11 @@ Expected<void> Application::onFrame(std::function<void(const notice::Frame&)> ca
     impl_->subscription.frames = impl_->frameCallback != nullptr;
     return impl_->subscribe();
 }
+Expected<void> Application::onPoses(std::function<void(const notice::Poses&)> callback) {
+    impl_->posesCallback = std::move(callback);
+    impl_->subscription.poses = impl_->posesCallback != nullptr;
+    return impl_->subscribe();
+}
 
 void Application::onLost(std::function<void(const Error&)> callback) {
     impl_->lostCallback = std::move(callback);
@@ -511,8 +519,26 @@ Expected<void> Application::setView(const request::SetView& view) {
     return {};
 }
 
+Expected<void> Application::show(Showing showing) {
+    const Expected<answer::Done> done = impl_->askFor<answer::Done>(request::Show{showing});
+    if (!done) return tl::unexpected(done.error());
+    return {};
+}
+
+Expected<void> Application::navigate(const request::Navigate& wish) {
+    const Expected<answer::Done> done = impl_->askFor<answer::Done>(wish);
+    if (!done) return tl::unexpected(done.error());
+    return {};
+}
+
 Expected<answer::Picked> Application::pick(double xPx, double yPx) {
-    return impl_->askFor<answer::Picked>(request::Pick{xPx, yPx});
+    return impl_->askFor<answer::Picked>(request::Pick{.xPx = xPx, .yPx = yPx});
+}
+Expected<answer::Picked> Application::pick(const std::string& wand) {
+    return impl_->askFor<answer::Picked>(request::Pick{.wand = wand});
+}
+Expected<answer::Trackers> Application::trackers() {
+    return impl_->askFor<answer::Trackers>(request::GetTrackers{});
 }
 Expected<answer::Contacts> Application::contacts() {
     return impl_->askFor<answer::Contacts>(request::GetContacts{});

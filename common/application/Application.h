@@ -117,6 +117,10 @@ public:
     /// Whenever the wall has shown a frame.
     [[nodiscard]] Expected<void> onFrame(std::function<void(const notice::Frame&)> callback);
 
+    /// Heads and wands of every frame, as it is made, before it is drawn; a wall without trackers tells of its users
+    /// alone.
+    [[nodiscard]] Expected<void> onPoses(std::function<void(const notice::Poses&)> callback);
+
     // ---- requests: each waits for the server's answer, at most Options::timeout
 
     /// Asks the server to commit `list`; objects it creates carry placeholders (ids from kFirstPlaceholder up).
@@ -138,8 +142,17 @@ public:
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
                                                 std::chrono::milliseconds timeout = std::chrono::minutes(2));
     [[nodiscard]] Expected<void> setView(const request::SetView& view);
+    /// The scene, or a test picture, on all tiles from the next frame on.
+    [[nodiscard]] Expected<void> show(Showing showing);
+    /// Flies, walks, goes home, to a bookmark, to a node: as a person at a window would. Input that is held stays held until
+    /// another one is said, or this application leaves. kRefused: the server takes no input.
+    [[nodiscard]] Expected<void> navigate(const request::Navigate& wish);
     /// What is under a pixel of the mosaic of the first screen, from its upper left.
     [[nodiscard]] Expected<answer::Picked> pick(double xPx, double yPx);
+    /// What a wand points at: the nearest triangle along its -Z. kRefused: it is not tracked at present.
+    [[nodiscard]] Expected<answer::Picked> pick(const std::string& wand);
+    /// What the wall's trackers say, and how well.
+    [[nodiscard]] Expected<answer::Trackers> trackers();
     /// What the newest frame found.
     [[nodiscard]] Expected<answer::Contacts> contacts();
     [[nodiscard]] Expected<answer::PairEvents> pairEvents();  ///< those that stay included

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "common/codec/ApplicationNavigationParts.h"
+#include "common/codec/ApplicationTrackingParts.h"
 #include "common/codec/ApplicationUnpacker.h"
 #include "proto/application.pb.h"
 
@@ -106,6 +108,7 @@ void pack(const request::SetView& r, pb::RequestHead& head, Parts&) {
 void pack(const request::Pick& r, pb::RequestHead& head, Parts&) {
     head.mutable_pick()->set_x_px(r.xPx);
     head.mutable_pick()->set_y_px(r.yPx);
+    head.mutable_pick()->set_wand(r.wand);
 }
 void pack(const request::GetContacts&, pb::RequestHead& head, Parts&) {
     head.mutable_get_contacts();
@@ -122,6 +125,7 @@ void pack(const request::Subscribe& r, pb::RequestHead& head, Parts&) {
     out.set_stays(r.stays);
     out.set_distances(r.distances);
     out.set_questions(r.questions);
+    out.set_poses(r.poses);
 }
 void pack(const request::GetEvents&, pb::RequestHead& head, Parts&) {
     head.mutable_get_events();
@@ -158,6 +162,17 @@ void pack(const request::GetTree& r, pb::RequestHead& head, Parts& parts) {
 void pack(const request::Remove& r, pb::RequestHead& head, Parts&) {
     head.mutable_remove()->set_node(r.node.value);
 }
+void pack(const request::GetTrackers&, pb::RequestHead& head, Parts&) {
+    head.mutable_get_trackers();
+}
+void pack(const request::Show& r, pb::RequestHead& head, Parts&) {
+    head.mutable_show()->set_showing(static_cast<std::uint32_t>(r.showing));
+}
+
+void pack(const request::Navigate& r, pb::RequestHead& head, Parts& parts) {
+    putNavigate(*head.mutable_navigate(), r);
+    parts = {r.input ? std::as_bytes(std::span(&*r.input, 1)) : ByteSpan()};
+}
 
 ApplicationRequest unpackPropose(const pb::Propose& head, ApplicationUnpacker& in) {
     request::Propose out;
@@ -193,7 +208,8 @@ ApplicationRequest unpackSubscribe(const pb::Subscribe& head) {
                               .events = head.events(),
                               .stays = head.stays(),
                               .distances = head.distances(),
-                              .questions = head.questions()};
+                              .questions = head.questions(),
+                              .poses = head.poses()};
 }
 
 ApplicationRequest unpackRespond(const pb::Respond& head, ApplicationUnpacker& in) {
@@ -224,7 +240,8 @@ ApplicationRequest unpackGetTree(const pb::GetTree& head, ApplicationUnpacker& i
 
 ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacker& in) {
     const bool hasParts =
-        head.what_case() == pb::RequestHead::kPropose || head.what_case() == pb::RequestHead::kGetTree;
+        head.what_case() == pb::RequestHead::kPropose || head.what_case() == pb::RequestHead::kGetTree ||
+        head.what_case() == pb::RequestHead::kNavigate;
     if (!hasParts) in.expectParts(0);
     switch (head.what_case()) {
         case pb::RequestHead::kPropose:
@@ -240,7 +257,8 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
         case pb::RequestHead::kSetView:
             return unpackSetView(head.set_view(), in);
         case pb::RequestHead::kPick:
-            return request::Pick{in.finite(head.pick().x_px()), in.finite(head.pick().y_px())};
+            return request::Pick{in.finite(head.pick().x_px()), in.finite(head.pick().y_px()),
+                                 in.text(head.pick().wand())};
         case pb::RequestHead::kGetContacts:
             return request::GetContacts{};
         case pb::RequestHead::kGetImages:
@@ -263,6 +281,13 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
             return unpackGetTree(head.get_tree(), in);
         case pb::RequestHead::kRemove:
             return request::Remove{ObjectId{head.remove().node()}};
+        case pb::RequestHead::kGetTrackers:
+            return request::GetTrackers{};
+        case pb::RequestHead::kShow:
+            if (head.show().showing() > kLastShowing) in.refuse(ErrorCode::kUnsupported, "something to show that this version does not know");
+            return request::Show{static_cast<Showing>(head.show().showing())};
+        case pb::RequestHead::kNavigate:
+            return readNavigate(head.navigate(), in);
         case pb::RequestHead::WHAT_NOT_SET:
             break;
     }
@@ -345,6 +370,9 @@ Bytes join(const answer::Status& a, pb::AnswerHead& head) {
         to.set_reason(wait.reason);
     }
     out.set_wait_frames(a.waitFrames);
+    for (const std::string& line : a.trackers) out.add_trackers(line);
+    out.set_navigation(a.navigation);
+    for (const std::string& name : a.steering) out.add_steering(name);
     return joinParts(head, {});
 }
 Bytes join(const answer::Loaded& a, pb::AnswerHead& head) {
@@ -380,6 +408,11 @@ Bytes join(const answer::TreePage& a, pb::AnswerHead& head) {
     head.mutable_tree_page()->set_sequence(a.sequence.value);
     const Bytes nodes = packTree(a.nodes);
     return joinParts(head, std::array<ByteSpan, 3>{nodes, recordBytes(a.next), a.content});
+}
+
+Bytes join(const answer::Trackers& a, pb::AnswerHead& head) {
+    putTrackers(*head.mutable_trackers(), a);
+    return joinParts(head, {});
 }
 
 answer::Committed unpackCommitted(const pb::Committed& head, ApplicationUnpacker& in) {
@@ -419,6 +452,9 @@ answer::Status unpackStatus(const pb::Status& head, ApplicationUnpacker& in) {
             out.waits.push_back(
                 {in.text(wait.tile()), in.text(wait.host()), wait.frames(), in.finite(wait.ms()), in.text(wait.reason())});
     out.waitFrames = head.wait_frames();
+    out.trackers = in.texts(head.trackers(), in.limits().maxHosts);
+    out.navigation = in.text(head.navigation());
+    out.steering = in.texts(head.steering(), in.limits().maxHosts);
     return out;
 }
 
@@ -463,6 +499,9 @@ ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, ApplicationUnpacker& 
             return in.objects(head.objects());
         case pb::AnswerHead::kTreePage:
             return in.treePage(head.tree_page());
+        case pb::AnswerHead::kTrackers:
+            in.expectParts(0);
+            return readTrackers(head.trackers(), in);
         case pb::AnswerHead::WHAT_NOT_SET:
             break;
     }
@@ -480,6 +519,11 @@ Bytes join(const notice::Frame& n, pb::NoticeHead& head) {
 }
 Bytes join(const answer::Picked& n, pb::NoticeHead& head) {
     put(head.mutable_picked(), n);
+    return joinParts(head, {});
+}
+
+Bytes join(const notice::Poses& n, pb::NoticeHead& head) {
+    putPoses(*head.mutable_poses(), n);
     return joinParts(head, {});
 }
 
@@ -501,6 +545,9 @@ ApplicationNotice unpackNotice(const pb::NoticeHead& head, ApplicationUnpacker& 
             return in.distances(head.distances());
         case pb::NoticeHead::kQuestions:
             return in.questions(head.questions());
+        case pb::NoticeHead::kPoses:
+            in.expectParts(0);
+            return readPoses(head.poses(), in);
         case pb::NoticeHead::WHAT_NOT_SET:
             break;
     }

@@ -11,7 +11,10 @@
 #include "common/base/Error.h"
 #include "common/change/Value.h"
 #include "common/codec/ApplicationCollision.h"
+#include "common/codec/ApplicationNavigation.h"
 #include "common/codec/ApplicationScene.h"
+#include "common/codec/ApplicationTracking.h"
+#include "common/codec/Showing.h"
 #include "common/math/Types.h"
 
 namespace tessera {
@@ -65,9 +68,10 @@ struct SetView {
     std::optional<Vec3d> head;
     bool reset = false;
 };
-/// Pixel of the mosaic, from the upper left.
+/// Pixel of the mosaic, from the upper left; or what a wand points at.
 struct Pick {
     double xPx = 0, yPx = 0;
+    std::string wand;  ///< empty: the pixel
 };
 /// What the newest frame's collision detection found.
 struct GetContacts {};
@@ -95,6 +99,14 @@ struct Subscribe {
     bool stays = false;  ///< with `events`: in every frame, pairs that go on touching too
     bool distances = false;
     bool questions = false;
+    bool poses = false;
+};
+/// What the wall's trackers say, and how well.
+struct GetTrackers {};
+
+/// What all tiles show from the next frame on.
+struct Show {
+    Showing showing = Showing::kScene;
 };
 
 }  // namespace request
@@ -103,7 +115,7 @@ using ApplicationRequest =
     std::variant<request::Propose, request::Undo, request::GetStatus, request::Load, request::SetView, request::Pick,
                  request::GetContacts, request::GetImages, request::Subscribe, request::GetEvents,
                  request::GetDistances, request::GetQuestions, request::Respond, request::Redo,
-                 request::GetObjects, request::GetTree, request::Remove>;
+                 request::GetObjects, request::GetTree, request::Remove, request::GetTrackers, request::Show, request::Navigate>;
 
 namespace answer {
 
@@ -140,6 +152,9 @@ struct Status {
     std::string journalTrouble;  ///< why nothing is written at present, and no edit is taken; empty: all is well
     std::vector<TileWait> waits;  ///< those waited for longest first
     std::uint64_t waitFrames = 0;  ///< frames that `waits` looks at
+    std::vector<std::string> trackers;  ///< a line for each
+    std::string navigation;        ///< the mode in which people move: "fly", "orbit", "walk"; empty: the server takes no input
+    std::vector<std::string> steering;  ///< who moves the wall now, or has in the last second: hosts and applications
 };
 struct Loaded {
     ObjectId node;  ///< the new node that holds the file's content
@@ -168,7 +183,7 @@ struct Done {};
 using ApplicationAnswer =
     std::variant<answer::Done, answer::Committed, answer::Status, answer::Loaded, answer::Picked, answer::Contacts,
                  answer::Images, answer::PairEvents, answer::Distances, answer::Questions, answer::Objects,
-                 answer::TreePage>;
+                 answer::TreePage, answer::Trackers>;
 
 namespace notice {
 struct Frame {
@@ -177,7 +192,7 @@ struct Frame {
 };
 }  // namespace notice
 using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::Picked, answer::PairEvents,
-                                       answer::Distances, answer::Questions>;
+                                       answer::Distances, answer::Questions, notice::Poses>;
 
 struct ApplicationLimits {
     std::size_t maxTextBytes = 4096;

@@ -93,6 +93,7 @@ Bytes encodeFrame(const FramePayload& payload) {
         to.set_eye_separation_metres(user.eyeSeparationMetres);
     }
     if (payload.collision != FrameCollision()) write(*head.mutable_collision(), payload.collision);
+    head.set_showing(static_cast<std::uint32_t>(payload.showing));
     return joinParts(head, {});
 }
 
@@ -123,6 +124,8 @@ Expected<FramePayload> decodeFrame(ByteSpan bytes) {
     const auto collision = readCollision(head.collision());
     if (!collision) return tl::unexpected(collision.error());
     payload.collision = *collision;
+    if (head.showing() > kLastShowing) return badFrame(fmt::format("frame: it shows {}, which nobody knows", head.showing()));
+    payload.showing = static_cast<Showing>(head.showing());
     return payload;
 }
 

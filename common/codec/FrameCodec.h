@@ -6,6 +6,7 @@
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
+#include "common/codec/Showing.h"
 #include "common/wall/View.h"
 
 namespace tessera {
@@ -24,6 +25,7 @@ struct FrameCollision {
 struct FramePayload {
     View view;
     FrameCollision collision = {};
+    Showing showing = Showing::kScene;
 };
 [[nodiscard]] Bytes encodeFrame(const FramePayload& payload);
 [[nodiscard]] Expected<FramePayload> decodeFrame(ByteSpan bytes);

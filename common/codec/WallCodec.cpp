@@ -6,6 +6,9 @@
 
 #include <algorithm>
 
+#include "common/codec/MachineMessage.h"
+#include "common/codec/TrackingMessage.h"
+#include "common/codec/NavigationMessage.h"
 #include "common/codec/WallMessage.h"
 #include "proto/wall.pb.h"
 
@@ -100,6 +103,16 @@ TileAssignment readTile(const proto::Wall::Tile& from) {
             .user = from.user()};
 }
 
+/// Of a tile; nothing where it is on no screen: the check says so.
+ScreenPixels sizeOf(const Wall& wall, const TileAssignment& tile) {
+    const Screen* const screen = wall.findScreen(tile.screen);
+    if (!screen) return {};
+    const Screen::Grid& grid = screen->grid;
+    const auto within = [](int index, const std::vector<int>& sizes) { return index >= 0 && (sizes.empty() || static_cast<std::size_t>(index) < sizes.size()); };
+    if (!within(tile.column, grid.columnWidthsPx) || !within(tile.row, grid.rowHeightsPx)) return {};
+    return {.width = grid.columnWidthPx(tile.column), .height = grid.rowHeightPx(tile.row)};
+}
+
 proto::Wall messageOf(const Wall& wall) {
     proto::Wall message;
     message.set_name(wall.name);
@@ -137,6 +150,7 @@ proto::Wall messageOf(const Wall& wall) {
     for (const WallHost& host : wall.hosts) {
         proto::Wall::Host& to = *message.add_hosts();
         to.set_name(host.name);
+        if (host.machine) put(*to.mutable_machine(), *host.machine);
         for (const TileAssignment& tile : host.tiles) {
             proto::Wall::Tile& assigned = *to.add_tiles();
             assigned.set_screen(tile.screen);
@@ -146,8 +160,10 @@ proto::Wall messageOf(const Wall& wall) {
                              : tile.eye == Eye::kRight ? proto::Wall::RIGHT
                                                        : proto::Wall::CENTER);
             assigned.set_user(tile.user);
+            if (!(tile.output == TileOutput())) putOutput(tile.output, *assigned.mutable_output());
         }
     }
+    putNavigation(wall.navigation, *message.mutable_navigation());
     proto::Wall::Sync& sync = *message.mutable_sync();
     sync.set_late_frame(wall.sync.lateFrame == LateFramePolicy::kHold   ? proto::Wall::HOLD
                         : wall.sync.lateFrame == LateFramePolicy::kDrop ? proto::Wall::DROP
@@ -158,12 +174,13 @@ proto::Wall messageOf(const Wall& wall) {
     sync.set_heartbeat_ms(wall.sync.heartbeat.count());
     sync.set_lost_after_ms(wall.sync.lostAfter.count());
     sync.set_start_deadline_ms(wall.sync.startDeadline.count());
+    putTracking(wall, message);
     return message;
 }
 
 }  // namespace
 
-tl::expected<Wall, WallFault> wallOf(const proto::Wall& message) {
+tl::expected<Wall, WallFault> wallOf(const proto::Wall& message, const WallFiles& files) {
     Wall wall;
     wall.name = message.name();
     if (message.has_samples()) wall.samples = message.samples();
@@ -183,6 +200,11 @@ tl::expected<Wall, WallFault> wallOf(const proto::Wall& message) {
                                  static_cast<int>(message.sync().late_frame())));
     }
     wall.sync = readSync(message.sync());
+    if (message.has_navigation()) {
+        const Expected<Navigation> navigation = readNavigation(message.navigation());
+        if (!navigation) return fault(WallFault::Part::kNavigation, 0, navigation.error().message);
+        wall.navigation = *navigation;
+    }
     for (int i = 0; i < message.screens_size(); ++i) {
         const proto::Wall::Screen& from = message.screens(i);
         Screen screen;
@@ -218,6 +240,7 @@ tl::expected<Wall, WallFault> wallOf(const proto::Wall& message) {
         const proto::Wall::Host& from = message.hosts(h);
         WallHost host;
         host.name = from.name();
+        if (from.has_machine()) host.machine = machineOf(from.machine());
         for (int t = 0; t < from.tiles_size(); ++t) {
             const proto::Wall::Tile& tile = from.tiles(t);
             if (!proto::Wall::Eye_IsValid(tile.eye())) {
@@ -229,9 +252,19 @@ tl::expected<Wall, WallFault> wallOf(const proto::Wall& message) {
                                                      static_cast<int>(tile.eye()))});
             }
             host.tiles.push_back(readTile(tile));
+            if (!tile.has_output()) continue;
+            const ScreenPixels size = sizeOf(wall, host.tiles.back());
+            auto output = outputOf(tile.output(), size.width, size.height, files);
+            if (!output)
+                return tl::unexpected(WallFault{.part = WallFault::Part::kTile,
+                                                .index = static_cast<std::size_t>(h),
+                                                .tile = static_cast<std::size_t>(t),
+                                                .message = output.error().message});
+            host.tiles.back().output = std::move(*output);
         }
         wall.hosts.push_back(std::move(host));
     }
+    if (std::optional<WallFault> wrong = readTracking(message, wall)) return tl::unexpected(std::move(*wrong));
     if (std::optional<WallFault> found = findWallFault(wall)) return tl::unexpected(std::move(*found));
     return wall;
 }
@@ -245,9 +278,9 @@ Bytes encodeWall(const Wall& wall) {
 }
 
 Expected<Wall> decodeWall(ByteSpan bytes) {
-    if (bytes.size() > kMaxWallBytes) {
+    if (bytes.size() > kMaxWallWireBytes) {
         return fail(ErrorCode::kLimit, fmt::format("a wall configuration of {} bytes, at most {} are allowed",
-                                                   bytes.size(), kMaxWallBytes));
+                                                   bytes.size(), kMaxWallWireBytes));
     }
     google::protobuf::io::CodedInputStream in(reinterpret_cast<const std::uint8_t*>(bytes.data()),
                                               static_cast<int>(bytes.size()));

@@ -12,14 +12,20 @@
 
 namespace tessera {
 
-/// Files and messages above this size are refused.
+/// Files above this size are refused.
 inline constexpr std::size_t kMaxWallBytes = std::size_t{1} << 20;
+/// On the wire, with the meshes and blend pictures of its outputs.
+inline constexpr std::size_t kMaxWallWireBytes = std::size_t{64} << 20;
 
 /// Errors read `file:line:column: text`; an unknown key names the nearest known one. The result has passed checkWall. A
-/// wall without a name gets that of its file, without folder and extension.
+/// wall without a name gets that of its file, without folder and extension. Outputs that name files are refused.
 [[nodiscard]] Expected<Wall> parseWall(std::string_view text, std::string_view fileName);
-/// Reads a file, at most 1 MiB.
+/// Reads a file, at most 1 MiB, and those that its outputs name: they lie in its folder or below. Blend pictures of a screen that
+/// let through more than one projector's light are refused (`findBlendExcess`).
 [[nodiscard]] Expected<Wall> loadWall(const std::string& path);
+
+/// A wall file's text. The files that outputs name are to be written by the caller.
+[[nodiscard]] std::string wallText(const Wall& wall);
 
 [[nodiscard]] Bytes encodeWall(const Wall& wall);
 /// Never crashes whatever the bytes are; the result has passed checkWall.

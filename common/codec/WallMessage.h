@@ -2,15 +2,12 @@
 #pragma once
 
 #include "common/base/Error.h"
+#include "common/codec/OutputMessage.h"
 #include "common/wall/Wall.h"
 
 namespace tessera {
 
-namespace proto {
-class Wall;
-}
-
-/// Checked; a fault says which part of the message is meant.
-[[nodiscard]] tl::expected<Wall, WallFault> wallOf(const proto::Wall& message);
+/// Checked; a fault says which part of the message is meant. `files`: see `outputOf`.
+[[nodiscard]] tl::expected<Wall, WallFault> wallOf(const proto::Wall& message, const WallFiles& files = nullptr);
 
 }  // namespace tessera

@@ -15,6 +15,7 @@
 #include "common/base/Nearest.h"
 #include "common/codec/WallCodec.h"
 #include "common/codec/WallMessage.h"
+#include "common/output/BlendExcess.h"
 #include "proto/wall.pb.h"
 
 namespace tessera {
@@ -152,6 +153,12 @@ Place placeOf(const WallFault& fault, const TextFormat::ParseInfoTree& tree) {
         }
         case WallFault::Part::kSync:
             return at(tree, wall->FindFieldByNumber(proto::Wall::kSyncFieldNumber), -1);
+        case WallFault::Part::kTracker:
+            return at(tree, wall->FindFieldByNumber(proto::Wall::kTrackersFieldNumber), index);
+        case WallFault::Part::kWand:
+            return at(tree, wall->FindFieldByNumber(proto::Wall::kWandsFieldNumber), index);
+        case WallFault::Part::kNavigation:
+            return at(tree, wall->FindFieldByNumber(proto::Wall::kNavigationFieldNumber), -1);
         case WallFault::Part::kWall:
             return {.line = 0, .column = 0};
     }
@@ -162,9 +169,7 @@ std::string withoutSlashes(const std::string& text) {
     return text.find('/') == std::string::npos ? text : std::string();
 }
 
-}  // namespace
-
-Expected<Wall> parseWall(std::string_view text, std::string_view fileName) {
+Expected<Wall> readWallText(std::string_view text, std::string_view fileName, const WallFiles& files) {
     if (text.size() > kMaxWallBytes) {
         return fail(ErrorCode::kLimit, fmt::format("{}: {} bytes, at most {} are allowed for a wall", fileName,
                                                    text.size(), kMaxWallBytes));
@@ -180,10 +185,65 @@ Expected<Wall> parseWall(std::string_view text, std::string_view fileName) {
     if (errors.any()) return fail(ErrorCode::kBadInput, located(fileName, errors.place(), errors.message()));
     if (!parsed) return fail(ErrorCode::kBadInput, located(fileName, {}, "not a wall in protobuf text format"));
 
-    tl::expected<Wall, WallFault> wall = wallOf(message);
+    tl::expected<Wall, WallFault> wall = wallOf(message, files);
     if (!wall) return fail(ErrorCode::kBadInput, located(fileName, placeOf(wall.error(), tree), wall.error().message));
+    if (auto excess = findBlendExcess(*wall)) {
+        const WallFault fault{.part = WallFault::Part::kTile, .index = excess->host, .tile = excess->tile, .message = {}};
+        return fail(ErrorCode::kBadInput, located(fileName, placeOf(fault, tree), excess->message));
+    }
     if (wall->name.empty()) wall->name = std::filesystem::path(fileName).stem().string();
     return std::move(*wall);
+}
+
+/// At most `most` bytes of a file and one more; more would be too many.
+Expected<Bytes> bytesOfFile(const std::filesystem::path& path, std::size_t most) {
+    std::error_code code;
+    const std::filesystem::file_status status = std::filesystem::status(path, code);
+    if (!std::filesystem::exists(status)) return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such file", path.string()));
+    if (!std::filesystem::is_regular_file(status)) return fail(ErrorCode::kBadInput, fmt::format("{}: not a file", path.string()));
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return fail(ErrorCode::kBadInput, fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
+    Bytes bytes(std::min<std::size_t>(most, std::filesystem::file_size(path, code)) + 1);
+    file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    if (file.bad()) return fail(ErrorCode::kBadInput, fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
+    bytes.resize(static_cast<std::size_t>(file.gcount()));
+    if (bytes.size() > most) return fail(ErrorCode::kLimit, fmt::format("{}: larger than {} bytes", path.string(), most));
+    return bytes;
+}
+
+/// Files that a wall file names lie beside it or below: a wall from somebody else reads nothing of this machine's. All of them
+/// together fit into what a wall may be on the wire.
+WallFiles filesBeside(const std::string& wallPath) {
+    return [folder = std::filesystem::path(wallPath).parent_path(), left = kMaxWallWireBytes](const std::string& name, std::size_t atMost) mutable -> Expected<Bytes> {
+        const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
+        if (relative.is_absolute() || relative.empty() || *relative.begin() == "..")
+            return fail(ErrorCode::kBadInput, fmt::format("\"{}\" is not beside the wall file or below", name));
+        auto bytes = bytesOfFile(folder / relative, std::min(atMost, left));
+        if (bytes) left -= bytes->size();
+        return bytes;
+    };
+}
+
+}  // namespace
+
+Expected<Wall> parseWall(std::string_view text, std::string_view fileName) {
+    return readWallText(text, fileName, nullptr);
+}
+
+std::string wallText(const Wall& wall) {
+    proto::Wall message;
+    const Bytes bytes = encodeWall(wall);
+    TESSERA_CHECK(message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())), "what is encoded can be read");
+    for (proto::Wall::Host& host : *message.mutable_hosts()) {
+        for (proto::Wall::Tile& tile : *host.mutable_tiles()) {
+            if (!tile.has_output()) continue;
+            tile.mutable_output()->clear_warp_mesh();
+            tile.mutable_output()->clear_blend_png();
+        }
+    }
+    std::string text;
+    TESSERA_CHECK(TextFormat::PrintToString(message, &text), "a message can be printed");
+    return text;
 }
 
 Expected<Wall> loadWall(const std::string& path) {
@@ -200,7 +260,7 @@ Expected<Wall> loadWall(const std::string& path) {
     if (file.bad())
         return fail(ErrorCode::kBadInput, fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
     text.resize(static_cast<std::size_t>(file.gcount()));
-    return parseWall(text, path);
+    return readWallText(text, path, filesBeside(path));
 }
 
 std::vector<std::string> wallFolders(const std::string& executablePath) {

@@ -37,21 +37,24 @@ constexpr std::size_t kLarge = 64 * 1024;         ///< a message that is work fo
 constexpr std::size_t kMessageCost = 256;         ///< of a message that waits to be taken, beside its payload
 constexpr std::size_t kWorthCaching = 64 * 1024;  ///< payloads whose checksum is kept for the next link
 
-enum class LinkState {
+}  // namespace
+
+// Named, because Transport::Impl holds them.
+enum class TransportLinkState {
     kConnecting,
     kOpen,
     kClosing,  ///< sends its queue, then waits for the peer's end; what still arrives is thrown away
     kClosed,
 };
 
-struct Link {
-    Link(LinkId linkId, tcp::socket s, const TransportLimits& limits)
+struct TransportLink {
+    TransportLink(LinkId linkId, tcp::socket s, const TransportLimits& limits)
         : id(linkId), socket(std::move(s)), timer(socket.get_executor()), reader(limits.maxPayload) {}
 
     LinkId id;
     tcp::socket socket;
     asio::steady_timer timer;  ///< connecting: the timeout; closing: the end of patience
-    LinkState state = LinkState::kConnecting;
+    TransportLinkState state = TransportLinkState::kConnecting;
     FrameReader reader;
     SendQueue queue;
     TimePoint heardAt{};  ///< the last event that told of bytes
@@ -66,7 +69,10 @@ struct Link {
     std::string target;  ///< what it connects to
     std::string closeReason;
 };
-using LinkPtr = std::shared_ptr<Link>;
+
+namespace {
+
+using LinkPtr = std::shared_ptr<TransportLink>;
 
 std::string describe(const tcp::endpoint& endpoint) {
     return toString(Address{endpoint.address().to_string(), endpoint.port()});
@@ -215,7 +221,7 @@ struct Transport::Impl {
     void adopt(tcp::socket socket) {
         const std::optional<LinkId> id = table.claim();
         if (!id) return;
-        const auto link = std::make_shared<Link>(*id, std::move(socket), limits);
+        const auto link = std::make_shared<TransportLink>(*id, std::move(socket), limits);
         links.emplace(*id, link);
         open(link);
     }
@@ -226,7 +232,7 @@ struct Transport::Impl {
         link->socket.non_blocking(true, ignored);
         error_code error;
         const tcp::endpoint peer = link->socket.remote_endpoint(error);
-        link->state = LinkState::kOpen;
+        link->state = TransportLinkState::kOpen;
         link->timer.cancel();
         emit(link_event::Opened{link->id, error ? link->target : describe(peer)});
         read(link);
@@ -234,7 +240,7 @@ struct Transport::Impl {
     }
 
     void dial(LinkId id, const Address& address, std::chrono::milliseconds timeout) {
-        const auto link = std::make_shared<Link>(id, tcp::socket(io), limits);
+        const auto link = std::make_shared<TransportLink>(id, tcp::socket(io), limits);
         link->target = toString(address);
         links.emplace(id, link);
         if (!table.holds(id))
@@ -242,7 +248,7 @@ struct Transport::Impl {
                                             link->target, limits.maxLinks));
         link->timer.expires_after(timeout);
         link->timer.async_wait([this, link, timeout](const error_code& error) {
-            if (!error && link->state == LinkState::kConnecting)
+            if (!error && link->state == TransportLinkState::kConnecting)
                 finish(link, fmt::format("no answer from {} within {} ms", link->target, timeout.count()));
         });
         error_code notNumeric;
@@ -253,7 +259,7 @@ struct Transport::Impl {
         resolver->async_resolve(
             address.host, std::to_string(address.port),
             [this, link, resolver](const error_code& error, const tcp::resolver::results_type& found) {
-                if (link->state != LinkState::kConnecting) return;
+                if (link->state != TransportLinkState::kConnecting) return;
                 if (error) return finish(link, fmt::format("cannot find {}: {}", link->target, error.message()));
                 std::vector<tcp::endpoint> endpoints;
                 for (const auto& entry : found) endpoints.push_back(entry.endpoint());
@@ -264,7 +270,7 @@ struct Transport::Impl {
     template <typename Endpoints>
     void connectTo(const LinkPtr& link, const Endpoints& endpoints) {
         asio::async_connect(link->socket, endpoints, [this, link](const error_code& error, const tcp::endpoint&) {
-            if (link->state != LinkState::kConnecting) return;
+            if (link->state != TransportLinkState::kConnecting) return;
             if (error) return finish(link, fmt::format("cannot connect to {}: {}", link->target, error.message()));
             open(link);
         });
@@ -272,12 +278,12 @@ struct Transport::Impl {
 
     void read(const LinkPtr& link) {
         const std::span<std::byte> room =
-            link->state == LinkState::kClosing ? std::span<std::byte>(discarded) : link->reader.room();
+            link->state == TransportLinkState::kClosing ? std::span<std::byte>(discarded) : link->reader.room();
         link->socket.async_read_some(asio::buffer(room.data(), room.size()),
                                      [this, link](const error_code& error, std::size_t count) {
                                          const TimePoint now = std::chrono::steady_clock::now();
-                                         if (link->state == LinkState::kClosed) return;
-                                         if (link->state == LinkState::kClosing)
+                                         if (link->state == TransportLinkState::kClosed) return;
+                                         if (link->state == TransportLinkState::kClosing)
                                              return error ? finish(link, link->closeReason) : read(link);
                                          if (error) return finish(link, reasonFor(error, link->reader.midFrame()));
                                          take(link, count, now);
@@ -318,7 +324,7 @@ struct Transport::Impl {
     void queue(LinkId id, std::uint16_t type, Epoch epoch, const SharedChain& payload) {
         const auto found = links.find(id);
         OutgoingFrame frame{{}, payload};
-        if (found == links.end() || found->second->state == LinkState::kClosing)
+        if (found == links.end() || found->second->state == TransportLinkState::kClosing)
             return table.discharge(id, frame.bytes());
         frame.header = headerOf(type, epoch, payload);
         found->second->queue.push(std::move(frame));
@@ -335,7 +341,7 @@ struct Transport::Impl {
     }
 
     void write(const LinkPtr& link) {
-        if (link->queue.writing() || link->state == LinkState::kConnecting || link->state == LinkState::kClosed) return;
+        if (link->queue.writing() || link->state == TransportLinkState::kConnecting || link->state == TransportLinkState::kClosed) return;
         while (!link->queue.empty()) {
             std::vector<asio::const_buffer> buffers;
             for (const ByteSpan piece : link->queue.next()) buffers.emplace_back(piece.data(), piece.size());
@@ -346,7 +352,7 @@ struct Transport::Impl {
             link->sentAt = now();
             table.discharge(link->id, link->queue.written());
         }
-        if (link->state != LinkState::kClosing) return;
+        if (link->state != TransportLinkState::kClosing) return;
         // The peer reads our last words and closes; closing first would take them away from it if anything of its own
         // were still unread here (TCP answers that with a reset).
         error_code ignored;
@@ -360,20 +366,20 @@ struct Transport::Impl {
             done -= part;
         }
         asio::async_write(link->socket, std::move(buffers), [this, link](const error_code& error, std::size_t) {
-            if (link->state == LinkState::kClosed) return;
+            if (link->state == TransportLinkState::kClosed) return;
             if (error)
-                return finish(link, link->state == LinkState::kClosing ? link->closeReason : reasonFor(error, false));
+                return finish(link, link->state == TransportLinkState::kClosing ? link->closeReason : reasonFor(error, false));
             link->sentAt = now();
             table.discharge(link->id, link->queue.written());
             write(link);
         });
     }
 
-    void keepAlive(LinkId id, Link::KeepAlive wanted) {
+    void keepAlive(LinkId id, TransportLink::KeepAlive beat) {
         const auto found = links.find(id);
         if (found == links.end()) return;
-        pulseEvery = std::min(pulseEvery, std::max<Duration>(wanted.interval / 2, 1ms));
-        found->second->keepAlive = std::move(wanted);
+        pulseEvery = std::min(pulseEvery, std::max<Duration>(beat.interval / 2, 1ms));
+        found->second->keepAlive = std::move(beat);
         if (!std::exchange(pulsing, true)) pulse();
     }
 
@@ -387,9 +393,9 @@ struct Transport::Impl {
                 if (!link->keepAlive) continue;
                 any = true;
                 // Where bytes wait, the peer hears of us as soon as it can.
-                if (link->state != LinkState::kOpen || !link->queue.empty() || at < link->sentAt + link->keepAlive->interval)
+                if (link->state != TransportLinkState::kOpen || !link->queue.empty() || at < link->sentAt + link->keepAlive->interval)
                     continue;
-                const Link::KeepAlive& life = *link->keepAlive;
+                const TransportLink::KeepAlive& life = *link->keepAlive;
                 table.charge(id, FrameHeader::kBytes + (life.payload ? life.payload->size() : 0));
                 queue(id, life.type, life.epoch, life.payload);
             }
@@ -399,9 +405,9 @@ struct Transport::Impl {
     }
 
     void beginClose(const LinkPtr& link, std::string reason) {
-        if (link->state == LinkState::kConnecting) return finish(link, std::move(reason));
-        if (link->state != LinkState::kOpen) return;
-        link->state = LinkState::kClosing;
+        if (link->state == TransportLinkState::kConnecting) return finish(link, std::move(reason));
+        if (link->state != TransportLinkState::kOpen) return;
+        link->state = TransportLinkState::kClosing;
         link->closeReason = std::move(reason);
         if (table.resting(link->id)) {  // its end is read, whatever has not been taken
             table.rest(link->id, false);
@@ -415,8 +421,8 @@ struct Transport::Impl {
     }
 
     void finish(const LinkPtr& link, std::string reason) {
-        if (link->state == LinkState::kClosed) return;
-        link->state = LinkState::kClosed;
+        if (link->state == TransportLinkState::kClosed) return;
+        link->state = TransportLinkState::kClosed;
         link->timer.cancel();
         error_code ignored;
         link->socket.close(ignored);
@@ -565,7 +571,7 @@ void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain p
 
 void Transport::keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch,
                           SharedChain payload) {
-    impl_->post([impl = impl_.get(), link, wanted = Link::KeepAlive{interval, type, epoch, std::move(payload)}]() mutable {
+    impl_->post([impl = impl_.get(), link, wanted = TransportLink::KeepAlive{interval, type, epoch, std::move(payload)}]() mutable {
         impl->keepAlive(link, std::move(wanted));
     });
 }

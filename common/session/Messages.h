@@ -16,6 +16,7 @@
 #include "common/base/Error.h"
 #include "common/base/HistoryIds.h"
 #include "common/base/Version.h"
+#include "common/input/InputState.h"
 #include "common/session/CommittedList.h"
 #include "common/session/MessageFields.h"
 #include "common/session/SessionToken.h"
@@ -193,6 +194,15 @@ struct Request {
     }
 };
 
+/// What people do at this host's windows: whole states of those that have changed. One that is left out costs nothing.
+struct Input {
+    std::vector<InputState> states;
+
+    static constexpr MessageInfo kInfo{
+        25, "Input", Party::kHosts, Party::kServer, OnChannel::kControl, SaidWhen::kLater, kTexts};
+    static constexpr auto fields() { return std::tuple(field::records("states", &Input::states)); }
+};
+
 // ---- server to peer ------------------------------------------------------------------------------------------------
 
 struct Welcome {
@@ -203,7 +213,7 @@ struct Welcome {
     ByteSlice configuration;  ///< the wall (codec WallCodec)
 
     static constexpr MessageInfo kInfo{
-        11, "Welcome", Party::kServer, Party::kPeers, OnChannel::kControl, SaidWhen::kFirst, 4 * kMebi};
+        11, "Welcome", Party::kServer, Party::kPeers, OnChannel::kControl, SaidWhen::kFirst, 65 * kMebi};
     static constexpr auto fields() {
         return std::tuple(
             field::fixed(1, "epoch", &Welcome::epoch), field::varint(3, "heartbeat_ms", &Welcome::heartbeat),
@@ -379,7 +389,7 @@ using Message = std::variant<message::Heartbeat, message::Hello, message::Synced
                              message::Request, message::Welcome, message::Refused, message::Snapshot, message::Changes,
                              message::Begin, message::Swap, message::BlobNotice, message::BlobChunk, message::HashQuery,
                              message::ImageRequest, message::Reply, message::Notice, message::Over,
-                             message::Neighbours>;
+                             message::Neighbours, message::Input>;
 /// One message for several peers is one object: it is encoded once.
 using MessagePtr = std::shared_ptr<const Message>;
 

@@ -291,6 +291,7 @@ void ServerSession::Impl::lose(Host& host, FaultKind kind, const std::string& de
     host.connection = {};
     host.synced = false;
     host.mismatched = false;
+    if (std::exchange(host.saidInput, false)) out.push_back(server_action::InputEnded{host.name});
     tellNeighbours(host.machine);
 }
 

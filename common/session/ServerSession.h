@@ -177,6 +177,15 @@ struct ImageReceived {
     std::string host;
     message::TileImage image;
 };
+/// What people do at a host's windows now.
+struct InputReceived {
+    std::string host;
+    std::vector<InputState> states;
+};
+/// The host is gone, and with it whatever was held there.
+struct InputEnded {
+    std::string host;
+};
 /// A host's probe image differs from the first host's: its pixels will not match.
 struct PixelsDiffer {
     std::string host;
@@ -191,7 +200,8 @@ using ServerAction =
                  server_action::FrameShown, server_action::StateMismatch, server_action::HashesReceived,
                  server_action::RequestReceived, server_action::ApplicationJoined, server_action::ApplicationLeft,
                  server_action::BlobsEverywhere, server_action::BlobRequested, server_action::ImageReceived,
-                 server_action::PixelsDiffer, server_action::EpochRaised>;
+                 server_action::PixelsDiffer, server_action::EpochRaised, server_action::InputReceived,
+                 server_action::InputEnded>;
 using ServerActions = std::vector<ServerAction>;
 
 /// Pure state machine: no socket, no clock, no thread. Every call takes the time of the event on the caller's monotonic

@@ -89,6 +89,7 @@ struct ServerSession::Impl {
         std::uint64_t pixelProbe = 0;
         std::string machine, board;     ///< as its Hello said
         std::string toldNeighbours;     ///< the last, on this connection
+        bool saidInput = false;
 
         [[nodiscard]] bool inBarrier() const { return state == HostState::kLive || state == HostState::kLate; }
         [[nodiscard]] bool mayEnter() const { return state == HostState::kSyncing && synced && owedBlobs.empty(); }
@@ -138,6 +139,7 @@ struct ServerSession::Impl {
     void on(Peer& peer, const message::HashAnswer& message, TimePoint now);
     void on(Peer& peer, const message::TileImage& message, TimePoint now);
     void on(Peer& peer, const message::Request& message, TimePoint now);
+    void on(Peer& peer, const message::Input& message, TimePoint now);
     void violated(Peer& peer, const std::string& what, TimePoint now);
     void mismatch(Peer& peer, Host& host, Sequence sequence, StateHash expected, StateHash actual, TimePoint now);
 

@@ -68,6 +68,11 @@ void ServerSession::Impl::on(Peer& peer, const message::Request& message, TimePo
     out.push_back(server_action::RequestReceived{peer.id, peer.name, message.id, message.body});
 }
 
+void ServerSession::Impl::on(Peer& peer, const message::Input& message, TimePoint) {
+    hostOf(peer).saidInput = true;
+    out.push_back(server_action::InputReceived{peer.name, message.states});
+}
+
 void ServerSession::Impl::on(Peer& peer, const message::Heartbeat& message, TimePoint now) {
     const auto sample = peer.clock.received(message, now);
     // The first one is answered soon: the peer wants an estimate of our clock before it shows its first frame. Not

@@ -108,6 +108,7 @@ std::vector<Tile> layoutTiles(const Wall& wall) {
             tile.row = assigned.row;
             tile.eye = assigned.eye;
             tile.user = assigned.user;
+            tile.output = assigned.output;
             tile.rect = {.x = startOf(assigned.column, g.bezelXPx - g.overlapXPx, width),
                          .y = startOf(assigned.row, g.bezelYPx - g.overlapYPx, height),
                          .width = width(assigned.column),

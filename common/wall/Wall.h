@@ -13,6 +13,10 @@
 #include "common/base/SyncPolicy.h"
 #include "common/math/Types.h"
 #include "common/wall/Culler.h"
+#include "common/wall/Machine.h"
+#include "common/wall/Navigation.h"
+#include "common/wall/Output.h"
+#include "common/wall/Tracking.h"
 
 namespace tessera {
 
@@ -54,11 +58,13 @@ struct TileAssignment {
     int column = 0, row = 0;
     Eye eye = Eye::kCenter;
     std::string user;
+    TileOutput output;
 };
 
 struct WallHost {
     std::string name;
     std::vector<TileAssignment> tiles;
+    std::optional<Machine> machine = {};  ///< that its client is started on; none: the server's
 };
 
 struct Wall {
@@ -69,6 +75,8 @@ struct Wall {
     SyncPolicy sync;
     int samples = 4;                         ///< per pixel: 1 or 4
     CullerKind culler = CullerKind::kAuto;  ///< of hosts that are not told another one
+    WallTracking tracking;
+    Navigation navigation;
 
     [[nodiscard]] const Screen* findScreen(std::string_view name) const;
     [[nodiscard]] const User* findUser(std::string_view name) const;
@@ -90,6 +98,7 @@ struct Tile {
     std::string user;
     PixelRect rect;        ///< in the screen's picture, hidden pixels behind bezels counted
     PixelRect mosaicRect;  ///< in the exact stitch without gaps
+    TileOutput output;
 };
 
 /// Pixels of a screen's whole picture, those behind bezels included.
@@ -116,13 +125,16 @@ struct WallLimits {
 
 /// What is wrong with a wall, and in which part of it (so that a file's line can be named).
 struct WallFault {
-    enum class Part { kWall, kScreen, kUser, kHost, kTile, kSync } part = Part::kWall;
-    std::size_t index = 0;  ///< of the screen, user or host
+    enum class Part { kWall, kScreen, kUser, kHost, kTile, kSync, kTracker, kWand, kNavigation } part = Part::kWall;
+    std::size_t index = 0;  ///< of the screen, user, host, tracker or wand
     std::size_t tile = 0;   ///< kTile: of the assignment in its host
     std::string message;
 };
 /// The first finding.
 [[nodiscard]] std::optional<WallFault> findWallFault(const Wall& wall, const WallLimits& limits = {});
+
+/// What is wrong with its trackers, heads and wands; a part of `findWallFault`.
+[[nodiscard]] std::optional<WallFault> findTrackingFault(const Wall& wall, const WallLimits& limits);
 
 /// Explains skewed, left-handed, zero-sized, millimetre-like, doubly assigned, uncovered, unknown-name and oversized
 /// walls, and names what to change. First finding only.

@@ -7,8 +7,8 @@
 #include <set>
 #include <tuple>
 
-#include "common/base/Nearest.h"
 #include "common/wall/Wall.h"
+#include "common/wall/WallNames.h"
 
 namespace tessera {
 
@@ -16,30 +16,14 @@ namespace {
 
 using Part = WallFault::Part;
 
-std::string unknownName(std::string_view kind, const std::string& name, const std::vector<std::string>& known) {
-    const std::string nearest = nearestName(name, known);
-    std::string all;
-    for (std::size_t i = 0; i < known.size() && i < 8; ++i)
-        all += fmt::format("{}\"{}\"", i == 0 ? "" : ", ", known[i]);
-    if (known.size() > 8) all += ", …";
-    return fmt::format("there is no {} \"{}\"{}; known: {}", kind, name,
-                       nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest), all);
-}
-
-template <typename Named>
-std::vector<std::string> namesOf(const std::vector<Named>& all) {
-    std::vector<std::string> names;
-    for (const Named& one : all) names.push_back(one.name);
-    return names;
-}
-
 /// Checks one wall; `fault` ends up with the first finding.
 class WallCheck {
 public:
     WallCheck(const Wall& wall, const WallLimits& limits) : wall_(wall), limits_(limits) {}
 
     std::optional<WallFault> run() {
-        checkCounts() && checkScreens() && checkUsers() && checkHosts() && checkCoverage() && checkSync();
+        checkCounts() && checkScreens() && checkUsers() && checkHosts() && checkCoverage() && checkOutputs() && checkSync() && checkNavigation();
+        if (!fault_) fault_ = findTrackingFault(wall_, limits_);
         return std::move(fault_);
     }
 
@@ -47,6 +31,11 @@ private:
     bool found(Part part, std::size_t index, std::string message, std::size_t tile = 0) {
         fault_ = WallFault{.part = part, .index = index, .tile = tile, .message = std::move(message)};
         return false;
+    }
+
+    bool checkNavigation() {
+        const std::optional<std::string> fault = findNavigationFault(wall_.navigation);
+        return !fault || found(Part::kNavigation, 0, "navigation: " + *fault);
     }
 
     bool checkCounts() {
@@ -78,26 +67,8 @@ private:
     /// Names become names of folders and stand in logs.
     bool checkName(Part part, std::size_t index, std::string_view kind, const std::string& name,
                    std::set<std::string>& taken) {
-        if (name.empty()) return found(part, index, fmt::format("{} {} has no name", kind, index + 1));
-        if (name.size() > limits_.maxName) {
-            return found(part, index,
-                         fmt::format("the name of {} {} is longer than {} bytes", kind, index + 1, limits_.maxName));
-        }
-        const auto allowed = [](char c) {
-            return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' ||
-                   c == '.';
-        };
-        for (const char c : name) {
-            if (!allowed(c)) {
-                return found(part, index,
-                             fmt::format("the name of {} {} has a character that file names should not have: letters, "
-                                         "digits, '-', '_' and '.' are allowed",
-                                         kind, index + 1));
-            }
-        }
-        if (name.front() == '.') return found(part, index, fmt::format("the name \"{}\" begins with a dot", name));
-        if (!taken.insert(name).second)
-            return found(part, index, fmt::format("there are two {}s \"{}\": give each a name of its own", kind, name));
+        if (std::optional<std::string> wrong = nameFault(kind, index, name, limits_.maxName, taken))
+            return found(part, index, std::move(*wrong));
         return true;
     }
 
@@ -226,6 +197,8 @@ private:
             if (host.tiles.empty())
                 return found(Part::kHost, h,
                              fmt::format("host \"{}\" has no tiles: nothing would be drawn on it", host.name));
+            if (auto fault = host.machine ? findMachineFault(*host.machine) : std::nullopt)
+                return found(Part::kHost, h, fmt::format("the machine of host \"{}\" {}", host.name, *fault));
             for (std::size_t t = 0; t < host.tiles.size(); ++t) {
                 if (!checkTile(h, t)) return false;
             }
@@ -325,6 +298,11 @@ private:
             }
         }
         return true;
+    }
+
+    bool checkOutputs() {
+        auto fault = findOutputFault(wall_);
+        return !fault || found(Part::kTile, fault->host, std::move(fault->message), fault->tile);
     }
 
     bool checkSync() {

@@ -2,7 +2,7 @@
 # applications, so that find_package(Tessera) gives Tessera::application and the layers below it.
 include(CMakePackageConfigHelpers)
 
-set(application_layers base math change field cores scene session wall codec net application)
+set(application_layers base input math change field cores scene session wall output codec net application)
 list(TRANSFORM application_layers PREPEND tessera_ OUTPUT_VARIABLE application_targets)
 set(package_folder lib/cmake/Tessera)
 
@@ -16,7 +16,10 @@ foreach(layer ${application_layers})
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/common/${layer} DESTINATION include/tessera/common COMPONENT application
     FILES_MATCHING PATTERN "*.h"
     PATTERN "common/codec/Parts.h" EXCLUDE PATTERN "common/codec/ApplicationUnpacker.h" EXCLUDE
-    PATTERN "common/codec/WallMessage.h" EXCLUDE
+    PATTERN "common/codec/WallMessage.h" EXCLUDE PATTERN "common/codec/OutputMessage.h" EXCLUDE
+    PATTERN "common/codec/TrackingMessage.h" EXCLUDE PATTERN "common/codec/NavigationMessage.h" EXCLUDE
+    PATTERN "common/codec/ApplicationNavigationParts.h" EXCLUDE
+    PATTERN "common/codec/ApplicationTrackingParts.h" EXCLUDE PATTERN "common/wall/WallNames.h" EXCLUDE
     PATTERN "common/application/Connection.h" EXCLUDE
     PATTERN "common/net/FrameReader.h" EXCLUDE PATTERN "common/net/LinkTable.h" EXCLUDE)
 endforeach()

@@ -11,6 +11,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <sstream>
 
 namespace tessera {
 
@@ -80,6 +82,20 @@ std::vector<char*> pointersTo(std::vector<std::string>& texts) {
 }
 
 }  // namespace
+
+std::optional<std::string> findProgram(const std::string& name) {
+    namespace fs = std::filesystem;
+    const auto runs = [](const fs::path& path) {
+        std::error_code ignored;
+        return fs::is_regular_file(path, ignored) && ::access(path.c_str(), X_OK) == 0;
+    };
+    if (name.find('/') != std::string::npos) return runs(name) ? std::optional(name) : std::nullopt;
+    const char* const path = std::getenv("PATH");
+    std::istringstream folders(path != nullptr ? path : "");
+    for (std::string folder; std::getline(folders, folder, ':');)
+        if (const fs::path candidate = fs::path(folder.empty() ? "." : folder) / name; runs(candidate)) return candidate.string();
+    return std::nullopt;
+}
 
 std::string describe(const ChildEnd& end) {
     if (end.signalled) return fmt::format("was killed by signal {} ({})", end.value, ::strsignal(end.value));

@@ -20,6 +20,9 @@ struct ChildCommand {
     bool feedInput = false;  ///< a pipe to its standard input; else it reads nothing
 };
 
+/// Where in the folders of PATH a program of this name is; one with a slash is a path already. Nothing: there is none.
+[[nodiscard]] std::optional<std::string> findProgram(const std::string& name);
+
 /// How a process ended.
 struct ChildEnd {
     bool signalled = false;

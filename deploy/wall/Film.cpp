@@ -83,18 +83,6 @@ std::optional<ChildEnd> waitForEnd(Child& child, Signals& signals, Console& cons
 
 }  // namespace
 
-std::optional<std::string> findFfmpeg() {
-    const char* const path = std::getenv("PATH");
-    std::istringstream folders(path != nullptr ? path : "");
-    for (std::string folder; std::getline(folders, folder, ':');) {
-        const fs::path candidate = fs::path(folder.empty() ? "." : folder) / "ffmpeg";
-        std::error_code ignored;
-        if (fs::is_regular_file(candidate, ignored) && ::access(candidate.c_str(), X_OK) == 0)
-            return candidate.string();
-    }
-    return std::nullopt;
-}
-
 Expected<bool> writeFilm(const std::string& ffmpeg, const std::string& path, const PictureLayout& layout,
                          const TileImages& images, Signals& signals, Console& console) {
     Frames frames(layout, images);

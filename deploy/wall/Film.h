@@ -12,9 +12,6 @@
 
 namespace tessera {
 
-/// The path of an ffmpeg in the folders of PATH.
-[[nodiscard]] std::optional<std::string> findFfmpeg();
-
 /// Writes an MP4 of 60 frames per second (frame n is at n / 60 s), from the first to the last frame that any tile has;
 /// a tile without an image for a frame keeps its previous one. Written beside `path` and renamed. False when somebody
 /// asked for the end meanwhile.

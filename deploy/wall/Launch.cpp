@@ -14,6 +14,8 @@
 #include "common/codec/WallCodec.h"
 #include "common/wall/PictureLayout.h"
 #include "deploy/wall/Film.h"
+#include "deploy/wall/OutputImages.h"
+#include "deploy/wall/RemoteWall.h"
 #include "deploy/wall/Stitch.h"
 #include "deploy/wall/TileImages.h"
 
@@ -54,7 +56,19 @@ std::string drawThreads(std::size_t clients) {
     return std::to_string(std::max(0, count / static_cast<int>(std::max<std::size_t>(1, clients)) - 1));
 }
 
-Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wall, const std::string& wallPath) {
+/// Of every client, wherever it runs.
+std::vector<std::string> argumentsOfAllClients(const LaunchOptions& options) {
+    std::vector<std::string> c;
+    if (!options.culler.empty()) c.insert(c.end(), {"--culler", options.culler});
+    if (options.window) c.emplace_back("--window");
+    if (!options.surface.empty()) c.insert(c.end(), {"--surface", options.surface});
+    if (options.device >= 0) c.insert(c.end(), {"--device", std::to_string(options.device)});
+    if (!options.share.empty()) c.insert(c.end(), {"--share", options.share});
+    return c;
+}
+
+/// `remote`: null where all clients run here.
+Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wall, const std::string& wallPath, const RemoteWall* remote) {
     const Expected<std::string> server = programBeside(options.executable, "tessera-server");
     if (!server) return tl::unexpected(server.error());
     const Expected<std::string> client = programBeside(options.executable, "tessera-client");
@@ -68,13 +82,24 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
 
     std::vector<std::string>& s = run.serverArguments;
     s = {"--wall",    wallPath,
-         "--listen",  "127.0.0.1:0",
+         "--listen",  remote != nullptr ? remote->listen : options.listen.empty() ? "127.0.0.1:0" : options.listen,
          "--report",  options.output + "/report.json",
          "--progress"};
     const auto add = [&](const std::string& option, const std::string& value) {
         if (!value.empty()) s.insert(s.end(), {option, value});
     };
-    add("--frames", options.frames != 0 ? std::to_string(options.frames) : "");
+    // Pictures of tiles elsewhere are fetched while the server runs: it is told to end when that is done.
+    if (remote != nullptr) {
+        const Expected<std::string> ctl = programBeside(options.executable, "tessera-ctl");
+        if (!ctl) return tl::unexpected(ctl.error());
+        run.remote = remote->clients;
+        run.endAfterFrames = options.frames;
+        run.beforeEnd = [ctl = *ctl, file = options.output + "/wall.png"](const std::string& address) {
+            return ChildCommand{.program = ctl, .arguments = {"--server", address, "snapshot", file}};
+        };
+    }
+    add("--frames", options.frames != 0 && remote == nullptr ? std::to_string(options.frames) : "");
+    if (options.testPicture) s.push_back("--test-picture");
     for (const std::string& scene : options.scenes) add("--scene", scene);
     for (const std::string& folder : options.assets) add("--assets", folder);
     // Who is shown a scene may load what lies beside it.
@@ -91,18 +116,16 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     add("--record", options.record);
     add("--journal", options.journal);
     add("--threads", options.threads != 0 ? std::to_string(options.threads) : "");
+    if (options.noInput) s.push_back("--no-input");
     if (options.allowUnconfined) s.push_back("--allow-unconfined-import");
 
     run.clientArguments = {"--output", options.output};
-    if (!options.culler.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--culler", options.culler});
-    if (options.window) run.clientArguments.emplace_back("--window");
+    const std::vector<std::string> ofAll = argumentsOfAllClients(options);
+    run.clientArguments.insert(run.clientArguments.end(), ofAll.begin(), ofAll.end());
     if (!options.windowLog.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--window-log", options.windowLog});
-    if (!options.surface.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--surface", options.surface});
-    if (options.device >= 0) run.clientArguments.insert(run.clientArguments.end(), {"--device", std::to_string(options.device)});
-    if (!options.share.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--share", options.share});
     if (options.keepFrames) run.clientArguments.push_back("--keep-frames");
     if (std::getenv("LP_NUM_THREADS") == nullptr)
-        run.clientEnvironment.emplace_back("LP_NUM_THREADS", drawThreads(wall.hosts.size()));
+        run.clientEnvironment.emplace_back("LP_NUM_THREADS", drawThreads(wall.hosts.size() - run.remote.size()));
     return run;
 }
 
@@ -196,7 +219,8 @@ void sayWaits(const nlohmann::json& report, Console& console) {
 }
 
 /// The server's report is there and can be read; a word on what is in it.
-Expected<void> sayReport(const std::string& path, Console& console) {
+/// Returns how many frames were shown.
+Expected<std::uint64_t> sayReport(const std::string& path, Console& console) {
     const Expected<Bytes> bytes = readFile(path, kLargestReport);
     if (!bytes) return tl::unexpected(bytes.error());
     const nlohmann::json report = nlohmann::json::parse(asText(*bytes), nullptr, false);
@@ -204,20 +228,19 @@ Expected<void> sayReport(const std::string& path, Console& console) {
         return fail(ErrorCode::kFailed, fmt::format("{}: the server's report is no JSON object", path));
     const nlohmann::json faults = report.value("faults", nlohmann::json::array());
     const nlohmann::json times = report.value("frame_ms", nlohmann::json::object());
-    std::string text = fmt::format("{} frames", report.contains("frames") && report["frames"].is_number()
-                                                    ? report["frames"].get<std::uint64_t>()
-                                                    : 0);
+    const std::uint64_t frames = report.contains("frames") && report["frames"].is_number() ? report["frames"].get<std::uint64_t>() : 0;
+    std::string text = fmt::format("{} frames", frames);
     if (times.is_object() && times.contains("p50") && times["p50"].is_number())
         text += fmt::format(", {:.1f} ms each (median)", times["p50"].get<double>());
     if (faults.is_array()) text += fmt::format(", {} {}", faults.size(), faults.size() == 1 ? "fault" : "faults");
     console.note(text);
     sayWaits(report, console);
-    return {};
+    return frames;
 }
 
 void makeFilm(const LaunchOptions& options, const Wall& wall, const TileImages& images, Signals& signals,
               Console& console) {
-    const std::optional<std::string> ffmpeg = findFfmpeg();
+    const std::optional<std::string> ffmpeg = findProgram("ffmpeg");
     if (!ffmpeg) {
         console.note(fmt::format("ffmpeg is not installed: no {}/wall.mp4", options.output));
         return;
@@ -238,6 +261,25 @@ int judge(const WallRunResult& run, bool untilStopped, Console& console) {
     return run.server.signalled ? exitCode(ErrorCode::kFailed) : run.server.value;
 }
 
+/// The server's report, and the picture that was fetched before it ended.
+int afterRemote(const LaunchOptions& options, int code, Console& console) {
+    if (code != 0) return code;
+    const std::string report = options.output + "/report.json", picture = options.output + "/wall.png";
+    const Expected<std::uint64_t> frames = sayReport(report, console);
+    if (!frames) {
+        console.error(frames.error().message);
+        return exitCode(frames.error().code);
+    }
+    // Who stops a wall before it has shown anything has what was wanted.
+    if (*frames == 0 && options.frames > 0) {
+        console.error("no host has shown a frame");
+        return exitCode(ErrorCode::kFailed);
+    }
+    std::error_code ignored;
+    console.note(fs::exists(picture, ignored) ? fmt::format("{}, {}", picture, report) : report);
+    return 0;
+}
+
 }  // namespace
 
 int launch(const LaunchOptions& options, Signals& signals, Console& console) {
@@ -248,22 +290,40 @@ int launch(const LaunchOptions& options, Signals& signals, Console& console) {
     std::string wallPath;
     const Expected<Wall> wall = wallOf(options, wallPath);
     if (!wall) return failed(wall.error());
-    const Expected<WallRunOptions> runSetup = runOptions(options, *wall, wallPath);
+    std::optional<RemoteWall> remote;
+    if (options.start && std::ranges::any_of(wall->hosts, [](const WallHost& host) { return host.machine.has_value(); })) {
+        auto prepared = prepareMachines(
+            *wall, {.ssh = options.ssh, .listen = options.listen, .client = argumentsOfAllClients(options), .startAnyway = options.startAnyway},
+            signals, console);
+        if (!prepared) return failed(prepared.error());
+        if (!*prepared) return failed({ErrorCode::kFailed, "stopped before anything was started"});
+        remote = std::move(**prepared);
+    } else if (options.start) {
+        console.note("no host of this wall names a machine: all run here");
+    }
+    const Expected<WallRunOptions> runSetup = runOptions(options, *wall, wallPath, remote ? &*remote : nullptr);
     if (!runSetup) return failed(runSetup.error());
     const std::vector<Tile> tiles = layoutTiles(*wall);
     const TileImages images(options.output + "/tiles");
     if (auto ok = prepareOutput(options.output, images, tiles); !ok) return failed(ok.error());
+    const std::string outputs = options.output + "/outputs";
+    if (auto ok = clearOutputImages(outputs, *wall); !ok) return failed(ok.error());
 
     const Expected<WallRunResult> run = runWall(*runSetup, signals, console);
     if (!run) return failed(run.error());
     const int code = judge(*run, options.frames == 0, console);
 
+    if (remote) return afterRemote(options, code, console);
     const Expected<LastImages> last = LastImages::read(tiles, images);
     if (!last) return code != 0 ? code : failed(last.error());
     if (!last->newest()) return code != 0 ? code : failed({ErrorCode::kFailed, "no tile has shown anything"});
     // A run that broke off may have left pictures worth having; its exit code stays what it is.
     last->sayWhatIsOld(tiles, console);
     if (auto ok = writePictures(*wall, options.output, *last); !ok) return code != 0 ? code : failed(ok.error());
+    if (options.outputs) {
+        const auto ok = writeOutputImages(outputs, *wall, [&](const std::string& tile) -> const std::optional<TileImages::Image>& { return last->of(tile); }, console);
+        if (!ok) return code != 0 ? code : failed(ok.error());
+    }
     if (options.keepFrames && !run->interrupted) makeFilm(options, *wall, images, signals, console);
     if (code != 0) return code;
     if (auto ok = sayReport(options.output + "/report.json", console); !ok) return failed(ok.error());

@@ -1,4 +1,4 @@
-/// A whole wall on this machine: what tessera-wall does.
+/// A whole wall, on this machine or started from it: what tessera-wall does.
 #pragma once
 
 #include <cstdint>
@@ -31,13 +31,20 @@ struct LaunchOptions {
     std::string output = "out";
     std::vector<std::string> assets;
     bool keepFrames = false;
+    bool outputs = false;  ///< outputs/TILE.png: what projectors get
     bool restart = false;
+    bool start = false;        ///< hosts whose wall file names a machine are started there, by ssh
+    bool startAnyway = false;  ///< without those whose machine lacks something
+    std::string listen;        ///< of the server; empty: chosen
+    std::string ssh = "ssh";
+    bool testPicture = false;  ///< instead of the scene
+    bool noInput = false;  ///< of the server: nobody flies
     bool allowUnconfined = false;
     std::string executable;  ///< our own path: the other programs lie beside it
 };
 
 /// Runs the wall and leaves wall.png, wall-bezels.png (wall-right.png, wall-right-bezels.png for the right eye), tiles,
-/// report.json and, with keepFrames and an ffmpeg, wall.mp4 in the output folder. Returns the exit code: 0 when the
+/// report.json and, with keepFrames and an ffmpeg, wall.mp4, with outputs a picture of each, in the output folder. Returns the exit code: 0 when the
 /// frames were shown, faults or not; the server's where that failed. Says on the console what went wrong.
 [[nodiscard]] int launch(const LaunchOptions& options, Signals& signals, Console& console);
 

@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstring>
 #include <optional>
+
+#include "deploy/wall/Ssh.h"
 
 namespace tessera {
 
@@ -25,15 +28,25 @@ struct ClientSlot {
     std::optional<SteadyTime> restartAt;
     std::optional<ChildEnd> lastEnd;
     int restarts = 0;
+    int deathsInARow = 0;
     bool killed = false;  ///< by us, and said so
+    const RemoteClient* remote = nullptr;  ///< null: it runs here
+    SteadyTime startedAt{}, lastSign{};
+    // Of lines passed on: those of the second that began then, and those left out of it.
+    SteadyTime secondBegan{};
+    int linesInSecond = 0;
+    std::uint64_t linesLeftOut = 0;
 };
 
 class WallRun {
 public:
     WallRun(const WallRunOptions& options, Signals& signals, Console& console)
         : options_(options), signals_(signals), console_(console) {
-        for (const std::string& host : options.hosts)
+        for (const std::string& host : options.hosts) {
+            const auto remote = options.remote.find(host);
             clients_.push_back({.host = host, .process = {}, .restartAt = {}, .lastEnd = {}});
+            if (remote != options.remote.end()) clients_.back().remote = &remote->second;
+        }
     }
 
     Expected<WallRunResult> run() {
@@ -51,7 +64,9 @@ public:
             for (ClientSlot& client : clients_) readClient(client);
             if (auto started = startClients(); !started) return tl::unexpected(started.error());
             reapClients();
+            keepAlive();
             if (std::optional<ChildEnd> end = server_->reap()) serverEnded(*end);
+            followBeforeEnd();
             if (auto restarted = restartClients(); !restarted) return tl::unexpected(restarted.error());
             keepDeadlines();
             noticeDesertion();
@@ -100,6 +115,7 @@ private:
         until(killAt_);
         until(killClientsAt_);
         until(drainUntil_);
+        until(beforeEndUntil_);
         for (const ClientSlot& client : clients_) until(client.restartAt);
         const auto wait = std::chrono::ceil<milliseconds>(next - now());
         ::poll(handles.data(), handles.size(), static_cast<int>(std::max<std::int64_t>(0, wait.count())));
@@ -125,13 +141,42 @@ private:
         const char* const end = numbers.data() + numbers.size();
         const auto [space, first] = std::from_chars(numbers.data(), end, done);
         if (first != std::errc() || space == end || *space != ' ') return;
-        if (std::from_chars(space + 1, end, total).ec == std::errc()) console_.progress(done, total, "frames");
+        if (std::from_chars(space + 1, end, total).ec != std::errc()) return;
+        console_.progress(done, options_.endAfterFrames > 0 ? options_.endAfterFrames : total, "frames");
+        if (options_.endAfterFrames > 0 && done >= options_.endAfterFrames) endServer();
     }
 
     void readClient(ClientSlot& client) {
         if (!client.process) return;
-        for (const std::string& line : client.process->readLines(Child::kOut)) console_.passOn(false, line);
-        for (const std::string& line : client.process->readLines(Child::kError)) console_.passOn(true, line);
+        for (const std::string& line : client.process->readLines(Child::kOut)) passOn(client, false, line);
+        for (const std::string& line : client.process->readLines(Child::kError)) passOn(client, true, line);
+        if (client.linesLeftOut > 0 && now() - client.secondBegan >= std::chrono::seconds(1)) sayLeftOut(client);
+    }
+
+    /// What comes from elsewhere is anybody's: it says whose it is, and does not drown the others.
+    void passOn(ClientSlot& client, bool error, std::string line) {
+        if (client.remote == nullptr) return console_.passOn(error, line);
+        if (line.ends_with('\r')) line.pop_back();  // as ssh ends its own
+        if (now() - client.secondBegan >= std::chrono::seconds(1)) sayLeftOut(client);
+        if (++client.linesInSecond > options_.mostLinesPerSecond) {
+            ++client.linesLeftOut;
+            return;
+        }
+        console_.passOn(error, line.starts_with("tessera-client[") ? line : fmt::format("[{}] {}", client.host, line));
+    }
+    void sayLeftOut(ClientSlot& client) {
+        client.secondBegan = now();
+        client.linesInSecond = 0;
+        if (const std::uint64_t count = std::exchange(client.linesLeftOut, 0); count > 0)
+            console_.warning(fmt::format("host {} talks too much: {} of its lines are left out", client.host, count));
+    }
+    /// Clients elsewhere end when nobody says anything to them (Ssh.h).
+    void keepAlive() {
+        for (ClientSlot& client : clients_) {
+            if (clientsToldToEnd_ || client.remote == nullptr || !client.process || !client.process->running() || now() - client.lastSign < kSignOfLife) continue;
+            client.lastSign = now();
+            (void)client.process->feed("\n", 1);  // where it fails, its end is near
+        }
     }
 
     Expected<void> startClient(ClientSlot& client) {
@@ -140,10 +185,12 @@ private:
                              .environment = options_.clientEnvironment};
         command.arguments.insert(command.arguments.end(), options_.clientArguments.begin(),
                                  options_.clientArguments.end());
+        if (client.remote != nullptr) command = client.remote->command(address_.substr(address_.rfind(':') + 1));
         Expected<Child> child = Child::start(command);
         if (!child) return tl::unexpected(child.error());
         client.process = std::move(*child);
         client.restartAt.reset();
+        client.startedAt = now();
         console_.fact(fmt::format("pid {} role client host {}", client.process->pid(), client.host));
         return {};
     }
@@ -152,7 +199,12 @@ private:
         if (clientsStarted_ || address_.empty() || ending_ || !server_->running()) return {};
         clientsStarted_ = true;
         for (ClientSlot& client : clients_) {
-            if (auto started = startClient(client); !started) return started;
+            if (client.remote != nullptr && client.remote->lacking) {
+                client.lastEnd = ChildEnd{.signalled = false, .value = 1};
+                if (options_.restart) (void)planRestart(client);
+            } else if (auto started = startClient(client); !started) {
+                return started;
+            }
         }
         return {};
     }
@@ -173,22 +225,30 @@ private:
             const std::optional<ChildEnd> end = client.process->reap();
             if (!end) continue;
             readClient(client);
+            sayLeftOut(client);
             client.lastEnd = end;
             if (end->good() || client.killed || clientsToldToEnd_) continue;
-            std::string text = fmt::format("client of host {} (pid {}) {}", client.host, pid, describe(*end));
+            std::string text = client.remote != nullptr
+                                   ? fmt::format("client of host {} {}", client.host, describeRemote(*end, client.remote->destination))
+                                   : fmt::format("client of host {} (pid {}) {}", client.host, pid, describe(*end));
             // A wrong option or configuration would be wrong again.
             const bool hopeless = !end->signalled && (end->value == exitCode(ErrorCode::kUsage) ||
-                                                      end->value == exitCode(ErrorCode::kBadInput));
-            if (options_.restart && server_->running() && !ending_ && !hopeless) {
-                if (client.restarts < options_.mostRestarts) {
-                    client.restartAt = now() + options_.restartDelay;
-                    text += "; it is started again";
-                } else {
-                    text += fmt::format("; it has been started again {} times and is given up", client.restarts);
-                }
-            }
+                                                      end->value == exitCode(ErrorCode::kBadInput) ||
+                                                      (client.remote != nullptr && (end->value == 126 || end->value == 127)));
+            if (options_.restart && server_->running() && !ending_ && !hopeless) text += planRestart(client);
             console_.warning(text);
         }
+    }
+
+    /// Later each time: what is wrong there may take a person, or a machine's own start, to put right. Says what will be done.
+    std::string planRestart(ClientSlot& client) {
+        if (now() - client.startedAt >= options_.soundAfter) client.deathsInARow = 0;
+        if (client.deathsInARow >= options_.mostRestarts)
+            return fmt::format("; it has been started again {} times and is given up", client.restarts);
+        const milliseconds delay = std::min(options_.longestRestartDelay, milliseconds(options_.restartDelay * (1LL << std::min(client.deathsInARow, 20))));
+        ++client.deathsInARow;
+        client.restartAt = now() + delay;
+        return delay < std::chrono::seconds(1) ? "; it is started again" : fmt::format("; it is started again in {} s", delay.count() / 1000.0);
     }
 
     void serverEnded(const ChildEnd& end) {
@@ -204,6 +264,7 @@ private:
 
     void stopRequested() {
         if (result_.interrupted) {  // asked twice: at once
+            beforeEnd_.reset();
             server_->send(SIGKILL);
             for (ClientSlot& client : clients_) {
                 if (client.process) client.process->send(SIGKILL);
@@ -220,9 +281,32 @@ private:
         if (ending_ || !server_->running()) return;
         ending_ = true;
         for (ClientSlot& client : clients_) client.restartAt.reset();
+        if (options_.beforeEnd && !address_.empty() && !result_.deserted) {
+            Expected<Child> child = Child::start(options_.beforeEnd(address_));
+            if (child) {
+                beforeEnd_ = std::move(*child);
+                beforeEndUntil_ = now() + options_.beforeEndDeadline;
+                return;
+            }
+            console_.warning(child.error().message);
+        }
+        tellServerToEnd();
+    }
+    void tellServerToEnd() {
         server_->send(SIGTERM);
         endServerAt_.reset();
         killAt_ = now() + options_.finishDeadline;
+    }
+    /// Until it has ended, or has had its time, or there is no server any more.
+    void followBeforeEnd() {
+        if (!beforeEnd_) return;
+        for (const Child::Stream stream : {Child::kOut, Child::kError})
+            for (const std::string& line : beforeEnd_->readLines(stream)) console_.passOn(true, line);
+        const bool late = beforeEndUntil_ && now() >= *beforeEndUntil_;
+        if (!beforeEnd_->reap() && !late && server_->running()) return;
+        beforeEnd_.reset();
+        beforeEndUntil_.reset();
+        if (server_->running()) tellServerToEnd();
     }
 
     void keepDeadlines() {
@@ -259,7 +343,13 @@ private:
             clientsToldToEnd_ = true;
             endClientsAt_.reset();
             killClientsAt_ = now() + options_.killAfter;
-            eachRunning([](ClientSlot& client) { client.process->send(SIGTERM); });
+            eachRunning([](ClientSlot& client) {
+                // Where nobody feeds its input a client elsewhere ends, and ssh after it: so it is known to have ended.
+                if (client.remote != nullptr)
+                    client.process->closeInput();
+                else
+                    client.process->send(SIGTERM);
+            });
         }
         if (killClientsAt_ && now() >= *killClientsAt_) {
             killClientsAt_.reset();
@@ -274,14 +364,17 @@ private:
     void noticeDesertion() {
         if (ending_ || !clientsStarted_ || !server_->running()) return;
         for (const ClientSlot& client : clients_) {
-            const bool gone = client.process && !client.process->running() && !client.restartAt && client.lastEnd &&
+            const bool gone = (!client.process || !client.process->running()) && !client.restartAt && client.lastEnd &&
                               !client.lastEnd->good();
             if (!gone) return;
         }
         result_.deserted = true;
         result_.desertedCode = 1;
         for (const ClientSlot& client : clients_) {
-            if (!client.lastEnd->signalled) result_.desertedCode = client.lastEnd->value;
+            if (client.lastEnd->signalled) continue;
+            const int code = client.lastEnd->value;
+            // Of a shell or of ssh: numbers that none of our programs ends with.
+            result_.desertedCode = client.remote == nullptr || code < 126 ? code : code == kSshFailed ? exitCode(ErrorCode::kNetwork) : 1;
         }
         console_.error("no render host is left; the server is stopped");
         endServer();
@@ -302,6 +395,8 @@ private:
     std::optional<SteadyTime> endClientsAt_;  ///< by SIGTERM
     std::optional<SteadyTime> killClientsAt_;
     std::optional<SteadyTime> drainUntil_;
+    std::optional<Child> beforeEnd_;
+    std::optional<SteadyTime> beforeEndUntil_;
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-/// tessera-wall: a whole wall on this machine, one server and one client process per host.
+/// tessera-wall: a whole wall, on this machine or started from it: one server, one client process per host.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -11,7 +11,7 @@
 int main(int argc, char** argv) {
     using namespace tessera;
     LaunchOptions options;
-    CLI::App app("Runs a wall on this machine: one tessera-server, one\ntessera-client per host, over loopback.",
+    CLI::App app("Runs a wall: one tessera-server here, one tessera-client per host;\nhere too, or with --start on the machines that the wall file names.",
                  "tessera-wall");
     app.set_version_flag("--version", versionText("tessera-wall"));
     app.add_option("--wall", options.wall, "Wall file, or a shipped wall's name (2x2)")->type_name("W");
@@ -20,9 +20,8 @@ int main(int argc, char** argv) {
                                "");
     app.add_option("--scene", options.scenes, "Scene or model file; may be repeated")
         ->type_name("S")
-        ->required()
         ->check(named);
-    auto* const frames = app.add_option("--frames", options.frames, "Frames to show (120; with --window until stopped)")
+    auto* const frames = app.add_option("--frames", options.frames, "Frames to show (120; with --window or\n--start until stopped)")
         ->type_name("N")
         ->check(CLI::Range(1, 100'000'000));
     app.add_option("--size", options.size, "Visible pixels of the whole wall")->type_name("WxH");
@@ -59,7 +58,14 @@ int main(int argc, char** argv) {
         ->type_name("N")
         ->check(CLI::Range(1, 256));
     app.add_flag("--keep-frames", options.keepFrames, "Keep every frame's tiles; with ffmpeg\nalso DIR/wall.mp4");
+    app.add_flag("--outputs", options.outputs, "Also DIR/outputs/TILE.png: what each projector\ngets (stereo, warp, blend, colour)");
+    auto* const start = app.add_flag("--start", options.start, "Start hosts on the machines that the wall names, by\nssh (until stopped)");
+    app.add_flag("--start-anyway", options.startAnyway, "... without those whose machine lacks something")->needs(start);
+    app.add_option("--listen", options.listen, "Of the server (where the machines reach this one)")->type_name("ADDR:PORT");
+    app.add_option("--ssh", options.ssh, "The program that is ssh (ssh)")->type_name("PROGRAM")->check(named)->needs(start);
+    app.add_flag("--test-picture", options.testPicture, "Show the test picture; a scene is not needed");
     app.add_flag("--restart", options.restart, "Start a client again that has died");
+    app.add_flag("--no-input", options.noInput, "Nobody flies: windows and applications move the\nview by `view` alone");
     app.add_flag("--allow-unconfined-import", options.allowUnconfined,
                  "Import even where the importing process\ncannot be confined");
     try {
@@ -72,7 +78,11 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "tessera-wall: {}; see --help\n", e.what());
         return exitCode(ErrorCode::kUsage);
     }
-    if (options.window && frames->empty()) options.frames = 0;
+    if (options.scenes.empty() && !options.testPicture) {
+        fmt::print(stderr, "tessera-wall: --scene is required; see --help\n");
+        return exitCode(ErrorCode::kUsage);
+    }
+    if ((options.window || options.start) && frames->empty()) options.frames = 0;
     options.executable = std::filesystem::read_symlink("/proc/self/exe").string();
     Console console = Console::standard();
     Expected<Signals> signals = Signals::take();

@@ -173,7 +173,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     const Content content = node.content_case();
     const auto in = [&](const Error& error) {
         return failWith(
-            fmt::format("{}: node '{}'", placeText(file.label, placeOfNode(node)), readName(node.name(), "")), error);
+            fmt::format("{}: node '{}'", placeText(file.label, placeOfNode(node)), readName(node.name(), contentName(content))), error);
     };
     Expected<ObjectId> core = contentCore(file, node, spot);
     if (!core) {

@@ -13,16 +13,20 @@
 #include "server/sim/ReportFile.h"
 #include "server/sim/SessionActions.h"
 #include "server/sim/StartScene.h"
+#include "server/sim/WandInput.h"
 #include "server/sim/journal/NextEpoch.h"
+#include "server/sim/tracking/TrackerInputs.h"
 
 namespace tessera {
+
+/// The journal has written what was awaited, or cannot. Named, because FrameLoop::Impl holds some.
+struct JournalProgress {};
+
 namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-/// The journal has written what was awaited, or cannot.
-struct JournalProgress {};
 using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, JournalProgress>;
 using Inbox = FairQueue<Event>;
 
@@ -84,6 +88,8 @@ struct FrameLoop::Impl {
     }
     [[nodiscard]] TimePoint nextWake(TimePoint now) const;
     void makeFrame(TimePoint now);
+    void moveHeads();
+    [[nodiscard]] answer::Trackers describeTrackers() const;
 
     ServerOptions options;
     Log& log;
@@ -95,7 +101,11 @@ struct FrameLoop::Impl {
     AnswerGate gate;
     Simulation simulation;
     ViewSource view;
+    Steering steering;
     Report report;
+    Tracking tracking;
+    TrackerInputs trackers;
+    notice::Poses poses;  ///< of the newest frame
     FrameMaker maker;
     FramePacing pacing;
     StartScene startScene;
@@ -128,8 +138,20 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       opened(openJournal()),
       simulation({.threads = options.threads}),
       view(options.wall, options.camera),
+      steering({.wall = options.wall, .simulation = simulation, .view = view, .takesInput = options.takesInput}),
       report(options.wall, join(options.scenes)),
-      maker({.simulation = simulation, .view = view, .blobs = blobs, .report = report, .log = log, .journal = journal()}),
+      tracking(options.wall),
+      trackers(options.wall.tracking, log),
+      poses(tracking.poses(FrameNumber(0), View())),
+      maker({.simulation = simulation,
+             .view = view,
+             .blobs = blobs,
+             .report = report,
+             .log = log,
+             .journal = journal(),
+             .moveHeads = [this] { moveHeads(); },
+             .showing = &options.showing,
+             .steering = &steering}),
       pacing(options.rateHz),
       startScene(options.scenes),
       peers(sessionConfig(), blobs,
@@ -154,11 +176,16 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .loader = loader,
             .journal = options.journalPath,
             .editsRefused = [this] { return trouble(); },
-            .describeWaits = [this](answer::Status& status) { report.describeWaits(status); }}),
+            .describeWaits = [this](answer::Status& status) { report.describeWaits(status); },
+            .describeTrackers = [this] { return describeTrackers(); },
+            .poses = [this] { return poses; },
+            .showing = &options.showing,
+            .steering = &steering}),
       actions({.peers = peers,
                .pacing = pacing,
                .snapshots = snapshots,
                .desk = desk,
+               .steering = steering,
                .simulation = simulation,
                .report = report,
                .log = log,
@@ -206,6 +233,7 @@ Expected<void> FrameLoop::Impl::begin() {
     if (!opened) return tl::unexpected(opened.error());
     const Expected<std::uint16_t> port = peers.listen(options.listen);
     if (!port) return tl::unexpected(port.error());
+    if (const Expected<void> heard = trackers.open(); !heard) return heard;
     if (!options.recordPath.empty() && opened->state.begun)
         return fail(ErrorCode::kUsage,
                     fmt::format("--record {}: a recording begins with the files of --scene; the journal {} goes on without "
@@ -373,12 +401,30 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
         if (const std::vector<std::string> missing = peers.session().missing(); !missing.empty())
             log.warning(fmt::format("starting without: {}", join(missing)));
     FrameMaker::Made made = maker.make(number, desk.takeEdits(), desk.takeReplies());
+    poses = tracking.poses(number, made.view);
     snapshots.follow(made.result.commit);
     report.frameBegins();
     pacing.began(now);
     actions.carryOut(peers.session().beginFrame(made.content, now));
     actions.carryOut(marks.named(made.result.commit.sent->blobs, Clock::now()));
+    actions.carryOut(desk.heads(poses));
     actions.carryOut(untilWritten(desk.committed(std::move(made.result), number, simulation.openQuestions())));
+}
+
+void FrameLoop::Impl::moveHeads() {
+    if (!options.wall.tracking.any()) return;
+    for (const TrackerReading& reading : trackers.take()) tracking.take(reading);
+    const TimePoint now = Clock::now();
+    for (const std::string& text : tracking.advance(now, now + pacing.usualLength())) log.info(text);
+    view.follow(tracking.heads());
+    for (const WandState& wand : tracking.wands())
+        if (const NavigationInput input = inputOf(wand); input.steers()) steering.add(input, "wand " + wand.name);
+}
+
+answer::Trackers FrameLoop::Impl::describeTrackers() const {
+    answer::Trackers told{.trackers = tracking.describe(Clock::now())};
+    trackers.describe(told.trackers);
+    return told;
 }
 
 /// Lets everybody show the last frame, tells them that the show is over, and waits until they have gone.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/Log.h"
+#include "common/codec/Showing.h"
 #include "common/net/Transport.h"
 #include "common/wall/Wall.h"
 #include "server/import/Importer.h"
@@ -25,6 +26,8 @@ struct ServerOptions {
     std::string reportPath;    ///< empty: no report
     std::string recordPath;    ///< empty: no recording
     std::string journalPath;   ///< empty: no journal
+    Showing showing = Showing::kScene;  ///< until somebody asks for something else
+    bool takesInput = true;    ///< of windows and applications: false: the view moves by hand alone
     unsigned threads = 1;      ///< of the collision pipeline; what comes out does not depend on it
     std::function<void(std::uint64_t done, std::uint64_t total)> onProgress;  ///< may be empty
     std::function<void(const Address&)> onListening;

@@ -65,6 +65,8 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     around_.report.frameCommitted(frame);
 
     if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
+    if (around_.moveHeads) around_.moveHeads();
+    if (around_.steering) around_.steering->frame();
     if (const Expected<View> view = around_.view.view(around_.simulation.scene())) {
         lastView_ = *view;
     } else if (!std::exchange(cameraComplaint_, true)) {
@@ -72,9 +74,11 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     }
     if (around_.journal) around_.journal->viewIs(around_.view);
     FrameContent content{.frame = number,
-                         .payload = encodeFrame({.view = lastView_, .collision = numbersOf(frame.collision)}),
+                         .payload = encodeFrame({.view = lastView_,
+                                                 .collision = numbersOf(frame.collision),
+                                                 .showing = around_.showing ? *around_.showing : Showing::kScene}),
                          .list = frame.commit.sent};
-    return {.result = std::move(frame), .content = std::move(content)};
+    return {.result = std::move(frame), .content = std::move(content), .view = lastView_};
 }
 
 void FrameMaker::hold(FrameNumber frame, const ChangeList& list) {

@@ -2,15 +2,18 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "common/base/Log.h"
+#include "common/codec/Showing.h"
 #include "common/session/ServerSession.h"
 #include "server/sim/Report.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/journal/Journal.h"
+#include "server/sim/navigation/Steering.h"
 #include "server/sim/recording/RecordingWriter.h"
 
 namespace tessera {
@@ -27,6 +30,11 @@ public:
         Report& report;
         Log& log;
         Journal* journal = nullptr;  ///< null: none is kept
+        /// Called in each frame, when nothing but the view is left to be found: heads that are as new as can be. May be
+        /// empty.
+        std::function<void()> moveHeads = {};
+        const Showing* showing = nullptr;  ///< null: the scene
+        Steering* steering = nullptr;  ///< null: the view moves by hand and camera alone
     };
     explicit FrameMaker(const Surroundings& around) : around_(around) {}
 
@@ -42,6 +50,7 @@ public:
     struct Made {
         FrameResult result;
         FrameContent content;
+        View view;
     };
     [[nodiscard]] Made make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies);
 

@@ -22,6 +22,8 @@ public:
 
     [[nodiscard]] bool frameOpen() const { return open_; }
     [[nodiscard]] std::uint64_t framesReleased() const { return released_; }
+    /// From a frame's beginning to its Swap, of late: what a frame that begins now may expect.
+    [[nodiscard]] Duration usualLength() const { return usualLength_; }
     /// Of the next frame. `lastShown`: all who were told to show the last one have said that they did.
     [[nodiscard]] TimePoint earliest(bool lastShown) const;
 
@@ -31,6 +33,8 @@ private:
     std::uint64_t released_ = 0;
     TimePoint earliest_{};
     TimePoint releasedAt_{};
+    TimePoint beganAt_{};
+    Duration usualLength_ = std::chrono::milliseconds(16);
 };
 
 }  // namespace tessera

@@ -107,6 +107,16 @@ ServerActions SessionActions::on(const server_action::EpochRaised& raised) {
     return {};
 }
 
+ServerActions SessionActions::on(const server_action::InputReceived& input) {
+    around_.steering.received(input.host, input.states);
+    return {};
+}
+
+ServerActions SessionActions::on(const server_action::InputEnded& ended) {
+    around_.steering.hostLeft(ended.host);
+    return {};
+}
+
 ServerActions SessionActions::on(const server_action::PixelsDiffer& differ) {
     around_.log.warning(
         fmt::format("{} draws other pixels than {} (another CPU or driver): seams between them may show", differ.host,

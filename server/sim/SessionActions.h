@@ -22,6 +22,7 @@ public:
         FramePacing& pacing;
         Snapshots& snapshots;
         RequestDesk& desk;
+        Steering& steering;
         const Simulation& simulation;
         Report& report;
         Log& log;
@@ -54,6 +55,8 @@ private:
     ServerActions on(const server_action::ImageReceived&);
     ServerActions on(const server_action::PixelsDiffer&);
     ServerActions on(const server_action::EpochRaised&);
+    ServerActions on(const server_action::InputReceived&);
+    ServerActions on(const server_action::InputEnded&);
 
     Surroundings around_;
     StateComparison comparison_;

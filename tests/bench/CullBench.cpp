@@ -10,14 +10,16 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <set>
 #include <string>
 
 #include "tests/bench/DrawingStage.h"
 #include "tests/bench/FileStage.h"
+#include "tests/bench/VisibleItems.h"
 
 namespace tessera::bench {
 namespace {
+
+constexpr int kSamples = 4;
 
 struct Row {
     std::string name, peer;
@@ -91,10 +93,8 @@ void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
                 total.depthTriangles += counts.depthTriangles;
                 if (kind == CullerKind::kFrustum) inFrustum = std::move(list);
             }
-            const auto ids = orExit(renderer.drawNodeIds(stage.aspect, inFrustum, camera, rect));
-            const std::set<std::uint64_t> visible(ids.begin(), ids.end());
-            std::erase_if(inFrustum.opaque, [&](const DrawItem& item) { return !visible.contains(item.node.value); });
-            std::erase_if(inFrustum.transparent, [&](const DrawItem& item) { return !visible.contains(item.node.value); });
+            inFrustum = visibleItems(renderer, stage.aspect, std::move(inFrustum), camera, rect, kSamples);
+            static_cast<void>(orExit(renderer.draw(stage.aspect, inFrustum, camera, rect)));  // brings the buffers back to a tile's size
             const double start3 = processorMs();
             static_cast<void>(orExit(renderer.draw(stage.aspect, inFrustum, camera, rect)));
             byOracle.drawMs += processorMs() - start3;
@@ -151,7 +151,7 @@ int bench(int argc, char** argv) {
          {"field", [&] { return fieldStage(5 * frames); }}}};
     for (const auto& [name, make] : stages) {
         if (!only.empty() && only != name) continue;
-        const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
+        const auto renderer = orExit(Renderer::create(*surface, {.samples = kSamples}));
         Stage stage = make();
         measure(stage, *renderer, rows);
     }

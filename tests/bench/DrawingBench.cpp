@@ -45,9 +45,9 @@ void cullRows(SceneTable& table, Stage stage, const DrawingOptions& options, dou
     const CullCost cost = measureCulling(stage, CullerKind::kAuto, CullerKind::kFrustum, true, options.each);
     const std::string remark =
         fmt::format("per tile {:.0f} in the frustum, {:.0f} drawn, {:.0f} visible; triangles {:.3f} of the frustum's, the "
-                    "oracle's {:.3f}; culling {:.1f} ms",
+                    "oracle's {:.3f}; culling {:.1f} ms; {} tiles of the oracle's differ",
                     cost.inFrustum, cost.drawn, cost.visible, shareOf(cost.triangles, cost.allTriangles),
-                    shareOf(cost.oracleTriangles, cost.allTriangles), cost.cullMs);
+                    shareOf(cost.oracleTriangles, cost.allTriangles), cost.cullMs, cost.oracleWrong);
     // Means: what a long way costs. A frame in which much comes into sight counts as it is.
     table.add({.operation = stage.name + ": a frame by auto",
                .peer = "oracle: what has a visible pixel",

@@ -1,9 +1,10 @@
 /// The least that a picture of a mesh costs here: plain OpenGL on OSMesa in one process, one colour, one light, depth, one sample,
 /// and its pixels read back. A program of its own, with LP_NUM_THREADS as it is told.
 ///
-///     bench_drawing_floor MESH WIDTH HEIGHT    # 16 numbers, clip_T_world by columns, on the standard input: milliseconds
+///     bench_drawing_floor MESH WIDTH HEIGHT SIDES    # 16 numbers, clip_T_world by columns, on the standard input: milliseconds
 ///
-/// MESH: counts of corners and of indices (u32 each), positions, normals (3 floats each), indices (u32).
+/// MESH: counts of corners and of indices (u32 each), positions, normals (3 floats each), indices (u32). SIDES: `front`, or `both`
+/// where faces are drawn that are seen from behind.
 #define GL_GLEXT_PROTOTYPES
 #include <GL/osmesa.h>
 
@@ -14,6 +15,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <vector>
 
@@ -48,7 +50,7 @@ std::vector<T> read(std::ifstream& file, std::size_t count) {
 }
 
 int serve(int argc, char** argv) {
-    if (argc != 4) return 2;
+    if (argc != 5) return 2;
     const int width = std::atoi(argv[2]), height = std::atoi(argv[3]);
     std::ifstream file(argv[1], std::ios::binary);
     const auto counts = read<std::uint32_t>(file, 2);
@@ -84,7 +86,7 @@ int serve(int argc, char** argv) {
     glUseProgram(program);
     glViewport(0, 0, width, height);
     glEnable(GL_DEPTH_TEST);
-    glEnable(GL_CULL_FACE);
+    if (std::strcmp(argv[4], "front") == 0) glEnable(GL_CULL_FACE);
     glClearColor(0.3f, 0.4f, 0.5f, 1);
     std::printf("ready\n");
     std::fflush(stdout);

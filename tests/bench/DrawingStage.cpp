@@ -4,12 +4,12 @@
 #include <array>
 #include <filesystem>
 #include <memory>
-#include <set>
 #include <unordered_map>
 
 #include "common/geometry/TriangleOrder.h"
 #include "common/scene/FieldTable.h"
 #include "server/import/Importer.h"
+#include "tests/bench/VisibleItems.h"
 
 namespace tessera::bench {
 namespace {
@@ -203,9 +203,10 @@ Expected<Stage> scanStage(const std::string& file, int frames) {
 }
 
 CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool withOracle, bool tellEach) {
+    constexpr int kSamples = 4;
     const Screen screen = benchScreen();
     const auto surface = orExit(makeSurface("osmesa"));
-    const auto renderer = orExit(Renderer::create(*surface, {.samples = 4}));
+    const auto renderer = orExit(Renderer::create(*surface, {.samples = kSamples}));
     RenderScene scene;
     scene.update(stage.aspect, nullptr);
     const int width = screen.grid.tileWidthPx, height = screen.grid.tileHeightPx;
@@ -221,16 +222,14 @@ CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool with
         for (int tile = 0; tile < 4; ++tile) {
             const PixelRect rect{tile % 2 * width, tile / 2 * height, width, height};
             double cullMs = 0;
-            const auto drawn = [&](const DrawList& list) {
-                static_cast<void>(orExit(renderer->draw(stage.aspect, list, camera, rect)));
-                return renderer->lastCounts().triangles;
-            };
+            Picture picture;
             const auto one = [&](RenderAction& action, double& ms, CullCounts* count, std::uint64_t& triangles) {
                 const double start = processorMs();
                 DrawList list = action.run(scene, camera, rect, count);
                 cullMs = processorMs() - start;
-                triangles = drawn(list);
+                picture = orExit(renderer->draw(stage.aspect, list, camera, rect));
                 ms += processorMs() - start;
+                triangles = renderer->lastCounts().triangles;
                 return list;
             };
             CullCounts count;
@@ -238,17 +237,18 @@ CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool with
             const double before = ourMs;
             one(*actions[static_cast<std::size_t>(tile)], ourMs, &count, ourTriangles);
             const double ourCullMs = cullMs, ourTileMs = ourMs - before;
+            const Picture ourPicture = std::move(picture);
             DrawList list = one(other, allMs, nullptr, allTriangles);
             double oracleTileMs = 0;
             if (withOracle) {
-                const auto ids = orExit(renderer->drawNodeIds(stage.aspect, list, camera, rect));
-                const std::set<std::uint64_t> seen(ids.begin(), ids.end());
-                std::erase_if(list.opaque, [&](const DrawItem& item) { return !seen.contains(item.node.value); });
-                std::erase_if(list.transparent, [&](const DrawItem& item) { return !seen.contains(item.node.value); });
+                list = visibleItems(*renderer, stage.aspect, std::move(list), camera, rect, kSamples);
+                picture = orExit(renderer->draw(stage.aspect, list, camera, rect));  // brings the buffers back to a tile's size
                 const double start = processorMs();
-                oracleTriangles = drawn(list);
+                picture = orExit(renderer->draw(stage.aspect, list, camera, rect));
                 oracleTileMs = processorMs() - start;
+                oracleTriangles = renderer->lastCounts().triangles;
                 oracleMs += oracleTileMs;
+                cost.oracleWrong += picture.rgb != ourPicture.rgb;
             }
             if (!counts) continue;
             const std::size_t visible = list.opaque.size() + list.transparent.size();

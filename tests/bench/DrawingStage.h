@@ -53,8 +53,9 @@ struct CullCost {
     double visible = 0, drawn = 0, inFrustum = 0;  ///< items, means per tile
     double cullMs = 0;                             ///< of `ours`, mean of a frame
     std::uint64_t triangles = 0, allTriangles = 0, oracleTriangles = 0;  ///< given to GL, in all
+    std::uint64_t oracleWrong = 0;  ///< tiles, warming up included, whose picture the oracle's items do not make
 };
-/// `ours` beside `all`, and beside the items that leave a pixel, known for nothing. `tellEach`: prints a line for each
+/// `ours` beside `all`, and beside the items that leave a sample (VisibleItems.h), known for nothing. `tellEach`: prints a line for each
 /// frame and tile.
 [[nodiscard]] CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool withOracle, bool tellEach = false);
 

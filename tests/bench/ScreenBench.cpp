@@ -1,5 +1,6 @@
-/// Walls on screens: what windows cost a wall, how long after Swap a picture stands in its window, how far apart four windows show a
-/// frame, and surfaces beside each other. The engine hall on four tiles, real processes, under Xvfb. `--frames N`, `--json FILE`.
+/// Walls on screens: what windows cost a wall, how long after Swap a picture stands in its window, how far apart four
+/// windows show a frame, and surfaces beside each other. The engine hall on four tiles, real processes, under Xvfb; for
+/// surfaces the city too. `--frames N`, `--rows windows,city,poses`, `--json FILE`.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/bench/SceneTable.h"
+#include "tests/bench/ScreenRows.h"
 #include "tests/integration/Process.h"
 
 namespace tessera::bench {
@@ -25,6 +27,7 @@ namespace fs = std::filesystem;
 
 struct ScreenOptions {
     int frames = 120;
+    std::string rows = "windows,city,poses";
     std::string json;
 };
 
@@ -44,9 +47,10 @@ struct ScreenRun {
 /// Its first pictures stand while windows open: they do not count.
 constexpr std::uint64_t kFirstFrame = 20;
 
-std::optional<ScreenRun> runOnce(const std::string& folder, const std::string& display, int frames, const std::vector<std::string>& more) {
+std::optional<ScreenRun> runOnce(const std::string& folder, const std::string& display, int frames, const std::vector<std::string>& more,
+                                 const std::string& scene = "engine-hall") {
     std::vector<std::string> command = {"/usr/bin/env", "DISPLAY=" + display, test::program("tessera-wall"), "--wall", "2x2", "--scene",
-                                        TESSERA_SOURCE_DIR "/deploy/scenes/engine-hall.tsct", "--assets", "/usr/share/assimp/models",
+                                        TESSERA_SOURCE_DIR "/deploy/scenes/" + scene + ".tsct", "--assets", "/usr/share/assimp/models",
                                         "--frames", std::to_string(frames), "--output", folder + "/out"};
     command.insert(command.end(), more.begin(), more.end());
     fs::remove_all(folder + "/logs");
@@ -80,7 +84,7 @@ int bench(const ScreenOptions& options) {
     if (!mkdtemp(folder.data())) return 1;
     SceneTable table;
     table.begin("engine hall on 2x2 tiles of 960x540");
-    {
+    if (options.rows.find("windows") != std::string::npos) {
         test::Process desktop(folder, "xvfb", {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "1920x1080x24", "-nolisten", "tcp"});
         std::string display;
         for (int i = 0; i < 200 && desktop.running() && display.empty(); ++i) {
@@ -112,6 +116,16 @@ int bench(const ScreenOptions& options) {
             }
         }
     }
+    if (options.rows.find("city") != std::string::npos) {
+        table.begin("city on 2x2 tiles of 960x540");
+        const auto plainly = runOnce(folder, "", options.frames, {}, "city"), egl = runOnce(folder, "", options.frames, {"--surface", "egl"}, "city");
+        if (plainly && egl)
+            table.add({.operation = "a frame of the wall on EGL's first device", .peer = "OSMesa", .ours = plain(egl->frameMs), .theirs = plain(plainly->frameMs), .unit = "ms"});
+        else
+            table.complain("city: the wall did not run to its end");
+    }
+    if (options.rows.find("poses") != std::string::npos)
+        for (const bool drawn : {false, true}) poseRows(table, folder, std::max(100, 2 * options.frames), drawn);
     std::error_code ignored;
     fs::remove_all(folder, ignored);
     table.summarise();
@@ -126,6 +140,7 @@ int main(int argc, char** argv) {
     tessera::bench::ScreenOptions options;
     for (int i = 1; i + 1 < argc; i += 2) {
         if (std::strcmp(argv[i], "--frames") == 0) options.frames = std::atoi(argv[i + 1]);
+        if (std::strcmp(argv[i], "--rows") == 0) options.rows = argv[i + 1];
         if (std::strcmp(argv[i], "--json") == 0) options.json = argv[i + 1];
     }
     return tessera::bench::bench(options);

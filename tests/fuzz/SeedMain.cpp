@@ -15,6 +15,7 @@
 #include "server/sim/journal/JournalFormat.h"
 #include "server/sim/recording/RecordingFormat.h"
 #include "tests/fuzz/HostileShow.h"
+#include "tests/fuzz/TrackerSeeds.h"
 #include "tests/unit/AnyMessage.h"
 
 namespace tessera {
@@ -80,7 +81,8 @@ void write(const Seeds& seeds) {
     }
     seeds.add("frames", frames);
     const std::vector<ApplicationRequest> requests = {request::GetStatus{}, request::Pick{1, 2}, request::Undo{}, request::SetView{},
-                                                      request::GetObjects{{"/hall/crane", "#17"}}, request::GetTree{.after = {ObjectId{1}}}};
+                                                      request::GetObjects{{"/hall/crane", "#17"}}, request::GetTree{.after = {ObjectId{1}}},
+                                                      request::Navigate{.bookmark = 1, .input = InputState{}}};
     for (const ApplicationRequest& request : requests) {
         message::Request message{7, encodeRequest(request)};
         seeds.add("messages", byte(wireType(message)) + encodeMessage(message).joined());
@@ -157,6 +159,7 @@ void write(const Seeds& seeds) {
     record(encodeClosing({1}));
     seeds.add("recordings", records);
 
+    for (const Bytes& bytes : fuzz::trackerSeeds()) seeds.add("trackers", bytes);
     for (const bool isSnapshot : {false, true}) {
         Bytes kept = byte(1);
         const auto keep = [&](const JournalRecord& what) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
 
 #include "common/codec/WallCodec.h"
@@ -217,9 +218,10 @@ TEST_P(ShippedWall, IsLoadedAndDrawn) {
     const View view = defaultView(*wall, scene.bounds());
     Stage stage(wall->samples);
     for (const Screen& screen : wall->screens) {
-        Picture whole;
+        std::map<Eye, Picture> wholes;
         for (const Tile& tile : layoutTiles(*wall)) {
             if (tile.screen != screen.name) continue;
+            Picture& whole = wholes[tile.eye];
             const User* user = wall->findUser(tile.user);
             ASSERT_NE(user, nullptr);
             const ScreenCamera camera = screenCamera(screen, *user, tile.eye, view);
@@ -229,11 +231,11 @@ TEST_P(ShippedWall, IsLoadedAndDrawn) {
             const Picture picture = drawPart(stage, aspect, scene, CullerKind::kMasked, camera, tile.rect);
             EXPECT_EQ(differingPixels(picture, cropOf(whole, tile.rect)), 0u) << tile.name;
         }
-        EXPECT_GT(lookOf(whole).mean, 10) << screen.name;
+        for (const auto& [eye, whole] : wholes) EXPECT_GT(lookOf(whole).mean, 10) << screen.name;
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ShippedWall, testing::Values("1x1", "2x2", "3x1", "3x1-bezels", "cave4"),
+INSTANTIATE_TEST_SUITE_P(All, ShippedWall, testing::Values("1x1", "2x2", "3x1", "3x1-bezels", "cave4", "cave4-stereo", "5-sided", "curved-9x2", "powerwall-4k-2x3", "two-users"),
                          [](const auto& name) {
                              std::string text = name.param;
                              std::erase(text, '-');

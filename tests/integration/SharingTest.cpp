@@ -12,6 +12,7 @@
 
 #include "client/image/Picture.h"
 #include "tests/integration/LiveWall.h"
+#include "tests/unit/Sanitized.h"
 
 namespace tessera::test {
 namespace {
@@ -157,7 +158,16 @@ std::set<std::uint64_t> placesOf(pid_t process) {
     return places;
 }
 
-/// Twelve balls of 130,000 triangles that differ a little: 36 large arrays.
+TEST_F(Sharing, WhereAddressesOrOpenFilesAreFewAHostDrawsAlone) {
+    if (kSanitized) GTEST_SKIP() << "sanitizers want many addresses";
+    for (const std::string limit : {"-v 600000", "-n 24"}) {
+        LiveWall wall({.wall = "1x1", .server = {"--frames", "3"}});
+        Process client(wall.folder(), "limited", {"/bin/bash", "-c", "ulimit " + limit + "; exec \"$0\" \"$@\"", program("tessera-client"), "--server", wall.address(), "--host", "all", "--share", "auto"});
+        EXPECT_EQ(client.waitForExit(60s), 0) << limit << ": " << client.output();
+        EXPECT_NE(client.output().find("nothing is shared with hosts of this machine"), std::string::npos) << client.output();
+    }
+}
+
 TEST_F(Sharing, WhereFilesMayNotBeLargeHostsDrawAlone) {
     const TemporaryFolder folder;
     // In blocks of 1,024 bytes: less than a board takes, more than a tile's pictures.
@@ -169,6 +179,7 @@ TEST_F(Sharing, WhereFilesMayNotBeLargeHostsDrawAlone) {
     EXPECT_NE(drawn.output.find("warning"), std::string::npos) << "what is gone without is said\n" << drawn.output;
 }
 
+/// Twelve balls of 130,000 triangles that differ a little: 36 large arrays.
 TEST_F(Sharing, ArraysLieOnceInTheMemoryOfAMachineAndAreFetchedOnce) {
     const TemporaryFolder folder;
     std::string scene = "node { transform { translation { z: -9 } }\n";

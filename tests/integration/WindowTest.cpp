@@ -1,14 +1,7 @@
 /// Tiles in windows, on a desktop without a screen (Xvfb): what stands there, pixel by pixel, and what happens when it goes away.
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
-#include <optional>
-#include <thread>
-
-#include "client/image/Picture.h"
-#include "tests/integration/LiveWall.h"
+#include "tests/integration/Desktop.h"
 
 namespace tessera::test {
 namespace {
@@ -16,53 +9,6 @@ namespace {
 using namespace std::chrono_literals;
 
 const std::string kYardScene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
-
-/// An X server whose screen lies in a file in the format of xwd (X11/XWDFile.h: 25 numbers, most significant byte first, a name,
-/// colours, rows).
-class Desktop {
-public:
-    Desktop(const std::string& folder, int widthPx, int heightPx)
-        : file_(folder + "/Xvfb_screen0"),
-          server_(folder, "xvfb",
-                  {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx), "-fbdir", folder, "-nolisten", "tcp"}) {
-        for (int i = 0; i < 600 && server_.running() && display_.empty(); ++i) {
-            std::this_thread::sleep_for(50ms);
-            const std::string said = server_.output();
-            if (const std::size_t end = said.find('\n'); end != std::string::npos) display_ = ":" + said.substr(0, end);
-        }
-    }
-    /// Empty: it did not start.
-    [[nodiscard]] const std::string& display() const { return display_; }
-    [[nodiscard]] Process& server() { return server_; }
-
-    [[nodiscard]] Picture screenshot() const {
-        const std::string bytes = readText(file_);
-        const auto number = [&](std::size_t i) {
-            std::uint32_t value = 0;
-            for (std::size_t b = 0; b < 4; ++b) value = value << 8 | static_cast<std::uint8_t>(bytes.at(4 * i + b));
-            return value;
-        };
-        const std::size_t pitch = number(12), from = number(0) + 12 * std::size_t{number(19)};
-        Picture picture = Picture::filled(static_cast<int>(number(4)), static_cast<int>(number(5)), 0, 0, 0);
-        for (std::size_t y = 0, to = 0; y < number(5); ++y)
-            for (std::size_t x = 0; x < number(4); ++x)
-                for (std::size_t c = 3; c-- > 0;) picture.rgb[to++] = static_cast<std::uint8_t>(bytes.at(from + y * pitch + 4 * x + c));
-        return picture;
-    }
-    /// Until it looks like `wanted`.
-    [[nodiscard]] bool waitFor(const Picture& wanted, std::chrono::seconds patience) const {
-        const auto end = std::chrono::steady_clock::now() + patience;
-        while (std::chrono::steady_clock::now() < end) {
-            if (screenshot() == wanted) return true;
-            std::this_thread::sleep_for(100ms);
-        }
-        return false;
-    }
-
-private:
-    std::string file_, display_;
-    Process server_;
-};
 
 class Windows : public testing::Test {
 protected:
@@ -110,6 +56,7 @@ TEST_F(Windows, ThatLoseTheirDisplayCostTheWallNothing) {
     EXPECT_TRUE(desktop->waitFor(wanted, 60s)) << wall.output();
     desktop.reset();
     EXPECT_TRUE(wall.waitForText("has no window any more", 30s)) << wall.output();
+    EXPECT_EQ(wall.output().find("killed by signal"), std::string::npos) << wall.output();
     wall.signal(SIGINT);
     EXPECT_EQ(wall.waitForExit(30s), 0) << wall.output();
     EXPECT_NE(wall.output().find(", 0 faults"), std::string::npos) << wall.output();

@@ -98,6 +98,8 @@ private:
     void on(const server_action::RequestReceived& action);
     void on(const server_action::ApplicationJoined&) {}
     void on(const server_action::ApplicationLeft&) {}
+    void on(const server_action::InputReceived&) { violated("tells of input that no host of this simulation sends"); }
+    void on(const server_action::InputEnded&) {}
     void on(const server_action::BlobsEverywhere& action);
     void on(const server_action::BlobRequested& action);
     void on(const server_action::ImageReceived&) { ++images_; }

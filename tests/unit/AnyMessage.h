@@ -1,7 +1,9 @@
 /// Messages with something in every field, made from their descriptions: samples, and whatever a peer might say.
 #pragma once
 
+#include <array>
 #include <chrono>
+#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -75,6 +77,16 @@ private:
     }
     void records(std::vector<HashEntry>& entries) {
         for (std::size_t n = source_.count(); n > 0; --n) entries.push_back({source_.number(), source_.number()});
+    }
+    void records(std::vector<InputState>& states) {
+        for (std::size_t n = source_.count(); n > 0; --n) {
+            InputState state;
+            // Every bit pattern is one.
+            std::array<std::uint64_t, sizeof state / 8> words;
+            for (std::uint64_t& word : words) word = source_.number();
+            std::memcpy(static_cast<void*>(&state), words.data(), sizeof state);
+            states.push_back(state);
+        }
     }
 
     Source& source_;

@@ -149,4 +149,8 @@ std::optional<PickHit> CollisionPipeline::pickNode(const Aspect& aspect, const R
     return impl_->picker.pick(aspect, impl_->handler, ray);
 }
 
+bool CollisionPipeline::facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces) {
+    return impl_->picker.facesIn(aspect, impl_->handler, box, work, faces);
+}
+
 }  // namespace tessera

@@ -52,6 +52,8 @@ public:
 
     /// The nearest visible triangle along a ray in world coordinates.
     [[nodiscard]] std::optional<PickHit> pickNode(const Aspect& aspect, const Ray& ray);
+    /// The visible triangles near a place (ScenePicker::facesIn).
+    [[nodiscard]] bool facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces);
 
 private:
     struct Impl;

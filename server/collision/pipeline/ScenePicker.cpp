@@ -10,6 +10,7 @@
 #include "common/scene/Action.h"
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/objects/SortOnce.h"
+#include "server/collision/query/FacesNear.h"
 #include "server/collision/query/RayQuery.h"
 
 namespace tessera {
@@ -116,6 +117,44 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
         limit = hit->t;
     });
     return best;
+}
+
+bool ScenePicker::facesIn(const Aspect& aspect, ObjectHandler& handler, const Box& box, QueryWork& work,
+                          std::vector<Triangle>& faces) {
+    follow(aspect, handler);
+    std::vector<std::uint32_t> near;
+    const auto wanted = [&](const Box& around) {
+        ++work.boxTests;
+        return !work.exhausted() && around.overlaps(box);
+    };
+    tree_.forItems(wanted, [](const Box&) { return 0.0; }, [&](std::uint32_t number) { near.push_back(number); });
+    const std::size_t before = faces.size();
+    const auto giveUp = [&] {
+        faces.resize(before);
+        return false;
+    };
+    if (work.exhausted()) return giveUp();
+    std::sort(near.begin(), near.end());
+    std::vector<std::uint32_t> found;
+    for (const std::uint32_t number : near) {
+        const Place& place = handler.places()[number];
+        if (isLookedThrough(aspect, place.node)) continue;
+        const std::shared_ptr<const CollisionShape> shape = shapes_->shape(drawableOf(aspect, place.core).arrays());
+        if (!shape) continue;
+        const Affine3d world = worldTransform(aspect, place.node);
+        // What is flattened has no map back; all of it is looked at.
+        Box local = shape->mesh().bounds();
+        if (const Affine3d back = world.inverse(); !flattens(world) && back.matrix().allFinite()) local = boxAround(back, box);
+        found.clear();
+        if (!facesNear(shape->tree(), local, work, found)) return giveUp();
+        for (const std::uint32_t face : found) {
+            const Triangle triangle = transformed(world, shape->mesh().triangle(face));
+            Box around;
+            for (const Vec3d& corner : triangle) around.extend(corner);
+            if (around.overlaps(box)) faces.push_back(triangle);
+        }
+    }
+    return true;
 }
 
 }  // namespace tessera

@@ -1,4 +1,4 @@
-/// What does a ray hit first?
+/// What does a ray hit first? What is drawn near a place?
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,8 @@
 
 #include "common/math/Ray.h"
 #include "common/scene/Aspect.h"
+#include "server/collision/mesh/QueryWork.h"
+#include "server/collision/mesh/TriangleTriangle.h"
 #include "server/collision/objects/ObjectHandler.h"
 #include "server/collision/pipeline/PickTree.h"
 
@@ -33,6 +35,12 @@ public:
     /// In the scene as the handler has seen it last, without what is laid over it. Of equal distances the first node in
     /// document order. Geometry that is absent or malformed is not hit.
     [[nodiscard]] std::optional<PickHit> pick(const Aspect& aspect, ObjectHandler& handler, const Ray& ray);
+
+    /// Appends the triangles of all that a pick looks at, in world coordinates: all that meet `box`, and some more of those
+    /// whose own boxes overlap it; what is flattened too. Lines have none. False: the work was exhausted, and nothing is
+    /// appended. A box counts as a box test, of the scene's tree and of the trees of geometries alike.
+    [[nodiscard]] bool facesIn(const Aspect& aspect, ObjectHandler& handler, const Box& box, QueryWork& work,
+                               std::vector<Triangle>& faces);
 
 private:
     void follow(const Aspect& aspect, ObjectHandler& handler);

@@ -71,6 +71,13 @@ ServerActions FrameNews::picked(const answer::Picked& picked) {
     return actions;
 }
 
+ServerActions FrameNews::poses(const notice::Poses& poses) {
+    ServerActions actions;
+    tell(
+        actions, [](const request::Subscribe& s) { return s.poses; }, [&] { return poses; });
+    return actions;
+}
+
 answer::Contacts FrameNews::contacts() const {
     return contactsOf(step_, frame_, contactsBegun_);
 }

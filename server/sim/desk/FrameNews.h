@@ -30,6 +30,7 @@ public:
     [[nodiscard]] ServerActions committed(StepResult step, FrameNumber number, std::span<const std::uint64_t> open);
     [[nodiscard]] ServerActions released(const server_action::FrameReleased& release);
     [[nodiscard]] ServerActions picked(const answer::Picked& picked);
+    [[nodiscard]] ServerActions poses(const notice::Poses& poses);
 
     // Of the newest frame.
     [[nodiscard]] answer::Contacts contacts() const;

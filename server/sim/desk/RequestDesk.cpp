@@ -16,6 +16,20 @@ template <typename Request>
 constexpr bool kStaysOpen = std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
                             std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Remove> ||
                             std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages>;
+
+/// "art: dtrack, 2 of 3 sensors at 60 Hz".
+std::string lineOf(const TrackerInfo& tracker) {
+    std::size_t speaking = 0;
+    double rate = 0;
+    for (const SensorInfo& sensor : tracker.sensors) {
+        if (sensor.ageMs < 0 || sensor.ageMs > 1000) continue;
+        ++speaking;
+        rate = std::max(rate, sensor.rateHz);
+    }
+    return fmt::format("{}: {}, {} of {} sensors speak{}{}", tracker.name, tracker.protocol, speaking,
+                       tracker.sensors.size(), speaking > 0 ? fmt::format(", {:.0f} Hz", rate) : std::string(),
+                       tracker.trouble.empty() ? "" : "; " + tracker.trouble);
+}
 }  // namespace
 
 RequestDesk::RequestDesk(const Surroundings& around, const Limits& limits)
@@ -116,6 +130,12 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
     status.journal = around_.journal;
     if (const std::optional<Error> why = editsRefused()) status.journalTrouble = why->message;
     if (around_.describeWaits) around_.describeWaits(status);
+    const answer::Trackers told = around_.describeTrackers ? around_.describeTrackers() : answer::Trackers();
+    for (const TrackerInfo& tracker : told.trackers) status.trackers.push_back(lineOf(tracker));
+    if (around_.steering && around_.steering->takesInput()) {
+        status.navigation = std::string(nameOf(around_.steering->mode()));
+        status.steering = around_.steering->active();
+    }
     return answer(asker, ApplicationAnswer(std::move(status)));
 }
 
@@ -126,10 +146,22 @@ ServerActions RequestDesk::on(const Asker& asker, const request::SetView& wish, 
     return answer(asker, ApplicationAnswer(answer::Done{}));
 }
 
+ServerActions RequestDesk::on(const Asker& asker, const request::Show& wish, TimePoint) {
+    if (!around_.showing) return refuse(asker, {ErrorCode::kUnsupported, "this server shows its scene and nothing else"});
+    *around_.showing = wish.showing;
+    return answer(asker, answer::Done{});
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::Navigate& wish, TimePoint) {
+    if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
+    if (!around_.steering) return refuse(asker, {ErrorCode::kRefused, "nobody flies here"});
+    const Expected<void> done = around_.steering->asked(asker.connection.value, wish);
+    if (!done) return refuse(asker, done.error());
+    return answer(asker, ApplicationAnswer(answer::Done{}));
+}
+
 ServerActions RequestDesk::on(const Asker& asker, const request::Pick& wish, TimePoint) {
-    const Expected<View> view = around_.view.view(around_.simulation.scene());
-    if (!view) return refuse(asker, view.error());
-    const Expected<Ray> ray = pickRay(around_.wall, *view, wish.xPx, wish.yPx);
+    const Expected<Ray> ray = rayOf(wish);
     if (!ray) return refuse(asker, ray.error());
     answer::Picked picked{
         .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.xPx, .yPx = wish.yPx};
@@ -142,6 +174,30 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Pick& wish, Tim
     ServerActions actions = news_.picked(picked);
     append(actions, answer(asker, ApplicationAnswer(picked)));
     return actions;
+}
+
+Expected<Ray> RequestDesk::rayOf(const request::Pick& wish) const {
+    if (wish.wand.empty()) {
+        const Expected<View> view = around_.view.view(around_.simulation.scene());
+        if (!view) return tl::unexpected(view.error());
+        return pickRay(around_.wall, *view, wish.xPx, wish.yPx);
+    }
+    const notice::Poses poses = around_.poses ? around_.poses() : notice::Poses();
+    std::string names;
+    for (const WandState& wand : poses.wands) {
+        if (wand.name == wish.wand) {
+            if (wand.tracked) return Ray{wand.worldPosition, wand.worldOrientation * -Vec3d::UnitZ()};
+            return fail(ErrorCode::kRefused,
+                        fmt::format("wand {} is not tracked at present; see tessera-ctl trackers", wand.name));
+        }
+        names += (names.empty() ? "" : ", ") + wand.name;
+    }
+    return fail(ErrorCode::kNotFound,
+                fmt::format("no wand is called '{}'; the wall has: {}", wish.wand, names.empty() ? "none" : names));
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::GetTrackers&, TimePoint) {
+    return answer(asker, ApplicationAnswer(around_.describeTrackers ? around_.describeTrackers() : answer::Trackers()));
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::GetImages&, TimePoint now) {
@@ -266,6 +322,7 @@ ServerActions RequestDesk::loaded(LoadFinished finished, TimePoint now) {
 void RequestDesk::applicationLeft(ConnectionId connection) {
     applications_.erase(connection);
     news_.applicationLeft(connection);
+    if (around_.steering) around_.steering->applicationLeft(connection.value);
     images_.applicationLeft(connection);
     // Edits on their way are carried out: they were asked for. Their answers go nowhere. Where those who come and go
     // leave too many behind, because no frame takes them, the newest do not count.

@@ -13,6 +13,7 @@
 #include "server/sim/desk/ImageRequests.h"
 #include "server/sim/desk/Loader.h"
 #include "server/sim/frame/ViewSource.h"
+#include "server/sim/navigation/Steering.h"
 
 namespace tessera {
 
@@ -51,6 +52,10 @@ public:
         std::function<std::optional<Error>()> editsRefused = {};
         /// Fills in which tiles the wall waits for; empty: nobody knows.
         std::function<void(answer::Status&)> describeWaits = {};
+        std::function<answer::Trackers()> describeTrackers = {};  ///< empty: there are none
+        std::function<notice::Poses()> poses = {};                ///< of the newest frame; empty: nobody is tracked
+        Showing* showing = nullptr;  ///< of the frames to come; null: it is not to be changed
+        Steering* steering = nullptr;  ///< null: nobody can be asked to fly
     };
 
     RequestDesk(const Surroundings& around, const Limits& limits);
@@ -77,6 +82,8 @@ public:
     /// `openQuestions`: ids of those that stand after this frame.
     [[nodiscard]] ServerActions committed(FrameResult frame, FrameNumber number,
                                           std::span<const std::uint64_t> openQuestions);
+    /// Heads and wands of the frame that was made.
+    [[nodiscard]] ServerActions heads(const notice::Poses& poses) { return news_.poses(poses); }
     [[nodiscard]] ServerActions frameReleased(const server_action::FrameReleased& release) {
         return news_.released(release);
     }
@@ -113,7 +120,12 @@ private:
     [[nodiscard]] ServerActions on(const Asker&, const request::GetObjects&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetTree&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Remove&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::GetTrackers&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Show&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Navigate&, TimePoint now);
 
+    /// Of a pick: through a pixel, or along a wand.
+    [[nodiscard]] Expected<Ray> rayOf(const request::Pick& wish) const;
     [[nodiscard]] std::optional<Error> tooManyOpen(const Asker& asker) const;
     [[nodiscard]] ServerActions answer(const Asker& asker, const Expected<ApplicationAnswer>& answer) {
         return answerTo(around_.session, asker, answer);

@@ -116,6 +116,10 @@ public:
     [[nodiscard]] std::vector<std::uint64_t> openQuestions() const { return pipeline_.openQuestions(); }
     /// The nearest visible triangle on a world-space ray.
     [[nodiscard]] std::optional<PickHit> pick(const Ray& ray) { return pipeline_.pickNode(scene(), ray); }
+    /// The visible triangles near a place, in world coordinates (ScenePicker::facesIn).
+    [[nodiscard]] bool facesIn(const Box& box, QueryWork& work, std::vector<Triangle>& faces) {
+        return pipeline_.facesIn(scene(), box, work, faces);
+    }
 
 private:
     struct Wish {

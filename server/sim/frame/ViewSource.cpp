@@ -27,7 +27,7 @@ Expected<std::optional<View>> viewOf(const Aspect& scene, ObjectId node, const C
 
 }  // namespace
 
-Box sceneBounds(const Aspect& scene) {
+Box sceneBounds(const Aspect& scene, ObjectId from) {
     Box bounds;
     std::unordered_map<MeshKey, Box, MeshKeyHash> local;
     Action action;
@@ -39,7 +39,7 @@ Box sceneBounds(const Aspect& scene) {
         bounds.extend(it->second.transformed(visit.world_T_node));
         return Descend::kInto;
     });
-    action.run(scene);
+    action.run(scene, from);
     return bounds;
 }
 
@@ -70,28 +70,66 @@ Expected<std::optional<View>> ViewSource::cameraView(const Aspect& scene) const 
 }
 
 Expected<View> ViewSource::view(const Aspect& scene) {
-    View result;
-    if (override_) {
-        result = *override_;
-    } else {
-        if (!camera_) return tl::unexpected(camera_.error());
-        if (*camera_) {
-            result = **camera_;
-        } else {
-            if (!default_) {
-                default_ = defaultView(wall_, sceneBounds(scene));
-                ++version_;
-            }
-            // A scene of no finite size has no place from where all of it is seen.
-            result = checkStand(*default_) ? *default_ : View();
-        }
-    }
-    result.users = users_;
+    if (!override_) return home(scene);
+    View result = *override_;
+    result.users = usersNow();
     return result;
 }
 
+Expected<View> ViewSource::home(const Aspect& scene) {
+    if (!camera_) return tl::unexpected(camera_.error());
+    View result;
+    if (*camera_) {
+        result = **camera_;
+    } else {
+        if (!default_) {
+            default_ = defaultView(wall_, sceneBounds(scene));
+            ++version_;
+        }
+        // A scene of no finite size has no place from where all of it is seen.
+        result = checkStand(*default_) ? *default_ : View();
+    }
+    result.users = usersNow();
+    return result;
+}
+
+std::vector<User> ViewSource::usersNow() const {
+    std::vector<User> users = users_;
+    for (const TrackedHead& head : tracked_) {
+        const auto user = std::ranges::find(users, head.user, &User::name);
+        // A sensor that says it is on the moon moves nobody; where an eye comes behind a screen, screenCamera keeps it
+        // in front.
+        if (user == users.end() || !(head.share > 0) ||
+            !(head.position.cwiseAbs().maxCoeff() <= WallLimits().maxMetres))
+            continue;
+        user->position += std::min(head.share, 1.0) * (head.position - user->position);
+        user->orientation = user->orientation.normalized().slerp(std::min(head.share, 1.0), head.orientation);
+    }
+    return users;
+}
+
+void ViewSource::steer(const View& stand) {
+    if (!checkStand(stand)) return;
+    override_ = stand;
+    override_->orientation.normalize();
+    ++version_;
+}
+
+void ViewSource::letGo() {
+    if (!override_) return;
+    override_.reset();
+    ++version_;
+}
+
+void ViewSource::keepBookmark(std::size_t number, const View& stand) {
+    if (number >= bookmarks_.size() || !checkStand(stand)) return;
+    bookmarks_[number] = stand;
+    bookmarks_[number]->users.clear();
+    ++version_;
+}
+
 ViewState ViewSource::state() const {
-    ViewState state{.byHand = override_, .standing = {}, .users = users_};
+    ViewState state{.byHand = override_, .standing = {}, .users = users_, .bookmarks = bookmarks_};
     // That of a scene of no finite size is found anew.
     if (default_ && checkStand(*default_)) state.standing = default_;
     return state;
@@ -100,6 +138,8 @@ ViewState ViewSource::state() const {
 void ViewSource::goOnFrom(const ViewState& state) {
     if (state.byHand && checkStand(*state.byHand)) override_ = state.byHand;
     if (state.standing && checkStand(*state.standing)) default_ = state.standing;
+    for (std::size_t i = 0; i < bookmarks_.size(); ++i)
+        if (state.bookmarks[i]) keepBookmark(i, *state.bookmarks[i]);
     Wall moved = wall_;
     moved.users = users_;
     for (User& user : moved.users) {
@@ -148,6 +188,7 @@ Expected<void> ViewSource::set(const Aspect& scene, const request::SetView& wish
         users_ = moved.users;
     }
     if (moves) override_ = next;
+    if (moves || wish.reset) ++setByHand_;
     ++version_;
     return {};
 }

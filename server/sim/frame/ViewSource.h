@@ -1,24 +1,33 @@
 /// Where the wall stands in the world, frame by frame.
 #pragma once
 
+#include <array>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "common/codec/ApplicationCodec.h"
 #include "common/scene/Aspect.h"
 #include "common/wall/View.h"
 #include "server/sim/frame/FirstCamera.h"
 #include "server/sim/frame/NamedNode.h"
+#include "server/sim/frame/TrackedHead.h"
 
 namespace tessera {
 
+/// Places that people keep, 1 to 9. Their users do not count.
+using Bookmarks = std::array<std::optional<View>, 9>;
+
 /// What a ViewSource knows and the scene does not.
 struct ViewState {
-    std::optional<View> byHand;    ///< what `tessera-ctl view` set
+    std::optional<View> byHand;    ///< what `tessera-ctl view` set, or who flies
     std::optional<View> standing;  ///< the default camera, as the scene was when it was asked for
     std::vector<User> users;
+    Bookmarks bookmarks = {};
 };
 
+/// Heads stand where trackers see them, else where `tessera-ctl view` has put them, else where the wall's file says.
 /// The view is, in this order: what `tessera-ctl view` set; the scene's camera (the named one, else the first enabled
 /// one in document order); the default camera, which frames the scene as it is when the first view is asked for.
 ///
@@ -36,6 +45,24 @@ public:
     /// `scene`: as of the last update. Fails when the named camera is not there or is none.
     [[nodiscard]] Expected<View> view(const Aspect& scene);
     [[nodiscard]] Expected<void> set(const Aspect& scene, const request::SetView& wish);
+    /// How often `set` has moved the wall, or has let it go: who steers sees that somebody else does.
+    [[nodiscard]] std::uint64_t setByHand() const { return setByHand_; }
+
+    /// Where the wall stood if nobody had moved it. As `view` it fails where the named camera is not there.
+    [[nodiscard]] Expected<View> home(const Aspect& scene);
+    /// Where who flies has come to: as if set by hand. Users do not count. What checkStand refuses is not taken.
+    void steer(const View& stand);
+    /// The scene's camera counts again.
+    void letGo();
+
+    [[nodiscard]] const Bookmarks& bookmarks() const { return bookmarks_; }
+    /// `number` from 0. What checkStand refuses is not kept.
+    void keepBookmark(std::size_t number, const View& stand);
+
+    /// From now on these heads are where trackers see them; a head of half a share stands half way to where it would be
+    /// without. Nothing of it is a part of `state`: a journal does not grow by it, and what goes on from one begins
+    /// without trackers.
+    void follow(std::span<const TrackedHead> heads) { tracked_.assign(heads.begin(), heads.end()); }
 
     [[nodiscard]] ViewState state() const;
     /// Another one whenever `state` may have changed.
@@ -46,19 +73,22 @@ public:
     [[nodiscard]] const FirstCamera& firstCamera() const { return first_; }
 
 private:
+    [[nodiscard]] std::vector<User> usersNow() const;
     [[nodiscard]] Expected<std::optional<View>> cameraView(const Aspect& scene) const;
 
     Wall wall_;
     std::vector<User> users_;
+    std::vector<TrackedHead> tracked_;
     std::optional<NamedNode> named_;  ///< none: the first camera counts
     FirstCamera first_;
     Expected<std::optional<View>> camera_ = std::optional<View>();
     std::optional<View> override_;
     std::optional<View> default_;
-    std::uint64_t version_ = 0;
+    Bookmarks bookmarks_;
+    std::uint64_t version_ = 0, setByHand_ = 0;
 };
 
-/// World bounds of all geometry that switches show. Blobs must be resident; absent ones count as nothing.
-[[nodiscard]] Box sceneBounds(const Aspect& scene);
+/// World bounds of all geometry at and below a node that switches show. Blobs must be resident; absent ones count as nothing.
+[[nodiscard]] Box sceneBounds(const Aspect& scene, ObjectId from = kRootNode);
 
 }  // namespace tessera

@@ -119,7 +119,14 @@ RecordContent encode(const journal::View& view) {
     tessera::View users;
     users.users = view.state.users;
     const Bytes heads = bytesOf(users);
-    const std::array<ByteSpan, 3> parts{byHand, standing, heads};
+    std::vector<ByteSpan> parts{byHand, standing, heads};
+    std::vector<Bytes> bookmarks;
+    bookmarks.reserve(view.state.bookmarks.size());
+    for (std::size_t i = 0; i < view.state.bookmarks.size(); ++i) {
+        if (!view.state.bookmarks[i]) continue;
+        head.add_bookmarks(static_cast<std::uint32_t>(i + 1));
+        parts.emplace_back(bookmarks.emplace_back(bytesOf(*view.state.bookmarks[i])));
+    }
     return contentOf<journal::View>(head, parts);
 }
 RecordContent encode(const journal::Raised& raised) {
@@ -223,9 +230,9 @@ Expected<JournalRecord> frameFrom(ByteSpan bytes, const BlobStore& arrays, const
 }
 
 Expected<JournalRecord> viewFrom(ByteSpan bytes) {
-    const auto taken = take<wire::View>(bytes, 3, 3);
+    const auto taken = take<wire::View>(bytes, 3, 3 + std::tuple_size_v<Bookmarks>);
     if (!taken) return tl::unexpected(taken.error());
-    std::array<tessera::View, 3> views;
+    std::vector<tessera::View> views(taken->parts.size());
     for (std::size_t i = 0; i < views.size(); ++i) {
         Expected<FramePayload> payload = decodeFrame(taken->parts[i]);
         if (!payload) return tl::unexpected(payload.error());
@@ -235,6 +242,14 @@ Expected<JournalRecord> viewFrom(ByteSpan bytes) {
     if (taken->head.by_hand()) view.state.byHand = views[0];
     if (taken->head.standing()) view.state.standing = views[1];
     view.state.users = std::move(views[2].users);
+    if (static_cast<std::size_t>(taken->head.bookmarks_size()) != views.size() - 3)
+        return malformed("bookmarks without places, or places without a number");
+    for (int i = 0; i < taken->head.bookmarks_size(); ++i) {
+        const std::uint32_t number = taken->head.bookmarks(i);
+        if (number < 1 || number > view.state.bookmarks.size() || view.state.bookmarks[number - 1])
+            return malformed("a bookmark has a number that it cannot have");
+        view.state.bookmarks[number - 1] = std::move(views[static_cast<std::size_t>(i) + 3]);
+    }
     return view;
 }
 

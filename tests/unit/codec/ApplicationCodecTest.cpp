@@ -38,6 +38,39 @@ TEST(ApplicationCodec, EverythingSaidIsHeardAsItWas) {
     }
 }
 
+TEST(ApplicationCodec, WhatIsSaidOfTrackersKeepsItsFields) {
+    const auto trackers = std::get<answer::Trackers>(*decodeAnswer(encodeAnswer(everyAnswer()[12]))).trackers;
+    ASSERT_EQ(trackers.size(), 1u);
+    EXPECT_EQ(trackers[0].address, "0.0.0.0:5000");
+    EXPECT_EQ(trackers[0].trouble, "cut");
+    EXPECT_EQ(
+        trackers[0].datagrams + 10 * trackers[0].strangers + 100 * trackers[0].malformed + 1000 * trackers[0].tooMany,
+        4321u);
+    ASSERT_EQ(trackers[0].sensors.size(), 1u);
+    const SensorInfo& sensor = trackers[0].sensors[0];
+    EXPECT_EQ(sensor.sensor + "," + sensor.moves, "body 0,head viewer");
+    EXPECT_EQ(sensor.poses + 10 * sensor.refused + 100 * sensor.buttons, 965u);
+    EXPECT_EQ(std::vector({sensor.rateHz, sensor.ageMs, sensor.straysMm}), (std::vector{60.5, 7.5, 0.25}));
+    const auto poses = std::get<notice::Poses>(*decodeNotice(encodeNotice(everyNotice()[6])));
+    EXPECT_EQ(poses.frame, 41_frame);
+    ASSERT_EQ(poses.heads.size(), 1u);
+    EXPECT_TRUE(poses.heads[0].tracked && poses.heads[0].poses == 42 && poses.heads[0].user == "viewer");
+    EXPECT_EQ(poses.heads[0].position, Vec3d(1, 2, 3));
+    EXPECT_EQ(poses.heads[0].orientation.coeffs(), Quatd(0.5, 0.5, -0.5, 0.5).coeffs());
+    ASSERT_EQ(poses.wands.size(), 1u);
+    const WandState& wand = poses.wands[0];
+    EXPECT_TRUE(wand.tracked && wand.poses == 43 && wand.buttons == 5 && wand.name == "right");
+    EXPECT_EQ(wand.position, Vec3d(4, 5, 6));
+    EXPECT_EQ(wand.worldPosition, Vec3d(7, 8, 9));
+    EXPECT_EQ(wand.worldOrientation.y(), 1);
+    EXPECT_EQ(wand.axes, (std::vector{0.5, -1.0}));
+    EXPECT_EQ(std::get<request::Pick>(*decodeRequest(encodeRequest(request::Pick{.wand = "right"}))).wand, "right");
+    EXPECT_TRUE(std::get<request::Subscribe>(*decodeRequest(encodeRequest(request::Subscribe{.poses = true}))).poses);
+    EXPECT_EQ(
+        std::get<answer::Status>(*decodeAnswer(encodeAnswer(answer::Status{.trackers = {"art: dtrack"}}))).trackers,
+        std::vector<std::string>{"art: dtrack"});
+}
+
 TEST(ApplicationCodec, WhatIsSaidOfTheSceneKeepsItsFields) {
     const auto objects = std::get<answer::Objects>(*decodeAnswer(encodeAnswer(everyAnswer()[10])));
     EXPECT_EQ(objects.sequence, 34_seq);
@@ -56,6 +89,9 @@ TEST(ApplicationCodec, WhatIsSaidOfTheSceneKeepsItsFields) {
     EXPECT_EQ(tree.coreType, ObjectType{5});
     EXPECT_EQ(tree.cores, (std::vector{ObjectId{6}, ObjectId{7}}));
     EXPECT_EQ(std::get<request::Remove>(*decodeRequest(encodeRequest(everyRequest()[16]))).node, ObjectId{8});
+    for (const Showing showing : {Showing::kScene, Showing::kTestPicture, Showing::kCountedTestPicture})
+        EXPECT_EQ(std::get<request::Show>(*decodeRequest(encodeRequest(request::Show{showing}))).showing, showing);
+    EXPECT_EQ(decodeRequest(encodeRequest(request::Show{static_cast<Showing>(kLastShowing + 1)})).error().code, ErrorCode::kUnsupported);
     EXPECT_EQ(std::get<answer::Committed>(*decodeAnswer(encodeAnswer(everyAnswer()[1]))).removed, 25u);
 }
 

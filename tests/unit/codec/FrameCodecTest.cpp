@@ -57,6 +57,14 @@ TEST(FrameCodec, RefusesViewsThatNobodyCouldDraw) {
     EXPECT_NE(error([](View& v) { v.users.resize(65); }).find("65 users"), std::string::npos);
 }
 
+TEST(FrameCodec, CarriesWhatIsShown) {
+    for (const Showing showing : {Showing::kScene, Showing::kTestPicture, Showing::kCountedTestPicture})
+        EXPECT_EQ(decodeFrame(encodeFrame({.view = someView(), .showing = showing}))->showing, showing);
+    EXPECT_FALSE(decodeFrame(encodeFrame({.view = someView(), .showing = static_cast<Showing>(kLastShowing + 1)})));
+    EXPECT_EQ(encodeFrame({.view = someView()}).size() + 2, encodeFrame({.view = someView(), .showing = Showing::kTestPicture}).size())
+        << "a scene costs nothing";
+}
+
 TEST(FrameCodec, RefusesEveryTruncation) {
     const Bytes bytes = encodeFrame({someView()});
     for (std::size_t size = 0; size < bytes.size(); ++size)

@@ -65,7 +65,7 @@ inline View someView() {
 }
 
 inline FramePayload someFrame() {
-    return {someView(), {.contacts = 1000, .begun = 2, .ended = 3, .near = 4, .nearest = 0.1}};
+    return {someView(), {.contacts = 1000, .begun = 2, .ended = 3, .near = 4, .nearest = 0.1}, Showing::kTestPicture};
 }
 
 inline SharedBytes some(std::size_t size) {
@@ -158,7 +158,14 @@ inline std::vector<ApplicationRequest> everyRequest() {
                              .after = {ObjectId{3}, ObjectId{9}},
                              .coreType = ObjectType{5},
                              .cores = {ObjectId{6}, ObjectId{7}}},
-            request::Remove{ObjectId{8}}};
+            request::Remove{ObjectId{8}},
+            request::GetTrackers{},
+            request::Show{Showing::kCountedTestPicture},
+            request::Navigate{.mode = NavigationMode::kWalk,
+                              .deed = request::Navigate::Deed::kGoToBookmark,
+                              .node = ObjectId{9},
+                              .bookmark = 3,
+                              .input = InputState{.source = 1, .held = 1, .wheel = ~0ull, .right = -32767, .cursorX = 5}}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -179,6 +186,8 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
     status.journalTrouble = "no space left";
     status.waits = {{"front-1-0", "lower-right", 61, 250.5, "draw"}};
     status.waitFrames = 120;
+    status.navigation = "walk";
+    status.steering = {"lower-left", "application 7"};
     const ObjectId placeholder{kFirstPlaceholder + 5};
     return {
         answer::Done{},
@@ -192,7 +201,23 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
         answer::Distances{1_frame, {aDistance()}, 2},
         answer::Questions{1_frame, {aQuestion()}, {3, 4}, 2},
         answer::Objects{34_seq, twoObjects(), some(60)},
-        answer::TreePage{35_seq, {{ObjectId{1}, ObjectId{}, 2}, {ObjectId{3}, ObjectId{1}, 0}}, some(70), {ObjectId{1}}}};
+        answer::TreePage{
+            35_seq, {{ObjectId{1}, ObjectId{}, 2}, {ObjectId{3}, ObjectId{1}, 0}}, some(70), {ObjectId{1}}},
+        answer::Trackers{{{"art",
+                           "dtrack",
+                           "0.0.0.0:5000",
+                           "cut",
+                           1,
+                           2,
+                           3,
+                           4,
+                           {{"body 0", "head viewer", 5, 6, 60.5, 7.5, 0.25, 9}}}}}};
+}
+
+inline notice::Poses somePoses() {
+    return {41_frame,
+            {{"viewer", true, 42, Vec3d(1, 2, 3), Quatd(0.5, 0.5, -0.5, 0.5)}},
+            {{"right", true, 43, Vec3d(4, 5, 6), Quatd(0, 1, 0, 0), Vec3d(7, 8, 9), Quatd(0, 0, 1, 0), 5, {0.5, -1}}}};
 }
 
 inline std::vector<ApplicationNotice> everyNotice() {
@@ -201,7 +226,8 @@ inline std::vector<ApplicationNotice> everyNotice() {
             answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
             answer::PairEvents{1_frame, {anEvent(), PairEventValue{}}, 2},
             answer::Distances{1_frame, {aDistance()}, 2},
-            answer::Questions{1_frame, {aQuestion()}, {3, 4}, 2}};
+            answer::Questions{1_frame, {aQuestion()}, {3, 4}, 2},
+            somePoses()};
 }
 
 }  // namespace tessera::test

@@ -77,6 +77,26 @@ TEST(CommandLine, MovesAreReadInAllTheirForms) {
     EXPECT_TRUE(turn.move.rotation->isApprox(Quatd(0, 0, 1, 0)));
 }
 
+TEST(CommandLine, NumbersAreReadAsPeopleWriteThem) {
+    EXPECT_EQ(parsed<verb::Move>("move /n -0.17 1.5 -.5").move.translation, Vec3d(-0.17, 1.5, -0.5));
+    EXPECT_EQ(parsed<verb::Move>("move /n 1e-3 +1 -.25e1").move.translation, Vec3d(0.001, 1, -2.5));
+    EXPECT_EQ(parsed<verb::View>("view --position -.5 .5 -1e-3").view.position, Vec3d(-0.5, 0.5, -0.001));
+    EXPECT_EQ(parsed<verb::View>("view --head viewer +.5 -.5 1E1").view.head, Vec3d(0.5, -0.5, 10));
+    EXPECT_EQ(parsed<verb::Set>("set /n translation -.5 +1 2").values, (std::vector<std::string>{"-0.5", "+1", "2"}));
+    EXPECT_EQ(parsed<verb::Pick>("pick +12 .5").xPx, 12);
+    EXPECT_NE(refusal("--server a:1 move /n -.5x 0 0"), "accepted");
+    EXPECT_NE(refusal("--server a:1 view --head viewer inf 0 0").find("is not finite"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 view --head viewer 1e999 0 0").find("too large"), std::string::npos);
+}
+
+TEST(CommandLine, TestPicturesAreAskedForInAllTheirForms) {
+    EXPECT_EQ(parsed<verb::Show>("show scene").showing, Showing::kScene);
+    EXPECT_EQ(parsed<verb::Show>("show test-picture").showing, Showing::kTestPicture);
+    EXPECT_EQ(parsed<verb::Show>("show test-picture --count").showing, Showing::kCountedTestPicture);
+    EXPECT_NE(refusal("--server a:1 show"), "accepted");
+    EXPECT_NE(refusal("--server a:1 show scene --count").find("for the test picture"), std::string::npos);
+}
+
 TEST(CommandLine, ViewsAreReadInAllTheirForms) {
     const auto view = parsed<verb::View>("view --position 0 0 10 --look-at 0 0 0 --scale 100").view;
     EXPECT_EQ(*view.position, Vec3d(0, 0, 10));
@@ -143,9 +163,11 @@ TEST(CommandLine, LookingAlongAnyDirectionTurnsMinusZThere) {
 TEST(CommandLine, NonsenseIsRefusedInWords) {
     EXPECT_NE(refusal("status").find("--server"), std::string::npos);
     EXPECT_NE(refusal("--server a:1").find("see tessera-ctl --help"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 fly"), "accepted");
+    EXPECT_NE(refusal("--server a:1 flee"), "accepted");
     EXPECT_NE(refusal("--server a:1 status extra"), "accepted");
     EXPECT_NE(refusal("--server a:1 --timeout -1 status"), "accepted");
+    EXPECT_NE(refusal("--server a:1 --timeout nan status"), "accepted");
+    EXPECT_NE(refusal("play-tracker 127.0.0.1:1 --seconds nan"), "accepted");
     EXPECT_NE(refusal("--server a:1 move /a").find("say where to"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 move /a 1 2").find("three numbers"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 move /a one 2 3"), "accepted");
@@ -159,11 +181,33 @@ TEST(CommandLine, NonsenseIsRefusedInWords) {
     EXPECT_NE(refusal("--server a:1 view --head viewer 1 2 x").find("is not a number"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 view --position 1 2"), "accepted");
     EXPECT_NE(refusal("--server a:1 pick 1"), "accepted");
+    EXPECT_NE(refusal("--server a:1 navigate").find("required"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 navigate up").find("is nothing that can be asked for"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 navigate home /a").find("takes nothing more"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 navigate bookmark ten").find("is no bookmark"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 navigate bookmark 0"), "accepted");
+    EXPECT_NE(refusal("--server a:1 bookmark 10"), "accepted");
+}
+
+TEST(CommandLine, WhatAKeyAsksForAVerbAsksFor) {
+    using Deed = request::Navigate::Deed;
+    const auto wish = [](const std::string& words) {
+        return std::get<verb::Navigate>(std::get<CommandLine>(*parseCommandLine(split("--server a:1 " + words))).verb);
+    };
+    EXPECT_EQ(wish("navigate walk").wish.mode, NavigationMode::kWalk);
+    EXPECT_EQ(wish("navigate home").wish.deed, Deed::kHome);
+    EXPECT_EQ(wish("navigate fit").node, "");
+    EXPECT_EQ(wish("navigate fit /hall").node, "/hall");
+    EXPECT_EQ(wish("navigate fit /hall").wish.deed, Deed::kFit);
+    EXPECT_EQ(wish("navigate bookmark 9").wish.bookmark, 9u);
+    EXPECT_EQ(wish("bookmark 3").wish.deed, Deed::kGoToBookmark);
+    EXPECT_EQ(wish("bookmark 3 --keep").wish.deed, Deed::kKeepBookmark);
+    EXPECT_EQ(wish("bookmark 3 --keep").wish.bookmark, 3u);
 }
 
 TEST(CommandLine, HelpFitsATerminal) {
     for (const std::string verb : {"", "status ", "tree ", "load ", "move ", "set ", "remove ", "undo ", "redo ", "view ",
-                                   "pick ", "contacts ", "questions ", "answer ", "snapshot ", "types ", "save "}) {
+                                   "fly ",  "navigate ", "bookmark ", "pick ", "contacts ", "questions ", "answer ", "snapshot ", "types ", "save ", "trackers ", "play-tracker "}) {
         const auto result = parseCommandLine(split(verb + "--help"));
         ASSERT_TRUE(result) << verb << result.error().message;
         std::istringstream text(std::get<HelpText>(*result).text);

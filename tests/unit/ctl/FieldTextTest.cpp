@@ -40,6 +40,16 @@ TEST_F(FieldText, FieldsOfANodeAndOfItsCoreAreFound) {
     EXPECT_NE(unknown.error().message.find("translation (Transform)"), std::string::npos);
 }
 
+TEST_F(FieldText, NumbersHaveToBeFinite) {
+    const FieldEntry& color = field(typeOf<PointLight>(), "color");
+    EXPECT_EQ(why(color, {"+1", "-.5", "1e-3"}), "accepted");
+    for (const char* word : {"inf", "-inf", "nan"})
+        EXPECT_NE(why(color, {"0", "0", word}).find("is not finite, and a number has to be"), std::string::npos) << word;
+    EXPECT_NE(why(color, {"0", "0", "1e999"}).find("too large"), std::string::npos);
+    for (const char* word : {"", "+", "-", "+-1", "1x", "0x10", "1,5"})
+        EXPECT_NE(why(color, {"0", "0", word}).find("is not a number"), std::string::npos) << word;
+}
+
 /// Every field that can be written reads back as the text it was written from.
 TEST_F(FieldText, WhatIsReadIsWrittenTheSame) {
     std::size_t fields = 0;
@@ -76,8 +86,8 @@ TEST_F(FieldText, WrongValuesAreExplained) {
     const FieldInfo& translation = field(typeOf<Transform>(), "translation");
     EXPECT_NE(why(translation, {"1", "2"}).find("takes 3 numbers, not 2"), std::string::npos);
     EXPECT_NE(why(translation, {"1", "2", "far"}).find("\"far\" is not a number"), std::string::npos);
-    EXPECT_NE(why(translation, {"1", "2", "nan"}).find("is not a number"), std::string::npos);
-    EXPECT_NE(why(translation, {"1", "2", "1e999"}).find("is not a number"), std::string::npos);
+    EXPECT_NE(why(translation, {"1", "2", "nan"}).find("is not finite"), std::string::npos);
+    EXPECT_NE(why(translation, {"1", "2", "1e999"}).find("too large"), std::string::npos);
     EXPECT_NE(why(field(typeOf<Switch>(), "choice"), {"1.5"}).find("whole number"), std::string::npos);
     EXPECT_NE(why(field(typeOf<Geometry>(), "positions"), {"0"}).find("bulk data"), std::string::npos);
 }

@@ -107,6 +107,27 @@ TEST_F(Launching, LeavesTheMosaicAndWhatAVisitorSees) {
     EXPECT_SAID("waited longest for tile front-1-0 of host b: in 2 frames, 4.5 ms each; reason: draw\n");
 }
 
+TEST_F(Launching, LeavesWhatEachProjectorGets) {
+    std::string wall = kWall;
+    const std::string first = "column: 0 row: 0 user: \"viewer\"";
+    wall.replace(wall.find(first), first.size(), first + " output { gain { r: 0 } }");
+    std::ofstream(folder_ / "lab.wall") << wall;
+    options_.outputs = true;
+    std::filesystem::create_directories(options_.output + "/outputs");
+    std::ofstream(options_.output + "/outputs/front-1-1.png") << "of an earlier run";
+    // The upper right tile shows nothing.
+    EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", R"(
+        if [ $host = lower ]; then put front-0-0 white 000002; put front-1-0 green 000002; touch $S/lower
+        else put front-0-1 blue 000002; touch $S/upper; fi)"),
+              0)
+        << said();
+    EXPECT_EQ(pixel(load("outputs/front-0-0.png"), 3, 2), (Rgb{0, 250, 250})) << "its projector gets no red";
+    EXPECT_EQ(pixel(load("outputs/front-1-0.png"), 3, 2), kGreen);
+    EXPECT_EQ(pixel(load("wall.png"), 0, 7), kWhite) << "the wall's picture is that of the tiles";
+    EXPECT_FALSE(std::filesystem::exists(options_.output + "/outputs/front-1-1.png"));
+    EXPECT_SAID("no picture of output front-1-1: tile front-1-1 has shown nothing");
+}
+
 TEST_F(Launching, HandsItsOptionsOn) {
     options_.culler = "frustum";
     options_.share = "off";
@@ -213,7 +234,7 @@ TEST_F(Launching, NamesAProgramThatIsNotBesideIt) {
 }
 
 TEST_F(Launching, MakesAFilmOfAllFrames) {
-    const std::optional<std::string> ffmpeg = findFfmpeg();
+    const std::optional<std::string> ffmpeg = findProgram("ffmpeg");
     if (!ffmpeg) GTEST_SKIP() << "ffmpeg is not installed";
     const Wall wall = *parseWall(kWall, "lab.wall");
     const PictureLayout layout = layoutPicture(*withSize(wall, 65, 33), PictureKind::kMosaic);

@@ -45,6 +45,19 @@ TEST(FramePacing, FramesOnTimeKeepTheRateAndALateOneIsNotCaughtUp) {
     EXPECT_EQ(pacing.earliest(true), kStart + 85ms);
 }
 
+TEST(FramePacing, FramesLastAsLongAsOfLate) {
+    FramePacing pacing(0);
+    TimePoint at = kStart;
+    for (int i = 0; i < 100; ++i, at += 30ms) {
+        pacing.began(at);
+        pacing.released(at + 25ms, false);
+    }
+    EXPECT_NEAR(toMilliseconds(pacing.usualLength()), 25, 0.01);
+    pacing.began(at);
+    pacing.released(at + 1h, false);  // for a host that was lost
+    EXPECT_LT(pacing.usualLength(), 60ms);
+}
+
 TEST(FramePacing, AWallWhereNobodyDrawsKeepsThePaceOfTheClock) {
     FramePacing pacing(0);
     pacing.began(kStart);

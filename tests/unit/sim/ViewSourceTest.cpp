@@ -6,6 +6,7 @@
 #include <cstring>
 #include <set>
 
+#include "common/codec/WallCodec.h"
 #include "common/scene/Action.h"
 #include "tests/unit/sim/RandomTree.h"
 #include "tests/unit/sim/SceneForTests.h"
@@ -234,6 +235,36 @@ TEST(ViewSource, WithoutACameraItFramesTheSceneAsItWasWhenFirstAsked) {
     EXPECT_EQ(view.view(committer.scene())->position, first.position);
     ASSERT_TRUE(view.set(committer.scene(), {.reset = true}));
     EXPECT_NE(view.view(committer.scene())->position, first.position);
+}
+
+TEST(ViewSource, HeadsStandWhereTrackersSeeThemAndNothingOfItIsKept) {
+    Committer committer;
+    const Wall wall = loadWall(TESSERA_SOURCE_DIR "/deploy/walls/1x1.wall").value();
+    ViewSource view(wall, "");
+    view.update(committer.scene(), nullptr);
+    const std::string user = wall.users.at(0).name;
+    const Vec3d before = view.view(committer.scene())->users.at(0).position;
+    const std::uint64_t version = view.version();
+    const Quatd turned(Eigen::AngleAxisd(1, Vec3d::UnitY()));
+    const auto shown = [&](double share, const Vec3d& place = Vec3d(0.5, 1.5, 1)) {
+        const TrackedHead heads[] = {{.user = user, .position = place, .orientation = turned, .share = share},
+                                     {.user = "nobody", .share = 1}};
+        view.follow(heads);
+        return view.view(committer.scene())->users.at(0);
+    };
+    EXPECT_EQ(shown(1).position, Vec3d(0.5, 1.5, 1));
+    EXPECT_LT(shown(1).orientation.angularDistance(turned), 1e-12);
+    EXPECT_LT((shown(0.5).position - (before + Vec3d(0.5, 1.5, 1)) / 2).norm(), 1e-12);
+    EXPECT_NEAR(shown(0.5).orientation.angularDistance(turned), 0.5, 1e-9);
+    EXPECT_EQ(shown(0).position, before);
+    EXPECT_EQ(shown(1, Vec3d(1e6, 0, 0)).position, before) << "nobody is there";
+    (void)shown(1);
+    EXPECT_EQ(view.state().users.at(0).position, before);
+    EXPECT_EQ(view.version(), version) << "a journal would write every frame";
+    // By hand: where no tracker speaks.
+    ASSERT_TRUE(view.set(committer.scene(), {.user = user, .head = before + Vec3d(0.1, 0, 0)}));
+    EXPECT_EQ(view.view(committer.scene())->users.at(0).position, Vec3d(0.5, 1.5, 1));
+    EXPECT_EQ(shown(0).position, before + Vec3d(0.1, 0, 0));
 }
 
 TEST(ViewSource, ANamedCameraThatIsNotThereOrIsNoneIsToldInWords) {

@@ -156,7 +156,9 @@ TEST(WaitStatistics, TheReasonsAddUpToTheTimeThatWasWaited) {
     EXPECT_EQ(rows.size(), 3u);
     for (std::size_t i = 0; i < rows.size(); ++i) {
         EXPECT_NEAR(std::accumulate(rows[i].why.begin(), rows[i].why.end(), 0.0), rows[i].ms, 1e-6) << rows[i].tile;
-        if (i > 0) EXPECT_LE(rows[i].ms, rows[i - 1].ms) << "worst first";
+        if (i > 0) {
+            EXPECT_LE(rows[i].ms, rows[i - 1].ms) << "worst first";
+        }
         told += rows[i].ms;
         frames += rows[i].frames;
     }

@@ -1,0 +1,182 @@
+#include "client/ctl/FlyTerminal.h"
+
+#include <cerrno>
+
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+namespace tessera {
+namespace {
+
+constexpr std::chrono::milliseconds kTick(20);
+
+/// The terminal without lines, echo and signals, for as long as this lives.
+class RawTerminal {
+public:
+    static Expected<RawTerminal> open() {
+        RawTerminal terminal;
+        if (::tcgetattr(STDIN_FILENO, &terminal.before_) != 0)
+            return fail(ErrorCode::kUsage, "fly: standard input is no terminal; `navigate` and `view` move the wall without one");
+        termios raw = terminal.before_;
+        ::cfmakeraw(&raw);
+        raw.c_oflag |= OPOST;  // lines of help begin where lines begin
+        if (::tcsetattr(STDIN_FILENO, TCSANOW, &raw) != 0) return fail(ErrorCode::kFailed, "fly: the terminal cannot be set to single keys");
+        terminal.changed_ = true;
+        return terminal;
+    }
+    ~RawTerminal() {
+        if (changed_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+    }
+    RawTerminal(RawTerminal&& other) noexcept : before_(other.before_), changed_(std::exchange(other.changed_, false)) {}
+    RawTerminal& operator=(RawTerminal&&) = delete;
+
+private:
+    RawTerminal() = default;
+    termios before_{};
+    bool changed_ = false;
+};
+
+}  // namespace
+
+std::string_view TerminalKeys::help() {
+    return "w a s d  go and step aside     q e  down, up     capitals: faster     + -  the pace; orbit: nearer, farther\n"
+           "arrows   look; orbit: around   z c  roll         l  upright           Tab  fly, orbit, walk\n"
+           "f  fit all   Backspace, Home  the first view   1 … 9  to a bookmark, k 1 … 9 keeps one\n"
+           "Space  stop   ?  these keys   x, Escape  end\n";
+}
+
+void TerminalKeys::hold(std::int16_t InputState::*axis, int direction, bool faster, Clock::time_point now) {
+    for (Held& held : held_)
+        if (held.axis == axis) {
+            held.direction = direction;
+            held.until = now + kHold;
+        }
+    fasterUntil_ = faster ? now + kHold : Clock::time_point{};
+}
+
+void TerminalKeys::key(char c, Clock::time_point now) {
+    const bool capital = c >= 'A' && c <= 'Z';
+    const char small = capital ? static_cast<char>(c - 'A' + 'a') : c;
+    if (c >= '1' && c <= '9') {
+        state_.ask(keeps_ ? InputAction::kKeep1 : InputAction::kGoTo1, static_cast<std::size_t>(c - '1'));
+        keeps_ = false;
+        return;
+    }
+    keeps_ = small == 'k';
+    switch (small) {
+        case 'd':
+        case 'a':
+            return hold(&InputState::right, small == 'd' ? 1 : -1, capital, now);
+        case 'e':
+        case 'q':
+            return hold(&InputState::up, small == 'e' ? 1 : -1, capital, now);
+        case 's':
+        case 'w':
+            return hold(&InputState::back, small == 's' ? 1 : -1, capital, now);
+        case 'c':
+        case 'z':
+            return hold(&InputState::rollRight, small == 'c' ? 1 : -1, capital, now);
+        case '+':
+        case '-':
+            state_.wheel += static_cast<std::uint64_t>(c == '+' ? InputState::kUnit : -InputState::kUnit);
+            return;
+        case 'f':
+            return state_.ask(InputAction::kFitAll);
+        case 'l':
+            return state_.ask(InputAction::kLevel);
+        case '\t':
+            return state_.ask(InputAction::kNextMode);
+        case '\b':
+        case 127:
+            return state_.ask(InputAction::kHome);
+        case ' ':
+            for (Held& held : held_) held.until = {};
+            return;
+        case 'x':
+        case 3:
+        case 4:
+            over_ = true;
+            return;
+        default:
+            return;
+    }
+}
+
+/// The last letter of what arrows and the like send behind Escape and a bracket.
+void TerminalKeys::sequence(char last, Clock::time_point now) {
+    switch (last) {
+        case 'A':
+        case 'B':
+            return hold(&InputState::turnUp, last == 'A' ? 1 : -1, false, now);
+        case 'C':
+        case 'D':
+            return hold(&InputState::turnRight, last == 'C' ? 1 : -1, false, now);
+        case 'H':
+            return state_.ask(InputAction::kHome);
+        default:
+            return;
+    }
+}
+
+void TerminalKeys::feed(std::string_view bytes, Clock::time_point now) {
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        if (bytes[i] != '\x1b') {
+            key(bytes[i], now);
+            continue;
+        }
+        if (i + 1 >= bytes.size() || (bytes[i + 1] != '[' && bytes[i + 1] != 'O')) {
+            over_ = true;
+            return;
+        }
+        // Parameters, if any, then a letter or a tilde.
+        std::size_t end = i + 2;
+        while (end < bytes.size() && (bytes[end] == ';' || (bytes[end] >= '0' && bytes[end] <= '9'))) ++end;
+        if (end < bytes.size()) sequence(bytes.substr(i + 2, end + 1 - (i + 2)) == "1~" ? 'H' : bytes[end], now);
+        i = end;
+    }
+}
+
+const InputState& TerminalKeys::at(Clock::time_point now) {
+    state_.release();
+    for (const Held& held : held_)
+        if (now < held.until) state_.*held.axis = static_cast<std::int16_t>(held.direction * InputState::kFull);
+    if (now < fasterUntil_) state_.held = InputState::kFaster;
+    return state_;
+}
+
+Expected<Answer> flyByTerminal(Application& application, const Print& print) {
+    // Says what is wrong, if anything is, before the terminal is touched.
+    if (const Expected<void> begun = application.navigate({.input = InputState{}}); !begun) return tl::unexpected(begun.error());
+    const Expected<RawTerminal> terminal = RawTerminal::open();
+    if (!terminal) return tl::unexpected(terminal.error());
+    print(std::string(TerminalKeys::help()));
+    TerminalKeys keys;
+    InputState said;
+    while (!keys.over()) {
+        pollfd waiting{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+        const int ready = ::poll(&waiting, 1, static_cast<int>(kTick.count()));
+        if (ready > 0) {
+            std::array<char, 256> bytes;
+            const ssize_t size = ::read(STDIN_FILENO, bytes.data(), bytes.size());
+            if (size == 0 || (size < 0 && errno != EINTR && errno != EAGAIN)) break;
+            if (size > 0) {
+                const std::string_view typed(bytes.data(), static_cast<std::size_t>(size));
+                if (typed.find('?') != std::string_view::npos) print(std::string(TerminalKeys::help()));
+                keys.feed(typed, TerminalKeys::Clock::now());
+            }
+        }
+        if (const Expected<bool> there = application.poll(std::chrono::milliseconds(0)); !there) {
+            if (application.serverIsOver()) break;
+            return tl::unexpected(there.error());
+        }
+        if (const InputState& now = keys.at(TerminalKeys::Clock::now()); now != said) {
+            if (const Expected<void> done = application.navigate({.input = now}); !done) return tl::unexpected(done.error());
+            said = now;
+        }
+    }
+    // Whatever is held is released by taking leave.
+    return Answer{};
+}
+
+}  // namespace tessera

@@ -1,0 +1,18 @@
+/// Numbers as people write them on a command line.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/Error.h"
+
+namespace tessera {
+
+/// -0.17, .5, -.5, +1, 1e-3. kUsage: not a number, not a finite one, or too large for one; `what` stands in front.
+[[nodiscard]] Expected<double> finiteNumber(std::string_view text, std::string_view what);
+
+/// The command line's words with numbers like -.5 as -0.5: the parser takes what begins with a dash and no digit for an option.
+[[nodiscard]] std::vector<std::string> withPlainNumbers(std::vector<std::string> words);
+
+}  // namespace tessera

@@ -1,0 +1,33 @@
+#include "common/codec/ApplicationNavigationParts.h"
+
+#include <fmt/format.h>
+
+#include "common/codec/ApplicationUnpacker.h"
+#include "proto/application.pb.h"
+
+namespace tessera {
+
+void putNavigate(proto::application::Navigate& to, const request::Navigate& from) {
+    if (from.mode) to.set_mode(static_cast<std::uint32_t>(*from.mode));
+    to.set_deed(static_cast<std::uint32_t>(from.deed));
+    to.set_node(from.node.value);
+    to.set_bookmark(from.bookmark);
+}
+
+request::Navigate readNavigate(const proto::application::Navigate& from, ApplicationUnpacker& in) {
+    using Deed = request::Navigate::Deed;
+    in.expectParts(1);
+    request::Navigate out;
+    if (from.has_mode()) out.mode = in.enumeration(from.mode(), kLastNavigationMode);
+    out.deed = in.enumeration(from.deed(), Deed::kKeepBookmark);
+    out.node = ObjectId{from.node()};
+    out.bookmark = from.bookmark();
+    const bool needsNumber = out.deed == Deed::kGoToBookmark || out.deed == Deed::kKeepBookmark;
+    if (needsNumber && (out.bookmark < 1 || out.bookmark > kBookmarks))
+        in.refuse(ErrorCode::kBadInput, fmt::format("there is no bookmark {}: 1 to {} are possible", out.bookmark, kBookmarks));
+    const std::vector<InputState> states = in.records<InputState>(0, 1);
+    if (!states.empty()) out.input = states.front();
+    return out;
+}
+
+}  // namespace tessera

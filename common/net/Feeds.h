@@ -1,0 +1,54 @@
+/// Bytes of others' protocols: datagrams that come to a port, streams that are dialled and dialled again. No frames of
+/// ours (Transport carries those). Threads: one inside, which calls all handlers.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "common/base/Bytes.h"
+#include "common/base/HostRange.h"
+#include "common/net/Transport.h"
+
+namespace tessera {
+
+/// What comes too fast is not read: the system then drops it, and nobody else's time is taken. Destruction ends the
+/// thread; no handler is called once it has begun.
+class Feeds {
+public:
+    /// Of one port. Beyond, it is not read until the slice is over.
+    static constexpr int kMostInSlice = 2000;
+    static constexpr std::chrono::milliseconds kSlice{16};
+    static constexpr std::size_t kMaxDatagramBytes = std::size_t{64} << 10;
+
+    struct Datagram {
+        ByteSpan bytes;  ///< during the call
+        HostBytes from;
+        TimePoint at;  ///< when it was read, on the steady clock
+    };
+    struct Stream {
+        std::function<Bytes()> opened;  ///< what is said first; the stream is there
+        /// An error closes the stream, which is dialled again.
+        std::function<Expected<void>(ByteSpan bytes, TimePoint at)> received;
+        std::function<void(const Error& why)> lost;  ///< or not reached; it is dialled again
+        std::chrono::milliseconds silence{10'000};   ///< without a byte: dialled again
+        std::chrono::milliseconds firstPause{500},
+            longestPause{10'000};  ///< between dials; the pause doubles until bytes come
+    };
+
+    Feeds();
+    ~Feeds();
+    Feeds(const Feeds&) = delete;
+    Feeds& operator=(const Feeds&) = delete;
+
+    /// Returns the bound port (for port 0). kNetwork: cannot bind, saying why.
+    [[nodiscard]] Expected<std::uint16_t> listen(const Address& address,
+                                                 std::function<void(const Datagram&)> onDatagram);
+    /// For as long as this lives.
+    void dial(const Address& address, Stream stream);
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera

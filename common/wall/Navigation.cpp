@@ -1,0 +1,38 @@
+#include "common/wall/Navigation.h"
+
+#include <array>
+
+#include <fmt/format.h>
+
+namespace tessera {
+namespace {
+
+constexpr std::array<std::string_view, 3> kModeNames = {"fly", "orbit", "walk"};
+static_assert(kModeNames.size() == static_cast<std::size_t>(kLastNavigationMode) + 1);
+
+}  // namespace
+
+std::string_view nameOf(NavigationMode mode) {
+    return kModeNames[static_cast<std::size_t>(mode)];
+}
+
+std::optional<NavigationMode> parseNavigationMode(std::string_view name) {
+    for (std::size_t i = 0; i < kModeNames.size(); ++i)
+        if (kModeNames[i] == name) return static_cast<NavigationMode>(i);
+    return std::nullopt;
+}
+
+std::optional<std::string> findNavigationFault(const Navigation& n) {
+    struct Bound {
+        std::string_view name;
+        double value, least, most;
+    };
+    for (const Bound& b : {Bound{"speed_m_s", n.speed, 0.001, 1000}, Bound{"faster", n.fasterFactor, 1, 100},
+                           Bound{"turn_deg_s", n.turnDegrees, 1, 720}, Bound{"body_radius_m", n.bodyRadius, 0.05, 1},
+                           Bound{"step_m", n.step, 0, 1}, Bound{"steepest_deg", n.steepestDegrees, 0, 80}})
+        if (!(b.value >= b.least && b.value <= b.most))
+            return fmt::format("{} is {:.6g}: {:.6g} to {:.6g} are possible", b.name, b.value, b.least, b.most);
+    return std::nullopt;
+}
+
+}  // namespace tessera

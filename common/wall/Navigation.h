@@ -1,0 +1,40 @@
+/// How a person moves through the scene, as a wall's file says it. Lengths and speeds are the wall's: metres in the room,
+/// times the view's scale in the world.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace tessera {
+
+enum class NavigationMode : std::uint8_t {
+    kFly,    ///< anywhere, through anything
+    kOrbit,  ///< around a point that is looked at
+    kWalk,   ///< on the ground, between the walls
+};
+inline constexpr NavigationMode kLastNavigationMode = NavigationMode::kWalk;
+/// "fly", "orbit", "walk"
+[[nodiscard]] std::string_view nameOf(NavigationMode mode);
+[[nodiscard]] std::optional<NavigationMode> parseNavigationMode(std::string_view name);
+
+struct Navigation {
+    NavigationMode mode = NavigationMode::kFly;  ///< to begin with
+    double speed = 2;            ///< m/s, with a key held or a stick pushed all the way
+    double fasterFactor = 4;     ///< with Shift
+    double turnDegrees = 60;     ///< per second, with a stick pushed all the way
+    double bodyRadius = 0.25;    ///< of who walks, m
+    double step = 0.4;           ///< as much higher the ground may be a step on, m
+    double steepestDegrees = 50; ///< of a slope that one can walk up
+
+    bool operator==(const Navigation&) const = default;
+};
+
+/// Walking is no faster, whatever the speed and the pace: m/s.
+inline constexpr double kFastestWalk = 100;
+
+/// What is out of its bounds, in words; none: all is well.
+[[nodiscard]] std::optional<std::string> findNavigationFault(const Navigation& navigation);
+
+}  // namespace tessera

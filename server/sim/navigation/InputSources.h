@@ -1,0 +1,55 @@
+/// From the states of all windows and terminals to what is wanted in a frame.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/sim/navigation/NavigationInput.h"
+
+namespace tessera {
+
+/// Remembers of each source its newest state and what a frame has had of it. What is lost on the way, repeated or late
+/// changes nothing. Not thread-safe.
+class InputSources {
+public:
+    /// A second.
+    static constexpr std::uint64_t kActiveFrames = 60;
+
+    static constexpr std::size_t kMaxSourcesEach = 64;  ///< of one host or application; more are not heard
+    static constexpr std::uint16_t kMaxAskedAtOnce = 4; ///< of one action, in one frame
+
+    /// The first state of a source says where its sums and counts begin.
+    void take(const std::string& who, const InputState& state);
+    [[nodiscard]] bool knows(const std::string& who) const;
+    /// Whatever they held is released; should they come again, they begin anew.
+    void end(const std::string& who);
+
+    /// Where a source's window is: its ray at a cursor (0 to 1, from the upper left), and the tangent of the angle of its
+    /// height. Of what is no window: nothing.
+    struct Place {
+        Ray ray;
+        double height = 1;
+    };
+    using PlaceOf = std::function<std::optional<Place>(const std::string& who, std::uint32_t source, double x, double y)>;
+    /// What all say together since the frame before.
+    [[nodiscard]] NavigationInput frame(const PlaceOf& placeOf);
+
+    /// Who has said anything in the last second of frames, or holds something.
+    [[nodiscard]] std::vector<std::string> active() const;
+    [[nodiscard]] bool empty() const { return sources_.empty(); }
+
+private:
+    struct Source {
+        InputState newest, had;
+        std::uint64_t movedAt = 0;  ///< frame
+        bool moved = false;
+    };
+    std::map<std::pair<std::string, std::uint32_t>, Source> sources_;
+    std::uint64_t frames_ = 0;
+};
+
+}  // namespace tessera

@@ -1,0 +1,158 @@
+#include "server/sim/navigation/Steering.h"
+
+#include <fmt/format.h>
+
+namespace tessera {
+namespace {
+
+std::string nameOfApplication(std::uint64_t application) {
+    // No host is called so: names have no blanks.
+    return fmt::format("application {}", application);
+}
+
+}  // namespace
+
+Steering::Steering(const Surroundings& around) : around_(around), navigator_(around.wall), setByHand_(around.view.setByHand()) {
+    for (const WallHost& host : around.wall.hosts) tiles_[host.name] = tilesOf(around.wall, host.name);
+}
+
+void Steering::received(const std::string& host, const std::vector<InputState>& states) {
+    if (!around_.takesInput) return;
+    for (const InputState& state : states) sources_.take(host, state);
+}
+
+void Steering::hostLeft(const std::string& host) {
+    sources_.end(host);
+}
+
+Expected<void> Steering::asked(std::uint64_t application, const request::Navigate& wish) {
+    using Deed = request::Navigate::Deed;
+    if (!around_.takesInput) return fail(ErrorCode::kRefused, "this server takes no input (--no-input): the view moves by `view` alone");
+    const Aspect& scene = around_.simulation.scene();
+    const Expected<View> now = around_.view.view(scene);
+    if (!now) return tl::unexpected(now.error());
+    if (wish.deed == Deed::kFit && wish.node && !scene.get<Node>(wish.node))
+        return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", wish.node.value));
+    const std::size_t bookmark = wish.bookmark - 1;
+    if (wish.deed == Deed::kGoToBookmark && (bookmark >= kBookmarks || !around_.view.bookmarks()[bookmark]))
+        return fail(ErrorCode::kNotFound, fmt::format("nobody has kept a bookmark {}", wish.bookmark));
+    if (wish.mode) navigator_.setMode(*wish.mode);
+    switch (wish.deed) {
+        case Deed::kNone:
+            break;
+        case Deed::kHome:
+            navigator_.goHome();
+            break;
+        case Deed::kFit: {
+            const Box box = sceneBounds(scene, wish.node ? wish.node : kRootNode);
+            if (box.empty() || !box.lower.allFinite() || !box.upper.allFinite())
+                return fail(ErrorCode::kNotFound, "there is nothing to be seen there that has a size");
+            navigator_.fit(box);
+            break;
+        }
+        case Deed::kGoToBookmark:
+            navigator_.goTo(*around_.view.bookmarks()[bookmark]);
+            break;
+        case Deed::kKeepBookmark:
+            around_.view.keepBookmark(bookmark, *now);
+            break;
+    }
+    if (wish.input) {
+        InputState state = *wish.input;
+        state.source = 0;
+        // It has one source, whose sums begin at 0: its first word counts, too.
+        if (!sources_.knows(nameOfApplication(application))) sources_.take(nameOfApplication(application), {});
+        sources_.take(nameOfApplication(application), state);
+    }
+    return {};
+}
+
+void Steering::applicationLeft(std::uint64_t application) {
+    sources_.end(nameOfApplication(application));
+}
+
+void Steering::add(const NavigationInput& input, const std::string& who) {
+    if (!around_.takesInput) return;
+    addedAt_[who] = frames_;
+    if (!added_) added_.emplace();
+    added_->add(input);
+}
+
+std::vector<std::string> Steering::active() const {
+    std::vector<std::string> names = sources_.active();
+    for (const auto& [who, at] : addedAt_)
+        if (frames_ - at < InputSources::kActiveFrames) names.push_back(who);
+    return names;
+}
+
+/// The cursor of a window on its tile, as the tile's user sees it.
+std::optional<InputSources::Place> Steering::placeOf(const View& view, const std::string& who, std::uint32_t source, double x,
+                                                     double y) const {
+    const auto host = tiles_.find(who);
+    if (host == tiles_.end() || source >= host->second.size()) return std::nullopt;
+    const Tile& tile = host->second[source];
+    const Screen* screen = around_.wall.findScreen(tile.screen);
+    const User* user = view.findUser(tile.user);
+    if (!screen || !user) return std::nullopt;
+    const ScreenPixels whole = screenPixels(*screen);
+    const Vec3d right = screen->lowerRight - screen->lowerLeft, up = screen->upperLeft - screen->lowerLeft;
+    const Vec3d at = screen->lowerLeft + (tile.rect.x + x * tile.rect.width) / whole.width * right +
+                     (tile.rect.y + (1 - y) * tile.rect.height) / whole.height * up;
+    const Vec3d eye = user->eye(Eye::kCenter), towards = at - eye;
+    const double away = std::abs(right.cross(up).normalized().dot(towards));
+    if (!(away > 1e-3)) return std::nullopt;
+    return InputSources::Place{.ray = {.origin = eye, .direction = towards.normalized()},
+                               .height = up.norm() * tile.rect.height / whole.height / away};
+}
+
+NavigationScene Steering::scene() {
+    Simulation& simulation = around_.simulation;
+    ViewSource& source = around_.view;
+    NavigationScene asked;
+    asked.facesIn = [this, &simulation](const Box& box, std::vector<Triangle>& faces) {
+        QueryWork effort{.limit = kMaxWork};
+        const bool all = simulation.facesIn(box, effort, faces);
+        work_ += effort.boxTests + effort.triangleTests;
+        return all;
+    };
+    asked.hit = [&simulation](const Ray& ray) -> std::optional<double> {
+        const std::optional<PickHit> hit = simulation.pick(ray);
+        return hit ? std::optional(hit->t) : std::nullopt;
+    };
+    asked.bounds = [&simulation] { return sceneBounds(simulation.scene()); };
+    asked.boundsAt = [&simulation](const Ray& ray) {
+        const std::optional<PickHit> hit = simulation.pick(ray);
+        return hit ? sceneBounds(simulation.scene(), hit->node) : Box();
+    };
+    asked.home = [&simulation, &source]() -> std::optional<View> {
+        const Expected<View> home = source.home(simulation.scene());
+        return home ? std::optional(*home) : std::nullopt;
+    };
+    asked.bookmark = [&source](std::size_t number) -> std::optional<View> {
+        return number < source.bookmarks().size() ? source.bookmarks()[number] : std::nullopt;
+    };
+    asked.keepBookmark = [&source](std::size_t number, const View& view) { source.keepBookmark(number, view); };
+    return asked;
+}
+
+void Steering::frame() {
+    work_ = 0;
+    ++frames_;
+    if (!around_.takesInput) return;
+    // Who has set the view by hand since the last frame has this one.
+    const bool placed = std::exchange(setByHand_, around_.view.setByHand()) != around_.view.setByHand();
+    if (placed) navigator_.placed();
+    if (sources_.empty() && navigator_.idle() && !added_) return;
+    const Expected<View> now = around_.view.view(around_.simulation.scene());
+    if (!now) return;
+    NavigationInput input = sources_.frame([&](const std::string& who, std::uint32_t source, double x, double y) {
+        return placeOf(*now, who, source, x, y);
+    });
+    if (added_) input.add(*std::exchange(added_, {}));
+    if (placed || (navigator_.idle() && !input.steers() && input.actions.empty())) return;
+    const Navigator::Step step = navigator_.step(*now, input, scene(), kSecondsPerFrame);
+    if (step.view) around_.view.steer(*step.view);
+    if (step.home) around_.view.letGo();
+}
+
+}  // namespace tessera

@@ -1,0 +1,68 @@
+/// Who moves the wall: inputs of hosts and applications in, the view out, once a frame.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/codec/ApplicationNavigation.h"
+#include "server/sim/frame/Simulation.h"
+#include "server/sim/frame/ViewSource.h"
+#include "server/sim/navigation/InputSources.h"
+#include "server/sim/navigation/Navigator.h"
+
+namespace tessera {
+
+/// Joins sources, navigator, scene and ViewSource. A frame in which nobody wants anything costs nothing that grows with the
+/// scene; one who walks costs a look at what is near. Frame thread only.
+class Steering {
+public:
+    /// As many faces and boxes one frame may look at: a walker among more stays where he is.
+    static constexpr std::uint64_t kMaxWork = 1'000'000;
+
+    /// All outlive it.
+    struct Surroundings {
+        const Wall& wall;
+        Simulation& simulation;
+        ViewSource& view;
+        bool takesInput = true;  ///< false: nothing that anybody does here moves the wall
+    };
+    explicit Steering(const Surroundings& around);
+
+    /// What people do at a host's windows.
+    void received(const std::string& host, const std::vector<InputState>& states);
+    void hostLeft(const std::string& host);
+    /// kRefused: no input is taken. kNotFound: no such node or bookmark.
+    [[nodiscard]] Expected<void> asked(std::uint64_t application, const request::Navigate& wish);
+    void applicationLeft(std::uint64_t application);
+    /// One more source, for the frame to come alone: whatever is no window. Not heard where no input is taken.
+    /// `who`: for `active`.
+    void add(const NavigationInput& input, const std::string& who);
+
+    /// Before a frame's view is asked for, after the scene's list has been applied. 1/60 s.
+    void frame();
+
+    [[nodiscard]] bool takesInput() const { return around_.takesInput; }
+    [[nodiscard]] NavigationMode mode() const { return navigator_.mode(); }
+    /// Names of hosts, "application N" of applications, and those that `add` was told: who moves the wall now, or has in the last second.
+    [[nodiscard]] std::vector<std::string> active() const;
+    /// Boxes and faces looked at in the last frame.
+    [[nodiscard]] std::uint64_t work() const { return work_; }
+
+private:
+    [[nodiscard]] std::optional<InputSources::Place> placeOf(const View& view, const std::string& who, std::uint32_t source,
+                                                             double x, double y) const;
+    [[nodiscard]] NavigationScene scene();
+
+    Surroundings around_;
+    std::map<std::string, std::vector<Tile>> tiles_;  ///< by host
+    InputSources sources_;
+    Navigator navigator_;
+    std::optional<NavigationInput> added_;
+    std::map<std::string, std::uint64_t> addedAt_;  ///< who, and in which frame last
+    std::uint64_t frames_ = 0;
+    std::uint64_t setByHand_ = 0, work_ = 0;
+};
+
+}  // namespace tessera

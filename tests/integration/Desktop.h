@@ -1,0 +1,62 @@
+/// A desktop without a screen (Xvfb), for tests of windows.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include "client/image/Picture.h"
+#include "tests/integration/LiveWall.h"
+
+namespace tessera::test {
+
+/// An X server whose screen lies in a file in the format of xwd (X11/XWDFile.h: 25 numbers, most significant byte first, a name,
+/// colours, rows).
+class Desktop {
+public:
+    Desktop(const std::string& folder, int widthPx, int heightPx)
+        : file_(folder + "/Xvfb_screen0"),
+          server_(folder, "xvfb",
+                  {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx), "-fbdir", folder, "-nolisten", "tcp"}) {
+        for (int i = 0; i < 600 && server_.running() && display_.empty(); ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            const std::string said = server_.output();
+            if (const std::size_t end = said.find('\n'); end != std::string::npos) display_ = ":" + said.substr(0, end);
+        }
+    }
+    /// Empty: it did not start.
+    [[nodiscard]] const std::string& display() const { return display_; }
+    [[nodiscard]] Process& server() { return server_; }
+
+    [[nodiscard]] Picture screenshot() const {
+        const std::string bytes = readText(file_);
+        const auto number = [&](std::size_t i) {
+            std::uint32_t value = 0;
+            for (std::size_t b = 0; b < 4; ++b) value = value << 8 | static_cast<std::uint8_t>(bytes.at(4 * i + b));
+            return value;
+        };
+        const std::size_t pitch = number(12), from = number(0) + 12 * std::size_t{number(19)};
+        Picture picture = Picture::filled(static_cast<int>(number(4)), static_cast<int>(number(5)), 0, 0, 0);
+        for (std::size_t y = 0, to = 0; y < number(5); ++y)
+            for (std::size_t x = 0; x < number(4); ++x)
+                for (std::size_t c = 3; c-- > 0;) picture.rgb[to++] = static_cast<std::uint8_t>(bytes.at(from + y * pitch + 4 * x + c));
+        return picture;
+    }
+    /// Until it looks like `wanted`.
+    [[nodiscard]] bool waitFor(const Picture& wanted, std::chrono::seconds patience) const {
+        const auto end = std::chrono::steady_clock::now() + patience;
+        while (std::chrono::steady_clock::now() < end) {
+            if (screenshot() == wanted) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        }
+        return false;
+    }
+
+private:
+    std::string file_, display_;
+    Process server_;
+};
+
+}  // namespace tessera::test

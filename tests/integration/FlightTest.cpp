@@ -1,0 +1,178 @@
+/// A person flies: real keys at a real window move a real wall's view, and nothing that goes wrong on the way leaves it flying.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <thread>
+
+#include "common/application/Application.h"
+#include "tests/integration/InputDesktop.h"
+#include "tests/integration/LiveWall.h"
+
+namespace tessera::test {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+/// What is in the middle of the picture: another thing, or another point of it, where the view has moved.
+json middleOf(const LiveWall& wall) {
+    const Outcome picked = wall.ctl({"--json", "pick", "80", "60"});
+    EXPECT_EQ(picked.exitCode, 0) << picked.output;
+    return json::parse(picked.output, nullptr, false);
+}
+json statusOf(const LiveWall& wall) {
+    const Outcome status = wall.ctl({"--json", "status"});
+    EXPECT_EQ(status.exitCode, 0) << status.output;
+    return json::parse(status.output, nullptr, false);
+}
+template <typename Holds>
+bool within(std::chrono::seconds patience, const Holds& holds) {
+    const auto end = std::chrono::steady_clock::now() + patience;
+    while (std::chrono::steady_clock::now() < end) {
+        if (holds()) return true;
+        std::this_thread::sleep_for(50ms);
+    }
+    return false;
+}
+/// The view rests: it is the same for half a second.
+bool rests(const LiveWall& wall) {
+    return within(20s, [&] {
+        const json before = middleOf(wall);
+        std::this_thread::sleep_for(500ms);
+        return middleOf(wall) == before;
+    });
+}
+
+LiveWallOptions oneTile(std::vector<std::string> server = {}) {
+    return {.wall = std::string(TESSERA_SOURCE_DIR) + "/deploy/walls/1x1.wall", .server = std::move(server)};
+}
+
+/// The processes that a process has started.
+std::vector<pid_t> childrenOf(pid_t parent) {
+    std::vector<pid_t> children;
+    for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(parent) + "/task")) {
+        std::istringstream list(readText(task.path() / "children"));
+        for (pid_t child = 0; list >> child;) children.push_back(child);
+    }
+    return children;
+}
+
+/// One tile in a window on a desktop, with the pointer on it.
+class WindowFlight {
+public:
+    explicit WindowFlight(LiveWallOptions options) : wall(options) {
+        if (desktop.display().empty()) return;
+        ::setenv("DISPLAY", desktop.display().c_str(), 1);
+        Process& client = wall.startClient("all", {"--window"});
+        ::unsetenv("DISPLAY");
+        ready = wall.waitForFrame("front-0-0", 5, 60s) && within(30s, [&] { return !childrenOf(client.pid()).empty(); });
+        // Where a window may be, but it takes its time to be there.
+        desktop.pointer(400, 300);
+    }
+    /// Until the server hears of it: the window may not be there yet.
+    bool hold(DesktopKey key) {
+        return within(30s, [&] {
+            desktop.key(key, true);
+            std::this_thread::sleep_for(200ms);
+            if (statusOf(wall)["steering"] == json{"all"}) return true;
+            desktop.key(key, false);
+            return false;
+        });
+    }
+    TemporaryFolder folder;
+    InputDesktop desktop{folder.path(), 800, 600};
+    LiveWall wall;
+    bool ready = false;
+};
+
+TEST(Flight, AKeyMovesTheViewAndHomeLeadsBack) {
+    WindowFlight flight(oneTile());
+    ASSERT_TRUE(flight.ready) << flight.wall.logs();
+    EXPECT_EQ(statusOf(flight.wall)["navigation"], "fly");
+    const json begun = middleOf(flight.wall);
+    ASSERT_EQ(begun["hit"], true);
+    ASSERT_TRUE(flight.hold(DesktopKey::kD)) << flight.wall.logs();
+    EXPECT_TRUE(within(10s, [&] { return middleOf(flight.wall) != begun; }));
+    flight.desktop.key(DesktopKey::kD, false);
+    EXPECT_TRUE(rests(flight.wall)) << "a key that was let go";
+    EXPECT_NE(middleOf(flight.wall), begun);
+    flight.desktop.key(DesktopKey::kHome, true);
+    flight.desktop.key(DesktopKey::kHome, false);
+    EXPECT_TRUE(within(20s, [&] { return middleOf(flight.wall) == begun; })) << "to the very bits";
+    // A drag looks about.
+    flight.desktop.button(1, true);
+    for (int i = 0; i < 20; ++i) {
+        flight.desktop.pointer(400 + 4 * i, 300);
+        std::this_thread::sleep_for(20ms);
+    }
+    flight.desktop.button(1, false);
+    EXPECT_TRUE(within(20s, [&] { return middleOf(flight.wall) != begun; }));
+    flight.desktop.key(DesktopKey::kTab, true);
+    flight.desktop.key(DesktopKey::kTab, false);
+    EXPECT_TRUE(within(20s, [&] { return statusOf(flight.wall)["navigation"] == "orbit"; }));
+    EXPECT_EQ(flight.wall.finish()["faults"].size(), 0u);
+}
+
+TEST(Flight, AWindowThatIsKilledHoldsNothing) {
+    WindowFlight flight(oneTile());
+    ASSERT_TRUE(flight.ready) << flight.wall.logs();
+    ASSERT_TRUE(flight.hold(DesktopKey::kD)) << flight.wall.logs();
+    for (const pid_t window : childrenOf(flight.wall.client("all").pid())) ::kill(window, SIGKILL);
+    EXPECT_TRUE(within(20s, [&] { return statusOf(flight.wall)["steering"].empty(); }));
+    EXPECT_TRUE(rests(flight.wall));
+    EXPECT_TRUE(flight.wall.client("all").running());
+}
+
+TEST(Flight, AHostThatIsKilledHoldsNothing) {
+    WindowFlight flight(oneTile());
+    ASSERT_TRUE(flight.ready) << flight.wall.logs();
+    ASSERT_TRUE(flight.hold(DesktopKey::kD)) << flight.wall.logs();
+    flight.wall.client("all").signal(SIGKILL);
+    EXPECT_TRUE(within(20s, [&] { return statusOf(flight.wall)["steering"].empty(); }));
+    EXPECT_TRUE(rests(flight.wall));
+}
+
+TEST(Flight, AWallForThePublicTakesNoInput) {
+    LiveWall wall(oneTile({"--no-input"}));
+    wall.startClient("all");
+    ASSERT_TRUE(wall.waitForFrame("front-0-0", 2, 60s)) << wall.logs();
+    EXPECT_EQ(statusOf(wall)["navigation"], "");
+    const Outcome refused = wall.ctl({"navigate", "home"});
+    EXPECT_EQ(refused.exitCode, 1);
+    EXPECT_NE(refused.output.find("--no-input"), std::string::npos) << refused.output;
+    EXPECT_NE(wall.ctl({"fly"}).exitCode, 0);
+}
+
+/// What a flight sees is not in a recording, and what it is flown through is: the same again, to the hash, with a walker who
+/// asks the scene in every frame.
+TEST(Flight, ARecordingOfAFlightIsMadeAgain) {
+    TemporaryFolder folder;
+    const std::string recording = folder.path() + "/flight.tsr";
+    LiveWall wall(oneTile({"--record", recording}));
+    wall.startClient("all");
+    ASSERT_TRUE(wall.waitForFrame("front-0-0", 2, 60s)) << wall.logs();
+    const json begun = middleOf(wall);
+    {
+        auto application = Application::connect({.address = wall.address(), .name = "pilot", .followScene = false});
+        ASSERT_TRUE(application) << application.error().message;
+        InputState held{.right = InputState::kFull, .back = -InputState::kFull};
+        for (const NavigationMode mode : {NavigationMode::kFly, NavigationMode::kWalk, NavigationMode::kOrbit}) {
+            ASSERT_TRUE((*application)->navigate({.mode = mode, .input = held}));
+            std::this_thread::sleep_for(700ms);
+        }
+        EXPECT_TRUE((*application)->navigate({.deed = request::Navigate::Deed::kKeepBookmark, .bookmark = 1}));
+        EXPECT_EQ(statusOf(wall)["steering"].size(), 1u);
+        EXPECT_NE(middleOf(wall), begun);
+    }
+    EXPECT_TRUE(within(10s, [&] { return statusOf(wall)["steering"].empty(); })) << "who has left holds nothing";
+    EXPECT_EQ(wall.ctl({"move", "/post", "0.5", "0", "0", "--by"}).exitCode, 0);
+    EXPECT_EQ(wall.ctl({"bookmark", "1"}).exitCode, 0);
+    EXPECT_EQ(wall.ctl({"bookmark", "2"}).exitCode, 3) << "nobody has kept it";
+    EXPECT_EQ(wall.ctl({"navigate", "sideways"}).exitCode, 2);
+    EXPECT_EQ(wall.finish()["faults"].size(), 0u);
+    const Outcome again = run(folder.path(), {program("tessera-replay"), recording}, 60s);
+    EXPECT_EQ(again.exitCode, 0) << again.output;
+}
+
+}  // namespace
+}  // namespace tessera::test

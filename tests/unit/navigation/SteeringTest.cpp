@@ -1,0 +1,172 @@
+// Steering with a scene: who wins, what is kept, and what it costs.
+#include <gtest/gtest.h>
+
+#include "server/sim/navigation/Steering.h"
+#include "tests/unit/sim/SceneForTests.h"
+
+namespace tessera {
+namespace {
+
+using test::ListMaker;
+
+/// A floor of boxes, as many as wanted, one metre each; the view stands above the middle.
+struct Yard {
+    explicit Yard(int side, bool takesInput = true) : takes(takesInput) {
+        ListMaker make;
+        const ObjectId tile = make.box(Vec3d(1, 0.2, 1));
+        for (int x = 0; x < side; ++x)
+            for (int z = 0; z < side; ++z)
+                (void)make.node("", make.node("", kRootNode, make.transform(Vec3d(x - side / 2, -0.1, z - side / 2))), tile);
+        (void)make.node("thing", make.node("place", kRootNode, make.transform(Vec3d(0, 1, -5))), tile);
+        EXPECT_TRUE(simulation.load({make.builder.take()}));
+        first = findNode(simulation.scene(), "/place/thing").value();
+        view.update(simulation.scene(), nullptr);
+        EXPECT_TRUE(view.set(simulation.scene(), {.position = Vec3d(0, 0.5, 0), .orientation = Quatd::Identity(), .worldUnitsPerMetre = 1}));
+    }
+    void frames(int count) {
+        for (int i = 0; i < count; ++i) {
+            const FrameResult made = simulation.step(i == 0 && begin, {});
+            begin = false;
+            if (made.commit.list) view.update(simulation.scene(), made.commit.list.get());
+            steering.frame();
+            mostWork = std::max(mostWork, steering.work());
+        }
+    }
+    [[nodiscard]] View now() { return *view.view(simulation.scene()); }
+    [[nodiscard]] Vec3d eye() { return now().world_T_wall() * now().users.front().position; }
+
+    bool takes, begin = true;
+    Wall wall = test::wallOfOne();
+    Simulation simulation;
+    ViewSource view{wall, ""};
+    Steering steering{{.wall = wall, .simulation = simulation, .view = view, .takesInput = takes}};
+    ObjectId first;
+    std::uint64_t mostWork = 0;
+};
+
+InputState ahead() {
+    return {.back = -InputState::kFull};
+}
+
+TEST(Steering, AHostsKeyMovesTheViewAndItsEndStopsIt) {
+    Yard yard(3);
+    yard.frames(5);
+    const Vec3d from = yard.eye();
+    const std::uint64_t version = yard.view.version();
+    yard.frames(5);
+    EXPECT_EQ(yard.view.version(), version) << "where nobody steers nothing changes";
+    yard.steering.received("only", {InputState{}});
+    yard.steering.received("only", {ahead()});
+    yard.frames(60);
+    EXPECT_LT(yard.eye().z(), from.z() - 1);
+    EXPECT_EQ(yard.steering.active(), std::vector<std::string>{"only"});
+    yard.steering.hostLeft("only");
+    yard.frames(120);
+    const Vec3d there = yard.eye();
+    yard.frames(60);
+    EXPECT_EQ(yard.eye(), there);
+    EXPECT_TRUE(yard.steering.active().empty());
+}
+
+TEST(Steering, WhoSetsTheViewHasThatFrameAndTheFlightGoesOnFromThere) {
+    Yard yard(3);
+    yard.steering.received("only", {ahead()});
+    yard.frames(30);
+    EXPECT_TRUE(yard.view.set(yard.simulation.scene(), {.position = Vec3d(50, 60, 70)}));
+    yard.frames(1);
+    EXPECT_EQ(yard.now().position, Vec3d(50, 60, 70));
+    yard.frames(60);
+    EXPECT_EQ(yard.now().position.x(), 50);
+    EXPECT_LT(yard.now().position.z(), 69);
+    EXPECT_GT(yard.now().position.z(), 66);
+}
+
+TEST(Steering, ApplicationsAskForModesPlacesAndKeys) {
+    using Deed = request::Navigate::Deed;
+    Yard yard(3);
+    const View begun = yard.now();
+    EXPECT_TRUE(yard.steering.asked(7, {.input = ahead()})) << "its first word counts";
+    yard.frames(60);
+    EXPECT_LT(yard.now().position.z(), begun.position.z() - 1);
+    yard.steering.applicationLeft(7);
+    yard.frames(120);
+    EXPECT_TRUE(yard.steering.asked(7, {.deed = Deed::kKeepBookmark, .bookmark = 2}));
+    const View kept = yard.now();
+    EXPECT_TRUE(yard.steering.asked(7, {.deed = Deed::kHome}));
+    yard.frames(80);
+    EXPECT_EQ(yard.now().position, yard.view.home(yard.simulation.scene())->position);
+    EXPECT_FALSE(yard.view.state().byHand) << "home is where the camera has it";
+    EXPECT_TRUE(yard.steering.asked(7, {.deed = Deed::kGoToBookmark, .bookmark = 2}));
+    yard.frames(80);
+    EXPECT_EQ(yard.now().position, kept.position);
+    EXPECT_TRUE(yard.steering.asked(7, {.deed = Deed::kFit, .node = yard.first}));
+    yard.frames(80);
+    const Vec3d thing = yard.now().world_T_wall().inverse() * Vec3d(0, 1, -5);
+    EXPECT_LT((thing - Vec3d(0, 0.5, 0)).norm(), 1e-6) << "in the middle of the screen";
+    EXPECT_TRUE(yard.steering.asked(7, {.mode = NavigationMode::kWalk}));
+    EXPECT_EQ(yard.steering.mode(), NavigationMode::kWalk);
+
+    EXPECT_EQ(yard.steering.asked(7, {.deed = Deed::kGoToBookmark, .bookmark = 3}).error().code, ErrorCode::kNotFound);
+    EXPECT_EQ(yard.steering.asked(7, {.deed = Deed::kFit, .node = ObjectId(99'999)}).error().code, ErrorCode::kNotFound);
+    EXPECT_FALSE(yard.steering.asked(7, {.deed = Deed::kGoToBookmark, .bookmark = 0}));
+}
+
+TEST(Steering, WhereNoInputIsTakenNobodySteers) {
+    Yard yard(3, false);
+    const View begun = yard.now();
+    yard.steering.received("only", {InputState{}});
+    yard.steering.received("only", {ahead()});
+    yard.steering.add({.move = Vec3d(1, 0, 0)}, "wand right");
+    yard.frames(60);
+    EXPECT_EQ(yard.now().position, begun.position);
+    EXPECT_EQ(yard.steering.asked(7, {.input = ahead()}).error().code, ErrorCode::kRefused);
+}
+
+TEST(Steering, AWandIsOneMoreSource) {
+    Yard yard(3);
+    const Vec3d from = yard.eye();
+    for (int i = 0; i < 60; ++i) {
+        yard.steering.add({.move = Vec3d(1, 0, 0)}, "wand right");
+        yard.frames(1);
+    }
+    EXPECT_GT(yard.eye().x(), from.x() + 1);
+    EXPECT_EQ(yard.steering.active(), std::vector<std::string>{"wand right"});
+    yard.frames(60);
+    EXPECT_TRUE(yard.steering.active().empty());
+}
+
+TEST(Steering, BookmarksAreInWhatAServerGoesOnFrom) {
+    Yard yard(2), next(2);
+    EXPECT_TRUE(yard.steering.asked(1, {.deed = request::Navigate::Deed::kKeepBookmark, .bookmark = 9}));
+    const std::uint64_t version = yard.view.version();
+    yard.steering.received("only", {ahead()});
+    yard.frames(10);
+    EXPECT_GT(yard.view.version(), version) << "a journal hears of a flight";
+    next.view.goOnFrom(yard.view.state());
+    ASSERT_TRUE(next.view.bookmarks()[8]);
+    EXPECT_EQ(next.view.bookmarks()[8]->position, Vec3d(0, 0.5, 0));
+    EXPECT_EQ(next.now().position, yard.now().position);
+}
+
+/// The floor is as dense in all yards: a walker looks at what is near and at the way to it, which grows as a logarithm.
+TEST(Steering, AWalkCostsWhatIsNear) {
+    std::map<int, std::uint64_t> work;
+    for (const int side : {32, 316}) {  // 1,000 and 100,000 things
+        Yard yard(side);
+        EXPECT_TRUE(yard.steering.asked(1, {.mode = NavigationMode::kWalk, .input = ahead()}));
+        yard.frames(1);
+        yard.mostWork = 0;
+        yard.frames(60);
+        EXPECT_NEAR(yard.eye().y(), 1.7, 0.02) << "it walks";
+        EXPECT_LT(yard.eye().z(), 1.5);
+        work[side] = yard.mostWork;
+    }
+    EXPECT_GT(work[32], 20u);
+    EXPECT_LT(work[316], 2 * work[32]) << "a hundred times as much: " << work[32] << " and " << work[316];
+
+    std::printf("boxes and faces looked at in a frame of a walk: %llu among 1,000 things, %llu among 100,000\n",
+                static_cast<unsigned long long>(work[32]), static_cast<unsigned long long>(work[316]));
+}
+
+}  // namespace
+}  // namespace tessera
