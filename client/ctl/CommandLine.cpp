@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
 
 #include "client/ctl/FieldText.h"
@@ -18,11 +17,6 @@
 namespace tessera {
 
 namespace {
-
-/// Ranges let it through.
-std::string isNumber(const std::string& text) {
-    return std::isnan(std::strtod(text.c_str(), nullptr)) ? "not a number" : "";
-}
 
 /// What CLI11 fills in; the values of all verbs side by side.
 struct Words {
@@ -230,7 +224,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     app.add_option("--timeout", in.timeoutSeconds, "Seconds to wait for the server (10)")
         ->type_name("S")
         ->check(CLI::Range(0.01, 86'400.0))
-        ->check(isNumber);
+        ->check(numberFault);
     app.require_subcommand(1);
     app.fallthrough(false);
 
@@ -246,11 +240,11 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
 
     CLI::App* move = app.add_subcommand("move", "Moves a node: its Transform, or the nearest above it");
     move->add_option("NODE", in.moveNode, "/path/of/names or #id")->required();
-    move->add_option("PLACE", in.moveBy, "X Y Z in its parent's coordinates")->type_name("X Y Z")->expected(0, 3);
+    move->add_option("PLACE", in.moveBy, "X Y Z in its parent's coordinates")->type_name("X Y Z")->expected(0, 3)->check(numberFault);
     move->add_flag("--by", in.by, "From where it is, not from the origin");
     move->add_option("--rotate", in.moveRotate, "About x, y or z")->type_name("AXIS DEG")->expected(2);
-    move->add_option("--quaternion", in.moveQuaternion, "Rotation")->type_name("W X Y Z")->expected(4);
-    move->add_option("--scale", in.moveScale, "In all directions")->type_name("S");
+    move->add_option("--quaternion", in.moveQuaternion, "Rotation")->type_name("W X Y Z")->expected(4)->check(numberFault);
+    move->add_option("--scale", in.moveScale, "In all directions")->type_name("S")->check(numberFault);
 
     CLI::App* set = app.add_subcommand("set", "Sets a field of a node or of its core");
     set->footer("tessera-ctl types lists all fields, their units, bounds and words.");
@@ -268,10 +262,10 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const CLI::App* redo = app.add_subcommand("redo", "Does again what was taken back last");
 
     CLI::App* view = app.add_subcommand("view", "Moves the wall through the world, or a head before it");
-    view->add_option("--position", in.position, "Of the wall's origin, world units")->type_name("X Y Z")->expected(3);
-    view->add_option("--look-at", in.lookAt, "Turns the wall from --position to here")->type_name("X Y Z")->expected(3);
-    view->add_option("--orientation", in.orientation, "Of the wall")->type_name("W X Y Z")->expected(4);
-    const CLI::Option* scale = view->add_option("--scale", in.scale, "World units per metre")->type_name("S");
+    view->add_option("--position", in.position, "Of the wall's origin, world units")->type_name("X Y Z")->expected(3)->check(numberFault);
+    view->add_option("--look-at", in.lookAt, "Turns the wall from --position to here")->type_name("X Y Z")->expected(3)->check(numberFault);
+    view->add_option("--orientation", in.orientation, "Of the wall")->type_name("W X Y Z")->expected(4)->check(numberFault);
+    const CLI::Option* scale = view->add_option("--scale", in.scale, "World units per metre")->type_name("S")->check(numberFault);
     view->add_option("--head", in.head, "A user's head, metres")->type_name("USER X Y Z")->expected(4);
     view->add_flag("--reset", in.reset, "Back to the scene's camera first");
 
@@ -301,11 +295,11 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     play->add_option("--buttons", in.play.buttons, "Pressed, 1 + 2 + 4 …; with --flystick")
         ->type_name("BITS")
         ->check(CLI::Range(0, 255));
-    play->add_option("--rate", in.play.rateHz, "Poses a second (60)")->type_name("HZ")->check(CLI::Range(0.1, 1000.0))->check(isNumber);
+    play->add_option("--rate", in.play.rateHz, "Poses a second (60)")->type_name("HZ")->check(CLI::Range(0.1, 1000.0))->check(numberFault);
     play->add_option("--seconds", in.play.seconds, "So long (10); 0: until interrupted")
         ->type_name("S")
         ->check(CLI::Range(0.0, 1e6))
-        ->check(isNumber);
+        ->check(numberFault);
 
     CLI::App* contacts = app.add_subcommand("contacts", "What touches now");
     contacts->add_flag("--events", in.contacts.events, "Who began, goes on or ceased to touch");
@@ -323,7 +317,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* respond = app.add_subcommand("answer", "Decides a question");
     respond->add_option("ID", in.respond.question, "The question's number")->required();
     respond->add_option("DECISION", in.decision, "stop, pass or move")->required();
-    respond->add_option("PLACE", in.respondTo, "Where to, with move")->type_name("X Y Z")->expected(0, 3);
+    respond->add_option("PLACE", in.respondTo, "Where to, with move")->type_name("X Y Z")->expected(0, 3)->check(numberFault);
 
     CLI::App* picture = app.add_subcommand("show", "The scene, or the test picture, on all tiles");
     picture->add_option("WHAT", in.picture, "scene or test-picture")->required()->check(CLI::IsMember({"scene", "test-picture"}).description(""));

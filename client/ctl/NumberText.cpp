@@ -26,12 +26,17 @@ ReadNumber readWhole(std::string_view text) {
 
 }  // namespace
 
-Expected<double> finiteNumber(std::string_view text, std::string_view what) {
+std::string numberFault(const std::string& text) {
     const ReadNumber read = readWhole(text);
-    if (!read.whole) return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not a number", what, text));
-    if (read.tooLarge) return fail(ErrorCode::kUsage, fmt::format("{}: {} is too large or too small for a number", what, text));
-    if (!std::isfinite(read.value)) return fail(ErrorCode::kUsage, fmt::format("{}: {} is not finite, and a number has to be", what, text));
-    return read.value;
+    if (!read.whole) return fmt::format("\"{}\" is not a number", text);
+    if (read.tooLarge) return fmt::format("{} is too large or too small for a number", text);
+    if (!std::isfinite(read.value)) return fmt::format("{} is not finite, and a number has to be", text);
+    return {};
+}
+
+Expected<double> finiteNumber(const std::string& text, std::string_view what) {
+    if (const std::string fault = numberFault(text); !fault.empty()) return fail(ErrorCode::kUsage, fmt::format("{}: {}", what, fault));
+    return readWhole(text).value;
 }
 
 std::vector<std::string> withPlainNumbers(std::vector<std::string> words) {

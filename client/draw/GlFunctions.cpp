@@ -17,6 +17,8 @@ std::string_view nameOfError(GLenum error) {
             return "incomplete framebuffer";
         case GL_OUT_OF_MEMORY:
             return "out of memory";
+        case GL_CONTEXT_LOST:
+            return "the GPU was reset, or is gone";
         default:
             return "unknown error";
     }
@@ -45,11 +47,14 @@ Expected<GlFunctions> GlFunctions::load(const Surface& surface) {
 }
 
 Expected<void> GlFunctions::check(std::string_view what) const {
-    const GLenum first = GetError();
+    GLenum first = GetError();
+    // Not every driver makes it an error of the calls that it drops.
+    if (first == GL_NO_ERROR && GetGraphicsResetStatus() != GL_NO_ERROR) first = GL_CONTEXT_LOST;
     if (first == GL_NO_ERROR) return {};
     for (int i = 0; i < 16 && GetError() != GL_NO_ERROR; ++i) {
     }
-    return fail(ErrorCode::kFailed, "OpenGL while " + std::string(what) + ": " + std::string(nameOfError(first)));
+    const ErrorCode code = first == GL_CONTEXT_LOST ? ErrorCode::kUnsupported : ErrorCode::kFailed;
+    return fail(code, "OpenGL while " + std::string(what) + ": " + std::string(nameOfError(first)));
 }
 
 }  // namespace tessera

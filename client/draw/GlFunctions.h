@@ -57,6 +57,7 @@ namespace tessera {
     X(FrontFace, FRONTFACE)                                                     \
     X(GenerateTextureMipmap, GENERATETEXTUREMIPMAP)                             \
     X(GetError, GETERROR)                                                       \
+    X(GetGraphicsResetStatus, GETGRAPHICSRESETSTATUS)                           \
     X(GetIntegerv, GETINTEGERV)                                                 \
     X(GetProgramInfoLog, GETPROGRAMINFOLOG)                                     \
     X(GetProgramiv, GETPROGRAMIV)                                               \
@@ -99,7 +100,7 @@ struct GlFunctions {
     /// The surface must be current. kUnsupported: it gives less than OpenGL 4.5, and says what it gives.
     [[nodiscard]] static Expected<GlFunctions> load(const Surface& surface);
 
-    /// The first error since the last call, in words. GL reports late: `what` is what was being done.
+    /// The first error since the last call, in words. GL reports late: `what` is what was being done. kUnsupported: the GPU is gone.
     [[nodiscard]] Expected<void> check(std::string_view what) const;
 };
 

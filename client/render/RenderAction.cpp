@@ -13,8 +13,6 @@
 
 namespace tessera {
 
-namespace {
-
 /// An item's place in the one draw order (DrawSorting.h). Node ids are unique, so the order is total.
 struct Ranked {
     double depth;
@@ -52,8 +50,6 @@ private:
     unsigned inVain_ = 0;  ///< looks, the last ones
     unsigned left_ = 0;    ///< frames until the next
 };
-
-}  // namespace
 
 // What a box is inside of is not tested again below it.
 void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found) {

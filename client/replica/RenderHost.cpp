@@ -57,8 +57,12 @@ bool RenderHost::aheadSlice() {
     if (renderer_->prepare()) return true;
     if (!eye_) return false;
     const auto more = uploads_.step(*renderer_, aspect_, scene_, *eye_);
-    if (!more) log_.warning("uploads ahead of need: " + more.error().message);
-    return more.value_or(false);
+    if (more) return *more;
+    const Error error{more.error().code, "uploads ahead of need: " + more.error().message};
+    // Nothing will be drawn here any more: better to end than to stand at the last picture until it has to change.
+    if (error.code == ErrorCode::kUnsupported) return broken(error);
+    log_.warning(error.message);
+    return false;
 }
 
 std::optional<Outcome> RenderHost::again(const Work& work) {

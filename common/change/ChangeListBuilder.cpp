@@ -9,8 +9,6 @@
 
 namespace tessera {
 
-namespace {
-
 /// A column that finds its rows by id. Ids mostly arrive in ascending order; as long as they do, the column itself is
 /// the index and no other is built.
 class GrowingColumn {
@@ -65,8 +63,6 @@ private:
     bool ascending_ = true;
     std::unordered_map<ObjectId, std::size_t> rows_;
 };
-
-}  // namespace
 
 struct ChangeListBuilder::Impl {
     using Key = std::pair<ObjectType, FieldId>;

@@ -77,10 +77,7 @@ void putFilter(proto::Wall::Filter& to, const TrackerFilter& filter) {
     to.set_ease_ms(filter.easeFor.count());
 }
 TrackerFilter readFilter(const proto::Wall::Filter& from) {
-    // Times outside of an int's milliseconds are kept outside of the range that is allowed.
-    const auto ms = [](std::int64_t value) {
-        return std::chrono::milliseconds(std::clamp<std::int64_t>(value, -1, std::int64_t{1} << 40));
-    };
+    const auto ms = [](std::int64_t value) { return std::chrono::milliseconds(value); };
     TrackerFilter filter;
     if (from.has_enabled()) filter.enabled = from.enabled();
     if (from.has_jitter_mm()) filter.jitterMillimetres = from.jitter_mm();

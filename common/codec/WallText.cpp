@@ -218,6 +218,12 @@ WallFiles filesBeside(const std::string& wallPath) {
         const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
         if (relative.is_absolute() || relative.empty() || *relative.begin() == "..")
             return fail(ErrorCode::kBadInput, fmt::format("\"{}\" is not beside the wall file or below", name));
+        // Nor by a link that stands beside it.
+        std::error_code code;
+        const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, code);
+        const std::filesystem::path meant = std::filesystem::weakly_canonical(folder / relative, code).lexically_relative(home);
+        if (code || meant.empty() || *meant.begin() == "..")
+            return fail(ErrorCode::kBadInput, fmt::format("\"{}\" is a link that leads out of the wall file's folder", name));
         auto bytes = bytesOfFile(folder / relative, std::min(atMost, left));
         if (bytes) left -= bytes->size();
         return bytes;

@@ -396,7 +396,8 @@ struct Transport::Impl {
                 if (link->state != TransportLinkState::kOpen || !link->queue.empty() || at < link->sentAt + link->keepAlive->interval)
                     continue;
                 const TransportLink::KeepAlive& life = *link->keepAlive;
-                table.charge(id, FrameHeader::kBytes + (life.payload ? life.payload->size() : 0));
+                // It is one of `links`, so it has a slot.
+                static_cast<void>(table.charge(id, FrameHeader::kBytes + (life.payload ? life.payload->size() : 0)));
                 queue(id, life.type, life.epoch, life.payload);
             }
             pulsing = any;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "common/base/HostRange.h"
@@ -31,6 +30,17 @@ Text listenFault(const std::string& address) {
     return fmt::format(
         "listens at \"{}\", which is no address with a port from 1 to 65535: write e.g. `listen: \"0.0.0.0:5000\"`",
         address.substr(0, 100));
+}
+
+/// Whether two addresses that are good to listen at cannot both be: one port, and one host or every one.
+bool clash(const std::string& a, const std::string& b) {
+    const auto everywhere = [](std::string_view host) { return host == "0.0.0.0" || host == "[::]" || host == "::" || host == "*"; };
+    const std::size_t colonA = a.rfind(':'), colonB = b.rfind(':');
+    const std::string_view hostA = std::string_view(a).substr(0, colonA), hostB = std::string_view(b).substr(0, colonB);
+    std::uint16_t portA = 0, portB = 0;
+    std::from_chars(a.data() + colonA + 1, a.data() + a.size(), portA);
+    std::from_chars(b.data() + colonB + 1, b.data() + b.size(), portB);
+    return portA == portB && (hostA == hostB || everywhere(hostA) || everywhere(hostB));
 }
 
 Text rigidFault(const Vec3d& position, const Quatd& orientation, double maxMetres) {
@@ -109,7 +119,6 @@ std::optional<WallFault> findTrackingFault(const Wall& wall, const WallLimits& l
         return fault(Part::kWand, kMaxWands,
                      fmt::format("the wall has {} wands, at most {} are allowed", tracking.wands.size(), kMaxWands));
     std::set<std::string> taken;
-    std::map<std::string, std::string> listening;
     for (std::size_t i = 0; i < tracking.trackers.size(); ++i) {
         const WallTracker& tracker = tracking.trackers[i];
         if (Text wrong = nameFault("tracker", i, tracker.name, limits.maxName, taken))
@@ -117,11 +126,14 @@ std::optional<WallFault> findTrackingFault(const Wall& wall, const WallLimits& l
         if (Text wrong = trackerFault(tracker, limits))
             return fault(Part::kTracker, i, said("tracker", tracker.name, *wrong));
         if (tracker.protocol == TrackerProtocol::kVrpn) continue;
-        if (const auto [other, isNew] = listening.try_emplace(tracker.address, tracker.name); !isNew)
-            return fault(Part::kTracker, i,
-                         said("tracker", tracker.name,
-                              fmt::format("listens at {}, where \"{}\" does: one port is one tracker's",
-                                          tracker.address, other->second)));
+        for (std::size_t j = 0; j < i; ++j) {
+            const WallTracker& other = tracking.trackers[j];
+            if (other.protocol != TrackerProtocol::kVrpn && clash(tracker.address, other.address))
+                return fault(Part::kTracker, i,
+                             said("tracker", tracker.name,
+                                  fmt::format("listens at {}, where \"{}\" does ({}): one port is one tracker's",
+                                              tracker.address, other.name, other.address)));
+        }
     }
     for (const WallHead& head : tracking.heads) {
         const auto user = std::ranges::find(wall.users, head.user, &User::name);

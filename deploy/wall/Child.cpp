@@ -172,7 +172,8 @@ Child::~Child() {
 
 void Child::release() {
     if (running_) {
-        ::kill(pid_, SIGKILL);
+        // With all that it started: an ssh's way over another machine is a process of its own.
+        ::kill(-pid_, SIGKILL);
         while (::waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) {
         }
         running_ = false;
@@ -195,8 +196,14 @@ bool Child::stopped() const {
 
 std::optional<ChildEnd> Child::reap() {
     if (!running_) return std::nullopt;
+    siginfo_t ended{};
+    if (::waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) != 0 || ended.si_pid != pid_)
+        return std::nullopt;
+    // What it left behind, while its number is surely its own.
+    ::kill(-pid_, SIGKILL);
     int status = 0;
-    if (::waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
+    while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+    }
     running_ = false;
     if (WIFSIGNALED(status)) return ChildEnd{.signalled = true, .value = WTERMSIG(status)};
     return ChildEnd{.signalled = false, .value = WEXITSTATUS(status)};

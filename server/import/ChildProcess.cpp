@@ -14,32 +14,13 @@
 #include <optional>
 #include <utility>
 
+#include "common/base/FileHandle.h"
 #include "server/import/Record.h"
 
 namespace tessera {
 namespace {
 
 using SteadyClock = std::chrono::steady_clock;
-
-class FileDescriptor {
-public:
-    explicit FileDescriptor(int fd = -1) : fd_(fd) {}
-    ~FileDescriptor() { close(); }
-    FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-    FileDescriptor& operator=(FileDescriptor&& other) noexcept {
-        close();
-        fd_ = std::exchange(other.fd_, -1);
-        return *this;
-    }
-    void close() {
-        if (fd_ >= 0) ::close(fd_);
-        fd_ = -1;
-    }
-    [[nodiscard]] int get() const { return fd_; }
-
-private:
-    int fd_;
-};
 
 /// Owns a child: it is killed and reaped at the latest when this goes.
 class Child {
@@ -75,15 +56,15 @@ std::string defaultImporterProgram() {
 
 struct Started {
     pid_t pid;
-    FileDescriptor output;
+    FileHandle output;
 };
 
 Expected<Started> start(const std::string& program, const std::string& file, const ImportOptions& options) {
     std::array<int, 2> ends{};
     if (::pipe2(ends.data(), O_CLOEXEC) != 0)
         return fail(ErrorCode::kFailed, fmt::format("pipe: {}", std::strerror(errno)));
-    FileDescriptor readEnd(ends[0]);
-    FileDescriptor writeEnd(ends[1]);
+    FileHandle readEnd(ends[0]);
+    FileHandle writeEnd(ends[1]);
 
     std::vector<std::string> arguments = {program,
                                           "--file",

@@ -81,7 +81,7 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
                 const Expected<ObjectId> image = imageCore(file, node.environment().image());
                 if (!image) return image;
                 const proto::scene::Image& said = *file.images.at(node.environment().image());
-                if (std::abs(double{said.width_px()} - 2.0 * said.height_px()) > said.height_px() / 8.0)
+                if (std::abs(static_cast<double>(said.width_px()) - 2.0 * said.height_px()) > said.height_px() / 8.0)
                     return fail(ErrorCode::kBadInput, fmt::format("the surroundings' image '{}' of {} × {} pixels is not about twice "
                                                                   "as wide as high",
                                                                   node.environment().image(), said.width_px(), said.height_px()));

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <fstream>
 #include <thread>
 
 #include "common/application/Application.h"
@@ -58,6 +59,42 @@ TEST_F(Faults, KillingOneClientFreezesOnlyItsTileAndARestartedOneComesBack) {
     EXPECT_EQ(report["faults"].size(), 1u) << report["faults"].dump(2);
     EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
     for (const std::string& host : kFourHosts) EXPECT_EQ(wall.client(host).waitForExit(1s), 0) << wall.logs();
+}
+
+TEST_F(Faults, AGpuThatGoesAwayEndsItsHostInWordsAndTheOthersGoOn) {
+    LiveWall wall({});
+    const std::string gone = wall.folder() + "/gone";
+    ASSERT_FALSE(wall.address().empty()) << wall.server().output();
+    const auto onEgl = [&](const std::string& host, const std::string& says) {
+        return Process(wall.folder(), host + "-" + says,
+                       {"/usr/bin/env", std::string("LD_LIBRARY_PATH=") + TESSERA_LOST_GPU_DIR, "TESSERA_GPU_LOST_WHEN=" + gone,
+                        "TESSERA_GPU_LOST_SAYS=" + says, program("tessera-client"), "--server", wall.address(), "--host", host,
+                        "--output", wall.output(), "--surface", "egl"});
+    };
+    Process first = onEgl("upper-left", "error"), second = onEgl("upper-right", "status");
+    for (const char* host : {"lower-left", "lower-right"}) wall.startClient(host);
+    for (const std::string& host : kFourHosts)
+        ASSERT_TRUE(wall.waitForFrame(tileOf(host), 5, 30s)) << first.output() << second.output() << wall.logs();
+    std::ofstream(gone) << "";
+    // What stands still needs no drawing.
+    EXPECT_EQ(wall.ctl({"view", "--position", "0.5", "1", "3"}).exitCode, 0);
+    for (Process* host : {&first, &second}) {
+        const auto exit = host->waitForExit(15s);
+        ASSERT_TRUE(exit) << host->output();
+        EXPECT_EQ(*exit, 1) << host->output();
+        EXPECT_NE(host->output().find("the GPU was reset, or is gone"), std::string::npos) << host->output();
+    }
+    const std::int64_t frozen = wall.shownFrame(tileOf("upper-left"));
+    for (const char* host : {"lower-left", "lower-right"})
+        EXPECT_TRUE(wall.waitForFrame(tileOf(host), frozen + 30, 15s)) << wall.logs();
+    // Another GPU, or none: the host comes back.
+    wall.startClient("upper-left");
+    EXPECT_TRUE(wall.waitForFrame(tileOf("upper-left"), frozen + 31, 15s)) << wall.logs();
+    const json report = wall.finish();
+    EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
+    const json* fault = findFault(report, "upper-left");
+    ASSERT_TRUE(fault) << report.dump(2);
+    EXPECT_TRUE((*fault)["rejoined_ms"].is_number());
 }
 
 TEST_F(Faults, AStoppedClientIsNoticedByItsSilenceAndRejoinsWhenItGoesOn) {

@@ -71,8 +71,8 @@ INSTANTIATE_TEST_SUITE_P(Data, ExactPlacement,
                          testing::Values("cad/7_8ths_cube.stl", "cad/testplate.glb", "cad/octagonal_pocket.stl",
                                          "meshes/cube/cube.obj", "meshes/sphere/sphere.obj", "plant/Material.obj", "made/gear",
                                          "made/plate"),
-                         [](const testing::TestParamInfo<const char*>& info) {
-                             std::string name = std::filesystem::path(info.param).stem().string();
+                         [](const testing::TestParamInfo<const char*>& model) {
+                             std::string name = std::filesystem::path(model.param).stem().string();
                              std::replace(name.begin(), name.end(), '-', '_');
                              return "part_" + name;
                          });

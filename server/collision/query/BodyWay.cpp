@@ -169,11 +169,11 @@ BodyMoment BodyWay::at(double t) const {
         m.turning *= innerLinear_;
     }
     for (auto carrier = carriers_.rbegin(); carrier != carriers_.rend(); ++carrier) {
-        const BodyMoment c = carrier->at(t);
-        m.drift = c.turning * m.translation + c.linear * m.drift + c.drift;
-        m.translation = c.linear * m.translation + c.translation;
-        m.turning = c.turning * m.linear + c.linear * m.turning;
-        m.linear = c.linear * m.linear;
+        const BodyMoment outer = carrier->at(t);
+        m.drift = outer.turning * m.translation + outer.linear * m.drift + outer.drift;
+        m.translation = outer.linear * m.translation + outer.translation;
+        m.turning = outer.turning * m.linear + outer.linear * m.turning;
+        m.linear = outer.linear * m.linear;
     }
     return m;
 }

@@ -8,11 +8,12 @@
 
 namespace tessera {
 
-namespace {
-
 /// What was wrong last, as other threads may read it: a number in a table of words, because texts cannot be shared
 /// without a lock.
 enum class TrackerTrouble : std::uint8_t { kNone, kMalformed, kTooMany, kStranger, kNotReached, kNoDevice };
+
+namespace {
+
 constexpr std::array<std::string_view, 6> kTroubleWords = {"",
                                                            "datagrams that are not what the protocol says",
                                                            "more than is read",

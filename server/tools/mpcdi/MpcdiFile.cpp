@@ -161,7 +161,10 @@ private:
         if (const pugi::xml_node alpha = childOf(set, "alphaMap")) {
             auto bytes = zip_.read(textOf(alpha, "path"), OutputLimits().maxBlendBytes);
             if (!bytes) return failWith(owner, bytes.error());
-            if (const auto picture = decodeBlendPicture(*bytes); !picture) return failWith(fmt::format("{}: the alpha map of {}", path_, owner), picture.error());
+            const auto picture = decodeBlendPicture(*bytes);
+            if (!picture) return failWith(fmt::format("{}: the alpha map of {}", path_, owner), picture.error());
+            if (picture->widthPx != region->widthPx || picture->heightPx != region->heightPx)
+                file_.notes.push_back(fmt::format("{}: its alpha map of {} x {} pixels is stretched over its {} x {}", owner, picture->widthPx, picture->heightPx, region->widthPx, region->heightPx));
             region->alpha = std::move(*bytes);
             if (textOf(alpha, "componentDepth") == "3") file_.notes.push_back(owner + ": of its coloured alpha map the green channel is taken");
             if (!textOf(alpha, "gammaEmbedded").empty()) {

@@ -97,7 +97,15 @@ TEST_F(OutputFiles, OfOtherFoldersAreNotRead) {
     for (const char* name : {"../left.warp", "/etc/passwd", "below/../../x", ".."}) EXPECT_PART(errorOf(std::string("warp: \"") + name + "\""), "beside the wall file");
     EXPECT_PART(errorOf("warp: \"below\""), "not a file");
     fs::create_symlink("/dev/zero", folder_ / "endless");
-    EXPECT_PART(errorOf("warp: \"endless\""), "not a file");
+    EXPECT_PART(errorOf("warp: \"endless\""), "a link that leads out of the wall file's folder");
+    fs::create_directory(folder_ / "deep");
+    fs::create_directory_symlink("..", folder_ / "deep" / "up");
+    EXPECT_PART(errorOf("warp: \"deep/up/../secret\""), "there is no such file");
+    EXPECT_PART(errorOf("warp: \"deep/up/up/left.warp\""), "there is no such file");
+    fs::create_directory_symlink("../..", folder_ / "deep" / "out");
+    EXPECT_PART(errorOf("warp: \"deep/out/left.warp\""), "a link that leads out of the wall file's folder");
+    fs::create_symlink("left.warp", folder_ / "same.warp");
+    EXPECT_EQ(errorOf("warp: \"same.warp\""), "accepted");
     write("large.warp", std::string((32 << 20) + 1, '#'));
     EXPECT_PART(errorOf("warp: \"large.warp\""), "larger than");
 }

@@ -87,6 +87,13 @@ TEST(CommandLine, NumbersAreReadAsPeopleWriteThem) {
     EXPECT_NE(refusal("--server a:1 move /n -.5x 0 0"), "accepted");
     EXPECT_NE(refusal("--server a:1 view --head viewer inf 0 0").find("is not finite"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 view --head viewer 1e999 0 0").find("too large"), std::string::npos);
+    // The option is named, and what is no decimal number is none.
+    EXPECT_NE(refusal("--server a:1 view --position 0 nan 0").find("--position: nan is not finite"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 view --scale 0x10").find("--scale: \"0x10\" is not a number"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 move /n 1 2 inf").find("PLACE: inf is not finite"), std::string::npos);
+    const auto empty = parseCommandLine({"--server", "a:1", "view", "--position", "", "0", "0"});
+    ASSERT_FALSE(empty);
+    EXPECT_NE(empty.error().message.find("--position: \"\" is not a number"), std::string::npos) << empty.error().message;
 }
 
 TEST(CommandLine, TestPicturesAreAskedForInAllTheirForms) {

@@ -155,7 +155,9 @@ TEST_F(BudgetTest, WhatComesAheadOfNeedIsThereAndChangesNoPicture) {
                 more = ahead.step(*renderer_, aspect, scene, at(0).eyeWorld, slice).value();
                 // One image, one element more.
                 EXPECT_LE(uploaded() - before, slice + 32 * 32 * 4 / 3 * 4 + 1000);
-                if (interrupted && steps == 20) EXPECT_EQ(draw(1.5), expected[1]) << "in the middle of it";
+                if (interrupted && steps == 20) {
+                    EXPECT_EQ(draw(1.5), expected[1]) << "in the middle of it";
+                }
             }
             EXPECT_GT(steps, 20);
             EXPECT_FALSE(ahead.step(*renderer_, aspect, scene, at(0).eyeWorld, slice).value());

@@ -92,7 +92,9 @@ TEST_F(Packing, KnowsNothingOfPicturesBefore) {
             }
         }
     }
-    if (!std::getenv("TESSERA_SEED")) EXPECT_GT(pictures, 20u);
+    if (!std::getenv("TESSERA_SEED")) {
+        EXPECT_GT(pictures, 20u);
+    }
 }
 
 }  // namespace

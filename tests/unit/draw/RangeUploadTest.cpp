@@ -37,8 +37,8 @@ TEST(RangeUpload, AnEditOfARangeUploadsTheRange) {
     RenderScene scene;
     scene.update(aspect, nullptr);
     RenderAction action(CullerKind::kNone);
-    const auto drawNow = [&](Renderer& renderer, const RenderScene& from) {
-        auto picture = renderer.draw(aspect, action.run(from, camera, whole, nullptr), camera, whole);
+    const auto drawNow = [&](Renderer& with, const RenderScene& from) {
+        auto picture = with.draw(aspect, action.run(from, camera, whole, nullptr), camera, whole);
         EXPECT_TRUE(picture) << picture.error().message;
         return *picture;
     };

@@ -117,6 +117,30 @@ TEST_F(ChildProcess, DoesNotOutliveItsObject) {
     EXPECT_TRUE(gone(pid));
 }
 
+TEST_F(ChildProcess, TakesAlongWhatItStarted) {
+    // As ssh does for a way over another machine: ended from here, by its own will, or with its object.
+    const std::string starter = program("p", "sleep 30 & echo $!; exec sleep $1");
+    for (const char* how : {"terminated", "ended", "destroyed"}) {
+        Expected<Child> child = Child::start({.program = starter, .arguments = {how == std::string("ended") ? "0" : "30"}});
+        ASSERT_TRUE(child);
+        std::vector<std::string> lines;
+        for (int i = 0; i < 1000 && lines.empty(); ++i) {
+            lines = child->readLines(Child::kOut);
+            if (lines.empty()) std::this_thread::sleep_for(10ms);
+        }
+        ASSERT_EQ(lines.size(), 1u) << how;
+        const pid_t its = std::stoi(lines[0]);
+        if (how == std::string("destroyed")) {
+            *child = Child::start({.program = program("q", "true")}).value();
+        } else {
+            if (how == std::string("terminated")) child->send(SIGTERM);
+            ASSERT_TRUE(endOf(*child)) << how;
+        }
+        for (int i = 0; i < 500 && !gone(its); ++i) std::this_thread::sleep_for(10ms);
+        EXPECT_TRUE(gone(its)) << how;
+    }
+}
+
 TEST_F(ChildProcess, DoesNotOutliveAParentThatIsKilled) {
     const std::string sleeper = program("p", "exec sleep 30");
     int ends[2];

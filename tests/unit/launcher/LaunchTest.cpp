@@ -1,8 +1,13 @@
 /// From the command's options to the pictures, with scripts in the roles of server and clients.
 #include "deploy/wall/Launch.h"
 
+#include <fmt/format.h>
+
+#include <filesystem>
+
 #include "client/image/Picture.h"
 #include "client/image/SharedFrame.h"
+#include "common/base/Version.h"
 #include "common/codec/WallCodec.h"
 #include "common/wall/PictureLayout.h"
 #include "deploy/wall/Film.h"
@@ -206,7 +211,7 @@ TEST_F(Launching, ExplainsAWallThatIsWrongBeforeAnythingStarts) {
 TEST_F(Launching, RefusesSizesThatAreNone) {
     for (const char* size : {"1920", "1920x", "x1080", "0x5", "-4x5", "10x10x10", "1e3x5", "99999999999x5", "3x1"}) {
         options_.size = size;
-        EXPECT_EQ(launchWith("exit 0", "exit 0"), size == std::string("3x1") ? 2 : 2) << size;
+        EXPECT_EQ(launchWith("exit 0", "exit 0"), 2) << size;
     }
     EXPECT_FALSE(has("server.args"));
 }
@@ -219,6 +224,30 @@ TEST_F(Launching, MissesAReportThatIsNotThere) {
 TEST_F(Launching, SaysThatNothingWasShown) {
     EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", "touch $S/$host"), 1);
     EXPECT_SAID("no tile has shown anything");
+}
+
+TEST_F(Launching, HostsElsewhereThatShowNoFrameAreAFailure) {
+    std::string wall = kWall;
+    for (const std::string host : {"lower", "upper"}) {
+        const std::string name = "name: \"" + host + "\"";
+        wall.insert(wall.find(name), fmt::format("machine {{ ssh: \"wall-3\" command: \"{}/tessera-client\" }} ", folder_.string()));
+    }
+    std::ofstream(folder_ / "lab.wall") << wall;
+    options_.start = true;
+    options_.ssh = program("ssh", "for last; do :; done\nexport SSH_CONNECTION='127.0.0.1 1 127.0.0.1 2'\neval \"$last\"");
+    const std::string client = fmt::format(R"(
+        [ "$1" = --version ] && {{ echo '{}'; exit 0; }}
+        case "$*" in *--check*) echo 'check: cores 2'; exit 0;; esac
+        touch $S/$host; await $S/over)", versionText("tessera-client"));
+    program("tessera-ctl", "exit 0");
+    const auto after = [&](int frames) {
+        for (const char* name : {"lower", "upper", "over"}) std::filesystem::remove(folder_ / name);
+        return launchWith(fmt::format(R"(await $S/lower; await $S/upper
+            echo '{{"frames":{},"frame_ms":{{"p50":12.5}},"faults":[]}}' >$report; touch $S/over; exit 0)", frames), client);
+    };
+    EXPECT_EQ(after(0), 1) << said();
+    EXPECT_SAID("tessera-wall: error: no host has shown a frame\n");
+    EXPECT_EQ(after(3), 0) << said();
 }
 
 TEST_F(Launching, RefusesImagesOfAnotherSize) {

@@ -191,7 +191,7 @@ TEST_F(WallRunning, EndsClientsAtOnceWhenTheServerHasDied) {
 TEST_F(WallRunning, IsNotHeldUpByAProcessThatKeepsAStreamOpen) {
     const auto before = std::chrono::steady_clock::now();
     const Expected<WallRunResult> result =
-        run(std::string(kListen) + "await $S/a; await $S/b; sleep 60 & echo $! >$S/sleeper; exit 0", "touch $S/$host");
+        run(std::string(kListen) + "await $S/a; await $S/b; setsid bash -c 'echo $$ >'$S'/sleeper.part; mv '$S'/sleeper.part '$S'/sleeper; exec sleep 60' & await $S/sleeper; exit 0", "touch $S/$host");
     ASSERT_TRUE(result);
     EXPECT_LT(std::chrono::steady_clock::now() - before, 30s);
     ::kill(std::stoi(read(folder_ / "sleeper")), SIGKILL);

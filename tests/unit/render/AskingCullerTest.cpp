@@ -130,8 +130,8 @@ TEST_P(AskingCuller, WithoutARendererIsRefused) {
     EXPECT_NE(list.error().message.find(nameOf(GetParam())), std::string::npos) << list.error().message;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, AskingCuller, testing::ValuesIn(askingCullers()), [](const auto& info) {
-    std::string name(nameOf(info.param));
+INSTANTIATE_TEST_SUITE_P(All, AskingCuller, testing::ValuesIn(askingCullers()), [](const auto& culler) {
+    std::string name(nameOf(culler.param));
     std::erase(name, '-');
     return name;
 });

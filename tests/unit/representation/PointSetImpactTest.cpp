@@ -246,7 +246,9 @@ TEST(BallImpact, CarriedByWhatGrowsTheyAreAsLargeAsTheyAreAtTheStart) {
         ASSERT_TRUE(found.complete);
         EXPECT_EQ(found.hit, up == 0) << up;
         // 0.06 (1 + s) above, s = 1 + t; the radius is 0.1 s², told as 0.1 (1 + 3 t): 0.06 (2 + t) = 0.1 (1 + 3 t).
-        if (found.hit) EXPECT_NEAR(found.t, 0.02 / 0.24, 1e-3);
+        if (found.hit) {
+            EXPECT_NEAR(found.t, 0.02 / 0.24, 1e-3);
+        }
     }
 }
 

@@ -10,20 +10,20 @@ namespace {
 struct LeftOut final : RigidSource {
     explicit LeftOut(World& world) : w(world) {}
 
-    bool body(std::uint64_t id, RigidBody& body, std::vector<RigidPart>& parts) override {
+    bool body(std::uint64_t id, RigidBody& body, std::vector<RigidPart>& its) override {
         for (const RigidBody& one : w.bodies)
-            if (one.id == id && one.mass > 0) return copy(one, body, parts);
+            if (one.id == id && one.mass > 0) return copy(one, body, its);
         return false;
     }
-    bool support(std::uint64_t part, RigidBody& body, std::vector<RigidPart>& parts) override {
+    bool support(std::uint64_t part, RigidBody& body, std::vector<RigidPart>& its) override {
         for (const RigidPart& one : w.parts)
-            if (one.id == part) return copy(w.bodies[one.body], body, parts);
+            if (one.id == part) return copy(w.bodies[one.body], body, its);
         return false;
     }
-    bool copy(const RigidBody& one, RigidBody& body, std::vector<RigidPart>& parts) {
+    bool copy(const RigidBody& one, RigidBody& body, std::vector<RigidPart>& its) {
         body = one;
         body.parts.clear();
-        for (const std::uint32_t p : one.parts) parts.push_back(w.parts[p]);
+        for (const std::uint32_t p : one.parts) its.push_back(w.parts[p]);
         return true;
     }
     void pass(std::uint32_t index) {

@@ -53,7 +53,9 @@ TEST(Monitors, PartsOfAScreenMeetAndLieOnTheDesktop) {
         }
         for (int column = 1; column < columns; ++column) {
             // Thinner than a pixel: at least one is kept.
-            if (place(column - 1, 0).width > 1) EXPECT_EQ(place(column - 1, 0).x + place(column - 1, 0).width, place(column, 0).x) << "seed " << seed;
+            if (place(column - 1, 0).width > 1) {
+                EXPECT_EQ(place(column - 1, 0).x + place(column - 1, 0).width, place(column, 0).x) << "seed " << seed;
+            }
         }
     }
 }
