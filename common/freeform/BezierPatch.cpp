@@ -47,16 +47,19 @@ private:
 
 struct PlainPoint {
     Vec3d point, du, dv;
+    double reach;  // the largest side of the control points' box
 };
 PlainPoint plainAt(const BezierPatch& patch, double u, double v) {
     const BernsteinBasis alongU(patch.degreeU, u), alongV(patch.degreeV, v);
     Vec4d point = Vec4d::Zero(), du = Vec4d::Zero(), dv = Vec4d::Zero();
     const Vec4d* control = patch.points.data();
+    Box around;
     for (int j = 0; j <= patch.degreeV; ++j) {
         Vec4d inRow = Vec4d::Zero(), slope = Vec4d::Zero();
         for (int i = 0; i <= patch.degreeU; ++i, ++control) {
             inRow += alongU.value(i) * *control;
             slope += alongU.derivative(i) * *control;
+            around.extend(control->head<3>() * (1 / control->w()));
         }
         point += alongV.value(j) * inRow;
         du += alongV.value(j) * slope;
@@ -64,12 +67,13 @@ PlainPoint plainAt(const BezierPatch& patch, double u, double v) {
     }
     const double w = point.w();
     const Vec3d plain = point.head<3>() / w;
-    return {plain, (du.head<3>() - du.w() * plain) / w, (dv.head<3>() - dv.w() * plain) / w};
+    return {plain, (du.head<3>() - du.w() * plain) / w, (dv.head<3>() - dv.w() * plain) / w, around.size().maxCoeff()};
 }
 
 /// Whether both derivatives are more than what rounding leaves of nothing, beside what their control points could make of them.
 bool haveDirections(const BezierPatch& patch, const PlainPoint& p) {
-    constexpr double kNothing = 1e-9;
+    constexpr double kNothing = 1e-9, kClearly = 1e-6;
+    if (std::min(p.du.cwiseAbs().maxCoeff(), p.dv.cwiseAbs().maxCoeff()) > kClearly * p.reach) return true;
     double alongU = 0, alongV = 0;
     for (int j = 0; j <= patch.degreeV; ++j)
         for (int i = 0; i <= patch.degreeU; ++i) {

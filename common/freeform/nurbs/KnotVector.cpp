@@ -49,27 +49,24 @@ int spanAt(const KnotVector& knots, double t) {
 }
 
 BasisFunctions basisAt(const KnotVector& knots, double t) {
-    BasisFunctions basis{.span = spanAt(knots, t)};
+    BasisFunctions basis;
+    basis.span = spanAt(knots, t);
     const int p = knots.degree, k = basis.span;
-    std::array<double, kMaxNurbsDegree + 1> n{}, below{};
+    const double* const knot = knots.knots.data() + k;
+    double* const n = basis.value.data();
     n[0] = 1;
     for (int d = 1; d <= p; ++d) {
-        if (d == p) below = n;
-        double carried = 0;
+        double carried = 0, before = 0;
         for (int r = 0; r < d; ++r) {
-            const double low = knots.at(k + 1 + r - d), high = knots.at(k + 1 + r);
-            const double share = n[static_cast<std::size_t>(r)] / (high - low);
-            n[static_cast<std::size_t>(r)] = carried + (high - t) * share;
+            // Of a function of one degree less: what a derivative is a difference of.
+            const double low = knot[1 + r - d], high = knot[1 + r], share = n[r] / (high - low);
+            basis.derivative[static_cast<std::size_t>(r)] = d * (before - share);
+            before = share;
+            n[r] = carried + (high - t) * share;
             carried = (t - low) * share;
         }
-        n[static_cast<std::size_t>(d)] = carried;
-    }
-    basis.value = n;
-    for (int r = 0; r <= p; ++r) {
-        double slope = 0;
-        if (r > 0) slope += below[static_cast<std::size_t>(r - 1)] / (knots.at(k + r) - knots.at(k + r - p));
-        if (r < p) slope -= below[static_cast<std::size_t>(r)] / (knots.at(k + r + 1) - knots.at(k + r + 1 - p));
-        basis.derivative[static_cast<std::size_t>(r)] = p * slope;
+        basis.derivative[static_cast<std::size_t>(d)] = d * before;
+        n[d] = carried;
     }
     return basis;
 }

@@ -45,7 +45,7 @@ struct KnotVector {
 /// The degree + 1 basis functions that are not zero on a span, of control points span − degree and those that follow, and their derivatives.
 struct BasisFunctions {
     int span = 0;
-    std::array<double, kMaxNurbsDegree + 1> value{}, derivative{};
+    std::array<double, kMaxNurbsDegree + 1> value, derivative;  ///< the first degree + 1 alone
 };
 [[nodiscard]] BasisFunctions basisAt(const KnotVector& knots, double t);
 

@@ -118,7 +118,7 @@ NurbsPoint evaluate(const NurbsSurface& surface, double u, double v) {
         for (int i = 0; i <= d.u.degree; ++i) {
             inRow += alongU.value[static_cast<std::size_t>(i)] * row[i];
             slope += alongU.derivative[static_cast<std::size_t>(i)] * row[i];
-            around.extend(row[i].head<3>() / row[i].w());
+            around.extend(row[i].head<3>() * (1 / row[i].w()));
         }
         point += alongV.value[static_cast<std::size_t>(j)] * inRow;
         du += alongV.value[static_cast<std::size_t>(j)] * slope;
