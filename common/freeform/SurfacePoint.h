@@ -12,4 +12,13 @@ struct SurfacePoint {
     double error = 0;  ///< the surface is no farther from `point` than this, rounding aside; 0: exact
 };
 
+/// Of length 1 along du × dv, however long they are; zero where they span no area to speak of.
+[[nodiscard]] inline Vec3d normalAlong(const Vec3d& du, const Vec3d& dv) {
+    const double lengthU = du.cwiseAbs().maxCoeff(), lengthV = dv.cwiseAbs().maxCoeff();
+    if (!(lengthU > 0 && lengthV > 0)) return Vec3d::Zero();
+    const Vec3d alongU = du / lengthU, alongV = dv / lengthV, across = alongU.cross(alongV);
+    const double area = across.norm();
+    return area > 1e-10 * alongU.norm() * alongV.norm() ? Vec3d(across / area) : Vec3d::Zero();
+}
+
 }  // namespace tessera

@@ -1,0 +1,48 @@
+#include "common/freeform/nurbs/NurbsDistance.h"
+
+#include <span>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+Vec2d parametersAt(const ParameterRectangle& over, const Vec2d& at) { return {over.u.lower + at.x() * over.u.size(), over.v.lower + at.y() * over.v.size()}; }
+
+class TrimMask final : public PatchMask {
+public:
+    TrimMask(const TrimRegion& region, std::span<const ParameterRectangle> over) : region_(region), over_(over) {}
+
+    [[nodiscard]] Part partOf(std::size_t patch, const Vec2d& lower, const Vec2d& upper) const override {
+        const Vec2d from = parametersAt(over_[patch], lower), to = parametersAt(over_[patch], upper);
+        const RectangleSide side = region_.side(ParameterRectangle{{from.x(), to.x()}, {from.y(), to.y()}});
+        return side == RectangleSide::kKept ? Part::kAll : side == RectangleSide::kCrossed ? Part::kSome : Part::kNone;
+    }
+    [[nodiscard]] bool has(std::size_t patch, const Vec2d& at) const override { return region_.side(parametersAt(over_[patch], at)) != TrimSide::kTrimmedAway; }
+
+private:
+    const TrimRegion& region_;
+    std::span<const ParameterRectangle> over_;
+};
+
+}  // namespace
+
+NurbsDistance::NurbsDistance(const NurbsSurface& surface) : surface_(surface) {
+    for (ParameterPatch& p : bezierPatches(surface)) {
+        patches_.push_back(std::move(p.patch));
+        over_.push_back(p.over);
+    }
+}
+
+std::optional<ClosestPoint> NurbsDistance::closestPoint(const Vec3d& place, double tolerance, std::size_t maxParts) const {
+    const TrimMask mask(surface_.region(), over_);
+    std::optional<ClosestPoint> closest =
+        tessera::closestPoint(patches_, place, {.tolerance = tolerance, .maxParts = maxParts, .mask = surface_.region().loops().empty() ? nullptr : &mask});
+    if (closest) {
+        const Vec2d at = parametersAt(over_[closest->patch], {closest->u, closest->v});
+        closest->u = at.x();
+        closest->v = at.y();
+    }
+    return closest;
+}
+
+}  // namespace tessera
