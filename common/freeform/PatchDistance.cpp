@@ -33,7 +33,8 @@ struct PatchPart {
 
 class ClosestPointSearch {
 public:
-    ClosestPointSearch(std::span<const BezierPatch> patches, const Vec3d& place, const ClosestPointOptions& options) : patches_(patches), place_(place), options_(options) {}
+    ClosestPointSearch(std::span<const BezierPatch> patches, const Vec3d& place, const ClosestPointOptions& options)
+        : patches_(patches), place_(place), options_(options) {}
 
     std::optional<ClosestPoint> run() {
         for (std::size_t k = 0; k < patches_.size(); ++k) consider({patches_[k], k, Vec2d::Zero(), Vec2d::Ones(), 0, options_.mask == nullptr});
@@ -95,7 +96,8 @@ private:
         if (away > 0) part.nearest = std::max(part.nearest, leastAlong(part.shape, place_, (there - place_) / away));
         if (part.nearest >= best_.distance) return;
         if (!part.all) {
-            for (const Vec2d& corner : {part.lower, part.upper, Vec2d(part.lower.x(), part.upper.y()), Vec2d(part.upper.x(), part.lower.y())}) offer(part.patch, corner);
+            const Vec2d &low = part.lower, &high = part.upper;
+            for (const Vec2d& corner : {low, high, Vec2d(low.x(), high.y()), Vec2d(high.x(), low.y())}) offer(part.patch, corner);
         }
         if (offer(part.patch, middle)) descend(part.patch, middle);
         open_.push(std::move(part));

@@ -29,11 +29,13 @@ Expected<std::vector<FlatPatch>> flatPatches(const NurbsSurface& surface, double
             if (side == RectangleSide::kTrimmedAway) continue;
             const double deviation = facetDeviation(part.part.patch);
             if (deviation <= tolerance) {
-                if (flat.size() == limits.maxPatches) return fail(ErrorCode::kLimit, "more than " + std::to_string(limits.maxPatches) + " patches for this tolerance");
+                if (flat.size() == limits.maxPatches)
+                    return fail(ErrorCode::kLimit, "more than " + std::to_string(limits.maxPatches) + " patches for this tolerance");
                 flat.push_back({std::move(part.part.patch), over, deviation, side});
                 continue;
             }
-            if (part.halvings == limits.maxHalvings) return fail(ErrorCode::kLimit, "a patch is not as flat as the tolerance after " + std::to_string(limits.maxHalvings) + " halvings");
+            if (part.halvings == limits.maxHalvings)
+                return fail(ErrorCode::kLimit, "a patch is not as flat as the tolerance after " + std::to_string(limits.maxHalvings) + " halvings");
             const PatchAxis axis = lessFlatAxis(part.part.patch);
             std::array<BezierPatch, 2> halves = split(part.part.patch, axis);
             ParameterRectangle below = over, above = over;

@@ -31,7 +31,8 @@ Expected<void> checkKnots(const KnotVector& knots, std::size_t count, std::strin
         if (!(std::abs(here) <= kMaxNurbsNumber)) return wrong("number " + std::to_string(i + 1) + " is not finite or too large");
         const double before = i == 0 ? here : knots.knots[i - 1];
         if (here < before) return wrong("number " + std::to_string(i + 1) + " is below the one before");
-        if (here > before && here - before < 1 / kMaxNurbsNumber) return wrong("numbers " + std::to_string(i) + " and " + std::to_string(i + 1) + " differ by too little");
+        if (here > before && here - before < 1 / kMaxNurbsNumber)
+            return wrong("numbers " + std::to_string(i) + " and " + std::to_string(i + 1) + " differ by too little");
         equal = i > 0 && here == before ? equal + 1 : 1;
         if (equal > order)
             return wrong("more than " + std::to_string(order) + " are " + numberText(here) + ", degree " + std::to_string(p) + " allows no more");
@@ -44,7 +45,8 @@ int spanAt(const KnotVector& knots, double t) {
     const auto first = knots.knots.begin();
     const double end = knots.at(knots.count());
     // At the end: the last span that has an inside.
-    const auto above = t >= end ? std::lower_bound(first, knots.knots.end(), end) : std::upper_bound(first, knots.knots.end(), std::max(t, knots.at(knots.degree)));
+    const auto above = t >= end ? std::lower_bound(first, knots.knots.end(), end)
+                                : std::upper_bound(first, knots.knots.end(), std::max(t, knots.at(knots.degree)));
     return static_cast<int>(above - first) - 1;
 }
 

@@ -1,12 +1,15 @@
 #include "common/freeform/nurbs/NurbsDistance.h"
 
+#include <algorithm>
 #include <span>
 #include <utility>
 
 namespace tessera {
 namespace {
 
-Vec2d parametersAt(const ParameterRectangle& over, const Vec2d& at) { return {over.u.lower + at.x() * over.u.size(), over.v.lower + at.y() * over.v.size()}; }
+/// At 1 the upper end itself, however sums are rounded: beyond it there may be no surface.
+double parameterAt(const ParameterRange& over, double at) { return at < 1 ? std::min(over.lower + at * over.size(), over.upper) : over.upper; }
+Vec2d parametersAt(const ParameterRectangle& over, const Vec2d& at) { return {parameterAt(over.u, at.x()), parameterAt(over.v, at.y())}; }
 
 class TrimMask final : public PatchMask {
 public:

@@ -25,7 +25,8 @@ Expected<NurbsSurface> revolved(const Profile& profile, std::vector<TrimLoop> lo
 
 Expected<NurbsSurface> sphereSurface(double radius, std::vector<TrimLoop> loops) {
     const double w = std::sqrt(0.5), r = radius;
-    return revolved({.knots = {.degree = 2, .knots = {0, 0, 0, 1, 1, 2, 2, 2}}, .points = {{0, -r, 1}, {w * r, -w * r, w}, {r, 0, 1}, {w * r, w * r, w}, {0, r, 1}}}, std::move(loops));
+    return revolved({.knots = {.degree = 2, .knots = {0, 0, 0, 1, 1, 2, 2, 2}},
+                     .points = {{0, -r, 1}, {w * r, -w * r, w}, {r, 0, 1}, {w * r, w * r, w}, {0, r, 1}}}, std::move(loops));
 }
 
 Expected<NurbsSurface> torusSurface(double radius, double tubeRadius, std::vector<TrimLoop> loops) {

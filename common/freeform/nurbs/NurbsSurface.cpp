@@ -113,7 +113,8 @@ NurbsPoint evaluate(const NurbsSurface& surface, double u, double v) {
     Vec4d point = Vec4d::Zero(), du = Vec4d::Zero(), dv = Vec4d::Zero();
     Box around;
     for (int j = 0; j <= d.v.degree; ++j) {
-        const Vec4d* row = d.points.data() + static_cast<std::size_t>(alongV.span - d.v.degree + j) * countU + static_cast<std::size_t>(alongU.span - d.u.degree);
+        const auto firstU = static_cast<std::size_t>(alongU.span - d.u.degree), atV = static_cast<std::size_t>(alongV.span - d.v.degree + j);
+        const Vec4d* row = d.points.data() + atV * countU + firstU;
         Vec4d inRow = Vec4d::Zero(), slope = Vec4d::Zero();
         for (int i = 0; i <= d.u.degree; ++i) {
             inRow += alongU.value[static_cast<std::size_t>(i)] * row[i];
@@ -133,9 +134,12 @@ NurbsPoint evaluate(const NurbsSurface& surface, double u, double v) {
     const ParameterRectangle span{spanOf(d.u, alongU.span), spanOf(d.v, alongV.span)};
     // A derivative that is nearly nothing beside the control points may be rounding alone: the patch knows better, and what normals tend to.
     constexpr double kSmall = 1e-6;
-    if (std::min(at.du.cwiseAbs().maxCoeff() * span.u.size(), at.dv.cwiseAbs().maxCoeff() * span.v.size()) > kSmall * reach) at.normal = normalAlong(at.du, at.dv);
-    if (at.normal.isZero())
-        at.normal = evaluate(patchesOver(d, spansWithin(d.u, span.u), spansWithin(d.v, span.v)).front().patch, (u - span.u.lower) / span.u.size(), (v - span.v.lower) / span.v.size()).normal;
+    if (std::min(at.du.cwiseAbs().maxCoeff() * span.u.size(), at.dv.cwiseAbs().maxCoeff() * span.v.size()) > kSmall * reach)
+        at.normal = normalAlong(at.du, at.dv);
+    if (at.normal.isZero()) {
+        const BezierPatch patch = patchesOver(d, spansWithin(d.u, span.u), spansWithin(d.v, span.v)).front().patch;
+        at.normal = evaluate(patch, (u - span.u.lower) / span.u.size(), (v - span.v.lower) / span.v.size()).normal;
+    }
     return result;
 }
 

@@ -46,7 +46,8 @@ Expected<ObjBasis> ObjBasis::make(const ObjAxis& axis, std::string_view name) {
         basis.matrix_ = {0, 1, 0, 0, -kSixth, 1, kSixth, 0, 0, kSixth, 1, -kSixth, 0, 0, 1, 0};
     } else {
         if (axis.step < 1) return wrong("bmatrix needs a step of at least 1");
-        if (axis.matrix.size() != order * order) return wrong("bmatrix of degree " + std::to_string(n) + " needs a bmat of " + std::to_string(order * order) + " numbers");
+        if (axis.matrix.size() != order * order)
+            return wrong("bmatrix of degree " + std::to_string(n) + " needs a bmat of " + std::to_string(order * order) + " numbers");
         basis.step_ = static_cast<std::size_t>(axis.step);
         const std::vector<double> powers = bezierOfPowers(n);
         basis.matrix_.assign(order * order, 0.0);

@@ -91,7 +91,8 @@ double snapped(double x, const ParameterRange& domain) {
 
 class ObjSurfaceReader {
 public:
-    ObjSurfaceReader(std::string_view text, std::string_view fileName, const ObjSurfaceLimits& limits) : statements_(text), fileName_(fileName), limits_(limits) {}
+    ObjSurfaceReader(std::string_view text, std::string_view fileName, const ObjSurfaceLimits& limits)
+        : statements_(text), fileName_(fileName), limits_(limits) {}
 
     Expected<std::vector<NurbsSurface>> read() {
         while (const ObjStatement* statement = statements_.next()) {
@@ -134,7 +135,8 @@ private:
         if (key == "v") return vertex(words);
         if (key == "vp") return parameterVertex(words);
         if (key == "vt" || key == "vn") return {};
-        if (key == "bzp" || key == "bsp" || key == "cdc" || key == "cdp" || key == "res") return wrong(quoted(key) + " is a statement of version 2.11, which is not read");
+        if (key == "bzp" || key == "bsp" || key == "cdc" || key == "cdp" || key == "res")
+            return wrong(quoted(key) + " is a statement of version 2.11, which is not read");
         if (key == "call" || key == "csh") return wrong(quoted(key) + " would read another file or run a command: refused");
         if (body_.kind != Body::kNone) return takeInBody(key, words);
         if (key == "cstype") return type(words);
@@ -144,7 +146,8 @@ private:
         if (key == "surf") return element(Body::kSurface, words, line);
         if (key == "curv2") return element(Body::kTrimCurve, words, line);
         if (key == "curv") return element(Body::kCurve, words, line);
-        if (key == "parm" || key == "trim" || key == "hole" || key == "scrv" || key == "sp" || key == "end") return wrong(quoted(key) + " stands outside of a curve or surface");
+        if (key == "parm" || key == "trim" || key == "hole" || key == "scrv" || key == "sp" || key == "end")
+            return wrong(quoted(key) + " stands outside of a curve or surface");
         return {};
     }
 
@@ -223,22 +226,28 @@ private:
         const std::optional<long> x = integerOf(word.substr(0, word.find('/')));
         if (!x) return wrong(quoted(word) + " is not the number of a " + std::string(what));
         const auto many = static_cast<long>(count);
-        if (*x == 0 || *x > many || *x < -many) return wrong("there is no " + std::string(what) + " " + std::to_string(*x) + ": so far there are " + std::to_string(count));
+        if (*x == 0 || *x > many || *x < -many)
+            return wrong("there is no " + std::string(what) + " " + std::to_string(*x) + ": so far there are " + std::to_string(count));
         return static_cast<std::size_t>(*x > 0 ? *x - 1 : many + *x);
     }
 
     Expected<void> element(Body::Kind kind, Words words, std::size_t line) {
         Body body{.kind = kind, .line = line, .rational = rational_, .axes = {}, .range = {}, .points = {}, .loops = {}};
         const std::size_t ranges = kind == Body::kSurface ? 4 : kind == Body::kCurve ? 2 : 0;
-        if (words.size() < ranges + 2) return wrong(body.name() + " needs " + (ranges > 0 ? std::to_string(ranges) + " parameters and " : "") + "2 control points or more");
+        if (words.size() < ranges + 2)
+            return wrong(body.name() + " needs " + (ranges > 0 ? std::to_string(ranges) + " parameters and " : "") + "2 control points or more");
         const Expected<std::vector<double>> range = numbers(words.first(ranges));
         if (!range) return tl::unexpected(range.error());
         std::copy(range->begin(), range->end(), body.range.begin());
         if (kind != Body::kCurve) {
             if (!type_) return wrong(body.name() + " comes before any cstype");
-            for (std::size_t k = 0; k < 2; ++k) body.axes[k] = {.type = *type_, .degree = degrees_[k], .step = steps_[k], .matrix = *type_ == ObjType::kBmatrix ? matrices_[k] : std::vector<double>(), .parameters = {}};
+            for (std::size_t k = 0; k < 2; ++k) {
+                body.axes[k] = {.type = *type_, .degree = degrees_[k], .step = steps_[k], .matrix = {}, .parameters = {}};
+                if (*type_ == ObjType::kBmatrix) body.axes[k].matrix = matrices_[k];
+            }
             for (const std::string_view word : words.subspan(ranges)) {
-                const Expected<std::size_t> point = kind == Body::kSurface ? index(word, vertices_.size(), "vertex") : index(word, parameterVertices_.size(), "vp");
+                const Expected<std::size_t> point = kind == Body::kSurface ? index(word, vertices_.size(), "vertex")
+                                                                           : index(word, parameterVertices_.size(), "vp");
                 if (!point) return tl::unexpected(point.error());
                 body.points.push_back(*point);
             }
@@ -283,7 +292,9 @@ private:
         Body body = std::exchange(body_, {});
         // Whatever is wrong now is wrong with the element.
         errorLine_ = body.line;
-        const Expected<void> done = body.kind == Body::kSurface ? finishSurface(body) : body.kind == Body::kTrimCurve ? finishTrimCurve(body) : Expected<void>();
+        Expected<void> done;
+        if (body.kind == Body::kSurface) done = finishSurface(body);
+        if (body.kind == Body::kTrimCurve) done = finishTrimCurve(body);
         if (!done) return failWith(body.name(), done.error());
         errorLine_.reset();
         return {};
@@ -293,7 +304,8 @@ private:
         const Expected<ObjBasis> basis = ObjBasis::make(body.axes[0], "u");
         if (!basis) return tl::unexpected(basis.error());
         if (body.points.size() != basis->fileCount())
-            return wrong("there are " + std::to_string(body.points.size()) + " control points, not the " + std::to_string(basis->fileCount()) + " that degree and parm ask for");
+            return wrong("there are " + std::to_string(body.points.size()) + " control points, not the " + std::to_string(basis->fileCount()) +
+                         " that degree and parm ask for");
         if (Expected<void> room = reserve(static_cast<std::size_t>(basis->knots().count())); !room) return room;
         std::vector<Vec3d> file;
         for (const std::size_t k : body.points) {
@@ -312,8 +324,8 @@ private:
         if (!u) return tl::unexpected(u.error());
         if (!v) return tl::unexpected(v.error());
         if (body.points.size() % u->fileCount() != 0 || body.points.size() / u->fileCount() != v->fileCount())
-            return wrong("there are " + std::to_string(body.points.size()) + " control points, not the " + std::to_string(u->fileCount()) + " by " + std::to_string(v->fileCount()) +
-                         " that degrees and parms ask for");
+            return wrong("there are " + std::to_string(body.points.size()) + " control points, not the " + std::to_string(u->fileCount()) + " by " +
+                         std::to_string(v->fileCount()) + " that degrees and parms ask for");
         const auto countU = static_cast<std::size_t>(u->knots().count()), countV = static_cast<std::size_t>(v->knots().count());
         if (countU > limits_.maxPoints) return reserve(countU);
         if (Expected<void> room = reserve(countU * std::max(countV, v->fileCount())); !room) return room;

@@ -18,8 +18,9 @@ struct ObjSurfaceLimits {
     std::size_t maxPoints = 4'000'000;
 };
 
-/// In the file's order: the surface with the index n is "patch n" wherever somebody names one by a number, from 0; its parameters are those of its
-/// knots. Errors: "FILE:LINE: what is wrong", the line where a statement begins; kLimit beyond the limits, else kBadInput. A text without a surface is one.
+/// In the file's order: the surface with the index n is "patch n" wherever somebody names one by a number, from 0; its parameters are those of
+/// its knots. Errors: "FILE:LINE: what is wrong", the line where a statement begins; kLimit beyond the limits, else kBadInput. A text without a
+/// surface is refused.
 [[nodiscard]] Expected<std::vector<NurbsSurface>> readNurbsObj(std::string_view text, std::string_view fileName, const ObjSurfaceLimits& limits = {});
 
 }  // namespace tessera

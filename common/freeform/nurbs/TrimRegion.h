@@ -59,10 +59,10 @@ public:
     /// apart by no more than 1e-5 of the largest coordinate, what two numbers of six digits can differ by, are joined.
     [[nodiscard]] static Expected<TrimRegion> make(const ParameterRectangle& rectangle, std::span<const TrimLoop> loops);
 
-    /// Right where the point is farther than `tolerance` from every curve. kOnEdge only where it is not; such a point may also be told to
-    /// one of the sides.
+    /// Right where the point is farther than 4 · `tolerance` from every curve. kOnEdge only where it is not; such a point may also be told to
+    /// be on one of the sides.
     [[nodiscard]] TrimSide side(const Vec2d& point) const;
-    /// Of a closed rectangle: kKept and kTrimmedAway are true of all its points (but for `tolerance`). kCrossed: a curve comes nearer to it than
+    /// Of a closed rectangle: kKept and kTrimmedAway are true of all its points (but for 4 · `tolerance`). kCrossed: a curve comes nearer to it than
     /// 1/16 of its sides, or it leaves the domain in part.
     [[nodiscard]] RectangleSide side(const ParameterRectangle& part) const;
 

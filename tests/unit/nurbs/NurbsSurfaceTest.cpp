@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 
+#include "common/freeform/PatchBounds.h"
 #include "tests/unit/nurbs/NurbsOracle.h"
 
 namespace tessera {
@@ -207,6 +208,40 @@ TEST(NurbsSurfaces, AnswerOutsideOfTheirDomainWithTheNearestPointOfIt) {
     EXPECT_EQ(at(kInfinity, 1.5), Vec3d(1, 1, 0));
     EXPECT_EQ(at(0.25, -kInfinity), Vec3d(0.25, 0, 0));
     EXPECT_EQ(at(kNone, kNone), Vec3d(0, 0, 0));
+}
+
+TEST(NurbsSurfaces, AreFiniteAtTheExtremesOfWhatIsTaken) {
+    // Coordinates to 1e30, weights of a ratio of 1e24, spans of 1e-30 beside ones of 1, the highest degree.
+    for (std::uint64_t seed = firstSeed(), end = seed + seedCount(100); seed < end; ++seed) {
+        std::mt19937_64 random(seed);
+        NurbsDefinition d{.u = {kMaxNurbsDegree, {}}, .v = {2, {0, 0, 0, 1e-30, 2e-30, 1, 1, 1}}, .points = {}, .rangeU = {}, .rangeV = {}, .loops = {}};
+        for (const double knot : {-1e-30, 1e-30})
+            for (int k = 0; k <= kMaxNurbsDegree; ++k) d.u.knots.push_back(knot);
+        for (int i = 0; i < d.u.count() * d.v.count(); ++i) {
+            const double w = std::pow(10, between(random, {-12, 12}));
+            const Vec3d p = 1e30 * Vec3d(between(random, {-1, 1}), between(random, {-1, 1}), between(random, {-1, 1}));
+            d.points.emplace_back(w * p.x(), w * p.y(), w * p.z(), w);
+        }
+        const Expected<NurbsSurface> surface = NurbsSurface::make(d);
+        ASSERT_TRUE(surface) << surface.error().message;
+        for (int k = 0; k < 20; ++k) {
+            const double s = k == 0 ? 0 : k == 1 ? 1 : between(random, {0, 1}), v = k % 4 == 0 ? 1.5e-30 : between(random, {0, 1});
+            const SurfacePoint p = evaluate(*surface, 1e-30 * (2 * s - 1), v).at;
+            ASSERT_TRUE(p.du.allFinite() && p.dv.allFinite() && p.normal.allFinite()) << "TESSERA_SEED=" << seed;
+            // Bernstein along u, as the recursion would take 2^24 steps. A convex sum of coordinates to 1e30 is off by some of their roundings,
+            // and u by one of its own: whatever the weights, it moves the point by no more than 24 / (t (1 − t)) times as much.
+            Eigen::Matrix<long double, 4, 1> sum = Eigen::Matrix<long double, 4, 1>::Zero();
+            const long double t = (1e-30L * static_cast<long double>(2 * s - 1) + 1e-30L) / 2e-30L;
+            for (int i = 0; i <= kMaxNurbsDegree; ++i) {
+                long double along = 1;
+                for (int c = 1; c <= i; ++c) along *= t * (kMaxNurbsDegree - i + c) / c;
+                for (int c = i; c < kMaxNurbsDegree; ++c) along *= 1 - t;
+                for (int j = 0; j < d.v.count(); ++j) sum += along * coxDeBoor(d.v, j, 2, v) * d.points[static_cast<std::size_t>(j * d.u.count() + i)].cast<long double>();
+            }
+            ASSERT_LT((p.point - (sum.head<3>() / sum.w()).cast<double>()).norm(), 1e30 * (1e-13 + (t > 0 && t < 1 ? 1e-15 * kMaxNurbsDegree / static_cast<double>(t * (1 - t)) : 0))) << s << " " << v << " TESSERA_SEED=" << seed;
+        }
+        for (const ParameterPatch& p : bezierPatches(*surface)) EXPECT_TRUE(evaluate(p.patch, 0.3, 0.7).normal.allFinite() && std::isfinite(facetDeviation(p.patch)));
+    }
 }
 
 TEST(NurbsSurfaces, JumpWhereAKnotHasFullMultiplicity) {

@@ -91,7 +91,7 @@ TEST(TrimRegions, OfCirclesAreRightToTwelveDigitsAndAtTangents) {
         const TrimRegion region = regionOf(kSquare, {loop});
         const TrimSide within = seed % 2 == 0 ? TrimSide::kKept : TrimSide::kTrimmedAway, without = seed % 2 == 0 ? TrimSide::kTrimmedAway : TrimSide::kKept;
         EXPECT_EQ(region.side(center), within);
-        // 1e-12 of 12, times √8 for the boxes' diagonal, and what rounding of the circle itself adds.
+        // What the header says. That the last boxes are within 2 tolerances both ways is √8 of them; the rest is the circle's own rounding.
         const double clear = 4 * region.tolerance();
         for (int k = 0; k < 100; ++k) {
             const double angle = k % 10 == 0 ? (k / 10) * std::numbers::pi / 2 : between(random, {0, 7}), off = std::pow(10, between(random, {std::log10(clear), -1})) * radius;
