@@ -52,6 +52,8 @@ std::optional<Number> numberIn(std::string_view word) {
 }  // namespace
 
 Expected<WarpMesh> readMesh(std::string_view text, std::string_view name, double aspect) {
+    // As some editors of Windows begin a text.
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
     MeshLines lines(text);
     const auto wrong = [&](std::string what) { return fail(ErrorCode::kBadInput, fmt::format("{}:{}: {}", name, std::max(1, lines.number()), what)); };
 

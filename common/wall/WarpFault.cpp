@@ -80,6 +80,7 @@ std::optional<std::string> findWarpFault(const WarpMesh& mesh, const OutputLimit
                                    row, column + 1, row + 1);
         }
     }
+    if (pictureSide == 0) return "shows no more of the picture than a point or a line";
     return std::nullopt;
 }
 

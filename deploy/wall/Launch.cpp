@@ -130,7 +130,7 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
 }
 
 /// What earlier runs left would look like this one's results.
-Expected<void> prepareOutput(const std::string& output, const TileImages& images, const std::vector<Tile>& tiles) {
+Expected<void> prepareOutput(const std::string& output, const TileImages& images) {
     std::error_code error;
     fs::create_directories(output, error);
     if (error)
@@ -141,9 +141,7 @@ Expected<void> prepareOutput(const std::string& output, const TileImages& images
         if (error)
             return fail(ErrorCode::kFailed, fmt::format("{}/{}: cannot be removed: {}", output, name, error.message()));
     }
-    std::vector<std::string> names;
-    for (const Tile& tile : tiles) names.push_back(tile.name);
-    return images.clear(names);
+    return images.clear();
 }
 
 /// What each tile showed last.
@@ -305,9 +303,9 @@ int launch(const LaunchOptions& options, Signals& signals, Console& console) {
     if (!runSetup) return failed(runSetup.error());
     const std::vector<Tile> tiles = layoutTiles(*wall);
     const TileImages images(options.output + "/tiles");
-    if (auto ok = prepareOutput(options.output, images, tiles); !ok) return failed(ok.error());
+    if (auto ok = prepareOutput(options.output, images); !ok) return failed(ok.error());
     const std::string outputs = options.output + "/outputs";
-    if (auto ok = clearOutputImages(outputs, *wall); !ok) return failed(ok.error());
+    if (auto ok = clearOutputImages(outputs); !ok) return failed(ok.error());
 
     const Expected<WallRunResult> run = runWall(*runSetup, signals, console);
     if (!run) return failed(run.error());

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <regex>
+#include <vector>
 
 #include "client/output/OutputMaker.h"
 
@@ -22,11 +24,16 @@ std::vector<std::uint8_t> withRoom(const Picture& picture) {
 
 }  // namespace
 
-Expected<void> clearOutputImages(const std::string& folder, const Wall& wall) {
-    for (const Tile& tile : layoutTiles(wall)) {
-        std::error_code error;
-        std::filesystem::remove(pathOf(folder, tile), error);
-        if (error) return fail(ErrorCode::kFailed, fmt::format("{}: cannot be removed: {}", pathOf(folder, tile), error.message()));
+Expected<void> clearOutputImages(const std::string& folder) {
+    // SCREEN-COLUMN-ROW, with an eye where there are two: of this wall or of another one.
+    static const std::regex kTileName(".+-[0-9]+-[0-9]+(-left|-right)?\\.png");
+    std::error_code error;
+    std::vector<std::filesystem::path> old;
+    for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+        if (std::regex_match(it->path().filename().string(), kTileName)) old.push_back(it->path());
+    for (const std::filesystem::path& path : old) {
+        std::filesystem::remove(path, error);
+        if (error) return fail(ErrorCode::kFailed, fmt::format("{}: cannot be removed: {}", path.string(), error.message()));
     }
     return {};
 }

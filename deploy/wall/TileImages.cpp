@@ -33,10 +33,14 @@ std::string TileImages::pathOf(const std::string& tile, std::uint64_t frame) con
     return fmt::format("{}/{}/{:06}.png", folder_, tile, frame);
 }
 
-Expected<void> TileImages::clear(const std::vector<std::string>& tiles) const {
-    for (const std::string& tile : tiles) {
-        const fs::path folder = fs::path(folder_) / tile;
-        std::error_code error;
+Expected<void> TileImages::clear() const {
+    std::error_code error;
+    std::vector<fs::path> folders;
+    for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error)) {
+        std::error_code ignored;
+        if (it->is_directory(ignored) && !it->is_symlink(ignored)) folders.push_back(it->path());
+    }
+    for (const fs::path& folder : folders) {
         std::vector<fs::path> old;
         for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
             if (frameOf(it->path()) || it->path().filename() == kShown) old.push_back(it->path());
@@ -47,6 +51,7 @@ Expected<void> TileImages::clear(const std::vector<std::string>& tiles) const {
                                                             path.string(), error.message()));
             }
         }
+        fs::remove(folder, error);  // unless something else is in it
     }
     return {};
 }

@@ -19,7 +19,7 @@ public:
     explicit TileImages(std::string folder) : folder_(std::move(folder)) {}
 
     /// Removes the images of earlier runs, so that none is taken for one of this run. Other files stay.
-    [[nodiscard]] Expected<void> clear(const std::vector<std::string>& tiles) const;
+    [[nodiscard]] Expected<void> clear() const;
 
     struct Image {
         std::uint64_t frame = 0;

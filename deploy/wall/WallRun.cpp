@@ -30,6 +30,8 @@ struct ClientSlot {
     int restarts = 0;
     int deathsInARow = 0;
     bool killed = false;  ///< by us, and said so
+    std::optional<SteadyTime> endedWellAt;  ///< before the server, as yet
+    bool left = false;                      ///< long before the server
     const RemoteClient* remote = nullptr;  ///< null: it runs here
     SteadyTime startedAt{}, lastSign{};
     // Of lines passed on: those of the second that began then, and those left out of it.
@@ -64,6 +66,7 @@ public:
             for (ClientSlot& client : clients_) readClient(client);
             if (auto started = startClients(); !started) return tl::unexpected(started.error());
             reapClients();
+            noticeLeavers();
             keepAlive();
             if (std::optional<ChildEnd> end = server_->reap()) serverEnded(*end);
             followBeforeEnd();
@@ -116,7 +119,10 @@ private:
         until(killClientsAt_);
         until(drainUntil_);
         until(beforeEndUntil_);
-        for (const ClientSlot& client : clients_) until(client.restartAt);
+        for (const ClientSlot& client : clients_) {
+            until(client.restartAt);
+            if (client.endedWellAt) until(*client.endedWellAt + options_.leaveGrace);
+        }
         const auto wait = std::chrono::ceil<milliseconds>(next - now());
         ::poll(handles.data(), handles.size(), static_cast<int>(std::max<std::int64_t>(0, wait.count())));
     }
@@ -158,7 +164,9 @@ private:
         if (client.remote == nullptr) return console_.passOn(error, line);
         if (line.ends_with('\r')) line.pop_back();  // as ssh ends its own
         if (now() - client.secondBegan >= std::chrono::seconds(1)) sayLeftOut(client);
-        if (++client.linesInSecond > options_.mostLinesPerSecond) {
+        constexpr std::size_t kBytesOfALine = 200;
+        client.linesInSecond += static_cast<int>(1 + line.size() / kBytesOfALine);
+        if (client.linesInSecond > options_.mostLinesPerSecond) {
             ++client.linesLeftOut;
             return;
         }
@@ -190,6 +198,7 @@ private:
         if (!child) return tl::unexpected(child.error());
         client.process = std::move(*child);
         client.restartAt.reset();
+        client.left = false;
         client.startedAt = now();
         console_.fact(fmt::format("pid {} role client host {}", client.process->pid(), client.host));
         return {};
@@ -227,6 +236,7 @@ private:
             readClient(client);
             sayLeftOut(client);
             client.lastEnd = end;
+            if (end->good() && !ending_ && !client.killed) client.endedWellAt = now();
             if (end->good() || client.killed || clientsToldToEnd_) continue;
             std::string text = client.remote != nullptr
                                    ? fmt::format("client of host {} {}", client.host, describeRemote(*end, client.remote->destination))
@@ -236,6 +246,21 @@ private:
                                                       end->value == exitCode(ErrorCode::kBadInput) ||
                                                       (client.remote != nullptr && (end->value == 126 || end->value == 127)));
             if (options_.restart && server_->running() && !ending_ && !hopeless) text += planRestart(client);
+            console_.warning(text);
+        }
+    }
+
+    /// The server ends before its clients do, and is heard of a moment later. One that ends well in the middle was asked for something else
+    /// (`--help`), or had its reasons.
+    void noticeLeavers() {
+        for (ClientSlot& client : clients_) {
+            if (!client.endedWellAt) continue;
+            if (ending_ || !server_->running()) client.endedWellAt.reset();
+            if (!client.endedWellAt || now() - *client.endedWellAt < options_.leaveGrace) continue;
+            client.endedWellAt.reset();
+            client.left = true;
+            std::string text = fmt::format("client of host {} ended with exit code 0, and the wall goes on", client.host);
+            if (options_.restart) text += planRestart(client);
             console_.warning(text);
         }
     }
@@ -365,13 +390,13 @@ private:
         if (ending_ || !clientsStarted_ || !server_->running()) return;
         for (const ClientSlot& client : clients_) {
             const bool gone = (!client.process || !client.process->running()) && !client.restartAt && client.lastEnd &&
-                              !client.lastEnd->good();
+                              (client.left || !client.lastEnd->good());
             if (!gone) return;
         }
         result_.deserted = true;
         result_.desertedCode = 1;
         for (const ClientSlot& client : clients_) {
-            if (client.lastEnd->signalled) continue;
+            if (client.lastEnd->signalled || client.lastEnd->good()) continue;
             const int code = client.lastEnd->value;
             // Of a shell or of ssh: numbers that none of our programs ends with.
             result_.desertedCode = client.remote == nullptr || code < 126 ? code : code == kSshFailed ? exitCode(ErrorCode::kNetwork) : 1;

@@ -45,7 +45,8 @@ struct WallRunOptions {
     /// Doubled each time that the client dies again before it has run for `soundAfter`, up to the longest.
     std::chrono::milliseconds restartDelay{250}, longestRestartDelay{30'000}, soundAfter{60'000};
     int mostRestarts = 20;  ///< in a row, per host
-    int mostLinesPerSecond = 200;  ///< of a client elsewhere, that are passed on
+    int mostLinesPerSecond = 200;  ///< of a client elsewhere, that are passed on; a long one counts as those that it fills
+    std::chrono::milliseconds leaveGrace{3'000};  ///< from a client's good end to the server's, after which it has left too early
 };
 
 struct WallRunResult {

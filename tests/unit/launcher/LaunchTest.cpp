@@ -181,6 +181,9 @@ TEST_F(Launching, DoesNotTakeImagesOfAnEarlierRunForItsOwn) {
     save(options_.output + "/tiles/front-1-1/000119.png", tileOf(kWhite), 119);
     save(options_.output + "/wall.png", tileOf(kWhite), 119);
     std::ofstream(options_.output + "/tiles/front-1-1/notes.txt") << "kept";
+    // Of another wall that left its pictures in the same folder.
+    for (const char* file : {"/tiles/side-9-0/000119.png", "/outputs/side-9-0-left.png", "/outputs/logo.png"})
+        save(options_.output + file, tileOf(kWhite), 119);
     EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", R"(
         if [ $host = lower ]; then put front-0-0 red 000002; put front-1-0 green 000002; touch $S/lower
         else put front-0-1 blue 000002; touch $S/upper; fi)"),
@@ -188,6 +191,9 @@ TEST_F(Launching, DoesNotTakeImagesOfAnEarlierRunForItsOwn) {
         << said();
     EXPECT_EQ(pixel(load("wall.png"), 15, 0), kDark);
     EXPECT_TRUE(has("out/tiles/front-1-1/notes.txt"));
+    EXPECT_FALSE(has("out/tiles/side-9-0"));
+    EXPECT_FALSE(has("out/outputs/side-9-0-left.png"));
+    EXPECT_TRUE(has("out/outputs/logo.png"));
 }
 
 TEST_F(Launching, PassesOnTheServersExitCode) {

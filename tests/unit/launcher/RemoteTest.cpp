@@ -239,5 +239,14 @@ TEST_F(RemoteRunning, FloodsAreCutAndLinesNamed) {
     EXPECT_LT(said().size(), 3000u);
 }
 
+TEST_F(RemoteRunning, FloodsWithoutLineBreaksAreCutToo) {
+    options_.mostLinesPerSecond = 10;
+    const auto result = run(std::string(kListen) + "await $S/said; sleep 1.2; exit 0",
+                            "head -c 4000000 /dev/zero | tr '\\0' x; touch $S/said; cat >/dev/null; exit 0");
+    ASSERT_TRUE(result);
+    EXPECT_SAID("host west talks too much: ");
+    EXPECT_LT(said().size(), 100'000u);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <chrono>
+#include <filesystem>
 
 #include "tests/unit/launcher/Stage.h"
 
@@ -102,6 +103,31 @@ TEST_F(WallRunning, StartsADeadClientAgainIfAsked) {
     EXPECT_TRUE(result->server.good());
     EXPECT_EQ(result->restarts, (std::map<std::string, int>{{"a", 1}}));
     EXPECT_SAID("it is started again");
+}
+
+TEST_F(WallRunning, NamesAClientThatLeavesAWallThatGoesOn) {
+    options_.leaveGrace = 200ms;
+    const std::string server = std::string(kListen) + "await $S/b; for i in $(seq 60); do [ -e $S/again ] && break; sleep 0.05; done; exit 0";
+    const std::string client = "[ -e $S/b ] && [ $host = b ] && touch $S/again; touch $S/$host; [ $host = b ] || exec sleep 10";
+    options_.finishDeadline = 100ms;
+    ASSERT_TRUE(run(server, client));
+    EXPECT_SAID("warning: client of host b ended with exit code 0, and the wall goes on\n");
+    EXPECT_FALSE(has("again"));
+    options_.restart = true;
+    std::filesystem::remove(folder_ / "b");
+    const Expected<WallRunResult> result = run(server, client);
+    ASSERT_TRUE(result);
+    EXPECT_SAID("client of host b ended with exit code 0, and the wall goes on; it is started again");
+    EXPECT_TRUE(has("again"));
+}
+
+TEST_F(WallRunning, StopsAServerThatAllHaveLeft) {
+    options_.leaveGrace = 200ms;
+    const Expected<WallRunResult> result = run(std::string(kListen) + "trap 'exit 0' TERM; while :; do sleep 0.05; done", "exit 0");
+    ASSERT_TRUE(result);
+    EXPECT_TRUE(result->deserted);
+    EXPECT_EQ(result->desertedCode, 1);
+    EXPECT_SAID("no render host is left; the server is stopped");
 }
 
 TEST_F(WallRunning, DoesNotRepeatWhatIsHopeless) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "common/output/MeshFile.h"
 #include "tests/unit/output/OutputScenes.h"
@@ -60,6 +61,13 @@ TEST(MeshFile, SaysWhatIsWrongAndAtWhichNode) {
     EXPECT_NE(after("2 0 1 .5 0.25", "2 1.5 1 .5 1").find("folded"), std::string::npos) << "beyond the row above";
     EXPECT_NE(after("2 0 1 .5 0.25", "2 0 1 1.5 1").find("folded in what it shows"), std::string::npos);
     EXPECT_NE(after("2 0 1 .5 0.25", "-2 0 0 .5 1").find("of no size"), std::string::npos);
+    for (const char* shown : {"0.5 0.5", "0.5 y"}) {
+        std::string text = "2\n2 2\n";
+        for (const char* place : {"-2 -1", "2 -1", "-2 1", "2 1"})
+            text += std::string(place) + ' ' + (shown[4] == 'y' ? std::string("0.5 ") + (place[std::strlen(place) - 2] == '-' ? "0" : "1") : shown) + " 1\n";
+        EXPECT_NE(errorIn(text).find("shows no more of the picture than a point or a line"), std::string::npos) << text << errorIn(text);
+    }
+    EXPECT_EQ(errorIn("\xEF\xBB\xBF" + kGood), "accepted");
 }
 
 TEST(MeshFile, AnswersDamageWithAMessage) {
