@@ -1,0 +1,154 @@
+#include "server/tools/evaluate/EvaluateCommand.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+
+#include "common/base/Version.h"
+#include "server/tools/evaluate/EvaluatedSurface.h"
+
+namespace tessera {
+namespace {
+
+Expected<std::string> textOfFile(const std::string& path) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) return fail(ErrorCode::kBadInput, path + ": it is a folder");
+    std::ifstream in(path, std::ios::binary);
+    if (!in) return fail(ErrorCode::kNotFound, path + ": it cannot be opened");
+    constexpr std::size_t kMost = std::size_t{1} << 30;
+    std::string text;
+    std::vector<char> chunk(1 << 16);
+    while (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0) {
+        text.append(chunk.data(), static_cast<std::size_t>(in.gcount()));
+        if (text.size() > kMost) return fail(ErrorCode::kLimit, path + ": it is larger than 1 GiB");
+    }
+    if (in.bad()) return fail(ErrorCode::kBadInput, path + ": it cannot be read");
+    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+    return text;
+}
+
+template <typename Number>
+bool readNumber(std::string_view word, Number& out) {
+    if (word.starts_with('+')) word.remove_prefix(1);
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out);
+    return error == std::errc{} && end == word.data() + word.size() && !word.empty();
+}
+
+std::string answerLine(const SurfacePoint& p, bool json) {
+    const auto list = [](const Vec3d& v) { return fmt::format("[{:.17g},{:.17g},{:.17g}]", v.x(), v.y(), v.z()); };
+    const auto words = [](const Vec3d& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x(), v.y(), v.z()); };
+    if (json) {
+        return fmt::format(R"({{"point":{},"du":{},"dv":{},"normal":{},"error":{:.17g}}})", list(p.point), list(p.du), list(p.dv), list(p.normal), p.error);
+    }
+    return fmt::format("point {}  du {}  dv {}  normal {}{}", words(p.point), words(p.du), words(p.dv), words(p.normal),
+                       p.error > 0 ? fmt::format("  error {:.3g}", p.error) : "");
+}
+
+Expected<void> evaluateFile(const EvaluateArguments& arguments) {
+    const Expected<std::string> text = textOfFile(arguments.surface);
+    if (!text) return tl::unexpected(text.error());
+    const auto schemes = surfaceSchemes();
+    const auto scheme = std::find_if(schemes.begin(), schemes.end(), [&](const SurfaceScheme& s) { return s.name == arguments.scheme; });
+    Expected<std::unique_ptr<EvaluatedSurface>> surface = scheme->load(*text, arguments.surface);
+    if (!surface) return tl::unexpected(surface.error());
+    for (const std::string& note : (*surface)->notes()) fmt::print(stderr, "tessera-evaluate: {}: {}\n", arguments.surface, note);
+    const Expected<std::string> placesText = textOfFile(arguments.places);
+    if (!placesText) return tl::unexpected(placesText.error());
+    const Expected<std::vector<PlaceLine>> places = parsePlaces(*placesText, arguments.places);
+    if (!places) return tl::unexpected(places.error());
+    for (const PlaceLine& place : *places) {
+        const Expected<SurfacePoint> point = (*surface)->at(place.face, place.u, place.v);
+        if (!point) return fail(ErrorCode::kBadInput, fmt::format("{}:{}: {}", arguments.places, place.line, point.error().message));
+        fmt::print("{}\n", answerLine(*point, arguments.json));
+    }
+    return {};
+}
+
+}  // namespace
+
+Expected<std::variant<EvaluateArguments, EvaluateText>> parseEvaluateArguments(const std::vector<std::string>& words) {
+    EvaluateArguments out;
+    CLI::App app(
+        "Points, derivatives and normals of a smooth surface by its parameters: a line\n"
+        "'face u v' each. Faces are numbered as OpenSubdiv's ptex faces: a quadrilateral\n"
+        "is one, another polygon as many as it has corners, a triangle of Loop's scheme\n"
+        "one with corners (0, 0), (1, 0), (0, 1). Of NURBS the n-th surface of the file\n"
+        "is n, from 0, and u and v are those of its knots.",
+        "tessera-evaluate");
+    app.get_formatter()->column_width(30);
+    app.set_version_flag("--version", versionText("tessera-evaluate"));
+    std::string names;
+    for (const SurfaceScheme& scheme : surfaceSchemes()) names += (names.empty() ? "" : ", ") + std::string(scheme.name);
+    app.add_option("SURFACE", out.surface, "Wavefront OBJ, with the tags of\nOpenSubdiv's shapes (t crease …), or\nwith free-form surfaces (surf, trim)");
+    app.add_option("--at", out.places, "The places, one a line; # begins a\ncomment")->type_name("FILE");
+    app.add_option("--scheme", out.scheme, names)->type_name("NAME");
+    app.add_flag("--json", out.json, "One JSON object per place");
+    try {
+        std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
+        app.parse(std::move(reversed));
+    } catch (const CLI::CallForHelp&) {
+        return EvaluateText{app.help()};
+    } catch (const CLI::CallForVersion&) {
+        return EvaluateText{versionText("tessera-evaluate") + "\n"};
+    } catch (const CLI::ParseError& wrong) {
+        return fail(ErrorCode::kUsage, fmt::format("{}; see --help", wrong.what()));
+    }
+    if (out.surface.empty()) return fail(ErrorCode::kUsage, "name a SURFACE; see --help");
+    if (out.places.empty()) return fail(ErrorCode::kUsage, "say where with --at FILE; see --help");
+    const auto schemes = surfaceSchemes();
+    if (out.scheme.empty()) out.scheme = schemes.front().name;
+    if (std::none_of(schemes.begin(), schemes.end(), [&](const SurfaceScheme& s) { return s.name == out.scheme; })) {
+        return fail(ErrorCode::kUsage, fmt::format("--scheme {}: there are {}", out.scheme, names));
+    }
+    return out;
+}
+
+Expected<std::vector<PlaceLine>> parsePlaces(std::string_view text, std::string_view file) {
+    std::vector<PlaceLine> places;
+    for (std::size_t line = 1; !text.empty(); ++line) {
+        std::string_view content = text.substr(0, text.find('\n'));
+        text.remove_prefix(std::min(content.size() + 1, text.size()));
+        content = content.substr(0, content.find('#'));
+        std::vector<std::string_view> words;
+        constexpr std::string_view kSpace = " \t\r\v\f";
+        for (std::size_t begin = content.find_first_not_of(kSpace); begin != std::string_view::npos; begin = content.find_first_not_of(kSpace)) {
+            content.remove_prefix(begin);
+            words.push_back(content.substr(0, content.find_first_of(kSpace)));
+            content.remove_prefix(words.back().size());
+        }
+        if (words.empty()) continue;
+        PlaceLine place{.line = line};
+        if (words.size() != 3) return fail(ErrorCode::kBadInput, fmt::format("{}:{}: a place is 'face u v'", file, line));
+        if (!readNumber(words[0], place.face)) {
+            return fail(ErrorCode::kBadInput, fmt::format("{}:{}: '{}' is no number of a face", file, line, words[0].substr(0, 40)));
+        }
+        for (const auto& [word, value] : {std::pair(words[1], &place.u), std::pair(words[2], &place.v)}) {
+            if (!readNumber(word, *value)) return fail(ErrorCode::kBadInput, fmt::format("{}:{}: '{}' is no number", file, line, word.substr(0, 40)));
+        }
+        places.push_back(place);
+    }
+    return places;
+}
+
+int runEvaluate(const std::vector<std::string>& words) {
+    const auto parsed = parseEvaluateArguments(words);
+    if (!parsed) {
+        fmt::print(stderr, "tessera-evaluate: {}\n", parsed.error().message);
+        return exitCode(parsed.error().code);
+    }
+    if (const auto* text = std::get_if<EvaluateText>(&*parsed)) {
+        fmt::print("{}", text->text);
+        return 0;
+    }
+    const Expected<void> done = evaluateFile(std::get<EvaluateArguments>(*parsed));
+    if (done) return 0;
+    fmt::print(stderr, "tessera-evaluate: {}\n", done.error().message);
+    return exitCode(done.error().code);
+}
+
+}  // namespace tessera
