@@ -1,0 +1,8 @@
+#include <cstddef>
+#include <cstdint>
+
+#include "server/collision/spherical/FieldTypes.h"
+
+#define TESSERA_KERNELS avx2
+#include "server/collision/spherical/kernel/FieldWalk.inl"
+#include "server/collision/spherical/kernel/LatticeWalk.inl"
