@@ -37,7 +37,7 @@ protected:
         run.exitCode = WEXITSTATUS(::pclose(pipe));
         return run;
     }
-    static Vec3d vectorIn(const nlohmann::json& numbers) { return {numbers[0], numbers[1], numbers[2]}; }
+    static Vec3d vectorIn(const nlohmann::json& numbers) { return Vec3d(numbers.at(0).get<double>(), numbers.at(1).get<double>(), numbers.at(2).get<double>()); }
     std::filesystem::path folder_;
 };
 
