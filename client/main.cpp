@@ -1,4 +1,5 @@
 /// tessera-client: one render host.
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -212,6 +213,13 @@ int main(int argc, char** argv) {
     if (!arguments.window && (arguments.fullScreen || arguments.vsync)) {
         fmt::print(stderr, "tessera-client: --full-screen and --vsync say how a --window is; see --help\n");
         return exitCode(ErrorCode::kUsage);
+    }
+    if (arguments.fullScreen) {
+        for (auto monitor = arguments.monitors.begin(); monitor != arguments.monitors.end(); ++monitor) {
+            if (std::find(arguments.monitors.begin(), monitor, *monitor) == monitor) continue;
+            fmt::print(stderr, "tessera-client: --window names monitor \"{}\" twice: with --full-screen one window would lie on the other\n", *monitor);
+            return exitCode(ErrorCode::kUsage);
+        }
     }
     // A file larger than the system lets it be is an error of the call that makes it, and what wants it does without.
     std::signal(SIGXFSZ, SIG_IGN);

@@ -17,11 +17,13 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <map>
 #include <thread>
 
 #include "common/base/FileHandle.h"
 #include "common/base/Hash.h"
 #include "common/codec/WallCodec.h"
+#include "common/wall/WindowLayout.h"
 
 namespace tessera {
 
@@ -45,34 +47,6 @@ FileHandle fileOf(const Bytes& bytes) {
         done += static_cast<std::size_t>(n);
     }
     return file;
-}
-
-/// The tile of the other eye that goes out with this one's.
-const Tile* partnerOf(const Tile& tile, const std::vector<Tile>& tiles) {
-    if (tile.eye == Eye::kCenter) return nullptr;
-    const auto at = std::ranges::find_if(tiles, [&](const Tile& other) {
-        const Tile& left = tile.eye == Eye::kLeft ? tile : other;
-        return other.eye != tile.eye && other.screen == tile.screen && other.column == tile.column && other.row == tile.row &&
-               left.output.stereo != StereoPacking::kNone;
-    });
-    return at == tiles.end() ? nullptr : &*at;
-}
-
-/// Width and height of the picture that a projector gets.
-std::array<int, 2> sizeOfOutput(const Tile& tile) {
-    const TileOutput& out = tile.output;
-    const int width = out.widthPx > 0 ? out.widthPx : tile.rect.width, height = out.heightPx > 0 ? out.heightPx : tile.rect.height;
-    return {out.stereo == StereoPacking::kSideBySideFull ? 2 * width : width, out.stereo == StereoPacking::kTopBottomFull ? 2 * height : height};
-}
-
-/// Where a window without a monitor of its own stands, and on what: from the upper left. Where projectors overlap, their windows stand side by side.
-std::array<int, 6> placeOf(const Tile& tile, const Screen& screen) {
-    const ScreenPixels all = screenPixels(screen);
-    const Screen::Grid& grid = screen.grid;
-    const bool apart = tile.output.blend || tile.output.blendPicture;
-    const int right = apart ? grid.overlapXPx : 0, up = apart ? grid.overlapYPx : 0;
-    const int width = all.width + (grid.columns - 1) * right, height = all.height + (grid.rows - 1) * up;
-    return {tile.rect.x + tile.column * right, height - tile.rect.y - tile.row * up - tile.rect.height, tile.rect.width, tile.rect.height, width, height};
 }
 
 }  // namespace
@@ -207,6 +181,11 @@ void TileWindows::follow(const Wall& wall, const std::vector<Tile>& tiles) {
     std::vector<std::unique_ptr<Window>> before = std::move(windows_);
     windows_.clear();
     const Bytes bytes = encodeWall(wall);
+    const WindowLayout layout = layoutWindows(wall);
+    std::map<std::string, std::string> covered;  // monitor, the first tile on all of it
+    const Hash128 wallNow = hash128(bytes);
+    const bool wallIsNew = !(wallNow == saidOf_);  // what is wrong with it is said once
+    saidOf_ = wallNow;
     std::size_t index = 0;
     for (const Tile& tile : tiles) {
         const Tile* const partner = partnerOf(tile, tiles);
@@ -227,15 +206,19 @@ void TileWindows::follow(const Wall& wall, const std::vector<Tile>& tiles) {
         ++index;
         if (options_.fullScreen || named) {
             add({"--full-screen"});
-        } else if (const Screen* const screen = wall.findScreen(tile.screen)) {
-            std::array<int, 6> place = placeOf(tile, *screen);
-            // An output of another size than its tile stands by itself.
-            const auto size = plain ? std::array<int, 2>{tile.rect.width, tile.rect.height} : sizeOfOutput(tile);
-            if (size[0] != tile.rect.width || size[1] != tile.rect.height) place = {0, 0, size[0], size[1], size[0], size[1]};
-            add({"--part"});
-            for (const int number : place) add({std::to_string(number)});
+            const std::string monitor = told ? options_.monitors[index - 1] : tile.output.monitor;
+            const auto [first, alone] = covered.try_emplace(monitor, tile.name);
+            if (!alone && wallIsNew)
+                log_.warning(fmt::format("tiles {} and {} both take all of {}: one window lies on the other", first->second, tile.name,
+                                         monitor.empty() ? "the first monitor" : "monitor \"" + monitor + "\""));
+        } else {
+            const auto place = std::ranges::find(layout.places, tile.name, &WindowLayout::Place::tile);
+            if (place != layout.places.end()) {
+                add({"--part"});
+                for (const int number : {place->x, place->y, place->width, place->height, layout.width, layout.height}) add({std::to_string(number)});
+            }
         }
-        const Hash128 key = plain ? Hash128{} : hash128(bytes);
+        const Hash128 key = plain ? Hash128{} : wallNow;
         const auto number = static_cast<std::uint32_t>(index - 1);
         const auto same = std::ranges::find_if(before, [&](const auto& old) { return old && old->isAs(number, arguments, key); });
         if (same != before.end()) {
@@ -250,6 +233,8 @@ void TileWindows::follow(const Wall& wall, const std::vector<Tile>& tiles) {
         else
             log_.warning(fmt::format("tile {} has no window: {}", tile.name, started.error().message));
     }
+    if (wallIsNew && index < options_.monitors.size())
+        log_.warning(fmt::format("{} monitors are named, and there {} to show", options_.monitors.size(), index == 1 ? "is 1 output" : fmt::format("are {} outputs", index)));
 }
 
 }  // namespace tessera

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/Error.h"
+#include "common/base/Hash.h"
 #include "common/base/Log.h"
 #include "common/input/InputState.h"
 #include "common/wall/Wall.h"
@@ -51,6 +52,7 @@ private:
     TileWindowsOptions options_;
     Log& log_;
     OnInput onInput_;
+    Hash128 saidOf_;  ///< the wall whose monitors were looked at last
     std::vector<std::unique_ptr<Window>> windows_;
 };
 

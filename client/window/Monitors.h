@@ -26,9 +26,10 @@ struct Monitor {
 /// For people: a line each.
 [[nodiscard]] std::string describe(const std::vector<Monitor>& monitors);
 
-/// Where a tile's window stands when it is no full screen: the screen that the tile is a part of is shrunk, if need be, until
-/// it fits into nine tenths of `usable`, in its middle. `part`: the tile's place in the screen's picture, origin at the upper
-/// left, of `whole` pixels.
+/// Where a tile's window stands when it is no full screen: the wall that the tile is a part of (common/wall/WindowLayout.h) is
+/// shrunk, if need be, until it fits into nine tenths of `usable`, in its middle. `part`: the tile's place in the picture of the
+/// wall, origin at the upper left, of `whole` pixels. Parts that do not overlap get windows that do not, unless one is thinner than
+/// a pixel of the desktop: it gets one.
 struct PlacedPart {
     DesktopRect part;
     int wholeWidthPx = 0, wholeHeightPx = 0;

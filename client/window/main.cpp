@@ -42,10 +42,10 @@ int main(int argc, char** argv) {
     app.add_option("--monitor", options.monitor, "Its number or name (the first one)")->type_name("M");
     app.add_flag("--full-screen", options.fullScreen, "All of that monitor");
     app.add_flag("--vsync", options.vsync, "In step with the monitor, by the graphics driver");
-    app.add_option("--part", part, "No full screen: the tile's place in its screen,\nand the screen's size, in pixels from the upper left")
-        ->type_name("X Y W H SCREEN_W SCREEN_H")
+    app.add_option("--part", part, "No full screen: the tile's place on its wall, and\nthe wall's size, in pixels from the upper left")
+        ->type_name("X Y W H WALL_W WALL_H")
         ->expected(6)
-        ->check(CLI::Range(0, 1 << 20));
+        ->check(CLI::Range(0, 1 << 30));
     app.add_option("--log", options.log, "A line per picture: frame, shown by its host,\nstood in the window (ns, CLOCK_MONOTONIC)")->type_name("FILE");
     app.add_flag("--monitors", monitors, "Says which monitors there are")->excludes(file);
     // Of the client that starts windows: the wall whose output this is, as bytes, and which; FILE is one of each of its tiles.
@@ -79,8 +79,8 @@ int main(int argc, char** argv) {
     if (options.frameFiles.empty()) return end(fail(ErrorCode::kUsage, "whose picture? FILE is missing; see --help"));
     if (!part.empty()) {
         options.part = PlacedPart{{part[0], part[1], part[2], part[3]}, part[4], part[5]};
-        if (part[2] < 1 || part[3] < 1 || part[0] + part[2] > part[4] || part[1] + part[3] > part[5])
-            return end(fail(ErrorCode::kUsage, "--part does not lie on its screen"));
+        if (part[2] < 1 || part[3] < 1 || part[0] > part[4] - part[2] || part[1] > part[5] - part[3])
+            return end(fail(ErrorCode::kUsage, "--part does not lie on its wall"));
     }
     if (!wall.empty()) {
         auto output = outputIn(wall, tile);

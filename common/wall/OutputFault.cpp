@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -22,6 +23,7 @@ public:
         for (std::size_t h = 0; h < wall_.hosts.size(); ++h)
             for (std::size_t t = 0; t < wall_.hosts[h].tiles.size(); ++t)
                 if (auto wrong = checkPair(h, t)) return OutputFault{h, t, wordsOf(h, t) + *wrong};
+        if (auto wrong = checkMonitors()) return wrong;
         return checkBlends();
     }
 
@@ -98,6 +100,27 @@ private:
         });
         if (other == host.tiles.end()) return "says `stereo`, but the tile of the right eye is not this host's: one host draws both eyes of an output";
         if (!(other->output == TileOutput())) return "says `stereo`, and the tile of the right eye has an output too: the left one's holds for both";
+        return std::nullopt;
+    }
+
+    /// Each takes all of its monitor. Two eyes of one output name it once: the right one's is empty.
+    [[nodiscard]] std::optional<OutputFault> checkMonitors() const {
+        for (std::size_t h = 0; h < wall_.hosts.size(); ++h) {
+            std::map<std::string, std::size_t> firsts;  // by monitor, as findMonitor takes names: capitals make no difference
+            for (std::size_t t = 0; t < wall_.hosts[h].tiles.size(); ++t) {
+                std::string monitor = wall_.hosts[h].tiles[t].output.monitor;
+                std::ranges::transform(monitor, monitor.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+                if (monitor.empty()) continue;
+                const auto [at, isFirst] = firsts.try_emplace(monitor, t);
+                if (isFirst) continue;
+                const TileAssignment &first = wall_.hosts[h].tiles[at->second], &tile = wall_.hosts[h].tiles[t];
+                return OutputFault{h, t,
+                                   wordsOf(h, t) + fmt::format("is shown on monitor \"{}\", as that of column {} row {} of screen \"{}\" is{}: a monitor "
+                                                               "shows one output, so name another one",
+                                                               tile.output.monitor, first.column, first.row, first.screen,
+                                                               first.eye != tile.eye ? " for the other eye (`stereo` shows both in one)" : "")};
+            }
+        }
         return std::nullopt;
     }
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/base/Version.h"
+#include "common/wall/WindowLayout.h"
 #include "deploy/wall/Machines.h"
 #include "deploy/wall/OwnAddress.h"
 #include "deploy/wall/Ssh.h"
@@ -118,13 +119,40 @@ std::vector<std::string> mergedArguments(const std::vector<std::string>& own, co
     return merged;
 }
 
+std::vector<std::string> withMonitorsOf(const Wall& wall, const std::string& host, std::vector<std::string> arguments) {
+    constexpr std::size_t kMostMonitors = 64;  // that --window takes
+    std::size_t told = 0, end = 0;             // behind the last of them
+    bool inside = false;
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        const std::string_view option = optionOf(arguments[i]);
+        if (!option.empty()) inside = option == "--window";
+        if (!inside) continue;
+        end = i + 1;
+        const std::string value = option.empty() ? arguments[i] : arguments[i].substr(std::min(arguments[i].size(), option.size() + 1));
+        if (!value.empty()) ++told;
+    }
+    if (end == 0) return arguments;
+    std::vector<std::string> named;
+    std::size_t output = 0;
+    const std::vector<Tile> tiles = tilesOf(wall, host);
+    for (const Tile& tile : tiles) {
+        if (tile.eye == Eye::kRight && partnerOf(tile, tiles)) continue;
+        // What begins with '-' would be read as an option there.
+        const std::string& monitor = tile.output.monitor;
+        if (output++ >= told && told + named.size() < kMostMonitors && !monitor.empty() && monitor[0] != '-') named.push_back(monitor);
+    }
+    arguments.insert(arguments.begin() + static_cast<std::ptrdiff_t>(end), named.begin(), named.end());
+    return arguments;
+}
+
 Expected<std::optional<RemoteWall>> prepareMachines(const Wall& wall, const RemoteOptions& options, Signals& signals, Console& console) {
     const std::optional<std::string> ssh = findProgram(options.ssh);
     if (!ssh) return fail(ErrorCode::kNotFound, fmt::format("{} is not installed, and --start needs it", options.ssh));
     std::vector<MachineQuestion> questions;
     for (const WallHost& host : wall.hosts)
         if (host.machine)
-            questions.push_back({.host = host.name, .machine = *host.machine, .arguments = mergedArguments(host.machine->arguments, options.client)});
+            questions.push_back({.host = host.name, .machine = *host.machine,
+                                 .arguments = withMonitorsOf(wall, host.name, mergedArguments(host.machine->arguments, options.client))});
     console.note(fmt::format("asking {} {}", questions.size(), questions.size() == 1 ? "machine" : "machines"));
     const auto answers = askMachines(questions, {.ssh = *ssh, .version = versionText("tessera-client")}, signals);
     if (!answers) return std::nullopt;

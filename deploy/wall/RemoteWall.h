@@ -36,4 +36,9 @@ struct RemoteWall {
 /// one belongs to it.
 [[nodiscard]] std::vector<std::string> mergedArguments(const std::vector<std::string>& own, const std::vector<std::string>& all);
 
+/// What a machine is asked about: a client's `arguments`, and behind the monitors of their --window those that the wall names for
+/// further outputs of the host, which the client itself takes from the wall. Without --window nothing is added. At most 64
+/// monitors are asked about, and none whose name begins with '-'.
+[[nodiscard]] std::vector<std::string> withMonitorsOf(const Wall& wall, const std::string& host, std::vector<std::string> arguments);
+
 }  // namespace tessera

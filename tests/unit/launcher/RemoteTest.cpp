@@ -121,6 +121,30 @@ TEST_F(RemoteHosts, OwnArgumentsCountMoreThanTheWallsOwn) {
     EXPECT_EQ(mergedArguments({}, {"--device", "1"}), (Words{"--device", "1"}));
 }
 
+TEST_F(RemoteHosts, AreAskedForTheMonitorsThatTheWallNames) {
+    using Words = std::vector<std::string>;
+    Wall wall;
+    wall.screens = {Screen{.name = "s"}};
+    wall.screens[0].grid.columns = 3;
+    const auto tile = [](int column, Eye eye, const std::string& monitor) {
+        TileAssignment made{.screen = "s", .column = column, .eye = eye};
+        made.output.monitor = monitor;
+        return made;
+    };
+    wall.hosts = {{.name = "a", .tiles = {tile(0, Eye::kLeft, "DP-1"), tile(0, Eye::kRight, ""), tile(1, Eye::kCenter, ""), tile(2, Eye::kCenter, "DP-3")}},
+                  {.name = "b", .tiles = {tile(0, Eye::kCenter, "--device")}}};
+    wall.hosts[0].tiles[0].output.stereo = StereoPacking::kRows;
+    const auto asked = [&](Words words) { return withMonitorsOf(wall, "a", std::move(words)); };
+    EXPECT_EQ(asked({"--window", "--full-screen"}), (Words{"--window", "DP-1", "DP-3", "--full-screen"}));
+    EXPECT_EQ(asked({"--vsync", "--window"}), (Words{"--vsync", "--window", "DP-1", "DP-3"}));
+    // The command line wins over the wall, output by output.
+    EXPECT_EQ(asked({"--window", "0", "--vsync"}), (Words{"--window", "0", "DP-3", "--vsync"}));
+    EXPECT_EQ(asked({"--window=0", "1", "2"}), (Words{"--window=0", "1", "2"}));
+    EXPECT_EQ(asked({"--window=0", "1"}), (Words{"--window=0", "1", "DP-3"}));
+    EXPECT_EQ(asked({"--surface", "egl"}), (Words{"--surface", "egl"})) << "no windows";
+    EXPECT_EQ(withMonitorsOf(wall, "b", {"--window"}), (Words{"--window"})) << "no name becomes an option";
+}
+
 TEST_F(RemoteHosts, ReachTheServerWhereItListens) {
     EXPECT_TRUE(isOwnAddress("127.0.0.1"));
     EXPECT_FALSE(isOwnAddress("192.0.2.1"));

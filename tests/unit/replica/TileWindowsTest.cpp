@@ -5,8 +5,10 @@
 #include <linux/close_range.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -103,6 +105,70 @@ TEST(TileWindows, WhereNobodyListensThereIsNoSocket) {
     EXPECT_TRUE(std::filesystem::exists(folder / "done"));
     EXPECT_FALSE(std::filesystem::exists(folder / "heard"));
     std::filesystem::remove_all(folder);
+}
+
+/// Two screens of one host, whose windows leave their arguments.
+struct TwoScreens {
+    TwoScreens() {
+        wall.screens = {{.name = "front"}, {.name = "floor"}};
+        wall.users = {{.name = "viewer"}};
+        wall.hosts = {{"host", {{"front", 0, 0, Eye::kCenter, "viewer"}, {"floor", 0, 0, Eye::kCenter, "viewer"}}}};
+        for (const char* tile : {"front-0-0", "floor-0-0"}) {
+            std::filesystem::create_directories(folder / "tiles" / tile);
+            std::ofstream(folder / "tiles" / tile / "shown.frame") << "echo \"$@\" > $0.part && mv $0.part $0.said; exec sleep 20\n";
+        }
+    }
+    ~TwoScreens() { std::filesystem::remove_all(folder); }
+    std::string said(const std::string& tile) const {
+        const auto file = folder / "tiles" / tile / "shown.frame.said";
+        for (int i = 0; i < 200 && !std::filesystem::exists(file); ++i) std::this_thread::sleep_for(50ms);
+        std::string text;
+        std::ifstream in(file);
+        std::getline(in, text);
+        return text;
+    }
+    /// What the log has to say when these options meet the wall twice.
+    std::string warningsWith(TileWindowsOptions options) {
+        std::FILE* const file = std::tmpfile();
+        Log log("test", file);
+        {
+            options.program = "/bin/sh";
+            options.output = folder.string();
+            TileWindows windows(options, log);
+            windows.follow(wall, tilesOf(wall, "host"));
+            windows.follow(wall, tilesOf(wall, "host"));
+            said("front-0-0");
+            said("floor-0-0");
+        }
+        EXPECT_TRUE(log.flush(10s));
+        std::rewind(file);
+        std::string text(4096, ' ');
+        text.resize(std::fread(text.data(), 1, text.size(), file));
+        std::fclose(file);
+        return text;
+    }
+    std::filesystem::path folder = std::filesystem::temp_directory_path() / ("tile-windows-two-" + std::to_string(::getpid()));
+    Wall wall;
+};
+
+TEST(TileWindows, OfTwoScreensStandBesideEachOther) {
+    TwoScreens two;
+    EXPECT_EQ(two.warningsWith({}), "");
+    EXPECT_NE(two.said("front-0-0").find("--part 0 0 960 540 1950 540"), std::string::npos) << two.said("front-0-0");
+    EXPECT_NE(two.said("floor-0-0").find("--part 990 0 960 540 1950 540"), std::string::npos) << two.said("floor-0-0");
+}
+
+TEST(TileWindows, ThatCoverOneMonitorAndMonitorsTooManyAreSaidOnce) {
+    TwoScreens two;
+    const std::string many = two.warningsWith({.monitors = {"0", "0", "0"}});
+    EXPECT_NE(many.find("3 monitors are named, and there are 2 outputs to show"), std::string::npos) << many;
+    EXPECT_EQ(std::count(many.begin(), many.end(), '\n'), 1) << many;
+    const std::string first = two.warningsWith({.fullScreen = true});
+    EXPECT_NE(first.find("tiles front-0-0 and floor-0-0 both take all of the first monitor"), std::string::npos) << first;
+    EXPECT_EQ(std::count(first.begin(), first.end(), '\n'), 1) << first;
+    two.wall.hosts[0].tiles[1].output.monitor = "DP-1";
+    EXPECT_NE(two.warningsWith({.fullScreen = true, .monitors = {"DP-1"}}).find("all of monitor \"DP-1\""), std::string::npos);
+    EXPECT_EQ(two.warningsWith({.fullScreen = true, .monitors = {"DP-1", "DP-2"}}), "");
 }
 
 }  // namespace

@@ -78,6 +78,22 @@ TEST(Outputs, OfTwoEyesBelongToOneHost) {
     EXPECT_TELLS(said(apart, [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kRows; }), "one host draws both eyes");
 }
 
+TEST(Outputs, OfOneHostHaveMonitorsOfTheirOwn) {
+    Wall one = twoTiles();
+    one.hosts[0].tiles.push_back(one.hosts[1].tiles[0]);
+    one.hosts.pop_back();
+    const auto named = [](std::string first, std::string second) {
+        return [=](TileOutput& a, TileOutput& b) { a.monitor = first; b.monitor = second; };
+    };
+    EXPECT_TELLS(said(one, named("HDMI-1", "hdmi-1")), "the output of column 1 row 0 of screen \"s\" (host \"a\") is shown on monitor \"hdmi-1\", as that "
+                                                       "of column 0 row 0 of screen \"s\" is: a monitor shows one output");
+    EXPECT_TELLS(said(twoEyes(), named("0", "0")), "`stereo` shows both in one");
+    EXPECT_EQ(said(one, named("0", "1")), "accepted");
+    EXPECT_EQ(said(one, named("", "")), "accepted") << "none is named";
+    EXPECT_EQ(said(twoTiles(), named("0", "0")), "accepted") << "hosts of their own, which may have desktops of their own";
+    EXPECT_EQ(said(twoEyes(), [](TileOutput& left, TileOutput&) { left.monitor = "0"; left.stereo = StereoPacking::kAnaglyph; }), "accepted");
+}
+
 TEST(Outputs, AreBlendedWhereTilesOverlapByHalfAtMost) {
     Wall wall = twoTiles();
     wall.screens[0].grid.overlapXPx = 0;
