@@ -119,25 +119,44 @@ void TerminalKeys::sequence(char last, Clock::time_point now) {
     }
 }
 
-void TerminalKeys::feed(std::string_view bytes, Clock::time_point now) {
-    for (std::size_t i = 0; i < bytes.size(); ++i) {
-        if (bytes[i] != '\x1b') {
-            key(bytes[i], now);
-            continue;
-        }
-        if (i + 1 >= bytes.size() || (bytes[i + 1] != '[' && bytes[i + 1] != 'O')) {
-            over_ = true;
+void TerminalKeys::take(char c, Clock::time_point now) {
+    if (c == '\x1b') {
+        // Behind another it makes that one a key of its own; within a sequence it begins the next.
+        if (place_ == Place::kBehindEscape) over_ = true;
+        place_ = Place::kBehindEscape;
+        escapeAt_ = now;
+        return;
+    }
+    switch (place_) {
+        case Place::kBetween:
+            return key(c, now);
+        case Place::kBehindEscape:
+            if (c != '[' && c != 'O') over_ = true;
+            place_ = Place::kInSequence;
+            parameters_.clear();
             return;
-        }
-        // Parameters, if any, then a letter or a tilde.
-        std::size_t end = i + 2;
-        while (end < bytes.size() && (bytes[end] == ';' || (bytes[end] >= '0' && bytes[end] <= '9'))) ++end;
-        if (end < bytes.size()) sequence(bytes.substr(i + 2, end + 1 - (i + 2)) == "1~" ? 'H' : bytes[end], now);
-        i = end;
+        case Place::kInSequence:
+            // Parameters, if any, then a letter or a tilde.
+            if (c == ';' || (c >= '0' && c <= '9')) {
+                if (parameters_.size() < 2) parameters_ += c;
+                return;
+            }
+            place_ = Place::kBetween;
+            // Ctrl+C is none of a sequence's letters.
+            if (static_cast<unsigned char>(c) < ' ') return key(c, now);
+            return sequence(c == '~' && parameters_ == "1" ? 'H' : c, now);
+    }
+}
+
+void TerminalKeys::feed(std::string_view bytes, Clock::time_point now) {
+    for (const char c : bytes) {
+        if (over_) return;
+        take(c, now);
     }
 }
 
 const InputState& TerminalKeys::at(Clock::time_point now) {
+    if (place_ == Place::kBehindEscape && now - escapeAt_ >= kLoneEscape) over_ = true;
     state_.release();
     for (const Held& held : held_)
         if (now < held.until) state_.*held.axis = static_cast<std::int16_t>(held.direction * InputState::kFull);
@@ -156,6 +175,8 @@ Expected<Answer> flyByTerminal(Application& application, const Print& print) {
     while (!keys.over()) {
         pollfd waiting{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
         const int ready = ::poll(&waiting, 1, static_cast<int>(kTick.count()));
+        // Of this moment, whatever the server takes below: what comes meanwhile is read before it is later.
+        const TerminalKeys::Clock::time_point looked = TerminalKeys::Clock::now();
         if (ready > 0) {
             std::array<char, 256> bytes;
             const ssize_t size = ::read(STDIN_FILENO, bytes.data(), bytes.size());
@@ -163,14 +184,14 @@ Expected<Answer> flyByTerminal(Application& application, const Print& print) {
             if (size > 0) {
                 const std::string_view typed(bytes.data(), static_cast<std::size_t>(size));
                 if (typed.find('?') != std::string_view::npos) print(std::string(TerminalKeys::help()));
-                keys.feed(typed, TerminalKeys::Clock::now());
+                keys.feed(typed, looked);
             }
         }
         if (const Expected<bool> there = application.poll(std::chrono::milliseconds(0)); !there) {
             if (application.serverIsOver()) break;
             return tl::unexpected(there.error());
         }
-        if (const InputState& now = keys.at(TerminalKeys::Clock::now()); now != said) {
+        if (const InputState& now = keys.at(looked); now != said) {
             if (const Expected<void> done = application.navigate({.input = now}); !done) return tl::unexpected(done.error());
             said = now;
         }

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <chrono>
+#include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "client/ctl/Answer.h"
@@ -17,10 +19,12 @@ class TerminalKeys {
 public:
     using Clock = std::chrono::steady_clock;
     static constexpr std::chrono::milliseconds kHold{300};
+    static constexpr std::chrono::milliseconds kLoneEscape{150};  ///< an Escape with nothing behind it for so long is one
 
-    /// What the terminal has sent. A lone Escape, x, Ctrl+C and Ctrl+D end it.
+    /// What the terminal has sent, however it was cut on its way: the begin of a sequence waits for its rest. A lone Escape,
+    /// x, Ctrl+C and Ctrl+D end it.
     void feed(std::string_view bytes, Clock::time_point now);
-    /// As it is at this moment.
+    /// As it is at `now`, up to which all that had come has been fed.
     [[nodiscard]] const InputState& at(Clock::time_point now);
     [[nodiscard]] bool over() const { return over_; }
 
@@ -31,14 +35,18 @@ private:
     void hold(std::int16_t InputState::*axis, int direction, bool faster, Clock::time_point now);
     void key(char c, Clock::time_point now);
     void sequence(char last, Clock::time_point now);
+    void take(char c, Clock::time_point now);
 
+    enum class Place : std::uint8_t { kBetween, kBehindEscape, kInSequence };
     struct Held {
         std::int16_t InputState::*axis;
         int direction = 0;
         Clock::time_point until{};
     };
     std::array<Held, 6> held_{{{&InputState::right}, {&InputState::up}, {&InputState::back}, {&InputState::turnRight}, {&InputState::turnUp}, {&InputState::rollRight}}};
-    Clock::time_point fasterUntil_{};
+    Clock::time_point fasterUntil_{}, escapeAt_{};
+    Place place_ = Place::kBetween;
+    std::string parameters_;  ///< of the sequence so far; no more than any that counts has
     InputState state_;
     bool keeps_ = false, over_ = false;
 };

@@ -48,6 +48,7 @@ struct WandState {
     Quatd orientation = Quatd::Identity();
     Vec3d worldPosition = Vec3d::Zero();
     Quatd worldOrientation = Quatd::Identity();
+    // None pressed, and 0, where it has been silent for a quarter of a second.
     std::uint32_t buttons = 0;  ///< bit i: button i is pressed
     std::vector<double> axes;   ///< -1 to 1 mostly: as the device says
 };

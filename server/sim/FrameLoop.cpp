@@ -400,7 +400,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
     if (pacing.framesReleased() == 0)
         if (const std::vector<std::string> missing = peers.session().missing(); !missing.empty())
             log.warning(fmt::format("starting without: {}", join(missing)));
-    FrameMaker::Made made = maker.make(number, desk.takeEdits(), desk.takeReplies());
+    FrameMaker::Made made = maker.make(number, desk.takeEdits(), desk.takeReplies(), now);
     poses = tracking.poses(number, made.view);
     snapshots.follow(made.result.commit);
     report.frameBegins();

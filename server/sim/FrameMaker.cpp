@@ -52,7 +52,8 @@ Expected<void> FrameMaker::sceneIsThere() {
     return {};
 }
 
-FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies) {
+FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies,
+                                  TimePoint now) {
     const bool first = number == FrameNumber(0);
     for (const Edit& edit : edits)
         for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
@@ -66,7 +67,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
 
     if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
     if (around_.moveHeads) around_.moveHeads();
-    if (around_.steering) around_.steering->frame();
+    if (around_.steering) around_.steering->frame(now);
     if (const Expected<View> view = around_.view.view(around_.simulation.scene())) {
         lastView_ = *view;
     } else if (!std::exchange(cameraComplaint_, true)) {

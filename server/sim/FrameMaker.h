@@ -52,7 +52,8 @@ public:
         FrameContent content;
         View view;
     };
-    [[nodiscard]] Made make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies);
+    /// `now`: of the steady clock, for what people do; nothing that is recorded depends on it.
+    [[nodiscard]] Made make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies, TimePoint now);
 
 private:
     [[nodiscard]] Expected<void> sceneIsThere();

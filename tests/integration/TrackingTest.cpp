@@ -203,6 +203,30 @@ TEST_F(TrackedWall, AWandsStickFliesWhereItPoints) {
     })) << wall_->logs();
 }
 
+TEST_F(TrackedWall, AStickWhoseTrackerFallsSilentIsLetGo) {
+    start("", {"--rate", "60"});
+    const TrackerSocket tracker;
+    const auto stick = [&] {
+        tracker.send(port_, "fr 1\r\n6df2 1 1 [0 1.000 4 2][0.0 1500.0 0.0][1 0 0 0 1 0 0 0 1][1 0 1.0]\r\n");
+    };
+    std::optional<Vec3d> from;
+    ASSERT_TRUE(until([&](const notice::Poses& poses) {
+        stick();
+        if (!poses.wands[0].tracked) return false;
+        if (!from) from = poses.wands[0].worldPosition;
+        return (poses.wands[0].worldPosition - *from).norm() > 0.5;
+    })) << wall_->logs();
+    // It stays tracked for three seconds, and its stick does not.
+    ASSERT_TRUE(until([&](const notice::Poses& poses) {
+        return poses.wands[0].tracked && poses.wands[0].buttons == 0 && poses.wands[0].axes == std::vector<double>{0, 0};
+    })) << wall_->logs();
+    const std::uint64_t rest = poses_->frame.value + 150;  // 2.5 s: e^(-2.5 / 0.15) of a speed is none
+    ASSERT_TRUE(until([&](const notice::Poses& poses) { return poses.frame.value > rest; }));
+    const Vec3d there = poses_->wands[0].worldPosition;
+    ASSERT_TRUE(until([&](const notice::Poses& poses) { return poses.frame.value > rest + 30; }));
+    EXPECT_EQ(poses_->wands[0].worldPosition, there);
+}
+
 TEST_F(TrackedWall, AThousandDatagramsAFrameOfAStrangerAndGarbageDisturbNobody) {
     start("allow_from: \"127.0.0.1\"", {"--rate", "60"});
     const TrackerSocket tracker, stranger("127.0.0.2");

@@ -42,12 +42,12 @@ void InputSources::end(const std::string& who) {
     std::erase_if(sources_, [&](const auto& source) { return source.first.first == who; });
 }
 
-NavigationInput InputSources::frame(const PlaceOf& placeOf) {
-    ++frames_;
+NavigationInput InputSources::frame(TimePoint at, const PlaceOf& placeOf) {
+    frameAt_ = at;
     NavigationInput sum;
     for (auto& [key, source] : sources_) {
         const InputState &now = source.newest, before = std::exchange(source.had, source.newest);
-        if (std::exchange(source.moved, false)) source.movedAt = frames_;
+        if (std::exchange(source.moved, false)) source.movedAt = frameAt_;
         NavigationInput input;
         input.move = Vec3d(axis(now.right), axis(now.up), axis(now.back));
         input.turn = Vec2d(axis(now.turnRight), axis(now.turnUp));
@@ -78,7 +78,7 @@ std::vector<std::string> InputSources::active() const {
     std::vector<std::string> names;
     for (const auto& [key, source] : sources_) {
         const bool now = source.moved || !source.newest.atRest() ||
-                         (source.movedAt > 0 && frames_ - source.movedAt < kActiveFrames);
+                         (source.movedAt && frameAt_ - *source.movedAt < kActiveFor);
         if (now && (names.empty() || names.back() != key.first)) names.push_back(key.first);
     }
     return names;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/Clock.h"
 #include "server/sim/navigation/NavigationInput.h"
 
 namespace tessera {
@@ -16,8 +17,7 @@ namespace tessera {
 /// changes nothing. Not thread-safe.
 class InputSources {
 public:
-    /// A second.
-    static constexpr std::uint64_t kActiveFrames = 60;
+    static constexpr std::chrono::seconds kActiveFor{1};
 
     static constexpr std::size_t kMaxSourcesEach = 64;  ///< of one host or application; more are not heard
     static constexpr std::uint16_t kMaxAskedAtOnce = 4; ///< of one action, in one frame
@@ -35,21 +35,21 @@ public:
         double height = 1;
     };
     using PlaceOf = std::function<std::optional<Place>(const std::string& who, std::uint32_t source, double x, double y)>;
-    /// What all say together since the frame before.
-    [[nodiscard]] NavigationInput frame(const PlaceOf& placeOf);
+    /// What all say together since the frame before. `now`: of a steady clock.
+    [[nodiscard]] NavigationInput frame(TimePoint now, const PlaceOf& placeOf);
 
-    /// Who has said anything in the last second of frames, or holds something.
+    /// Who has said anything in the second before the newest frame, or holds something.
     [[nodiscard]] std::vector<std::string> active() const;
     [[nodiscard]] bool empty() const { return sources_.empty(); }
 
 private:
     struct Source {
         InputState newest, had;
-        std::uint64_t movedAt = 0;  ///< frame
+        std::optional<TimePoint> movedAt;  ///< the frame that had it
         bool moved = false;
     };
     std::map<std::pair<std::string, std::uint32_t>, Source> sources_;
-    std::uint64_t frames_ = 0;
+    TimePoint frameAt_{};
 };
 
 }  // namespace tessera

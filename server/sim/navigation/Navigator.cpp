@@ -271,7 +271,10 @@ void Navigator::walk(Stand& stand, const Vec3d& head, const NavigationInput& inp
     velocity_.y() = 0;
     // Who steps aside in the room steps aside in the scene, and stops at its walls.
     const Vec3d aside = std::exchange(walkedHead_, head) - head;
-    stand.eye = walker_->step(facing * (way - Vec3d(aside.x(), 0, aside.z())), head.y(), seconds, scene);
+    const Vec3d whole = facing * (way - Vec3d(aside.x(), 0, aside.z()));
+    // Each finds its own ground: one that is as long as the frame would leap stairs and take slopes for walls.
+    const int strides = std::max(1, static_cast<int>(std::ceil(seconds / kLongestStride - 1e-9)));
+    for (int i = 0; i < strides; ++i) stand.eye = walker_->step(whole / strides, head.y(), seconds / strides, scene);
 }
 
 Navigator::Step Navigator::step(const View& now, const NavigationInput& wanted, const NavigationScene& scene, double seconds) {

@@ -1,5 +1,7 @@
 #include "server/sim/navigation/Steering.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace tessera {
@@ -36,6 +38,7 @@ Expected<void> Steering::asked(std::uint64_t application, const request::Navigat
     const std::size_t bookmark = wish.bookmark - 1;
     if (wish.deed == Deed::kGoToBookmark && (bookmark >= kBookmarks || !around_.view.bookmarks()[bookmark]))
         return fail(ErrorCode::kNotFound, fmt::format("nobody has kept a bookmark {}", wish.bookmark));
+    wanted_ = true;
     if (wish.mode) navigator_.setMode(*wish.mode);
     switch (wish.deed) {
         case Deed::kNone:
@@ -73,7 +76,7 @@ void Steering::applicationLeft(std::uint64_t application) {
 
 void Steering::add(const NavigationInput& input, const std::string& who) {
     if (!around_.takesInput) return;
-    addedAt_[who] = frames_;
+    addedBy_.insert(who);
     if (!added_) added_.emplace();
     added_->add(input);
 }
@@ -81,7 +84,7 @@ void Steering::add(const NavigationInput& input, const std::string& who) {
 std::vector<std::string> Steering::active() const {
     std::vector<std::string> names = sources_.active();
     for (const auto& [who, at] : addedAt_)
-        if (frames_ - at < InputSources::kActiveFrames) names.push_back(who);
+        if (frameAt_ && *frameAt_ - at < InputSources::kActiveFor) names.push_back(who);
     return names;
 }
 
@@ -110,7 +113,7 @@ NavigationScene Steering::scene() {
     ViewSource& source = around_.view;
     NavigationScene asked;
     asked.facesIn = [this, &simulation](const Box& box, std::vector<Triangle>& faces) {
-        QueryWork effort{.limit = kMaxWork};
+        QueryWork effort{.limit = kMaxWork - std::min(work_, kMaxWork)};
         const bool all = simulation.facesIn(box, effort, faces);
         work_ += effort.boxTests + effort.triangleTests;
         return all;
@@ -135,22 +138,26 @@ NavigationScene Steering::scene() {
     return asked;
 }
 
-void Steering::frame() {
+void Steering::frame(TimePoint now) {
     work_ = 0;
-    ++frames_;
+    const Duration passed = frameAt_ ? std::clamp<Duration>(now - *frameAt_, Duration{0}, kLongestFrame) : Duration{0};
+    const bool first = !std::exchange(frameAt_, now);
     if (!around_.takesInput) return;
+    for (const std::string& who : std::exchange(addedBy_, {})) addedAt_[who] = now;
     // Who has set the view by hand since the last frame has this one.
     const bool placed = std::exchange(setByHand_, around_.view.setByHand()) != around_.view.setByHand();
     if (placed) navigator_.placed();
     if (sources_.empty() && navigator_.idle() && !added_) return;
-    const Expected<View> now = around_.view.view(around_.simulation.scene());
-    if (!now) return;
-    NavigationInput input = sources_.frame([&](const std::string& who, std::uint32_t source, double x, double y) {
-        return placeOf(*now, who, source, x, y);
+    const Expected<View> view = around_.view.view(around_.simulation.scene());
+    if (!view) return;
+    NavigationInput input = sources_.frame(now, [&](const std::string& who, std::uint32_t source, double x, double y) {
+        return placeOf(*view, who, source, x, y);
     });
     if (added_) input.add(*std::exchange(added_, {}));
     if (placed || (navigator_.idle() && !input.steers() && input.actions.empty())) return;
-    const Navigator::Step step = navigator_.step(*now, input, scene(), kSecondsPerFrame);
+    wanted_ = wanted_ || input.steers() || !input.actions.empty();
+    const double seconds = wanted_ && !first ? std::chrono::duration<double>(passed).count() : kSecondsPerFrame;
+    const Navigator::Step step = navigator_.step(*view, input, scene(), seconds);
     if (step.view) around_.view.steer(*step.view);
     if (step.home) around_.view.letGo();
 }

@@ -3,9 +3,11 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "common/base/Clock.h"
 #include "common/codec/ApplicationNavigation.h"
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/frame/ViewSource.h"
@@ -20,6 +22,8 @@ class Steering {
 public:
     /// As many faces and boxes one frame may look at: a walker among more stays where he is.
     static constexpr std::uint64_t kMaxWork = 1'000'000;
+    /// No frame counts longer: who holds a key through a pause does not come out of it somewhere else.
+    static constexpr std::chrono::milliseconds kLongestFrame{600};
 
     /// All outlive it.
     struct Surroundings {
@@ -40,8 +44,10 @@ public:
     /// `who`: for `active`.
     void add(const NavigationInput& input, const std::string& who);
 
-    /// Before a frame's view is asked for, after the scene's list has been applied. 1/60 s.
-    void frame();
+    /// Before a frame's view is asked for, after the scene's list has been applied. What people do is timed by the clock: all
+    /// that moves moves by what has passed since the frame before, kLongestFrame at most. Until somebody has wanted anything a
+    /// frame is 1/60 s, so that runs which nobody steers are the same to the bit. `now`: of a steady clock.
+    void frame(TimePoint now);
 
     [[nodiscard]] bool takesInput() const { return around_.takesInput; }
     [[nodiscard]] NavigationMode mode() const { return navigator_.mode(); }
@@ -60,8 +66,10 @@ private:
     InputSources sources_;
     Navigator navigator_;
     std::optional<NavigationInput> added_;
-    std::map<std::string, std::uint64_t> addedAt_;  ///< who, and in which frame last
-    std::uint64_t frames_ = 0;
+    std::set<std::string> addedBy_;               ///< for the frame to come
+    std::map<std::string, TimePoint> addedAt_;    ///< who, and in which frame last
+    std::optional<TimePoint> frameAt_;            ///< the newest
+    bool wanted_ = false;                         ///< somebody has steered, or asked
     std::uint64_t setByHand_ = 0, work_ = 0;
 };
 

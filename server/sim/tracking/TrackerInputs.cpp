@@ -10,16 +10,18 @@ namespace tessera {
 
 /// What was wrong last, as other threads may read it: a number in a table of words, because texts cannot be shared
 /// without a lock.
-enum class TrackerTrouble : std::uint8_t { kNone, kMalformed, kTooMany, kStranger, kNotReached, kNoDevice };
+enum class TrackerTrouble : std::uint8_t { kNone, kMalformed, kTooMany, kStranger, kNotReached, kNoDevice, kNotVrpn, kEnded };
 
 namespace {
 
-constexpr std::array<std::string_view, 6> kTroubleWords = {"",
+constexpr std::array<std::string_view, 8> kTroubleWords = {"",
                                                            "datagrams that are not what the protocol says",
                                                            "more than is read",
                                                            "datagrams from who may not say anything",
                                                            "its server is not there",
-                                                           "its server has no such device"};
+                                                           "its server has no such device",
+                                                           "a server is there, and does not speak VRPN 7",
+                                                           "its server has ended the connection, or hangs"};
 
 }  // namespace
 
@@ -82,10 +84,19 @@ public:
         return {};
     }
     void lost(const Error& why) {
-        const bool noDevice = stream_ && stream_->greeted() && !stream_->knowsTracker();
+        const bool lied = why.code != ErrorCode::kNetwork;
+        const TrackerTrouble trouble = !stream_                       ? TrackerTrouble::kNotReached
+                                       : lied || !stream_->greeted()  ? TrackerTrouble::kNotVrpn
+                                       : !stream_->knowsTracker()     ? TrackerTrouble::kNoDevice
+                                                                      : TrackerTrouble::kEnded;
+        stream_.reset();
         greetedAt_ = {};
-        absent(noDevice ? TrackerTrouble::kNoDevice : TrackerTrouble::kNotReached,
-               fmt::format("{}{}; it is dialled again until it is there", why.message, noDevice ? ", and has told of no such device" : ""));
+        endUnsaid_ = std::exchange(spoke_, false) || endUnsaid_;
+        if (endUnsaid_ && readings_.tryPush({.tracker = index_, .at = clockNow(), .connectionEnded = true})) endUnsaid_ = false;
+        absent(trouble, fmt::format("{}{}; it is dialled again until it is there", why.message,
+                                    trouble == TrackerTrouble::kNoDevice  ? ", and has told of no such device"
+                                    : trouble == TrackerTrouble::kNotVrpn ? ": what is there does not speak VRPN 7"
+                                                                          : ""));
     }
 
     void describe(TrackerInfo& info) const {
@@ -104,7 +115,11 @@ private:
             return;
         }
         if (reports->empty()) return;
-        if (readings_.tryPush({.tracker = index_, .at = at, .reports = std::move(*reports)})) return;
+        spoke_ = true;
+        if (readings_.tryPush({.tracker = index_, .at = at, .reports = std::move(*reports), .connectionEnded = endUnsaid_})) {
+            endUnsaid_ = false;
+            return;
+        }
         tooMany_.fetch_add(1, std::memory_order_relaxed);
         if (isNew(TrackerTrouble::kTooMany))
             complain(fmt::format("more than {} datagrams wait for a frame; the others are not read", kMostWaiting));
@@ -138,6 +153,8 @@ private:
     TimePoint sliceBegan_{};
     TrackerTrouble absence_ = TrackerTrouble::kNone;  ///< why the device is not heard, as it was said last
     TimePoint greetedAt_{};
+    bool spoke_ = false;      ///< this connection has told of sensors
+    bool endUnsaid_ = false;  ///< one that had has ended, and nobody could be told yet
     std::array<bool, kTroubleWords.size()> complained_{};
     std::atomic<std::uint64_t> datagrams_ = 0, strangers_ = 0, malformed_ = 0, tooMany_ = 0;
     std::atomic<TrackerTrouble> trouble_ = TrackerTrouble::kNone;

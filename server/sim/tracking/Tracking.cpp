@@ -17,6 +17,22 @@ RigidPose mounted(const RigidPose& sensor, const TrackedMount& mount) {
 
 }  // namespace
 
+void Tracking::Controls::take(const SensorReport& report) {
+    buttons = (buttons & ~report.buttonsSaid) | (report.buttons & report.buttonsSaid);
+    for (int axis = 0; axis < kMostAxes; ++axis) {
+        if ((report.axesSaid >> axis & 1) == 0) continue;
+        const double value = report.axes[static_cast<std::size_t>(axis)];
+        // A stick that says no number does not go on with the one before.
+        axes[static_cast<std::size_t>(axis)] = std::isfinite(value) ? std::clamp(value, -1e6, 1e6) : 0;
+        axisCount = std::max(axisCount, axis + 1);
+    }
+}
+
+void Tracking::Controls::forget() {
+    buttons = 0;
+    axes.fill(0);
+}
+
 Tracking::Tracking(const Wall& wall) {
     for (const WallTracker& setup : wall.tracking.trackers) {
         const Expected<Mat3d> axes = parseAxes(setup.axes);
@@ -28,7 +44,10 @@ Tracking::Tracking(const Wall& wall) {
         heads_.push_back({.user = head.user});
     }
     for (const WallWand& wand : wall.tracking.wands) {
-        wandFollowers_.push_back(follower("wand " + wand.name, wand.mount));
+        Follower& hand = wandFollowers_.emplace_back(follower("wand " + wand.name, wand.mount));
+        // VRPN's buttons are the device's, told as body 0's.
+        const bool shared = trackers_[hand.tracker].setup.protocol == TrackerProtocol::kVrpn;
+        hand.hand = shared ? SensorName{} : wand.mount.sensor;
         wands_.push_back({.name = wand.name});
     }
     for (const auto* all : {&headFollowers_, &wandFollowers_})
@@ -65,23 +84,39 @@ RawPose Tracking::inWall(const Tracker& tracker, const RawPose& raw) const {
     return pose;
 }
 
+void Tracking::takeControls(std::size_t tracker, const SensorReport& report, TimePoint at) {
+    for (Follower& wand : wandFollowers_) {
+        if (wand.tracker != tracker) continue;
+        const bool says = report.sensor == wand.hand && (report.buttonsSaid | report.axesSaid) != 0;
+        const bool moves = report.sensor == wand.mount.sensor;
+        if (!says && !moves) continue;
+        // It may have been lost, and back, between two frames.
+        const PoseFilter& filter = sensorOf(wand)->filter;
+        const Duration hold = trackers_[tracker].setup.filter.holdFor;
+        const bool back = report.pose && moves && wand.state == Follower::State::kThere && filter.any() && at - filter.last() > hold;
+        if (back || at - wand.heard > hold) wand.controls.forget();
+        wand.heard = std::max(wand.heard, at);
+        if (says) wand.controls.take(report);
+    }
+}
+
 void Tracking::take(const TrackerReading& reading) {
     Tracker& tracker = trackers_.at(reading.tracker);
+    if (reading.connectionEnded) {
+        for (auto& [name, sensor] : tracker.sensors) sensor.buttons = 0;
+        for (Follower& wand : wandFollowers_)
+            if (wand.tracker == reading.tracker) wand.controls.forget();
+    }
     for (const SensorReport& report : reading.reports) {
+        tracker.heard = reading.at;
+        takeControls(reading.tracker, report, reading.at);
         auto found = tracker.sensors.find(report.sensor);
         if (found == tracker.sensors.end()) {
             if (tracker.sensors.size() >= kMaxSensors) continue;
             found = tracker.sensors.try_emplace(report.sensor, tracker.setup.filter).first;
         }
         Sensor& sensor = found->second;
-        sensor.heard = reading.at;
         sensor.buttons = (sensor.buttons & ~report.buttonsSaid) | (report.buttons & report.buttonsSaid);
-        for (int axis = 0; axis < kMostAxes; ++axis) {
-            const auto at = static_cast<std::size_t>(axis);
-            if ((report.axesSaid >> axis & 1) == 0 || !std::isfinite(report.axes[at])) continue;
-            sensor.axes[at] = std::clamp(report.axes[at], -1e6, 1e6);
-            sensor.axisCount = std::max(sensor.axisCount, axis + 1);
-        }
         if (!report.pose) continue;
         const bool known = sensor.filter.any();
         const TimePoint before = known ? sensor.filter.last() : TimePoint{};
@@ -91,9 +126,15 @@ void Tracking::take(const TrackerReading& reading) {
             continue;
         }
         ++sensor.poses;
-        if (!known) continue;
-        const double interval = std::chrono::duration<double>(at - before).count();
-        sensor.interval = sensor.interval == 0 ? interval : sensor.interval + 0.05 * (interval - sensor.interval);
+        if (!known) {
+            sensor.windowBegan = at;
+            continue;
+        }
+        ++sensor.inWindow;
+        if (at - sensor.windowBegan < kRateWindow) continue;
+        sensor.interval = std::chrono::duration<double>(at - sensor.windowBegan).count() / static_cast<double>(sensor.inWindow);
+        sensor.windowBegan = at;
+        sensor.inWindow = 0;
     }
 }
 
@@ -137,17 +178,15 @@ std::vector<std::string> Tracking::advance(TimePoint now, TimePoint shown) {
     }
     for (std::size_t i = 0; i < wands_.size(); ++i) {
         WandState& wand = wands_[i];
-        const Tracker& tracker = trackers_[wandFollowers_[i].tracker];
-        const Sensor& sensor = *sensorOf(wandFollowers_[i]);
-        wand.tracked = shareOf(wandFollowers_[i], now, said) == 1;
+        Follower& hand = wandFollowers_[i];
+        const Sensor& sensor = *sensorOf(hand);
+        const bool wasThere = hand.state == Follower::State::kThere;
+        wand.tracked = shareOf(hand, now, said) == 1;
+        if (wasThere && !wand.tracked) hand.controls.forget();
         wand.poses = sensor.poses;
-        // VRPN's buttons are the device's, told as body 0's.
-        const auto device = tracker.sensors.find(SensorName{});
-        const bool shared = tracker.setup.protocol == TrackerProtocol::kVrpn && device != tracker.sensors.end();
-        const Sensor& hand = shared ? device->second : sensor;
-        const bool silent = now - std::max(hand.heard, sensor.heard) > tracker.setup.filter.holdFor;
-        wand.buttons = silent ? 0 : hand.buttons;
-        wand.axes.assign(hand.axes.begin(), hand.axes.begin() + hand.axisCount);
+        const bool silent = now - hand.heard > kControlsCount;
+        wand.buttons = silent ? 0 : hand.controls.buttons;
+        wand.axes.assign(hand.controls.axes.begin(), hand.controls.axes.begin() + hand.controls.axisCount);
         if (silent) std::ranges::fill(wand.axes, 0.0);
         if (!sensor.filter.any()) continue;
         const RigidPose pose = mounted(sensor.filter.at(shown), wandFollowers_[i].mount);
@@ -189,7 +228,7 @@ std::vector<TrackerInfo> Tracking::describe(TimePoint now) const {
                             .refused = sensor.refused,
                             .ageMs = -1,
                             .straysMm = 1000 * sensor.filter.strays(),
-                            .buttons = sensor.buttons};
+                            .buttons = now - tracker.heard > kControlsCount ? 0 : sensor.buttons};
             for (const auto* all : {&headFollowers_, &wandFollowers_})
                 for (const Follower& one : *all)
                     if (one.tracker == t && one.mount.sensor == name)
@@ -197,7 +236,11 @@ std::vector<TrackerInfo> Tracking::describe(TimePoint now) const {
             if (sensor.filter.any()) {
                 told.ageMs = toMilliseconds(now - sensor.filter.last());
                 // What was regular and has ceased has no rate.
-                const double seconds = std::max(sensor.interval, told.ageMs < 1000 ? 0 : told.ageMs / 1000);
+                const Duration begun = sensor.filter.last() - sensor.windowBegan;
+                const bool first = sensor.interval == 0 && begun >= kShortestRateWindow;
+                const double interval = first ? std::chrono::duration<double>(begun).count() / static_cast<double>(sensor.inWindow)
+                                              : sensor.interval;
+                const double seconds = std::max(interval, told.ageMs < 1000 ? 0 : told.ageMs / 1000);
                 told.rateHz = seconds > 0 ? 1 / seconds : 0;
             }
             info.sensors.push_back(std::move(told));

@@ -17,18 +17,23 @@ struct TrackerReading {
     std::size_t tracker = 0;  ///< in the wall's order
     TimePoint at;             ///< when it came, on this machine's steady clock
     std::vector<SensorReport> reports;
+    bool connectionEnded = false;  ///< before the reports: what sticks and buttons said over it counts no more
 };
 
 /// Calibration, filters, silence. A pure state machine: readings and times in, heads and wands out, the same for the
 /// same; it knows no socket. Not thread-safe.
 ///
 /// A head whose tracker is silent stays where it was last expected; after `TrackerFilter::holdFor` it goes within
-/// `easeFor` to where it would be without a tracker. A wand that is silent for `holdFor` is not tracked any more, and
-/// none of its buttons is pressed.
+/// `easeFor` to where it would be without a tracker. What a wand's stick and buttons said counts while its sensor or they
+/// themselves speak, so that a device which tells of changes alone may: after kControlsCount of silence the axes are 0 and
+/// the buttons up. A wand without a pose for `holdFor` is not tracked any more, and what it said is forgotten.
 class Tracking {
 public:
     /// Of each tracker; others' sensors beyond are not looked at. Those that move somebody always are.
     static constexpr std::size_t kMaxSensors = 64;
+    static constexpr std::chrono::milliseconds kControlsCount{250};
+    /// Rates are told over at least so long: what waited somewhere comes at once.
+    static constexpr std::chrono::milliseconds kRateWindow{500}, kShortestRateWindow{100};
 
     /// The wall has passed checkWall.
     explicit Tracking(const Wall& wall);
@@ -51,16 +56,24 @@ private:
         explicit Sensor(const TrackerFilter& settings) : filter(settings) {}
         PoseFilter filter;
         std::uint64_t poses = 0, refused = 0;
-        double interval = 0;  ///< seconds between poses, of late
+        double interval = 0;  ///< seconds between poses in the last whole window
+        TimePoint windowBegan{};
+        std::uint64_t inWindow = 0;  ///< poses after the one that began it
+        std::uint32_t buttons = 0;
+    };
+    /// What sticks and buttons said, as one wand has it.
+    struct Controls {
         std::uint32_t buttons = 0;
         std::array<double, kMostAxes> axes{};
         int axisCount = 0;
-        TimePoint heard{};  ///< anything of it
+        void take(const SensorReport& report);
+        void forget();
     };
     struct Tracker {
         WallTracker setup;
         Mat3d axes;
         std::map<SensorName, Sensor> sensors;
+        TimePoint heard{};  ///< anything of it
     };
     /// Something that follows a sensor.
     struct Follower {
@@ -68,7 +81,12 @@ private:
         std::size_t tracker = 0;
         TrackedMount mount;
         enum class State : std::uint8_t { kNever, kThere, kGone } state = State::kNever;
+        // Wands':
+        SensorName hand;  ///< whose buttons and axes are its own
+        Controls controls;
+        TimePoint heard{};  ///< its sensor, or its controls
     };
+    void takeControls(std::size_t tracker, const SensorReport& report, TimePoint at);
 
     [[nodiscard]] Follower follower(std::string what, const TrackedMount& mount) const;
     [[nodiscard]] const Sensor* sensorOf(const Follower& follower) const;

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdlib>
 #include <random>
+#include <string>
 
 namespace tessera {
 namespace {
@@ -49,10 +52,51 @@ TEST(FlyTerminal, ArrowsLookAndNumbersAreBookmarks) {
 }
 
 TEST(FlyTerminal, EndsWhereOneIsMeant) {
-    for (const std::string_view end : {"x", "\x1b", "\x03", "\x04", "ww\x1b", "\x1bx"}) {
+    const FlightClock::time_point now = FlightClock::time_point{} + 1s;
+    for (const std::string_view end : {"x", "\x03", "\x04", "\x1bx", "\x1b\x1b", "\x1b[\x03", "\x1b[x\x1b[Ax"}) {
         TerminalKeys keys;
-        keys.feed(end, FlightClock::time_point{} + 1s);
+        keys.feed(end, now);
+        EXPECT_TRUE(keys.over()) << end.substr(1);
+    }
+    // A lone Escape is one when nothing has come behind it for a moment.
+    for (const std::string_view end : {"\x1b", "ww\x1b", "\x1b[A\x1b"}) {
+        TerminalKeys keys;
+        keys.feed(end, now);
+        (void)keys.at(now + TerminalKeys::kLoneEscape - 1ms);
+        EXPECT_FALSE(keys.over());
+        (void)keys.at(now + TerminalKeys::kLoneEscape);
         EXPECT_TRUE(keys.over());
+    }
+}
+
+/// Arrows, Home and the like mean the same however reads and the network cut them.
+TEST(FlyTerminal, WhatIsCutMeansWhatItMeansWhole) {
+    const char* given = std::getenv("TESSERA_SEED");
+    const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
+    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_ctl --gtest_filter=FlyTerminal.WhatIsCut*");
+    std::mt19937 random(seed);
+    const std::array<std::string_view, 12> parts = {"\x1b[A",    "\x1b[B", "\x1b[C", "\x1b[D", "\x1bOA", "\x1b[1;2D",
+                                                    "\x1b[12;345~", "\x1b[H", "\x1b[1~", "w",     "D",      "+"};
+    for (int round = 0; round < 2000; ++round) {
+        std::string typed;
+        for (std::size_t count = 1 + random() % 100; count > 0; --count) typed += parts[random() % parts.size()];
+        const FlightClock::time_point begun = FlightClock::time_point{} + 1s;
+        TerminalKeys whole, cut;
+        whole.feed(typed, begun);
+        FlightClock::time_point now = begun;
+        const std::size_t longest = round % 3 == 0 ? 1 : round % 3 == 1 ? 256 : 1 + random() % 5;
+        for (std::size_t i = 0; i < typed.size(); i += longest) {
+            cut.feed(std::string_view(typed).substr(i, longest), now);
+            // Looked at between, where packets are far apart.
+            if (round % 2 == 0) (void)cut.at(now + TerminalKeys::kLoneEscape - 1ms);
+            if (round % 4 == 0) now += TerminalKeys::kLoneEscape - 1ms;
+        }
+        ASSERT_FALSE(whole.over() || cut.over()) << round;
+        const InputState &one = whole.at(begun), &other = cut.at(now);
+        ASSERT_EQ(one.asked, other.asked);
+        ASSERT_EQ(one.wheel, other.wheel);
+        if (now != begun) continue;
+        ASSERT_TRUE(one == other) << round;
     }
 }
 
@@ -61,6 +105,7 @@ TEST(FlyTerminal, AnyBytesAreSomeInput) {
     TerminalKeys keys;
     FlightClock::time_point now{};
     for (int i = 0; i < 20'000; ++i) {
+        if (keys.over()) keys = {};
         std::string bytes(random() % 8, '\0');
         for (char& c : bytes) c = static_cast<char>(random());
         keys.feed(bytes, now += 10ms);

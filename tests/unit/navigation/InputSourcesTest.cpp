@@ -19,15 +19,15 @@ TEST(InputSources, SourcesAddUpAndAreReleasedWithTheirHost) {
     sources.take("left", forward());
     sources.take("left", forward(1));
     sources.take("right", {.right = InputState::kFull, .turnUp = InputState::kFull});
-    const NavigationInput both = sources.frame(kNowhere);
+    const NavigationInput both = sources.frame({}, kNowhere);
     EXPECT_EQ(both.move, Vec3d(1, 0, -2));
     EXPECT_EQ(both.turn, Vec2d(0, 1));
-    EXPECT_EQ(sources.frame(kNowhere).move, both.move) << "held until it is let go";
+    EXPECT_EQ(sources.frame({}, kNowhere).move, both.move) << "held until it is let go";
     EXPECT_EQ(sources.active(), (std::vector<std::string>{"left", "right"}));
     sources.end("left");
-    EXPECT_EQ(sources.frame(kNowhere).move, Vec3d(1, 0, 0));
+    EXPECT_EQ(sources.frame({}, kNowhere).move, Vec3d(1, 0, 0));
     sources.end("right");
-    EXPECT_FALSE(sources.frame(kNowhere).steers());
+    EXPECT_FALSE(sources.frame({}, kNowhere).steers());
     EXPECT_TRUE(sources.empty());
 }
 
@@ -37,7 +37,7 @@ TEST(InputSources, SumsAndCountsSurviveWhatIsLostAndWrapAround) {
         InputState state{.lookRight = start, .wheel = start};
         state.asked.fill(65534);
         sources.take("host", state);
-        EXPECT_FALSE(sources.frame(kNowhere).steers()) << "the first says where it begins";
+        EXPECT_FALSE(sources.frame({}, kNowhere).steers()) << "the first says where it begins";
         for (int i = 0; i < 4; ++i) {
             state.lookRight += InputState::kUnit / 2;
             state.wheel += InputState::kUnit;
@@ -45,18 +45,18 @@ TEST(InputSources, SumsAndCountsSurviveWhatIsLostAndWrapAround) {
             if (i % 2 == 1) sources.take("host", state);  // every other one is lost
         }
         sources.take("host", state);
-        const NavigationInput input = sources.frame(kNowhere);
+        const NavigationInput input = sources.frame({}, kNowhere);
         EXPECT_EQ(input.look.x(), 2);
         EXPECT_EQ(input.wheel, 4);
         EXPECT_EQ(input.actions, std::vector(4, InputAction::kHome));
-        EXPECT_FALSE(sources.frame(kNowhere).steers()) << "had once";
+        EXPECT_FALSE(sources.frame({}, kNowhere).steers()) << "had once";
     }
 }
 
 TEST(InputSources, NobodyDoesMoreThanHandsCan) {
     InputSources sources;
     for (std::uint32_t i = 0; i < 1000; ++i) sources.take("host", forward(i));
-    EXPECT_EQ(sources.frame(kNowhere).move.z(), -static_cast<double>(InputSources::kMaxSourcesEach));
+    EXPECT_EQ(sources.frame({}, kNowhere).move.z(), -static_cast<double>(InputSources::kMaxSourcesEach));
     InputState state;
     sources.take("other", state);
     state.lookRight = 1ull << 62;
@@ -64,7 +64,7 @@ TEST(InputSources, NobodyDoesMoreThanHandsCan) {
     state.right = -32768;
     state.asked.fill(60'000);
     sources.take("other", state);
-    const NavigationInput input = sources.frame(kNowhere);
+    const NavigationInput input = sources.frame({}, kNowhere);
     EXPECT_LE(std::abs(input.look.x()), 16);
     EXPECT_LE(std::abs(input.wheel), 16);
     EXPECT_EQ(input.move.x(), -1);
@@ -81,7 +81,7 @@ TEST(InputSources, AGrabPointsFromItsWindow) {
     state.cursorY = 0;
     state.panRight = InputState::kUnit;
     sources.take("host", state);
-    const NavigationInput input = sources.frame([](const std::string& who, std::uint32_t source, double x, double y) {
+    const NavigationInput input = sources.frame({}, [](const std::string& who, std::uint32_t source, double x, double y) {
         EXPECT_EQ(who, "host");
         EXPECT_EQ(source, 3u);
         return InputSources::Place{.ray = {Vec3d(x, y, 0), Vec3d::UnitZ()}, .height = 0.5};

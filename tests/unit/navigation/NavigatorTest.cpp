@@ -311,6 +311,22 @@ TEST(Navigator, WalksAtTheHeightOfItsUser) {
 }
 
 /// Whatever anybody does with keys, mice and wands, in any mode: a view that can be, without a NaN; and twice the same.
+/// Stairs and slopes are gone up, and walls stood before, in frames of any length.
+TEST(Navigator, StairsAndWallsAreTheSameInLongFrames) {
+    for (const double seconds : {1.0 / 200, kTick, 0.1, 0.25, 0.5, 0.6}) {
+        Flight flight;
+        addBox(flight.faces, Vec3d(-50, -1, -50), Vec3d(50, 0, 50));
+        for (int i = 0; i < 20; ++i) addBox(flight.faces, Vec3d(-2, -0.5, -3 - 0.28 * (i + 1)), Vec3d(2, 0.17 * (i + 1), -3 - 0.28 * i));
+        addBox(flight.faces, Vec3d(-2, -0.5, -16), Vec3d(2, 0.17 * 20, -8.6));
+        addBox(flight.faces, Vec3d(-2, 0, -16), Vec3d(2, 9, -15));
+        flight.view.position = Vec3d(0, 0, -flight.view.users.front().position.z());
+        flight.step(asking(InputAction::kWalk), seconds);
+        for (double passed = 0; passed < 14; passed += seconds) flight.step(moving(Vec3d(0, 0, -1)), seconds);
+        EXPECT_NEAR(flight.eye().z(), -15 + 0.25, 1e-3) << seconds;
+        EXPECT_NEAR(flight.eye().y(), 0.17 * 20 + flight.view.users.front().position.y(), 1e-3) << seconds;
+    }
+}
+
 TEST(Navigator, WhateverIsDoneTheViewIsOne) {
     const char* given = std::getenv("TESSERA_SEED");
     const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();

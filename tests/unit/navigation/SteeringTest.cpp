@@ -1,6 +1,8 @@
 // Steering with a scene: who wins, what is kept, and what it costs.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "server/sim/navigation/Steering.h"
 #include "tests/unit/sim/SceneForTests.h"
 
@@ -28,9 +30,13 @@ struct Yard {
             const FrameResult made = simulation.step(i == 0 && begin, {});
             begin = false;
             if (made.commit.list) view.update(simulation.scene(), made.commit.list.get());
-            steering.frame();
+            steering.frame(now_ += frame);
             mostWork = std::max(mostWork, steering.work());
         }
+    }
+    /// So many of what a person calls a second.
+    void seconds(double count) {
+        frames(static_cast<int>(std::lround(count / std::chrono::duration<double>(frame).count())));
     }
     [[nodiscard]] View now() { return *view.view(simulation.scene()); }
     [[nodiscard]] Vec3d eye() { return now().world_T_wall() * now().users.front().position; }
@@ -42,6 +48,8 @@ struct Yard {
     Steering steering{{.wall = wall, .simulation = simulation, .view = view, .takesInput = takes}};
     ObjectId first;
     std::uint64_t mostWork = 0;
+    Duration frame = std::chrono::nanoseconds(16'666'667);
+    TimePoint now_ = TimePoint{} + std::chrono::hours(5);
 };
 
 InputState ahead() {
@@ -133,6 +141,105 @@ TEST(Steering, AWandIsOneMoreSource) {
     EXPECT_EQ(yard.steering.active(), std::vector<std::string>{"wand right"});
     yard.frames(60);
     EXPECT_TRUE(yard.steering.active().empty());
+}
+
+constexpr double kRates[] = {2, 4, 12.5, 60, 200, 1000};
+Duration frameOf(double rate) {
+    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1 / rate));
+}
+
+/// What a person does is timed by the clock, however long the machine's frames are.
+TEST(Steering, SpeedsAreThoseOfTheClockAtAnyRateOfFrames) {
+    const double speed = Wall().navigation.speed;
+    for (const double rate : kRates) {
+        SCOPED_TRACE(testing::Message() << rate << " frames a second");
+        Yard yard(3);
+        yard.frame = frameOf(rate);
+        yard.frames(3);
+        const Vec3d from = yard.eye();
+        yard.steering.received("only", {InputState{}});
+        yard.steering.received("only", {ahead()});
+        yard.seconds(4);
+        // dv/dt = (wanted - v) / tau, from rest.
+        const double fades = std::exp(-4 / Navigator::kTau);
+        EXPECT_NEAR((from - yard.eye()).z(), speed * (4 - Navigator::kTau * (1 - fades)), 1e-6);
+        yard.steering.received("only", {InputState{}});
+        EXPECT_FALSE(yard.steering.active().empty());
+        yard.seconds(0.5);
+        EXPECT_FALSE(yard.steering.active().empty());
+        yard.seconds(2.5);
+        EXPECT_TRUE(yard.steering.active().empty()) << "a second is one of the clock";
+        EXPECT_NEAR((from - yard.eye()).z(), 4 * speed, 1e-3);
+    }
+}
+
+TEST(Steering, AnEasedWayTakesItsTimeAtAnyRateOfFrames) {
+    for (const double rate : kRates) {
+        SCOPED_TRACE(testing::Message() << rate << " frames a second");
+        Yard yard(3);
+        yard.frame = frameOf(rate);
+        yard.frames(1);
+        EXPECT_TRUE(yard.steering.asked(1, {.deed = request::Navigate::Deed::kHome}));
+        const Vec3d home = yard.view.home(yard.simulation.scene())->position;
+        int frames = 0;
+        for (; yard.now().position != home && frames < 3000; ++frames) yard.frames(1);
+        const double seconds = frames / rate;
+        EXPECT_GE(seconds, Navigator::kEased - 1e-6);
+        EXPECT_LE(seconds, Navigator::kEased + 1 / rate + 1e-6);
+    }
+}
+
+TEST(Steering, AWalkIsAsFarAtAnyRateOfFrames) {
+    const double speed = Wall().navigation.speed;
+    for (const double rate : kRates) {
+        SCOPED_TRACE(testing::Message() << rate << " frames a second");
+        Yard yard(32);
+        yard.frame = frameOf(rate);
+        EXPECT_TRUE(yard.steering.asked(1, {.mode = NavigationMode::kWalk}));
+        yard.seconds(2);  // to the ground
+        EXPECT_NEAR(yard.eye().y(), 1.7, 0.02);
+        const Vec3d from = yard.eye();
+        EXPECT_TRUE(yard.steering.asked(1, {.input = InputState{.right = InputState::kFull}}));
+        yard.seconds(2);
+        EXPECT_NEAR((yard.eye() - from).x(), speed * (2 - Navigator::kTau), 0.01);
+        EXPECT_NEAR(yard.eye().y(), 1.7, 0.02);
+    }
+}
+
+TEST(Steering, APauseIsNoLeap) {
+    Yard yard(3);
+    yard.steering.received("only", {ahead()});
+    yard.seconds(2);
+    const Vec3d from = yard.eye();
+    yard.now_ += std::chrono::minutes(10);
+    yard.frames(1);
+    const double most = std::chrono::duration<double>(Steering::kLongestFrame).count();
+    EXPECT_NEAR((from - yard.eye()).z(), Wall().navigation.speed * most, 1e-5);
+    const Vec3d there = yard.eye();
+    yard.now_ -= std::chrono::minutes(1);  // no steady clock does that
+    yard.frames(1);
+    EXPECT_EQ(yard.eye(), there);
+    EXPECT_TRUE(yard.steering.active() == std::vector<std::string>{"only"});
+}
+
+/// Nobody has wanted anything: who falls to the ground at the begin does so alike in each run, whatever its frames take.
+TEST(Steering, ARunThatNobodySteersDependsOnNoClock) {
+    Wall wall = test::wallOfOne();
+    wall.navigation.mode = NavigationMode::kWalk;
+    std::vector<Vec3d> first;
+    for (const double rate : kRates) {
+        Yard yard(16);
+        Steering walker{{.wall = wall, .simulation = yard.simulation, .view = yard.view}};
+        EXPECT_TRUE(yard.view.set(yard.simulation.scene(), {.position = Vec3d(0, 3, 0)}));
+        std::vector<Vec3d> places;
+        for (int i = 0; i < 60; ++i) {
+            walker.frame(yard.now_ += frameOf(rate));
+            places.push_back(yard.now().position);
+        }
+        EXPECT_NE(places.front(), places.back()) << "it falls";
+        if (first.empty()) first = places;
+        EXPECT_EQ(places, first) << rate;
+    }
 }
 
 TEST(Steering, BookmarksAreInWhatAServerGoesOnFrom) {

@@ -24,7 +24,7 @@ TEST(FrameMaker, ArraysThatAListNamesCanBeFetchedThoughTheSceneHasLetThemGo) {
     made.node("box", kRootNode, box);
     std::vector<Edit> edits(1);
     edits[0].list = made.builder.take();
-    const FrameMaker::Made first = maker.make(FrameNumber(0), std::move(edits), {});
+    const FrameMaker::Made first = maker.make(FrameNumber(0), std::move(edits), {}, {});
     ASSERT_TRUE(first.result.outcomes[0].result) << first.result.outcomes[0].result.error().message;
     ObjectId geometry;
     for (const auto& [placeholder, id] : first.result.outcomes[0].ids)
@@ -41,7 +41,7 @@ TEST(FrameMaker, ArraysThatAListNamesCanBeFetchedThoughTheSceneHasLetThemGo) {
     edits[0].list = both.take();
     BlobId result;
     {
-        const FrameMaker::Made second = maker.make(FrameNumber(1), std::move(edits), {});
+        const FrameMaker::Made second = maker.make(FrameNumber(1), std::move(edits), {}, {});
         ASSERT_TRUE(second.result.outcomes[0].result) << second.result.outcomes[0].result.error().message;
         result = simulation.scene().get<Geometry>(geometry)->positions.id();
     }
@@ -52,7 +52,7 @@ TEST(FrameMaker, ArraysThatAListNamesCanBeFetchedThoughTheSceneHasLetThemGo) {
     edits.assign(1, {});
     setField<&Geometry::positions>(both, geometry, makeBox({3, 3, 3}).toArrays().positions);
     edits[0].list = both.take();
-    (void)maker.make(FrameNumber(700), std::move(edits), {});
+    (void)maker.make(FrameNumber(700), std::move(edits), {}, {});
     EXPECT_FALSE(blobs.find(name).resident());
 }
 

@@ -67,7 +67,10 @@ struct HeardTracker {
     std::vector<TrackerReading> until(Enough enough) {
         std::vector<TrackerReading> all;
         for (const TimePoint deadline = clockNow() + 10s; clockNow() < deadline && !enough(all);) {
-            for (TrackerReading& reading : inputs->take()) all.push_back(std::move(reading));
+            for (TrackerReading& reading : inputs->take()) {
+                ends += reading.connectionEnded ? 1 : 0;
+                if (!reading.reports.empty()) all.push_back(std::move(reading));
+            }
             std::this_thread::sleep_for(1ms);
         }
         return all;
@@ -79,6 +82,7 @@ struct HeardTracker {
     }
     Log log{"test", std::fopen("/dev/null", "w")};
     std::optional<TrackerInputs> inputs;
+    int ends = 0;  ///< of connections, as frames are told
 };
 
 Bytes dtrackBody(int frame, const test::SentPose& pose = {}) {
@@ -224,9 +228,11 @@ TEST(TrackerInputs, AVrpnServerIsHeardLiesEndOneConnectionAndItsReturnIsHeard) {
         char byte = 0;
         EXPECT_LE(recv(first->fd(), &byte, 1, 0), 0);
         EXPECT_EQ(tracker.told().malformed, 1u);
+        EXPECT_NE(tracker.told().trouble.find("does not speak VRPN 7"), std::string::npos) << tracker.told().trouble;
         ScriptedVrpn::greet(*second);
         ScriptedVrpn::say(*second, test::vrpnPose(2, 1, 0, {.position = {4, 5, 6}}));
         EXPECT_EQ(tracker.until([](const auto& all) { return !all.empty(); }).size(), 1u);
+        EXPECT_EQ(tracker.ends, 1) << "before what the next one says";
     }
     // It is gone, and comes again.
     const auto third = server.next();
@@ -235,6 +241,31 @@ TEST(TrackerInputs, AVrpnServerIsHeardLiesEndOneConnectionAndItsReturnIsHeard) {
     const auto readings = tracker.until([](const auto& all) { return !all.empty(); });
     ASSERT_EQ(readings.size(), 1u);
     EXPECT_EQ(readings[0].reports.at(0).pose->position, Vec3d(7, 8, 9));
+    EXPECT_EQ(tracker.ends, 2);
+}
+
+/// Nobody there, somebody who is no VRPN server, one that says nothing and leaves: each is told as what it is.
+TEST(TrackerInputs, WhoIsThereAndSpeaksSomethingElseIsNotToldAsAbsent) {
+    const auto toldAs = [](HeardTracker& tracker, const char* words) {
+        tracker.until([&](const auto&) { return tracker.told().trouble.find(words) != std::string::npos; });
+        return tracker.told().trouble.find(words) != std::string::npos;
+    };
+    HeardTracker nobody({.protocol = TrackerProtocol::kVrpn,
+                         .address = fmt::format("vrpn://127.0.0.1:{}/Tracker0", freePort(SOCK_STREAM))});
+    EXPECT_TRUE(toldAs(nobody, "is not there")) << nobody.told().trouble;
+    ScriptedVrpn server;
+    HeardTracker tracker({.protocol = TrackerProtocol::kVrpn, .address = server.url()});
+    ScriptedVrpn::say(*server.next(), test::bytesOf("HTTP/1.1 400 Bad Request\r\n\r\n"));
+    EXPECT_TRUE(toldAs(tracker, "does not speak VRPN 7")) << tracker.told().trouble;
+    {
+        const auto connection = server.next();
+        ScriptedVrpn::greet(*connection);
+        tracker.until([&](const auto&) { return tracker.told().trouble.empty(); });
+        EXPECT_EQ(tracker.told().trouble, "");
+    }
+    EXPECT_TRUE(toldAs(tracker, "has ended the connection")) << tracker.told().trouble;
+    ScriptedVrpn::say(*server.next(), test::bytesOf("vrpn: ver. 08.00  0"));
+    EXPECT_TRUE(toldAs(tracker, "does not speak VRPN 7")) << tracker.told().trouble;
 }
 
 TEST(TrackerInputs, AVrpnServerWithoutTheDeviceIsNamed) {

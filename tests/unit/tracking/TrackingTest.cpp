@@ -1,6 +1,9 @@
 /// Calibration beside matrices multiplied out, and what happens when trackers fall silent.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "TrackerBytes.h"
 #include "server/sim/tracking/Tracking.h"
 
@@ -151,6 +154,126 @@ TEST(Tracking, VrpnsButtonsAreThoseOfAllItsWands) {
     (void)tracking.advance(kMorning, kMorning);
     EXPECT_EQ(tracking.wands().front().buttons, 1u);
     EXPECT_EQ(tracking.wands().front().position, Vec3d(1, 1, 1));  // VRPN says metres
+}
+
+/// A wand at sensor 1 whose poses, stick and button come at the times that a test says.
+struct HeldWand {
+    explicit HeldWand(TrackerProtocol protocol = TrackerProtocol::kOsc) : tracking(wallWith(protocol)), hand(protocol == TrackerProtocol::kVrpn ? 0 : 1) {}
+    static Wall wallWith(TrackerProtocol protocol) {
+        WallTracker tracker;
+        tracker.protocol = protocol;
+        Wall wall = trackedWall(tracker, {});
+        wall.tracking.wands = {{.name = "right", .mount = {.tracker = "art", .sensor = {SensorKind::kBody, 1}}}};
+        return wall;
+    }
+    void pose(TimePoint at) { tracking.take(reading(at, {SensorKind::kBody, 1}, {1, 1, 1})); }
+    void stick(TimePoint at, double value) {
+        SensorReport said{.sensor = {SensorKind::kBody, hand}, .buttons = 1, .buttonsSaid = 1, .axesSaid = 2};
+        said.axes[1] = value;
+        tracking.take({.tracker = 0, .at = at, .reports = {said}});
+    }
+    /// What applications and the flight are told.
+    const WandState& at(TimePoint now) {
+        (void)tracking.advance(now, now);
+        return tracking.wands().front();
+    }
+    Tracking tracking;
+    int hand;
+};
+bool counts(const WandState& wand) {
+    return wand.buttons == 1 && wand.axes == std::vector<double>{0, 1};
+}
+bool isLetGo(const WandState& wand) {
+    return wand.buttons == 0 && std::ranges::all_of(wand.axes, [](double axis) { return axis == 0; });
+}
+
+/// At all rates of frames: what is between two frames is found in the times of what was said.
+TEST(Tracking, AStickCountsAQuarterOfASecondAndIsForgottenWhenItsWandIsLost) {
+    for (const TrackerProtocol protocol : {TrackerProtocol::kOsc, TrackerProtocol::kDtrack, TrackerProtocol::kVrpn})
+        for (const auto frame : {5ms, 16ms, 250ms, 500ms, 8000ms}) {
+            SCOPED_TRACE(testing::Message() << nameOf(protocol) << ", frames of " << frame.count() << " ms");
+            HeldWand held(protocol);
+            const auto from = kMorning, silent = from + 1s, again = silent + 6s, until = again + 2s;
+            TimePoint heard = from;
+            int held1 = 0, free = 0;
+            for (TimePoint now = from; now < until; now += frame) {
+                for (TimePoint at = now - frame + 1ms; at <= now; at += 1ms) {
+                    if (at < from || (at > silent && at < again)) continue;
+                    heard = at;
+                    held.pose(at);
+                    if (at <= silent) held.stick(at, 1);
+                }
+                const WandState& wand = held.at(now);
+                const bool should = now <= silent + Tracking::kControlsCount && heard <= silent && now - heard <= Tracking::kControlsCount;
+                if (now == from) continue;  // nothing has come before the first millisecond
+                EXPECT_TRUE(should ? counts(wand) : isLetGo(wand)) << (now - from).count() / 1'000'000 << " ms";
+                ++(should ? held1 : free);
+            }
+            EXPECT_TRUE(free > 0 && (held1 > 0 || frame > 1s));
+        }
+}
+
+TEST(Tracking, ADeviceThatTellsOfChangesAloneIsHeldWhilePosesGoOn) {
+    for (const TrackerProtocol protocol : {TrackerProtocol::kOsc, TrackerProtocol::kVrpn}) {
+        HeldWand held(protocol);
+        held.pose(kMorning);
+        held.stick(kMorning, 1);
+        TimePoint at = kMorning;
+        for (int i = 0; i < 1000; ++i) {
+            held.pose(at += 16ms);
+            ASSERT_TRUE(counts(held.at(at))) << i;
+        }
+        // Behind somebody's back for a second: nothing, and then as it was told last.
+        EXPECT_TRUE(isLetGo(held.at(at + 1s)));
+        EXPECT_TRUE(held.tracking.wands().front().tracked);
+        EXPECT_EQ(held.tracking.describe(at + 1s)[0].sensors[static_cast<std::size_t>(held.hand)].buttons, 0u);
+        held.pose(at += 1s);
+        EXPECT_TRUE(counts(held.at(at)));
+        // What is no number is no wish, and not the one before.
+        held.stick(at, std::numeric_limits<double>::infinity());
+        EXPECT_EQ(held.at(at).axes.at(1), 0);
+    }
+}
+
+/// Poses of a head are the same tracker's, and say nothing of the hand.
+TEST(Tracking, AHeadDoesNotHoldAWandsStick) {
+    HeldWand held(TrackerProtocol::kVrpn);
+    held.pose(kMorning);
+    held.stick(kMorning, 1);
+    TimePoint at = kMorning;
+    for (int i = 0; i < 30; ++i) held.tracking.take(reading(at += 16ms, {}, {0, 1, 0}));
+    EXPECT_TRUE(isLetGo(held.at(at)));
+}
+
+TEST(Tracking, TheEndOfAConnectionLetsGoAndTheNextBeginsWithNothing) {
+    HeldWand held(TrackerProtocol::kVrpn);
+    held.pose(kMorning);
+    held.stick(kMorning, 1);
+    ASSERT_TRUE(counts(held.at(kMorning)));
+    held.tracking.take({.tracker = 0, .at = kMorning + 1ms, .reports = {}, .connectionEnded = true});
+    EXPECT_TRUE(isLetGo(held.at(kMorning + 2ms)));
+    EXPECT_TRUE(held.tracking.wands().front().tracked) << "its place is held as any silent tracker's";
+    held.pose(kMorning + 600ms);
+    EXPECT_TRUE(isLetGo(held.at(kMorning + 600ms)));
+    held.stick(kMorning + 610ms, 1);
+    EXPECT_TRUE(counts(held.at(kMorning + 610ms)));
+}
+
+/// What waited somewhere comes at once, however it comes.
+TEST(Tracking, RatesAreToldOverTimeNotOverBursts) {
+    for (const int burst : {1, 2, 20, 100}) {
+        Tracking tracking(trackedWall({}, {}));
+        double most = 0;
+        TimePoint at = kMorning;
+        for (int i = 0; i < 600; ++i) {
+            if (i % burst == 0) at += burst * 10ms;
+            tracking.take(reading(at + std::chrono::nanoseconds(i % burst), {}, {0, 1700, 2000}));
+            most = std::max(most, tracking.describe(at + 1us)[0].sensors[0].rateHz);
+        }
+        EXPECT_NEAR(tracking.describe(at + 1us)[0].sensors[0].rateHz, 100, 5) << burst;
+        // In the first tenth of a second no two bursts count as more than they are.
+        EXPECT_LT(most, 250) << burst;
+    }
 }
 
 TEST(Tracking, TellsOfRatesAndRefusalsAndKeepsNoMoreSensorsThanItMay) {
