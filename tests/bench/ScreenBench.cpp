@@ -17,6 +17,7 @@
 
 #include "tests/bench/SceneTable.h"
 #include "tests/bench/ScreenRows.h"
+#include "tests/integration/Desktop.h"
 #include "tests/integration/Process.h"
 
 namespace tessera::bench {
@@ -89,7 +90,7 @@ int bench(const ScreenOptions& options) {
         std::string display;
         for (int i = 0; i < 200 && desktop.running() && display.empty(); ++i) {
             std::this_thread::sleep_for(50ms);
-            if (const std::string said = desktop.output(); said.find('\n') != std::string::npos) display = ":" + said.substr(0, said.find('\n'));
+            display = test::Desktop::displayIn(desktop.output());
         }
         if (display.empty()) table.skip("Xvfb does not start");
         // In turns: each way twice, the faster one counts.

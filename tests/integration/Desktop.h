@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <sstream>
 #include <string>
 #include <thread>
 
@@ -22,9 +23,15 @@ public:
                   {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx), "-fbdir", folder, "-nolisten", "tcp"}) {
         for (int i = 0; i < 600 && server_.running() && display_.empty(); ++i) {
             std::this_thread::sleep_for(std::chrono::milliseconds(50));
-            const std::string said = server_.output();
-            if (const std::size_t end = said.find('\n'); end != std::string::npos) display_ = ":" + said.substr(0, end);
+            display_ = displayIn(server_.output());
         }
+    }
+    /// What `-displayfd 1` says, among complaints about displays that others have taken; empty as long as it has not.
+    [[nodiscard]] static std::string displayIn(const std::string& said) {
+        std::istringstream lines(said);
+        for (std::string line; std::getline(lines, line) && !lines.eof();)
+            if (!line.empty() && line.find_first_not_of("0123456789") == std::string::npos) return ":" + line;
+        return {};
     }
     /// Empty: it did not start.
     [[nodiscard]] const std::string& display() const { return display_; }
