@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "tests/integration/Desktop.h"
+
 namespace tessera::test {
 namespace {
 
@@ -33,8 +35,7 @@ InputDesktop::InputDesktop(const std::string& folder, int widthPx, int heightPx)
               {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx), "-nolisten", "tcp"}) {
     for (int i = 0; i < 600 && server_.running() && display_.empty(); ++i) {
         std::this_thread::sleep_for(50ms);
-        const std::string said = server_.output();
-        if (const std::size_t end = said.find('\n'); end != std::string::npos) display_ = ":" + said.substr(0, end);
+        display_ = Desktop::displayIn(server_.output());
     }
     if (!display_.empty() && !connect()) display_.clear();
 }
