@@ -200,11 +200,11 @@ private:
             const auto edges = mesh_.edgesAt(c);
             for (std::size_t i = 0; i < edges.size(); ++i) {
                 const std::uint32_t e = edges[i];
-                const bool stub = mesh_.edges[e].vertices[1] == kNoIndex;
-                if (stub && !isSharp(wornAt_[c][i])) continue;
-                const std::uint32_t half = newEdge(c, stub ? kNoIndex : edgePoint_ + e, wornAt_[c][i]);
+                const bool open = mesh_.edges[e].vertices[1] == kNoIndex;
+                if (open && !isSharp(wornAt_[c][i])) continue;
+                const std::uint32_t half = newEdge(c, open ? kNoIndex : edgePoint_ + e, wornAt_[c][i]);
                 edgesAt_[c].push_back(half);
-                if (!stub) {
+                if (!open) {
                     edgesAt_[edgePoint_ + e].push_back(half);
                     childEdges_[e][mesh_.edges[e].vertices[0] == c ? 0 : 1] = half;
                 }
