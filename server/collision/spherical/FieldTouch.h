@@ -1,6 +1,6 @@
 /// Which triangles of two bodies meet, found by looking one of them up in the other's spherical field.
 ///
-/// The answers are those of ../query/TouchQuery.h, always: the same predicate decides about the same triangles. `a_T_b` may be any
+/// The answers are those of ../query/TouchQuery.h: the same predicate decides about the same triangles. `a_T_b` may be any
 /// finite affine map; where it cannot be turned round, or hardly, or where the walked tree is not one of oriented boxes, the
 /// trees are asked instead.
 #pragma once
