@@ -57,8 +57,8 @@ Vec3d vector3(const std::vector<double>& v) {
 
 Expected<Quatd> quaternion(const std::vector<double>& wxyz, std::string_view option) {
     const Quatd q(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
-    if (!(q.norm() > 0) || !std::isfinite(q.norm()))
-        return fail(ErrorCode::kUsage, fmt::format("{}: it has no length", option));
+    if (!tellsRotation(q.squaredNorm()))
+        return fail(ErrorCode::kUsage, fmt::format("{}: its length is 0, or nearly, or beyond what numbers can hold", option));
     return q.normalized();
 }
 

@@ -46,6 +46,8 @@ public:
         if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
         addrinfo hints{}, *found = nullptr;
         hints.ai_socktype = SOCK_DGRAM;
+        if (to.find_first_not_of('0', colon + 1) == std::string::npos)
+            return fail(ErrorCode::kUsage, fmt::format("play-tracker: \"{}\": nobody listens on port 0", to));
         if (const int error = getaddrinfo(host.c_str(), to.c_str() + colon + 1, &hints, &found); error != 0)
             return fail(ErrorCode::kNetwork, fmt::format("play-tracker: {}: {}", to, gai_strerror(error)));
         fd_ = socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -91,7 +93,7 @@ Expected<std::vector<PlayedPose>> readPoses(const std::string& path) {
             return refuse("a number that is not finite");
         PlayedPose pose{.time = values[0], .position = {values[1], values[2], values[3]}};
         if (values.size() == 8) pose.orientation = Quatd(values[4], values[5], values[6], values[7]);
-        if (!tellsRotation(pose.orientation.squaredNorm())) return refuse("a quaternion of no length");
+        if (!tellsRotation(pose.orientation.squaredNorm())) return refuse("a quaternion whose length is 0, or nearly, or beyond what numbers can hold");
         pose.orientation.normalize();
         if (!poses.empty() && pose.time <= poses.back().time)
             return refuse("its time is not after that of the line before");

@@ -7,20 +7,13 @@
 
 #include "client/output/StereoPack.h"
 #include "common/output/BlendPicture.h"
+#include "common/wall/WindowLayout.h"
 
 namespace tessera {
 namespace {
 
-const Tile* otherEyeOf(const Tile& tile, const std::vector<Tile>& tiles, Eye eye) {
-    const auto at = std::ranges::find_if(
-        tiles, [&](const Tile& t) { return t.eye == eye && t.host == tile.host && t.screen == tile.screen && t.column == tile.column && t.row == tile.row; });
-    return at == tiles.end() ? nullptr : &*at;
-}
-
 bool sharesOutput(const Tile& tile, const std::vector<Tile>& tiles) {
-    if (tile.eye != Eye::kRight) return false;
-    const Tile* const left = otherEyeOf(tile, tiles, Eye::kLeft);
-    return left && left->output.stereo != StereoPacking::kNone;
+    return tile.eye == Eye::kRight && partnerOf(tile, tiles);
 }
 
 }  // namespace
@@ -45,7 +38,7 @@ Expected<OutputMaker> OutputMaker::make(const Wall& wall, const std::string& nam
     maker.packing_ = out.stereo;
     maker.swapEyes_ = out.swapEyes;
     if (out.stereo != StereoPacking::kNone) {
-        const Tile* const right = otherEyeOf(tile, all, Eye::kRight);
+        const Tile* const right = partnerOf(tile, all);
         TESSERA_CHECK(right, "an output for two eyes without the right one: checkWall was not called");
         maker.tiles_.push_back(right->name);
     }

@@ -222,10 +222,15 @@ public:
 private:
     void run() {
         while (!over_) {
-            if (auto files = ShownFrames::open(paths_))
+            if (auto files = ShownFrames::open(paths_)) {
+                saidFault_ = false;
                 follow(*files);
-            else
+            } else {
+                // What is not there may come; what is something else a person has to know.
+                if (files.error().code != ErrorCode::kNotFound && !std::exchange(saidFault_, true))
+                    fmt::print(stderr, "tessera-window: {}\n", files.error().message);
                 std::this_thread::sleep_for(kLook);
+            }
         }
     }
     void follow(ShownFrames& files) {
@@ -268,7 +273,7 @@ private:
 
     std::vector<std::string> paths_;
     std::optional<OutputMaker> output_;
-    bool bothEyes_, saidSize_ = false;
+    bool bothEyes_, saidSize_ = false, saidFault_ = false;
     Uint32 event_;
     PanePicture picture_;
     std::atomic<bool> over_ = false, taken_ = false, again_ = false;

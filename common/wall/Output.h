@@ -61,7 +61,7 @@ struct TileOutput {
     ChannelValues gain{1, 1, 1};   ///< of the light, up to 1
     ChannelValues gamma{2.2, 2.2, 2.2};  ///< the projector's: light = signal ^ gamma
     double black = 0;              ///< light of the projector's black, as a part of its white's: lifted where fewer tiles overlap
-    bool flipX = false, flipY = false;  ///< the each eye's picture, for projection from behind and for hanging upside down
+    bool flipX = false, flipY = false;  ///< each eye's picture with its warp and blend, for projection from behind and for hanging upside down
 
     /// The tile's picture goes out as it is.
     [[nodiscard]] bool plain() const;

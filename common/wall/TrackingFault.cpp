@@ -48,8 +48,8 @@ Text rigidFault(const Vec3d& position, const Quatd& orientation, double maxMetre
     if (position.cwiseAbs().maxCoeff() > maxMetres)
         return fmt::format("is {:.6g} m away: that looks like millimetres; positions are in metres",
                            position.cwiseAbs().maxCoeff());
-    if (!orientation.coeffs().allFinite() || orientation.norm() < 1e-6)
-        return "has an orientation of length 0: a quaternion w, x, y, z is needed";
+    if (!tellsRotation(orientation.squaredNorm()))
+        return "has an orientation whose length is 0, or nearly, or beyond what numbers can hold: a quaternion w, x, y, z is needed";
     return std::nullopt;
 }
 

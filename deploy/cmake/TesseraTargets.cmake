@@ -97,6 +97,14 @@ function(tessera_library name)
   set_target_properties(tessera_${name} PROPERTIES EXPORT_NAME ${name})
 endfunction()
 
+# tessera_reuse_headers(NAME): as the modules have them, for a library that is no module.
+function(tessera_reuse_headers name)
+  tessera_unite(${name})
+  if(TARGET tessera_precompiled)
+    target_precompile_headers(${name} REUSE_FROM tessera_precompiled)
+  endif()
+endfunction()
+
 # tessera_program(NAME LINK …): main.cpp of the current folder.
 function(tessera_program name)
   cmake_parse_arguments(ARG "" "" "LINK;SOURCES" ${ARGN})
@@ -108,10 +116,23 @@ function(tessera_program name)
   install(TARGETS ${name} RUNTIME DESTINATION bin COMPONENT programs)
 endfunction()
 
-# tessera_test(NAME FOLDER LINK … [TIMEOUT s] [LABELS …]): one executable of all .cpp files of a folder below tests/, each of
-# its cases a ctest test.
+# tessera_reuse_headers_for_tests(NAME): of a program of our own tests, compiled at -O1.
+function(tessera_reuse_headers_for_tests name)
+  if(TESSERA_PRECOMPILE)
+    if(NOT TARGET tessera_precompiled_for_tests)
+      tessera_precompile(tessera_precompiled_for_tests "" <gtest/gtest.h> <fmt/format.h> <random> <sstream> <fstream> ${tessera_headers})
+      target_link_libraries(tessera_precompiled_for_tests PRIVATE Eigen3::Eigen GTest::gtest fmt::fmt tessera_flags)
+      target_compile_options(tessera_precompiled_for_tests PRIVATE -O1)
+    endif()
+    target_precompile_headers(${name} REUSE_FROM tessera_precompiled_for_tests)
+  endif()
+endfunction()
+
+# tessera_test(NAME FOLDER LINK … [TIMEOUT s] [LABELS …] [SERIAL [PATIENT filter]]): one executable of all .cpp files of a folder
+# below tests/, each of its cases a ctest test. SERIAL: while nothing else runs, but for those of the filter: these mostly wait,
+# and stand beside others, one at a time.
 function(tessera_test name folder)
-  cmake_parse_arguments(ARG "SERIAL" "TIMEOUT" "LINK;LABELS;DEFINE" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL" "TIMEOUT;PATIENT" "LINK;LABELS;DEFINE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
   if(NOT sources)
     return()
@@ -127,22 +148,20 @@ function(tessera_test name folder)
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest GTest::gtest_main fmt::fmt tessera_flags)
   # What a test itself computes is little: half the time of compiling it is worth more.
   target_compile_options(${name} PRIVATE -O1)
-  if(TESSERA_PRECOMPILE)
-    if(NOT TARGET tessera_precompiled_for_tests)
-      tessera_precompile(tessera_precompiled_for_tests "" <gtest/gtest.h> <fmt/format.h> <random> <sstream> <fstream> ${tessera_headers})
-      target_link_libraries(tessera_precompiled_for_tests PRIVATE Eigen3::Eigen GTest::gtest fmt::fmt tessera_flags)
-      target_compile_options(tessera_precompiled_for_tests PRIVATE -O1)
-    endif()
-    target_precompile_headers(${name} REUSE_FROM tessera_precompiled_for_tests)
-  endif()
+  tessera_reuse_headers_for_tests(${name})
   target_compile_definitions(${name} PRIVATE TESSERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     TESSERA_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}" ${ARG_DEFINE})
   set(properties TIMEOUT ${ARG_TIMEOUT})
   if(ARG_LABELS)
     list(APPEND properties LABELS "${ARG_LABELS}")
   endif()
+  set(discovery TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 DISCOVERY_MODE PRE_TEST)
+  if(ARG_PATIENT)
+    gtest_discover_tests(${name} ${discovery} TEST_FILTER "${ARG_PATIENT}" TEST_LIST ${name}_patient PROPERTIES ${properties} RESOURCE_LOCK ${name})
+    list(APPEND discovery TEST_FILTER "-${ARG_PATIENT}")
+  endif()
   if(ARG_SERIAL)
     list(APPEND properties RUN_SERIAL ON)
   endif()
-  gtest_discover_tests(${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 DISCOVERY_MODE PRE_TEST PROPERTIES ${properties})
+  gtest_discover_tests(${name} ${discovery} PROPERTIES ${properties})
 endfunction()

@@ -1,6 +1,8 @@
 /// Tiles in windows, on a desktop without a screen (Xvfb): what stands there, pixel by pixel, and what happens when it goes away.
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "tests/integration/Desktop.h"
 
 namespace tessera::test {
@@ -92,6 +94,9 @@ TEST_F(Windows, SayWhatTheyLack) {
     const Outcome list = window(desktop.display(), {"--monitors"});
     EXPECT_EQ(list.exitCode, 0) << list.output;
     EXPECT_NE(list.output.find("640x480"), std::string::npos) << list.output;
+    std::ofstream(folder_.path() + "/text.frame") << std::string(100'000, 'x');
+    Process other(folder_.path(), "other", {"/usr/bin/env", "DISPLAY=" + desktop.display(), program("tessera-window"), folder_.path() + "/text.frame"});
+    EXPECT_TRUE(other.waitForText("not the shown image of a Tessera host", 20s)) << other.output();
 }
 
 }  // namespace

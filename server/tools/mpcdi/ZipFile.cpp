@@ -4,6 +4,7 @@
 #include <minizip/unzip.h>
 
 #include <algorithm>
+#include <filesystem>
 
 namespace tessera {
 namespace {
@@ -41,7 +42,9 @@ Expected<ZipFile> ZipFile::open(const std::string& path) {
     auto impl = std::make_unique<Impl>();
     impl->path = path;
     impl->zip = unzOpen64(path.c_str());
-    if (!impl->zip) return fail(ErrorCode::kBadInput, path + ": there is no such file, or it is no zip archive");
+    std::error_code unread;
+    if (!impl->zip && !std::filesystem::exists(path, unread)) return fail(ErrorCode::kNotFound, path + ": there is no such file");
+    if (!impl->zip) return fail(ErrorCode::kBadInput, path + ": it is no zip archive, as files of MPCDI are, or may not be read");
     const auto bad = [&](std::string what) { return fail(ErrorCode::kBadInput, fmt::format("{}: {}", path, what)); };
     for (int state = unzGoToFirstFile(impl->zip); state == UNZ_OK; state = unzGoToNextFile(impl->zip)) {
         if (impl->entries.size() == kMostEntries) return fail(ErrorCode::kLimit, fmt::format("{}: more than {} entries", path, kMostEntries));

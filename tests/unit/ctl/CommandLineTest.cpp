@@ -180,7 +180,8 @@ TEST(CommandLine, NonsenseIsRefusedInWords) {
     EXPECT_NE(refusal("--server a:1 move /a one 2 3"), "accepted");
     EXPECT_NE(refusal("--server a:1 move /a --rotate w 90").find("is no axis"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 move /a --rotate x much").find("is not a number"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 move /a --quaternion 0 0 0 0").find("no length"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 move /a --quaternion 0 0 0 0").find("its length is 0"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 view --orientation 1e300 1e300 0 0").find("beyond what numbers can hold"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 move /a --rotate x 1 --quaternion 1 0 0 0").find("give one"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 view").find("say what to change"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 view --look-at 0 0 0").find("needs --position"), std::string::npos);

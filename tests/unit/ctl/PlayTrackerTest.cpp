@@ -60,13 +60,14 @@ TEST(PlayTracker, RefusesFilesThatSayNoPosesWithTheLine) {
     for (const auto& [text, words] :
          {std::pair("", "no pose in it"), std::pair("1 2 3\n", ":1: a line has 4 numbers"),
           std::pair("0 0 0 0\n0 0 0 0\n", ":2: its time"), std::pair("0 0 0 x\n", ":1: something that is no number"),
-          std::pair("0 0 0 0 0 0 0 0\n", ":1: a quaternion of no length")}) {
+          std::pair("0 0 0 0 0 0 0 0\n", ":1: a quaternion whose length is 0"), std::pair("0 0 0 0 1e308 1e308 0 0\n", "beyond what numbers can hold")}) {
         const auto poses = readPoses(written(folder, text));
         ASSERT_FALSE(poses) << text;
         EXPECT_NE(poses.error().message.find(words), std::string::npos) << poses.error().message;
     }
     EXPECT_EQ(readPoses("/nowhere/way.txt").error().code, ErrorCode::kNotFound);
     EXPECT_EQ(play({.to = "nowhere"}).error().code, ErrorCode::kUsage);
+    EXPECT_EQ(play({.to = "127.0.0.1:0"}).error().code, ErrorCode::kUsage);
 }
 
 TEST(PlayTracker, NeedsNoServer) {

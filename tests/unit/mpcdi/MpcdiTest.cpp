@@ -201,6 +201,7 @@ TEST_F(Mpcdi, WhatIsWrongIsSaid) {
 
 TEST_F(Mpcdi, ArchivesThatMeanIllAreRefused) {
     EXPECT_WORDS(readMpcdi("/nonexistent.mpcdi").error().message, "no such file");
+    EXPECT_WORDS(readMpcdi("/dev/null").error().message, "no zip archive");
     for (const char* name : {"../mpcdi.xml", "a/../../x", "/etc/passwd", "a\\..\\x", "c:x"}) EXPECT_WORDS(errorOf({{name, "x"}, {"mpcdi.xml", "x"}}), "leads out");
     EXPECT_WORDS(errorOf({{"mpcdi.xml", "x"}, {"mpcdi.xml", "y"}}), "two entries");
     EXPECT_WORDS(errorOf({{"mpcdi.xml", std::string(5 << 20, ' ')}}), "larger than 4194304");

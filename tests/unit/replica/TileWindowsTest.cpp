@@ -72,7 +72,7 @@ TEST(TileWindows, AStateIsHeardAndReleasedWhenItsWindowEnds) {
 
 TEST(TileWindows, GarbageEndsTheHearingAndTheWindowStays) {
     for (const std::string garbage : {"printf 'x' >&3\n", "printf '%0121d' 0 >&3\n", "printf '%09000d' 0 >&3\n"}) {
-        Played window(kState + garbage + kState + "sleep 20\n");
+        Played window(kState + garbage + kState + "exec sleep 20\n");
         const std::vector<InputState> heard = window.heard();
         ASSERT_EQ(heard.size(), 2u) << garbage;
         EXPECT_TRUE(heard[1].atRest());
