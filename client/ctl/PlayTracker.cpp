@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -46,8 +47,10 @@ public:
         if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
         addrinfo hints{}, *found = nullptr;
         hints.ai_socktype = SOCK_DGRAM;
-        if (to.find_first_not_of('0', colon + 1) == std::string::npos)
-            return fail(ErrorCode::kUsage, fmt::format("play-tracker: \"{}\": nobody listens on port 0", to));
+        std::uint16_t port = 0;
+        const char* const end = to.data() + to.size();
+        if (const auto [stop, error] = std::from_chars(to.data() + colon + 1, end, port); error != std::errc() || stop != end || port == 0)
+            return fail(ErrorCode::kUsage, fmt::format("play-tracker: \"{}\": its port is not a number from 1 to 65535", to));
         if (const int error = getaddrinfo(host.c_str(), to.c_str() + colon + 1, &hints, &found); error != 0)
             return fail(ErrorCode::kNetwork, fmt::format("play-tracker: {}: {}", to, gai_strerror(error)));
         fd_ = socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -77,6 +80,7 @@ Expected<std::vector<PlayedPose>> readPoses(const std::string& path) {
     std::string line;
     constexpr std::size_t kMostPoses = 1'000'000;
     for (std::size_t number = 1; std::getline(file, line); ++number) {
+        if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
         line = line.substr(0, line.find('#'));
         std::istringstream in(line);
         in.imbue(std::locale::classic());

@@ -267,7 +267,7 @@ Expected<void> SharedFrameWriter::show() {
 
 Expected<ShownImage> readSharedFrame(const std::string& path) {
     // Read, not mapped: a file that is cut short under our hands is a short read, where a mapping would be a SIGBUS.
-    const FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    const FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (file.get() < 0) {
         const bool missing = errno == ENOENT || errno == ENOTDIR;
         return fail(missing ? ErrorCode::kNotFound : ErrorCode::kFailed, path + ": " + std::strerror(errno));
@@ -300,7 +300,7 @@ SharedFrameReader::~SharedFrameReader() {
 Expected<SharedFrameReader> SharedFrameReader::open(const std::string& path) {
     SharedFrameReader reader;
     reader.path_ = path;
-    reader.file_ = FileHandle(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    reader.file_ = FileHandle(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (reader.file_.get() < 0) {
         const bool missing = errno == ENOENT || errno == ENOTDIR;
         return fail(missing ? ErrorCode::kNotFound : ErrorCode::kFailed, path + ": " + std::strerror(errno));

@@ -174,6 +174,7 @@ Expected<Wall> readWallText(std::string_view text, std::string_view fileName, co
         return fail(ErrorCode::kLimit, fmt::format("{}: {} bytes, at most {} are allowed for a wall", fileName,
                                                    text.size(), kMaxWallBytes));
     }
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
     FirstError errors(text);
     TextFormat::ParseInfoTree tree;
     TextFormat::Parser parser;

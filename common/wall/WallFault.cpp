@@ -178,8 +178,8 @@ private:
                 return say(fmt::format("stands {:.6g} m away: that looks like millimetres; positions are in metres",
                                        user.position.cwiseAbs().maxCoeff()));
             }
-            if (!user.orientation.coeffs().allFinite() || user.orientation.norm() < 1e-6)
-                return say("has an orientation of length 0: a quaternion w, x, y, z is needed");
+            if (!tellsRotation(user.orientation.squaredNorm()))
+                return say("has an orientation whose length is 0, or nearly, or beyond what numbers can hold: a quaternion w, x, y, z is needed");
             if (!(user.eyeSeparationMetres >= 0 && user.eyeSeparationMetres <= 0.5)) {
                 return say(fmt::format(
                     "has eyes {:.6g} m apart: that looks like millimetres, or a sign is wrong; 0.065 is usual",

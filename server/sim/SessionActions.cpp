@@ -108,7 +108,7 @@ ServerActions SessionActions::on(const server_action::EpochRaised& raised) {
 }
 
 ServerActions SessionActions::on(const server_action::InputReceived& input) {
-    around_.steering.received(input.host, input.states);
+    around_.steering.received(input.host, input.states, Clock::now());
     return {};
 }
 

@@ -7,6 +7,7 @@
 #include <google/protobuf/text_format.h>
 #include <google/protobuf/unknown_field_set.h>
 
+#include <cstring>
 #include <memory>
 #include <string>
 #include <vector>
@@ -119,7 +120,9 @@ Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& li
     parser.RecordErrorsTo(&errors);
     parser.WriteLocationsTo(&places);
     parser.SetRecursionLimit(static_cast<int>(limits.maxDepth) + 8);
-    pb::io::ArrayInputStream input(bytes->data(), static_cast<int>(bytes->size()));
+    // Some editors put a byte-order mark first.
+    const std::size_t mark = bytes->size() >= 3 && std::memcmp(bytes->data(), "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+    pb::io::ArrayInputStream input(bytes->data() + mark, static_cast<int>(bytes->size() - mark));
     if (!parser.Parse(&input, message.get()))
         return fail(ErrorCode::kBadInput, errors.text().empty() ? "it is not a Tessera scene" : errors.text());
     notePlaces(*message, places);

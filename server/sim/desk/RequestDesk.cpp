@@ -152,10 +152,10 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Show& wish, Tim
     return answer(asker, answer::Done{});
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Navigate& wish, TimePoint) {
+ServerActions RequestDesk::on(const Asker& asker, const request::Navigate& wish, TimePoint now) {
     if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
     if (!around_.steering) return refuse(asker, {ErrorCode::kRefused, "nobody flies here"});
-    const Expected<void> done = around_.steering->asked(asker.connection.value, wish);
+    const Expected<void> done = around_.steering->asked(asker.connection.value, wish, now);
     if (!done) return refuse(asker, done.error());
     return answer(asker, ApplicationAnswer(answer::Done{}));
 }

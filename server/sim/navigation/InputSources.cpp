@@ -12,6 +12,10 @@ double axis(std::int16_t value) {
     return std::max(-1.0, static_cast<double>(value) / InputState::kFull);
 }
 
+std::array<double, 6> heldIn(const InputState& s) {
+    return {axis(s.right), axis(s.up), axis(s.back), axis(s.turnRight), axis(s.turnUp), axis(s.rollRight)};
+}
+
 double way(std::uint64_t now, std::uint64_t before) {
     const double units = static_cast<double>(static_cast<std::int64_t>(now - before)) / static_cast<double>(InputState::kUnit);
     return std::clamp(units, -kLongestDrag, kLongestDrag);
@@ -19,7 +23,16 @@ double way(std::uint64_t now, std::uint64_t before) {
 
 }  // namespace
 
-void InputSources::take(const std::string& who, const InputState& state) {
+void InputSources::Source::holdUntil(TimePoint at) {
+    if (at <= since) return;
+    const double seconds = std::chrono::duration<double>(at - since).count();
+    const std::array<double, 6> now = heldIn(newest);
+    for (std::size_t i = 0; i < held.size(); ++i) held[i] += seconds * now[i];
+    faster = faster || (newest.held & InputState::kFaster) != 0;
+    since = at;
+}
+
+void InputSources::take(const std::string& who, const InputState& state, TimePoint at) {
     const auto key = std::pair(who, state.source);
     auto found = sources_.find(key);
     if (found == sources_.end()) {
@@ -28,7 +41,9 @@ void InputSources::take(const std::string& who, const InputState& state) {
         for (auto it = first; it != sources_.end() && it->first.first == who; ++it) ++known;
         if (known >= kMaxSourcesEach) return;
         found = sources_.emplace(key, Source{.newest = state, .had = state}).first;
+        found->second.since = std::max(at, frameAt_.value_or(at));
     }
+    found->second.holdUntil(at);
     found->second.moved = found->second.moved || found->second.newest != state;
     found->second.newest = state;
 }
@@ -43,16 +58,22 @@ void InputSources::end(const std::string& who) {
 }
 
 NavigationInput InputSources::frame(TimePoint at, const PlaceOf& placeOf) {
+    const double seconds = frameAt_ ? std::chrono::duration<double>(at - *frameAt_).count() : 0;
     frameAt_ = at;
     NavigationInput sum;
     for (auto& [key, source] : sources_) {
         const InputState &now = source.newest, before = std::exchange(source.had, source.newest);
         if (std::exchange(source.moved, false)) source.movedAt = frameAt_;
+        source.holdUntil(at);
+        std::array<double, 6> held = heldIn(now);
+        if (seconds > 0)
+            for (std::size_t i = 0; i < held.size(); ++i) held[i] = std::clamp(source.held[i] / seconds, -1.0, 1.0);
+        source.held = {};
         NavigationInput input;
-        input.move = Vec3d(axis(now.right), axis(now.up), axis(now.back));
-        input.turn = Vec2d(axis(now.turnRight), axis(now.turnUp));
-        input.roll = axis(now.rollRight);
-        input.faster = (now.held & InputState::kFaster) != 0;
+        input.move = Vec3d(held[0], held[1], held[2]);
+        input.turn = Vec2d(held[3], held[4]);
+        input.roll = held[5];
+        input.faster = std::exchange(source.faster, false) || (now.held & InputState::kFaster) != 0;
         input.look = Vec2d(way(now.lookRight, before.lookRight), way(now.lookDown, before.lookDown));
         input.pan = Vec2d(way(now.panRight, before.panRight), way(now.panDown, before.panDown));
         input.wheel = way(now.wheel, before.wheel);
@@ -78,7 +99,7 @@ std::vector<std::string> InputSources::active() const {
     std::vector<std::string> names;
     for (const auto& [key, source] : sources_) {
         const bool now = source.moved || !source.newest.atRest() ||
-                         (source.movedAt && frameAt_ - *source.movedAt < kActiveFor);
+                         (source.movedAt && frameAt_ && *frameAt_ - *source.movedAt < kActiveFor);
         if (now && (names.empty() || names.back() != key.first)) names.push_back(key.first);
     }
     return names;

@@ -1,6 +1,7 @@
 /// From the states of all windows and terminals to what is wanted in a frame.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <map>
 #include <optional>
@@ -22,8 +23,9 @@ public:
     static constexpr std::size_t kMaxSourcesEach = 64;  ///< of one host or application; more are not heard
     static constexpr std::uint16_t kMaxAskedAtOnce = 4; ///< of one action, in one frame
 
-    /// The first state of a source says where its sums and counts begin.
-    void take(const std::string& who, const InputState& state);
+    /// The first state of a source says where its sums and counts begin. `at`: of `frame`'s clock, when it came; what is held counts from
+    /// then on, so that a key which goes down and up between two frames moves as far as it was held. Unsaid: since the frame before.
+    void take(const std::string& who, const InputState& state, TimePoint at = {});
     [[nodiscard]] bool knows(const std::string& who) const;
     /// Whatever they held is released; should they come again, they begin anew.
     void end(const std::string& who);
@@ -35,7 +37,7 @@ public:
         double height = 1;
     };
     using PlaceOf = std::function<std::optional<Place>(const std::string& who, std::uint32_t source, double x, double y)>;
-    /// What all say together since the frame before. `now`: of a steady clock.
+    /// What all say together since the frame before, what is held on the average over that time. `now`: of a steady clock.
     [[nodiscard]] NavigationInput frame(TimePoint now, const PlaceOf& placeOf);
 
     /// Who has said anything in the second before the newest frame, or holds something.
@@ -47,9 +49,15 @@ private:
         InputState newest, had;
         std::optional<TimePoint> movedAt;  ///< the frame that had it
         bool moved = false;
+        // Since the frame before: what was held until `since`, times how long, in seconds.
+        std::array<double, 6> held{};
+        bool faster = false;
+        TimePoint since{};
+
+        void holdUntil(TimePoint at);
     };
     std::map<std::pair<std::string, std::uint32_t>, Source> sources_;
-    TimePoint frameAt_{};
+    std::optional<TimePoint> frameAt_;
 };
 
 }  // namespace tessera

@@ -18,16 +18,16 @@ Steering::Steering(const Surroundings& around) : around_(around), navigator_(aro
     for (const WallHost& host : around.wall.hosts) tiles_[host.name] = tilesOf(around.wall, host.name);
 }
 
-void Steering::received(const std::string& host, const std::vector<InputState>& states) {
+void Steering::received(const std::string& host, const std::vector<InputState>& states, TimePoint at) {
     if (!around_.takesInput) return;
-    for (const InputState& state : states) sources_.take(host, state);
+    for (const InputState& state : states) sources_.take(host, state, at);
 }
 
 void Steering::hostLeft(const std::string& host) {
     sources_.end(host);
 }
 
-Expected<void> Steering::asked(std::uint64_t application, const request::Navigate& wish) {
+Expected<void> Steering::asked(std::uint64_t application, const request::Navigate& wish, TimePoint at) {
     using Deed = request::Navigate::Deed;
     if (!around_.takesInput) return fail(ErrorCode::kRefused, "this server takes no input (--no-input): the view moves by `view` alone");
     const Aspect& scene = around_.simulation.scene();
@@ -64,8 +64,8 @@ Expected<void> Steering::asked(std::uint64_t application, const request::Navigat
         InputState state = *wish.input;
         state.source = 0;
         // It has one source, whose sums begin at 0: its first word counts, too.
-        if (!sources_.knows(nameOfApplication(application))) sources_.take(nameOfApplication(application), {});
-        sources_.take(nameOfApplication(application), state);
+        if (!sources_.knows(nameOfApplication(application))) sources_.take(nameOfApplication(application), {}, at);
+        sources_.take(nameOfApplication(application), state, at);
     }
     return {};
 }

@@ -94,7 +94,7 @@ void Tracking::takeControls(std::size_t tracker, const SensorReport& report, Tim
         const PoseFilter& filter = sensorOf(wand)->filter;
         const Duration hold = trackers_[tracker].setup.filter.holdFor;
         const bool back = report.pose && moves && wand.state == Follower::State::kThere && filter.any() && at - filter.last() > hold;
-        if (back || at - wand.heard > hold) wand.controls.forget();
+        if (back || at - wand.heard > kControlsCount) wand.controls.forget();
         wand.heard = std::max(wand.heard, at);
         if (says) wand.controls.take(report);
     }
@@ -184,10 +184,10 @@ std::vector<std::string> Tracking::advance(TimePoint now, TimePoint shown) {
         wand.tracked = shareOf(hand, now, said) == 1;
         if (wasThere && !wand.tracked) hand.controls.forget();
         wand.poses = sensor.poses;
-        const bool silent = now - hand.heard > kControlsCount;
-        wand.buttons = silent ? 0 : hand.controls.buttons;
+        // For good: what a wand that speaks again does not say, nobody knows any more.
+        if (now - hand.heard > kControlsCount) hand.controls.forget();
+        wand.buttons = hand.controls.buttons;
         wand.axes.assign(hand.controls.axes.begin(), hand.controls.axes.begin() + hand.controls.axisCount);
-        if (silent) std::ranges::fill(wand.axes, 0.0);
         if (!sensor.filter.any()) continue;
         const RigidPose pose = mounted(sensor.filter.at(shown), wandFollowers_[i].mount);
         wand.position = pose.position;

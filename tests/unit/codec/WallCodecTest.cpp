@@ -143,6 +143,15 @@ TEST(WallText, TakesAnyThreeCornersAndFourThatClose) {
                "do not close: upper_right is 0.1 m from where");
 }
 
+TEST(WallText, MayBeginWithAByteOrderMark) {
+    const std::string text = "screens { name: \"s\" lower_left { } lower_right { x: 1 } upper_left { y: 1 } grid { columns: 1 rows: 1 tile_width_px: 8 tile_height_px: 8 } } "
+                             "users { name: \"u\" position { z: 2 } } hosts { name: \"h\" tiles { screen: \"s\" user: \"u\" } }";
+    const Expected<Wall> plainText = parseWall(text, "x.wall"), marked = parseWall("\xEF\xBB\xBF" + text, "x.wall");
+    ASSERT_TRUE(plainText) << plainText.error().message;
+    ASSERT_TRUE(marked) << marked.error().message;
+    EXPECT_EQ(encodeWall(*marked), encodeWall(*plainText));
+}
+
 TEST(WallText, NamesTheNearestKeyAndItsPlace) {
     EXPECT_BEGINS(errorAfter("lower_right", "lower_rigth"),
                   "some/try.wall:2:38: unknown key \"lower_rigth\"; did you mean \"lower_right\"?");

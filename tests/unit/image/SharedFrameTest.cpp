@@ -1,6 +1,7 @@
 #include "client/image/SharedFrame.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -190,6 +191,12 @@ TEST(SharedFrame, RefusesFilesThatAreSomethingElse) {
     EXPECT_EQ(readSharedFrame(path).error().code, ErrorCode::kBadInput);
     ASSERT_TRUE(writeFile(path, Bytes(100'000, std::byte{0x7f})));
     EXPECT_EQ(readSharedFrame(path).error().code, ErrorCode::kBadInput);
+
+    // Nobody writes into it: to wait for that would be for ever.
+    const std::string pipe = folder / "pipe";
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_EQ(readSharedFrame(pipe).error().code, ErrorCode::kBadInput);
+    EXPECT_EQ(SharedFrameReader::open(pipe).error().code, ErrorCode::kBadInput);
 
     auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
     ASSERT_TRUE(writer);

@@ -1,6 +1,8 @@
 // States of windows and terminals, added up: whatever is lost, repeated or late.
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include "server/sim/navigation/InputSources.h"
 
 namespace tessera {
@@ -51,6 +53,35 @@ TEST(InputSources, SumsAndCountsSurviveWhatIsLostAndWrapAround) {
         EXPECT_EQ(input.actions, std::vector(4, InputAction::kHome));
         EXPECT_FALSE(sources.frame({}, kNowhere).steers()) << "had once";
     }
+}
+
+// Frames of 500 ms: what counts is how long, wherever in them it begins and ends.
+TEST(InputSources, WhatIsHeldCountsAsLongAsItIsHeld) {
+    using std::chrono::milliseconds;
+    const TimePoint start{std::chrono::hours(1)};
+    for (const int begin : {1, 100, 499, 500, 501, 730}) {
+        for (const int length : {0, 1, 20, 100, 300, 1000, 1700}) {
+            InputSources sources;
+            sources.take("host", {}, start);
+            bool down = false, up = false;
+            double metres = 0;
+            (void)sources.frame(start, kNowhere);
+            for (int frame = 1; frame <= 8; ++frame) {
+                if (!down && begin <= 500 * frame) down = true, sources.take("host", forward(), start + milliseconds(begin));
+                if (down && !up && begin + length <= 500 * frame) up = true, sources.take("host", {}, start + milliseconds(begin + length));
+                metres -= 0.5 * sources.frame(start + milliseconds(500 * frame), kNowhere).move.z();
+            }
+            EXPECT_NEAR(metres, 0.001 * length, 1e-9) << "from " << begin << " ms";
+            EXPECT_FALSE(sources.frame(start + milliseconds(5000), kNowhere).steers());
+        }
+    }
+    // A host that comes in the middle of a frame holds nothing before; times that run backwards are none.
+    InputSources sources;
+    (void)sources.frame(start, kNowhere);
+    sources.take("late", forward(), start + milliseconds(400));
+    EXPECT_NEAR(sources.frame(start + milliseconds(500), kNowhere).move.z(), -0.2, 1e-9);
+    sources.take("late", {}, start);
+    EXPECT_EQ(sources.frame(start + milliseconds(1000), kNowhere).move.z(), 0);
 }
 
 TEST(InputSources, NobodyDoesMoreThanHandsCan) {

@@ -223,12 +223,20 @@ TEST(Tracking, ADeviceThatTellsOfChangesAloneIsHeldWhilePosesGoOn) {
             held.pose(at += 16ms);
             ASSERT_TRUE(counts(held.at(at))) << i;
         }
-        // Behind somebody's back for a second: nothing, and then as it was told last.
+        // Behind somebody's back for a second: nothing, nor later by itself. The hand may have let go there.
         EXPECT_TRUE(isLetGo(held.at(at + 1s)));
         EXPECT_TRUE(held.tracking.wands().front().tracked);
         EXPECT_EQ(held.tracking.describe(at + 1s)[0].sensors[static_cast<std::size_t>(held.hand)].buttons, 0u);
         held.pose(at += 1s);
+        EXPECT_TRUE(isLetGo(held.at(at)));
+        held.pose(at += 16ms);
+        EXPECT_TRUE(isLetGo(held.at(at)));
+        held.stick(at, 1);
         EXPECT_TRUE(counts(held.at(at)));
+        // The same where no frame looked in between.
+        held.pose(at += 1s);
+        EXPECT_TRUE(isLetGo(held.at(at)));
+        held.stick(at, 1);
         // What is no number is no wish, and not the one before.
         held.stick(at, std::numeric_limits<double>::infinity());
         EXPECT_EQ(held.at(at).axes.at(1), 0);

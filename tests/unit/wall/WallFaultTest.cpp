@@ -203,6 +203,8 @@ TEST(WallFaults, FindsPicturesThatAreTooLarge) {
 TEST(WallFaults, FindsHeadsThatCannotBe) {
     EXPECT_SAYS(faultAfter([](Wall& w) { w.users[0].position.y() = std::nan(""); }), "finite");
     EXPECT_SAYS(faultAfter([](Wall& w) { w.users[0].orientation.coeffs().setZero(); }), "orientation");
+    for (const double length : {1e-60, 1e50, 1e300, HUGE_VAL, std::nan("")})
+        EXPECT_SAYS(faultAfter([&](Wall& w) { w.users[0].orientation.coeffs().setConstant(length); }), "beyond what numbers can hold");
     EXPECT_SAYS(faultAfter([](Wall& w) { w.users[0].eyeSeparationMetres = -0.065; }), "eyes");
 }
 
