@@ -39,7 +39,9 @@ static_assert(ObjectMessage::WHOLE == CollisionObject::kWhole &&
               ObjectMessage::EACH_GEOMETRY == CollisionObject::kEachGeometry);
 static_assert(ObjectMessage::TRIANGLES == CollisionObject::kTriangles && ObjectMessage::HULL == CollisionObject::kHull &&
               ObjectMessage::HEIGHTFIELD == CollisionObject::kHeightField &&
-              ObjectMessage::POINTS == CollisionObject::kPoints && ObjectMessage::AUTO_SHAPE == CollisionObject::kAutoShape);
+              ObjectMessage::POINTS == CollisionObject::kPoints && ObjectMessage::AUTO_SHAPE == CollisionObject::kAutoShape &&
+              ObjectMessage::SPHERICAL == CollisionObject::kSpherical &&
+              ObjectMessage::DISTANCE_FIELD == CollisionObject::kDistanceField);
 static_assert(ObjectMessage::AUTO == CollisionObject::kAuto && ObjectMessage::SPHERE == CollisionObject::kSphere &&
               ObjectMessage::DOP26 == CollisionObject::kDop26);
 
@@ -77,6 +79,7 @@ Expected<CollisionObject> readCollisionObject(const ObjectMessage& message) {
     object.volume = message.volume();
     object.tolerance = message.tolerance();
     object.level = message.level();
+    object.error = message.error();
     if (message.has_layers()) object.layers = message.layers();
     object.mass = message.mass();
     if (message.has_restitution()) object.restitution = message.restitution();

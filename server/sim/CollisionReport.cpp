@@ -119,6 +119,7 @@ nlohmann::ordered_json CollisionReport::toJson(const Aspect& scene) const {
                              {"interest", names.interest(d.interest)},
                              {"phase", nameOf(d.phase)},
                              {"distance", d.distance},
+                             {"error", d.error},
                              {"nodes", {names.node(d.nodeA), names.node(d.nodeB)}},
                              {"faces", {faceOf(d.faceA), faceOf(d.faceB)}},
                              {"points", {jsonOf(d.pointA), jsonOf(d.pointB)}}});

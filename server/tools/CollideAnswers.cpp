@@ -67,8 +67,9 @@ std::string answerLine(const PairDepth& depth, std::optional<double> error, Answ
         return fmt::format(R"({{"depth":{},"normal":{},"error":{}}})", depth.depth ? json(*depth.depth) : "null",
                            json(depth.normal), error ? json(*error) : "null");
     if (!depth.depth) return "no depth: a surface that encloses nothing, or nothing but a touch";
-    if (*depth.depth == 0) return "depth 0";
-    return fmt::format("depth {:.9g}, B out along {}", *depth.depth, text(depth.normal));
+    const std::string rest = reservations(true, error.value_or(0), format);
+    if (*depth.depth == 0) return "depth 0" + rest;
+    return fmt::format("depth {:.9g}, B out along {}{}", *depth.depth, text(depth.normal), rest);
 }
 
 std::string answerLine(const Distance& distance, AnswerFormat format, double error) {

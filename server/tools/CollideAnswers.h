@@ -17,12 +17,13 @@ enum class AnswerFormat { kText, kJson };
 inline constexpr std::size_t kPairsNamed = 16;
 
 // One line each, without its end. Numbers have 17 significant digits in JSON and do not depend on the locale. An answer
-// that is not complete says so (`"complete":false`); so does one of covers (`"error"`: as coverError, if above 0).
+// that is not complete says so (`"complete":false`); so does one of covers and of distance fields (`"error"`: as coverError,
+// or Distance::error, if above 0).
 [[nodiscard]] std::string answerLine(Touch touch, AnswerFormat format, double error = 0);
 [[nodiscard]] std::string answerLine(const PairTouch& pairs, AnswerFormat format, double error = 0);
 [[nodiscard]] std::string answerLine(const Distance& distance, AnswerFormat format, double error = 0);
 [[nodiscard]] std::string answerLine(const Impact& impact, AnswerFormat format, double error = 0);
-/// `error`: as PairMethods::error; none: it is not known.
+/// `error`: as PairDepth::error; none: it is not known.
 [[nodiscard]] std::string answerLine(const PairDepth& depth, std::optional<double> error, AnswerFormat format);
 
 struct QueryTimes {

@@ -4,6 +4,7 @@
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -32,7 +33,9 @@ const std::map<std::string, CollideQuery> kQueries{
 const std::map<std::string, Representation> kKinds{{"triangles", Representation::kTriangles},
                                                    {"hull", Representation::kHull},
                                                    {"heightfield", Representation::kHeightField},
-                                                   {"points", Representation::kPoints}};
+                                                   {"points", Representation::kPoints},
+                                                   {"spherical", Representation::kSpherical},
+                                                   {"distance-field", Representation::kDistanceField}};
 const std::map<std::string, VolumeKind> kVolumes{{"sphere", VolumeKind::kSphere}, {"aabb", VolumeKind::kAabb},
                                                  {"obb", VolumeKind::kObb},       {"dop6", VolumeKind::kDop6},
                                                  {"dop14", VolumeKind::kDop14},   {"dop18", VolumeKind::kDop18},
@@ -65,7 +68,7 @@ Expected<Model> load(const std::string& path, Representation as, const CollideAr
 }
 
 /// With the tree that queries begin with, so that its time counts as building.
-Expected<std::shared_ptr<CollisionShape>> shapeOf(Model model, Representation as, unsigned level,
+Expected<std::shared_ptr<CollisionShape>> shapeOf(Model model, Representation as, unsigned level, double error,
                                                   const std::string& path, const TreeOptions& trees) {
     if (const auto* points = std::get_if<FilePoints>(&model)) {
         Expected<std::shared_ptr<CollisionShape>> made =
@@ -84,6 +87,12 @@ Expected<std::shared_ptr<CollisionShape>> shapeOf(Model model, Representation as
         if (!field) return failWith(path, field.error());
         return field;
     }
+    if (as == Representation::kDistanceField) {
+        Expected<std::shared_ptr<CollisionShape>> field = CollisionShape::ofDistanceField(std::move(mesh), error, trees);
+        if (!field) return failWith(fmt::format("{}, --error {}", path, 100 * error), field.error());
+        return field;
+    }
+    if (as == Representation::kSpherical) return CollisionShape::ofSphericalField(std::move(mesh), trees);
     std::shared_ptr<CollisionShape> shape = as == Representation::kHull
                                                 ? CollisionShape::ofHull(mesh, trees)
                                                 : CollisionShape::ofTriangles(std::move(mesh), trees);
@@ -118,12 +127,12 @@ std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArgu
                                   return methods.contacts(a, b, a_T_b, ~std::size_t{0}, {work, nullptr, workers});
                               }),
                               format, error);
-        case CollideQuery::kDistance:
-            return answerLine(timed([&](QueryWork& work) {
-                                  return methods.distance(a, b, a_T_b, work,
-                                                          {.tolerance = arguments.tolerance.value_or(0)});
-                              }),
-                              format, error);
+        case CollideQuery::kDistance: {
+            const Distance found = timed([&](QueryWork& work) {
+                return methods.distance(a, b, a_T_b, work, {.tolerance = arguments.tolerance.value_or(0)});
+            });
+            return answerLine(found, format, std::max(error, found.error));
+        }
         case CollideQuery::kImpact:
             return answerLine(timed([&](QueryWork& work) {
                                   return methods.firstContact(
@@ -131,11 +140,10 @@ std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArgu
                                       {.tolerance = arguments.tolerance.value_or(ImpactOptions{}.tolerance)});
                               }),
                               format, error);
-        case CollideQuery::kDepth:
-            return answerLine(timed([&](QueryWork& work) {
-                                  return methods.depth({a, here}, {b, a_T_b}, work);
-                              }),
-                              a.isCover() || b.isCover() ? std::nullopt : std::optional(methods.error), format);
+        case CollideQuery::kDepth: {
+            const PairDepth found = timed([&](QueryWork& work) { return methods.depth({a, here}, {b, a_T_b}, work); });
+            return answerLine(found, a.isCover() || b.isCover() ? std::nullopt : std::optional(found.error), format);
+        }
         case CollideQuery::kSelf:
             break;
     }
@@ -189,12 +197,17 @@ Expected<void> collide(const CollideArguments& arguments) {
 
     const SteadyClock::time_point start = SteadyClock::now();
     const Expected<std::shared_ptr<CollisionShape>> shapeA =
-        shapeOf(std::move(*a), arguments.asA, arguments.levelA, arguments.a, arguments.tree);
+        shapeOf(std::move(*a), arguments.asA, arguments.levelA, arguments.error, arguments.a, arguments.tree);
     if (!shapeA) return tl::unexpected(shapeA.error());
     const Expected<std::shared_ptr<CollisionShape>> shapeB =
-        alone ? shapeA : shapeOf(std::move(*b), arguments.asB, arguments.levelB, arguments.b, arguments.tree);
+        alone ? shapeA : shapeOf(std::move(*b), arguments.asB, arguments.levelB, arguments.error, arguments.b, arguments.tree);
     if (!shapeB) return tl::unexpected(shapeB.error());
     const Bodies bodies{*shapeA, *shapeB};
+    if (arguments.query == CollideQuery::kDepth)
+        for (const auto& [shape, path] : {std::pair(bodies.a, arguments.a), std::pair(bodies.b, arguments.b)})
+            if (shape->distanceField() != nullptr && !shape->distanceField()->isSigned())
+                return fail(ErrorCode::kBadInput,
+                            fmt::format("{}: an open surface has no inside, so as a distance field it has no depth", path));
     QueryTimes times{.buildUs = microseconds(start, SteadyClock::now()),
                      .threads = arguments.threads,
                      .instructionSet = name(instructionSet())};
@@ -251,7 +264,7 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
                        "toi: a distance that is a hit (1e-4);\ndistance: may be so much too large (0)")
             ->type_name("T");
     app.add_option("--threads", out.threads, "For any and all (1)")->type_name("N")->check(CLI::Range(1, 256));
-    app.add_option("--as-a", asA, "A as triangles, hull, heightfield or\npoints (triangles)")
+    app.add_option("--as-a", asA, "A as triangles, hull, heightfield,\npoints, spherical or distance-field\n(triangles)")
         ->type_name("KIND")
         ->check(oneOf(kKinds));
     app.add_option("--as-b", asB, "The same of B")->type_name("KIND")->check(oneOf(kKinds));
@@ -259,6 +272,10 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     const CLI::Option* levelAOption = app.add_option("--level-a", levelA, "A as balls that cover it; 1 to 12, each\nhalf as large as the last; 0: as it is")
         ->type_name("N");
     const CLI::Option* levelBOption = app.add_option("--level-b", levelB, "The same of B")->type_name("N");
+    double error = 1;
+    const CLI::Option* errorOption =
+        app.add_option("--error", error, "Distances and depths by distance\nfields may be wrong by so many\npercent of their size (1)")
+            ->type_name("E");
     double radius = 0;
     const CLI::Option* radiusOption = app.add_option("--radius", radius, "Of points; else the file's")->type_name("R");
     app.add_option("--volume", volume, "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; times of contact may differ\nwithin the tolerance, nothing else")
@@ -307,7 +324,7 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
         if (wrong != std::errc() || rest != end || to > kFinestLevel)
             return fail(ErrorCode::kUsage,
                         fmt::format("{} must be a whole number from 0 to {}", option->get_name(), kFinestLevel));
-        if (as == Representation::kHull || as == Representation::kPoints)
+        if (as != Representation::kTriangles && as != Representation::kHeightField)
             return fail(ErrorCode::kUsage, fmt::format("{} is for triangles and height fields", option->get_name()));
         return {};
     };
@@ -317,6 +334,13 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
         return tl::unexpected(good.error());
     if (const Expected<void> good = takeLevel(levelBOption, levelB, out.asB, out.levelB); !good)
         return tl::unexpected(good.error());
+    if (errorOption->count() > 0) {
+        if (alone || (out.asA != Representation::kDistanceField && out.asB != Representation::kDistanceField))
+            return fail(ErrorCode::kUsage, "--error is for --as-a distance-field and --as-b distance-field");
+        if (!(error >= 0.1 && error <= 20))
+            return fail(ErrorCode::kUsage, "--error must be a number of percent, from 0.1 to 20");
+        out.error = 0.01 * error;
+    }
     if (radiusOption->count() > 0) {
         if (!points) return fail(ErrorCode::kUsage, "--radius is for --as-a points and --as-b points");
         if (!std::isfinite(radius) || radius < 0)

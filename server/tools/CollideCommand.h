@@ -19,6 +19,7 @@ struct CollideArguments {
     std::string a, b, poses;  ///< of self a alone
     Representation asA = Representation::kTriangles, asB = Representation::kTriangles;
     unsigned levelA = 0, levelB = 0;  ///< of detail, as CollisionObject::level
+    double error = 0.01;              ///< of distance fields, in diagonals of their boxes
     std::optional<double> radius;     ///< of points; else the file's
     CollideQuery query = CollideQuery::kAny;
     AnswerFormat format = AnswerFormat::kText;

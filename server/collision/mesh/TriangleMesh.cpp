@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <cstdint>
 #include <string>
 #include <type_traits>
 
@@ -54,12 +54,30 @@ Expected<TriangleMesh> TriangleMesh::make(std::span<const double> positions, std
 
 namespace {
 
+constexpr std::size_t kLanes = 8;
+
+/// Whether all of these numbers are 0; not where one is no number. Lane by lane, without a branch within: compilers make
+/// vectors of it.
+template <typename Of>
+bool allZero(const double* numbers, std::size_t count, const Of& of) {
+    double sum[kLanes] = {};
+    std::size_t i = 0;
+    for (; i + kLanes <= count; i += kLanes)
+        for (std::size_t k = 0; k < kLanes; ++k) sum[k] += of(numbers[i + k]);
+    for (; i < count; ++i) sum[0] += of(numbers[i]);
+    return std::ranges::all_of(sum, [](double x) { return x == 0; });
+}
+
+/// Of numbers that are finite, and no larger than TriangleMeshLimits allow: those beyond float become infinite.
+bool allFloats(const double* numbers, std::size_t count) {
+    return allZero(numbers, count, [](double x) { return std::abs(static_cast<double>(static_cast<float>(x)) - x); });
+}
+
 Expected<void> checkCoordinates(std::span<const Vec3d> positions, std::size_t first) {
     // One pass that carries on, then one that looks for the place: bad input is rare.
     const double most = TriangleMeshLimits{}.maxCoordinate;
     const double* const coordinates = positions.empty() ? nullptr : positions.data()->data();
-    bool good = true;
-    for (std::size_t i = 0; i < 3 * positions.size(); ++i) good &= std::abs(coordinates[i]) <= most;
+    const bool good = allZero(coordinates, 3 * positions.size(), [most](double x) { return std::abs(x) <= most ? 0.0 : 1.0; });
     for (std::size_t i = 0; !good && i < 3 * positions.size(); ++i)
         if (!(std::abs(coordinates[i]) <= most))
             return fail(ErrorCode::kBadInput, "vertex " + std::to_string(first + i / 3) +
@@ -81,11 +99,6 @@ Expected<void> TriangleMesh::move(std::span<const Vec3d> positions) {
 }
 
 namespace {
-
-bool isFloat(double x) {
-    return std::abs(x) <= static_cast<double>(std::numeric_limits<float>::max()) &&
-           static_cast<double>(static_cast<float>(x)) == x;
-}
 
 /// The box of all vertices. Two at once, as one run of numbers: this is half of what following a deformation costs
 /// otherwise.
@@ -115,7 +128,7 @@ template <typename Scalar>
 void TriangleMesh::take(const Scalar* coordinates, std::size_t vertices) {
     bool asFloats = true;
     if constexpr (!std::is_same_v<Scalar, float>)
-        asFloats = std::all_of(coordinates, coordinates + 3 * vertices, isFloat);
+        asFloats = allFloats(coordinates, 3 * vertices);
     if (asFloats) {
         floats_.resize(vertices);
         if (vertices != 0)
@@ -140,7 +153,7 @@ Expected<void> TriangleMesh::move(std::size_t first, std::span<const Vec3d> posi
     if (positions.empty()) return {};
     ++moves_;
     const double* const coordinates = positions.data()->data();
-    if (!floats_.empty() && !std::all_of(coordinates, coordinates + 3 * positions.size(), isFloat)) {
+    if (!floats_.empty() && !allFloats(coordinates, 3 * positions.size())) {
         doubles_.reserve(floats_.size());
         for (const Vec3f& p : floats_) doubles_.push_back(p.cast<double>());
         floats_ = {};

@@ -7,11 +7,20 @@ namespace {
 
 ShapeChoice choiceOf(const CollisionObject& object) {
     ShapeChoice choice;
+    constexpr double kUsualError = 0.01, kPercent = 0.01;
     switch (object.shape) {
         case CollisionObject::kHull: choice.representation = Representation::kHull; break;
         case CollisionObject::kHeightField: choice.representation = Representation::kHeightField; break;
         case CollisionObject::kPoints: choice.representation = Representation::kPoints; break;
-        case CollisionObject::kAutoShape: choice.representation = std::nullopt; break;
+        case CollisionObject::kAutoShape:
+            choice.representation = std::nullopt;
+            choice.error = kPercent * object.error;
+            break;
+        case CollisionObject::kSpherical: choice.representation = Representation::kSpherical; break;
+        case CollisionObject::kDistanceField:
+            choice.representation = Representation::kDistanceField;
+            choice.error = object.error > 0 ? kPercent * object.error : kUsualError;
+            break;
         default: break;
     }
     switch (object.volume) {

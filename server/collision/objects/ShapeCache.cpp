@@ -45,7 +45,8 @@ std::shared_ptr<const CollisionShape> pointsOf(const MeshArrays& arrays) {
 }
 
 bool coverable(const ShapeChoice& choice) {
-    return choice.representation != Representation::kHull && choice.representation != Representation::kPoints;
+    return !choice.representation || choice.representation == Representation::kTriangles ||
+           choice.representation == Representation::kHeightField;
 }
 
 ShapeChoice withoutLevel(ShapeChoice choice) {
@@ -89,8 +90,13 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
             uncovered_.insert(key);
             return shape(arrays, withoutLevel(choice));
         }
+        if (wanted == Representation::kDistanceField || (!wanted && choice.error > 0))
+            if (const auto field = CollisionShape::ofDistanceField(std::move(*mesh), choice.error, trees)) made = *field;
+        if (made) return shapes_[key] = std::move(made);
         if (wanted == Representation::kHull)
             made = CollisionShape::ofHull(*mesh, trees);
+        else if (wanted == Representation::kSpherical)
+            made = CollisionShape::ofSphericalField(std::move(*mesh), trees);
         else if (wanted == Representation::kHeightField || (!wanted && mesh->faceCount() >= kAutomaticFieldFaces))
             if (const auto field = CollisionShape::ofHeightField(*mesh, trees)) made = *field;
         if (!made && wanted != Representation::kHull) made = CollisionShape::ofTriangles(std::move(*mesh), trees);

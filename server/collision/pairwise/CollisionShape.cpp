@@ -1,5 +1,6 @@
 #include "server/collision/pairwise/CollisionShape.h"
 
+#include <algorithm>
 #include <bit>
 #include <vector>
 
@@ -62,6 +63,26 @@ Expected<std::shared_ptr<CollisionShape>> CollisionShape::ofCover(TriangleMesh&&
         new CollisionShape(Representation::kPoints, std::make_shared<TriangleMesh>(std::move(mesh)), trees));
     shape->points_ = std::move(*points);
     shape->coveredFaces_ = std::move(cover->faces);
+    return shape;
+}
+
+std::shared_ptr<CollisionShape> CollisionShape::ofSphericalField(TriangleMesh mesh, const TreeOptions& trees) {
+    auto shape = std::shared_ptr<CollisionShape>(
+        new CollisionShape(Representation::kSpherical, std::make_shared<TriangleMesh>(std::move(mesh)), trees));
+    shape->spherical_.emplace(shape->tree(VolumeKind::kObb));
+    return shape;
+}
+
+Expected<std::shared_ptr<CollisionShape>> CollisionShape::ofDistanceField(TriangleMesh&& mesh, double error,
+                                                                          const TreeOptions& trees) {
+    auto shape = std::shared_ptr<CollisionShape>(
+        new CollisionShape(Representation::kDistanceField, std::make_shared<TriangleMesh>(std::move(mesh)), trees));
+    Expected<DistanceLattice> lattice = DistanceLattice::make(shape->tree(VolumeKind::kObb), {.error = error});
+    if (!lattice) {
+        mesh = std::move(*shape->mesh_);
+        return tl::unexpected(lattice.error());
+    }
+    shape->lattice_ = std::move(*lattice);
     return shape;
 }
 
@@ -145,7 +166,12 @@ void CollisionShape::setBall() {
 
 const TriangleTree& CollisionShape::tree(VolumeKind kind) const {
     LazyTree& lazy = trees_[static_cast<std::size_t>(kind)];
-    std::call_once(lazy.made, [&] {
+    std::call_once(*lazy.current, [&] {
+        if (lazy.tree) {
+            follow(*lazy.tree, lazy.movedFirst, lazy.movedEnd - lazy.movedFirst);
+            lazy.movedFirst = lazy.movedEnd = 0;
+            return;
+        }
         (void)mesh();
         TreeOptions options = options_;
         options.volume = kind;
@@ -154,9 +180,16 @@ const TriangleTree& CollisionShape::tree(VolumeKind kind) const {
     return *lazy.tree;
 }
 
+const DeformingSurface& CollisionShape::groups() const {
+    if (deformingGroups_) return *deformingGroups_;
+    TESSERA_CHECK(hasGroups(), "of what moves the groups are its own");
+    std::call_once(groupsMade_, [&] { restingGroups_ = std::make_unique<DeformingSurface>(mesh()); });
+    return *restingGroups_;
+}
+
 const TriangleTree& CollisionShape::centreTree() const {
     TESSERA_CHECK(isCover(), "only covers have balls that fit a surface");
-    std::call_once(centreTree_.made, [&] {
+    std::call_once(*centreTree_.current, [&] {
         std::vector<double> positions;
         std::vector<std::uint32_t> indices;
         positions.reserve(3 * points_->size());
@@ -225,20 +258,58 @@ Expected<void> CollisionShape::move(std::size_t first, std::span<const Vec3d> po
     const bool all = first == 0 && positions.size() == mesh_->vertexCount();
     if (Expected<void> moved = all ? mesh_->move(positions) : mesh_->move(first, positions); !moved) return moved;
     if (topology_) topologyLookedAt_ = std::make_unique<std::once_flag>();
+    moveGroups(first, positions);
     for (LazyTree& lazy : trees_) {
         if (!lazy.tree) continue;
-        lazy.tree->refitted(first, positions.size());
-        if (lazy.tree->decay() > TriangleTree::kRebuildAbove) lazy.tree->rebuild();
+        if (!deformingGroups_ && lazy.movedEnd == 0) {
+            follow(*lazy.tree, first, positions.size());
+            continue;
+        }
+        // When it is asked for.
+        if (lazy.movedEnd == 0) {
+            lazy.current = std::make_unique<std::once_flag>();
+            lazy.movedFirst = first;
+        }
+        lazy.movedFirst = std::min(lazy.movedFirst, first);
+        lazy.movedEnd = std::max(lazy.movedEnd, first + positions.size());
     }
     return {};
+}
+
+void CollisionShape::follow(TriangleTree& tree, std::size_t first, std::size_t count) {
+    tree.refitted(first, count);
+    if (tree.decay() > TriangleTree::kRebuildAbove) tree.rebuild();
+}
+
+/// After the mesh.
+void CollisionShape::moveGroups(std::size_t first, std::span<const Vec3d> positions) {
+    movedVertices_ += positions.size();
+    if (restingGroups_) deformingGroups_ = std::move(restingGroups_);
+    if (deformingGroups_) {
+        const bool asked = std::ranges::any_of(trees_, [](const LazyTree& lazy) { return lazy.tree && lazy.movedEnd == 0; });
+        movesWithTrees_ = asked ? movesWithTrees_ + 1 : 0;
+        if (movesWithTrees_ >= kMovesWithTrees) {
+            deformingGroups_.reset();
+            return;
+        }
+        const Expected<void> moved = deformingGroups_->move(first, positions);
+        TESSERA_CHECK(moved.has_value(), "what a mesh takes, its groups take");
+        return;
+    }
+    // Once, and where this is not the first time.
+    const bool worthIt = movesWithTrees_ < kMovesWithTrees && movedVertices_ >= kMovesBeforeGroups * mesh_->vertexCount();
+    if (worthIt) deformingGroups_ = std::make_unique<DeformingSurface>(*mesh_);
 }
 
 std::size_t CollisionShape::memoryBytes() const {
     std::size_t bytes = (mesh_ ? mesh_->memoryBytes() : 0) + (hull_ ? hull_->memoryBytes() : 0) +
                         (field_ ? field_->memoryBytes() : 0) + (points_ ? points_->memoryBytes() : 0) +
-                        coveredFaces_.capacity() * sizeof(std::uint32_t);
+                        coveredFaces_.capacity() * sizeof(std::uint32_t) + (spherical_ ? spherical_->memoryBytes() : 0) +
+                        (lattice_ ? lattice_->memoryBytes() : 0);
     for (const LazyTree& lazy : trees_)
         if (lazy.tree) bytes += lazy.tree->memoryBytes() - mesh_->memoryBytes();
+    for (const auto* groups : {deformingGroups_.get(), restingGroups_.get()})
+        if (groups != nullptr) bytes += groups->memoryBytes();
     if (centreTree_.tree) bytes += centreTree_.tree->memoryBytes();
     return bytes;
 }

@@ -16,19 +16,25 @@
 #include "server/collision/representation/BallCover.h"
 #include "server/collision/representation/HeightField.h"
 #include "server/collision/representation/PointSet.h"
+#include "server/collision/spherical/DistanceLattice.h"
+#include "server/collision/spherical/SphericalField.h"
+#include "server/collision/spherical_bezier/DeformingSurface.h"
 #include "server/collision/tree/TriangleTree.h"
 
 namespace tessera {
 
 /// By what a shape is looked at in queries: a row and a column of PairTable.h.
-enum class Representation : std::uint8_t { kTriangles, kHull, kHeightField, kPoints };
-inline constexpr std::size_t kRepresentations = 4;
+enum class Representation : std::uint8_t { kTriangles, kHull, kHeightField, kPoints, kSpherical, kDistanceField };
+inline constexpr std::size_t kRepresentations = 6;
 
 /// What an object asks of the shapes of its geometries.
 struct ShapeChoice {
     std::optional<Representation> representation = Representation::kTriangles;  ///< none: what suits the geometry
     std::optional<VolumeKind> volume;  ///< of trees of triangles; none: what suits best (kAutomaticVolume …)
     unsigned level = 0;                ///< above 0: triangles are taken as balls that cover them
+    /// Of distance fields, and of what suits the geometry: by how much distances may be wrong, in diagonals of its box. 0 of
+    /// what suits: not at all.
+    double error = 0;
 
     auto operator<=>(const ShapeChoice&) const = default;
 };
@@ -60,6 +66,14 @@ public:
     /// where there is no such cover.
     [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofCover(TriangleMesh&& mesh, unsigned level,
                                                                            const TreeOptions& trees = {});
+
+    /// A surface that is looked at by directions from within (../spherical); the answers of its triangles.
+    [[nodiscard]] static std::shared_ptr<CollisionShape> ofSphericalField(TriangleMesh mesh,
+                                                                          const TreeOptions& trees = {});
+    /// A surface whose distances are known on a lattice: wrong by `error` diagonals of its box at most, 0.001 to 0.2. What
+    /// touches is asked of its triangles. Leaves the mesh where it is and says why where there is no such field.
+    [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofDistanceField(TriangleMesh&& mesh, double error,
+                                                                                   const TreeOptions& trees = {});
 
     [[nodiscard]] Representation representation() const { return representation_; }
     /// What answers name: faces. Of a hull its own, so that all queries about surfaces work on it; of points the
@@ -93,8 +107,10 @@ public:
     /// Null for all else.
     [[nodiscard]] const HeightField* heightField() const { return field_ ? &*field_ : nullptr; }
     [[nodiscard]] const PointSet* points() const { return points_ ? &*points_ : nullptr; }
+    [[nodiscard]] const SphericalField* sphericalField() const { return spherical_ ? &*spherical_ : nullptr; }
+    [[nodiscard]] const DistanceLattice* distanceField() const { return lattice_ ? &*lattice_ : nullptr; }
 
-    /// Of the triangles. `volume()` is the kind that was asked for.
+    /// Of the triangles, as they are now. `volume()` is the kind that was asked for.
     [[nodiscard]] const TriangleTree& tree() const { return tree(options_.volume); }
     [[nodiscard]] const TriangleTree& tree(VolumeKind kind) const;
     [[nodiscard]] VolumeKind volume() const { return options_.volume; }
@@ -104,6 +120,16 @@ public:
     /// Which faces share edges, and whether they enclose a volume. Made when first asked for; after a move it is first
     /// looked whether it still holds (a pass over all vertices). Stays where it is until the next move.
     [[nodiscard]] const SurfaceTopology& topology() const;
+    /// Groups of triangles that follow moves at a fraction of what trees cost (../spherical_bezier); what touches is
+    /// the same. A shape whose vertices move again and again chooses them itself: after as many moved vertices as
+    /// kMovesBeforeGroups times all. From then on its trees are brought up to date when they are asked for; where they
+    /// are asked for in kMovesWithTrees moves on end it is trees alone again, for good. What never moves has groups, too, made
+    /// when first asked for.
+    [[nodiscard]] const DeformingSurface& groups() const;
+    [[nodiscard]] bool followsByGroups() const { return deformingGroups_ != nullptr; }
+    [[nodiscard]] bool hasGroups() const { return deformingGroups_ != nullptr || (!deforms_ && movedVertices_ == 0); }
+    static constexpr std::size_t kMovesBeforeGroups = 8, kMovesWithTrees = 4;
+
     /// Its vertices have moved, or may move from frame to frame.
     [[nodiscard]] bool deforms() const { return deforms_; }
     void setDeforms() { deforms_ = true; }
@@ -127,9 +153,13 @@ public:
 
 private:
     struct LazyTree {
-        std::once_flag made;
+        /// Another one when the tree is no longer up to date.
+        std::unique_ptr<std::once_flag> current = std::make_unique<std::once_flag>();
         std::unique_ptr<TriangleTree> tree;
+        std::size_t movedFirst = 0, movedEnd = 0;  ///< vertices that it does not know of yet
     };
+    static void follow(TriangleTree& tree, std::size_t first, std::size_t count);
+    void moveGroups(std::size_t first, std::span<const Vec3d> positions);
 
     CollisionShape(Representation representation, std::shared_ptr<TriangleMesh> mesh, const TreeOptions& trees)
         : representation_(representation), options_(trees), mesh_(std::move(mesh)) {}
@@ -148,6 +178,13 @@ private:
     double ballRadius_ = 0;
     mutable std::array<LazyTree, kVolumeKinds> trees_;
     mutable LazyTree centreTree_;
+    std::unique_ptr<DeformingSurface> deformingGroups_;
+    std::size_t movedVertices_ = 0, movesWithTrees_ = 0;
+    mutable std::once_flag groupsMade_;
+    mutable std::unique_ptr<DeformingSurface> restingGroups_;  // of what never moves
+    // Of trees_ that of oriented boxes, which they need.
+    std::optional<SphericalField> spherical_;
+    std::optional<DistanceLattice> lattice_;
     /// Another one after each move: then it is looked again whether the topology holds.
     std::unique_ptr<std::once_flag> topologyLookedAt_ = std::make_unique<std::once_flag>();
     mutable std::unique_ptr<SurfaceTopology> topology_;

@@ -23,6 +23,13 @@ bool invertible(const Affine3d& m) {
            inverse.matrix().cwiseAbs().maxCoeff() < 1e50;
 }
 
+std::optional<double> similarityScale(const Affine3d& m) {
+    const Mat3d square = m.linear().transpose() * m.linear();
+    const double s2 = square.trace() / 3;
+    if (!(s2 > 0) || !((square - s2 * Mat3d::Identity()).cwiseAbs().maxCoeff() <= 1e-12 * s2)) return std::nullopt;
+    return std::sqrt(s2);
+}
+
 Box boxAround(const Affine3d& to_T_from, const Box& box) {
     if (box.empty()) return {};
     const Vec3d center = 0.5 * (box.lower + box.upper);

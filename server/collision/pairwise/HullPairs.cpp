@@ -105,12 +105,15 @@ PairTouch contactsWithSurface(const CollisionShape& a, const CollisionShape& b, 
 
 Distance distanceToSurface(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
                            const DistanceOptions& options) {
-    Distance out = surfaceMethods(a, b).distance(a, b, a_T_b, work, options);
+    return orWithin(surfaceMethods(a, b).distance(a, b, a_T_b, work, options), a, b, a_T_b, work);
+}
+
+Distance orWithin(Distance out, const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work) {
     if (!out.complete || out.distance == 0) return out;
     const Touch within = inside(a, b, a_T_b, a.hull() != nullptr, work);
     if (within == Touch::kUnknown) out.complete = false;
     if (within != Touch::kYes) return out;
-    out.distance = 0;
+    out.distance = out.error = 0;
     out.farther = false;
     out.faces = {kWhole, kWhole};
     const ConvexHull& hull = a.hull() != nullptr ? *a.hull() : *b.hull();

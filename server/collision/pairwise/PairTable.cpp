@@ -6,9 +6,11 @@
 #include <utility>
 
 #include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/DistanceFieldPairs.h"
 #include "server/collision/pairwise/FieldPairs.h"
 #include "server/collision/pairwise/HullPairs.h"
 #include "server/collision/pairwise/PointPairs.h"
+#include "server/collision/pairwise/SphericalPairs.h"
 #include "server/collision/pairwise/SurfacePairs.h"
 #include "server/collision/query/FacesNear.h"
 #include "server/collision/representation/BallPairs.h"
@@ -18,57 +20,95 @@
 namespace tessera {
 namespace {
 
-constexpr PairMethods kSurfaces{"triangles",
-                                0,
-                                false,
-                                surface_pairs::touch,
-                                surface_pairs::contacts,
-                                surface_pairs::distance,
-                                surface_pairs::firstContact,
-                                surface_pairs::depth};
-constexpr PairMethods kHulls{"hulls",
-                             0,
-                             false,
-                             hull_pairs::touch,
-                             hull_pairs::contacts,
-                             hull_pairs::distance,
-                             surface_pairs::firstContact,
-                             hull_pairs::depth};
-constexpr PairMethods kHullAndSurface{"hull and triangles",
-                                      0,
-                                      false,
-                                      hull_pairs::touchSurface,
-                                      hull_pairs::contactsWithSurface,
-                                      hull_pairs::distanceToSurface,
-                                      surface_pairs::firstContact,
-                                      surface_pairs::depth};
+constexpr PairMethods kSurfaces{
+    .name = "triangles",
+    .touch = surface_pairs::touch,
+    .contacts = surface_pairs::contacts,
+    .distance = surface_pairs::distance,
+    .firstContact = surface_pairs::firstContact,
+    .depth = surface_pairs::depth,
+};
+constexpr PairMethods kHulls{
+    .name = "hulls",
+    .touch = hull_pairs::touch,
+    .contacts = hull_pairs::contacts,
+    .distance = hull_pairs::distance,
+    .firstContact = surface_pairs::firstContact,
+    .depth = hull_pairs::depth,
+    .byTrees = kFirstContactQuestion,
+};
+constexpr PairMethods kHullAndSurface{
+    .name = "hull and triangles",
+    .touch = hull_pairs::touchSurface,
+    .contacts = hull_pairs::contactsWithSurface,
+    .distance = hull_pairs::distanceToSurface,
+    .firstContact = surface_pairs::firstContact,
+    .depth = surface_pairs::depth,
+    .byTrees = kFirstContactQuestion | kDepthQuestion,
+};
 
-constexpr PairMethods kFields{"height field",
-                              0,
-                              false,
-                              field_pairs::touch,
-                              field_pairs::contacts,
-                              field_pairs::distance,
-                              field_pairs::firstContact,
-                              field_pairs::depth};
-constexpr PairMethods kHullAndField{"hull and height field",
-                                    0,
-                                    false,
-                                    hull_pairs::touchSurface,
-                                    hull_pairs::contactsWithSurface,
-                                    hull_pairs::distanceToSurface,
-                                    field_pairs::firstContact,
-                                    field_pairs::depth};
+constexpr PairMethods kFields{
+    .name = "height field",
+    .touch = field_pairs::touch,
+    .contacts = field_pairs::contacts,
+    .distance = field_pairs::distance,
+    .firstContact = field_pairs::firstContact,
+    .depth = field_pairs::depth,
+};
+constexpr PairMethods kHullAndField{
+    .name = "hull and height field",
+    .touch = hull_pairs::touchSurface,
+    .contacts = hull_pairs::contactsWithSurface,
+    .distance = hull_pairs::distanceToSurface,
+    .firstContact = field_pairs::firstContact,
+    .depth = field_pairs::depth,
+};
 
 template <point_pairs::Hulls kHulls>
 constexpr PairMethods pointMethods(std::string_view name) {
     using Of = point_pairs::Methods<kHulls>;
-    return {name, 0, false, Of::touch, Of::contacts, Of::distance, Of::firstContact, Of::depth};
+    return {.name = name,
+            .touch = Of::touch,
+            .contacts = Of::contacts,
+            .distance = Of::distance,
+            .firstContact = Of::firstContact,
+            .depth = Of::depth};
 }
 
-constexpr PairMethods byTriangles() {
-    PairMethods methods = kSurfaces;
-    methods.fallsBack = true;
+constexpr PairMethods kSphericals{
+    .name = "spherical",
+    .touch = spherical_pairs::touch,
+    .contacts = spherical_pairs::contacts,
+    .distance = surface_pairs::distance,
+    .firstContact = surface_pairs::firstContact,
+    .depth = surface_pairs::depth,
+    .byTrees = kDistanceQuestion | kFirstContactQuestion | kDepthQuestion,
+};
+
+constexpr PairMethods kDistanceFields{
+    .name = "distance field",
+    .touch = surface_pairs::touch,
+    .contacts = surface_pairs::contacts,
+    .distance = distance_field_pairs::distance,
+    .firstContact = surface_pairs::firstContact,
+    .depth = distance_field_pairs::depth,
+    .byTrees = kTouchQuestion | kContactsQuestion | kFirstContactQuestion,
+    .approximate = kDistanceQuestion | kDepthQuestion,
+};
+constexpr PairMethods kHullAndDistanceField{
+    .name = "hull and distance field",
+    .touch = hull_pairs::touchSurface,
+    .contacts = hull_pairs::contactsWithSurface,
+    .distance = distance_field_pairs::distanceToHull,
+    .firstContact = surface_pairs::firstContact,
+    .depth = distance_field_pairs::depth,
+    .byTrees = kFirstContactQuestion,
+    .approximate = kDistanceQuestion | kDepthQuestion,
+};
+
+/// What is said of triangles, said by a representation whose trees are asked.
+constexpr PairMethods byTreesOf(PairMethods methods) {
+    methods.byTrees = kEveryQuestion;
     return methods;
 }
 
@@ -77,42 +117,47 @@ using Table = std::array<std::array<PairMethods, kRepresentations>, kRepresentat
 constexpr Table makeTable() {
     using enum Representation;
     Table table;
-    for (auto& row : table) row.fill(byTriangles());
     const auto set = [&](Representation a, Representation b, const PairMethods& methods) {
         table[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)] = methods;
+        table[static_cast<std::size_t>(b)][static_cast<std::size_t>(a)] = methods;
     };
     set(kTriangles, kTriangles, kSurfaces);
     set(kHull, kHull, kHulls);
     set(kHull, kTriangles, kHullAndSurface);
-    set(kTriangles, kHull, kHullAndSurface);
-    for (const Representation surface : {kTriangles, kHeightField}) {
-        set(kHeightField, surface, kFields);
-        set(surface, kHeightField, kFields);
-    }
+    set(kHeightField, kTriangles, kFields);
+    set(kHeightField, kHeightField, kFields);
     set(kHull, kHeightField, kHullAndField);
-    set(kHeightField, kHull, kHullAndField);
     constexpr PairMethods points = pointMethods<point_pairs::Hulls::kSurfaces>("points"),
                           pointsAndHull = pointMethods<point_pairs::Hulls::kSolids>("hull and points");
-    for (const Representation other : {kTriangles, kHeightField, kPoints}) {
-        set(kPoints, other, points);
-        set(other, kPoints, points);
-    }
+    for (const Representation other : {kTriangles, kHeightField, kPoints}) set(kPoints, other, points);
     set(kHull, kPoints, pointsAndHull);
-    set(kPoints, kHull, pointsAndHull);
+    // By directions yes and no, where the other is triangles; hulls, grids and balls know better what they are.
+    set(kSpherical, kTriangles, kSphericals);
+    set(kSpherical, kSpherical, kSphericals);
+    set(kSpherical, kHull, byTreesOf(kHullAndSurface));
+    set(kSpherical, kHeightField, kFields);
+    set(kSpherical, kPoints, points);
+    // A grid has no tree, and a ball is looked up in a tree as fast as in a lattice.
+    for (const Representation other : {kTriangles, kSpherical, kDistanceField}) set(kDistanceField, other, kDistanceFields);
+    set(kDistanceField, kHull, kHullAndDistanceField);
+    set(kDistanceField, kHeightField, kFields);
+    set(kDistanceField, kPoints, points);
     return table;
 }
 constexpr Table kTable = makeTable();
 
-Representation surfaceOf(const CollisionShape& shape) {
-    return shape.hull() ? Representation::kTriangles : shape.representation();
+constexpr bool complete(const Table& table) {
+    for (const auto& row : table)
+        for (const PairMethods& of : row)
+            if (of.touch == nullptr || of.contacts == nullptr || of.distance == nullptr ||
+                of.firstContact == nullptr || of.depth == nullptr)
+                return false;
+    return true;
 }
+static_assert(complete(kTable), "each two representations need an entry that answers all five questions");
 
-/// The factor by which a similarity stretches lengths; nothing for other maps.
-std::optional<double> similarityOf(const Affine3d& m) {
-    const Mat3d square = m.linear().transpose() * m.linear();
-    const double s2 = square.trace() / 3;
-    if (!(s2 > 0) || !((square - s2 * Mat3d::Identity()).cwiseAbs().maxCoeff() <= 1e-12 * s2)) return std::nullopt;
-    return std::sqrt(s2);
+Representation surfaceOf(const CollisionShape& shape) {
+    return shape.hull() || shape.distanceField() ? Representation::kTriangles : shape.representation();
 }
 
 /// A's world pose is a similarity.
@@ -123,7 +168,7 @@ WorldDistance measured(const PlacedShape& a, double scale, const PlacedShape& b,
     const Distance found =
         pairMethods(a.shape, b.shape).distance(a.shape, b.shape, a.world.inverse() * b.world, work, options);
     return {found.distance * scale,           found.faces,   a.world * found.onA, a.world * found.onB,
-            found.farther || !found.complete, found.complete};
+            found.farther || !found.complete, found.complete, found.error * scale};
 }
 
 }  // namespace
@@ -146,6 +191,10 @@ std::string_view nameOf(Representation representation) {
             return "heightfield";
         case Representation::kPoints:
             return "points";
+        case Representation::kSpherical:
+            return "spherical";
+        case Representation::kDistanceField:
+            return "distance-field";
     }
     return "";
 }
@@ -224,8 +273,8 @@ bool facesNear(const CollisionShape& shape, const Box& box, QueryWork& work, std
 
 WorldDistance distanceInWorld(const PlacedShape& a, const PlacedShape& b, const DistanceOptions& options,
                               QueryWork& work) {
-    if (const std::optional<double> scale = similarityOf(a.world)) return measured(a, *scale, b, options, work);
-    if (const std::optional<double> scale = similarityOf(b.world)) {
+    if (const std::optional<double> scale = similarityScale(a.world)) return measured(a, *scale, b, options, work);
+    if (const std::optional<double> scale = similarityScale(b.world)) {
         DistanceOptions swapped = options;
         if (swapped.start) std::swap(swapped.start->a, swapped.start->b);
         WorldDistance out = measured(b, *scale, a, swapped, work);

@@ -1,8 +1,8 @@
 /// The pairwise stage: the five questions that two shapes are asked, answered by the entry of a table for what the two
 /// are looked at as.
 ///
-/// A new representation is a new row: an entry for each pair that it answers itself. A pair without an entry is
-/// answered by the triangles that every shape has, and `fallsBack` says so.
+/// A new representation is a new row and a new column; a pair without an entry does not compile. What nothing that the two
+/// are looked at as answers better is answered by the trees of their triangles, and `byTrees` says which questions these are.
 #pragma once
 
 #include <cstdint>
@@ -58,6 +58,8 @@ struct PairDepth {
     std::optional<double> depth;
     Vec3d normal = Vec3d::Zero();  ///< of unit length, world, from A to B
     Vec3d point = Vec3d::Zero();   ///< world, in the middle of what both share
+    /// Of approximations: the truth is within this of `depth`, world units. Then the point is the deepest, or nearly.
+    double error = 0;
 };
 
 // The five questions, as every entry of the table answers them.
@@ -77,26 +79,40 @@ using FirstContactMethod = Impact(const CollisionShape& a, const BodyMotion& mot
                                   const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options);
 using DepthMethod = PairDepth(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
 
-/// All in double; yes and no by the exact predicates where `error` is 0. Thread-safe.
+/// Some of the five questions.
+enum Questions : std::uint8_t {
+    kNoQuestion = 0,
+    kTouchQuestion = 1,
+    kContactsQuestion = 2,
+    kDistanceQuestion = 4,
+    kFirstContactQuestion = 8,
+    kDepthQuestion = 16,
+    kEveryQuestion = 31,
+};
+[[nodiscard]] constexpr Questions operator|(Questions a, Questions b) {
+    return static_cast<Questions>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
+}
+
+/// All in double; every yes and no by the exact predicates, of what the shapes are looked at as. Thread-safe.
 struct PairMethods {
     std::string_view name;
-    /// Answers may be wrong by so much, in sizes of the pair: 0 is exact (lengths to rounding) of what the shapes are
-    /// looked at as. Points: PointPairs.h; covers of surfaces: coverError.
-    double error = 0;
-    /// Answered by the triangles of the two.
-    bool fallsBack = false;
-    TouchMethod* touch;
-    ContactsMethod* contacts;
-    DistanceMethod* distance;
-    FirstContactMethod* firstContact;
-    DepthMethod* depth;
+    TouchMethod* touch = nullptr;
+    ContactsMethod* contacts = nullptr;
+    DistanceMethod* distance = nullptr;
+    FirstContactMethod* firstContact = nullptr;
+    DepthMethod* depth = nullptr;
+    /// Answered by trees of the two's triangles, although they are not both looked at as these.
+    Questions byTrees = kNoQuestion;
+    /// These answers are wrong by at most what they say (Distance::error, PairDepth::error). All others are exact (lengths
+    /// to rounding) of what the shapes are looked at as; points: PointPairs.h; covers of surfaces: coverError.
+    Questions approximate = kNoQuestion;
 };
 
 [[nodiscard]] const PairMethods& pairMethods(Representation a, Representation b);
 [[nodiscard]] inline const PairMethods& pairMethods(const CollisionShape& a, const CollisionShape& b) {
     return pairMethods(a.representation(), b.representation());
 }
-/// Hulls by their faces, not as solids.
+/// Exact answers about surfaces: hulls by their faces, not as solids; distance fields by their triangles.
 [[nodiscard]] const PairMethods& surfaceMethods(const CollisionShape& a, const CollisionShape& b);
 
 [[nodiscard]] std::string_view nameOf(Representation representation);
@@ -131,6 +147,7 @@ struct WorldDistance {
     Vec3d pointA = Vec3d::Zero(), pointB = Vec3d::Zero();
     bool farther = false;  ///< nothing is nearer than the bound
     bool complete = true;
+    double error = 0;  ///< of approximations; as Distance::error
 };
 [[nodiscard]] WorldDistance distanceInWorld(const PlacedShape& a, const PlacedShape& b, const DistanceOptions& options,
                                             QueryWork& work);

@@ -5,6 +5,7 @@
 
 #include "server/collision/pairwise/Regions.h"
 #include "server/collision/query/TouchQuery.h"
+#include "server/collision/spherical_bezier/DeformingTouch.h"
 
 namespace tessera::surface_pairs {
 namespace {
@@ -15,14 +16,40 @@ struct Trees {
     const TriangleTree &a, &b;
 };
 
+/// One that follows by groups, and another that is not so large that to walk along all its groups would cost more than
+/// the tree's refit.
+bool byGroups(const CollisionShape& a, const CollisionShape& b) {
+    constexpr std::size_t kMostTimesLarger = 16;
+    if (!a.followsByGroups() && !b.followsByGroups()) return false;
+    if (!a.hasGroups() || !b.hasGroups()) return false;
+    const std::size_t follows = std::max(a.followsByGroups() ? a.faceCount() : 0, b.followsByGroups() ? b.faceCount() : 0);
+    return std::max(a.faceCount(), b.faceCount()) <= kMostTimesLarger * follows;
+}
+
+/// What a walk makes on its way is kept for the next one of the thread.
+DeformingTouch& walkOfThread() {
+    thread_local DeformingTouch walk;
+    return walk;
+}
+
+TouchedPair firstOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
+    if (byGroups(a, b)) return walkOfThread().first(a.groups(), b.groups(), a_T_b, effort.work);
+    const Trees trees(a, b);
+    const TouchOptions options{.workers = effort.workers};
+    return effort.hints != nullptr ? effort.hints->front.firstTouching(trees.a, trees.b, a_T_b, effort.work, options)
+                                   : firstTouching(trees.a, trees.b, a_T_b, effort.work, options);
+}
+
+FacePairs allOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
+    if (byGroups(a, b)) return walkOfThread().all(a.groups(), b.groups(), a_T_b, effort.work);
+    const Trees trees(a, b);
+    return allTouching(trees.a, trees.b, a_T_b, effort.work, {.workers = effort.workers});
+}
+
 }  // namespace
 
 PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
-    const Trees trees(a, b);
-    const TouchOptions options{.workers = effort.workers};
-    const TouchedPair found = effort.hints != nullptr
-                                  ? effort.hints->front.firstTouching(trees.a, trees.b, a_T_b, effort.work, options)
-                                  : firstTouching(trees.a, trees.b, a_T_b, effort.work, options);
+    const TouchedPair found = firstOf(a, b, a_T_b, effort);
     PairTouch out;
     out.touch = found.touch;
     out.complete = found.touch != Touch::kUnknown;
@@ -34,8 +61,7 @@ PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d
 
 PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
                    const PairEffort& effort) {
-    const Trees trees(a, b);
-    FacePairs found = allTouching(trees.a, trees.b, a_T_b, effort.work, {.workers = effort.workers});
+    FacePairs found = allOf(a, b, a_T_b, effort);
     PairTouch out;
     out.touch = !found.pairs.empty() ? Touch::kYes : found.complete ? Touch::kNo : Touch::kUnknown;
     out.complete = found.complete;

@@ -31,11 +31,11 @@ void noteResting(EventBook& book, const ObjectHandler& handler, std::uint32_t nu
         const InterestTerms& interest = handler.interests()[index];
         if (pair.touch.touching && tellsEvents(interest)) touching.emplace_back(interest.core, objectA, objectB);
         if (interest.mode == Interest::kDistance && known.complete && !known.farther &&
-            known.distance <= interest.threshold)
+            known.distance - known.error <= interest.threshold)
             near.push_back({interest.core, objectA, objectB, Phase::kStays, known.distance, pair.nodeA, pair.nodeB,
                             drawnFace(pair.a, known.faces.a, known.pointB - known.pointA),
                             drawnFace(pair.b, known.faces.b, known.pointA - known.pointB), known.pointA,
-                            known.pointB});
+                            known.pointB, known.error});
     }
     book.rests(number, std::move(touching), std::move(near));
 }

@@ -35,6 +35,7 @@ struct DistanceAnswer {
     double distance = 0;  ///< world units
     FacePair faces;
     Vec3d pointA = Vec3d::Zero(), pointB = Vec3d::Zero();  ///< world
+    double error = 0;  ///< as PairDistance::error
 };
 
 /// Where two hulls touch that do, in the poses that the versions name. World.

@@ -37,6 +37,7 @@ void askDistance(PairState& state, const Part& a, const Part& b, double upperBou
     known.faces = found.faces;
     known.pointA = found.pointA;
     known.pointB = found.pointB;
+    known.error = found.error;
     if (known.complete && !known.farther && known.faces.a != kWhole) state.hints.nearest = known.faces;
     known.versionA = known.complete ? a.poseVersion : 0;
     known.versionB = known.complete ? b.poseVersion : 0;

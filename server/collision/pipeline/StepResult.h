@@ -78,6 +78,9 @@ struct PairDistance {
     ObjectId nodeA, nodeB;     ///< geometry-bearing nodes of the nearest faces
     std::uint32_t faceA = 0, faceB = 0;
     Vec3d pointA = Vec3d::Zero(), pointB = Vec3d::Zero();  ///< world
+    /// Of distance fields: the truth is within this of `distance`, world units; then no faces are named (kNoFace), and what
+    /// may be within the threshold is listed. 0: exact to rounding.
+    double error = 0;
 };
 
 /// A motion has been stopped by a kAsk interest: what shall become of it? It stands until a Reply comes or the interest's

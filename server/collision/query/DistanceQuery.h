@@ -27,6 +27,8 @@ struct Distance {
     Vec3d onA = Vec3d::Zero(), onB = Vec3d::Zero();  ///< in A's frame
     bool farther = false;  ///< nothing is nearer than the upper bound (or a mesh is empty); distance is the bound then
     bool complete = true;  ///< false: the work was exhausted; distance is then a *lower* bound and says nothing else
+    /// Of approximations (../pairwise), in A's units: the truth is within this of `distance`.
+    double error = 0;
 };
 
 /// The nearest points of two bodies. Of trees with volumes of two shapes the smaller mesh is divided anew, in the kind of

@@ -79,6 +79,7 @@ struct SignedDistance {
     Vec3d normal = Vec3d::Zero();
     bool complete = true;          ///< false: the work was exhausted; the error is what it then is
     bool exact = false;            ///< asked of the trees: too far for the lattices
+    bool farther = false;          ///< nothing is nearer than the upper bound, if there was one; `distance` is the bound then
 };
 
 /// Of two bodies; `a_T_b` a similarity, mirrored too. The error is at most the larger of what the lattices were made for, in
@@ -86,6 +87,18 @@ struct SignedDistance {
 /// quarter more; it is always stated. Depths need both lattices signed; with one that is not, what is inside it counts as
 /// outside. kBadInput: a map that is no similarity, or that is not finite or out of range.
 [[nodiscard]] Expected<SignedDistance> signedDistance(const DistanceLattice& a, const DistanceLattice& b, const Affine3d& a_T_b,
+                                                      QueryWork& work);
+
+// Of one body that has a lattice, and the surface of another that has none; under any finite affine map. All in the field's
+// frame and lengths; `point` is on the other's surface, `normal` goes from the field's body to it. kBadInput: maps that are
+// not finite, or out of range; a tree that is not one of oriented boxes.
+
+/// How far two surfaces are apart: 0 where they meet, more where one is within the other. The error is at most the field's.
+[[nodiscard]] Expected<SignedDistance> surfaceDistance(const DistanceLattice& field, const TriangleTree& other, const Affine3d& field_T_other,
+                                                       double upperBound, QueryWork& work);
+/// The least signed distance of a point of the other surface from the field's body; the other way round nothing is asked.
+/// kBadInput, too: a field without sides.
+[[nodiscard]] Expected<SignedDistance> signedDistance(const DistanceLattice& field, const TriangleTree& other, const Affine3d& field_T_other,
                                                       QueryWork& work);
 
 }  // namespace tessera

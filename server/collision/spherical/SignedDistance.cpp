@@ -18,13 +18,15 @@ struct OneSide {
     bool complete = true;
 };
 
+/// `scale`: at least the largest stretch of the map. `most`: nothing farther is of interest.
 OneSide oneSide(const TriangleTree& walked, const DistanceLattice& lattice, const Affine3d& lattice_T_walked, double scale, double width,
-                QueryWork& work) {
+                QueryWork& work, bool sides = true, double most = std::numeric_limits<double>::infinity()) {
     const TreeStorage &w = walked.storage(), &l = lattice.tree().storage();
     kernel::LatticeFrame frame{};
     frame.tree = w.view();
     frame.surface = l.view();
     frame.lattice = lattice.view();
+    frame.lattice.isSigned = sides && lattice.isSigned();
     const Mat3d linear = lattice_T_walked.linear() * (l.unit / w.unit);
     const Vec3d shift = (lattice_T_walked * w.centre - l.centre) * l.unit;
     for (int row = 0; row < 3; ++row) {
@@ -36,7 +38,8 @@ OneSide oneSide(const TriangleTree& walked, const DistanceLattice& lattice, cons
     frame.slack = static_cast<float>(4e-6 * (l.radius + stretch * w.radius + shift.norm()));
     kernel::LatticeSink sink{};
     sink.width = static_cast<float>(width * l.unit);
-    sink.lower = sink.upper = 3e38F;
+    sink.lower = 3e38F;
+    sink.upper = static_cast<float>(std::min(3e38, most * l.unit));
     sink.nodeTests = work.boxTests;
     sink.triangleTests = work.triangleTests;
     sink.limit = work.limit;
@@ -60,7 +63,84 @@ double scaleOf(const Affine3d& m) {
     return (gram - square * Mat3d::Identity()).cwiseAbs().maxCoeff() <= 1e-9 * square ? std::sqrt(square) : 0;
 }
 
+/// At least as much as the map stretches any length; of similarities their scale, to rounding.
+double stretchOf(const Mat3d& linear) {
+    return std::sqrt((linear.transpose() * linear).cwiseAbs().rowwise().sum().maxCoeff()) * (1 + 1e-12);
+}
+
+/// What floats can walk over: a map that is finite, and neither enlarges nor moves beyond all measure.
+Expected<double> walkable(const DistanceLattice& field, const TriangleTree& other, const Affine3d& field_T_other) {
+    const TreeStorage &f = field.tree().storage(), &o = other.storage();
+    if (o.empty()) return fail(ErrorCode::kBadInput, "a mesh without triangles has no distances");
+    if (o.options.volume != VolumeKind::kObb) return fail(ErrorCode::kBadInput, "distances need a tree of oriented boxes");
+    const double stretch = stretchOf(field_T_other.linear());
+    if (!field_T_other.matrix().allFinite() || !(stretch > 1e-9 && stretch < 1e9))
+        return fail(ErrorCode::kBadInput, "distances need a finite map that stretches by 1e-9 to 1e9");
+    const double sizes = f.radius / f.unit + stretch * o.radius / o.unit;
+    if (!((field_T_other * o.centre - f.centre).norm() <= 1e6 * sizes))
+        return fail(ErrorCode::kBadInput, "bodies a million times farther apart than they are large");
+    return stretch;
+}
+
+SignedDistance exhausted() {
+    SignedDistance out;
+    out.complete = false;
+    out.error = std::numeric_limits<double>::infinity();
+    return out;
+}
+
 }  // namespace
+
+Expected<SignedDistance> surfaceDistance(const DistanceLattice& field, const TriangleTree& other, const Affine3d& field_T_other,
+                                         double upperBound, QueryWork& work) {
+    const Expected<double> stretch = walkable(field, other, field_T_other);
+    if (!stretch) return tl::unexpected(stretch.error());
+    if (work.exhausted()) return exhausted();
+    const double width = 1.9 * field.error();
+    const OneSide found = oneSide(other, field, field_T_other, *stretch, width, work, false, upperBound + width);
+    SignedDistance out;
+    out.complete = found.complete;
+    // Whatever has been left out is farther than the least that has been found less the width.
+    out.farther = found.complete && (found.lower >= upperBound || !(found.upper < 0.999999 * (upperBound + width)));
+    if (out.farther) {
+        out.distance = upperBound;
+        return out;
+    }
+    if (found.complete && found.lower > 0 && found.upper - found.lower > 2 * field.error()) {
+        // Too far for the lattice.
+        const Distance exact = distanceBetween(field.tree(), other, field_T_other, work, {.upperBound = upperBound});
+        if (exact.complete) {
+            out.exact = true;
+            out.farther = exact.farther;
+            out.distance = exact.distance;
+            out.error = 1e-12 * (exact.distance + field_T_other.translation().norm());
+            out.point = exact.onB;
+            if (!exact.farther && exact.distance > 0) out.normal = (exact.onB - exact.onA) / exact.distance;
+            return out;
+        }
+    }
+    out.distance = 0.5 * (found.lower + found.upper);
+    out.error = 0.5 * (found.upper - found.lower);
+    out.point = found.point;
+    out.normal = field.gradient(found.point);
+    return out;
+}
+
+Expected<SignedDistance> signedDistance(const DistanceLattice& field, const TriangleTree& other, const Affine3d& field_T_other,
+                                        QueryWork& work) {
+    const Expected<double> stretch = walkable(field, other, field_T_other);
+    if (!stretch) return tl::unexpected(stretch.error());
+    if (!field.isSigned()) return fail(ErrorCode::kBadInput, "an open surface has no inside");
+    if (work.exhausted()) return exhausted();
+    const OneSide found = oneSide(other, field, field_T_other, *stretch, 1.9 * field.error(), work);
+    SignedDistance out;
+    out.complete = found.complete;
+    out.distance = 0.5 * (found.lower + found.upper);
+    out.error = 0.5 * (found.upper - found.lower);
+    out.point = found.point;
+    out.normal = field.gradient(found.point);
+    return out;
+}
 
 Expected<SignedDistance> signedDistance(const DistanceLattice& a, const DistanceLattice& b, const Affine3d& a_T_b, QueryWork& work) {
     const double scale = scaleOf(a_T_b);
@@ -68,12 +148,8 @@ Expected<SignedDistance> signedDistance(const DistanceLattice& a, const Distance
     const Affine3d b_T_a = a_T_b.inverse(Eigen::Affine);
     if (!(a_T_b.translation().norm() <= 1e6 * (a.tree().storage().radius / a.tree().storage().unit + scale * b.tree().storage().radius / b.tree().storage().unit)))
         return fail(ErrorCode::kBadInput, "bodies a million times farther apart than they are large");
+    if (work.exhausted()) return exhausted();
     SignedDistance out;
-    if (work.exhausted()) {
-        out.complete = false;
-        out.error = std::numeric_limits<double>::infinity();
-        return out;
-    }
     const double error = std::max(a.error(), scale * b.error()), width = 1.9 * error;
 
     // A's surface in B's lattice, in A's lengths.

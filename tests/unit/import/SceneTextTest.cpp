@@ -231,8 +231,8 @@ TEST(SceneText, ReadsEverythingThatACollisionObjectSays) {
         node { name: "air" environment { gravity { y: -9.81 z: 0.5 } } }
         node { name: "bolt" transform {} collision_object {} }
         node { name: "plate" node { name: "slab" box { size { x: 1 y: 1 z: 1 } } } }
-        node { name: "body" collision_object { node: "plate/slab" kind: STATIC division: EACH_GEOMETRY shape: HULL layers: 10
-               restitution: 0.9 friction: 2 level: 7 velocity { x: 1 y: 2 z: 3 } spin { y: -4 } } }
+        node { name: "body" collision_object { node: "plate/slab" kind: STATIC division: EACH_GEOMETRY shape: DISTANCE_FIELD layers: 10
+               restitution: 0.9 friction: 2 level: 7 error: 1.5 velocity { x: 1 y: 2 z: 3 } spin { y: -4 } } }
         node { name: "nut" transform {} node { name: "body" collision_object { kind: DEFORMING division: EACH_CHILD layers: 0 } } }
         node { name: "ball" transform {} node { name: "body" collision_object { mass: 2.5 } } })");
     ASSERT_TRUE(scene) << messageOf(scene);
@@ -255,11 +255,10 @@ TEST(SceneText, ReadsEverythingThatACollisionObjectSays) {
     EXPECT_EQ(body->node, *findNode(*aspect, "/plate/slab"));
     EXPECT_EQ(body->kind, CollisionObject::kStatic);
     EXPECT_EQ(body->division, CollisionObject::kEachGeometry);
-    EXPECT_EQ(body->shape, CollisionObject::kHull);
+    EXPECT_EQ(body->shape, CollisionObject::kDistanceField);
     EXPECT_EQ(body->layers, 10);
-    EXPECT_EQ(body->restitution, 0.9);
-    EXPECT_EQ(body->friction, 2);
-    EXPECT_EQ(body->level, 7);
+    EXPECT_EQ(std::pair(body->restitution, body->friction), std::pair(0.9, 2.0));
+    EXPECT_EQ(std::pair(body->level, body->error), std::pair(std::int64_t{7}, 1.5));
     EXPECT_EQ(body->velocity, Vec3d(1, 2, 3));
     EXPECT_EQ(body->spin, Vec3d(0, -4, 0));
     const auto* nut = aspect.core<CollisionObject>("/nut/body");
@@ -537,6 +536,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongText{"NegativeMass", "node { transform {}\n  collision_object { mass: -2 } }",
                   "scene.tsct:2:3: a collision object: mass must be between 0 and 1000000000000, not -2"},
         WrongText{"TooFine", "node { transform {} collision_object { level: 13 } }", "scene.tsct:1:21: a collision object: level must be between 0 and 12, not 13"},
+        WrongText{"TooWrong", "node { transform {} collision_object { error: 20.5 } }", "scene.tsct:1:21: a collision object: error must be between 0 and 20, not 20.5"},
         WrongText{"TooBouncy", "node { transform {} collision_object { restitution: 1.5 } }",
                   "scene.tsct:1:21: a collision object: restitution must be between 0 and 1, not 1.5"},
         WrongText{"NegativeFriction", "node { transform {} collision_object { friction: -0.1 } }",

@@ -40,6 +40,18 @@ TEST(Deformation, WaitsUntilItIsSettled) {
     EXPECT_EQ(scene.handler.generation(), generation);
 }
 
+TEST(Deformation, AgainAndAgainMakesAShapeFollowByGroups) {
+    Cloth scene;
+    for (std::size_t edit = 1; edit <= 2 * CollisionShape::kMovesBeforeGroups; ++edit) {
+        const double length = 1 + 0.1 * static_cast<double>(edit);
+        scene.bend(Vec3d(length, 1, 1));
+        scene.handler.settleDeformations();
+        EXPECT_EQ(scene.cloth().shape->followsByGroups(), edit >= CollisionShape::kMovesBeforeGroups) << edit;
+        if (!scene.cloth().shape->followsByGroups()) continue;
+        EXPECT_NEAR(scene.cloth().shape->groups().bounds().size().x(), length, 1e-5);
+    }
+}
+
 TEST(Deformation, OfARangeIsThatRange) {
     Cloth scene;
     const auto edit = [&](std::uint64_t vertex, const Vec3f& to) {

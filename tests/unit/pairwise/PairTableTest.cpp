@@ -240,7 +240,7 @@ TEST(PairTable, AHeightFieldAnswersAsItsTriangles) {
                 ASSERT_NEAR(distanceInWorld(a, b, {}, work).distance,
                             distanceInWorld(triangles, bTriangles, {}, work).distance,
                             1e-12 * map.map.matrix().cwiseAbs().maxCoeff());
-                ASSERT_FALSE(pairMethods(**field, *other).fallsBack);
+                ASSERT_EQ(pairMethods(**field, *other).byTrees, kNoQuestion);
                 met += truth.touch == Touch::kYes;
                 const BodyMotion still{.start = Pose{}, .end = Pose{}, .body_T_mesh = here};
                 BodyMotion falls{.start = Pose{}, .end = Pose{}, .body_T_mesh = map.map};

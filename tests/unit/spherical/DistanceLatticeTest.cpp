@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
 #include <string>
 
@@ -106,8 +107,24 @@ TEST(DistanceLattice, RefusesWhatItCannotHold) {
     const DistanceLattice lattice = DistanceLattice::make(sphere, {.error = 0.05}).value();
     EXPECT_FALSE(lattice.at(Vec3d(0, std::nan(""), 0)));
     QueryWork work;
+    // Of a surface without a lattice.
+    const TriangleTree other(ball(8, 1)), dops(ball(8, 1), {.volume = VolumeKind::kDop14});
+    const double anyFar = std::numeric_limits<double>::infinity();
+    EXPECT_TRUE(surfaceDistance(lattice, other, Affine3d::Identity(), anyFar, work));
+    EXPECT_FALSE(surfaceDistance(lattice, dops, Affine3d::Identity(), anyFar, work));
+    EXPECT_FALSE(surfaceDistance(lattice, nothing, Affine3d::Identity(), anyFar, work));
+    for (const double bad : {std::nan(""), 1e300, 1e-300, 0.0}) {
+        Affine3d map = Affine3d::Identity();
+        map.linear() *= bad;
+        EXPECT_FALSE(surfaceDistance(lattice, other, map, anyFar, work)) << bad;
+        EXPECT_FALSE(signedDistance(lattice, other, map, work)) << bad;
+        map = Affine3d::Identity();
+        map.translation()[1] = bad > 1 ? 1e9 : std::nan("");
+        EXPECT_FALSE(surfaceDistance(lattice, other, map, anyFar, work)) << bad;
+    }
     Affine3d stretched = Affine3d::Identity();
     stretched.linear() = Vec3d(1, 2, 1).asDiagonal();
+    EXPECT_TRUE(surfaceDistance(lattice, other, stretched, anyFar, work));
     EXPECT_FALSE(signedDistance(lattice, lattice, stretched, work));
     stretched.linear().setZero();
     EXPECT_FALSE(signedDistance(lattice, lattice, stretched, work));

@@ -65,6 +65,25 @@ TEST(CollideCommand, SurfacesHaveLevelsOfDetail) {
     EXPECT_NE(refusal({"a", "--query", "self", "--level-a", "3"}).find("levels"), std::string::npos);
 }
 
+TEST(CollideCommand, DistanceFieldsHaveAnError) {
+    const std::vector<std::string> asked{"a", "b", "--poses", "p", "--query", "distance"};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), asked.begin(), asked.end());
+        return more;
+    };
+    const CollideArguments usual = arguments(with({"--as-a", "distance-field", "--as-b", "spherical"}));
+    EXPECT_EQ(usual.asA, Representation::kDistanceField);
+    EXPECT_EQ(usual.asB, Representation::kSpherical);
+    EXPECT_EQ(usual.error, 0.01);
+    EXPECT_EQ(arguments(with({"--as-b", "distance-field", "--error", "20"})).error, 0.2);
+    for (const char* error : {"0", "-1", "0.09", "20.1", "nan", "much", ""})
+        EXPECT_NE(refusal(with({"--as-a", "distance-field", "--error", error})).find("--error"), std::string::npos) << error;
+    EXPECT_EQ(refusal(with({"--error", "1"})), "--error is for --as-a distance-field and --as-b distance-field");
+    EXPECT_EQ(refusal(with({"--as-a", "spherical", "--error", "1"})), "--error is for --as-a distance-field and --as-b distance-field");
+    for (const char* kind : {"spherical", "distance-field"})
+        EXPECT_EQ(refusal(with({"--level-a", "4", "--as-a", kind})), "--level-a is for triangles and height fields");
+}
+
 TEST(CollideCommand, KnowsEveryQuery) {
     const std::vector<std::pair<std::string, CollideQuery>> queries{{"any", CollideQuery::kAny},
                                                                     {"all", CollideQuery::kAll},

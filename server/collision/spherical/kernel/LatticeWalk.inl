@@ -137,7 +137,8 @@ inline DistanceBounds boundsAt(const LatticeView& v, const float* q) {
     z[1] = (v.spacing - inside[2]) * (v.spacing - inside[2]);
     DistanceBounds out{-3e38f, 3e38f};
     for (unsigned corner = 0; corner < 8; ++corner) {
-        const float known = static_cast<float>(base[(corner & 1) + ((corner >> 1) & 1) * row + (corner >> 2) * plane]) * v.unit;
+        const float signedly = static_cast<float>(base[(corner & 1) + ((corner >> 1) & 1) * row + (corner >> 2) * plane]) * v.unit;
+        const float known = v.isSigned ? signedly : absolute(signedly);
         const float way = __builtin_sqrtf(x[corner & 1] + y[(corner >> 1) & 1] + z[corner >> 2]);
         out.lower = larger(out.lower, known - way);
         out.upper = out.upper < known + way ? out.upper : known + way;
@@ -191,6 +192,8 @@ inline void boundsOfMany(const LatticeView& v, const float (*__restrict q)[kWidt
         const float *const x = square[0][corner & 1], *const y = square[1][(corner >> 1) & 1], *const z = square[2][corner >> 2];
         alignas(64) std::int32_t found[kWidth];
         for (unsigned k = 0; k < kWidth; ++k) found[k] = values[base[k]];
+        if (!v.isSigned)  // of a closed surface, too, where its sides are of no interest
+            for (unsigned k = 0; k < kWidth; ++k) found[k] = found[k] < 0 ? -found[k] : found[k];
         const float unit = v.unit;
         for (unsigned k = 0; k < kWidth; ++k) {
             const float known = static_cast<float>(found[k]) * unit, way = __builtin_sqrtf(x[k] + y[k] + z[k]);
