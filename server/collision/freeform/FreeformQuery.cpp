@@ -1,0 +1,278 @@
+#include "server/collision/freeform/FreeformQuery.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <queue>
+
+#include "server/collision/freeform/PartBounds.h"
+#include "server/collision/freeform/PartChoice.h"
+
+namespace tessera {
+namespace {
+
+/// Something of `other` that is within a hull. Where no surfaces meet, a face is inside as a whole or not at all.
+std::optional<FreeformPlace> insideHull(const ConvexHull& hull, const Affine3d& hull_T_other, const FreeformShape& other, FreeformParts& parts, QueryWork& work) {
+    if (!hull_T_other.matrix().allFinite() || hull.dimension() < 3) return std::nullopt;
+    std::vector<std::uint32_t> open{parts.root()};
+    while (!open.empty() && !work.exhausted()) {
+        const std::uint32_t p = open.back();
+        open.pop_back();
+        ++work.boxTests;
+        Box box;
+        for (const Vec3d& x : parts.hullOf(parts[p])) box.extend(hull_T_other * x);
+        if (!box.overlaps(hull.bounds())) continue;
+        if (parts[p].hasSample && hull.contains(hull_T_other * parts[p].center)) return placeOf(parts[p], parts[p].middle, parts[p].center, Vec3d::Zero());
+        // Of a face that trimming cuts the sample may be missing: then some of its parts have one.
+        if (parts[p].kind != FreeformPart::Kind::kGroup && (parts[p].hasSample || parts[p].radius < 1e-6 * other.bounds().size().norm())) continue;
+        parts.divide(p);
+        for (std::uint32_t c = 0; c < parts[p].children; ++c) open.push_back(parts[p].firstChild + c);
+    }
+    return std::nullopt;
+}
+
+/// In the shared frame, which is A's.
+std::optional<FreeformPlace> insideEither(const FreeformShape& a, FreeformParts& partsA, const FreeformShape& b, FreeformParts& partsB, const Affine3d& a_T_b, QueryWork& work,
+                                          bool& isOfA) {
+    if (a.hull() != nullptr) {
+        isOfA = false;
+        if (std::optional<FreeformPlace> in = insideHull(*a.hull(), a_T_b, b, partsB, work)) {
+            in->point = a_T_b * in->point;
+            return in;
+        }
+    }
+    if (b.hull() != nullptr && a_T_b.linear().determinant() != 0) {
+        isOfA = true;
+        return insideHull(*b.hull(), a_T_b.inverse(), a, partsA, work);
+    }
+    return std::nullopt;
+}
+
+/// Depth first through pairs of parts that no direction parts: the nearest first.
+class TouchSearchOfParts {
+public:
+    TouchSearchOfParts(FreeformParts& a, FreeformParts& b, const PartBounds& bounds, double tolerance, QueryWork& work)
+        : a_(a), b_(b), bounds_(bounds), tolerance_(std::max(tolerance, 4 * bounds.slack())), work_(work) {}
+
+    Touch run() {
+        consider(a_.root(), b_.root(), std::nullopt);
+        arrange();
+        while (!open_.empty()) {
+            if (found_) return Touch::kYes;
+            if (work_.exhausted()) return Touch::kUnknown;
+            const Open pair = open_.back();
+            open_.pop_back();
+            const bool divideA = dividesA(a_[pair.a], b_[pair.b], bounds_);
+            FreeformParts& parts = divideA ? a_ : b_;
+            const std::uint32_t which = divideA ? pair.a : pair.b;
+            parts.divide(which);
+            for (std::uint32_t c = 0; c < parts[which].children && !found_; ++c) {
+                const std::uint32_t child = parts[which].firstChild + c;
+                consider(divideA ? child : pair.a, divideA ? pair.b : child, pair.along);
+            }
+            arrange();
+        }
+        return found_ ? Touch::kYes : Touch::kNo;
+    }
+    [[nodiscard]] const PlacePair& found() const { return *found_; }
+
+private:
+    struct Open {
+        std::uint32_t a, b;
+        double away;
+        Vec3d along;
+    };
+
+    void arrange() {
+        std::sort(fresh_.begin(), fresh_.end(), [](const Open& x, const Open& y) { return x.away > y.away; });
+        open_.insert(open_.end(), fresh_.begin(), fresh_.end());
+        fresh_.clear();
+    }
+
+    void consider(std::uint32_t a, std::uint32_t b, const std::optional<Vec3d>& hint) {
+        ++work_.boxTests;
+        const FreeformPart &pa = a_[a], &pb = b_[b];
+        const PartBounds::Gap gap = bounds_.gap(pa, pb, 0, hint);
+        if (gap.length > 0) return;
+        const double reach = bounds_.radiusA(pa) + bounds_.radiusB(pb);
+        PlacePair at = bounds_.samples(a, b);
+        Open next{a, b, at.distance - reach, gap.along};
+        if (isFace(pa) && isFace(pb)) {
+            // Spheres overlap: no point of one is farther from one of the other than this.
+            const bool small = (pa.crossed || pb.crossed ? 8 : 2) * reach <= tolerance_ || (a_.isSmallest(pa) && b_.isSmallest(pb));
+            if (small || (at.distance <= tolerance_ && pa.hasSample && pb.hasSample)) {
+                found_ = at;
+                return;
+            }
+            if (at.distance <= kNearEnough * reach) {
+                ++work_.triangleTests;
+                at = bounds_.descend(at, tolerance_, kSteps);
+                if (at.distance <= tolerance_ && bounds_.isThere(at)) {
+                    found_ = at;
+                    return;
+                }
+            }
+        }
+        fresh_.push_back(next);
+    }
+
+    static constexpr double kNearEnough = 0.6;
+    static constexpr int kSteps = 6;
+
+    FreeformParts &a_, &b_;
+    const PartBounds& bounds_;
+    double tolerance_;
+    QueryWork& work_;
+    std::vector<Open> open_, fresh_;
+    std::optional<PlacePair> found_;
+};
+
+/// Best first by the lower bound.
+class DistanceSearchOfParts {
+public:
+    DistanceSearchOfParts(FreeformParts& a, FreeformParts& b, const PartBounds& bounds, const FreeformDistanceOptions& options, QueryWork& work)
+        : a_(a), b_(b), bounds_(bounds), options_(options), work_(work) {
+        best_.distance = options.upperBound;
+    }
+
+    void run() {
+        consider(a_.root(), b_.root(), 0, std::nullopt);
+        while (!open_.empty()) {
+            const Open pair = open_.top();
+            if (pair.least >= cutoff()) break;
+            if (work_.exhausted()) {
+                complete_ = false;
+                break;
+            }
+            open_.pop();
+            const FreeformPart &pa = a_[pair.a], &pb = b_[pair.b];
+            if (isFace(pa) && isFace(pb) && a_.isSmallest(pa) && b_.isSmallest(pb)) {
+                least_ = std::min(least_, pair.least);
+                continue;
+            }
+            const bool divideA = dividesA(pa, pb, bounds_) ? !(isFace(pa) && a_.isSmallest(pa)) : isFace(pb) && b_.isSmallest(pb);
+            FreeformParts& parts = divideA ? a_ : b_;
+            const std::uint32_t which = divideA ? pair.a : pair.b;
+            parts.divide(which);
+            for (std::uint32_t c = 0; c < parts[which].children; ++c) {
+                const std::uint32_t child = parts[which].firstChild + c;
+                consider(divideA ? child : pair.a, divideA ? pair.b : child, pair.least, pair.along);
+            }
+        }
+        if (!open_.empty()) least_ = std::min(least_, open_.top().least);
+    }
+
+    [[nodiscard]] bool found() const { return found_; }
+    [[nodiscard]] const PlacePair& best() const { return best_; }
+    [[nodiscard]] double least() const { return std::clamp(least_, 0.0, std::max(best_.distance, 0.0)); }
+    [[nodiscard]] bool complete() const { return complete_; }
+
+private:
+    struct Open {
+        double least;
+        std::uint32_t a, b;
+        Vec3d along;
+        bool operator<(const Open& other) const { return least > other.least; }
+    };
+
+    [[nodiscard]] double cutoff() const {
+        if (!std::isfinite(best_.distance)) return best_.distance;
+        // Rounding alone parts bounds from below and above by some slack.
+        return best_.distance - std::max({options_.tolerance, options_.relative * best_.distance, 4 * bounds_.slack()});
+    }
+
+    void offer(const PlacePair& at) {
+        if (at.distance < best_.distance && bounds_.isThere(at)) {
+            best_ = at;
+            found_ = true;
+        }
+    }
+
+    void consider(std::uint32_t a, std::uint32_t b, double atLeast, const std::optional<Vec3d>& hint) {
+        ++work_.boxTests;
+        const FreeformPart &pa = a_[a], &pb = b_[b];
+        const PartBounds::Gap gap = bounds_.gap(pa, pb, cutoff(), hint);
+        const double least = std::max({gap.length, atLeast, 0.0});
+        if (least >= cutoff()) {
+            least_ = std::min(least_, least);
+            return;
+        }
+        if (isFace(pa) && isFace(pb)) {
+            PlacePair at = bounds_.samples(a, b);
+            if (at.distance < best_.distance) {
+                ++work_.triangleTests;
+                offer(at);
+                offer(bounds_.descend(at, options_.tolerance, kSteps));
+            }
+        }
+        open_.push({least, a, b, gap.length > 0 ? gap.along : hint.value_or(gap.along)});
+    }
+
+    static constexpr int kSteps = 20;
+
+    FreeformParts &a_, &b_;
+    const PartBounds& bounds_;
+    const FreeformDistanceOptions& options_;
+    QueryWork& work_;
+    std::priority_queue<Open> open_;
+    PlacePair best_;
+    bool found_ = false, complete_ = true;
+    double least_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace
+
+FreeformTouch FreeformPair::touch(const Affine3d& a_T_b, double tolerance, QueryWork& work) {
+    const double reach = reachOf(a_, Affine3d::Identity()) + reachOf(b_, a_T_b);
+    if (!std::isfinite(reach) || !std::isfinite(tolerance)) return {.touch = Touch::kUnknown, .a = {}, .b = {}};
+    PartBounds bounds(partsA_, partsB_);
+    bounds.place(Affine3d::Identity(), a_T_b, reach);
+    TouchSearchOfParts search(partsA_, partsB_, bounds, tolerance, work);
+    FreeformTouch out;
+    out.touch = search.run();
+    if (out.touch == Touch::kYes) {
+        const PlacePair& at = search.found();
+        out.a = placeOf(partsA_[at.a], at.inA, at.onA, bounds.normalA(at));
+        out.b = placeOf(partsB_[at.b], at.inB, at.onB, bounds.normalB(at));
+        return out;
+    }
+    bool isOfA = false;
+    if (const std::optional<FreeformPlace> in = insideEither(a_, partsA_, b_, partsB_, a_T_b, work, isOfA)) {
+        out = {.touch = Touch::kYes, .a = *in, .b = *in, .inside = true};
+        (isOfA ? out.b : out.a).face = kNoIndex;
+    }
+    return out;
+}
+
+FreeformDistance FreeformPair::distance(const Affine3d& a_T_b, QueryWork& work, const FreeformDistanceOptions& options) {
+    FreeformDistance out;
+    const double reach = reachOf(a_, Affine3d::Identity()) + reachOf(b_, a_T_b);
+    if (!std::isfinite(reach) || std::isnan(options.tolerance) || std::isnan(options.upperBound)) {
+        out.distance = 0;
+        out.complete = false;
+        return out;
+    }
+    PartBounds bounds(partsA_, partsB_);
+    bounds.place(Affine3d::Identity(), a_T_b, reach);
+    DistanceSearchOfParts search(partsA_, partsB_, bounds, options, work);
+    search.run();
+    out.complete = search.complete();
+    out.least = search.least();
+    out.distance = search.best().distance;
+    out.farther = !search.found();
+    if (search.found()) {
+        const PlacePair& at = search.best();
+        out.a = placeOf(partsA_[at.a], at.inA, at.onA, bounds.normalA(at));
+        out.b = placeOf(partsB_[at.b], at.inB, at.onB, bounds.normalB(at));
+    }
+    bool isOfA = false;
+    if (out.least > 0) {
+        if (const std::optional<FreeformPlace> in = insideEither(a_, partsA_, b_, partsB_, a_T_b, work, isOfA)) {
+            out = {.distance = 0, .least = 0, .a = *in, .b = *in, .farther = false, .complete = true};
+            (isOfA ? out.b : out.a).face = kNoIndex;
+        }
+    }
+    return out;
+}
+
+}  // namespace tessera
