@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <functional>
 
+#include "common/drawable/NurbsArrays.h"
+#include "common/drawable/SubdivisionArrays.h"
+
 namespace tessera {
 namespace {
 
@@ -27,6 +30,12 @@ constexpr DrawableType kDrawables[] = {
                  .lineWidth = lines ? g.lineWidth : 0.0f};
      },
      .material = [](const void* core) { return geometry(core).material; }},
+    {.type = typeOf<SubdivisionSurface>(),
+     .material = [](const void* core) { return static_cast<const SubdivisionSurface*>(core)->material; },
+     .derivation = &kSubdivisionDerivation},
+    {.type = typeOf<NurbsSurfaceCore>(),
+     .material = [](const void* core) { return static_cast<const NurbsSurfaceCore*>(core)->material; },
+     .derivation = &kNurbsDerivation},
 };
 
 }  // namespace
@@ -50,6 +59,7 @@ MeshKey keyOf(const MeshArrays& arrays) {
 }
 
 bool Drawable::resident() const {
+    if (type_->derivation) return type_->derivation->resident(core_);
     const MeshArrays all = arrays();
     for (const Blob* blob : {&all.positions, &all.normals, &all.colors, &all.texcoords, &all.indices, &all.texcoords1, &all.lines})
         if (!blob->empty() && !blob->resident()) return false;
@@ -82,6 +92,7 @@ std::vector<MeshOrigin> originsOf(const MeshArrays& arrays) {
 }
 
 Expected<void> Drawable::check(const MeshKey& sound) const {
+    if (type_->derivation) return type_->derivation->check(core_);
     const MeshArrays all = arrays();
     if (all.positions.empty() && all.indices.empty() && all.lines.empty()) return {};
     if (sound != MeshKey() && resident()) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/drawable/Derivation.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/Aspect.h"
 
@@ -39,10 +40,12 @@ struct MeshOrigin {
 struct DrawableType {
     ObjectType type;
     /// Its surface (triangles or points) or its lines: handles on arrays, not yet checked (checkMesh). What a picture, a pick and a
-    /// collision share. `trianglesOfPoints` makes triangles of points for whoever knows nothing else.
-    MeshArrays (*arrays)(const void*);
+    /// collision share. `trianglesOfPoints` makes triangles of points for whoever knows nothing else. Null: they are derived.
+    MeshArrays (*arrays)(const void*) = nullptr;
     /// A Material, or none.
-    ObjectId (*material)(const void*);
+    ObjectId (*material)(const void*) = nullptr;
+    /// How its arrays are made of its fields (Derivation.h). Null: they are its fields.
+    const Derivation* derivation = nullptr;
 };
 
 /// One drawable core where it lies: holds until the aspect's next apply.
@@ -52,17 +55,20 @@ public:
     Drawable(const DrawableType& type, const void* core) : type_(&type), core_(core) {}
 
     [[nodiscard]] explicit operator bool() const { return core_ != nullptr; }
-    [[nodiscard]] MeshArrays arrays() const { return type_->arrays(core_); }
+    /// Derived arrays are sound, or empty where what they are made of is not here.
+    [[nodiscard]] MeshArrays arrays() const { return type_->derivation ? derivedArrays(*type_->derivation, core_) : type_->arrays(core_); }
+    [[nodiscard]] bool derived() const { return type_->derivation != nullptr; }
     [[nodiscard]] ObjectId material() const { return type_->material(core_); }
     [[nodiscard]] MeshKey key() const { return keyOf(arrays()); }
     /// Whether all its bytes are here.
     [[nodiscard]] bool resident() const;
     /// In its own coordinates; empty where its corners are not here.
     [[nodiscard]] Box bounds() const { return shownBounds(arrays()); }
-    /// As it is shown and as its arrays say, wherever their bytes are.
+    /// As it is shown and as its arrays say, wherever their bytes are. 0 of what would be derived from absent ones.
     [[nodiscard]] std::uint64_t triangleCount() const { return tessera::triangleCount(arrays()); }
     /// Whether its arrays fit together; nothing at all is fine. Where they came by edits of ranges from `sound`, a mesh
-    /// that was found sound before, this costs what the ranges hold; where its points have another radius, nothing.
+    /// that was found sound before, this costs what the ranges hold; where its points have another radius, nothing. Of a
+    /// derived drawable: whether its fields fit together, and nothing is derived.
     [[nodiscard]] Expected<void> check(const MeshKey& sound = {}) const;
 
 private:

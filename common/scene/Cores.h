@@ -14,8 +14,10 @@
 #include "common/cores/Material.h"
 #include "common/cores/Motion.h"
 #include "common/cores/Node.h"
+#include "common/cores/NurbsSurface.h"
 #include "common/cores/PointLight.h"
 #include "common/cores/SpotLight.h"
+#include "common/cores/SubdivisionSurface.h"
 #include "common/cores/Switch.h"
 #include "common/cores/Transform.h"
 
@@ -33,7 +35,7 @@ namespace tessera {
 /// In the order of their numbers; Node first.
 using ShippedTypes = TypeList<Node, Group, Transform, Geometry, Material, Image, Switch, DirectionalLight, PointLight, Camera,
                               Motion, Environment, Interest, CollisionObject, SpotLight, ComponentTransform,
-                              InverseTransform>;
+                              InverseTransform, SubdivisionSurface, NurbsSurfaceCore>;
 using SceneTypes = JoinedTypes<ShippedTypes, ExtraTypes>;
 
 }  // namespace tessera

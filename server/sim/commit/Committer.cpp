@@ -119,6 +119,7 @@ public:
         if (checkValue(field, value)) field.store(memory_, value);
     }
     [[nodiscard]] Drawable drawable() const { return drawableOf(Object(type_, memory_)); }
+    [[nodiscard]] std::string_view typeName() const { return type_.name; }
 
 private:
     static constexpr std::align_val_t kAlignment{64};
@@ -156,8 +157,8 @@ Expected<void> Committer::checkDrawables(const ChangeList& list) const {
     for (const ObjectId id : list.destructions) touched.erase(id);
     for (const auto& [id, draft] : touched) {
         const Drawable present = drawableOf(scene_, id);  // sound: it was committed
-        if (const Expected<void> sound = draft.drawable().check(present ? present.key() : MeshKey()); !sound)
-            return failWith(fmt::format("geometry #{}", id.value), sound.error());
+        if (const Expected<void> sound = draft.drawable().check(present && !present.derived() ? present.key() : MeshKey()); !sound)
+            return failWith(fmt::format("{} #{}", draft.typeName(), id.value), sound.error());
     }
     return {};
 }

@@ -1,0 +1,47 @@
+/// A NURBS surface, trimmed or not: what travels, is undone and animated are its control points.
+#pragma once
+
+#include "common/cores/Material.h"
+#include "common/field/Field.h"
+
+namespace tessera {
+
+/// A scene's NurbsSurface. Knots, weights and trims mean what `common/freeform/nurbs/NurbsSurface.h` says, which refuses what makes no
+/// surface. Drawn, picked and collided with as triangles within the tolerance, closed where the surface is, the same everywhere
+/// (`common/drawable`). Trims that cross, or leave what the knots define, are refused by name.
+struct NurbsSurfaceCore {
+    static constexpr ObjectType kType{19};
+    static constexpr std::int64_t kHighestDegree = 24;
+    std::int64_t degreeU = 3, degreeV = 3;
+    Blob knotsU;       ///< double, degreeU + 1 more than there are control points along u
+    Blob knotsV;       ///< likewise
+    Blob points;       ///< double[3] per control point, u fastest
+    Blob weights;      ///< double per control point, above 0; empty: all are 1
+    Blob range;        ///< double[4]: the u and v where it begins and ends (u, u, v, v); empty: all that the knots define
+    Blob loops;        ///< uint32[2] per loop of trims: 0 around what is kept, 1 around a hole; how many curves
+    Blob curves;       ///< uint32[2] per curve of these, loop after loop: degree, control points
+    Blob curveKnots;   ///< double, curve after curve
+    Blob curvePoints;  ///< double[3] per control point, curve after curve: u, v, weight
+    Blob curveRanges;  ///< double[2] per curve: from which of its parameters to which; empty: all of each
+    /// No triangle is farther from the surface than this, in its own coordinates. 0: a thousandth of the diagonal of the control points.
+    double tolerance = 0;
+    ObjectId material;  ///< a Material; none: the default material
+};
+template <>
+inline constexpr auto kDescription<NurbsSurfaceCore> =
+    describe("NurbsSurface", field<&NurbsSurfaceCore::degreeU>(1, "degreeU").between(1, NurbsSurfaceCore::kHighestDegree).affects(Effect::kShape),
+             field<&NurbsSurfaceCore::degreeV>(2, "degreeV").between(1, NurbsSurfaceCore::kHighestDegree).affects(Effect::kShape),
+             field<&NurbsSurfaceCore::knotsU>(3, "knotsU").affects(Effect::kShape),
+             field<&NurbsSurfaceCore::knotsV>(4, "knotsV").affects(Effect::kShape),
+             field<&NurbsSurfaceCore::points>(5, "points").affects(Effect::kShape),
+             field<&NurbsSurfaceCore::weights>(6, "weights").affects(Effect::kShape),
+             field<&NurbsSurfaceCore::range>(7, "range").affects(Effect::kShape),
+             field<&NurbsSurfaceCore::loops>(8, "loops").affects(Effect::kShape),
+             field<&NurbsSurfaceCore::curves>(9, "curves").affects(Effect::kShape),
+             field<&NurbsSurfaceCore::curveKnots>(10, "curveKnots").affects(Effect::kShape),
+             field<&NurbsSurfaceCore::curvePoints>(11, "curvePoints").affects(Effect::kShape),
+             field<&NurbsSurfaceCore::curveRanges>(12, "curveRanges").affects(Effect::kShape),
+             field<&NurbsSurfaceCore::tolerance>(13, "tolerance").between(0, 1e12).affects(Effect::kShape),
+             field<&NurbsSurfaceCore::material>(14, "material").to<Material>().affects(Effect::kLook));
+
+}  // namespace tessera

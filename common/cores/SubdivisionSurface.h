@@ -1,0 +1,59 @@
+/// A smooth surface that a control mesh stands for: what travels, is undone and animated are its control points.
+#pragma once
+
+#include "common/cores/Material.h"
+#include "common/field/Field.h"
+
+namespace tessera {
+
+/// Words, numbers and defaults are OpenSubdiv's; `common/freeform/subdivision/ControlMesh.h` says what each means and refuses what is no
+/// control mesh. Drawn, picked and collided with as triangles whose corners lie on the limit surface, the same everywhere
+/// (`common/drawable`): how fine they are depends on nobody's eye.
+struct SubdivisionSurface {
+    static constexpr ObjectType kType{18};
+    static constexpr std::int64_t kCatmullClark = 0, kLoop = 1, kBilinear = 2;
+    static constexpr std::int64_t kNoBoundary = 0, kEdgeOnly = 1, kEdgeAndCorner = 2;
+    static constexpr std::int64_t kUniform = 0, kChaikin = 1;
+    static constexpr std::int64_t kPolygon = 0, kSmooth = 1;
+    static constexpr std::int64_t kFinestLevel = 6;
+    Blob points;           ///< float[3] per control point
+    Blob faceSizes;        ///< uint32 per face
+    Blob faceVertices;     ///< uint32 per corner of a face, counter-clockwise seen from outside, face after face
+    Blob creases;          ///< uint32[2] per crease: the ends of an edge
+    Blob creaseSharpness;  ///< float per crease, 10 and above: infinitely sharp; empty: all are
+    Blob corners;          ///< uint32 per sharp vertex
+    Blob cornerSharpness;  ///< float per corner; empty: all are infinitely sharp
+    Blob holes;            ///< uint32 per face that has no surface
+    std::int64_t scheme = kCatmullClark;
+    std::int64_t boundary = kEdgeOnly;
+    std::int64_t creaseMethod = kUniform;
+    std::int64_t triangles = kPolygon;  ///< how Catmull-Clark weighs triangles
+    std::int64_t level = 3;  ///< each edge of a face becomes 2^level edges of triangles; at least 1 where other than quadrilaterals are
+    ObjectId material;       ///< a Material; none: the default material
+};
+template <>
+inline constexpr auto kDescription<SubdivisionSurface> =
+    describe("SubdivisionSurface", field<&SubdivisionSurface::points>(1, "points").affects(Effect::kShape),
+             field<&SubdivisionSurface::faceSizes>(2, "faceSizes").affects(Effect::kShape),
+             field<&SubdivisionSurface::faceVertices>(3, "faceVertices").affects(Effect::kShape),
+             field<&SubdivisionSurface::creases>(4, "creases").affects(Effect::kShape),
+             field<&SubdivisionSurface::creaseSharpness>(5, "creaseSharpness").affects(Effect::kShape),
+             field<&SubdivisionSurface::corners>(6, "corners").affects(Effect::kShape),
+             field<&SubdivisionSurface::cornerSharpness>(7, "cornerSharpness").affects(Effect::kShape),
+             field<&SubdivisionSurface::holes>(8, "holes").affects(Effect::kShape),
+             field<&SubdivisionSurface::scheme>(9, "scheme")
+                 .oneOf({{SubdivisionSurface::kCatmullClark, "catmull-clark"}, {SubdivisionSurface::kLoop, "loop"}, {SubdivisionSurface::kBilinear, "bilinear"}})
+                 .affects(Effect::kShape),
+             field<&SubdivisionSurface::boundary>(10, "boundary")
+                 .oneOf({{SubdivisionSurface::kNoBoundary, "none"}, {SubdivisionSurface::kEdgeOnly, "edge-only"}, {SubdivisionSurface::kEdgeAndCorner, "edge-and-corner"}})
+                 .affects(Effect::kShape),
+             field<&SubdivisionSurface::creaseMethod>(11, "creaseMethod")
+                 .oneOf({{SubdivisionSurface::kUniform, "uniform"}, {SubdivisionSurface::kChaikin, "chaikin"}})
+                 .affects(Effect::kShape),
+             field<&SubdivisionSurface::triangles>(12, "triangles")
+                 .oneOf({{SubdivisionSurface::kPolygon, "polygon"}, {SubdivisionSurface::kSmooth, "smooth"}})
+                 .affects(Effect::kShape),
+             field<&SubdivisionSurface::level>(13, "level").between(0, SubdivisionSurface::kFinestLevel).affects(Effect::kShape),
+             field<&SubdivisionSurface::material>(14, "material").to<Material>().affects(Effect::kLook));
+
+}  // namespace tessera
