@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "common/drawable/DeformationArrays.h"
 #include "common/drawable/NurbsArrays.h"
 #include "common/drawable/SubdivisionArrays.h"
 
@@ -36,6 +37,9 @@ constexpr DrawableType kDrawables[] = {
     {.type = typeOf<NurbsSurfaceCore>(),
      .material = [](const void* core) { return static_cast<const NurbsSurfaceCore*>(core)->material; },
      .derivation = &kNurbsDerivation},
+    {.type = typeOf<Deformation>(),
+     .material = [](const void* core) { return static_cast<const Deformation*>(core)->material; },
+     .derivation = &kDeformationDerivation},
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "common/cores/Camera.h"
 #include "common/cores/CollisionObject.h"
 #include "common/cores/ComponentTransform.h"
+#include "common/cores/Deformation.h"
 #include "common/cores/DirectionalLight.h"
 #include "common/cores/Environment.h"
 #include "common/cores/Geometry.h"
@@ -35,7 +36,7 @@ namespace tessera {
 /// In the order of their numbers; Node first.
 using ShippedTypes = TypeList<Node, Group, Transform, Geometry, Material, Image, Switch, DirectionalLight, PointLight, Camera,
                               Motion, Environment, Interest, CollisionObject, SpotLight, ComponentTransform,
-                              InverseTransform, SubdivisionSurface, NurbsSurfaceCore>;
+                              InverseTransform, SubdivisionSurface, NurbsSurfaceCore, Deformation>;
 using SceneTypes = JoinedTypes<ShippedTypes, ExtraTypes>;
 
 }  // namespace tessera

@@ -79,6 +79,8 @@ private:
     Expected<void> placeInstance(LoadedFile& file, const proto::scene::Node& instance, Spot spot);
     /// The core that a node's content needs, or none.
     Expected<ObjectId> contentCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
+    /// One of its own for each place: each is bent by itself.
+    Expected<ObjectId> deformationCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
     Expected<LoadedFile::GeometryCore> geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry,
                                                     const Spot& spot);
     Expected<ObjectId> materialCore(LoadedFile& file, const std::string& name);

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "common/drawable/Drawable.h"
+#include "common/geometry/Mesh.h"
 #include "common/scene/Text.h"
 #include "server/import/CollisionCores.h"
 #include "server/import/SceneAssembly.h"
@@ -39,6 +42,7 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
         case Content::kInstance:
             return ObjectId{};
         case Content::kGeometry: {
+            if (node.has_lattice()) return deformationCore(file, node, spot);
             const Expected<LoadedFile::GeometryCore> core = geometryCore(file, node.geometry(), spot);
             if (!core) return tl::unexpected(core.error());
             result_.triangles += core->triangles;
@@ -143,6 +147,56 @@ Expected<LoadedFile::GeometryCore> SceneAssembly::geometryCore(LoadedFile& file,
     ++result_.geometries;
     result_.trianglesStored += core.triangles;
     return core;
+}
+
+Expected<ObjectId> SceneAssembly::deformationCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
+    const proto::scene::Geometry& geometry = node.geometry();
+    const proto::scene::Lattice& lattice = node.lattice();
+    Expected<MeshArrays> arrays = file.mesh(geometry.mesh());
+    if (!arrays) return tl::unexpected(arrays.error());
+    if (arrays->primitive != Primitive::kTriangles) return fail(ErrorCode::kBadInput, "a lattice bends triangles, no points or lines");
+    Deformation value;
+    const auto axis = [](std::uint32_t points, std::uint32_t degree, std::int64_t& pointsOut, std::int64_t& degreeOut) {
+        pointsOut = points > 0 ? points : 4;
+        degreeOut = degree > 0 ? degree : std::clamp<std::int64_t>(pointsOut - 1, 1, 3);
+    };
+    axis(lattice.points_x(), lattice.degree_x(), value.pointsX, value.degreeX);
+    axis(lattice.points_y(), lattice.degree_y(), value.pointsY, value.degreeY);
+    axis(lattice.points_z(), lattice.degree_z(), value.pointsZ, value.degreeZ);
+    const auto vector = [](const proto::scene::Vector& v) { return Vec3d(v.x(), v.y(), v.z()); };
+    Box box = boundsOf(arrays->positions.as<float>());
+    if (box.empty()) box = {Vec3d::Zero(), Vec3d::Zero()};
+    // A flat mesh lies in the middle of its volume.
+    const double thinnest = std::max(0.05 * box.size().maxCoeff(), 1e-6);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        if (box.upper[i] - box.lower[i] >= thinnest) continue;
+        box.lower[i] -= thinnest;
+        box.upper[i] += thinnest;
+    }
+    value.lower = lattice.has_lower() ? vector(lattice.lower()) : box.lower;
+    value.upper = lattice.has_upper() ? vector(lattice.upper()) : box.upper;
+    std::vector<float> points;
+    for (const proto::scene::Vector& point : lattice.point())
+        for (const double coordinate : {point.x(), point.y(), point.z()}) points.push_back(static_cast<float>(coordinate));
+    if (!points.empty()) value.controlPoints = Blob::of(std::span<const float>(points));
+    value.positions = std::move(arrays->positions);
+    value.normals = std::move(arrays->normals);
+    value.colors = std::move(arrays->colors);
+    value.texcoords = std::move(arrays->texcoords);
+    value.texcoords1 = std::move(arrays->texcoords1);
+    value.indices = std::move(arrays->indices);
+    value.material = spot.paint;
+    const std::string& name = geometry.material().empty() ? spot.material : geometry.material();
+    if (!spot.paint && !name.empty()) {
+        const Expected<ObjectId> material = materialCore(file, name);
+        if (!material) return material;
+        value.material = *material;
+    }
+    const Drawable drawable = drawableOf(Object::of(value));
+    if (Expected<void> good = drawable.check(); !good) return failWith("its lattice", good.error());
+    ++drawn_;
+    result_.triangles += drawable.triangleCount();
+    return create(value);
 }
 
 Expected<ObjectId> SceneAssembly::materialCore(LoadedFile& file, const std::string& name) {

@@ -173,7 +173,7 @@ public:
     [[nodiscard]] std::optional<std::vector<std::uint32_t>> takeDrawn();
 
     /// What the scene has deformed since the last settling; the shapes are still as before. Ascending by part.
-    [[nodiscard]] std::span<const Deformation> deformations() const { return deformations_; }
+    [[nodiscard]] std::span<const PartDeformation> deformations() const { return deformations_; }
     void settleDeformations();
 
     /// How much was looked at in all updates and overlays so far.
@@ -341,7 +341,7 @@ private:
 
     DeformingShapes deforming_;
     std::vector<std::uint32_t> deformingParts_;
-    std::vector<Deformation> deformations_;
+    std::vector<PartDeformation> deformations_;
     Vec3d gravity_ = Vec3d::Zero();
 };
 

@@ -231,7 +231,7 @@ void ObjectHandler::listDeformations() {
 void ObjectHandler::settleDeformations() {
     if (deformations_.empty()) return;
     deforming_.settle();
-    for (const Deformation& deformation : deformations_) {
+    for (const PartDeformation& deformation : deformations_) {
         reshapePart(deformation.part);
         noteDrawn(parts_[deformation.part].place);
     }

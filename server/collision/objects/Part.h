@@ -27,7 +27,7 @@ struct Part {
 };
 
 /// The vertices of a deforming part are about to be elsewhere.
-struct Deformation {
+struct PartDeformation {
     std::uint32_t part = 0;
     std::uint32_t first = 0;
     std::vector<Vec3d> end;  ///< of the vertices of the shape's mesh from `first` on, in the part's frame; others stay

@@ -125,13 +125,13 @@ bool Neighbourhood::find(ObjectHandler& handler, std::span<const Mover> ways, Fr
     for (const std::span<const std::uint32_t> some : {bodies.awake(), bodies.changed()})
         for (const std::uint32_t body : some)
             stale.insert(stale.end(), handler.bodies()[body].parts.begin(), handler.bodies()[body].parts.end());
-    for (const Deformation& deformation : handler.deformations()) grown.push_back(deformation.part);
+    for (const PartDeformation& deformation : handler.deformations()) grown.push_back(deformation.part);
     sortOnce(grown);
 
     const auto target = [&](std::uint32_t part) {
         Box box = boxOf(handler, part, lookup, bodies, seconds, std::ranges::binary_search(travelling, part));
         if (!parts[part].solid()) return box;
-        const auto deformation = std::ranges::lower_bound(handler.deformations(), part, {}, &Deformation::part);
+        const auto deformation = std::ranges::lower_bound(handler.deformations(), part, {}, &PartDeformation::part);
         if (deformation == handler.deformations().end() || deformation->part != part) return box;
         for (const Vec3d& p : deformation->end) box.extend(parts[part].world * p);
         return box;
@@ -179,7 +179,7 @@ bool Neighbourhood::find(ObjectHandler& handler, std::span<const Mover> ways, Fr
         memory.align(finder_->pairs(), handler);
     memory.reconsider(reworded, handler);
     memory.moved(moved);
-    for (const Deformation& deformation : handler.deformations()) memory.moved(std::span(&deformation.part, 1));
+    for (const PartDeformation& deformation : handler.deformations()) memory.moved(std::span(&deformation.part, 1));
     grown_ = std::move(grown);
     return !moved.empty() || !regrouped.empty() || !reworded.empty() || !grown_.empty();
 }

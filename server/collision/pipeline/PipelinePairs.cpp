@@ -16,7 +16,7 @@ void CollisionPipeline::Impl::lookOnTheWay(bool deforming, Step& step) {
     if (!deforming && ways.empty()) return;
     std::vector<std::uint32_t> asked;
     if (deforming) {
-        for (const Deformation& deformation : handler.deformations()) {
+        for (const PartDeformation& deformation : handler.deformations()) {
             const std::span<const std::uint32_t> mine = memory.pairsOf(deformation.part);
             asked.insert(asked.end(), mine.begin(), mine.end());
         }

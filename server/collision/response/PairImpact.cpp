@@ -15,7 +15,7 @@ namespace {
 /// A part's surface as the fraction passes.
 class Surface {
 public:
-    Surface(const Part& part, const Deformation* deformation) : shape_(*part.shape), deformation_(deformation) {}
+    Surface(const Part& part, const PartDeformation* deformation) : shape_(*part.shape), deformation_(deformation) {}
 
     [[nodiscard]] bool deforms() const { return deformation_ != nullptr; }
     [[nodiscard]] const CollisionShape& shape() const { return shape_; }
@@ -63,18 +63,18 @@ private:
     [[nodiscard]] const std::vector<Vec3d>& end() const { return deformation_->end; }
 
     const CollisionShape& shape_;
-    const Deformation* deformation_;
+    const PartDeformation* deformation_;
 };
 
-const Deformation* deformationOf(std::span<const Deformation> all, std::uint32_t part) {
-    const auto found = std::find_if(all.begin(), all.end(), [&](const Deformation& d) { return d.part == part; });
+const PartDeformation* deformationOf(std::span<const PartDeformation> all, std::uint32_t part) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const PartDeformation& d) { return d.part == part; });
     return found == all.end() ? nullptr : &*found;
 }
 
 class PairSearch {
 public:
     PairSearch(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
-               std::span<const Deformation> deformations, const WayLookup& wayOf, double tolerance, QueryWork& work)
+               std::span<const PartDeformation> deformations, const WayLookup& wayOf, double tolerance, QueryWork& work)
         : chains_(chainsOf(handler, partA, partB, wayOf)),
           a_(handler.parts()[partA], deformationOf(deformations, partA)),
           b_(handler.parts()[partB], deformationOf(deformations, partB)),
@@ -291,7 +291,7 @@ private:
 };
 
 Impact search(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
-              std::span<const Deformation> deformations, const WayLookup& wayOf, double tolerance, QueryWork& work) {
+              std::span<const PartDeformation> deformations, const WayLookup& wayOf, double tolerance, QueryWork& work) {
     if (!handler.parts()[partA].solid() || !handler.parts()[partB].solid()) return {};
     return PairSearch(handler, partA, partB, deformations, wayOf, tolerance, work).run();
 }

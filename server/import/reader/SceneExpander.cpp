@@ -193,6 +193,11 @@ Expected<void> SceneExpander::expandNode(const proto::scene::Node& node, const W
         }
         if (Expected<void> done = expandContent(node, places, below.material, *copy); !done)
             return failAt(where.place(), done.error());
+        if (node.has_lattice()) {
+            if (!copy->has_geometry())
+                return failAt(where.place(), {ErrorCode::kBadInput, "a lattice bends the shape or geometry of its node, and this one has none"});
+            *copy->mutable_lattice() = node.lattice();
+        }
         for (int n = 0; n < node.node_size(); ++n) {
             const Where child{places, fieldOf(node, proto::scene::Node::kNodeFieldNumber), n};
             if (Expected<void> done = expandNode(node.node(n), child, below, *copy->mutable_node()); !done) return done;

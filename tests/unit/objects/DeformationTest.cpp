@@ -22,7 +22,7 @@ TEST(Deformation, WaitsUntilItIsSettled) {
     const CollisionShape* shape = scene.cloth().shape.get();
     scene.bend(Vec3d(2, 1, 1));
     ASSERT_EQ(scene.handler.deformations().size(), 1u);
-    const Deformation& deformation = scene.handler.deformations()[0];
+    const PartDeformation& deformation = scene.handler.deformations()[0];
     EXPECT_EQ(scene.handler.parts()[deformation.part].node, scene.thing1.shape);
     ASSERT_EQ(deformation.end.size(), 8u);
     EXPECT_EQ(deformation.end[1], Vec3d(1, -0.5, -0.5));

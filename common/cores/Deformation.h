@@ -1,0 +1,48 @@
+/// A mesh that a lattice of control points bends: what travels, is undone and animated are its control points.
+#pragma once
+
+#include "common/cores/Material.h"
+#include "common/field/Field.h"
+
+namespace tessera {
+
+/// Freeform deformation (T. W. Sederberg, S. R. Parry 1986; `common/freeform/lattice/Lattice.h`). Whatever of the mesh is within the
+/// volume, a box in the mesh's own coordinates, follows the control points; what is outside stays where it is. Drawn, picked and
+/// collided with as it stands deformed (`common/drawable`).
+struct Deformation {
+    static constexpr ObjectType kType{20};
+    /// float[3] per control point, in the mesh's own coordinates, those along X first, then Y, then Z. Empty: all at rest, which is evenly
+    /// spread over the volume where the degree is 1, and where they move nothing for any degree.
+    Blob controlPoints;
+    std::int64_t pointsX = 4, pointsY = 4, pointsZ = 4;  ///< how many there are along each axis; at least the degree and one
+    std::int64_t degreeX = 3, degreeY = 3, degreeZ = 3;  ///< of the B-splines between them; as many points as that and one: Bernstein's
+    Vec3d lower = Vec3d::Constant(-1), upper = Vec3d::Ones();  ///< the volume; above `lower` along each axis
+    // The mesh at rest: triangles, as Geometry has them.
+    Blob positions;
+    Blob normals;
+    Blob colors;
+    Blob texcoords;
+    Blob indices;
+    Blob texcoords1;
+    ObjectId material;  ///< a Material; none: the default material
+};
+template <>
+inline constexpr auto kDescription<Deformation> =
+    describe("Deformation", field<&Deformation::controlPoints>(1, "controlPoints").affects(Effect::kShape),
+             field<&Deformation::pointsX>(2, "pointsX").between(2, 64).affects(Effect::kShape),
+             field<&Deformation::pointsY>(3, "pointsY").between(2, 64).affects(Effect::kShape),
+             field<&Deformation::pointsZ>(4, "pointsZ").between(2, 64).affects(Effect::kShape),
+             field<&Deformation::degreeX>(5, "degreeX").between(1, 10).affects(Effect::kShape),
+             field<&Deformation::degreeY>(6, "degreeY").between(1, 10).affects(Effect::kShape),
+             field<&Deformation::degreeZ>(7, "degreeZ").between(1, 10).affects(Effect::kShape),
+             field<&Deformation::lower>(8, "lower").between(-1e30, 1e30).affects(Effect::kShape),
+             field<&Deformation::upper>(9, "upper").between(-1e30, 1e30).affects(Effect::kShape),
+             field<&Deformation::positions>(10, "positions").affects(Effect::kShape),
+             field<&Deformation::normals>(11, "normals").affects(Effect::kLook),
+             field<&Deformation::colors>(12, "colors").affects(Effect::kLook),
+             field<&Deformation::texcoords>(13, "texcoords").affects(Effect::kLook),
+             field<&Deformation::indices>(14, "indices").affects(Effect::kShape),
+             field<&Deformation::texcoords1>(15, "texcoords1").affects(Effect::kLook),
+             field<&Deformation::material>(16, "material").to<Material>().affects(Effect::kLook));
+
+}  // namespace tessera
