@@ -2,7 +2,8 @@
 /// [--json FILE].
 ///
 /// One thread. Poses as shared/design/collision.md says (section 7): every closeness in equal parts, uniform rotations; a
-/// scaled row has B at 0.7 of its size. Yes and no, and numbers of pairs, are compared as they are measured.
+/// scaled row has B at 0.7 of its size. Yes and no, and numbers of pairs, are compared as they are measured. Ends with the
+/// comparison of spherical techniques with hierarchies, model by model, as a table for server/collision/spherical/README.md.
 #include <fmt/format.h>
 
 #include <charconv>
@@ -16,6 +17,7 @@
 #include "server/collision/query/TouchQuery.h"
 #include "server/collision/spherical/DistanceLattice.h"
 #include "server/collision/spherical/FieldTouch.h"
+#include "server/collision/spherical_bezier/DeformingTouch.h"
 #include "tests/bench/CollisionTable.h"
 #include "tests/bench/CollisionTimer.h"
 #include "tests/support/MadeModels.h"
@@ -135,7 +137,14 @@ TriangleMesh scaledMesh(const TriangleMesh& mesh, double scale) {
     return meshOf(arrays);
 }
 
-void touchRows(const Model& model, const TriangleTree& tree, const SphericalField& field, const Arguments& arguments, CollisionTable& table) {
+/// A model's line in the comparison: who takes what share of our exact tree's time. 0: not measured.
+struct Verdict {
+    std::string name;
+    double touch = 0, scaledTouch = 0, all = 0, apart = 0, near = 0, depth = 0, rebuild = 0, deforming = 0, groups = 0;
+    bool closed = false;
+};
+
+void touchRows(const Model& model, const TriangleTree& tree, const SphericalField& field, const Arguments& arguments, CollisionTable& table, Verdict& verdict) {
     const FclPair fcl(model.mesh, model.mesh, FclVolume::kObb);
     constexpr double kScale = 0.7;
     const TriangleTree smaller(scaledMesh(model.mesh, kScale));
@@ -156,17 +165,19 @@ void touchRows(const Model& model, const TriangleTree& tree, const SphericalFiel
                            .atMost = row ? 0.08 : 0, .aim = row ? 0.04 : 0, .remark = fmt::format("tree / FCL {:.3f}", summarise(times[1]).mean / summarise(times[2]).mean)});
             table.add({.pair = model.name, .operation = what, .peer = "our tree", .ours = summarise(times[0]), .theirs = summarise(times[1]),
                        .atMost = row ? (scaled ? 1.0 : 1.2) : 0, .aim = row ? (scaled ? 0.5 : 0.7) : 0});
+            if (row) (scaled ? verdict.scaledTouch : verdict.touch) = summarise(times[0]).mean / summarise(times[1]).mean;
             if (scaled || c.name != "touching") continue;
             std::vector<std::size_t> pairsTree(n), pairsField(n);
             const auto all = raceInTurns(n, arguments.passes,
                                          {[&](std::size_t i) { QueryWork w; pairsField[i] = allTouching(field, field, c.poses[i], w).pairs.size(); },
                                           [&](std::size_t i) { QueryWork w; pairsTree[i] = allTouching(tree, tree, c.poses[i], w).pairs.size(); }});
             if (pairsTree != pairsField) table.complain(model.name + ": numbers of pairs differ");
+            verdict.all = summarise(all[0]).mean / summarise(all[1]).mean;
             table.add({.pair = model.name, .operation = "all pairs, touching", .peer = "our tree", .ours = summarise(all[0]), .theirs = summarise(all[1])});
         }
 }
 
-void distanceRows(const Model& model, const TriangleTree& tree, const Arguments& arguments, CollisionTable& table) {
+void distanceRows(const Model& model, const TriangleTree& tree, const Arguments& arguments, CollisionTable& table, Verdict& verdict) {
     const CallTimer timer;
     std::optional<Expected<DistanceLattice>> lattice;
     const double build = timer.seconds([&] { lattice.emplace(DistanceLattice::make(tree)); });
@@ -191,6 +202,9 @@ void distanceRows(const Model& model, const TriangleTree& tree, const Arguments&
         if (beyond > 0) table.complain(fmt::format("{}: {} distances beyond their stated error", model.name, beyond));
         if (c.name != "touching") exactApart.insert(exactApart.end(), times[1].begin(), times[1].end());
         const bool apart = c.name != "touching";
+        const double share = summarise(times[0]).mean / summarise(apart ? times[1] : exactApart).mean;
+        (c.name == "apart" ? verdict.apart : apart ? verdict.near : verdict.depth) = share;
+        verdict.closed = l.isSigned();
         table.add({.pair = model.name, .operation = apart ? "distance, " + c.name : "depth",
                    .peer = apart ? "exact distance" : "exact distance of those apart",
                    .ours = summarise(times[0]), .theirs = apart ? summarise(times[1]) : summarise(exactApart), .atMost = 0.1, .aim = 0.03,
@@ -199,9 +213,10 @@ void distanceRows(const Model& model, const TriangleTree& tree, const Arguments&
     fmt::print("  lattice: {:.0f} ms, {} places, {:.2f} MB\n", 1e3 * build, l.placeCount(), 1e-6 * static_cast<double>(l.memoryBytes()));
 }
 
-void buildRow(const Model& model, TriangleTree& tree, SphericalField& field, const Arguments& arguments, CollisionTable& table) {
+void buildRow(const Model& model, TriangleTree& tree, SphericalField& field, const Arguments& arguments, CollisionTable& table, Verdict& verdict) {
     const auto times = raceInTurns(3, arguments.passes, {[&](std::size_t) { field.rebuild(); }, [&](std::size_t) { tree.rebuild(); }});
     field.rebuild();
+    verdict.rebuild = summarise(times[0]).mean / summarise(times[1]).mean;
     table.add({.pair = model.name, .operation = "rebuild of the field", .peer = "our tree's build", .ours = summarise(times[0]), .theirs = summarise(times[1]),
                .atMost = 3, .aim = 1,
                .remark = fmt::format("looseness {:.2f}, {} centres, {:.0f} bytes a triangle, {:.1f} entries", field.looseness(), field.centreCount(),
@@ -209,12 +224,16 @@ void buildRow(const Model& model, TriangleTree& tree, SphericalField& field, con
                                      static_cast<double>(field.entryCount()) / static_cast<double>(model.mesh.faceCount()))});
 }
 
-/// All vertices move: the field is rebuilt over a refitted tree and asked; the tree is refitted and asked.
-void deformingRow(const Model& model, const Arguments& arguments, CollisionTable& table) {
-    TriangleTree moving(model.mesh), refitted(model.mesh);
-    const TriangleTree still(model.mesh);
+/// All vertices move, then yes or no. The field is rebuilt over a tree that is refitted; groups are moved; beside a 14-DOP
+/// tree that is refitted, which is what `auto` takes of what deforms.
+void deformingRow(const Model& model, const Arguments& arguments, CollisionTable& table, Verdict& verdict) {
+    TriangleTree moving(model.mesh), refitted(model.mesh, {.volume = VolumeKind::kDop14});
+    const TriangleTree still(model.mesh), stillDop(model.mesh, {.volume = VolumeKind::kDop14});
     SphericalField field(moving);
     const SphericalField other(still);
+    DeformingSurface groups(model.mesh);
+    const DeformingSurface stillGroups(model.mesh);
+    DeformingTouch walk;
     const std::vector<Affine3d> poses = posesOf(still, still, 1, std::min<std::size_t>(arguments.count, 16))[1].poses;
     std::vector<std::vector<Vec3d>> states;
     for (int k = 0; k < 4; ++k) {
@@ -222,37 +241,72 @@ void deformingRow(const Model& model, const Arguments& arguments, CollisionTable
         for (Vec3d& p : state) p[0] += 0.003 * std::sin(20 * p[1] + k);
         states.push_back(std::move(state));
     }
-    const auto follow = [&](TriangleTree& tree, std::size_t i) {
-        if (const Expected<void> good = tree.refit(states[i % states.size()]); !good) table.complain(good.error().message);
+    const auto follow = [&](auto& body, std::size_t i) {
+        const std::vector<Vec3d>& state = states[i % states.size()];
+        const auto good = [&] {
+            if constexpr (requires { body.refit(state); }) return body.refit(state);
+            else return body.move(state);
+        }();
+        if (!good) table.complain(good.error().message);
     };
-    const auto times = raceInTurns(poses.size(), arguments.passes,
+    const std::size_t n = poses.size();
+    std::vector<int> ofField(n), ofTree(n), ofGroups(n);
+    const auto times = raceInTurns(n, arguments.passes,
                                    {[&](std::size_t i) {
                                         follow(moving, i);
                                         field.rebuild();
                                         QueryWork w;
-                                        (void)firstTouching(field, other, poses[i], w);
+                                        ofField[i] = firstTouching(field, other, poses[i], w).touch == Touch::kYes;
+                                    },
+                                    [&](std::size_t i) {
+                                        follow(groups, i);
+                                        QueryWork w;
+                                        ofGroups[i] = walk.first(groups, stillGroups, poses[i], w).touch == Touch::kYes;
                                     },
                                     [&](std::size_t i) {
                                         follow(refitted, i);
                                         QueryWork w;
-                                        (void)anyTouching(refitted, still, poses[i], w);
+                                        ofTree[i] = anyTouching(refitted, stillDop, poses[i], w) == Touch::kYes;
                                     }});
-    table.add({.pair = model.name, .operation = "deforming: update and yes/no", .peer = "our tree, refitted", .ours = summarise(times[0]), .theirs = summarise(times[1])});
+    if (ofField != ofTree || ofGroups != ofTree) table.complain(model.name + ", deforming: answers differ");
+    const auto row = [&](const char* who, std::size_t k, double& share) {
+        share = summarise(times[k]).mean / summarise(times[2]).mean;
+        table.add({.pair = model.name, .operation = fmt::format("deforming, {}: update and yes/no", who), .peer = "our 14-DOPs, refitted",
+                   .ours = summarise(times[k]), .theirs = summarise(times[2])});
+    };
+    row("field", 0, verdict.deforming);
+    row("groups", 1, verdict.groups);
+}
+
+/// Spherical techniques beside hierarchies: shares of the time of our own trees.
+void compare(const std::vector<Verdict>& verdicts) {
+    fmt::print("\n| share of our tree's time | yes/no near | scaled | all pairs | distance at 1 %, apart, near | depth at 1 % | rebuild | deforming: "
+               "field, groups | so |\n|---|---|---|---|---|---|---|---|---|\n");
+    for (const Verdict& v : verdicts) {
+        const bool field = v.touch < 1 && v.scaledTouch < 1, lattice = v.apart < 0.5 && v.near < 1;
+        fmt::print("| {} | {:.1f} | {:.1f} | {:.1f} | {:.2f}, {:.2f} | {} | {:.1f} | {:.1f}, {:.2f} | {} yes/no; {} approximate distances; {} while it deforms |\n",
+                   v.name, v.touch, v.scaledTouch, v.all, v.apart, v.near, v.closed ? fmt::format("{:.2f}", v.depth) : "none: open", v.rebuild,
+                   v.deforming, v.groups, field ? "field" : "tree", lattice ? "lattice" : "tree", v.groups < 1 ? "groups" : "tree");
+    }
 }
 
 int bench(int argc, char** argv) {
     const Arguments arguments = parse(argc, argv);
     fmt::print("Instruction set {}. Means over poses of the least of {} passes, one thread.\n", name(instructionSet()), arguments.passes);
     CollisionTable table;
+    std::vector<Verdict> verdicts;
     for (const Model& model : models(arguments)) {
         TriangleTree tree(model.mesh);
         SphericalField field(tree);
         fmt::print("{}: {} triangles\n", model.name, model.mesh.faceCount());
-        buildRow(model, tree, field, arguments, table);
-        touchRows(model, tree, field, arguments, table);
-        distanceRows(model, tree, arguments, table);
-        if (model.name == "star-shaped") deformingRow(model, arguments, table);
+        Verdict& verdict = verdicts.emplace_back();
+        verdict.name = model.name;
+        buildRow(model, tree, field, arguments, table, verdict);
+        touchRows(model, tree, field, arguments, table, verdict);
+        distanceRows(model, tree, arguments, table, verdict);
+        deformingRow(model, arguments, table, verdict);
     }
+    compare(verdicts);
     if (!arguments.json.empty() && !table.writeJson(arguments.json)) stop(1, arguments.json + ": it cannot be written");
     return table.good() ? 0 : 1;
 }

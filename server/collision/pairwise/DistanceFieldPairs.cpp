@@ -17,7 +17,7 @@ const TriangleTree& boxTree(const CollisionShape& shape) {
     return shape.tree(VolumeKind::kObb);
 }
 
-/// Whose field is looked up in: the larger triangles are the other's, who is walked, unless only one can serve.
+/// Whose field is looked up in: the faces of the other, who has fewer, are walked, unless only one field serves.
 bool inFieldOfA(const CollisionShape& a, const CollisionShape& b, bool fieldOfBServes) {
     if (a.distanceField() == nullptr) return false;
     if (b.distanceField() == nullptr || !fieldOfBServes) return true;
