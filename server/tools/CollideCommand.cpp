@@ -15,6 +15,7 @@
 #include "common/base/Workers.h"
 #include "server/collision/mesh/InstructionSet.h"
 #include "server/collision/query/SelfCollision.h"
+#include "server/tools/CollideFreeform.h"
 #include "server/tools/SceneTriangles.h"
 
 namespace tessera {
@@ -35,7 +36,12 @@ const std::map<std::string, Representation> kKinds{{"triangles", Representation:
                                                    {"heightfield", Representation::kHeightField},
                                                    {"points", Representation::kPoints},
                                                    {"spherical", Representation::kSpherical},
-                                                   {"distance-field", Representation::kDistanceField}};
+                                                   {"distance-field", Representation::kDistanceField},
+                                                   // Smooth: kFreeformKinds; compared with whatever is not as triangles.
+                                                   {"subdivision", Representation::kTriangles},
+                                                   {"loop", Representation::kTriangles},
+                                                   {"nurbs", Representation::kTriangles}};
+const std::map<std::string, FreeformKind> kFreeformKinds{{"subdivision", FreeformKind::kSubdivision}, {"loop", FreeformKind::kLoop}, {"nurbs", FreeformKind::kNurbs}};
 const std::map<std::string, VolumeKind> kVolumes{{"sphere", VolumeKind::kSphere}, {"aabb", VolumeKind::kAabb},
                                                  {"obb", VolumeKind::kObb},       {"dop6", VolumeKind::kDop6},
                                                  {"dop14", VolumeKind::kDop14},   {"dop18", VolumeKind::kDop18},
@@ -181,6 +187,34 @@ private:
     SteadyClock::time_point last_ = SteadyClock::now();
 };
 
+Expected<void> collideFreeform(const CollideArguments& arguments, const std::vector<PoseLine>& poses) {
+    const SteadyClock::time_point start = SteadyClock::now();
+    const Expected<FreeformShape> a = loadFreeform(arguments.a, arguments.freeformA, arguments.asA, arguments);
+    if (!a) return tl::unexpected(a.error());
+    const Expected<FreeformShape> b = loadFreeform(arguments.b, arguments.freeformB, arguments.asB, arguments);
+    if (!b) return tl::unexpected(b.error());
+    QueryTimes times{.buildUs = microseconds(start, SteadyClock::now()), .instructionSet = name(instructionSet())};
+    FreeformPair pair(*a, *b);
+    ProgressLine progress(poses.size());
+    bool written = true;
+    const auto write = [&](std::string line) {
+        line += '\n';
+        written = written && std::fwrite(line.data(), 1, line.size(), stdout) == line.size();
+    };
+    for (const PoseLine& pose : poses) {
+        double us = 0;
+        write(freeformAnswer(pair, pose, arguments, us));
+        times.queryUs.push_back(us);
+        progress.at(times.queryUs.size());
+        if (!written) break;
+    }
+    times.faces = {a->faceCount(), b->faceCount()};
+    times.bytes = {a->memoryBytes(), b->memoryBytes()};
+    if (arguments.time) write(timeLine(times, arguments.format));
+    if (std::fflush(stdout) != 0 || !written) return fail(ErrorCode::kFailed, "the answers cannot be written to stdout");
+    return {};
+}
+
 Expected<void> collide(const CollideArguments& arguments) {
     const bool alone = arguments.query == CollideQuery::kSelf;
     const Expected<std::vector<PoseLine>> poses =
@@ -188,6 +222,7 @@ Expected<void> collide(const CollideArguments& arguments) {
     if (!poses) return tl::unexpected(poses.error());
     if (const Expected<void> fits = checkPosesFor(arguments.query, *poses, arguments.poses); !fits) return fits;
 
+    if (arguments.freeformA || arguments.freeformB) return collideFreeform(arguments, *poses);
     Expected<Model> a = load(arguments.a, arguments.asA, arguments);
     if (!a) return tl::unexpected(a.error());
     const bool same = arguments.b == arguments.a &&
@@ -261,10 +296,10 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     app.add_flag("--time", out.time, "A last line: what it took");
     const CLI::Option* toleranceOption =
         app.add_option("--tolerance", tolerance,
-                       "toi: a distance that is a hit (1e-4);\ndistance: may be so much too large (0)")
+                       "toi: a distance that is a hit (1e-4);\ndistance: may be so much too large (0);\nsmooth surfaces: of any answer (1e-6)")
             ->type_name("T");
     app.add_option("--threads", out.threads, "For any and all (1)")->type_name("N")->check(CLI::Range(1, 256));
-    app.add_option("--as-a", asA, "A as triangles, hull, heightfield,\npoints, spherical or distance-field\n(triangles)")
+    app.add_option("--as-a", asA, "A as triangles, hull, heightfield,\npoints, spherical or distance-field; or as\nOBJ's smooth surfaces: subdivision\n(Catmull-Clark), loop, nurbs (triangles)")
         ->type_name("KIND")
         ->check(oneOf(kKinds));
     app.add_option("--as-b", asB, "The same of B")->type_name("KIND")->check(oneOf(kKinds));
@@ -299,6 +334,8 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     out.query = kQueries.at(query);
     if (!asA.empty()) out.asA = kKinds.at(asA);
     if (!asB.empty()) out.asB = kKinds.at(asB);
+    if (const auto kind = kFreeformKinds.find(asA); kind != kFreeformKinds.end()) out.freeformA = kind->second;
+    if (const auto kind = kFreeformKinds.find(asB); kind != kFreeformKinds.end()) out.freeformB = kind->second;
     const bool alone = out.query == CollideQuery::kSelf;
     if (alone && !(out.b.empty() && out.poses.empty() && asB.empty()))
         return fail(ErrorCode::kUsage, "self is about A alone: no B, no --poses, no --as-b");
@@ -346,6 +383,15 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
         if (!std::isfinite(radius) || radius < 0)
             return fail(ErrorCode::kUsage, "--radius must be a number of at least 0");
         out.radius = radius;
+    }
+    if (out.freeformA || out.freeformB) {
+        const auto isLike = [](const std::optional<FreeformKind>& kind, Representation as) { return kind || as == Representation::kTriangles || as == Representation::kHull; };
+        if (alone || out.query == CollideQuery::kDepth)
+            return fail(ErrorCode::kUsage, fmt::format("{} is not for smooth surfaces: any, all, distance and toi are", query));
+        if (!isLike(out.freeformA, out.asA) || !isLike(out.freeformB, out.asB))
+            return fail(ErrorCode::kUsage, "smooth surfaces are compared with each other, triangles and hulls");
+        if (out.levelA > 0 || out.levelB > 0) return fail(ErrorCode::kUsage, "--level is for triangles and height fields, not beside smooth surfaces");
+        if (out.threads > 1) return fail(ErrorCode::kUsage, "smooth surfaces take one thread");
     }
     if (out.threads > 1 && out.query != CollideQuery::kAny && out.query != CollideQuery::kAll)
         return fail(ErrorCode::kUsage, fmt::format("--threads is for any and all; {} takes one thread", query));

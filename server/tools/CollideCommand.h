@@ -15,16 +15,23 @@ namespace tessera {
 
 enum class CollideQuery : std::uint8_t { kAny, kAll, kDistance, kImpact, kDepth, kSelf };
 
+/// Smooth surfaces of a file (server/collision/freeform).
+enum class FreeformKind : std::uint8_t { kSubdivision, kLoop, kNurbs };
+/// Of their answers where nobody says, and what a question may cost: minutes.
+inline constexpr double kFreeformTolerance = 1e-6;
+inline constexpr std::uint64_t kMostFreeformWork = 50'000'000;
+
 struct CollideArguments {
     std::string a, b, poses;  ///< of self a alone
     Representation asA = Representation::kTriangles, asB = Representation::kTriangles;
+    std::optional<FreeformKind> freeformA, freeformB;
     unsigned levelA = 0, levelB = 0;  ///< of detail, as CollisionObject::level
     double error = 0.01;              ///< of distance fields, in diagonals of their boxes
     std::optional<double> radius;     ///< of points; else the file's
     CollideQuery query = CollideQuery::kAny;
     AnswerFormat format = AnswerFormat::kText;
     bool time = false;
-    /// toi: the distance that counts as a hit, 1e-4 unless given. distance: by how much an answer may be too large, 0
+    /// With smooth surfaces of all questions. toi: the distance that counts as a hit, 1e-4 unless given. distance: by how much an answer may be too large, 0
     /// unless given.
     std::optional<double> tolerance;
     TreeOptions tree;

@@ -1,0 +1,104 @@
+// tessera-collide on smooth surfaces: words, files, answers.
+#include "server/tools/CollideFreeform.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace tessera {
+namespace {
+
+class FreeformFiles : public testing::Test {
+protected:
+    FreeformFiles() { std::filesystem::create_directories(folder_); }
+    ~FreeformFiles() override { std::filesystem::remove_all(folder_); }
+    std::string file(const std::string& name, const std::string& text) const {
+        std::ofstream(folder_ / name, std::ios::binary) << text;
+        return (folder_ / name).string();
+    }
+    std::filesystem::path folder_ = std::filesystem::temp_directory_path() / ("tessera-freeform-" + std::to_string(getpid()));
+};
+
+/// A cube of side 2; with sharp edges everywhere it is its own limit.
+std::string cube(bool sharp) {
+    std::string text;
+    for (int i = 0; i < 8; ++i) text += std::string("v ") + ((i & 1) != 0 ? "1 " : "-1 ") + ((i & 2) != 0 ? "1 " : "-1 ") + ((i & 4) != 0 ? "1\n" : "-1\n");
+    text += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    const char* edges[] = {"0/1", "1/3", "3/2", "2/0", "4/5", "5/7", "7/6", "6/4", "0/4", "1/5", "2/6", "3/7"};
+    for (const char* e : edges)
+        if (sharp) text += std::string("t crease 2/1/0 ") + e[0] + " " + e[2] + " 10\n";
+    return text;
+}
+
+TEST_F(FreeformFiles, AnswersNameFacesAndTheirParameters) {
+    const std::string path = file("cube.obj", cube(true));
+    CollideArguments arguments{.a = path, .b = path, .freeformA = FreeformKind::kSubdivision, .freeformB = FreeformKind::kSubdivision, .format = AnswerFormat::kJson};
+    const Expected<FreeformShape> a = loadFreeform(path, arguments.freeformA, Representation::kTriangles, arguments);
+    const Expected<FreeformShape> b = loadFreeform(path, std::nullopt, Representation::kHull, arguments);
+    ASSERT_TRUE(a) << a.error().message;
+    ASSERT_TRUE(b) << b.error().message;
+    FreeformPair pair(*a, *b);
+    double us = 0;
+    PoseLine pose;
+    pose.start.translation = {3, 0.25, 0};
+    arguments.query = CollideQuery::kDistance;
+    nlohmann::json said = nlohmann::json::parse(freeformAnswer(pair, pose, arguments, us));
+    EXPECT_NEAR(said["distance"], 1, 1e-5);
+    EXPECT_LE(said["least"], said["distance"]);
+    EXPECT_NEAR(said["points"][0][0], 1, 1e-9);
+    EXPECT_NEAR(said["points"][1][0], 2, 1e-9);
+    EXPECT_EQ(said["uv"].size(), 2U);
+    arguments.query = CollideQuery::kAny;
+    EXPECT_EQ(nlohmann::json::parse(freeformAnswer(pair, pose, arguments, us))["hit"], false);
+    pose.start.translation.x() = 1.5;
+    EXPECT_EQ(nlohmann::json::parse(freeformAnswer(pair, pose, arguments, us))["hit"], true);
+    arguments.query = CollideQuery::kAll;
+    said = nlohmann::json::parse(freeformAnswer(pair, pose, arguments, us));
+    EXPECT_GT(said["contacts"].size(), 4U);
+    EXPECT_EQ(said["contacts"][0]["normal"].size(), 3U);
+    arguments.query = CollideQuery::kImpact;
+    arguments.tolerance = 1e-4;
+    pose.start.translation = {4, 0, 0};
+    pose.end = Pose{};
+    said = nlohmann::json::parse(freeformAnswer(pair, pose, arguments, us));
+    EXPECT_EQ(said["hit"], true);
+    EXPECT_LE(said["t"], 0.5);
+    EXPECT_GE(said["t"], 0.49997);
+}
+
+TEST_F(FreeformFiles, BadOnesAreRefusedInWords) {
+    const CollideArguments arguments;
+    const auto refusal = [&](const std::string& path, FreeformKind kind) {
+        const Expected<FreeformShape> shape = loadFreeform(path, kind, Representation::kTriangles, arguments);
+        return shape ? std::string("accepted") : shape.error().message;
+    };
+    EXPECT_NE(refusal((folder_ / "none.obj").string(), FreeformKind::kNurbs).find("cannot be opened"), std::string::npos);
+    EXPECT_NE(refusal(folder_.string(), FreeformKind::kLoop).find("folder"), std::string::npos);
+    EXPECT_NE(refusal(file("quads.obj", cube(false)), FreeformKind::kLoop).find("quads.obj"), std::string::npos);
+    EXPECT_NE(refusal(file("polygons.obj", cube(false)), FreeformKind::kNurbs).find("polygons.obj"), std::string::npos);
+    EXPECT_NE(refusal(file("bad.obj", "v 0 0 nan\nf 1 1 1\n"), FreeformKind::kSubdivision).find("bad.obj"), std::string::npos);
+    EXPECT_NE(refusal(file("empty.obj", ""), FreeformKind::kSubdivision).find("empty.obj"), std::string::npos);
+}
+
+TEST_F(FreeformFiles, WordsThatDoNotGoTogether) {
+    const auto parse = [](std::vector<std::string> more) {
+        std::vector<std::string> words{"a.obj", "b.obj", "--poses", "p", "--as-a", "subdivision"};
+        words.insert(words.end(), more.begin(), more.end());
+        return parseCollideArguments(words);
+    };
+    const auto good = parse({"--query", "distance", "--as-b", "nurbs"});
+    ASSERT_TRUE(good);
+    EXPECT_EQ(std::get<CollideArguments>(*good).freeformA, FreeformKind::kSubdivision);
+    EXPECT_EQ(std::get<CollideArguments>(*good).freeformB, FreeformKind::kNurbs);
+    EXPECT_TRUE(parse({"--query", "any", "--as-b", "hull"}));
+    EXPECT_FALSE(parse({"--query", "depth"}));
+    EXPECT_FALSE(parse({"--query", "any", "--as-b", "points"}));
+    EXPECT_FALSE(parse({"--query", "any", "--threads", "2"}));
+    EXPECT_FALSE(parse({"--query", "any", "--level-b", "3"}));
+}
+
+}  // namespace
+}  // namespace tessera
