@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/freeform/subdivision/PortableTrigonometry.h"
+
 namespace tessera {
 namespace {
 
@@ -41,7 +43,7 @@ void addSmoothTangent(RowSum& sum, const CornerRing& ring, std::size_t k, bool l
     if (loop) {
         // In a regular hexagon of unit steps the sum of squared cosines is 3.
         for (std::size_t i = 0; i < ring.edges.size(); ++i) {
-            sum.add(ring.edges[i], std::cos(angle * (static_cast<double>(i) - static_cast<double>(k))) * 2 / n);
+            sum.add(ring.edges[i], portableCos(angle * (static_cast<double>(i) - static_cast<double>(k))) * 2 / n);
         }
         return;
     }
@@ -50,14 +52,14 @@ void addSmoothTangent(RowSum& sum, const CornerRing& ring, std::size_t k, bool l
         sum.add(ring.edges[1 - k], -0.5);
         return;
     }
-    const double c = std::cos(angle);
-    const double eigenvalue = (5 + c + std::cos(angle / 2) * std::sqrt(2 * (9 + c))) / 16;
+    const double c = portableCos(angle);
+    const double eigenvalue = (5 + c + portableCos(angle / 2) * std::sqrt(2 * (9 + c))) / 16;
     // 1/12 for valence 4, where this is the spline's derivative.
     const double scale = 1 / (3 * n);
     for (std::size_t i = 0; i < ring.edges.size(); ++i) {
         const double here = angle * (static_cast<double>(i) - static_cast<double>(k));
-        sum.add(ring.edges[i], scale * 4 * std::cos(here));
-        sum.add(ring.opposites[i], scale * (std::cos(here) + std::cos(here + angle)) / (4 * eigenvalue - 1));
+        sum.add(ring.edges[i], scale * 4 * portableCos(here));
+        sum.add(ring.opposites[i], scale * (portableCos(here) + portableCos(here + angle)) / (4 * eigenvalue - 1));
     }
 }
 
@@ -74,19 +76,19 @@ void addCrossTangent(RowSum& sum, const CornerRing& ring, std::uint32_t corner, 
         return;
     }
     const auto k = static_cast<double>(faces);
-    const double angle = kPi / k, c = std::cos(angle), s = std::sin(angle), sumOfSines = 1 / std::tan(angle / 2);
-    const double eigenvalue = loop ? 0.375 + c / 4 : (5 + c + std::cos(angle / 2) * std::sqrt(2 * (9 + c))) / 16;
+    const double angle = kPi / k, c = portableCos(angle), s = portableSin(angle), sumOfSines = portableCos(angle / 2) / portableSin(angle / 2);
+    const double eigenvalue = loop ? 0.375 + c / 4 : (5 + c + portableCos(angle / 2) * std::sqrt(2 * (9 + c))) / 16;
     const double inner = loop ? 2 / k : 4 / (3 * k), opposite = loop ? 0 : inner / (4 * (4 * eigenvalue - 1));
     const double r1 = loop ? inner * s / 8 : inner * s / 16 + opposite * s / 4, r2 = sumOfSines * (0.375 * inner + 0.5 * opposite);
     const double b = (r1 + r2 * (eigenvalue - 0.5)) / ((eigenvalue - 0.75) * (eigenvalue - 0.5) - 0.125), a = b * (eigenvalue - 0.75) - r2;
     sum.add(corner, weight * b);
     sum.add(ring.edges.front(), weight * a);
     sum.add(ring.edges.back(), weight * a);
-    for (std::size_t i = 1; i < last; ++i) sum.add(ring.edges[i], weight * inner * std::sin(static_cast<double>(i) * angle));
+    for (std::size_t i = 1; i < last; ++i) sum.add(ring.edges[i], weight * inner * portableSin(static_cast<double>(i) * angle));
     if (loop) return;
     for (std::size_t i = 0; i < faces; ++i) {
         const auto n = static_cast<double>(i);
-        sum.add(ring.opposites[i], weight * opposite * (std::sin(n * angle) + std::sin((n + 1) * angle)));
+        sum.add(ring.opposites[i], weight * opposite * (portableSin(n * angle) + portableSin((n + 1) * angle)));
     }
 }
 
@@ -94,7 +96,7 @@ void addCrossTangent(RowSum& sum, const CornerRing& ring, std::uint32_t corner, 
 void addCreaseTangent(RowSum& sum, const CornerRing& ring, std::uint32_t corner, std::size_t k, bool loop) {
     const std::size_t last = ring.edges.size() - 1;
     const double angle = kPi * static_cast<double>(k) / static_cast<double>(last);
-    const double along = k == 0 ? 1 : k == last ? -1 : std::cos(angle), across = k == 0 || k == last ? 0 : std::sin(angle);
+    const double along = k == 0 ? 1 : k == last ? -1 : portableCos(angle), across = k == 0 || k == last ? 0 : portableSin(angle);
     sum.add(ring.edges.front(), along / 2);
     sum.add(ring.edges.back(), -along / 2);
     if (across > 0) addCrossTangent(sum, ring, corner, loop, across);

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "common/freeform/subdivision/PortableTrigonometry.h"
+
 namespace tessera {
 namespace {
 
@@ -300,7 +302,7 @@ private:
 
 double loopNeighbourWeight(std::size_t valence) {
     const auto n = static_cast<double>(valence);
-    const double middle = 0.375 + 0.25 * std::cos(2 * std::numbers::pi / n);
+    const double middle = 0.375 + 0.25 * portableCos(2 * std::numbers::pi / n);
     return (0.625 - middle * middle) / n;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "common/freeform/subdivision/LimitEvaluator.h"
+#include "common/freeform/subdivision/PortableTrigonometry.h"
 #include "tests/unit/subdivision/SomeMesh.h"
 
 namespace tessera {
@@ -167,6 +168,18 @@ TEST(LimitTessellation, FollowsMovedPointsToTheBytesOfAFreshOne) {
         }
     }
     EXPECT_GT(spared, 1000U) << "a part alone is said to have changed";
+}
+
+TEST(PortableTrigonometry, IsThatOfLongDoubles) {
+    for (int k = 1; k <= 5000; ++k) {
+        for (const double x : {3.14159265358979323846 / k, 6.283185307179586 * (k % 37 - 18) / (1 + k % 91), 0.001 * k, -0.0007 * k}) {
+            // Of a unit in the last place of 1.
+            EXPECT_NEAR(portableSin(x), static_cast<double>(sinl(static_cast<long double>(x))), 2.3e-16) << x;
+            EXPECT_NEAR(portableCos(x), static_cast<double>(cosl(static_cast<long double>(x))), 2.3e-16) << x;
+        }
+    }
+    EXPECT_EQ(portableSin(0), 0);
+    EXPECT_EQ(portableCos(0), 1);
 }
 
 TEST(LimitTessellation, RefusesWhatWouldBeTooLargeInWords) {
