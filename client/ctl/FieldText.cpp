@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
+#include <limits>
 
 #include "client/ctl/Answer.h"
 #include "client/ctl/NumberText.h"
@@ -105,7 +107,8 @@ Expected<FieldPlace> findFieldOf(const ObjectInfo& object, const std::string& na
 
 Expected<FieldValue> parseValue(const FindObject& find, const FieldInfo& field, const std::vector<std::string>& words) {
     if (field.kind == FieldKind::kBlob)
-        return fail(ErrorCode::kUsage, fmt::format("{} holds bulk data, which cannot be set from here", field.name));
+        return fail(ErrorCode::kUsage, fmt::format("{} holds bulk data, which cannot be set from here{}", field.name,
+                                           field.floatsEach > 0 ? fmt::format("; {}@N sets some of it, from element N on", field.name) : std::string()));
     const std::size_t count = field.kind == FieldKind::kMatrix ? 16 : field.width;
     if (field.kind != FieldKind::kRefs && words.size() != count)
         return fail(ErrorCode::kUsage, fmt::format("{} takes {} {}{}, not {}", field.name, count,
@@ -132,6 +135,33 @@ Expected<FieldValue> parseValue(const FindObject& find, const FieldInfo& field, 
             break;
     }
     return words[0];
+}
+
+Expected<std::optional<ArrayPart>> parseArrayPart(const std::string& field) {
+    const std::size_t at = field.find('@');
+    if (at == std::string::npos) return std::nullopt;
+    std::int64_t first = 0;
+    // Far beyond any array; its offset in bytes is a number still.
+    constexpr std::int64_t kLast = std::int64_t{1} << 48;
+    if (!readWholeNumber(std::string_view(field).substr(at + 1), first) || first < 0 || first > kLast)
+        return fail(ErrorCode::kUsage, fmt::format("{}: after the @ stands the number of an element, from 0", field));
+    return ArrayPart{field.substr(0, at), static_cast<std::uint64_t>(first)};
+}
+
+Expected<Blob> parseElements(const FieldInfo& field, const std::vector<std::string>& words) {
+    const std::size_t each = field.floatsEach;
+    if (each == 0) return fail(ErrorCode::kUsage, fmt::format("{} is no array of numbers that could be set in part", field.name));
+    if (words.empty() || words.size() % each != 0)
+        return fail(ErrorCode::kUsage, fmt::format("{}@N takes {} number{} for each element, not {}", field.name, each, each == 1 ? "" : "s", words.size()));
+    std::vector<float> numbers;
+    for (const std::string& word : words) {
+        const Expected<double> number = finiteNumber(word, field.name);
+        if (!number) return tl::unexpected(number.error());
+        if (!(std::abs(*number) <= std::numeric_limits<float>::max()))
+            return fail(ErrorCode::kUsage, fmt::format("{}: {} is too large", field.name, words[numbers.size()]));
+        numbers.push_back(static_cast<float>(*number));
+    }
+    return Blob::of(std::span<const float>(numbers));
 }
 
 std::string textOf(const FieldValue& value) {

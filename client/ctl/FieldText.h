@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,16 @@ using FindObject = std::function<Expected<ObjectId>(const std::string& name)>;
 /// are wanted. Numbers that have words may be said by them. kUsage says what it wants.
 [[nodiscard]] Expected<FieldValue> parseValue(const FindObject& find, const FieldInfo& field,
                                               const std::vector<std::string>& words);
+
+/// "points@17": a part of an array of floats, from an element on. Only where the field is one.
+struct ArrayPart {
+    std::string field;
+    std::uint64_t first = 0;
+};
+/// Nothing where no part is meant. kUsage where what follows the @ is no number.
+[[nodiscard]] Expected<std::optional<ArrayPart>> parseArrayPart(const std::string& field);
+/// The floats of some elements, as they lie in the array. kUsage says what it wants.
+[[nodiscard]] Expected<Blob> parseElements(const FieldInfo& field, const std::vector<std::string>& words);
 
 /// For people: "1 2 3", "#17", a text as it is, "4800 bytes".
 [[nodiscard]] std::string textOf(const FieldValue& value);

@@ -175,11 +175,29 @@ Expected<Answer> run(Application& application, const verb::Move& move) {
     return answer;
 }
 
+Expected<Answer> setElements(Application& application, const ObjectInfo& object, const FieldPlace& place, const ArrayPart& part,
+                             const std::vector<std::string>& words) {
+    const Expected<Blob> elements = parseElements(*place.field, words);
+    if (!elements) return tl::unexpected(elements.error());
+    ChangeListBuilder edits;
+    edits.setRange(place.object, place.type->type, place.field->id, part.first * place.field->floatsEach * sizeof(float), *elements);
+    const Expected<answer::Committed> committed = application.propose(edits.take());
+    if (!committed) return tl::unexpected(committed.error());
+    SceneNames names(application);
+    names.learn(std::span(&object.id, 1));
+    return committedAnswer(application, *committed,
+                           fmt::format("{} of {}: {} from {} on {} set", part.field, names.node(object.id),
+                                       words.size() / place.field->floatsEach, part.first, committed->stopped.empty() ? "are" : "were to be"));
+}
+
 Expected<Answer> run(Application& application, const verb::Set& set) {
     const Expected<ObjectInfo> object = application.describe(set.node);
     if (!object) return tl::unexpected(object.error());
-    const Expected<FieldPlace> place = findFieldOf(*object, set.field);
+    const Expected<std::optional<ArrayPart>> part = parseArrayPart(set.field);
+    if (!part) return tl::unexpected(part.error());
+    const Expected<FieldPlace> place = findFieldOf(*object, *part ? (*part)->field : set.field);
     if (!place) return tl::unexpected(place.error());
+    if (*part) return setElements(application, *object, *place, **part, set.values);
     const FindObject find = [&](const std::string& name) -> Expected<ObjectId> {
         const Expected<ObjectInfo> named = application.describe(name);
         if (!named) return tl::unexpected(named.error());

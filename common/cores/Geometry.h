@@ -29,17 +29,17 @@ struct Geometry {
 template <>
 inline constexpr auto kDescription<Geometry> =
     describe("Geometry",
-             field<&Geometry::positions>(1, "positions").affects(Effect::kShape),
-             field<&Geometry::normals>(2, "normals").affects(Effect::kLook),
+             field<&Geometry::positions>(1, "positions").floats(3).affects(Effect::kShape),
+             field<&Geometry::normals>(2, "normals").floats(3).affects(Effect::kLook),
              field<&Geometry::colors>(3, "colors").affects(Effect::kLook),
-             field<&Geometry::texcoords>(4, "texcoords").affects(Effect::kLook),
+             field<&Geometry::texcoords>(4, "texcoords").floats(2).affects(Effect::kLook),
              field<&Geometry::indices>(5, "indices").affects(Effect::kShape),
              field<&Geometry::material>(6, "material").to<Material>().affects(Effect::kLook),
              field<&Geometry::primitive>(7, "primitive")
                  .oneOf({{Geometry::kTriangles, "triangles"}, {Geometry::kPoints, "points"}, {Geometry::kLines, "lines"}})
                  .affects(Effect::kShape),
              field<&Geometry::pointRadius>(8, "pointRadius").between(0, 1e12).affects(Effect::kShape),
-             field<&Geometry::texcoords1>(9, "texcoords1").affects(Effect::kLook),
+             field<&Geometry::texcoords1>(9, "texcoords1").floats(2).affects(Effect::kLook),
              field<&Geometry::lineWidth>(10, "lineWidth").unit(Unit::kPixel).between(Geometry::kThinnestLinePx, Geometry::kWidestLinePx).affects(Effect::kLook));
 
 }  // namespace tessera

@@ -33,13 +33,13 @@ struct SubdivisionSurface {
 };
 template <>
 inline constexpr auto kDescription<SubdivisionSurface> =
-    describe("SubdivisionSurface", field<&SubdivisionSurface::points>(1, "points").affects(Effect::kShape),
+    describe("SubdivisionSurface", field<&SubdivisionSurface::points>(1, "points").floats(3).affects(Effect::kShape),
              field<&SubdivisionSurface::faceSizes>(2, "faceSizes").affects(Effect::kShape),
              field<&SubdivisionSurface::faceVertices>(3, "faceVertices").affects(Effect::kShape),
              field<&SubdivisionSurface::creases>(4, "creases").affects(Effect::kShape),
-             field<&SubdivisionSurface::creaseSharpness>(5, "creaseSharpness").affects(Effect::kShape),
+             field<&SubdivisionSurface::creaseSharpness>(5, "creaseSharpness").floats(1).affects(Effect::kShape),
              field<&SubdivisionSurface::corners>(6, "corners").affects(Effect::kShape),
-             field<&SubdivisionSurface::cornerSharpness>(7, "cornerSharpness").affects(Effect::kShape),
+             field<&SubdivisionSurface::cornerSharpness>(7, "cornerSharpness").floats(1).affects(Effect::kShape),
              field<&SubdivisionSurface::holes>(8, "holes").affects(Effect::kShape),
              field<&SubdivisionSurface::scheme>(9, "scheme")
                  .oneOf({{SubdivisionSurface::kCatmullClark, "catmull-clark"}, {SubdivisionSurface::kLoop, "loop"}, {SubdivisionSurface::kBilinear, "bilinear"}})

@@ -77,6 +77,7 @@ struct FieldInfo {
     /// For refs and lists of them: what may be referred to (none: any core). A ref may always be "none".
     std::optional<ObjectType> refType;
     bool quaternion = false;  ///< width 4, must not be zero
+    std::uint8_t floatsEach = 0;  ///< of an array of floats: how many an element has; 0: it is none
     Effect effects = Effect::kNone;
     Unit measuredIn = Unit::kNone;
     /// What a number of this field may be (each scalar of it). Every number must be finite besides.
@@ -113,6 +114,12 @@ struct FieldInfo {
         FieldInfo info = *this;
         info.least = low;
         info.greatest = high;
+        return info;
+    }
+    /// Of an array whose elements are so many floats: people may say some of them (`tessera-ctl set`).
+    [[nodiscard]] constexpr FieldInfo floats(std::uint8_t each) const {
+        FieldInfo info = *this;
+        info.floatsEach = each;
         return info;
     }
     [[nodiscard]] constexpr FieldInfo atLeast(double bound) const { return between(bound, greatest); }

@@ -92,6 +92,30 @@ TEST_F(FieldText, WrongValuesAreExplained) {
     EXPECT_NE(why(field(typeOf<Geometry>(), "positions"), {"0"}).find("bulk data"), std::string::npos);
 }
 
+TEST_F(FieldText, PartsOfArraysOfNumbersAreSaidFromAnElementOn) {
+    EXPECT_FALSE(*parseArrayPart("points"));
+    const auto part = *parseArrayPart("points@17");
+    ASSERT_TRUE(part);
+    EXPECT_EQ(part->field, "points");
+    EXPECT_EQ(part->first, 17u);
+    for (const char* bad : {"points@", "points@x", "points@-1", "points@1.5", "points@99999999999999999999", "points@1@2"}) EXPECT_FALSE(parseArrayPart(bad)) << bad;
+    const FieldInfo& points = field(typeOf<SubdivisionSurface>(), "points");
+    const Expected<Blob> said = parseElements(points, {"1", "-2", ".5", "0", "0", "4"});
+    ASSERT_TRUE(said) << said.error().message;
+    const auto numbers = said->as<float>();
+    EXPECT_EQ(std::vector<float>(numbers.begin(), numbers.end()), (std::vector<float>{1, -2, 0.5f, 0, 0, 4}));
+    const auto whyNot = [&](const FieldInfo& of, const std::vector<std::string>& words) {
+        const Expected<Blob> read = parseElements(of, words);
+        return read ? std::string("accepted") : read.error().message;
+    };
+    EXPECT_NE(whyNot(points, {"1", "2"}).find("3 numbers for each element, not 2"), std::string::npos);
+    EXPECT_NE(whyNot(points, {}).find("not 0"), std::string::npos);
+    EXPECT_NE(whyNot(points, {"1", "2", "up"}).find("not a number"), std::string::npos);
+    EXPECT_NE(whyNot(points, {"1", "2", "1e39"}).find("too large"), std::string::npos);
+    EXPECT_NE(whyNot(field(typeOf<SubdivisionSurface>(), "creases"), {"1"}).find("no array of numbers"), std::string::npos);
+    EXPECT_NE(whyNot(field(typeOf<Transform>(), "translation"), {"1", "2", "3"}).find("no array of numbers"), std::string::npos);
+}
+
 /// Every word of every field, against the constants that the cores have for them.
 TEST_F(FieldText, NumbersThatStandForSomethingMayBeWords) {
     const auto number = [&](ObjectType type, std::string_view name, const std::string& word) {
