@@ -37,10 +37,9 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
         if (const Node* node = seen.as<Node>()) {
             drawn.push_back(node->core);
             names.emplace_back(id, node->name);
-        } else if (seen.is<Geometry>()) {
-            const Drawable drawable = drawableOf(seen);
+        } else if (const Drawable drawable = drawableOf(seen)) {
             if (Expected<void> sound = drawable.check(); !sound) return sound;
-            if (spot.paint) static_cast<Geometry*>(object)->material = spot.paint;
+            if (const FieldEntry* material = spot.paint ? findField(type, "material") : nullptr) material->store(object, spot.paint);
             triangles[id] = drawable.triangleCount();
             ++result_.geometries;
             result_.trianglesStored += triangles[id];

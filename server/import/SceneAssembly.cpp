@@ -27,6 +27,8 @@ std::string_view contentName(Content content) {
     switch (content) {
         case Content::kGeometry:
             return "geometry";
+        case Content::kSubdivisionSurface:
+            return "surface";
         case Content::kDirectionalLight:
         case Content::kPointLight:
         case Content::kSpotLight:

@@ -83,6 +83,7 @@ private:
     Expected<ObjectId> deformationCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
     Expected<LoadedFile::GeometryCore> geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry,
                                                     const Spot& spot);
+    Expected<LoadedFile::GeometryCore> surfaceCore(LoadedFile& file, const proto::scene::SubdivisionSurface& message, const Spot& spot);
     Expected<ObjectId> materialCore(LoadedFile& file, const std::string& name);
     Expected<ObjectId> imageCore(LoadedFile& file, const std::string& name);
     Expected<Placed*> newNode(std::string name, ObjectId core, const Spot& spot);

@@ -49,6 +49,13 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             ++drawn_;
             return core->id;
         }
+        case Content::kSubdivisionSurface: {
+            const Expected<LoadedFile::GeometryCore> core = surfaceCore(file, node.subdivision_surface(), spot);
+            if (!core) return tl::unexpected(core.error());
+            result_.triangles += core->triangles;
+            ++drawn_;
+            return core->id;
+        }
         case Content::kCamera: {
             Camera camera;
             if (node.camera().has_world_units_per_metre())
@@ -197,6 +204,46 @@ Expected<ObjectId> SceneAssembly::deformationCore(LoadedFile& file, const proto:
     ++drawn_;
     result_.triangles += drawable.triangleCount();
     return create(value);
+}
+
+Expected<LoadedFile::GeometryCore> SceneAssembly::surfaceCore(LoadedFile& file, const proto::scene::SubdivisionSurface& message,
+                                                              const Spot& spot) {
+    const std::string& name = message.material().empty() ? spot.material : message.material();
+    // Equal surfaces are one core, as equal shapes are.
+    LoadedFile::GeometryCore& core = file.surfaceCores[{hash128(asBytes(message.SerializeAsString())), spot.paint ? std::string() : name, spot.paint}];
+    if (core.id) return core;
+    Expected<SubdivisionSurface> surface = readTableObject<SubdivisionSurface>(message);
+    if (!surface) return tl::unexpected(surface.error());
+    const auto numbers = [](const auto& values) {
+        using Number = std::remove_cvref_t<decltype(*values.data())>;
+        return values.empty() ? Blob() : Blob::of(std::span<const Number>(values.data(), static_cast<std::size_t>(values.size())));
+    };
+    surface->points = numbers(message.points());
+    surface->faceVertices = numbers(message.face_vertices());
+    surface->faceSizes = numbers(message.face_sizes());
+    if (message.face_sizes().empty()) {
+        const std::uint32_t each = surface->scheme == SubdivisionSurface::kLoop ? 3 : 4;
+        const std::vector<std::uint32_t> sizes(static_cast<std::size_t>(message.face_vertices_size()) / each, each);
+        if (!sizes.empty()) surface->faceSizes = Blob::of(std::span<const std::uint32_t>(sizes));
+    }
+    surface->creases = numbers(message.creases());
+    surface->creaseSharpness = numbers(message.crease_sharpness());
+    surface->corners = numbers(message.corners());
+    surface->cornerSharpness = numbers(message.corner_sharpness());
+    surface->holes = numbers(message.holes());
+    surface->material = spot.paint;
+    if (!spot.paint && !name.empty()) {
+        const Expected<ObjectId> material = materialCore(file, name);
+        if (!material) return tl::unexpected(material.error());
+        surface->material = *material;
+    }
+    const Drawable drawable = drawableOf(Object::of(*surface));
+    if (Expected<void> sound = drawable.check(); !sound) return tl::unexpected(sound.error());
+    core.triangles = drawable.triangleCount();
+    core.id = create(*surface);
+    ++result_.geometries;
+    result_.trianglesStored += core.triangles;
+    return core;
 }
 
 Expected<ObjectId> SceneAssembly::materialCore(LoadedFile& file, const std::string& name) {

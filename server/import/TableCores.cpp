@@ -24,7 +24,7 @@ struct Said {
 };
 
 Said findSaid(const Message& message, const FieldInfo& field) {
-    if (field.holdsRefs()) return {};
+    if (field.holdsRefs() || field.kind == FieldKind::kBlob) return {};  // names and arrays: who knows the message reads them
     const std::string name = snakeCase(field.name);
     const auto& descriptor = *message.GetDescriptor();
     if (field.measuredIn == Unit::kRadian && field.width == 1)

@@ -22,7 +22,7 @@ using TableFields = std::vector<std::pair<FieldId, FieldValue>>;
 [[nodiscard]] const google::protobuf::Message& contentOf(const proto::scene::Node& node);
 
 /// Numbers are bounded by their fields' bounds; a colour, a vector, factors and a rotation have their usual messages; angles
-/// stand in degrees as `…_deg`. References are left out: names are resolved later.
+/// stand in degrees as `…_deg`. References and arrays are left out: who knows the message reads them.
 [[nodiscard]] Expected<TableFields> readTableFields(const google::protobuf::Message& message, const TypeInfo& type);
 
 /// The same as a struct; what the message does not say is as in a fresh one.

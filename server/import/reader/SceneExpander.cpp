@@ -227,6 +227,12 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             return out.geometry().material().empty() ? Expected<void>()
                                                      : checkName(materials_, out.geometry().material(), "material");
         }
+        case Content::kSubdivisionSurface: {
+            *out.mutable_subdivision_surface() = node.subdivision_surface();
+            std::string& own = *out.mutable_subdivision_surface()->mutable_material();
+            if (own.empty()) own = material;
+            return own.empty() ? Expected<void>() : checkName(materials_, own, "material");
+        }
         case Content::kInstance:
             out.set_instance(node.instance());
             out.set_material(material);  // of what the definition leaves open
