@@ -1,5 +1,5 @@
 /// A scene with everything that can make a seam show: coincident faces, mipmaps, metal, glass, facets, thin things,
-/// points.
+/// points, surfaces that every host derives for itself.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 
 #include "common/geometry/Points.h"
 #include "tests/golden/TestScene.h"
+#include "tests/unit/drawable/ControlCube.h"
 
 namespace tessera::test {
 
@@ -170,6 +171,18 @@ inline void addManyLights(TestScene& scene) {
         Material paint = material(0.9f, 0.8f, 0.6f, 0, 0.6f, i == 1 ? 0.5f : 1);
         if (i == 2) paint.alphaMode = Material::kBlend;
         scene.place(scene.add(cloud, scene.add(paint)), {0.5 - 0.4 * i, 0.2 * i, i == 3 ? 1.2 : -2.0 - i}, Quatd(Eigen::AngleAxisd(0.4 * i, Vec3d::UnitX())));
+    }
+
+    // Surfaces of control points: every tile derives them for itself. Smooth, creased, faceted; one crosses all seams.
+    for (int i = 0; i < 4; ++i) {
+        SubdivisionSurface surface = controlGrid(i < 2 ? 1 : 2);
+        surface.scheme = i == 3 ? SubdivisionSurface::kBilinear : SubdivisionSurface::kCatmullClark;
+        surface.level = 2 + i;
+        const std::uint32_t edges[] = {0, 1, 1, 2, 2, 3, 3, 0};
+        if (i == 1) surface.creases = Blob::of(std::span<const std::uint32_t>(edges));
+        surface.material = i % 2 ? steel : red;
+        scene.place(scene.add(surface), {-0.9 + 0.7 * i, 0.1 * i, i == 2 ? -0.4 : -1.6 - 0.3 * i}, Quatd(Eigen::AngleAxisd(0.6 + 0.4 * i, Vec3d(1, 1, 0.3).normalized())),
+                    Vec3d::Constant(i == 2 ? 0.12 : 0.35));
     }
 
     scene.addDirectionalLight({0.4, -0.8, -0.5}, {1, 0.95f, 0.9f}, 0.7f);

@@ -36,6 +36,11 @@ public:
         if (material) set<Geometry>(id, fieldId<&Geometry::material>, material);
         return id;
     }
+    ObjectId add(const SubdivisionSurface& surface) {
+        const ObjectId id = create<SubdivisionSurface>();
+        setAllFields(list_, id, Object::of(surface));
+        return id;
+    }
     ObjectId add(const Material& material) {
         const ObjectId id = create<Material>();
         setAllFields(list_, id, Object::of(material));
