@@ -35,7 +35,7 @@ struct LoadedFile {
     };
     /// By mesh, material, and what is painted over it.
     std::map<std::tuple<std::string, std::string, ObjectId>, GeometryCore> geometryCores;
-    /// Of subdivision surfaces: by all that the file says of them, material, and what is painted over it.
+    /// Of surfaces by control points: by all that the file says of them, material, and what is painted over it.
     std::map<std::tuple<Hash128, std::string, ObjectId>, GeometryCore> surfaceCores;
     std::map<std::string, MeshArrays> checkedMeshes;
     std::map<std::string, ObjectId> materialCores, imageCores;

@@ -28,6 +28,7 @@ std::string_view contentName(Content content) {
         case Content::kGeometry:
             return "geometry";
         case Content::kSubdivisionSurface:
+        case Content::kNurbsSurface:
             return "surface";
         case Content::kDirectionalLight:
         case Content::kPointLight:

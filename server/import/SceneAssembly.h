@@ -84,6 +84,10 @@ private:
     Expected<LoadedFile::GeometryCore> geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry,
                                                     const Spot& spot);
     Expected<LoadedFile::GeometryCore> surfaceCore(LoadedFile& file, const proto::scene::SubdivisionSurface& message, const Spot& spot);
+    Expected<LoadedFile::GeometryCore> nurbsCore(LoadedFile& file, const proto::scene::NurbsSurface& message, const Spot& spot);
+    /// A core whose triangles are derived, with its material, into `core`.
+    template <typename Surface>
+    Expected<LoadedFile::GeometryCore> derivedCore(LoadedFile& file, LoadedFile::GeometryCore& core, Surface surface, const std::string& material, const Spot& spot);
     Expected<ObjectId> materialCore(LoadedFile& file, const std::string& name);
     Expected<ObjectId> imageCore(LoadedFile& file, const std::string& name);
     Expected<Placed*> newNode(std::string name, ObjectId core, const Spot& spot);
@@ -105,6 +109,7 @@ private:
     ImportedScene result_;
     std::uint64_t nextId_;
     std::size_t written_ = 0;  ///< nodes that nobody saved
+    std::uint64_t derivedTriangles_ = 0;  ///< derived while this import looked at its surfaces
     std::size_t drawn_ = 0;    ///< places of geometries in model files
     std::map<std::string, std::unique_ptr<LoadedFile>> files_;  ///< by canonical path
     std::vector<std::unique_ptr<Placed>> placed_;

@@ -9,6 +9,7 @@
 #include "common/geometry/Mesh.h"
 #include "common/scene/Text.h"
 #include "server/import/CollisionCores.h"
+#include "server/import/NurbsCores.h"
 #include "server/import/SceneAssembly.h"
 #include "server/import/TableCores.h"
 
@@ -16,6 +17,7 @@ namespace tessera {
 namespace {
 
 constexpr std::uint32_t kMaxImageSide = 16384;
+constexpr std::uint64_t kMostDerivedTriangles = 10'000'000;  // of all surfaces of an import
 
 using Content = proto::scene::Node::ContentCase;
 
@@ -51,6 +53,13 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
         }
         case Content::kSubdivisionSurface: {
             const Expected<LoadedFile::GeometryCore> core = surfaceCore(file, node.subdivision_surface(), spot);
+            if (!core) return tl::unexpected(core.error());
+            result_.triangles += core->triangles;
+            ++drawn_;
+            return core->id;
+        }
+        case Content::kNurbsSurface: {
+            const Expected<LoadedFile::GeometryCore> core = nurbsCore(file, node.nurbs_surface(), spot);
             if (!core) return tl::unexpected(core.error());
             result_.triangles += core->triangles;
             ++drawn_;
@@ -192,18 +201,12 @@ Expected<ObjectId> SceneAssembly::deformationCore(LoadedFile& file, const proto:
     value.texcoords = std::move(arrays->texcoords);
     value.texcoords1 = std::move(arrays->texcoords1);
     value.indices = std::move(arrays->indices);
-    value.material = spot.paint;
-    const std::string& name = geometry.material().empty() ? spot.material : geometry.material();
-    if (!spot.paint && !name.empty()) {
-        const Expected<ObjectId> material = materialCore(file, name);
-        if (!material) return material;
-        value.material = *material;
-    }
-    const Drawable drawable = drawableOf(Object::of(value));
-    if (Expected<void> good = drawable.check(); !good) return failWith("its lattice", good.error());
+    LoadedFile::GeometryCore core;
+    const auto made = derivedCore(file, core, std::move(value), geometry.material().empty() ? spot.material : geometry.material(), spot);
+    if (!made) return tl::unexpected(made.error());
     ++drawn_;
-    result_.triangles += drawable.triangleCount();
-    return create(value);
+    result_.triangles += core.triangles;
+    return core.id;
 }
 
 Expected<LoadedFile::GeometryCore> SceneAssembly::surfaceCore(LoadedFile& file, const proto::scene::SubdivisionSurface& message,
@@ -231,16 +234,34 @@ Expected<LoadedFile::GeometryCore> SceneAssembly::surfaceCore(LoadedFile& file, 
     surface->corners = numbers(message.corners());
     surface->cornerSharpness = numbers(message.corner_sharpness());
     surface->holes = numbers(message.holes());
-    surface->material = spot.paint;
+    return derivedCore(file, core, std::move(*surface), name, spot);
+}
+
+Expected<LoadedFile::GeometryCore> SceneAssembly::nurbsCore(LoadedFile& file, const proto::scene::NurbsSurface& message, const Spot& spot) {
+    const std::string& name = message.material().empty() ? spot.material : message.material();
+    LoadedFile::GeometryCore& core = file.surfaceCores[{hash128(asBytes(message.SerializeAsString())), spot.paint ? std::string() : name, spot.paint}];
+    if (core.id) return core;
+    Expected<NurbsSurfaceCore> surface = readNurbsSurface(message);
+    if (!surface) return tl::unexpected(surface.error());
+    return derivedCore(file, core, std::move(*surface), name, spot);
+}
+
+template <typename Surface>
+Expected<LoadedFile::GeometryCore> SceneAssembly::derivedCore(LoadedFile& file, LoadedFile::GeometryCore& core, Surface surface, const std::string& name, const Spot& spot) {
+    surface.material = spot.paint;
     if (!spot.paint && !name.empty()) {
         const Expected<ObjectId> material = materialCore(file, name);
         if (!material) return tl::unexpected(material.error());
-        surface->material = *material;
+        surface.material = *material;
     }
-    const Drawable drawable = drawableOf(Object::of(*surface));
+    const Drawable drawable = drawableOf(Object::of(surface));
     if (Expected<void> sound = drawable.check(); !sound) return tl::unexpected(sound.error());
     core.triangles = drawable.triangleCount();
-    core.id = create(*surface);
+    // Each surface is bounded; a file of thousands of them is too.
+    derivedTriangles_ += core.triangles;
+    if (derivedTriangles_ > kMostDerivedTriangles)
+        return fail(ErrorCode::kLimit, fmt::format("the scene's surfaces by control points have more than {} triangles: a lower level or a larger tolerance has fewer", kMostDerivedTriangles));
+    core.id = create(surface);
     ++result_.geometries;
     result_.trianglesStored += core.triangles;
     return core;

@@ -39,6 +39,10 @@ Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits
         Expected<PlainScene> text = readTextMesh(path, extension, limits);
         if (text || text.error().code != ErrorCode::kUnsupported) return text;
     }
+    if (extension == "obj") {
+        Expected<PlainScene> surfaces = readObjSurfaces(path, limits);
+        if (surfaces || surfaces.error().code != ErrorCode::kUnsupported) return surfaces;
+    }
     return readWithAssimp(path, limits);
 }
 

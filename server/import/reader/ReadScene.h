@@ -13,6 +13,8 @@ namespace tessera {
 [[nodiscard]] Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits);
 /// Whatever assimp reads: OBJ, PLY, STL, ….
 [[nodiscard]] Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits);
+/// An OBJ's free-form surfaces, a node each, beside its polygons. kUnsupported where it has none.
+[[nodiscard]] Expected<PlainScene> readObjSurfaces(const std::string& path, const ReadLimits& limits);
 /// OBJ, OFF and what is text of PLY and STL, geometry alone, for ReadLimits::verbatim; messages carry the line.
 /// kUnsupported for all other files. `extension`: in lower case, without its dot.
 [[nodiscard]] Expected<PlainScene> readTextMesh(const std::string& path, const std::string& extension,

@@ -233,6 +233,10 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             if (own.empty()) own = material;
             return own.empty() ? Expected<void>() : checkName(materials_, own, "material");
         }
+        case Content::kNurbsSurface:
+            *out.mutable_nurbs_surface() = node.nurbs_surface();
+            if (node.nurbs_surface().material().empty()) out.mutable_nurbs_surface()->set_material(material);
+            return out.nurbs_surface().material().empty() ? Expected<void>() : checkName(materials_, out.nurbs_surface().material(), "material");
         case Content::kInstance:
             out.set_instance(node.instance());
             out.set_material(material);  // of what the definition leaves open

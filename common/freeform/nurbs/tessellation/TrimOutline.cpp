@@ -232,7 +232,7 @@ private:
     }
 
     Expected<bool> findCrossings(const std::vector<TrimPiece>& pieces, std::vector<bool>& crossed) const {
-        constexpr std::size_t kMostPairs = 200'000'000;
+        constexpr std::size_t kMostPairs = 20'000'000;
         std::vector<std::uint32_t> order(pieces.size()), active;
         for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
         const auto low = [&](std::uint32_t i) { return std::min(pieces[i].begin.u, pieces[i].end.u); };

@@ -1,0 +1,136 @@
+// Free-form surfaces of OBJ files: control points, knots and trims go on as they are; who has the scene makes triangles of them.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/freeform/nurbs/ObjSurfaces.h"
+#include "server/import/reader/FolderFiles.h"
+#include "server/import/reader/ReadScene.h"
+
+namespace tessera {
+namespace {
+
+/// What the statements around surfaces say of them, in the file's order.
+struct ObjSurfaceNames {
+    std::vector<std::string> groups;  ///< of each surf
+    bool painted = false;             ///< some have a material
+    bool faces = false, others = false;  ///< polygons; lines and points
+};
+
+ObjSurfaceNames namesIn(std::string_view text) {
+    ObjSurfaceNames names;
+    std::string group;
+    bool material = false, continued = false;
+    while (!text.empty()) {
+        const std::size_t end = std::min(text.find('\n'), text.size());
+        std::string_view line = text.substr(0, end);
+        text.remove_prefix(std::min(end + 1, text.size()));
+        if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+        const bool begins = !continued;
+        continued = !line.empty() && line.back() == '\\';
+        if (!begins) continue;
+        line.remove_prefix(std::min(line.find_first_not_of(" \t\v\f"), line.size()));
+        const std::size_t word = std::min(line.find_first_of(" \t\v\f\\#"), line.size());
+        const std::string_view key = line.substr(0, word);
+        std::string_view rest = line.substr(word);
+        rest.remove_prefix(std::min(rest.find_first_not_of(" \t\v\f"), rest.size()));
+        rest = rest.substr(0, std::min(rest.find_first_of(" \t\v\f\\#"), rest.size()));
+        if (key == "g" || key == "o") {
+            group = rest;
+            for (char& c : group)
+                if (static_cast<unsigned char>(c) >= 0x80) c = '_';  // as of other formats: in any encoding
+        }
+        if (key == "usemtl") material = true;
+        if (key == "f") names.faces = true;
+        if (key == "l" || key == "p") names.others = true;
+        if (key == "surf") {
+            names.groups.push_back(group);
+            names.painted = names.painted || material;
+        }
+    }
+    return names;
+}
+
+void addCurve(proto::scene::NurbsCurve& message, const TrimCurve& curve) {
+    message.set_degree(static_cast<std::uint32_t>(curve.knots.degree));
+    message.mutable_knot()->Add(curve.knots.knots.begin(), curve.knots.knots.end());
+    for (const Vec3d& p : curve.points) {
+        proto::scene::Vector* point = message.add_point();
+        point->set_x(p.x() / p.z());
+        point->set_y(p.y() / p.z());
+        message.add_weight(p.z());
+    }
+    message.set_begin(curve.begin);
+    message.set_end(curve.end);
+}
+
+void setSurface(proto::scene::NurbsSurface& message, const NurbsSurface& surface) {
+    const NurbsDefinition& d = surface.definition();
+    message.set_degree_u(static_cast<std::uint32_t>(d.u.degree));
+    message.set_degree_v(static_cast<std::uint32_t>(d.v.degree));
+    message.mutable_knot_u()->Add(d.u.knots.begin(), d.u.knots.end());
+    message.mutable_knot_v()->Add(d.v.knots.begin(), d.v.knots.end());
+    const bool rational = std::any_of(d.points.begin(), d.points.end(), [](const Vec4d& p) { return p.w() != 1; });
+    for (const Vec4d& p : d.points) {
+        proto::scene::Vector* point = message.add_point();
+        point->set_x(p.x() / p.w());
+        point->set_y(p.y() / p.w());
+        point->set_z(p.z() / p.w());
+        if (rational) message.add_weight(p.w());
+    }
+    message.set_begin_u(surface.domain().u.lower);
+    message.set_end_u(surface.domain().u.upper);
+    message.set_begin_v(surface.domain().v.lower);
+    message.set_end_v(surface.domain().v.upper);
+    for (const TrimLoop& loop : d.loops) {
+        proto::scene::NurbsLoop* made = message.add_loop();
+        made->set_hole(loop.role == LoopRole::kHole);
+        for (const TrimCurve& curve : loop.curves) addCurve(*made->add_curve(), curve);
+    }
+}
+
+}  // namespace
+
+Expected<PlainScene> readObjSurfaces(const std::string& path, const ReadLimits& limits) {
+    const Expected<Bytes> bytes = readOrdinaryFile(path, limits.maxFileBytes);
+    if (!bytes) return tl::unexpected(bytes.error());
+    const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+    const ObjSurfaceNames names = namesIn(text);
+    if (names.groups.empty()) return fail(ErrorCode::kUnsupported, "it has no free-form surfaces");
+    const Expected<std::vector<NurbsSurface>> surfaces = readNurbsObj(text, "line");
+    if (!surfaces) return tl::unexpected(surfaces.error());
+    PlainScene scene;
+    if (names.faces) {
+        // assimp takes `parm` for points and gives up.
+        Expected<PlainScene> faces = readTextMesh(path, "obj", limits);
+        if (!faces) return faces;
+        scene = std::move(*faces);
+        scene.note("polygons beside free-form surfaces are read without materials, normals and texture coordinates");
+    }
+    if (names.others) scene.note("lines and points beside free-form surfaces are left out");
+    if (names.painted) scene.note("materials of free-form surfaces are left out");
+    if (surfaces->size() > limits.maxNodes) return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits.maxNodes));
+    // Seen from both sides: the format does not say which is the outside.
+    std::string material = "surfaces";
+    const auto isTaken = [&] {
+        return std::any_of(scene.file.material().begin(), scene.file.material().end(), [&](const auto& m) { return m.name() == material; });
+    };
+    while (isTaken()) material += "'";
+    proto::scene::Material* sided = scene.file.add_material();
+    sided->set_name(material);
+    sided->set_double_sided(true);
+    for (std::size_t i = 0; i < surfaces->size(); ++i) {
+        proto::scene::Node* node = scene.file.add_node();
+        const std::string group = i < names.groups.size() ? names.groups[i] : std::string();
+        node->set_name(group.empty() ? fmt::format("surface {}", i + 1) : group);
+        setSurface(*node->mutable_nurbs_surface(), (*surfaces)[i]);
+        node->mutable_nurbs_surface()->set_material(material);
+    }
+    return scene;
+}
+
+}  // namespace tessera

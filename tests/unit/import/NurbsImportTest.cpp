@@ -1,0 +1,136 @@
+// NURBS of texts and of OBJ's free-form statements: what comes into the scene, and what is refused by name.
+#include <fmt/format.h>
+
+#include "common/drawable/Drawable.h"
+#include "common/drawable/NurbsArrays.h"
+#include "tests/unit/import/ImportFixture.h"
+
+namespace tessera {
+namespace {
+
+Expected<ImportedScene> importedSurfaces(const std::string& name, const std::string& content) {
+    const Scratch scratch;
+    return importScene(scratch.write(name, content), kRootNode, importOptions());
+}
+
+std::string whyNot(const std::string& name, const std::string& content) {
+    const Expected<ImportedScene> scene = importedSurfaces(name, content);
+    return scene ? std::string("it was read") : scene.error().message;
+}
+
+testing::AssertionResult says(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos ? testing::AssertionSuccess() : testing::AssertionFailure() << text;
+}
+
+/// A flat square from (0, 0) to (1, 1) in a text, and what else is said of it.
+std::string squareText(const std::string& more) {
+    return "material { name: \"red\" base_color { r: 1 } }\n"
+           "node { name: \"square\" material: \"red\" nurbs_surface { degree_u: 1 degree_v: 1 count_u: 2\n"
+           "  point {} point { x: 1 } point { y: 1 } point { x: 1 y: 1 } " + more + " } }\n";
+}
+
+TEST(NurbsImport, OfATextIsWhatItSays) {
+    Expected<ImportedScene> scene = importedSurfaces("a.tsct", squareText(""));
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(scene->notes.empty());
+    EXPECT_EQ(scene->triangles, 2u);
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* core = aspect.core<NurbsSurfaceCore>("/square");
+    ASSERT_NE(core, nullptr);
+    EXPECT_EQ(core->degreeU, 1);
+    const auto knots = core->knotsU.as<double>();
+    EXPECT_EQ(std::vector<double>(knots.begin(), knots.end()), (std::vector<double>{0, 0, 1, 1}));
+    ASSERT_NE(aspect->get<Material>(core->material), nullptr);
+    EXPECT_EQ(aspect->get<Material>(core->material)->baseColor.x(), 1);
+}
+
+TEST(NurbsImport, ATrimOfATextCutsAHole) {
+    const std::string hole = "loop { hole: true curve { degree: 1 point { x: 0.25 y: 0.25 } point { x: 0.75 y: 0.25 } point { x: 0.5 y: 0.75 } point { x: 0.25 y: 0.25 } } }";
+    Expected<ImportedScene> scene = importedSurfaces("a.tsct", squareText(hole));
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_GT(scene->triangles, 2u);
+}
+
+TEST(NurbsImport, WhatIsNoSurfaceIsRefusedWithItsPlace) {
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("knot_u: [0, 0, 1]")), "a.tsct:2:1: node 'square'"));
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("knot_v: [0, 0, 0, 1]")), "knots of v"));
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("weight: [1, 1, 0, 1]")), "weight of control point 3"));
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("weight: [1, 1]")), "2 weights for 4 control points"));
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("point { x: nan }")), "rows of 2"));
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("tolerance: -1")), "tolerance"));
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("begin_u: 0.5")), "some are missing"));
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("material: \"blue\"")), "material 'blue'"));
+    const std::string triangle = "curve { point { x: 0.25 y: 0.25 } point { x: 0.75 y: 0.25 } point { x: 0.5 y: 0.75 } point { x: 0.25 y: 0.25 } }";
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("loop { " + triangle + " } loop { hole: true " + triangle + " }")), "run along each other"));
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("loop { curve { point { x: 2 } point { y: 1 } point { x: 2 } } }")), "loop 1"));
+}
+
+/// Two squares in two groups, the second with a hole.
+constexpr const char* kTwoSquares = R"(v 0 0 0
+v 1 0 0
+v 0 1 0
+v 1 1 0
+vp 0.2 0.2
+vp 0.8 0.2
+vp 0.5 0.8
+cstype bspline
+deg 1
+curv2 1 2 3 1
+parm u 0 0 1 2 3 3
+end
+g left
+cstype bspline
+deg 1 1
+surf 0 1 0 1 1 2 3 4
+parm u 0 0 1 1
+parm v 0 0 1 1
+end
+g right
+surf 0 1 0 1 1 2 3 4
+parm u 0 0 1 1
+parm v 0 0 1 1
+hole 0 3 1
+end
+)";
+
+TEST(NurbsImport, OfAnObjIsANodePerSurface) {
+    Expected<ImportedScene> scene = importedSurfaces("plates.obj", kTwoSquares);
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(scene->notes.empty());
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* left = aspect.core<NurbsSurfaceCore>("/plates/left");
+    const auto* right = aspect.core<NurbsSurfaceCore>("/plates/right");
+    ASSERT_NE(left, nullptr);
+    ASSERT_NE(right, nullptr);
+    EXPECT_TRUE(left->loops.empty());
+    EXPECT_EQ(right->loops.sizeBytes(), 8u);
+    const auto surface = surfaceOfCore(*right);
+    ASSERT_TRUE(surface) << surface.error().message;
+    EXPECT_EQ(evaluate(*surface, 0.5, 0.4).side, TrimSide::kTrimmedAway);
+    EXPECT_EQ(evaluate(*surface, 0.1, 0.4).side, TrimSide::kKept);
+    EXPECT_TRUE(aspect->get<Material>(left->material)->doubleSided);
+}
+
+TEST(NurbsImport, AnObjMayHavePolygonsToo) {
+    const std::string faces = "v 5 0 0\nv 6 0 0\nv 6 1 0\nusemtl gold\nf -3 -2 -1\nl 5 6\n";
+    Expected<ImportedScene> scene = importedSurfaces("plates.obj", kTwoSquares + faces);
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->notes.size(), 2u) << "what is left out is said";
+    std::size_t surfaces = 0, meshes = 0;
+    const ImportedAspect aspect(std::move(*scene));
+    for (const ObjectId id : aspect->ids()) {
+        surfaces += aspect->get<NurbsSurfaceCore>(id) != nullptr;
+        meshes += aspect->get<Geometry>(id) != nullptr;
+    }
+    EXPECT_EQ(surfaces, 2u);
+    EXPECT_EQ(meshes, 1u);
+}
+
+TEST(NurbsImport, AnObjsMistakesAreNamedWithTheirLine) {
+    std::string text = kTwoSquares;
+    text.replace(text.find("parm v 0 0 1 1"), 14, "parm v 0 0 1 x");
+    EXPECT_TRUE(says(whyNot("plates.obj", text), "line:18: 'x' is not a finite number"));
+}
+
+}  // namespace
+}  // namespace tessera
