@@ -28,7 +28,7 @@ struct Deformation {
 };
 template <>
 inline constexpr auto kDescription<Deformation> =
-    describe("Deformation", field<&Deformation::controlPoints>(1, "controlPoints").affects(Effect::kShape),
+    describe("Deformation", field<&Deformation::controlPoints>(1, "controlPoints").floats(3).affects(Effect::kShape),
              field<&Deformation::pointsX>(2, "pointsX").between(2, 64).affects(Effect::kShape),
              field<&Deformation::pointsY>(3, "pointsY").between(2, 64).affects(Effect::kShape),
              field<&Deformation::pointsZ>(4, "pointsZ").between(2, 64).affects(Effect::kShape),
@@ -37,8 +37,8 @@ inline constexpr auto kDescription<Deformation> =
              field<&Deformation::degreeZ>(7, "degreeZ").between(1, 10).affects(Effect::kShape),
              field<&Deformation::lower>(8, "lower").between(-1e30, 1e30).affects(Effect::kShape),
              field<&Deformation::upper>(9, "upper").between(-1e30, 1e30).affects(Effect::kShape),
-             field<&Deformation::positions>(10, "positions").affects(Effect::kShape),
-             field<&Deformation::normals>(11, "normals").affects(Effect::kLook),
+             field<&Deformation::positions>(10, "positions").floats(3).affects(Effect::kShape),
+             field<&Deformation::normals>(11, "normals").floats(3).affects(Effect::kLook),
              field<&Deformation::colors>(12, "colors").affects(Effect::kLook),
              field<&Deformation::texcoords>(13, "texcoords").affects(Effect::kLook),
              field<&Deformation::indices>(14, "indices").affects(Effect::kShape),

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes turbine.tsct beside itself: a turbine of NURBS. Blades are cubic in both directions, what is round is rational and exact.
+"""Writes ../turbine.tsct: a turbine of NURBS. Blades are cubic in both directions, what is round is rational and exact.
 
 Units: metres. The axis is z, the wind comes from +z."""
 import math
@@ -76,7 +76,7 @@ def main():
     casing = [(1.20, -1.0), (1.19, -0.6), (1.18, -0.2), (1.18, 0.15), (1.20, 0.42), (1.30, 0.5), (1.42, 0.42), (1.44, 0.1), (1.42, -0.4), (1.34, -0.8), (1.205, -1.02)]
     windows = "".join(window(0.5 + k, 0.62, 0.16, 0.05) for k in range(4)) + "".join(window(0.5 + k, 0.115, 0.16, 0.05) for k in range(4))
     text = f"""# A turbine of NURBS: nine blades turn past seven vanes. `tessera-ctl contacts --distances` tells how near they come.
-# Written by make-turbine.py. Blades are bicubic, hub and casing surfaces of revolution, exact; the casing is trimmed by circles.
+# Written by turbine/make-turbine.py. Blades are bicubic, hub and casing surfaces of revolution, exact; the casing is trimmed by circles.
 
 material {{ name: "titanium" base_color {{ r: 0.62 g: 0.64 b: 0.68 }} metallic: 0.75 roughness: 0.32 double_sided: true }}
 material {{ name: "vane" base_color {{ r: 0.78 g: 0.50 b: 0.22 }} metallic: 0.6 roughness: 0.36 double_sided: true }}
@@ -113,7 +113,7 @@ node {{ name: "turbine"
   node {{ name: "clearance" interest {{ object: "rotor" against: "stator" mode: DISTANCE threshold: 0.5 response: REPORT show_points: true }} }}
   node {{ name: "tips" interest {{ object: "rotor" against: "casing" response: STOP }} }} }}
 """
-    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "turbine.tsct"), "w") as file:
+    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "turbine.tsct"), "w") as file:
         file.write(text)
 
 
