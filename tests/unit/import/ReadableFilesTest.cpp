@@ -68,5 +68,12 @@ TEST(Assets, AreLoadedByTheirNameAlone) {
         EXPECT_FALSE(importScene(wrong, kRootNode, importOptions())) << wrong;
 }
 
+TEST(SceneTexts, MayBeginWithAByteOrderMark) {
+    const Scratch scratch;
+    const Expected<ImportedScene> scene = importScene(scratch.write("marked.tsct", "\xEF\xBB\xBFnode { name: \"a\" }"), kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->nodes, 1u);
+}
+
 }  // namespace
 }  // namespace tessera

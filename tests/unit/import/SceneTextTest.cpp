@@ -40,13 +40,6 @@ TEST(SceneText, PlacesItsTopLevelNodesDirectlyBelowTheParent) {
     EXPECT_TRUE(findNode(*aspect, "/yard"));
 }
 
-TEST(SceneText, MayBeginWithAByteOrderMark) {
-    const Scratch scratch;
-    const Expected<ImportedScene> scene = importScene(scratch.write("marked.tsct", "\xEF\xBB\xBFnode { name: \"a\" }"), kRootNode, importOptions());
-    ASSERT_TRUE(scene) << messageOf(scene);
-    EXPECT_EQ(scene->nodes, 1u);
-}
-
 TEST(SceneText, MakesEqualShapesOneCore) {
     Expected<ImportedScene> scene = importText(R"(
         material { name: "oak" base_color { r: 0.5 g: 0.3 b: 0.1 } }
