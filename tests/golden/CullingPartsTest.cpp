@@ -163,8 +163,8 @@ TEST_P(CulledBehindParts, LeavesThePictureAndTheNodesAsTheyAre) {
     EXPECT_LT(drawn, 9 * inFrustum / 10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Blobs, CulledParts, testing::Range(0u, 8u));
-INSTANTIATE_TEST_SUITE_P(Shells, CulledBehindParts, testing::Range(0u, 8u));
+INSTANTIATE_TEST_SUITE_P(Blobs, CulledParts, testing::Range(0u, 5u));
+INSTANTIATE_TEST_SUITE_P(Shells, CulledBehindParts, testing::Range(0u, 5u));
 
 }  // namespace
 }  // namespace tessera::test

@@ -69,8 +69,8 @@ public:
         addAll(interest, objectA, objectB, phase, firstTime, point, normal, through);
     }
     void add(const PairDistance& d) {
-        const auto& [interest, objectA, objectB, phase, distance, nodeA, nodeB, faceA, faceB, pointA, pointB] = d;
-        addAll(interest, objectA, objectB, phase, distance, nodeA, nodeB, faceA, faceB, pointA, pointB);
+        const auto& [interest, objectA, objectB, phase, distance, nodeA, nodeB, faceA, faceB, pointA, pointB, error] = d;
+        addAll(interest, objectA, objectB, phase, distance, nodeA, nodeB, faceA, faceB, pointA, pointB, error);
     }
     void add(const Question& q) {
         const auto& [id, interest, objectA, objectB, transform, present, wanted, point, normal] = q;
