@@ -456,13 +456,13 @@ TEST(SavedScene, NamesWhatANewerVersionAddedToWhatAuthorsWrite) {
     std::string size = unit + unit + unit;
     size[9] = 0x11, size[18] = 0x19;
     const std::string box = field(6, field(1, "box") + field(10, field(1, size) + number(9, 5)));
-    const std::string unknown = field(6, field(1, "auth") + field(33, number(1, 2)));
+    const std::string unknown = field(6, field(1, "auth") + field(99, number(1, 2)));
     const std::string motion = field(6, field(2, "") + field(24, number(2, 9) + field(4, "")));
     const Expected<ImportedScene> scene =
         importScene(scratch.write("newer.tsc", box + unknown + motion), kRootNode, importOptions());
     ASSERT_TRUE(scene) << scene.error().message;
     ASSERT_EQ(scene->notes.size(), 3u);
-    for (const std::string part : {"field 9 of Box", "field 33 of Node", "mode 9 of Motion"})
+    for (const std::string part : {"field 9 of Box", "field 99 of Node", "mode 9 of Motion"})
         EXPECT_TRUE(std::any_of(scene->notes.begin(), scene->notes.end(), [&](const std::string& note) {
             return note.find("a newer version of Tessera wrote " + part + ": not understood, left out") != std::string::npos;
         })) << part;
