@@ -249,7 +249,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* set = app.add_subcommand("set", "Sets a field of a node or of its core");
     set->footer("tessera-ctl types lists all fields, their units, bounds and words.");
     set->add_option("NODE", in.set.node, "/path/of/names, or #id of any object")->required();
-    set->add_option("FIELD", in.set.field, "e.g. translation, choice, intensity; points@17: of an array of numbers, from element 17 on")->required();
+    set->add_option("FIELD", in.set.field, "e.g. translation, choice, intensity;\npoints@17: of an array of numbers, from\nelement 17 on")->required();
     set->add_option("VALUE", in.set.values, "Numbers, a text, a node or none")->required();
 
     CLI::App* remove = app.add_subcommand("remove", "Removes a node and all below it");

@@ -94,7 +94,7 @@ TEST(Committer, AGeometryIsJudgedByWhatTheListLeavesBehind) {
         fill(builder);
         const Expected<Committer::Applied> applied = committer.apply(builder.take());
         if (!applied) {
-            EXPECT_NE(applied.error().message.find("geometry"), std::string::npos) << applied.error().message;
+            EXPECT_NE(applied.error().message.find("Geometry #"), std::string::npos) << applied.error().message;
             EXPECT_EQ(committer.scene().stateHash(), before) << "no trace";
         }
         return applied.has_value();

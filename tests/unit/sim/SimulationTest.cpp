@@ -135,7 +135,7 @@ TEST(Simulation, AGeometryWithAnIndexPastItsVerticesIsRefusedAndLeavesNoTrace) {
     const StateHash paused = simulation.scene().stateHash();
     const FrameResult frame = simulation.step(false, one(bad.take()));
     ASSERT_FALSE(frame.outcomes[0].result);
-    EXPECT_NE(frame.outcomes[0].result.error().message.find("geometry"), std::string::npos);
+    EXPECT_NE(frame.outcomes[0].result.error().message.find("Geometry #"), std::string::npos);
     EXPECT_EQ(simulation.scene().stateHash(), paused);
 }
 
