@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
-#include <fstream>
 
 #include "common/freeform/nurbs/ObjSurfaces.h"
 #include "server/tools/SceneTriangles.h"
@@ -13,23 +11,6 @@
 
 namespace tessera {
 namespace {
-
-Expected<std::string> surfaceText(const std::string& path) {
-    std::error_code error;
-    if (std::filesystem::is_directory(path, error)) return fail(ErrorCode::kBadInput, path + ": it is a folder");
-    std::ifstream in(path, std::ios::binary);
-    if (!in) return fail(ErrorCode::kNotFound, path + ": it cannot be opened");
-    constexpr std::size_t kMost = std::size_t{1} << 30;
-    std::string text;
-    std::vector<char> chunk(1 << 16);
-    while (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0) {
-        text.append(chunk.data(), static_cast<std::size_t>(in.gcount()));
-        if (text.size() > kMost) return fail(ErrorCode::kLimit, path + ": it is larger than 1 GiB");
-    }
-    if (in.bad()) return fail(ErrorCode::kBadInput, path + ": it cannot be read");
-    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
-    return text;
-}
 
 std::string inJson(const Vec3d& v) { return fmt::format("[{:.17g},{:.17g},{:.17g}]", v.x(), v.y(), v.z()); }
 std::string inWords(const Vec3d& v) { return fmt::format("({:.9g} {:.9g} {:.9g})", v.x(), v.y(), v.z()); }
@@ -76,7 +57,7 @@ Expected<FreeformShape> loadFreeform(const std::string& path, const std::optiona
         if (!hull) return failWith(path, hull.error());
         return named(FreeformShape::ofHull(std::move(*hull)));
     }
-    const Expected<std::string> text = surfaceText(path);
+    const Expected<std::string> text = readSurfaceText(path);
     if (!text) return tl::unexpected(text.error());
     if (*kind == FreeformKind::kNurbs) {
         Expected<std::vector<NurbsSurface>> surfaces = readNurbsObj(*text, path);

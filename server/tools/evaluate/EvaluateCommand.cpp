@@ -6,31 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <filesystem>
-#include <fstream>
 
 #include "common/base/Version.h"
 #include "server/tools/evaluate/EvaluatedSurface.h"
+#include "server/tools/evaluate/ObjControlMesh.h"
 
 namespace tessera {
 namespace {
-
-Expected<std::string> textOfFile(const std::string& path) {
-    std::error_code error;
-    if (std::filesystem::is_directory(path, error)) return fail(ErrorCode::kBadInput, path + ": it is a folder");
-    std::ifstream in(path, std::ios::binary);
-    if (!in) return fail(ErrorCode::kNotFound, path + ": it cannot be opened");
-    constexpr std::size_t kMost = std::size_t{1} << 30;
-    std::string text;
-    std::vector<char> chunk(1 << 16);
-    while (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0) {
-        text.append(chunk.data(), static_cast<std::size_t>(in.gcount()));
-        if (text.size() > kMost) return fail(ErrorCode::kLimit, path + ": it is larger than 1 GiB");
-    }
-    if (in.bad()) return fail(ErrorCode::kBadInput, path + ": it cannot be read");
-    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
-    return text;
-}
 
 template <typename Number>
 bool readNumber(std::string_view word, Number& out) {
@@ -50,14 +32,14 @@ std::string answerLine(const SurfacePoint& p, bool json) {
 }
 
 Expected<void> evaluateFile(const EvaluateArguments& arguments) {
-    const Expected<std::string> text = textOfFile(arguments.surface);
+    const Expected<std::string> text = readSurfaceText(arguments.surface);
     if (!text) return tl::unexpected(text.error());
     const auto schemes = surfaceSchemes();
     const auto scheme = std::find_if(schemes.begin(), schemes.end(), [&](const SurfaceScheme& s) { return s.name == arguments.scheme; });
     Expected<std::unique_ptr<EvaluatedSurface>> surface = scheme->load(*text, arguments.surface);
     if (!surface) return tl::unexpected(surface.error());
     for (const std::string& note : (*surface)->notes()) fmt::print(stderr, "tessera-evaluate: {}: {}\n", arguments.surface, note);
-    const Expected<std::string> placesText = textOfFile(arguments.places);
+    const Expected<std::string> placesText = readSurfaceText(arguments.places);
     if (!placesText) return tl::unexpected(placesText.error());
     const Expected<std::vector<PlaceLine>> places = parsePlaces(*placesText, arguments.places);
     if (!places) return tl::unexpected(places.error());

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <filesystem>
+#include <fstream>
 #include <optional>
 #include <set>
 
@@ -197,6 +199,23 @@ private:
 
 Expected<ObjControlMesh> parseObjControlMesh(std::string_view text, std::string_view file, SubdivisionScheme scheme) {
     return ObjControlMeshParser(file, scheme).parse(text);
+}
+
+Expected<std::string> readSurfaceText(const std::string& path) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) return fail(ErrorCode::kBadInput, path + ": it is a folder");
+    std::ifstream in(path, std::ios::binary);
+    if (!in) return fail(ErrorCode::kNotFound, path + ": it cannot be opened");
+    constexpr std::size_t kMost = std::size_t{1} << 30;
+    std::string text;
+    std::vector<char> chunk(1 << 16);
+    while (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0) {
+        text.append(chunk.data(), static_cast<std::size_t>(in.gcount()));
+        if (text.size() > kMost) return fail(ErrorCode::kLimit, path + ": it is larger than 1 GiB");
+    }
+    if (in.bad()) return fail(ErrorCode::kBadInput, path + ": it cannot be read");
+    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+    return text;
 }
 
 }  // namespace tessera

@@ -22,4 +22,7 @@ struct ObjControlMesh {
 /// kBadInput as `file:line: what is wrong`. Whether faces and tags fit together, SubdivisionTopology::build says.
 [[nodiscard]] Expected<ObjControlMesh> parseObjControlMesh(std::string_view text, std::string_view file, SubdivisionScheme scheme);
 
+/// A file as it is, but for a byte-order mark. kBadInput: a folder, or it cannot be read. kNotFound. kLimit: above 1 GiB.
+[[nodiscard]] Expected<std::string> readSurfaceText(const std::string& path);
+
 }  // namespace tessera
