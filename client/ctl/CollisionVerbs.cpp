@@ -375,9 +375,19 @@ Answer whatStopped(Application& application, std::span<const ObjectId> transform
     std::vector<ObjectId> nodes;
     for (const ContactValue& c : told->contacts) nodes.insert(nodes.end(), {c.objectA, c.objectB});
     names.learnWithAncestors(nodes);
-    // Of those with others; what something rests on has not stopped it, if anything else has.
+    // Of those with others, that are more than reported; what something rests on has not stopped it, if anything else has.
+    std::vector<ObjectId> interests;
+    for (const ContactValue& c : told->contacts)
+        if (c.interest) interests.push_back(c.interest);
+    std::ranges::sort(interests);
+    interests.erase(std::ranges::unique(interests).begin(), interests.end());
+    const Expected<SceneExcerpt> asked = application.fetch(interests);
+    const auto reports = [&](ObjectId core) {
+        const Interest* interest = core && asked ? asked->get<Interest>(core) : nullptr;
+        return interest != nullptr && interest->response == Interest::kReport;
+    };
     const auto concerns = [&](const ContactValue& c) {
-        return names.hangsOn(c.objectA, transforms) != names.hangsOn(c.objectB, transforms);
+        return !reports(c.interest) && names.hangsOn(c.objectA, transforms) != names.hangsOn(c.objectB, transforms);
     };
     const bool met = std::ranges::any_of(told->contacts, [&](const ContactValue& c) { return c.time < 1 && concerns(c); });
     std::set<std::pair<ObjectId, ObjectId>> pairs;

@@ -108,7 +108,7 @@ Expected<FieldPlace> findFieldOf(const ObjectInfo& object, const std::string& na
 Expected<FieldValue> parseValue(const FindObject& find, const FieldInfo& field, const std::vector<std::string>& words) {
     if (field.kind == FieldKind::kBlob)
         return fail(ErrorCode::kUsage, fmt::format("{} holds bulk data, which cannot be set from here{}", field.name,
-                                           field.floatsEach > 0 ? fmt::format("; {}@N sets some of it, from element N on", field.name) : std::string()));
+                                           field.numbersEach > 0 ? fmt::format("; {}@N sets some of it, from element N on", field.name) : std::string()));
     const std::size_t count = field.kind == FieldKind::kMatrix ? 16 : field.width;
     if (field.kind != FieldKind::kRefs && words.size() != count)
         return fail(ErrorCode::kUsage, fmt::format("{} takes {} {}{}, not {}", field.name, count,
@@ -149,19 +149,21 @@ Expected<std::optional<ArrayPart>> parseArrayPart(const std::string& field) {
 }
 
 Expected<Blob> parseElements(const FieldInfo& field, const std::vector<std::string>& words) {
-    const std::size_t each = field.floatsEach;
+    const std::size_t each = field.numbersEach;
     if (each == 0) return fail(ErrorCode::kUsage, fmt::format("{} is no array of numbers that could be set in part", field.name));
     if (words.empty() || words.size() % each != 0)
         return fail(ErrorCode::kUsage, fmt::format("{}@N takes {} number{} for each element, not {}", field.name, each, each == 1 ? "" : "s", words.size()));
-    std::vector<float> numbers;
+    std::vector<double> numbers;
     for (const std::string& word : words) {
         const Expected<double> number = finiteNumber(word, field.name);
         if (!number) return tl::unexpected(number.error());
-        if (!(std::abs(*number) <= std::numeric_limits<float>::max()))
-            return fail(ErrorCode::kUsage, fmt::format("{}: {} is too large", field.name, words[numbers.size()]));
-        numbers.push_back(static_cast<float>(*number));
+        if (!field.doubles && !(std::abs(*number) <= std::numeric_limits<float>::max()))
+            return fail(ErrorCode::kUsage, fmt::format("{}: {} is too large", field.name, word));
+        numbers.push_back(*number);
     }
-    return Blob::of(std::span<const float>(numbers));
+    if (field.doubles) return Blob::of(std::span<const double>(numbers));
+    const std::vector<float> floats(numbers.begin(), numbers.end());
+    return Blob::of(std::span<const float>(floats));
 }
 
 std::string textOf(const FieldValue& value) {

@@ -16,7 +16,8 @@ std::string kindText(const FieldInfo& field) {
     std::string text(nameOf(field.kind));
     if (field.width > 1) text += fmt::format(" × {}", field.width);
     if (field.holdsRefs()) text += fmt::format(" to {}", field.refType ? findType(*field.refType)->name : "any core");
-    if (field.floatsEach > 0) text += fmt::format(", elements of {} float{}", field.floatsEach, field.floatsEach > 1 ? "s" : "");
+    if (field.numbersEach > 0)
+        text += fmt::format(", elements of {} {}{}", field.numbersEach, field.doubles ? "double" : "float", field.numbersEach > 1 ? "s" : "");
     if (field.wordUse == WordUse::kNone) return text;
     text = field.wordUse == WordUse::kOneOf ? "one of" : field.wordUse == WordUse::kNamed ? text + ", or" : "any of";
     std::string_view before = " ";
@@ -49,7 +50,7 @@ nlohmann::ordered_json fieldJson(const TypeInfo& type, const FieldEntry& field) 
                                    {"kind", nameOf(field.kind)},
                                    {"width", field.width},
                                    {"unit", nameOf(field.measuredIn)}};
-    if (field.floatsEach > 0) json["floats_each"] = field.floatsEach;
+    if (field.numbersEach > 0) json[field.doubles ? "doubles_each" : "floats_each"] = field.numbersEach;
     if (field.holdsRefs()) json["to"] = field.refType ? findType(*field.refType)->name : "any core";
     json["default"] = valueJson(field.load(type.freshObject()));
     if (std::isfinite(field.least)) json["least"] = field.least;

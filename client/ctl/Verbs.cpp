@@ -180,14 +180,14 @@ Expected<Answer> setElements(Application& application, const ObjectInfo& object,
     const Expected<Blob> elements = parseElements(*place.field, words);
     if (!elements) return tl::unexpected(elements.error());
     ChangeListBuilder edits;
-    edits.setRange(place.object, place.type->type, place.field->id, part.first * place.field->floatsEach * sizeof(float), *elements);
+    edits.setRange(place.object, place.type->type, place.field->id, part.first * place.field->elementBytes(), *elements);
     const Expected<answer::Committed> committed = application.propose(edits.take());
     if (!committed) return tl::unexpected(committed.error());
     SceneNames names(application);
     names.learn(std::span(&object.id, 1));
     return committedAnswer(application, *committed,
                            fmt::format("{} of {}: {} from {} on {} set", part.field, names.node(object.id),
-                                       words.size() / place.field->floatsEach, part.first, committed->stopped.empty() ? "are" : "were to be"));
+                                       words.size() / place.field->numbersEach, part.first, committed->stopped.empty() ? "are" : "were to be"));
 }
 
 Expected<Answer> run(Application& application, const verb::Set& set) {

@@ -55,6 +55,7 @@ struct DeformationPlan {
 Expected<Lattice> latticeOf(const Deformation& d) {
     if (const Expected<void> mesh = checkMesh(atRest(d)); !mesh) return failWith("the mesh at rest", mesh.error());
     const auto axis = [](std::int64_t degree, std::int64_t points) { return LatticeAxis{static_cast<unsigned>(degree), static_cast<unsigned>(points)}; };
+    if (!d.lower.allFinite() || !d.upper.allFinite()) return fail(ErrorCode::kBadInput, "the volume has a corner that is no number");
     if (!((d.upper - d.lower).minCoeff() > 0)) return fail(ErrorCode::kBadInput, "the volume's upper corner is not above its lower one along each axis");
     Expected<Lattice> lattice =
         Lattice::make(LatticeVolume::of({d.lower, d.upper}), {axis(d.degreeX, d.pointsX), axis(d.degreeY, d.pointsY), axis(d.degreeZ, d.pointsZ)});
@@ -160,6 +161,15 @@ DerivedMesh deriveDeformation(const void* core, const EarlierMesh* earlier) {
 }
 
 }  // namespace
+
+Expected<Blob> controlPointsAtRest(const Deformation& deformation) {
+    const Expected<Lattice> lattice = latticeOf(deformation);
+    if (!lattice) return tl::unexpected(lattice.error());
+    std::vector<float> numbers;
+    for (const Vec3d& point : lattice->controlPoints())
+        for (const double coordinate : point) numbers.push_back(static_cast<float>(coordinate));
+    return Blob::of(std::span<const float>(numbers));
+}
 
 constinit const Derivation kDeformationDerivation{
     .check = &checkDeformation,

@@ -77,7 +77,8 @@ struct FieldInfo {
     /// For refs and lists of them: what may be referred to (none: any core). A ref may always be "none".
     std::optional<ObjectType> refType;
     bool quaternion = false;  ///< width 4, must not be zero
-    std::uint8_t floatsEach = 0;  ///< of an array of floats: how many an element has; 0: it is none
+    std::uint8_t numbersEach = 0;  ///< of an array of floats or doubles: how many an element has; 0: it is none
+    bool doubles = false;          ///< of such an array
     Effect effects = Effect::kNone;
     Unit measuredIn = Unit::kNone;
     /// What a number of this field may be (each scalar of it). Every number must be finite besides.
@@ -116,12 +117,19 @@ struct FieldInfo {
         info.greatest = high;
         return info;
     }
-    /// Of an array whose elements are so many floats: people may say some of them (`tessera-ctl set`).
+    /// Of an array whose elements are so many floats, or doubles: people may say some of them (`tessera-ctl set`).
     [[nodiscard]] constexpr FieldInfo floats(std::uint8_t each) const {
         FieldInfo info = *this;
-        info.floatsEach = each;
+        info.numbersEach = each;
         return info;
     }
+    [[nodiscard]] constexpr FieldInfo doublesEach(std::uint8_t each) const {
+        FieldInfo info = floats(each);
+        info.doubles = true;
+        return info;
+    }
+    /// Of an element of such an array.
+    [[nodiscard]] constexpr std::size_t elementBytes() const { return numbersEach * (doubles ? sizeof(double) : sizeof(float)); }
     [[nodiscard]] constexpr FieldInfo atLeast(double bound) const { return between(bound, greatest); }
     /// What a reference leads to; without this, to any core.
     template <typename Target>

@@ -17,6 +17,20 @@ std::vector<Blob> blobsOf(const ChangeList& list) {
     return blobs;
 }
 
+namespace {
+
+/// In elements where the array has such, as people count them.
+std::string outsideOf(const Object& object, const RangeEdit& range, std::uint64_t size) {
+    const FieldEntry* field = object ? findField(object.info(), range.field) : nullptr;
+    const std::string what = field ? fmt::format("{} of #{}", field->name, range.object.value) : fmt::format("an array of #{}", range.object.value);
+    if (size == 0) return what + " is empty: there is nothing to edit a range of";
+    const std::uint64_t each = field && field->numbersEach > 0 ? field->elementBytes() : 1;
+    return fmt::format("{} has {} {}, numbered from 0; a range of {} from {} on does not lie in it", what, size / each,
+                       each > 1 ? "elements" : "bytes", range.bytes.sizeBytes() / each, range.offset / each);
+}
+
+}  // namespace
+
 Expected<void> resolveRanges(const Aspect& aspect, ChangeList& list) {
     std::unordered_map<ObjectId, std::unordered_map<std::uint32_t, Blob>> arrays;  // as earlier parts of the list leave them
     if (list.ranges.empty()) return {};
@@ -34,6 +48,8 @@ Expected<void> resolveRanges(const Aspect& aspect, ChangeList& list) {
             known = fields.emplace(range.field.value, *field->in<Blob>(object.data())).first;
         }
         Blob& array = known->second;
+        if (range.offset > array.sizeBytes() || range.bytes.sizeBytes() > array.sizeBytes() - range.offset)
+            return fail(ErrorCode::kRefused, outsideOf(aspect.find(range.object), range, array.sizeBytes()));
         if (array.resident() && range.bytes.resident()) {
             const Expected<Blob> made = array.withRange(range.offset, range.bytes.bytes());
             if (!made) return failWith(fmt::format("a range of #{}", range.object.value), made.error());

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/drawable/DeformationArrays.h"
 #include "common/drawable/Drawable.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/Text.h"
@@ -201,6 +202,9 @@ Expected<ObjectId> SceneAssembly::deformationCore(LoadedFile& file, const proto:
     value.texcoords = std::move(arrays->texcoords);
     value.texcoords1 = std::move(arrays->texcoords1);
     value.indices = std::move(arrays->indices);
+    // At rest, but there: who bends it edits ranges of them. What makes no lattice is refused below.
+    if (value.controlPoints.empty())
+        if (const Expected<Blob> rest = controlPointsAtRest(value)) value.controlPoints = *rest;
     LoadedFile::GeometryCore core;
     const auto made = derivedCore(file, core, std::move(value), geometry.material().empty() ? spot.material : geometry.material(), spot);
     if (!made) return tl::unexpected(made.error());

@@ -93,7 +93,7 @@ TEST(SurfaceWall, WhatIsNoControlMeshIsRefusedByName) {
     };
     EXPECT_NE(refused({"set", "/cube/skin", "scheme", "loop"}).find("face 0 is no triangle"), std::string::npos);
     EXPECT_NE(refused({"set", "/cube/skin", "points@0", "1e36", "0", "0"}).find("control point 0"), std::string::npos);
-    EXPECT_NE(refused({"set", "/cube/skin", "points@8", "0", "0", "0"}).find("range"), std::string::npos);
+    EXPECT_NE(refused({"set", "/cube/skin", "points@8", "0", "0", "0"}).find("has 8 elements, numbered from 0; a range of 1 from 8 on"), std::string::npos);
     EXPECT_NE(refused({"set", "/cube/skin", "creases@0", "0", "1"}).find("no array of numbers"), std::string::npos);
     EXPECT_NE(refused({"set", "/cube/skin", "level", "7"}).find("level"), std::string::npos);
     EXPECT_NE(refused({"set", "/jelly/body", "pointsX", "3"}).find("controlPoints has 96 bytes"), std::string::npos);

@@ -52,7 +52,7 @@ Expected<void> checkFaces(const ControlMesh& mesh) {
         const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
         if (twice != sorted.end()) return fail(ErrorCode::kBadInput, numbered("face", f) + " has " + numbered("vertex", *twice) + " twice");
     }
-    if (next != mesh.faceVertices.size()) return fail(ErrorCode::kBadInput, "more vertices are listed than the faces have");
+    if (next != mesh.faceVertices.size()) return fail(ErrorCode::kBadInput, std::to_string(mesh.faceVertices.size()) + " corners of faces are listed, and the faces have " + std::to_string(next));
     return {};
 }
 

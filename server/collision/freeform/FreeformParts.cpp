@@ -344,31 +344,38 @@ std::array<FreeformPart, 2> FreeformParts::halve(const FreeformPart& part) {
 std::array<FreeformPart, 2> FreeformParts::halveTriangle(const FreeformPart& part) {
     const int degree = part.degreeU;
     const std::array<Vec2d, 3> corners{part.origin, part.origin + part.alongU, part.origin + part.alongV};
-    const std::array<std::size_t, 3> at{BezierTriangle::index(degree, 0, 0), BezierTriangle::index(degree, degree, 0), BezierTriangle::index(degree, 0, degree)};
-    // The edge that is longest in space, opposite to corner `o`.
-    int o = 0;
-    double longest = -1;
     const double* points = coordinates_.data() + part.at;
     const std::size_t count = part.points;
-    for (int k = 0; k < 3; ++k) {
-        double length = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double d = points[axis * count + at[static_cast<std::size_t>((k + 1) % 3)]] - points[axis * count + at[static_cast<std::size_t>((k + 2) % 3)]];
-            length += d * d;
-        }
-        if (length > longest) {
-            longest = length;
-            o = k;
-        }
-    }
-    // Where corner o counts k times, the points are those of a curve between the other two: each is halved.
-    const auto place = [&](int here, int next, int before) {
+    // Where corner `o` counts `here` times, and the next ones so often.
+    const auto placeOf = [&](int o, int here, int next, int before) {
         std::array<int, 3> times{};
         times[static_cast<std::size_t>(o)] = here;
         times[static_cast<std::size_t>((o + 1) % 3)] = next;
         times[static_cast<std::size_t>((o + 2) % 3)] = before;
         return BezierTriangle::index(degree, times[1], times[2]);
     };
+    // The edge along which control points are farthest from each other, opposite to corner `o`: an edge that is folded has its ends
+    // together, and would never be halved if these alone were looked at.
+    int o = 0;
+    double longest = -1;
+    for (int k = 0; k < 3; ++k)
+        for (int here = 0; here < degree; ++here) {
+            double length = 0;
+            for (int i = 0; i < degree - here; ++i) {
+                const std::size_t from = placeOf(k, here, degree - here - i, i), to = placeOf(k, here, degree - here - i - 1, i + 1);
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const double d = points[axis * count + from] - points[axis * count + to];
+                    length += d * d;
+                }
+            }
+            length *= degree - here;  // a curve whose points are evenly spread has the square of its length
+            if (length > longest) {
+                longest = length;
+                o = k;
+            }
+        }
+    // Where corner o counts k times, the points are those of a curve between the other two: each is halved.
+    const auto place = [&](int here, int next, int before) { return placeOf(o, here, next, before); };
     FreeformPart a = part, b = part;
     a.divided = b.divided = false;
     a.at = coordinates_.size();

@@ -128,7 +128,7 @@ Expected<DistanceLattice> DistanceLattice::make(const TriangleTree& tree, const 
         places *= v.size[r];
     }
     if (places > static_cast<double>(kMostPlaces))
-        return fail(ErrorCode::kLimit, std::to_string(places) + " places of a lattice, at most " + std::to_string(kMostPlaces) + ": take a larger error");
+        return fail(ErrorCode::kLimit, std::to_string(static_cast<std::uint64_t>(std::min(places, 1e18))) + " places of a lattice, at most " + std::to_string(kMostPlaces) + ": take a larger error");
     out.values_.resize(static_cast<std::size_t>(places));
     const double farthest = spacing * Vec3d(v.size[0], v.size[1], v.size[2]).norm();
     v.unit = static_cast<float>(farthest / kValueSteps);

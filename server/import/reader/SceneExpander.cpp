@@ -195,7 +195,7 @@ Expected<void> SceneExpander::expandNode(const proto::scene::Node& node, const W
             return failAt(where.place(), done.error());
         if (node.has_lattice()) {
             if (!copy->has_geometry())
-                return failAt(where.place(), {ErrorCode::kBadInput, "a lattice bends the shape or geometry of its node, and this one has none"});
+                return failAt(where.place(), {ErrorCode::kBadInput, "a lattice bends the shape or geometry of its node, and this one has none (surfaces have control points of their own)"});
             *copy->mutable_lattice() = node.lattice();
         }
         for (int n = 0; n < node.node_size(); ++n) {

@@ -104,6 +104,9 @@ TEST_F(FieldText, PartsOfArraysOfNumbersAreSaidFromAnElementOn) {
     ASSERT_TRUE(said) << said.error().message;
     const auto numbers = said->as<float>();
     EXPECT_EQ(std::vector<float>(numbers.begin(), numbers.end()), (std::vector<float>{1, -2, 0.5f, 0, 0, 4}));
+    const Expected<Blob> doubles = parseElements(field(typeOf<NurbsSurfaceCore>(), "points"), {"1e300", "-2", ".1"});
+    ASSERT_TRUE(doubles) << doubles.error().message;
+    EXPECT_EQ(std::vector<double>(doubles->as<double>().begin(), doubles->as<double>().end()), (std::vector<double>{1e300, -2, .1}));
     const auto whyNot = [&](const FieldInfo& of, const std::vector<std::string>& words) {
         const Expected<Blob> read = parseElements(of, words);
         return read ? std::string("accepted") : read.error().message;

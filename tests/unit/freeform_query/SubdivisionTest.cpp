@@ -247,5 +247,37 @@ TEST(FreeformSubdivision, HighValencesAndPoints) {
     }
 }
 
+TEST(FreeformSubdivision, FoldedFacesAreHalvedAcrossTheFold) {
+    // A tetrahedron that is nearly flat, as a Loop surface: edges of its patches are folded, so that their ends meet and their middles
+    // are far away. An edge of it is near a side of a cube.
+    ControlMesh cube;
+    for (int i = 0; i < 8; ++i) cube.positions.emplace_back((i & 4) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 1) != 0 ? 1 : -1);
+    cube.faceVertices = {0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3};
+    cube.faceSizes.assign(6, 4);
+    const FreeformShape block = FreeformShape::ofSubdivision(cube).value();
+    for (const double thick : {1.0, 0.1, 0.03, 0.01, 0.001, 1e-6, 0.0})
+        for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5}) {
+            SCOPED_TRACE("thickness " + std::to_string(thick) + ", tolerance " + std::to_string(tolerance));
+            ControlMesh leaf{.scheme = SubdivisionScheme::kLoop};
+            leaf.positions = {{1, 1, thick}, {-1, -1, thick}, {-1, 1, -thick}, {1, -1, -thick}};
+            leaf.faceVertices = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+            leaf.faceSizes.assign(4, 3);
+            const FreeformShape thin = FreeformShape::ofSubdivision(leaf).value();
+            FreeformPair pair(block, thin);
+            const Affine3d beside = composeTransform({1.2, 0.37, 0.1}, Quatd::Identity(), Vec3d::Ones());
+            QueryWork work{.limit = 200'000};
+            const FreeformDistance d = pair.distance(beside, work, {.tolerance = tolerance});
+            EXPECT_TRUE(d.complete) << work.boxTests;
+            EXPECT_LE(d.distance - d.least, 1.001 * tolerance);
+            EXPECT_GT(d.distance, 0.12);
+            EXPECT_LT(d.least, 0.1252);
+            BodyMotion still, moving;
+            moving.start.translation = {4, 0.37, 0.1};
+            moving.end.translation = {-4, 0.37, 0.2};
+            const FreeformImpact hit = pair.firstContact(still, moving, tolerance, work);
+            EXPECT_TRUE(hit.hit && hit.complete);
+        }
+}
+
 }  // namespace
 }  // namespace tessera::test
