@@ -6,7 +6,8 @@
 /// conservative advancement (Mirtich 1996; Tang, Kim and Manocha 2009) over pairs of parts.
 ///
 /// A surface is what it is, without an inside; a hull is solid. Maps are any finite affine ones. Spherical fields and lattices take part by the
-/// mesh that they are of (`FreeformShape::ofTriangles`). Not thread-safe, nor are the shapes; the shapes outlive the pair.
+/// mesh that they are of (`FreeformShape::ofTriangles`). A pair belongs to one thread at a
+/// time; its shapes may be read by others meanwhile, and outlive it.
 #pragma once
 
 #include <limits>

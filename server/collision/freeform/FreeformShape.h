@@ -6,8 +6,7 @@
 /// irregular vertices, its bound is the hull of the control points of refinement, which it never leaves, as all masks are weights of 0 or
 /// more. So every bound is conservative without an error that would have to be added.
 ///
-/// Queries and `move` by one thread at a time: shapes keep what refinement makes of each kind of neighbourhood. Two shapes of one mesh share
-/// nothing.
+/// Any number of threads may read a shape, and ask pairs that it is in, while nobody moves it. Two shapes of one mesh share nothing.
 #pragma once
 
 #include <memory>
@@ -65,7 +64,7 @@ public:
 
     struct Subdivision {
         std::unique_ptr<SubdivisionTopology> topology;
-        std::unique_ptr<NeighbourhoodGraph> graph;  ///< grows while it is asked
+        std::unique_ptr<NeighbourhoodGraph> graph;  ///< grows while it is asked, by any thread
         std::vector<Vec3d> positions;
         std::vector<std::uint32_t> faces;  ///< the ptex face of each face
     };
