@@ -5,7 +5,7 @@
 // within the tolerance. The others lie at irregular vertices, where an adaptive tessellation would divide further: in the peer's favour. Deformations are affine maps of all control points, so that the tessellation of a frame is the map of the first one: what
 // OpenSubdiv's evaluation would cost is not counted, in the peer's favour. Poses: separated, near, shallow and deep in equal parts.
 //
-//     bench_freeform [--quick] [--count N] [--json FILE]
+//     bench_freeform [--rows collision|tessellation] [--quick] [--count N] [--json FILE]
 #include <fmt/format.h>
 #include <malloc.h>
 
@@ -24,6 +24,7 @@
 #include "server/collision/query/TouchQuery.h"
 #include "server/tools/evaluate/ObjControlMesh.h"
 #include "tests/bench/CollisionTable.h"
+#include "tests/bench/FreeformTessellationRows.h"
 #include "tests/support/Models.h"
 #include "tests/support/PoseGenerator.h"
 #include "tests/truth/subdivision/SubdivisionOracle.h"
@@ -218,7 +219,7 @@ void measure(const std::string& nameA, const std::string& nameB, const ControlMe
 }
 
 int run(int argc, char** argv) {
-    std::string json;
+    std::string json, rows;
     std::size_t count = 200;
     int passes = 3;
     for (int i = 1; i < argc; ++i) {
@@ -228,10 +229,12 @@ int run(int argc, char** argv) {
             passes = 1;
         } else if (word == "--count" && i + 1 < argc) {
             count = static_cast<std::size_t>(std::clamp(std::atol(argv[++i]), 4L, 10'000L));
+        } else if (word == "--rows" && i + 1 < argc) {
+            rows = argv[++i];
         } else if (word == "--json" && i + 1 < argc) {
             json = argv[++i];
         } else {
-            fmt::print(stderr, "bench_freeform: {}: [--quick] [--count N] [--json FILE]\n", word);
+            fmt::print(stderr, "bench_freeform: {}: [--rows collision|tessellation] [--quick] [--count N] [--json FILE]\n", word);
             return 2;
         }
     }
@@ -243,7 +246,12 @@ int run(int argc, char** argv) {
                                                                     {"penguin", data / "meshes/penguin/penguin_control_mesh.obj"},
                                                                     {"torus", data / "subdiv/catmark_torus.obj"},
                                                                     {"cube", data / "subdiv/catmark_cube.obj"}};
+    for (const auto& [name, file] : models) {
+        if (!rows.empty() && rows != "tessellation") break;
+        if (const Expected<ControlMesh> mesh = loadControlMesh(file)) addTessellationRows(name, *mesh, passes, table);
+    }
     for (const auto& [x, y] : {std::pair{0, 1}, std::pair{3, 4}, std::pair{2, 2}}) {
+        if (!rows.empty() && rows != "collision") break;
         const Expected<ControlMesh> a = loadControlMesh(models[x].second), b = loadControlMesh(models[y].second);
         if (!a || !b) {
             fmt::print("{} x {} is left out: {}\n", models[x].first, models[y].first, (a ? b : a).error().message);

@@ -1,6 +1,9 @@
 #include "common/freeform/subdivision/LimitTessellation.h"
 
+#include <emmintrin.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -331,6 +334,30 @@ void LimitTessellation::copyPositions(std::span<float> positions) const {
     for (const Copy& copy : copies_) std::copy_n(&positions[3 * copy.from], 3, &positions[3 * copy.to]);
 }
 
+namespace {
+
+/// Three rows of weights by points: x and y side by side, which SSE2 has and so every x86-64. The same sums in the same order as one by one.
+std::array<Vec3d, 3> threeSums(const double* weights, std::span<const Vec3d> points) {
+    const std::size_t count = points.size();
+    __m128d xy[3] = {_mm_setzero_pd(), _mm_setzero_pd(), _mm_setzero_pd()}, z[3] = {_mm_setzero_pd(), _mm_setzero_pd(), _mm_setzero_pd()};
+    for (std::size_t i = 0; i < count; ++i) {
+        const __m128d pxy = _mm_loadu_pd(points[i].data()), pz = _mm_load_sd(points[i].data() + 2);
+        for (std::size_t row = 0; row < 3; ++row) {
+            const __m128d weight = _mm_set1_pd(weights[row * count + i]);
+            xy[row] = _mm_add_pd(xy[row], _mm_mul_pd(weight, pxy));
+            z[row] = _mm_add_sd(z[row], _mm_mul_sd(weight, pz));
+        }
+    }
+    std::array<Vec3d, 3> sums;
+    for (std::size_t row = 0; row < 3; ++row) {
+        _mm_storeu_pd(sums[row].data(), xy[row]);
+        _mm_store_sd(sums[row].data() + 2, z[row]);
+    }
+    return sums;
+}
+
+}  // namespace
+
 void LimitTessellation::evaluateFace(const Face& face, std::span<const float> points, Scratch& scratch, std::span<float> positions, std::span<float> normals) const {
     if (face.ownedBegin == face.ownedEnd) return;
     const std::size_t n = face.segments, samples = gridSamples(n, triangular());
@@ -349,36 +376,45 @@ void LimitTessellation::evaluateFace(const Face& face, std::span<const float> po
     const auto keep = [&](std::size_t sample, const Vec3d& point, const Vec3d& du, const Vec3d& dv) {
         scratch.grid[sample] = point;
         const Vec3d across = du.cross(dv);
-        const double area = across.norm();
+        const double area = across.squaredNorm();
         // As LimitEvaluator has it: below this there is no tangent plane.
-        scratch.normals[sample] = area > 1e-12 * du.norm() * dv.norm() ? Vec3d(across / area) : Vec3d::Zero();
+        scratch.normals[sample] = area > 1e-24 * du.squaredNorm() * dv.squaredNorm() ? Vec3d(across / std::sqrt(area)) : Vec3d::Zero();
     };
-    if (face.table) {
-        const double* weight = face.table->weights.data();
-        for (std::size_t sample = 0; sample < samples; ++sample) {
-            std::array<Vec3d, 3> sums;
-            for (Vec3d& sum : sums) {
-                sum = Vec3d::Zero();
-                for (const Vec3d& p : base) sum += *weight++ * p;
-            }
+    std::vector<CubicSplineBasis> bases;
+    if (!face.table) {
+        bases.reserve(n + 1);
+        for (std::size_t i = 0; i <= n; ++i) bases.emplace_back(static_cast<double>(i) / static_cast<double>(n));
+    }
+    std::size_t row = samples;  // that `across` and `slope` are of
+    std::array<Vec3d, 4> across, slope;
+    const auto evaluateSample = [&](std::size_t sample) {
+        if (face.table) {
+            const std::array<Vec3d, 3> sums = threeSums(face.table->weights.data() + sample * 3 * base.size(), base);
             keep(sample, sums[0], sums[1], sums[2]);
+            return;
         }
-    } else {
-        for (std::size_t j = 0; j <= n; ++j) {
-            const CubicSplineBasis v(static_cast<double>(j) / static_cast<double>(n));
-            std::array<Vec3d, 4> across, slope;
+        const std::size_t i = sample % (n + 1), j = sample / (n + 1);
+        if (j != row) {
+            row = j;
+            const CubicSplineBasis& v = bases[j];
             for (std::size_t x = 0; x < 4; ++x) {
                 across[x] = v.value[0] * base[x] + v.value[1] * base[4 + x] + v.value[2] * base[8 + x] + v.value[3] * base[12 + x];
                 slope[x] = v.slope[0] * base[x] + v.slope[1] * base[4 + x] + v.slope[2] * base[8 + x] + v.slope[3] * base[12 + x];
             }
-            for (std::size_t i = 0; i <= n; ++i) {
-                const CubicSplineBasis u(static_cast<double>(i) / static_cast<double>(n));
-                keep(gridSample(i, j, n, false), u.value[0] * across[0] + u.value[1] * across[1] + u.value[2] * across[2] + u.value[3] * across[3],
-                     u.slope[0] * across[0] + u.slope[1] * across[1] + u.slope[2] * across[2] + u.slope[3] * across[3],
-                     u.value[0] * slope[0] + u.value[1] * slope[1] + u.value[2] * slope[2] + u.value[3] * slope[3]);
-            }
         }
+        const CubicSplineBasis& u = bases[i];
+        keep(sample, u.value[0] * across[0] + u.value[1] * across[1] + u.value[2] * across[2] + u.value[3] * across[3],
+             u.slope[0] * across[0] + u.slope[1] * across[1] + u.slope[2] * across[2] + u.slope[3] * across[3],
+             u.value[0] * slope[0] + u.value[1] * slope[1] + u.value[2] * slope[2] + u.value[3] * slope[3]);
+    };
+    // What neighbours own they evaluate; but a normal that is missing is made of all that is around it.
+    bool lacksNormals = false;
+    for (std::uint32_t o = face.ownedBegin; o < face.ownedEnd; ++o) {
+        evaluateSample(owned_[o].sample);
+        lacksNormals = lacksNormals || scratch.normals[owned_[o].sample].isZero(0);
     }
+    if (lacksNormals)
+        for (std::size_t sample = 0; sample < samples; ++sample) evaluateSample(sample);
     for (std::uint32_t o = face.ownedBegin; o < face.ownedEnd; ++o) {
         const Owned& owned = owned_[o];
         Vec3d normal = scratch.normals[owned.sample];
