@@ -30,6 +30,28 @@ struct BernsteinValues {
     double& at(int i) { return value[static_cast<std::size_t>(i)]; }
 };
 
+/// A bicubic patch's point and derivatives, of 16 points as x, y, z.
+inline PartPoint evaluateBicubic(const double* coordinates, double s, double t) {
+    const auto values = [](double at) { return std::array<double, 4>{(1 - at) * (1 - at) * (1 - at), 3 * at * (1 - at) * (1 - at), 3 * at * at * (1 - at), at * at * at}; };
+    const auto slopes = [](double at) {
+        const double low = 3 * (1 - at) * (1 - at), middle = 6 * at * (1 - at), high = 3 * at * at;
+        return std::array<double, 4>{-low, low - middle, middle - high, high};
+    };
+    const std::array<double, 4> bs = values(s), ds = slopes(s), bt = values(t), dt = slopes(t);
+    PartPoint out;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double* const p = coordinates + 16 * axis;
+        std::array<double, 4> value, slope;  // of the four curves along t
+        for (std::size_t i = 0; i < 4; ++i) value[i] = (bt[0] * p[i] + bt[1] * p[4 + i]) + (bt[2] * p[8 + i] + bt[3] * p[12 + i]);
+        for (std::size_t i = 0; i < 4; ++i) slope[i] = (dt[0] * p[i] + dt[1] * p[4 + i]) + (dt[2] * p[8 + i] + dt[3] * p[12 + i]);
+        const auto a = static_cast<Eigen::Index>(axis);
+        out.point[a] = (bs[0] * value[0] + bs[1] * value[1]) + (bs[2] * value[2] + bs[3] * value[3]);
+        out.ds[a] = (ds[0] * value[0] + ds[1] * value[1]) + (ds[2] * value[2] + ds[3] * value[3]);
+        out.dt[a] = (bs[0] * slope[0] + bs[1] * slope[1]) + (bs[2] * slope[2] + bs[3] * slope[3]);
+    }
+    return out;
+}
+
 /// De Casteljau at the middle of `count` numbers that lie `stride` apart: `high` becomes the upper half, `low` the lower one.
 inline void halveCurve(double* low, double* high, int count, std::size_t stride) {
     for (int level = 0; level < count; ++level) {
@@ -427,6 +449,7 @@ PartPoint FreeformParts::evaluate(const FreeformPart& part, double s, double t) 
         return out;
     }
     const int n = part.degreeU, m = part.degreeV;
+    if (n == 3 && m == 3 && !part.rational) return evaluateBicubic(base, s, t);
     const BernsteinValues bs(n, s), bt(m, t);
     std::array<double, 4> p{}, ps{}, pt{};
     const std::size_t from = part.rational ? 3 : 0, channels = part.rational ? 4 : 3;

@@ -4,6 +4,8 @@
 /// not points. For the queries of this library; not thread-safe.
 #pragma once
 
+#include <emmintrin.h>
+
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -59,13 +61,22 @@ public:
     };
     [[nodiscard]] Extent extentAlong(const FreeformPart& part, const Vec3d& direction) const {
         const double *x = coordinates_.data() + part.at, *y = x + part.points, *z = y + part.points;
-        double least = direction.x() * x[0] + direction.y() * y[0] + direction.z() * z[0], most = least;
-        for (std::uint32_t i = 1; i < part.points; ++i) {
-            const double d = direction.x() * x[i] + direction.y() * y[i] + direction.z() * z[i];
-            least = d < least ? d : least;
-            most = d > most ? d : most;
+        const __m128d dx = _mm_set1_pd(direction.x()), dy = _mm_set1_pd(direction.y()), dz = _mm_set1_pd(direction.z());
+        const auto along = [&](__m128d px, __m128d py, __m128d pz) { return _mm_add_pd(_mm_add_pd(_mm_mul_pd(dx, px), _mm_mul_pd(dy, py)), _mm_mul_pd(dz, pz)); };
+        // Two at a time, which SSE2 has and so every x86-64; what is left over last.
+        __m128d least = along(_mm_set1_pd(x[0]), _mm_set1_pd(y[0]), _mm_set1_pd(z[0])), most = least;
+        std::uint32_t i = 0;
+        for (; i + 2 <= part.points; i += 2) {
+            const __m128d d = along(_mm_loadu_pd(x + i), _mm_loadu_pd(y + i), _mm_loadu_pd(z + i));
+            least = _mm_min_pd(least, d);
+            most = _mm_max_pd(most, d);
         }
-        return {least, most};
+        if (i < part.points) {
+            const __m128d d = along(_mm_set1_pd(x[i]), _mm_set1_pd(y[i]), _mm_set1_pd(z[i]));
+            least = _mm_min_pd(least, d);
+            most = _mm_max_pd(most, d);
+        }
+        return {_mm_cvtsd_f64(_mm_min_sd(least, _mm_unpackhi_pd(least, least))), _mm_cvtsd_f64(_mm_max_sd(most, _mm_unpackhi_pd(most, most)))};
     }
     /// Of a group: half the sides of its box, which is around its center.
     [[nodiscard]] Vec3d boxHalf(const FreeformPart& part) const {

@@ -55,7 +55,7 @@ public:
         : a_(a), b_(b), bounds_(bounds), tolerance_(std::max(tolerance, 4 * bounds.slack())), work_(work) {}
 
     Touch run() {
-        consider(a_.root(), b_.root(), std::nullopt);
+        consider(a_.root(), b_.root(), std::nullopt, kNever);
         arrange();
         while (!open_.empty()) {
             if (found_) return Touch::kYes;
@@ -68,7 +68,7 @@ public:
             parts.divide(which);
             for (std::uint32_t c = 0; c < parts[which].children && !found_; ++c) {
                 const std::uint32_t child = parts[which].firstChild + c;
-                consider(divideA ? child : pair.a, divideA ? pair.b : child, pair.along);
+                consider(divideA ? child : pair.a, divideA ? pair.b : child, pair.along, pair.descended);
             }
             arrange();
         }
@@ -81,6 +81,7 @@ private:
         std::uint32_t a, b;
         double away;
         Vec3d along;
+        double descended;  ///< how far the parts reached from which steps have led nowhere
     };
 
     void arrange() {
@@ -89,14 +90,14 @@ private:
         fresh_.clear();
     }
 
-    void consider(std::uint32_t a, std::uint32_t b, const std::optional<Vec3d>& hint) {
+    void consider(std::uint32_t a, std::uint32_t b, const std::optional<Vec3d>& hint, double descended) {
         ++work_.boxTests;
         const FreeformPart &pa = a_[a], &pb = b_[b];
         const PartBounds::Gap gap = bounds_.gap(pa, pb, 0, hint);
         if (gap.length > 0) return;
         const double reach = bounds_.radiusA(pa) + bounds_.radiusB(pb);
         PlacePair at = bounds_.samples(a, b);
-        Open next{a, b, at.distance - reach, gap.along};
+        Open next{a, b, at.distance - reach, gap.along, descended};
         if (isFace(pa) && isFace(pb)) {
             // Spheres overlap: no point of one is farther from one of the other than this.
             const bool small = (pa.crossed || pb.crossed ? 8 : 2) * reach <= tolerance_ || (a_.isSmallest(pa) && b_.isSmallest(pb));
@@ -104,12 +105,21 @@ private:
                 found_ = at;
                 return;
             }
-            if (at.distance <= kNearEnough * reach) {
+            if (at.distance <= kNearEnough * reach && reach <= kMuchSmaller * descended) {
                 ++work_.triangleTests;
+                next.descended = reach;
                 at = bounds_.descend(at, tolerance_, kSteps);
                 if (at.distance <= tolerance_ && bounds_.isThere(at)) {
                     found_ = at;
                     return;
+                }
+                // The way between their nearest points parts bodies that are near each other best.
+                if (at.distance > 0) {
+                    const Vec3d along = (at.onB - at.onA) / at.distance;
+                    PartBounds::Gap better = gap;
+                    bounds_.offerAlong(pa, pb, along, better);
+                    if (better.length > 0) return;
+                    next.along = better.along;
                 }
             }
         }
@@ -117,6 +127,9 @@ private:
     }
 
     static constexpr double kNearEnough = 0.6;
+    /// Steps from parts of parts lead to where they led before, until these are so much smaller.
+    static constexpr double kMuchSmaller = 0.4;
+    static constexpr double kNever = std::numeric_limits<double>::infinity();
     static constexpr int kSteps = 6;
 
     FreeformParts &a_, &b_;
@@ -191,7 +204,8 @@ private:
     void consider(std::uint32_t a, std::uint32_t b, double atLeast, const std::optional<Vec3d>& hint) {
         ++work_.boxTests;
         const FreeformPart &pa = a_[a], &pb = b_[b];
-        const PartBounds::Gap gap = bounds_.gap(pa, pb, cutoff(), hint);
+        PartBounds::Gap gap = bounds_.gap(pa, pb, cutoff(), hint);
+        if (found_ && best_.distance > 0 && gap.length < cutoff()) bounds_.offerAlong(pa, pb, (best_.onB - best_.onA) / best_.distance, gap);
         const double least = std::max({gap.length, atLeast, 0.0});
         if (least >= cutoff()) {
             least_ = std::min(least_, least);

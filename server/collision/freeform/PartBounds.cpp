@@ -58,6 +58,12 @@ void PartBounds::place(const Affine3d& a, const Affine3d& b, double reach) {
     normalsB_ = normalMap(b.linear());
     stretchA_ = largestStretch(a.linear()) * (1 + 1e-12);
     stretchB_ = largestStretch(b.linear()) * (1 + 1e-12);
+    boxAxes_ = 0;
+    for (const std::optional<Mat3d>* normals : {&normalsA_, &normalsB_})
+        for (Eigen::Index k = 0; *normals && k < 3; ++k) {
+            const Vec3d n = (*normals)->col(k).normalized();
+            if (n.allFinite() && !n.isZero()) axes_[boxAxes_++] = boxAxis(n);
+        }
     // A hull's point is a convex sum of control points, some 50 halvings of which each rounds by half a unit; then a map and a dot product.
     slack_ = 64 * std::numeric_limits<double>::epsilon() * reach;
 }
@@ -68,12 +74,16 @@ PartBounds::Gap PartBounds::gap(const FreeformPart& a, const FreeformPart& b, do
     Gap best{apart - radiusA(a) - radiusB(b) - slack_, Vec3d::UnitX()};
     if (apart > 0) best.along = between / apart;
     if (best.length >= enough || !(apart > 0)) return best;
+    if (a.kind == FreeformPart::Kind::kGroup && b.kind == FreeformPart::Kind::kGroup) return boxGap(a, b, between, enough, hint, best);
+    if (hint) {
+        offerAlong(a, b, *hint, best);
+        if (best.length >= enough) return best;
+    }
     const auto offer = [&](const Vec3d& n, double most, double least) {
         if (least - most - slack_ > best.length) best = {least - most - slack_, n};
     };
     const auto mostOfA = [&](const Vec3d& n) { return a_.extentAlong(a, toA_ * n).most + n.dot(mapA_.translation()); };
     const auto leastOfB = [&](const Vec3d& n) { return b_.extentAlong(b, toB_ * n).least + n.dot(mapB_.translation()); };
-    if (a.kind == FreeformPart::Kind::kGroup && b.kind == FreeformPart::Kind::kGroup) return boxGap(a, b, between, enough, best);
     if (normalsA_) {
         Vec3d n = *normalsA_ * a.normal;
         const double length = n.norm();
@@ -94,28 +104,28 @@ PartBounds::Gap PartBounds::gap(const FreeformPart& a, const FreeformPart& b, do
         if (std::isfinite(length) && length > 0) offer(n, mostOfA(n), n.dot(cb) + least);
         if (best.length >= enough) return best;
     }
-    if (hint) {
-        offer(*hint, mostOfA(*hint), leastOfB(*hint));
-        if (best.length >= enough) return best;
-    }
-    const Vec3d n = between / apart;
-    offer(n, mostOfA(n), leastOfB(n));
+    offerAlong(a, b, between / apart, best);
     return best;
 }
 
-/// Of two boxes: along their sides.
-PartBounds::Gap PartBounds::boxGap(const FreeformPart& a, const FreeformPart& b, const Vec3d& between, double enough, Gap best) const {
+void PartBounds::offerAlong(const FreeformPart& a, const FreeformPart& b, const Vec3d& along, Gap& best) const {
+    const double most = a_.extentAlong(a, toA_ * along).most + along.dot(mapA_.translation());
+    const double length = b_.extentAlong(b, toB_ * along).least + along.dot(mapB_.translation()) - most - slack_;
+    if (length > best.length) best = {length, along};
+}
+
+PartBounds::BoxAxis PartBounds::boxAxis(const Vec3d& along) const { return {along, (toA_ * along).cwiseAbs(), (toB_ * along).cwiseAbs()}; }
+
+/// Of two boxes: along their sides, which are the same for all pairs.
+PartBounds::Gap PartBounds::boxGap(const FreeformPart& a, const FreeformPart& b, const Vec3d& between, double enough, const std::optional<Vec3d>& hint, Gap best) const {
     const Vec3d halfA = a_.boxHalf(a), halfB = b_.boxHalf(b);
-    const auto offer = [&](const Vec3d& axis) {
-        const double length = axis.norm();
-        if (!(length > 0) || !std::isfinite(length)) return;
-        const Vec3d n = axis / length;
-        const double apart = n.dot(between), gap = std::abs(apart) - (toA_ * n).cwiseAbs().dot(halfA) - (toB_ * n).cwiseAbs().dot(halfB) - slack_;
-        if (gap > best.length) best = {gap, apart < 0 ? Vec3d(-n) : n};
+    const auto offer = [&](const BoxAxis& axis) {
+        const double apart = axis.along.dot(between), gap = std::abs(apart) - axis.reachA.dot(halfA) - axis.reachB.dot(halfB) - slack_;
+        if (gap > best.length) best = {gap, apart < 0 ? Vec3d(-axis.along) : axis.along};
     };
-    for (Eigen::Index k = 0; normalsA_ && k < 3 && best.length < enough; ++k) offer(normalsA_->col(k));
-    for (Eigen::Index k = 0; normalsB_ && k < 3 && best.length < enough; ++k) offer(normalsB_->col(k));
-    if (best.length < enough) offer(between);
+    if (hint) offer(boxAxis(*hint));
+    for (std::size_t k = 0; k < boxAxes_ && best.length < enough; ++k) offer(axes_[k]);
+    if (best.length < enough) offer(boxAxis(between.normalized()));
     return best;
 }
 

@@ -5,6 +5,7 @@
 /// Levenberg-Marquardt steps clamped to the parts. For the queries of this library.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "server/collision/freeform/FreeformParts.h"
@@ -35,6 +36,8 @@ public:
     };
     /// The best of the directions; the first that reaches `enough` will do.
     [[nodiscard]] Gap gap(const FreeformPart& a, const FreeformPart& b, double enough, const std::optional<Vec3d>& hint) const;
+    /// Along one direction of length 1 more, where that is better.
+    void offerAlong(const FreeformPart& a, const FreeformPart& b, const Vec3d& along, Gap& best) const;
     [[nodiscard]] double radiusA(const FreeformPart& a) const { return stretchA_ * a.radius; }
     [[nodiscard]] double radiusB(const FreeformPart& b) const { return stretchB_ * b.radius; }
 
@@ -53,13 +56,20 @@ public:
     [[nodiscard]] Vec3d normalB(const PlacePair& at) const { return normalOf(b_, b_[at.b], mapB_, at.inB); }
 
 private:
-    [[nodiscard]] Gap boxGap(const FreeformPart& a, const FreeformPart& b, const Vec3d& between, double enough, Gap best) const;
+    /// A direction of length 1 in the shared frame, and how far each of the shapes' axes reaches along it.
+    struct BoxAxis {
+        Vec3d along, reachA, reachB;
+    };
+    [[nodiscard]] BoxAxis boxAxis(const Vec3d& along) const;
+    [[nodiscard]] Gap boxGap(const FreeformPart& a, const FreeformPart& b, const Vec3d& between, double enough, const std::optional<Vec3d>& hint, Gap best) const;
     static Vec3d normalOf(const FreeformParts& parts, const FreeformPart& part, const Affine3d& map, const Vec2d& at);
 
     const FreeformParts &a_, &b_;
     Affine3d mapA_ = Affine3d::Identity(), mapB_ = Affine3d::Identity();
     Mat3d toA_ = Mat3d::Identity(), toB_ = Mat3d::Identity();            // directions of the shared frame in the shapes'
     std::optional<Mat3d> normalsA_, normalsB_;                           // the shapes' normals in the shared frame
+    std::array<BoxAxis, 6> axes_;                                        // of the sides of groups' boxes
+    std::size_t boxAxes_ = 0;
     double stretchA_ = 1, stretchB_ = 1, slack_ = 0;
 };
 
