@@ -1,6 +1,7 @@
 #include "common/freeform/subdivision/TaggedMesh.h"
 
 #include <algorithm>
+#include <array>
 #include <unordered_map>
 
 namespace tessera {
@@ -77,7 +78,9 @@ private:
         const auto [found, isNew] = edges_.try_emplace(old, static_cast<std::uint32_t>(out_.mesh.edges.size()));
         if (isNew) {
             const TaggedMesh::Edge& e = from_.edges[old];
-            out_.mesh.edges.push_back({.vertices = {point(e.vertices[0]), point(e.vertices[1])}, .sharpness = e.sharpness});
+            std::array<std::uint32_t, 2> ends{point(e.vertices[0]), point(e.vertices[1])};
+            std::sort(ends.begin(), ends.end());  // whichever way the mesh has it
+            out_.mesh.edges.push_back({.vertices = ends, .sharpness = e.sharpness});
         }
         return found->second;
     }
@@ -91,7 +94,7 @@ private:
             addFace(f.face);
             const auto edges = from_.edgesOf(f.face), vertices = from_.verticesOf(f.face);
             const auto size = static_cast<std::uint32_t>(edges.size());
-            for (const std::uint32_t v : vertices) point(v);
+            for (std::uint32_t i = 0; i < size; ++i) point(vertices[(f.at + i) % size]);
             for (const std::uint32_t e : {edges[f.at], edges[(f.at + size - 1) % size]}) {
                 if (std::find(oldEdges.begin(), oldEdges.end(), e) == oldEdges.end()) oldEdges.push_back(e);
             }
@@ -144,7 +147,12 @@ private:
         for (const std::uint32_t old : faceOrder_) {
             const auto face = static_cast<std::uint32_t>(mesh.faceCount());
             const auto vertices = from_.verticesOf(old), edges = from_.edgesOf(old);
-            for (std::size_t i = 0; i < vertices.size(); ++i) {
+            // From its lowest vertex on, wherever the mesh begins.
+            std::size_t first = 0;
+            for (std::size_t i = 1; i < vertices.size(); ++i)
+                if (points_.at(vertices[i]) < points_.at(vertices[first])) first = i;
+            for (std::size_t k = 0; k < vertices.size(); ++k) {
+                const std::size_t i = (first + k) % vertices.size();
                 mesh.faceVertices.push_back(points_.at(vertices[i]));
                 const auto known = edges_.find(edges[i]);
                 const std::uint32_t e = edges[i] == kNoIndex || known == edges_.end() ? kNoIndex : known->second;

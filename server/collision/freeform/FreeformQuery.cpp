@@ -105,7 +105,7 @@ private:
                 found_ = at;
                 return;
             }
-            if (at.distance <= kNearEnough * reach && reach <= kMuchSmaller * descended) {
+            if (hasParameters(pa) && hasParameters(pb) && at.distance <= kNearEnough * reach && reach <= kMuchSmaller * descended) {
                 ++work_.triangleTests;
                 next.descended = reach;
                 at = bounds_.descend(at, tolerance_, kSteps);

@@ -8,9 +8,12 @@
 namespace tessera {
 namespace {
 
+/// Each of them: the largest of three where one is no number is any of the others.
+bool isWithin(const Vec3d& p) { return (p.array().abs() <= FreeformShape::kMaxCoordinate).all(); }
+
 Expected<void> checkControlPoints(std::span<const Vec3d> points) {
     for (std::size_t i = 0; i < points.size(); ++i)
-        if (!(points[i].cwiseAbs().maxCoeff() <= FreeformShape::kMaxCoordinate))
+        if (!isWithin(points[i]))
             return fail(ErrorCode::kBadInput, "control point " + std::to_string(i) + " is not finite, or beyond 1e50");
     return {};
 }
@@ -53,12 +56,23 @@ Expected<FreeformShape> FreeformShape::ofSubdivision(const ControlMesh& mesh) {
     if (!topology) return tl::unexpected(topology.error());
     FreeformShape shape;
     Subdivision& s = shape.subdivision_.emplace();
-    s.topology = std::make_unique<SubdivisionTopology>(std::move(*topology));
-    s.graph = std::make_unique<NeighbourhoodGraph>(*s.topology);
+    s.topology = std::make_shared<const SubdivisionTopology>(std::move(*topology));
+    s.graph = std::make_shared<NeighbourhoodGraph>(*s.topology);
     s.positions = mesh.positions;
     for (std::size_t f = 0; f < s.topology->ptexFaceCount(); ++f)
         if (s.topology->hasSurface(s.topology->ptexFace(f).face)) s.faces.push_back(static_cast<std::uint32_t>(f));
     if (s.faces.empty()) return fail(ErrorCode::kBadInput, "no face has a surface");
+    shape.build(s.faces.size());
+    return shape;
+}
+
+Expected<FreeformShape> FreeformShape::withPositions(std::span<const Vec3d> positions) const {
+    if (!subdivision_) return fail(ErrorCode::kBadInput, "only subdivision surfaces share a topology");
+    if (positions.size() != subdivision_->positions.size()) return fail(ErrorCode::kBadInput, "there are not as many positions as control points");
+    if (const Expected<void> good = checkControlPoints(positions); !good) return tl::unexpected(good.error());
+    FreeformShape shape;
+    Subdivision& s = shape.subdivision_.emplace(*subdivision_);
+    s.positions.assign(positions.begin(), positions.end());
     shape.build(s.faces.size());
     return shape;
 }
@@ -73,7 +87,7 @@ Expected<FreeformShape> FreeformShape::ofNurbs(std::vector<NurbsSurface> surface
             NurbsPatch patch{std::move(p.patch), p.over, static_cast<std::uint32_t>(s), true, side == RectangleSide::kCrossed};
             const double weight = patch.patch.points.front().w();
             for (const Vec4d& q : patch.patch.points) {
-                if (!((q.head<3>() / q.w()).cwiseAbs().maxCoeff() <= kMaxCoordinate))
+                if (!isWithin(q.head<3>() / q.w()))
                     return fail(ErrorCode::kBadInput, "surface " + std::to_string(s) + ": a control point is not finite, or beyond 1e50");
                 patch.polynomial = patch.polynomial && q.w() == weight;
             }

@@ -6,7 +6,8 @@
 /// irregular vertices, its bound is the hull of the control points of refinement, which it never leaves, as all masks are weights of 0 or
 /// more. So every bound is conservative without an error that would have to be added.
 ///
-/// Any number of threads may read a shape, and ask pairs that it is in, while nobody moves it. Two shapes of one mesh share nothing.
+/// Any number of threads may read a shape, and ask pairs that it is in, while nobody moves it. Shapes of one
+/// control mesh share what its topology leads to where one is made of the other (`withPositions`).
 #pragma once
 
 #include <memory>
@@ -38,6 +39,10 @@ public:
     /// Solid: what is inside touches. Faces are those of the hull. Refused where it has none (a point, a segment).
     [[nodiscard]] static Expected<FreeformShape> ofHull(ConvexHull hull);
 
+    /// Another body of the same control mesh, its points elsewhere: they share the topology and what is known of its kinds of neighbourhoods, which is
+    /// most of what a body takes. Of subdivision surfaces alone. Refused as `move` refuses; whoever uses either may move or drop it alone.
+    [[nodiscard]] Expected<FreeformShape> withPositions(std::span<const Vec3d> positions) const;
+
     /// New places of all control points of a subdivision surface or vertices of a mesh. Nothing changes where it is refused: another number, no
     /// finite numbers, too large, another kind of shape.
     Expected<void> move(std::span<const Vec3d> positions);
@@ -63,8 +68,8 @@ public:
     [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
 
     struct Subdivision {
-        std::unique_ptr<SubdivisionTopology> topology;
-        std::unique_ptr<NeighbourhoodGraph> graph;  ///< grows while it is asked, by any thread
+        std::shared_ptr<const SubdivisionTopology> topology;
+        std::shared_ptr<NeighbourhoodGraph> graph;  ///< grows while it is asked, by any thread
         std::vector<Vec3d> positions;
         std::vector<std::uint32_t> faces;  ///< the ptex face of each face
     };

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "server/collision/freeform/PartChoice.h"
+
 namespace tessera {
 namespace {
 
 /// The largest factor by which a map stretches, rounded up.
 double largestStretch(const Mat3d& m) { return std::sqrt((m.transpose() * m).cwiseAbs().rowwise().sum().maxCoeff()); }
-
-bool hasParameters(const FreeformPart& part) { return part.kind == FreeformPart::Kind::kPatch || part.kind == FreeformPart::Kind::kTriangle; }
 
 /// Into the part's domain.
 Vec2d clamped(const FreeformPart& part, Vec2d at) {

@@ -2,11 +2,15 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 
 #include "server/collision/freeform/FreeformQuery.h"
 #include "server/collision/freeform/PartBounds.h"
 
 namespace tessera {
+
+/// Its points are those of parameters; of groups and neighbourhoods there is but the sample.
+[[nodiscard]] inline bool hasParameters(const FreeformPart& part) { return part.kind == FreeformPart::Kind::kPatch || part.kind == FreeformPart::Kind::kTriangle; }
 
 [[nodiscard]] inline bool isFace(const FreeformPart& part) { return part.kind != FreeformPart::Kind::kGroup; }
 
@@ -34,11 +38,12 @@ namespace tessera {
     return between.norm() > 0 ? Vec3d(between.normalized()) : Vec3d(Vec3d::UnitX());
 }
 
-/// No coordinate that arises in the shared frame is larger.
+/// No coordinate that arises in the shared frame is larger. Infinite where a map is not finite.
 [[nodiscard]] inline double reachOf(const FreeformShape& shape, const Affine3d& map) {
     const Box box = shape.bounds();
     const Vec3d far = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs());
-    return (map.linear().cwiseAbs() * far + map.translation().cwiseAbs()).maxCoeff();
+    const Vec3d reach = map.linear().cwiseAbs() * far + map.translation().cwiseAbs();
+    return reach.allFinite() ? reach.maxCoeff() : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace tessera

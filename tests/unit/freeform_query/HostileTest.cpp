@@ -14,10 +14,12 @@ TEST(FreeformShape, RefusesWhatIsNoSurface) {
     Chance chance(1);
     ControlMesh cube = lumpyCube(chance, 1, 0.2);
     ControlMesh bad = cube;
-    bad.positions[3].x() = kNaN;
-    EXPECT_FALSE(FreeformShape::ofSubdivision(bad));
-    bad.positions[3].x() = 1e60;
-    EXPECT_FALSE(FreeformShape::ofSubdivision(bad));
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+        for (const double number : {kNaN, kInfinity, -1e60}) {
+            bad = cube;
+            bad.positions[3][axis] = number;
+            EXPECT_FALSE(FreeformShape::ofSubdivision(bad)) << axis << " " << number;
+        }
     bad = cube;
     bad.scheme = SubdivisionScheme::kBilinear;
     EXPECT_FALSE(FreeformShape::ofSubdivision(bad));
@@ -30,8 +32,15 @@ TEST(FreeformShape, RefusesWhatIsNoSurface) {
     EXPECT_FALSE(FreeformShape::ofHull(ConvexHull::make(std::vector<Vec3d>{Vec3d::Zero(), Vec3d::UnitX()}).value()));
     FreeformShape shape = FreeformShape::ofSubdivision(cube).value();
     std::vector<Vec3d> moved = cube.positions;
-    moved[0].y() = kInfinity;
-    EXPECT_FALSE(shape.move(moved));
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        moved = cube.positions;
+        moved[0][axis] = kNaN;
+        EXPECT_FALSE(shape.move(moved));
+        EXPECT_FALSE(shape.move(std::vector<std::uint32_t>{0}, std::span(moved).first(1)));
+        EXPECT_FALSE(shape.withPositions(moved));
+        moved[0][axis] = kInfinity;
+        EXPECT_FALSE(shape.move(moved));
+    }
     EXPECT_FALSE(shape.move(std::span(moved).first(3)));
     EXPECT_FALSE(shape.move(std::vector<std::uint32_t>{99}, std::vector<Vec3d>{Vec3d::Zero()}));
     EXPECT_FALSE(shape.move(std::vector<std::uint32_t>{1, 2}, std::vector<Vec3d>{Vec3d::Zero()}));
@@ -41,9 +50,10 @@ TEST(FreeformShape, RefusesWhatIsNoSurface) {
 TEST(FreeformQueries, NumbersThatAreNoneAreUnknown) {
     const FreeformShape a = sphere(1), b = sphere(1);
     FreeformPair pair(a, b);
-    for (const double bad : {kNaN, kInfinity}) {
+    for (int entry = 0; entry < 24; ++entry) {
+        const double bad = entry < 12 ? kNaN : kInfinity;
         Affine3d pose = Affine3d::Identity();
-        pose.translation().x() = bad;
+        pose.matrix()(entry % 3, entry % 12 / 3) = bad;
         QueryWork work;
         EXPECT_EQ(pair.touch(pose, 1e-4, work).touch, Touch::kUnknown);
         EXPECT_EQ(pair.touch(Affine3d::Identity(), bad, work).touch, Touch::kUnknown);
