@@ -96,9 +96,9 @@ private:
         const PartBounds::Gap gap = bounds_.gap(pa, pb, 0, hint);
         if (gap.length > 0) return;
         const double reach = bounds_.radiusA(pa) + bounds_.radiusB(pb);
-        PlacePair at = bounds_.samples(a, b);
-        Open next{a, b, at.distance - reach, gap.along, descended};
+        Open next{a, b, gap.apart - reach, gap.along, descended};
         if (isFace(pa) && isFace(pb)) {
+            PlacePair at = bounds_.samples(a, b);
             // Spheres overlap: no point of one is farther from one of the other than this.
             const bool small = (pa.crossed || pb.crossed ? 8 : 2) * reach <= tolerance_ || (a_.isSmallest(pa) && b_.isSmallest(pb));
             if (small || (at.distance <= tolerance_ && pa.hasSample && pb.hasSample)) {

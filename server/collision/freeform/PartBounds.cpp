@@ -38,6 +38,9 @@ void holdAtEdges(const FreeformPart& part, const Vec2d& at, const Vec3d& downhil
     if ((at.y() <= 0 && alongT < 0) || (at.y() >= 1 && alongT > 0)) dt.setZero();
 }
 
+/// Lengths change by less than slack is made for.
+bool isRigid(const Mat3d& m) { return ((m.transpose() * m - Mat3d::Identity()).array().abs() <= 4 * std::numeric_limits<double>::epsilon()).all(); }
+
 std::optional<Mat3d> normalMap(const Mat3d& linear) {
     Mat3d inverse;
     bool invertible = false;
@@ -58,6 +61,9 @@ void PartBounds::place(const Affine3d& a, const Affine3d& b, double reach) {
     normalsB_ = normalMap(b.linear());
     stretchA_ = largestStretch(a.linear()) * (1 + 1e-12);
     stretchB_ = largestStretch(b.linear()) * (1 + 1e-12);
+    isStillA_ = a.matrix().isIdentity(0);
+    isRigidA_ = isRigid(a.linear());
+    isRigidB_ = isRigid(b.linear());
     boxAxes_ = 0;
     for (const std::optional<Mat3d>* normals : {&normalsA_, &normalsB_})
         for (Eigen::Index k = 0; *normals && k < 3; ++k) {
@@ -71,7 +77,7 @@ void PartBounds::place(const Affine3d& a, const Affine3d& b, double reach) {
 PartBounds::Gap PartBounds::gap(const FreeformPart& a, const FreeformPart& b, double enough, const std::optional<Vec3d>& hint) const {
     const Vec3d ca = centerA(a), cb = centerB(b), between = cb - ca;
     const double apart = between.norm();
-    Gap best{apart - radiusA(a) - radiusB(b) - slack_, Vec3d::UnitX()};
+    Gap best{apart - radiusA(a) - radiusB(b) - slack_, Vec3d::UnitX(), apart};
     if (apart > 0) best.along = between / apart;
     if (best.length >= enough || !(apart > 0)) return best;
     if (a.kind == FreeformPart::Kind::kGroup && b.kind == FreeformPart::Kind::kGroup) return boxGap(a, b, between, enough, hint, best);
@@ -80,14 +86,14 @@ PartBounds::Gap PartBounds::gap(const FreeformPart& a, const FreeformPart& b, do
         if (best.length >= enough) return best;
     }
     const auto offer = [&](const Vec3d& n, double most, double least) {
-        if (least - most - slack_ > best.length) best = {least - most - slack_, n};
+        if (least - most - slack_ > best.length) best = {least - most - slack_, n, apart};
     };
     const auto mostOfA = [&](const Vec3d& n) { return a_.extentAlong(a, toA_ * n).most + n.dot(mapA_.translation()); };
     const auto leastOfB = [&](const Vec3d& n) { return b_.extentAlong(b, toB_ * n).least + n.dot(mapB_.translation()); };
     if (normalsA_) {
         Vec3d n = *normalsA_ * a.normal;
-        const double length = n.norm();
-        n /= length;
+        const double length = isRigidA_ ? 1 : n.norm();
+        if (!isRigidA_) n /= length;
         const bool turned = n.dot(between) < 0;
         const double most = (turned ? -a.low : a.high) / length;
         if (turned) n = -n;
@@ -96,8 +102,8 @@ PartBounds::Gap PartBounds::gap(const FreeformPart& a, const FreeformPart& b, do
     }
     if (normalsB_) {
         Vec3d n = *normalsB_ * b.normal;
-        const double length = n.norm();
-        n /= length;
+        const double length = isRigidB_ ? 1 : n.norm();
+        if (!isRigidB_) n /= length;
         const bool turned = n.dot(between) < 0;
         const double least = (turned ? -b.high : b.low) / length;
         if (turned) n = -n;
@@ -111,7 +117,7 @@ PartBounds::Gap PartBounds::gap(const FreeformPart& a, const FreeformPart& b, do
 void PartBounds::offerAlong(const FreeformPart& a, const FreeformPart& b, const Vec3d& along, Gap& best) const {
     const double most = a_.extentAlong(a, toA_ * along).most + along.dot(mapA_.translation());
     const double length = b_.extentAlong(b, toB_ * along).least + along.dot(mapB_.translation()) - most - slack_;
-    if (length > best.length) best = {length, along};
+    if (length > best.length) best = {length, along, best.apart};
 }
 
 PartBounds::BoxAxis PartBounds::boxAxis(const Vec3d& along) const { return {along, (toA_ * along).cwiseAbs(), (toB_ * along).cwiseAbs()}; }
@@ -121,7 +127,7 @@ PartBounds::Gap PartBounds::boxGap(const FreeformPart& a, const FreeformPart& b,
     const Vec3d halfA = a_.boxHalf(a), halfB = b_.boxHalf(b);
     const auto offer = [&](const BoxAxis& axis) {
         const double apart = axis.along.dot(between), gap = std::abs(apart) - axis.reachA.dot(halfA) - axis.reachB.dot(halfB) - slack_;
-        if (gap > best.length) best = {gap, apart < 0 ? Vec3d(-axis.along) : axis.along};
+        if (gap > best.length) best = {gap, apart < 0 ? Vec3d(-axis.along) : axis.along, best.apart};
     };
     if (hint) offer(boxAxis(*hint));
     for (std::size_t k = 0; k < boxAxes_ && best.length < enough; ++k) offer(axes_[k]);

@@ -33,6 +33,7 @@ public:
     struct Gap {
         double length = 0;  ///< the parts are no nearer than this, along a direction; below 0 where none parts them
         Vec3d along = Vec3d::UnitX();  ///< of length 1, from A to B
+        double apart = 0;              ///< the middles
     };
     /// The best of the directions; the first that reaches `enough` will do.
     [[nodiscard]] Gap gap(const FreeformPart& a, const FreeformPart& b, double enough, const std::optional<Vec3d>& hint) const;
@@ -41,7 +42,7 @@ public:
     [[nodiscard]] double radiusA(const FreeformPart& a) const { return stretchA_ * a.radius; }
     [[nodiscard]] double radiusB(const FreeformPart& b) const { return stretchB_ * b.radius; }
 
-    [[nodiscard]] Vec3d centerA(const FreeformPart& a) const { return mapA_ * a.center; }
+    [[nodiscard]] Vec3d centerA(const FreeformPart& a) const { return isStillA_ ? a.center : Vec3d(mapA_ * a.center); }
     [[nodiscard]] Vec3d centerB(const FreeformPart& b) const { return mapB_ * b.center; }
 
     /// Of two parts with samples.
@@ -70,6 +71,7 @@ private:
     std::optional<Mat3d> normalsA_, normalsB_;                           // the shapes' normals in the shared frame
     std::array<BoxAxis, 6> axes_;                                        // of the sides of groups' boxes
     std::size_t boxAxes_ = 0;
+    bool isStillA_ = true, isRigidA_ = true, isRigidB_ = true;
     double stretchA_ = 1, stretchB_ = 1, slack_ = 0;
 };
 
