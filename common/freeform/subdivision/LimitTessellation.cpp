@@ -1,6 +1,6 @@
 #include "common/freeform/subdivision/LimitTessellation.h"
 
-#include <emmintrin.h>
+#include <immintrin.h>
 
 #include <algorithm>
 #include <array>

@@ -427,6 +427,15 @@ std::array<FreeformPart, 2> FreeformParts::halveTriangle(const FreeformPart& par
     return {a, b};
 }
 
+Vec3d FreeformParts::normalAtSample(const FreeformPart& part) const {
+    const std::vector<Vec3d> points = pointsAt(part.at + 3 * std::size_t{part.points}, part.controls);
+    const SparseRows& rows = shape_.subdivision()->graph->limitAt(*part.node, part.corner < part.node->faceSize() ? part.corner : 0).rows;
+    const Vec3d du = rows.apply(1, points), dv = rows.apply(2, points), across = du.cross(dv);
+    // As LimitEvaluator has it: below this there is no tangent plane.
+    const double area = across.norm();
+    return area > 1e-12 * du.norm() * dv.norm() ? Vec3d(across / area) : Vec3d::Zero();
+}
+
 PartPoint FreeformParts::evaluate(const FreeformPart& part, double s, double t) const {
     const double* const base = coordinates_.data() + part.at;
     const std::size_t count = part.points;

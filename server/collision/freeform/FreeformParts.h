@@ -4,7 +4,7 @@
 /// not points. For the queries of this library; not thread-safe.
 #pragma once
 
-#include <emmintrin.h>
+#include <immintrin.h>
 
 #include <array>
 #include <cstdint>
@@ -55,6 +55,8 @@ public:
     void divide(std::uint32_t part);
     /// Patches and triangles alone; s and t in [0, 1], s + t of a triangle at most 1.
     [[nodiscard]] PartPoint evaluate(const FreeformPart& part, double s, double t) const;
+    /// Of a neighbourhood: the surface's normal at its sample, of length 1; zero where it has none. In the shape's frame.
+    [[nodiscard]] Vec3d normalAtSample(const FreeformPart& part) const;
     /// The least and the largest of the hull along a direction.
     struct Extent {
         double least, most;

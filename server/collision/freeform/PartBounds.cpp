@@ -199,15 +199,14 @@ PlacePair PartBounds::descend(PlacePair from, double enough, int steps) const {
 }
 
 Vec3d PartBounds::normalOf(const FreeformParts& parts, const FreeformPart& part, const Affine3d& map, const Vec2d& at) {
-    Vec3d along = part.normal;
-    bool known = part.hasSample && part.kind == FreeformPart::Kind::kNeighbourhood;
+    const bool known = part.hasSample && part.kind == FreeformPart::Kind::kNeighbourhood;
     Vec3d n = Vec3d::Zero();
     if (hasParameters(part)) {
         const PartPoint p = parts.evaluate(part, at.x(), at.y());
         n = normalAlong(map.linear() * p.ds, map.linear() * p.dt);
     } else if (known) {
         const std::optional<Mat3d> normals = normalMap(map.linear());
-        if (normals) n = (*normals * along).normalized();
+        if (normals) n = (*normals * parts.normalAtSample(part)).normalized();
     }
     // Halves of triangles may be turned over in their parameters.
     const double turn = part.alongU.x() * part.alongV.y() - part.alongU.y() * part.alongV.x();
