@@ -45,7 +45,7 @@ TEST(ContactDisplay, ComesOnRequestLooksTheSameOnEveryWallAndGoes) {
         shown = wall.picture("shown");
         hashShown = wall.ask({"status"})["state_hash"];
         EXPECT_GT(pixelsThatDiffer(before, shown), 50u);
-        EXPECT_EQ(marks["children"].size(), 3u) << "balls, arrows, triangles";
+        EXPECT_EQ(marks["children"].size(), 5u) << "balls, arrows, triangles; lines and ticks of distances";
 
         // Who points at a mark means what is behind it.
         const std::size_t mark = firstThatDiffers(before, shown), width = static_cast<std::size_t>(before.widthPx);

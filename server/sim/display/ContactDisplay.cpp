@@ -10,12 +10,13 @@
 namespace tessera {
 namespace {
 
-constexpr std::array<const char*, kMarkKinds> kGroupNames{"points", "normals", "faces"};
+constexpr std::array<const char*, kMarkKinds> kGroupNames{"points", "normals", "faces", "lines", "ticks"};
 constexpr std::size_t kFewest = 16;
 
-/// Told apart at a glance and unlike most of what stands in scenes: yellow, lime, magenta.
+/// Told apart at a glance and unlike most of what stands in scenes: yellow, lime, magenta, cyan, red.
 const std::array<Vec3f, kMarkKinds> kColors{Vec3f(1.0f, 0.75f, 0.0f), Vec3f(0.25f, 1.0f, 0.0f),
-                                            Vec3f(1.0f, 0.05f, 0.45f)};
+                                            Vec3f(1.0f, 0.05f, 0.45f), Vec3f(0.0f, 0.85f, 1.0f),
+                                            Vec3f(1.0f, 0.1f, 0.0f)};
 
 template <typename Core>
 ObjectId createIn(ChangeListBuilder& list, ObjectId id) {
@@ -116,7 +117,7 @@ ChangeList ContactDisplay::update(const Aspect& scene, const StepResult& step) {
     } else if (const auto& children = scene.root().children; children[children.size() - 1] != state_.node) {
         list.place(state_.node, kRootNode);
     }
-    for (const MarkKind kind : {MarkKind::kPoint, MarkKind::kNormal, MarkKind::kFace}) {
+    for (const MarkKind kind : {MarkKind::kPoint, MarkKind::kNormal, MarkKind::kFace, MarkKind::kLine, MarkKind::kTick}) {
         const auto index = static_cast<std::size_t>(kind);
         const std::vector<Mark>& wanted = marks.of[index];
         counts_.drawn[index] = wanted.size();

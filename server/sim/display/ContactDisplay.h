@@ -1,4 +1,5 @@
-/// Contacts drawn on the wall, for the interests that ask for it: as nodes of the scene, like everything that is seen.
+/// Contacts and distances drawn on the wall, for the interests that ask for it: as nodes of the scene, like everything that is
+/// seen.
 #pragma once
 
 #include <array>
@@ -15,11 +16,12 @@
 namespace tessera {
 
 /// Keeps one node, `/contacts`, the last child of the root, while an enabled Interest has `show` bits set: below it a
-/// ball per contact point, an arrow from A to B per normal, a bright triangle per face that touches. Without such an
-/// interest there is nothing.
+/// ball per contact point, an arrow from A to B per normal, a bright triangle per face that touches; for interests in
+/// distances the same bits draw the ends, the line between with its ticks, and the nearest faces (MarkMaker). Without such
+/// an interest there is nothing.
 ///
 /// **No frame waits for it.** A list that names new arrays would have to be held until all hosts have them, and
-/// contacts change in every frame. So there are three fixed shapes (`blobs()`), which the frame loop announces before
+/// contacts change in every frame. So there are a few fixed shapes (`blobs()`), which the frame loop announces before
 /// the first host comes, and a mark is a Transform above one of them; of a triangle, two, which together are any affine
 /// map of the one triangle. Once there are enough marks, only values of Transforms travel: marks that are not needed
 /// have the scale 0, because whatever changes the tree, or what a Switch shows, lets everybody make their tables anew.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <tuple>
+#include <utility>
 
 #include "common/geometry/Points.h"
 #include "common/scene/Action.h"
@@ -22,6 +22,12 @@ constexpr double kArrowLength = 0.3;
 constexpr double kArrowTail = 0.5;
 /// Enough for a depth buffer of a whole hall to tell them from the faces that they lie on.
 constexpr double kLift = 0.002;
+// Of distances, in such sizes: at most this thick, and less where the two are so near that it would hide the gap.
+constexpr double kEndRadius = 0.012, kLineRadius = 0.004, kThinnest = 0.25;
+/// Of the distance.
+constexpr double kEndOfDistance = 0.12, kLineOfDistance = 0.03;
+/// Of the line's radius: how far a tick stands out, how thick it is.
+constexpr double kLargeTick = 2.6, kSmallTick = 1.6, kTickThickness = 0.5;
 constexpr std::size_t kMostExtents = 4096;
 
 /// A rotation that leads +Z to `z`, a unit vector.
@@ -56,10 +62,22 @@ public:
     }
 
     [[nodiscard]] Marks make() {
-        Marks marks;
-        if (!visible_) return marks;
+        if (!visible_) return {};
+        bool wantsContacts = false, wantsDistances = false;
+        for (const InterestShow& asked : asked_)
+            (ofDistances(asked.interest) ? wantsDistances : wantsContacts) = true;
+        // Lists are made when they are looked at.
+        if (wantsContacts) addContacts();
+        if (wantsDistances) addDistances();
+        return std::move(marks_);
+    }
+
+private:
+    using Face = std::pair<ObjectId, std::uint32_t>;
+
+    void addContacts() {
         std::array<std::vector<const Contact*>, 2> shown;  // points, normals
-        std::map<std::pair<ObjectId, std::uint32_t>, const Contact*> faces;
+        std::map<Face, const Contact*> faces;
         for (const Contact& contact : step_.contacts) {
             const std::int64_t show = showOf(contact.interest);
             if (show & Interest::kShowPoints) shown[0].push_back(&contact);
@@ -69,27 +87,95 @@ public:
                 faces.try_emplace({contact.objectB, contact.faceB}, &contact);
             }
         }
-        for (const MarkKind kind : {MarkKind::kPoint, MarkKind::kNormal}) {
-            const auto index = static_cast<std::size_t>(kind);
-            const std::size_t drawn = std::min(shown[index].size(), kMaxMarks[index]);
-            marks.leftOut[index] = shown[index].size() - drawn;
-            for (std::size_t i = 0; i < drawn; ++i)
-                if (const std::optional<Mark> mark = markOf(*shown[index][evenly(i, drawn, shown[index].size())], kind))
-                    marks.of[index].push_back(*mark);
-        }
-        constexpr auto kFaces = static_cast<std::size_t>(MarkKind::kFace);
-        std::vector<std::tuple<ObjectId, std::uint32_t, const Contact*>> listed;
-        for (const auto& [face, contact] : faces) listed.emplace_back(face.first, face.second, contact);
-        const std::size_t drawn = std::min(listed.size(), kMaxMarks[kFaces]);
-        marks.leftOut[kFaces] = listed.size() - drawn;
-        for (std::size_t i = 0; i < drawn; ++i) {
-            const auto& [node, face, contact] = listed[evenly(i, drawn, listed.size())];
-            if (const std::optional<Mark> mark = markOfFace(node, face, *contact)) marks.of[kFaces].push_back(*mark);
-        }
-        return marks;
+        for (const MarkKind kind : {MarkKind::kPoint, MarkKind::kNormal})
+            addSome(kind, shown[static_cast<std::size_t>(kind)],
+                    [&](const Contact* contact) { return markOf(*contact, kind); });
+        const std::vector<std::pair<Face, const Contact*>> listed(faces.begin(), faces.end());
+        addSome(MarkKind::kFace, listed, [&](const std::pair<Face, const Contact*>& face) {
+            return markOfFace(face.first, sizeOf(*face.second));
+        });
     }
 
-private:
+    void addDistances() {
+        struct End {
+            Vec3d place;
+            double radius;
+        };
+        std::vector<End> ends;
+        std::vector<std::pair<const PairDistance*, double>> lines;  // and the radius
+        std::map<Face, double> faces;                               // and the size of what it is part of
+        for (const PairDistance& pair : step_.distances) {
+            const std::int64_t show = showOf(pair.interest);
+            if (!show || pair.phase == Phase::kEnded) continue;
+            const double size = sizeOf(pair.objectA, pair.objectB);
+            if (size == 0 || !pair.pointA.allFinite() || !pair.pointB.allFinite()) continue;
+            const Vec3d way = root_T_world_.linear() * (pair.pointB - pair.pointA);
+            const auto thickness = [&, length = way.norm()](double most, double ofDistance) {
+                return std::clamp(ofDistance * length, kThinnest * most * size, most * size);
+            };
+            if (show & Interest::kShowPoints) {
+                const double radius = thickness(kEndRadius, kEndOfDistance);
+                ends.push_back({root_T_world_ * pair.pointA, radius});
+                if (pair.distance > 0) ends.push_back({root_T_world_ * pair.pointB, radius});
+            }
+            if (show & Interest::kShowNormals && pair.distance > 0)
+                lines.emplace_back(&pair, thickness(kLineRadius, kLineOfDistance));
+            if (show & Interest::kShowFaces) {
+                faces.try_emplace({pair.nodeA, pair.faceA}, size);
+                faces.try_emplace({pair.nodeB, pair.faceB}, size);
+            }
+        }
+        addSome(MarkKind::kPoint, ends, [](const End& end) {
+            return std::optional(Mark{.translation = end.place, .scale = Vec3d::Constant(end.radius)});
+        });
+        addSome(MarkKind::kLine, lines, [&](const std::pair<const PairDistance*, double>& line) {
+            return markOfLine(root_T_world_ * line.first->pointA, root_T_world_ * line.first->pointB, line.second);
+        });
+        if (lines.size() <= kMostRulers)
+            for (const auto& [pair, radius] : lines) addTicks(*pair, radius);
+        const std::vector<std::pair<Face, double>> listed(faces.begin(), faces.end());
+        addSome(MarkKind::kFace, listed,
+                [&](const std::pair<Face, double>& face) { return markOfFace(face.first, face.second); });
+    }
+
+    /// Marks of as many of them as still may be drawn, evenly taken.
+    template <typename Entry, typename MarkOf>
+    void addSome(MarkKind kind, const std::vector<Entry>& wanted, MarkOf&& markOf) {
+        const auto index = static_cast<std::size_t>(kind);
+        const std::size_t drawn = std::min(wanted.size(), kMaxMarks[index] - marks_.of[index].size());
+        marks_.leftOut[index] += wanted.size() - drawn;
+        for (std::size_t i = 0; i < drawn; ++i)
+            if (const std::optional<Mark> mark = markOf(wanted[evenly(i, drawn, wanted.size())]))
+                marks_.of[index].push_back(*mark);
+    }
+
+    [[nodiscard]] static std::optional<Mark> markOfLine(const Vec3d& from, const Vec3d& to, double radius) {
+        const Vec3d along = to - from;
+        const double length = along.norm();
+        if (!(length > 0) || !std::isfinite(length)) return {};
+        return Mark{.translation = from, .rotation = turnTo(along / length), .scale = Vec3d(radius, radius, length)};
+    }
+
+    void addTicks(const PairDistance& pair, double radius) {
+        const Vec3d from = root_T_world_ * pair.pointA, along = root_T_world_ * pair.pointB - from;
+        const double distance = (pair.pointB - pair.pointA).norm();
+        const RulerTicks ticks = ticksOf(distance);
+        const double tenth = 0.1 * ticks.step / distance;  // of the way
+        const Vec3d half = std::min(0.1 * tenth, 0.5 * kTickThickness * radius / along.norm()) * along;
+        for (int i = 1; i <= ticks.large + ticks.small; ++i) {
+            const bool large = i <= ticks.large;
+            const Vec3d middle = from + (large ? 10 * i : 9 * ticks.large + i) * tenth * along;
+            if (const std::optional<Mark> mark =
+                    markOfLine(middle - half, middle + half, (large ? kLargeTick : kSmallTick) * radius))
+                marks_.of[static_cast<std::size_t>(MarkKind::kTick)].push_back(*mark);
+        }
+    }
+
+    [[nodiscard]] bool ofDistances(ObjectId id) const {
+        const Interest* interest = scene_.get<Interest>(id);
+        return interest && interest->mode == Interest::kDistance;
+    }
+
     [[nodiscard]] std::int64_t showOf(ObjectId interest) const {
         const auto it = std::ranges::lower_bound(asked_, interest, {}, &InterestShow::interest);
         return it != asked_.end() && it->interest == interest ? it->show : 0;
@@ -136,20 +222,24 @@ private:
         return node;
     }
 
-    /// 0 where there is nothing to measure.
-    [[nodiscard]] double sizeOf(const Contact& contact) {
+    /// Of marks between two objects; 0 where there is nothing to measure.
+    [[nodiscard]] double sizeOf(ObjectId objectA, ObjectId objectB) {
         double least = 0, most = 0;
-        const Interest* interest = scene_.get<Interest>(contact.interest);
-        const ObjectId object = interest ? interest->object : ObjectId();
-        for (const auto& [node, otherwise] :
-             {std::pair(contact.objectA, object), std::pair(contact.objectB, ObjectId())}) {
-            if (!scene_.get<Node>(node)) continue;
-            const double own = sizeOf(objectOf(contact.interest, node, otherwise));
+        for (const ObjectId object : {objectA, objectB}) {
+            if (!scene_.get<Node>(object)) continue;
+            const double own = sizeOf(object);
             if (!std::isfinite(own) || own <= 0) continue;
             least = least == 0 ? own : std::min(least, own);
             most = std::max(most, own);
         }
         return std::min(most, kMostOfSmaller * least);
+    }
+
+    [[nodiscard]] double sizeOf(const Contact& contact) {
+        const Interest* interest = scene_.get<Interest>(contact.interest);
+        const ObjectId object = interest ? interest->object : ObjectId();
+        return sizeOf(objectOf(contact.interest, contact.objectA, object),
+                      objectOf(contact.interest, contact.objectB, ObjectId()));
     }
 
     [[nodiscard]] std::optional<Mark> markOf(const Contact& contact, MarkKind kind) {
@@ -165,7 +255,8 @@ private:
                     .scale = Vec3d::Constant(length)};
     }
 
-    [[nodiscard]] std::optional<Mark> markOfFace(ObjectId nodeId, std::uint32_t face, const Contact& contact) {
+    [[nodiscard]] std::optional<Mark> markOfFace(const Face& named, double size) {
+        const auto& [nodeId, face] = named;
         const Node* node = scene_.get<Node>(nodeId);
         const Drawable drawable = node ? drawableOf(scene_, *node) : Drawable();
         if (!drawable || face == Contact::kNoFace) return {};
@@ -180,13 +271,14 @@ private:
         }
         // In a mirrored place counter-clockwise is seen from inside.
         if (place.linear().determinant() < 0) std::swap(corners[1], corners[2]);
-        return markOfTriangle(corners[0], corners[1], corners[2], kLift * sizeOf(contact));
+        return markOfTriangle(corners[0], corners[1], corners[2], kLift * size);
     }
 
     const Aspect& scene_;
     const StepResult& step_;
     std::span<const InterestShow> asked_;
     ObjectId display_;
+    Marks marks_;
     std::unordered_map<MeshKey, DrawableExtent, MeshKeyHash>& extents_;
     bool visible_ = false;
     Affine3d root_T_world_ = Affine3d::Identity();
@@ -200,6 +292,19 @@ private:
 Marks MarkMaker::make(const Aspect& scene, const StepResult& step, std::span<const InterestShow> asked,
                       ObjectId display) {
     return MarkRun(scene, step, asked, display, extents_).make();
+}
+
+RulerTicks ticksOf(double length) {
+    // Beyond these the scene has no numbers for what would be drawn.
+    if (!(length > 1e-30 && length < 1e30)) return {};
+    const double rounded = length * (1 + 1e-9);  // 0.3 is three tenths, 1 is ten, whichever way it was rounded
+    RulerTicks ticks{.step = 1};
+    while (ticks.step > rounded) ticks.step /= 10;
+    while (10 * ticks.step <= rounded) ticks.step *= 10;
+    const int tenths = std::clamp(static_cast<int>(10 * rounded / ticks.step), 10, 99);
+    ticks.large = tenths / 10;
+    ticks.small = tenths % 10;
+    return ticks;
 }
 
 /// The edges of the triangle are the columns of a 3 × 2 matrix, the images of X and Y. Its singular value decomposition

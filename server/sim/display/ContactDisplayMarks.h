@@ -1,4 +1,4 @@
-/// Which marks a step's contacts want, and where: plain values, before any node.
+/// Which marks a step's contacts and distances want, and where: plain values, before any node.
 #pragma once
 
 #include <array>
@@ -38,7 +38,9 @@ struct Marks {
 };
 
 /// Drawn at a time, by kind. Of more, as many are drawn, evenly taken from the whole list.
-inline constexpr std::array<std::size_t, kMarkKinds> kMaxMarks{200, 200, 500};
+inline constexpr std::array<std::size_t, kMarkKinds> kMaxMarks{200, 200, 500, 100, 576};
+
+inline constexpr std::size_t kMostRulers = 32;
 
 struct DrawableExtent {
     Box bounds;              ///< in its own coordinates
@@ -47,6 +49,13 @@ struct DrawableExtent {
 
 /// Sizes follow the smaller one of the two objects that touch: those of the interest's events, else the nodes
 /// themselves.
+///
+/// Of an interest in distances, for each pair that is near: kShowPoints, a ball at either end; kShowNormals, the line
+/// between, which is a ruler; kShowFaces, the two nearest faces. What touches has balls and faces.
+///
+/// **The ruler** says two digits of the distance: a large tick at each multiple of the largest power of ten that is no
+/// longer than it, in world units, and beyond the last one a small tick at each tenth of that. 0.37 has three large ticks
+/// and seven small ones. Where more than kMostRulers are drawn none has ticks.
 class MarkMaker {
 public:
     /// `asked`: ascending by interest. Nodes that are gone, faces that are not there and triangles without area have no
@@ -62,5 +71,13 @@ private:
 /// The affine map of the unit triangle to (a, b, c), lifted by `lift` along its normal. Nothing for a triangle without
 /// area.
 [[nodiscard]] std::optional<Mark> markOfTriangle(const Vec3d& a, const Vec3d& b, const Vec3d& c, double lift);
+
+/// Where the ticks of a ruler of this length stand.
+struct RulerTicks {
+    double step = 0;      ///< a power of ten; 0: the length is none of 1e-30 to 1e30, and there are no ticks
+    int large = 0;        ///< 1 to 9: at step, 2 · step, …
+    int small = 0;        ///< 0 to 9: at large · step + step / 10, …
+};
+[[nodiscard]] RulerTicks ticksOf(double length);
 
 }  // namespace tessera

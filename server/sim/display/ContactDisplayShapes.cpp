@@ -34,20 +34,22 @@ MeshData makeBall() {
     return mesh;
 }
 
-/// A thin shaft and a head, six-sided, turned around +Z.
-MeshData makeArrow() {
-    constexpr double kShaft = 0.014, kHead = 0.05, kNeck = 0.8;
+/// Six corners around the Z axis.
+void addRing(MeshData& mesh, double radius, double z) {
     const double half = 0.5, height = std::sqrt(0.75);
     const std::array<std::array<double, 2>, 6> ring{
         {{1, 0}, {half, height}, {-half, height}, {-1, 0}, {-half, -height}, {half, -height}}};
+    for (const auto& [x, y] : ring)
+        for (const double v : {radius * x, radius * y, z}) mesh.positions.push_back(static_cast<float>(v));
+}
+
+/// A thin shaft and a head, six-sided, turned around +Z.
+MeshData makeArrow() {
+    constexpr double kShaft = 0.014, kHead = 0.05, kNeck = 0.8;
     MeshData mesh;
-    const auto addRing = [&](double radius, double z) {
-        for (const auto& [x, y] : ring)
-            for (const double v : {radius * x, radius * y, z}) mesh.positions.push_back(static_cast<float>(v));
-    };
-    addRing(kShaft, 0);
-    addRing(kShaft, kNeck);
-    addRing(kHead, kNeck);
+    addRing(mesh, kShaft, 0);
+    addRing(mesh, kShaft, kNeck);
+    addRing(mesh, kHead, kNeck);
     mesh.positions.insert(mesh.positions.end(), {0, 0, 0, 0, 0, 1});
     const std::uint32_t foot = 18, tip = 19;
     for (std::uint32_t i = 0; i < 6; ++i) {
@@ -55,6 +57,20 @@ MeshData makeArrow() {
         mesh.indices.insert(mesh.indices.end(), {i, j, 6 + j, i, 6 + j, 6 + i,                 // the shaft
                                                  6 + i, 6 + j, 12 + j, 6 + i, 12 + j, 12 + i,  // under the head
                                                  12 + i, 12 + j, tip, foot, j, i});
+    }
+    return mesh;
+}
+
+/// A six-sided prism; the middles of its ends are corners too.
+MeshData makeRod() {
+    MeshData mesh;
+    addRing(mesh, 1, 0);
+    addRing(mesh, 1, 1);
+    mesh.positions.insert(mesh.positions.end(), {0, 0, 0, 0, 0, 1});
+    const std::uint32_t foot = 12, top = 13;
+    for (std::uint32_t i = 0; i < 6; ++i) {
+        const std::uint32_t j = (i + 1) % 6;
+        mesh.indices.insert(mesh.indices.end(), {i, j, 6 + j, i, 6 + j, 6 + i, 6 + i, 6 + j, top, foot, j, i});
     }
     return mesh;
 }
@@ -70,7 +86,8 @@ MeshData makeTriangle() {
 
 const std::array<MeshArrays, kMarkKinds>& markShapes() {
     static const std::array<MeshArrays, kMarkKinds> shapes{makeBall().toArrays(), makeArrow().toArrays(),
-                                                           makeTriangle().toArrays()};
+                                                           makeTriangle().toArrays(), makeRod().toArrays(),
+                                                           makeRod().toArrays()};
     return shapes;
 }
 

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
 #include <random>
 
 #include "common/geometry/Mesh.h"
@@ -111,7 +115,7 @@ TEST_F(ContactDisplayTest, DrawsPointNormalAndBothFaces) {
     EXPECT_TRUE((normals[0] * Vec3d(0, 0, 0.5)).isApprox(Vec3d(0.5, 0, 0))) << "its middle is the point";
     EXPECT_NEAR(arrow.norm(), 0.3 * std::sqrt(33.0), 1e-12) << "of the larger object, a box of 1 x 4 x 4";
     ASSERT_EQ(faces.size(), 2u);
-    EXPECT_EQ(display_.counts().drawn, (std::array<std::uint64_t, 3>{1, 1, 2}));
+    EXPECT_EQ(display_.counts().drawn, (std::array<std::uint64_t, kMarkKinds>{1, 1, 2, 0, 0}));
 }
 
 TEST_F(ContactDisplayTest, AFaceOfPointsIsOneOfThePointsOctahedron) {
@@ -255,7 +259,7 @@ TEST_F(ContactDisplayTest, OfTooManyItDrawsSomeEverywhereAndCountsTheRest) {
     EXPECT_EQ(seen("points").size(), 200u);
     EXPECT_EQ(seen("normals").size(), 200u);
     EXPECT_EQ(seen("faces").size(), 24u) << "each face once";
-    EXPECT_EQ(display_.counts().leftOut, (std::array<std::uint64_t, 3>{800, 800, 0}));
+    EXPECT_EQ(display_.counts().leftOut, (std::array<std::uint64_t, kMarkKinds>{800, 800, 0, 0, 0}));
     double highest = 0;
     for (const Affine3d& place : seen("points")) highest = std::max(highest, place.translation().y());
     EXPECT_GT(highest, 0.99) << "not the first ones only";
@@ -345,6 +349,195 @@ TEST_F(ContactDisplayTest, ASceneThatIsFullHasNoDisplay) {
     EXPECT_FALSE(display.commit(full, step));
     EXPECT_EQ(full.scene().stateHash(), before);
     EXPECT_EQ(display.counts(), ContactDisplay::Counts());
+}
+
+/// The interest asks how far apart /a and /b are.
+class DistanceDisplayTest : public ContactDisplayTest {
+protected:
+    explicit DistanceDisplayTest(std::int64_t show = 7) : ContactDisplayTest(show) {
+        ChangeListBuilder builder;
+        builder.set(interest_, typeOf<Interest>(), fieldId<&Interest::mode>, toValue(Interest::kDistance));
+        apply(builder.take());
+        (void)committer_.closeFrame();
+    }
+    [[nodiscard]] PairDistance between(const Vec3d& from, const Vec3d& to) const {
+        return {.interest = interest_,
+                .objectA = at("/a"),
+                .objectB = at("/b"),
+                .phase = Phase::kStays,
+                .distance = (to - from).norm(),
+                .nodeA = at("/a/shape"),
+                .nodeB = at("/b/shape"),
+                .faceA = 7,
+                .faceB = 3,
+                .pointA = from,
+                .pointB = to};
+    }
+    CommittedFrame frameOf(std::vector<PairDistance> distances) {
+        StepResult step;
+        step.distances = std::move(distances);
+        if (const ChangeListPtr list = display_.commit(committer_, step)) display_.sceneChanged(scene(), list.get());
+        return committer_.closeFrame();
+    }
+    /// The places of ticks along the line from `from` to `to`, as distances from there; ascending.
+    [[nodiscard]] std::vector<double> ruler(const Vec3d& from, const Vec3d& to) const {
+        std::vector<double> places;
+        for (const Affine3d& tick : seen("ticks"))
+            places.push_back((tick * Vec3d(0, 0, 0.5) - from).dot((to - from).normalized()));
+        std::ranges::sort(places);
+        return places;
+    }
+};
+
+TEST_F(DistanceDisplayTest, DrawsBothEndsTheLineBetweenItsTicksAndTheNearestFaces) {
+    const Vec3d from(0.5, 0.25, 0), to(0.5, 0.25, 0.37);
+    (void)frameOf({between(from, to)});
+    const std::vector<Affine3d> points = seen("points"), lines = seen("lines");
+    ASSERT_EQ(points.size(), 2u);
+    EXPECT_TRUE(points[0].translation().isApprox(from));
+    EXPECT_TRUE(points[1].translation().isApprox(to));
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_TRUE((lines[0] * Vec3d::Zero()).isApprox(from));
+    EXPECT_TRUE((lines[0] * Vec3d::UnitZ()).isApprox(to));
+    EXPECT_TRUE(seen("normals").empty());
+    EXPECT_EQ(seen("faces").size(), 2u);
+    const std::vector<double> wanted{0.1, 0.2, 0.3, 0.31, 0.32, 0.33, 0.34, 0.35, 0.36, 0.37}, told = ruler(from, to);
+    ASSERT_EQ(told.size(), wanted.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_NEAR(told[i], wanted[i], 1e-12);
+    EXPECT_EQ(display_.counts().drawn, (std::array<std::uint64_t, kMarkKinds>{2, 0, 2, 1, 10}));
+}
+
+TEST_F(DistanceDisplayTest, TheBitsChooseWhatIsDrawn) {
+    const std::vector<PairDistance> near{between(Vec3d::Zero(), Vec3d(0, 0, 2))};
+    show(Interest::kShowPoints);
+    (void)frameOf(near);
+    EXPECT_EQ(seen("points").size(), 2u);
+    EXPECT_TRUE(seen("lines").empty() && seen("ticks").empty() && seen("faces").empty());
+    show(Interest::kShowNormals);
+    (void)frameOf(near);
+    EXPECT_TRUE(seen("points").empty() && seen("faces").empty());
+    EXPECT_EQ(seen("lines").size(), 1u);
+    EXPECT_EQ(seen("ticks").size(), 2u);
+    show(0);
+    (void)frameOf(near);
+    EXPECT_FALSE(has("/contacts")) << "gone when nobody asks";
+}
+
+TEST_F(DistanceDisplayTest, FollowsByValuesOfTransformsAlone) {
+    // Eighteen ticks, so that no later line needs more.
+    (void)frameOf({between(Vec3d::Zero(), Vec3d(0, 0, 9.9))});
+    std::mt19937_64 random(5);
+    for (int i = 0; i < 50; ++i) {
+        const auto number = [&] { return static_cast<double>(random() % 2000) / 1000 - 1; };
+        const Vec3d from(number(), number(), number()), to(number(), number(), number());
+        const CommittedFrame made = frameOf({between(from, to)});
+        ASSERT_TRUE(made.list) << i;
+        EXPECT_TRUE(made.list->creations.empty() && made.list->placements.empty() && made.list->destructions.empty())
+            << i;
+        EXPECT_TRUE(made.sent->blobs.empty());
+        const std::vector<Affine3d> lines = seen("lines");
+        ASSERT_EQ(lines.size(), 1u);
+        EXPECT_TRUE((lines[0] * Vec3d::Zero()).isApprox(from)) << i;
+        EXPECT_LT((lines[0] * Vec3d::UnitZ() - to).norm(), 1e-12) << i;
+    }
+    (void)frameOf({between(Vec3d::Zero(), Vec3d(0, 0, 1))});
+    EXPECT_EQ(frameOf({between(Vec3d::Zero(), Vec3d(0, 0, 1))}).list, nullptr) << "what stays costs nothing";
+}
+
+TEST_F(DistanceDisplayTest, WhatEndedTouchesOrIsNoPlaceHasNoLine) {
+    PairDistance ended = between(Vec3d::Zero(), Vec3d::UnitX());
+    ended.phase = Phase::kEnded;
+    PairDistance nowhere = between(Vec3d::Zero(), Vec3d::UnitX());
+    nowhere.pointB.y() = std::numeric_limits<double>::quiet_NaN();
+    PairDistance nobody = between(Vec3d::Zero(), Vec3d::UnitX());
+    nobody.objectA = nobody.objectB = ObjectId{999'999};
+    PairDistance foreign = between(Vec3d::Zero(), Vec3d::UnitX());
+    foreign.interest = ObjectId{4711};
+    EXPECT_EQ(frameOf({ended, nowhere, nobody, foreign}).list, nullptr);
+    (void)frameOf({ended, between(Vec3d::Ones(), Vec3d::Ones()), nowhere});
+    EXPECT_EQ(seen("points").size(), 1u) << "both ends are one place";
+    EXPECT_TRUE(seen("lines").empty() && seen("ticks").empty());
+}
+
+TEST_F(DistanceDisplayTest, ContactsOfOthersAreDrawnBesideIt) {
+    ListMaker make;
+    const ObjectId other = make.create<Interest>();
+    make.builder.set(other, typeOf<Interest>(), fieldId<&Interest::object>, at("/a"));
+    make.builder.set(other, typeOf<Interest>(), fieldId<&Interest::show>, std::int64_t{7});
+    make.node("other", kRootNode, other);
+    apply(make.builder.take());
+    StepResult step;
+    step.distances = std::vector<PairDistance>{between(Vec3d::Zero(), Vec3d(0, 0, 0.5))};
+    Contact touching = contact();
+    touching.interest = scene().get<Node>(at("/other"))->core;
+    step.contacts = std::vector<Contact>{touching};
+    (void)display_.commit(committer_, step);
+    EXPECT_EQ(seen("points").size(), 3u);
+    EXPECT_EQ(seen("normals").size(), 1u);
+    EXPECT_EQ(seen("lines").size(), 1u);
+}
+
+TEST_F(DistanceDisplayTest, OfTooManyItDrawsSomeEverywhereAndNoTicks) {
+    std::vector<PairDistance> many;
+    for (int i = 0; i < 1000; ++i) many.push_back(between(Vec3d(0.001 * i, 0, 0), Vec3d(0.001 * i, 0, 1)));
+    (void)frameOf(many);
+    EXPECT_EQ(seen("points").size(), 200u);
+    EXPECT_EQ(seen("lines").size(), 100u);
+    EXPECT_TRUE(seen("ticks").empty());
+    EXPECT_EQ(display_.counts().leftOut, (std::array<std::uint64_t, kMarkKinds>{1800, 0, 0, 900, 0}));
+    double farthest = 0;
+    for (const Affine3d& place : seen("lines")) farthest = std::max(farthest, place.translation().x());
+    EXPECT_GT(farthest, 0.98) << "not the first ones only";
+    many.resize(kMostRulers);
+    (void)frameOf(many);
+    EXPECT_EQ(seen("ticks").size(), kMostRulers);
+}
+
+/// A root that turns and scales: the line still joins the two places in the world, and a tick is still a tenth of it.
+TEST_F(DistanceDisplayTest, AScaledRootChangesNoPlaceInTheWorld) {
+    ListMaker make;
+    const ObjectId root = make.create<Transform>();
+    make.builder.set(root, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(Vec3d(4, 4, 4)));
+    make.builder.set(root, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(7, -3, 1)));
+    make.builder.set(kRootNode, typeOf<Node>(), fieldId<&Node::core>, root);
+    apply(make.builder.take());
+    const Vec3d from(1, 2, 3), to(1, 2.6, 3.8);
+    (void)frameOf({between(from, to)});
+    const std::vector<Affine3d> lines = seen("lines");
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_LT((lines[0] * Vec3d::Zero() - from).norm(), 1e-12);
+    EXPECT_LT((lines[0] * Vec3d::UnitZ() - to).norm(), 1e-12);
+    const std::vector<double> told = ruler(from, to);
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_NEAR(told[0], 1, 1e-12);
+}
+
+/// The two digits are those of the length, rounded down, for whatever length there may be.
+TEST(RulerTicks, SayTwoDigits) {
+    std::random_device device;
+    const char* given = std::getenv("TESSERA_SEED");
+    const std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : device();
+    SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " unit_sim --gtest_filter=RulerTicks.*");
+    std::mt19937_64 random(seed);
+    std::vector<double> lengths{1, 0.1, 0.3, 0.7, 9.9, 9.999999999999, 10, 1e12, 1e-12, 1e-29, 1e29};
+    std::uniform_real_distribution<double> digits(1, 10), powers(-29, 29);
+    for (int i = 0; i < 20'000; ++i) lengths.push_back(digits(random) * std::pow(10, std::floor(powers(random))));
+    for (const double length : lengths) {
+        const RulerTicks ticks = ticksOf(length);
+        ASSERT_GE(ticks.large, 1) << length;
+        ASSERT_LE(ticks.large, 9) << length;
+        ASSERT_GE(ticks.small, 0) << length;
+        ASSERT_LE(ticks.small, 9) << length;
+        const double power = std::log10(ticks.step);
+        ASSERT_NEAR(power, std::round(power), 1e-9) << length;
+        const double said = (ticks.large + 0.1 * ticks.small) * ticks.step;
+        ASSERT_LE(said, length * (1 + 1e-8)) << length;
+        ASSERT_GT(said + 0.1 * ticks.step, length * (1 - 1e-8)) << length;
+    }
+    EXPECT_EQ(ticksOf(1 - 1e-15).large, 1) << "one, not nine tenths and nine hundredths";
+    for (const double none : {0.0, -1.0, 1e-300, 1e300, std::numeric_limits<double>::infinity(),
+                              std::numeric_limits<double>::quiet_NaN()})
+        EXPECT_EQ(ticksOf(none).large + ticksOf(none).small, 0) << none;
 }
 
 /// The same history, the same scene: ids, order, bits.
