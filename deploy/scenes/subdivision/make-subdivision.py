@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
-"""Writes ../subdivision.tsct: animals, a creased machine part and pebbles, each a control mesh of a few dozen points.
+"""Writes ../subdivision.tsct: animals, a creased machine part and pebbles, each a control mesh of a few dozen points; and
+../rearing.tsct, where the animals rear up against the machine part while all of them are led by tessera-deform.
 
     deploy/scenes/subdivision/make-subdivision.py > deploy/scenes/subdivision.tsct
+    deploy/scenes/subdivision/make-subdivision.py rearing > deploy/scenes/rearing.tsct
 """
 import math
+import sys
 
 
 def voxels(xs, ys, zs, cells):
@@ -101,7 +104,7 @@ def surface(points, faces, extra="", creases=(), indent="      "):
     return out + (indent + extra + "\n" if extra else "") + indent[2:] + "}\n"
 
 
-def main():
+def subdivision():
     print("""# Animals, a creased machine part and pebbles: what stands here are their control meshes, what is seen and touched the smooth
 # surfaces that these mean. Written by subdivision/make-subdivision.py.
 #
@@ -156,4 +159,48 @@ node {
 }""")
 
 
-main()
+
+def rearing():
+    print("""# Two animals rear up against a creased flange that hangs between them, and all three deform: their control meshes are led by
+#
+#     tessera-deform bend-x:0..28:4:/ring/animal bend-x:0..28:4:/ring/other swell-y:-8..16:3:/ring/flange
+#
+# (`./deploy/run-wall --deform` runs it beside the wall). What touches is marked: a ball per point, a bright triangle per face.
+# Nothing is stopped. Written by subdivision/make-subdivision.py.
+
+material { name: "fur"     base_color { r: 0.55 g: 0.30 b: 0.12 } roughness: 0.75 }
+material { name: "slate"   base_color { r: 0.20 g: 0.24 b: 0.32 } roughness: 0.6 }
+material { name: "steel"   base_color { r: 0.62 g: 0.64 b: 0.66 } metallic: 0.8 roughness: 0.3 }
+material { name: "sand"    base_color { r: 0.52 g: 0.44 b: 0.31 } roughness: 1 }
+
+node { name: "air" environment { sky { r: 0.30 g: 0.33 b: 0.38 } ground { r: 0.18 g: 0.16 b: 0.12 } background { r: 0.60 g: 0.66 b: 0.72 } } }
+node { name: "sun" transform { rotation { axis { x: -0.8 y: -0.6 z: 0.1 } angle_deg: 58 } }
+  directional_light { color { r: 1 g: 0.95 b: 0.86 } intensity: 1.1 shadows: true } }
+node { name: "camera" transform { translation { x: 0 y: 0.9 z: 4.3 } rotation { axis { x: -1 } angle_deg: 6 } }
+  camera { world_units_per_metre: 1.15 } }
+
+node {
+  name: "ring"
+  node { name: "sand" material: "sand" transform { translation { y: -0.1 } } cylinder { radius: 14 height: 0.2 segments: 96 } }
+""")
+    points, faces = animal()
+    for name, fur, place in (("animal", "fur", "translation { x: -2.05 }"), ("other", "slate", "translation { x: 2.05 } rotation { axis { y: 1 } angle_deg: 180 }")):
+        print(f'  node {{\n    name: "{name}"\n    transform {{ {place} }}\n    node {{\n      name: "surface"\n      material: "{fur}"')
+        print(surface(points, faces, indent="        ") + "    }\n    node { collision_object { kind: DEFORMING } }\n  }")
+    points, faces, creases = flange()
+    print("""  node {
+    name: "flange"
+    transform { translation { y: 2.52 } }
+    node {
+      name: "surface"
+      material: "steel\"""")
+    print(surface(points, faces, creases=creases, indent="        ") + """    }
+    node { collision_object { kind: DEFORMING } }
+  }
+  node { name: "left" interest { object: "animal" against: "flange" response: REPORT show_points: true show_faces: true } }
+  node { name: "right" interest { object: "other" against: "flange" response: REPORT show_points: true show_faces: true } }
+  node { name: "both" interest { object: "animal" against: "other" response: REPORT show_points: true show_faces: true } }
+}""")
+
+
+rearing() if sys.argv[1:] == ["rearing"] else subdivision()
