@@ -97,45 +97,46 @@ private:
     }
 
     void addDistances() {
-        struct End {
-            Vec3d place;
-            double radius;
-        };
-        std::vector<End> ends;
-        std::vector<std::pair<const PairDistance*, double>> lines;  // and the radius
-        std::map<Face, double> faces;                               // and the size of what it is part of
+        std::vector<std::pair<const PairDistance*, bool>> ends;  // and whether it is B's
+        std::vector<const PairDistance*> lines;
+        std::map<Face, const PairDistance*> faces;
         for (const PairDistance& pair : step_.distances) {
             const std::int64_t show = showOf(pair.interest);
-            if (!show || pair.phase == Phase::kEnded) continue;
-            const double size = sizeOf(pair.objectA, pair.objectB);
-            if (size == 0 || !pair.pointA.allFinite() || !pair.pointB.allFinite()) continue;
-            const Vec3d way = root_T_world_.linear() * (pair.pointB - pair.pointA);
-            const auto thickness = [&, length = way.norm()](double most, double ofDistance) {
-                return std::clamp(ofDistance * length, kThinnest * most * size, most * size);
-            };
+            if (!show || pair.phase == Phase::kEnded || !pair.pointA.allFinite() || !pair.pointB.allFinite()) continue;
             if (show & Interest::kShowPoints) {
-                const double radius = thickness(kEndRadius, kEndOfDistance);
-                ends.push_back({root_T_world_ * pair.pointA, radius});
-                if (pair.distance > 0) ends.push_back({root_T_world_ * pair.pointB, radius});
+                ends.emplace_back(&pair, false);
+                if (pair.distance > 0) ends.emplace_back(&pair, true);
             }
-            if (show & Interest::kShowNormals && pair.distance > 0)
-                lines.emplace_back(&pair, thickness(kLineRadius, kLineOfDistance));
+            if (show & Interest::kShowNormals && pair.distance > 0) lines.push_back(&pair);
             if (show & Interest::kShowFaces) {
-                faces.try_emplace({pair.nodeA, pair.faceA}, size);
-                faces.try_emplace({pair.nodeB, pair.faceB}, size);
+                faces.try_emplace({pair.nodeA, pair.faceA}, &pair);
+                faces.try_emplace({pair.nodeB, pair.faceB}, &pair);
             }
         }
-        addSome(MarkKind::kPoint, ends, [](const End& end) {
-            return std::optional(Mark{.translation = end.place, .scale = Vec3d::Constant(end.radius)});
+        addSome(MarkKind::kPoint, ends, [&](const std::pair<const PairDistance*, bool>& end) -> std::optional<Mark> {
+            const double radius = thickness(*end.first, kEndRadius, kEndOfDistance);
+            if (radius == 0) return {};
+            return Mark{.translation = root_T_world_ * (end.second ? end.first->pointB : end.first->pointA),
+                        .scale = Vec3d::Constant(radius)};
         });
-        addSome(MarkKind::kLine, lines, [&](const std::pair<const PairDistance*, double>& line) {
-            return markOfLine(root_T_world_ * line.first->pointA, root_T_world_ * line.first->pointB, line.second);
+        addSome(MarkKind::kLine, lines, [&](const PairDistance* pair) {
+            return markOfLine(root_T_world_ * pair->pointA, root_T_world_ * pair->pointB,
+                              thickness(*pair, kLineRadius, kLineOfDistance));
         });
         if (lines.size() <= kMostRulers)
-            for (const auto& [pair, radius] : lines) addTicks(*pair, radius);
-        const std::vector<std::pair<Face, double>> listed(faces.begin(), faces.end());
-        addSome(MarkKind::kFace, listed,
-                [&](const std::pair<Face, double>& face) { return markOfFace(face.first, face.second); });
+            for (const PairDistance* pair : lines) addTicks(*pair, thickness(*pair, kLineRadius, kLineOfDistance));
+        const std::vector<std::pair<Face, const PairDistance*>> listed(faces.begin(), faces.end());
+        addSome(MarkKind::kFace, listed, [&](const std::pair<Face, const PairDistance*>& face) {
+            const double size = sizeOf(face.second->objectA, face.second->objectB);
+            return size == 0 ? std::nullopt : markOfFace(face.first, size);
+        });
+    }
+
+    /// 0 where there is nothing to measure.
+    [[nodiscard]] double thickness(const PairDistance& pair, double most, double ofDistance) {
+        const double size = sizeOf(pair.objectA, pair.objectB);
+        const double length = (root_T_world_.linear() * (pair.pointB - pair.pointA)).norm();
+        return std::clamp(ofDistance * length, kThinnest * most * size, most * size);
     }
 
     /// Marks of as many of them as still may be drawn, evenly taken.
@@ -152,7 +153,7 @@ private:
     [[nodiscard]] static std::optional<Mark> markOfLine(const Vec3d& from, const Vec3d& to, double radius) {
         const Vec3d along = to - from;
         const double length = along.norm();
-        if (!(length > 0) || !std::isfinite(length)) return {};
+        if (!(length > 0 && radius > 0) || !std::isfinite(length)) return {};
         return Mark{.translation = from, .rotation = turnTo(along / length), .scale = Vec3d(radius, radius, length)};
     }
 
