@@ -31,7 +31,7 @@ struct Interest {
     std::int64_t detail = kAllFaces;  ///< pairs of faces listed per pair of objects: all, so many, or whether they meet
     std::int64_t objectLayers = -1, againstLayers = -1;  ///< masks: bits of CollisionObject::layers
     double threshold = 0;                                ///< of kDistance: nearer than this is near
-    std::int64_t show = 0;                               ///< bits: what of its contacts is drawn on the wall
+    std::int64_t show = 0;                               ///< bits: what of its contacts, or its distances, is drawn
     std::int64_t patience = 12;  ///< of kAsk: frames until the question goes unanswered
 };
 template <>
