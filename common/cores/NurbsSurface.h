@@ -7,8 +7,8 @@
 namespace tessera {
 
 /// A scene's NurbsSurface. Knots, weights and trims mean what `common/freeform/nurbs/NurbsSurface.h` says, which refuses what makes no
-/// surface. Drawn, picked and collided with as triangles within the tolerance, closed where the surface is, the same everywhere
-/// (`common/drawable`). Trims that cross, or leave what the knots define, are refused by name.
+/// surface. Picked and collided with as triangles within the tolerance, closed where the surface is, the same everywhere
+/// (`common/drawable`). A screen draws these, or finer ones where `screenError` asks for it. Trims that cross, or leave what the knots define, are refused by name.
 struct NurbsSurfaceCore {
     static constexpr ObjectType kType{19};
     static constexpr std::int64_t kHighestDegree = 24;
@@ -26,6 +26,9 @@ struct NurbsSurfaceCore {
     /// No triangle is farther from the surface than this, in its own coordinates. 0: a thousandth of the diagonal of the control points.
     double tolerance = 0;
     ObjectId material;  ///< a Material; none: the default material
+    /// How many pixels of a screen the picture may be off the surface: where `tolerance` is not enough for that, triangles of a smaller one
+    /// are drawn (client/render). 0: those of `tolerance`, wherever the eye is.
+    double screenError = 0.5;
 };
 template <>
 inline constexpr auto kDescription<NurbsSurfaceCore> =
@@ -42,6 +45,7 @@ inline constexpr auto kDescription<NurbsSurfaceCore> =
              field<&NurbsSurfaceCore::curvePoints>(11, "curvePoints").doublesEach(3).affects(Effect::kShape),
              field<&NurbsSurfaceCore::curveRanges>(12, "curveRanges").doublesEach(2).affects(Effect::kShape),
              field<&NurbsSurfaceCore::tolerance>(13, "tolerance").between(0, 1e12).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::material>(14, "material").to<Material>().affects(Effect::kLook));
+             field<&NurbsSurfaceCore::material>(14, "material").to<Material>().affects(Effect::kLook),
+             field<&NurbsSurfaceCore::screenError>(15, "screenError").between(0, 1e6).affects(Effect::kLook));
 
 }  // namespace tessera

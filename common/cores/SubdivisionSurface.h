@@ -7,8 +7,8 @@
 namespace tessera {
 
 /// Words, numbers and defaults are OpenSubdiv's; `common/freeform/subdivision/ControlMesh.h` says what each means and refuses what is no
-/// control mesh. Drawn, picked and collided with as triangles whose corners lie on the limit surface, the same everywhere
-/// (`common/drawable`): how fine they are depends on nobody's eye.
+/// control mesh. Picked and collided with as triangles whose corners lie on the limit surface, the same everywhere (`common/drawable`):
+/// how fine these are depends on nobody's eye. A screen draws them as they are, or finer where `screenError` asks for it.
 struct SubdivisionSurface {
     static constexpr ObjectType kType{18};
     static constexpr std::int64_t kCatmullClark = 0, kLoop = 1, kBilinear = 2;
@@ -30,6 +30,9 @@ struct SubdivisionSurface {
     std::int64_t triangles = kPolygon;  ///< how Catmull-Clark weighs triangles
     std::int64_t level = 3;  ///< each edge of a face becomes 2^level edges of triangles; at least 1 where other than quadrilaterals are
     ObjectId material;       ///< a Material; none: the default material
+    /// How many pixels of a screen the picture may be off the limit surface: where `level` is not enough for that, triangles of a higher
+    /// level are drawn (client/render). 0: those of `level`, wherever the eye is.
+    double screenError = 0.5;
 };
 template <>
 inline constexpr auto kDescription<SubdivisionSurface> =
@@ -54,6 +57,7 @@ inline constexpr auto kDescription<SubdivisionSurface> =
                  .oneOf({{SubdivisionSurface::kPolygon, "polygon"}, {SubdivisionSurface::kSmooth, "smooth"}})
                  .affects(Effect::kShape),
              field<&SubdivisionSurface::level>(13, "level").between(0, SubdivisionSurface::kFinestLevel).affects(Effect::kShape),
-             field<&SubdivisionSurface::material>(14, "material").to<Material>().affects(Effect::kLook));
+             field<&SubdivisionSurface::material>(14, "material").to<Material>().affects(Effect::kLook),
+             field<&SubdivisionSurface::screenError>(15, "screenError").between(0, 1e6).affects(Effect::kLook));
 
 }  // namespace tessera

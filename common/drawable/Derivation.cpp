@@ -20,8 +20,8 @@ Hash128 keyOfState(const Hash128& recipe, const BlobId& points) {
 
 }  // namespace
 
-MeshArrays derivedArrays(const Derivation& derivation, const void* core) {
-    const std::optional<DerivedSource> source = derivation.source(core);
+MeshArrays derivedArrays(const Derivation& derivation, const void* core, unsigned fineness) {
+    const std::optional<DerivedSource> source = derivation.source(core, fineness);
     if (!source) return {};
     ContentCache<DerivedMesh>& cache = derivedMeshes();
     const auto make = [&]() -> DerivedMesh {
@@ -29,9 +29,9 @@ MeshArrays derivedArrays(const Derivation& derivation, const void* core) {
             const std::shared_ptr<const DerivedMesh> known = cache.find(keyOfState(source->recipe, origin.id));
             if (!known || known->arrays.positions.empty()) continue;
             const EarlierMesh earlier{*known, {origin.begin, origin.end}};
-            return derivation.derive(core, &earlier);
+            return derivation.derive(core, fineness, &earlier);
         }
-        return derivation.derive(core, nullptr);
+        return derivation.derive(core, fineness, nullptr);
     };
     return cache.get(keyOfState(source->recipe, source->points.id()), make)->arrays;
 }

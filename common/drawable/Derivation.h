@@ -4,6 +4,9 @@
 /// What is made is made once a process, by content, and kept while somebody keeps its positions. Edits of ranges of the control points
 /// lead from arrays to arrays by `Blob::withRange`: so these have origins (Drawable.h, originsOf), and who follows ranges follows them.
 ///
+/// How fine they are is a number: 0 is as the fields say, for whoever collides, picks and counts; a screen may draw finer ones, each step with
+/// edges half as long (client/render/ScreenFineness.h).
+///
 /// Every host derives for itself, and seams and collisions rest on all getting the same bytes: a derivation is a pure function of its source, with
 /// no clock, no order of asking, no eye, and the same result along every way of edits. (One build of the programs on all hosts: processors
 /// agree on IEEE's operations, compilers need not agree on their order.) Nothing of it is in a scene's state or hash.
@@ -41,18 +44,33 @@ struct EarlierMesh {
 struct Derivation {
     /// What is wrong with it: asked before an edit is applied. Nothing at all is fine. Absent arrays are not.
     Expected<void> (*check)(const void*);
-    /// Nothing where there is nothing to be seen, or an array is not here.
-    std::optional<DerivedSource> (*source)(const void*);
-    /// Empty arrays where the object is none that `check` lets pass. With or without `earlier` the same bytes.
-    DerivedMesh (*derive)(const void*, const EarlierMesh* earlier);
+    /// Nothing where there is nothing to be seen, or an array is not here. The recipe tells finenesses apart.
+    std::optional<DerivedSource> (*source)(const void*, unsigned fineness);
+    /// Empty arrays where the object is none that `check` lets pass, or where it would take too many triangles. With or without `earlier`,
+    /// which is as fine, the same bytes.
+    DerivedMesh (*derive)(const void*, unsigned fineness, const EarlierMesh* earlier);
     /// Whether all the bytes that it is made of are here.
     bool (*resident)(const void*);
+    /// Null: it has one fineness alone.
+    const struct ScreenSteps* byScreen = nullptr;
+};
+
+/// What a screen asks of a derivation that it may draw finer. The functions take one of the type's objects.
+struct ScreenSteps {
+    unsigned (*finest)(const void*);
+    double (*screenError)(const void*);  ///< pixels; 0: only as the fields say
+    /// How far surface and triangles of that fineness are from each other at most, in the object's own coordinates, rounding to floats left out.
+    /// A pure function of the object. `arrays`: what `derive` made.
+    double (*deviation)(const void*, unsigned fineness, const MeshArrays& arrays);
+    /// Objects with the same number above 0 that are as fine have the same vertices on edges that they share. 0: it shares none.
+    double (*seam)(const void*);
+    std::shared_ptr<const void> (*copy)(const void*);
 };
 
 /// Of what nobody keeps, so much is kept for who asks next.
 inline constexpr std::size_t kMostUnusedDerivedBytes = std::size_t{1} << 28;
 
 /// Made, or found. Any thread; waits for another thread that is making the same.
-[[nodiscard]] MeshArrays derivedArrays(const Derivation& derivation, const void* core);
+[[nodiscard]] MeshArrays derivedArrays(const Derivation& derivation, const void* core, unsigned fineness = 0);
 
 }  // namespace tessera

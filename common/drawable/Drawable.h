@@ -56,7 +56,7 @@ public:
 
     [[nodiscard]] explicit operator bool() const { return core_ != nullptr; }
     /// Derived arrays are sound, or empty where what they are made of is not here.
-    [[nodiscard]] MeshArrays arrays() const { return type_->derivation ? derivedArrays(*type_->derivation, core_) : type_->arrays(core_); }
+    [[nodiscard]] MeshArrays arrays() const { return type_->derivation ? derivedArrays(*type_->derivation, core_, fineness_) : type_->arrays(core_); }
     [[nodiscard]] bool derived() const { return type_->derivation != nullptr; }
     [[nodiscard]] ObjectId material() const { return type_->material(core_); }
     [[nodiscard]] MeshKey key() const { return keyOf(arrays()); }
@@ -71,9 +71,32 @@ public:
     /// derived drawable: whether its fields fit together, and nothing is derived.
     [[nodiscard]] Expected<void> check(const MeshKey& sound = {}) const;
 
+    /// The same, with arrays that are so much finer than its fields say; nobody but a screen asks for that.
+    [[nodiscard]] Drawable at(unsigned fineness) const {
+        Drawable finer = *this;
+        finer.fineness_ = fineness;
+        return finer;
+    }
+    /// Null where it has one fineness alone, or its fields want no other.
+    [[nodiscard]] const ScreenSteps* byScreen() const {
+        const ScreenSteps* steps = type_->derivation ? type_->derivation->byScreen : nullptr;
+        return steps && steps->screenError(core_) > 0 ? steps : nullptr;
+    }
+    /// The same drawable with a core of its own, which `keeper` then owns. Only of what is drawn by screen.
+    [[nodiscard]] Drawable kept(std::shared_ptr<const void>& keeper) const {
+        keeper = byScreen()->copy(core_);
+        return Drawable(*type_, keeper.get());
+    }
+    /// See ScreenSteps. Only of what is drawn by screen.
+    [[nodiscard]] unsigned finest() const { return byScreen()->finest(core_); }
+    [[nodiscard]] double screenError() const { return byScreen()->screenError(core_); }
+    [[nodiscard]] double deviation() const { return byScreen()->deviation(core_, fineness_, arrays()); }
+    [[nodiscard]] double seam() const { return byScreen()->seam(core_); }
+
 private:
     const DrawableType* type_ = nullptr;
     const void* core_ = nullptr;
+    unsigned fineness_ = 0;
 };
 
 /// Null: nothing of this type is drawn.

@@ -29,13 +29,17 @@ bool isNurbsHere(const NurbsSurfaceCore& s) {
     return (s.points.empty() || s.points.resident()) && std::all_of(blobs.begin(), blobs.end(), [](const Blob* blob) { return blob->empty() || blob->resident(); });
 }
 
-Hash128 nurbsRecipeOf(const NurbsSurfaceCore& s) {
-    std::array<Hash128, 12> parts{};
+/// So many steps of a quarter of the tolerance each: edges half as long.
+constexpr unsigned kNurbsSteps = 5;
+
+Hash128 nurbsRecipeOf(const NurbsSurfaceCore& s, unsigned fineness) {
+    std::array<Hash128, 13> parts{};
     parts[0] = {NurbsSurfaceCore::kType.value, s.points.sizeBytes()};
     const auto blobs = nurbsArraysOf(s);
     for (std::size_t i = 0; i < blobs.size(); ++i) parts[1 + i] = blobs[i]->id();
     parts[10] = {static_cast<std::uint64_t>(s.degreeU), static_cast<std::uint64_t>(s.degreeV)};
     parts[11] = hash128(std::as_bytes(std::span(&s.tolerance, 1)));
+    parts[12] = {fineness, 0};
     return hash128(std::as_bytes(std::span(parts)));
 }
 
@@ -80,19 +84,22 @@ struct NurbsVerdict {
     /// Whoever uses one holds it.
     [[nodiscard]] bool inUse() const { return false; }
 };
-std::shared_ptr<const NurbsVerdict> verdictOf(const NurbsSurfaceCore& s) {
+double toleranceOf(const NurbsSurfaceCore& s, const NurbsSurface& surface, unsigned fineness) {
+    Box around;
+    for (const Vec4d& p : surface.definition().points) around.extend(p.head<3>() / p.w());
+    const double size = around.size().norm();
+    // A point alone, or what rounding leaves of one, has no triangles, whatever is asked for.
+    return std::ldexp(s.tolerance > 0 ? s.tolerance : std::max(1e-3 * size, 1e-30), -2 * static_cast<int>(fineness));
+}
+
+std::shared_ptr<const NurbsVerdict> verdictOf(const NurbsSurfaceCore& s, unsigned fineness) {
     constexpr std::size_t kMostBytes = std::size_t{1} << 26;
     static ContentCache<NurbsVerdict> verdicts(kMostBytes);
-    const std::array<Hash128, 2> key{nurbsRecipeOf(s), s.points.id()};
+    const std::array<Hash128, 2> key{nurbsRecipeOf(s, fineness), s.points.id()};
     return verdicts.get(hash128(std::as_bytes(std::span(key))), [&]() -> NurbsVerdict {
         const Expected<NurbsSurface> surface = surfaceOfCore(s);
         if (!surface) return {.triangles = {}, .error = surface.error()};
-        Box around;
-        for (const Vec4d& p : surface->definition().points) around.extend(p.head<3>() / p.w());
-        const double size = around.size().norm();
-        // A point alone, or what rounding leaves of one, has no triangles, whatever is asked for.
-        const double tolerance = s.tolerance > 0 ? s.tolerance : std::max(1e-3 * size, 1e-30);
-        Expected<NurbsTriangles> made = tessellate(*surface, tolerance, {.maxTriangles = kMostNurbsTriangles});
+        Expected<NurbsTriangles> made = tessellate(*surface, toleranceOf(s, *surface, fineness), {.maxTriangles = kMostNurbsTriangles});
         if (!made) return {.triangles = {}, .error = made.error()};
         return {.triangles = std::make_shared<const NurbsTriangles>(std::move(*made)), .error = {}};
     });
@@ -102,20 +109,20 @@ Expected<void> checkNurbs(const void* core) {
     const NurbsSurfaceCore& s = nurbsOf(core);
     if (isNoNurbs(s)) return {};
     if (!isNurbsHere(s)) return fail(ErrorCode::kBadInput, "an array of the surface is not here");
-    const std::shared_ptr<const NurbsVerdict> verdict = verdictOf(s);
+    const std::shared_ptr<const NurbsVerdict> verdict = verdictOf(s, 0);
     if (!verdict->triangles) return tl::unexpected(verdict->error);
     return {};
 }
 
-std::optional<DerivedSource> nurbsSourceOf(const void* core) {
+std::optional<DerivedSource> nurbsSourceOf(const void* core, unsigned fineness) {
     const NurbsSurfaceCore& s = nurbsOf(core);
     if (isNoNurbs(s) || !isNurbsHere(s)) return std::nullopt;
-    return DerivedSource{nurbsRecipeOf(s), s.points};
+    return DerivedSource{nurbsRecipeOf(s, fineness), s.points};
 }
 
 /// Whole, whatever has moved: how fine the triangles are follows the control points, so parts of earlier ones are no use.
-DerivedMesh deriveNurbs(const void* core, const EarlierMesh*) {
-    const std::shared_ptr<const NurbsVerdict> verdict = verdictOf(nurbsOf(core));
+DerivedMesh deriveNurbs(const void* core, unsigned fineness, const EarlierMesh*) {
+    const std::shared_ptr<const NurbsVerdict> verdict = verdictOf(nurbsOf(core), fineness);
     if (!verdict->triangles || verdict->triangles->triangles.empty()) return {};
     const NurbsTriangles& t = *verdict->triangles;
     const NurbsSurfaceCore& s = nurbsOf(core);
@@ -153,6 +160,18 @@ DerivedMesh deriveNurbs(const void* core, const EarlierMesh*) {
     return out;
 }
 
+constexpr ScreenSteps kNurbsScreenSteps{
+    .finest = [](const void*) { return kNurbsSteps; },
+    .screenError = [](const void* core) { return nurbsOf(core).screenError; },
+    .deviation = [](const void* core, unsigned fineness, const MeshArrays&) {
+        const std::shared_ptr<const NurbsVerdict> verdict = verdictOf(nurbsOf(core), fineness);
+        return verdict->triangles ? verdict->triangles->error : 0.0;
+    },
+    // Edges are cut by their own curves and the tolerance alone.
+    .seam = [](const void* core) { return nurbsOf(core).tolerance; },
+    .copy = [](const void* core) -> std::shared_ptr<const void> { return std::make_shared<const NurbsSurfaceCore>(nurbsOf(core)); },
+};
+
 }  // namespace
 
 constinit const Derivation kNurbsDerivation{
@@ -160,6 +179,7 @@ constinit const Derivation kNurbsDerivation{
     .source = &nurbsSourceOf,
     .derive = &deriveNurbs,
     .resident = [](const void* core) { return isNurbsHere(nurbsOf(core)); },
+    .byScreen = &kNurbsScreenSteps,
 };
 
 Expected<NurbsSurface> surfaceOfCore(const NurbsSurfaceCore& s) {

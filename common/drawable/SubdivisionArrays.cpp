@@ -28,15 +28,17 @@ bool isHere(const SubdivisionSurface& s) {
     return (s.points.empty() || s.points.resident()) && std::all_of(blobs.begin(), blobs.end(), [](const Blob* blob) { return blob->empty() || blob->resident(); });
 }
 
+std::int64_t levelOf(const SubdivisionSurface& s, unsigned fineness) { return s.level + fineness; }
+
 /// Of all but where the points are.
-Hash128 recipeOf(const SubdivisionSurface& s) {
+Hash128 recipeOf(const SubdivisionSurface& s, unsigned fineness) {
     std::array<Hash128, 11> parts{};
     parts[0] = {typeOf<SubdivisionSurface>().value, s.points.sizeBytes()};
     const auto blobs = topologyOf(s);
     for (std::size_t i = 0; i < blobs.size(); ++i) parts[1 + i] = blobs[i]->id();
     parts[8] = {static_cast<std::uint64_t>(s.scheme), static_cast<std::uint64_t>(s.boundary)};
     parts[9] = {static_cast<std::uint64_t>(s.creaseMethod), static_cast<std::uint64_t>(s.triangles)};
-    parts[10] = {static_cast<std::uint64_t>(s.level), 0};
+    parts[10] = {static_cast<std::uint64_t>(levelOf(s, fineness)), 0};
     return hash128(std::as_bytes(std::span(parts)));
 }
 
@@ -84,12 +86,12 @@ struct SubdivisionPlan {
     [[nodiscard]] bool inUse() const { return false; }
 };
 
-std::shared_ptr<const SubdivisionPlan> planOf(const SubdivisionSurface& s) {
+std::shared_ptr<const SubdivisionPlan> planOf(const SubdivisionSurface& s, unsigned fineness) {
     static ContentCache<SubdivisionPlan> plans(kMostUnusedDerivedBytes);
-    return plans.get(recipeOf(s), [&]() -> SubdivisionPlan {
+    return plans.get(recipeOf(s, fineness), [&]() -> SubdivisionPlan {
         const Expected<ControlMesh> mesh = controlMeshOf(s);
         if (!mesh) return {.error = mesh.error()};
-        Expected<std::shared_ptr<const LimitTessellation>> made = LimitTessellation::build(*mesh, static_cast<int>(s.level));
+        Expected<std::shared_ptr<const LimitTessellation>> made = LimitTessellation::build(*mesh, static_cast<int>(levelOf(s, fineness)));
         if (!made) return {.error = made.error()};
         const Blob indices = Blob::of(std::span<const std::uint32_t>((*made)->indices()));
         return {.tessellation = std::move(*made), .indices = indices};
@@ -110,20 +112,20 @@ Expected<void> checkSurface(const void* core) {
     const SubdivisionSurface& s = surfaceOf(core);
     if (isNothing(s)) return {};
     if (!isHere(s)) return fail(ErrorCode::kBadInput, "an array of the control mesh is not here");
-    const std::shared_ptr<const SubdivisionPlan> plan = planOf(s);
+    const std::shared_ptr<const SubdivisionPlan> plan = planOf(s, 0);
     if (!plan->tessellation) return tl::unexpected(plan->error);
     return checkPoints(s.points.as<float>());
 }
 
-std::optional<DerivedSource> sourceOf(const void* core) {
+std::optional<DerivedSource> sourceOf(const void* core, unsigned fineness) {
     const SubdivisionSurface& s = surfaceOf(core);
     if (isNothing(s) || !isHere(s)) return std::nullopt;
-    return DerivedSource{recipeOf(s), s.points};
+    return DerivedSource{recipeOf(s, fineness), s.points};
 }
 
-DerivedMesh deriveSurface(const void* core, const EarlierMesh* earlier) {
+DerivedMesh deriveSurface(const void* core, unsigned fineness, const EarlierMesh* earlier) {
     const SubdivisionSurface& s = surfaceOf(core);
-    const std::shared_ptr<const SubdivisionPlan> plan = planOf(s);
+    const std::shared_ptr<const SubdivisionPlan> plan = planOf(s, fineness);
     if (!plan->tessellation || !checkPoints(s.points.as<float>())) return {};
     const LimitTessellation& tessellation = *plan->tessellation;
     const std::span<const float> points = s.points.as<float>();
@@ -153,6 +155,31 @@ DerivedMesh deriveSurface(const void* core, const EarlierMesh* earlier) {
     return out;
 }
 
+unsigned finestOf(const void* core) {
+    return static_cast<unsigned>(std::max<std::int64_t>(0, SubdivisionSurface::kFinestLevel - surfaceOf(core).level));
+}
+
+double deviationOf(const void* core, unsigned fineness, const MeshArrays& arrays) {
+    const SubdivisionSurface& s = surfaceOf(core);
+    // Coarser ones are measured by those of level 2.
+    constexpr std::int64_t kMeasured = 2;
+    const std::int64_t level = levelOf(s, fineness);
+    const auto measured = static_cast<unsigned>(std::max(level, kMeasured) - s.level);
+    const std::shared_ptr<const SubdivisionPlan> plan = planOf(s, measured);
+    const MeshArrays by = measured == fineness ? arrays : derivedArrays(kSubdivisionDerivation, core, measured);
+    // What has so many faces that level 2 is too much is taken to be as fine as it gets.
+    if (!plan->tessellation || by.positions.empty()) return 0;
+    return plan->tessellation->deviation(by.positions.as<float>(), by.normals.as<float>(), static_cast<int>(level));
+}
+
+constexpr ScreenSteps kSubdivisionSteps{
+    .finest = &finestOf,
+    .screenError = [](const void* core) { return surfaceOf(core).screenError; },
+    .deviation = &deviationOf,
+    .seam = [](const void*) { return 0.0; },
+    .copy = [](const void* core) -> std::shared_ptr<const void> { return std::make_shared<const SubdivisionSurface>(surfaceOf(core)); },
+};
+
 }  // namespace
 
 constinit const Derivation kSubdivisionDerivation{
@@ -160,6 +187,7 @@ constinit const Derivation kSubdivisionDerivation{
     .source = &sourceOf,
     .derive = &deriveSurface,
     .resident = [](const void* core) { return isHere(surfaceOf(core)); },
+    .byScreen = &kSubdivisionSteps,
 };
 
 }  // namespace tessera

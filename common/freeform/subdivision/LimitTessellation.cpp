@@ -117,6 +117,7 @@ public:
             if (!topology.hasSurface(face.face)) continue;
             Face& here = out_.faces_[p];
             here.segments = 1U << (face.corner == kNoIndex ? level : level - 1);
+            lookAround(face, here);
             if (Expected<void> known = findWeights(face, here); !known) return known;
             const std::vector<std::uint32_t> grid = numberGrid(face, here);
             appendTriangles(grid, here.segments);
@@ -126,6 +127,29 @@ public:
     }
 
 private:
+    void lookAround(const PtexFace& face, Face& here) const {
+        const auto count = [&here](float sharpness) {
+            if (!isInfinitelySharp(sharpness)) here.sharpest = std::max(here.sharpest, sharpness);
+        };
+        for (const std::uint32_t v : mesh_.verticesOf(face.face)) {
+            count(mesh_.vertexSharpness[v]);
+            const auto edges = mesh_.edgesAt(v);
+            here.most = std::max(here.most, static_cast<std::uint32_t>(edges.size()));
+            for (const std::uint32_t e : edges) count(mesh_.edges[e].sharpness);
+        }
+        const auto edges = mesh_.edgesOf(face.face);
+        const auto mark = [&](std::size_t edge, unsigned side) {
+            const TaggedMesh::Edge& e = mesh_.edges[edges[edge]];
+            const bool smooth = e.sharpness == 0 && e.faces[0] != kNoIndex && e.faces[1] != kNoIndex && graph_;
+            if (!smooth) here.rims |= static_cast<std::uint8_t>(1U << side);
+        };
+        if (face.corner == kNoIndex) {
+            for (unsigned k = 0; k < edges.size(); ++k) mark(k, out_.triangular() && k == 2 ? 3 : k);
+        } else {
+            mark(face.corner, 0);
+            mark((face.corner + edges.size() - 1) % edges.size(), 3);
+        }
+    }
     Expected<void> findWeights(const PtexFace& face, Face& here) {
         here.pointsBegin = static_cast<std::uint32_t>(out_.points_.size());
         const SubdivisionTopology& topology = out_.topology_;

@@ -47,6 +47,13 @@ public:
     /// Returns where vertices may have changed.
     [[nodiscard]] Range update(std::span<const std::uint32_t> moved, std::span<const float> points, std::span<float> positions, std::span<float> normals) const;
 
+    /// Of the triangles of `coarser`, at most this one's level, which is 2 or more: about how far the limit surface is from them, rather too
+    /// much than too little. Measured where vertices of this one lie between those, across the surface (along what is sharp or a
+    /// boundary, in all directions); what is finer than these is taken to fall off as it does where the face is a polynomial,
+    /// or slowly, or, within creases that are not yet smooth, not at all. Rounding to floats is not in it. `positions`, `normals`:
+    /// as `evaluate` or `update` left them.
+    [[nodiscard]] double deviation(std::span<const float> positions, std::span<const float> normals, int coarser) const;
+
 private:
     /// A face's own grid: vertex (i, j) is number i + j · (n + 1), or the same without what lies beyond i + j = n.
     struct Owned {
@@ -66,6 +73,9 @@ private:
         std::uint32_t pointsBegin = 0, pointsEnd = 0;
         std::uint32_t ownedBegin = 0, ownedEnd = 0;
         std::uint32_t segments = 1;
+        float sharpest = 0;      ///< of what is not infinitely sharp at its vertices
+        std::uint32_t most = 0;  ///< edges at one of its vertices
+        std::uint8_t rims = 0;   ///< bits, by side of its grid (j = 0, i or i + j = n, j = n, i = 0): sharp, or a boundary
     };
     struct Scratch {
         std::vector<Vec3d> points, spline, grid, normals;

@@ -115,7 +115,7 @@ TEST(DeformationArrays, FollowRangesOfControlPointsToTheSameBytes) {
             for (float& x : moved) x = static_cast<float>(number(-2, 2));
             d.controlPoints = *d.controlPoints.withRange(4 * at, std::as_bytes(std::span<const float>(moved)));
             const MeshArrays arrays = drawableOfValue(d).arrays();
-            const DerivedMesh fresh = kDeformationDerivation.derive(&d, nullptr);
+            const DerivedMesh fresh = kDeformationDerivation.derive(&d, 0, nullptr);
             ASSERT_EQ(arrays.positions.id(), fresh.arrays.positions.id()) << step;
             ASSERT_EQ(arrays.normals.id(), fresh.arrays.normals.id()) << step;
             ASSERT_EQ(blobIdOf(arrays.positions.bytes()), arrays.positions.id());

@@ -93,7 +93,8 @@ TEST(DerivedArrays, FollowRangesOfControlPointsToTheSameBytes) {
         const float away = static_cast<float>(seed) / 64;
         surface.points = *surface.points.withRange(0, std::as_bytes(std::span(&away, 1)));
         Aspect before = sceneWithSurface(surface);
-        MeshArrays known = surfaceIn(before).arrays();
+        const auto fineness = static_cast<unsigned>(random() % 2);
+        MeshArrays known = surfaceIn(before).at(fineness).arrays();
         for (int step = 0; step < 6; ++step) {
             const std::size_t count = surface.points.sizeBytes() / 4, at = random() % count;
             std::vector<float> moved(1 + random() % std::min<std::size_t>(9, count - at));
@@ -101,9 +102,9 @@ TEST(DerivedArrays, FollowRangesOfControlPointsToTheSameBytes) {
             surface.points = *surface.points.withRange(4 * at, std::as_bytes(std::span<const float>(moved)));
             // One knows how it came about; the other has the bytes alone, and another process would make it so.
             const Aspect after = sceneWithSurface(surface);
-            const MeshArrays arrays = surfaceIn(after).arrays();
+            const MeshArrays arrays = surfaceIn(after).at(fineness).arrays();
             const EarlierMesh* const nothing = nullptr;
-            const DerivedMesh fresh = kSubdivisionDerivation.derive(after.get<SubdivisionSurface>(kSurface), nothing);
+            const DerivedMesh fresh = kSubdivisionDerivation.derive(after.get<SubdivisionSurface>(kSurface), fineness, nothing);
             ASSERT_EQ(arrays.positions.id(), fresh.arrays.positions.id()) << step;
             ASSERT_EQ(arrays.normals.id(), fresh.arrays.normals.id()) << step;
             ASSERT_EQ(arrays.indices.id(), known.indices.id());
