@@ -64,7 +64,7 @@ Expected<void> DepthQueries::begin(const Part& part) {
 Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
     calls_.clear();
     for (const DrawItem& item : items) {
-        const Drawable drawable = drawableOf(*aspect_, item.geometry);
+        const Drawable drawable = drawableOf(*aspect_, item.geometry).at(item.fineness);
         const std::optional<MeshRange> mesh = drawable ? meshes_.find(drawable) : std::nullopt;
         if (!mesh || mesh->kind != item.kind || mesh->indexCount == 0) continue;
         const auto* material = item.material ? aspect_->get<Material>(item.material) : nullptr;

@@ -79,7 +79,7 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
         const auto [seen, isNew] = parts_.try_emplace(item.node);
         counts_.items += isNew;
         if (isNew && collect(aspect, item, camera, meshes, textures)) {
-            seen->second = {calls_.back(), drawableOf(aspect, item.geometry).arrays().indices, true};
+            seen->second = {calls_.back(), drawableOf(aspect, item.geometry).at(item.fineness).arrays().indices, true};
             calls_.pop_back();
         }
         if (!seen->second.there) continue;
@@ -98,7 +98,7 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
 
 bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
                         TextureCache& textures) {
-    const Drawable drawable = drawableOf(aspect, item.geometry);
+    const Drawable drawable = drawableOf(aspect, item.geometry).at(item.fineness);
     const std::optional<MeshRange> mesh = drawable ? meshes.find(drawable) : std::nullopt;
     const bool fits = mesh && mesh->kind == item.kind;
     if (!fits) ++counts_.skipped;

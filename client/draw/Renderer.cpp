@@ -219,7 +219,7 @@ void Renderer::beginFrame() {
     impl_->textures.beginFrame();
 }
 
-Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id, ObjectId materialId, std::size_t bytes) {
+Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id, ObjectId materialId, std::size_t bytes, unsigned fineness) {
     Impl& d = *impl_;
     if (auto current = d.surface.makeCurrent(); !current) return tl::unexpected(current.error());
     Prepared prepared;
@@ -227,7 +227,7 @@ Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id
         prepared.bytes += uploaded.value_or(0);
         prepared.full = prepared.full || !uploaded;
     };
-    if (const Drawable drawable = drawableOf(aspect, id)) add(d.meshes->prepare(drawable, bytes));
+    if (const Drawable drawable = drawableOf(aspect, id)) add(d.meshes->prepare(drawable.at(fineness), bytes));
     const auto* material = materialId ? aspect.get<Material>(materialId) : nullptr;
     if (material && prepared.bytes == 0)
         for (const auto& [imageId, use] : imagesOf(*material)) {

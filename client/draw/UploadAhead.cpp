@@ -25,7 +25,7 @@ Expected<bool> UploadAhead::step(Renderer& renderer, const Aspect& aspect, const
         for (const SceneContent& content : contents_) {
             const Drawable drawable = drawableOf(aspect, content.geometry);
             if (!drawable) continue;
-            const MeshArrays arrays = drawable.arrays();
+            const MeshArrays arrays = drawable.at(content.fineness).arrays();
             if (counted.insert(arrays.positions.id()).second) size += sizeOf(arrays);
         }
         if (auto room = renderer.expectMeshes(size); !room) return tl::unexpected(room.error());
@@ -33,7 +33,7 @@ Expected<bool> UploadAhead::step(Renderer& renderer, const Aspect& aspect, const
     }
     while (!contents_.empty()) {
         const SceneContent& next = contents_.back();
-        const auto prepared = renderer.prepare(aspect, next.geometry, next.material, bytes);
+        const auto prepared = renderer.prepare(aspect, next.geometry, next.material, bytes, next.fineness);
         if (!prepared) return tl::unexpected(prepared.error());
         if (prepared->full) {
             contents_.clear();

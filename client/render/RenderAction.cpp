@@ -115,7 +115,7 @@ Expected<DrawList> RenderAction::run(const RenderScene& scene, const ScreenCamer
     if (asks && !device)
         return fail(ErrorCode::kUnsupported,
                     fmt::format("the culler '{}' asks the renderer what is hidden, and there is none here", nameOf(impl_->kind)));
-    const RenderScene::Impl& all = scene.impl();
+    const RenderScene::Impl& all = scene.seenFrom(camera);
     std::vector<std::uint32_t>& items = impl_->items;
     items.clear();
     if (impl_->kind == CullerKind::kNone) {

@@ -20,7 +20,7 @@ struct SceneVersion {
 };
 
 /// Everything of a scene that does not depend on a tile: items with world transforms and bounds in a hierarchy, meshes'
-/// bounds and occluders (cached by blob). Kept from frame to frame; brought up to date by `update`. Belongs to one
+/// bounds and occluders (cached by blob). Actions look at it from their screen one after the other. Kept from frame to frame; brought up to date by `update`. Belongs to one
 /// thread, together with the actions that run on it.
 class RenderScene {
 public:
@@ -33,6 +33,9 @@ public:
 
     struct Impl;
     [[nodiscard]] const Impl& impl() const { return *impl_; }
+    /// The same with the meshes that this screen draws: what is derived is as fine as its eye and pixels want (ScreenFineness.h).
+    /// Holds until it is seen from another camera or updated.
+    [[nodiscard]] const Impl& seenFrom(const ScreenCamera& camera) const;
 
 private:
     std::unique_ptr<Impl> impl_;

@@ -42,6 +42,11 @@ SceneVersion RenderScene::version() const {
     return impl_->version;
 }
 
+const RenderScene::Impl& RenderScene::seenFrom(const ScreenCamera& camera) const {
+    impl_->lookFrom(camera);
+    return *impl_;
+}
+
 void RenderScene::update(const Aspect& aspect, const ChangeList* list) {
     if (!list || impl_->rebuilds == 0) return impl_->rebuild(aspect);
     impl_->follow(aspect, *list);
@@ -57,7 +62,9 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     boxes.clear();
     reaches = {};
     detailedItems = coatedItems = 0;
-    transparentTriangles = 0;
+    transparentTriangles = finerTransparentTriangles = 0;
+    byScreen.clear();
+    ++finenessChanges;
     ++transparentChanges;
     linesByReach = {};
     users_.clear();

@@ -18,7 +18,8 @@ namespace tessera {
 /// A drawable core at its place.
 struct SceneItem {
     ObjectId node, geometry, material;  ///< no node: the slot is free
-    const RenderMesh* mesh = nullptr;
+    const RenderMesh* mesh = nullptr;  ///< as it is drawn on the screen that was looked from last; else `base`
+    const RenderMesh* base = nullptr;  ///< as its fields say
     std::uint32_t place = 0;  ///< slot in `places`
     bool mirrored = false;
     bool transparent = false;
@@ -27,6 +28,9 @@ struct SceneItem {
     DrawKind kind = DrawKind::kTriangles;   ///< see SceneLook
     float lineWidth = 0;                    ///< see SceneLook
     std::uint16_t state = 0;                ///< see SceneLook
+    std::uint8_t fineness = 0;              ///< of `mesh`
+    bool byScreen = false;                  ///< see SceneLook
+    double slack = 0;                       ///< see SceneLook
     bool queued = false;                    ///< named in `changedItems`
     double reach = 0;       ///< at least the distance of any vertex from the mesh's own origin, in world units
 };
@@ -94,15 +98,24 @@ struct RenderScene::Impl {
     /// Without its box and its clusters.
     [[nodiscard]] DrawItem drawItem(std::uint32_t item) const;
     std::size_t detailedItems = 0, coatedItems = 0;
-    std::uint64_t transparentTriangles = 0;
+    std::uint64_t transparentTriangles = 0;       ///< of what the fields say
+    std::uint64_t finerTransparentTriangles = 0;  ///< more, on the screen that was looked from last
     std::uint64_t transparentChanges = 0;  ///< grows whenever a transparent item comes, goes or moves
     /// Items by the reach of their lines, see `lineReachPx`.
     std::array<std::size_t, kWidestReachPx + 1> linesByReach{};
+    /// Items that screens may draw finer.
+    std::set<std::uint32_t> byScreen;
+    std::uint64_t finenessChanges = 0;
     /// Of all items, in pixels; 0 without lines.
     [[nodiscard]] double widestLineReachPx() const;
     std::uint64_t rebuilds = 0;
     SceneVersion version;
     std::uint64_t itemChanges = 0;  ///< updates in which any item came, went or moved
+
+    /// In its own coordinates: around it, however fine it is drawn.
+    [[nodiscard]] static Box reachedBy(const SceneItem& item);
+    /// From here on items have the meshes that this screen draws (ScreenFineness.h). Before anything that is done for one of its tiles.
+    void lookFrom(const ScreenCamera& camera);
 
     void rebuild(const Aspect& aspect);
     void follow(const Aspect& aspect, const ChangeList& list);
@@ -127,6 +140,9 @@ private:
     void refreshLights();
     [[nodiscard]] LightItem lightAt(std::uint32_t place) const;
 
+    // ScreenFineness.cpp
+    void drawAt(std::uint32_t item, unsigned fineness, const RenderMesh* mesh);
+
     // ShadowCasters.cpp
     [[nodiscard]] std::shared_ptr<const ShadowView> shadowView(const ScreenCamera& camera, const std::shared_ptr<const ShadowView>& before) const;
 
@@ -140,7 +156,7 @@ private:
     [[nodiscard]] std::uint32_t depthNow(std::uint32_t place);
     void leaveRole(std::uint32_t place);
     void placeItem(std::uint32_t item);
-    void countLooks(const SceneItem& item, int sign);
+    void countLooks(std::uint32_t item, int sign);
     void freeItem(ScenePlace& place);
     void queue(std::uint32_t item);
 
@@ -169,7 +185,9 @@ private:
     std::size_t attachedLights_ = 0;  ///< hidden ones counted
     bool lightsStale_ = false;
     mutable std::shared_ptr<const ShadowCasters> casters_;
-    mutable std::uint64_t castersOfItems_ = 0, castersOfContents_ = 0;  ///< `itemChanges` and version.contents then
+    mutable std::uint64_t castersOfItems_ = 0, castersOfContents_ = 0, castersOfFineness_ = 0;  ///< `itemChanges`, version.contents, `finenessChanges` then
+    SceneVersion lookedAt_;  ///< by lookFrom
+    ScreenCamera lookedFrom_{};
 
     // Of the update that runs.
     std::vector<std::uint32_t> dirty_;

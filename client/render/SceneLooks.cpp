@@ -1,5 +1,7 @@
 #include "client/render/SceneLooks.h"
 
+#include <algorithm>
+
 namespace tessera {
 
 SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
@@ -11,10 +13,11 @@ SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
             drawables_[slot].mesh = meshes_.acquire(drawable);
             setMaterial(aspect, slot, drawable.material());
             drawables_[slot].lineWidth = drawable.arrays().lineWidth;
+            keep(slot, drawable);
         }
     }
     const DrawableUse& use = drawables_[slot];
-    SceneLook look{.mesh = use.mesh, .material = use.materialId, .lineWidth = use.lineWidth};
+    SceneLook look{.mesh = use.mesh, .material = use.materialId, .lineWidth = use.lineWidth, .byScreen = use.screenError > 0, .slack = use.slack};
     if (use.mesh) look.kind = use.mesh->kind;
     look.occludes = use.mesh && use.mesh->opaque && rowOf(look.kind).hides && use.mesh->triangles > 0;
     if (use.material != kNone) {
@@ -33,14 +36,19 @@ void SceneLooks::drop(ObjectId core) {
     const std::uint32_t slot = drawables_.find(core);
     if (slot == kNone) return;
     meshes_.release(drawables_[slot].mesh);
+    releaseSteps(drawables_[slot]);
     leaveMaterial(slot);
     drawables_.erase(slot);
 }
 
 void SceneLooks::clear() {
     for (const DrawableUse& use : drawables_.slots())
-        if (use.id) meshes_.release(use.mesh);
+        if (use.id) {
+            meshes_.release(use.mesh);
+            for (const KeptStep& step : use.steps) meshes_.release(step.mesh);
+        }
     drawables_.clear();
+    stepped_.clear();
     materials_.clear();
     images_.clear();
 }
@@ -52,7 +60,72 @@ void SceneLooks::shapeChanged(const Aspect& aspect, ObjectId id, std::vector<Obj
     const RenderMesh* before = drawables_[slot].mesh;
     drawables_[slot].mesh = meshes_.acquire(drawable);
     meshes_.release(before);
-    if (drawables_[slot].mesh != before) changed.push_back(id);
+    const bool wasByScreen = drawables_[slot].screenError > 0;
+    keep(slot, drawable);
+    // What screens make of it has changed with it.
+    if (drawables_[slot].mesh != before || wasByScreen || drawables_[slot].screenError > 0) changed.push_back(id);
+}
+
+void SceneLooks::keep(std::uint32_t slot, const Drawable& now) {
+    DrawableUse& use = drawables_[slot];
+    if (!now.byScreen() || !use.mesh || !use.mesh->drawable()) {
+        releaseSteps(use);
+        use.keeper = nullptr;
+        use.screenError = use.slack = 0;
+        return;
+    }
+    use.kept = now.kept(use.keeper);
+    use.screenError = use.kept.screenError();
+    const std::size_t steps = std::size_t{use.kept.finest()} + 1;
+    if (use.steps.size() != steps) releaseSteps(use);
+    use.steps.resize(steps);
+    for (KeptStep& step : use.steps) step.stale = true;
+    use.steps[0].deviation = use.kept.deviation();
+    // What is as far off is not wholly in the box of numbers that are rounded.
+    const Box& bounds = use.mesh->bounds;
+    use.slack = use.steps[0].deviation + 1e-6 * std::max(bounds.lower.cwiseAbs().maxCoeff(), bounds.upper.cwiseAbs().maxCoeff());
+}
+
+void SceneLooks::releaseSteps(DrawableUse& use) {
+    for (const KeptStep& step : use.steps) meshes_.release(step.mesh);
+    use.steps.clear();
+    stepped_.erase(use.id);
+}
+
+SceneLooks::Step SceneLooks::stepOf(ObjectId core, unsigned fineness) {
+    DrawableUse& use = drawables_[drawables_.find(core)];
+    KeptStep& step = use.steps[fineness];
+    if (fineness == 0) return {use.mesh, step.deviation};
+    if (!step.mesh || step.stale) {
+        // The one before is let go of when this one has been made, which may take over some of it.
+        const RenderMesh* before = step.mesh;
+        const Drawable finer = use.kept.at(fineness);
+        step.mesh = meshes_.acquire(finer);
+        meshes_.release(before);
+        step.deviation = step.mesh && step.mesh->drawable() ? finer.deviation() : 0;
+        step.stale = false;
+        stepped_.insert(core);
+    }
+    step.look = look_;
+    return {step.mesh, step.deviation};
+}
+
+// Screens of one host look in turn, and eyes go back and forth.
+void SceneLooks::endLook() {
+    constexpr std::uint64_t kKeptLooks = 64;
+    if (look_ % kKeptLooks != 0) return;
+    for (auto core = stepped_.begin(); core != stepped_.end();) {
+        DrawableUse& use = drawables_[drawables_.find(*core)];
+        bool any = false;
+        for (KeptStep& step : use.steps) {
+            if (step.mesh && step.look + kKeptLooks <= look_) {
+                meshes_.release(step.mesh);
+                step.mesh = nullptr;
+            }
+            any = any || step.mesh;
+        }
+        core = any ? std::next(core) : stepped_.erase(core);
+    }
 }
 
 void SceneLooks::lookChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed) {

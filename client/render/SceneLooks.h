@@ -2,6 +2,8 @@
 /// so that a change finds those it concerns.
 #pragma once
 
+#include <memory>
+#include <set>
 #include <vector>
 
 #include "client/render/MeshCache.h"
@@ -10,7 +12,7 @@
 namespace tessera {
 
 struct SceneLook {
-    const RenderMesh* mesh = nullptr;  ///< null: its bytes are not here
+    const RenderMesh* mesh = nullptr;  ///< as its fields say; null: its bytes are not here
     ObjectId material;
     bool transparent = false;
     bool occludes = false;  ///< opaque in every pixel it covers
@@ -19,6 +21,8 @@ struct SceneLook {
     DrawKind kind = DrawKind::kTriangles;
     float lineWidth = 0;      ///< pixels, of lines
     std::uint16_t state = 0;  ///< where it differs, a renderer must be told more than another material
+    bool byScreen = false;    ///< screens may draw it finer
+    double slack = 0;         ///< how far beyond the mesh's bounds it reaches then, in its own coordinates
 };
 
 /// Drawable cores, the materials that they name, and the images that those name.
@@ -35,9 +39,26 @@ public:
     void clear();
     void endUpdate() { meshes_.dropUnused(); }
 
+    /// A known drawable that screens may draw finer, by a copy of its core. Holds until it changes.
+    [[nodiscard]] const Drawable& drawableByScreen(ObjectId core) const { return drawables_[drawables_.find(core)].kept; }
+    struct Step {
+        const RenderMesh* mesh = nullptr;
+        double deviation = 0;  ///< see ScreenSteps
+    };
+    /// Of such a drawable, up to its finest: made when it is first asked for, kept for some looks. It may not be drawable.
+    [[nodiscard]] Step stepOf(ObjectId core, unsigned fineness);
+    void beginLook() { ++look_; }
+    void endLook();
+
 private:
     static constexpr std::uint32_t kNone = IdIndex::kNone;
 
+    struct KeptStep {
+        const RenderMesh* mesh = nullptr;
+        double deviation = 0;
+        bool stale = false;  ///< the core has changed since
+        std::uint64_t look = 0;  ///< in which it was asked for last
+    };
     struct DrawableUse {
         ObjectId id;
         ObjectId materialId;
@@ -45,6 +66,12 @@ private:
         const RenderMesh* mesh = nullptr;
         std::uint32_t material = kNone;
         SlotLink ofMaterial;
+        // Where screens may draw it finer:
+        std::shared_ptr<const void> keeper;  ///< of the core of `kept`
+        Drawable kept;
+        double screenError = 0;  ///< 0: they may not
+        double slack = 0;
+        std::vector<KeptStep> steps;  ///< by fineness; of the first the deviation alone
     };
     struct MaterialUse {
         ObjectId id;
@@ -64,6 +91,9 @@ private:
         std::uint32_t firstMaterial = kNone;
     };
 
+    /// Its fields have changed, or are new.
+    void keep(std::uint32_t drawable, const Drawable& now);
+    void releaseSteps(DrawableUse& use);
     void setMaterial(const Aspect& aspect, std::uint32_t drawable, ObjectId material);
     void leaveMaterial(std::uint32_t drawable);
     void setImage(std::uint32_t material, ObjectId image);
@@ -76,6 +106,8 @@ private:
     SlotTable<DrawableUse> drawables_;
     SlotTable<MaterialUse> materials_;
     SlotTable<ImageUse> images_;
+    std::set<ObjectId> stepped_;  ///< drawables with steps beyond the first
+    std::uint64_t look_ = 0;
 };
 
 }  // namespace tessera

@@ -172,13 +172,16 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
         freeItems_.pop_back();
     }
     SceneItem& item = items[place.item];
-    const bool otherMesh = item.mesh != look.mesh;
+    const bool otherReach = item.base != look.mesh || item.slack != look.slack;
     if (isNew) reaches.add(item.reach);
-    countLooks(item, -1);
+    countLooks(place.item, -1);
     item.node = place.id;
     item.geometry = place.core;
     item.material = look.material;
-    item.mesh = look.mesh;
+    item.mesh = item.base = look.mesh;
+    item.fineness = 0;
+    item.byScreen = look.byScreen;
+    item.slack = look.slack;
     item.place = slot;
     item.transparent = look.transparent;
     item.occludes = look.occludes;
@@ -187,8 +190,8 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.kind = look.kind;
     item.lineWidth = look.lineWidth;
     item.state = look.state;
-    countLooks(item, 1);
-    if (isNew || moved || otherMesh) placeItem(place.item);
+    countLooks(place.item, 1);
+    if (isNew || moved || otherReach) placeItem(place.item);
 }
 
 void RenderScene::Impl::placeItem(std::uint32_t index) {
@@ -198,8 +201,9 @@ void RenderScene::Impl::placeItem(std::uint32_t index) {
     reaches.remove(item.reach);
     transparentChanges += item.transparent;
     item.mirrored = world_T_item.linear().determinant() < 0;
-    box = item.mesh->bounds.transformed(world_T_item);
-    const Vec3d farthest = item.mesh->bounds.lower.cwiseAbs().cwiseMax(item.mesh->bounds.upper.cwiseAbs());
+    const Box reached = reachedBy(item);
+    box = reached.transformed(world_T_item);
+    const Vec3d farthest = reached.lower.cwiseAbs().cwiseMax(reached.upper.cwiseAbs());
     item.reach = (world_T_item.linear().cwiseAbs() * farthest).norm();
     // Written so that it is false for NaN.
     const bool sane = (box.lower.array() > -kUtmost).all() && (box.upper.array() < kUtmost).all() && !box.empty() &&
@@ -216,17 +220,30 @@ void RenderScene::Impl::freeItem(ScenePlace& place) {
     if (place.item == kNone) return;
     const std::uint32_t index = std::exchange(place.item, kNone);
     reaches.remove(items[index].reach);
-    countLooks(items[index], -1);
+    countLooks(index, -1);
     boxes[index] = Box();
     queue(index);
     items[index] = {.queued = true};
     freeItems_.push_back(index);
 }
 
-void RenderScene::Impl::countLooks(const SceneItem& item, int sign) {
+Box RenderScene::Impl::reachedBy(const SceneItem& item) {
+    Box box = item.base->bounds;
+    box.lower.array() -= item.slack;
+    box.upper.array() += item.slack;
+    return box;
+}
+
+void RenderScene::Impl::countLooks(std::uint32_t index, int sign) {
+    const SceneItem& item = items[index];
+    if (item.byScreen && sign > 0) byScreen.insert(index);
+    if (item.byScreen && sign < 0) {
+        byScreen.erase(index);
+        if (item.transparent) finerTransparentTriangles -= item.mesh->triangles - item.base->triangles;
+    }
     if (item.detailed) detailedItems += static_cast<std::size_t>(sign);
-    if (item.transparent && item.mesh) {
-        transparentTriangles += static_cast<std::uint64_t>(sign) * item.mesh->triangles;
+    if (item.transparent && item.base) {
+        transparentTriangles += static_cast<std::uint64_t>(sign) * item.base->triangles;
         ++transparentChanges;
     }
     if (item.coated) coatedItems += static_cast<std::size_t>(sign);

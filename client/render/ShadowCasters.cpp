@@ -96,7 +96,7 @@ std::optional<ScreenCamera> nearShadowCamera(const ScreenCamera& sun, const Scre
 /// The view as it was, where that is of the same things and of the same camera. A light, a head or somebody's camera that moves is
 /// none of them.
 std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCamera& camera, const std::shared_ptr<const ShadowView>& before) const {
-    if (before && castersOfItems_ == itemChanges && castersOfContents_ == version.contents && drawAlike(camera, before->camera)) return before;
+    if (before && castersOfItems_ == itemChanges && castersOfContents_ == version.contents && castersOfFineness_ == finenessChanges && drawAlike(camera, before->camera)) return before;
     auto view = std::make_shared<ShadowView>(ShadowView{camera, {}});
     std::vector<std::uint32_t> found;
     const PixelRect all{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
@@ -105,7 +105,7 @@ std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCame
         if (!items[i].transparent && rowOf(items[i].kind).castsShadows) view->items.push_back(drawItem(i));
     // What shares mesh and material stands together, so that it is one call.
     std::sort(view->items.begin(), view->items.end(), [](const DrawItem& a, const DrawItem& b) {
-        return std::tie(a.material, a.geometry, a.mirrored, a.node) < std::tie(b.material, b.geometry, b.mirrored, b.node);
+        return std::tie(a.material, a.geometry, a.fineness, a.mirrored, a.node) < std::tie(b.material, b.geometry, b.fineness, b.mirrored, b.node);
     });
     return view;
 }
@@ -127,6 +127,7 @@ std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const Scre
     }
     castersOfItems_ = itemChanges;
     castersOfContents_ = version.contents;
+    castersOfFineness_ = finenessChanges;
     if (!casters_ || casters_->views != now->views || casters_->near != now->near) casters_ = std::move(now);
     return casters_;
 }
@@ -140,7 +141,8 @@ DrawItem RenderScene::Impl::drawItem(std::uint32_t index) const {
             .mirrored = item.mirrored,
             .kind = item.kind,
             .lineWidth = item.lineWidth,
-            .pointRadius = item.mesh->shownRadius};
+            .pointRadius = item.mesh->shownRadius,
+            .fineness = item.fineness};
 }
 
 }  // namespace tessera

@@ -60,7 +60,7 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
                               const std::vector<Item>& items, DrawList& list) {
     if (items.empty()) return;
     pieces_.clear();
-    const bool byTriangles = scene.transparentTriangles <= kMostTriangles;
+    const bool byTriangles = scene.transparentTriangles + scene.finerTransparentTriangles <= kMostTriangles;
     if (byTriangles && (changes_ != scene.transparentChanges || groupOf_.size() != scene.items.size())) findGroups(scene);
     const Vec3d axis = -camera.eye_T_world.linear().row(2).transpose();
     const double offset = -camera.eye_T_world.translation().z();

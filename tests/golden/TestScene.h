@@ -41,6 +41,11 @@ public:
         setAllFields(list_, id, Object::of(surface));
         return id;
     }
+    ObjectId add(const NurbsSurfaceCore& surface) {
+        const ObjectId id = create<NurbsSurfaceCore>();
+        setAllFields(list_, id, Object::of(surface));
+        return id;
+    }
     ObjectId add(const Material& material) {
         const ObjectId id = create<Material>();
         setAllFields(list_, id, Object::of(material));

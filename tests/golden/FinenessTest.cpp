@@ -1,0 +1,171 @@
+// Surfaces of control points, as fine as each screen wants them: no seams, no cracks, and smooth where the eye is near.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+
+#include "client/image/Picture.h"
+#include "common/drawable/NurbsArrays.h"
+#include "common/freeform/nurbs/NurbsShapes.h"
+#include "tests/golden/Stage.h"
+#include "tests/golden/TestScene.h"
+#include "tests/unit/drawable/ControlCube.h"
+
+namespace tessera::test {
+namespace {
+
+/// A pebble, a creased block, a ball with a hole, glass in front, on a ground with the shadows of a sun and a spot.
+Aspect makeSoftScene(double screenError) {
+    TestScene scene;
+    Material red{.baseColor = Vec4f(0.8F, 0.25F, 0.2F, 1)}, blue{.baseColor = Vec4f(0.2F, 0.35F, 0.8F, 1)}, clear{.baseColor = Vec4f(0.6F, 0.9F, 0.7F, 0.4F)}, grey{.baseColor = Vec4f(0.7F, 0.7F, 0.7F, 1)};
+    blue.doubleSided = true;
+    SubdivisionSurface pebble = controlGrid(1);
+    pebble.level = 1;
+    pebble.screenError = screenError;
+    pebble.material = scene.add(red);
+    scene.place(scene.add(pebble), {-0.7, 0, -0.5}, Quatd(1, 0.2, 0.3, 0.1).normalized());
+    SubdivisionSurface block = controlGrid(2);
+    const std::uint32_t creases[] = {0, 1, 1, 2, 3, 4};
+    const float sharpness[] = {10, 2.5F, 1.5F};
+    block.creases = Blob::of(std::span<const std::uint32_t>(creases));
+    block.creaseSharpness = Blob::of(std::span<const float>(sharpness));
+    block.level = 0;
+    block.screenError = screenError;
+    block.material = scene.add(grey);
+    scene.place(scene.add(block), {1.2, -0.2, -2.5}, Quatd(1, 0.5, 0.1, 0).normalized(), {0.8, -0.8, 0.8});
+    NurbsSurfaceCore ball = coreOfSurface(*sphereSurface(0.6, {{LoopRole::kHole, {circle({2, 1}, 0.5)}}}));
+    ball.tolerance = 0.03;
+    ball.screenError = screenError;
+    ball.material = scene.add(blue);
+    scene.place(scene.add(ball), {0.5, 0.3, -0.6}, Quatd(1, 0, 0.8, 0.2).normalized());
+    SubdivisionSurface drop = controlGrid(1);
+    drop.level = 1;
+    drop.screenError = screenError;
+    drop.material = scene.add(clear);
+    scene.place(scene.add(drop), {0, -0.3, 0.1}, Quatd::Identity(), Vec3d::Constant(0.35));
+    scene.place(scene.add(makeSheet(9, 9), scene.add(Material{})), {0, -1, -2}, Quatd(Eigen::AngleAxisd(-1.5707963, Vec3d::UnitX())));
+    scene.setEnvironment(Vec3f::Constant(0.35F), Vec3f::Constant(0.2F), Vec3f(0.1F, 0.15F, 0.25F));
+    scene.addDirectionalLight({0.4, -1, -0.5}, Vec3f::Ones(), 0.6F, true);
+    scene.addSpotLight({-1, 2.5, 1}, {0.3, -1, -0.6}, Vec3f(1, 0.9F, 0.7F), 4, 0.4F, 0.7F, 0, true);
+    return scene.take();
+}
+
+struct SoftView {
+    const char* name;
+    Vec3d eye;
+    Vec3d place;  ///< of the wall
+};
+const SoftView kSoftViews[] = {{"far", {0.2, 0.1, 2.2}, {0, 0, 6}}, {"near", {0.3, 0.15, 1.1}, {-0.3, 0, 0.8}}, {"within", {0, 0, 0.6}, {-0.7, 0, -0.9}}};
+
+Screen softScreen(const Screen::Grid& grid) {
+    Screen screen;
+    screen.name = "front";
+    screen.grid = grid;
+    const ScreenPixels pixels = screenPixels(screen);
+    const double half = 1.6 * pixels.height / pixels.width;
+    screen.lowerLeft = {-1.6, -half, 0};
+    screen.lowerRight = {1.6, -half, 0};
+    screen.upperLeft = {-1.6, half, 0};
+    return screen;
+}
+ScreenCamera softCamera(const Screen& screen, const SoftView& look, Eye eye) {
+    User user;
+    user.position = look.eye;
+    View view;
+    view.position = look.place;
+    return screenCamera(screen, user, eye, view);
+}
+PixelRect wholeOf(const ScreenCamera& camera) { return {.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height}; }
+
+void keepPicture(const Picture& picture, const std::string& name) {
+    const char* folder = std::getenv("TESSERA_KEEP_PICTURES");
+    if (!folder) return;
+    const Bytes png = encodePng(picture, std::nullopt);
+    std::ofstream(std::string(folder) + "/" + name + ".png", std::ios::binary).write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
+}
+
+TEST(FinenessByScreen, HasNoSeams) {
+    const Aspect aspect = makeSoftScene(0.5);
+    std::size_t k = 0;  // tiles, each with another culler
+    for (const SoftView& look : kSoftViews) {
+        for (const Eye eye : {Eye::kLeft, Eye::kRight}) {
+            SCOPED_TRACE(::testing::Message() << look.name << (eye == Eye::kLeft ? ", left" : ", right"));
+            const Screen screen = softScreen({.columns = 2, .rows = 2, .tileWidthPx = 403, .tileHeightPx = 229});
+            const ScreenCamera camera = softCamera(screen, look, eye);
+            // One host that has seen much, and one each that has just come.
+            RenderScene old;
+            old.update(aspect, nullptr);
+            for (const SoftView& other : kSoftViews) (void)RenderAction(CullerKind::kFrustum).run(old, softCamera(screen, other, Eye::kCenter), wholeOf(camera), nullptr);
+            Stage stage(4);
+            const Picture whole = drawPart(stage, aspect, old, CullerKind::kNone, camera, wholeOf(camera));
+            EXPECT_GT(lookOf(whole).spread, 15) << "a picture without content proves nothing";
+            keepPicture(whole, std::string("soft-") + look.name);
+            for (int row = 0; row < 2; ++row)
+                for (int column = 0; column < 2; ++column) {
+                    const PixelRect tile{column * 403, row * 229, 403, 229};
+                    RenderScene fresh;
+                    fresh.update(aspect, nullptr);
+                    Stage own(4);
+                    const CullerKind kind = kAllCullers[k++ % kAllCullers.size()];
+                    EXPECT_EQ(differingPixels(drawPart(own, aspect, fresh, kind, camera, tile), cropOf(whole, tile)), 0u) << column << ", " << row;
+                }
+        }
+    }
+}
+
+TEST(FinenessByScreen, IsItsOwnOfEachScreenThatMeetsAtAnAngle) {
+    const Aspect aspect = makeSoftScene(0.5);
+    // Two walls of a cave, one host for all tiles, that draws them in turn; beside it one that knows no other screen.
+    Screen left = softScreen({.columns = 2, .rows = 1, .tileWidthPx = 200, .tileHeightPx = 230}), right = left;
+    left.lowerRight = {0, left.lowerLeft.y(), -1};
+    right.lowerLeft = {0, left.lowerLeft.y(), -1};
+    right.upperLeft = {0, left.upperLeft.y(), -1};
+    const SoftView look{"cave", {-0.4, 0.1, 1.2}, {1.1, 0, 0.9}};  // the pebble is before the left one alone
+    RenderScene shared;
+    shared.update(aspect, nullptr);
+    Stage stage(1);
+    std::map<ObjectId, std::uint8_t> finenesses[2];
+    for (const int column : {0, 1}) {
+        for (std::size_t s = 0; s < 2; ++s) {
+            const ScreenCamera camera = softCamera(s == 0 ? left : right, look, Eye::kCenter);
+            const PixelRect tile{column * 200, 0, 200, 230};
+            RenderScene own;
+            own.update(aspect, nullptr);
+            Stage alone(1);
+            const Picture whole = drawPart(alone, aspect, own, CullerKind::kNone, camera, wholeOf(camera));
+            EXPECT_EQ(differingPixels(drawPart(stage, aspect, shared, CullerKind::kMasked, camera, tile), cropOf(whole, tile)), 0u) << s << ", " << column;
+            for (const DrawItem& item : RenderAction(CullerKind::kNone).run(own, camera, wholeOf(camera), nullptr).opaque) finenesses[s][item.node] = item.fineness;
+        }
+    }
+    EXPECT_NE(finenesses[0], finenesses[1]) << "screens that look elsewhere choose otherwise";
+}
+
+/// Beside a picture of the finest triangles: what the wanted half pixel leaves of a difference, and what no step at all would.
+TEST(FinenessByScreen, IsThePictureOfTheSurfaceAndNotOfItsTriangles) {
+    const Aspect chosen = makeSoftScene(0.5), finest = makeSoftScene(0.02), coarse = makeSoftScene(0);
+    for (const SoftView& look : kSoftViews) {
+        SCOPED_TRACE(look.name);
+        const ScreenCamera camera = softCamera(softScreen({.columns = 1, .rows = 1, .tileWidthPx = 800, .tileHeightPx = 450}), look, Eye::kCenter);
+        const auto draw = [&](const Aspect& aspect, const char* name) {
+            RenderScene scene;
+            scene.update(aspect, nullptr);
+            Stage stage(4);
+            const Picture picture = drawPart(stage, aspect, scene, CullerKind::kAuto, camera, wholeOf(camera));
+            keepPicture(picture, std::string("soft-") + look.name + "-" + name);
+            return picture;
+        };
+        const Picture truth = draw(finest, "finest"), now = draw(chosen, "chosen"), before = draw(coarse, "coarse");
+        const auto offBy = [&](const Picture& picture) {
+            double sum = 0;
+            for (std::size_t i = 0; i < truth.rgb.size(); ++i) sum += std::abs(static_cast<double>(picture.rgb[i]) - truth.rgb[i]);
+            return sum / static_cast<double>(truth.rgb.size());
+        };
+        RecordProperty(look.name, std::to_string(offBy(now)) + " beside " + std::to_string(offBy(before)));
+        EXPECT_LT(offBy(now), 0.5);
+        EXPECT_LT(offBy(now), 0.5 * offBy(before));
+    }
+}
+
+}  // namespace
+}  // namespace tessera::test
