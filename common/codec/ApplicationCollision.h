@@ -51,6 +51,7 @@ struct PairDistanceValue {
     ObjectId nodeA, nodeB;  ///< that bear the nearest faces
     std::uint32_t faceA = 0, faceB = 0;
     Vec3d pointA = Vec3d::Zero(), pointB = Vec3d::Zero();
+    double error = 0;  ///< the truth is within this of `distance`; 0: exact to rounding
 };
 
 /// A motion was stopped by an interest that asks: what shall become of it? Whoever answers first decides

@@ -41,7 +41,7 @@ struct PairEventRecord {
 struct PairDistanceRecord {
     std::uint64_t interest, objectA, objectB, nodeA, nodeB;
     std::uint32_t faceA, faceB, phase, reserved;
-    Bits distance;
+    Bits distance, error;
     Bits3 pointA, pointB;
 };
 struct QuestionRecord {
@@ -183,6 +183,7 @@ PairDistanceRecord recordOf(const PairDistanceValue& d) {
             .phase = static_cast<std::uint32_t>(d.phase),
             .reserved = 0,
             .distance = bitsOf(d.distance),
+            .error = bitsOf(d.error),
             .pointA = bitsOf(d.pointA),
             .pointB = bitsOf(d.pointB)};
 }
@@ -198,7 +199,8 @@ PairDistanceValue valueOf(const PairDistanceRecord& r, Reader& in) {
             .faceA = r.faceA,
             .faceB = r.faceB,
             .pointA = in.vector(r.pointA),
-            .pointB = in.vector(r.pointB)};
+            .pointB = in.vector(r.pointB),
+            .error = in.distance(r.error)};
 }
 
 QuestionRecord recordOf(const QuestionValue& q) {

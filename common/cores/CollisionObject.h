@@ -13,7 +13,7 @@ struct CollisionObject {
     static constexpr std::int64_t kStatic = 0, kRigid = 1, kDeforming = 2;
     static constexpr std::int64_t kWhole = 0, kEachChild = 1, kEachGeometry = 2;
     static constexpr std::int64_t kTriangles = 0, kHull = 1, kHeightField = 2, kPoints = 3, kAutoShape = 4,
-                                  kSpherical = 5, kDistanceField = 6;
+                                  kSpherical = 5, kDistanceField = 6, kFreeform = 7;
     static constexpr std::int64_t kAuto = 0, kSphere = 1, kAabb = 2, kObb = 3, kDop6 = 4, kDop14 = 5, kDop18 = 6,
                                   kDop26 = 7;
     ObjectId node;  ///< none: the core means nothing
@@ -25,8 +25,11 @@ struct CollisionObject {
     /// The surface as it is drawn; the convex hull of each geometry, which is solid; the same surface by its heights
     /// over a grid; or the balls around points. Spherical: the same surface, what touches it looked up by directions.
     /// Distance field: the same surface, but its distances are approximate, wrong by `error` at most, and quick. Auto:
-    /// balls for points, heights for a large grid, a distance field where an `error` is allowed, else the surface. Where
-    /// a geometry is not what is asked for, or deforms, it is taken as the surface, and the report names it.
+    /// balls for points, heights for a large grid, a distance field where an `error` is allowed, else the surface.
+    /// Freeform: the smooth surface itself that a SubdivisionSurface or a NurbsSurface stands for, in place of the triangles
+    /// that are drawn of it: what it touches, where, and how far it is away, to `error`; motions stop at the triangles. Auto
+    /// takes it of what deforms where an `error` is allowed. Where a geometry is not what is asked for, or deforms and is
+    /// not freeform, it is taken as the surface that is drawn, and the report names it.
     std::int64_t shape = kTriangles;
     std::int64_t layers = 1;          ///< bits for the masks of interests; 0: takes part in nothing
     /// Above 0, for rigid objects that are whole and whose node is a Transform of its own: a free body, which gravity,
@@ -49,6 +52,7 @@ struct CollisionObject {
     /// By how much distances from it may be wrong, in percent of the diagonal of each geometry's own bounding box: of
     /// distance fields (0: 1 percent) and of what chooses its shape itself (0: not at all). Below 0.1 there is no such field,
     /// and of most shapes below 0.3: too many places to keep. What touches, and where motions stop, is exact all the same.
+    /// Of freeform (0: 0.01 percent) also how far apart may be what is told to touch; what meets is never told apart.
     double error = 0;
 
     static constexpr double kFastest = 1e6;
@@ -75,7 +79,8 @@ inline constexpr auto kDescription<CollisionObject> =
                          {CollisionObject::kPoints, "points"},
                          {CollisionObject::kAutoShape, "auto"},
                          {CollisionObject::kSpherical, "spherical"},
-                         {CollisionObject::kDistanceField, "distance-field"}})
+                         {CollisionObject::kDistanceField, "distance-field"},
+                         {CollisionObject::kFreeform, "freeform"}})
                  .affects(Effect::kRules),
              field<&CollisionObject::layers>(5, "layers").affects(Effect::kRules),
              field<&CollisionObject::mass>(6, "mass").between(0, 1e12).affects(Effect::kTerms),

@@ -40,6 +40,9 @@ struct EarlierMesh {
     ByteRange changed;
 };
 
+struct ScreenSteps;
+struct SmoothSurface;  // SmoothSurface.h
+
 /// The functions take one of the type's objects.
 struct Derivation {
     /// What is wrong with it: asked before an edit is applied. Nothing at all is fine. Absent arrays are not.
@@ -52,7 +55,9 @@ struct Derivation {
     /// Whether all the bytes that it is made of are here.
     bool (*resident)(const void*);
     /// Null: it has one fineness alone.
-    const struct ScreenSteps* byScreen = nullptr;
+    const ScreenSteps* byScreen = nullptr;
+    /// The smooth surface that the triangles are of. Null: there is none, or the object is none that `check` lets pass.
+    std::shared_ptr<const SmoothSurface> (*smooth)(const void*) = nullptr;
 };
 
 /// What a screen asks of a derivation that it may draw finer. The functions take one of the type's objects.

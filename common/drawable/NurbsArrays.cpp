@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/drawable/ContentCache.h"
+#include "common/drawable/SmoothSurface.h"
 #include "common/freeform/nurbs/tessellation/NurbsTriangles.h"
 
 namespace tessera {
@@ -99,7 +100,7 @@ std::shared_ptr<const NurbsVerdict> verdictOf(const NurbsSurfaceCore& s, unsigne
     return verdicts.get(hash128(std::as_bytes(std::span(key))), [&]() -> NurbsVerdict {
         const Expected<NurbsSurface> surface = surfaceOfCore(s);
         if (!surface) return {.triangles = {}, .error = surface.error()};
-        Expected<NurbsTriangles> made = tessellate(*surface, toleranceOf(s, *surface, fineness), {.maxTriangles = kMostNurbsTriangles});
+        Expected<NurbsTriangles> made = tessellate(*surface, toleranceOf(s, *surface, fineness), {.maxTriangles = kMostNurbsTriangles, .maxSums = kMostNurbsSums});
         if (!made) return {.triangles = {}, .error = made.error()};
         return {.triangles = std::make_shared<const NurbsTriangles>(std::move(*made)), .error = {}};
     });
@@ -172,6 +173,12 @@ constexpr ScreenSteps kNurbsScreenSteps{
     .copy = [](const void* core) -> std::shared_ptr<const void> { return std::make_shared<const NurbsSurfaceCore>(nurbsOf(core)); },
 };
 
+std::shared_ptr<const SmoothSurface> smoothNurbs(const void* core) {
+    if (isNoNurbs(nurbsOf(core)) || !checkNurbs(core)) return nullptr;
+    Expected<NurbsSurface> surface = surfaceOfCore(nurbsOf(core));
+    return surface ? std::make_shared<const SmoothSurface>(SmoothSurface{std::move(*surface)}) : nullptr;
+}
+
 }  // namespace
 
 constinit const Derivation kNurbsDerivation{
@@ -180,6 +187,7 @@ constinit const Derivation kNurbsDerivation{
     .derive = &deriveNurbs,
     .resident = [](const void* core) { return isNurbsHere(nurbsOf(core)); },
     .byScreen = &kNurbsScreenSteps,
+    .smooth = &smoothNurbs,
 };
 
 Expected<NurbsSurface> surfaceOfCore(const NurbsSurfaceCore& s) {

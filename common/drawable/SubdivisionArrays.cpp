@@ -7,6 +7,7 @@
 
 #include "common/cores/SubdivisionSurface.h"
 #include "common/drawable/ContentCache.h"
+#include "common/drawable/SmoothSurface.h"
 #include "common/freeform/subdivision/LimitTessellation.h"
 
 namespace tessera {
@@ -180,6 +181,16 @@ constexpr ScreenSteps kSubdivisionSteps{
     .copy = [](const void* core) -> std::shared_ptr<const void> { return std::make_shared<const SubdivisionSurface>(surfaceOf(core)); },
 };
 
+std::shared_ptr<const SmoothSurface> smoothSubdivision(const void* core) {
+    const SubdivisionSurface& s = surfaceOf(core);
+    if (isNothing(s) || !checkSurface(core)) return nullptr;
+    Expected<ControlMesh> mesh = controlMeshOf(s);
+    if (!mesh || mesh->scheme == SubdivisionScheme::kBilinear) return nullptr;
+    const std::span<const float> xyz = s.points.as<float>();
+    for (std::size_t i = 0; i < mesh->positions.size(); ++i) mesh->positions[i] = Vec3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+    return std::make_shared<const SmoothSurface>(SmoothSurface{std::move(*mesh)});
+}
+
 }  // namespace
 
 constinit const Derivation kSubdivisionDerivation{
@@ -188,6 +199,7 @@ constinit const Derivation kSubdivisionDerivation{
     .derive = &deriveSurface,
     .resident = [](const void* core) { return isHere(surfaceOf(core)); },
     .byScreen = &kSubdivisionSteps,
+    .smooth = &smoothSubdivision,
 };
 
 }  // namespace tessera

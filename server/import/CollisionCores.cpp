@@ -41,7 +41,8 @@ static_assert(ObjectMessage::TRIANGLES == CollisionObject::kTriangles && ObjectM
               ObjectMessage::HEIGHTFIELD == CollisionObject::kHeightField &&
               ObjectMessage::POINTS == CollisionObject::kPoints && ObjectMessage::AUTO_SHAPE == CollisionObject::kAutoShape &&
               ObjectMessage::SPHERICAL == CollisionObject::kSpherical &&
-              ObjectMessage::DISTANCE_FIELD == CollisionObject::kDistanceField);
+              ObjectMessage::DISTANCE_FIELD == CollisionObject::kDistanceField &&
+              ObjectMessage::FREEFORM == CollisionObject::kFreeform);
 static_assert(ObjectMessage::AUTO == CollisionObject::kAuto && ObjectMessage::SPHERE == CollisionObject::kSphere &&
               ObjectMessage::DOP26 == CollisionObject::kDop26);
 

@@ -49,6 +49,9 @@ public:
     /// Of some, named in `points`; costs what depends on these and the boxes above.
     Expected<void> move(std::span<const std::uint32_t> points, std::span<const Vec3d> positions);
 
+    /// The same seen from another frame. Refused where its numbers leave the range.
+    [[nodiscard]] Expected<FreeformShape> placed(const Affine3d& map) const;
+
     /// Faces that queries look at: of NURBS their Bézier patches.
     [[nodiscard]] std::size_t faceCount() const { return leafOf_.size(); }
     [[nodiscard]] Box bounds() const { return nodes_.empty() ? Box{} : nodes_.front().box; }

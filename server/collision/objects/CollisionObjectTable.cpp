@@ -21,6 +21,10 @@ ShapeChoice choiceOf(const CollisionObject& object) {
             choice.representation = Representation::kDistanceField;
             choice.error = object.error > 0 ? kPercent * object.error : kUsualError;
             break;
+        case CollisionObject::kFreeform:
+            choice.representation = Representation::kFreeform;
+            choice.error = kPercent * object.error;
+            break;
         default: break;
     }
     switch (object.volume) {

@@ -41,29 +41,63 @@ std::optional<End> endOfArrays(const MeshArrays& arrays, const BlobId& from, std
 
 }  // namespace
 
-std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, const MeshArrays& arrays, bool jump) {
+/// Nothing where it is no longer a smooth surface of as many control points.
+std::optional<DeformingShapes::Own::SmoothEnd> DeformingShapes::smoothEndOf(const Own& own, const Drawable& drawable) {
+    std::optional<DerivedSource> source = drawable ? drawable.source() : std::nullopt;
+    if (!source || !own.source) return std::nullopt;
+    Own::SmoothEnd out{.source = *source, .first = 0, .points = {}, .surface = std::nullopt};
+    const auto& subdivision = own.shape->smoothSurface()->subdivision();
+    if (!subdivision || source->recipe != own.source->recipe) {
+        out.surface = smoothShapeOf(drawable);
+        return out.surface ? std::optional(std::move(out)) : std::nullopt;
+    }
+    // Three floats each (SmoothSurface.h).
+    constexpr std::uint64_t kPoint = 3 * sizeof(float);
+    const std::span<const float> xyz = source->points.as<float>();
+    std::size_t end = subdivision->positions.size();
+    if (xyz.size() != 3 * end) return std::nullopt;
+    const auto origins = source->points.origins();
+    if (const auto origin = std::ranges::find(origins, own.source->points.id(), &Blob::Origin::id); origin != origins.end()) {
+        out.first = origin->begin / kPoint;
+        end = std::min<std::size_t>(end, (origin->end + kPoint - 1) / kPoint);
+    }
+    for (std::size_t i = out.first; i < end; ++i) out.points.emplace_back(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+    return out;
+}
+
+std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, const MeshArrays& arrays, bool jump, const Drawable& drawable) {
     Own& own = shapes_[key];
     if (own.shape && own.indices == arrays.indices.id() && own.primitive == arrays.primitive &&
         own.pointRadius == arrays.pointRadius) {
         const BlobId positions = arrays.positions.id();
-        if (own.positions == positions) {
+        const bool smooth = own.shape->smoothSurface() != nullptr;
+        const std::optional<DerivedSource> source = smooth && drawable ? drawable.source() : std::nullopt;
+        const auto isOf = [&](const DerivedSource& known) {
+            return source && known.recipe == source->recipe && known.points.id() == source->points.id();
+        };
+        if (own.positions == positions && (!smooth || isOf(*own.source))) {
             own.end.reset();
+            own.smoothEnd.reset();
             return own.shape;
         }
         if (!jump) {
-            if (own.end && own.endPositions == positions) return own.shape;
+            if (own.end && own.endPositions == positions && (!smooth || isOf(own.smoothEnd->source))) return own.shape;
             own.end = endOfArrays(arrays, own.positions, own.shape->mesh().vertexCount());
             own.endPositions = positions;
-            if (own.end) return own.shape;
+            own.smoothEnd = smooth && own.end ? smoothEndOf(own, drawable) : std::nullopt;
+            if (own.end && (!smooth || own.smoothEnd)) return own.shape;
         }
     }
-    own = {.shape = ShapeCache::ownShape(arrays, key.choice),
+    own = {.shape = ShapeCache::ownShape(arrays, key.choice, drawable),
            .positions = arrays.positions.id(),
            .indices = arrays.indices.id(),
            .primitive = arrays.primitive,
            .pointRadius = arrays.pointRadius,
            .endPositions = {},
-           .end = {}};
+           .end = {},
+           .source = {},
+           .smoothEnd = {}};
+    if (own.shape && own.shape->smoothSurface() != nullptr) own.source = drawable.source();
     return own.shape;
 }
 
@@ -79,6 +113,15 @@ void DeformingShapes::settle() {
         TESSERA_CHECK(moved.has_value(), "an end is taken only where its vertices fit the mesh");
         own.positions = own.endPositions;
         own.end.reset();
+        if (!own.smoothEnd) continue;
+        if (own.smoothEnd->surface) {
+            own.shape->setSmoothSurface(std::move(*own.smoothEnd->surface));
+        } else {
+            const Expected<void> followed = own.shape->moveControlPoints(own.smoothEnd->first, own.smoothEnd->points);
+            TESSERA_CHECK(followed.has_value(), "of control points that are too far there are no triangles");
+        }
+        own.source = own.smoothEnd->source;
+        own.smoothEnd.reset();
     }
 }
 

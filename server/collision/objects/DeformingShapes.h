@@ -24,7 +24,9 @@ public:
     /// points) become an end to settle, and the shape stays as it is until then; anything else new is a new shape.
     /// `jump`: new positions are that too. Where the array tells what has changed since (Blob::origins), no other
     /// vertex is looked at.
-    [[nodiscard]] std::shared_ptr<const CollisionShape> follow(const Key& key, const MeshArrays& arrays, bool jump);
+    /// `drawable`: whose arrays these are. Smooth surfaces follow their control points, to settle with the triangles; NURBS are made anew.
+    [[nodiscard]] std::shared_ptr<const CollisionShape> follow(const Key& key, const MeshArrays& arrays, bool jump,
+                                                               const Drawable& drawable = {});
     /// Where vertices are about to be: those from `first` on, the others stay.
     struct End {
         std::uint32_t first = 0;
@@ -45,7 +47,18 @@ private:
         double pointRadius = 0;
         BlobId endPositions;
         std::optional<End> end;
+        /// Of a smooth surface: what it is made of, and its control points (or all of it) where they are about to be.
+        std::optional<DerivedSource> source;
+        struct SmoothEnd {
+            DerivedSource source;
+            std::size_t first = 0;
+            std::vector<Vec3d> points;
+            std::optional<FreeformShape> surface;  ///< instead of points
+        };
+        std::optional<SmoothEnd> smoothEnd;
     };
+    [[nodiscard]] static std::optional<Own::SmoothEnd> smoothEndOf(const Own& own, const Drawable& drawable);
+
     std::map<Key, Own> shapes_;
 };
 

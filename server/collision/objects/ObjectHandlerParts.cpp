@@ -163,9 +163,10 @@ void ObjectHandler::shapeParts(const Aspect& aspect, bool jump) {
 /// The one place that makes a shape of a drawable.
 std::shared_ptr<const CollisionShape> ObjectHandler::shapeOf(const Aspect& aspect, std::uint32_t part, bool jump) {
     const ObjectId core = partTerms_[part].geometry;
-    const MeshArrays arrays = drawableOf(aspect, core).arrays();
-    if (partTerms_[part].shape.deforms) return deforming_.follow(deformingKey(part), arrays, jump);
-    return shapes_->shape(arrays, partTerms_[part].shape.choice);
+    const Drawable drawable = drawableOf(aspect, core);
+    const MeshArrays arrays = drawable.arrays();
+    if (partTerms_[part].shape.deforms) return deforming_.follow(deformingKey(part), arrays, jump, drawable);
+    return shapes_->shape(arrays, partTerms_[part].shape.choice, drawable);
 }
 
 namespace {

@@ -1,5 +1,8 @@
 #include "server/collision/objects/ShapeCache.h"
 
+#include <array>
+
+#include "common/drawable/SmoothSurface.h"
 #include "common/geometry/Points.h"
 
 namespace tessera {
@@ -59,6 +62,16 @@ std::size_t trianglesOf(const CollisionShape& shape) {
     return shape.faceCount() + (shape.isCover() ? shape.mesh().faceCount() : 0);
 }
 
+constexpr double kUsualFreeformError = 1e-4;
+
+bool wantsSmooth(const ShapeChoice& choice) { return choice.representation == Representation::kFreeform; }
+
+std::shared_ptr<CollisionShape> freeformOf(TriangleMesh& mesh, const ShapeChoice& choice, const Drawable& drawable, const TreeOptions& trees) {
+    std::optional<FreeformShape> surface = drawable ? smoothShapeOf(drawable) : std::nullopt;
+    if (!surface) return nullptr;
+    return CollisionShape::ofFreeform(std::move(*surface), std::move(mesh), choice.error > 0 ? choice.error : kUsualFreeformError, trees);
+}
+
 }  // namespace
 
 std::optional<MeshData> octahedraOf(const MeshArrays& points) {
@@ -70,11 +83,27 @@ std::optional<MeshData> octahedraOf(const MeshArrays& points) {
     return trianglesOfPoints(places);
 }
 
-std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays, const ShapeChoice& choice) {
+std::optional<FreeformShape> smoothShapeOf(const Drawable& drawable) {
+    const std::shared_ptr<const SmoothSurface> smooth = drawable.smoothSurface();
+    if (!smooth) return std::nullopt;
+    const auto* mesh = std::get_if<ControlMesh>(&smooth->surface);
+    const std::size_t faces = mesh ? mesh->faceSizes.size() : std::get<NurbsSurface>(smooth->surface).definition().points.size();
+    if (faces > kMostFreeformFaces) return std::nullopt;
+    Expected<FreeformShape> made = mesh ? FreeformShape::ofSubdivision(*mesh) : FreeformShape::ofNurbs({std::get<NurbsSurface>(smooth->surface)});
+    return made ? std::optional(std::move(*made)) : std::nullopt;
+}
+
+std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays, const ShapeChoice& choice, const Drawable& drawable) {
     // What is not here yet may come: nothing is remembered about it.
     if (!resident(arrays)) return nullptr;
     const bool points = arrays.primitive == Primitive::kPoints;
-    const Key key{arrays.positions.id(), arrays.indices.id(), arrays.primitive, arrays.pointRadius, choice};
+    Hash128 smooth;
+    if (wantsSmooth(choice) && drawable)
+        if (const std::optional<DerivedSource> source = drawable.source()) {
+            const std::array<Hash128, 2> both{source->recipe, source->points.id()};
+            smooth = hash128(std::as_bytes(std::span(both)));
+        }
+    const Key key{arrays.positions.id(), arrays.indices.id(), arrays.primitive, arrays.pointRadius, choice, smooth};
     if (choice.level > 0 && (points || !coverable(choice) || uncovered_.contains(key)))
         return shape(arrays, withoutLevel(choice));
     if (const auto known = shapes_.find(key); known != shapes_.end()) return known->second;
@@ -92,6 +121,7 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
         }
         if (wanted == Representation::kDistanceField || (!wanted && choice.error > 0))
             if (const auto field = CollisionShape::ofDistanceField(std::move(*mesh), choice.error, trees)) made = *field;
+        if (wantsSmooth(choice)) made = freeformOf(*mesh, choice, drawable, trees);
         if (made) return shapes_[key] = std::move(made);
         if (wanted == Representation::kHull)
             made = CollisionShape::ofHull(*mesh, trees);
@@ -106,12 +136,16 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
     return shapes_[key] = std::move(made);
 }
 
-std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, const ShapeChoice& choice) {
+std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, const ShapeChoice& choice, const Drawable& drawable) {
     std::optional<TriangleMesh> mesh = meshOf(arrays);
     if (!mesh) return nullptr;
-    auto made =
-        CollisionShape::ofTriangles(std::move(*mesh), {.volume = choice.volume.value_or(kAutomaticDeformingVolume)});
+    const TreeOptions trees{.volume = choice.volume.value_or(kAutomaticDeformingVolume)};
+    std::shared_ptr<CollisionShape> made;
+    if (wantsSmooth(choice) || (!choice.representation && choice.error > 0)) made = freeformOf(*mesh, choice, drawable, trees);
+    const bool smooth = made != nullptr;
+    if (!smooth) made = CollisionShape::ofTriangles(std::move(*mesh), trees);
     made->setDeforms();
+    if (smooth) return made;  // whose trees few ask for
     (void)made->tree();
     return made;
 }

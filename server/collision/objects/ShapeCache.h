@@ -9,6 +9,7 @@
 #include <set>
 #include <tuple>
 
+#include "common/drawable/Drawable.h"
 #include "common/geometry/Mesh.h"
 #include "server/collision/pairwise/CollisionShape.h"
 
@@ -16,6 +17,11 @@ namespace tessera {
 
 /// What collides of points: the octahedra that are seen of them. Nothing where their arrays are absent or malformed.
 [[nodiscard]] std::optional<MeshData> octahedraOf(const MeshArrays& points);
+
+/// Larger ones are taken as their triangles: faces of a control mesh, or control points of a NURBS surface. Measured: README.md.
+inline constexpr std::size_t kMostFreeformFaces = std::size_t{1} << 17;
+/// The smooth surface that a drawable's triangles are of. Nothing where there is none, or it is too large.
+[[nodiscard]] std::optional<FreeformShape> smoothShapeOf(const Drawable& drawable);
 
 /// Not thread-safe; the shapes it hands out may be read by any thread.
 class ShapeCache {
@@ -25,9 +31,13 @@ public:
 
     /// Made when first asked for. Null where the arrays are absent or malformed or hold no triangle, and for a hull
     /// where the points lie in one plane. Triangles of a level are taken as they are where no balls can cover them.
-    [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const MeshArrays& arrays, const ShapeChoice& choice = {});
-    /// One of its own, for a geometry that will deform.
-    [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const MeshArrays& arrays, const ShapeChoice& choice);
+    /// `drawable`: whose arrays these are, for who wants the smooth surface that they are of.
+    [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const MeshArrays& arrays, const ShapeChoice& choice = {},
+                                                              const Drawable& drawable = {});
+    /// One of its own, for a geometry that will deform: triangles, or the smooth surface where that is asked for, or what suits and
+    /// an error is allowed.
+    [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const MeshArrays& arrays, const ShapeChoice& choice,
+                                                                  const Drawable& drawable = {});
     /// The box around the vertices of a geometry, around points with their radius, without making its shape. Empty where the
     /// array is absent.
     [[nodiscard]] Box bounds(const MeshArrays& arrays);
@@ -37,8 +47,8 @@ public:
     [[nodiscard]] std::size_t size() const { return shapes_.size(); }
 
 private:
-    /// Positions, indices; the radius of points.
-    using Key = std::tuple<BlobId, BlobId, Primitive, double, ShapeChoice>;
+    /// Positions, indices; the radius of points; of a smooth surface what it is made of.
+    using Key = std::tuple<BlobId, BlobId, Primitive, double, ShapeChoice, Hash128>;
     std::size_t maxIdleTriangles_;
     std::map<Key, std::shared_ptr<const CollisionShape>> shapes_;
     std::set<Key> uncovered_;  ///< levels that these cannot have

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <numeric>
 #include <vector>
 
 #include "server/collision/pairwise/ConservativeBox.h"
@@ -84,6 +85,57 @@ Expected<std::shared_ptr<CollisionShape>> CollisionShape::ofDistanceField(Triang
     }
     shape->lattice_ = std::move(*lattice);
     return shape;
+}
+
+std::shared_ptr<CollisionShape> CollisionShape::ofFreeform(FreeformShape surface, TriangleMesh drawn, double error,
+                                                           const TreeOptions& trees) {
+    auto shape = std::shared_ptr<CollisionShape>(
+        new CollisionShape(Representation::kFreeform, std::make_shared<TriangleMesh>(std::move(drawn)), trees));
+    shape->freeformError_ = error;
+    shape->setSmoothSurface(std::move(surface));
+    return shape;
+}
+
+void CollisionShape::setSmoothSurface(FreeformShape surface) {
+    TESSERA_CHECK(representation_ == Representation::kFreeform, "triangles are of no smooth surface");
+    smooth_ = std::make_unique<FreeformShape>(std::move(surface));
+    followSmooth();
+}
+
+void CollisionShape::followSmooth() {
+    smoothBounds_ = mesh_->bounds();
+    smoothBounds_.extend(smooth_->bounds());
+}
+
+Expected<void> CollisionShape::moveControlPoints(std::size_t first, std::span<const Vec3d> positions) {
+    TESSERA_CHECK(smooth_ && smooth_->subdivision(), "only subdivision surfaces have control points that move");
+    const std::size_t count = smooth_->subdivision()->positions.size();
+    Expected<void> moved;
+    if (first == 0 && positions.size() == count) {
+        moved = smooth_->move(positions);
+    } else {
+        std::vector<std::uint32_t> points(positions.size());
+        std::iota(points.begin(), points.end(), static_cast<std::uint32_t>(first));
+        moved = smooth_->move(points, positions);
+    }
+    if (moved) followSmooth();
+    return moved;
+}
+
+const FreeformShape& CollisionShape::freeform() const {
+    if (smooth_) return *smooth_;
+    std::call_once(*asFreeformCurrent_, [&] {
+        if (asFreeform_ && !hull_) {
+            const MeshPositions now = mesh().positions();
+            const Expected<void> moved = asFreeform_->move(std::vector<Vec3d>(now.begin(), now.end()));
+            TESSERA_CHECK(moved.has_value(), "what a mesh takes, its copy takes");
+            return;
+        }
+        Expected<FreeformShape> made = hull_ ? FreeformShape::ofHull(*hull_) : FreeformShape::ofTriangles(mesh());
+        TESSERA_CHECK(made.has_value(), "shapes have faces");
+        asFreeform_ = std::make_unique<FreeformShape>(std::move(*made));
+    });
+    return *asFreeform_;
 }
 
 namespace {
@@ -239,6 +291,10 @@ std::shared_ptr<const CollisionShape> CollisionShape::placed(const Affine3d& map
     for (const Vec3d p : mesh.positions()) positions.push_back(map * p);
     if (!mesh.move(positions)) return nullptr;
     if (hull_) return ofHull(mesh, options_);
+    if (smooth_) {
+        Expected<FreeformShape> surface = smooth_->placed(map);
+        return surface ? ofFreeform(std::move(*surface), std::move(mesh), freeformError_, options_) : nullptr;
+    }
     if (!balls) return ofTriangles(std::move(mesh), options_);
     auto shape = std::shared_ptr<CollisionShape>(
         new CollisionShape(Representation::kPoints, std::make_shared<TriangleMesh>(std::move(mesh)), options_));
@@ -248,16 +304,18 @@ std::shared_ptr<const CollisionShape> CollisionShape::placed(const Affine3d& map
 }
 
 Expected<void> CollisionShape::move(std::span<const Vec3d> positions) {
-    TESSERA_CHECK(representation_ == Representation::kTriangles, "only triangles deform");
+    TESSERA_CHECK(representation_ == Representation::kTriangles || smooth_, "only triangles deform");
     if (positions.size() != mesh_->vertexCount()) return mesh_->move(positions);  // which says so
     return move(0, positions);
 }
 
 Expected<void> CollisionShape::move(std::size_t first, std::span<const Vec3d> positions) {
-    TESSERA_CHECK(representation_ == Representation::kTriangles, "only triangles deform");
+    TESSERA_CHECK(representation_ == Representation::kTriangles || smooth_, "only triangles deform");
     const bool all = first == 0 && positions.size() == mesh_->vertexCount();
     if (Expected<void> moved = all ? mesh_->move(positions) : mesh_->move(first, positions); !moved) return moved;
     if (topology_) topologyLookedAt_ = std::make_unique<std::once_flag>();
+    if (asFreeform_) asFreeformCurrent_ = std::make_unique<std::once_flag>();
+    if (smooth_) followSmooth();
     moveGroups(first, positions);
     for (LazyTree& lazy : trees_) {
         if (!lazy.tree) continue;
@@ -311,6 +369,8 @@ std::size_t CollisionShape::memoryBytes() const {
     for (const auto* groups : {deformingGroups_.get(), restingGroups_.get()})
         if (groups != nullptr) bytes += groups->memoryBytes();
     if (centreTree_.tree) bytes += centreTree_.tree->memoryBytes();
+    for (const auto* surface : {smooth_.get(), asFreeform_.get()})
+        if (surface != nullptr) bytes += surface->memoryBytes();
     return bytes;
 }
 

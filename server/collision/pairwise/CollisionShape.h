@@ -12,6 +12,7 @@
 #include "common/base/Error.h"
 #include "common/math/Box.h"
 #include "server/collision/convex/ConvexHull.h"
+#include "server/collision/freeform/FreeformShape.h"
 #include "server/collision/query/SurfaceTopology.h"
 #include "server/collision/representation/BallCover.h"
 #include "server/collision/representation/HeightField.h"
@@ -24,16 +25,16 @@
 namespace tessera {
 
 /// By what a shape is looked at in queries: a row and a column of PairTable.h.
-enum class Representation : std::uint8_t { kTriangles, kHull, kHeightField, kPoints, kSpherical, kDistanceField };
-inline constexpr std::size_t kRepresentations = 6;
+enum class Representation : std::uint8_t { kTriangles, kHull, kHeightField, kPoints, kSpherical, kDistanceField, kFreeform };
+inline constexpr std::size_t kRepresentations = 7;
 
 /// What an object asks of the shapes of its geometries.
 struct ShapeChoice {
     std::optional<Representation> representation = Representation::kTriangles;  ///< none: what suits the geometry
     std::optional<VolumeKind> volume;  ///< of trees of triangles; none: what suits best (kAutomaticVolume …)
     unsigned level = 0;                ///< above 0: triangles are taken as balls that cover them
-    /// Of distance fields, and of what suits the geometry: by how much distances may be wrong, in diagonals of its box. 0 of
-    /// what suits: not at all.
+    /// Of distance fields, freeform, and what suits the geometry: by how much distances may be wrong, in diagonals of its box.
+    /// 0 of what suits: not at all.
     double error = 0;
 
     auto operator<=>(const ShapeChoice&) const = default;
@@ -75,6 +76,11 @@ public:
     [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofDistanceField(TriangleMesh&& mesh, double error,
                                                                                    const TreeOptions& trees = {});
 
+    /// A smooth surface that is looked at as itself (../freeform), to `error` diagonals of the box of its triangles: with these, `drawn`,
+    /// motions are stopped, points and grids compared, and they are the faces that answers name.
+    [[nodiscard]] static std::shared_ptr<CollisionShape> ofFreeform(FreeformShape surface, TriangleMesh drawn, double error,
+                                                                    const TreeOptions& trees = {});
+
     [[nodiscard]] Representation representation() const { return representation_; }
     /// What answers name: faces. Of a hull its own, so that all queries about surfaces work on it; of points the
     /// points, of a cover the balls.
@@ -95,7 +101,7 @@ public:
     [[nodiscard]] std::uint32_t coveredFace(std::uint32_t ball) const { return coveredFaces_[ball]; }
     /// Around all faces.
     [[nodiscard]] const Box& bounds() const {
-        return points_ ? points_->bounds() : field_ ? field_->bounds() : mesh_->bounds();
+        return points_ ? points_->bounds() : field_ ? field_->bounds() : smooth_ ? smoothBounds_ : mesh_->bounds();
     }
     /// All of it as triangles: what every representation can fall back to. Of a height field its faces; of points
     /// octahedra whose corners lie on the balls, eight faces each, by octant (those with -X count 1, with -Y 2, with
@@ -109,6 +115,12 @@ public:
     [[nodiscard]] const PointSet* points() const { return points_ ? &*points_ : nullptr; }
     [[nodiscard]] const SphericalField* sphericalField() const { return spherical_ ? &*spherical_ : nullptr; }
     [[nodiscard]] const DistanceLattice* distanceField() const { return lattice_ ? &*lattice_ : nullptr; }
+    [[nodiscard]] const FreeformShape* smoothSurface() const { return smooth_.get(); }
+
+    /// As queries of smooth bodies take it: a smooth surface itself, a hull as a solid, all else as its triangles. Made when first asked for.
+    [[nodiscard]] const FreeformShape& freeform() const;
+    /// Of a smooth surface: what is told to touch is no farther apart, and distances are no more wrong, in its frame. 0 of all else.
+    [[nodiscard]] double freeformTolerance() const { return smooth_ ? freeformError_ * mesh_->bounds().size().norm() : 0; }
 
     /// Of the triangles, as they are now. `volume()` is the kind that was asked for.
     [[nodiscard]] const TriangleTree& tree() const { return tree(options_.volume); }
@@ -148,6 +160,11 @@ public:
     /// The same of the vertices from `first` on; costs what is above them in trees of k-DOPs.
     Expected<void> move(std::size_t first, std::span<const Vec3d> positions);
 
+    /// The smooth surface that its triangles are of now: its control points from `first` on, or another one. Whoever moves it moves the
+    /// triangles, too. As FreeformShape::move; nothing changes where it is refused.
+    Expected<void> moveControlPoints(std::size_t first, std::span<const Vec3d> positions);
+    void setSmoothSurface(FreeformShape surface);
+
     /// With all trees made so far.
     [[nodiscard]] std::size_t memoryBytes() const;
 
@@ -160,6 +177,7 @@ private:
     };
     static void follow(TriangleTree& tree, std::size_t first, std::size_t count);
     void moveGroups(std::size_t first, std::span<const Vec3d> positions);
+    void followSmooth();
 
     CollisionShape(Representation representation, std::shared_ptr<TriangleMesh> mesh, const TreeOptions& trees)
         : representation_(representation), options_(trees), mesh_(std::move(mesh)) {}
@@ -185,6 +203,12 @@ private:
     // Of trees_ that of oriented boxes, which they need.
     std::optional<SphericalField> spherical_;
     std::optional<DistanceLattice> lattice_;
+    std::unique_ptr<FreeformShape> smooth_;
+    double freeformError_ = 0;
+    Box smoothBounds_;  // of the smooth surface and of its triangles
+    /// Of what is none: another flag after each move.
+    mutable std::unique_ptr<std::once_flag> asFreeformCurrent_ = std::make_unique<std::once_flag>();
+    mutable std::unique_ptr<FreeformShape> asFreeform_;
     /// Another one after each move: then it is looked again whether the topology holds.
     std::unique_ptr<std::once_flag> topologyLookedAt_ = std::make_unique<std::once_flag>();
     mutable std::unique_ptr<SurfaceTopology> topology_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/collision/pairwise/FoundFaces.h"
 #include "server/collision/representation/HeightFieldQueries.h"
 
 namespace tessera::field_pairs {
@@ -21,27 +22,14 @@ auto ofBodies(const CollisionShape& a, const CollisionShape& b, const Ask& ask) 
 PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
     const TouchedPair found = ofBodies(
         a, b, [&](const auto& bodyA, const auto& bodyB) { return firstTouching(bodyA, bodyB, a_T_b, effort.work); });
-    PairTouch out;
-    out.touch = found.touch;
-    out.complete = found.touch != Touch::kUnknown;
-    if (found.touch != Touch::kYes) return out;
-    out.count = 1;
-    out.faces = {found.faces};
-    return out;
+    return foundTouch(found);
 }
 
 PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
                    const PairEffort& effort) {
     FacePairs found = ofBodies(
         a, b, [&](const auto& bodyA, const auto& bodyB) { return allTouching(bodyA, bodyB, a_T_b, effort.work); });
-    PairTouch out;
-    out.touch = !found.pairs.empty() ? Touch::kYes : found.complete ? Touch::kNo : Touch::kUnknown;
-    out.complete = found.complete;
-    out.count = found.pairs.size();
-    out.faces = std::move(found.pairs);
-    out.faces.resize(std::min(out.faces.size(), most));
-    out.faces.shrink_to_fit();
-    return out;
+    return foundContacts(std::move(found), most);
 }
 
 Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/pairwise/DistanceFieldPairs.h"
 #include "server/collision/pairwise/FieldPairs.h"
+#include "server/collision/pairwise/FreeformPairs.h"
 #include "server/collision/pairwise/HullPairs.h"
 #include "server/collision/pairwise/PointPairs.h"
 #include "server/collision/pairwise/SphericalPairs.h"
@@ -106,6 +108,16 @@ constexpr PairMethods kHullAndDistanceField{
     .approximate = kDistanceQuestion | kDepthQuestion,
 };
 
+constexpr PairMethods kFreeforms{
+    .name = "freeform",
+    .touch = freeform_pairs::touch,
+    .contacts = freeform_pairs::contacts,
+    .distance = freeform_pairs::distance,
+    .firstContact = freeform_pairs::firstContact,
+    .depth = freeform_pairs::depth,
+    .approximate = kEveryQuestion,
+};
+
 /// What is said of triangles, said by a representation whose trees are asked.
 constexpr PairMethods byTreesOf(PairMethods methods) {
     methods.byTrees = kEveryQuestion;
@@ -142,6 +154,10 @@ constexpr Table makeTable() {
     set(kDistanceField, kHull, kHullAndDistanceField);
     set(kDistanceField, kHeightField, kFields);
     set(kDistanceField, kPoints, points);
+    for (const Representation other : {kTriangles, kHull, kSpherical, kDistanceField, kFreeform}) set(kFreeform, other, kFreeforms);
+    // A smooth surface would have to walk along all of a grid, or a cloud: its triangles do.
+    set(kFreeform, kHeightField, byTreesOf(kFields));
+    set(kFreeform, kPoints, byTreesOf(points));
     return table;
 }
 constexpr Table kTable = makeTable();
@@ -157,7 +173,7 @@ constexpr bool complete(const Table& table) {
 static_assert(complete(kTable), "each two representations need an entry that answers all five questions");
 
 Representation surfaceOf(const CollisionShape& shape) {
-    return shape.hull() || shape.distanceField() ? Representation::kTriangles : shape.representation();
+    return shape.hull() || shape.distanceField() || shape.smoothSurface() ? Representation::kTriangles : shape.representation();
 }
 
 /// A's world pose is a similarity.
@@ -195,6 +211,8 @@ std::string_view nameOf(Representation representation) {
             return "spherical";
         case Representation::kDistanceField:
             return "distance-field";
+        case Representation::kFreeform:
+            return "freeform";
     }
     return "";
 }
@@ -207,19 +225,47 @@ bool inFrameOfB(const PlacedShape& a, const PlacedShape& b) {
     return b.shape.faceCount() > a.shape.faceCount();
 }
 
+/// Faces ascending, each with its place.
+void sortPlaces(PairTouch& found) {
+    std::vector<std::size_t> order(found.faces.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [&](std::size_t i) { return found.faces[i]; });
+    PairTouch sorted = found;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        sorted.faces[i] = found.faces[order[i]];
+        sorted.places[i] = found.places[order[i]];
+    }
+    found = std::move(sorted);
+}
+
 PairTouch turned(PairTouch found) {
     for (FacePair& faces : found.faces) std::swap(faces.a, faces.b);
-    std::ranges::sort(found.faces);
+    if (found.places.empty()) {
+        std::ranges::sort(found.faces);
+        return found;
+    }
+    for (MeetingPlace& place : found.places) place.normal = -place.normal;
+    sortPlaces(found);
+    return found;
+}
+
+PairTouch inWorld(PairTouch found, const Affine3d& world) {
+    if (found.places.empty()) return found;
+    const Mat3d forms = world.linear().inverse().transpose();
+    for (MeetingPlace& place : found.places) {
+        place.point = world * place.point;
+        place.normal = Vec3d(forms * place.normal).stableNormalized();
+    }
     return found;
 }
 
 PairTouch touchBy(const PairMethods& methods, const PlacedShape& a, const PlacedShape& b, const PairEffort& effort) {
-    return methods.touch(a.shape, b.shape, a.world.inverse() * b.world, effort);
+    return inWorld(methods.touch(a.shape, b.shape, a.world.inverse() * b.world, effort), a.world);
 }
 
 PairTouch contactsBy(const PairMethods& methods, const PlacedShape& a, const PlacedShape& b, std::size_t most,
                      const PairEffort& effort) {
-    return methods.contacts(a.shape, b.shape, a.world.inverse() * b.world, most, effort);
+    return inWorld(methods.contacts(a.shape, b.shape, a.world.inverse() * b.world, most, effort), a.world);
 }
 
 }  // namespace
@@ -239,6 +285,13 @@ double coverError(const PlacedShape& a, const PlacedShape& b) {
     return a.shape.isCover() ? seenFrom(a, b) : seenFrom(b, a);
 }
 
+double touchError(const PlacedShape& a, const PlacedShape& b) {
+    const bool ofB = inFrameOfB(a, b);
+    const PlacedShape &frame = ofB ? b : a, &other = ofB ? a : b;
+    if (pairMethods(frame.shape, other.shape).touch != freeform_pairs::touch) return coverError(a, b);
+    return largestStretch(frame.world.linear()) * freeform_pairs::toleranceOf(frame.shape, other.shape, frame.world.inverse() * other.world);
+}
+
 PairTouch touchOf(const PlacedShape& a, const PlacedShape& b, const PairEffort& effort) {
     if (inFrameOfB(a, b)) return turned(touchBy(pairMethods(b.shape, a.shape), b, a, effort));
     return touchBy(pairMethods(a.shape, b.shape), a, b, effort);
@@ -250,7 +303,15 @@ PairTouch contactsOf(const PlacedShape& a, const PlacedShape& b, std::size_t mos
     PairTouch found = turned(contactsBy(pairMethods(b.shape, a.shape), b, a, ~std::size_t{0}, effort));
     found.faces.resize(std::min(found.faces.size(), most));
     found.faces.shrink_to_fit();
+    found.places.resize(std::min(found.places.size(), most));
     return found;
+}
+
+Touch drawnTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+    const auto drawn = [](const CollisionShape& shape) { return shape.smoothSurface() ? Representation::kTriangles : shape.representation(); };
+    const PairEffort effort{work};
+    if (inFrameOfB(a, b)) return touchBy(pairMethods(drawn(b.shape), drawn(a.shape)), b, a, effort).touch;
+    return touchBy(pairMethods(drawn(a.shape), drawn(b.shape)), a, b, effort).touch;
 }
 
 Touch surfacesTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {

@@ -43,12 +43,19 @@ struct PairEffort {
     Workers* workers = nullptr;  ///< null: the calling thread alone
 };
 
+/// Where two shapes meet, of what knows better than the faces that are named.
+struct MeetingPlace {
+    Vec3d point = Vec3d::Zero();
+    Vec3d normal = Vec3d::UnitX();  ///< of unit length, from A to B
+};
+
 struct PairTouch {
     Touch touch = Touch::kNo;  ///< kUnknown: the work was exhausted before anything was found
     bool complete = true;      ///< false: the work was exhausted, there may be more
     /// Pairs of faces that meet; 1 where solids meet as wholes: two hulls, or a hull and what is within it.
     std::uint64_t count = 0;
     std::vector<FacePair> faces;  ///< ascending, the first of them; none where solids meet as wholes
+    std::vector<MeetingPlace> places = {};  ///< of smooth surfaces one for each of `faces`; in A's frame, from touchOf and contactsOf in the world
 };
 
 struct PairDepth {
@@ -112,7 +119,7 @@ struct PairMethods {
 [[nodiscard]] inline const PairMethods& pairMethods(const CollisionShape& a, const CollisionShape& b) {
     return pairMethods(a.representation(), b.representation());
 }
-/// Exact answers about surfaces: hulls by their faces, not as solids; distance fields by their triangles.
+/// Exact answers about surfaces: hulls by their faces, not as solids; distance fields and smooth surfaces by their triangles.
 [[nodiscard]] const PairMethods& surfaceMethods(const CollisionShape& a, const CollisionShape& b);
 
 [[nodiscard]] std::string_view nameOf(Representation representation);
@@ -121,6 +128,9 @@ struct PairMethods {
 /// touch, and distances are too small by at most this, never too large. Nothing bounds the depth. 0: neither is a
 /// cover.
 [[nodiscard]] double coverError(const PlacedShape& a, const PlacedShape& b);
+
+/// What is told to touch is no farther apart than this, world units: coverError, or the tolerance of smooth surfaces. 0: it meets.
+[[nodiscard]] double touchError(const PlacedShape& a, const PlacedShape& b);
 
 // The questions as the pipeline and the responses ask them: of shapes in the world. The frame of the predicates is that
 // of points, else of the one with more faces, so that no answer depends on who is called A.
@@ -131,6 +141,8 @@ struct PairMethods {
 [[nodiscard]] inline PairDepth depthOf(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
     return pairMethods(a.shape, b.shape).depth(a, b, work);
 }
+/// As touchOf, but smooth surfaces by their triangles, as motions are stopped by these.
+[[nodiscard]] Touch drawnTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
 /// Do the surfaces meet? Hulls by their faces.
 [[nodiscard]] Touch surfacesTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
 /// All pairs of faces that meet, ascending.

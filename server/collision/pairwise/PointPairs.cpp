@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/FoundFaces.h"
 #include "server/collision/pairwise/WorldFaces.h"
 #include "server/collision/representation/BallPairs.h"
 #include "server/collision/representation/PointSetQueries.h"
@@ -65,12 +66,9 @@ PairTouch Methods<kHulls>::touch(const CollisionShape& a, const CollisionShape& 
                                  const PairEffort& effort) {
     const TouchedPair found = ofBodies<kHulls>(
         a, b, [&](const auto& bodyA, const auto& bodyB) { return firstTouching(bodyA, bodyB, a_T_b, effort.work); });
-    PairTouch out;
-    out.touch = found.touch;
-    out.complete = found.touch != Touch::kUnknown;
-    if (found.touch != Touch::kYes) return out;
-    out.count = 1;
-    out.faces = {kHulls == Hulls::kSolids ? named(a, b, found.faces) : found.faces};
+    PairTouch out = foundTouch(found);
+    if constexpr (kHulls == Hulls::kSolids)
+        for (FacePair& faces : out.faces) faces = named(a, b, faces);
     return out;
 }
 
@@ -79,13 +77,7 @@ PairTouch Methods<kHulls>::contacts(const CollisionShape& a, const CollisionShap
                                     std::size_t most, const PairEffort& effort) {
     FacePairs found = ofBodies<kHulls>(
         a, b, [&](const auto& bodyA, const auto& bodyB) { return allTouching(bodyA, bodyB, a_T_b, effort.work); });
-    PairTouch out;
-    out.touch = !found.pairs.empty() ? Touch::kYes : found.complete ? Touch::kNo : Touch::kUnknown;
-    out.complete = found.complete;
-    out.count = found.pairs.size();
-    out.faces = std::move(found.pairs);
-    out.faces.resize(std::min(out.faces.size(), most));
-    out.faces.shrink_to_fit();
+    PairTouch out = foundContacts(std::move(found), most);
     if constexpr (kHulls == Hulls::kSolids)
         for (FacePair& faces : out.faces) faces = named(a, b, faces);
     return out;

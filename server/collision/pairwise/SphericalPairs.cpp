@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/collision/pairwise/FoundFaces.h"
 #include "server/collision/pairwise/SurfacePairs.h"
 #include "server/collision/spherical/FieldTouch.h"
 
@@ -25,13 +26,7 @@ PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d
     const TouchedPair found = ofFields(a, b, [&](const auto& bodyA, const auto& bodyB) {
         return firstTouching(bodyA, bodyB, a_T_b, effort.work, {.workers = effort.workers});
     });
-    PairTouch out;
-    out.touch = found.touch;
-    out.complete = found.touch != Touch::kUnknown;
-    if (found.touch != Touch::kYes) return out;
-    out.count = 1;
-    out.faces = {found.faces};
-    return out;
+    return foundTouch(found);
 }
 
 PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
@@ -40,14 +35,7 @@ PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affin
     FacePairs found = ofFields(a, b, [&](const auto& bodyA, const auto& bodyB) {
         return allTouching(bodyA, bodyB, a_T_b, effort.work, {.workers = effort.workers});
     });
-    PairTouch out;
-    out.touch = !found.pairs.empty() ? Touch::kYes : found.complete ? Touch::kNo : Touch::kUnknown;
-    out.complete = found.complete;
-    out.count = found.pairs.size();
-    out.faces = std::move(found.pairs);
-    out.faces.resize(std::min(out.faces.size(), most));
-    out.faces.shrink_to_fit();
-    return out;
+    return foundContacts(std::move(found), most);
 }
 
 }  // namespace tessera::spherical_pairs

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/collision/pairwise/FoundFaces.h"
 #include "server/collision/pairwise/Regions.h"
 #include "server/collision/query/TouchQuery.h"
 #include "server/collision/spherical_bezier/DeformingTouch.h"
@@ -49,27 +50,12 @@ FacePairs allOf(const CollisionShape& a, const CollisionShape& b, const Affine3d
 }  // namespace
 
 PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
-    const TouchedPair found = firstOf(a, b, a_T_b, effort);
-    PairTouch out;
-    out.touch = found.touch;
-    out.complete = found.touch != Touch::kUnknown;
-    if (found.touch != Touch::kYes) return out;
-    out.count = 1;
-    out.faces = {found.faces};
-    return out;
+    return foundTouch(firstOf(a, b, a_T_b, effort));
 }
 
 PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
                    const PairEffort& effort) {
-    FacePairs found = allOf(a, b, a_T_b, effort);
-    PairTouch out;
-    out.touch = !found.pairs.empty() ? Touch::kYes : found.complete ? Touch::kNo : Touch::kUnknown;
-    out.complete = found.complete;
-    out.count = found.pairs.size();
-    out.faces = std::move(found.pairs);
-    out.faces.resize(std::min(out.faces.size(), most));
-    out.faces.shrink_to_fit();
-    return out;
+    return foundContacts(allOf(a, b, a_T_b, effort), most);
 }
 
 Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,

@@ -47,12 +47,14 @@ Contact contactAt(const ObjectHandler& handler, const Touching& touching, const 
                   const ContactRegions& regions) {
     const Part& a = handler.parts()[touching.partA];
     const Part& b = handler.parts()[touching.partB];
-    Contact contact = faces                                ? contactOfFaces(a, b, touching.worldA, touching.worldB, *faces)
+    const auto at = faces == nullptr ? 0 : static_cast<std::size_t>(std::ranges::lower_bound(touching.faces, *faces) - touching.faces.begin());
+    const bool placed = faces != nullptr && at < touching.places.size();
+    Contact contact = placed                               ? contactOfPlace(a, b, touching.worldA, touching.worldB, *faces, touching.places[at])
+                      : faces                              ? contactOfFaces(a, b, touching.worldA, touching.worldB, *faces)
                       : a.shape->hull() && b.shape->hull() ? contactOfHulls(a, b, touching)
                                                            : contactWithin(a, b);
     if (faces != nullptr && !regions.regionOf.empty()) {
-        const auto at = std::ranges::lower_bound(touching.faces, *faces) - touching.faces.begin();
-        const std::uint32_t number = regions.regionOf[static_cast<std::size_t>(at)];
+        const std::uint32_t number = regions.regionOf[at];
         if (number != ContactRegions::kNone && regions.regions[number].depth) {
             contact.normal = regions.regions[number].normal;
             contact.depth = *regions.regions[number].depth;
@@ -91,7 +93,9 @@ Touching restingContact(const ObjectHandler& handler, PairState& pair) {
     touching.partB = pair.b;
     touching.faces.assign(pair.touch.faces.begin(), pair.touch.faces.begin() + facesWanted(pair, relation));
     touching.faceCount = facesTold(pair, relation);
-    touching.allFaces = pair.touch.all && pair.touch.faces.size() == pair.touch.faceCount;
+    touching.allFaces = pair.touch.all && pair.touch.faces.size() == pair.touch.faceCount && pair.touch.places.empty();
+    if (!pair.touch.places.empty())
+        touching.places.assign(pair.touch.places.begin(), pair.touch.places.begin() + facesWanted(pair, relation));
     touching.worldA = handler.parts()[pair.a].world;
     touching.worldB = handler.parts()[pair.b].world;
     touching.interest = handler.interests()[relation.interests.front()].core;

@@ -22,7 +22,8 @@ struct Touching {
     ObjectId interest;
     double time = 1;
     HullContact* known = nullptr;  ///< of two hulls, in the poses in which they are now: what is known of the contact
-    bool allFaces = false;  ///< all that meet in these poses are there
+    bool allFaces = false;  ///< all that meet in these poses are there, as triangles
+    std::vector<MeetingPlace> places = {};  ///< of smooth surfaces one for each of `faces`
 };
 
 /// Of a pair that touches: how many faces there are of those asked for.

@@ -20,6 +20,7 @@ struct TouchAnswer {
     bool complete = true;         ///< false: the work was exhausted; not touching then means nothing
     std::uint64_t faceCount = 0;  ///< pairs of faces found; of two hulls 1
     std::vector<FacePair> faces;  ///< ascending; the first of them. Of two hulls none
+    std::vector<MeetingPlace> places;  ///< world; as PairTouch::places
 
     [[nodiscard]] bool holds(const Part& a, const Part& b, bool wantAll) const {
         return versionA == a.poseVersion && versionB == b.poseVersion && versionA != 0 &&

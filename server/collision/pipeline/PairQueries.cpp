@@ -16,6 +16,7 @@ void askTouch(PairState& state, const Part& a, const Part& b, bool all, std::siz
     known.complete = found.complete;
     known.faceCount = found.count;
     known.faces = std::move(found.faces);
+    known.places = std::move(found.places);
     // Solids that meet as wholes have told all.
     known.all = all || (known.touching && known.faces.empty());
     // An answer that the work was not enough for is asked again.
@@ -58,6 +59,22 @@ Contact contactOfFaces(const Part& a, const Part& b, const Affine3d& worldA, con
     contact.faceB = b.shape->hull() ? Contact::kNoFace : found.faces.b;
     contact.uvA = a.shape->hull() ? Vec2d::Zero() : found.uvA;
     contact.uvB = b.shape->hull() ? Vec2d::Zero() : found.uvB;
+    return contact;
+}
+
+Contact contactOfPlace(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB, const FacePair& faces,
+                       const MeetingPlace& place) {
+    const PlacedShape placedA{*a.shape, worldA}, placedB{*b.shape, worldB};
+    Contact contact;
+    contact.error = touchError(placedA, placedB);
+    contact.point = place.point;
+    contact.normal = place.normal;
+    const auto on = [&](const PlacedShape& of, std::uint32_t face, std::uint32_t& told, Vec2d& uv) {
+        told = of.shape.hull() ? Contact::kNoFace : face;
+        if (!of.shape.hull()) uv = placeOn(transformed(of.world, of.shape.triangle(face)), place.point);
+    };
+    on(placedA, faces.a, contact.faceA, contact.uvA);
+    on(placedB, faces.b, contact.faceB, contact.uvB);
     return contact;
 }
 

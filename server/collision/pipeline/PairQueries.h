@@ -16,6 +16,9 @@ void askDistance(PairState& state, const Part& a, const Part& b, double upperBou
 /// Where two faces meet, given the poses in which they do (PairContact.h). Not filled in: objects, interest and time.
 [[nodiscard]] Contact contactOfFaces(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB,
                                      const FacePair& faces);
+/// The same where the place is known better than by the faces that it is on.
+[[nodiscard]] Contact contactOfPlace(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB,
+                                     const FacePair& faces, const MeetingPlace& place);
 /// Where two hulls meet: the middle between the deepest points.
 [[nodiscard]] Contact contactOfHulls(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB);
 

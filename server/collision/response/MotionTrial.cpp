@@ -161,7 +161,7 @@ bool MotionTrial::withinHull(std::size_t obstacle) const {
     if (pairs_[obstacle].bothHulls) return false;
     if (shapeA(obstacle).hull() == nullptr && shapeB(obstacle).hull() == nullptr) return false;
     const Affine3d worldA = worldOfA(obstacle, 0), worldB = worldOfB(obstacle, 0);
-    return touchOf({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, {work_}).touch != Touch::kNo;
+    return drawnTouching({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, work_) != Touch::kNo;
 }
 
 Touch MotionTrial::touching(std::size_t obstacle, double fraction) const {

@@ -49,7 +49,8 @@ PairDistanceValue someDistance() {
             .faceA = 26,
             .faceB = 27,
             .pointA = Vec3d(28, 29, 30),
-            .pointB = Vec3d(31, 32, 33)};
+            .pointB = Vec3d(31, 32, 33),
+            .error = 0.01};
 }
 QuestionValue someQuestion() {
     return {.id = 41,
@@ -79,8 +80,8 @@ void expectSame(const PairEventValue& a, const PairEventValue& b) {
     EXPECT_EQ(a.normal, b.normal);
 }
 void expectSame(const PairDistanceValue& a, const PairDistanceValue& b) {
-    EXPECT_EQ(std::tie(a.interest, a.objectA, a.objectB, a.phase, a.distance, a.nodeA, a.nodeB, a.faceA, a.faceB),
-              std::tie(b.interest, b.objectA, b.objectB, b.phase, b.distance, b.nodeA, b.nodeB, b.faceA, b.faceB));
+    EXPECT_EQ(std::tie(a.interest, a.objectA, a.objectB, a.phase, a.distance, a.error, a.nodeA, a.nodeB, a.faceA, a.faceB),
+              std::tie(b.interest, b.objectA, b.objectB, b.phase, b.distance, b.error, b.nodeA, b.nodeB, b.faceA, b.faceB));
     EXPECT_EQ(a.pointA, b.pointA);
     EXPECT_EQ(a.pointB, b.pointB);
 }

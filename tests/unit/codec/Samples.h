@@ -102,7 +102,8 @@ inline PairDistanceValue aDistance() {
             .faceA = 65,
             .faceB = 66,
             .pointA = Vec3d(67, 68, 69),
-            .pointB = Vec3d(70, 71, 72)};
+            .pointB = Vec3d(70, 71, 72),
+            .error = 0.0625};
 }
 inline QuestionValue aQuestion() {
     QuestionValue question{.id = 80,

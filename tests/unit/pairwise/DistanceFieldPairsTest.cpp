@@ -228,6 +228,13 @@ TEST(DistanceFieldPairs, EveryPairOfTheTableSaysWhoAnswers) {
             const PairMethods &there = pairMethods(Representation(a), Representation(b)), &back = pairMethods(Representation(b), Representation(a));
             EXPECT_EQ(there.name, back.name);
             EXPECT_FALSE(nameOf(Representation(a)).empty());
+            if (Representation(a) == kFreeform || Representation(b) == kFreeform) {
+                const auto beside = Representation(a) == kFreeform ? Representation(b) : Representation(a);
+                const bool byTriangles = beside == kHeightField || beside == kPoints;
+                EXPECT_EQ(there.approximate, byTriangles ? kNoQuestion : kEveryQuestion) << a << b;
+                EXPECT_EQ(there.byTrees, byTriangles ? kEveryQuestion : kNoQuestion) << a << b;
+                continue;
+            }
             const bool field = Representation(a) == kDistanceField || Representation(b) == kDistanceField;
             const auto other = Representation(a) == kDistanceField ? Representation(b) : Representation(a);
             const bool lattice = field && other != kHeightField && other != kPoints;

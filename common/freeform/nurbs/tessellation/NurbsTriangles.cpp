@@ -64,12 +64,35 @@ double cellError(const BezierPatch& patch, bool isWhole) {
     return 2 * bilinearDeviation(patch) + bend;
 }
 
+/// What is left to be spent (TessellationLimits::maxSums).
+struct SumCount {
+    std::size_t left;
+
+    [[nodiscard]] bool take(std::size_t sums) {
+        if (sums > left) return false;
+        left -= sums;
+        return true;
+    }
+};
+tl::unexpected<Error> tooDear() {
+    return fail(ErrorCode::kLimit, "it would take too long to make triangles of: fewer knots, lower degrees or a larger tolerance");
+}
+
+/// What Bézier patches of all spans take, by blossoms along one axis and then along the other.
+std::size_t sumsOfPatches(const NurbsSurface& surface) {
+    const NurbsDefinition& d = surface.definition();
+    const std::size_t spans = spansWithin(d.u, surface.domain().u).size() * spansWithin(d.v, surface.domain().v).size();
+    const auto p = static_cast<std::size_t>(d.u.degree), q = static_cast<std::size_t>(d.v.degree);
+    // Control points are at most 2^32, degrees 24.
+    return spans * (p + 1) * (q + 1) * (p * (p + 1) + q * (q + 1)) / 2;
+}
+
 /// One surface, or one part of it between jumps.
 class Tessellation {
 public:
     Tessellation(const LatticeSurface& lattice, const SurfaceEdges& edges, const SpanRange& part, const TrimOutline& outline, bool isTrimmed, double tolerance,
-                 std::size_t maxTriangles, NurbsTriangles& made)
-        : lattice_(lattice), edges_(edges), part_(part), outline_(outline), isTrimmed_(isTrimmed), tolerance_(tolerance), maxTriangles_(maxTriangles), made_(made) {}
+                 std::size_t maxTriangles, SumCount& sums, NurbsTriangles& made)
+        : lattice_(lattice), edges_(edges), part_(part), outline_(outline), isTrimmed_(isTrimmed), tolerance_(tolerance), maxTriangles_(maxTriangles), sums_(sums), made_(made) {}
 
     Expected<void> run() {
         std::unordered_map<std::size_t, std::vector<TrimStep>> trims = trimsBySpan();
@@ -179,6 +202,8 @@ private:
                 cells_.push_back({std::move(cell.corners), std::move(cell.trims), static_cast<std::uint32_t>(spanU), static_cast<std::uint32_t>(spanV)});
                 continue;
             }
+            const auto points = static_cast<std::size_t>(cell.patch.degreeU + 1) * static_cast<std::size_t>(cell.patch.degreeV + 1);
+            if (!sums_.take(points * static_cast<std::size_t>(cell.patch.degreeU + cell.patch.degreeV + 2))) return tooDear();
             const PatchAxis better = lessFlatAxis(cell.patch), other = better == PatchAxis::kU ? PatchAxis::kV : PatchAxis::kU;
             std::vector<Cell> parts;
             for (const PatchAxis axis : {better, other}) {
@@ -381,6 +406,7 @@ private:
     const bool isTrimmed_;
     const double tolerance_;
     const std::size_t maxTriangles_;
+    SumCount& sums_;
     NurbsTriangles& made_;
     std::vector<std::vector<LatticePoint>> cuts_;  ///< the vertices on each line that cells lie along
     std::vector<FlatCell> cells_;
@@ -415,6 +441,8 @@ std::vector<std::pair<std::size_t, std::size_t>> joinedSpans(const std::vector<b
 
 Expected<NurbsTriangles> tessellate(const NurbsSurface& surface, double tolerance, const TessellationLimits& limits) {
     if (!(tolerance > 0)) return fail(ErrorCode::kBadInput, "a tolerance has to be above 0");
+    SumCount sums{limits.maxSums};
+    if (!sums.take(sumsOfPatches(surface))) return tooDear();
     const Expected<LatticeSurface> lattice = onLattice(surface);
     if (!lattice) return tl::unexpected(lattice.error());
     const bool isTrimmed = !surface.region().loops().empty();
@@ -431,7 +459,7 @@ Expected<NurbsTriangles> tessellate(const NurbsSurface& surface, double toleranc
             // An eighth: however thin the cells along an edge are, twice their deviation leaves room for that across.
             const Expected<SurfaceEdges> edges = SurfaceEdges::make(surface, *lattice, part, 0.125 * tolerance, limits.maxTriangles);
             if (!edges) return tl::unexpected(edges.error());
-            if (Expected<void> done = Tessellation(*lattice, *edges, part, outline, isTrimmed, tolerance, limits.maxTriangles, made).run(); !done)
+            if (Expected<void> done = Tessellation(*lattice, *edges, part, outline, isTrimmed, tolerance, limits.maxTriangles, sums, made).run(); !done)
                 return tl::unexpected(done.error());
         }
     fillNormals(made);

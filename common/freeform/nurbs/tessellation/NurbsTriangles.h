@@ -30,10 +30,13 @@ struct NurbsTriangles {
 
 struct TessellationLimits {
     std::size_t maxTriangles = 2'000'000;
+    /// Of two control points each: what patches cost to make and to halve, some nanoseconds a sum with all that goes with it. Those that all knot spans need are
+    /// counted before one is made.
+    std::size_t maxSums = ~std::size_t{0};
 };
 
-/// `tolerance` in the surface's units, above 0. Refused: what TrimOutline refuses of trims; kLimit where it takes more triangles, or a surface
-/// bends more within 2^-40 of a knot span.
+/// `tolerance` in the surface's units, above 0. Refused: what TrimOutline refuses of trims; kLimit where it takes more triangles or sums, or a
+/// surface bends more within 2^-40 of a knot span.
 [[nodiscard]] Expected<NurbsTriangles> tessellate(const NurbsSurface& surface, double tolerance, const TessellationLimits& limits = {});
 
 }  // namespace tessera

@@ -1,0 +1,240 @@
+#include "server/collision/pairwise/FreeformPairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "server/collision/freeform/FreeformQuery.h"
+#include "server/collision/mesh/TriangleContact.h"
+#include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/SurfacePairs.h"
+#include "server/collision/query/FacesNear.h"
+#include "server/collision/representation/BallPairs.h"
+
+namespace tessera::freeform_pairs {
+namespace {
+
+/// Of the triangles that are drawn the nearest to a point of the surface, in its frame: boxes around it that grow until one has some, then
+/// as far as the nearest of these.
+std::uint32_t nearestDrawn(const CollisionShape& shape, const Vec3d& point) {
+    const TriangleTree& tree = shape.tree();
+    const Box bounds = shape.mesh().bounds();
+    const double size = bounds.size().norm(), farthest = size + (point - bounds.center()).norm();
+    const auto around = [&](double reach) { return Box{point - Vec3d::Constant(reach), point + Vec3d::Constant(reach)}; };
+    std::vector<std::uint32_t> faces;
+    double reach = 1e-3 * size;
+    for (; faces.empty(); reach *= 4) {
+        QueryWork work;
+        (void)facesNear(tree, around(std::min(reach, farthest)), work, faces);
+        if (reach > farthest) break;
+    }
+    const auto nearest = [&] {
+        std::pair<double, std::uint32_t> best{std::numeric_limits<double>::infinity(), 0};
+        for (const std::uint32_t face : faces) {
+            const Triangle t = shape.mesh().triangle(face);
+            best = std::min(best, {(nearestOnFace(t, point) - point).squaredNorm(), face});
+        }
+        return best;
+    };
+    const double within = std::sqrt(nearest().first);
+    if (!std::isfinite(within)) return 0;
+    faces.clear();
+    QueryWork work;
+    (void)facesNear(tree, around(within * (1 + 1e-9) + 1e-300), work, faces);
+    return nearest().second;
+}
+
+/// `point` in the shape's frame.
+std::uint32_t faceAt(const CollisionShape& shape, const FreeformPlace& place, const Vec3d& point) {
+    return shape.smoothSurface() != nullptr ? nearestDrawn(shape, point) : place.face;
+}
+
+FacePair facesAt(const CollisionShape& a, const CollisionShape& b, const FreeformPlace& onA, const FreeformPlace& onB,
+                 const Affine3d& a_T_shared, const Affine3d& b_T_shared) {
+    return {faceAt(a, onA, a_T_shared * onA.point), faceAt(b, onB, b_T_shared * onB.point)};
+}
+
+/// As PartChoice.h: along the difference of the normals, else A's, else the way between.
+Vec3d normalBetween(const FreeformPlace& a, const FreeformPlace& b) {
+    const Vec3d difference = a.normal - b.normal, between = b.point - a.point;
+    if (difference.norm() > 1e-6) return difference.normalized();
+    if (!a.normal.isZero()) return a.normal;
+    return between.norm() > 0 ? Vec3d(between.normalized()) : Vec3d::UnitX();
+}
+
+PairTouch asWholes(Touch touch) {
+    PairTouch out;
+    out.touch = touch;
+    out.complete = touch != Touch::kUnknown;
+    out.count = touch == Touch::kYes ? 1 : 0;
+    return out;
+}
+
+/// Where B stands after it has gone some way in the world.
+Affine3d gone(const Affine3d& world, const Vec3d& way) {
+    Affine3d out = world;
+    out.translation() += way;
+    return out;
+}
+
+}  // namespace
+
+double toleranceOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b) {
+    const double ofA = a.freeformTolerance(), ofB = b.freeformTolerance() * largestStretch(a_T_b.linear());
+    if (a.smoothSurface() == nullptr) return ofB;
+    return b.smoothSurface() == nullptr ? ofA : std::min(ofA, ofB);
+}
+
+PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
+    FreeformPair pair(a.freeform(), b.freeform());
+    const FreeformTouch found = pair.touch(a_T_b, toleranceOf(a, b, a_T_b), effort.work);
+    PairTouch out = asWholes(found.touch);
+    if (found.touch != Touch::kYes || found.inside) return out;
+    out.faces = {facesAt(a, b, found.a, found.b, Affine3d::Identity(), a_T_b.inverse())};
+    out.places = {{0.5 * (found.a.point + found.b.point), normalBetween(found.a, found.b)}};
+    return out;
+}
+
+PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most, const PairEffort& effort) {
+    FreeformPair pair(a.freeform(), b.freeform());
+    const double tolerance = toleranceOf(a, b, a_T_b);
+    FreeformContacts found = pair.contacts(a_T_b, effort.work, {.tolerance = tolerance});
+    if (found.contacts.empty()) {
+        if (!found.complete) return asWholes(Touch::kUnknown);
+        // Within a hull, or so far apart as the tolerance lets be told.
+        return touch(a, b, a_T_b, effort);
+    }
+    const Affine3d b_T_a = a_T_b.inverse();
+    std::vector<std::pair<FacePair, std::size_t>> named;
+    for (std::size_t i = 0; i < found.contacts.size(); ++i)
+        named.emplace_back(facesAt(a, b, found.contacts[i].a, found.contacts[i].b, Affine3d::Identity(), b_T_a), i);
+    std::ranges::sort(named);
+    const auto same = std::ranges::unique(named, {}, &std::pair<FacePair, std::size_t>::first);
+    named.erase(same.begin(), same.end());
+    PairTouch out;
+    out.touch = Touch::kYes;
+    out.complete = found.complete;
+    out.count = named.size();
+    named.resize(std::min(named.size(), most));
+    for (const auto& [faces, i] : named) {
+        out.faces.push_back(faces);
+        out.places.push_back({found.contacts[i].point, found.contacts[i].normal});
+    }
+    return out;
+}
+
+Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work, const DistanceOptions& options) {
+    FreeformPair pair(a.freeform(), b.freeform());
+    const double tolerance = toleranceOf(a, b, a_T_b);
+    const FreeformDistance found =
+        pair.distance(a_T_b, work, {.tolerance = std::max(tolerance, options.tolerance), .upperBound = options.upperBound});
+    Distance out;
+    out.faces = {kWhole, kWhole};
+    out.onA = found.a.point;
+    out.onB = found.b.point;
+    if (!found.complete && (work.exhausted() || !(found.distance > 0))) {
+        out.complete = false;
+        out.distance = std::isfinite(found.least) ? found.least : 0;
+        return out;
+    }
+    out.farther = found.farther;
+    out.distance = found.farther ? options.upperBound : found.distance;
+    if (found.farther) return out;
+    // Only what is told to touch is at 0.
+    if (found.distance <= tolerance) {
+        out.distance = 0;
+        out.error = found.distance;
+    } else {
+        out.error = found.distance - found.least;
+    }
+    return out;
+}
+
+Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b, const BodyMotion& motionB, QueryWork& work,
+                    const ImpactOptions& options) {
+    if (!options.supports.empty() || !options.within.empty() || options.margin != 0 || options.marginGrowth != 0)
+        return surface_pairs::firstContact(a, motionA, b, motionB, work, options);
+    FreeformPair pair(a.freeform(), b.freeform());
+    const FreeformImpact found = pair.firstContact(motionA, motionB, options.tolerance, work);
+    Impact out;
+    out.hit = found.hit;
+    out.t = found.t;
+    out.distance = found.distance;
+    out.complete = found.complete;
+    if (!found.hit) return out;
+    out.point = 0.5 * (found.a.point + found.b.point);
+    out.normal = found.normal;
+    out.faces = {kWhole, kWhole};
+    if (found.a.face == kNoIndex || found.b.face == kNoIndex) return out;
+    const Affine3d worldA = motionA.placeAt(found.t), worldB = motionB.placeAt(found.t);
+    if (!invertible(worldA) || !invertible(worldB)) return out;
+    FreeformPlace onA = found.a, onB = found.b;
+    // Places within the tolerance need not be the nearest; the way between those is the normal.
+    const std::optional<double> scale = similarityScale(worldA);
+    if (scale && found.distance > 0) {
+        const double apart = found.distance / *scale;
+        const FreeformDistance near = pair.distance(worldA.inverse() * worldB, work, {.tolerance = 1e-6 * apart, .upperBound = apart * (1 + 1e-9)});
+        const double rounding = 1e-12 * (std::abs(near.a.point.cwiseAbs().maxCoeff()) + a.bounds().size().norm());
+        if (near.complete && !near.farther && near.a.face != kNoIndex && near.b.face != kNoIndex && near.distance > rounding) {
+            for (const auto& [place, of] : {std::pair(&onA, &near.a), std::pair(&onB, &near.b)}) {
+                *place = *of;
+                place->point = worldA * of->point;
+            }
+            out.distance = near.distance * *scale;
+            out.point = 0.5 * (onA.point + onB.point);
+            out.normal = (onB.point - onA.point).normalized();
+        }
+    }
+    out.faces = facesAt(a, b, onA, onB, worldA.inverse(), worldB.inverse());
+    return out;
+}
+
+PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+    PairDepth out;
+    if (!invertible(a.world) || !invertible(b.world)) return out;
+    if (!a.shape.topology().closed() || !b.shape.topology().closed()) return out;
+    const Affine3d a_T_b = a.world.inverse() * b.world;
+    const double tolerance = largestStretch(a.world.linear()) * toleranceOf(a.shape, b.shape, a_T_b);
+    const PairTouch meeting = contacts(a.shape, b.shape, a_T_b, 256, {work});
+    if (meeting.touch == Touch::kUnknown || work.exhausted()) return out;
+    if (meeting.touch == Touch::kNo) {
+        out.depth = 0;
+        return out;
+    }
+    const PairDepth drawn = surface_pairs::depth(a, b, work);
+    Vec3d normal = drawn.depth && *drawn.depth > 0 ? drawn.normal : Vec3d::Zero();
+    Vec3d middle = Vec3d::Zero(), sum = Vec3d::Zero();
+    const Mat3d forms = a.world.linear().inverse().transpose();
+    for (const MeetingPlace& place : meeting.places) {
+        sum += Vec3d(forms * place.normal).stableNormalized();
+        middle += a.world * place.point / static_cast<double>(meeting.places.size());
+    }
+    if (normal.isZero()) normal = sum;
+    if (!(normal.norm() > 0)) return out;
+    normal.normalize();
+
+    // From beyond all of A back to where B is: never late, so that what is farther than the first contact is free.
+    const Box boxA = a.shape.boxIn(a.world), boxB = b.shape.boxIn(b.world);
+    const double far = (boxA.size() + boxB.size()).norm() + (boxA.center() - boxB.center()).norm();
+    const BodyMotion rest{.start = {}, .end = {}, .body_T_mesh = a.world};
+    BodyMotion back{.start = {}, .end = {}, .body_T_mesh = b.world};
+    back.start.translation = far * normal;
+    FreeformPair pair(a.shape.freeform(), b.shape.freeform());
+    const FreeformImpact found = pair.firstContact(rest, back, tolerance, work);
+    if (!found.complete) return out;
+    out.depth = found.hit ? (1 - found.t) * far : 0;
+    out.normal = normal;
+    out.point = drawn.depth && *drawn.depth > 0 ? drawn.point : middle;
+    // Where do they still meet? Told to touch by rounding alone they do.
+    for (double less = std::max(tolerance, 1e-12 * far);; less *= 2) {
+        out.error = std::min(less, *out.depth);
+        if (less >= *out.depth) return out;
+        const FreeformTouch still = pair.touch(a.world.inverse() * gone(b.world, (*out.depth - less) * normal), 0, work);
+        if (still.touch == Touch::kUnknown) return PairDepth{};
+        if (still.touch == Touch::kYes) return out;
+    }
+}
+
+}  // namespace tessera::freeform_pairs
