@@ -7,6 +7,7 @@
 
 #include "common/drawable/Drawable.h"
 #include "common/drawable/NurbsArrays.h"
+#include "common/drawable/SmoothSurface.h"
 #include "common/freeform/nurbs/NurbsShapes.h"
 #include "tests/unit/scene/SceneEdits.h"
 
@@ -122,6 +123,37 @@ TEST(NurbsDrawable, AnEditOfOneControlPointGivesWhatAFreshSurfaceHas) {
     const auto values = moved.points.as<double>();
     moved.points = Blob::of(std::span<const double>(values));
     EXPECT_EQ(nurbsIn(sceneWithNurbs(moved)).key(), nurbsIn(edited).key());
+}
+
+/// Control points of 4 MB whose patches would be gigabytes.
+TEST(NurbsDrawable, WhatWouldHoldTheServerUpIsRefusedInWords) {
+    NurbsSurfaceCore core;
+    core.degreeU = core.degreeV = 24;
+    std::vector<double> knots, points;
+    for (int k = 0; k < 425; ++k) knots.push_back(k);
+    for (int j = 0; j < 400; ++j)
+        for (int i = 0; i < 400; ++i) points.insert(points.end(), {double(i), double(j), 0});
+    core.knotsU = core.knotsV = Blob::of(std::span<const double>(knots));
+    core.points = Blob::of(std::span<const double>(points));
+    const Aspect aspect = sceneWithNurbs(core);
+    const Expected<void> checked = nurbsIn(aspect).check();
+    ASSERT_FALSE(checked);
+    EXPECT_NE(checked.error().message.find("too long"), std::string::npos) << checked.error().message;
+    EXPECT_TRUE(nurbsIn(aspect).arrays().positions.empty());
+    EXPECT_EQ(nurbsIn(aspect).smoothSurface(), nullptr);
+}
+
+/// What collision looks at instead of the triangles.
+TEST(NurbsDrawable, TheSmoothSurfaceIsWhatTheFieldsStandFor) {
+    const Aspect aspect = sceneWithNurbs(sphere());
+    const std::shared_ptr<const SmoothSurface> smooth = nurbsIn(aspect).smoothSurface();
+    ASSERT_NE(smooth, nullptr);
+    const NurbsSurface& surface = std::get<NurbsSurface>(smooth->surface);
+    for (const double u : {0.3, 1.7}) EXPECT_NEAR(evaluate(surface, u, 0.7).at.point.norm(), 1, 1e-12);
+    NurbsSurfaceCore broken = sphere();
+    broken.points = Blob();
+    EXPECT_EQ(nurbsIn(sceneWithNurbs(broken)).smoothSurface(), nullptr);
+    EXPECT_EQ(nurbsIn(sceneWithNurbs(NurbsSurfaceCore())).smoothSurface(), nullptr);
 }
 
 }  // namespace

@@ -248,5 +248,42 @@ TEST(NurbsTriangles, SurfacesThatShareAnEdgeHaveTheSameVerticesThere) {
     }
 }
 
+/// A grid of count × count control points, bent by `bend`.
+NurbsDefinition denseSurface(int degree, int count, double bend) {
+    NurbsDefinition d;
+    d.u.degree = degree;
+    for (int k = 0; k < count + degree + 1; ++k) d.u.knots.push_back(k);
+    d.v = d.u;
+    for (int j = 0; j < count; ++j)
+        for (int i = 0; i < count; ++i) d.points.emplace_back(i, j, bend * ((i + 2 * j) % 3), 1);
+    return d;
+}
+
+TEST(NurbsTriangles, WhatWouldTakeTooLongIsRefused) {
+    // All knots of it are needed, and their patches alone would be gigabytes: counted before one is made.
+    const auto dense = NurbsSurface::make(denseSurface(24, 400, 0));
+    ASSERT_TRUE(dense) << dense.error().message;
+    constexpr std::size_t kSums = std::size_t{1} << 27;
+    for (const double tolerance : {1e-3, 1e6}) {
+        const auto refused = tessellate(*dense, tolerance, {.maxTriangles = 500'000, .maxSums = kSums});
+        ASSERT_FALSE(refused);
+        EXPECT_EQ(refused.error().code, ErrorCode::kLimit);
+        EXPECT_NE(refused.error().message.find("too long"), std::string::npos);
+    }
+    // Few knots, but so fine that it is halved again and again.
+    const auto bent = NurbsSurface::make(denseSurface(12, 14, 1));
+    ASSERT_TRUE(bent);
+    const auto whole = tessellate(*bent, 0.5);
+    ASSERT_TRUE(whole) << whole.error().message;
+    std::size_t enough = 1;
+    while (!tessellate(*bent, 0.5, {.maxSums = enough})) enough *= 2;
+    EXPECT_GT(enough, 1000U);
+    EXPECT_LT(enough, std::size_t{1} << 27);
+    EXPECT_EQ(tessellate(*bent, 0.5, {.maxSums = enough})->positions, whole->positions) << "what is counted changes nothing";
+    const auto finer = tessellate(*bent, 1e-4, {.maxSums = enough});
+    ASSERT_FALSE(finer);
+    EXPECT_EQ(finer.error().code, ErrorCode::kLimit);
+}
+
 }  // namespace
 }  // namespace tessera
