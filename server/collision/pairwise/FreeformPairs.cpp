@@ -72,6 +72,9 @@ PairTouch asWholes(Touch touch) {
     return out;
 }
 
+/// An empty mesh is no body to ../freeform; to trees it meets nothing.
+bool anyIsEmpty(const CollisionShape& a, const CollisionShape& b) { return a.faceCount() == 0 || b.faceCount() == 0; }
+
 /// Where B stands after it has gone some way in the world.
 Affine3d gone(const Affine3d& world, const Vec3d& way) {
     Affine3d out = world;
@@ -88,6 +91,7 @@ double toleranceOf(const CollisionShape& a, const CollisionShape& b, const Affin
 }
 
 PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
+    if (anyIsEmpty(a, b)) return surface_pairs::touch(a, b, a_T_b, effort);
     FreeformPair pair(a.freeform(), b.freeform());
     const FreeformTouch found = pair.touch(a_T_b, toleranceOf(a, b, a_T_b), effort.work);
     PairTouch out = asWholes(found.touch);
@@ -98,6 +102,7 @@ PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d
 }
 
 PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most, const PairEffort& effort) {
+    if (anyIsEmpty(a, b)) return surface_pairs::contacts(a, b, a_T_b, most, effort);
     FreeformPair pair(a.freeform(), b.freeform());
     const double tolerance = toleranceOf(a, b, a_T_b);
     FreeformContacts found = pair.contacts(a_T_b, effort.work, {.tolerance = tolerance});
@@ -126,6 +131,7 @@ PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affin
 }
 
 Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work, const DistanceOptions& options) {
+    if (anyIsEmpty(a, b)) return surface_pairs::distance(a, b, a_T_b, work, options);
     FreeformPair pair(a.freeform(), b.freeform());
     const double tolerance = toleranceOf(a, b, a_T_b);
     const FreeformDistance found =
@@ -154,7 +160,7 @@ Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine
 
 Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b, const BodyMotion& motionB, QueryWork& work,
                     const ImpactOptions& options) {
-    if (!options.supports.empty() || !options.within.empty() || options.margin != 0 || options.marginGrowth != 0)
+    if (anyIsEmpty(a, b) || !options.supports.empty() || !options.within.empty() || options.margin != 0 || options.marginGrowth != 0)
         return surface_pairs::firstContact(a, motionA, b, motionB, work, options);
     FreeformPair pair(a.freeform(), b.freeform());
     const FreeformImpact found = pair.firstContact(motionA, motionB, options.tolerance, work);
@@ -193,6 +199,7 @@ Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const Co
 
 PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
     PairDepth out;
+    if (anyIsEmpty(a.shape, b.shape)) return surface_pairs::depth(a, b, work);
     if (!invertible(a.world) || !invertible(b.world)) return out;
     if (!a.shape.topology().closed() || !b.shape.topology().closed()) return out;
     const Affine3d a_T_b = a.world.inverse() * b.world;

@@ -403,5 +403,19 @@ TEST(FreeformPairs, WorkThatEndsIsSaid) {
     EXPECT_GT(cut, 0);
 }
 
+TEST(FreeformPairs, AnEmptyMeshMeetsNothing) {
+    const SmoothShape ball = smoothBall(1, 1e-4), none = CollisionShape::ofTriangles(TriangleMesh());
+    const Affine3d here = Affine3d::Identity();
+    for (const auto& [a, b] : {std::pair(ball, none), std::pair(none, ball)}) {
+        const PlacedShape placedA{*a, here}, placedB{*b, here};
+        QueryWork work;
+        EXPECT_EQ(touchOf(placedA, placedB, {work}).touch, Touch::kNo);
+        EXPECT_EQ(contactsOf(placedA, placedB, 10, {work}).touch, Touch::kNo);
+        EXPECT_TRUE(distanceInWorld(placedA, placedB, {}, work).farther);
+        EXPECT_EQ(depthOf(placedA, placedB, work).depth, 0.0);
+        EXPECT_FALSE(pairMethods(*a, *b).firstContact(*a, {}, *b, {}, work, {}).hit);
+    }
+}
+
 }  // namespace
 }  // namespace tessera
