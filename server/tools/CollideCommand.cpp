@@ -112,6 +112,7 @@ std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArgu
     const auto timed = [&](auto&& query) {
         const SteadyClock::time_point start = SteadyClock::now();
         QueryWork work;
+        if (bodies.a->smoothSurface() != nullptr || bodies.b->smoothSurface() != nullptr) work.limit = kMostFreeformWork;
         const auto result = query(work);
         us = microseconds(start, SteadyClock::now());
         return result;
@@ -222,20 +223,24 @@ Expected<void> collide(const CollideArguments& arguments) {
     if (!poses) return tl::unexpected(poses.error());
     if (const Expected<void> fits = checkPosesFor(arguments.query, *poses, arguments.poses); !fits) return fits;
 
-    if (arguments.freeformA || arguments.freeformB) return collideFreeform(arguments, *poses);
-    Expected<Model> a = load(arguments.a, arguments.asA, arguments);
+    const bool smooth = arguments.freeformA || arguments.freeformB;
+    if (smooth && arguments.query != CollideQuery::kDepth) return collideFreeform(arguments, *poses);
+    Expected<Model> a = smooth ? Model() : load(arguments.a, arguments.asA, arguments);
     if (!a) return tl::unexpected(a.error());
     const bool same = arguments.b == arguments.a &&
                       (arguments.asA == Representation::kPoints) == (arguments.asB == Representation::kPoints);
-    Expected<Model> b = alone || same ? a : load(arguments.b, arguments.asB, arguments);
+    Expected<Model> b = alone || same || smooth ? a : load(arguments.b, arguments.asB, arguments);
     if (!b) return tl::unexpected(b.error());
 
     const SteadyClock::time_point start = SteadyClock::now();
     const Expected<std::shared_ptr<CollisionShape>> shapeA =
-        shapeOf(std::move(*a), arguments.asA, arguments.levelA, arguments.error, arguments.a, arguments.tree);
+        smooth ? loadFreeformShape(arguments.a, arguments.freeformA, arguments.asA, arguments)
+               : shapeOf(std::move(*a), arguments.asA, arguments.levelA, arguments.error, arguments.a, arguments.tree);
     if (!shapeA) return tl::unexpected(shapeA.error());
     const Expected<std::shared_ptr<CollisionShape>> shapeB =
-        alone ? shapeA : shapeOf(std::move(*b), arguments.asB, arguments.levelB, arguments.error, arguments.b, arguments.tree);
+        alone    ? shapeA
+        : smooth ? loadFreeformShape(arguments.b, arguments.freeformB, arguments.asB, arguments)
+                 : shapeOf(std::move(*b), arguments.asB, arguments.levelB, arguments.error, arguments.b, arguments.tree);
     if (!shapeB) return tl::unexpected(shapeB.error());
     const Bodies bodies{*shapeA, *shapeB};
     if (arguments.query == CollideQuery::kDepth)
@@ -386,8 +391,7 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     }
     if (out.freeformA || out.freeformB) {
         const auto isLike = [](const std::optional<FreeformKind>& kind, Representation as) { return kind || as == Representation::kTriangles || as == Representation::kHull; };
-        if (alone || out.query == CollideQuery::kDepth)
-            return fail(ErrorCode::kUsage, fmt::format("{} is not for smooth surfaces: any, all, distance and toi are", query));
+        if (alone) return fail(ErrorCode::kUsage, "self is not for smooth surfaces: any, all, distance, toi and depth are");
         if (!isLike(out.freeformA, out.asA) || !isLike(out.freeformB, out.asB))
             return fail(ErrorCode::kUsage, "smooth surfaces are compared with each other, triangles and hulls");
         if (out.levelA > 0 || out.levelB > 0) return fail(ErrorCode::kUsage, "--level is for triangles and height fields, not beside smooth surfaces");

@@ -3,9 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <map>
+#include <span>
+#include <variant>
 
 #include "common/freeform/nurbs/ObjSurfaces.h"
+#include "common/freeform/nurbs/tessellation/NurbsTriangles.h"
+#include "common/freeform/subdivision/LimitTessellation.h"
 #include "server/tools/SceneTriangles.h"
 #include "server/tools/evaluate/ObjControlMesh.h"
 
@@ -44,30 +50,117 @@ std::string contactsLine(const FreeformContacts& found, double tolerance, bool j
 
 }  // namespace
 
+namespace {
+
+/// What a file of smooth surfaces holds.
+using FileSurfaces = std::variant<ControlMesh, std::vector<NurbsSurface>>;
+
+Expected<FileSurfaces> readSurfaces(const std::string& path, FreeformKind kind) {
+    const Expected<std::string> text = readSurfaceText(path);
+    if (!text) return tl::unexpected(text.error());
+    if (kind == FreeformKind::kNurbs) {
+        Expected<std::vector<NurbsSurface>> surfaces = readNurbsObj(*text, path);
+        if (!surfaces) return tl::unexpected(surfaces.error());
+        return std::move(*surfaces);
+    }
+    Expected<ObjControlMesh> mesh = parseObjControlMesh(*text, path, kind == FreeformKind::kLoop ? SubdivisionScheme::kLoop : SubdivisionScheme::kCatmullClark);
+    if (!mesh) return tl::unexpected(mesh.error());
+    for (const std::string& note : mesh->notes) fmt::print(stderr, "tessera-collide: {}: {}\n", path, note);
+    return std::move(mesh->mesh);
+}
+
+Expected<TriangleMesh> readMesh(const std::string& path, const CollideArguments& arguments) {
+    return readTriangles(path, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
+}
+
+/// Vertices at one place are one: of these triangles only what they enclose is asked.
+TriangleMesh welded(std::span<const Vec3d> places, std::span<const std::uint32_t> corners) {
+    std::map<std::array<double, 3>, std::uint32_t> numbers;
+    std::vector<double> positions;
+    std::vector<std::uint32_t> indices;
+    for (const std::uint32_t c : corners) {
+        const Vec3d& p = places[c];
+        const auto [at, isNew] = numbers.try_emplace({p.x(), p.y(), p.z()}, static_cast<std::uint32_t>(positions.size() / 3));
+        if (isNew) positions.insert(positions.end(), {p.x(), p.y(), p.z()});
+        indices.push_back(at->second);
+    }
+    return TriangleMesh::make(std::span<const double>(positions), indices).value_or(TriangleMesh());
+}
+
+Expected<TriangleMesh> trianglesOf(const ControlMesh& mesh) {
+    constexpr int kLevel = 4;
+    const Expected<std::shared_ptr<const LimitTessellation>> made = LimitTessellation::build(mesh, kLevel);
+    if (!made) return tl::unexpected(made.error());
+    std::vector<float> points, positions(3 * (*made)->vertexCount()), normals(positions.size());
+    for (const Vec3d& p : mesh.positions)
+        for (const double x : {p.x(), p.y(), p.z()}) points.push_back(static_cast<float>(x));
+    (*made)->evaluate(points, positions, normals);
+    std::vector<Vec3d> places;
+    for (std::size_t i = 0; i < positions.size(); i += 3) places.emplace_back(positions[i], positions[i + 1], positions[i + 2]);
+    return welded(places, (*made)->indices());
+}
+
+Expected<TriangleMesh> trianglesOf(const std::vector<NurbsSurface>& surfaces) {
+    Box around;
+    for (const NurbsSurface& s : surfaces)
+        for (const Vec4d& p : s.definition().points) around.extend(p.head<3>() / p.w());
+    constexpr double kShare = 1e-3;
+    std::vector<Vec3d> places;
+    std::vector<std::uint32_t> corners;
+    for (const NurbsSurface& s : surfaces) {
+        const Expected<NurbsTriangles> made = tessellate(s, std::max(kShare * around.size().norm(), 1e-30));
+        if (!made) return tl::unexpected(made.error());
+        for (const auto& t : made->triangles)
+            for (const std::uint32_t c : t) corners.push_back(static_cast<std::uint32_t>(places.size()) + c);
+        places.insert(places.end(), made->positions.begin(), made->positions.end());
+    }
+    return welded(places, corners);
+}
+
+Expected<FreeformShape> smoothOf(FileSurfaces surfaces) {
+    if (const auto* mesh = std::get_if<ControlMesh>(&surfaces)) return FreeformShape::ofSubdivision(*mesh);
+    return FreeformShape::ofNurbs(std::move(std::get<std::vector<NurbsSurface>>(surfaces)));
+}
+
+}  // namespace
+
 Expected<FreeformShape> loadFreeform(const std::string& path, const std::optional<FreeformKind>& kind, Representation otherwise, const CollideArguments& arguments) {
     const auto named = [&](Expected<FreeformShape> shape) -> Expected<FreeformShape> {
         if (!shape) return failWith(path, shape.error());
         return shape;
     };
-    if (!kind) {
-        Expected<TriangleMesh> mesh = readTriangles(path, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
-        if (!mesh) return tl::unexpected(mesh.error());
-        if (otherwise != Representation::kHull) return named(FreeformShape::ofTriangles(std::move(*mesh)));
-        Expected<ConvexHull> hull = ConvexHull::make(*mesh);
-        if (!hull) return failWith(path, hull.error());
-        return named(FreeformShape::ofHull(std::move(*hull)));
-    }
-    const Expected<std::string> text = readSurfaceText(path);
-    if (!text) return tl::unexpected(text.error());
-    if (*kind == FreeformKind::kNurbs) {
-        Expected<std::vector<NurbsSurface>> surfaces = readNurbsObj(*text, path);
+    if (kind) {
+        Expected<FileSurfaces> surfaces = readSurfaces(path, *kind);
         if (!surfaces) return tl::unexpected(surfaces.error());
-        return named(FreeformShape::ofNurbs(std::move(*surfaces)));
+        return named(smoothOf(std::move(*surfaces)));
     }
-    const Expected<ObjControlMesh> mesh = parseObjControlMesh(*text, path, *kind == FreeformKind::kLoop ? SubdivisionScheme::kLoop : SubdivisionScheme::kCatmullClark);
+    Expected<TriangleMesh> mesh = readMesh(path, arguments);
     if (!mesh) return tl::unexpected(mesh.error());
-    for (const std::string& note : mesh->notes) fmt::print(stderr, "tessera-collide: {}: {}\n", path, note);
-    return named(FreeformShape::ofSubdivision(mesh->mesh));
+    if (otherwise != Representation::kHull) return named(FreeformShape::ofTriangles(std::move(*mesh)));
+    Expected<ConvexHull> hull = ConvexHull::make(*mesh);
+    if (!hull) return failWith(path, hull.error());
+    return named(FreeformShape::ofHull(std::move(*hull)));
+}
+
+Expected<std::shared_ptr<CollisionShape>> loadFreeformShape(const std::string& path, const std::optional<FreeformKind>& kind, Representation otherwise,
+                                                            const CollideArguments& arguments) {
+    if (!kind) {
+        Expected<TriangleMesh> mesh = readMesh(path, arguments);
+        if (!mesh) return tl::unexpected(mesh.error());
+        if (otherwise != Representation::kHull) return CollisionShape::ofTriangles(std::move(*mesh), arguments.tree);
+        std::shared_ptr<CollisionShape> hull = CollisionShape::ofHull(*mesh, arguments.tree);
+        if (!hull) return fail(ErrorCode::kBadInput, fmt::format("{}: lies in one plane, so it has no hull", path));
+        return hull;
+    }
+    Expected<FileSurfaces> surfaces = readSurfaces(path, *kind);
+    if (!surfaces) return tl::unexpected(surfaces.error());
+    Expected<TriangleMesh> drawn = std::visit([](const auto& of) { return trianglesOf(of); }, *surfaces);
+    if (!drawn) return failWith(path, drawn.error());
+    if (drawn->faceCount() == 0) return fail(ErrorCode::kBadInput, fmt::format("{}: nothing of it has an area", path));
+    Expected<FreeformShape> surface = smoothOf(std::move(*surfaces));
+    if (!surface) return failWith(path, surface.error());
+    const double size = drawn->bounds().size().norm();
+    return CollisionShape::ofFreeform(std::move(*surface), std::move(*drawn), size > 0 ? arguments.tolerance.value_or(kFreeformTolerance) / size : 0, arguments.tree);
 }
 
 std::string freeformAnswer(FreeformPair& pair, const PoseLine& pose, const CollideArguments& arguments, double& us) {

@@ -67,11 +67,13 @@ std::optional<DeformingShapes::Own::SmoothEnd> DeformingShapes::smoothEndOf(cons
 
 std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, const MeshArrays& arrays, bool jump, const Drawable& drawable) {
     Own& own = shapes_[key];
-    if (own.shape && own.indices == arrays.indices.id() && own.primitive == arrays.primitive &&
+    const bool smooth = own.shape && own.shape->smoothSurface() != nullptr;
+    const std::optional<DerivedSource> source = asksForSmooth(key.choice) && drawable ? drawable.source() : std::nullopt;
+    // What had no smooth surface may have one of another recipe.
+    const bool mayBecomeSmooth = !smooth && source && !(own.source && own.source->recipe == source->recipe);
+    if (own.shape && !mayBecomeSmooth && own.indices == arrays.indices.id() && own.primitive == arrays.primitive &&
         own.pointRadius == arrays.pointRadius) {
         const BlobId positions = arrays.positions.id();
-        const bool smooth = own.shape->smoothSurface() != nullptr;
-        const std::optional<DerivedSource> source = smooth && drawable ? drawable.source() : std::nullopt;
         const auto isOf = [&](const DerivedSource& known) {
             return source && known.recipe == source->recipe && known.points.id() == source->points.id();
         };
@@ -95,9 +97,8 @@ std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, co
            .pointRadius = arrays.pointRadius,
            .endPositions = {},
            .end = {},
-           .source = {},
+           .source = source,
            .smoothEnd = {}};
-    if (own.shape && own.shape->smoothSurface() != nullptr) own.source = drawable.source();
     return own.shape;
 }
 

@@ -47,7 +47,7 @@ private:
         double pointRadius = 0;
         BlobId endPositions;
         std::optional<End> end;
-        /// Of a smooth surface: what it is made of, and its control points (or all of it) where they are about to be.
+        /// Where a smooth surface is asked for: what it is made of; and its control points (or all of it) where they are about to be.
         std::optional<DerivedSource> source;
         struct SmoothEnd {
             DerivedSource source;

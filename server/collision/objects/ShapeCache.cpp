@@ -64,8 +64,6 @@ std::size_t trianglesOf(const CollisionShape& shape) {
 
 constexpr double kUsualFreeformError = 1e-4;
 
-bool wantsSmooth(const ShapeChoice& choice) { return choice.representation == Representation::kFreeform; }
-
 std::shared_ptr<CollisionShape> freeformOf(TriangleMesh& mesh, const ShapeChoice& choice, const Drawable& drawable, const TreeOptions& trees) {
     std::optional<FreeformShape> surface = drawable ? smoothShapeOf(drawable) : std::nullopt;
     if (!surface) return nullptr;
@@ -98,7 +96,8 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
     if (!resident(arrays)) return nullptr;
     const bool points = arrays.primitive == Primitive::kPoints;
     Hash128 smooth;
-    if (wantsSmooth(choice) && drawable)
+    const bool freeform = choice.representation == Representation::kFreeform;
+    if (freeform && drawable)
         if (const std::optional<DerivedSource> source = drawable.source()) {
             const std::array<Hash128, 2> both{source->recipe, source->points.id()};
             smooth = hash128(std::as_bytes(std::span(both)));
@@ -121,7 +120,7 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
         }
         if (wanted == Representation::kDistanceField || (!wanted && choice.error > 0))
             if (const auto field = CollisionShape::ofDistanceField(std::move(*mesh), choice.error, trees)) made = *field;
-        if (wantsSmooth(choice)) made = freeformOf(*mesh, choice, drawable, trees);
+        if (freeform) made = freeformOf(*mesh, choice, drawable, trees);
         if (made) return shapes_[key] = std::move(made);
         if (wanted == Representation::kHull)
             made = CollisionShape::ofHull(*mesh, trees);
@@ -141,7 +140,7 @@ std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, c
     if (!mesh) return nullptr;
     const TreeOptions trees{.volume = choice.volume.value_or(kAutomaticDeformingVolume)};
     std::shared_ptr<CollisionShape> made;
-    if (wantsSmooth(choice) || (!choice.representation && choice.error > 0)) made = freeformOf(*mesh, choice, drawable, trees);
+    if (asksForSmooth(choice)) made = freeformOf(*mesh, choice, drawable, trees);
     const bool smooth = made != nullptr;
     if (!smooth) made = CollisionShape::ofTriangles(std::move(*mesh), trees);
     made->setDeforms();

@@ -20,6 +20,10 @@ namespace tessera {
 
 /// Larger ones are taken as their triangles: faces of a control mesh, or control points of a NURBS surface. Measured: README.md.
 inline constexpr std::size_t kMostFreeformFaces = std::size_t{1} << 17;
+/// Whether what deforms is to be a smooth surface, where it has one.
+[[nodiscard]] inline bool asksForSmooth(const ShapeChoice& choice) {
+    return choice.representation == Representation::kFreeform || (!choice.representation && choice.error > 0);
+}
 /// The smooth surface that a drawable's triangles are of. Nothing where there is none, or it is too large.
 [[nodiscard]] std::optional<FreeformShape> smoothShapeOf(const Drawable& drawable);
 

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "server/collision/pairwise/PairTable.h"
+
 namespace tessera {
 namespace {
 
@@ -69,6 +71,26 @@ TEST_F(FreeformFiles, AnswersNameFacesAndTheirParameters) {
     EXPECT_GE(said["t"], 0.49997);
 }
 
+/// Of two that are alike, one beside the other: by so much as they are wider than apart.
+TEST_F(FreeformFiles, DepthIsTheWayOut) {
+    const std::string path = file("cube.obj", cube(false));
+    const auto shape = loadFreeformShape(path, FreeformKind::kSubdivision, Representation::kTriangles, {});
+    ASSERT_TRUE(shape) << shape.error().message;
+    const Affine3d here = Affine3d::Identity();
+    const auto beside = [](double x) { return Affine3d(Eigen::Translation3d(x, 0, 0)); };
+    QueryWork work;
+    const double width = 9 - distanceInWorld({**shape, here}, {**shape, beside(9)}, {}, work).distance;
+    ASSERT_GT(width, 1);
+    for (const double x : {0.97 * width, 0.9 * width}) {
+        const PairDepth depth = depthOf({**shape, here}, {**shape, beside(x)}, work);
+        ASSERT_TRUE(depth.depth);
+        EXPECT_GT(depth.normal.x(), 0.999);
+        EXPECT_NEAR(*depth.depth, width - x, 1e-3);
+        EXPECT_LT(depth.error, 1e-3);
+    }
+    EXPECT_EQ(depthOf({**shape, here}, {**shape, beside(1.01 * width)}, work).depth, 0.0);
+}
+
 TEST_F(FreeformFiles, BadOnesAreRefusedInWords) {
     const CollideArguments arguments;
     const auto refusal = [&](const std::string& path, FreeformKind kind) {
@@ -94,7 +116,8 @@ TEST_F(FreeformFiles, WordsThatDoNotGoTogether) {
     EXPECT_EQ(std::get<CollideArguments>(*good).freeformA, FreeformKind::kSubdivision);
     EXPECT_EQ(std::get<CollideArguments>(*good).freeformB, FreeformKind::kNurbs);
     EXPECT_TRUE(parse({"--query", "any", "--as-b", "hull"}));
-    EXPECT_FALSE(parse({"--query", "depth"}));
+    EXPECT_TRUE(parse({"--query", "depth"}));
+    EXPECT_FALSE(parse({"--query", "depth", "--as-b", "spherical"}));
     EXPECT_FALSE(parse({"--query", "any", "--as-b", "points"}));
     EXPECT_FALSE(parse({"--query", "any", "--threads", "2"}));
     EXPECT_FALSE(parse({"--query", "any", "--level-b", "3"}));
