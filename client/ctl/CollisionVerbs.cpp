@@ -134,11 +134,13 @@ Listing listed(const answer::Distances& told, SceneNames& names, const verb::Con
     Listing out{.table = TextTable({"near", "objects", "distance", "nearest points", "interest"})};
     list(out, told.distances, names, wanted, interest, [&](const PairDistanceValue& d) {
         out.table.add({std::string(nameOf(d.phase)), names.pair(d.objectA, d.objectB),
-                       fmt::format("{:.6g}", d.distance), textOf(d.pointA) + " - " + textOf(d.pointB),
+                       fmt::format("{:.6g}", d.distance) + (d.error > 0 ? fmt::format(" +- {:.2g}", d.error) : ""),
+                       textOf(d.pointA) + " - " + textOf(d.pointB),
                        names.interest(d.interest)});
         out.entries.push_back({{"phase", nameOf(d.phase)},
                                {"objects", names.pairJson(d.objectA, d.objectB)},
                                {"distance", d.distance},
+                               {"error", d.error},
                                {"nodes", names.pairJson(d.nodeA, d.nodeB)},
                                {"faces", Json::array({faceJson(d.faceA), faceJson(d.faceB)})},
                                {"points", Json::array({jsonOf(d.pointA), jsonOf(d.pointB)})},

@@ -55,7 +55,8 @@ PairDistanceValue valueOf(const PairDistance& d) {
             .faceA = d.faceA,
             .faceB = d.faceB,
             .pointA = d.pointA,
-            .pointB = d.pointB};
+            .pointB = d.pointB,
+            .error = d.error};
 }
 
 bool isChange(const PairEvent& event) {

@@ -137,7 +137,9 @@ TEST_F(CollisionVerbs, EventsAndDistancesOfTheNewestFrame) {
     near.nodeA = test::kHook;
     near.nodeB = test::kHall;
     near.pointB = Vec3d(0, 0, 0.1);
-    distances.distances = {near};
+    PairDistanceValue nearly = near;
+    nearly.error = 0.0125;
+    distances.distances = {near, nearly};
     EXPECT_EQ(ctl({"contacts", "--events"}).out,
               "event    objects              time  point      normal     interest\n"
               "began    /hall/crane - /hall  0.5   (1, 2, 3)  (0, 0, 1)  /watch\n"
@@ -145,9 +147,10 @@ TEST_F(CollisionVerbs, EventsAndDistancesOfTheNewestFrame) {
               "through  /hall/crane - /hall  1     -          -          /watch\n"
               "3 events in frame 10\n");
     EXPECT_EQ(ctl({"contacts", "--distances"}).out,
-              "near   objects              distance  nearest points           interest\n"
-              "began  /hall/crane - /hall  0.1       (0, 0, 0) - (0, 0, 0.1)  /second\n"
-              "1 distances in frame 11\n");
+              "near   objects              distance      nearest points           interest\n"
+              "began  /hall/crane - /hall  0.1           (0, 0, 0) - (0, 0, 0.1)  /second\n"
+              "began  /hall/crane - /hall  0.1 +- 0.013  (0, 0, 0) - (0, 0, 0.1)  /second\n"
+              "2 distances in frame 11\n");
     const Json both = askJson({"contacts", "--events", "--distances"});
     EXPECT_EQ(both["events"].size(), 3u);
     EXPECT_EQ(both["events"][0]["phase"], "began");
@@ -156,6 +159,8 @@ TEST_F(CollisionVerbs, EventsAndDistancesOfTheNewestFrame) {
     EXPECT_EQ(both["events"][2]["phase"], "ended");
     EXPECT_EQ(both["events"][2]["through"], true);
     EXPECT_EQ(both["distances"][0]["distance"].get<double>(), 0.1);
+    EXPECT_EQ(both["distances"][0]["error"], 0.0);
+    EXPECT_EQ(both["distances"][1]["error"], 0.0125);
     EXPECT_EQ(both["distances"][0]["nodes"], Json::array({"/hall/crane/hook", "/hall"}));
 }
 

@@ -33,6 +33,7 @@ StepResult someStep() {
         PairDistance pair{.interest = ObjectId{8}, .objectA = ObjectId{30 + i}, .objectB = ObjectId{40}};
         pair.phase = static_cast<Phase>(i);
         pair.distance = 0.5 - 0.1 * static_cast<double>(i);
+        pair.error = 0.01 * static_cast<double>(i);
         pair.nodeA = ObjectId{50};
         pair.nodeB = ObjectId{51};
         pair.faceA = 52;
@@ -96,6 +97,7 @@ TEST(CollisionAnswers, ALimitLeavesOutStaysFirstAndCounts) {
     EXPECT_EQ(std::tie(d.interest, d.objectA, d.objectB, d.phase, d.distance, d.nodeA, d.nodeB, d.faceA, d.faceB),
               std::tuple(ObjectId{8}, ObjectId{31}, ObjectId{40}, TouchPhase::kStays, 0.4, ObjectId{50}, ObjectId{51},
                          52u, 53u));
+    EXPECT_EQ(d.error, 0.01);
     EXPECT_EQ(d.pointA, Vec3d(1, 1, 1));
     EXPECT_EQ(d.pointB, Vec3d(2, 2, 2));
 }
