@@ -61,7 +61,7 @@ public:
     [[nodiscard]] MeshArrays arrays() const { return type_->derivation ? derivedArrays(*type_->derivation, core_, fineness_) : type_->arrays(core_); }
     [[nodiscard]] bool derived() const { return type_->derivation != nullptr; }
     /// What derived arrays are made of; nothing of others, and where there is nothing to be seen.
-    [[nodiscard]] std::optional<DerivedSource> source() const { return derived() ? type_->derivation->source(core_) : std::nullopt; }
+    [[nodiscard]] std::optional<DerivedSource> source() const { return derived() ? type_->derivation->source(core_, fineness_) : std::nullopt; }
     /// Of derived triangles: the smooth surface that they are of. Null where there is none. Made anew by each call.
     [[nodiscard]] std::shared_ptr<const SmoothSurface> smoothSurface() const {
         return derived() && type_->derivation->smooth ? type_->derivation->smooth(core_) : nullptr;

@@ -19,7 +19,7 @@ enum class CollideQuery : std::uint8_t { kAny, kAll, kDistance, kImpact, kDepth,
 enum class FreeformKind : std::uint8_t { kSubdivision, kLoop, kNurbs };
 /// Of their answers where nobody says, and what a question may cost: minutes.
 inline constexpr double kFreeformTolerance = 1e-6;
-inline constexpr std::uint64_t kMostFreeformWork = 50'000'000;
+inline constexpr std::uint64_t kMostFreeformWork = 2'000'000;
 
 struct CollideArguments {
     std::string a, b, poses;  ///< of self a alone

@@ -83,6 +83,32 @@ TEST(SurfaceWall, PictureAndCollisionFollowTheControlPoints) {
     (void)one.finish();
 }
 
+TEST(SurfaceWall, WhatIsNearIsDrawnAsFineAsTheScreenWantsIt) {
+    Picture near;
+    {
+        SurfaceWall wall("2x2");
+        ASSERT_TRUE(wall.ready) << wall.logs();
+        wall.tell({"set", "/pillow/skin", "level", "1"});
+        const double low = wall.drop("3");
+        wall.tell({"move", "/camera", "3", "0.2", "2"});
+        near = wall.picture("near");
+        wall.tell({"set", "/pillow/skin", "screenError", "0"});
+        EXPECT_GT(pixelsThatDiffer(wall.picture("coarse"), near), 500u) << "its few triangles are seen";
+        EXPECT_EQ(wall.drop("3"), low) << "what is drawn is nothing to collisions";
+        wall.undo(4);
+        EXPECT_EQ(pixelsThatDiffer(wall.picture("again"), near), 0u) << "what was coarse meanwhile is as fine again";
+        EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
+    }
+    // One host that has never seen it from elsewhere chooses as four that came near.
+    SurfaceWall one("1x1");
+    ASSERT_TRUE(one.ready) << one.logs();
+    one.tell({"move", "/camera", "3", "0.2", "2"});
+    one.tell({"set", "/pillow/skin", "level", "1"});
+    one.tell({"move", "/block", "3", "6", "0"});
+    EXPECT_EQ(pixelsThatDiffer(one.picture("one"), near), 0u);
+    (void)one.finish();
+}
+
 TEST(SurfaceWall, WhatIsNoControlMeshIsRefusedByName) {
     SurfaceWall wall("1x1");
     ASSERT_TRUE(wall.ready) << wall.logs();

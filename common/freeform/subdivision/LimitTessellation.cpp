@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -110,6 +111,7 @@ public:
         }
         if (triangles > limits_.mostTriangles)
             return fail(ErrorCode::kLimit, "level " + std::to_string(level) + " makes " + std::to_string(triangles) + " triangles, and " + std::to_string(limits_.mostTriangles) + " may be: take a lower level");
+        if (Expected<void> few = countWeights(); !few) return few;
         out_.indices_.reserve(3 * triangles);
         out_.faces_.resize(topology.ptexFaceCount());
         for (std::size_t p = 0; p < topology.ptexFaceCount(); ++p) {
@@ -150,6 +152,21 @@ private:
             mark((face.corner + edges.size() - 1) % edges.size(), 3);
         }
     }
+    /// Before any is worked out: a refusal is to cost little.
+    Expected<void> countWeights() {
+        if (!graph_) return {};
+        std::set<std::pair<const NeighbourhoodGraph::Node*, std::uint32_t>> kinds;
+        std::size_t weights = 0;
+        for (std::size_t p = 0; p < out_.topology_.ptexFaceCount(); ++p) {
+            const PtexFace face = out_.topology_.ptexFace(p);
+            if (!out_.topology_.hasSurface(face.face)) continue;
+            const NeighbourhoodGraph::Face& base = graph_->faceOf(face.face);
+            if ((face.corner == kNoIndex && base.node->spline) || !kinds.insert({base.node, face.corner}).second) continue;
+            weights += gridSamples(1U << (face.corner == kNoIndex ? out_.level_ : out_.level_ - 1), out_.triangular()) * 3 * base.points.size();
+            if (weights > limits_.mostWeights) return tooMany();
+        }
+        return {};
+    }
     Expected<void> findWeights(const PtexFace& face, Face& here) {
         here.pointsBegin = static_cast<std::uint32_t>(out_.points_.size());
         const SubdivisionTopology& topology = out_.topology_;
@@ -181,11 +198,6 @@ private:
         }
         const Table*& known = irregular_[{base.node, face.corner}];
         if (!known) {
-            const std::size_t weights = gridSamples(here.segments, out_.triangular()) * 3 * base.points.size();
-            if (weights > limits_.mostWeights - std::min(weights_, limits_.mostWeights)) {
-                weights_ += weights;
-                return enough();
-            }
             known = keep(face.corner == kNoIndex ? sampleTable(*graph_, *base.node, here.segments) : polygonPartTable(*graph_, *base.node, face.corner, here.segments), base.points.size());
         }
         here.table = known;
@@ -198,6 +210,9 @@ private:
     }
     [[nodiscard]] Expected<void> enough() const {
         if (weights_ <= limits_.mostWeights) return {};
+        return tooMany();
+    }
+    [[nodiscard]] Expected<void> tooMany() const {
         return fail(ErrorCode::kLimit, "the mesh has so many kinds of irregular faces that level " + std::to_string(out_.level_) + " needs more than " + std::to_string(limits_.mostWeights) + " weights: take a lower level");
     }
 

@@ -103,7 +103,12 @@ PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
     out.point = frame.world * found->point;
     const Vec3d normal = frame.world.linear() * found->normal;
     if (normal.norm() > 0) out.normal = (byA ? 1 : -1) * normal.normalized();
-    return out;
+    if (byA && byB) return out;
+    // How deep the field's own points are in the other nobody has said: of what crosses, its regions do.
+    PairDepth regions = surface_pairs::depth(a, b, work);
+    if (!regions.depth || *regions.depth <= *out.depth) return out;
+    regions.error = std::max(0.0, *out.depth + out.error - *regions.depth);
+    return regions;
 }
 
 }  // namespace tessera::distance_field_pairs

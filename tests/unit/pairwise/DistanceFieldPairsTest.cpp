@@ -203,6 +203,23 @@ TEST(DistanceFieldPairs, DepthIsThatOfTheDeepestPoint) {
     EXPECT_EQ(depthOf({*sheet, here}, {*plain, above}, work).depth, 0.0);
 }
 
+TEST(DistanceFieldPairs, DepthWithOneFieldIsNoLessThanThatOfTheRegions) {
+    // A small box half out of a large one. Of the large one's corners none is in the small one.
+    const TriangleMesh large = meshOf(shapes::box(Vec3d::Constant(2))), small = meshOf(shapes::box(Vec3d::Constant(0.6)));
+    const Shape plain = CollisionShape::ofTriangles(large), hull = CollisionShape::ofHull(large), grain = distanceFieldOf(small, 0.02);
+    const Affine3d here = Affine3d::Identity(), out = here * Eigen::Translation3d(0.9, 0, 0);
+    for (const Shape& other : {plain, hull})
+        for (const bool turned : {false, true}) {
+            const PlacedShape a{*other, here}, b{*grain, out};
+            QueryWork work;
+            const PairDepth found = turned ? depthOf(b, a, work) : depthOf(a, b, work);
+            ASSERT_TRUE(found.depth);
+            EXPECT_NEAR(*found.depth, 0.4, found.error + 1e-9);
+            EXPECT_LT(found.error, 0.1);
+            EXPECT_GT((turned ? -1 : 1) * found.normal.x(), 0.99);
+        }
+}
+
 TEST(DistanceFieldPairs, WorkThatEndsGivesALowerBound) {
     Random random(9);
     const TriangleMesh mesh = bumpy(random, 16, 24);
