@@ -112,7 +112,6 @@ std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArgu
     const auto timed = [&](auto&& query) {
         const SteadyClock::time_point start = SteadyClock::now();
         QueryWork work;
-        if (bodies.a->smoothSurface() != nullptr || bodies.b->smoothSurface() != nullptr) work.limit = kMostFreeformWork;
         const auto result = query(work);
         us = microseconds(start, SteadyClock::now());
         return result;

@@ -64,6 +64,9 @@ Vec3d normalBetween(const FreeformPlace& a, const FreeformPlace& b) {
     return between.norm() > 0 ? Vec3d(between.normalized()) : Vec3d::UnitX();
 }
 
+/// Of what two that touch along a whole area have for a normal, any will do.
+constexpr std::uint64_t kMostTestsOfANormal = 20'000;
+
 PairTouch asWholes(Touch touch) {
     PairTouch out;
     out.touch = touch;
@@ -74,6 +77,30 @@ PairTouch asWholes(Touch touch) {
 
 /// An empty mesh is no body to ../freeform; to trees it meets nothing.
 bool anyIsEmpty(const CollisionShape& a, const CollisionShape& b) { return a.faceCount() == 0 || b.faceCount() == 0; }
+
+/// What one question may do of the work that is left. A test of parts takes as long as some tests of boxes, and leaves parts behind: a
+/// question that never ends, as that of two coaxial cylinders, is not to take all memory.
+class ShareOfWork {
+public:
+    explicit ShareOfWork(QueryWork& whole, std::uint64_t most = kMostTestsOfAQuestion) : whole_(whole) {
+        const std::uint64_t left = (whole.limit - std::min(whole.limit, whole.boxTests + whole.triangleTests)) / kBoxesOfATest;
+        own_.limit = std::min(most, left);
+        takesAll_ = left <= most;
+    }
+    ShareOfWork(const ShareOfWork&) = delete;
+    ShareOfWork& operator=(const ShareOfWork&) = delete;
+    ~ShareOfWork() {
+        whole_.boxTests += kBoxesOfATest * (own_.boxTests + own_.triangleTests);
+        if (takesAll_ && own_.exhausted()) whole_.boxTests = std::max(whole_.boxTests, whole_.limit);
+    }
+    operator QueryWork&() { return own_; }
+
+private:
+    static constexpr std::uint64_t kBoxesOfATest = 16, kMostTestsOfAQuestion = 500'000;
+    QueryWork& whole_;
+    QueryWork own_;
+    bool takesAll_ = false;  ///< it ends where the whole does
+};
 
 /// Where B stands after it has gone some way in the world.
 Affine3d gone(const Affine3d& world, const Vec3d& way) {
@@ -93,7 +120,7 @@ double toleranceOf(const CollisionShape& a, const CollisionShape& b, const Affin
 PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
     if (anyIsEmpty(a, b)) return surface_pairs::touch(a, b, a_T_b, effort);
     FreeformPair pair(a.freeform(), b.freeform());
-    const FreeformTouch found = pair.touch(a_T_b, toleranceOf(a, b, a_T_b), effort.work);
+    const FreeformTouch found = pair.touch(a_T_b, toleranceOf(a, b, a_T_b), ShareOfWork(effort.work));
     PairTouch out = asWholes(found.touch);
     if (found.touch != Touch::kYes || found.inside) return out;
     out.faces = {facesAt(a, b, found.a, found.b, Affine3d::Identity(), a_T_b.inverse())};
@@ -105,7 +132,7 @@ PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affin
     if (anyIsEmpty(a, b)) return surface_pairs::contacts(a, b, a_T_b, most, effort);
     FreeformPair pair(a.freeform(), b.freeform());
     const double tolerance = toleranceOf(a, b, a_T_b);
-    FreeformContacts found = pair.contacts(a_T_b, effort.work, {.tolerance = tolerance});
+    FreeformContacts found = pair.contacts(a_T_b, ShareOfWork(effort.work), {.tolerance = tolerance});
     if (found.contacts.empty()) {
         if (!found.complete) return asWholes(Touch::kUnknown);
         // Within a hull, or so far apart as the tolerance lets be told.
@@ -135,12 +162,13 @@ Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine
     FreeformPair pair(a.freeform(), b.freeform());
     const double tolerance = toleranceOf(a, b, a_T_b);
     const FreeformDistance found =
-        pair.distance(a_T_b, work, {.tolerance = std::max(tolerance, options.tolerance), .upperBound = options.upperBound});
+        pair.distance(a_T_b, ShareOfWork(work), {.tolerance = std::max(tolerance, options.tolerance), .upperBound = options.upperBound});
     Distance out;
     out.faces = {kWhole, kWhole};
     out.onA = found.a.point;
     out.onB = found.b.point;
-    if (!found.complete && (work.exhausted() || !(found.distance > 0))) {
+    // What could not be told within the tolerance is told with a larger error, as long as it is known to be more than nothing.
+    if (!found.complete && (found.farther || !std::isfinite(found.distance) || !(found.distance > 0) || !(found.least > 0))) {
         out.complete = false;
         out.distance = std::isfinite(found.least) ? found.least : 0;
         return out;
@@ -163,7 +191,7 @@ Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const Co
     if (anyIsEmpty(a, b) || !options.supports.empty() || !options.within.empty() || options.margin != 0 || options.marginGrowth != 0)
         return surface_pairs::firstContact(a, motionA, b, motionB, work, options);
     FreeformPair pair(a.freeform(), b.freeform());
-    const FreeformImpact found = pair.firstContact(motionA, motionB, options.tolerance, work);
+    const FreeformImpact found = pair.firstContact(motionA, motionB, options.tolerance, ShareOfWork(work));
     Impact out;
     out.hit = found.hit;
     out.t = found.t;
@@ -181,7 +209,7 @@ Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const Co
     const std::optional<double> scale = similarityScale(worldA);
     if (scale && found.distance > 0) {
         const double apart = found.distance / *scale;
-        const FreeformDistance near = pair.distance(worldA.inverse() * worldB, work, {.tolerance = 1e-6 * apart, .upperBound = apart * (1 + 1e-9)});
+        const FreeformDistance near = pair.distance(worldA.inverse() * worldB, ShareOfWork(work, kMostTestsOfANormal), {.tolerance = 1e-6 * apart, .upperBound = apart * (1 + 1e-9)});
         const double rounding = 1e-12 * (std::abs(near.a.point.cwiseAbs().maxCoeff()) + a.bounds().size().norm());
         if (near.complete && !near.farther && near.a.face != kNoIndex && near.b.face != kNoIndex && near.distance > rounding) {
             for (const auto& [place, of] : {std::pair(&onA, &near.a), std::pair(&onB, &near.b)}) {
@@ -229,7 +257,7 @@ PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
     BodyMotion back{.start = {}, .end = {}, .body_T_mesh = b.world};
     back.start.translation = far * normal;
     FreeformPair pair(a.shape.freeform(), b.shape.freeform());
-    const FreeformImpact found = pair.firstContact(rest, back, tolerance, work);
+    const FreeformImpact found = pair.firstContact(rest, back, tolerance, ShareOfWork(work));
     if (!found.complete) return out;
     out.depth = found.hit ? (1 - found.t) * far : 0;
     out.normal = normal;
@@ -238,7 +266,7 @@ PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
     for (double less = std::max(tolerance, 1e-12 * far);; less *= 2) {
         out.error = std::min(less, *out.depth);
         if (less >= *out.depth) return out;
-        const FreeformTouch still = pair.touch(a.world.inverse() * gone(b.world, (*out.depth - less) * normal), 0, work);
+        const FreeformTouch still = pair.touch(a.world.inverse() * gone(b.world, (*out.depth - less) * normal), 0, ShareOfWork(work));
         if (still.touch == Touch::kUnknown) return PairDepth{};
         if (still.touch == Touch::kYes) return out;
     }

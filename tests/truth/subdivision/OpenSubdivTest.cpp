@@ -101,15 +101,18 @@ TEST(OpenSubdiv, AgreesOnAllItsShapes) {
     if (!test::hasOpenSubdiv()) GTEST_SKIP() << "built without OpenSubdiv (deploy/set-up unpacks it)";
     const auto folder = shapesFolder();
     if (folder.empty()) GTEST_SKIP() << "no shapes (TESSERA_TEST_DATA)";
-    // Where Bfr itself is wrong: it does not see sharpness beyond the face's own vertices, and Far below agrees with us; it loses creases
-    // at interior vertices of valence 2, and says so.
-    const std::set<std::string> wrongInBfr{"catmark_chaikin1", "catmark_val2_interior"};
+    // Where Bfr itself is wrong: it does not see sharpness beyond the face's own vertices, and Far below agrees with us.
+    const std::set<std::string> wrongInBfr{"catmark_chaikin1"};
+    // It loses creases at interior vertices of valence 2, says so, and looks for edges by numbers that it has never written: this has
+    // ended the program. Far is asked alone.
+    const std::set<std::string> badForBfr{"catmark_val2_interior"};
     std::size_t shapes = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
         if (entry.path().extension() != ".obj") continue;
         const Shape shape = readShape(entry.path());
         SCOPED_TRACE(shape.name);
         ++shapes;
+        if (badForBfr.contains(shape.name)) continue;
         // Bfr takes a second for each face at a vertex of valence 360.
         const Differences d = besideBfr(shape.mesh, shape.name.ends_with("pole360") ? 4 : 400, 1);
         EXPECT_GT(d.compared, 0U);

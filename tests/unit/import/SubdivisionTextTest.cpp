@@ -55,7 +55,7 @@ TEST(SubdivisionText, IsRefusedWithFileLineAndColumn) {
     for (const auto& [fields, words] : std::initializer_list<std::pair<std::string, std::string>>{
              {"points: [0,0,0] face_vertices: [0,1,2,3]", "names vertex 3"},
              {"points: [0,0] face_vertices: [0]", "points has 8 bytes"},
-             {kCube + "face_sizes: [4,4]", "more vertices are listed"},
+             {kCube + "face_sizes: [4,4]", "24 corners of faces are listed, and the faces have 8"},
              {kCube + "creases: [0,6]", "crease 0 6"},
              {kCube + "level: 7", "level"},
              {kCube + "material: \"blue\"", "no material 'blue'"},

@@ -403,6 +403,26 @@ TEST(FreeformPairs, WorkThatEndsIsSaid) {
     EXPECT_GT(cut, 0);
 }
 
+TEST(FreeformPairs, QuestionsAboutSurfacesThatRunAlongEachOtherEnd) {
+    // One ball within another, about one centre: everything is as near. Within a ten-millionth of the size that cannot be told in
+    // any time; what is told says how far off it may be.
+    const Affine3d here = Affine3d::Identity();
+    const SmoothShape outer = smoothBall(1, 1e-9), inner = smoothBall(0.7, 1e-9);
+    QueryWork work;
+    const WorldDistance apart = distanceInWorld({*outer, here}, {*inner, here}, {}, work);
+    EXPECT_TRUE(apart.complete);
+    EXPECT_LE(apart.error, 0.01);
+    EXPECT_NEAR(apart.distance, 0.3, apart.error + 1e-9);
+    EXPECT_EQ(touchOf({*outer, here}, {*inner, here}, {work}).touch, Touch::kNo);
+    // The same ball: they touch everywhere.
+    const SmoothShape same = smoothBall(1, 1e-9);
+    EXPECT_EQ(touchOf({*outer, here}, {*same, here}, {work}).touch, Touch::kYes);
+    EXPECT_FALSE(contactsOf({*outer, here}, {*same, here}, 100, {work}).faces.empty());
+    (void)depthOf({*outer, here}, {*same, here}, work);
+    // A million tests of parts or so, each counted as some of boxes: no scene's step has more than 30 million.
+    EXPECT_LT(work.boxTests, 60'000'000U);
+}
+
 TEST(FreeformPairs, AnEmptyMeshMeetsNothing) {
     const SmoothShape ball = smoothBall(1, 1e-4), none = CollisionShape::ofTriangles(TriangleMesh());
     const Affine3d here = Affine3d::Identity();

@@ -37,7 +37,7 @@ TEST(BadMesh, IsRefusedByName) {
     EXPECT_EQ(refusalOf(m), "face 3 has more vertices than are listed");
     m = good;
     m.faceVertices.push_back(0);
-    EXPECT_EQ(refusalOf(m), "more vertices are listed than the faces have");
+    EXPECT_EQ(refusalOf(m), "17 corners of faces are listed, and the faces have 16");
     m = good;
     m.faceVertices[2] = m.faceVertices[0];
     EXPECT_EQ(refusalOf(m), "face 0 has vertex 0 twice");
