@@ -190,6 +190,13 @@ Expected<Answer> setElements(Application& application, const ObjectInfo& object,
                                        words.size() / place.field->numbersEach, part.first, committed->stopped.empty() ? "are" : "were to be"));
 }
 
+/// As people say it: a word where the number has one.
+std::string wordOf(const FieldInfo& field, const FieldValue& value) {
+    if (const auto* number = std::get_if<std::int64_t>(&value))
+        if (const std::optional<std::string> word = wordOfNumber(field, *number)) return *word;
+    return textOf(value);
+}
+
 Expected<Answer> run(Application& application, const verb::Set& set) {
     const Expected<ObjectInfo> object = application.describe(set.node);
     if (!object) return tl::unexpected(object.error());
@@ -214,7 +221,7 @@ Expected<Answer> run(Application& application, const verb::Set& set) {
     // What was stopped is not what was asked for.
     return committedAnswer(application, *committed,
                            fmt::format("{} of {} {} {}", set.field, names.node(object->id),
-                                       committed->stopped.empty() ? "is" : "was to be", textOf(*value)));
+                                       committed->stopped.empty() ? "is" : "was to be", wordOf(*place->field, *value)));
 }
 
 Expected<Answer> run(Application& application, const verb::Remove& remove) {

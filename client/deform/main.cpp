@@ -100,11 +100,19 @@ int run(const DeformOptions& options) {
 int main(int argc, char** argv) {
     tessera::DeformOptions options;
     CLI::App app("Leads the control points of a running wall's surfaces and lattices to and fro.");
+    // CLI's own range lets pass what is no number.
+    const CLI::Validator numberOfSeconds(
+        [](std::string& text) {
+            double seconds = 0;
+            const bool fits = CLI::detail::lexical_cast(text, seconds) && seconds >= 0 && seconds <= 1e6;
+            return fits ? std::string() : text + " is not a number of seconds from 0 to 1000000";
+        },
+        "0 to 1000000", "seconds");
     app.add_option("--server", options.server, "The wall's server")->type_name("ADDR:PORT")->capture_default_str();
     app.add_option("deformings", options.deformings, "KIND[-AXIS]:AMOUNT:SECONDS:NODE; KIND bend, twist (degrees)\nor swell (per cent); AMOUNT A or FROM..TO")->required()->type_name("HOW");
-    app.add_option("--stagger", options.stagger, "How much later each further body of a NODE begins, seconds")->check(CLI::Range(0.0, 1e6))->capture_default_str();
-    app.add_option("--seconds", options.seconds, "Then all is led back (0: as long as the wall runs)")->check(CLI::Range(0.0, 1e6));
-    app.add_option("--wait", options.wait, "So many seconds for a wall that is not there yet")->check(CLI::Range(0.0, 1e6));
+    app.add_option("--stagger", options.stagger, "How much later each further body of a NODE begins, seconds")->check(numberOfSeconds)->capture_default_str();
+    app.add_option("--seconds", options.seconds, "Then all is led back (0: as long as the wall runs)")->check(numberOfSeconds);
+    app.add_option("--wait", options.wait, "So many seconds for a wall that is not there yet")->check(numberOfSeconds);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

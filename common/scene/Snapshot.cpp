@@ -44,7 +44,7 @@ Expected<void> resolveRanges(const Aspect& aspect, ChangeList& list) {
         if (known == fields.end()) {
             const Object object = aspect.find(range.object);
             const FieldEntry* field = object ? findField(object.info(), range.field) : nullptr;
-            if (!field || field->kind != FieldKind::kBlob) return {};  // the scene refuses it in words
+            if (!field || field->kind != FieldKind::kBlob) continue;  // the scene refuses it in words, and must not stumble over later ones
             known = fields.emplace(range.field.value, *field->in<Blob>(object.data())).first;
         }
         Blob& array = known->second;

@@ -176,8 +176,8 @@ Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine
     out.farther = found.farther;
     out.distance = found.farther ? options.upperBound : found.distance;
     if (found.farther) return out;
-    // Only what is told to touch is at 0.
-    if (found.distance <= tolerance) {
+    // What is told to touch is at 0, and nothing else is.
+    if (found.distance <= tolerance && pair.touch(a_T_b, tolerance, ShareOfWork(work)).touch == Touch::kYes) {
         out.distance = 0;
         out.error = found.distance;
     } else {

@@ -14,7 +14,7 @@ namespace tessera::freeform_pairs {
 TouchMethod touch;
 /// Places where they meet, a 64th of the smaller one apart; of those that fall on the same two faces one.
 ContactsMethod contacts;
-/// 0 where they are within the tolerance, and nowhere else. No faces are named (kWhole).
+/// 0 where they are told to touch, and nowhere else. No faces are named (kWhole).
 DistanceMethod distance;
 /// Never late, and within the options' tolerance of touching. With supports, faces left out or a margin by the triangles.
 FirstContactMethod firstContact;
