@@ -223,22 +223,25 @@ Expected<void> collide(const CollideArguments& arguments) {
     if (const Expected<void> fits = checkPosesFor(arguments.query, *poses, arguments.poses); !fits) return fits;
 
     const bool smooth = arguments.freeformA || arguments.freeformB;
-    if (smooth && arguments.query != CollideQuery::kDepth) return collideFreeform(arguments, *poses);
-    Expected<Model> a = smooth ? Model() : load(arguments.a, arguments.asA, arguments);
+    // What smooth surfaces are asked for beside fields, and their depth, the table of representations answers.
+    const auto isField = [](Representation as) { return as == Representation::kSpherical || as == Representation::kDistanceField; };
+    const bool fieldA = !arguments.freeformA && isField(arguments.asA), fieldB = !arguments.freeformB && isField(arguments.asB);
+    if (smooth && !fieldA && !fieldB && arguments.query != CollideQuery::kDepth) return collideFreeform(arguments, *poses);
+    Expected<Model> a = smooth && !fieldA ? Model() : load(arguments.a, arguments.asA, arguments);
     if (!a) return tl::unexpected(a.error());
     const bool same = arguments.b == arguments.a &&
                       (arguments.asA == Representation::kPoints) == (arguments.asB == Representation::kPoints);
-    Expected<Model> b = alone || same || smooth ? a : load(arguments.b, arguments.asB, arguments);
+    Expected<Model> b = alone || (same && !smooth) || (smooth && !fieldB) ? a : load(arguments.b, arguments.asB, arguments);
     if (!b) return tl::unexpected(b.error());
 
     const SteadyClock::time_point start = SteadyClock::now();
     const Expected<std::shared_ptr<CollisionShape>> shapeA =
-        smooth ? loadFreeformShape(arguments.a, arguments.freeformA, arguments.asA, arguments)
+        smooth && !fieldA ? loadFreeformShape(arguments.a, arguments.freeformA, arguments.asA, arguments)
                : shapeOf(std::move(*a), arguments.asA, arguments.levelA, arguments.error, arguments.a, arguments.tree);
     if (!shapeA) return tl::unexpected(shapeA.error());
     const Expected<std::shared_ptr<CollisionShape>> shapeB =
         alone    ? shapeA
-        : smooth ? loadFreeformShape(arguments.b, arguments.freeformB, arguments.asB, arguments)
+        : smooth && !fieldB ? loadFreeformShape(arguments.b, arguments.freeformB, arguments.asB, arguments)
                  : shapeOf(std::move(*b), arguments.asB, arguments.levelB, arguments.error, arguments.b, arguments.tree);
     if (!shapeB) return tl::unexpected(shapeB.error());
     const Bodies bodies{*shapeA, *shapeB};
@@ -389,10 +392,10 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
         out.radius = radius;
     }
     if (out.freeformA || out.freeformB) {
-        const auto isLike = [](const std::optional<FreeformKind>& kind, Representation as) { return kind || as == Representation::kTriangles || as == Representation::kHull; };
+        const auto isLike = [](const std::optional<FreeformKind>& kind, Representation as) { return kind || (as != Representation::kPoints && as != Representation::kHeightField); };
         if (alone) return fail(ErrorCode::kUsage, "self is not for smooth surfaces: any, all, distance, toi and depth are");
         if (!isLike(out.freeformA, out.asA) || !isLike(out.freeformB, out.asB))
-            return fail(ErrorCode::kUsage, "smooth surfaces are compared with each other, triangles and hulls");
+            return fail(ErrorCode::kUsage, "smooth surfaces are compared with each other, triangles, hulls, spherical and distance fields");
         if (out.levelA > 0 || out.levelB > 0) return fail(ErrorCode::kUsage, "--level is for triangles and height fields, not beside smooth surfaces");
         if (out.threads > 1) return fail(ErrorCode::kUsage, "smooth surfaces take one thread");
     }

@@ -33,11 +33,11 @@ public:
         return all.at(0);
     }
     /// What tessera-collide says of the same two, the block at a place.
-    [[nodiscard]] json collide(const std::string& query, double top, const Vec3d& block) const {
+    [[nodiscard]] json collide(const std::string& query, double top, const Vec3d& block, const std::string& asB = "triangles") const {
         const TemporaryFolder files;
         const std::string pose = std::to_string(block.x()) + " " + std::to_string(block.y()) + " " + std::to_string(block.z()) + " 1 0 0 0\n";
         const Outcome out = run(files.path(), {program("tessera-collide"), files.write("pillow.obj", pillowObj(top)), files.write("block.obj", kBlockObj), "--poses",
-                                               files.write("poses", pose), "--query", query, "--as-a", "subdivision", "--json", "--allow-unconfined-import"});
+                                               files.write("poses", pose), "--query", query, "--as-a", "subdivision", "--as-b", asB, "--json", "--allow-unconfined-import"});
         EXPECT_EQ(out.exitCode, 0) << out.output;
         return json::parse(out.output.substr(0, out.output.find('\n')));
     }
@@ -57,6 +57,7 @@ TEST(FreeformWall, ContactsAndDistancesAreThoseOfTheSmoothSurfaceAndFollowItsPoi
     const Vec3d above(0.45, 3, 0.45), within(0.45, 1.2, 0.45);
     const json first = wall.distance();
     expectAsCollideSays(first, wall.collide("distance", 1, above));
+    for (const char* field : {"spherical", "distance-field"}) expectAsCollideSays(first, wall.collide("distance", 1, above, field));
     EXPECT_TRUE(wall.contacts().empty());
     EXPECT_NE(wall.wall().ctl({"contacts", "--distances"}).output.find(" +- "), std::string::npos);
 

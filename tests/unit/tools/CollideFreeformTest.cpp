@@ -117,7 +117,7 @@ TEST_F(FreeformFiles, WordsThatDoNotGoTogether) {
     EXPECT_EQ(std::get<CollideArguments>(*good).freeformB, FreeformKind::kNurbs);
     EXPECT_TRUE(parse({"--query", "any", "--as-b", "hull"}));
     EXPECT_TRUE(parse({"--query", "depth"}));
-    EXPECT_FALSE(parse({"--query", "depth", "--as-b", "spherical"}));
+    EXPECT_FALSE(parse({"--query", "depth", "--as-b", "points"}));
     EXPECT_FALSE(parse({"--query", "any", "--as-b", "points"}));
     EXPECT_FALSE(parse({"--query", "any", "--threads", "2"}));
     EXPECT_FALSE(parse({"--query", "any", "--level-b", "3"}));
