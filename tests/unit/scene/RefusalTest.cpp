@@ -92,6 +92,17 @@ TEST(Refusals, OfRanges) {
     ChangeList good = range(6, 32, four);
     ASSERT_TRUE(resolveRanges(aspect, good));
     EXPECT_EQ(good.ranges[0].result, *array.withRange(32, four.bytes()));
+    // A range of what is not there is the scene's to refuse; the one behind it has its result all the same, and is not blamed.
+    ChangeList behind = range(99, 0, four);
+    behind.ranges.push_back(range(6, 32, four).ranges[0]);
+    ASSERT_TRUE(resolveRanges(aspect, behind));
+    EXPECT_EQ(behind.ranges[1].result, good.ranges[0].result);
+    says(behind, "set a range of #99: there is no such object");
+    // What does not fit is named in elements.
+    ChangeList beyond = range(6, 36, four);
+    const Expected<void> refused = resolveRanges(aspect, beyond);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("positions of #6 has 3 elements, numbered from 0"), std::string::npos) << refused.error().message;
     mustApply(aspect, good);
     EXPECT_EQ(aspect.get<Geometry>(ObjectId(6))->positions, good.ranges[0].result);
     // Behind a column of the same list that takes the array away.
