@@ -16,7 +16,7 @@ namespace tessera {
 /// No step leads beyond, of one thing and of all that a screen shows; what fields ask for themselves is drawn whatever it is.
 inline constexpr std::uint64_t kMostTrianglesByScreen = std::uint64_t{1} << 18, kMostTrianglesOfScreen = std::uint64_t{1} << 20;
 
-/// What a length is on a screen. The same bits on every processor.
+/// What a length is on a screen. IEEE's four operations and roots alone: hosts with other processors have to choose alike.
 class ScreenMeasure {
 public:
     explicit ScreenMeasure(const ScreenCamera& camera);

@@ -64,8 +64,8 @@ struct Derivation {
 struct ScreenSteps {
     unsigned (*finest)(const void*);
     double (*screenError)(const void*);  ///< pixels; 0: only as the fields say
-    /// How far surface and triangles of that fineness are from each other at most, in the object's own coordinates, rounding to floats left out.
-    /// A pure function of the object. `arrays`: what `derive` made.
+    /// How far surface and triangles of that fineness are from each other, in the object's own coordinates, without rounding to floats: of NURBS
+    /// at most, of subdivision surfaces an estimate on the safe side. A pure function of the object. `arrays`: what `derive` made.
     double (*deviation)(const void*, unsigned fineness, const MeshArrays& arrays);
     /// Objects with the same number above 0 that are as fine have the same vertices on edges that they share. 0: it shares none.
     double (*seam)(const void*);

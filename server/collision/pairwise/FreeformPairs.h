@@ -5,7 +5,8 @@
 
 namespace tessera::freeform_pairs {
 
-/// In A's frame: what is told to touch is no farther apart, and distances are no more wrong. Of two smooth surfaces the smaller one counts.
+/// In A's frame: what is told to touch is no farther apart, and distances are no more wrong, but where their share of the work ends (500,000
+/// tests of parts a question): then they say a larger error. Of two smooth surfaces the smaller tolerance counts.
 [[nodiscard]] double toleranceOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b);
 
 // One of the two is a smooth surface, or both are. What meets is never told apart; between that and the tolerance either may be told. The
