@@ -63,7 +63,8 @@ flat out uvec2 vNode;
 #endif
 invariant gl_Position;
 #ifdef SURFACE
-out vec3 vNormal;
+// Where a triangle is seen: at a pixel's middle outside of it normals would turn away, and slivers at a silhouette be black.
+centroid out vec3 vNormal;
 #ifdef PLAIN
 flat out uvec2 vMaterial;
 #else
@@ -176,7 +177,7 @@ void main() {
 )";
 
 const char kSurface[] = R"(
-in vec3 vNormal;
+centroid in vec3 vNormal;
 #ifdef PLAIN
 flat in uvec2 vMaterial;
 const vec4 vColor = vec4(1.0);

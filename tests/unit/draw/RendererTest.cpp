@@ -59,6 +59,32 @@ TEST_F(RendererTest, LightFallsWithTheCosineOfItsAngle) {
     EXPECT_EQ(shade(1.6), 0) << "from behind";
 }
 
+/// Strips narrower than a pixel whose normals lean 60 degrees to either side: beyond their edges they would lean ever more.
+TEST_F(RendererTest, NormalsOfSliversAreThoseOfWhatIsSeenOfThem) {
+    restart({.samples = 4});
+    TestScene scene;
+    scene.setDark();
+    Material matte;
+    matte.baseColor = Vec4f(0.5f, 0.5f, 0.5f, 1);
+    matte.roughness = 1;
+    scene.addDirectionalLight({0, 0, -1}, Vec3f::Ones(), 1);
+    MeshData strips;
+    constexpr int kStrips = 199;
+    for (int i = 0; i < kStrips; ++i) {
+        const auto at = [](int k) { return 2.6f * static_cast<float>(k) / kStrips - 1.3f; };
+        const auto first = static_cast<std::uint32_t>(strips.positions.size() / 3);
+        strips.positions.insert(strips.positions.end(), {at(i), -2, 0, at(i + 1), -2, 0, at(i + 1), 2, 0, at(i), 2, 0});
+        const float lean = std::sqrt(0.75f);
+        strips.normals.insert(strips.normals.end(), {-lean, 0, 0.5f, lean, 0, 0.5f, lean, 0, 0.5f, -lean, 0, 0.5f});
+        strips.indices.insert(strips.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
+    }
+    scene.place(scene.add(strips, scene.add(matte)), {0, 0, 0});
+    const Picture picture = draw(scene);
+    const int darkest = expectedOf(Vec3f::Constant(0.25f)).g;  // Lambert's cosine where they lean most
+    for (int y = 8; y < kSidePx - 8; ++y)
+        for (int x = 8; x < kSidePx - 8; ++x) ASSERT_GE(pixel(picture, x, y).g, darkest - 6) << x << ' ' << y;
+}
+
 TEST_F(RendererTest, PointLightFallsWithTheSquareOfTheDistanceAndEndsAtItsRange) {
     const auto shade = [&](double distance, float range) {
         TestScene scene;
