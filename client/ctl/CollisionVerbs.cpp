@@ -382,7 +382,7 @@ Answer whatStopped(Application& application, std::span<const ObjectId> transform
     for (const ContactValue& c : told->contacts)
         if (c.interest) interests.push_back(c.interest);
     std::ranges::sort(interests);
-    interests.erase(std::ranges::unique(interests).begin(), interests.end());
+    interests.erase(std::unique(interests.begin(), interests.end()), interests.end());
     const Expected<SceneExcerpt> asked = application.fetch(interests);
     const auto reports = [&](ObjectId core) {
         const Interest* interest = core && asked ? asked->get<Interest>(core) : nullptr;

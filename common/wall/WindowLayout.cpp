@@ -146,7 +146,7 @@ WindowLayout layoutWindows(const Wall& wall) {
     const int gap = std::max(1, longest / 32);
     // Where all screens have two eyes, rows begin with a left one: eyes stand beside each other, or each below the other one.
     std::vector<EyeWindows*> below = eyes;
-    if (pairs) std::ranges::stable_partition(below, [&](const EyeWindows* eye) { return eye == &screens[static_cast<std::size_t>(eye->screen - wall.screens.data())][0]; });
+    if (pairs) std::stable_partition(below.begin(), below.end(), [&](const EyeWindows* eye) { return eye == &screens[static_cast<std::size_t>(eye->screen - wall.screens.data())][0]; });
     std::optional<std::pair<const std::vector<EyeWindows*>*, std::size_t>> best;
     double bestScale = 0;
     const auto tryRows = [&](const std::vector<EyeWindows*>& order, std::size_t perRow) {

@@ -52,16 +52,12 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             ++drawn_;
             return core->id;
         }
-        case Content::kSubdivisionSurface: {
-            const Expected<LoadedFile::GeometryCore> core = surfaceCore(file, node.subdivision_surface(), spot);
-            if (!core) return tl::unexpected(core.error());
-            result_.triangles += core->triangles;
-            ++drawn_;
-            return core->id;
-        }
+        case Content::kSubdivisionSurface:
         case Content::kNurbsSurface: {
-            const Expected<LoadedFile::GeometryCore> core = nurbsCore(file, node.nurbs_surface(), spot);
+            const Expected<LoadedFile::GeometryCore> core =
+                node.has_nurbs_surface() ? nurbsCore(file, node.nurbs_surface(), spot) : surfaceCore(file, node.subdivision_surface(), spot);
             if (!core) return tl::unexpected(core.error());
+            if (core->triangles == 0) note(fmt::format("{}: nothing of the surface '{}' has an area that can be shown", file.label, readName(node.name(), "")));
             result_.triangles += core->triangles;
             ++drawn_;
             return core->id;

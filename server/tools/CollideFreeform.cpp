@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <map>
 #include <span>
 #include <variant>
@@ -122,6 +123,12 @@ Expected<FreeformShape> smoothOf(FileSurfaces surfaces) {
     return FreeformShape::ofNurbs(std::move(std::get<std::vector<NurbsSurface>>(surfaces)));
 }
 
+Expected<TriangleMesh> drawnOf(const FileSurfaces& surfaces) {
+    Expected<TriangleMesh> drawn = std::visit([](const auto& of) { return trianglesOf(of); }, surfaces);
+    if (drawn && drawn->faceCount() == 0) return fail(ErrorCode::kBadInput, "nothing of it has an area");
+    return drawn;
+}
+
 }  // namespace
 
 Expected<FreeformShape> loadFreeform(const std::string& path, const std::optional<FreeformKind>& kind, Representation otherwise, const CollideArguments& arguments) {
@@ -132,6 +139,9 @@ Expected<FreeformShape> loadFreeform(const std::string& path, const std::optiona
     if (kind) {
         Expected<FileSurfaces> surfaces = readSurfaces(path, *kind);
         if (!surfaces) return tl::unexpected(surfaces.error());
+        // Trims that a scene refuses are refused here too.
+        if (kind == FreeformKind::kNurbs)
+            if (const Expected<TriangleMesh> drawn = drawnOf(*surfaces); !drawn) return failWith(path, drawn.error());
         return named(smoothOf(std::move(*surfaces)));
     }
     Expected<TriangleMesh> mesh = readMesh(path, arguments);
@@ -154,9 +164,8 @@ Expected<std::shared_ptr<CollisionShape>> loadFreeformShape(const std::string& p
     }
     Expected<FileSurfaces> surfaces = readSurfaces(path, *kind);
     if (!surfaces) return tl::unexpected(surfaces.error());
-    Expected<TriangleMesh> drawn = std::visit([](const auto& of) { return trianglesOf(of); }, *surfaces);
+    Expected<TriangleMesh> drawn = drawnOf(*surfaces);
     if (!drawn) return failWith(path, drawn.error());
-    if (drawn->faceCount() == 0) return fail(ErrorCode::kBadInput, fmt::format("{}: nothing of it has an area", path));
     Expected<FreeformShape> surface = smoothOf(std::move(*surfaces));
     if (!surface) return failWith(path, surface.error());
     const double size = drawn->bounds().size().norm();
@@ -197,6 +206,10 @@ std::string freeformAnswer(FreeformPair& pair, const PoseLine& pose, const Colli
         default: {
             const FreeformDistance d = pair.distance(a_T_b, work, {.tolerance = tolerance});
             stop();
+            if (!std::isfinite(d.distance)) {  // given up before any two places were compared
+                if (json) return fmt::format(R"({{"distance":null,"least":{:.17g},"complete":false}})", d.least);
+                return fmt::format("distance not known, at least {:.9g}", d.least) + unsure(false, json);
+            }
             if (json) return fmt::format(R"({{"distance":{:.17g},"least":{:.17g},{},"error":{:.17g}{}}})", d.distance, d.least, placesInJson(d.a, d.b), d.distance - d.least, unsure(d.complete, json));
             return fmt::format("distance {:.9g}, at least {:.9g}: {}{}", d.distance, d.least, placesInWords(d.a, d.b), unsure(d.complete, json));
         }

@@ -15,8 +15,9 @@ DistanceMethod distance;
 DistanceMethod distanceToHull;
 /// How deep the deepest point of one's surface is in the other, which is solid here: by so much they have to part at
 /// least, in any direction. Of two fields each is looked for in the other; of one field what of the other is in it.
-/// Of two that do not meet but where one is within the other it is told, too. Fields of open surfaces have no depth, nor
-/// have those whose lengths the map to the world does not keep: then as surface_pairs::depth.
+/// Of two that do not meet it is told, too, where one is within the other's field. A field within what is none is not seen
+/// to be: 0, as of surfaces that are apart. Fields of open surfaces have no depth, nor have those whose lengths the map to
+/// the world does not keep: then as surface_pairs::depth.
 DepthMethod depth;
 
 }  // namespace tessera::distance_field_pairs

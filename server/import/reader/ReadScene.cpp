@@ -35,13 +35,14 @@ Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits
     if (extension == "tsct") return readSceneText(path, limits);
     if (extension == "tsc") return readSceneBinary(path, limits);
     if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
-    if (limits.verbatim) {
-        Expected<PlainScene> text = readTextMesh(path, extension, limits);
-        if (text || text.error().code != ErrorCode::kUnsupported) return text;
-    }
+    // Before what reads polygons alone: a file may have both.
     if (extension == "obj") {
         Expected<PlainScene> surfaces = readObjSurfaces(path, limits);
         if (surfaces || surfaces.error().code != ErrorCode::kUnsupported) return surfaces;
+    }
+    if (limits.verbatim) {
+        Expected<PlainScene> text = readTextMesh(path, extension, limits);
+        if (text || text.error().code != ErrorCode::kUnsupported) return text;
     }
     return readWithAssimp(path, limits);
 }

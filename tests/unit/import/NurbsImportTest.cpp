@@ -51,6 +51,14 @@ TEST(NurbsImport, ATrimOfATextCutsAHole) {
     EXPECT_GT(scene->triangles, 2u);
 }
 
+TEST(NurbsImport, ASurfaceWithoutAnAreaIsNoted) {
+    const Expected<ImportedScene> scene = importedSurfaces("a.tsct", "node { name: \"point\" nurbs_surface { degree_u: 1 degree_v: 1 count_u: 2 point {} point {} point {} point {} } }\n");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->triangles, 0u);
+    ASSERT_EQ(scene->notes.size(), 1u);
+    EXPECT_TRUE(says(scene->notes[0], "'point' has an area"));
+}
+
 TEST(NurbsImport, WhatIsNoSurfaceIsRefusedWithItsPlace) {
     EXPECT_TRUE(says(whyNot("a.tsct", squareText("knot_u: [0, 0, 1]")), "a.tsct:2:1: node 'square'"));
     EXPECT_TRUE(says(whyNot("a.tsct", squareText("knot_v: [0, 0, 0, 1]")), "knots of v"));

@@ -105,6 +105,17 @@ TEST_F(FreeformFiles, BadOnesAreRefusedInWords) {
     EXPECT_NE(refusal(file("empty.obj", ""), FreeformKind::kSubdivision).find("empty.obj"), std::string::npos);
 }
 
+TEST_F(FreeformFiles, TrimsThatASceneRefusesAreRefused) {
+    const std::string curve = "vp 0.2 0.2\nvp 0.8 0.2\nvp 0.5 0.8\nvp 0.2 0.2\ncstype bspline\ndeg 1\ncurv2 -4 -3 -2 -1\nparm u 0 0 1 2 3 3\nend\n";
+    const std::string surface = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n" + curve + curve + "deg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 1 1\ntrim 0 3 1\n";
+    const CollideArguments arguments{.allowUnconfined = true};
+    const auto load = [&](const std::string& text) { return loadFreeform(file("trimmed.obj", text), FreeformKind::kNurbs, Representation::kTriangles, arguments); };
+    const Expected<FreeformShape> good = load(surface + "end\n"), same = load(surface + "hole 0 3 2\nend\n");
+    EXPECT_TRUE(good) << good.error().message;
+    ASSERT_FALSE(same);
+    EXPECT_NE(same.error().message.find("cross"), std::string::npos) << same.error().message;
+}
+
 TEST_F(FreeformFiles, WordsThatDoNotGoTogether) {
     const auto parse = [](std::vector<std::string> more) {
         std::vector<std::string> words{"a.obj", "b.obj", "--poses", "p", "--as-a", "subdivision"};

@@ -50,6 +50,18 @@ TEST_F(SceneTriangles, PointsOfAFileStandInTheWorldWithTheirRadius) {
     EXPECT_NE(none.error().message.find("no points"), std::string::npos);
 }
 
+TEST_F(SceneTriangles, OfSurfacesByControlPointsComeAfterThePolygons) {
+    const std::string square = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\ncstype bspline\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 1 1\nend\n";
+    const auto alone = read("square.obj", square);
+    ASSERT_TRUE(alone) << alone.error().message;
+    EXPECT_EQ(alone->faceCount(), 2u);
+    const auto both = read("both.obj", square + "v 9 0 0\nv 9 1 0\nv 9 0 1\nf -3 -2 -1\n");
+    ASSERT_TRUE(both) << both.error().message;
+    ASSERT_EQ(both->faceCount(), 3u);
+    EXPECT_EQ(both->corner(0, 0), Vec3d(9, 0, 0));
+    for (std::uint32_t f = 1; f < 3; ++f) EXPECT_LE(both->corner(f, 0).x(), 1) << f;
+}
+
 TEST_F(SceneTriangles, KeepTheOrderOfTheFile) {
     // Two materials in turns: a reader that sorts by material would give 0 2 1 3.
     const auto mesh = read("turns.obj",
