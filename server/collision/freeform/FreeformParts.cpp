@@ -63,6 +63,14 @@ inline void halveCurve(double* low, double* high, int count, std::size_t stride)
     }
 }
 
+/// A corner that nothing moves, of more than one face: refinement turns its edges towards each other without end (their vectors shrink by 0.65 around
+/// three faces, what parts them by 0.41), so it is a spike. CornerLimit's tangents are the control points' edges there, another pair after each refinement.
+bool hasNoTangentPlane(const TaggedMesh& mesh, std::uint32_t corner) {
+    if (!isFixedCorner(mesh, corner)) return false;
+    const Sector sector = sectorOf(mesh, 0, corner);
+    return sector.faces.size() > 1 && (isInfinitelySharp(mesh.vertexSharpness[corner]) || !sector.closed);
+}
+
 }  // namespace
 
 std::uint32_t FreeformParts::root() {
@@ -428,8 +436,10 @@ std::array<FreeformPart, 2> FreeformParts::halveTriangle(const FreeformPart& par
 }
 
 Vec3d FreeformParts::normalAtSample(const FreeformPart& part) const {
+    const std::uint32_t corner = part.corner < part.node->faceSize() ? part.corner : 0;
+    if (hasNoTangentPlane(part.node->mesh, corner)) return Vec3d::Zero();
     const std::vector<Vec3d> points = pointsAt(part.at + 3 * std::size_t{part.points}, part.controls);
-    const SparseRows& rows = shape_.subdivision()->graph->limitAt(*part.node, part.corner < part.node->faceSize() ? part.corner : 0).rows;
+    const SparseRows& rows = shape_.subdivision()->graph->limitAt(*part.node, corner).rows;
     const Vec3d du = rows.apply(1, points), dv = rows.apply(2, points), across = du.cross(dv);
     // As LimitEvaluator has it: below this there is no tangent plane.
     const double area = across.norm();
