@@ -10,7 +10,7 @@ namespace tessera {
 namespace {
 
 /// Beyond so many all parts are forgotten before the next query: about 11 MiB.
-constexpr std::size_t kMostKept = std::size_t{1} << 14;
+constexpr std::size_t kMostKept = std::size_t{1} << 14, kPartsOfBlock = 2;
 /// Of the parameters' range: halving goes no further.
 constexpr double kSmallestSide = 1e-13;
 
@@ -74,12 +74,18 @@ bool hasNoTangentPlane(const TaggedMesh& mesh, std::uint32_t corner) {
 }  // namespace
 
 std::uint32_t FreeformParts::root() {
-    if (moves_ != shape_.moves() || parts_.size() > kMostKept) {
+    if (moves_ != shape_.moves() || parts_.size() + kPartsOfBlock * blocks_.size() > kMostKept) {
         parts_.clear();
         coordinates_.clear();
+        blocks_.clear();
         moves_ = shape_.moves();
     }
-    if (parts_.empty()) makeGroup(0);
+    if (parts_.empty()) {
+        parts_.push_back(makeGroup(0, true));
+        PartBlock& alone = blocks_.emplace_back();
+        alone.count = 1;
+        alone.set(0, boxAround(parts_[0]));
+    }
     return 0;
 }
 
@@ -99,26 +105,26 @@ std::vector<Vec3d> FreeformParts::pointsAt(std::size_t at, std::size_t count) co
     return points;
 }
 
-std::uint32_t FreeformParts::makeGroup(std::uint32_t node) {
+FreeformPart FreeformParts::makeGroup(std::uint32_t node, bool whole) {
     const FreeformShape::Node& from = shape_.nodes()[node];
     FreeformPart part;
     if (from.isLeaf) {
-        makeFace(part, from.first);
-    } else {
-        part.face = node;
-        std::array<Vec3d, 8> corners;
-        for (std::size_t i = 0; i < 8; ++i)
-            for (Eigen::Index axis = 0; axis < 3; ++axis) corners[i][axis] = ((i >> axis) & 1) != 0 ? from.box.upper[axis] : from.box.lower[axis];
-        part.points = 8;
-        part.at = takePoints(corners);
-        Eigen::Index thin = 0;
-        from.box.size().minCoeff(&thin);
-        part.normal = Vec3d::Unit(thin);
-        part.center = from.box.center();
-        finish(part);
+        makeFace(part, from.first, whole);
+        return part;
     }
-    parts_.push_back(part);
-    return static_cast<std::uint32_t>(parts_.size() - 1);
+    part.face = node;
+    if (!whole) return part;
+    std::array<Vec3d, 8> corners;
+    for (std::size_t i = 0; i < 8; ++i)
+        for (Eigen::Index axis = 0; axis < 3; ++axis) corners[i][axis] = ((i >> axis) & 1) != 0 ? from.box.upper[axis] : from.box.lower[axis];
+    part.points = 8;
+    part.at = takePoints(corners);
+    Eigen::Index thin = 0;
+    from.box.size().minCoeff(&thin);
+    part.normal = Vec3d::Unit(thin);
+    part.center = from.box.center();
+    finish(part);
+    return part;
 }
 
 /// Radius and extent along the normal, of whatever has a center, a normal and points.
@@ -148,7 +154,7 @@ void FreeformParts::project(FreeformPart& part) {
     finish(part);
 }
 
-void FreeformParts::addNeighbourhood(FreeformPart& part, const NeighbourhoodGraph::Node& node, std::span<const Vec3d> points) {
+void FreeformParts::addNeighbourhood(FreeformPart& part, const NeighbourhoodGraph::Node& node, std::span<const Vec3d> points, bool whole) {
     if (node.spline) {
         if (node.spline->count() == 16) {
             std::array<Vec3d, 16> spline;
@@ -165,12 +171,16 @@ void FreeformParts::addNeighbourhood(FreeformPart& part, const NeighbourhoodGrap
             part.points = 15;
             part.at = takePoints(bezierOfBoxSpline(spline));
         }
-        project(part);
+        if (whole) project(part);
         return;
     }
     part.kind = FreeformPart::Kind::kNeighbourhood;
     part.node = &node;
     part.controls = static_cast<std::uint32_t>(points.size());
+    if (!whole) {
+        part.at = takePoints(points);
+        return;
+    }
     hull_.clear();
     hullOfNeighbourhood(*shape_.subdivision()->graph, node, points, kHullLevels, hull_);
     // A box along the face around that.
@@ -202,7 +212,7 @@ void FreeformParts::addNeighbourhood(FreeformPart& part, const NeighbourhoodGrap
     finish(part);
 }
 
-void FreeformParts::makeFace(FreeformPart& part, std::uint32_t face) {
+void FreeformParts::makeFace(FreeformPart& part, std::uint32_t face, bool whole) {
     if (shape_.nurbs()) {
         const FreeformShape::NurbsPatch& from = shape_.nurbs()->patches[face];
         part.kind = FreeformPart::Kind::kPatch;
@@ -222,7 +232,7 @@ void FreeformParts::makeFace(FreeformPart& part, std::uint32_t face) {
             for (Eigen::Index axis = 0; axis < 4; ++axis)
                 for (const Vec4d& p : from.patch.points) coordinates_.push_back(p[axis]);
         }
-        project(part);
+        if (whole) project(part);
         return;
     }
     if (!shape_.subdivision()) {
@@ -231,7 +241,7 @@ void FreeformParts::makeFace(FreeformPart& part, std::uint32_t face) {
         part.face = face;
         part.points = 3;
         part.at = takePoints(shape_.mesh().triangle(face));
-        project(part);
+        if (whole) project(part);
         return;
     }
     const FreeformShape::Subdivision& s = *shape_.subdivision();
@@ -241,13 +251,13 @@ void FreeformParts::makeFace(FreeformPart& part, std::uint32_t face) {
     points_.clear();
     for (const std::uint32_t p : base.points) points_.push_back(s.positions[p]);
     if (ptex.corner == kNoIndex) {
-        addNeighbourhood(part, *base.node, points_);
+        addNeighbourhood(part, *base.node, points_, whole);
         return;
     }
     const NeighbourhoodGraph::Child& child = s.graph->childOf(*base.node, ptex.corner);
     child.points.apply(points_, finer_);
     points_.swap(finer_);
-    addNeighbourhood(part, *child.node, points_);
+    addNeighbourhood(part, *child.node, points_, whole);
 }
 
 bool FreeformParts::isThere(const FreeformPart& part, double s, double t) const {
@@ -271,16 +281,36 @@ bool FreeformParts::isSmallest(const FreeformPart& part) const {
     return std::max(part.alongU.cwiseAbs().maxCoeff(), part.alongV.cwiseAbs().maxCoeff()) < kSmallestSide * reach;
 }
 
+/// Quarter `c` of a neighbourhood.
+FreeformPart FreeformParts::quarterOf(const FreeformPart& part, std::span<const Vec3d> points, std::uint32_t c, bool whole) {
+    const bool triangle = part.node->faceSize() == 3;
+    const NeighbourhoodGraph::Child& child = shape_.subdivision()->graph->childOf(*part.node, c);
+    child.points.apply(points, finer_);
+    FreeformPart quarter;
+    quarter.face = part.face;
+    quarter.corner = static_cast<std::uint8_t>(triangle && c == 3 ? 0 : c);
+    quarter.alongU = 0.5 * part.alongU;
+    quarter.alongV = 0.5 * part.alongV;
+    quarter.origin = part.origin;
+    if (c == 1 || (c == 2 && !triangle)) quarter.origin += quarter.alongU;
+    if (c == 2 || (c == 3 && !triangle)) quarter.origin += quarter.alongV;
+    if (triangle && c == 3) {
+        quarter.origin += quarter.alongU + quarter.alongV;
+        quarter.alongU = -quarter.alongU;
+        quarter.alongV = -quarter.alongV;
+    }
+    addNeighbourhood(quarter, *child.node, finer_, whole);
+    return quarter;
+}
+
 void FreeformParts::divide(std::uint32_t which) {
     if (parts_[which].divided) return;
     const auto first = static_cast<std::uint32_t>(parts_.size());
     const FreeformPart part = parts_[which];
     switch (part.kind) {
-        case FreeformPart::Kind::kGroup: {
-            const std::uint32_t child = shape_.nodes()[part.face].first;
-            for (std::uint32_t i = 0; i < 2; ++i) makeGroup(child + i);
+        case FreeformPart::Kind::kGroup:
+            for (std::uint32_t i = 0; i < 2; ++i) parts_.push_back(makeGroup(shape_.nodes()[part.face].first + i, true));
             break;
-        }
         case FreeformPart::Kind::kPatch:
         case FreeformPart::Kind::kTriangle:
             for (FreeformPart& half : part.kind == FreeformPart::Kind::kPatch ? halve(part) : halveTriangle(part)) {
@@ -290,27 +320,8 @@ void FreeformParts::divide(std::uint32_t which) {
             }
             break;
         case FreeformPart::Kind::kNeighbourhood: {
-            const bool triangle = part.node->faceSize() == 3;
-            const std::vector<Vec3d> points = pointsAt(part.at + 3 * std::size_t{part.points}, part.controls);
-            for (std::uint32_t c = 0; c < 4; ++c) {
-                const NeighbourhoodGraph::Child& child = shape_.subdivision()->graph->childOf(*part.node, c);
-                child.points.apply(points, finer_);
-                FreeformPart quarter;
-                quarter.face = part.face;
-                quarter.corner = static_cast<std::uint8_t>(triangle && c == 3 ? 0 : c);
-                quarter.alongU = 0.5 * part.alongU;
-                quarter.alongV = 0.5 * part.alongV;
-                quarter.origin = part.origin;
-                if (c == 1 || (c == 2 && !triangle)) quarter.origin += quarter.alongU;
-                if (c == 2 || (c == 3 && !triangle)) quarter.origin += quarter.alongV;
-                if (triangle && c == 3) {
-                    quarter.origin += quarter.alongU + quarter.alongV;
-                    quarter.alongU = -quarter.alongU;
-                    quarter.alongV = -quarter.alongV;
-                }
-                addNeighbourhood(quarter, *child.node, finer_);
-                parts_.push_back(quarter);
-            }
+            const std::vector<Vec3d> points = pointsAt(controlsAt(part), part.controls);
+            for (std::uint32_t c = 0; c < 4; ++c) parts_.push_back(quarterOf(part, points, c, true));
             break;
         }
     }
@@ -347,6 +358,7 @@ std::array<FreeformPart, 2> FreeformParts::halve(const FreeformPart& part) {
     const std::size_t size = count * (part.rational ? 7 : 3), from = part.rational ? 3 : 0, channels = part.rational ? 4 : 3;
     FreeformPart low = part, high = part;
     low.divided = high.divided = false;
+    low.block = high.block = kNoIndex;
     low.at = coordinates_.size();
     high.at = low.at + size;
     coordinates_.resize(high.at + size);
@@ -408,6 +420,7 @@ std::array<FreeformPart, 2> FreeformParts::halveTriangle(const FreeformPart& par
     const auto place = [&](int here, int next, int before) { return placeOf(o, here, next, before); };
     FreeformPart a = part, b = part;
     a.divided = b.divided = false;
+    a.block = b.block = kNoIndex;
     a.at = coordinates_.size();
     b.at = a.at + 3 * count;
     coordinates_.resize(b.at + 3 * count);
@@ -438,7 +451,7 @@ std::array<FreeformPart, 2> FreeformParts::halveTriangle(const FreeformPart& par
 Vec3d FreeformParts::normalAtSample(const FreeformPart& part) const {
     const std::uint32_t corner = part.corner < part.node->faceSize() ? part.corner : 0;
     if (hasNoTangentPlane(part.node->mesh, corner)) return Vec3d::Zero();
-    const std::vector<Vec3d> points = pointsAt(part.at + 3 * std::size_t{part.points}, part.controls);
+    const std::vector<Vec3d> points = pointsAt(controlsAt(part), part.controls);
     const SparseRows& rows = shape_.subdivision()->graph->limitAt(*part.node, corner).rows;
     const Vec3d du = rows.apply(1, points), dv = rows.apply(2, points), across = du.cross(dv);
     // As LimitEvaluator has it: below this there is no tangent plane.

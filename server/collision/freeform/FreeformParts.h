@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/collision/freeform/FreeformShape.h"
+#include "server/collision/freeform/PartBlock.h"
 
 namespace tessera {
 
@@ -26,6 +27,8 @@ struct FreeformPart {
     std::uint8_t children = 0;
     bool divided = false;
     std::uint32_t firstChild = 0;
+    std::uint32_t block = kNoIndex;  ///< its own parts, many at once
+    std::uint32_t lane = 0;          ///< where its box is: 8 · block + lane
     std::uint32_t face = 0;   ///< as answers name it; of a group the node
     std::uint32_t points = 0; ///< of the hull; of groups and neighbourhoods the corners of a box
     std::uint32_t controls = 0;  ///< of a neighbourhood: its own points
@@ -53,6 +56,17 @@ public:
     [[nodiscard]] const FreeformPart& operator[](std::uint32_t part) const { return parts_[part]; }
     /// Its parts, from firstChild on; there are none of what trimming takes away. References to parts do not outlive this.
     void divide(std::uint32_t part);
+    /// Its parts, some halvings down, with their boxes: the larger are halved first, while there is room. The block's number.
+    std::uint32_t blockOf(std::uint32_t part);
+    /// References to blocks do not outlive `blockOf`.
+    [[nodiscard]] const PartBlock& block(std::uint32_t block) const { return blocks_[block]; }
+    /// A part of a block.
+    std::uint32_t partOf(std::uint32_t block, std::uint32_t lane) {
+        const std::uint32_t known = blocks_[block].parts[lane];
+        return known != PartBlock::kNone ? known : makePart(block, lane);
+    }
+    /// Of parts of blocks, and the root.
+    [[nodiscard]] PartBox boxOf(std::uint32_t part) const { return blocks_[parts_[part].lane / kernel::kBoxLanes].box(parts_[part].lane % kernel::kBoxLanes); }
     /// Patches and triangles alone; s and t in [0, 1], s + t of a triangle at most 1.
     [[nodiscard]] PartPoint evaluate(const FreeformPart& part, double s, double t) const;
     /// Of a neighbourhood: the surface's normal at its sample, of length 1; zero where it has none. In the shape's frame.
@@ -92,12 +106,19 @@ public:
     /// Too small to be halved: parameters come to an end.
     [[nodiscard]] bool isSmallest(const FreeformPart& part) const;
     [[nodiscard]] std::size_t count() const { return parts_.size(); }
-    [[nodiscard]] std::size_t memoryBytes() const { return parts_.capacity() * sizeof(FreeformPart) + coordinates_.capacity() * sizeof(double); }
+    [[nodiscard]] std::size_t memoryBytes() const { return parts_.capacity() * sizeof(FreeformPart) + coordinates_.capacity() * sizeof(double) + blocks_.capacity() * sizeof(PartBlock); }
 
 private:
-    std::uint32_t makeGroup(std::uint32_t node);
-    void makeFace(FreeformPart& part, std::uint32_t face);
-    void addNeighbourhood(FreeformPart& part, const NeighbourhoodGraph::Node& node, std::span<const Vec3d> points);
+    std::uint32_t makePart(std::uint32_t block, std::uint32_t lane);
+    [[nodiscard]] std::size_t coordinatesOf(const FreeformPart& part) const;
+    [[nodiscard]] PartBox boxAround(const FreeformPart& part) const;
+    // Not `whole`: without hull, sample and normal, for what is halved at once.
+    FreeformPart makeGroup(std::uint32_t node, bool whole);
+    void makeFace(FreeformPart& part, std::uint32_t face, bool whole);
+    void addNeighbourhood(FreeformPart& part, const NeighbourhoodGraph::Node& node, std::span<const Vec3d> points, bool whole);
+    FreeformPart quarterOf(const FreeformPart& part, std::span<const Vec3d> points, std::uint32_t c, bool whole);
+    FreeformPart childOf(const FreeformPart& part, std::uint32_t c, bool whole);
+    [[nodiscard]] static std::size_t controlsAt(const FreeformPart& part) { return part.at + 3 * std::size_t{part.points}; }
     std::size_t takePoints(std::span<const Vec3d> points);
     [[nodiscard]] std::vector<Vec3d> pointsAt(std::size_t at, std::size_t count) const;
     void finish(FreeformPart& part);
@@ -109,6 +130,7 @@ private:
     const FreeformShape& shape_;
     std::vector<FreeformPart> parts_;
     std::vector<double> coordinates_;
+    std::vector<PartBlock> blocks_;
     std::vector<Vec3d> points_, finer_, hull_;
     std::uint64_t moves_ = 0;
 };

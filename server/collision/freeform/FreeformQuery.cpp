@@ -65,6 +65,20 @@ public:
             const bool divideA = dividesA(a_[pair.a], b_[pair.b], bounds_);
             FreeformParts& parts = divideA ? a_ : b_;
             const std::uint32_t which = divideA ? pair.a : pair.b;
+            if (bounds_.areRigid()) {
+                ++work_.boxTests;
+                const std::uint32_t block = parts.blockOf(which), lanes = parts.block(block).count;
+                const Vec3d hint = way_.value_or(pair.along);
+                if (divideA) bounds_.gapsOfA(parts.block(block), pair.b, hint, gaps_);
+                else bounds_.gapsOfB(parts.block(block), pair.a, hint, gaps_);
+                for (std::uint32_t lane = 0; lane < lanes && !found_; ++lane) {
+                    if (gaps_[lane] > 0) continue;
+                    const std::uint32_t child = parts.partOf(block, lane);
+                    look(divideA ? child : pair.a, divideA ? pair.b : child, gaps_[lane], pair);
+                }
+                arrange();
+                continue;
+            }
             parts.divide(which);
             for (std::uint32_t c = 0; c < parts[which].children && !found_; ++c) {
                 const std::uint32_t child = parts[which].firstChild + c;
@@ -90,16 +104,37 @@ private:
         fresh_.clear();
     }
 
+    /// At a pair whose boxes are not apart. Of hulls that are hardly less than their boxes no more is asked.
+    void look(std::uint32_t a, std::uint32_t b, double boxes, const Open& from) {
+        ++work_.boxTests;
+        const FreeformPart &pa = a_[a], &pb = b_[b];
+        Open next{a, b, boxes, from.along, from.descended};
+        PartBounds::Gap gap;
+        if (hasParameters(pa) && hasParameters(pb)) {
+            gap = bounds_.gap(pa, pb, 0, way_ ? way_ : from.along);
+            if (gap.length > 0) return;
+            next.along = gap.along;
+        }
+        inspect(next, gap);
+    }
+
     void consider(std::uint32_t a, std::uint32_t b, const std::optional<Vec3d>& hint, double descended) {
         ++work_.boxTests;
         const FreeformPart &pa = a_[a], &pb = b_[b];
         const PartBounds::Gap gap = bounds_.gap(pa, pb, 0, hint);
         if (gap.length > 0) return;
-        const double reach = bounds_.radiusA(pa) + bounds_.radiusB(pb);
-        Open next{a, b, gap.apart - reach, gap.along, descended};
+        inspect({a, b, gap.apart - bounds_.radiusA(pa) - bounds_.radiusB(pb), gap.along, descended}, gap);
+    }
+
+    void inspect(Open next, const PartBounds::Gap& gap) {
+        const std::uint32_t a = next.a, b = next.b;
+        const FreeformPart &pa = a_[a], &pb = b_[b];
+        const double descended = next.descended;
         if (isFace(pa) && isFace(pb)) {
+            const double reach = bounds_.radiusA(pa) + bounds_.radiusB(pb);
             PlacePair at = bounds_.samples(a, b);
-            // Spheres overlap: no point of one is farther from one of the other than this.
+            // Boxes that meet may still have spheres that do not. Where these do, no point of one is farther from one of the other than this.
+            if (at.distance - reach - bounds_.slack() > 0) return;
             const bool small = (pa.crossed || pb.crossed ? 8 : 2) * reach <= tolerance_ || (a_.isSmallest(pa) && b_.isSmallest(pb));
             if (small || (at.distance <= tolerance_ && pa.hasSample && pb.hasSample)) {
                 found_ = at;
@@ -108,7 +143,7 @@ private:
             if (hasParameters(pa) && hasParameters(pb) && at.distance <= kNearEnough * reach && reach <= kMuchSmaller * descended) {
                 ++work_.triangleTests;
                 next.descended = reach;
-                at = bounds_.descend(at, tolerance_, kSteps);
+                at = bounds_.descend(at, tolerance_, kSteps, kSlow);
                 if (at.distance <= tolerance_ && bounds_.isThere(at)) {
                     found_ = at;
                     return;
@@ -116,6 +151,7 @@ private:
                 // The way between their nearest points parts bodies that are near each other best.
                 if (at.distance > 0) {
                     const Vec3d along = (at.onB - at.onA) / at.distance;
+                    way_ = along;
                     PartBounds::Gap better = gap;
                     bounds_.offerAlong(pa, pb, along, better);
                     if (better.length > 0) return;
@@ -126,18 +162,22 @@ private:
         fresh_.push_back(next);
     }
 
-    static constexpr double kNearEnough = 0.6;
+    static constexpr double kNearEnough = 0.3;
     /// Steps from parts of parts lead to where they led before, until these are so much smaller.
-    static constexpr double kMuchSmaller = 0.4;
+    static constexpr double kMuchSmaller = 0.2;
     static constexpr double kNever = std::numeric_limits<double>::infinity();
     static constexpr int kSteps = 6;
+    /// To places that meet steps lead ever faster; where they do not, the way between is known well enough.
+    static constexpr double kSlow = 0.9;
 
     FreeformParts &a_, &b_;
     const PartBounds& bounds_;
     double tolerance_;
     QueryWork& work_;
     std::vector<Open> open_, fresh_;
+    PartBounds::Gaps gaps_;
     std::optional<PlacePair> found_;
+    std::optional<Vec3d> way_;  ///< between the last nearest points: bodies that are near each other lie beside it almost everywhere
 };
 
 /// Best first by the lower bound.
@@ -150,6 +190,7 @@ public:
 
     void run() {
         consider(a_.root(), b_.root(), 0, std::nullopt);
+        arrange();
         while (!open_.empty()) {
             const Open pair = open_.top();
             if (pair.least >= cutoff()) break;
@@ -166,11 +207,30 @@ public:
             const bool divideA = dividesA(pa, pb, bounds_) ? !(isFace(pa) && a_.isSmallest(pa)) : isFace(pb) && b_.isSmallest(pb);
             FreeformParts& parts = divideA ? a_ : b_;
             const std::uint32_t which = divideA ? pair.a : pair.b;
+            if (bounds_.areRigid()) {
+                ++work_.boxTests;
+                const std::uint32_t block = parts.blockOf(which), lanes = parts.block(block).count;
+                const Vec3d hint = way().value_or(pair.along);
+                if (divideA) bounds_.gapsOfA(parts.block(block), pair.b, hint, gaps_);
+                else bounds_.gapsOfB(parts.block(block), pair.a, hint, gaps_);
+                for (std::uint32_t lane = 0; lane < lanes; ++lane) {
+                    const double least = std::max(pair.least, gaps_[lane]);
+                    if (least >= cutoff()) {
+                        least_ = std::min(least_, least);
+                        continue;
+                    }
+                    const std::uint32_t child = parts.partOf(block, lane);
+                    look(divideA ? child : pair.a, divideA ? pair.b : child, least, pair.along);
+                }
+                arrange();
+                continue;
+            }
             parts.divide(which);
             for (std::uint32_t c = 0; c < parts[which].children; ++c) {
                 const std::uint32_t child = parts[which].firstChild + c;
                 consider(divideA ? child : pair.a, divideA ? pair.b : child, pair.least, pair.along);
             }
+            arrange();
         }
         if (!open_.empty()) least_ = std::min(least_, open_.top().least);
     }
@@ -183,15 +243,26 @@ public:
 private:
     struct Open {
         double least;
+        double away;  ///< the spheres, below 0 where they overlap
+        std::uint64_t order;  ///< of those that may meet the latest first, which are the smallest: a place where they do ends the search
         std::uint32_t a, b;
         Vec3d along;
-        bool operator<(const Open& other) const { return least > other.least; }
+        bool operator<(const Open& other) const { return least != other.least ? least > other.least : order < other.order; }
     };
 
     [[nodiscard]] double cutoff() const {
         if (!std::isfinite(best_.distance)) return best_.distance;
         // Rounding alone parts bounds from below and above by some slack.
         return best_.distance - std::max({options_.tolerance, options_.relative * best_.distance, 4 * bounds_.slack()});
+    }
+
+    void arrange() {
+        std::sort(fresh_.begin(), fresh_.end(), [](const Open& x, const Open& y) { return x.away > y.away; });
+        for (Open& next : fresh_) {
+            next.order = ++pushed_;
+            open_.push(next);
+        }
+        fresh_.clear();
     }
 
     void offer(const PlacePair& at) {
@@ -201,14 +272,36 @@ private:
         }
     }
 
+    /// Between the nearest points so far.
+    [[nodiscard]] std::optional<Vec3d> way() const {
+        if (!found_ || !(best_.distance > 0)) return std::nullopt;
+        return (best_.onB - best_.onA) / best_.distance;
+    }
+
+    /// At a pair whose boxes are that far apart. Of hulls that are hardly less than their boxes no more is asked.
+    void look(std::uint32_t a, std::uint32_t b, double atLeast, const Vec3d& along) {
+        if (hasParameters(a_[a]) && hasParameters(b_[b])) {
+            consider(a, b, atLeast, along);
+            return;
+        }
+        ++work_.boxTests;
+        const double away = (bounds_.centerB(b_[b]) - bounds_.centerA(a_[a])).norm() - bounds_.radiusA(a_[a]) - bounds_.radiusB(b_[b]);
+        inspect({std::max({atLeast, away - bounds_.slack(), 0.0}), away, 0, a, b, along});
+    }
+
     void consider(std::uint32_t a, std::uint32_t b, double atLeast, const std::optional<Vec3d>& hint) {
         ++work_.boxTests;
         const FreeformPart &pa = a_[a], &pb = b_[b];
         PartBounds::Gap gap = bounds_.gap(pa, pb, cutoff(), hint);
-        if (found_ && best_.distance > 0 && gap.length < cutoff()) bounds_.offerAlong(pa, pb, (best_.onB - best_.onA) / best_.distance, gap);
-        const double least = std::max({gap.length, atLeast, 0.0});
-        if (least >= cutoff()) {
-            least_ = std::min(least_, least);
+        if (const std::optional<Vec3d> best = way(); best && gap.length < cutoff()) bounds_.offerAlong(pa, pb, *best, gap);
+        inspect({std::max({gap.length, atLeast, 0.0}), gap.apart - bounds_.radiusA(pa) - bounds_.radiusB(pb), 0, a, b, gap.length > 0 ? gap.along : hint.value_or(gap.along)});
+    }
+
+    void inspect(const Open& next) {
+        const std::uint32_t a = next.a, b = next.b;
+        const FreeformPart &pa = a_[a], &pb = b_[b];
+        if (next.least >= cutoff()) {
+            least_ = std::min(least_, next.least);
             return;
         }
         if (isFace(pa) && isFace(pb)) {
@@ -219,7 +312,7 @@ private:
                 offer(bounds_.descend(at, options_.tolerance, kSteps));
             }
         }
-        open_.push({least, a, b, gap.length > 0 ? gap.along : hint.value_or(gap.along)});
+        fresh_.push_back(next);
     }
 
     static constexpr int kSteps = 20;
@@ -229,6 +322,9 @@ private:
     const FreeformDistanceOptions& options_;
     QueryWork& work_;
     std::priority_queue<Open> open_;
+    std::vector<Open> fresh_;
+    std::uint64_t pushed_ = 0;
+    PartBounds::Gaps gaps_;
     PlacePair best_;
     bool found_ = false, complete_ = true;
     double least_ = std::numeric_limits<double>::infinity();

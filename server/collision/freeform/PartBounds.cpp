@@ -64,6 +64,12 @@ void PartBounds::place(const Affine3d& a, const Affine3d& b, double reach) {
     isStillA_ = a.matrix().isIdentity(0);
     isRigidA_ = isRigid(a.linear());
     isRigidB_ = isRigid(b.linear());
+    if (areRigid()) {
+        a_T_b_.linear() = toA_ * b.linear();
+        a_T_b_.translation() = toA_ * (b.translation() - a.translation());
+        b_T_a_.linear() = toB_ * a.linear();
+        b_T_a_.translation() = toB_ * (a.translation() - b.translation());
+    }
     boxAxes_ = 0;
     for (const std::optional<Mat3d>* normals : {&normalsA_, &normalsB_})
         for (Eigen::Index k = 0; *normals && k < 3; ++k) {
@@ -135,6 +141,17 @@ PartBounds::Gap PartBounds::boxGap(const FreeformPart& a, const FreeformPart& b,
     return best;
 }
 
+void PartBounds::gaps(const PartBlock& block, const PartBox& one, const Affine3d& block_T_one, const Vec3d& hint, Gaps& least) const {
+    kernel::BoxOfOne other;
+    Eigen::Map<Vec3d>(other.middle) = block_T_one * one.middle;
+    Eigen::Map<Mat3d>(other.axes) = block_T_one.linear().lazyProduct(one.axes);
+    Eigen::Map<Vec3d>(other.half) = one.half;
+    Eigen::Map<Vec3d>(other.hint) = hint;
+    gapsOfBoxes_(block.boxes.data(), block.count, other, least.data());
+    // The map's rounding and the kernel's own, beside that of points.
+    for (std::uint32_t lane = 0; lane < block.count; ++lane) least[lane] -= 2 * slack_;
+}
+
 PlacePair PartBounds::samples(std::uint32_t a, std::uint32_t b) const {
     const FreeformPart &pa = a_[a], &pb = b_[b];
     PlacePair out{.a = a, .b = b, .inA = pa.middle, .inB = pb.middle, .onA = centerA(pa), .onB = centerB(pb)};
@@ -146,7 +163,7 @@ bool PartBounds::isThere(const PlacePair& at) const {
     return a_.isThere(a_[at.a], at.inA.x(), at.inA.y()) && b_.isThere(b_[at.b], at.inB.x(), at.inB.y());
 }
 
-PlacePair PartBounds::descend(PlacePair from, double enough, int steps) const {
+PlacePair PartBounds::descend(PlacePair from, double enough, int steps, double slow) const {
     const FreeformPart &a = a_[from.a], &b = b_[from.b];
     const bool moveA = hasParameters(a), moveB = hasParameters(b);
     if (!moveA && !moveB) return from;
@@ -181,7 +198,7 @@ PlacePair PartBounds::descend(PlacePair from, double enough, int steps) const {
             const double distance = (nextB.point - nextA.point).norm();
             if (distance < from.distance) {
                 nearer = true;
-                const bool slow = distance > 0.999 * from.distance;
+                const bool isLast = distance > slow * from.distance;
                 from.inA = moveA ? toA : from.inA;
                 from.inB = moveB ? toB : from.inB;
                 from.onA = nextA.point;
@@ -189,7 +206,7 @@ PlacePair PartBounds::descend(PlacePair from, double enough, int steps) const {
                 from.distance = distance;
                 onA = nextA;
                 onB = nextB;
-                if (slow) return from;
+                if (isLast) return from;
             }
         }
         if (!nearer) break;

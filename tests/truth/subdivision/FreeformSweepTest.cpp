@@ -24,10 +24,16 @@
 namespace tessera {
 namespace {
 
-std::filesystem::path sweptFolder(const char* name) {
+/// Of a folder of the data, in the order of their names; none where it is missing. Templates and notes beside them are sorted out by whoever reads them.
+std::vector<std::filesystem::path> sweptFiles(const std::filesystem::path& folder, const std::string& extension) {
     const char* named = std::getenv("TESSERA_TEST_DATA");
-    const auto folder = (named ? std::filesystem::path(named) : std::filesystem::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "data") / name;
-    return std::filesystem::exists(folder) ? folder : std::filesystem::path();
+    const std::filesystem::path all = (named ? std::filesystem::path(named) : std::filesystem::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "data") / folder;
+    std::vector<std::filesystem::path> files;
+    if (!std::filesystem::is_directory(all)) return files;
+    for (const auto& entry : std::filesystem::directory_iterator(all))
+        if (extension.empty() || entry.path().extension() == extension) files.push_back(entry.path());
+    std::ranges::sort(files);
+    return files;
 }
 
 class SweepRandom {
@@ -206,14 +212,10 @@ std::uint64_t sweepSeed() {
 }
 
 TEST(FreeformSweep, MissesNoContactOfAnyShape) {
-    const std::filesystem::path folder = sweptFolder("subdiv");
-    if (folder.empty()) GTEST_SKIP() << "no shapes (TESSERA_TEST_DATA)";
+    const std::vector<std::filesystem::path> files = sweptFiles("subdiv", ".obj");
+    if (files.empty()) GTEST_SKIP() << "no shapes (TESSERA_TEST_DATA)";
     const std::uint64_t seed = sweepSeed();
     SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/truth_subdivision --gtest_filter=FreeformSweep.*");
-    std::vector<std::filesystem::path> files;
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.path().extension() == ".obj") files.push_back(entry.path());
-    std::ranges::sort(files);
     std::size_t swept = 0, refused = 0;
     SweepCounts counts;
     for (const std::filesystem::path& file : files) {
@@ -301,13 +303,10 @@ SweptBody sweptNurbs(const std::string& name, const NurbsSurface& surface, Sweep
 }
 
 TEST(FreeformSweep, MissesNoContactOfAnyNet) {
-    const std::filesystem::path folder = sweptFolder("nurbs");
-    if (folder.empty()) GTEST_SKIP() << "no nets (TESSERA_TEST_DATA)";
+    const std::vector<std::filesystem::path> files = sweptFiles(std::filesystem::path("nurbs") / "geomdlsurface", "");
+    if (files.empty()) GTEST_SKIP() << "no nets (TESSERA_TEST_DATA)";
     const std::uint64_t seed = sweepSeed();
     SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/truth_subdivision --gtest_filter=FreeformSweep.*");
-    std::vector<std::filesystem::path> files;
-    for (const auto& entry : std::filesystem::directory_iterator(folder / "geomdlsurface")) files.push_back(entry.path());
-    std::ranges::sort(files);
     std::size_t swept = 0;
     SweepCounts counts;
     for (const std::filesystem::path& file : files) {

@@ -79,7 +79,11 @@ void judge(const Judged& a, const Judged& b, Chance& chance, int poses) {
         }
 
         const double tolerance = 2 * off;
-        const Touch touch = pair.touch(pose, tolerance, work).touch;
+        const FreeformTouch told = pair.touch(pose, tolerance, work);
+        const Touch touch = told.touch;
+        if (touch == Touch::kYes) {
+            EXPECT_LE((told.a.point - told.b.point).norm(), tolerance * (1 + 1e-9));
+        }
         if (trianglesMeet) {
             EXPECT_EQ(touch, Touch::kYes);
         }
@@ -87,7 +91,11 @@ void judge(const Judged& a, const Judged& b, Chance& chance, int poses) {
             EXPECT_EQ(touch, Touch::kNo) << truth;
         }
         // What distance says is never belied.
-        const Touch narrow = pair.touch(pose, 1e-7, work).touch;
+        const FreeformTouch toldNarrow = pair.touch(pose, 1e-7, work);
+        const Touch narrow = toldNarrow.touch;
+        if (narrow == Touch::kYes) {
+            EXPECT_LE((toldNarrow.a.point - toldNarrow.b.point).norm(), 1e-7 * (1 + 1e-9));
+        }
         if (d.least > 1e-7) {
             EXPECT_EQ(narrow, Touch::kNo);
         }

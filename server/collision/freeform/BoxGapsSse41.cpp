@@ -1,0 +1,2 @@
+#define TESSERA_KERNELS sse41
+#include "server/collision/freeform/BoxGaps.inl"
