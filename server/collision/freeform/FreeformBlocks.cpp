@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "server/collision/freeform/FreeformParts.h"
+#include "server/collision/freeform/PartChoice.h"
 
 namespace tessera {
 namespace {
@@ -21,16 +22,17 @@ PartBox FreeformParts::boxAround(const FreeformPart& part) const {
     PartBox box;
     const double *x = coordinates_.data() + part.at, *y = x + part.points, *z = y + part.points;
     if (part.kind != FreeformPart::Kind::kGroup) {
-        // Across: from the first of the hull's points to the last of the first row, or of all; of boxes that is a side.
-        const std::size_t end = part.kind == FreeformPart::Kind::kPatch ? part.degreeU : part.kind == FreeformPart::Kind::kTriangle ? part.degreeU : 1;
-        Vec3d across(x[end] - x[0], y[end] - y[0], z[end] - z[0]);
-        across -= part.normal * part.normal.dot(across);
+        // Across: from the first of the hull's points to the last of its first row; of boxes that is a side.
+        const Vec3d n = part.normal.normalized();
+        const std::size_t end = hasParameters(part) ? part.degreeU : 1;
+        const Vec3d row(x[end] - x[0], y[end] - y[0], z[end] - z[0]);
+        const Vec3d across = row - n * n.dot(row);
         const double length = across.norm();
-        const Vec3d side = length > 0 && std::isfinite(length) ? Vec3d(across / length) : part.normal.unitOrthogonal();
-        // What is nearly along the normal is left with its rounding.
-        box.axes.col(2) = part.normal;
-        box.axes.col(0) = (side - part.normal * part.normal.dot(side)).normalized();
-        box.axes.col(1) = part.normal.cross(box.axes.col(0));
+        // Of a row along the normal rounding alone is left.
+        const Vec3d side = length > 1e-6 * row.norm() && std::isfinite(length) ? Vec3d(across / length) : n.unitOrthogonal();
+        box.axes.col(2) = n;
+        box.axes.col(0) = (side - n * n.dot(side)).normalized();
+        box.axes.col(1) = n.cross(box.axes.col(0));
     }
     double far = 0;
     for (std::uint32_t i = 0; i < 3 * part.points; ++i) far = std::max(far, std::abs(x[i]));

@@ -229,6 +229,35 @@ TEST(FreeformSubdivision, FirstContactsAreNeverLate) {
     }
 }
 
+TEST(FreeformSubdivision, AnswersDoNotDependOnWhatWasAskedBefore) {
+    for (const std::uint64_t seed : seedsOf(6)) {
+        SCOPED_TRACE(repeat(seed));
+        Chance chance(seed);
+        const FreeformShape a = FreeformShape::ofSubdivision(lumpyCube(chance, 2, 0.3)).value(), b = FreeformShape::ofSubdivision(lumpyCube(chance, 1, 0.3)).value();
+        FreeformPair used(a, b);
+        for (int i = 0; i < 24; ++i) {
+            SCOPED_TRACE(i);
+            // Rigid maps and others go down different parts of parts.
+            const Vec3d scale = i % 3 == 1 ? Vec3d(0.9, 1.2, 1) : Vec3d(1, 1, 1);
+            const Affine3d pose = composeTransform(chance.uniform(0.5, 2.2) * chance.direction(), chance.rotation(), scale);
+            FreeformPair fresh(a, b);
+            QueryWork work, freshWork;
+            if (i % 4 == 2) (void)used.contacts(pose, work, {.tolerance = 1e-3, .most = 50});
+            work = {};
+            const FreeformTouch t = used.touch(pose, 1e-4, work), ft = fresh.touch(pose, 1e-4, freshWork);
+            EXPECT_EQ(t.touch, ft.touch);
+            EXPECT_EQ(t.a.point, ft.a.point);
+            EXPECT_EQ(t.b.point, ft.b.point);
+            const FreeformDistance d = used.distance(pose, work, {.tolerance = 1e-5}), fd = fresh.distance(pose, freshWork, {.tolerance = 1e-5});
+            EXPECT_EQ(d.distance, fd.distance);
+            EXPECT_EQ(d.least, fd.least);
+            EXPECT_EQ(d.a.point, fd.a.point);
+            EXPECT_EQ(d.a.u, fd.a.u);
+            EXPECT_EQ(work.boxTests, freshWork.boxTests);
+        }
+    }
+}
+
 TEST(FreeformSubdivision, AMovedShapeIsAFreshOne) {
     for (const std::uint64_t seed : seedsOf(8)) {
         SCOPED_TRACE(repeat(seed));
