@@ -14,8 +14,9 @@ struct BoxOfOne {
     double middle[3], axes[9], half[3], hint[3];
 };
 
-/// Into `least`, lower bounds of the first `count` (and of some more, which say nothing), negative where none of the directions parts the boxes: those of both, the way between the middles, the hint. Exact but for
-/// rounding: 64 units of the largest coordinate. The same bits whatever the set: every lane adds in the same order, and nothing is fused.
+/// Into `least`, lower bounds of the first `count` (what is behind them says nothing): along the directions of both, the way between the middles, the
+/// hint; negative where none of these parts the boxes. Exact but for rounding: 64 units of the largest coordinate. The same bits whatever the set: every
+/// lane adds in the same order, and nothing is fused.
 using GapsOfBoxes = void (*)(const double* eight, unsigned count, const BoxOfOne& one, double* least);
 
 [[nodiscard]] GapsOfBoxes gapsOfBoxes(InstructionSet set = instructionSet());

@@ -1,12 +1,14 @@
-// Gaps of eight boxes and one: never more than boxes are apart, whatever the instruction set, and as much as their directions tell.
+// Boxes of parts hold these; gaps of eight boxes and one are never more than boxes are apart, whatever the instruction set.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <limits>
 
-#include "server/collision/freeform/PartBlock.h"
+#include "server/collision/freeform/FreeformParts.h"
 #include "tests/unit/freeform_query/SmoothBodies.h"
 
 namespace tessera::test {
@@ -82,6 +84,46 @@ TEST(FreeformBoxGaps, AreNeverMoreThanBoxesAreApartAndTheSameBytesWithEveryInstr
     // Few boxes are apart along no direction that is tried: nothing else would be worth asking.
     if (std::getenv("TESSERA_SEED") == nullptr) {
         EXPECT_GT(told, apart * 9 / 10) << apart;
+    }
+}
+
+/// Down through blocks: parts lie in the boxes that blocks have of them.
+void expectPartsInTheirBoxes(const FreeformShape& shape, Chance& chance) {
+    FreeformParts parts(shape);
+    const Box whole = shape.bounds();
+    const double far = whole.lower.cwiseAbs().cwiseMax(whole.upper.cwiseAbs()).maxCoeff(), rounding = 32 * std::numeric_limits<double>::epsilon() * far;
+    for (int walk = 0; walk < 20; ++walk) {
+        std::uint32_t part = parts.root();
+        for (int level = 0; level < 6; ++level) {
+            const std::uint32_t block = parts.blockOf(part), count = parts.block(block).count;
+            ASSERT_GT(count, 0U);
+            part = parts.partOf(block, std::min(count - 1, static_cast<std::uint32_t>(chance.uniform(0, count))));
+            const PartBox box = parts.boxOf(part);
+            ASSERT_TRUE((box.axes.transpose() * box.axes).isIdentity(1e-14)) << box.axes;
+            for (const Vec3d& p : parts.hullOf(parts[part])) {
+                const Vec3d at = (box.axes.transpose() * (p - box.middle)).cwiseAbs() - box.half;
+                ASSERT_LE(at.maxCoeff(), rounding) << level;
+            }
+            // No larger than it has to be: around a sphere that the hull is within.
+            ASSERT_LE(box.half.maxCoeff(), 2 * parts[part].radius + rounding);
+        }
+    }
+}
+
+TEST(FreeformBoxGaps, PartsLieInTheirBoxes) {
+    for (const std::uint64_t seed : seedsOf(20)) {
+        SCOPED_TRACE(repeat(seed));
+        Chance chance(seed);
+        for (const Vec3d& squeezed : {Vec3d(1, 1, 1), Vec3d(1, 1, 0), Vec3d(0, 0, 1), Vec3d(1, 1e-9, 1e-3), Vec3d(0, 0, 0)}) {
+            SCOPED_TRACE(testing::Message() << "squeezed by " << squeezed.transpose());
+            const Mat3d turn = chance.rotation().toRotationMatrix() * std::pow(10, chance.uniform(-8, 8));
+            const Vec3d off = chance.uniform(0, 1) < 0.5 ? Vec3d(Vec3d::Zero()) : Vec3d(1e3 * (turn * chance.direction()));
+            ControlMesh quads = lumpyCube(chance, 2, 0.3);
+            for (Vec3d& p : quads.positions) p = turn * p.cwiseProduct(squeezed) + off;
+            expectPartsInTheirBoxes(FreeformShape::ofSubdivision(quads).value(), chance);
+            expectPartsInTheirBoxes(FreeformShape::ofSubdivision(asTriangles(quads)).value(), chance);
+        }
+        expectPartsInTheirBoxes(sphere(std::pow(10, chance.uniform(-8, 8))), chance);
     }
 }
 
